@@ -1,0 +1,1 @@
+"""Rectifiers and what makes them."""

@@ -1,0 +1,105 @@
+"""Checks of a 3D skeleton: left and right, bone lengths, missing frames. They look; they change nothing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .layouts import H36M17
+from .pose import PoseSequence
+from .rotations import unit
+
+_LEGS = (("l_hip", "l_knee", "l_ankle"), ("r_hip", "r_knee", "r_ankle"))
+_MIN_KNEE_BEND = 0.03  # of the leg's length; a straighter knee does not tell front from back
+_MIN_VOTES = 20  # frames that must vote before evidence counts as strong
+_STRONG = 0.2  # agreement at or below this contradicts
+
+
+@dataclass(frozen=True)
+class Chirality:
+    """Evidence on left and right (formats.md section 1, parity test), as shares of frames that agree.
+
+    nose: the nose lies in front of the body, as named left and right say where front is.
+    knees: the knees bend forward. arms_legs: the shoulders' left is the hips' left.
+    *_votes: how many observations each share rests on.
+    """
+
+    nose: float
+    knees: float
+    arms_legs: float
+    nose_votes: int
+    knee_votes: int
+    arms_legs_votes: int
+
+    @property
+    def verdict(self) -> str:
+        """ "good", "doubtful" (one cue, or weak evidence), "wrong" (both cues), "legs against arms"."""
+        against = (self.nose <= _STRONG, self.knees <= _STRONG)
+        enough = self.nose_votes >= _MIN_VOTES and self.knee_votes >= _MIN_VOTES
+        if self.arms_legs <= _STRONG and self.arms_legs_votes >= _MIN_VOTES:
+            return "legs against arms"
+        if all(against) and enough:
+            return "wrong"
+        shares = np.array([self.nose, self.knees, self.arms_legs])
+        return "doubtful" if (shares < 0.5).any() else "good"
+
+    def __str__(self) -> str:
+        return (
+            f"the nose points forward in {_percent(self.nose)} of {self.nose_votes} frames, the knees bend "
+            f"forward in {_percent(self.knees)} of {self.knee_votes}, hips and shoulders agree on left in "
+            f"{_percent(self.arms_legs)} of {self.arms_legs_votes}"
+        )
+
+
+def _percent(share: float) -> str:
+    return "none" if np.isnan(share) else f"{100 * share:.0f} %"
+
+
+def chirality(poses: PoseSequence) -> Chirality:
+    """Does the named left and right fit the direction the nose and knees point at? poses: H36M17, 3D.
+
+    Forward is left x up with left from right hip to left hip and up from pelvis to thorax; both cues use no
+    left/right of their own. A mirrored skeleton and one with exchanged names contradict alike.
+    """
+    hips = poses.joint("l_hip") - poses.joint("r_hip")
+    shoulders = poses.joint("l_shoulder") - poses.joint("r_shoulder")
+    forward = unit(np.cross(hips, poses.joint("thorax") - poses.joint("pelvis")))
+    nose = poses.joint("nose") - (poses.joint("thorax") + poses.joint("head")) / 2
+    knees = []
+    for hip, knee, ankle in (tuple(map(poses.joint, leg)) for leg in _LEGS):
+        bend = knee - (hip + ankle) / 2
+        length = np.linalg.norm(knee - hip, axis=-1) + np.linalg.norm(ankle - knee, axis=-1)
+        bent = np.linalg.norm(bend, axis=-1) > _MIN_KNEE_BEND * length
+        knees.append(np.where(bent, (bend * forward).sum(-1), np.nan))
+    nose_share, nose_votes = _share((nose * forward).sum(-1))
+    knee_share, knee_votes = _share(np.concatenate(knees))
+    side_share, side_votes = _share((hips * shoulders).sum(-1))
+    return Chirality(nose_share, knee_share, side_share, nose_votes, knee_votes, side_votes)
+
+
+def _share(values: np.ndarray) -> tuple[float, int]:
+    values = values[np.isfinite(values)]
+    return (float((values > 0).mean()) if len(values) else float("nan")), len(values)
+
+
+def bone_spread(poses: PoseSequence) -> float:
+    """Mean over bones of the relative spread (std / mean) of bone length, each frame over its own size.
+
+    A person who walks towards the camera grows in an estimator's picture units, and that is fine; bones that
+    change against each other are not. 0.05 is usual, 0.09 is poor.
+    """
+    pairs = np.array([poses.layout.indices(bone) for bone in H36M17.bones])
+    joints = poses.joints.astype(np.float64)
+    length = np.linalg.norm(joints[:, pairs[:, 0]] - joints[:, pairs[:, 1]], axis=-1)
+    length = length[np.isfinite(length).all(axis=1)]
+    if len(length) < 2:
+        return float("nan")
+    length = length / np.maximum(length.sum(axis=1, keepdims=True), 1e-12)
+    return float(np.mean(length.std(axis=0) / np.maximum(length.mean(axis=0), 1e-12)))
+
+
+def empty_rows(poses: PoseSequence) -> np.ndarray:
+    """(T,) True where all joints lie on one point, as failed frames do that were filled with zeros."""
+    spread = np.ptp(np.nan_to_num(poses.joints), axis=1).max(axis=-1)
+    return (spread == 0) & np.isfinite(poses.joints).all(axis=(1, 2))

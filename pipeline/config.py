@@ -1,0 +1,71 @@
+"""Recipes: which stages run, in which order, with which options; a TOML file or the default one."""
+
+from __future__ import annotations
+
+import tomllib
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from . import registry
+from .errors import InputError
+from .options import call, did_you_mean
+from .runner import Pipeline
+
+
+class StageEntry(BaseModel):
+    """A stage by its registered name; every other key is an option of it."""
+
+    model_config = ConfigDict(extra="allow", frozen=True)
+    use: str
+
+    @property
+    def options(self) -> dict[str, Any]:
+        return self.model_extra or {}
+
+
+class Recipe(BaseModel):
+    """An ordered list of stages."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    stages: tuple[StageEntry, ...]
+
+    def with_options(self, stage: str, **options: Any) -> Recipe:
+        """A copy in which every stage of that name has these options; a recipe without it is left as it is."""
+        return Recipe(
+            stages=tuple(
+                StageEntry(**{**entry.model_dump(), **options}) if entry.use == stage else entry
+                for entry in self.stages
+            )
+        )
+
+    def build(self) -> Pipeline:
+        """The pipeline; InputError for an unknown stage or option, naming the nearest ones that exist."""
+        return Pipeline(
+            tuple(
+                call(registry.load("stages", entry.use), what=f"Stage '{entry.use}'", options=entry.options)
+                for entry in self.stages
+            )
+        )
+
+
+def load_recipe(path: str | Path | None = None) -> Recipe:
+    """The recipe in a TOML file, or the default one. InputError names the file and the key that is wrong."""
+    file = files("pcnet3d.pipeline").joinpath("default.toml") if path is None else Path(path)
+    try:
+        content = tomllib.loads(file.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(f"Expected a recipe at {path}: {error.strerror}.") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"Expected a TOML recipe in {path}: {error}.") from None
+    for key in content:
+        if key not in Recipe.model_fields:
+            raise InputError(f"Recipe {path}: unknown key '{key}'; {did_you_mean(key, Recipe.model_fields)}")
+    try:
+        return Recipe(**content)
+    except ValidationError as error:
+        first = error.errors()[0]
+        place = ".".join(str(part) for part in first["loc"])
+        raise InputError(f"Recipe {path}: {place}: {first['msg']}.") from None

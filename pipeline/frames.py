@@ -1,0 +1,144 @@
+"""Coordinate frames as data: axes in words, origin and unit, carried with every array.
+
+A frame belongs to a family (camera, image, world, level, body). Inside a family a change of frame is a
+fixed signed permutation that follows from the words; between families it needs a rotation that somebody
+has estimated. design.md sections 3 and 4, formats.md (frame table at its head).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .errors import InputError
+from .rotations import rotate
+
+if TYPE_CHECKING:
+    from .pose import PoseSequence
+
+# Each family's words for directions, as vectors of that family's reference axes.
+_DIRECTIONS: dict[str, dict[str, tuple[float, ...]]] = {
+    "camera": {"right": (1, 0, 0), "down": (0, 1, 0), "away": (0, 0, 1)},
+    "image": {"right": (1, 0), "down": (0, 1)},
+    "world": {"north": (1, 0, 0), "west": (0, 1, 0), "up": (0, 0, 1)},
+    "level": {"back": (1, 0, 0), "right": (0, 1, 0), "up": (0, 0, 1)},
+    "body": {"back": (1, 0, 0), "right": (0, 1, 0), "up": (0, 0, 1)},
+}
+_OPPOSITE = {
+    "right": "left", "down": "up", "away": "toward", "north": "south", "west": "east", "up": "down", "back": "front",
+}  # fmt: skip
+_METRES = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "inch": 0.0254}
+UNITS = (*_METRES, "px", "arbitrary")
+
+
+def _direction(family: str, word: str) -> tuple[float, ...]:
+    known = _DIRECTIONS[family]
+    if word in known:
+        return known[word]
+    for positive, negative in _OPPOSITE.items():
+        if word == negative and positive in known:
+            return tuple(-v for v in known[positive])
+    raise InputError(f"Expected an axis of the {family} family ({', '.join(known)} or opposites), got '{word}'.")
+
+
+@dataclass(frozen=True)
+class Frame:
+    """Axes (what +x, +y, +z point at), origin and unit of an array of points.
+
+    family: "camera", "image", "world" (gravity known, heading arbitrary), "level" or "body".
+    origin: "pelvis", "camera", "world", "image corner".
+    unit: "m", "mm", "cm", "inch", "px" or "arbitrary" (the source has no scale).
+    """
+
+    name: str
+    family: str
+    axes: tuple[str, ...]
+    origin: str = "pelvis"
+    unit: str = "m"
+
+    def __post_init__(self) -> None:
+        if self.family not in _DIRECTIONS:
+            raise InputError(f"Expected a frame family of {', '.join(_DIRECTIONS)}; got '{self.family}'.")
+        if self.unit not in UNITS:
+            raise InputError(f"Expected a unit of {', '.join(UNITS)}; got '{self.unit}'.")
+        basis = self.basis
+        if basis.shape[0] != basis.shape[1] or abs(np.linalg.det(basis)) < 0.5:
+            raise InputError(f"Expected {basis.shape[1]} independent axes for frame {self.name}, got {self.axes}.")
+
+    @property
+    def basis(self) -> np.ndarray:
+        """(D, D): row i is this frame's axis i in the family's reference axes."""
+        return np.array([_direction(self.family, word) for word in self.axes], dtype=float)
+
+    @property
+    def dims(self) -> int:
+        return len(self.axes)
+
+    @property
+    def right_handed(self) -> bool:
+        return bool(np.linalg.det(self.basis) > 0)
+
+    @property
+    def metric(self) -> bool:
+        return self.unit in _METRES
+
+    def with_(self, *, origin: str | None = None, unit: str | None = None) -> Frame:
+        return replace(self, origin=origin or self.origin, unit=unit or self.unit)
+
+    def __str__(self) -> str:
+        axes = ", ".join(f"{axis} {word}" for axis, word in zip("xyz", self.axes, strict=False))
+        hand = "" if self.dims == 2 else ", right-handed" if self.right_handed else ", left-handed"
+        unit = "no known scale" if self.unit == "arbitrary" else self.unit
+        return f"{self.name} ({axes}{hand}; origin {self.origin}; {unit})"
+
+
+CAMERA = Frame("CAMERA", "camera", ("right", "down", "away"))
+GL_CAMERA = Frame("GL_CAMERA", "camera", ("right", "up", "toward"))
+PC_CAMERA = Frame("PC_CAMERA", "camera", ("away", "left", "up"))  # the paper's axes, formats.md "PC frame"
+IMAGE = Frame("IMAGE", "image", ("right", "down"), origin="image corner", unit="px")
+Z_UP = Frame("Z_UP", "world", ("north", "west", "up"), origin="world")
+Y_UP = Frame("Y_UP", "world", ("west", "up", "north"), origin="world")  # (x,y,z) -> (z,x,y), formats.md section 10
+LEVEL = Frame("LEVEL", "level", ("back", "right", "up"))
+BODY = Frame("BODY", "body", ("back", "right", "up"))
+
+FRAMES = {frame.name: frame for frame in (CAMERA, GL_CAMERA, PC_CAMERA, IMAGE, Z_UP, Y_UP, LEVEL, BODY)}
+
+
+def require(frame: Frame, expected: Frame, what: str) -> None:
+    """Raise unless `frame` has the axes of `expected`; unit and origin may differ."""
+    if (frame.family, frame.axes) != (expected.family, expected.axes):
+        raise InputError(f"{what} needs points in {expected}, got {frame}; use change_frame first.")
+
+
+def change_frame(poses: PoseSequence, to: Frame, R_to_from_source: np.ndarray | None = None) -> PoseSequence:
+    """The same points expressed in another frame.
+
+    Inside a family the axes follow from the frames' words. Between families `R_to_from_source`, (3, 3) or
+    (T, 3, 3), must be given. Units convert among lengths; the origin changes only to "pelvis", by
+    subtracting the pelvis. Raises InputError, naming both frames, for anything else.
+    """
+    source = poses.frame
+    if source.family == to.family:
+        matrix = to.basis @ source.basis.T
+        if R_to_from_source is not None:
+            raise InputError(f"{source} and {to} differ by fixed axes only; no rotation is to be given.")
+    elif R_to_from_source is not None:
+        matrix = np.asarray(R_to_from_source)
+    else:
+        raise InputError(f"No fixed map leads from {source} to {to}; give the rotation between them.")
+
+    if source.unit == to.unit:
+        factor = 1.0
+    elif source.metric and to.metric:
+        factor = _METRES[source.unit] / _METRES[to.unit]
+    else:
+        raise InputError(f"Points in {source} cannot become {to}: the scale between their units is not known.")
+
+    joints = poses.joints.astype(np.float64)
+    if source.origin != to.origin:
+        if to.origin != "pelvis":
+            raise InputError(f"Points in {source} cannot become {to}: the way between the origins is not known.")
+        joints = joints - joints[:, [poses.layout.index("pelvis")]]
+    return poses.with_(joints=rotate(matrix, joints) * factor, frame=to).noted("change_frame", source=source.name, to=to.name)

@@ -1,0 +1,174 @@
+"""Joint layouts as data: names, bones, mirror pairs, and how to get from one to another by name.
+
+Joint orders: formats.md section 1 (orders A, B, C), section 5 (BlazePose), section 6 (2D detectors) and
+section 8.3 (MPI-INF-3DHP). "l_" and "r_" are the subject's own left and right.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .errors import InputError
+
+if TYPE_CHECKING:
+    from .pose import PoseSequence
+
+_BONES = (
+    ("pelvis", "r_hip"), ("r_hip", "r_knee"), ("r_knee", "r_ankle"),
+    ("pelvis", "l_hip"), ("l_hip", "l_knee"), ("l_knee", "l_ankle"),
+    ("pelvis", "spine"), ("spine", "thorax"), ("thorax", "nose"), ("nose", "head"),
+    ("thorax", "l_shoulder"), ("l_shoulder", "l_elbow"), ("l_elbow", "l_wrist"),
+    ("thorax", "r_shoulder"), ("r_shoulder", "r_elbow"), ("r_elbow", "r_wrist"),
+)  # fmt: skip
+# Drawn where a layout has no pelvis or thorax of its own.
+_SHORTCUTS = (("r_hip", "l_hip"), ("r_shoulder", "l_shoulder"), ("r_shoulder", "r_hip"), ("l_shoulder", "l_hip"))
+
+# A joint that a source lacks: the mean of joints that it has, the first rule that fits. The nose and the
+# head are defined differently by every estimator (formats.md section 1): never use them as rigid landmarks.
+_RULES: dict[str, tuple[tuple[str, ...], ...]] = {
+    "pelvis": (("l_hip", "r_hip"),),
+    "thorax": (("neck",), ("l_shoulder", "r_shoulder")),
+    "spine": (("pelvis", "thorax"), ("pelvis", "neck"), ("l_hip", "r_hip", "l_shoulder", "r_shoulder")),
+    "head": (("head_top",), ("l_ear", "r_ear"), ("l_eye", "r_eye")),
+    "nose": (("head_centre",),),
+}
+# Joints that are the same point under another name; everything else a rule makes is called derived.
+_ALIASES = {("thorax", ("neck",)), ("head", ("head_top",))}
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Names of a set of joints in the order of the array's joint axis."""
+
+    name: str
+    joints: tuple[str, ...]
+    _index: dict[str, int] = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        if len(set(self.joints)) != len(self.joints):
+            raise InputError(f"Layout {self.name} names a joint twice.")
+        object.__setattr__(self, "_index", {joint: i for i, joint in enumerate(self.joints)})
+
+    def __len__(self) -> int:
+        return len(self.joints)
+
+    def __contains__(self, joint: str) -> bool:
+        return joint in self._index
+
+    def index(self, joint: str) -> int:
+        """Position of a joint; InputError listing the layout's joints when there is none of that name."""
+        if joint not in self._index:
+            raise InputError(f"Layout {self.name} has no joint '{joint}'; it has {', '.join(self.joints)}.")
+        return self._index[joint]
+
+    def indices(self, joints: Sequence[str]) -> list[int]:
+        return [self.index(joint) for joint in joints]
+
+    @property
+    def mirror(self) -> np.ndarray:
+        """(J,) index of each joint's partner on the other side; a joint in the middle is its own."""
+        return np.array([self.index(_other_side(joint)) for joint in self.joints])
+
+    @property
+    def bones(self) -> tuple[tuple[str, str], ...]:
+        """Pairs of joints that a drawing connects."""
+        own = tuple(bone for bone in _BONES if bone[0] in self and bone[1] in self)
+        return own if "pelvis" in self and "thorax" in self else own + tuple(
+            bone for bone in _SHORTCUTS if bone[0] in self and bone[1] in self
+        )
+
+
+def _other_side(joint: str) -> str:
+    return {"l_": "r_", "r_": "l_"}.get(joint[:2], joint[:2]) + joint[2:]
+
+
+def _limb(side: str, *parts: str) -> tuple[str, ...]:
+    return tuple(f"{side}_{part}" for part in parts)
+
+
+_LEG, _ARM = ("hip", "knee", "ankle"), ("shoulder", "elbow", "wrist")
+_R_LEG, _L_LEG, _R_ARM, _L_ARM = _limb("r", *_LEG), _limb("l", *_LEG), _limb("r", *_ARM), _limb("l", *_ARM)
+_TRUNK = ("spine", "thorax", "nose", "head")
+_COCO = (
+    "nose", "l_eye", "r_eye", "l_ear", "r_ear", "l_shoulder", "r_shoulder", "l_elbow", "r_elbow",
+    "l_wrist", "r_wrist", "l_hip", "r_hip", "l_knee", "r_knee", "l_ankle", "r_ankle",
+)  # fmt: skip
+
+H36M17 = Layout("H36M17", ("pelvis", *_R_LEG, *_L_LEG, *_TRUNK, *_L_ARM, *_R_ARM))  # order A, THE layout
+H36M17_B = Layout("H36M17_B", ("pelvis", *_L_LEG, *_R_LEG, *_TRUNK, *_L_ARM, *_R_ARM))  # SPIN/HMR: legs exchanged
+H36M17_C = Layout("H36M17_C", ("pelvis", *_L_LEG, *_R_LEG, *_TRUNK, *_R_ARM, *_L_ARM))  # 3DPCNet's printed names
+COCO17 = Layout("COCO17", _COCO)
+HALPE26 = Layout(
+    "HALPE26",
+    (*_COCO, "head_top", "neck", "pelvis", "l_big_toe", "r_big_toe", "l_small_toe", "r_small_toe", "l_heel", "r_heel"),
+)
+OPENPOSE18 = Layout(
+    "OPENPOSE18", ("nose", "neck", *_R_ARM, *_L_ARM, *_R_LEG, *_L_LEG, "r_eye", "l_eye", "r_ear", "l_ear")
+)
+BODY_25 = Layout(
+    "BODY_25",
+    ("nose", "neck", *_R_ARM, *_L_ARM, "pelvis", *_R_LEG, *_L_LEG, "r_eye", "l_eye", "r_ear", "l_ear",
+     "l_big_toe", "l_small_toe", "l_heel", "r_big_toe", "r_small_toe", "r_heel"),
+)  # fmt: skip
+BLAZEPOSE33 = Layout(
+    "BLAZEPOSE33",
+    ("nose", "l_eye_inner", "l_eye", "l_eye_outer", "r_eye_inner", "r_eye", "r_eye_outer", "l_ear", "r_ear",
+     "l_mouth", "r_mouth", "l_shoulder", "r_shoulder", "l_elbow", "r_elbow", "l_wrist", "r_wrist",
+     "l_pinky", "r_pinky", "l_index", "r_index", "l_thumb", "r_thumb", "l_hip", "r_hip", "l_knee", "r_knee",
+     "l_ankle", "r_ankle", "l_heel", "r_heel", "l_foot_index", "r_foot_index"),
+)  # fmt: skip
+MPI3DHP17 = Layout(
+    "MPI3DHP17",
+    ("head_top", "neck", *_R_ARM, *_L_ARM, *_R_LEG, *_L_LEG, "pelvis", "spine", "head_centre"),
+)
+
+LAYOUTS = {
+    layout.name: layout
+    for layout in (
+        H36M17, H36M17_B, H36M17_C, COCO17, HALPE26, OPENPOSE18, BODY_25, BLAZEPOSE33, MPI3DHP17,
+    )
+}  # fmt: skip
+
+
+def layout_named(name: str) -> Layout:
+    """The layout of that name, in any case; InputError listing the names when there is none."""
+    by_key = {key.lower(): layout for key, layout in LAYOUTS.items()}
+    if name.lower() not in by_key:
+        raise InputError(f"Expected a joint layout of {', '.join(LAYOUTS)}; got '{name}'.")
+    return by_key[name.lower()]
+
+
+def remap(poses: PoseSequence, to: Layout = H36M17) -> PoseSequence:
+    """The same skeleton in another layout, by joint name.
+
+    A joint that the source lacks is the mean of joints that it has, by the rules at the head of this file,
+    and takes the least of their confidences; a NaN among them makes it NaN. The derived joints are named in
+    the history. InputError when no rule gives a joint.
+    """
+    source = poses.layout
+    if source.joints == to.joints:
+        return poses if source == to else poses.with_(layout=to)
+    columns, confidences, derived = [], [], []
+    for joint in to.joints:
+        parts = _sources(joint, source, to)
+        rows = source.indices(parts)
+        columns.append(poses.joints[:, rows].mean(axis=1))
+        confidences.append(poses.confidence[:, rows].min(axis=1))
+        if parts != (joint,) and (joint, parts) not in _ALIASES:
+            derived.append(f"{joint} = mean({', '.join(parts)})")
+    return poses.with_(
+        joints=np.stack(columns, axis=1), confidence=np.stack(confidences, axis=1), layout=to
+    ).noted("remap", source=source.name, to=to.name, derived=derived)
+
+
+def _sources(joint: str, source: Layout, to: Layout) -> tuple[str, ...]:
+    if joint in source:
+        return (joint,)
+    for parts in _RULES.get(joint, ()):
+        if all(part in source for part in parts):
+            return parts
+    raise InputError(f"Layout {source.name} has no joint from which '{joint}' of {to.name} could be made.")

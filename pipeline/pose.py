@@ -1,0 +1,170 @@
+"""What flows: a person's joints over time, and the same after rectification. Frozen; functions return new ones."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any
+
+import numpy as np
+
+from .errors import InputError
+from .frames import BODY, LEVEL, Frame, require
+from .layouts import Layout
+
+
+def package_version() -> str:
+    try:
+        return version("pcnet3d")
+    except PackageNotFoundError:
+        return "unknown"
+
+
+@dataclass(frozen=True)
+class Step:
+    """One thing that was done to the data: its name, our version, its options and counts."""
+
+    name: str
+    version: str
+    options: dict[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class PoseSequence:
+    """One person's joints over time.
+
+    joints: (T, J, D) float32 in `frame`; missing is NaN.
+    layout, frame: what the joint axis and the coordinate axis mean.
+    confidence: (T, J) in [0, 1], NaN where unknown.
+    time_s: (T,) strictly increasing seconds, or None while the source's rate is unknown.
+    frame_index: (T,) strictly increasing number of each row's video frame, counted from 0; counts the rows
+        when the source does not know it, and then `frames_known` is False.
+    seams: rows at which the estimator began a new clip without looking at the old one (formats.md 11.5);
+        no derivative may be taken across one.
+    person: the source's name of the person.
+    history: what was done so far, oldest first.
+
+    Raises InputError when shapes, ranges or order do not fit. Arrays are read-only.
+    """
+
+    joints: np.ndarray
+    layout: Layout
+    frame: Frame
+    confidence: np.ndarray = None  # type: ignore[assignment]  # filled with NaN
+    time_s: np.ndarray | None = None
+    frame_index: np.ndarray = None  # type: ignore[assignment]  # filled with 0, 1, 2, ...
+    frames_known: bool = True
+    seams: tuple[int, ...] = ()
+    person: str = "0"
+    history: tuple[Step, ...] = ()
+
+    def __post_init__(self) -> None:
+        joints = np.array(self.joints, dtype=np.float32)
+        expected = f"(frames, {len(self.layout)}, {self.frame.dims}) for {self.layout.name} in {self.frame.name}"
+        if joints.ndim != 3 or joints.shape[1:] != (len(self.layout), self.frame.dims):
+            raise InputError(f"Expected joints of shape {expected}, got {joints.shape}.")
+        if len(joints) == 0:
+            raise InputError(f"Expected joints of shape {expected}, got no frames at all.")
+        if np.isinf(joints).any():
+            row, joint, _ = np.argwhere(np.isinf(joints))[0]
+            raise InputError(
+                f"Expected finite coordinates or NaN, got an infinite one at row {row}, joint "
+                f"{self.layout.joints[joint]}; the file is damaged or was written by a failed run."
+            )
+        rows = len(joints)
+        confidence = np.full(joints.shape[:2], np.nan) if self.confidence is None else self.confidence
+        confidence = np.array(confidence, dtype=np.float32)
+        if confidence.shape != joints.shape[:2]:
+            raise InputError(f"Expected confidence of shape {joints.shape[:2]}, got {confidence.shape}.")
+        if np.nanmin(confidence, initial=0) < 0 or np.nanmax(confidence, initial=0) > 1:
+            raise InputError("Expected confidences between 0 and 1 or NaN; map the source's scores into that range.")
+        if self.frame_index is None:
+            object.__setattr__(self, "frames_known", False)
+        index = np.array(np.arange(rows) if self.frame_index is None else self.frame_index, dtype=np.int64)
+        _increasing("frame_index", index, rows)
+        arrays = {"joints": joints, "confidence": confidence, "frame_index": index}
+        if self.time_s is not None:
+            arrays["time_s"] = np.array(self.time_s, dtype=np.float64)
+            _increasing("time_s", arrays["time_s"], rows)
+        if any(not 0 < seam < rows for seam in self.seams):
+            raise InputError(f"Expected seams at rows 1 to {rows - 1}, got {self.seams}.")
+        for name, array in arrays.items():
+            array.setflags(write=False)
+            object.__setattr__(self, name, array)
+        object.__setattr__(self, "seams", tuple(int(seam) for seam in self.seams))
+
+    def __len__(self) -> int:
+        return len(self.joints)
+
+    def joint(self, name: str) -> np.ndarray:
+        """(T, D) positions of one joint."""
+        return self.joints[:, self.layout.index(name)]
+
+    @property
+    def fps(self) -> float:
+        """Median frame rate. InputError when the time stamps are unknown."""
+        times = self.times
+        return float(1 / np.median(np.diff(times))) if len(times) > 1 else float("nan")
+
+    @property
+    def times(self) -> np.ndarray:
+        """(T,) seconds. InputError when the source's rate is unknown."""
+        if self.time_s is None:
+            raise InputError("The poses carry no time stamps: give the frame rate (--fps F) or the video.")
+        return self.time_s
+
+    def with_(self, **changes: Any) -> PoseSequence:
+        """A copy with other fields, checked again."""
+        return replace(self, **changes)
+
+    def noted(self, step: str, **options: Any) -> PoseSequence:
+        """A copy whose history ends with this step."""
+        return replace(self, history=(*self.history, Step(step, package_version(), options)))
+
+
+def _increasing(name: str, values: np.ndarray, rows: int) -> None:
+    if values.shape != (rows,):
+        raise InputError(f"Expected {name} of shape ({rows},), got {values.shape}.")
+    if not np.isfinite(values).all() or (np.diff(values) <= 0).any():
+        raise InputError(f"Expected {name} to increase from row to row; it does not.")
+
+
+@dataclass(frozen=True, eq=False)
+class Rectified:
+    """A skeleton in the canonical frames of design.md section 4.
+
+    body: in BODY, every frame turned upright and facing -X.
+    level: in LEVEL, one upright frame for the whole take.
+    R_source_from_body: (T, 3, 3), the paper's R; NaN where a frame cannot be rectified.
+    R_source_from_level: (3, 3), or (T, 3, 3) for a moving camera.
+    error_deg: (T,) expected rotation error in degrees, NaN where the rectifier does not know.
+    method: "geometric" or "pcnet@<hash>".
+    level_heading: how LEVEL's heading was chosen, "median" or "first second".
+    level_ok, level_reason: whether the take could be levelled, and in words why not.
+    """
+
+    body: PoseSequence
+    level: PoseSequence
+    R_source_from_body: np.ndarray
+    R_source_from_level: np.ndarray
+    error_deg: np.ndarray
+    method: str
+    level_heading: str
+    level_ok: bool = True
+    level_reason: str = ""
+
+    def __post_init__(self) -> None:
+        require(self.body.frame, BODY, "Rectified.body")
+        require(self.level.frame, LEVEL, "Rectified.level")
+        rows = len(self.body)
+        shapes = {
+            "R_source_from_body": ((rows, 3, 3),),
+            "R_source_from_level": ((3, 3), (rows, 3, 3)),
+            "error_deg": ((rows,),),
+        }
+        for name, allowed in shapes.items():
+            array = np.array(getattr(self, name), dtype=np.float64)
+            if array.shape not in allowed:
+                raise InputError(f"Expected {name} of shape {' or '.join(map(str, allowed))}, got {array.shape}.")
+            array.setflags(write=False)
+            object.__setattr__(self, name, array)

@@ -1,0 +1,177 @@
+"""Files in, checked pose sequences out: adapter chosen by content, joints remapped, left and right guarded."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from . import registry
+from .checks import chirality, empty_rows
+from .errors import InputError
+from .frames import CAMERA, change_frame
+from .layouts import H36M17, remap
+from .options import call, did_you_mean
+from .pose import PoseSequence
+from .sockets import Adapter
+
+Parity = Literal["refuse", "mirror", "swap", "swap-legs", "ignore"]
+Missing = Literal["refuse", "gap"]
+Gives = Literal["poses", "keypoints", "video"]
+
+
+def adapters(gives: str | None = None) -> dict[str, Adapter]:
+    """The registered adapters by name, those that give "poses", "keypoints" or "video" when asked."""
+    loaded = {name: registry.load("adapters", name) for name in registry.registered("adapters")}
+    return {name: adapter for name, adapter in loaded.items() if gives in (None, adapter.gives)}
+
+
+def find_adapter(path: Path, name: str = "auto", gives: str | None = None) -> Adapter:
+    """The adapter of that name, or with "auto" the only one that recognises the file's content.
+
+    InputError when the name is unknown, when no adapter fits, or when several do.
+    """
+    if not path.exists():
+        raise InputError(f"Expected a file or folder at {path}, found nothing there.")
+    known = adapters(gives)
+    if name != "auto":
+        if name not in known:
+            raise InputError(f"There is no adapter '{name}' for {gives or 'files'}; {did_you_mean(name, known)}")
+        return known[name]
+    fits = [adapter for adapter in known.values() if adapter.sniff(path)]
+    if len(fits) == 1:
+        return fits[0]
+    if fits:
+        names = ", ".join(adapter.name for adapter in fits)
+        raise InputError(f"{path} fits several adapters: {names}; name the right one with --adapter.")
+    raise InputError(
+        f"No adapter recognises {path} as {gives or 'poses'}; name one of {', '.join(known)} if it is one of them, "
+        "or describe a bare array with --adapter arrays."
+    )
+
+
+def read_all(
+    path: str | Path,
+    adapter: str = "auto",
+    *,
+    gives: Literal["poses", "keypoints"] | None = None,
+    fps: float | None = None,
+    parity: Parity = "refuse",
+    missing: Missing = "refuse",
+    **options: Any,
+) -> tuple[PoseSequence, ...]:
+    """Every person in a file.
+
+    adapter: a registered name, or "auto" to recognise the file by its content.
+    gives: read only as "poses" (3D) or only as "keypoints" (2D).
+    fps: frame rate, for files that do not know theirs.
+    parity: what to do when left and right contradict nose and knees: "refuse", "mirror" the coordinates,
+        "swap" the names, "swap-legs" only, or "ignore".
+    missing: what to do with 3D frames that are NaN or all zero: "refuse", or take them for a "gap".
+    options: the adapter's own.
+
+    3D comes back as H36M17 in CAMERA axes (or in the source's own frame, when that is no camera's) relative
+    to the pelvis; 2D in IMAGE, in the detector's layout. Raises InputError.
+    """
+    path = Path(path)
+    chosen = find_adapter(path, adapter, gives)
+    if chosen.gives == "video":
+        raise InputError(f"{path} is a video; expected a file of poses or keypoints.")
+    people = call(chosen.read, path, what=f"Adapter '{chosen.name}'", options=options)
+    return tuple(_finished(person, chosen, path, fps, parity, missing) for person in people)
+
+
+def read(
+    path: str | Path, adapter: str = "auto", person: str | None = None, **options: Any
+) -> PoseSequence:
+    """One person from a file: `person` by the file's own name, "longest" for the most frames, or the only one.
+
+    Other arguments are those of read_all. InputError when there are several and none is named.
+    """
+    people = read_all(path, adapter, **options)
+    return choose_person(people, person, str(path))
+
+
+def choose_person(people: tuple[PoseSequence, ...], person: str | None, where: str) -> PoseSequence:
+    """The one of that name, the longest with "longest", or the only one; otherwise InputError."""
+    if person == "longest":
+        return max(people, key=len)
+    if person is None and len(people) == 1:
+        return people[0]
+    names = {poses.person: poses for poses in people}
+    listed = ", ".join(f"{name} ({len(poses)} frames)" for name, poses in names.items())
+    if person is None:
+        raise InputError(f"{where} holds {len(people)} people: {listed}; choose one with --person, or 'longest'.")
+    if person not in names:
+        raise InputError(f"{where} has no person '{person}'; it holds {listed}.")
+    return names[person]
+
+
+def _finished(
+    poses: PoseSequence, adapter: Adapter, path: Path, fps: float | None, parity: Parity, missing: Missing
+) -> PoseSequence:
+    poses = poses.with_(
+        history=(), joints=poses.joints
+    ).noted("read", adapter=adapter.name, file=path.name, person=poses.person)
+    if fps is not None:
+        if not 0 < fps < 10_000:
+            raise InputError(f"Expected a frame rate in frames per second, got {fps}.")
+        poses = poses.with_(time_s=poses.frame_index / fps).noted("fps", given=fps)
+    if adapter.gives == "keypoints":
+        return poses
+    poses = remap(_missing(poses, path, missing), H36M17)
+    if poses.frame.family == "camera":
+        poses = change_frame(poses, CAMERA.with_(unit="m" if poses.frame.metric else poses.frame.unit))
+    return _guarded(poses, adapter, path, parity)
+
+
+def _missing(poses: PoseSequence, path: Path, missing: Missing) -> PoseSequence:
+    empty, gone = empty_rows(poses), np.isnan(poses.joints).any(axis=(1, 2))
+    if empty.all():
+        raise InputError(f"{path}: all {len(poses)} frames have every joint on one point; there are no poses in it.")
+    if np.isnan(poses.joints).all():
+        raise InputError(f"{path}: every coordinate is NaN; there are no poses in it.")
+    if not (empty | gone).any():
+        return poses
+    counts = {"frames with NaN": int(gone.sum()), "frames with all joints on one point": int(empty.sum())}
+    if missing == "refuse":
+        first = int(np.argmax(empty | gone))
+        said = " and ".join(f"{count} {what}" for what, count in counts.items() if count)
+        raise InputError(
+            f"{path}: expected a pose in each of {len(poses)} frames, got {said} (first at row {first}); "
+            "pass --missing gap to take them for gaps."
+        )
+    return poses.with_(joints=np.where(empty[:, None, None], np.nan, poses.joints)).noted("missing", **counts)
+
+
+def _guarded(poses: PoseSequence, adapter: Adapter, path: Path, parity: Parity) -> PoseSequence:
+    if parity != "refuse":
+        return repaired(poses, parity)
+    evidence = chirality(poses)
+    if evidence.verdict == "legs against arms":
+        raise InputError(
+            f"{path} (adapter {adapter.name}): left and right of the legs contradict those of the arms: {evidence}; "
+            "pass --parity swap-legs if the legs are in SPIN's order, or --parity ignore."
+        )
+    if evidence.verdict == "wrong":
+        raise InputError(
+            f"{path} (adapter {adapter.name}): the body is mirrored or its left and right are exchanged: {evidence}; "
+            "pass --parity mirror if the coordinates are mirrored, --parity swap if the names are, or --parity ignore."
+        )
+    if evidence.verdict == "doubtful":
+        return poses.noted("parity", warning=f"left and right are doubtful: {evidence}")
+    return poses
+
+
+def repaired(poses: PoseSequence, parity: Parity) -> PoseSequence:
+    """Left and right put right as asked: "mirror" negates x, "swap" and "swap-legs" exchange joints' names."""
+    joints = poses.joints
+    order = np.arange(len(poses.layout))
+    if parity == "mirror":
+        joints = joints * np.array([-1.0, 1.0, 1.0])
+    elif parity in ("swap", "swap-legs"):
+        legs = poses.layout.indices([f"{side}_{part}" for side in "lr" for part in ("hip", "knee", "ankle")])
+        swapped = legs if parity == "swap-legs" else order
+        order[swapped] = poses.layout.mirror[swapped]
+    return poses.with_(joints=joints[:, order], confidence=poses.confidence[:, order]).noted("parity", repair=parity)

@@ -1,0 +1,34 @@
+"""Adapters, stages and commands by name, found through entry points; a third party's package is found alike."""
+
+from __future__ import annotations
+
+from functools import cache
+from importlib.metadata import EntryPoint, entry_points
+from typing import Any
+
+from .errors import InputError
+from .options import did_you_mean
+
+GROUPS = ("adapters", "stages", "commands")
+
+
+@cache
+def registered(group: str) -> dict[str, EntryPoint]:
+    """The entry points of "adapters", "stages" or "commands" by name; two of one name are refused."""
+    found: dict[str, EntryPoint] = {}
+    for point in entry_points(group=f"pcnet3d.{group}"):
+        other = found.setdefault(point.name, point)
+        if other.value != point.value:
+            raise InputError(
+                f"Two packages register {group[:-1]} '{point.name}': {other.value} and {point.value}; "
+                "uninstall one of them."
+            )
+    return dict(sorted(found.items()))
+
+
+def load(group: str, name: str) -> Any:
+    """The object registered under that name; InputError naming its nearest neighbours when there is none."""
+    points = registered(group)
+    if name not in points:
+        raise InputError(f"There is no {group[:-1]} '{name}'; {did_you_mean(name, points)}")
+    return points[name].load()

@@ -1,0 +1,59 @@
+"""Rotations as (..., 3, 3) matrices named R_a_from_b: they map vectors of b into a (design.md section 4)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+
+def rotate(R: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """Apply R (..., D, D) to points x (..., N, D), each point as a column vector: R x."""
+    return np.einsum("...ij,...kj->...ki", R, x)
+
+
+def transpose(R_a_from_b: np.ndarray) -> np.ndarray:
+    """R_b_from_a, the inverse of a rotation."""
+    return np.swapaxes(R_a_from_b, -1, -2)
+
+
+def unit(v: np.ndarray) -> np.ndarray:
+    """v (..., D) over its length; a zero or NaN vector gives NaN."""
+    length = np.linalg.norm(v, axis=-1, keepdims=True)
+    return v / np.where(length > 1e-12, length, np.nan)
+
+
+def from_columns(*columns: np.ndarray) -> np.ndarray:
+    """Stack axis vectors (..., 3) as the columns of a matrix (..., 3, 3)."""
+    return np.stack(columns, axis=-1)
+
+
+def geodesic_deg(R_1: np.ndarray, R_2: np.ndarray) -> np.ndarray:
+    """Angle in degrees of the rotation between R_1 and R_2 (..., 3, 3); exact near 0 and near 180."""
+    difference = np.einsum("...ji,...jk->...ik", R_1, R_2)
+    skew = difference - transpose(difference)
+    sine = np.linalg.norm(np.stack([skew[..., 2, 1], skew[..., 0, 2], skew[..., 1, 0]], -1), axis=-1) / 2
+    cosine = (np.trace(difference, axis1=-2, axis2=-1) - 1) / 2
+    return np.degrees(np.arctan2(sine, cosine))
+
+
+def angle_deg(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Angle in degrees between vectors a and b (..., 3); exact near 0 and near 180."""
+    return np.degrees(np.arctan2(np.linalg.norm(np.cross(a, b), axis=-1), np.sum(a * b, axis=-1)))
+
+
+def kabsch(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """R_a_from_b (..., 3, 3), the rotation that brings points b (..., N, 3) closest to a, both about their means.
+
+    Points that are NaN on either side are left out; fewer than three common points give NaN.
+    """
+    valid = np.isfinite(a).all(-1) & np.isfinite(b).all(-1)
+    weight = valid[..., None].astype(float)
+    count = np.maximum(weight.sum(-2, keepdims=True), 1)
+    a = np.where(valid[..., None], a, 0.0)
+    b = np.where(valid[..., None], b, 0.0)
+    a = (a - a.sum(-2, keepdims=True) / count) * weight
+    b = (b - b.sum(-2, keepdims=True) / count) * weight
+    u, _, vt = np.linalg.svd(np.einsum("...ki,...kj->...ij", a, b))
+    sign = np.ones(u.shape[:-1])
+    sign[..., -1] = np.sign(np.linalg.det(u) * np.linalg.det(vt))
+    R = np.einsum("...ij,...j,...jk->...ik", u, sign, vt)
+    return np.where((valid.sum(-1) >= 3)[..., None, None], R, np.nan)

@@ -1,0 +1,68 @@
+"""A take: one recording of one person, and everything that is known or was computed about it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .pose import PoseSequence, Rectified
+
+
+@dataclass(frozen=True, eq=False)
+class Video:
+    """A video file, described without decoding it.
+
+    width, height: pixels as stored, before `rotation_deg` (0, 90, 180, 270; clockwise) is applied.
+    time_s: (N,) time stamp of every frame in display order, from the first frame's 0.
+    codec: name as FFmpeg writes it, such as "h264" or "mpeg4".
+    """
+
+    path: Path
+    width: int
+    height: int
+    time_s: np.ndarray
+    codec: str
+    rotation_deg: int = 0
+
+    @property
+    def fps(self) -> float:
+        return float(1 / np.median(np.diff(self.time_s))) if len(self.time_s) > 1 else float("nan")
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something that happened at a row of the poses, or a warning about the whole take (row None)."""
+
+    kind: str  # "warning", "repair", "seam", "note"
+    text: str
+    row: int | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Take:
+    """One recording of one person. Stages fill it in; a field nobody has filled is None.
+
+    keypoints: 2D joints in IMAGE, in the detector's own layout.
+    poses: 3D joints, H36M17 in CAMERA axes, relative to the pelvis.
+    kinematics: columns (T,) by name, every unit in the name (design.md section 7).
+    inputs: what was read: role, path, SHA-256, adapter.
+    """
+
+    name: str
+    video: Video | None = None
+    keypoints: PoseSequence | None = None
+    poses: PoseSequence | None = None
+    rectified: Rectified | None = None
+    kinematics: dict[str, np.ndarray] | None = None
+    events: tuple[Event, ...] = ()
+    inputs: tuple[dict[str, Any], ...] = ()
+
+    def with_(self, **changes: Any) -> Take:
+        return replace(self, **changes)
+
+    def saying(self, *events: Event) -> Take:
+        """A copy with these events added."""
+        return replace(self, events=(*self.events, *events))

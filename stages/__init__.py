@@ -1,0 +1,1 @@
+"""Steps of a pipeline: one file each; a stage is also a plain function on a pose sequence."""
