@@ -40,7 +40,9 @@ def _direction(family: str, word: str) -> tuple[float, ...]:
     for positive, negative in _OPPOSITE.items():
         if word == negative and positive in known:
             return tuple(-v for v in known[positive])
-    raise InputError(f"Expected an axis of the {family} family ({', '.join(known)} or opposites), got '{word}'.")
+    raise InputError(
+        f"Expected an axis of the {family} family ({', '.join(known)} or opposites), got '{word}'."
+    )
 
 
 @dataclass(frozen=True)
@@ -65,7 +67,9 @@ class Frame:
             raise InputError(f"Expected a unit of {', '.join(UNITS)}; got '{self.unit}'.")
         basis = self.basis
         if basis.shape[0] != basis.shape[1] or abs(np.linalg.det(basis)) < 0.5:
-            raise InputError(f"Expected {basis.shape[1]} independent axes for frame {self.name}, got {self.axes}.")
+            raise InputError(
+                f"Expected {basis.shape[1]} independent axes for frame {self.name}, got {self.axes}."
+            )
 
     @property
     def basis(self) -> np.ndarray:
@@ -99,7 +103,9 @@ GL_CAMERA = Frame("GL_CAMERA", "camera", ("right", "up", "toward"))
 PC_CAMERA = Frame("PC_CAMERA", "camera", ("away", "left", "up"))  # the paper's axes, formats.md "PC frame"
 IMAGE = Frame("IMAGE", "image", ("right", "down"), origin="image corner", unit="px")
 Z_UP = Frame("Z_UP", "world", ("north", "west", "up"), origin="world")
-Y_UP = Frame("Y_UP", "world", ("west", "up", "north"), origin="world")  # (x,y,z) -> (z,x,y), formats.md section 10
+Y_UP = Frame(
+    "Y_UP", "world", ("west", "up", "north"), origin="world"
+)  # (x,y,z) -> (z,x,y), formats.md section 10
 LEVEL = Frame("LEVEL", "level", ("back", "right", "up"))
 BODY = Frame("BODY", "body", ("back", "right", "up"))
 
@@ -120,6 +126,8 @@ def change_frame(poses: PoseSequence, to: Frame, R_to_from_source: np.ndarray | 
     subtracting the pelvis. Raises InputError, naming both frames, for anything else.
     """
     source = poses.frame
+    if source == to and R_to_from_source is None:
+        return poses
     if source.family == to.family:
         matrix = to.basis @ source.basis.T
         if R_to_from_source is not None:
@@ -134,11 +142,17 @@ def change_frame(poses: PoseSequence, to: Frame, R_to_from_source: np.ndarray | 
     elif source.metric and to.metric:
         factor = _METRES[source.unit] / _METRES[to.unit]
     else:
-        raise InputError(f"Points in {source} cannot become {to}: the scale between their units is not known.")
+        raise InputError(
+            f"Points in {source} cannot become {to}: the scale between their units is not known."
+        )
 
     joints = poses.joints.astype(np.float64)
     if source.origin != to.origin:
         if to.origin != "pelvis":
-            raise InputError(f"Points in {source} cannot become {to}: the way between the origins is not known.")
+            raise InputError(
+                f"Points in {source} cannot become {to}: the way between the origins is not known."
+            )
         joints = joints - joints[:, [poses.layout.index("pelvis")]]
-    return poses.with_(joints=rotate(matrix, joints) * factor, frame=to).noted("change_frame", source=source.name, to=to.name)
+    return poses.with_(joints=rotate(matrix, joints) * factor, frame=to).noted(
+        "change_frame", source=source.name, to=to.name
+    )

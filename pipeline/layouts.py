@@ -25,7 +25,12 @@ _BONES = (
     ("thorax", "r_shoulder"), ("r_shoulder", "r_elbow"), ("r_elbow", "r_wrist"),
 )  # fmt: skip
 # Drawn where a layout has no pelvis or thorax of its own.
-_SHORTCUTS = (("r_hip", "l_hip"), ("r_shoulder", "l_shoulder"), ("r_shoulder", "r_hip"), ("l_shoulder", "l_hip"))
+_SHORTCUTS = (
+    ("r_hip", "l_hip"),
+    ("r_shoulder", "l_shoulder"),
+    ("r_shoulder", "r_hip"),
+    ("l_shoulder", "l_hip"),
+)
 
 # A joint that a source lacks: the mean of joints that it has, the first rule that fits. The nose and the
 # head are defined differently by every estimator (formats.md section 1): never use them as rigid landmarks.
@@ -77,8 +82,10 @@ class Layout:
     def bones(self) -> tuple[tuple[str, str], ...]:
         """Pairs of joints that a drawing connects."""
         own = tuple(bone for bone in _BONES if bone[0] in self and bone[1] in self)
-        return own if "pelvis" in self and "thorax" in self else own + tuple(
-            bone for bone in _SHORTCUTS if bone[0] in self and bone[1] in self
+        return (
+            own
+            if "pelvis" in self and "thorax" in self
+            else own + tuple(bone for bone in _SHORTCUTS if bone[0] in self and bone[1] in self)
         )
 
 
@@ -99,12 +106,27 @@ _COCO = (
 )  # fmt: skip
 
 H36M17 = Layout("H36M17", ("pelvis", *_R_LEG, *_L_LEG, *_TRUNK, *_L_ARM, *_R_ARM))  # order A, THE layout
-H36M17_B = Layout("H36M17_B", ("pelvis", *_L_LEG, *_R_LEG, *_TRUNK, *_L_ARM, *_R_ARM))  # SPIN/HMR: legs exchanged
-H36M17_C = Layout("H36M17_C", ("pelvis", *_L_LEG, *_R_LEG, *_TRUNK, *_R_ARM, *_L_ARM))  # 3DPCNet's printed names
+H36M17_B = Layout(
+    "H36M17_B", ("pelvis", *_L_LEG, *_R_LEG, *_TRUNK, *_L_ARM, *_R_ARM)
+)  # SPIN/HMR: legs exchanged
+H36M17_C = Layout(
+    "H36M17_C", ("pelvis", *_L_LEG, *_R_LEG, *_TRUNK, *_R_ARM, *_L_ARM)
+)  # 3DPCNet's printed names
 COCO17 = Layout("COCO17", _COCO)
 HALPE26 = Layout(
     "HALPE26",
-    (*_COCO, "head_top", "neck", "pelvis", "l_big_toe", "r_big_toe", "l_small_toe", "r_small_toe", "l_heel", "r_heel"),
+    (
+        *_COCO,
+        "head_top",
+        "neck",
+        "pelvis",
+        "l_big_toe",
+        "r_big_toe",
+        "l_small_toe",
+        "r_small_toe",
+        "l_heel",
+        "r_heel",
+    ),
 )
 OPENPOSE18 = Layout(
     "OPENPOSE18", ("nose", "neck", *_R_ARM, *_L_ARM, *_R_LEG, *_L_LEG, "r_eye", "l_eye", "r_ear", "l_ear")

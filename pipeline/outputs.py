@@ -40,7 +40,9 @@ def whole_folder(path: Path, force: bool = False) -> Iterator[Path]:
         path.parent.mkdir(parents=True, exist_ok=True)
         partial.mkdir()
     except OSError as error:
-        raise InputError(f"Cannot write into {path.parent}: {error.strerror}; choose another -o DIR.") from None
+        raise InputError(
+            f"Cannot write into {path.parent}: {error.strerror}; choose another -o DIR."
+        ) from None
     try:
         yield partial
         if path.exists():

@@ -60,7 +60,9 @@ class PoseSequence:
 
     def __post_init__(self) -> None:
         joints = np.array(self.joints, dtype=np.float32)
-        expected = f"(frames, {len(self.layout)}, {self.frame.dims}) for {self.layout.name} in {self.frame.name}"
+        expected = (
+            f"(frames, {len(self.layout)}, {self.frame.dims}) for {self.layout.name} in {self.frame.name}"
+        )
         if joints.ndim != 3 or joints.shape[1:] != (len(self.layout), self.frame.dims):
             raise InputError(f"Expected joints of shape {expected}, got {joints.shape}.")
         if len(joints) == 0:
@@ -77,7 +79,9 @@ class PoseSequence:
         if confidence.shape != joints.shape[:2]:
             raise InputError(f"Expected confidence of shape {joints.shape[:2]}, got {confidence.shape}.")
         if np.nanmin(confidence, initial=0) < 0 or np.nanmax(confidence, initial=0) > 1:
-            raise InputError("Expected confidences between 0 and 1 or NaN; map the source's scores into that range.")
+            raise InputError(
+                "Expected confidences between 0 and 1 or NaN; map the source's scores into that range."
+            )
         if self.frame_index is None:
             object.__setattr__(self, "frames_known", False)
         index = np.array(np.arange(rows) if self.frame_index is None else self.frame_index, dtype=np.int64)
@@ -165,6 +169,8 @@ class Rectified:
         for name, allowed in shapes.items():
             array = np.array(getattr(self, name), dtype=np.float64)
             if array.shape not in allowed:
-                raise InputError(f"Expected {name} of shape {' or '.join(map(str, allowed))}, got {array.shape}.")
+                raise InputError(
+                    f"Expected {name} of shape {' or '.join(map(str, allowed))}, got {array.shape}."
+                )
             array.setflags(write=False)
             object.__setattr__(self, name, array)

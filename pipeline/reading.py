@@ -37,7 +37,9 @@ def find_adapter(path: Path, name: str = "auto", gives: str | None = None) -> Ad
     known = adapters(gives)
     if name != "auto":
         if name not in known:
-            raise InputError(f"There is no adapter '{name}' for {gives or 'files'}; {did_you_mean(name, known)}")
+            raise InputError(
+                f"There is no adapter '{name}' for {gives or 'files'}; {did_you_mean(name, known)}"
+            )
         return known[name]
     fits = [adapter for adapter in known.values() if adapter.sniff(path)]
     if len(fits) == 1:
@@ -82,9 +84,7 @@ def read_all(
     return tuple(_finished(person, chosen, path, fps, parity, missing) for person in people)
 
 
-def read(
-    path: str | Path, adapter: str = "auto", person: str | None = None, **options: Any
-) -> PoseSequence:
+def read(path: str | Path, adapter: str = "auto", person: str | None = None, **options: Any) -> PoseSequence:
     """One person from a file: `person` by the file's own name, "longest" for the most frames, or the only one.
 
     Other arguments are those of read_all. InputError when there are several and none is named.
@@ -102,7 +102,9 @@ def choose_person(people: tuple[PoseSequence, ...], person: str | None, where: s
     names = {poses.person: poses for poses in people}
     listed = ", ".join(f"{name} ({len(poses)} frames)" for name, poses in names.items())
     if person is None:
-        raise InputError(f"{where} holds {len(people)} people: {listed}; choose one with --person, or 'longest'.")
+        raise InputError(
+            f"{where} holds {len(people)} people: {listed}; choose one with --person, or 'longest'."
+        )
     if person not in names:
         raise InputError(f"{where} has no person '{person}'; it holds {listed}.")
     return names[person]
@@ -111,9 +113,8 @@ def choose_person(people: tuple[PoseSequence, ...], person: str | None, where: s
 def _finished(
     poses: PoseSequence, adapter: Adapter, path: Path, fps: float | None, parity: Parity, missing: Missing
 ) -> PoseSequence:
-    poses = poses.with_(
-        history=(), joints=poses.joints
-    ).noted("read", adapter=adapter.name, file=path.name, person=poses.person)
+    first = poses.with_(history=()).noted("read", adapter=adapter.name, file=path.name, person=poses.person)
+    poses = poses.with_(history=first.history + poses.history)
     if fps is not None:
         if not 0 < fps < 10_000:
             raise InputError(f"Expected a frame rate in frames per second, got {fps}.")
@@ -129,7 +130,9 @@ def _finished(
 def _missing(poses: PoseSequence, path: Path, missing: Missing) -> PoseSequence:
     empty, gone = empty_rows(poses), np.isnan(poses.joints).any(axis=(1, 2))
     if empty.all():
-        raise InputError(f"{path}: all {len(poses)} frames have every joint on one point; there are no poses in it.")
+        raise InputError(
+            f"{path}: all {len(poses)} frames have every joint on one point; there are no poses in it."
+        )
     if np.isnan(poses.joints).all():
         raise InputError(f"{path}: every coordinate is NaN; there are no poses in it.")
     if not (empty | gone).any():
@@ -174,4 +177,6 @@ def repaired(poses: PoseSequence, parity: Parity) -> PoseSequence:
         legs = poses.layout.indices([f"{side}_{part}" for side in "lr" for part in ("hip", "knee", "ankle")])
         swapped = legs if parity == "swap-legs" else order
         order[swapped] = poses.layout.mirror[swapped]
-    return poses.with_(joints=joints[:, order], confidence=poses.confidence[:, order]).noted("parity", repair=parity)
+    return poses.with_(joints=joints[:, order], confidence=poses.confidence[:, order]).noted(
+        "parity", repair=parity
+    )

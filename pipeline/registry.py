@@ -27,8 +27,14 @@ def registered(group: str) -> dict[str, EntryPoint]:
 
 
 def load(group: str, name: str) -> Any:
-    """The object registered under that name; InputError naming its nearest neighbours when there is none."""
+    """The object registered under that name; InputError naming its nearest neighbours when there is none,
+    or its package when it cannot be imported."""
     points = registered(group)
     if name not in points:
         raise InputError(f"There is no {group[:-1]} '{name}'; {did_you_mean(name, points)}")
-    return points[name].load()
+    try:
+        return points[name].load()
+    except Exception as error:
+        raise InputError(
+            f"The {group[:-1]} '{name}' ({points[name].value}) cannot be loaded: {error}; repair or uninstall its package."
+        ) from error

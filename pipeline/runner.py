@@ -32,9 +32,7 @@ class Pipeline:
                     )
             filled.update(stage.gives)
 
-    def __call__(
-        self, take: Take, done: Callable[[str, float], None] = lambda stage, seconds: None
-    ) -> Take:
+    def __call__(self, take: Take, done: Callable[[str, float], None] = lambda stage, seconds: None) -> Take:
         """The take after every stage; `done(stage name, seconds)` is called after each."""
         self.check(take)
         for stage in self.stages:

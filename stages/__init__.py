@@ -1,1 +1,5 @@
 """Steps of a pipeline: one file each; a stage is also a plain function on a pose sequence."""
+
+from .rectify import rectify
+
+__all__ = ["rectify"]

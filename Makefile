@@ -1,0 +1,31 @@
+# Two commands that do all the set-up on a fresh machine: `make demo` and `make test`.
+PYTHON ?= python3
+# The newest torch brings gigabytes of CUDA; this one has a small CPU build. Only the tests need it.
+TORCH ?= torch==2.13.0
+
+.PHONY: demo test lint clean
+
+demo: .venv/.installed
+	.venv/bin/pcnet3d demo -o demo-run
+
+test: .venv-test/.installed
+	.venv-test/bin/python -m pytest
+
+lint: .venv-test/.installed
+	.venv-test/bin/ruff check .
+	.venv-test/bin/ruff format --check .
+	.venv-test/bin/pyright --pythonpath .venv-test/bin/python
+
+.venv/.installed: pyproject.toml
+	$(PYTHON) -m venv .venv
+	.venv/bin/pip install -q -e .
+	touch $@
+
+.venv-test/.installed: pyproject.toml
+	$(PYTHON) -m venv .venv-test
+	.venv-test/bin/pip install -q "$(TORCH)"
+	.venv-test/bin/pip install -q -e ".[train,dev]"
+	touch $@
+
+clean:
+	rm -rf .venv .venv-test build *.egg-info demo-run demo-run-input

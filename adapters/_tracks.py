@@ -1,0 +1,160 @@
+"""Detections, one person in one frame each, become one pose sequence a person."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ..pipeline.errors import InputError
+from ..pipeline.frames import IMAGE
+from ..pipeline.layouts import Layout
+from ..pipeline.pose import PoseSequence
+from ._json import numbers
+
+_REACH = 0.5  # of the body's size: how far a person's joints may have moved, on average, since last seen
+_MEMORY = 30  # frames after which somebody who was lost counts as a new person
+
+
+@dataclass(frozen=True, eq=False)
+class Detection:
+    """One person in one video frame.
+
+    points: (J, 3) float64, x and y in pixels and the detector's score; all three 0 where it found no joint.
+    person: the detector's name of the person, None when it does not follow people from frame to frame.
+    """
+
+    frame: int
+    points: np.ndarray
+    person: str | None = None
+
+    @property
+    def found(self) -> np.ndarray:
+        """(J,) whether the joint is there: neither NaN nor the detectors' 0, 0 with score 0."""
+        return ~np.isnan(self.points[:, :2]).any(axis=1) & (self.points != 0).any(axis=1)
+
+
+def triples(flat: Any, where: str) -> np.ndarray:
+    """A list x, y, score, x, y, score, ... as points (J, 3); InputError for any other number of values."""
+    values = numbers(flat, where)
+    if values.ndim != 1 or len(values) % 3 or len(values) == 0:
+        raise InputError(f"{where}: expected x, y and score of each joint in one list, got shape {values.shape}.")
+    return values.reshape(-1, 3)
+
+
+def sequences(detections: Sequence[Detection], layouts: Iterable[Layout], where: str) -> tuple[PoseSequence, ...]:
+    """One sequence a person in IMAGE, frames in order, people in the order in which they appear.
+
+    layouts: those that the format can hold, told apart by their number of joints.
+    People without names are told apart by `linked`; the history says so. A joint that was not found is NaN
+    with confidence NaN. Scores are taken for confidences, except that those outside [0, 1] are clipped, and
+    that one score for all joints of the file says nothing and becomes NaN; the history tells both.
+    Raises InputError for nobody at all, another layout, coordinates that are no pixels, and a person who is
+    in a frame twice.
+    """
+    if not any(detection.found.any() for detection in detections):
+        raise InputError(f"{where}: no person was found in any frame.")
+    layout = _layout(detections, layouts, where)
+    points = np.concatenate([detection.points[detection.found] for detection in detections])
+    if np.abs(points[:, :2]).max() <= 1:
+        raise InputError(
+            f"{where}: expected pixels, got coordinates between -1 and 1; write them in pixels of the video "
+            "(OpenPose: --keypoint_scale 0)."
+        )
+    dummy = len(points) > 1 and np.ptp(points[:, 2]) == 0
+    tracked = all(detection.person is not None for detection in detections)
+    people: dict[str | None, list[Detection]] = defaultdict(list)
+    for detection in sorted(detections if tracked else linked(detections), key=lambda one: one.frame):
+        people[detection.person].append(detection)
+    tracks = tuple(_sequence(rows, layout, dummy, where) for rows in people.values())
+    return tracks if tracked else tuple(poses.noted("link people", method="nearest") for poses in tracks)
+
+
+def _layout(detections: Sequence[Detection], layouts: Iterable[Layout], where: str) -> Layout:
+    known = {len(layout): layout for layout in layouts}
+    counts = {len(detection.points) for detection in detections}
+    if len(counts) != 1 or not counts <= known.keys():
+        expected = " or ".join(f"{count} joints ({layout.name})" for count, layout in known.items())
+        raise InputError(f"{where}: expected people of {expected}, got {', '.join(map(str, sorted(counts)))} joints.")
+    return known[counts.pop()]
+
+
+def _sequence(rows: Sequence[Detection], layout: Layout, dummy: bool, where: str) -> PoseSequence:
+    frames = np.array([row.frame for row in rows])
+    twice = frames[1:][np.diff(frames) == 0]
+    if len(twice):
+        raise InputError(
+            f"{where}: expected each person once a frame, got person {rows[0].person} more than once in frame "
+            f"{twice[0]}, so people are not tracked in this file; track them in the detector, or pass the option "
+            "track=true to join each one to the nearest of the frames before."
+        )
+    points = np.stack([np.where(row.found[:, None], row.points, np.nan) for row in rows])
+    scores = points[..., 2]
+    outside = (scores < 0) | (scores > 1)
+    poses = PoseSequence(
+        joints=points[..., :2],
+        layout=layout,
+        frame=IMAGE,
+        confidence=np.full_like(scores, np.nan) if dummy else np.clip(scores, 0, 1),
+        frame_index=frames,
+        person=str(rows[0].person),
+    )
+    if dummy:
+        return poses.noted("scores", unknown=f"all are {np.nanmax(scores):g}")
+    if outside.any():
+        return poses.noted("scores", clipped=int(outside.sum()), least=np.nanmin(scores), most=np.nanmax(scores))
+    return poses
+
+
+def linked(detections: Iterable[Detection]) -> list[Detection]:
+    """The same detections with people named "0", "1", ... in order of appearance.
+
+    Where no frame holds more than one person, all are one. Otherwise each frame's people are joined to the
+    nearest ones seen in the last 30 frames, nearest pairs first; the distance is that of the joints found
+    both times, on average, and must stay below half the body's size (its box's diagonal). People who cross
+    may be exchanged: a tracker does better. A detection without a single joint is dropped.
+    """
+    frames: dict[int, list[Detection]] = defaultdict(list)
+    for detection in detections:
+        if detection.found.any():
+            frames[detection.frame].append(detection)
+    if all(len(people) == 1 for people in frames.values()):
+        return [replace(detection, person="0") for (detection,) in frames.values()]
+    last: list[Detection] = []  # everybody's last sighting; the place in the list is the name
+    named: list[Detection] = []
+    for frame, people in sorted(frames.items()):
+        tracks = _nearest(last, people, frame)
+        for i, detection in enumerate(people):
+            track = tracks.get(i, len(last))
+            last[track : track + 1] = [detection]
+            named.append(replace(detection, person=str(track)))
+    return named
+
+
+def _nearest(last: Sequence[Detection], people: Sequence[Detection], frame: int) -> dict[int, int]:
+    """Which of the known tracks each person continues; people who begin a track are left out."""
+    pairs = sorted(
+        (distance, track, i)
+        for track, seen in enumerate(last)
+        if frame - seen.frame <= _MEMORY
+        for i, person in enumerate(people)
+        if (distance := _distance(seen, person)) < _REACH
+    )
+    tracks: dict[int, int] = {}
+    for _, track, i in pairs:
+        if i not in tracks and track not in tracks.values():
+            tracks[i] = track
+    return tracks
+
+
+def _distance(a: Detection, b: Detection) -> float:
+    """Mean distance of the joints found in both, over the size of the larger body; infinite without any."""
+    both = a.found & b.found
+    if not both.any():
+        return np.inf
+    size = max(np.linalg.norm(np.ptp(one.points[one.found, :2], axis=0)) for one in (a, b))
+    step = np.linalg.norm(a.points[both, :2] - b.points[both, :2], axis=1).mean()
+    return step / size if size else np.inf

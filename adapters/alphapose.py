@@ -1,0 +1,111 @@
+"""AlphaPose's alphapose-results.json: the default list, or the dict of --format cmu and open (formats.md 6).
+
+The list holds one entry a detection, {image_id: "12.jpg", category_id, keypoints: x, y, score of every
+joint, score, box, idx}, of COCO-17 or Halpe-26. AlphaPose names a video's frames from "0.jpg" on; names are
+sorted by number, not as text. `idx` is the person only where AlphaPose tracked (--pose_track): without
+tracking everybody is 0, and after non-maximum suppression it may be a list of lists. The dict is keyed by
+image name and holds the 18 joints of OpenPose's COCO model, without `idx`. Joint scores are heatmap maxima.
+"""
+
+from __future__ import annotations
+
+import reprlib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..pipeline.errors import InputError
+from ..pipeline.layouts import COCO17, HALPE26, OPENPOSE18
+from ..pipeline.pose import PoseSequence
+from ._json import beginning, entries, field, frame_number, load, numbers
+from ._tracks import Detection, sequences, triples
+
+name = "alphapose"
+gives = "keypoints"
+reads = "alphapose-results.json of AlphaPose: COCO-17 or Halpe-26 list, or --format cmu / open"
+
+_BODIES = {"bodies": "joints", "people": "pose_keypoints_2d"}  # --format cmu, --format open
+_PIXEL = 1.0
+
+
+def sniff(path: Path) -> bool:
+    content = beginning(path)
+    if isinstance(content, list):
+        entry = content[0] if content else None
+        return (
+            isinstance(entry, dict)
+            and {"image_id", "keypoints"} <= entry.keys()
+            and (isinstance(entry["image_id"], str) or not entry.keys().isdisjoint(("idx", "box")))
+        )
+    return _bodies_key(content) is not None
+
+
+def read(path: Path, track: bool = False) -> tuple[PoseSequence, ...]:
+    """One sequence a tracked person, named by its `idx` ("0" in a file without); frame_index = image number.
+
+    track: ignore `idx` and join each detection to the nearest of the frames before.
+    Scores above 1 are clipped and counted in the history. Raises InputError when the file is not AlphaPose's,
+    when an image has no number, and when a person is in a frame twice because nobody was tracked.
+    """
+    content = load(path, "AlphaPose results")
+    key = _bodies_key(content)
+    if key is not None:
+        detections = _from_dict(content, key, track, path)
+        layouts = (OPENPOSE18,)
+    else:
+        listed = enumerate(entries(content, str(path)))
+        detections = [_from_entry(entry, track, f"{path}, entry {i}") for i, entry in listed]
+        layouts = (COCO17, HALPE26)
+    return sequences(detections, layouts, str(path))
+
+
+def _from_entry(entry: Any, track: bool, where: str) -> Detection:
+    return Detection(
+        frame=frame_number(field(entry, "image_id", where), where),
+        points=triples(field(entry, "keypoints", where), where),
+        person=None if track else _person(entry.get("idx", 0), where),
+    )
+
+
+def _person(idx: Any, where: str) -> str:
+    """The track that `idx` names: a number, or nested lists of one and the same number."""
+    ids = np.unique(numbers(idx, where))
+    if len(ids) != 1 or ids[0] % 1 != 0:
+        raise InputError(
+            f"{where}: expected one track number as idx, got {reprlib.repr(idx)}; pass the option track=true to ignore idx and "
+            "join people to the nearest of the frames before."
+        )
+    return f"{ids[0]:.0f}"
+
+
+def _bodies_key(content: Any) -> str | None:
+    """ "bodies" for the dict of --format cmu, "people" for that of --format open, None for anything else."""
+    first = next(iter(content.values()), None) if isinstance(content, dict) else None
+    return next((key for key in _BODIES if isinstance(first, dict) and isinstance(first.get(key), list)), None)
+
+
+def _from_dict(images: dict[str, Any], key: str, track: bool, path: Path) -> list[Detection]:
+    detections = []
+    for image, content in images.items():
+        where = f"{path}, image {image}"
+        frame = frame_number(image, where)
+        for body in entries(field(content, key, where), where):
+            points = triples(field(body, _BODIES[key], where), where)
+            _refuse_head_as_neck(points, where)
+            detections.append(Detection(frame, points, None if track else "0"))
+    return detections
+
+
+def _refuse_head_as_neck(points: np.ndarray, where: str) -> None:
+    """AlphaPose's writer appends the mid-shoulders and then takes entry 17 for them, which is Halpe's head
+    (`write_json` in alphapose/utils/pPose_nms.py): with a Halpe model the "neck" of these formats is the head.
+    """
+    if len(points) != len(OPENPOSE18):
+        return
+    shoulders = points[OPENPOSE18.indices(["l_shoulder", "r_shoulder"]), :2].mean(axis=0)
+    if np.abs(points[OPENPOSE18.index("neck"), :2] - shoulders).max() > _PIXEL:
+        raise InputError(
+            f"{where}: expected the neck between the shoulders, where AlphaPose puts it with COCO models; with Halpe "
+            "models --format writes the top of the head instead, so run AlphaPose again without --format."
+        )

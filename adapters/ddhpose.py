@@ -1,0 +1,111 @@
+"""Exports of DDHPose, and of D3DP and MixSTE, which save alike: clips of 243 frames (formats.md 2.3 to 2.5).
+
+Metres in camera axes, pelvis at the origin, in one of these shapes, of which the last two axes are 17 joints
+in Human3.6M order and x, y, z:
+
+    (frames, 17, 3)                          put together by the exporting script
+    (clips, 243, 17, 3)                      clips as the network gave them
+    (clips, steps, proposals, 243, 17, 3)    the same with every sampling step and every proposal
+    (steps, proposals, frames, 17, 3)        D3DP's test_3d_<video>_output.npy
+
+The last sampling step is taken, and the mean over the proposals (P-Agg), which is the one aggregation that
+needs no ground truth. The last clip holds the video's LAST 243 frames, so it overlaps the one before it; a
+video shorter than a clip was filled up by repeating its last frame. Neither shows in the array: the number
+of frames has to be given with every array of clips.
+
+A (frames, 17, 3) file is not recognised as DDHPose's, only read when this adapter is named: it looks and
+means the same as VideoPose3D's, but for the seams between clips, which are marked here.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from ..pipeline.errors import InputError
+from ..pipeline.frames import CAMERA
+from ..pipeline.layouts import H36M17
+from ..pipeline.pose import PoseSequence
+from ._metric import FRAMES, check_metric, looks_metric
+from ._numpy import load, peek
+
+name = "ddhpose"
+gives = "poses"
+reads = "DDHPose, D3DP and MixSTE exports (.npy), also as clips of 243 with steps and proposals, metres"
+
+_CLIP = 243
+_POSE = FRAMES[1:]
+_CLIPS = ("clips", _CLIP, *_POSE)
+_ALL_CLIPS = ("clips", "steps", "proposals", _CLIP, *_POSE)
+_ALL_FRAMES = ("steps", "proposals", "frames", *_POSE)
+_CLAMP_M = 1.1  # the diffusion's range on each axis
+
+
+def sniff(path: Path) -> bool:
+    joints = peek(path, _CLIPS, _ALL_CLIPS, _ALL_FRAMES)
+    return joints is not None and looks_metric(joints.reshape(-1, *_POSE))
+
+
+def read(path: Path, frames: int | None = None) -> tuple[PoseSequence]:
+    """The one person of the file: H36M17 in camera axes, metres.
+
+    frames: number of frames of the video. Needed for clips; for the other shapes it is only compared.
+    Coordinates at the clamp of 1.1 m, which may lie further out in truth, are counted in the history.
+    Raises InputError for another shape, for a number of frames that the clips cannot hold, for other units
+    than metres, and for arrays of which numpy's squeeze has left more than one reading.
+    """
+    stored = load(path, FRAMES, _CLIPS, _ALL_CLIPS, _ALL_FRAMES)
+    if (
+        stored.ndim == len(_ALL_FRAMES)
+        and stored.shape[2] == _CLIP
+        and 1 not in stored.shape
+        and frames != _CLIP
+    ):
+        raise InputError(
+            f"{path}: shape {stored.shape} can be steps and proposals of one video of {_CLIP} frames, or clips from "
+            f"which squeeze removed an axis; pass the option frames={_CLIP} for the former, else save without squeeze."
+        )
+    proposals = _last_step(stored)
+    if proposals.ndim == len(_CLIPS) + 1:
+        proposals = _joined(path, proposals, frames)
+    elif frames not in (None, proposals.shape[1]):
+        raise InputError(
+            f"{path}: expected {frames} frames, as option frames says, got {proposals.shape[1]}."
+        )
+    poses = PoseSequence(
+        joints=proposals.mean(axis=0, dtype=np.float64),
+        layout=H36M17,
+        frame=CAMERA.with_(origin="camera"),
+        seams=tuple(range(_CLIP, proposals.shape[1], _CLIP)),
+    )
+    check_metric(path, poses.joints)
+    clamped = int(np.isclose(np.abs(proposals), _CLAMP_M, rtol=0, atol=1e-6).sum())
+    return (poses.noted("clamped", values=clamped, limit_m=_CLAMP_M) if clamped else poses,)
+
+
+def _last_step(stored: np.ndarray) -> np.ndarray:
+    """(proposals, frames, 17, 3) or, of clips, (proposals, clips, 243, 17, 3)."""
+    if stored.ndim == len(_ALL_FRAMES):
+        return stored[-1]
+    if stored.ndim == len(_ALL_CLIPS):
+        return np.swapaxes(stored[:, -1], 0, 1)
+    return stored[np.newaxis]
+
+
+def _joined(path: Path, clips: np.ndarray, frames: int | None) -> np.ndarray:
+    """(proposals, frames, 17, 3) from (proposals, clips, 243, 17, 3), without overlap and without filling."""
+    count = clips.shape[1]
+    if frames is None:
+        raise InputError(
+            f"{path} holds {count} clips of {_CLIP} frames, the last of which overlaps the one before it or was filled "
+            "up; pass the option frames=N with the number of frames of the video."
+        )
+    last = frames - (count - 1) * _CLIP
+    if not 0 < last <= _CLIP:
+        raise InputError(
+            f"{path} holds {count} clips of {_CLIP} frames, which make {(count - 1) * _CLIP + 1} to {count * _CLIP} "
+            f"frames, got the option frames={frames}; give the number of frames of the video."
+        )
+    tail = clips[:, -1, :last] if count == 1 else clips[:, -1, _CLIP - last :]
+    return np.concatenate([*np.moveaxis(clips[:, :-1], 1, 0), tail], axis=1)

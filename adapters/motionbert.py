@@ -1,0 +1,80 @@
+"""MotionBERT's X3D.npy, as `infer_wild.py` writes it (formats.md 2.1).
+
+(T, 17, 3) in camera axes. Two things set it apart from other arrays of that shape, both from the script:
+without `rootrel` (its default configuration) the pelvis moves and its depth is exactly 0 in a clip's first
+frame; with `rootrel` the pelvis is exactly 0 throughout. A root of exact zeros in an .npy is also what
+DDHPose saves, whose metres cannot be told from MotionBERT's units by size: such a file fits two adapters
+and has to be named.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from ..pipeline.errors import InputError
+from ..pipeline.frames import CAMERA
+from ..pipeline.layouts import H36M17
+from ..pipeline.pose import PoseSequence
+from ._numpy import load, peek
+
+name = "motionbert"
+gives = "poses"
+reads = (
+    "X3D.npy of MotionBERT's infer_wild.py, Human3.6M order, no known scale (with option pixel: from --pixel)"
+)
+
+_SHAPE = ("frames", len(H36M17), 3)
+# Normalised coordinates stay within about 1.5 of the crop's centre, or 2 of the pelvis; pixels are tens to
+# thousands.
+_PIXELS_FROM = 10.0
+
+
+def sniff(path: Path) -> bool:
+    joints = peek(path, _SHAPE)
+    if joints is None:
+        return False
+    root = joints[:, H36M17.index("pelvis")]
+    starts_at_depth_0 = root[0, 2] == 0 and root[0, :2].any()
+    root_relative = ((root == 0) | np.isnan(root)).all() and joints.any() and not _looks_like_pixels(joints)
+    return bool(starts_at_depth_0 or root_relative)
+
+
+def read(path: Path, pixel: bool = False, clip: int = 243) -> tuple[PoseSequence]:
+    """The one person of the file: H36M17 in camera axes, "arbitrary" unit, the pelvis where the file has it.
+
+    pixel: the file comes from `infer_wild.py --pixel`: x, y in pixels of the image, z in the same scale.
+        A pixel is no length, so the unit is "arbitrary" here too.
+    clip: frames that the network saw at once (`--clip_len`); clips do not overlap, so a seam lies between.
+    Which video frames the rows belong to is unknown: frames without a detection are missing from the file.
+    Raises InputError when the file is no such array or its values contradict `pixel`.
+    """
+    if clip < 1:
+        raise InputError(f"Expected a clip of at least 1 frame, got {clip}.")
+    joints = load(path, _SHAPE)
+    if _looks_like_pixels(joints) and not pixel:
+        raise InputError(
+            f"{path}: expected MotionBERT's normalised coordinates, got values far beyond 2; pass the option "
+            "pixel=true if the file comes from infer_wild.py --pixel."
+        )
+    if pixel and not _looks_like_pixels(joints):
+        raise InputError(
+            f"{path}: expected pixels, as infer_wild.py --pixel writes them, got normalised coordinates of "
+            "about -1 to 1; leave out the option pixel."
+        )
+    origin = "image corner" if pixel else "crop centre"
+    return (
+        PoseSequence(
+            joints=joints,
+            layout=H36M17,
+            frame=CAMERA.with_(origin=origin, unit="arbitrary"),
+            seams=tuple(range(clip, len(joints), clip)),
+        ),
+    )
+
+
+def _looks_like_pixels(joints: np.ndarray) -> bool:
+    """By the largest coordinate of the usual frame, so that a few wild frames do not decide."""
+    largest = np.nanmax(np.abs(joints), axis=(1, 2), initial=0)
+    return bool(np.median(largest) > _PIXELS_FROM)

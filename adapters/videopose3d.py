@@ -1,0 +1,65 @@
+"""VideoPose3D and the lifters that save what it saves: metres in camera axes, relative to the pelvis.
+
+(T, 17, 3) as a bare .npy (VideoPose3D --viz-export, MixSTE, video-to-pose3D) or as `reconstruction` in an
+.npz (`output_3D/output_keypoints_3d.npz` of MHFormer and StridedTransformer); formats.md 2.2, 2.5, 2.6.
+An .npy whose pelvis is exactly 0 in every frame could as well be MotionBERT's with `rootrel`: such a file
+fits both and has to be named. DDHPose's (T, 17, 3) means the same as these files but for its seams, and
+adapter ddhpose marks those.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..pipeline.errors import InputError
+from ..pipeline.frames import CAMERA
+from ..pipeline.layouts import H36M17
+from ..pipeline.pose import PoseSequence
+from ._metric import FRAMES, check_metric, looks_metric
+from ._numpy import keys, load, peek
+
+name = "videopose3d"
+gives = "poses"
+reads = "VideoPose3D, MixSTE, video-to-pose3D (.npy), MHFormer, StridedTransformer (.npz or the vis.py folder), metres"
+
+_KEY = "reconstruction"
+_IN_FOLDER = Path("output_3D", "output_keypoints_3d.npz")
+
+
+def sniff(path: Path) -> bool:
+    file = _file(path)
+    found = (peek(file, FRAMES), peek(file, FRAMES, key=_KEY))
+    return any(joints is not None and looks_metric(joints) for joints in found)
+
+
+def read(path: Path, clip: int | None = None) -> tuple[PoseSequence]:
+    """The one person of the file: H36M17 in camera axes, metres, the pelvis where the file has it.
+
+    path: the file, or the output folder of a vis.py, which holds output_3D/output_keypoints_3d.npz.
+    clip: frames per clip of a lifter that works clip by clip (MixSTE: 243), for the seams between clips;
+        the others look at a window around every frame and have none.
+    A vis.py writes one row for every frame of the video, so its rows' video frames are known; those of an
+    .npy are not. Raises InputError when the file is no such array, not in metres, or made for display.
+    """
+    if clip is not None and clip < 1:
+        raise InputError(f"Expected a clip of at least 1 frame, got {clip}.")
+    file = _file(path)
+    key = _KEY if keys(file) else None
+    joints = load(file, FRAMES, key=key)
+    known: dict[str, Any] = {"frame_index": np.arange(len(joints))} if key else {}
+    poses = PoseSequence(
+        joints=joints,
+        layout=H36M17,
+        frame=CAMERA.with_(origin="camera"),
+        seams=tuple(range(clip, len(joints), clip)) if clip else (),
+        **known,
+    )
+    check_metric(file, poses.joints, trajectory=True)
+    return (poses,)
+
+
+def _file(path: Path) -> Path:
+    return path / _IN_FOLDER if path.is_dir() else path

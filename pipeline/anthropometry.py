@@ -1,0 +1,37 @@
+"""Segment lengths of an adult as fractions of stature, for the bones of H36M17.
+
+Limbs and trunk: Drillis & Contini, Body Segment Parameters, New York University TR 1166.03, 1966, as redrawn in
+Winter, Biomechanics and Motor Control of Human Movement, 4th ed. 2009, fig. 4.1. The trunk is the shoulder
+joints' height, 0.818, less the hip joints', 0.530.
+
+Widths: their figure gives breadths over the outside of the body, 0.191 at the hips and 0.259 at the shoulders;
+joints lie further inside. The widths here are those between joint centres, the rounded medians of the subjects'
+own skeletons (ASF files) in the CMU Graphics Lab Motion Capture Database: hips 0.09 to 0.11, shoulders 0.21 to
+0.23. Estimators disagree about the widths more than about the limbs, so a scale is better taken from the limbs.
+
+No bone of the neck or head is given: every estimator puts nose and head elsewhere (formats.md section 1).
+"""
+
+from __future__ import annotations
+
+ANKLE_HEIGHT = 0.039  # ankle joint above the sole
+HIPS_WIDTH = 0.100
+SHOULDERS_WIDTH = 0.220
+TRUNK = 0.818 - 0.530  # from mid-hips to mid-shoulders
+
+SEGMENTS: dict[tuple[str, str], float] = {
+    ("pelvis", "spine"): TRUNK / 2,
+    ("spine", "thorax"): TRUNK / 2,
+    **{
+        bone: length
+        for side in ("r", "l")
+        for bone, length in (
+            (("pelvis", f"{side}_hip"), HIPS_WIDTH / 2),
+            ((f"{side}_hip", f"{side}_knee"), 0.245),
+            ((f"{side}_knee", f"{side}_ankle"), 0.246),
+            (("thorax", f"{side}_shoulder"), SHOULDERS_WIDTH / 2),
+            ((f"{side}_shoulder", f"{side}_elbow"), 0.186),
+            ((f"{side}_elbow", f"{side}_wrist"), 0.146),
+        )
+    },
+}

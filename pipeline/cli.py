@@ -1,0 +1,157 @@
+"""The command line: run, view, list, and every command that a package registers."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import traceback
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import typer
+
+from . import registry
+from .config import load_recipe
+from .errors import InputError
+from .intake import Sources
+from .job import run_files
+from .progress import stages
+from .reading import Missing, Parity, adapters
+
+app = typer.Typer(
+    name="pcnet3d",
+    help="Kinematics that mean the same thing from every camera.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+
+
+@app.command()
+def run(
+    output: Annotated[Path, typer.Option("-o", "--output", help="Folder for the results.")],
+    video: Annotated[Path | None, typer.Argument(help="The recorded video.")] = None,
+    poses: Annotated[Path | None, typer.Option(help="3D poses of a lifter: a file or a folder.")] = None,
+    adapter: Annotated[str, typer.Option(help="Format of --poses; see `pcnet3d list adapters`.")] = "auto",
+    keypoints: Annotated[Path | None, typer.Option(help="2D keypoints: a file or a folder.")] = None,
+    keypoints_adapter: Annotated[str, typer.Option(help="Format of --keypoints.")] = "auto",
+    person: Annotated[
+        str | None, typer.Option(help="Which person, by the file's name, or 'longest'.")
+    ] = None,
+    fps: Annotated[float | None, typer.Option(help="Frame rate, when there is no video to ask.")] = None,
+    first_frame: Annotated[int | None, typer.Option(help="Video frame of the poses' first row.")] = None,
+    stature: Annotated[
+        float | None, typer.Option(help="The person's height in metres; sets the scale.")
+    ] = None,
+    rectifier: Annotated[str | None, typer.Option(help="geometric.")] = None,
+    parity: Annotated[Parity, typer.Option(help="What to do when left and right look exchanged.")] = "refuse",
+    missing: Annotated[Missing, typer.Option(help="What to do with NaN or all-zero poses.")] = "refuse",
+    option: Annotated[
+        list[str] | None, typer.Option("--option", "-O", help="KEY=VALUE for the poses' adapter; repeatable.")
+    ] = None,
+    keypoints_option: Annotated[
+        list[str] | None, typer.Option(help="KEY=VALUE for the keypoints' adapter.")
+    ] = None,
+    recipe: Annotated[Path | None, typer.Option(help="Stages and their options, a TOML file.")] = None,
+    no_frames: Annotated[bool, typer.Option("--no-frames", help="Keep pictures of the person out.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Replace a folder that is not ours.")] = False,
+) -> None:
+    """Turn a recorded video's keypoints and a lifter's poses into a rectified recording."""
+    if poses is None:
+        raise InputError("Expected the 3D poses of a lifter, got none; pass --poses FILE.")
+    chosen = load_recipe(recipe)
+    changes = {"scale": {"stature_m": stature}, "rectify": {"rectifier": rectifier}}
+    for stage, options in changes.items():
+        given = {key: value for key, value in options.items() if value is not None}
+        if given and all(entry.use != stage for entry in chosen.stages):
+            raise InputError(f"{', '.join(given)} needs the stage '{stage}', which {recipe} does not have.")
+        chosen = chosen.with_options(stage, **given)
+    if no_frames:
+        chosen = chosen.with_options("record", frames=False)
+    sources = Sources(
+        poses=poses,
+        video=video,
+        keypoints=keypoints,
+        adapter=adapter,
+        keypoints_adapter=keypoints_adapter,
+        person=person,
+        fps=fps,
+        first_frame=first_frame,
+        parity=parity,
+        missing=missing,
+        options=_pairs(option),
+        keypoints_options=_pairs(keypoints_option),
+    )
+    with stages(["read", *(entry.use for entry in chosen.stages)]) as done:
+        take = run_files(sources, output, chosen, force=force, done=done)
+    for event in take.events:
+        if event.kind in ("warning", "repair", "note"):
+            print(f"{event.kind}: {event.text}", file=sys.stderr)
+    print(f"{output}: {', '.join(sorted(path.name for path in output.iterdir()))}")
+    print(f"look at it with: pcnet3d view {output}")
+
+
+@app.command()
+def view(
+    folder: Annotated[Path, typer.Argument(help="A run's folder.")],
+    web: Annotated[bool, typer.Option("--web", help="Serve it to a browser on this machine.")] = False,
+) -> None:
+    """Open a run's recording."""
+    from .view import view as open_recording
+
+    open_recording(folder, web)
+
+
+@app.command(name="list")
+def list_(
+    what: Annotated[Literal["adapters", "stages"], typer.Argument(help="What to list.")],
+    as_json: Annotated[bool, typer.Option("--json", help="For programs.")] = False,
+) -> None:
+    """List what is installed, one line each."""
+    if what == "adapters":
+        rows = [{"name": a.name, "gives": a.gives, "reads": a.reads} for a in adapters().values()]
+    else:
+        loaded = {name: registry.load("stages", name) for name in registry.registered("stages")}
+        rows = [
+            {"name": n, "needs": " ".join(s.needs), "gives": " ".join(s.gives)} for n, s in loaded.items()
+        ]
+    if as_json:
+        print(json.dumps(rows, indent=1))
+        return
+    for row in rows:
+        first, second, third = row.values()
+        print(f"{first:<14} {second:<18} {third}".rstrip())
+
+
+def _pairs(given: list[str] | None) -> dict[str, Any]:
+    pairs = {}
+    for text in given or []:
+        key, equals, value = text.partition("=")
+        if not equals:
+            raise InputError(f"Expected KEY=VALUE after --option, got '{text}'.")
+        pairs[key.strip()] = value
+    return pairs
+
+
+def main() -> None:
+    """Entry point; exit codes of design.md section 7."""
+    try:
+        for name in registry.registered("commands"):
+            app.command(name=name)(registry.load("commands", name))
+        app(standalone_mode=True)
+    except InputError as error:
+        _fail(str(error), 2)
+    except KeyboardInterrupt:
+        _fail("interrupted", 130)
+    except OSError as error:
+        _fail(f"{error.filename or 'A file'} could not be read or written: {error.strerror or error}.", 2)
+    except Exception:
+        traceback.print_exc()
+        _fail("this is a fault of pcnet3d, not of your input; please report it with the lines above.", 1)
+
+
+def _fail(message: str, code: int) -> None:
+    print(f"pcnet3d: {message}", file=sys.stderr)
+    sys.stderr.flush()
+    os._exit(code) if code == 130 else sys.exit(code)

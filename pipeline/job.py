@@ -1,0 +1,46 @@
+"""One run: files in, a folder of results out."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from .config import Recipe, load_recipe
+from .errors import InputError
+from .intake import Sources, open_take
+from .outputs import check_replaceable, whole_folder
+from .take import Take
+
+_WRITERS = ("record", "export")  # stages that are told where the run's folder is
+
+
+def run_files(
+    sources: Sources,
+    output: Path,
+    recipe: Recipe | None = None,
+    *,
+    force: bool = False,
+    done: Callable[[str, float], None] = lambda stage, seconds: None,
+) -> Take:
+    """Read the sources, run the recipe, leave its files in `output`; all of them or none.
+
+    done: called with "read" and then each stage's name, and its seconds. Raises InputError.
+    """
+    recipe = recipe or load_recipe()
+    check_replaceable(output, force)
+    for entry in recipe.stages:  # an unknown stage or option fails here, before anything is read
+        if entry.use in _WRITERS and "folder" in entry.options:
+            raise InputError(f"Stage '{entry.use}': the folder is the run's own (-o DIR), not the recipe's.")
+    _aimed(recipe, output).build()
+    start = time.perf_counter()
+    take = open_take(sources)
+    done("read", time.perf_counter() - start)
+    with whole_folder(output, force) as folder:
+        return _aimed(recipe, folder).build()(take, done)
+
+
+def _aimed(recipe: Recipe, folder: Path) -> Recipe:
+    for stage in _WRITERS:
+        recipe = recipe.with_options(stage, folder=folder)
+    return recipe

@@ -1,0 +1,91 @@
+"""Which views the recording opens with, and where they look from."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..pipeline.take import Take
+
+if TYPE_CHECKING:
+    import rerun.blueprint as rrb
+
+# Where the eye stands, in sizes of the person from the pelvis and in the reference axes of a frame's family.
+_EYES = {
+    "camera": (0.5, -0.4, -2.4),  # near the camera itself
+    "world": (-2.2, 1.1, 0.5),
+    "body": (-2.2, 1.1, 0.5),  # in front of the person, who faces -x, to the right and a little above
+    "level": (-2.2, 1.1, 0.5),
+}
+
+
+def blueprint(take: Take, size: float) -> rrb.Blueprint:
+    """Left what came in, in the middle the rectified person, right the curves and the words.
+
+    size: about half the person's height, in the poses' unit. Views of what the take lacks are not there.
+    """
+    import rerun.blueprint as rrb
+
+    assert take.poses is not None
+    source = take.poses.frame
+    unit = source.unit if source.metric else "arbitrary units"
+    flat = {"Video": take.video, "2D keypoints": take.keypoints}
+    title = " and ".join(name for name, part in flat.items() if part is not None)
+    words: list[rrb.View] = [rrb.TextDocumentView(origin="summary", name="Summary")]
+    if take.events:
+        columns = rrb.TextLogColumns(timeline_columns=["frame"], text_log_columns=["loglevel", "body"])
+        words.append(rrb.TextLogView(origin="events", name="Events", columns=columns))
+    return rrb.Blueprint(
+        rrb.Horizontal(
+            rrb.Vertical(
+                *([rrb.Spatial2DView(origin="video", name=title)] if title else []),
+                _person("source", f"Before: {source.name} axes", take, size),
+            ),
+            rrb.Tabs(
+                _person("body", "After: BODY, turned to face you in every frame", take, size),
+                _person("level", "LEVEL, one heading for the take", take, size),
+                active_tab=0,
+            ),
+            rrb.Vertical(
+                _curves("wrists/source", f"Wrists before: {', '.join(source.axes)} ({unit})"),
+                _curves("wrists/level", f"Wrists after: back, right, up ({unit})"),
+                _curves("rotation", "Rotation (deg)"),
+                rrb.Tabs(*words, active_tab=0),
+                row_shares=[4, 4, 2, 3],
+            ),
+            column_shares=[3, 4, 4],
+        ),
+        rrb.TimePanel(state="collapsed", timeline="video_time"),
+        collapse_panels=True,
+    )
+
+
+def _person(entity: str, name: str, take: Take, size: float) -> rrb.View:
+    import rerun as rr
+    import rerun.blueprint as rrb
+
+    assert take.poses is not None
+    assert take.rectified is not None
+    rectified = take.rectified
+    poses = {"source": take.poses, "body": rectified.body, "level": rectified.level}[entity]
+    eye = size * poses.frame.basis @ np.array(_EYES[poses.frame.family])
+    grid = rrb.LineGrid3D(False)
+    if entity != "source":
+        ankles = np.stack([poses.joint("l_ankle"), poses.joint("r_ankle")])[..., 2]
+        ankles = ankles[np.isfinite(ankles)]
+        ground = float(np.percentile(ankles, 2)) if len(ankles) else -size
+        plane = rr.components.Plane3D.XY.with_distance(ground)
+        grid = rrb.LineGrid3D(plane=plane, spacing=size / 4, color=(255, 255, 255, 40))
+    return rrb.Spatial3DView(
+        origin=entity,
+        name=name,
+        eye_controls=rrb.EyeControls3D(position=eye, look_target=(0, 0, 0)),
+        line_grid=grid,
+    )
+
+
+def _curves(entity: str, name: str) -> rrb.View:
+    import rerun.blueprint as rrb
+
+    return rrb.TimeSeriesView(origin=entity, name=name, plot_legend=rrb.Corner2D.LeftTop)

@@ -1,0 +1,141 @@
+"""Cleaning before anything is computed: missing rows put back as gaps, spikes removed, short gaps filled."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from ..pipeline.errors import InputError
+from ..pipeline.pose import PoseSequence
+from ..pipeline.take import Event, Take
+
+_MOST_ROWS = 5_000_000  # beyond this the frame numbers are wrong, not the recording long
+
+
+@dataclass(frozen=True)
+class Clean:
+    """The stage. Options as those of `clean`."""
+
+    max_gap_s: float = 0.2
+    spike: float = 0.5
+
+    name: ClassVar[str] = "clean"
+    needs: ClassVar[tuple[str, ...]] = ("poses",)
+    gives: ClassVar[tuple[str, ...]] = ("poses",)
+
+    def __call__(self, take: Take) -> Take:
+        assert take.poses is not None
+        poses = clean(take.poses, self.max_gap_s, self.spike)
+        counts = poses.history[-1].options
+        events = [Event("seam", "The estimator began a new clip here.", row) for row in poses.seams]
+        texts = {
+            "rows_inserted": "{} frames that the estimator dropped were put back as gaps.",
+            "spikes_removed": "{} single-frame jumps of a joint were removed.",
+            "values_filled": f"{{}} missing joint positions in gaps of up to {self.max_gap_s} s were interpolated.",
+        }
+        events += [Event("repair", text.format(counts[key])) for key, text in texts.items() if counts[key]]
+        if counts["values_missing"]:
+            events.append(
+                Event("warning", f"{counts['values_missing']} joint positions are missing and stay so.")
+            )
+        return take.with_(poses=poses).saying(*events)
+
+
+def clean(poses: PoseSequence, max_gap_s: float = 0.2, spike: float = 0.5) -> PoseSequence:
+    """One row for every video frame, without spikes, with short gaps filled; every repair is counted.
+
+    max_gap_s: gaps of a joint up to this long, in seconds, are interpolated (monotone cubic, never across a
+        seam, never beyond the first or last sighting); 0 fills none.
+    spike: a joint that jumps off the line between its neighbours in time by more than this many trunk lengths,
+        and three times further than they lie apart, for a single frame, is removed; 0 removes none.
+
+    Returns the poses whose history ends with the counts. Raises InputError without time stamps, or when frame
+    numbers jump so far that the recording would not fit into memory.
+    """
+    if max_gap_s < 0 or spike < 0:
+        raise InputError(f"clean needs max_gap_s and spike of 0 or more, got {max_gap_s} and {spike}.")
+    poses, inserted = _every_frame(poses)
+    spikes = _spikes(poses, spike)
+    joints = np.where(spikes[..., None], np.nan, poses.joints)
+    filled, count = _filled(joints, poses.times, poses.seams, max_gap_s)
+    made = np.isnan(poses.joints).any(-1) | spikes
+    return poses.with_(joints=filled, confidence=np.where(made, np.nan, poses.confidence)).noted(
+        "clean",
+        max_gap_s=max_gap_s,
+        spike=spike,
+        rows_inserted=inserted,
+        spikes_removed=int(spikes.sum()),
+        values_filled=count,
+        values_missing=int(np.isnan(filled).any(-1).sum()),
+        seams=len(poses.seams),
+    )
+
+
+def _every_frame(poses: PoseSequence) -> tuple[PoseSequence, int]:
+    """Rows for the frame numbers between first and last that have none, all NaN; and how many they are."""
+    index, times = poses.frame_index, poses.times
+    frames = int(index[-1]) - int(index[0]) + 1
+    if frames == len(poses):
+        return poses, 0
+    if frames > max(_MOST_ROWS, 2 * len(poses)):
+        raise InputError(
+            f"Expected frame numbers of one recording, got {len(poses)} rows numbered {index[0]} to {index[-1]}; "
+            "check the frame numbers of the 2D file."
+        )
+    every = np.arange(index[0], index[-1] + 1)
+    rows = index - index[0]
+    joints = np.full((frames, *poses.joints.shape[1:]), np.nan)
+    confidence = np.full((frames, len(poses.layout)), np.nan)
+    joints[rows], confidence[rows] = poses.joints, poses.confidence
+    padded = poses.with_(
+        joints=joints,
+        confidence=confidence,
+        frame_index=every,
+        time_s=np.interp(every, index, times),
+        seams=tuple(rows[list(poses.seams)]),
+    )
+    return padded, frames - len(poses)
+
+
+def _spikes(poses: PoseSequence, ratio: float) -> np.ndarray:
+    """(T, J) True where a joint leaves its path for one frame."""
+    joints = poses.joints.astype(np.float64)
+    spikes = np.zeros(joints.shape[:2], dtype=bool)
+    trunk = np.linalg.norm(poses.joint("thorax") - poses.joint("pelvis"), axis=-1)
+    if ratio == 0 or len(joints) < 3 or np.isnan(trunk).all():
+        return spikes
+    off = np.linalg.norm(joints[1:-1] - (joints[2:] + joints[:-2]) / 2, axis=-1)
+    apart = np.linalg.norm(joints[2:] - joints[:-2], axis=-1)
+    spikes[1:-1] = (off > ratio * np.nanmedian(trunk)) & (off > 3 * apart)
+    for seam in poses.seams:
+        spikes[max(seam - 1, 0) : seam + 1] = False
+    return spikes
+
+
+def _filled(
+    joints: np.ndarray, time_s: np.ndarray, seams: tuple[int, ...], max_gap_s: float
+) -> tuple[np.ndarray, int]:
+    """joints with short gaps interpolated, and how many joint positions that filled."""
+    from scipy.interpolate import PchipInterpolator
+
+    joints = joints.copy()
+    count = 0
+    clip = np.searchsorted(np.asarray(seams), np.arange(len(joints)), side="right")
+    for joint in range(joints.shape[1]):
+        known = np.flatnonzero(np.isfinite(joints[:, joint]).all(-1))
+        if len(known) < 2 or len(known) == len(joints):
+            continue
+        before, after = known[:-1], known[1:]
+        # A gap of n frames spans n + 1 intervals; its own length is one interval less.
+        length_s = (time_s[after] - time_s[before]) * (1 - 1 / (after - before))
+        short = (after - before > 1) & (length_s <= max_gap_s + 1e-9) & (clip[before] == clip[after])
+        rows = np.concatenate(
+            [np.arange(a + 1, b) for a, b in zip(before[short], after[short], strict=True)] or [[]]
+        )
+        rows = rows.astype(int)
+        if len(rows):
+            joints[rows, joint] = PchipInterpolator(time_s[known], joints[known, joint])(time_s[rows])
+            count += len(rows)
+    return joints, count

@@ -1,0 +1,116 @@
+"""The recording: everything about a take on one time axis, in one file for the rerun viewer."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+
+from ..pipeline.errors import InputError
+from ..pipeline.outputs import whole_file
+from ..pipeline.rotations import angle_deg, known
+from ..pipeline.take import Event, Take
+from ._record_entities import log_axes, log_curves, log_events, log_skeleton, log_video
+from ._record_summary import summary_markdown
+from ._record_video import viewable
+from ._record_views import blueprint
+
+if TYPE_CHECKING:
+    import rerun as rr
+
+RECORDING = "take.rrd"
+
+# Dark, middle and light for x, y and z; left bluish, right orange, as in the skeletons.
+_WRISTS = {
+    "l_wrist": ((0, 114, 178), (86, 180, 233), (190, 228, 250)),
+    "r_wrist": ((213, 94, 0), (240, 170, 30), (250, 222, 150)),
+}
+_UP, _ERROR = (204, 121, 167), (240, 228, 66)
+
+
+@dataclass(frozen=True)
+class Record:
+    """The stage. folder: where take.rrd goes. frames: False keeps every picture of the person out of it."""
+
+    folder: Path
+    frames: bool = True
+
+    name: ClassVar[str] = "record"
+    needs: ClassVar[tuple[str, ...]] = ("poses", "rectified")
+    gives: ClassVar[tuple[str, ...]] = ()
+
+    def __call__(self, take: Take) -> Take:
+        self.folder.mkdir(parents=True, exist_ok=True)
+        return take.saying(*record(take, self.folder / RECORDING, self.frames))
+
+
+def record(take: Take, path: str | Path, frames: bool = True) -> tuple[Event, ...]:
+    """Write a take into one rerun recording that opens with its own views.
+
+    Time axes: "frame", the number of the video's frame, and "video_time", its time stamp in seconds.
+    Entities: video, video/keypoints; source (the skeleton in the axes it came in, and the body's axes there),
+    body, level; wrists/source, wrists/level; rotation; events; summary. What the take lacks is left out, and
+    what is NaN stays NaN.
+
+    frames: False leaves the video out. Returns events for what was done to the video. Raises InputError
+    without poses, rectified poses or time stamps, or when the video cannot be read.
+    """
+    import rerun as rr
+    from rerun.error_utils import catch_and_log_exceptions
+
+    if take.poses is None or take.rectified is None:
+        raise InputError("A recording needs 3D poses and their rectification; run rectify first.")
+    asset, events = viewable(take.video) if frames and take.video else (None, ())
+    take = take.saying(*events).with_(video=take.video if asset else None)
+    distance = np.linalg.norm(take.poses.joints[known(take.poses.joints)], axis=-1)
+    size = float(np.percentile(distance, 98)) if len(distance) else 1.0  # about half the person's height
+
+    recording = rr.RecordingStream("pcnet3d")
+    with whole_file(Path(path)) as partial, catch_and_log_exceptions(strict=True):
+        try:
+            recording.save(partial, default_blueprint=blueprint(take, size))
+            recording.send_recording_name(take.name)
+            if take.video and asset:
+                log_video(recording, asset, take.video.time_s)
+            _log_poses(recording, take, size)
+            _log_rotation(recording, take, size)
+            log_events(recording, take.events, take.poses)
+            document = rr.TextDocument(summary_markdown(take), media_type=rr.MediaType.MARKDOWN)
+            recording.log("summary", document, static=True)
+            recording.flush()
+        finally:
+            recording.disconnect()
+    return events
+
+
+def _log_poses(recording: rr.RecordingStream, take: Take, size: float) -> None:
+    assert take.poses is not None
+    assert take.rectified is not None
+    if take.keypoints is not None:
+        log_skeleton(recording, "video/keypoints", take.keypoints, radius=-3.5)
+    skeletons = {"source": take.poses, "body": take.rectified.body, "level": take.rectified.level}
+    for entity, skeleton in skeletons.items():
+        log_skeleton(recording, entity, skeleton, radius=0.024 * size)
+    for entity in ("source", "level"):
+        skeleton = skeletons[entity]
+        unit = skeleton.frame.unit if skeleton.frame.metric else "au"
+        for wrist, colours in _WRISTS.items():
+            names = [f"{wrist} {axis} ({unit})" for axis in "xyz"]
+            log_curves(recording, f"wrists/{entity}/{wrist}", skeleton, skeleton.joint(wrist), names, colours)
+
+
+def _log_rotation(recording: rr.RecordingStream, take: Take, size: float) -> None:
+    assert take.poses is not None
+    assert take.rectified is not None
+    rectified, length = take.rectified, 0.3 * size
+    # R_source speaks of the reference axes of the source's family; these are the poses' own.
+    R_poses_from_body = take.poses.frame.basis @ rectified.R_source_from_body
+    log_axes(recording, "source/axes", length * R_poses_from_body, length, clock=take.poses)
+    log_axes(recording, "body/axes", length * np.eye(3), length)
+    deviation = angle_deg(rectified.R_source_from_body[:, :, 2], rectified.R_source_from_level[..., :, 2])
+    log_curves(recording, "rotation/up", take.poses, deviation, ["up deviation (deg)"], [_UP])
+    if np.isfinite(rectified.error_deg).any():
+        names = ["expected error (deg)"]
+        log_curves(recording, "rotation/error", take.poses, rectified.error_deg, names, [_ERROR])

@@ -1,0 +1,77 @@
+"""Metres for skeletons of lifters whose unit is unknown."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from ..pipeline.anthropometry import SEGMENTS
+from ..pipeline.errors import InputError
+from ..pipeline.pose import PoseSequence
+from ..pipeline.take import Event, Take
+
+# Mean adult height of the world, women and men of 18 to 19 born 1996: 1.59 and 1.71 m
+# (NCD Risk Factor Collaboration, "A century of trends in adult human height", eLife 2016).
+MEAN_STATURE_M = 1.65
+_LIMBS = ("knee", "ankle", "elbow", "wrist")
+
+
+@dataclass(frozen=True)
+class Scale:
+    """The stage. stature_m: the person's height; mean_adult: assume the mean adult's. With neither, the source's
+    unit is kept, and said when it has no scale."""
+
+    stature_m: float | None = None
+    mean_adult: bool = False
+
+    name: ClassVar[str] = "scale"
+    needs: ClassVar[tuple[str, ...]] = ("poses",)
+    gives: ClassVar[tuple[str, ...]] = ("poses",)
+
+    def __call__(self, take: Take) -> Take:
+        assert take.poses is not None
+        stature = self.stature_m if self.stature_m or not self.mean_adult else MEAN_STATURE_M
+        if stature is None:
+            if take.poses.frame.metric:
+                return take
+            return take.saying(
+                Event(
+                    "warning",
+                    "The source has no scale: lengths are in its own arbitrary units (_au). "
+                    "Give the person's height (--stature METRES) for metres.",
+                )
+            )
+        poses = scale(take.poses, stature)
+        assumed = "" if self.stature_m else " (the mean adult's, assumed)"
+        return take.with_(poses=poses).saying(
+            Event(
+                "repair",
+                f"Scaled by {poses.history[-1].options['factor']:.4g} to a stature of {stature} m{assumed}.",
+            )
+        )
+
+
+def scale(poses: PoseSequence, stature_m: float) -> PoseSequence:
+    """The same skeleton in metres: one factor for the take, from its limb bones' median lengths.
+
+    The limb bones of a person of that stature are taken from the table of segment proportions in
+    pipeline/anthropometry.py. Raises InputError for a stature that no person has or when no limb is seen.
+    """
+    if not 0.4 < stature_m < 2.6:
+        raise InputError(f"Expected a stature in metres, got {stature_m}.")
+    expected, measured = 0.0, 0.0
+    for bone, fraction in SEGMENTS.items():
+        if not bone[1].endswith(_LIMBS):
+            continue
+        length = np.linalg.norm(poses.joint(bone[1]) - poses.joint(bone[0]), axis=-1)
+        if np.isfinite(length).any():
+            measured += float(np.nanmedian(length))
+            expected += fraction * stature_m
+    if measured <= 0:
+        raise InputError("No limb bone is ever complete, so the stature cannot set the scale.")
+    factor = expected / measured
+    return poses.with_(joints=poses.joints * factor, frame=poses.frame.with_(unit="m")).noted(
+        "scale", stature_m=stature_m, factor=factor
+    )

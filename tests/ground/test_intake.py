@@ -1,0 +1,114 @@
+"""Joining files: the clock, the frame numbers and the person, from what each file knows."""
+
+import json
+
+import numpy as np
+import pytest
+
+from pcnet3d.pipeline import InputError
+from pcnet3d.pipeline.intake import Sources, open_take, sha256
+
+ROWS = 30
+
+
+@pytest.fixture
+def lifted(tmp_path, facing_camera):
+    """An X3D.npy as MotionBERT writes it: rows without frame numbers, the root moving."""
+    path = np.linspace(0, 0.3, ROWS)[:, None, None] * [1, 0, 0]
+    jitter = np.random.default_rng(0).normal(scale=0.002, size=(ROWS, 17, 3))
+    np.save(tmp_path / "X3D.npy", (facing_camera * 0.8 + 0.1 + path + jitter).astype(np.float32))
+    return tmp_path / "X3D.npy"
+
+
+def alphapose(path, tracks: dict[int, list[int]]):
+    """An AlphaPose results list with COCO-17 detections of these people in these frames."""
+    rng = np.random.default_rng(1)
+    detections = [
+        {"image_id": f"{frame}.jpg", "category_id": 1, "keypoints": rng.uniform(1, 300, 51).tolist(), "score": 2.0,
+         "box": [0, 0, 9, 9], "idx": idx}
+        for idx, frames in tracks.items() for frame in frames
+    ]  # fmt: skip
+    path.write_text(json.dumps(sorted(detections, key=lambda d: int(d["image_id"][:-4]))))
+    return path
+
+
+def test_dropped_frames_get_their_numbers_from_the_2d_file(tmp_path, lifted):
+    frames = [f for f in range(ROWS + 2) if f not in (7, 8)]
+    take = open_take(Sources(lifted, keypoints=alphapose(tmp_path / "ap.json", {1: frames}), fps=25))
+    assert take.poses.frame_index.tolist() == frames
+    assert take.poses.frames_known
+    np.testing.assert_allclose(take.poses.times, np.array(frames) / 25)
+    np.testing.assert_allclose(take.keypoints.times, np.array(frames) / 25)
+
+
+def test_the_track_that_fits_is_taken_when_there_are_several(tmp_path, lifted):
+    path = alphapose(tmp_path / "ap.json", {3: list(range(ROWS)), 5: list(range(4))})
+    assert open_take(Sources(lifted, keypoints=path, fps=25)).keypoints.person == "3"
+
+
+def test_several_people_lifted_as_one_are_recognised(tmp_path, lifted):
+    path = alphapose(tmp_path / "ap.json", {1: list(range(20)), 2: list(range(10))})
+    with pytest.raises(InputError, match="several people for one"):
+        open_take(Sources(lifted, keypoints=path, fps=25))
+
+
+def test_two_tracks_that_fit_need_a_name(tmp_path, lifted):
+    path = alphapose(tmp_path / "ap.json", {1: list(range(ROWS)), 2: list(range(ROWS))})
+    with pytest.raises(InputError, match="--person"):
+        open_take(Sources(lifted, keypoints=path, fps=25))
+    assert open_take(Sources(lifted, keypoints=path, fps=25, person="2")).keypoints.person == "2"
+    with pytest.raises(InputError, match="no person '9'"):
+        open_take(Sources(lifted, keypoints=path, fps=25, person="9"))
+
+
+def test_lengths_that_differ_cannot_be_joined(tmp_path, lifted):
+    path = alphapose(tmp_path / "ap.json", {1: list(range(ROWS - 5))})
+    with pytest.raises(InputError, match="30 rows and .* 25"):
+        open_take(Sources(lifted, keypoints=path, fps=25))
+
+
+def test_without_any_rate_it_says_so(lifted):
+    with pytest.raises(InputError, match="--fps"):
+        open_take(Sources(lifted))
+
+
+@pytest.mark.parametrize("fps", [0, -5, float("nan")])
+def test_a_rate_that_is_none_is_refused(lifted, fps):
+    with pytest.raises(InputError, match="frames per second"):
+        open_take(Sources(lifted, fps=fps))
+
+
+def test_first_frame_numbers_the_rows(lifted):
+    take = open_take(Sources(lifted, fps=25, first_frame=100))
+    assert take.poses.frame_index.tolist() == list(range(100, 100 + ROWS))
+    assert take.poses.times[0] == 4
+
+
+def test_unknown_frame_numbers_are_admitted(lifted):
+    texts = [event.text for event in open_take(Sources(lifted, fps=25)).events]
+    assert any("which video frames" in text for text in texts)
+
+
+def test_unsteady_bones_are_announced_loudly(tmp_path, facing_camera):
+    rng = np.random.default_rng(2)
+    np.save(tmp_path / "X3D.npy", facing_camera * rng.uniform(0.6, 1.4, size=(ROWS, 17, 3)) + 0.2)
+    take = open_take(Sources(tmp_path / "X3D.npy", fps=25))
+    assert "NOT GOOD DATA" in take.events[0].text
+
+
+def test_provenance_names_every_file_and_its_hash(tmp_path, lifted):
+    path = alphapose(tmp_path / "ap.json", {1: list(range(ROWS))})
+    inputs = open_take(Sources(lifted, keypoints=path, fps=25)).inputs
+    assert [(row["role"], row["file"], row["adapter"]) for row in inputs] == [
+        ("poses", "X3D.npy", "motionbert"),
+        ("keypoints", "ap.json", "alphapose"),
+    ]
+    assert inputs[0]["sha256"] == sha256(lifted)
+
+
+def test_a_folders_hash_follows_its_contents(tmp_path):
+    (tmp_path / "d").mkdir()
+    (tmp_path / "d" / "a").write_text("1")
+    first = sha256(tmp_path / "d")
+    (tmp_path / "d" / "a").write_text("2")
+    assert sha256(tmp_path / "d") != first

@@ -1,0 +1,92 @@
+"""The types: validated once, frozen, honest about what is missing."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+
+from pcnet3d.pipeline import BODY, CAMERA, H36M17, IMAGE, LEVEL, InputError, PoseSequence, Rectified
+
+finite_or_nan = st.floats(-1e6, 1e6, width=32) | st.just(float("nan"))
+
+
+@given(hnp.arrays(np.float32, st.tuples(st.integers(1, 5), st.just(17), st.just(3)), elements=finite_or_nan))
+def test_any_finite_or_missing_coordinates_are_kept_as_they_are(joints):
+    poses = PoseSequence(joints, H36M17, CAMERA)
+    np.testing.assert_array_equal(poses.joints, joints)
+    assert poses.joints.dtype == np.float32
+    assert len(poses) == len(joints)
+
+
+@given(st.lists(st.integers(0, 10**6), min_size=2, max_size=8))
+def test_frame_numbers_are_accepted_exactly_when_they_increase(numbers):
+    joints = np.zeros((len(numbers), 17, 3))
+    if all(a < b for a, b in zip(numbers, numbers[1:], strict=False)):
+        poses = PoseSequence(joints, H36M17, CAMERA, frame_index=numbers)
+        assert poses.frame_index.tolist() == numbers
+        assert poses.frames_known
+    else:
+        with pytest.raises(InputError, match="increase"):
+            PoseSequence(joints, H36M17, CAMERA, frame_index=numbers)
+
+
+@pytest.mark.parametrize(
+    ("joints", "changes", "words"),
+    [
+        (np.zeros((3, 16, 3)), {}, ["(frames, 17, 3)", "(3, 16, 3)"]),
+        (np.zeros((3, 17, 2)), {}, ["(frames, 17, 3)", "(3, 17, 2)"]),
+        (np.zeros((17, 3)), {}, ["(17, 3)"]),
+        (np.zeros((0, 17, 3)), {}, ["no frames"]),
+        (np.full((2, 17, 3), np.inf), {}, ["infinite", "row 0", "pelvis"]),
+        (np.zeros((2, 17, 3)), {"confidence": np.full((2, 17), 1.5)}, ["between 0 and 1"]),
+        (np.zeros((2, 17, 3)), {"confidence": np.zeros((2, 3))}, ["(2, 17)", "(2, 3)"]),
+        (np.zeros((2, 17, 3)), {"time_s": [0.0, 0.0]}, ["time_s", "increase"]),
+        (np.zeros((2, 17, 3)), {"time_s": [0.0, np.nan]}, ["time_s"]),
+        (np.zeros((2, 17, 3)), {"seams": (2,)}, ["seams"]),
+    ],
+)
+def test_what_does_not_fit_is_refused_with_expected_and_got(joints, changes, words):
+    with pytest.raises(InputError) as error:
+        PoseSequence(joints, H36M17, CAMERA, **changes)
+    assert all(word in str(error.value) for word in words)
+
+
+def test_it_is_frozen_down_to_the_array():
+    source = np.zeros((2, 17, 3), dtype=np.float32)
+    poses = PoseSequence(source, H36M17, CAMERA)
+    source[0, 0, 0] = 9
+    assert poses.joints[0, 0, 0] == 0
+    with pytest.raises(ValueError, match="read-only"):
+        poses.joints[0] = 1
+
+
+def test_unknown_frame_numbers_stay_unknown_through_changes():
+    poses = PoseSequence(np.zeros((3, 17, 3)), H36M17, CAMERA)
+    assert poses.frame_index.tolist() == [0, 1, 2]
+    assert not poses.with_(person="7").frames_known
+
+
+def test_no_clock_no_rate():
+    poses = PoseSequence(np.zeros((3, 17, 3)), H36M17, CAMERA)
+    with pytest.raises(InputError, match="--fps"):
+        _ = poses.fps
+    assert poses.with_(time_s=[0, 0.02, 0.04]).fps == pytest.approx(50)
+
+
+def test_history_grows_and_says_the_version():
+    poses = PoseSequence(np.zeros((1, 17, 2)), H36M17, IMAGE).noted("a", x=1).noted("b")
+    assert [step.name for step in poses.history] == ["a", "b"]
+    assert poses.history[0].options == {"x": 1}
+
+
+def test_rectified_checks_frames_and_shapes():
+    body = PoseSequence(np.zeros((2, 17, 3)), H36M17, BODY)
+    level = body.with_(frame=LEVEL)
+    eyes = np.broadcast_to(np.eye(3), (2, 3, 3))
+    good = {"R_source_from_body": eyes, "R_source_from_level": np.eye(3), "error_deg": np.zeros(2)}
+    Rectified(body, level, **good, method="m", level_heading="median")
+    with pytest.raises(InputError, match="LEVEL"):
+        Rectified(body, body, **good, method="m", level_heading="median")
+    with pytest.raises(InputError, match="error_deg"):
+        Rectified(body, level, **{**good, "error_deg": np.zeros(3)}, method="m", level_heading="median")

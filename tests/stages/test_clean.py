@@ -1,0 +1,112 @@
+"""Cleaning: what was broken on purpose comes back, and nothing else changes."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pcnet3d.pipeline import CAMERA, H36M17, InputError, PoseSequence, Take
+from pcnet3d.stages.clean import Clean, clean
+
+FPS = 30
+ROWS = 60
+
+
+def moving(rows: int = ROWS) -> PoseSequence:
+    """A body with a trunk of 0.5 m whose joints move on smooth curves."""
+    base = np.random.default_rng(0).normal(scale=0.4, size=(17, 3))
+    base[H36M17.index("pelvis")] = 0
+    base[H36M17.index("thorax")] = [0, -0.5, 0]
+    time_s = np.arange(rows) / FPS
+    joints = base + 0.1 * np.sin(2 * np.pi * time_s)[:, None, None]
+    return PoseSequence(joints, H36M17, CAMERA, time_s=time_s, frame_index=np.arange(rows))
+
+
+def counts(poses: PoseSequence) -> dict:
+    return {k: v for k, v in poses.history[-1].options.items() if k not in ("max_gap_s", "spike")}
+
+
+def test_whole_data_is_left_alone():
+    poses = moving()
+    cleaned = clean(poses)
+    np.testing.assert_array_equal(cleaned.joints, poses.joints)
+    assert set(counts(cleaned).values()) == {0}
+
+
+def test_dropped_frames_come_back_as_rows_and_short_gaps_are_filled():
+    poses = moving()
+    kept = np.delete(np.arange(ROWS), [10, 11, 12])
+    dropped = poses.with_(
+        joints=poses.joints[kept], confidence=poses.confidence[kept], time_s=poses.times[kept], frame_index=kept
+    )
+    cleaned = clean(dropped)
+    assert cleaned.frame_index.tolist() == list(range(ROWS))
+    np.testing.assert_allclose(cleaned.times, poses.times, atol=1e-12)
+    np.testing.assert_allclose(cleaned.joints, poses.joints, atol=2e-3)
+    assert counts(cleaned) == {
+        "rows_inserted": 3, "spikes_removed": 0, "values_filled": 3 * 17, "values_missing": 0, "seams": 0,
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(("length", "filled"), [(5, True), (6, True), (7, False)])
+def test_only_gaps_up_to_the_stated_length_are_filled(length, filled):
+    """0.2 s are 6 frames at 30 fps."""
+    joints = moving().joints.copy()
+    joints[20 : 20 + length, 3] = np.nan
+    cleaned = clean(moving().with_(joints=joints), max_gap_s=0.2)
+    assert np.isfinite(cleaned.joints[20 : 20 + length, 3]).all() == filled
+    assert counts(cleaned)["values_filled"] == length * filled
+    assert counts(cleaned)["values_missing"] == length * (not filled)
+
+
+def test_nothing_is_invented_at_the_ends_or_across_a_seam():
+    joints = moving().joints.copy()
+    joints[:2, 3] = joints[-2:, 3] = joints[29:31, 3] = np.nan
+    cleaned = clean(moving().with_(joints=joints, seams=(30,)))
+    assert counts(cleaned)["values_filled"] == 0
+    assert np.isnan(cleaned.joints[[0, 1, 29, 30, ROWS - 2, ROWS - 1], 3]).all()
+
+
+def test_a_seam_keeps_its_frame_when_rows_are_put_back():
+    poses = moving()
+    kept = np.delete(np.arange(ROWS), [5, 6])
+    dropped = poses.with_(
+        joints=poses.joints[kept], confidence=poses.confidence[kept], time_s=poses.times[kept],
+        frame_index=kept, seams=(20,),
+    )  # fmt: skip
+    cleaned = clean(dropped)
+    assert [int(cleaned.frame_index[row]) for row in cleaned.seams] == [22]
+
+
+@given(st.integers(1, ROWS - 2), st.integers(0, 16))
+def test_a_one_frame_jump_is_removed_and_bridged(row, joint):
+    poses = moving()
+    joints = poses.joints.copy()
+    joints[row, joint] += [0.6, -0.6, 0.6]
+    cleaned = clean(poses.with_(joints=joints))
+    assert counts(cleaned)["spikes_removed"] == 1
+    np.testing.assert_allclose(cleaned.joints, poses.joints, atol=3e-3)
+
+
+def test_a_fast_punch_is_not_a_jump():
+    poses = moving()
+    joints = poses.joints.copy()
+    reach = np.concatenate([np.zeros(20), [0.15, 0.45, 0.6, 0.45, 0.15], np.zeros(ROWS - 25)])
+    joints[:, H36M17.index("r_wrist"), 0] += reach
+    assert counts(clean(poses.with_(joints=joints)))["spikes_removed"] == 0
+
+
+def test_frame_numbers_that_cannot_be_are_refused():
+    poses = moving(3).with_(frame_index=[0, 1, 10**9])
+    with pytest.raises(InputError, match="1000000000"):
+        clean(poses)
+
+
+def test_the_stage_says_what_it_did():
+    joints = moving().joints.copy()
+    joints[4, 2] = joints[20:40, 5] = np.nan
+    take = Clean()(Take("t", poses=moving().with_(joints=joints, seams=(30,))))
+    texts = {event.kind: event.text for event in take.events}
+    assert texts["repair"].startswith("1 missing")
+    assert texts["warning"].startswith("20 joint")
+    assert [event.row for event in take.events if event.kind == "seam"] == [30]

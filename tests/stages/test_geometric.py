@@ -1,0 +1,142 @@
+"""GEOMETRIC and LEVEL: exact properties, and a person whose heading is known."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from pcnet3d.models import load_rectifier
+from pcnet3d.pipeline import CAMERA, H36M17, Z_UP, InputError, PoseSequence, change_frame
+from pcnet3d.pipeline.rotations import angle_deg, geodesic_deg, rotate, transpose
+from pcnet3d.stages.rectify import level, rectify
+
+R_FACING_THE_CAMERA = np.array([[0, -1, 0], [0, 0, -1], [1, 0, 0]])  # design.md section 4
+seeds = st.integers(0, 2**32 - 1)
+
+
+def bodies(seed: int, rows: int = 6) -> np.ndarray:
+    joints = np.random.default_rng(seed).normal(size=(rows, 17, 3))
+    return joints - joints[:, :1]
+
+
+def test_an_upright_person_who_faces_the_camera(facing_camera):
+    R, error_deg = load_rectifier("geometric").rotation(facing_camera[None])
+    np.testing.assert_allclose(R[0], R_FACING_THE_CAMERA, atol=0.05)
+    assert np.isnan(error_deg).all()
+
+
+@given(seeds)
+def test_rotation_of_a_turned_body_is_the_turned_rotation(seed):
+    Q = Rotation.random(random_state=seed % 2**31).as_matrix()
+    rectifier = load_rectifier("geometric")
+    turned, _ = rectifier.rotation(rotate(Q, bodies(seed)))
+    np.testing.assert_allclose(turned, Q @ rectifier.rotation(bodies(seed))[0], atol=1e-9)
+
+
+@given(seeds, st.floats(1e-3, 1e3))
+def test_it_is_a_rotation_and_knows_no_scale(seed, scale):
+    rectifier = load_rectifier("geometric")
+    R, _ = rectifier.rotation(bodies(seed))
+    np.testing.assert_allclose(R @ transpose(R), np.broadcast_to(np.eye(3), R.shape), atol=1e-9)
+    np.testing.assert_allclose(np.linalg.det(R), 1)
+    np.testing.assert_allclose(rectifier.rotation(bodies(seed) * scale)[0], R, atol=1e-9)
+
+
+@settings(max_examples=25)
+@given(seeds)
+def test_bone_lengths_are_exact_in_body_and_level(seed):
+    poses = PoseSequence(bodies(seed), H36M17, CAMERA)
+    rectified = rectify(poses)
+    for canonical in (rectified.body, rectified.level):
+        for a, b in H36M17.bones:
+            before = np.linalg.norm(poses.joint(a) - poses.joint(b), axis=-1)
+            after = np.linalg.norm(canonical.joint(a) - canonical.joint(b), axis=-1)
+            np.testing.assert_allclose(after, before, rtol=1e-5)
+
+
+def test_twice_is_once(facing_camera):
+    body = rectify(PoseSequence(facing_camera[None], H36M17, CAMERA)).body
+    R, _ = load_rectifier("geometric").rotation(body.joints)
+    np.testing.assert_allclose(R[0], np.eye(3), atol=1e-6)
+
+
+def test_body_of_a_turned_camera_is_the_same_body(facing_camera):
+    motion = facing_camera + np.random.default_rng(0).normal(scale=0.02, size=(9, 17, 3))
+    Q = Rotation.from_euler("xyz", [20, 50, -10], degrees=True).as_matrix()
+    straight = rectify(PoseSequence(motion, H36M17, CAMERA))
+    tilted = rectify(PoseSequence(rotate(Q, motion), H36M17, CAMERA))
+    np.testing.assert_allclose(tilted.body.joints, straight.body.joints, atol=1e-5)
+    np.testing.assert_allclose(tilted.level.joints, straight.level.joints, atol=1e-4)
+
+
+def test_missing_torso_is_nan_and_said_missing_limb_is_not(facing_camera):
+    joints = np.repeat(facing_camera[None], 4, axis=0)
+    joints[1, H36M17.index("l_hip")] = np.nan
+    joints[2, H36M17.index("l_wrist")] = np.nan
+    rectified = rectify(PoseSequence(joints, H36M17, CAMERA))
+    assert np.isnan(rectified.R_source_from_body).all(axis=(1, 2)).tolist() == [False, True, False, False]
+    assert np.isfinite(rectified.level.joint("r_wrist")).all()
+
+
+def test_a_take_without_any_torso_does_not_raise(facing_camera):
+    joints = np.repeat(facing_camera[None], 3, axis=0)
+    joints[:, H36M17.index("l_hip")] = np.nan
+    rectified = rectify(PoseSequence(joints, H36M17, CAMERA))
+    assert not rectified.level_ok
+    assert "torso" in rectified.level_reason
+    assert np.isnan(rectified.level.joints).all()
+
+
+def headings_to_R(headings_deg, tilt=Rotation.identity()) -> np.ndarray:
+    """R_source_from_body of an upright person who turns about a vertical that leans by `tilt`."""
+    return (tilt * Rotation.from_rotvec(np.outer(np.radians(headings_deg), [0, 0, 1]))).as_matrix()
+
+
+@given(st.floats(-180, 180), st.floats(0, 60), seeds)
+def test_level_has_the_takes_up_and_its_median_heading(heading, tilt_deg, seed):
+    tilt = Rotation.from_rotvec(np.radians(tilt_deg) * np.array([0.6, -0.8, 0]))
+    wobble = np.random.default_rng(seed).uniform(-20, 20, size=31)
+    R = headings_to_R(heading + wobble, tilt)
+    R_level, how, reason = level(R, None)
+    assert (how, reason) == ("median", "")
+    assert angle_deg(R_level[:, 2], tilt.as_matrix()[:, 2]) < 1e-6
+    assert geodesic_deg(R_level, headings_to_R(heading + np.median(wobble), tilt)[0]) < 1e-5
+
+
+def test_a_person_who_turns_around_gets_the_heading_of_the_first_second():
+    time_s = np.arange(90) / 30
+    heading = np.where(time_s <= 1, 40.0, 40 + 180 * (time_s - 1))
+    R_level, how, _ = level(headings_to_R(heading), time_s)
+    assert how == "first second"
+    assert geodesic_deg(R_level, headings_to_R([40.0])[0]) < 1e-5
+
+
+def test_ups_that_scatter_are_not_called_level():
+    _, _, reason = level(Rotation.random(50, random_state=0).as_matrix(), None)
+    assert "scatter" in reason
+
+
+def test_a_source_that_knows_its_gravity_is_levelled_by_it(facing_camera):
+    R_world_from_camera = R_FACING_THE_CAMERA.T
+    leaning = facing_camera.copy()
+    trunk = H36M17.indices(["spine", "thorax", "nose", "head", "l_shoulder", "r_shoulder"])
+    lean = Rotation.from_euler("x", 30, degrees=True).as_matrix()
+    leaning[trunk] = rotate(lean, leaning[trunk])
+    world = PoseSequence(rotate(R_world_from_camera, leaning)[None], H36M17, Z_UP)
+    rectified = rectify(world)
+    assert rectified.method == "gravity"
+    np.testing.assert_allclose(rectified.R_source_from_body[0, :, 2], [0, 0, 1], atol=1e-12)
+
+
+def test_wrong_layout_or_rectifier_is_refused(facing_camera):
+    poses = PoseSequence(facing_camera[None], H36M17, CAMERA)
+    with pytest.raises(InputError, match="geometric"):
+        rectify(poses, "geometrical")
+    from pcnet3d.pipeline.layouts import MPI3DHP17
+
+    with pytest.raises(InputError, match="remap"):
+        rectify(poses.with_(layout=MPI3DHP17))
+    rectified = rectify(poses)
+    with pytest.raises(InputError, match="BODY"):
+        change_frame(rectified.body, CAMERA)

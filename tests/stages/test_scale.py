@@ -1,0 +1,59 @@
+"""Scale: one factor from the limbs, and honesty where there is none."""
+
+import numpy as np
+import pytest
+
+from pcnet3d.pipeline import CAMERA, H36M17, InputError, PoseSequence, Take
+from pcnet3d.pipeline.anthropometry import SEGMENTS
+from pcnet3d.stages.scale import Scale, scale
+
+ARBITRARY = CAMERA.with_(unit="arbitrary")
+
+
+def adult(stature: float) -> np.ndarray:
+    """(17, 3) a straight chain whose limb bones have the table's lengths."""
+    joints = np.zeros((17, 3))
+    for (start, end), fraction in SEGMENTS.items():
+        joints[H36M17.index(end)] = joints[H36M17.index(start)] + [0, fraction * stature, 0]
+    return joints
+
+
+def test_a_body_of_known_stature_gets_its_metres_back():
+    truth = np.repeat(adult(1.8)[None], 5, axis=0)
+    poses = PoseSequence(truth * 0.37, H36M17, ARBITRARY)
+    scaled = scale(poses, 1.8)
+    assert scaled.frame.unit == "m"
+    np.testing.assert_allclose(scaled.joints, truth, rtol=1e-5)
+
+
+def test_frames_without_limbs_do_not_count():
+    truth = np.repeat(adult(1.8)[None], 5, axis=0)
+    joints = truth * 2
+    joints[:3, H36M17.index("l_knee")] = np.nan
+    np.testing.assert_allclose(scale(PoseSequence(joints, H36M17, ARBITRARY), 1.8).joints[3], truth[3], rtol=1e-5)
+
+
+def test_without_a_stature_the_unit_is_kept_and_said():
+    take = Take("t", poses=PoseSequence(adult(1.0)[None], H36M17, ARBITRARY))
+    kept = Scale()(take)
+    assert kept.poses is take.poses
+    assert "--stature" in kept.events[0].text
+    assert Scale()(Take("t", poses=take.poses.with_(frame=CAMERA))).events == ()
+
+
+def test_an_assumed_stature_is_called_assumed():
+    take = Take("t", poses=PoseSequence(adult(1.0)[None], H36M17, ARBITRARY))
+    scaled = Scale(mean_adult=True)(take)
+    assert scaled.poses.frame.metric
+    assert "assumed" in scaled.events[0].text
+
+
+@pytest.mark.parametrize("stature", [0, 180, -1.8, float("nan")])
+def test_a_stature_in_other_units_is_refused(stature):
+    with pytest.raises(InputError, match="metres"):
+        scale(PoseSequence(adult(1.0)[None], H36M17, ARBITRARY), stature)
+
+
+def test_a_body_without_limbs_cannot_be_scaled():
+    with pytest.raises(InputError, match="limb"):
+        scale(PoseSequence(np.full((2, 17, 3), np.nan), H36M17, ARBITRARY), 1.8)
