@@ -32,8 +32,14 @@ def beginning(path: Path) -> Any:
 
 def _closed(text: str) -> str:
     """The text up to its last comma, with the brackets that are open there closed; unchanged if none stays open."""
+    closers, comma = _scanned(text)
+    return text[:comma] + _scanned(text[:comma])[0] if closers else text
+
+
+def _scanned(text: str) -> tuple[str, int]:
+    """The brackets that would close what the text leaves open, and the place of its last comma (0 without)."""
     closers: list[str] = []
-    end, open_there = 0, ""
+    comma = 0
     for token in _TOKEN.finditer(text):
         match token.group():
             case "[":
@@ -43,8 +49,8 @@ def _closed(text: str) -> str:
             case "]" | "}" if closers:
                 closers.pop()
             case ",":
-                end, open_there = token.start(), "".join(reversed(closers))
-    return text[:end] + open_there if closers else text
+                comma = token.start()
+    return "".join(reversed(closers)), comma
 
 
 def load(path: Path, what: str) -> Any:
@@ -89,7 +95,9 @@ def numbers(values: Any, where: str) -> np.ndarray:
     except (ValueError, TypeError, OverflowError):
         array = np.array(np.inf)
     if np.isinf(array).any():
-        raise InputError(f"{where}: expected finite numbers in lists of equal length, got {reprlib.repr(values)}.")
+        raise InputError(
+            f"{where}: expected finite numbers in lists of equal length, got {reprlib.repr(values)}."
+        )
     return array
 
 

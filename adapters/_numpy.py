@@ -73,7 +73,6 @@ def load(path: Path, *shapes: Shape, key: str | None = None) -> np.ndarray:
                 f"{where}: its header promises {promised} bytes of data for shape {shape}, the file holds {held}; "
                 "it was cut short or is damaged, so write or copy it again."
             )
-        # Read to the end, not only the bytes promised: that is when zipfile compares the checksum.
         return np.frombuffer(stream.read(), dtype).reshape(shape, order="F" if fortran_order else "C")
 
 
@@ -92,7 +91,7 @@ def _fits(shape: tuple[int, ...], wanted: Shape) -> bool:
 
 
 def _in_words(wanted: Shape) -> str:
-    return f"({', '.join(map(str, wanted))})"
+    return f"({', '.join(map(str, wanted))}{',' * (len(wanted) == 1)})"
 
 
 def _is_archive(path: Path) -> bool:

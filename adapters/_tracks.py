@@ -23,7 +23,7 @@ _MEMORY = 30  # frames after which somebody who was lost counts as a new person
 class Detection:
     """One person in one video frame.
 
-    points: (J, 3) float64, x and y in pixels and the detector's score; all three 0 where it found no joint.
+    points: (J, 3) float64, x and y in pixels and the detector's score (NaN without); 0, 0, 0 or NaN is no joint.
     person: the detector's name of the person, None when it does not follow people from frame to frame.
     """
 
@@ -33,19 +33,23 @@ class Detection:
 
     @property
     def found(self) -> np.ndarray:
-        """(J,) whether the joint is there: neither NaN nor the detectors' 0, 0 with score 0."""
-        return ~np.isnan(self.points[:, :2]).any(axis=1) & (self.points != 0).any(axis=1)
+        """(J,) whether the joint is there: neither NaN nor the detectors' 0, 0 with score 0 or none."""
+        return ~np.isnan(self.points[:, :2]).any(axis=1) & (np.nan_to_num(self.points) != 0).any(axis=1)
 
 
 def triples(flat: Any, where: str) -> np.ndarray:
     """A list x, y, score, x, y, score, ... as points (J, 3); InputError for any other number of values."""
     values = numbers(flat, where)
     if values.ndim != 1 or len(values) % 3 or len(values) == 0:
-        raise InputError(f"{where}: expected x, y and score of each joint in one list, got shape {values.shape}.")
+        raise InputError(
+            f"{where}: expected x, y and score of each joint in one list, got shape {values.shape}."
+        )
     return values.reshape(-1, 3)
 
 
-def sequences(detections: Sequence[Detection], layouts: Iterable[Layout], where: str) -> tuple[PoseSequence, ...]:
+def sequences(
+    detections: Sequence[Detection], layouts: Iterable[Layout], where: str
+) -> tuple[PoseSequence, ...]:
     """One sequence a person in IMAGE, frames in order, people in the order in which they appear.
 
     layouts: those that the format can hold, told apart by their number of joints.
@@ -78,7 +82,9 @@ def _layout(detections: Sequence[Detection], layouts: Iterable[Layout], where: s
     counts = {len(detection.points) for detection in detections}
     if len(counts) != 1 or not counts <= known.keys():
         expected = " or ".join(f"{count} joints ({layout.name})" for count, layout in known.items())
-        raise InputError(f"{where}: expected people of {expected}, got {', '.join(map(str, sorted(counts)))} joints.")
+        raise InputError(
+            f"{where}: expected people of {expected}, got {', '.join(map(str, sorted(counts)))} joints."
+        )
     return known[counts.pop()]
 
 
@@ -105,7 +111,7 @@ def _sequence(rows: Sequence[Detection], layout: Layout, dummy: bool, where: str
     if dummy:
         return poses.noted("scores", unknown=f"all are {np.nanmax(scores):g}")
     if outside.any():
-        return poses.noted("scores", clipped=int(outside.sum()), least=np.nanmin(scores), most=np.nanmax(scores))
+        return poses.noted("scores", clipped=int(outside.sum()), highest=float(np.nanmax(scores)))
     return poses
 
 

@@ -73,8 +73,8 @@ def _person(idx: Any, where: str) -> str:
     ids = np.unique(numbers(idx, where))
     if len(ids) != 1 or ids[0] % 1 != 0:
         raise InputError(
-            f"{where}: expected one track number as idx, got {reprlib.repr(idx)}; pass the option track=true to ignore idx and "
-            "join people to the nearest of the frames before."
+            f"{where}: expected one track number as idx, got {reprlib.repr(idx)}; pass the option track=true to "
+            "ignore idx and join people to the nearest of the frames before."
         )
     return f"{ids[0]:.0f}"
 
@@ -82,7 +82,9 @@ def _person(idx: Any, where: str) -> str:
 def _bodies_key(content: Any) -> str | None:
     """ "bodies" for the dict of --format cmu, "people" for that of --format open, None for anything else."""
     first = next(iter(content.values()), None) if isinstance(content, dict) else None
-    return next((key for key in _BODIES if isinstance(first, dict) and isinstance(first.get(key), list)), None)
+    return next(
+        (key for key in _BODIES if isinstance(first, dict) and isinstance(first.get(key), list)), None
+    )
 
 
 def _from_dict(images: dict[str, Any], key: str, track: bool, path: Path) -> list[Detection]:

@@ -11,11 +11,14 @@ means that the joint is missing, the others say nothing about certainty, and the
 
 from __future__ import annotations
 
+import reprlib
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from ..pipeline.errors import InputError
 from ..pipeline.layouts import COCO17, HALPE26
 from ..pipeline.pose import PoseSequence
 from ._json import beginning, entries, field, frame_number, load
@@ -26,6 +29,7 @@ gives = "keypoints"
 reads = "COCO keypoint results (list) or annotations (dict) in JSON, COCO-17 or Halpe-26"
 
 _FLAGS = (0, 1, 2)
+_LAYOUTS = (COCO17, HALPE26)
 
 
 def sniff(path: Path) -> bool:
@@ -53,31 +57,49 @@ def read(path: Path, track: bool = False) -> tuple[PoseSequence, ...]:
 
     frame_index is the image_id of results, and the number in the file_name of annotations.
     track: ignore `track_id` and join people by nearness all the same.
-    Scores above 1 (Detectron's are logits) are clipped and counted in the history. Raises InputError when the
-    file is neither form, when an image has no number, and when a track has two people in one frame.
+    Scores above 1 are clipped and counted in the history. Raises InputError when the file is neither form,
+    when an image has no number, and when a track has two people in one frame.
     """
-    content = load(path, "COCO keypoints")
-    if isinstance(content, dict):
-        frames = _frames(content, str(path))
-        key, listed = "annotation", entries(field(content, "annotations", str(path)), str(path))
-        listed = [entry for entry in listed if not isinstance(entry, dict) or "keypoints" in entry]
-    else:
-        frames = None
-        key, listed = "entry", entries(content, str(path))
-    detections = [_detection(entry, frames, track, f"{path}, {key} {i}") for i, entry in enumerate(listed)]
+    content, where = load(path, "COCO keypoints"), str(path)
+    found = _annotations(content, where) if isinstance(content, dict) else _results(content, where)
+    detections = [_detection(entry, frame, track, here) for entry, frame, here in found]
     flags = all(np.isin(one.points[:, 2], _FLAGS).all() for one in detections)
     if not flags:
-        return sequences(detections, (COCO17, HALPE26), str(path))
-    people = sequences([_unflagged(one) for one in detections], (COCO17, HALPE26), str(path))
-    return tuple(poses.noted("scores", unknown="the file has visibility flags") for poses in people)
+        return sequences(detections, _LAYOUTS, where)
+    people = sequences([_without_flags(one) for one in detections], _LAYOUTS, where)
+    return tuple(poses.noted("scores", unknown="visibility flags") for poses in people)
 
 
-def _frames(content: dict[str, Any], where: str) -> dict[Any, int]:
-    """Frame number by image id."""
-    images = entries(field(content, "images", where), where)
-    return {
-        field(image, "id", f"{where}, image {i}"): frame_number(
-            field(image, "file_name", f"{where}, image {i}"), f"{where}, image {i}"
-        )
-        for i, image in enumerate(images)
-    }
+def _results(content: Any, where: str) -> Iterator[tuple[Any, int, str]]:
+    """Each entry with its frame and its place in the file."""
+    for i, entry in enumerate(entries(content, where)):
+        here = f"{where}, entry {i}"
+        yield entry, frame_number(field(entry, "image_id", here), here), here
+
+
+def _annotations(content: dict[str, Any], where: str) -> Iterator[tuple[Any, int, str]]:
+    """Each annotation that has keypoints, with its frame and its place in the file."""
+    frames = {}
+    for i, image in enumerate(entries(field(content, "images", where), where)):
+        here = f"{where}, image {i}"
+        frames[str(field(image, "id", here))] = frame_number(field(image, "file_name", here), here)
+    for i, entry in enumerate(entries(field(content, "annotations", where), where)):
+        here = f"{where}, annotation {i}"
+        image = field(entry, "image_id", here)
+        if str(image) not in frames:
+            raise InputError(f"{here}: expected an image that the file lists, got {reprlib.repr(image)}.")
+        if "keypoints" in entry:
+            yield entry, frames[str(image)], here
+
+
+def _detection(entry: Any, frame: int, track: bool, where: str) -> Detection:
+    person = None if track else entry.get("track_id")
+    points = triples(field(entry, "keypoints", where), where)
+    return Detection(frame, points, None if person is None else str(person))
+
+
+def _without_flags(detection: Detection) -> Detection:
+    labelled = detection.points[:, 2:] > 0
+    points = np.where(labelled, detection.points, np.nan)
+    points[:, 2] = np.nan
+    return Detection(detection.frame, points, detection.person)

@@ -28,7 +28,7 @@ _FOOT: _Series = (-12.6, ((19.9, 21.4), (12.4, -15.7), (-3.1, -3.3), (1.4, -0.2)
 _SHOULDER: _Series = (-8.0, ((-16.0, 0.0),))
 _ELBOW: _Series = (30.0, ((-12.0, 0.0),))
 _PELVIS_TURN: _Series = (0.0, ((4.0, 0.0),))  # to the left, over the right leg's cycle
-_PELVIS_HEIGHT: _Series = (0.5172, ((0.0, 0.0), (-0.0118, -0.0017)))
+_PELVIS_HEIGHT: _Series = (0.5177, ((0.0, 0.0), (-0.0118, -0.0017)))
 _STRIDE = 0.77  # statures; the length at which the standing foot stays put
 
 # Degrees. Squat and arm raise are what is added to standing at their deepest and highest.
@@ -77,7 +77,8 @@ class Motion:
 
     def angles(self, t: np.ndarray) -> dict[str, np.ndarray]:
         """(T,) degrees by name, as examples.walker.Walk describes them."""
-        walk, squat, rise = self._walking(t), self._there_and_back("squat", t), self._there_and_back("arms", t)
+        walk = self._walking(t)
+        squat, rise = self._there_and_back("squat", t), self._there_and_back("arms", t)
 
         def blend(part: str, gait: _Series, cycle: np.ndarray) -> np.ndarray:
             still = _STANDING[part]

@@ -76,7 +76,7 @@ def walker(
     speed_mps: float = 1.25,
     stature_m: float = 1.75,
     heading_deg: float = 0.0,
-    turn_deg: float = -20.0,
+    turn_deg: float = -45.0,
 ) -> Walk:
     """A person who walks up to the world's origin, stops there, squats once and raises both arms.
 
@@ -104,9 +104,7 @@ def walker(
         acceleration_mps2=(after - 2 * now + before) / _INSTANT_S**2,
         heading_deg=motion.heading(time_s),
         angles_deg=angles,
-        rates_degps={
-            name: (angles_after[name] - angles_before[name]) / (2 * _INSTANT_S) for name in angles
-        },
+        rates_degps={name: (angles_after[name] - angles_before[name]) / (2 * _INSTANT_S) for name in angles},
         heel_strikes_s={side: motion.heel_strikes_s(side) for side in "lr"},
         phases_s=motion.phases_s,
         cadence_spm=120 * motion.strides_hz,

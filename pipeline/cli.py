@@ -134,11 +134,19 @@ def _pairs(given: list[str] | None) -> dict[str, Any]:
     return pairs
 
 
+def _add_commands() -> None:
+    """A package whose command cannot be loaded must not keep the others from working."""
+    for name in registry.registered("commands"):
+        try:
+            app.command(name=name)(registry.load("commands", name))
+        except InputError as error:
+            print(f"warning: {error}", file=sys.stderr)
+
+
 def main() -> None:
     """Entry point; exit codes of design.md section 7."""
     try:
-        for name in registry.registered("commands"):
-            app.command(name=name)(registry.load("commands", name))
+        _add_commands()
         app(standalone_mode=True)
     except InputError as error:
         _fail(str(error), 2)

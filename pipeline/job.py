@@ -9,7 +9,7 @@ from pathlib import Path
 from .config import Recipe, load_recipe
 from .errors import InputError
 from .intake import Sources, open_take
-from .outputs import check_replaceable, whole_folder
+from .outputs import whole_folder
 from .take import Take
 
 _WRITERS = ("record", "export")  # stages that are told where the run's folder is
@@ -28,16 +28,15 @@ def run_files(
     done: called with "read" and then each stage's name, and its seconds. Raises InputError.
     """
     recipe = recipe or load_recipe()
-    check_replaceable(output, force)
-    for entry in recipe.stages:  # an unknown stage or option fails here, before anything is read
+    for entry in recipe.stages:
         if entry.use in _WRITERS and "folder" in entry.options:
             raise InputError(f"Stage '{entry.use}': the folder is the run's own (-o DIR), not the recipe's.")
-    _aimed(recipe, output).build()
-    start = time.perf_counter()
-    take = open_take(sources)
-    done("read", time.perf_counter() - start)
     with whole_folder(output, force) as folder:
-        return _aimed(recipe, folder).build()(take, done)
+        pipeline = _aimed(recipe, folder).build()
+        start = time.perf_counter()
+        take = open_take(sources)
+        done("read", time.perf_counter() - start)
+        return pipeline(take, done)
 
 
 def _aimed(recipe: Recipe, folder: Path) -> Recipe:

@@ -33,7 +33,7 @@ def whole_folder(path: Path, force: bool = False) -> Iterator[Path]:
     with `force`; otherwise, and where nothing can be written, InputError.
     """
     path = Path(os.path.abspath(path))
-    check_replaceable(path, force)
+    _check_replaceable(path, force)
     partial = path.with_name(f".{path.name}.partial-{os.getpid()}")
     old = path.with_name(f".{path.name}.old-{os.getpid()}")
     try:
@@ -56,7 +56,7 @@ def whole_folder(path: Path, force: bool = False) -> Iterator[Path]:
             os.replace(old, path)
 
 
-def check_replaceable(path: Path, force: bool) -> None:
+def _check_replaceable(path: Path, force: bool) -> None:
     """InputError unless `path` is free, empty, or ours to replace."""
     if path.is_dir():
         if force or not any(path.iterdir()) or _ours(path):

@@ -11,7 +11,7 @@ from contextlib import contextmanager
 def stages(names: list[str]) -> Iterator[Callable[[str, float], None]]:
     """A callback (stage, seconds) to be called after each of the named stages."""
     if not sys.stderr.isatty():
-        yield lambda stage, seconds: print(f"pcnet3d: {stage} {seconds:.2f} s", file=sys.stderr)
+        yield lambda stage, seconds: print(f"{stage}: {seconds:.2f} s", file=sys.stderr)
         return
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn

@@ -12,8 +12,10 @@ from ..pipeline.errors import InputError
 from ..pipeline.take import Event, Video
 
 if TYPE_CHECKING:
-    import av
     import rerun as rr
+    from av import VideoFrame
+    from av.container import OutputContainer
+    from av.video.stream import VideoStream
 
 _VIEWER_CODECS = ("h264", "hevc", "av1", "vp8", "vp9")
 _MOST_BYTES = 2**31 - 1  # of one value in a recording
@@ -45,7 +47,7 @@ def viewable(video: Video) -> tuple[rr.AssetVideo, tuple[Event, ...]]:
     elif video.codec not in _VIEWER_CODECS:
         reason = f"the viewer does not play its codec, {video.codec}"
     else:
-        asset = rr.AssetVideo(path=video.path)
+        asset = rr.AssetVideo(path=video.path, media_type="video/mp4")
         if _readable(asset):
             return asset, ()
         reason = f"the viewer does not read its container ({video.path.suffix or 'a file without suffix'})"
@@ -66,6 +68,8 @@ def transcoded(video: Video) -> bytes:
     An odd last row or column of pixels is cut off, since yuv420p needs even sizes; the others keep their place.
     """
     import av
+    from av.error import FFmpegError
+    from av.filter import Graph
 
     stamps = np.round(video.time_s / float(_TICK)).astype(int).tolist()
     buffer, encoder = io.BytesIO(), None
@@ -73,27 +77,29 @@ def transcoded(video: Video) -> bytes:
         with av.open(str(video.path)) as source, av.open(buffer, "w", format="mp4") as target:
             stream = source.streams.video[0]
             stream.thread_type = "AUTO"
-            graph = av.filter.Graph()
+            graph = Graph()
             filters = (*_UPRIGHT[video.rotation_deg], _EVEN, ("format", "yuv420p"), ("buffersink",))
             graph.link_nodes(graph.add_buffer(template=stream), *(graph.add(*f) for f in filters)).configure()
             for frame, stamp in zip(source.decode(stream), stamps, strict=False):
                 graph.vpush(frame)
                 picture = graph.vpull()
                 picture.pts, picture.time_base = stamp, _TICK
-                encoder = encoder or _encoder(target, picture)
+                encoder = encoder or _encoder(target, picture, video.fps)
                 target.mux(encoder.encode(picture))
             if encoder is None:
                 raise InputError(f"Expected a video in {video.path}, found no frame that can be decoded.")
             target.mux(encoder.encode(None))
-    except av.error.FFmpegError as error:
+    except FFmpegError as error:
         raise InputError(f"The video {video.path} cannot be converted for the viewer: {error}.") from None
     return buffer.getvalue()
 
 
-def _encoder(target: av.container.OutputContainer, picture: av.VideoFrame) -> av.VideoStream:
-    # No B-frames: they are decoded out of order. Short groups: the viewer seeks quickly.
-    options = {"crf": "20", "preset": "veryfast", "bf": "0", "g": "30"}
-    stream = target.add_stream("libx264", options=options)
+def _encoder(target: OutputContainer, picture: VideoFrame, fps: float) -> VideoStream:
+    # No B-frames: they are decoded out of order. Short groups: the viewer seeks quickly. force-cfr: the stream
+    # itself names the frame rate, not the tick; at "90k" frames a second the viewer's decoder never starts.
+    options = {"crf": "20", "preset": "veryfast", "bf": "0", "g": "30", "x264-params": "force-cfr=1"}
+    rate = Fraction(fps if np.isfinite(fps) else 30).limit_denominator(1001)
+    stream = target.add_stream("libx264", rate=rate, options=options)
     stream.width, stream.height, stream.pix_fmt = picture.width, picture.height, "yuv420p"
     stream.codec_context.time_base = _TICK
     return stream

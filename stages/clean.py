@@ -118,10 +118,12 @@ def _filled(
     joints: np.ndarray, time_s: np.ndarray, seams: tuple[int, ...], max_gap_s: float
 ) -> tuple[np.ndarray, int]:
     """joints with short gaps interpolated, and how many joint positions that filled."""
-    from scipy.interpolate import PchipInterpolator
-
     joints = joints.copy()
     count = 0
+    if np.isfinite(joints).all():
+        return joints, count
+    from scipy.interpolate import PchipInterpolator
+
     clip = np.searchsorted(np.asarray(seams), np.arange(len(joints)), side="right")
     for joint in range(joints.shape[1]):
         known = np.flatnonzero(np.isfinite(joints[:, joint]).all(-1))

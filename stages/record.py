@@ -89,7 +89,7 @@ def _log_poses(recording: rr.RecordingStream, take: Take, size: float) -> None:
     assert take.poses is not None
     assert take.rectified is not None
     if take.keypoints is not None:
-        log_skeleton(recording, "video/keypoints", take.keypoints, radius=-3.5)
+        log_skeleton(recording, "video/keypoints", take.keypoints, radius=-2.5)
     skeletons = {"source": take.poses, "body": take.rectified.body, "level": take.rectified.level}
     for entity, skeleton in skeletons.items():
         log_skeleton(recording, entity, skeleton, radius=0.024 * size)

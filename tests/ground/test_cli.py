@@ -19,8 +19,10 @@ def pcnet3d(*arguments, cwd=None) -> subprocess.CompletedProcess:
 
 @pytest.fixture
 def lifted(tmp_path, facing_camera) -> Path:
+    """What MotionBERT writes: the pelvis moves, and its depth is 0 in the first frame."""
     jitter = np.random.default_rng(0).normal(scale=0.002, size=(30, 17, 3))
-    np.save(tmp_path / "X3D.npy", (facing_camera * 0.8 + 0.1 + jitter).astype(np.float32))
+    jitter[0, 0] = 0
+    np.save(tmp_path / "X3D.npy", (facing_camera * 0.8 + [0.1, 0.1, 0] + jitter).astype(np.float32))
     return tmp_path / "X3D.npy"
 
 

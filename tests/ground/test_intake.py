@@ -13,10 +13,11 @@ ROWS = 30
 
 @pytest.fixture
 def lifted(tmp_path, facing_camera):
-    """An X3D.npy as MotionBERT writes it: rows without frame numbers, the root moving."""
+    """An X3D.npy as MotionBERT writes it: rows without frame numbers, the root moving from depth 0."""
     path = np.linspace(0, 0.3, ROWS)[:, None, None] * [1, 0, 0]
     jitter = np.random.default_rng(0).normal(scale=0.002, size=(ROWS, 17, 3))
-    np.save(tmp_path / "X3D.npy", (facing_camera * 0.8 + 0.1 + path + jitter).astype(np.float32))
+    jitter[0, 0] = 0
+    np.save(tmp_path / "X3D.npy", (facing_camera * 0.8 + [0.1, 0.1, 0] + path + jitter).astype(np.float32))
     return tmp_path / "X3D.npy"
 
 
@@ -91,7 +92,7 @@ def test_unknown_frame_numbers_are_admitted(lifted):
 
 def test_unsteady_bones_are_announced_loudly(tmp_path, facing_camera):
     rng = np.random.default_rng(2)
-    np.save(tmp_path / "X3D.npy", facing_camera * rng.uniform(0.6, 1.4, size=(ROWS, 17, 3)) + 0.2)
+    np.save(tmp_path / "X3D.npy", facing_camera * rng.uniform(0.6, 1.4, size=(ROWS, 17, 3)) + [0.2, 0.2, 0])
     take = open_take(Sources(tmp_path / "X3D.npy", fps=25))
     assert "NOT GOOD DATA" in take.events[0].text
 

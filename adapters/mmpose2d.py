@@ -1,0 +1,94 @@
+"""2D results of MMPose 1.x: JSON of the inferencer (--pred-out-dir) or of its demo scripts (formats.md 3).
+
+The inferencer writes a list of {frame_id, instances}, frames from 0; the demos write {meta_info,
+instance_info: [{frame_id, instances}]}, frames from 1 (demo/topdown_demo_with_mmdet.py counts before it
+looks). An instance is {keypoints: [[x, y], ...], keypoint_scores, bbox, bbox_score}, of COCO-17 or Halpe-26.
+Track numbers are not written: people are joined frame by frame. A keypoint of three numbers is 3D output,
+whose axes are mirrored, and is refused. Scores are the maxima of heatmaps or SimCC bins, no probabilities.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..pipeline.errors import InputError
+from ..pipeline.layouts import COCO17, HALPE26
+from ..pipeline.pose import PoseSequence
+from ._json import beginning, entries, field, frame_number, load, numbers
+from ._tracks import Detection, sequences
+
+name = "mmpose2d"
+gives = "keypoints"
+reads = "2D JSON of MMPose 1.x, inferencer or demo, COCO-17 or Halpe-26"
+
+
+def sniff(path: Path) -> bool:
+    content = beginning(path)
+    frames = content.get("instance_info") if isinstance(content, dict) else content
+    if not isinstance(frames, list):
+        return False
+    for frame in frames:
+        if not isinstance(frame, dict) or "frame_id" not in frame:
+            return False
+        people = frame.get("instances")
+        person = people[0] if isinstance(people, list) and people else None
+        keypoints = person.get("keypoints") if isinstance(person, dict) else None
+        if isinstance(keypoints, list) and len(keypoints) > 1:  # beginning() may have cut the last one short
+            return isinstance(keypoints[0], list) and len(keypoints[0]) == 2
+    return False
+
+
+def read(path: Path) -> tuple[PoseSequence, ...]:
+    """One sequence a person, joined from frame to frame by nearness; frame_index counts from 0.
+
+    A frame without instances has no row. Scores above 1 are clipped and counted in the history; scores that
+    are all alike, as some decoders write them, are unknown. Raises InputError when the file is not of this
+    form, is 3D, or names joints of another order.
+    """
+    content, where = load(path, "MMPose results"), str(path)
+    first_frame = 0
+    if isinstance(content, dict):
+        _check_names(content.get("meta_info"), where)
+        content, first_frame = field(content, "instance_info", where), 1
+    detections = []
+    for i, entry in enumerate(entries(content, where)):
+        here = f"{where}, entry {i}"
+        frame = frame_number(field(entry, "frame_id", here), here) - first_frame
+        if frame < 0:
+            raise InputError(f"{here}: expected frames from 1, as MMPose's demos count, got frame 0.")
+        for person in entries(field(entry, "instances", here), here):
+            detections.append(Detection(frame, _points(person, here)))
+    return sequences(detections, (COCO17, HALPE26), where)
+
+
+def _points(person: Any, where: str) -> np.ndarray:
+    keypoints = numbers(field(person, "keypoints", where), where)
+    scores = numbers(field(person, "keypoint_scores", where), where)
+    if keypoints.ndim == 2 and keypoints.shape[1] == 3:
+        raise InputError(
+            f"{where}: expected 2D keypoints, got three coordinates each; this is MMPose's 3D output."
+        )
+    if keypoints.shape != (*scores.shape, 2):
+        raise InputError(
+            f"{where}: expected x, y and one score of each joint, got keypoints of shape {keypoints.shape} and "
+            f"scores of shape {scores.shape}."
+        )
+    return np.column_stack([keypoints, scores])
+
+
+def _check_names(meta: Any, where: str) -> None:
+    """Other datasets of MMPose have 17 joints too, in another order: PoseTrack18, Human3.6M, AP-10K."""
+    names = meta.get("keypoint_id2name") if isinstance(meta, dict) else None
+    if not isinstance(names, dict):
+        return
+    written = [
+        str(names.get(str(i))).replace("left_", "l_").replace("right_", "r_") for i in range(len(COCO17))
+    ]
+    if written != list(COCO17.joints):
+        raise InputError(
+            f"{where}: expected joints in COCO's order, got those of dataset {meta.get('dataset_name')!r}: "
+            f"{', '.join(written)}; run MMPose with a COCO-17 or Halpe-26 model."
+        )

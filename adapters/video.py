@@ -1,0 +1,112 @@
+"""Video files, described without decoding them: size, rotation, codec and every frame's time stamp.
+
+FFmpeg reads the containers that cameras and editors write. Others are refused, so that no playlist or script
+can make it open further files.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..pipeline.errors import InputError
+from ..pipeline.take import Video
+
+if TYPE_CHECKING:
+    from av.container import InputContainer
+
+name = "video"
+gives = "video"
+reads = "video: MP4, MOV, MKV, WebM, AVI, WMV, FLV, MPEG (PS, TS, M2TS)"
+
+_BOXES = (b"ftyp", b"moov", b"mdat", b"wide", b"free", b"skip")  # ISO base media, and QuickTime before it
+_STARTS = (
+    b"\x1a\x45\xdf\xa3",  # Matroska, WebM
+    b"\x30\x26\xb2\x75\x8e\x66\xcf\x11",  # WMV
+    b"FLV\x01",
+    b"\x00\x00\x01\xba",  # MPEG programme stream
+)
+# MPEG transport stream and M2TS: where the first sync byte 0x47 is, and how far apart they are.
+_SYNC_BYTES = ((0, 188), (4, 192))
+
+
+def sniff(path: Path) -> bool:
+    """Whether the file begins like a video container; only its first bytes are read."""
+    try:
+        if not path.is_file():
+            return False
+        with path.open("rb") as file:
+            head = file.read(1024)
+    except OSError:
+        return False
+    return (
+        (head[:1] == b"\0" and head[4:8] in _BOXES)
+        or head.startswith(_STARTS)
+        or (head[:4] == b"RIFF" and head[8:12] == b"AVI ")
+        or any(head[start::step][:5] == b"\x47" * 5 for start, step in _SYNC_BYTES)
+    )
+
+
+def read(path: Path) -> tuple[Video]:
+    """The file's first moving picture. time_s comes from the container, sorted into display order.
+
+    Frames that an edit list cuts away are left out, as decoders do. rotation_deg is the clockwise turn that
+    the display matrix asks for, (0, 90, 180 or 270). Only the first frame is decoded, to learn it.
+    Raises InputError when there is no readable video, when the file is cut off, and when frames have no time
+    stamps of their own.
+    """
+    if not sniff(path):
+        raise InputError(f"Expected a video in {path} ({reads.removeprefix('video: ')}), got something else.")
+    import av
+    from av.error import FFmpegError
+
+    try:
+        with av.open(path, metadata_errors="ignore") as container:
+            return (_described(container, path),)
+    except FFmpegError as error:
+        raise InputError(
+            f"Expected a video in {path}, but it cannot be read ({error.strerror}); it may be cut off or damaged: "
+            "copy it again."
+        ) from None
+
+
+def _described(container: InputContainer, path: Path) -> Video:
+    if not container.streams.video:
+        raise InputError(f"Expected a video in {path}, but it has no video stream.")
+    stream = container.streams.video[0]
+    # Entries that lie behind the file's end; containers without a full index have none to check.
+    if any(entry.pos + entry.size > container.size for entry in stream.index_entries):
+        raise InputError(
+            f"Expected a whole video in {path}, but the file ends before frames that its index lists: it is cut off; "
+            "copy it again, or rewrite what is left of it with ffmpeg."
+        )
+    stamps, first = [], None
+    for packet in container.demux(stream):
+        if first is None:
+            first = next(iter(packet.decode()), None)
+        if packet.size and not packet.is_discard:
+            stamps.append(packet.pts)
+    if first is None:
+        raise InputError(f"Expected a video in {path}, but it has no frame that can be decoded.")
+    return Video(
+        path=path,
+        width=stream.codec_context.width,
+        height=stream.codec_context.height,
+        time_s=_times(stamps, path) * float(stream.time_base or 0),
+        codec=stream.codec_context.codec.canonical_name,
+        # PyAV gives the display matrix's angle anticlockwise.
+        rotation_deg=round(-first.rotation / 90) % 4 * 90,
+    )
+
+
+def _times(stamps: list[int | None], path: Path) -> np.ndarray:
+    """Time stamps in display order, from the first frame's 0, in ticks."""
+    ticks = np.array(sorted(stamp for stamp in stamps if stamp is not None), dtype=np.float64)
+    if len(ticks) < len(stamps) or (np.diff(ticks) <= 0).any():
+        raise InputError(
+            f"Expected a time stamp of its own for every frame of {path}, but {len(stamps) - len(np.unique(ticks))} of "
+            f"{len(stamps)} have none; rewrite the video with ffmpeg, for example as H.264 in an .mp4."
+        )
+    return ticks - ticks[0]

@@ -1,0 +1,74 @@
+"""`pcnet3d demo`: makes the built-in example's files, runs the pipeline on them, and compares with the truth."""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+
+from ..pipeline.config import load_recipe
+from ..pipeline.intake import Sources
+from ..pipeline.job import run_files
+from ..pipeline.outputs import SUMMARY, check_replaceable, whole_folder
+from ..pipeline.pose import Rectified, package_version
+from ..pipeline.progress import stages
+from ..pipeline.rotations import angle_deg
+from .camera import R_camera_from_body, side_camera
+from .files import write_files
+from .walker import walker
+
+
+def demo(
+    output: Annotated[Path, typer.Option("-o", "--output", help="Folder for the results.")] = Path(
+        "pcnet3d-demo"
+    ),
+    force: Annotated[bool, typer.Option("--force", help="Replace folders that are not ours.")] = False,
+) -> None:
+    """Run the built-in example: a person walks, squats and raises both arms before a tilted camera."""
+    inputs = Path(f"{output}-input")
+    check_replaceable(output, force)
+    walk = walker()
+    camera = side_camera(walk)
+    recipe = load_recipe().with_options("scale", stature_m=walk.stature_m)
+    with stages(["example", "read", *(entry.use for entry in recipe.stages)]) as done:
+        start = time.perf_counter()
+        with whole_folder(inputs, force) as folder:
+            files = write_files(folder, walk, camera)
+            made = {"pcnet3d": package_version(), "what": "input files of pcnet3d demo"}
+            (folder / SUMMARY).write_text(json.dumps(made) + "\n", encoding="utf-8")
+        done("example", time.perf_counter() - start)
+        video, keypoints, poses = (inputs / path.name for path in (files.video, files.keypoints, files.poses))
+        sources = Sources(poses=poses, video=video, keypoints=keypoints)
+        take = run_files(sources, output, recipe, force=force, done=done)
+    for event in take.events:
+        if event.kind in ("warning", "repair", "note"):
+            print(f"{event.kind}: {event.text}", file=sys.stderr)
+    assert take.poses is not None
+    assert take.rectified is not None
+    truth = R_camera_from_body(walk, camera)[take.poses.frame_index]
+    print(f"{inputs}: a video, 2D keypoints as AlphaPose and 3D poses as MotionBERT would write them")
+    print(f"{output}: {', '.join(sorted(path.name for path in output.iterdir()))}")
+    print(_comparison(take.rectified, truth))
+    print(
+        f"the same by hand: pcnet3d run {video} --poses {poses} --keypoints {keypoints} "
+        f"--stature {walk.stature_m} -o DIR"
+    )
+    print(f"look at it with: pcnet3d view {output}")
+
+
+def _comparison(rectified: Rectified, truth: np.ndarray) -> str:
+    """How far the result is from the truth R_camera_from_body (T, 3, 3), in a line."""
+    up, facing = truth[:, :, 2], -truth[:, :, 0]
+    found = -rectified.R_source_from_body[:, :, 0]
+    level = found - (found * up).sum(axis=-1, keepdims=True) * up
+    up_deg = float(np.nanmean(angle_deg(rectified.R_source_from_level[..., :, 2], up)))
+    heading_deg = float(np.nanmedian(angle_deg(level, facing)))
+    return (
+        f"against the truth ({rectified.method}): the take's up is off by {up_deg:.1f} degrees, "
+        f"the heading by {heading_deg:.1f} (median over frames)"
+    )

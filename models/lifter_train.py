@@ -1,0 +1,174 @@
+"""Trains the lifter:  pcnet3d train models/lifter.toml -o DIR
+
+One loop. The config file says everything; DIR gets lifter.onnx, lifter.pt, the config and log.jsonl.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+import time
+import tomllib
+from concurrent.futures import ThreadPoolExecutor
+from copy import deepcopy
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from ..pipeline.errors import InputError
+from ..pipeline.outputs import whole_file
+from .bodies import BodyRange
+from .cameras import ViewRange
+from .lifter_features import CHANNELS
+from .lifter_net import LifterNet, NetConfig
+from .lifter_windows import Windows
+from .metrics import joint_error, procrustes_error, scaled
+from .mocap import Subjects, read_clips
+from .noise2d import Noise
+
+
+class TrainConfig(BaseModel):
+    """The whole of a training run. frames: a batch's frames in all; lengths: window lengths and how often."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    subjects: Subjects
+    seed: int
+    steps: int
+    frames: int
+    lengths: dict[int, float]
+    rate: float  # highest learning rate, after `warmup` steps; then a cosine down to nothing
+    warmup: int
+    weight_decay: float
+    average: float  # decay of the weights' moving average, which is what is kept
+    velocity: float  # weight of the error of frame-to-frame motion in the loss
+    threads: int
+    net: NetConfig
+    pans: float
+    derived: float
+
+
+def train_lifter(config_file: Path, output: Path) -> None:
+    """Run a config file; InputError when it is not what TrainConfig says."""
+    config = read_config(config_file)
+    torch.manual_seed(config.seed)
+    torch.set_num_threads(config.threads)
+    rng = np.random.default_rng(config.seed)
+    windows = Windows(
+        read_clips(config.subjects), views=ViewRange(pans=config.pans), noise=Noise(derived=config.derived)
+    )
+    check = _check_batches()
+    net = LifterNet(config.net)
+    average = deepcopy(net).eval()
+    optimiser = torch.optim.AdamW(
+        net.parameters(), lr=config.rate, betas=(0.9, 0.98), weight_decay=config.weight_decay
+    )
+    schedule = torch.optim.lr_scheduler.LambdaLR(optimiser, lambda step: _rate(step, config))
+    output.mkdir(parents=True, exist_ok=True)
+    print(f"{sum(p.numel() for p in net.parameters()):,} parameters, reach {config.net.reach} frames")
+
+    def make() -> tuple[torch.Tensor, torch.Tensor]:
+        lengths = np.array(list(config.lengths))
+        length = int(rng.choice(lengths, p=np.array(list(config.lengths.values()))))
+        x, y = windows.batch(rng, max(config.frames // length, 1), length)
+        return torch.from_numpy(x), torch.from_numpy(y)
+
+    start, losses = time.perf_counter(), []
+    with ThreadPoolExecutor(1) as maker, open(output / "log.jsonl", "w", encoding="utf-8") as log:
+        coming = maker.submit(make)
+        for step in range(1, config.steps + 1):
+            x, y = coming.result()
+            coming = maker.submit(make)
+            with torch.autocast("cpu", torch.bfloat16):
+                answer = net(x)
+            loss = loss_of(answer, y, config.velocity)
+            optimiser.zero_grad()
+            loss.backward()
+            torch.nn.utils.clip_grad_norm_(net.parameters(), 1.0)
+            optimiser.step()
+            schedule.step()
+            losses.append(loss.item())
+            with torch.no_grad():
+                decay = min(config.average, step / (step + 10))
+                for kept, new in zip(average.parameters(), net.parameters(), strict=True):
+                    kept.lerp_(new, 1 - decay)
+            if step % 250 == 0 or step == config.steps:
+                line = {"step": step, "s": round(time.perf_counter() - start), "loss_mm": 1000 * np.mean(losses)}
+                line |= _check(average, check)
+                losses.clear()
+                log.write(json.dumps(line) + "\n")
+                log.flush()
+                print({k: round(float(v), 1) for k, v in line.items()}, flush=True)
+                with whole_file(output / "lifter.pt") as partial:
+                    torch.save(average.state_dict(), partial)
+    export(average, output / "lifter.onnx")
+    shutil.copy(config_file, output / "lifter.toml")
+
+
+def read_config(path: Path) -> TrainConfig:
+    try:
+        content: dict[str, Any] = tomllib.loads(path.read_text(encoding="utf-8"))
+        return TrainConfig.model_validate(content)
+    except OSError as error:
+        raise InputError(f"Expected a training config at {path}: {error.strerror}.") from None
+    except tomllib.TOMLDecodeError as error:
+        raise InputError(f"Expected a TOML file at {path}: {error}.") from None
+    except ValidationError as error:
+        first = error.errors()[0]
+        raise InputError(f"{path}: {'.'.join(map(str, first['loc']))}: {first['msg']}.") from None
+
+
+def loss_of(answer: torch.Tensor, truth: torch.Tensor, velocity: float) -> torch.Tensor:
+    """Mean distance of joints, and of their motion from frame to frame; (B, T, 17, 3)."""
+    error = answer - truth
+    loss = error.norm(dim=-1).mean()
+    if velocity and error.shape[1] > 1:
+        loss = loss + velocity * error.diff(dim=1).norm(dim=-1).mean()
+    return loss
+
+
+def export(net: LifterNet, path: Path) -> None:
+    """Write the network as ONNX: "features" (B, T, CHANNELS) -> "joints" (B, T, 17, 3), any B and T."""
+    batch, frames = torch.export.Dim("batch"), torch.export.Dim("frames")
+    program = torch.onnx.export(
+        net.eval(),
+        (torch.zeros(2, 90, CHANNELS),),
+        input_names=["features"],
+        output_names=["joints"],
+        dynamic_shapes=({0: batch, 1: frames},),
+        dynamo=True,
+        external_data=False,
+    )
+    assert program is not None
+    with whole_file(path) as partial:
+        program.save(str(partial), external_data=False)
+
+
+def _rate(step: int, config: TrainConfig) -> float:
+    if step < config.warmup:
+        return (step + 1) / config.warmup
+    done = (step - config.warmup) / max(config.steps - config.warmup, 1)
+    return 0.5 * (1 + float(np.cos(np.pi * min(done, 1.0))))
+
+
+def _check_batches() -> list[tuple[torch.Tensor, np.ndarray]]:
+    """The same windows of the val subjects for every run, on the captured bodies."""
+    windows = Windows(read_clips("val"), bodies=BodyRange(unchanged=1.0, mirrored=0.0), other_rates=0.0)
+    rng = np.random.default_rng(1)
+    batches = (windows.batch(rng, count, frames) for count, frames in ((48, 120), (400, 1)))
+    return [(torch.from_numpy(x), y) for x, y in batches]
+
+
+def _check(net: LifterNet, batches: list[tuple[torch.Tensor, np.ndarray]]) -> dict[str, float]:
+    """Errors in mm of a standard body: of 4 s windows, and of single frames."""
+    figures = {}
+    for name, (x, y) in zip(("mpjpe", "single"), batches, strict=True):
+        with torch.no_grad():
+            answer = net(x).numpy().astype(np.float64)
+        figures[name] = 1000 * joint_error(scaled(answer, y), y).mean()
+        if name == "mpjpe":
+            figures["pa"] = 1000 * procrustes_error(answer, y).mean()
+            figures["depth"] = 1000 * np.abs(scaled(answer, y) - y)[..., 2].mean()
+    return figures

@@ -1,0 +1,34 @@
+"""Errors of 3D skeletons against truth; all joints (..., T, 17, 3) relative to the pelvis, in the same axes."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..pipeline.layouts import H36M17
+from ..pipeline.rotations import kabsch, rotate
+
+
+def relative(joints: np.ndarray) -> np.ndarray:
+    """joints (..., 17, 3) minus their pelvis."""
+    return joints - joints[..., [H36M17.index("pelvis")], :]
+
+
+def scaled(predicted: np.ndarray, truth: np.ndarray, per: str = "frame") -> np.ndarray:
+    """predicted times the one factor that brings it closest to truth, per "frame" or per "take" (T frames)."""
+    axes = (-2, -1) if per == "frame" else (-3, -2, -1)
+    valid = np.isfinite(predicted)
+    dot = np.sum(predicted * truth, axis=axes, where=valid, keepdims=True)
+    square = np.sum(predicted**2, axis=axes, where=valid, keepdims=True)
+    return predicted * (dot / np.where(square > 0, square, np.nan))
+
+
+def joint_error(predicted: np.ndarray, truth: np.ndarray) -> np.ndarray:
+    """(..., T) mean distance over the 17 joints, the pelvis included (MPJPE as usual, Ionescu et al. 2014)."""
+    return np.linalg.norm(predicted - truth, axis=-1).mean(axis=-1)
+
+
+def procrustes_error(predicted: np.ndarray, truth: np.ndarray) -> np.ndarray:
+    """(..., T) the same after the best rotation, shift and scale of every frame (PA-MPJPE)."""
+    a = truth - truth.mean(axis=-2, keepdims=True)
+    b = predicted - predicted.mean(axis=-2, keepdims=True)
+    return joint_error(scaled(rotate(kabsch(a, b), b), a), a)

@@ -1,0 +1,123 @@
+"""Motion capture as training and test material: clips of world joints, their subjects and their split."""
+
+from __future__ import annotations
+
+import json
+import os
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal, get_args
+
+import numpy as np
+
+from ..pipeline.errors import InputError
+from ..pipeline.layouts import H36M17
+from ..pipeline.rotations import angle_deg
+
+Subjects = Literal["train", "train-a", "train-b", "val", "test", "hdm05"]
+
+# The train subjects in two halves of about equal minutes, for cross-fitted lifts. 60 and 61 dance together
+# and stay together, as the data's README asks; x are takes of unknown subjects.
+_TRAIN_A = frozenset({"02", "05", "11", "16", "35", "38", "60", "61"})
+_LYING_DEG = 60.0
+_ARRAYS = ("joints", "root", "clip_start", "clip_name", "subject", "source", "fps", "joint_names")
+
+
+@dataclass(frozen=True, eq=False)
+class Clip:
+    """One take of one person.
+
+    joints: (T, 17, 3) float32 metres, H36M17, world axes with +Z up (frames.Z_UP), right-handed.
+    source: the skeleton it comes with; only "asfamc" and "max" have the subject's own proportions.
+    """
+
+    name: str
+    subject: str
+    source: str
+    fps: float
+    joints: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.joints)
+
+
+def data_folder() -> Path:
+    """The folder of motion capture: PCNET3D_DATA, else shared/data beside the project. InputError without it."""
+    folder = Path(os.environ.get("PCNET3D_DATA", Path(__file__).resolve().parents[2] / "shared" / "data"))
+    if not (folder / "cmu_mocap.npz").is_file():
+        raise InputError(f"Expected cmu_mocap.npz in {folder}; set PCNET3D_DATA to the folder that has it.")
+    return folder
+
+
+def read_mocap(path: Path) -> tuple[Clip, ...]:
+    """All clips of a motion capture file. InputError when it is missing, damaged or holds other arrays.
+
+    The file holds joints relative to the pelvis in world orientation and the pelvis apart (the data's README).
+    """
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            missing = [name for name in _ARRAYS if name not in file.files]
+            if missing:
+                raise InputError(f"Expected arrays {', '.join(_ARRAYS)} in {path}; {', '.join(missing)} is missing.")
+            arrays = {name: file[name] for name in _ARRAYS}
+    except FileNotFoundError:
+        raise InputError(f"Expected motion capture at {path}, found nothing there.") from None
+    except (zipfile.BadZipFile, ValueError, EOFError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(f"Expected a .npz file of plain arrays at {path}: {error}.") from None
+    names = tuple(str(name) for name in arrays["joint_names"])
+    if names != H36M17.joints:
+        raise InputError(f"Expected the joints of H36M17 in {path}, got {', '.join(names)}.")
+    world = (arrays["joints"] + arrays["root"][:, None]).astype(np.float32)
+    if not np.isfinite(world).all():
+        raise InputError(f"Expected finite joints in {path}, got NaN or infinite ones; the file is damaged.")
+    start = arrays["clip_start"]
+    return tuple(
+        Clip(
+            name=str(arrays["clip_name"][i]),
+            subject=str(arrays["subject"][i]),
+            source=str(arrays["source"][i]),
+            fps=float(arrays["fps"]),
+            joints=world[start[i] : start[i + 1]],
+        )
+        for i in range(len(start) - 1)
+    )
+
+
+def read_clips(subjects: Subjects, folder: Path | None = None) -> tuple[Clip, ...]:
+    """The clips of one part of the data, split by subject.
+
+    "train", "val", "test" are CMU's parts by splits.json; "train-a" and "train-b" two disjoint halves of the
+    train subjects; "hdm05" is all of HDM05, a test set of other people, another laboratory and another body model.
+    """
+    if subjects not in get_args(Subjects):
+        raise InputError(f"Expected subjects of {', '.join(get_args(Subjects))}; got '{subjects}'.")
+    folder = folder or data_folder()
+    if subjects == "hdm05":
+        return read_mocap(folder / "hdm05_subset.npz")
+    try:
+        split = json.loads((folder / "splits.json").read_text(encoding="utf-8"))["cmu_mocap"]
+        members = set(split[subjects.partition("-")[0]])
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise InputError(f"Expected train, val and test subjects in {folder / 'splits.json'}: {error}.") from None
+    if subjects == "train-a":
+        members &= _TRAIN_A
+    elif subjects == "train-b":
+        members -= _TRAIN_A
+    # A clip's key in the split is its name up to the first underscore (splits.json, "key").
+    return tuple(c for c in read_mocap(folder / "cmu_mocap.npz") if c.name.partition("_")[0] in members)
+
+
+def lying(joints_world: np.ndarray) -> np.ndarray:
+    """(...,) True where the trunk is more than 60 degrees from vertical; joints (..., 17, 3), +Z up.
+
+    The trunk is mid-hips to mid-shoulders. Bending far forward counts as lying too: what matters here is that the
+    trunk no longer tells which way is up.
+    """
+    hips, shoulders = (
+        joints_world[..., H36M17.indices((f"l_{part}", f"r_{part}")), :].mean(axis=-2) for part in ("hip", "shoulder")
+    )
+    trunk = shoulders - hips
+    return angle_deg(trunk, np.broadcast_to(np.array([0.0, 0.0, 1.0]), trunk.shape)) > _LYING_DEG

@@ -1,0 +1,20 @@
+"""Fixtures shared by the adapters' tests."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from pcnet3d.pipeline import rotate
+from scipy.spatial.transform import Rotation
+
+
+@pytest.fixture
+def turning(facing_camera: np.ndarray) -> Callable[[int], np.ndarray]:
+    """turning(T) -> (T, 17, 3): the person of `facing_camera` turning on the spot, every frame different."""
+
+    def frames(count: int) -> np.ndarray:
+        angle_deg = 0.3 * np.arange(count)
+        about_vertical = Rotation.from_rotvec(angle_deg[:, None] * [0, 1, 0], degrees=True).as_matrix()
+        return rotate(about_vertical, facing_camera[None])
+
+    return frames

@@ -1,0 +1,178 @@
+"""Bare arrays whose layout, frame and unit the caller says."""
+
+import numpy as np
+import pytest
+from pcnet3d.adapters import arrays, read
+from pcnet3d.pipeline import H36M17, InputError
+from pcnet3d.pipeline.layouts import LAYOUTS
+
+FRAMES = 60
+H36M_METRES = {"layout": "H36M17", "frame": "CAMERA", "unit": "m"}
+
+
+@pytest.fixture
+def relative(turning) -> np.ndarray:
+    return turning(FRAMES)
+
+
+@pytest.fixture
+def save(tmp_path):
+    def write(only: np.ndarray | None = None, /, **named: np.ndarray):
+        path = tmp_path / ("poses.npz" if named else "poses.npy")
+        np.savez(path, **named) if named else np.save(path, only)
+        return path
+
+    return write
+
+
+def test_camera(save, relative):
+    poses = read(save(relative + np.array([0.3, -0.2, 4.0])), "arrays", **H36M_METRES)
+    np.testing.assert_allclose(poses.joints, relative, atol=1e-6)
+    assert (poses.frame.name, poses.frame.unit, poses.frame.origin) == ("CAMERA", "m", "pelvis")
+
+
+@pytest.mark.parametrize(("unit", "size"), [("mm", 1000.0), ("cm", 100.0), ("inch", 1 / 0.0254), ("m", 1.0)])
+def test_lengths_become_metres(save, relative, unit, size):
+    poses = read(save(relative * size), "arrays", layout="H36M17", frame="CAMERA", unit=unit)
+    np.testing.assert_allclose(poses.joints, relative, atol=1e-6)
+    assert poses.frame.unit == "m"
+
+
+@pytest.mark.parametrize("unit", ["arbitrary", "px"])
+def test_no_length_stays_none(save, relative, unit):
+    poses = read(save(relative * 7), "arrays", layout="H36M17", frame="CAMERA", unit=unit)
+    np.testing.assert_allclose(poses.joints, relative * 7, atol=1e-5)
+    assert poses.frame.unit == unit
+
+
+@pytest.mark.parametrize(
+    ("frame", "from_camera"),
+    [
+        ("camera", lambda x, y, z: (x, y, z)),
+        ("GL_CAMERA", lambda x, y, z: (x, -y, -z)),
+        ("PC_CAMERA", lambda x, y, z: (z, -x, -y)),
+    ],
+)
+def test_camera_axes(save, relative, frame, from_camera):
+    given = np.stack(from_camera(*np.moveaxis(relative, -1, 0)), axis=-1)
+    poses = read(save(given), "arrays", layout="H36M17", frame=frame, unit="m")
+    np.testing.assert_allclose(poses.joints, relative, atol=1e-6)
+
+
+def test_world_stays_in_its_own_frame(save, relative):
+    z_up = np.stack([relative[..., 2], -relative[..., 0], -relative[..., 1]], axis=-1)
+    z_up += np.array([1, 2, 0.9])
+    (poses,) = arrays.read(save(z_up), layout="H36M17", frame="Z_UP", unit="m")
+    np.testing.assert_allclose(poses.joints, z_up, atol=1e-6)
+    assert poses.frame.family == "world"
+    assert read(save(z_up), "arrays", layout="H36M17", frame="Z_UP", unit="m").frame.name == "Z_UP"
+
+
+@pytest.mark.parametrize("frame", ["LEVEL", "BODY", "IMAGE", "WORLD", ""])
+def test_other_frames_are_refused(save, relative, frame):
+    with pytest.raises(InputError, match="Expected a frame of CAMERA"):
+        read(save(relative), "arrays", layout="H36M17", frame=frame, unit="m")
+
+
+@pytest.mark.parametrize("unit", ["metres", ""])
+def test_unknown_unit(save, relative, unit):
+    with pytest.raises(InputError, match="Expected a unit of m, mm"):
+        read(save(relative), "arrays", layout="H36M17", frame="CAMERA", unit=unit)
+
+
+def test_unknown_layout(save, relative):
+    with pytest.raises(InputError, match="joint layout of H36M17"):
+        read(save(relative), "arrays", layout="H36M", frame="CAMERA", unit="m")
+
+
+def test_nothing_is_guessed(save, relative):
+    path = save(relative)
+    assert not arrays.sniff(path)
+    with pytest.raises(InputError, match="needs the options layout, frame, unit"):
+        read(path, "arrays")
+
+
+@pytest.mark.parametrize("layout", ["H36M17_B", "H36M17_C", "COCO17", "MPI3DHP17"])
+def test_other_layouts_come_back_as_h36m(save, relative, layout):
+    """Limbs land on their names, in whatever order and company they came."""
+    known = {joint: relative[:, i] for i, joint in enumerate(H36M17.joints)}
+    nowhere = known["nose"]
+    given = np.stack([known.get(joint, nowhere) for joint in LAYOUTS[layout].joints], axis=1)
+    given += np.array([0, 0, 4.0])
+    poses = read(save(given), "arrays", layout=layout, frame="CAMERA", unit="m", parity="ignore")
+    assert poses.layout == H36M17
+    hips = (known["l_hip"] + known["r_hip"]) / 2
+    pelvis = known["pelvis"] if "pelvis" in LAYOUTS[layout] else hips
+    for joint in ("l_wrist", "r_wrist", "l_knee", "r_knee", "r_shoulder"):
+        np.testing.assert_allclose(poses.joint(joint), known[joint] - pelvis, atol=1e-5)
+
+
+def test_joint_count_must_fit_the_layout(save, relative):
+    with pytest.raises(InputError, match=r"expected an array of shape \(frames, 26, 3\), got \(60, 17, 3\)"):
+        read(save(relative), "arrays", layout="HALPE26", frame="CAMERA", unit="m")
+
+
+def test_two_dimensions_are_refused(save, relative):
+    with pytest.raises(InputError, match=r"expected an array of shape \(frames, 17, 3\), got \(60, 17, 2\)"):
+        read(save(relative[..., :2]), "arrays", **H36M_METRES)
+
+
+def test_what_lies_beside_the_joints_is_used(save, relative):
+    confidence = np.linspace(0, 1, FRAMES * 17).reshape(FRAMES, 17)
+    index, time_s = np.arange(FRAMES) * 2 + 5, np.arange(FRAMES) / 20 + 1.0
+    path = save(anything=relative, confidence=confidence, frame_index=index, time_s=time_s)
+    poses = read(path, "arrays", **H36M_METRES)
+    np.testing.assert_allclose(poses.joints, relative, atol=1e-6)
+    np.testing.assert_allclose(poses.confidence, confidence, atol=1e-6)
+    np.testing.assert_array_equal(poses.frame_index, index)
+    np.testing.assert_array_equal(poses.times, time_s)
+    assert poses.frames_known
+
+
+@pytest.mark.parametrize(
+    ("beside", "said"),
+    [
+        (
+            {"confidence": np.ones(FRAMES)},
+            r"'confidence': expected an array of shape \(60, 17\), got \(60,\)",
+        ),
+        ({"confidence": np.full((FRAMES, 17), 2.0)}, "confidences between 0 and 1"),
+        ({"time_s": np.arange(FRAMES - 1.0)}, r"'time_s': expected an array of shape \(60,\)"),
+        ({"time_s": np.zeros(FRAMES)}, "time_s to increase"),
+        ({"frame_index": np.arange(FRAMES) + 0.5}, "whole numbers"),
+        ({"frame_index": np.arange(FRAMES)[::-1]}, "frame_index to increase"),
+    ],
+)
+def test_what_lies_beside_must_fit(save, relative, beside, said):
+    with pytest.raises(InputError, match=said):
+        read(save(joints=relative, **beside), "arrays", **H36M_METRES)
+
+
+def test_several_arrays_need_a_key(save, relative):
+    path = save(raw=relative * 2, smooth=relative, confidence=np.ones((FRAMES, 17)))
+    with pytest.raises(InputError, match="raw, smooth, confidence"):
+        read(path, "arrays", **H36M_METRES)
+    np.testing.assert_allclose(read(path, "arrays", key="smooth", **H36M_METRES).joints, relative, atol=1e-6)
+    with pytest.raises(InputError, match=r"'rough'.*raw, smooth, confidence"):
+        read(path, "arrays", key="rough", **H36M_METRES)
+
+
+def test_key_of_an_npy(save, relative):
+    with pytest.raises(InputError, match="leave out the key"):
+        read(save(relative), "arrays", key="joints", **H36M_METRES)
+
+
+@pytest.mark.parametrize("value", [np.nan, 0.0], ids=["NaN", "zeros"])
+def test_failed_frames_are_refused_or_gaps(save, relative, value):
+    relative[5:8] = value
+    with pytest.raises(InputError, match="got 3 frames"):
+        read(save(relative), "arrays", **H36M_METRES)
+    gone = np.isnan(read(save(relative), "arrays", missing="gap", **H36M_METRES).joints)
+    assert gone[5:8].all()
+    assert gone.sum() == 3 * 17 * 3
+
+
+def test_infinite_value_is_refused(save, relative):
+    relative[7, 3] = np.inf
+    with pytest.raises(InputError, match="infinite one at row 7, joint r_ankle"):
+        read(save(relative), "arrays", **H36M_METRES)

@@ -1,0 +1,174 @@
+"""DDHPose, D3DP and MixSTE: clips of 243 put together into the video they came from (formats.md 2.3 to 2.5)."""
+
+import numpy as np
+import pytest
+from pcnet3d.adapters import ddhpose, read
+from pcnet3d.pipeline import InputError
+
+CLIP = 243
+
+
+def in_clips(video: np.ndarray) -> np.ndarray:
+    """(b, 243, ...) from (T, ...) as UnchunkedGenerator_Seq cuts: the last clip is the video's last 243 frames;
+    a video shorter than a clip is filled up on the right with its last frame."""
+    frames = len(video)
+    if frames < CLIP:
+        return np.concatenate([video, np.repeat(video[-1:], CLIP - frames, axis=0)])[None]
+    starts = [*range(0, frames - CLIP, CLIP), frames - CLIP]
+    return np.stack([video[start : start + CLIP] for start in starts])
+
+
+def with_steps_and_proposals(video: np.ndarray, steps: int, proposals: int) -> np.ndarray:
+    """(t, h, T, 17, 3): proposals of the last step lie symmetrically around the video, other steps are far off."""
+    spread = 0.01 * (np.arange(proposals) - (proposals - 1) / 2)
+    stack = video[None, None] + spread[None, :, None, None, None]
+    stack = np.repeat(stack, steps, axis=0)
+    stack[:-1] *= 1.2
+    stack[..., :1, :] = 0
+    return stack
+
+
+@pytest.fixture
+def save(tmp_path):
+    def write(array: np.ndarray):
+        np.save(tmp_path / "export.npy", array.astype(np.float32))
+        return tmp_path / "export.npy"
+
+    return write
+
+
+def seams(frames: int) -> tuple[int, ...]:
+    return tuple(range(CLIP, frames, CLIP))
+
+
+@pytest.mark.parametrize("frames", [300, 243, 100])
+def test_put_together_by_the_exporting_script(save, turning, frames):
+    poses = read(save(turning(frames)), "ddhpose")
+    np.testing.assert_allclose(poses.joints, turning(frames), atol=1e-6)
+    assert poses.seams == seams(frames)
+    assert (poses.frame.name, poses.frame.unit, poses.frame.origin) == ("CAMERA", "m", "pelvis")
+    assert poses.layout.name == "H36M17"
+    assert not poses.frames_known
+
+
+@pytest.mark.parametrize("frames", [600, 486, 487, 485, 244, 243, 100, 1])
+def test_clips_become_the_video_they_came_from(save, turning, frames):
+    poses = read(save(in_clips(turning(frames))), frames=frames)
+    assert poses.history[0].options["adapter"] == "ddhpose"
+    np.testing.assert_allclose(poses.joints, turning(frames), atol=1e-6)
+    assert poses.seams == seams(frames)
+
+
+@pytest.mark.parametrize(("steps", "proposals"), [(1, 1), (3, 1), (1, 5), (2, 5)])
+@pytest.mark.parametrize("frames", [600, 100])
+def test_clips_with_steps_and_proposals(save, turning, frames, steps, proposals):
+    stack = with_steps_and_proposals(turning(frames), steps, proposals)
+    clips = np.moveaxis(in_clips(np.moveaxis(stack, 2, 0)), 1, 3)
+    assert clips.shape == (len(clips), steps, proposals, CLIP, 17, 3)
+    poses = read(save(clips), frames=frames)
+    assert poses.history[0].options["adapter"] == "ddhpose"
+    np.testing.assert_allclose(poses.joints, turning(frames), atol=1e-6)
+    assert poses.seams == seams(frames)
+
+
+@pytest.mark.parametrize("frames", [600, 100])
+def test_steps_and_proposals_of_the_whole_video(save, turning, frames):
+    """D3DP's in-the-wild output (K, H, T, 17, 3)."""
+    path = save(with_steps_and_proposals(turning(frames), 2, 5))
+    poses = read(path)
+    assert poses.history[0].options["adapter"] == "ddhpose"
+    np.testing.assert_allclose(poses.joints, turning(frames), atol=1e-6)
+    assert poses.seams == seams(frames)
+    assert len(read(path, frames=frames)) == frames
+    with pytest.raises(InputError, match=f"expected {frames + 1} frames"):
+        read(path, frames=frames + 1)
+
+
+@pytest.mark.parametrize("frames", [600, 243])
+def test_clips_need_the_number_of_frames(save, turning, frames):
+    with pytest.raises(InputError, match="frames=N"):
+        read(save(in_clips(turning(frames))))
+
+
+@pytest.mark.parametrize("wrong", [0, 486, 730])
+def test_number_of_frames_must_fit_the_clips(save, turning, wrong):
+    with pytest.raises(InputError, match=f"487 to 729 frames, got the option frames={wrong}"):
+        read(save(in_clips(turning(600))), frames=wrong)
+
+
+def test_squeezed_axis_is_not_guessed(save, turning):
+    """(2, 5, 243, 17, 3): two steps of one clip, or two clips that lost their single step."""
+    path = save(with_steps_and_proposals(turning(243), 2, 5))
+    with pytest.raises(InputError, match="squeeze"):
+        read(path)
+    np.testing.assert_allclose(read(path, frames=243).joints, turning(243), atol=1e-6)
+    with pytest.raises(InputError, match="squeeze"):
+        read(path, frames=486)
+
+
+def test_axis_of_length_1_was_not_squeezed(save, turning):
+    path = save(with_steps_and_proposals(turning(243), 1, 5))
+    np.testing.assert_allclose(read(path).joints, turning(243), atol=1e-6)
+
+
+def test_values_at_the_clamp_are_counted(save, turning):
+    video = turning(300)
+    video[10, 13], video[299, 16, 1] = [1.1, -0.2, -1.1], 1.1
+    steps = {step.name: step.options for step in read(save(video), "ddhpose").history}
+    assert steps["clamped"]["values"] == 3
+    steps = {step.name for step in read(save(turning(300)), "ddhpose").history}
+    assert "clamped" not in steps
+
+
+def test_plain_arrays_are_left_to_videopose3d(save, turning):
+    assert not ddhpose.sniff(save(turning(300)))
+
+
+@pytest.mark.parametrize(
+    "change",
+    [lambda video: 1000 * video, lambda video: video + np.array([0, 0, 0.9])],
+    ids=["millimetres", "heights rebased for display"],
+)
+def test_other_units_and_frames_are_refused(save, turning, change):
+    path = save(change(with_steps_and_proposals(turning(300), 2, 5)))
+    assert not ddhpose.sniff(path)
+    with pytest.raises(InputError, match=r"expected a body in metres|made for display"):
+        read(path, "ddhpose")
+
+
+@pytest.mark.parametrize(
+    "shape",
+    [(300, 16, 3), (300, 17, 2), (2, 81, 17, 3), (2, 300, 17, 2), (2, 1, 1, 81, 17, 3), (17, 3)],
+    ids=str,
+)
+def test_wrong_shape(save, shape):
+    path = save(np.ones(shape))
+    assert not ddhpose.sniff(path)
+    with pytest.raises(InputError, match=r"expected an array of shape .*\(clips, 243, 17, 3\)"):
+        read(path, "ddhpose")
+
+
+@pytest.mark.parametrize("value", [np.nan, 0.0], ids=["NaN", "zeros"])
+def test_failed_frames_are_refused_or_gaps(save, turning, value):
+    video = turning(600)
+    video[590:] = value
+    path = save(in_clips(video))
+    with pytest.raises(InputError, match="got 10 frames"):
+        read(path, frames=600)
+    gone = np.isnan(read(path, frames=600, missing="gap").joints)
+    assert gone[590:].all()
+    assert not gone[:590].any()
+
+
+def test_nan_in_one_proposal_spoils_the_mean(save, turning):
+    stack = with_steps_and_proposals(turning(300), 2, 5)
+    stack[-1, 3, 20, 5] = np.nan
+    with pytest.raises(InputError, match="got 1 frames"):
+        read(save(stack))
+
+
+def test_infinite_value_is_refused(save, turning):
+    video = turning(300)
+    video[7, 0, 0] = np.inf
+    with pytest.raises(InputError, match="infinite one at row 7, joint pelvis"):
+        read(save(video), "ddhpose")

@@ -1,0 +1,146 @@
+"""MotionBERT's X3D.npy: clips of 243 whose first root depth is 0, in units of the picture (formats.md 2.1)."""
+
+import numpy as np
+import pytest
+from pcnet3d.adapters import motionbert, read
+from pcnet3d.pipeline import InputError
+
+FRAMES = 600
+PELVIS = 0
+
+
+@pytest.fixture
+def relative(turning) -> np.ndarray:
+    """(600, 17, 3): the body relative to its pelvis, in MotionBERT's units."""
+    return turning(FRAMES)
+
+
+@pytest.fixture
+def x3d(relative, tmp_path):
+    """x3d(change) writes X3D.npy as infer_wild.py does, after change(array), and returns its path."""
+    root = np.zeros((FRAMES, 1, 3))
+    time = np.arange(FRAMES)
+    root[:, 0, 0] = 0.3 * np.cos(time / 50) + 0.2
+    root[:, 0, 1] = 0.05 * np.sin(time / 20) - 0.1
+    root[:, 0, 2] = 0.001 * (time % 243)  # set to 0 in the first frame of each clip
+    saved = (relative + root).astype(np.float32)
+
+    def write(change=lambda joints: joints):
+        np.save(tmp_path / "X3D.npy", change(saved.copy()))
+        return tmp_path / "X3D.npy"
+
+    return write
+
+
+def as_pixels(joints: np.ndarray, width: int = 1280, height: int = 720) -> np.ndarray:
+    """What --pixel does: everything scaled by half the shorter side, x and y moved to the image's corner."""
+    joints = joints * (min(width, height) / 2)
+    joints[..., :2] += np.array([width, height]) / 2
+    return joints
+
+
+def test_golden(x3d, relative):
+    poses = read(x3d())
+    assert poses.history[0].options["adapter"] == "motionbert"
+    np.testing.assert_allclose(poses.joints, relative, atol=1e-6)
+    assert poses.seams == (243, 486)
+    assert poses.layout.name == "H36M17"
+    assert (poses.frame.name, poses.frame.unit, poses.frame.origin) == ("CAMERA", "arbitrary", "pelvis")
+    assert poses.time_s is None
+    assert not poses.frames_known
+
+
+def test_frame_rate(x3d):
+    assert read(x3d(), fps=25).fps == pytest.approx(25)
+
+
+def test_clip_length(x3d):
+    assert read(x3d(), clip=200).seams == (200, 400)
+    assert read(x3d(), clip=FRAMES).seams == ()
+    with pytest.raises(InputError, match="clip"):
+        read(x3d(), clip=0)
+
+
+def test_pixels(x3d, relative):
+    path = x3d(as_pixels)
+    poses = read(path, pixel=True)
+    np.testing.assert_allclose(poses.joints, relative * 360, atol=1e-3)
+    assert poses.frame.unit == "arbitrary"
+
+
+def test_option_pixel_must_fit_the_values(x3d):
+    with pytest.raises(InputError, match="pixel=true"):
+        read(x3d(as_pixels))
+    with pytest.raises(InputError, match="leave out the option pixel"):
+        read(x3d(), pixel=True)
+
+
+def test_person_in_the_middle_of_the_picture_is_still_motionbert(x3d, relative):
+    """Its root is then as near to 0 as VideoPose3D's; the forced depth of the first frame tells."""
+    near = relative + np.where(np.arange(FRAMES)[:, None, None] % 243, 0.01, [0.01, 0.01, 0])
+    assert read(x3d(lambda _: near)).history[0].options["adapter"] == "motionbert"
+
+
+def test_root_relative_configuration_is_ambiguous(x3d, relative):
+    """Exact zeros at the root, and as tall in its units as a person is in metres: nobody can tell."""
+    path = x3d(lambda joints: joints - joints[:, :1])
+    with pytest.raises(InputError, match="motionbert, videopose3d"):
+        read(path)
+    np.testing.assert_allclose(read(path, "motionbert").joints, relative, atol=1e-6)
+
+
+def test_root_relative_and_too_small_for_metres_is_motionbert(x3d):
+    path = x3d(lambda joints: 0.5 * (joints - joints[:, :1]))
+    assert read(path).frame.unit == "arbitrary"
+
+
+@pytest.mark.parametrize(
+    "shape", [(600, 16, 3), (600, 17, 2), (17, 3), (1, 600, 17, 3)], ids=lambda shape: str(len(shape))
+)
+def test_wrong_shape(x3d, shape):
+    path = x3d(lambda _: np.ones(shape, np.float32))
+    assert not motionbert.sniff(path)
+    with pytest.raises(InputError, match=r"expected an array of shape \(frames, 17, 3\)"):
+        read(path, "motionbert")
+
+
+@pytest.mark.parametrize("value", [np.nan, 0.0], ids=["NaN", "zeros"])
+def test_failed_frames_are_refused_or_gaps(x3d, relative, value):
+    def fail(joints):
+        joints[100:110] = value
+        return joints
+
+    path = x3d(fail)
+    with pytest.raises(InputError, match="--missing gap"):
+        read(path)
+    poses = read(path, missing="gap")
+    assert np.isnan(poses.joints[100:110]).all()
+    np.testing.assert_allclose(
+        np.delete(poses.joints, slice(100, 110), 0), np.delete(relative, slice(100, 110), 0), atol=1e-6
+    )
+
+
+def test_infinite_value_is_refused(x3d):
+    def spoil(joints):
+        joints[7, PELVIS] = np.inf
+        return joints
+
+    with pytest.raises(InputError, match="infinite one at row 7, joint pelvis"):
+        read(x3d(spoil))
+
+
+def test_mirrored_body_is_refused(x3d, relative):
+    with pytest.raises(InputError, match="mirrored"):
+        read(x3d(lambda joints: joints * [-1, 1, 1]))
+
+
+@pytest.mark.data
+@pytest.mark.parametrize(("file", "frames"), [("boxing", 301), ("cycling", 434), ("broken", 392)])
+def test_real_files(data, file, frames):
+    path = data / "native" / "motionbert" / f"{file}_X3D.npy"
+    poses = read(path)
+    assert poses.history[0].options["adapter"] == "motionbert"
+    assert len(poses) == frames
+    assert poses.seams == (243,)
+    stored = np.load(path)
+    np.testing.assert_allclose(poses.joints, stored - stored[:, :1], atol=1e-6)

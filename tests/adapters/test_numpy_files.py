@@ -1,0 +1,221 @@
+"""Numpy files from strangers: damaged, lying or dangerous ones end in an InputError, never in anything else."""
+
+import pickle
+import struct
+import zipfile
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pcnet3d.adapters import arrays, ddhpose, motionbert, videopose3d
+from pcnet3d.adapters._numpy import keys, load, peek
+from pcnet3d.pipeline import InputError
+
+POSES = ("frames", 17, 3)
+ADAPTERS = [motionbert, ddhpose, videopose3d, arrays]
+
+
+@pytest.fixture
+def joints() -> np.ndarray:
+    return np.random.default_rng(0).normal(size=(4, 17, 3)).astype(np.float32)
+
+
+@pytest.fixture
+def npy(tmp_path: Path, joints: np.ndarray) -> Path:
+    np.save(tmp_path / "poses.npy", joints)
+    return tmp_path / "poses.npy"
+
+
+@pytest.fixture
+def npz(tmp_path: Path, joints: np.ndarray) -> Path:
+    np.savez_compressed(tmp_path / "poses.npz", reconstruction=joints, other=joints[:, :5])
+    return tmp_path / "poses.npz"
+
+
+def refused(path: Path, *said: str, key: str | None = None) -> None:
+    """Loading raises an InputError that says so, and no sniffing falls over the file."""
+    with pytest.raises(InputError) as error:
+        load(path, POSES, key=key)
+    for words in (path.name, *said):
+        assert words in str(error.value)
+    assert peek(path, POSES, key=key) is None
+    for adapter in ADAPTERS:
+        assert not adapter.sniff(path)
+
+
+@pytest.mark.parametrize("dtype", ["float16", "float32", "float64", ">f4", "int32"])
+@pytest.mark.parametrize("order", ["C", "F"])
+def test_arrays_come_back_as_saved(tmp_path, joints, dtype, order):
+    saved = np.asarray(100 * joints, dtype=dtype, order=order)
+    np.save(tmp_path / "a.npy", saved)
+    np.savez(tmp_path / "a.npz", stored=saved)
+    np.savez_compressed(tmp_path / "b.npz", deflated=saved)
+    for file, key in (("a.npy", None), ("a.npz", "stored"), ("b.npz", "deflated")):
+        loaded = load(tmp_path / file, POSES, key=key)
+        assert loaded.dtype == saved.dtype
+        np.testing.assert_array_equal(loaded, saved)
+
+
+def test_keys(npy, npz):
+    assert keys(npy) == ()
+    assert keys(npz) == ("reconstruction", "other")
+
+
+def test_missing_key_lists_those_found(npz):
+    refused(npz, "'joints'", "reconstruction, other", key="joints")
+    refused(npz, "single array (.npy)", "reconstruction, other")
+
+
+def test_key_for_a_nameless_array(npy):
+    with pytest.raises(InputError, match="leave out the key"):
+        load(npy, key="joints")
+
+
+def test_wrong_shape_says_expected_and_got(npz):
+    refused(npz, "(frames, 17, 3)", "(4, 5, 3)", key="other")
+
+
+def test_no_frames(tmp_path):
+    np.save(tmp_path / "none.npy", np.zeros((0, 17, 3)))
+    refused(tmp_path / "none.npy", "holds none")
+
+
+def test_empty_file(tmp_path):
+    (tmp_path / "empty.npy").touch()
+    refused(tmp_path / "empty.npy", "is empty")
+
+
+def test_folder_and_missing_file(tmp_path):
+    refused(tmp_path, "found a folder")
+    refused(tmp_path / "nothing.npy", "found no file")
+
+
+@pytest.mark.parametrize("content", [b"x", b"{}", b"frame,x,y\n0,1,2\n", b"\x00" * 400])
+def test_not_a_numpy_file(tmp_path, content):
+    (tmp_path / "text.npy").write_bytes(content)
+    refused(tmp_path / "text.npy", "neither an .npy nor an .npz")
+
+
+def test_other_zip_archive(tmp_path):
+    with zipfile.ZipFile(tmp_path / "weights.pt", "w") as archive:
+        archive.writestr("archive/data.pkl", b"")
+    refused(tmp_path / "weights.pt", "no numpy arrays", key="reconstruction")
+
+
+@pytest.mark.parametrize("values", [["a"] * 51, [True] * 51, [1j] * 51], ids=["text", "bool", "complex"])
+def test_not_numbers(tmp_path, values):
+    np.save(tmp_path / "a.npy", np.array(values).reshape(1, 17, 3))
+    refused(tmp_path / "a.npy", "array of numbers")
+
+
+def test_structured_array(tmp_path):
+    np.save(tmp_path / "a.npy", np.zeros((4, 17, 3), dtype=[("x", "f4"), ("y", "f4")]))
+    refused(tmp_path / "a.npy", "array of numbers")
+
+
+class Trap:
+    """Unpickling it creates the file `marker`."""
+
+    def __init__(self, marker: Path) -> None:
+        self.marker = marker
+
+    def __reduce__(self):
+        return Path.touch, (self.marker,)
+
+
+def test_objects_are_never_unpickled(tmp_path):
+    marker = tmp_path / "marker"
+    trapped = np.empty((1, 17, 3), dtype=object)
+    trapped[:] = Trap(marker)
+    np.save(tmp_path / "trap.npy", trapped, allow_pickle=True)
+    np.savez(tmp_path / "trap.npz", reconstruction=trapped)
+    (tmp_path / "pickle.npy").write_bytes(pickle.dumps(Trap(marker)))
+
+    np.load(tmp_path / "trap.npy", allow_pickle=True)
+    assert marker.exists(), "the trap does not work, so the rest of this test proves nothing"
+    marker.unlink()
+
+    refused(tmp_path / "trap.npy", "unpickled")
+    refused(tmp_path / "trap.npz", "unpickled", key="reconstruction")
+    refused(tmp_path / "pickle.npy", "neither an .npy nor an .npz")
+    for file in ("trap.npy", "trap.npz", "pickle.npy"):
+        for adapter, options in (
+            (motionbert, {}),
+            (ddhpose, {}),
+            (videopose3d, {}),
+            (arrays, {"layout": "H36M17", "frame": "CAMERA", "unit": "m"}),
+        ):
+            with pytest.raises(InputError):
+                adapter.read(tmp_path / file, **options)
+    assert not marker.exists()
+
+
+def npy_bytes(shape: str, data: bytes, dtype: str = "<f4") -> bytes:
+    """An .npy of version 1.0 with this header, whatever the data (NEP 1)."""
+    header = f"{{'descr': '{dtype}', 'fortran_order': False, 'shape': {shape}, }}".encode()
+    header += b" " * (-(10 + len(header) + 1) % 64) + b"\n"
+    return b"\x93NUMPY\x01\x00" + struct.pack("<H", len(header)) + header + data
+
+
+def test_our_header_is_an_honest_one(tmp_path, joints):
+    (tmp_path / "a.npy").write_bytes(npy_bytes("(4, 17, 3)", joints.tobytes()))
+    np.testing.assert_array_equal(load(tmp_path / "a.npy", POSES), joints)
+
+
+@pytest.mark.parametrize(
+    "shape", ["(1000000000000, 17, 3)", "(5, 17, 3)", "(3, 17, 3)", "(-4, 17, 3)", f"({10**30}, 17, 3)"]
+)
+def test_lying_header(tmp_path, joints, shape):
+    lie = npy_bytes(shape, joints.tobytes())
+    (tmp_path / "lie.npy").write_bytes(lie)
+    with zipfile.ZipFile(tmp_path / "lie.npz", "w") as archive:
+        archive.writestr("reconstruction.npy", lie)
+    refused(tmp_path / "lie.npy", "header promises")
+    refused(tmp_path / "lie.npz", "header promises", key="reconstruction")
+
+
+@pytest.mark.parametrize("shape", ["(4, 17, 3", "four", "(4.0, 17, 3)", "()", "(" * 500])
+def test_nonsense_header(tmp_path, joints, shape):
+    (tmp_path / "a.npy").write_bytes(npy_bytes(shape, joints.tobytes()))
+    refused(tmp_path / "a.npy")
+
+
+def test_two_arrays_in_one_npy(tmp_path, joints):
+    with (tmp_path / "two.npy").open("wb") as file:
+        np.save(file, joints)
+        np.save(file, joints)
+    refused(tmp_path / "two.npy", "header promises")
+
+
+@pytest.mark.parametrize("file", ["poses.npy", "poses.npz"])
+def test_truncated_anywhere(npy, npz, tmp_path, file):
+    whole = (tmp_path / file).read_bytes()
+    key = "reconstruction" if file.endswith("npz") else None
+    for length in {*range(0, len(whole), 23), len(whole) - 1}:
+        (tmp_path / "cut").write_bytes(whole[:length])
+        refused(tmp_path / "cut", key=key)
+
+
+@pytest.mark.parametrize("file", ["poses.npy", "poses.npz"])
+def test_changed_bytes_give_an_array_or_an_input_error(npy, npz, tmp_path, file):
+    whole = (tmp_path / file).read_bytes()
+    key = "reconstruction" if file.endswith("npz") else None
+    rng = np.random.default_rng(1)
+    for position in {*range(0, 200, 2), *rng.integers(0, len(whole), 200).tolist()}:
+        changed = bytearray(whole)
+        changed[position] ^= int(rng.integers(1, 256))
+        (tmp_path / "changed").write_bytes(changed)
+        with suppress(InputError):
+            assert load(tmp_path / "changed", POSES, key=key).shape == (4, 17, 3)
+        for adapter in ADAPTERS:
+            adapter.sniff(tmp_path / "changed")
+
+
+def test_changed_data_in_an_archive_are_noticed(npz, tmp_path):
+    with zipfile.ZipFile(tmp_path / "stored.npz", "w") as archive:
+        archive.writestr("reconstruction.npy", npy_bytes("(4, 17, 3)", bytes(4 * 17 * 3 * 4)))
+    changed = bytearray((tmp_path / "stored.npz").read_bytes())
+    changed[400] ^= 1
+    (tmp_path / "stored.npz").write_bytes(changed)
+    refused(tmp_path / "stored.npz", "damaged", key="reconstruction")

@@ -1,0 +1,175 @@
+"""VideoPose3D and its kin: metres in camera axes, as .npy, .npz or a vis.py folder (formats.md 2.2, 2.5, 2.6)."""
+
+import numpy as np
+import pytest
+from pcnet3d.adapters import read, videopose3d
+from pcnet3d.pipeline import InputError
+from scipy.spatial.transform import Rotation
+
+FRAMES = 300
+
+
+@pytest.fixture
+def relative(turning) -> np.ndarray:
+    return turning(FRAMES)
+
+
+@pytest.fixture
+def export(relative, tmp_path):
+    """export(change) writes what run.py --viz-export saves: the pelvis near 0, but not at it."""
+    drift = 0.004 * np.cos(np.arange(FRAMES)[:, None, None] + [0, 1, 2])
+    saved = (relative + drift).astype(np.float32)
+
+    def write(change=lambda joints: joints):
+        np.save(tmp_path / "output.npy", change(saved.copy()))
+        return tmp_path / "output.npy"
+
+    return write
+
+
+@pytest.fixture
+def vis_folder(relative, tmp_path):
+    """The folder of a vis.py: 2D input and 3D output, both under the key `reconstruction`."""
+    for part in ("input_2D", "output_3D"):
+        (tmp_path / "skating" / part).mkdir(parents=True)
+    np.savez_compressed(
+        tmp_path / "skating" / "input_2D" / "keypoints.npz", reconstruction=np.full((1, FRAMES, 17, 2), 300.0)
+    )
+    np.savez_compressed(
+        tmp_path / "skating" / "output_3D" / "output_keypoints_3d.npz",
+        reconstruction=relative.astype(np.float32),
+    )
+    return tmp_path / "skating"
+
+
+def test_golden_npy(export, relative):
+    poses = read(export())
+    assert poses.history[0].options["adapter"] == "videopose3d"
+    np.testing.assert_allclose(poses.joints, relative, atol=1e-6)
+    assert (poses.frame.name, poses.frame.unit, poses.frame.origin) == ("CAMERA", "m", "pelvis")
+    assert poses.layout.name == "H36M17"
+    assert poses.seams == ()
+    assert not poses.frames_known
+
+
+@pytest.mark.parametrize("inside", [".", "output_3D/output_keypoints_3d.npz"], ids=["folder", "file"])
+def test_golden_vis(vis_folder, relative, inside):
+    poses = read(vis_folder / inside, gives="poses", fps=25)
+    assert poses.history[0].options["adapter"] == "videopose3d"
+    np.testing.assert_allclose(poses.joints, relative, atol=1e-6)
+    assert poses.frames_known
+    np.testing.assert_allclose(poses.times, np.arange(FRAMES) / 25)
+
+
+def test_keypoints_beside_are_not_taken_for_poses(vis_folder):
+    path = vis_folder / "input_2D" / "keypoints.npz"
+    assert not videopose3d.sniff(path)
+    with pytest.raises(InputError, match="expected an array of shape"):
+        read(path, "videopose3d")
+
+
+def test_keypoints_with_scores_are_not_taken_for_poses(tmp_path):
+    """MotionAGFormer saves (people, frames, 17, 3) pixels and score under the same key."""
+    np.savez(tmp_path / "keypoints.npz", reconstruction=np.full((1, FRAMES, 17, 3), 300.0))
+    assert not videopose3d.sniff(tmp_path / "keypoints.npz")
+
+
+def test_folder_without_output(tmp_path):
+    assert not videopose3d.sniff(tmp_path)
+    with pytest.raises(InputError, match=r"output_keypoints_3d\.npz"):
+        read(tmp_path, "videopose3d")
+
+
+def test_other_key(tmp_path, relative):
+    np.savez(tmp_path / "poses.npz", joints=relative, names=np.zeros(17))
+    with pytest.raises(InputError, match=r"'reconstruction'.*it holds joints, names"):
+        read(tmp_path / "poses.npz", "videopose3d")
+
+
+def test_seams_of_a_lifter_that_works_in_clips(export):
+    assert read(export(), clip=243).seams == (243,)
+    with pytest.raises(InputError, match="clip"):
+        read(export(), clip=0)
+
+
+def test_with_trajectory(export, relative):
+    """VideoPose3D adds the trajectory when it has a model for it: the person is then somewhere before the camera."""
+    path = export(lambda joints: joints + np.array([0.5, 0.2, 4.0]))
+    np.testing.assert_allclose(read(path, "videopose3d").joints, relative, atol=1e-5)
+
+
+def test_display_coordinates_are_refused(export, relative):
+    """After camera_to_world and rebasing the heights, which assume the tilt of one camera."""
+    wxyz = [0.1407056450843811, -0.1500701755285263, -0.755240797996521, 0.6223280429840088]
+
+    def displayed(_):
+        world = Rotation.from_quat(wxyz, scalar_first=True).apply(relative.reshape(-1, 3)).reshape(-1, 17, 3)
+        world[..., 2] -= world[..., 2].min()
+        return world
+
+    path = export(displayed)
+    assert not videopose3d.sniff(path)
+    with pytest.raises(InputError, match="made for display"):
+        read(path, "videopose3d")
+
+
+def test_millimetres_are_refused(export):
+    path = export(lambda joints: 1000 * joints)
+    assert not videopose3d.sniff(path)
+    with pytest.raises(InputError, match="expected a body in metres"):
+        read(path, "videopose3d")
+
+
+def test_root_of_exact_zeros_in_an_npy_is_ambiguous(export):
+    path = export(lambda joints: joints - joints[:, :1])
+    with pytest.raises(InputError, match="motionbert, videopose3d"):
+        read(path)
+    assert read(path, "videopose3d").frame.unit == "m"
+
+
+@pytest.mark.parametrize("shape", [(300, 16, 3), (300, 17, 2), (17, 3)], ids=str)
+def test_wrong_shape(export, shape):
+    path = export(lambda _: np.ones(shape))
+    assert not videopose3d.sniff(path)
+    with pytest.raises(InputError, match=r"expected an array of shape \(frames, 17, 3\)"):
+        read(path, "videopose3d")
+
+
+@pytest.mark.parametrize("value", [np.nan, 0.0], ids=["NaN", "zeros"])
+def test_failed_frames_are_refused_or_gaps(export, value):
+    def fail(joints):
+        joints[100:110] = value
+        return joints
+
+    path = export(fail)
+    with pytest.raises(InputError, match="got 10 frames"):
+        read(path)
+    gone = np.isnan(read(path, missing="gap").joints)
+    assert gone[100:110].all()
+    assert gone.sum() == 10 * 17 * 3
+
+
+@pytest.mark.parametrize("value", [np.nan, 0.0], ids=["NaN", "zeros"])
+def test_no_pose_at_all(export, value):
+    with pytest.raises(InputError, match="there are no poses in it"):
+        read(export(lambda joints: np.full_like(joints, value)), "videopose3d", missing="gap")
+
+
+def test_infinite_value_is_refused(export):
+    def spoil(joints):
+        joints[7, 3] = -np.inf
+        return joints
+
+    with pytest.raises(InputError, match="infinite one at row 7, joint r_ankle"):
+        read(export(spoil))
+
+
+@pytest.mark.data
+@pytest.mark.parametrize("inside", [".", "output_3D/output_keypoints_3d.npz"], ids=["folder", "file"])
+def test_real_files(data, inside):
+    folder = data / "native" / "mhformer" / "skating"
+    poses = read(folder / inside, gives="poses")
+    assert poses.history[0].options["adapter"] == "videopose3d"
+    with np.load(folder / "output_3D" / "output_keypoints_3d.npz") as stored:
+        np.testing.assert_array_equal(poses.joints, stored["reconstruction"])
+    assert not videopose3d.sniff(folder / "input_2D" / "keypoints.npz")
