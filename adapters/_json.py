@@ -105,7 +105,7 @@ def frame_number(image: Any, where: str) -> int:
     """The video frame of an image: the number itself, or the last number in a name such as "clip_0012.jpg"."""
     number = image
     if isinstance(image, str):
-        digits = re.findall(r"[0-9]+", _SUFFIX.sub("", image))
+        digits = re.findall(r"0*([0-9]+)", _SUFFIX.sub("", image))
         number = int(digits[-1]) if digits and len(digits[-1]) < 20 else None
     if not isinstance(number, int) or isinstance(number, bool) or not 0 <= number < _MAX_FRAME:
         raise InputError(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -31,10 +32,15 @@ class Detection:
     points: np.ndarray
     person: str | None = None
 
-    @property
+    @cached_property
     def found(self) -> np.ndarray:
         """(J,) whether the joint is there: neither NaN nor the detectors' 0, 0 with score 0 or none."""
         return ~np.isnan(self.points[:, :2]).any(axis=1) & (np.nan_to_num(self.points) != 0).any(axis=1)
+
+    @cached_property
+    def size(self) -> float:
+        """Diagonal, in pixels, of the box around the joints that were found."""
+        return float(np.linalg.norm(np.ptp(self.points[self.found, :2], axis=0)))
 
 
 def triples(flat: Any, where: str) -> np.ndarray:
@@ -161,6 +167,6 @@ def _distance(a: Detection, b: Detection) -> float:
     both = a.found & b.found
     if not both.any():
         return np.inf
-    size = max(np.linalg.norm(np.ptp(one.points[one.found, :2], axis=0)) for one in (a, b))
-    step = np.linalg.norm(a.points[both, :2] - b.points[both, :2], axis=1).mean()
+    step = np.linalg.norm((a.points - b.points)[both, :2], axis=1).mean()
+    size = max(a.size, b.size)
     return step / size if size else np.inf

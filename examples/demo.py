@@ -14,7 +14,7 @@ import typer
 from ..pipeline.config import load_recipe
 from ..pipeline.intake import Sources
 from ..pipeline.job import run_files
-from ..pipeline.outputs import SUMMARY, check_replaceable, whole_folder
+from ..pipeline.outputs import SUMMARY, whole_folder
 from ..pipeline.pose import Rectified, package_version
 from ..pipeline.progress import stages
 from ..pipeline.rotations import angle_deg
@@ -31,19 +31,19 @@ def demo(
 ) -> None:
     """Run the built-in example: a person walks, squats and raises both arms before a tilted camera."""
     inputs = Path(f"{output}-input")
-    check_replaceable(output, force)
     walk = walker()
     camera = side_camera(walk)
     recipe = load_recipe().with_options("scale", stature_m=walk.stature_m)
-    with stages(["example", "read", *(entry.use for entry in recipe.stages)]) as done:
+    with (
+        stages(["example", "read", *(entry.use for entry in recipe.stages)]) as done,
+        whole_folder(inputs, force) as folder,
+    ):
         start = time.perf_counter()
-        with whole_folder(inputs, force) as folder:
-            files = write_files(folder, walk, camera)
-            made = {"pcnet3d": package_version(), "what": "input files of pcnet3d demo"}
-            (folder / SUMMARY).write_text(json.dumps(made) + "\n", encoding="utf-8")
+        files = write_files(folder, walk, camera)
+        made = {"pcnet3d": package_version(), "what": "input files of pcnet3d demo"}
+        (folder / SUMMARY).write_text(json.dumps(made) + "\n", encoding="utf-8")
         done("example", time.perf_counter() - start)
-        video, keypoints, poses = (inputs / path.name for path in (files.video, files.keypoints, files.poses))
-        sources = Sources(poses=poses, video=video, keypoints=keypoints)
+        sources = Sources(poses=files.poses, video=files.video, keypoints=files.keypoints)
         take = run_files(sources, output, recipe, force=force, done=done)
     for event in take.events:
         if event.kind in ("warning", "repair", "note"):
@@ -54,6 +54,7 @@ def demo(
     print(f"{inputs}: a video, 2D keypoints as AlphaPose and 3D poses as MotionBERT would write them")
     print(f"{output}: {', '.join(sorted(path.name for path in output.iterdir()))}")
     print(_comparison(take.rectified, truth))
+    video, poses, keypoints = (inputs / path.name for path in (files.video, files.poses, files.keypoints))
     print(
         f"the same by hand: pcnet3d run {video} --poses {poses} --keypoints {keypoints} "
         f"--stature {walk.stature_m} -o DIR"

@@ -31,12 +31,12 @@ class ExampleFiles:
 def write_files(
     folder: Path, walk: Walk, camera: Camera, *, noise_m: float = 0.008, noise_px: float = 1.0, seed: int = 0
 ) -> ExampleFiles:
-    """Write video.mp4, alphapose-results.json and X3D.npy into a folder, which is made if need be.
+    """Write walker.mp4, alphapose-results.json and X3D.npy into a folder, which is made if need be.
 
     noise_m, noise_px: standard deviation of each coordinate's error in the 3D and the 2D file; 0 for the truth.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    files = ExampleFiles(folder / "video.mp4", folder / "alphapose-results.json", folder / "X3D.npy")
+    files = ExampleFiles(folder / "walker.mp4", folder / "alphapose-results.json", folder / "X3D.npy")
     rng = np.random.default_rng(seed)
     rows = np.setdiff1d(np.arange(len(walk)), UNDETECTED)
     write_video(files.video, walk, camera)

@@ -1,6 +1,6 @@
 """How the walker moves: joint angles, heading and the path of the pelvis as functions of continuous time.
 
-Gait: Fourier series of the thigh and the knee that stay within 3 degrees of the values at the ends of the eight
+Gait: Fourier series of the thigh and the knee that stay within 3.5 degrees of the values at the ends of the eight
 phases of the cycle in Perry & Burnfield, Gait Analysis: Normal and Pathological Function, 2nd ed. 2010 (thigh to
 the vertical 20, 20, 0, -20, -10, 15, 25 and knee flexion 5, 15, 5, 5, 40, 60, 25 degrees at 0, 12, 31, 50, 62, 75
 and 87 % of the cycle), fitted so that the standing foot stays within 4 mm of its place. The pelvis rises and

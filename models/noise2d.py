@@ -26,6 +26,7 @@ _SOLIDS = (
     ("pelvis", "thorax", 0.28), ("thorax", "head", 0.18),
     ("l_hip", "l_knee", 0.14), ("r_hip", "r_knee", 0.14), ("l_knee", "l_ankle", 0.10), ("r_knee", "r_ankle", 0.10),
 )  # fmt: skip
+_HEAD_HEIGHT = (0.4, 1.0)  # from the middle of the ears to the top, over nose to top
 
 
 @dataclass(frozen=True)
@@ -33,8 +34,8 @@ class Noise:
     """Constants of the formula at the head of this file. Lengths are shares of the box's longer side; rates are
     per frame at 30 fps; runs are mean lengths in frames at 30 fps.
 
-    derived: share of windows in which thorax and spine are made from shoulders and hips, as layouts.remap does
-    for detectors that have neither.
+    derived: share of windows in which pelvis, thorax and spine are made from shoulders and hips, as layouts.remap
+    does for detectors that have none, and the head lies between the ears' middle and its top.
     """
 
     std: float = 0.015
@@ -118,8 +119,10 @@ def detect(
         confidence = np.where(swap, confidence[..., order], confidence)
 
     if noise.derived:
-        derived = rng.uniform(size=lead)[..., None] < noise.derived
-        keypoints = _derive(keypoints, derived[..., None, None])
+        derived = rng.uniform(size=lead) < noise.derived
+        height = rng.uniform(*_HEAD_HEIGHT, lead)
+        made = _derive(keypoints, height[..., None, None])
+        keypoints = np.where(derived[..., None, None, None], made, keypoints)
 
     rate = noise.missing_rate * np.where(hidden, 3.0, 1.0) * 30 / fps
     lost = _runs(rng, rate, noise.missing_run * fps / 30, axis=-2)
@@ -136,13 +139,15 @@ def in_profile(joints_camera: np.ndarray, cosine: float = Noise.profile_cosine) 
     return np.abs(dot) > cosine * np.linalg.norm(across, axis=-1) * np.linalg.norm(view, axis=-1)
 
 
-def _derive(keypoints: np.ndarray, where: np.ndarray) -> np.ndarray:
-    """Thorax in the middle of the shoulders, spine in the middle of pelvis and thorax."""
+def _derive(keypoints: np.ndarray, head_height: np.ndarray) -> np.ndarray:
+    """Pelvis and thorax in the middle of hips and shoulders, the spine between, the head between nose and top."""
     out = keypoints.copy()
     shoulders = keypoints[..., H36M17.indices(("l_shoulder", "r_shoulder")), :].mean(axis=-2)
     pelvis = keypoints[..., H36M17.indices(("l_hip", "r_hip")), :].mean(axis=-2)
-    for joint, made in (("thorax", shoulders), ("pelvis", pelvis), ("spine", (shoulders + pelvis) / 2)):
-        out[..., H36M17.index(joint), :] = np.where(where[..., 0], made, keypoints[..., H36M17.index(joint), :])
+    nose, top = keypoints[..., H36M17.index("nose"), :], keypoints[..., H36M17.index("head"), :]
+    head = nose + head_height * (top - nose)
+    made = {"pelvis": pelvis, "spine": (shoulders + pelvis) / 2, "thorax": shoulders, "head": head}
+    out[..., H36M17.indices(list(made)), :] = np.stack(list(made.values()), axis=-2)
     return out
 
 

@@ -11,12 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..pipeline.frames import IMAGE
-from ..pipeline.layouts import COCO17, H36M17, HALPE26, Layout, remap
-from ..pipeline.pose import PoseSequence
+from ..pipeline.layouts import COCO17, H36M17, HALPE26
 from .cameras import place
 from .mocap import data_folder, read_clips
 from .noise2d import detect
+from .real_clips import image_poses
 
 CLASSES = {
     "hips, shoulders": ("l_hip", "r_hip", "l_shoulder", "r_shoulder"),
@@ -103,14 +102,8 @@ def _real() -> Iterator[tuple[str, tuple[np.ndarray, np.ndarray]]]:
         ("mhformer_skating", "run_a_kp2d", "HRNet", H36M17),
     ):
         with np.load(folder / f"{clip}.npz", allow_pickle=False) as file:
-            poses = as_h36m(file[array], layout)
+            poses = image_poses(file[array], layout)
         yield f"{clip.removeprefix('mhformer_')} {detector}", (poses.joints, poses.confidence)
-
-
-def as_h36m(keypoints: np.ndarray, layout: Layout) -> PoseSequence:
-    """(T, J, 2 or 3) pixels and maybe scores -> a PoseSequence in IMAGE and H36M17."""
-    scores = np.clip(keypoints[..., 2], 0, 1) if keypoints.shape[-1] == 3 else None
-    return remap(PoseSequence(keypoints[..., :2], layout, IMAGE, confidence=scores))
 
 
 def _ours(seed: int, exact: bool = False) -> list[tuple[np.ndarray, np.ndarray]]:

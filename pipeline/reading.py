@@ -30,6 +30,7 @@ def adapters(gives: str | None = None) -> dict[str, Adapter]:
 def find_adapter(path: Path, name: str = "auto", gives: str | None = None) -> Adapter:
     """The adapter of that name, or with "auto" the only one that recognises the file's content.
 
+    gives: "poses", "keypoints" or "video"; without it, 3D poses come before anything else that fits.
     InputError when the name is unknown, when no adapter fits, or when several do.
     """
     if not path.exists():
@@ -42,6 +43,8 @@ def find_adapter(path: Path, name: str = "auto", gives: str | None = None) -> Ad
             )
         return known[name]
     fits = [adapter for adapter in known.values() if adapter.sniff(path)]
+    if gives is None:  # a folder of a vis.py holds both its 2D input and its 3D output
+        fits = [adapter for adapter in fits if adapter.gives == "poses"] or fits
     if len(fits) == 1:
         return fits[0]
     if fits:
@@ -80,7 +83,10 @@ def read_all(
     chosen = find_adapter(path, adapter, gives)
     if chosen.gives == "video":
         raise InputError(f"{path} is a video; expected a file of poses or keypoints.")
-    people = call(chosen.read, path, what=f"Adapter '{chosen.name}'", options=options)
+    try:
+        people = call(chosen.read, path, what=f"Adapter '{chosen.name}'", options=options)
+    except InputError as error:
+        raise error if str(path) in str(error) else InputError(f"{path}: {error}") from None
     return tuple(_finished(person, chosen, path, fps, parity, missing) for person in people)
 
 
@@ -122,8 +128,8 @@ def _finished(
     if adapter.gives == "keypoints":
         return poses
     poses = remap(_missing(poses, path, missing), H36M17)
-    if poses.frame.family == "camera":
-        poses = change_frame(poses, CAMERA.with_(unit="m" if poses.frame.metric else poses.frame.unit))
+    own = CAMERA if poses.frame.family == "camera" else poses.frame
+    poses = change_frame(poses, own.with_(origin="pelvis", unit="m" if poses.frame.metric else poses.frame.unit))
     return _guarded(poses, adapter, path, parity)
 
 

@@ -18,7 +18,7 @@ Colour = tuple[int, int, int]
 
 # Told apart by every common kind of colour vision: the sky blue and orange of Okabe and Ito's palette
 # ("Color Universal Design", 2008).
-LEFT, RIGHT, MIDDLE = (86, 180, 233), (230, 159, 0), (205, 205, 205)
+LEFT, RIGHT, MIDDLE = (86, 180, 233), (230, 159, 0), (150, 150, 150)
 _AXES = {"back": (238, 102, 119), "right": (80, 190, 110), "up": (110, 140, 255)}  # of BODY: x, y, z
 _LEVELS = {"warning": "WARN", "repair": "INFO", "seam": "INFO", "note": "DEBUG"}
 _LETTERS = {"away": "F", "toward": "B", "north": "F", "south": "B", "west": "L", "east": "R"}
@@ -85,7 +85,7 @@ def _segments(ends: np.ndarray) -> pa.Array:
 
     batch = rr.components.LineStrip3DBatch if ends.shape[-1] == 3 else rr.components.LineStrip2DBatch
     strips = batch._ARROW_DATATYPE
-    assert isinstance(strips, pa.ListType)
+    assert strips is not None
     points = pa.FixedSizeListArray.from_arrays(pa.array(ends.reshape(-1)), type=strips.value_type)
     starts = pa.array(np.arange(0, len(points) + 1, 2, dtype=np.int32))
     return pa.ListArray.from_arrays(starts, points, type=strips)

@@ -32,8 +32,8 @@ _EVEN = ("crop", "trunc(iw/2)*2:trunc(ih/2)*2:0:0")
 def viewable(video: Video) -> tuple[rr.AssetVideo, tuple[Event, ...]]:
     """The video's file itself, or an H.264 copy with the same time stamps and an event that says why.
 
-    The viewer plays H.264, H.265, AV1, VP8 and VP9 in MP4 and ignores the rotation that a phone notes in the
-    file. InputError when the video cannot be read or is larger than a recording can hold.
+    The viewer plays H.264, H.265, AV1, VP8 and VP9 in MP4 and MOV files and ignores the rotation that a phone
+    notes in the file. InputError when the video cannot be read or is larger than a recording can hold.
     """
     import rerun as rr
 
@@ -47,6 +47,7 @@ def viewable(video: Video) -> tuple[rr.AssetVideo, tuple[Event, ...]]:
     elif video.codec not in _VIEWER_CODECS:
         reason = f"the viewer does not play its codec, {video.codec}"
     else:
+        # Named so because the viewer goes by the name; MOV is the same format to its parser.
         asset = rr.AssetVideo(path=video.path, media_type="video/mp4")
         if _readable(asset):
             return asset, ()

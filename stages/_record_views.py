@@ -76,7 +76,7 @@ def _person(entity: str, name: str, take: Take, size: float) -> rrb.View:
         ankles = ankles[np.isfinite(ankles)]
         ground = float(np.percentile(ankles, 2)) if len(ankles) else -size
         plane = rr.components.Plane3D.XY.with_distance(ground)
-        grid = rrb.LineGrid3D(plane=plane, spacing=size / 4, color=(255, 255, 255, 40))
+        grid = rrb.LineGrid3D(plane=plane, spacing=size / 4, color=(128, 128, 128, 110))
     return rrb.Spatial3DView(
         origin=entity,
         name=name,

@@ -22,12 +22,12 @@ if TYPE_CHECKING:
 
 RECORDING = "take.rrd"
 
-# Dark, middle and light for x, y and z; left bluish, right orange, as in the skeletons.
+# For x, y and z: cool colours on the left, warm ones on the right (Okabe and Ito's palette).
 _WRISTS = {
-    "l_wrist": ((0, 114, 178), (86, 180, 233), (190, 228, 250)),
-    "r_wrist": ((213, 94, 0), (240, 170, 30), (250, 222, 150)),
+    "l_wrist": ((0, 114, 178), (86, 180, 233), (0, 158, 115)),
+    "r_wrist": ((213, 94, 0), (230, 159, 0), (204, 121, 167)),
 }
-_UP, _ERROR = (204, 121, 167), (240, 228, 66)
+_UP, _ERROR = (110, 140, 255), (213, 94, 0)
 
 
 @dataclass(frozen=True)
@@ -60,11 +60,12 @@ def record(take: Take, path: str | Path, frames: bool = True) -> tuple[Event, ..
     import rerun as rr
     from rerun.error_utils import catch_and_log_exceptions
 
-    if take.poses is None or take.rectified is None:
+    poses = take.poses
+    if poses is None or take.rectified is None:
         raise InputError("A recording needs 3D poses and their rectification; run rectify first.")
     asset, events = viewable(take.video) if frames and take.video else (None, ())
     take = take.saying(*events).with_(video=take.video if asset else None)
-    distance = np.linalg.norm(take.poses.joints[known(take.poses.joints)], axis=-1)
+    distance = np.linalg.norm(poses.joints[known(poses.joints)], axis=-1)
     size = float(np.percentile(distance, 98)) if len(distance) else 1.0  # about half the person's height
 
     recording = rr.RecordingStream("pcnet3d")
@@ -76,7 +77,7 @@ def record(take: Take, path: str | Path, frames: bool = True) -> tuple[Event, ..
                 log_video(recording, asset, take.video.time_s)
             _log_poses(recording, take, size)
             _log_rotation(recording, take, size)
-            log_events(recording, take.events, take.poses)
+            log_events(recording, take.events, poses)
             document = rr.TextDocument(summary_markdown(take), media_type=rr.MediaType.MARKDOWN)
             recording.log("summary", document, static=True)
             recording.flush()

@@ -109,10 +109,16 @@ def coco_annotations(folder: Path, scene: Scene) -> Path:
     frames = sorted({frame for frame, _, _ in rows})
     ids = {frame: 1000 - frame for frame in frames}
     content = {
-        "info": {"description": "a, \"b\" [c] {d}"},
+        "info": {"description": 'a, "b" [c] {d}'},
         "images": [{"id": ids[frame], "file_name": f"take2/clip_{frame:05d}.PNG"} for frame in frames],
         "annotations": [
-            {"id": i, "image_id": ids[frame], "category_id": 1, "keypoints": row.ravel().tolist(), "bbox": _box(row)}
+            {
+                "id": i,
+                "image_id": ids[frame],
+                "category_id": 1,
+                "keypoints": row.ravel().tolist(),
+                "bbox": _box(row),
+            }
             for i, (frame, _, row) in enumerate(rows)
         ],
         "categories": [{"id": 1, "name": "person"}],
@@ -142,10 +148,11 @@ def mmpose_inferencer(folder: Path, scene: Scene) -> Path:
     return _dump(folder / "walk.json", _instances(scene, first=0))
 
 
-COCO_NAMES = (
-    "nose left_eye right_eye left_ear right_ear left_shoulder right_shoulder left_elbow right_elbow left_wrist "
-    "right_wrist left_hip right_hip left_knee right_knee left_ankle right_ankle"
-).split()
+COCO_NAMES = [
+    "nose", "left_eye", "right_eye", "left_ear", "right_ear", "left_shoulder", "right_shoulder", "left_elbow",
+    "right_elbow", "left_wrist", "right_wrist", "left_hip", "right_hip", "left_knee", "right_knee", "left_ankle",
+    "right_ankle",
+]  # fmt: skip
 
 
 def mmpose_demo(folder: Path, scene: Scene) -> Path:
@@ -154,7 +161,9 @@ def mmpose_demo(folder: Path, scene: Scene) -> Path:
         "keypoint_id2name": {str(i): joint for i, joint in enumerate(COCO_NAMES)},
         "keypoint_colors": {"__ndarray__": [[51, 153, 255]] * 500, "dtype": "uint8"},
     }
-    return _dump(folder / "results_walk.json", {"meta_info": meta, "instance_info": _instances(scene, first=1)})
+    return _dump(
+        folder / "results_walk.json", {"meta_info": meta, "instance_info": _instances(scene, first=1)}
+    )
 
 
 def _reconstruction(scene: Scene) -> np.ndarray:
@@ -197,7 +206,9 @@ def film() -> Callable[..., Path]:
     """Write a tiny video whose frames have the given time stamps in milliseconds."""
     import av
 
-    def make(path: Path, stamps_ms, *, codec="libx264", rotation=None, first_ms=0, reordered=0, **options) -> Path:
+    def make(
+        path: Path, stamps_ms, *, codec="libx264", rotation=None, first_ms=0, reordered=0, **options
+    ) -> Path:
         with av.open(path, "w", options=options) as container:
             stream = container.add_stream(codec, rate=30)
             stream.width, stream.height, stream.pix_fmt = 64, 48, "yuv420p"
@@ -208,7 +219,9 @@ def film() -> Callable[..., Path]:
                 stream.set_display_rotation(rotation)
             pictures = []
             for i, stamp in enumerate(stamps_ms):
-                picture = av.VideoFrame.from_ndarray(np.full((48, 64, 3), 9 * i % 255, np.uint8), format="rgb24")
+                picture = av.VideoFrame.from_ndarray(
+                    np.full((48, 64, 3), 9 * i % 255, np.uint8), format="rgb24"
+                )
                 picture.pts, picture.time_base = stamp, Fraction(1, 1000)
                 pictures.append(picture)
             for picture in (*pictures, None):

@@ -44,7 +44,9 @@ def test_keypoints(write, moving, form, adapter, layout):
 @pytest.mark.parametrize("form", ["alphapose_cmu", "alphapose_open"])
 def test_alphapose_dicts(write, moving, form):
     frames, points = moving(18)
-    points[:, OPENPOSE18.index("neck"), :2] = points[:, OPENPOSE18.indices(["l_shoulder", "r_shoulder"]), :2].mean(1)
+    points[:, OPENPOSE18.index("neck"), :2] = points[
+        :, OPENPOSE18.indices(["l_shoulder", "r_shoulder"]), :2
+    ].mean(1)
     path = write(form, {"0": (frames, points)})
     assert [name for name, each in adapters().items() if each.sniff(path)] == ["alphapose"]
     (poses,) = read_all(path)

@@ -1,0 +1,225 @@
+"""How well lifting and rectification do where the truth is known:  pcnet3d evaluate -o DIR
+
+The lifter on virtual takes of people it never saw, then a rectifier on the lifted takes; on request the lifter
+beside other lifters on real clips, where nobody knows the truth. Writes evaluation.md and evaluation.json.
+"""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+
+from ..pipeline.outputs import whole_file
+from ..pipeline.pose import package_version
+from ..pipeline.rotations import angle_deg, geodesic_deg, kabsch
+from ..pipeline.sockets import Rectifier
+from . import load_rectifier
+from .metrics import joint_error, procrustes_error, scaled
+from .mocap import Subjects
+from .testbed import LiftedTake, lifted_takes
+
+_SETS: tuple[tuple[str, Subjects, bool], ...] = (
+    ("CMU test", "test", False), ("HDM05 upright", "hdm05", False), ("HDM05 lying", "hdm05", True),
+)  # fmt: skip
+_STATURE_M = 1.70  # a standard body's, to which every person is scaled for comparison in mm
+
+
+@dataclass(frozen=True)
+class Figure:
+    """Percentiles and mean over frames, or over takes (of each take's mean)."""
+
+    p50: float
+    mean: float
+    p95: float
+
+    @classmethod
+    def of(cls, values: np.ndarray) -> Figure:
+        values = values[np.isfinite(values)]
+        if len(values) == 0:
+            return cls(np.nan, np.nan, np.nan)
+        return cls(*(float(v) for v in (np.median(values), values.mean(), np.quantile(values, 0.95))))
+
+    def __str__(self) -> str:
+        return f"{self.p50:.1f} / {self.mean:.1f} / {self.p95:.1f}"
+
+
+def evaluate(
+    output: Annotated[Path, typer.Option("-o", "--output", help="Folder for evaluation.md and .json.")],
+    rectifier: Annotated[str, typer.Option(help="Judged on the lifted takes.")] = "geometric",
+    lifter: Annotated[str, typer.Option(help="The built-in one, or a file.")] = "pcnet3d",
+    seed: Annotated[int, typer.Option(help="Of cameras and noise.")] = 0,
+    flip: Annotated[bool, typer.Option("--flip", help="Average with the mirrored lift.")] = False,
+    real: Annotated[bool, typer.Option("--real", help="Also compare with other lifters on real clips.")] = False,
+) -> None:
+    """Judge the lifter, and a rectifier on lifted poses, against motion capture."""
+    results = evaluation(load_rectifier(rectifier), lifter, seed, flip)
+    if real:
+        from .real_clips import agreement
+
+        results["real"] = agreement(lifter, flip)
+    output.mkdir(parents=True, exist_ok=True)
+    text = as_markdown(results)
+    with whole_file(output / "evaluation.md") as partial:
+        partial.write_text(text, encoding="utf-8")
+    with whole_file(output / "evaluation.json") as partial:
+        partial.write_text(json.dumps(_plain(results), indent=1), encoding="utf-8")
+    print(text)
+
+
+def evaluation(rectifier: Rectifier, lifter: str = "pcnet3d", seed: int = 0, flip: bool = False) -> dict[str, Any]:
+    """Everything the report says, as nested dicts with Figures."""
+    results: dict[str, Any] = {
+        "pcnet3d": package_version(), "lifter": lifter, "rectifier": rectifier.method, "seed": seed, "flip": flip,
+    }  # fmt: skip
+    for focal_known in (False, True):
+        taken = {
+            name: list(lifted_takes(name, seed, model=lifter, focal_known=focal_known, flip=flip))
+            for name in ("test", "hdm05")
+        }
+        key = "focal known" if focal_known else "focal assumed"
+        results[key] = {
+            label: {
+                "lifter": lifter_figures(taken[subjects], lying),
+                "rectifier": rectifier_figures(rectifier, taken[subjects], lying),
+            }
+            for label, subjects, lying in _SETS
+        }
+    results["frames_per_s"] = speed(lifter)
+    return results
+
+
+def lifter_figures(takes: Iterable[LiftedTake], lying: bool) -> dict[str, dict[str, Any]]:
+    """Errors in mm (angles in degrees) of the frames that are lying, or of those that are not.
+
+    "frame": the lift is scaled to the truth frame by frame (as for a lifter without a scale; N-MPJPE, Rhodin et
+    al. 2018), and figures run over frames. "take": one scale for a whole take, and figures run over takes.
+    Both are in mm of each person's own size. depth, lateral, vertical: mean absolute error along the ray to the
+    body, across it and level, and up. hidden rotation: the rigid rotation that would bring the lift closest.
+    """
+    rows: dict[str, list[np.ndarray]] = {}
+    means: dict[str, list[float]] = {}
+    for take in takes:
+        use = take.seen.lying == lying
+        if not use.any():
+            continue
+        truth, lifted = take.seen.truth, take.lifted.joints.astype(np.float64)
+        for per, into in (("frame", rows), ("take", means)):
+            fitted = scaled(lifted, truth, per)
+            errors = {
+                "MPJPE": 1000 * joint_error(fitted, truth),
+                "PA-MPJPE": 1000 * procrustes_error(lifted, truth),
+                **_along(fitted - truth, take),
+                "hidden rotation": angle_of(kabsch(truth, lifted)),
+            }
+            for name, values in errors.items():
+                if per == "frame":
+                    into.setdefault(name, []).append(values[use])  # type: ignore[arg-type]
+                elif np.isfinite(values[use]).any():
+                    into.setdefault(name, []).append(float(np.nanmean(values[use])))  # type: ignore[arg-type]
+    return {
+        "frame": {name: Figure.of(np.concatenate(values)) for name, values in rows.items()},
+        "take": {name: Figure.of(np.array(values)) for name, values in means.items()},
+        "counts": {"frames": sum(map(len, rows.get("MPJPE", []))), "takes": len(means.get("MPJPE", []))},
+    }
+
+
+def rectifier_figures(rectifier: Rectifier, takes: Iterable[LiftedTake], lying: bool) -> dict[str, Any]:
+    """Geodesic rotation error and tilt error in degrees of R_camera_from_body, on lifted and on true joints."""
+    figures: dict[str, Any] = {}
+    parts: dict[str, list[np.ndarray]] = {}
+    for take in takes:
+        use = take.seen.lying == lying
+        if not use.any():
+            continue
+        for source, joints in (("lifted", take.lifted.joints), ("true", take.seen.truth)):
+            R, _ = rectifier.rotation(joints)
+            parts.setdefault(f"rotation, {source} joints", []).append(
+                geodesic_deg(R, take.seen.R_camera_from_body)[use]
+            )
+            parts.setdefault(f"tilt, {source} joints", []).append(
+                angle_deg(R[..., 2], np.broadcast_to(take.seen.up, R[..., 2].shape))[use]
+            )
+    for name, values in parts.items():
+        figures[name] = Figure.of(np.concatenate(values))
+        figures[f"{name}, per take"] = Figure.of(np.array([np.nanmean(v) for v in values if np.isfinite(v).any()]))
+    return figures
+
+
+def angle_of(R: np.ndarray) -> np.ndarray:
+    """Angle of a rotation in degrees, (...,)."""
+    return geodesic_deg(R, np.broadcast_to(np.eye(3), R.shape))
+
+
+def speed(lifter: str = "pcnet3d", frames: int = 6000) -> float:
+    """Frames lifted per second of wall time on this machine, features included."""
+    from ..pipeline.frames import IMAGE
+    from ..pipeline.layouts import H36M17
+    from ..pipeline.pose import PoseSequence
+    from .lifter import lift
+
+    rng = np.random.default_rng(0)
+    walk = np.cumsum(rng.normal(0, 0.3, (frames, 17, 2)), axis=0) + rng.uniform(300, 700, (17, 2))
+    keypoints = PoseSequence(walk, H36M17, IMAGE)
+    lift(keypoints, (1920, 1080), model=lifter)
+    start = time.perf_counter()
+    lift(keypoints, (1920, 1080), model=lifter)
+    return frames / (time.perf_counter() - start)
+
+
+def as_markdown(results: dict[str, Any]) -> str:
+    """The report as a page of tables; every cell is p50 / mean / p95."""
+    lines = [
+        "# Evaluation",
+        "",
+        f"pcnet3d {results['pcnet3d']}, lifter {results['lifter']}, rectifier {results['rectifier']}, seed "
+        f"{results['seed']}, flip {'on' if results['flip'] else 'off'}; {results['frames_per_s']:,.0f} frames/s.",
+        "Cells are p50 / mean / p95; mm of each person's own size, degrees.",
+    ]
+    for key in ("focal assumed", "focal known"):
+        sets = results[key]
+        lines += ["", f"## Lifter, {key}", ""]
+        for per, what in (("frame", "scale aligned per frame, over frames"), ("take", "scale aligned per take, over takes")):
+            names = list(next(iter(sets.values()))["lifter"][per])
+            lines += [f"{what}:", "", _row(["", *names]), _row(["---"] * (len(names) + 1))]
+            for label, values in sets.items():
+                counts = values["lifter"]["counts"]
+                label = f"{label} ({counts[f'{per}s']:,} {per}s)"
+                lines.append(_row([label, *(str(figure) for figure in values["lifter"][per].values())]))
+            lines.append("")
+        names = list(next(iter(sets.values()))["rectifier"])
+        lines += [f"## Rectifier {results['rectifier']} on the lifted takes, {key}", ""]
+        lines += [_row(["", *sets]), _row(["---"] * (len(sets) + 1))]
+        lines += [_row([name, *(str(values["rectifier"][name]) for values in sets.values())]) for name in names]
+    if "real" in results:
+        lines += ["", "## Real clips: how far two lifters are apart", "", "PA-MPJPE in mm of a standard body.", ""]
+        lines += [_row(["clip", "one", "other", "apart"]), _row(["---"] * 4)]
+        lines += [_row([*row["pair"], str(row["apart"])]) for row in results["real"]]
+    return "\n".join(lines) + "\n"
+
+
+def _along(error: np.ndarray, take: LiftedTake) -> dict[str, np.ndarray]:
+    """(T,) mean absolute error in mm along the ray to the body, along up made square to it, and across both."""
+    depth = take.seen.R_camera_from_ray[..., 2]
+    up = take.seen.up - (take.seen.up * depth).sum(-1, keepdims=True) * depth
+    up /= np.linalg.norm(up, axis=-1, keepdims=True)
+    axes = {"depth": depth, "lateral": np.cross(depth, up), "vertical": up}
+    return {name: 1000 * np.abs(np.einsum("tji,ti->tj", error, axis)).mean(-1) for name, axis in axes.items()}
+
+
+def _row(cells: list[str]) -> str:
+    return f"| {' | '.join(cells)} |"
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Figure):
+        return {"p50": value.p50, "mean": value.mean, "p95": value.p95}
+    if isinstance(value, dict):
+        return {key: _plain(part) for key, part in value.items()}
+    return [_plain(part) for part in value] if isinstance(value, list | tuple) else value

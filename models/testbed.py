@@ -1,0 +1,123 @@
+"""Lifted takes with truth: motion capture through a virtual camera, a noisy detector and the lifter.
+
+What everything after the lifter is judged on. A take depends on the seed and its clip's name only, so a subset of
+the clips gives the same takes.
+"""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ..pipeline.canonical import R_world_from_body
+from ..pipeline.frames import IMAGE
+from ..pipeline.layouts import H36M17
+from ..pipeline.pose import PoseSequence
+from .bodies import BodyRange, vary
+from .cameras import ViewRange, place
+from .lifter import lift
+from .lifter_features import body_rays
+from .metrics import relative
+from .mocap import Clip, Subjects, lying, read_clips
+from .noise2d import Noise, detect
+
+MIN_FRAMES = 30
+
+
+@dataclass(frozen=True, eq=False)
+class SeenTake:
+    """One clip as a static camera and a detector saw it, and what is true about it.
+
+    keypoints: the detector's answer, IMAGE, pixels. image_size, focal_px: the camera's.
+    joints_camera: (T, 17, 3) metres, the truth, origin at the camera.
+    R_camera_from_body: (T, 3, 3), the truth by design.md section 4. R_camera_from_world: (3, 3), world +Z up; its
+        third column is `up`. R_camera_from_ray: (T, 3, 3), z along the ray to the body.
+    lying: (T,) by trunk angle. clip, subject, source: where it comes from.
+    """
+
+    keypoints: PoseSequence
+    image_size: tuple[int, int]
+    focal_px: float
+    joints_camera: np.ndarray
+    R_camera_from_body: np.ndarray
+    R_camera_from_world: np.ndarray
+    R_camera_from_ray: np.ndarray
+    lying: np.ndarray
+    clip: str
+    subject: str
+    source: str
+
+    @property
+    def up(self) -> np.ndarray:
+        """(3,) against gravity, in the camera."""
+        return self.R_camera_from_world[:, 2]
+
+    @property
+    def truth(self) -> np.ndarray:
+        """(T, 17, 3) metres, CAMERA axes, relative to the pelvis."""
+        return relative(self.joints_camera)
+
+
+@dataclass(frozen=True, eq=False)
+class LiftedTake:
+    """What a user has, and the truth behind it. lifted: CAMERA axes, relative to the pelvis, unit arbitrary."""
+
+    lifted: PoseSequence
+    seen: SeenTake
+
+
+def lifted_takes(
+    subjects: Subjects,
+    seed: int = 0,
+    *,
+    folder: Path | None = None,
+    model: str | Path = "pcnet3d",
+    focal_known: bool = False,
+    flip: bool = False,
+    noise: Noise | None = None,
+    bodies: BodyRange | None = None,
+    min_frames: int = MIN_FRAMES,
+) -> Iterator[LiftedTake]:
+    """Every clip of at least `min_frames` frames, seen by one static camera and lifted.
+
+    model: the shipped lifter saw the train subjects only; for takes of train subjects give one trained on the
+    other half. focal_known: tell the lifter the focal length, as a calibrated camera would. bodies: draw other
+    proportions (for training); None keeps the captured ones.
+    """
+    for clip in read_clips(subjects, folder):
+        if len(clip) >= min_frames:
+            take = see(clip, seed, noise=noise, bodies=bodies)
+            focal = take.focal_px if focal_known else None
+            yield LiftedTake(lift(take.keypoints, take.image_size, focal, flip, model), take)
+
+
+def see(clip: Clip, seed: int, *, noise: Noise | None = None, bodies: BodyRange | None = None) -> SeenTake:
+    """A clip before one static camera and a noisy detector; deterministic in the seed and the clip's name."""
+    rng = np.random.default_rng([seed, zlib.crc32(clip.name.encode())])
+    world = clip.joints[None].astype(np.float64)
+    if bodies is not None:
+        world = vary(world, rng, bodies)
+    cameras = place(world, rng, ViewRange())
+    joints = cameras.to_camera(world)
+    pixels, confidence = detect(cameras.project(joints), joints, rng, noise, clip.fps)
+    R_camera_from_world = cameras.R_camera_from_world[0, 0]
+    time_s = np.arange(len(clip)) / clip.fps
+    keypoints = PoseSequence(pixels[0], H36M17, IMAGE, confidence[0], time_s, np.arange(len(clip)))
+    width, height = (int(side) for side in cameras.image_size[0])
+    return SeenTake(
+        keypoints=keypoints,
+        image_size=(width, height),
+        focal_px=float(cameras.focal_px[0]),
+        joints_camera=joints[0],
+        R_camera_from_body=R_camera_from_world @ R_world_from_body(world[0]),
+        R_camera_from_world=R_camera_from_world,
+        R_camera_from_ray=body_rays(joints[0]),
+        lying=lying(world[0]),
+        clip=clip.name,
+        subject=clip.subject,
+        source=clip.source,
+    )

@@ -1,0 +1,150 @@
+"""Opening a recording in the rerun viewer, on this machine only and without a word to any other."""
+
+from __future__ import annotations
+
+import http.client
+import io
+import os
+import shutil
+import socket
+import subprocess
+import time
+import webbrowser
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from typing import BinaryIO
+
+from .errors import InputError
+
+RECORDING = "take.rrd"
+
+_HERE = "127.0.0.1"
+_PORT = 9090
+_PAGE = ("/", "/re_viewer.js", "/re_viewer_bg.wasm", "/favicon.ico")
+_START_S = 20.0
+# The viewer sends usage data unless it believes to be in continuous integration, and asks GitHub for its newest
+# version: the first is switched off so (re_analytics/src/native/pipeline.rs), the second meets a closed door.
+_QUIET = {"CI": "1", "HTTPS_PROXY": f"http://{_HERE}:9"}
+# In a browser there is no such switch: this keeps the page from loading from or sending to any other place.
+_ONLY_HERE = "default-src 'self' 'unsafe-inline' 'wasm-unsafe-eval' data: blob:"
+
+
+def view(folder: Path, web: bool = False) -> None:
+    """Open a run's folder, or a recording itself, and return when the viewer is closed.
+
+    web: serve it to a browser on this machine instead, until interrupted. Raises InputError when there is no
+    recording, or when no viewer opens.
+    """
+    recording = find_recording(folder)
+    if web:
+        _serve(recording)
+        return
+    # The viewer would listen to the whole network, and hand the recording to whoever holds its usual port.
+    ended = subprocess.run(
+        [_viewer(), "--bind", _HERE, "--port", "auto", str(recording)], env=os.environ | _QUIET
+    )
+    if ended.returncode:
+        raise InputError("The viewer did not open; on a machine without a screen pass --web.")
+
+
+def find_recording(folder: Path) -> Path:
+    """take.rrd in the folder, or the .rrd file that was named; InputError when there is none."""
+    path = folder / RECORDING if folder.is_dir() else folder
+    if path.suffix != ".rrd" or not path.is_file():
+        raise InputError(f"Expected a run's folder with a {RECORDING}, or an .rrd file, got {folder}.")
+    return path
+
+
+def _viewer() -> str:
+    import rerun_cli
+
+    folder = Path(rerun_cli.__file__).parent
+    for name in ("Rerun.app/Contents/MacOS/Rerun", "rerun.exe", "rerun"):
+        if (folder / name).is_file():
+            return str(folder / name)
+    raise InputError("The rerun viewer is not installed; reinstall the package rerun-sdk.")
+
+
+def _serve(recording: Path) -> None:
+    files = _viewer_files()
+    try:
+        server = ThreadingHTTPServer((_HERE, _PORT), _handler(recording, files))
+    except OSError:  # somebody has that port
+        server = ThreadingHTTPServer((_HERE, 0), _handler(recording, files))
+    origin = f"http://{_HERE}:{server.server_port}"
+    url = f"{origin}/?url={origin}/{RECORDING}"
+    print(f"{url}\nOpen it in a browser on this machine; Ctrl-C ends.", flush=True)
+    webbrowser.open(url)
+    with server:
+        server.serve_forever()
+
+
+def _viewer_files() -> dict[str, tuple[str, bytes]]:
+    """Media type and content of the files that make the viewer's page, as rerun serves them."""
+    with socket.socket() as free:
+        free.bind((_HERE, 0))
+        port = free.getsockname()[1]
+    # Named an address that a browser can load, rerun serves its page alone; the address is not visited.
+    command = [
+        _viewer(),
+        "--serve-web",
+        "--bind",
+        _HERE,
+        "--web-viewer-port",
+        str(port),
+        f"http://{_HERE}/{RECORDING}",
+    ]
+    silent = subprocess.DEVNULL
+    with subprocess.Popen(command, env=os.environ | _QUIET, stdout=silent, stderr=silent) as process:
+        try:
+            return {path: _fetched(port, path) for path in _PAGE}
+        finally:
+            process.terminate()
+
+
+def _fetched(port: int, path: str) -> tuple[str, bytes]:
+    until = time.monotonic() + _START_S
+    while True:
+        connection = http.client.HTTPConnection(_HERE, port)
+        try:
+            connection.request("GET", path)
+            answer = connection.getresponse()
+            return answer.getheader("Content-Type", ""), answer.read()
+        except ConnectionRefusedError:
+            if time.monotonic() > until:
+                raise InputError("The web viewer did not start; try without --web.") from None
+            time.sleep(0.1)
+        finally:
+            connection.close()
+
+
+def _handler(recording: Path, files: dict[str, tuple[str, bytes]]) -> type[BaseHTTPRequestHandler]:
+    class Handler(BaseHTTPRequestHandler):
+        """The viewer's files and the recording, nothing else."""
+
+        def do_GET(self) -> None:
+            path = self.path.partition("?")[0]
+            # A page elsewhere could point its own name at this machine to read the recording.
+            if self.headers.get("Host", "").partition(":")[0] not in (_HERE, "localhost"):
+                self.send_error(403)
+            elif path == f"/{RECORDING}":
+                with recording.open("rb") as file:
+                    self._send("application/octet-stream", recording.stat().st_size, file)
+            elif path in files:
+                media_type, content = files[path]
+                self._send(media_type, len(content), io.BytesIO(content))
+            else:
+                self.send_error(404)
+
+        def _send(self, media_type: str, length: int, content: BinaryIO) -> None:
+            self.send_response(200)
+            self.send_header("Content-Type", media_type)
+            self.send_header("Content-Length", str(length))
+            self.send_header("Content-Security-Policy", _ONLY_HERE)
+            self.end_headers()
+            shutil.copyfileobj(content, self.wfile)
+
+        def log_message(self, format: str, *args: object) -> None:
+            """No line for a request."""
+
+    return Handler

@@ -1,0 +1,103 @@
+"""MMPose: frames from 0 or from 1, dummy scores, 3D output and other joint orders refused."""
+
+import json
+
+import numpy as np
+import pytest
+from pcnet3d.adapters import mmpose2d, read
+from pcnet3d.pipeline import InputError
+
+
+@pytest.fixture(params=["mmpose_inferencer", "mmpose_demo"])
+def path(request, write, moving):
+    return write(request.param, {"0": moving(17, [0, 1, 5, 6])})
+
+
+def _edited(path, edit):
+    content = json.loads(path.read_text())
+    edit(content["instance_info"] if isinstance(content, dict) else content)
+    path.write_text(json.dumps(content))
+    return path
+
+
+def test_frames_count_from_zero_either_way(path):
+    """The demos write frame_id 1 for the first frame, the inferencer 0."""
+    np.testing.assert_array_equal(read(path).frame_index, [0, 1, 5, 6])
+
+
+def test_equal_scores_are_unknown(path):
+    def dummy(frames):
+        for frame in frames:
+            for person in frame["instances"]:
+                person["keypoint_scores"] = [1.0] * 17
+
+    assert np.isnan(read(_edited(path, dummy)).confidence).all()
+
+
+def test_large_scores_are_clipped(path):
+    def large(frames):
+        frames[0]["instances"][0]["keypoint_scores"][4] = 5.5
+
+    poses = read(_edited(path, large))
+    assert poses.confidence[0, 4] == 1
+    assert poses.history[-2].options == {"clipped": 1, "highest": 5.5}
+
+
+def test_null_is_missing(path):
+    def null(frames):
+        frames[0]["instances"][0]["keypoints"][4] = [None, None]
+
+    assert np.argwhere(np.isnan(read(_edited(path, null)).joints).any(axis=-1)).tolist() == [[0, 4]]
+
+
+def test_3d_output_is_refused(path):
+    def deepen(frames):
+        for frame in frames:
+            for person in frame["instances"]:
+                person["keypoints"] = [[*xy, 0.5] for xy in person["keypoints"]]
+
+    path = _edited(path, deepen)
+    assert not mmpose2d.sniff(path)
+    with pytest.raises(InputError, match="MMPose's 3D output"):
+        mmpose2d.read(path)
+
+
+@pytest.mark.parametrize("count", [0, 1, 16])
+def test_scores_that_do_not_fit(path, count):
+    def shorten(frames):
+        frames[1]["instances"][0]["keypoint_scores"] = [0.5] * count
+
+    with pytest.raises(InputError, match="entry 1: expected x, y and one score of each joint"):
+        mmpose2d.read(_edited(path, shorten))
+
+
+@pytest.mark.parametrize(
+    "keypoints", [[], [1.0], [[1.0, 2.0], [3.0]], [["a", "b"]], {"x": 1}, None, [[1e999, 2]]]
+)
+def test_keypoints_of_another_form(path, keypoints):
+    def spoil(frames):
+        frames[1]["instances"][0]["keypoints"] = keypoints
+
+    with pytest.raises(InputError, match="entry 1"):
+        mmpose2d.read(_edited(path, spoil))
+
+
+def test_other_joint_order_is_refused(write, moving):
+    """PoseTrack18 has 17 joints as well: nose, head_bottom, head_top, left_ear, ..."""
+    path = write("mmpose_demo", {"0": moving(17)})
+    text = path.read_text().replace('"left_eye"', '"head_bottom"').replace('"coco"', '"posetrack18"')
+    path.write_text(text)
+    with pytest.raises(InputError, match=r"COCO's order.*posetrack18.*head_bottom"):
+        read(path)
+
+
+def test_demo_frame_zero(write, moving):
+    path = write("mmpose_demo", {"0": moving(17)})
+    with pytest.raises(InputError, match="entry 0: expected frames from 1"):
+        read(_edited(path, lambda frames: frames[0].update(frame_id=0)))
+
+
+def test_recognised_though_the_first_frames_are_empty(write, moving):
+    path = write("mmpose_inferencer", {"0": moving(17, range(500, 512))})
+    assert mmpose2d.sniff(path)
+    assert read(path).frame_index[0] == 500

@@ -1,0 +1,82 @@
+"""OpenPose: a folder of one file a frame, zeros for missing joints, people without names."""
+
+import json
+
+import numpy as np
+import pytest
+from pcnet3d.adapters import openpose, read
+from pcnet3d.pipeline import InputError
+
+
+def test_frames_are_sorted_by_number_and_may_be_empty(write, moving):
+    frames, points = moving(25, [0, 2, 9, 10, 11])
+    folder = write("openpose", {"0": (frames, points)})
+    assert len(list(folder.iterdir())) == 12
+    poses = read(folder)
+    np.testing.assert_array_equal(poses.frame_index, frames)
+    np.testing.assert_allclose(poses.joints, points[..., :2], atol=1e-4)
+
+
+def test_numbers_without_leading_zeros(write, moving):
+    folder = write("openpose", {"0": moving(25)})
+    for file in list(folder.iterdir()):
+        number = int(file.stem.split("_")[1])
+        file.rename(folder / f"walk_{number}_keypoints.json")
+    np.testing.assert_array_equal(read(folder).frame_index, np.arange(12))
+
+
+def test_other_files_beside_are_ignored(write, moving):
+    folder = write("openpose", {"0": moving(25)})
+    for other in ("._walk_000000000003_keypoints.json", "walk.avi", "notes.json"):
+        (folder / other).write_bytes(b"\x00\x05\x16\x07")
+    assert len(read(folder)) == 12
+
+
+@pytest.mark.parametrize("joints", [15, 24, 26])
+def test_other_models(write, moving, joints):
+    with pytest.raises(
+        InputError, match=rf"25 joints \(BODY_25\) or 18 joints \(OPENPOSE18\), got {joints} "
+    ):
+        read(write("openpose", {"0": moving(joints)}))
+
+
+def test_values_that_are_no_triples(write, moving):
+    folder = write("openpose", {"0": moving(25)})
+    content = {"version": 1.3, "people": [{"pose_keypoints_2d": [1.0] * 74}]}
+    (folder / "walk.v2_000000000004_keypoints.json").write_text(json.dumps(content))
+    with pytest.raises(InputError, match=r"000000000004_keypoints.json: expected x, y and score"):
+        read(folder)
+
+
+def test_normalised_coordinates_are_refused(write, moving):
+    """--keypoint_scale 3 and 4 write coordinates in [0, 1] and [-1, 1]."""
+    frames, points = moving(25)
+    with pytest.raises(InputError, match=r"expected pixels.*keypoint_scale 0"):
+        read(write("openpose", {"0": (frames, points * [1e-3, 1e-3, 1])}))
+
+
+def test_two_videos_in_one_folder_are_refused(write, moving):
+    folder = write("openpose", {"0": moving(25)})
+    (folder / "run_000000000000_keypoints.json").write_text('{"people": []}')
+    with pytest.raises(InputError, match=r"one video.*run_\*, walk.v2_\*"):
+        read(folder)
+
+
+def test_nobody(tmp_path):
+    (tmp_path / "walk_000000000000_keypoints.json").write_text('{"version": 1.3, "people": []}')
+    with pytest.raises(InputError, match="no person was found"):
+        read(tmp_path)
+
+
+def test_not_a_folder_of_such_files(tmp_path):
+    (tmp_path / "walk.json").write_text("{}")
+    for path in (tmp_path, tmp_path / "walk.json"):
+        with pytest.raises(InputError, match="Expected a folder of OpenPose's"):
+            openpose.read(path)
+
+
+def test_damaged_frame_is_named(write, moving):
+    folder = write("openpose", {"0": moving(25)})
+    (folder / "walk.v2_000000000007_keypoints.json").write_text('{"version": 1.3, "people": [{"pose_')
+    with pytest.raises(InputError, match=r"000000000007_keypoints.json, but its JSON breaks off"):
+        read(folder)

@@ -1,0 +1,92 @@
+"""People without names are followed from frame to frame."""
+
+import numpy as np
+import pytest
+from pcnet3d.adapters import read_all
+
+UNTRACKED = ["openpose", "coco_results", "mmpose_inferencer"]
+
+
+def _people(write, form, *scene):
+    people = read_all(write(form, {str(i): person for i, person in enumerate(scene)}))
+    return {poses.person: poses for poses in people}
+
+
+@pytest.mark.parametrize("form", UNTRACKED)
+def test_order_in_the_file_does_not_matter(write, moving, form):
+    """Two people whose places in the file are exchanged in every other frame."""
+    left, right = moving(17 if form != "openpose" else 18), moving(17 if form != "openpose" else 18, number=1)
+    odd = np.arange(12) % 2 == 1
+    mixed = [
+        (left[0], np.where(odd[:, None, None], one, other))
+        for one, other in ((right[1], left[1]), (left[1], right[1]))
+    ]
+    people = _people(write, form, *mixed)
+    np.testing.assert_allclose(people["0"].joints, left[1][..., :2], atol=1e-4)
+    np.testing.assert_allclose(people["1"].joints, right[1][..., :2], atol=1e-4)
+
+
+def test_one_person_stays_one_over_any_gap(write, moving):
+    frames = [0, 1, 2, 400, 401]
+    people = _people(write, "coco_results", moving(17, frames))
+    assert list(people) == ["0"]
+    np.testing.assert_array_equal(people["0"].frame_index, frames)
+
+
+@pytest.mark.parametrize(("gap", "names"), [(30, ["0", "1"]), (31, ["0", "1", "2"])])
+def test_lost_person_is_remembered_for_thirty_frames(write, moving, gap, names):
+    watched = moving(17, range(60))
+    _, still = moving(17, [0] * 2, number=1)
+    people = _people(write, "coco_results", watched, (np.array([5, 5 + gap]), still))
+    assert list(people) == names
+    assert len(people["0"]) == 60
+
+
+@pytest.mark.parametrize(("step", "names"), [(0.4, ["0", "1"]), (0.6, ["0", "1", "2"])])
+def test_reach_is_half_the_body(write, moving, step, names):
+    _, points = moving(17, [0, 0], number=1)
+    size = np.linalg.norm(np.ptp(points[0, :, :2], axis=0))
+    points[1, :, 0] += step * size
+    people = _people(write, "coco_results", moving(17, [0, 1]), (np.array([0, 1]), points))
+    assert list(people) == names
+
+
+def test_nearest_pair_goes_first(write, moving):
+    """Two people within reach of each other; the second frame lists them the other way round."""
+    _, here = moving(17, [0, 0])
+    _, there = moving(17, [0, 0])
+    here[1, :, 0] += 20
+    there[:, :, 0] += [[60], [30]]
+    frames = np.array([0, 1])
+    people = _people(
+        write,
+        "coco_results",
+        (frames, np.stack([there[0], here[1]])),
+        (frames, np.stack([here[0], there[1]])),
+    )
+    np.testing.assert_allclose(people["0"].joints, there[..., :2], atol=1e-4)
+    np.testing.assert_allclose(people["1"].joints, here[..., :2], atol=1e-4)
+
+
+def test_size_is_that_of_the_larger_sighting(write, moving):
+    """A head alone is small, but the body that it belongs to is not."""
+    _, points = moving(17, [0, 0], number=1)
+    points[1, :, 0] += 0.3 * np.linalg.norm(np.ptp(points[0, :, :2], axis=0))
+    points[1, 3:] = 0
+    assert list(_people(write, "coco_results", moving(17, [0, 1]), (np.array([0, 1]), points))) == ["0", "1"]
+
+
+def test_joints_seen_both_times_count(write, moving):
+    """A person whose legs vanish does not move, although the box's centre does."""
+    frames, points = moving(17)
+    points[6:, 8:] = 0
+    people = _people(write, "coco_results", (frames, points), moving(17, number=1))
+    assert list(people) == ["0", "1"]
+    assert np.isnan(people["0"].joints[6:, 8:]).all()
+
+
+def test_ghost_without_joints_is_nobody(write, moving):
+    frames, points = moving(17)
+    people = _people(write, "coco_results", (frames, points), (np.array([3]), np.zeros((1, 17, 3))))
+    assert list(people) == ["0"]
+    assert len(people["0"]) == 12

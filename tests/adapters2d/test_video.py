@@ -1,0 +1,130 @@
+"""Video: real time stamps, rotation, and files that are cut off or no video at all."""
+
+import numpy as np
+import pytest
+from pcnet3d.adapters import video
+from pcnet3d.pipeline import InputError
+
+VARIABLE = [0, 33, 66, 133, 140, 200, 300, 333, 366, 400, 433, 500]
+
+
+@pytest.mark.parametrize("reordered", [0, 2])
+@pytest.mark.parametrize("ending", ["mp4", "mov", "mkv"])
+def test_variable_rate_in_display_order(film, tmp_path, ending, reordered):
+    """reordered: B-frames, which are stored before frames that are shown earlier."""
+    path = film(tmp_path / f"clip.{ending}", VARIABLE, reordered=reordered)
+    (clip,) = video.read(path)
+    np.testing.assert_allclose(clip.time_s, np.array(VARIABLE) / 1000, atol=1e-9)
+    assert (clip.path, clip.width, clip.height, clip.codec, clip.rotation_deg) == (path, 64, 48, "h264", 0)
+
+
+def test_first_frame_is_time_zero(film, tmp_path):
+    """A transport stream's clock does not begin at 0."""
+    (clip,) = video.read(film(tmp_path / "clip.ts", range(0, 400, 40), first_ms=700))
+    np.testing.assert_allclose(clip.time_s, np.arange(10) * 0.04, atol=1e-9)
+    assert clip.fps == pytest.approx(25)
+
+
+def test_frames_before_the_edit_list_are_left_out(film, tmp_path):
+    """Three of twelve frames lie before time 0; decoders drop them, so frame numbers must not count them."""
+    import av
+
+    path = film(tmp_path / "cut.mp4", [33 * i for i in range(12)], first_ms=-99, avoid_negative_ts="disabled")
+    (clip,) = video.read(path)
+    with av.open(path) as container:
+        decoded = sum(1 for _ in container.decode(video=0))
+    assert len(clip.time_s) == decoded == 9
+    np.testing.assert_allclose(clip.time_s, np.arange(9) * 0.033, atol=1e-9)
+
+
+@pytest.mark.parametrize("clockwise", [0, 90, 180, 270])
+def test_rotation(film, tmp_path, clockwise):
+    """OpenCV, which counts clockwise as well, is the witness."""
+    cv2 = pytest.importorskip("cv2")
+    path = film(tmp_path / "turned.mp4", range(0, 400, 40), rotation=-clockwise)
+    (clip,) = video.read(path)
+    assert clip.rotation_deg == clockwise
+    assert (clip.width, clip.height) == (64, 48)
+    assert cv2.VideoCapture(str(path)).get(cv2.CAP_PROP_ORIENTATION_META) == clockwise
+
+
+def test_codec_is_the_format_not_the_decoder(film, tmp_path):
+    """AV1 is decoded by libdav1d and VP8 by whichever library is built in."""
+    assert video.read(film(tmp_path / "clip.webm", range(0, 200, 40), codec="libvpx"))[0].codec == "vp8"
+    assert video.read(film(tmp_path / "clip.avi", range(0, 200, 40), codec="mpeg4"))[0].codec == "mpeg4"
+
+
+@pytest.mark.parametrize(
+    "content", [b"", b"hello, this is no video\n" * 99, b'[{"image_id": 1}]', b"\x93NUMPY" * 99]
+)
+def test_no_video(tmp_path, content):
+    path = tmp_path / "clip.mp4"
+    path.write_bytes(content)
+    assert not video.sniff(path)
+    with pytest.raises(InputError, match=r"Expected a video in .*got something else"):
+        video.read(path)
+
+
+@pytest.mark.parametrize(
+    "playlist", ["#EXTM3U\n#EXT-X-VERSION:3\n", "ffconcat version 1.0\nfile other.mp4\n"]
+)
+def test_playlists_are_not_opened(film, tmp_path, playlist):
+    """FFmpeg would open the files that they name."""
+    film(tmp_path / "other.mp4", range(0, 400, 40))
+    path = tmp_path / "clip.mp4"
+    path.write_text(playlist)
+    with pytest.raises(InputError, match="got something else"):
+        video.read(path)
+
+
+def test_folder_and_nothing(tmp_path):
+    for path in (tmp_path, tmp_path / "nothing.mp4"):
+        assert not video.sniff(path)
+        with pytest.raises(InputError, match="Expected a video"):
+            video.read(path)
+
+
+def test_cut_off_before_its_index(film, tmp_path):
+    """An .mp4 whose index would have stood at the end: recognised, but it cannot be opened."""
+    path = film(tmp_path / "clip.mp4", range(0, 4000, 40))
+    path.write_bytes(path.read_bytes()[:-1500])
+    assert video.sniff(path)
+    with pytest.raises(InputError, match=r"cannot be read.*cut off or damaged"):
+        video.read(path)
+
+
+@pytest.mark.parametrize("share", [0.6, 0.9])
+def test_cut_off_after_its_index(film, tmp_path, share):
+    """An .mp4 with its index at the front opens, and promises frames that are not there."""
+    path = film(tmp_path / "clip.mp4", range(0, 4000, 40), movflags="faststart")
+    assert len(video.read(path)[0].time_s) == 100
+    whole = path.read_bytes()
+    path.write_bytes(whole[: int(share * len(whole))])
+    with pytest.raises(InputError, match="cut off"):
+        video.read(path)
+
+
+def test_sound_alone(tmp_path):
+    import av
+
+    path = tmp_path / "sound.mp4"
+    with av.open(path, "w") as container:
+        stream = container.add_stream("aac", rate=8000)
+        for i in range(5):
+            sound = av.AudioFrame.from_ndarray(np.zeros((1, 1024), np.float32), format="fltp", layout="mono")
+            sound.sample_rate, sound.pts = 8000, 1024 * i
+            container.mux(stream.encode(sound))
+        container.mux(stream.encode(None))
+    with pytest.raises(InputError, match="no video stream"):
+        video.read(path)
+
+
+@pytest.mark.data
+@pytest.mark.parametrize(
+    ("name", "frames", "size", "codec"),
+    [("walk_crop", 98, (884, 300), "mpeg4"), ("sports2d_demo", 230, (1768, 994), "vp9")],
+)
+def test_real_files(data, name, frames, size, codec):
+    (clip,) = video.read(data / "video" / f"{name}.mp4")
+    assert ((clip.width, clip.height), clip.codec, clip.rotation_deg) == (size, codec, 0)
+    np.testing.assert_allclose(clip.time_s, np.arange(frames) / 30, atol=1e-9)

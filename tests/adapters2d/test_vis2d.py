@@ -1,0 +1,57 @@
+"""vis.py's 2D: a row for every frame, scores where the repository writes them."""
+
+import numpy as np
+import pytest
+from pcnet3d.adapters import read, read_all, vis2d
+from pcnet3d.pipeline import InputError
+
+
+def test_row_of_zeros_is_a_frame_without_a_person(write, moving):
+    frames, points = moving(17, [0, 1, 2, 5, 6])
+    poses = read(write("vis2d", {"0": (frames, points)}))
+    np.testing.assert_array_equal(poses.frame_index, np.arange(7))
+    np.testing.assert_array_equal(np.isnan(poses.joints).all(axis=(1, 2)), [0, 0, 0, 1, 1, 0, 0])
+
+
+@pytest.mark.parametrize("shape", [(12, 17, 3), (1, 12, 17, 4), (1, 12, 16, 2), (12, 17, 2), (17, 2)])
+def test_other_shapes_are_not_its_own(tmp_path, shape):
+    path = tmp_path / "keypoints.npz"
+    np.savez(path, reconstruction=np.ones(shape, np.float32))
+    assert not vis2d.sniff(path)
+    with pytest.raises(InputError, match="expected an array of shape"):
+        vis2d.read(path)
+
+
+def test_other_key(tmp_path):
+    path = tmp_path / "keypoints.npz"
+    np.savez(path, positions_2d=np.ones((1, 12, 17, 2)))
+    assert not vis2d.sniff(path)
+    with pytest.raises(InputError, match=r"'reconstruction'.*positions_2d"):
+        vis2d.read(path)
+
+
+def test_nobody_and_no_pixels(tmp_path):
+    path = tmp_path / "keypoints.npz"
+    for value, message in ((0, "no person was found"), (0.5, "expected pixels")):
+        np.savez(path, reconstruction=np.full((1, 5, 17, 2), value))
+        with pytest.raises(InputError, match=message):
+            vis2d.read(path)
+
+
+def test_folder_without_it(tmp_path):
+    assert not vis2d.sniff(tmp_path)
+    with pytest.raises(InputError, match=r"keypoints\.npz"):
+        vis2d.read(tmp_path)
+
+
+@pytest.mark.data
+def test_real_folder(data):
+    """The folder of an MHFormer run, its file, and the same keypoints as an array."""
+    folder = data / "native" / "mhformer" / "skating"
+    with np.load(data / "lifter" / "mhformer_skating.npz") as known:
+        points = known["run_a_kp2d"]
+    for path in (folder, folder / "input_2D" / "keypoints.npz"):
+        (poses,) = read_all(path, gives="keypoints", fps=25)
+        np.testing.assert_array_equal(poses.joints, points)
+        np.testing.assert_array_equal(poses.frame_index, np.arange(291))
+    assert not vis2d.sniff(folder / "output_3D" / "output_keypoints_3d.npz")

@@ -1,0 +1,56 @@
+"""The demo and the example scripts, run as a user runs them."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pcnet3d.examples
+import pytest
+from pcnet3d.examples.demo import demo
+from pcnet3d.pipeline import InputError
+
+SCRIPTS = Path(pcnet3d.examples.__file__).parent
+
+
+def test_demo_leaves_inputs_and_results_and_compares_with_the_truth(tmp_path, capsys):
+    output = tmp_path / "out"
+    demo(output)
+    said = capsys.readouterr().out
+    assert {path.name for path in (tmp_path / "out-input").iterdir()} == {
+        "walker.mp4", "alphapose-results.json", "X3D.npy", "summary.json",
+    }  # fmt: skip
+    assert {"take.rrd", "poses.npz", "kinematics.parquet", "summary.json"} <= {
+        path.name for path in output.iterdir()
+    }
+    assert "against the truth" in said
+    assert f"pcnet3d view {output}" in said
+    with np.load(output / "poses.npz", allow_pickle=False) as stored:
+        assert stored["body"].shape == (240, 17, 3)
+        assert str(stored["unit"]) == "m"
+        # Both arms up: the wrists are as far above the pelvis as they are in truth, give or take noise.
+        up = stored["level"][:, list(stored["joint_names"]).index("r_wrist"), 2]
+    assert up.max() == pytest.approx(1.09, abs=0.1)
+
+
+def test_demo_leaves_a_strangers_folder_alone(tmp_path):
+    stranger = tmp_path / "out"
+    stranger.mkdir()
+    (stranger / "thesis.txt").write_text("precious")
+    with pytest.raises(InputError, match="was not made by pcnet3d"):
+        demo(stranger)
+    assert [path.name for path in tmp_path.iterdir()] == ["out"]
+    assert (stranger / "thesis.txt").read_text() == "precious"
+
+
+@pytest.mark.parametrize(
+    ("script", "expected"),
+    [("from_arrays.py", "right knee flexion: 3 to 100 degrees"), ("inside_your_pipeline.py", "48 frames")],
+)
+def test_script(script, expected, tmp_path):
+    result = subprocess.run(
+        [sys.executable, SCRIPTS / script], cwd=tmp_path, capture_output=True, text=True, timeout=120
+    )
+    assert result.returncode == 0, result.stderr
+    assert expected in result.stdout
+    assert len((SCRIPTS / script).read_text().splitlines()) < 60
