@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
 import time
 from pathlib import Path
 from typing import Annotated
@@ -16,7 +15,7 @@ from ..pipeline.intake import Sources
 from ..pipeline.job import run_files
 from ..pipeline.outputs import SUMMARY, whole_folder
 from ..pipeline.pose import Rectified, package_version
-from ..pipeline.progress import stages
+from ..pipeline.progress import stages, tell
 from ..pipeline.rotations import angle_deg
 from .camera import R_camera_from_body, side_camera
 from .files import write_files
@@ -45,9 +44,7 @@ def demo(
         done("example", time.perf_counter() - start)
         sources = Sources(poses=files.poses, video=files.video, keypoints=files.keypoints)
         take = run_files(sources, output, recipe, force=force, done=done)
-    for event in take.events:
-        if event.kind in ("warning", "repair", "note"):
-            print(f"{event.kind}: {event.text}", file=sys.stderr)
+    tell(take)
     assert take.poses is not None
     assert take.rectified is not None
     truth = R_camera_from_body(walk, camera)[take.poses.frame_index]

@@ -6,6 +6,7 @@ python from_arrays.py
 from __future__ import annotations
 
 import numpy as np
+
 from pcnet3d.examples.camera import camera_poses, side_camera
 from pcnet3d.examples.walker import walker
 from pcnet3d.pipeline import CAMERA, H36M17, PoseSequence

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
+
 from pcnet3d.examples.camera import camera_poses, side_camera
 from pcnet3d.examples.walker import walker
 from pcnet3d.models import load_rectifier

@@ -16,7 +16,7 @@ from .config import load_recipe
 from .errors import InputError
 from .intake import Sources
 from .job import run_files
-from .progress import stages
+from .progress import stages, tell
 from .reading import Missing, Parity, adapters
 
 app = typer.Typer(
@@ -85,9 +85,7 @@ def run(
     )
     with stages(["read", *(entry.use for entry in chosen.stages)]) as done:
         take = run_files(sources, output, chosen, force=force, done=done)
-    for event in take.events:
-        if event.kind in ("warning", "repair", "note"):
-            print(f"{event.kind}: {event.text}", file=sys.stderr)
+    tell(take)
     print(f"{output}: {', '.join(sorted(path.name for path in output.iterdir()))}")
     print(f"look at it with: pcnet3d view {output}")
 

@@ -1,10 +1,12 @@
-"""Where a long job is: a bar when stderr is a terminal, a line now and then when it is not."""
+"""What a job says on stderr: where it is (a bar on a terminal, else a line a stage), and what it found."""
 
 from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+
+from .take import Take
 
 
 @contextmanager
@@ -25,3 +27,10 @@ def stages(names: list[str]) -> Iterator[Callable[[str, float], None]]:
             bar.update(task, advance=1, description=following[0] if following else "done")
 
         yield done
+
+
+def tell(take: Take) -> None:
+    """The take's warnings, repairs and notes, one line each."""
+    for event in take.events:
+        if event.kind in ("warning", "repair", "note"):
+            print(f"{event.kind}: {event.text}", file=sys.stderr)

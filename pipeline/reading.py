@@ -129,7 +129,9 @@ def _finished(
         return poses
     poses = remap(_missing(poses, path, missing), H36M17)
     own = CAMERA if poses.frame.family == "camera" else poses.frame
-    poses = change_frame(poses, own.with_(origin="pelvis", unit="m" if poses.frame.metric else poses.frame.unit))
+    poses = change_frame(
+        poses, own.with_(origin="pelvis", unit="m" if poses.frame.metric else poses.frame.unit)
+    )
     return _guarded(poses, adapter, path, parity)
 
 

@@ -36,5 +36,6 @@ def load(group: str, name: str) -> Any:
         return points[name].load()
     except Exception as error:
         raise InputError(
-            f"The {group[:-1]} '{name}' ({points[name].value}) cannot be loaded: {error}; repair or uninstall its package."
+            f"The {group[:-1]} '{name}' ({points[name].value}) cannot be loaded: {error}; "
+            "repair or uninstall its package."
         ) from error

@@ -24,7 +24,7 @@ _PAGE = ("/", "/re_viewer.js", "/re_viewer_bg.wasm", "/favicon.ico")
 _START_S = 20.0
 # The viewer sends usage data unless it believes to be in continuous integration, and asks GitHub for its newest
 # version: the first is switched off so (re_analytics/src/native/pipeline.rs), the second meets a closed door.
-_QUIET = {"CI": "1", "HTTPS_PROXY": f"http://{_HERE}:9"}
+QUIET = {"CI": "1", "HTTPS_PROXY": f"http://{_HERE}:9", "RUST_LOG": "error"}
 # In a browser there is no such switch: this keeps the page from loading from or sending to any other place.
 _ONLY_HERE = "default-src 'self' 'unsafe-inline' 'wasm-unsafe-eval' data: blob:"
 
@@ -41,7 +41,7 @@ def view(folder: Path, web: bool = False) -> None:
         return
     # The viewer would listen to the whole network, and hand the recording to whoever holds its usual port.
     ended = subprocess.run(
-        [_viewer(), "--bind", _HERE, "--port", "auto", str(recording)], env=os.environ | _QUIET
+        [viewer_executable(), "--bind", _HERE, "--port", "auto", str(recording)], env=os.environ | QUIET
     )
     if ended.returncode:
         raise InputError("The viewer did not open; on a machine without a screen pass --web.")
@@ -55,7 +55,8 @@ def find_recording(folder: Path) -> Path:
     return path
 
 
-def _viewer() -> str:
+def viewer_executable() -> str:
+    """The rerun viewer that the package rerun-sdk brought; InputError when it did not."""
     import rerun_cli
 
     folder = Path(rerun_cli.__file__).parent
@@ -86,7 +87,7 @@ def _viewer_files() -> dict[str, tuple[str, bytes]]:
         port = free.getsockname()[1]
     # Named an address that a browser can load, rerun serves its page alone; the address is not visited.
     command = [
-        _viewer(),
+        viewer_executable(),
         "--serve-web",
         "--bind",
         _HERE,
@@ -95,7 +96,7 @@ def _viewer_files() -> dict[str, tuple[str, bytes]]:
         f"http://{_HERE}/{RECORDING}",
     ]
     silent = subprocess.DEVNULL
-    with subprocess.Popen(command, env=os.environ | _QUIET, stdout=silent, stderr=silent) as process:
+    with subprocess.Popen(command, env=os.environ | QUIET, stdout=silent, stderr=silent) as process:
         try:
             return {path: _fetched(port, path) for path in _PAGE}
         finally:

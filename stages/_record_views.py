@@ -43,8 +43,8 @@ def blueprint(take: Take, size: float) -> rrb.Blueprint:
                 _person("source", f"Before: {source.name} axes", take, size),
             ),
             rrb.Tabs(
-                _person("body", "After: BODY, turned to face you in every frame", take, size),
-                _person("level", "LEVEL, one heading for the take", take, size),
+                _person("body", "After: BODY, facing you", take, size),
+                _person("level", "After: LEVEL, one heading", take, size),
                 active_tab=0,
             ),
             rrb.Vertical(

@@ -110,7 +110,7 @@ def level(R_source_from_body: np.ndarray, time_s: np.ndarray | None) -> tuple[np
     how = "median"
     if np.abs(heading.mean()) < _TURNING:
         how = "first second"
-        times = np.arange(len(trusted)) / 30 if time_s is None else time_s
+        times = np.arange(len(R_source_from_body)) / 30 if time_s is None else time_s
         since = times[trusted] - times[trusted][0]
         heading = heading[since <= 1.0]
     angle = _circular_median(heading)

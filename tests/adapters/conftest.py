@@ -4,8 +4,9 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from pcnet3d.pipeline import rotate
 from scipy.spatial.transform import Rotation
+
+from pcnet3d.pipeline import rotate
 
 
 @pytest.fixture

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from pcnet3d.adapters import arrays, read
 from pcnet3d.pipeline import H36M17, InputError
 from pcnet3d.pipeline.layouts import LAYOUTS

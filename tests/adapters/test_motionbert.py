@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from pcnet3d.adapters import motionbert, read
 from pcnet3d.pipeline import InputError
 

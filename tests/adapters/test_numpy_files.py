@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from pcnet3d.adapters import arrays, ddhpose, motionbert, videopose3d
 from pcnet3d.adapters._numpy import keys, load, peek
 from pcnet3d.pipeline import InputError

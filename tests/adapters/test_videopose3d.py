@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
+
 from pcnet3d.adapters import read, videopose3d
 from pcnet3d.pipeline import InputError
-from scipy.spatial.transform import Rotation
 
 FRAMES = 300
 

@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+
 from pcnet3d.adapters import alphapose, read, read_all
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.layouts import OPENPOSE18

@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+
 from pcnet3d.adapters import alphapose, coco, mmpose2d
 from pcnet3d.adapters._json import _closed, beginning
 from pcnet3d.pipeline import InputError

@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+
 from pcnet3d.adapters import openpose, read
 from pcnet3d.pipeline import InputError
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from pcnet3d.adapters import read_all
 from pcnet3d.pipeline import IMAGE
 from pcnet3d.pipeline.layouts import BODY_25, COCO17, H36M17, HALPE26, OPENPOSE18

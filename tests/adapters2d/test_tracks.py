@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from pcnet3d.adapters import read_all
 
 UNTRACKED = ["openpose", "coco_results", "mmpose_inferencer"]

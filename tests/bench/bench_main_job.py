@@ -29,7 +29,10 @@ def write_inputs(folder: Path, frames: int) -> Sources:
          [0.2, 0, -0.1], [-0.18, -0.45, 0], [-0.2, -0.2, 0], [-0.2, 0, -0.1]]
     )  # fmt: skip
     sway = 0.1 * np.sin(2 * np.pi * time_s)[:, None, None] * rng.normal(size=(17, 3))
-    np.save(folder / "X3D.npy", (body + 0.2 * sway * (np.arange(17) > 0)[:, None] + [0.05, 0.05, 0]).astype(np.float32))
+    np.save(
+        folder / "X3D.npy",
+        (body + 0.2 * sway * (np.arange(17) > 0)[:, None] + [0.05, 0.05, 0]).astype(np.float32),
+    )
     detections = [
         {"image_id": f"{i}.jpg", "category_id": 1, "keypoints": rng.uniform(0, 500, 51).round(3).tolist(), "score": 3.0,
          "box": [0, 0, 100, 200], "idx": 1}
@@ -61,7 +64,9 @@ def main() -> None:
     python = sys.executable
     print(f"python -c pass:                      {seconds([python, '-c', 'pass']):.2f} s")
     print(f"python -c 'import pcnet3d.pipeline': {seconds([python, '-c', 'import pcnet3d.pipeline']):.2f} s")
-    print(f"pcnet3d --help:                      {seconds([str(Path(python).parent / 'pcnet3d'), '--help']):.2f} s")
+    print(
+        f"pcnet3d --help:                      {seconds([str(Path(python).parent / 'pcnet3d'), '--help']):.2f} s"
+    )
 
 
 if __name__ == "__main__":

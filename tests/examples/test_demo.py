@@ -5,8 +5,9 @@ import sys
 from pathlib import Path
 
 import numpy as np
-import pcnet3d.examples
 import pytest
+
+import pcnet3d.examples
 from pcnet3d.examples.demo import demo
 from pcnet3d.pipeline import InputError
 

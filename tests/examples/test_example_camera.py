@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from pcnet3d.examples.camera import Camera, R_camera_from_body, aimed, camera_poses, side_camera
 from pcnet3d.examples.landmarks import halpe26
 from pcnet3d.examples.walker import Walk, walker

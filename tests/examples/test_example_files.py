@@ -5,6 +5,7 @@ from dataclasses import astuple
 
 import numpy as np
 import pytest
+
 from pcnet3d.adapters import read
 from pcnet3d.examples.camera import Camera, R_camera_from_body, camera_poses, side_camera
 from pcnet3d.examples.files import (

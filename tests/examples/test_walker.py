@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from pcnet3d.examples.landmarks import halpe26
 from pcnet3d.examples.walker import Walk, walker
 from pcnet3d.pipeline import H36M17, InputError

@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
+
 from pcnet3d.pipeline import H36M17, rotate
 from pcnet3d.pipeline.canonical import R_world_from_body, body_axes
-from scipy.spatial.transform import Rotation
 
 UP_IN_CAMERA = np.array([0.0, -1.0, 0.0])
 

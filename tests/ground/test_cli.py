@@ -14,7 +14,9 @@ FILES = ["kinematics.parquet", "poses.npz", "summary.json", "take.rrd"]
 
 
 def pcnet3d(*arguments, cwd=None) -> subprocess.CompletedProcess:
-    return subprocess.run([*PCNET3D, *map(str, arguments)], capture_output=True, text=True, cwd=cwd, timeout=120)
+    return subprocess.run(
+        [*PCNET3D, *map(str, arguments)], capture_output=True, text=True, cwd=cwd, timeout=120
+    )
 
 
 @pytest.fixture
@@ -108,7 +110,10 @@ def expect_refusal(result, words):
         (["--fps", 30], ["--poses"]),
         (["--poses", "none.npy", "--fps", 30], ["none.npy"]),
         (["--poses", "X3D.npy"], ["--fps"]),
-        (["--poses", "X3D.npy", "--fps", 30, "--adapter", "motionbird"], ["motionbird", "did you mean motionbert"]),
+        (
+            ["--poses", "X3D.npy", "--fps", 30, "--adapter", "motionbird"],
+            ["motionbird", "did you mean motionbert"],
+        ),
         (["--poses", "X3D.npy", "--fps", 30, "-O", "pixl=1"], ["pixl", "did you mean pixel"]),
         (["--poses", "X3D.npy", "--fps", 30, "-O", "pixel"], ["KEY=VALUE"]),
         (["--poses", "X3D.npy", "--fps", 30, "--rectifier", "magic"], ["magic", "geometric"]),
@@ -145,9 +150,13 @@ def test_somebody_elses_folder_is_left_alone(lifted, tmp_path):
     assert not (tmp_path / "out" / "thesis.txt").exists()
 
 
-@pytest.mark.skipif(os.geteuid() == 0 and not Path("/proc").exists(), reason="needs a place root cannot write")
+@pytest.mark.skipif(
+    os.geteuid() == 0 and not Path("/proc").exists(), reason="needs a place root cannot write"
+)
 def test_a_place_that_cannot_be_written_is_said(lifted):
-    expect_refusal(pcnet3d("run", "--poses", lifted, "--fps", 30, "-o", "/proc/nowhere/out"), ["Cannot write"])
+    expect_refusal(
+        pcnet3d("run", "--poses", lifted, "--fps", 30, "-o", "/proc/nowhere/out"), ["Cannot write"]
+    )
 
 
 def test_list_prints_one_line_an_adapter_and_json():
@@ -155,7 +164,10 @@ def test_list_prints_one_line_an_adapter_and_json():
     rows = json.loads(pcnet3d("list", "adapters", "--json").stdout)
     assert [line.split()[0] for line in lines] == [row["name"] for row in rows]
     assert {"motionbert", "alphapose", "video"} <= {row["name"] for row in rows}
-    assert {row["name"] for row in json.loads(pcnet3d("list", "stages", "--json").stdout)} >= {"clean", "rectify"}
+    assert {row["name"] for row in json.loads(pcnet3d("list", "stages", "--json").stdout)} >= {
+        "clean",
+        "rectify",
+    }
 
 
 def test_view_without_a_recording(tmp_path):

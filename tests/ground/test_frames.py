@@ -6,7 +6,18 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, LEVEL, Y_UP, Z_UP, Frame, InputError, PoseSequence, change_frame
+from pcnet3d.pipeline import (
+    CAMERA,
+    H36M17,
+    IMAGE,
+    LEVEL,
+    Y_UP,
+    Z_UP,
+    Frame,
+    InputError,
+    PoseSequence,
+    change_frame,
+)
 from pcnet3d.pipeline.frames import FRAMES, GL_CAMERA, PC_CAMERA
 
 
@@ -16,7 +27,9 @@ def poses() -> PoseSequence:
     return PoseSequence(joints, H36M17, CAMERA.with_(origin="camera"))
 
 
-@pytest.mark.parametrize("frame", [frame for frame in FRAMES.values() if frame.dims == 3], ids=lambda f: f.name)
+@pytest.mark.parametrize(
+    "frame", [frame for frame in FRAMES.values() if frame.dims == 3], ids=lambda f: f.name
+)
 def test_every_named_3d_frame_is_right_handed(frame):
     assert frame.right_handed
 
@@ -47,12 +60,16 @@ def test_a_reflected_source_is_reflected_back():
     mirrored = Frame("MMPOSE", "camera", ("left", "away", "up"))
     assert not mirrored.right_handed
     written = np.stack([-joints[..., 0], joints[..., 2], -joints[..., 1]], -1)
-    np.testing.assert_array_equal(change_frame(PoseSequence(written, H36M17, mirrored), CAMERA).joints, joints)
+    np.testing.assert_array_equal(
+        change_frame(PoseSequence(written, H36M17, mirrored), CAMERA).joints, joints
+    )
 
 
 def test_pelvis_and_units(poses):
     centred = change_frame(poses, CAMERA.with_(unit="mm"))
-    np.testing.assert_allclose(centred.joints, (poses.joints - poses.joints[:, :1]) * 1000, rtol=1e-5, atol=1e-3)
+    np.testing.assert_allclose(
+        centred.joints, (poses.joints - poses.joints[:, :1]) * 1000, rtol=1e-5, atol=1e-3
+    )
     assert (centred.joint("pelvis") == 0).all()
 
 
@@ -61,7 +78,9 @@ def test_a_given_rotation_leads_between_families(poses):
     R = Rotation.random(len(poses), random_state=0).as_matrix()
     turned = change_frame(centred, LEVEL, R_to_from_source=R)
     for t in range(len(poses)):
-        np.testing.assert_allclose(turned.joints[t], Rotation.from_matrix(R[t]).apply(centred.joints[t]), atol=1e-5)
+        np.testing.assert_allclose(
+            turned.joints[t], Rotation.from_matrix(R[t]).apply(centred.joints[t]), atol=1e-5
+        )
 
 
 @pytest.mark.parametrize(

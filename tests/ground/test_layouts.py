@@ -12,7 +12,9 @@ EVERY = pytest.mark.parametrize("layout", LAYOUTS.values(), ids=lambda layout: l
 def numbered(layout: Layout, dims: int = 3) -> PoseSequence:
     """Every joint at a place of its own, its index on each axis."""
     joints = np.repeat(np.arange(len(layout), dtype=float)[None, :, None], dims, axis=2)
-    return PoseSequence(joints, layout, CAMERA if dims == 3 else IMAGE, confidence=np.full((1, len(layout)), 0.5))
+    return PoseSequence(
+        joints, layout, CAMERA if dims == 3 else IMAGE, confidence=np.full((1, len(layout)), 0.5)
+    )
 
 
 @EVERY

@@ -11,7 +11,7 @@ from pcnet3d.pipeline.outputs import whole_file, whole_folder
 def test_a_failed_file_leaves_nothing_and_keeps_the_old_one(tmp_path):
     path = tmp_path / "a.txt"
     path.write_text("old")
-    with pytest.raises(RuntimeError), whole_file(path) as partial:
+    with pytest.raises(RuntimeError), whole_file(path) as partial:  # noqa: PT012
         partial.write_text("half")
         raise RuntimeError
     assert [p.name for p in tmp_path.iterdir()] == ["a.txt"]
@@ -22,7 +22,7 @@ def test_a_failed_folder_leaves_the_old_one(tmp_path):
     out = tmp_path / "out"
     out.mkdir()
     (out / "summary.json").write_text(json.dumps({"pcnet3d": "0"}))
-    with pytest.raises(RuntimeError), whole_folder(out) as partial:
+    with pytest.raises(RuntimeError), whole_folder(out) as partial:  # noqa: PT012
         (partial / "half").write_text("x")
         raise RuntimeError
     assert [p.name for p in out.iterdir()] == ["summary.json"]

@@ -1,5 +1,7 @@
 """The types: validated once, frozen, honest about what is missing."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -22,7 +24,7 @@ def test_any_finite_or_missing_coordinates_are_kept_as_they_are(joints):
 @given(st.lists(st.integers(0, 10**6), min_size=2, max_size=8))
 def test_frame_numbers_are_accepted_exactly_when_they_increase(numbers):
     joints = np.zeros((len(numbers), 17, 3))
-    if all(a < b for a, b in zip(numbers, numbers[1:], strict=False)):
+    if all(a < b for a, b in pairwise(numbers)):
         poses = PoseSequence(joints, H36M17, CAMERA, frame_index=numbers)
         assert poses.frame_index.tolist() == numbers
         assert poses.frames_known

@@ -72,7 +72,9 @@ class Impossible(Doubling):
 def test_the_runner_runs_in_order_and_reports():
     poses = PoseSequence(np.ones((1, 17, 3)), H36M17, CAMERA)
     said = []
-    take = Pipeline((Doubling(), Doubling()))(Take("t", poses=poses), lambda stage, seconds: said.append(stage))
+    take = Pipeline((Doubling(), Doubling()))(
+        Take("t", poses=poses), lambda stage, seconds: said.append(stage)
+    )
     assert (take.poses.joints == 4).all()
     assert (poses.joints == 1).all()
     assert said == ["doubling", "doubling"]
@@ -95,7 +97,9 @@ def test_the_runner_refuses_a_chain_before_touching_data(stages, words):
 
 
 def test_a_chain_whose_needs_are_given_by_an_earlier_stage_passes():
-    Pipeline((Doubling(), Needing())).check(Take("t", poses=PoseSequence(np.ones((1, 17, 3)), H36M17, CAMERA)))
+    Pipeline((Doubling(), Needing())).check(
+        Take("t", poses=PoseSequence(np.ones((1, 17, 3)), H36M17, CAMERA))
+    )
 
 
 def reader(path, scale: float, pixel: bool = False) -> tuple:

@@ -37,7 +37,10 @@ def test_dropped_frames_come_back_as_rows_and_short_gaps_are_filled():
     poses = moving()
     kept = np.delete(np.arange(ROWS), [10, 11, 12])
     dropped = poses.with_(
-        joints=poses.joints[kept], confidence=poses.confidence[kept], time_s=poses.times[kept], frame_index=kept
+        joints=poses.joints[kept],
+        confidence=poses.confidence[kept],
+        time_s=poses.times[kept],
+        frame_index=kept,
     )
     cleaned = clean(dropped)
     assert cleaned.frame_index.tolist() == list(range(ROWS))

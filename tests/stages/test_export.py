@@ -55,7 +55,9 @@ def test_kinematics_has_a_row_a_frame_and_units_in_its_names(take, folder):
     table = pq.read_table(folder / "kinematics.parquet")
     assert table.num_rows == len(take.poses)
     assert table["frame"].to_pylist() == list(range(4, 12))
-    unitless = [name for name in table.column_names if not name.endswith(("_m", "_mps", "_s")) and name != "frame"]
+    unitless = [
+        name for name in table.column_names if not name.endswith(("_m", "_mps", "_s")) and name != "frame"
+    ]
     assert unitless == []
     wrist = np.array(table["r_wrist_x_m"])
     np.testing.assert_allclose(wrist, take.rectified.level.joint("r_wrist")[:, 0])
@@ -74,4 +76,8 @@ def test_summary_tells_where_everything_came_from(folder):
 
 
 def test_no_partial_file_is_left(folder):
-    assert sorted(path.name for path in folder.iterdir()) == ["kinematics.parquet", "poses.npz", "summary.json"]
+    assert sorted(path.name for path in folder.iterdir()) == [
+        "kinematics.parquet",
+        "poses.npz",
+        "summary.json",
+    ]

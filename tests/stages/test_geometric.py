@@ -12,6 +12,7 @@ from pcnet3d.pipeline.rotations import angle_deg, geodesic_deg, rotate, transpos
 from pcnet3d.stages.rectify import level, rectify
 
 R_FACING_THE_CAMERA = np.array([[0, -1, 0], [0, 0, -1], [1, 0, 0]])  # design.md section 4
+UPRIGHT = Rotation.identity()
 seeds = st.integers(0, 2**32 - 1)
 
 
@@ -88,7 +89,7 @@ def test_a_take_without_any_torso_does_not_raise(facing_camera):
     assert np.isnan(rectified.level.joints).all()
 
 
-def headings_to_R(headings_deg, tilt=Rotation.identity()) -> np.ndarray:
+def headings_to_R(headings_deg, tilt=UPRIGHT) -> np.ndarray:
     """R_source_from_body of an upright person who turns about a vertical that leans by `tilt`."""
     return (tilt * Rotation.from_rotvec(np.outer(np.radians(headings_deg), [0, 0, 1]))).as_matrix()
 

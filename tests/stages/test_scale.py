@@ -30,7 +30,9 @@ def test_frames_without_limbs_do_not_count():
     truth = np.repeat(adult(1.8)[None], 5, axis=0)
     joints = truth * 2
     joints[:3, H36M17.index("l_knee")] = np.nan
-    np.testing.assert_allclose(scale(PoseSequence(joints, H36M17, ARBITRARY), 1.8).joints[3], truth[3], rtol=1e-5)
+    np.testing.assert_allclose(
+        scale(PoseSequence(joints, H36M17, ARBITRARY), 1.8).joints[3], truth[3], rtol=1e-5
+    )
 
 
 def test_without_a_stature_the_unit_is_kept_and_said():

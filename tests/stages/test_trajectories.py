@@ -36,7 +36,9 @@ def test_no_derivative_reaches_across_a_gap_or_a_seam():
     np.testing.assert_array_equal(speed[6:], 1)
 
 
-@pytest.mark.parametrize(("unit", "names"), [("m", ["x_m", "vx_mps", "speed_mps"]), ("arbitrary", ["x_au", "vx_aups"])])
+@pytest.mark.parametrize(
+    ("unit", "names"), [("m", ["x_m", "vx_mps", "speed_mps"]), ("arbitrary", ["x_au", "vx_aups"])]
+)
 def test_the_unit_is_in_every_name(unit, names):
     poses = PoseSequence(np.zeros((4, 17, 3)), H36M17, LEVEL.with_(unit=unit), time_s=np.arange(4) / 30)
     columns = trajectory(poses, "r_wrist")
