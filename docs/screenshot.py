@@ -15,7 +15,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from pcnet3d.pipeline.view import viewer_executable
+from pcnet3d.pipeline.view import QUIET, viewer_executable
 
 TOP_BAR = 37  # rows of pixels; it would speak of the machine that rendered the picture
 
@@ -24,10 +24,7 @@ def screenshot(recording: Path, frame: int, picture: Path, settle_s: float = 6.0
     """Open the recording at a video frame, wait until the video is decoded and messages are gone, take a picture."""
     from rerun.experimental import ViewerClient
 
-    os.environ |= {
-        "CI": "1",
-        "HTTPS_PROXY": "http://127.0.0.1:9",
-    }  # no usage data, no look for newer versions
+    os.environ.update(QUIET)
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
@@ -41,7 +38,7 @@ def screenshot(recording: Path, frame: int, picture: Path, settle_s: float = 6.0
         shot = cv2.imdecode(np.frombuffer(viewer.take_screenshot(), np.uint8), cv2.IMREAD_COLOR)
     finally:
         viewer.quit()
-    cv2.imwrite(str(picture), shot[TOP_BAR:])
+    cv2.imwrite(str(picture), np.asarray(shot)[TOP_BAR:])
 
 
 def main() -> None:

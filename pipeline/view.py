@@ -10,6 +10,7 @@ import socket
 import subprocess
 import time
 import webbrowser
+from contextlib import suppress
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import BinaryIO
@@ -76,7 +77,7 @@ def _serve(recording: Path) -> None:
     url = f"{origin}/?url={origin}/{RECORDING}"
     print(f"{url}\nOpen it in a browser on this machine; Ctrl-C ends.", flush=True)
     webbrowser.open(url)
-    with server:
+    with server, suppress(KeyboardInterrupt):
         server.serve_forever()
 
 
@@ -143,7 +144,8 @@ def _handler(recording: Path, files: dict[str, tuple[str, bytes]]) -> type[BaseH
             self.send_header("Content-Length", str(length))
             self.send_header("Content-Security-Policy", _ONLY_HERE)
             self.end_headers()
-            shutil.copyfileobj(content, self.wfile)
+            with suppress(ConnectionError):  # the browser went away
+                shutil.copyfileobj(content, self.wfile)
 
         def log_message(self, format: str, *args: object) -> None:
             """No line for a request."""

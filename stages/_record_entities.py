@@ -33,16 +33,13 @@ def time_columns(frame: np.ndarray, time_s: np.ndarray) -> list[rr.TimeColumn]:
 
 
 def log_video(recording: rr.RecordingStream, asset: rr.AssetVideo, time_s: np.ndarray) -> None:
-    """The file as it is, and for each of its frames a reference; time_s: (N,) from the first frame's 0."""
+    """The file as it is, and a reference to each of its frames; time_s: (N,)."""
     import rerun as rr
 
-    stamps = asset.read_frame_timestamps_nanos()[0] + np.round(time_s * 1e9).astype(np.int64)
+    stamps = asset.read_frame_timestamps_nanos()
+    clock = time_columns(np.arange(len(stamps)), time_s[: len(stamps)])
     recording.log("video", asset, static=True)
-    recording.send_columns(
-        "video",
-        indexes=time_columns(np.arange(len(stamps)), time_s),
-        columns=rr.VideoFrameReference.columns_nanos(stamps),
-    )
+    recording.send_columns("video", clock, rr.VideoFrameReference.columns_nanos(stamps))
 
 
 def log_skeleton(recording: rr.RecordingStream, entity: str, poses: PoseSequence, radius: float) -> None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..pipeline.errors import InputError
+from ..pipeline.pose import PoseSequence
 from ..pipeline.take import Event, Video
 
 if TYPE_CHECKING:
@@ -49,18 +50,32 @@ def viewable(video: Video) -> tuple[rr.AssetVideo, tuple[Event, ...]]:
     else:
         # Named so because the viewer goes by the name; MOV is the same format to its parser.
         asset = rr.AssetVideo(path=video.path, media_type="video/mp4")
-        if _readable(asset):
+        if _frames(asset) == len(video.time_s):
             return asset, ()
-        reason = f"the viewer does not read its container ({video.path.suffix or 'a file without suffix'})"
+        reason = f"the viewer does not find just its {len(video.time_s)} frames in the file"
     said = Event("note", f"The recording holds an H.264 copy of the video, because {reason}.")
     return rr.AssetVideo(contents=transcoded(video), media_type="video/mp4"), (said,)
 
 
-def _readable(asset: rr.AssetVideo) -> bool:
+def _frames(asset: rr.AssetVideo) -> int:
+    """How many the viewer sees: none in other containers, too many where an edit list cuts some away."""
     try:
-        return len(asset.read_frame_timestamps_nanos()) > 0
+        return len(asset.read_frame_timestamps_nanos())
     except RuntimeError:
-        return False
+        return 0
+
+
+def on_clock(video: Video, poses: PoseSequence) -> np.ndarray:
+    """(N,) seconds of the video's frames on the poses' clock: the file's own time stamps, unless the poses were
+    given another rate (slow motion)."""
+    index, times = poses.frame_index, poses.times
+    frame = np.arange(len(video.time_s))
+    within = index < len(frame)
+    if np.allclose(video.time_s[index[within]], times[within], atol=1e-3):
+        return video.time_s
+    nearest = np.clip(frame, index[0], index[-1])
+    rate = poses.fps if len(poses) > 1 else video.fps
+    return np.interp(nearest, index, times) + (frame - nearest) / rate
 
 
 def transcoded(video: Video) -> bytes:

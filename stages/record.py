@@ -12,15 +12,15 @@ from ..pipeline.errors import InputError
 from ..pipeline.outputs import whole_file
 from ..pipeline.rotations import angle_deg, known
 from ..pipeline.take import Event, Take
+from ..pipeline.view import RECORDING
 from ._record_entities import log_axes, log_curves, log_events, log_skeleton, log_video
+from ._record_gaps import gaps_marked
 from ._record_summary import summary_markdown
-from ._record_video import viewable
+from ._record_video import on_clock, viewable
 from ._record_views import blueprint
 
 if TYPE_CHECKING:
     import rerun as rr
-
-RECORDING = "take.rrd"
 
 # For x, y and z: cool colours on the left, warm ones on the right (Okabe and Ito's palette).
 _WRISTS = {
@@ -51,8 +51,8 @@ def record(take: Take, path: str | Path, frames: bool = True) -> tuple[Event, ..
 
     Time axes: "frame", the number of the video's frame, and "video_time", its time stamp in seconds.
     Entities: video, video/keypoints; source (the skeleton in the axes it came in, and the body's axes there),
-    body, level; wrists/source, wrists/level; rotation; events; summary. What the take lacks is left out, and
-    what is NaN stays NaN.
+    body, level; wrists/source, wrists/level; rotation; events; summary. What the take lacks is left out, what is
+    NaN stays NaN, and where a track has no rows for some frames, one row of NaN ends what is shown.
 
     frames: False leaves the video out. Returns events for what was done to the video. Raises InputError
     without poses, rectified poses or time stamps, or when the video cannot be read.
@@ -74,9 +74,10 @@ def record(take: Take, path: str | Path, frames: bool = True) -> tuple[Event, ..
             recording.save(partial, default_blueprint=blueprint(take, size))
             recording.send_recording_name(take.name)
             if take.video and asset:
-                log_video(recording, asset, take.video.time_s)
-            _log_poses(recording, take, size)
-            _log_rotation(recording, take, size)
+                log_video(recording, asset, on_clock(take.video, poses))
+            shown = gaps_marked(take)
+            _log_poses(recording, shown, size)
+            _log_rotation(recording, shown, size)
             log_events(recording, take.events, poses)
             document = rr.TextDocument(summary_markdown(take), media_type=rr.MediaType.MARKDOWN)
             recording.log("summary", document, static=True)
@@ -90,7 +91,7 @@ def _log_poses(recording: rr.RecordingStream, take: Take, size: float) -> None:
     assert take.poses is not None
     assert take.rectified is not None
     if take.keypoints is not None:
-        log_skeleton(recording, "video/keypoints", take.keypoints, radius=-2.5)
+        log_skeleton(recording, "video/keypoints", take.keypoints, radius=-3.0)
     skeletons = {"source": take.poses, "body": take.rectified.body, "level": take.rectified.level}
     for entity, skeleton in skeletons.items():
         log_skeleton(recording, entity, skeleton, radius=0.024 * size)
@@ -106,9 +107,7 @@ def _log_rotation(recording: rr.RecordingStream, take: Take, size: float) -> Non
     assert take.poses is not None
     assert take.rectified is not None
     rectified, length = take.rectified, 0.3 * size
-    # R_source speaks of the reference axes of the source's family; these are the poses' own.
-    R_poses_from_body = take.poses.frame.basis @ rectified.R_source_from_body
-    log_axes(recording, "source/axes", length * R_poses_from_body, length, clock=take.poses)
+    log_axes(recording, "source/axes", length * rectified.R_source_from_body, length, clock=take.poses)
     log_axes(recording, "body/axes", length * np.eye(3), length)
     deviation = angle_deg(rectified.R_source_from_body[:, :, 2], rectified.R_source_from_level[..., :, 2])
     log_curves(recording, "rotation/up", take.poses, deviation, ["up deviation (deg)"], [_UP])

@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from ..models import load_rectifier
-from ..pipeline.canonical import body_axes
+from ..pipeline.canonical import R_world_from_body
 from ..pipeline.errors import InputError
 from ..pipeline.frames import BODY, CAMERA, LEVEL, Z_UP, change_frame
 from ..pipeline.layouts import H36M17
@@ -17,6 +17,7 @@ from ..pipeline.rotations import angle_deg, from_columns, known, rotate, transpo
 from ..pipeline.sockets import Rectifier
 from ..pipeline.take import Event, Take
 
+_REFERENCE = {"camera": CAMERA, "world": Z_UP}  # axes in which rotations are estimated
 _TURNING = 0.5  # mean resultant of the headings below which a take has no middle heading (design.md)
 _SCATTER_DEG = 35.0  # median deviation of the frames' up from the take's up beyond which no up is stated
 
@@ -48,30 +49,34 @@ class Rectify:
 def rectify(poses: PoseSequence, rectifier: str | Rectifier = "geometric") -> Rectified:
     """Turn a skeleton into BODY, upright and facing -X in every frame, and LEVEL, one upright frame a take.
 
-    poses: H36M17 in CAMERA, or in a world frame whose gravity is known: then nothing is estimated but the
-    heading. The joints are taken relative to the pelvis; NaN stays NaN. A frame with too few torso joints has
-    a NaN rotation. A take that cannot be levelled has level_ok False and a reason, and never raises.
+    poses: H36M17 in the axes of a camera, or of a world frame whose gravity is known: then nothing is estimated
+    but the heading. The joints are taken relative to the pelvis; NaN stays NaN. "source" in the rotations' names
+    are the axes that the poses come in. A frame with too few torso joints has a NaN rotation. A take that cannot
+    be levelled has level_ok False and a reason, and never raises. InputError for another layout or frame.
     """
     if poses.layout != H36M17:
         raise InputError(f"rectify needs joints in layout H36M17, got {poses.layout.name}; use remap first.")
-    if poses.frame.family == "world":
-        poses = change_frame(poses, Z_UP.with_(origin="pelvis", unit=poses.frame.unit))
-        R_source_from_body, method = (
-            body_axes(poses.joints.astype(np.float64), np.array([0.0, 0.0, 1.0])),
-            "gravity",
+    if poses.frame.family not in _REFERENCE or not poses.frame.right_handed:
+        raise InputError(
+            f"rectify needs joints in right-handed axes of a camera or a world, got {poses.frame}."
         )
-        error_deg = np.full(len(poses), np.nan)
+    source = change_frame(poses, poses.frame.with_(origin="pelvis"))
+    reference = _REFERENCE[source.frame.family]
+    joints = change_frame(source, reference.with_(origin="pelvis", unit=source.frame.unit)).joints
+    if reference is Z_UP:
+        method, error_deg = "gravity", np.full(len(source), np.nan)
+        R_reference_from_body = R_world_from_body(joints)
     else:
-        poses = change_frame(poses, CAMERA.with_(origin="pelvis", unit=poses.frame.unit))
         chosen = load_rectifier(rectifier) if isinstance(rectifier, str) else rectifier
-        R_source_from_body, error_deg = chosen.rotation(poses.joints)
         method = chosen.method
-    R_source_from_level, heading, reason = level(R_source_from_body, poses.time_s)
-    unit_ = poses.frame.unit
-    noted = poses.noted("rectify", method=method, level_heading=heading)
+        R_reference_from_body, error_deg = chosen.rotation(joints)
+    R_source_from_body = source.frame.basis @ reference.basis.T @ R_reference_from_body
+    R_source_from_level, heading, reason = level(R_source_from_body, source.time_s)
+    noted = source.noted("rectify", method=method, level_heading=heading)
+    unit_ = source.frame.unit
     return Rectified(
-        body=noted.with_(joints=_canonical(R_source_from_body, poses), frame=BODY.with_(unit=unit_)),
-        level=noted.with_(joints=_canonical(R_source_from_level, poses), frame=LEVEL.with_(unit=unit_)),
+        body=noted.with_(joints=_canonical(R_source_from_body, source), frame=BODY.with_(unit=unit_)),
+        level=noted.with_(joints=_canonical(R_source_from_level, source), frame=LEVEL.with_(unit=unit_)),
         R_source_from_body=R_source_from_body,
         R_source_from_level=R_source_from_level,
         error_deg=error_deg,

@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from pcnet3d.models import load_rectifier
-from pcnet3d.pipeline import CAMERA, H36M17, Z_UP, InputError, PoseSequence, change_frame
+from pcnet3d.pipeline import CAMERA, H36M17, Y_UP, Z_UP, InputError, PoseSequence, change_frame
+from pcnet3d.pipeline.frames import GL_CAMERA, PC_CAMERA
 from pcnet3d.pipeline.rotations import angle_deg, geodesic_deg, rotate, transpose
 from pcnet3d.stages.rectify import level, rectify
 
@@ -128,6 +129,20 @@ def test_a_source_that_knows_its_gravity_is_levelled_by_it(facing_camera):
     rectified = rectify(world)
     assert rectified.method == "gravity"
     np.testing.assert_allclose(rectified.R_source_from_body[0, :, 2], [0, 0, 1], atol=1e-12)
+
+
+@pytest.mark.parametrize("frame", [GL_CAMERA, PC_CAMERA, Y_UP], ids=lambda frame: frame.name)
+def test_the_rotations_speak_of_the_axes_that_the_poses_come_in(facing_camera, frame):
+    reference = Z_UP if frame.family == "world" else CAMERA
+    joints = PoseSequence(facing_camera[None], H36M17, reference.with_(origin="pelvis"))
+    poses = change_frame(joints, frame.with_(origin="pelvis"))
+    rectified = rectify(poses)
+    for canonical, R in (
+        (rectified.body, rectified.R_source_from_body),
+        (rectified.level, rectified.R_source_from_level),
+    ):
+        np.testing.assert_allclose(rotate(R, canonical.joints.astype(float)), poses.joints, atol=1e-6)
+    np.testing.assert_allclose(rectified.body.joints, rectify(joints).body.joints, atol=1e-6)
 
 
 def test_wrong_layout_or_rectifier_is_refused(facing_camera):

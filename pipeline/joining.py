@@ -1,0 +1,93 @@
+"""Putting files of one recording together: which video frame a row is, and at which second it was taken."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from .errors import InputError
+from .pose import PoseSequence
+from .take import Video
+
+_FPS_TOLERANCE = 0.01
+
+
+def numbered_by(keypoints: PoseSequence, poses: PoseSequence, where: str) -> PoseSequence:
+    """The poses with the 2D file's frame numbers where they have none of their own. InputError if they cannot be."""
+    if poses.frames_known:
+        if not np.isin(poses.frame_index, keypoints.frame_index).any():
+            raise InputError(f"{where} have no video frame in common.")
+        return poses
+    if len(poses) != len(keypoints):
+        raise InputError(
+            f"{where} have {len(poses)} and {len(keypoints)} rows, and the poses carry no frame numbers to join them "
+            "by; give the 2D file that the lifter was run on, or leave --keypoints out."
+        )
+    return poses.with_(frame_index=keypoints.frame_index, frames_known=keypoints.frames_known).noted(
+        "frame numbers", source="keypoints"
+    )
+
+
+def numbered(
+    sequence: PoseSequence, video: Video | None, path: Path, first_frame: int | None = None
+) -> PoseSequence:
+    """The sequence with numbers of the video's frames; InputError when nothing says which frames its rows are.
+
+    first_frame: the video frame of the first row, for consecutive rows without numbers.
+    """
+    if first_frame is not None:
+        if sequence.frames_known:
+            raise InputError(f"--first-frame is for files without frame numbers; {path} has its own.")
+        if first_frame < 0:
+            raise InputError(f"Expected --first-frame 0 or more, got {first_frame}.")
+        numbers = np.arange(len(sequence)) + first_frame
+        sequence = sequence.with_(frame_index=numbers, frames_known=True).noted(
+            "frame numbers", first=first_frame
+        )
+    if video is not None and not sequence.frames_known and len(sequence) != len(video.time_s):
+        raise InputError(
+            f"{path} has {len(sequence)} rows without frame numbers, the video {len(video.time_s)} frames; give the "
+            "2D file that the lifter was run on (--keypoints), or --first-frame N if the rows are consecutive."
+        )
+    return sequence
+
+
+@dataclass(frozen=True, eq=False)
+class Clock:
+    """Seconds of video frames: by the given rate, else the video's own stamps, else those of another sequence."""
+
+    video: Video | None
+    fps: float | None
+    other: PoseSequence | None
+
+    def seconds(self, frames: np.ndarray, path: Path) -> np.ndarray:
+        """(T,) seconds of these frames of the file at `path`; InputError when nothing tells the time."""
+        if self.video is not None and frames[-1] >= len(self.video.time_s):
+            raise InputError(
+                f"{path} reaches video frame {frames[-1]}, but {self.video.path} ends with frame "
+                f"{len(self.video.time_s) - 1}; they do not belong together."
+            )
+        if self.fps is not None:
+            if not 0 < self.fps < 10_000:
+                raise InputError(f"Expected --fps in frames per second, got {self.fps:g}.")
+            return frames / self.fps
+        if self.video is not None:
+            return self.video.time_s[frames]
+        if self.other is None or self.other.time_s is None:
+            raise InputError(
+                f"Nothing says at which rate {path} was recorded: give --fps F, or the video itself."
+            )
+        if len(self.other) == 1:
+            return self.other.times + (frames - self.other.frame_index[0])
+        known = np.interp(frames, self.other.frame_index, self.other.times)
+        first, last = self.other.frame_index[[0, -1]]
+        outside = np.clip(frames - last, 0, None) + np.clip(frames - first, None, 0)
+        return known + outside / self.other.fps
+
+    def doubts(self) -> list[str]:
+        """In words, where the given rate contradicts the video's."""
+        if self.video is None or self.fps is None or abs(self.fps / self.video.fps - 1) <= _FPS_TOLERANCE:
+            return []
+        return [f"--fps {self.fps:g} is used although the video says {self.video.fps:g} frames per second."]

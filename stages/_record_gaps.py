@@ -1,0 +1,48 @@
+"""Gaps that show as gaps: a viewer keeps showing the last thing it was told until it is told another."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..pipeline.pose import PoseSequence
+from ..pipeline.take import Take
+
+
+def gaps_marked(take: Take) -> Take:
+    """The take with one row of NaN behind the last row before every gap, and behind the last row of all where the
+    video or another of its tracks goes on. Its rows are no longer those that the take's events speak of."""
+    assert take.poses is not None
+    assert take.rectified is not None
+    tracks = [track.frame_index[-1] for track in (take.poses, take.keypoints) if track is not None]
+    last = max(*tracks, len(take.video.time_s) - 1 if take.video else 0)
+    keypoints, rectified = take.keypoints, take.rectified
+    behind = _before_gaps(take.poses, last) + 1
+    levels = rectified.R_source_from_level
+    return take.with_(
+        keypoints=keypoints and _marked(keypoints, _before_gaps(keypoints, last) + 1),
+        poses=_marked(take.poses, behind),
+        rectified=replace(
+            rectified,
+            body=_marked(rectified.body, behind),
+            level=_marked(rectified.level, behind),
+            R_source_from_body=np.insert(rectified.R_source_from_body, behind, np.nan, axis=0),
+            R_source_from_level=levels if levels.ndim == 2 else np.insert(levels, behind, np.nan, axis=0),
+            error_deg=np.insert(rectified.error_deg, behind, np.nan),
+        ),
+    )
+
+
+def _before_gaps(poses: PoseSequence, last: int) -> np.ndarray:
+    """Rows that the next video frame does not follow; `last` is the last frame that anything shows."""
+    return np.flatnonzero(np.diff(poses.frame_index, append=last + 1) > 1)
+
+
+def _marked(poses: PoseSequence, behind: np.ndarray) -> PoseSequence:
+    frame = np.insert(poses.frame_index, behind, poses.frame_index[behind - 1] + 1)
+    time_s = np.interp(frame, poses.frame_index, poses.times)
+    if frame[-1] > poses.frame_index[-1]:
+        time_s[-1] += 1 / poses.fps if len(poses) > 1 else 1e-3
+    joints = np.insert(poses.joints, behind, np.nan, axis=0)
+    return PoseSequence(joints, poses.layout, poses.frame, time_s=time_s, frame_index=frame)
