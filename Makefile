@@ -7,6 +7,7 @@ TORCH ?= torch==2.13.0
 
 demo: .venv/.installed
 	.venv/bin/pcnet3d demo -o demo-run
+	@echo "here: .venv/bin/pcnet3d view demo-run, or with --web in a browser"
 
 test: .venv-test/.installed
 	.venv-test/bin/python -m pytest
