@@ -63,5 +63,7 @@ def _key_of_joints(path: Path, held: tuple[str, ...], key: str | None) -> str | 
     if key is not None or not held:
         return key
     if len(could_be) != 1:
-        raise InputError(f"{path} holds the arrays {', '.join(held)}; name the joints with the option key.")
+        raise InputError(
+            f"{path} holds the arrays {', '.join(held)}; name the joints with key=NAME (--option key=NAME)."
+        )
     return could_be[0]

@@ -64,7 +64,8 @@ def read(path: Path, frames: int | None = None) -> tuple[PoseSequence]:
     ):
         raise InputError(
             f"{path}: shape {stored.shape} can be steps and proposals of one video of {_CLIP} frames, or clips from "
-            f"which squeeze removed an axis; pass the option frames={_CLIP} for the former, else save without squeeze."
+            f"which squeeze removed an axis; pass frames={_CLIP} (--option frames={_CLIP}) "
+            "for the former, else save without squeeze."
         )
     proposals = _last_step(stored)
     if proposals.ndim == len(_CLIPS) + 1:
@@ -99,7 +100,7 @@ def _joined(path: Path, clips: np.ndarray, frames: int | None) -> np.ndarray:
     if frames is None:
         raise InputError(
             f"{path} holds {count} clips of {_CLIP} frames, the last of which overlaps the one before it or was filled "
-            "up; pass the option frames=N with the number of frames of the video."
+            "up; pass frames=N (--option frames=N) with the number of frames of the video."
         )
     last = frames - (count - 1) * _CLIP
     if not 0 < last <= _CLIP:

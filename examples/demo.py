@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 import time
 from pathlib import Path
 from typing import Annotated
@@ -56,7 +57,7 @@ def demo(
         f"the same by hand: pcnet3d run {video} --poses {poses} --keypoints {keypoints} "
         f"--stature {walk.stature_m} -o DIR"
     )
-    print(f"look at it with: pcnet3d view {output}")
+    print(f"look at it with: pcnet3d view {shlex.quote(str(output))}")
 
 
 def _comparison(rectified: Rectified, truth: np.ndarray) -> str:

@@ -125,6 +125,8 @@ def _panned(cameras: Cameras, joints_world: np.ndarray, rng: np.random.Generator
     return Cameras(turn @ cameras.R_camera_from_world, cameras.position, cameras.focal_px, cameras.image_size)
 
 
-def _log_uniform(rng: np.random.Generator, between: tuple[float, float], shape: tuple[int, ...]) -> np.ndarray:
+def _log_uniform(
+    rng: np.random.Generator, between: tuple[float, float], shape: tuple[int, ...]
+) -> np.ndarray:
     low, high = between
     return low * (high / low) ** rng.uniform(0, 1, shape)

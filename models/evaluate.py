@@ -9,18 +9,21 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
 import typer
 
+from ..pipeline.frames import IMAGE
+from ..pipeline.layouts import H36M17
 from ..pipeline.outputs import whole_file
-from ..pipeline.pose import package_version
+from ..pipeline.pose import PoseSequence, package_version
 from ..pipeline.rotations import angle_deg, geodesic_deg, kabsch
 from ..pipeline.sockets import Rectifier
 from . import load_rectifier
+from .lifter import lift
 from .metrics import joint_error, procrustes_error, scaled
 from .mocap import Subjects
 from .testbed import LiftedTake, lifted_takes
@@ -28,7 +31,6 @@ from .testbed import LiftedTake, lifted_takes
 _SETS: tuple[tuple[str, Subjects, bool], ...] = (
     ("CMU test", "test", False), ("HDM05 upright", "hdm05", False), ("HDM05 lying", "hdm05", True),
 )  # fmt: skip
-_STATURE_M = 1.70  # a standard body's, to which every person is scaled for comparison in mm
 
 
 @dataclass(frozen=True)
@@ -56,7 +58,9 @@ def evaluate(
     lifter: Annotated[str, typer.Option(help="The built-in one, or a file.")] = "pcnet3d",
     seed: Annotated[int, typer.Option(help="Of cameras and noise.")] = 0,
     flip: Annotated[bool, typer.Option("--flip", help="Average with the mirrored lift.")] = False,
-    real: Annotated[bool, typer.Option("--real", help="Also compare with other lifters on real clips.")] = False,
+    real: Annotated[
+        bool, typer.Option("--real", help="Also compare with other lifters on real clips.")
+    ] = False,
 ) -> None:
     """Judge the lifter, and a rectifier on lifted poses, against motion capture."""
     results = evaluation(load_rectifier(rectifier), lifter, seed, flip)
@@ -73,7 +77,9 @@ def evaluate(
     print(text)
 
 
-def evaluation(rectifier: Rectifier, lifter: str = "pcnet3d", seed: int = 0, flip: bool = False) -> dict[str, Any]:
+def evaluation(
+    rectifier: Rectifier, lifter: str = "pcnet3d", seed: int = 0, flip: bool = False
+) -> dict[str, Any]:
     """Everything the report says, as nested dicts with Figures."""
     results: dict[str, Any] = {
         "pcnet3d": package_version(), "lifter": lifter, "rectifier": rectifier.method, "seed": seed, "flip": flip,
@@ -103,14 +109,13 @@ def lifter_figures(takes: Iterable[LiftedTake], lying: bool) -> dict[str, dict[s
     Both are in mm of each person's own size. depth, lateral, vertical: mean absolute error along the ray to the
     body, across it and level, and up. hidden rotation: the rigid rotation that would bring the lift closest.
     """
-    rows: dict[str, list[np.ndarray]] = {}
-    means: dict[str, list[float]] = {}
+    parts: dict[str, dict[str, list[np.ndarray]]] = {"frame": {}, "take": {}}
     for take in takes:
         use = take.seen.lying == lying
         if not use.any():
             continue
         truth, lifted = take.seen.truth, take.lifted.joints.astype(np.float64)
-        for per, into in (("frame", rows), ("take", means)):
+        for per, rows in parts.items():
             fitted = scaled(lifted, truth, per)
             errors = {
                 "MPJPE": 1000 * joint_error(fitted, truth),
@@ -119,14 +124,16 @@ def lifter_figures(takes: Iterable[LiftedTake], lying: bool) -> dict[str, dict[s
                 "hidden rotation": angle_of(kabsch(truth, lifted)),
             }
             for name, values in errors.items():
-                if per == "frame":
-                    into.setdefault(name, []).append(values[use])  # type: ignore[arg-type]
-                elif np.isfinite(values[use]).any():
-                    into.setdefault(name, []).append(float(np.nanmean(values[use])))  # type: ignore[arg-type]
+                rows.setdefault(name, []).append(values[use])
+    frames = np.concatenate(parts["frame"].get("MPJPE", [np.zeros(0)]))
     return {
-        "frame": {name: Figure.of(np.concatenate(values)) for name, values in rows.items()},
-        "take": {name: Figure.of(np.array(values)) for name, values in means.items()},
-        "counts": {"frames": sum(map(len, rows.get("MPJPE", []))), "takes": len(means.get("MPJPE", []))},
+        "frame": {name: Figure.of(np.concatenate(values)) for name, values in parts["frame"].items()},
+        "take": {name: _of_takes(values) for name, values in parts["take"].items()},
+        "counts": {
+            "frames": len(frames),
+            "not lifted": int(np.isnan(frames).sum()),
+            "takes": len(parts["take"].get("MPJPE", [])),
+        },
     }
 
 
@@ -148,8 +155,12 @@ def rectifier_figures(rectifier: Rectifier, takes: Iterable[LiftedTake], lying: 
             )
     for name, values in parts.items():
         figures[name] = Figure.of(np.concatenate(values))
-        figures[f"{name}, per take"] = Figure.of(np.array([np.nanmean(v) for v in values if np.isfinite(v).any()]))
+        figures[f"{name}, per take"] = _of_takes(values)
     return figures
+
+
+def _of_takes(values: list[np.ndarray]) -> Figure:
+    return Figure.of(np.array([np.nanmean(v) for v in values if np.isfinite(v).any()]))
 
 
 def angle_of(R: np.ndarray) -> np.ndarray:
@@ -159,11 +170,6 @@ def angle_of(R: np.ndarray) -> np.ndarray:
 
 def speed(lifter: str = "pcnet3d", frames: int = 6000) -> float:
     """Frames lifted per second of wall time on this machine, features included."""
-    from ..pipeline.frames import IMAGE
-    from ..pipeline.layouts import H36M17
-    from ..pipeline.pose import PoseSequence
-    from .lifter import lift
-
     rng = np.random.default_rng(0)
     walk = np.cumsum(rng.normal(0, 0.3, (frames, 17, 2)), axis=0) + rng.uniform(300, 700, (17, 2))
     keypoints = PoseSequence(walk, H36M17, IMAGE)
@@ -185,7 +191,10 @@ def as_markdown(results: dict[str, Any]) -> str:
     for key in ("focal assumed", "focal known"):
         sets = results[key]
         lines += ["", f"## Lifter, {key}", ""]
-        for per, what in (("frame", "scale aligned per frame, over frames"), ("take", "scale aligned per take, over takes")):
+        for per, what in (
+            ("frame", "scale aligned per frame, over frames"),
+            ("take", "scale aligned per take, over takes"),
+        ):
             names = list(next(iter(sets.values()))["lifter"][per])
             lines += [f"{what}:", "", _row(["", *names]), _row(["---"] * (len(names) + 1))]
             for label, values in sets.items():
@@ -196,9 +205,16 @@ def as_markdown(results: dict[str, Any]) -> str:
         names = list(next(iter(sets.values()))["rectifier"])
         lines += [f"## Rectifier {results['rectifier']} on the lifted takes, {key}", ""]
         lines += [_row(["", *sets]), _row(["---"] * (len(sets) + 1))]
-        lines += [_row([name, *(str(values["rectifier"][name]) for values in sets.values())]) for name in names]
+        for name in names:
+            lines.append(_row([name, *(str(values["rectifier"].get(name, "")) for values in sets.values())]))
     if "real" in results:
-        lines += ["", "## Real clips: how far two lifters are apart", "", "PA-MPJPE in mm of a standard body.", ""]
+        lines += [
+            "",
+            "## Real clips: how far two lifters are apart",
+            "",
+            "PA-MPJPE in mm of a standard body.",
+            "",
+        ]
         lines += [_row(["clip", "one", "other", "apart"]), _row(["---"] * 4)]
         lines += [_row([*row["pair"], str(row["apart"])]) for row in results["real"]]
     return "\n".join(lines) + "\n"
@@ -219,7 +235,7 @@ def _row(cells: list[str]) -> str:
 
 def _plain(value: Any) -> Any:
     if isinstance(value, Figure):
-        return {"p50": value.p50, "mean": value.mean, "p95": value.p95}
+        return {key: None if np.isnan(number) else number for key, number in asdict(value).items()}
     if isinstance(value, dict):
         return {key: _plain(part) for key, part in value.items()}
     return [_plain(part) for part in value] if isinstance(value, list | tuple) else value

@@ -31,7 +31,7 @@ def features(
     """
     rays = (keypoints - image_size[..., None, None, :] / 2) / focal_px[..., None, None, None]
     present = known(rays)
-    seen = present.any(axis=-1)
+    seen = np.any(present, axis=-1)
     rays = np.where(present[..., None], rays, 0.0)
     centre = _filled(_centre(rays, present), seen)
     R_camera_from_ray = ray_rotation(centre)
@@ -41,10 +41,14 @@ def features(
     count = np.maximum(present.sum(axis=-1), 1)
     size = np.sqrt((turned**2).sum(axis=(-2, -1)) / count)
     mean_size = np.maximum(_averaged(size, seen), 1e-6)
-    way = (centre - np.stack([_averaged(centre[..., i], seen) for i in (0, 1)], axis=-1)) / mean_size[..., None]
+    way = (centre - np.stack([_averaged(centre[..., i], seen) for i in (0, 1)], axis=-1)) / mean_size[
+        ..., None
+    ]
     picture = np.clip(turned / mean_size[..., None, None], -5, 5)
     trust = np.where(present, np.where(np.isnan(confidence), 0.7, confidence), 0.0)
-    extra = np.stack([*np.moveaxis(np.tanh(way / 4), -1, 0), size / mean_size - 1, np.log(mean_size) + 2], axis=-1)
+    extra = np.stack(
+        [*np.moveaxis(np.tanh(way / 4), -1, 0), size / mean_size - 1, np.log(mean_size) + 2], axis=-1
+    )
     flat = picture.reshape(*picture.shape[:-2], -1)
     out = np.concatenate([flat, trust, present, np.where(seen[..., None], extra, 0.0)], axis=-1)
     return out.astype(np.float32), R_camera_from_ray
@@ -104,6 +108,7 @@ def _averaged(values: np.ndarray, seen: np.ndarray) -> np.ndarray:
     sums = np.concatenate([np.zeros_like(sums[..., :1, :]), sums], axis=-2)
     frame = np.arange(frames)
     window = (
-        sums[..., np.minimum(frame + HALF_WINDOW + 1, frames), :] - sums[..., np.maximum(frame - HALF_WINDOW, 0), :]
+        sums[..., np.minimum(frame + HALF_WINDOW + 1, frames), :]
+        - sums[..., np.maximum(frame - HALF_WINDOW, 0), :]
     )
     return window[..., 0] / np.maximum(window[..., 1], 1)

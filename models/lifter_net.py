@@ -33,10 +33,19 @@ class Block(nn.Module):
         self.norm = nn.LayerNorm(width)
         self.mix = nn.Linear(3 * width, width)  # as a matrix product: faster on CPUs than a dilated Conv1d
         self.out = nn.Linear(width, width)
+        with (
+            torch.no_grad()
+        ):  # starts as a network for single frames; what frames before and after add is learned
+            self.mix.weight[:, :width] = 0
+            self.mix.weight[:, 2 * width :] = 0
 
     def forward(self, x: Tensor) -> Tensor:
         frames, d = x.shape[1], self.dilation
         here = self.norm(x)
+        if frames == 1 and not torch.compiler.is_exporting():  # the same numbers without the zeros around
+            width = x.shape[-1]
+            near = nn.functional.linear(here, self.mix.weight[:, width : 2 * width], self.mix.bias)
+            return x + self.out(nn.functional.gelu(near))
         if frames <= d and not torch.compiler.is_exporting():  # the same numbers without a long padding
             before = after = torch.zeros_like(here)
         else:

@@ -31,14 +31,18 @@ from .noise2d import Noise
 
 
 class TrainConfig(BaseModel):
-    """The whole of a training run. frames: a batch's frames in all; lengths: window lengths and how often."""
+    """The whole of a training run. frames: a batch's frames in all. The first `single` steps see single
+    frames, as many different people and views as there are frames, which teaches geometry several times faster;
+    then windows, `lengths` long with these probabilities, teach what time adds.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
     subjects: Subjects
     seed: int
     steps: int
     frames: int
-    lengths: dict[int, float]
+    single: int
+    lengths: dict[int, float]  # shares; their sum does not matter
     rate: float  # highest learning rate, after `warmup` steps; then a cosine down to nothing
     warmup: int
     weight_decay: float
@@ -48,6 +52,8 @@ class TrainConfig(BaseModel):
     net: NetConfig
     pans: float
     derived: float
+    combined: float
+    start: Path | None = None  # weights to go on from, a lifter.pt
 
 
 def train_lifter(config_file: Path, output: Path) -> None:
@@ -57,53 +63,58 @@ def train_lifter(config_file: Path, output: Path) -> None:
     torch.set_num_threads(config.threads)
     rng = np.random.default_rng(config.seed)
     windows = Windows(
-        read_clips(config.subjects), views=ViewRange(pans=config.pans), noise=Noise(derived=config.derived)
+        read_clips(config.subjects),
+        views=ViewRange(pans=config.pans),
+        noise=Noise(derived=config.derived),
+        combined=config.combined,
     )
     check = _check_batches()
     net = LifterNet(config.net)
+    if config.start:
+        net.load_state_dict(torch.load(config.start, weights_only=True))
     average = deepcopy(net).eval()
-    optimiser = torch.optim.AdamW(
-        net.parameters(), lr=config.rate, betas=(0.9, 0.98), weight_decay=config.weight_decay
-    )
-    schedule = torch.optim.lr_scheduler.LambdaLR(optimiser, lambda step: _rate(step, config))
+    optimisers = _optimisers(net, config)
     output.mkdir(parents=True, exist_ok=True)
     print(f"{sum(p.numel() for p in net.parameters()):,} parameters, reach {config.net.reach} frames")
 
-    def make() -> tuple[torch.Tensor, torch.Tensor]:
-        lengths = np.array(list(config.lengths))
-        length = int(rng.choice(lengths, p=np.array(list(config.lengths.values()))))
+    lengths, chances = (np.array(list(part)) for part in (config.lengths, config.lengths.values()))
+
+    def make(step: int) -> tuple[torch.Tensor, torch.Tensor]:
+        length = 1 if step <= config.single else int(rng.choice(lengths, p=chances / chances.sum()))
         x, y = windows.batch(rng, max(config.frames // length, 1), length)
         return torch.from_numpy(x), torch.from_numpy(y)
 
     start, losses = time.perf_counter(), []
     with ThreadPoolExecutor(1) as maker, open(output / "log.jsonl", "w", encoding="utf-8") as log:
-        coming = maker.submit(make)
+        coming = maker.submit(make, 1)
         for step in range(1, config.steps + 1):
             x, y = coming.result()
-            coming = maker.submit(make)
+            coming = maker.submit(make, step + 1)
             with torch.autocast("cpu", torch.bfloat16):
                 answer = net(x)
             loss = loss_of(answer, y, config.velocity)
-            optimiser.zero_grad()
+            net.zero_grad()
             loss.backward()
             torch.nn.utils.clip_grad_norm_(net.parameters(), 1.0)
-            optimiser.step()
-            schedule.step()
+            for optimiser in optimisers:
+                for group in optimiser.param_groups:
+                    group["lr"] = config.rate * _schedule(step, config)
+                optimiser.step()
             losses.append(loss.item())
             with torch.no_grad():
                 decay = min(config.average, step / (step + 10))
                 for kept, new in zip(average.parameters(), net.parameters(), strict=True):
                     kept.lerp_(new, 1 - decay)
             if step % 250 == 0 or step == config.steps:
-                line = {"step": step, "s": round(time.perf_counter() - start), "loss_mm": 1000 * np.mean(losses)}
-                line |= _check(average, check)
+                line = {"step": step, "s": round(time.perf_counter() - start)}
+                line |= {"loss_mm": 1000 * np.mean(losses), **_check(average, check)}
                 losses.clear()
                 log.write(json.dumps(line) + "\n")
                 log.flush()
                 print({k: round(float(v), 1) for k, v in line.items()}, flush=True)
                 with whole_file(output / "lifter.pt") as partial:
                     torch.save(average.state_dict(), partial)
-    export(average, output / "lifter.onnx")
+    export(average, output / "lifter.onnx", reach=config.net.reach, trained_on=config.subjects)
     shutil.copy(config_file, output / "lifter.toml")
 
 
@@ -129,8 +140,13 @@ def loss_of(answer: torch.Tensor, truth: torch.Tensor, velocity: float) -> torch
     return loss
 
 
-def export(net: LifterNet, path: Path) -> None:
-    """Write the network as ONNX: "features" (B, T, CHANNELS) -> "joints" (B, T, 17, 3), any B and T."""
+def export(net: LifterNet, path: Path, **properties: object) -> None:
+    """Write the network as ONNX: "features" (B, T, CHANNELS) -> "joints" (B, T, 17, 3), any B and T.
+
+    properties: kept in the file's metadata; the run time needs `reach`.
+    """
+    import onnx
+
     batch, frames = torch.export.Dim("batch"), torch.export.Dim("frames")
     program = torch.onnx.export(
         net.eval(),
@@ -140,15 +156,36 @@ def export(net: LifterNet, path: Path) -> None:
         dynamic_shapes=({0: batch, 1: frames},),
         dynamo=True,
         external_data=False,
+        verbose=False,
     )
     assert program is not None
+    model = program.model_proto
+    onnx.helper.set_model_props(model, {key: str(value) for key, value in properties.items()})
     with whole_file(path) as partial:
-        program.save(str(partial), external_data=False)
+        onnx.save(model, str(partial))
 
 
-def _rate(step: int, config: TrainConfig) -> float:
-    if step < config.warmup:
-        return (step + 1) / config.warmup
+def _optimisers(net: LifterNet, config: TrainConfig) -> list[torch.optim.Optimizer]:
+    """Muon (Jordan et al. 2024) for the blocks' matrices, at AdamW's step size; AdamW for everything else."""
+    matrices = [p for p in net.blocks.parameters() if p.ndim == 2]
+    taken = {id(p) for p in matrices}
+    others = [p for p in net.parameters() if id(p) not in taken]
+    return [
+        torch.optim.Muon(
+            matrices,
+            lr=config.rate,
+            weight_decay=config.weight_decay,
+            adjust_lr_fn="match_rms_adamw",
+            ns_steps=5,
+        ),
+        torch.optim.AdamW(others, lr=config.rate, betas=(0.9, 0.98), weight_decay=config.weight_decay),
+    ]
+
+
+def _schedule(step: int, config: TrainConfig) -> float:
+    """Share of the highest learning rate: a linear start, then half a cosine down to nothing."""
+    if step <= config.warmup:
+        return step / config.warmup
     done = (step - config.warmup) / max(config.steps - config.warmup, 1)
     return 0.5 * (1 + float(np.cos(np.pi * min(done, 1.0))))
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..pipeline.layouts import H36M17
 from ..pipeline.rotations import rotate, transpose
-from .bodies import STANDARD_SIZE_M, BodyRange, size_m, vary
+from .bodies import STANDARD_SIZE_M, BodyRange, combine, size_m, vary
 from .cameras import ViewRange, place
 from .lifter_features import ASSUMED_FOCAL, body_rays, features
 from .mocap import Clip
@@ -28,13 +28,15 @@ class Windows:
         views: ViewRange | None = None,
         noise: Noise | None = None,
         other_rates: float = 0.3,
+        combined: float = 0.0,
     ) -> None:
-        """other_rates: share of batches played at another frame rate between 20 and 60 fps instead of 30."""
+        """other_rates: share of batches played at another frame rate between 20 and 60 fps instead of 30.
+        combined: share of windows whose upper body comes from another motion."""
         self.joints = np.concatenate([clip.joints for clip in clips])
         self.lengths = np.array([len(clip) for clip in clips])
         self.starts = np.cumsum(self.lengths) - self.lengths
         self.bodies, self.views, self.noise = bodies, views, noise
-        self.other_rates = other_rates
+        self.other_rates, self.combined = other_rates, combined
 
     def batch(self, rng: np.random.Generator, count: int, frames: int) -> tuple[np.ndarray, np.ndarray]:
         """features (count, frames, CHANNELS) and target (count, frames, 17, 3), both float32.
@@ -43,7 +45,11 @@ class Windows:
         cannot be seen.
         """
         fps = float(np.exp(rng.uniform(*np.log(_FPS)))) if rng.uniform() < self.other_rates else 30.0
-        world = vary(self._motion(rng, count, frames, fps), rng, self.bodies)
+        motion = self._motion(rng, count, frames, fps)
+        mixed = round(self.combined * count)
+        if mixed:
+            motion[:mixed] = combine(motion[:mixed], self._motion(rng, mixed, frames, fps))
+        world = vary(motion, rng, self.bodies)
         cameras = place(world, rng, self.views)
         joints = cameras.to_camera(world)
         keypoints, confidence = detect(cameras.project(joints), joints, rng, self.noise, fps)
@@ -70,7 +76,11 @@ class Windows:
         before = np.floor(at).astype(int)
         part = (at - before)[..., None, None].astype(np.float32)
         after = np.minimum(before + 1, len(self.joints) - 1)
-        return self.joints[before] if step == 1.0 else self.joints[before] * (1 - part) + self.joints[after] * part
+        return (
+            self.joints[before]
+            if step == 1.0
+            else self.joints[before] * (1 - part) + self.joints[after] * part
+        )
 
 
 def _other_scores(confidence: np.ndarray, rng: np.random.Generator) -> np.ndarray:

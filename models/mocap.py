@@ -59,7 +59,9 @@ def read_mocap(path: Path) -> tuple[Clip, ...]:
         with np.load(path, allow_pickle=False) as file:
             missing = [name for name in _ARRAYS if name not in file.files]
             if missing:
-                raise InputError(f"Expected arrays {', '.join(_ARRAYS)} in {path}; {', '.join(missing)} is missing.")
+                raise InputError(
+                    f"Expected arrays {', '.join(_ARRAYS)} in {path}; {', '.join(missing)} is missing."
+                )
             arrays = {name: file[name] for name in _ARRAYS}
     except FileNotFoundError:
         raise InputError(f"Expected motion capture at {path}, found nothing there.") from None
@@ -101,7 +103,9 @@ def read_clips(subjects: Subjects, folder: Path | None = None) -> tuple[Clip, ..
         split = json.loads((folder / "splits.json").read_text(encoding="utf-8"))["cmu_mocap"]
         members = set(split[subjects.partition("-")[0]])
     except (OSError, ValueError, KeyError, TypeError) as error:
-        raise InputError(f"Expected train, val and test subjects in {folder / 'splits.json'}: {error}.") from None
+        raise InputError(
+            f"Expected train, val and test subjects in {folder / 'splits.json'}: {error}."
+        ) from None
     if subjects == "train-a":
         members &= _TRAIN_A
     elif subjects == "train-b":
@@ -117,7 +121,8 @@ def lying(joints_world: np.ndarray) -> np.ndarray:
     trunk no longer tells which way is up.
     """
     hips, shoulders = (
-        joints_world[..., H36M17.indices((f"l_{part}", f"r_{part}")), :].mean(axis=-2) for part in ("hip", "shoulder")
+        joints_world[..., H36M17.indices((f"l_{part}", f"r_{part}")), :].mean(axis=-2)
+        for part in ("hip", "shoulder")
     )
     trunk = shoulders - hips
     return angle_deg(trunk, np.broadcast_to(np.array([0.0, 0.0, 1.0]), trunk.shape)) > _LYING_DEG

@@ -161,7 +161,7 @@ def _ar1(rng: np.random.Generator, shape: tuple[int, ...], coefficient: float) -
     """Stationary AR(1) noise of unit variance along the time axis of (..., T, J, 2)."""
     white = rng.standard_normal(shape, dtype=np.float32)
     white[..., 1:, :, :] *= np.sqrt(1 - coefficient**2)
-    return lfilter([1.0], [1.0, -coefficient], white, axis=-3)
+    return np.asarray(lfilter([1.0], [1.0, -coefficient], white, axis=-3))
 
 
 def _runs(rng: np.random.Generator, rate: np.ndarray, mean_length: float, axis: int = -1) -> np.ndarray:

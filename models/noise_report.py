@@ -71,11 +71,12 @@ def report() -> str:
     ]
     real = dict(_real())
     ours, again = _ours(0), _ours(1)
-    rows = [(name, keypoints, confidence, None) for name, (keypoints, confidence) in real.items()]
-    for name, keypoints, confidence, _ in rows:
+    for name, (keypoints, confidence) in real.items():
         other = real["boxing MoveNet"][0] if name == "boxing AlphaPose" else None
         lines.append(_line(name, [(keypoints, confidence, other)]))
-    lines.append(_line("this noise, CMU val", [(k, c, o) for (k, c), (o, _) in zip(ours, again, strict=True)]))
+    lines.append(
+        _line("this noise, CMU val", [(k, c, o) for (k, c), (o, _) in zip(ours, again, strict=True)])
+    )
     lines.append(_line("exact projections, CMU val", [(k, c, None) for k, c in _ours(0, exact=True)]))
     return "\n".join(lines)
 
@@ -83,7 +84,7 @@ def report() -> str:
 def _line(name: str, takes: list[tuple[np.ndarray, np.ndarray, np.ndarray | None]]) -> str:
     figures = [statistics(keypoints, confidence) for keypoints, confidence, _ in takes]
     jitter = np.mean([f.jitter for f in figures], axis=0)
-    confidence = np.nanmean([f.confidence for f in figures], axis=0)
+    confidence = np.mean([f.confidence for f in figures], axis=0)
     apart = [disagreement(keypoints, other) for keypoints, _, other in takes if other is not None]
     return (
         f"| {name} | {' / '.join(f'{v:.2f}' for v in jitter)} | "
@@ -123,4 +124,7 @@ def _ours(seed: int, exact: bool = False) -> list[tuple[np.ndarray, np.ndarray]]
 
 
 def _box(keypoints: np.ndarray) -> np.ndarray:
-    return (np.nanmax(keypoints, axis=1) - np.nanmin(keypoints, axis=1)).max(axis=-1)
+    """(T,) the longer side of the box around the joints that are there; NaN in a frame without any."""
+    low, high = (np.where(np.isnan(keypoints), fill, keypoints) for fill in (np.inf, -np.inf))
+    side = (high.max(axis=1) - low.min(axis=1)).max(axis=-1)
+    return np.where(side > 0, side, np.nan)

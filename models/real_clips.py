@@ -39,7 +39,9 @@ def agreement(lifter: str = "pcnet3d", flip: bool = False) -> list[dict[str, Any
         with np.load(data_folder() / "lifter" / f"{clip}.npz", allow_pickle=False) as file:
             keypoints = image_poses(file[array], layout)
             width, height = (int(side) for side in file["image_size"])
-            poses = {f"pcnet3d on {detector}": lift(keypoints, (width, height), flip=flip, model=lifter).joints}
+            poses = {
+                f"pcnet3d on {detector}": lift(keypoints, (width, height), flip=flip, model=lifter).joints
+            }
             for name, label, other_layout in others:
                 camera = CAMERA.with_(unit="arbitrary")
                 poses[label] = remap(PoseSequence(file[name], other_layout, camera)).joints
@@ -55,8 +57,10 @@ def agreement(lifter: str = "pcnet3d", flip: bool = False) -> list[dict[str, Any
 
 def image_poses(keypoints: np.ndarray, layout: Layout) -> PoseSequence:
     """(T, J, 2 or 3) pixels and maybe scores -> H36M17 in IMAGE."""
-    scores = np.clip(keypoints[..., 2], 0, 1) if keypoints.shape[-1] == 3 else None
-    return remap(PoseSequence(keypoints[..., :2], layout, IMAGE, confidence=scores))
+    poses = PoseSequence(keypoints[..., :2], layout, IMAGE)
+    if keypoints.shape[-1] == 3:
+        poses = poses.with_(confidence=np.clip(keypoints[..., 2], 0, 1))
+    return remap(poses)
 
 
 def limb_distance(one: np.ndarray, other: np.ndarray) -> np.ndarray:

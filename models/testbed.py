@@ -1,5 +1,7 @@
 """Lifted takes with truth: motion capture through a virtual camera, a noisy detector and the lifter.
 
+    pcnet3d testbed test -o takes.npz
+
 What everything after the lifter is judged on. A take depends on the seed and its clip's name only, so a subset of
 the clips gives the same takes.
 """
@@ -10,16 +12,20 @@ import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
+import typer
 
 from ..pipeline.canonical import R_world_from_body
+from ..pipeline.errors import InputError
 from ..pipeline.frames import IMAGE
 from ..pipeline.layouts import H36M17
+from ..pipeline.outputs import whole_file
 from ..pipeline.pose import PoseSequence
 from .bodies import BodyRange, vary
 from .cameras import ViewRange, place
-from .lifter import lift
+from .lifter import lift, network
 from .lifter_features import body_rays
 from .metrics import relative
 from .mocap import Clip, Subjects, lying, read_clips
@@ -84,15 +90,25 @@ def lifted_takes(
 ) -> Iterator[LiftedTake]:
     """Every clip of at least `min_frames` frames, seen by one static camera and lifted.
 
-    model: the shipped lifter saw the train subjects only; for takes of train subjects give one trained on the
-    other half. focal_known: tell the lifter the focal length, as a calibrated camera would. bodies: draw other
-    proportions (for training); None keeps the captured ones.
+    model: never one that saw the subjects, which is refused; the shipped one saw all train subjects, so takes of
+    "train-a" need a lifter trained on "train-b", and the other way round. focal_known: tell the lifter the focal
+    length, as a calibrated camera would. bodies: draw other proportions (for training); None keeps the captured ones.
     """
+    _refuse_known_subjects(subjects, model)
     for clip in read_clips(subjects, folder):
         if len(clip) >= min_frames:
             take = see(clip, seed, noise=noise, bodies=bodies)
             focal = take.focal_px if focal_known else None
             yield LiftedTake(lift(take.keypoints, take.image_size, focal, flip, model), take)
+
+
+def _refuse_known_subjects(subjects: Subjects, model: str | Path) -> None:
+    trained_on = network(model).trained_on
+    if ("train" in (subjects, trained_on) and subjects.startswith(trained_on[:5])) or subjects == trained_on:
+        raise InputError(
+            f"Expected a lifter that never saw the subjects '{subjects}', but {model} was trained on '{trained_on}'; "
+            'train one on the other half (subjects = "train-a" or "train-b" in its config).'
+        )
 
 
 def see(clip: Clip, seed: int, *, noise: Noise | None = None, bodies: BodyRange | None = None) -> SeenTake:
@@ -121,3 +137,38 @@ def see(clip: Clip, seed: int, *, noise: Noise | None = None, bodies: BodyRange 
         subject=clip.subject,
         source=clip.source,
     )
+
+
+def write_takes(
+    subjects: Annotated[Subjects, typer.Argument(help="Whose takes.")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="The .npz file to write.")],
+    seed: Annotated[int, typer.Option(help="Of cameras and noise.")] = 0,
+    lifter: Annotated[
+        str, typer.Option(help="The built-in one, or a file; one that never saw the subjects.")
+    ] = "pcnet3d",
+    bodies: Annotated[bool, typer.Option("--bodies", help="Draw other proportions and mirror some.")] = False,
+) -> None:
+    """Write lifted takes with their truth, for whoever trains or judges on them.
+
+    One .npz of plain arrays, takes one after another: lifted, truth (N, 17, 3), R_camera_from_body (N, 3, 3),
+    up (N, 3), lying (N,); take_start (C + 1,), clip, subject, source (C,).
+    """
+    takes = list(lifted_takes(subjects, seed, model=lifter, bodies=BodyRange() if bodies else None))
+    if not takes:
+        raise InputError(f"There is no take of {MIN_FRAMES} frames or more of the subjects '{subjects}'.")
+    frames = [len(take.lifted) for take in takes]
+    seen = [take.seen for take in takes]
+    with whole_file(output) as partial, open(partial, "wb") as file:
+        np.savez_compressed(
+            file,
+            lifted=np.concatenate([take.lifted.joints for take in takes]),
+            truth=np.concatenate([take.truth for take in seen]).astype(np.float32),
+            R_camera_from_body=np.concatenate([take.R_camera_from_body for take in seen]),
+            up=np.concatenate([np.tile(take.up, (len(take.lying), 1)) for take in seen]),
+            lying=np.concatenate([take.lying for take in seen]),
+            take_start=np.cumsum([0, *frames]),
+            clip=np.array([take.clip for take in seen]),
+            subject=np.array([take.subject for take in seen]),
+            source=np.array([take.source for take in seen]),
+        )
+    print(f"{output}: {len(takes)} takes, {sum(frames):,} frames")

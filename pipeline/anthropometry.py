@@ -14,6 +14,10 @@ No bone of the neck or head is given: every estimator puts nose and head elsewhe
 
 from __future__ import annotations
 
+import numpy as np
+
+from .pose import PoseSequence
+
 ANKLE_HEIGHT = 0.039  # ankle joint above the sole
 HIPS_WIDTH = 0.100
 SHOULDERS_WIDTH = 0.220
@@ -35,3 +39,19 @@ SEGMENTS: dict[tuple[str, str], float] = {
         )
     },
 }
+
+_LIMBS = ("knee", "ankle", "elbow", "wrist")
+
+
+def implied_stature(poses: PoseSequence) -> float:
+    """Stature, in the poses' unit, of a person with limbs like these: median lengths over the table's fractions.
+
+    poses: H36M17, 3D. NaN when no limb bone is ever complete.
+    """
+    measured, fractions = 0.0, 0.0
+    for (start, end), fraction in SEGMENTS.items():
+        length = np.linalg.norm(poses.joint(end) - poses.joint(start), axis=-1)
+        if end.endswith(_LIMBS) and np.isfinite(length).any():
+            measured += float(np.nanmedian(length))
+            fractions += fraction
+    return measured / fractions if fractions else float("nan")

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import io
 import json
 import os
+import shlex
+import signal
 import sys
 import traceback
 from pathlib import Path
@@ -40,10 +43,14 @@ def run(
         str | None, typer.Option(help="Which person, by the file's name, or 'longest'.")
     ] = None,
     fps: Annotated[float | None, typer.Option(help="Frame rate, when there is no video to ask.")] = None,
-    first_frame: Annotated[int | None, typer.Option(help="Video frame of the poses' first row.")] = None,
+    first_frame: Annotated[int | None, typer.Option(help="Video frame of the first row.")] = None,
     stature: Annotated[
         float | None, typer.Option(help="The person's height in metres; sets the scale.")
     ] = None,
+    image_size: Annotated[
+        str | None, typer.Option(help="WIDTHxHEIGHT in pixels, to lift keypoints without a video.")
+    ] = None,
+    focal: Annotated[float | None, typer.Option(help="Focal length in pixels, to lift keypoints.")] = None,
     rectifier: Annotated[str | None, typer.Option(help="geometric.")] = None,
     parity: Annotated[Parity, typer.Option(help="What to do when left and right look exchanged.")] = "refuse",
     missing: Annotated[Missing, typer.Option(help="What to do with NaN or all-zero poses.")] = "refuse",
@@ -57,15 +64,22 @@ def run(
     no_frames: Annotated[bool, typer.Option("--no-frames", help="Keep pictures of the person out.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Replace a folder that is not ours.")] = False,
 ) -> None:
-    """Turn a recorded video's keypoints and a lifter's poses into a rectified recording."""
-    if poses is None:
-        raise InputError("Expected the 3D poses of a lifter, got none; pass --poses FILE.")
+    """Turn a recorded video's keypoints and a lifter's poses into a rectified recording.
+
+    Without --poses the keypoints are lifted by our own network.
+    """
     chosen = load_recipe(recipe)
-    changes = {"scale": {"stature_m": stature}, "rectify": {"rectifier": rectifier}}
+    if poses is None:
+        chosen = chosen.starting_with("lift")
+    changes = {
+        "lift": {"image_size": image_size and _size(image_size), "focal_px": focal},
+        "scale": {"stature_m": stature},
+        "rectify": {"rectifier": rectifier},
+    }
     for stage, options in changes.items():
         given = {key: value for key, value in options.items() if value is not None}
         if given and all(entry.use != stage for entry in chosen.stages):
-            raise InputError(f"{', '.join(given)} needs the stage '{stage}', which {recipe} does not have.")
+            raise InputError(f"{', '.join(given)} is for the stage '{stage}', which this run does not have.")
         chosen = chosen.with_options(stage, **given)
     if no_frames:
         chosen = chosen.with_options("record", frames=False)
@@ -87,7 +101,7 @@ def run(
         take = run_files(sources, output, chosen, force=force, done=done)
     tell(take)
     print(f"{output}: {', '.join(sorted(path.name for path in output.iterdir()))}")
-    print(f"look at it with: pcnet3d view {output}")
+    print(f"look at it with: pcnet3d view {shlex.quote(str(output))}")
 
 
 @app.command()
@@ -122,6 +136,13 @@ def list_(
         print(f"{first:<14} {second:<18} {third}".rstrip())
 
 
+def _size(text: str) -> tuple[int, int]:
+    width, times, height = text.lower().partition("x")
+    if not (times and width.isdigit() and height.isdigit()):
+        raise InputError(f"Expected --image-size WIDTHxHEIGHT such as 1920x1080, got '{text}'.")
+    return int(width), int(height)
+
+
 def _pairs(given: list[str] | None) -> dict[str, Any]:
     pairs = {}
     for text in given or []:
@@ -132,9 +153,11 @@ def _pairs(given: list[str] | None) -> dict[str, Any]:
     return pairs
 
 
-def _add_commands() -> None:
-    """A package whose command cannot be loaded must not keep the others from working."""
-    for name in registry.registered("commands"):
+def _add_commands(asked: set[str]) -> None:
+    """The commands that are asked for, or all for the help page. Importing them all takes its time, and a package
+    whose command cannot be loaded must not keep the others from working."""
+    known = registry.registered("commands")
+    for name in asked.intersection(known) or known:
         try:
             app.command(name=name)(registry.load("commands", name))
         except InputError as error:
@@ -143,8 +166,12 @@ def _add_commands() -> None:
 
 def main() -> None:
     """Entry point; exit codes of design.md section 7."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):  # a name that the terminal cannot show must not end a run
+            stream.reconfigure(errors="backslashreplace")
+    signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(128 + number))  # so that half-made files go
     try:
-        _add_commands()
+        _add_commands(set(sys.argv[1:2]))
         app(standalone_mode=True)
     except InputError as error:
         _fail(str(error), 2)

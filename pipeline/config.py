@@ -7,7 +7,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from . import registry
 from .errors import InputError
@@ -30,7 +30,7 @@ class Recipe(BaseModel):
     """An ordered list of stages."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
-    stages: tuple[StageEntry, ...]
+    stages: tuple[StageEntry, ...] = Field(min_length=1)
 
     def with_options(self, stage: str, **options: Any) -> Recipe:
         """A copy in which every stage of that name has these options; a recipe without it is left as it is."""
@@ -40,6 +40,12 @@ class Recipe(BaseModel):
                 for entry in self.stages
             )
         )
+
+    def starting_with(self, stage: str) -> Recipe:
+        """A copy whose first stage is this one; the same recipe when it has that stage already."""
+        if any(entry.use == stage for entry in self.stages):
+            return self
+        return Recipe(stages=(StageEntry(use=stage), *self.stages))
 
     def build(self) -> Pipeline:
         """The pipeline; InputError for an unknown stage or option, naming the nearest ones that exist."""

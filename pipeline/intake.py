@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from .anthropometry import implied_stature
 from .checks import bone_spread
 from .errors import InputError
-from .joining import Clock, numbered, numbered_by
+from .joining import Clock, check_numbers, numbered_by, starting_at
 from .options import call
+from .outputs import printable
 from .pose import PoseSequence
-from .reading import Missing, Parity, choose_person, find_adapter, read_all
+from .reading import Missing, Parity, choose_person, find_adapter, read_people
 from .take import Event, Take, Video
 
+_STATURES_M = (0.4, 2.6)
 _UNSTEADY = 0.12  # bone-length spread beyond which poses are not to be believed (boxing 0.05, cycling 0.10)
 
 
@@ -22,8 +25,8 @@ _UNSTEADY = 0.12  # bone-length spread beyond which poses are not to be believed
 class Sources:
     """What a user gave: files and how to read them. Poses, or keypoints that are to be lifted.
 
-    options, keypoints_options: the adapters' own. first_frame: the video frame of the poses' first row, for
-    files that do not know it. fps: frame rate; without it the video's time stamps count.
+    options, keypoints_options: the adapters' own. first_frame: the video frame of the first row; the
+    others keep their distance to it. fps: frame rate; without it the video's time stamps count.
     """
 
     poses: Path | None = None
@@ -48,6 +51,9 @@ def open_take(sources: Sources) -> Take:
     video = read_video(sources.video) if sources.video else None
     poses = _poses(sources)
     keypoints = _keypoints(sources, poses)
+    _check_person(sources.person, poses, keypoints)
+    if poses is not None and sources.first_frame is not None and not poses.frames_known:
+        poses = starting_at(sources.first_frame, poses)
     if poses is not None and keypoints is not None:
         poses = numbered_by(keypoints, poses, f"{sources.poses} and {sources.keypoints}")
     lead, path = (keypoints, sources.keypoints) if poses is None else (poses, sources.poses)
@@ -55,7 +61,12 @@ def open_take(sources: Sources) -> Take:
         raise InputError(
             "Expected 3D poses or 2D keypoints, got neither; pass --poses FILE or --keypoints FILE."
         )
-    lead = numbered(lead, video, path, sources.first_frame)
+    if sources.first_frame is not None:
+        shift = sources.first_frame - int(lead.frame_index[0])
+        lead = starting_at(sources.first_frame, lead)
+        if poses is not None and keypoints is not None and shift:
+            keypoints = starting_at(int(keypoints.frame_index[0]) + shift, keypoints)
+    check_numbers(lead, video, path)
     clock = Clock(video, sources.fps, keypoints if lead.time_s is None else lead)
     lead = lead.with_(time_s=clock.seconds(lead.frame_index, path))
     if poses is None:
@@ -65,21 +76,33 @@ def open_take(sources: Sources) -> Take:
         keypoints = keypoints.with_(time_s=clock.seconds(keypoints.frame_index, sources.keypoints))
     poses = None if poses is None else lead
     return Take(
-        name=(sources.video or path).stem,
+        name=printable((sources.video or path).stem),
         video=video,
         keypoints=keypoints,
         poses=poses,
-        events=tuple(Event("warning", text) for text in (*clock.doubts(), *_doubts(lead))),
+        events=(
+            *_repairs(lead),
+            *(Event("warning", text) for text in (*clock.doubts(), *_doubts(lead))),
+            *_coverage(lead, video),
+        ),
         inputs=_provenance(sources, poses, keypoints),
     )
+
+
+def _check_person(person: str | None, *found: PoseSequence | None) -> None:
+    """InputError when the person that was asked for is neither of those that were found."""
+    names = [poses.person for poses in found if poses is not None]
+    if person not in (None, "longest", *names):
+        raise InputError(f"There is no person '{person}' in these files; found {' and '.join(names)}.")
 
 
 def _poses(sources: Sources) -> PoseSequence | None:
     """The person's 3D poses, when there is a file of them."""
     if sources.poses is None:
         return None
-    reading = {"parity": sources.parity, "missing": sources.missing, **sources.options}
-    people = read_all(sources.poses, sources.adapter, gives="poses", **reading)
+    people = read_people(
+        sources.poses, sources.adapter, "poses", None, sources.parity, sources.missing, sources.options
+    )
     return choose_person(people, sources.person if len(people) > 1 else None, str(sources.poses))
 
 
@@ -88,8 +111,14 @@ def _keypoints(sources: Sources, poses: PoseSequence | None) -> PoseSequence | N
     if sources.keypoints is None:
         return None
     where = str(sources.keypoints)
-    tracks = read_all(
-        sources.keypoints, sources.keypoints_adapter, gives="keypoints", **sources.keypoints_options
+    tracks = read_people(
+        sources.keypoints,
+        sources.keypoints_adapter,
+        "keypoints",
+        None,
+        "refuse",
+        "refuse",
+        sources.keypoints_options,
     )
     if sources.person is None and len(tracks) > 1 and poses is not None and not poses.frames_known:
         fitting = [track for track in tracks if len(track) == len(poses)]
@@ -113,18 +142,53 @@ def read_video(path: Path) -> Video:
     return call(adapter.read, path, what="Adapter 'video'", options={})[0]
 
 
+def _repairs(lead: PoseSequence) -> list[Event]:
+    """What was mended while reading because the user asked for it."""
+    events = []
+    for step in lead.history:
+        if step.name == "parity" and step.options.get("repair") not in (None, "ignore"):
+            events.append(
+                Event("repair", f"Left and right were put right as asked: {step.options['repair']}.")
+            )
+        if step.name == "missing":
+            counts = ", ".join(f"{count} {what}" for what, count in step.options.items() if count)
+            events.append(Event("repair", f"Taken for gaps as asked: {counts}."))
+    return events
+
+
+def _coverage(lead: PoseSequence, video: Video | None) -> list[Event]:
+    """A note when the data end well before the video does."""
+    if video is None or lead.frame_index[-1] >= 0.95 * (len(video.time_s) - 1):
+        return []
+    first, last = lead.frame_index[[0, -1]]
+    return [Event("note", f"The data cover video frames {first} to {last} of {len(video.time_s)}.")]
+
+
 def _doubts(lead: PoseSequence) -> list[str]:
     """Warnings about data that were read but should not be believed as they are."""
     warnings = [str(step.options["warning"]) for step in lead.history if "warning" in step.options]
-    spread = bone_spread(lead) if lead.frame.dims == 3 else 0.0
+    if lead.frame.dims == 3:
+        warnings += _implausible(lead)
+    if not lead.frames_known:
+        warnings.append(
+            "Nothing says which video frames the rows are; they are taken for consecutive ones from 0."
+        )
+    return warnings
+
+
+def _implausible(poses: PoseSequence) -> list[str]:
+    """What no person's skeleton does."""
+    warnings = []
+    spread = bone_spread(poses)
     if spread > _UNSTEADY:
         warnings.append(
             f"THESE POSES ARE NOT GOOD DATA: bone lengths vary by {100 * spread:.0f} % after each frame's own size is "
             "taken out (5 % is usual, 9 % poor); every result below inherits that."
         )
-    if not lead.frames_known:
+    stature = implied_stature(poses)
+    if poses.frame.metric and not _STATURES_M[0] < stature < _STATURES_M[1]:
         warnings.append(
-            "Nothing says which video frames the rows are; they are taken for consecutive ones from 0."
+            f"The limbs imply a stature of {stature:.3g} m; is the unit of the file really metres?"
         )
     return warnings
 
@@ -140,13 +204,18 @@ def _provenance(
     return tuple(
         {
             "role": role,
-            "file": path.name,
+            "file": printable(path.name),
             "sha256": sha256(path),
-            "adapter": sequence.history[0].options["adapter"] if sequence else "video",
+            **(_reading(sequence) if sequence else {"adapter": "video"}),
         }
         for role, (path, sequence) in read.items()
         if path is not None
     )
+
+
+def _reading(sequence: PoseSequence) -> dict[str, Any]:
+    steps = [asdict(step) for step in sequence.history]
+    return {"adapter": sequence.history[0].options["adapter"], "person": sequence.person, "history": steps}
 
 
 def sha256(path: Path) -> str:

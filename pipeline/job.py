@@ -31,7 +31,8 @@ def run_files(
     for entry in recipe.stages:
         if entry.use in _WRITERS and "folder" in entry.options:
             raise InputError(f"Stage '{entry.use}': the folder is the run's own (-o DIR), not the recipe's.")
-    with whole_folder(output, force) as folder:
+    inputs = [path for path in (sources.poses, sources.keypoints, sources.video) if path]
+    with whole_folder(output, force, inputs) as folder:
         pipeline = _aimed(recipe, folder).build()
         start = time.perf_counter()
         take = open_take(sources)

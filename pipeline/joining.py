@@ -30,28 +30,30 @@ def numbered_by(keypoints: PoseSequence, poses: PoseSequence, where: str) -> Pos
     )
 
 
-def numbered(
-    sequence: PoseSequence, video: Video | None, path: Path, first_frame: int | None = None
-) -> PoseSequence:
-    """The sequence with numbers of the video's frames; InputError when nothing says which frames its rows are.
+def starting_at(first_frame: int, sequence: PoseSequence) -> PoseSequence:
+    """The sequence with its first row at that video frame and the others as far from it as they were."""
+    if first_frame < 0:
+        raise InputError(f"Expected the first row at video frame 0 or later, got {first_frame}.")
+    numbers = sequence.frame_index - sequence.frame_index[0] + first_frame
+    return sequence.with_(frame_index=numbers, frames_known=True).noted("frame numbers", first=first_frame)
 
-    first_frame: the video frame of the first row, for consecutive rows without numbers.
-    """
-    if first_frame is not None:
-        if sequence.frames_known:
-            raise InputError(f"--first-frame is for files without frame numbers; {path} has its own.")
-        if first_frame < 0:
-            raise InputError(f"Expected --first-frame 0 or more, got {first_frame}.")
-        numbers = np.arange(len(sequence)) + first_frame
-        sequence = sequence.with_(frame_index=numbers, frames_known=True).noted(
-            "frame numbers", first=first_frame
-        )
-    if video is not None and not sequence.frames_known and len(sequence) != len(video.time_s):
+
+def check_numbers(sequence: PoseSequence, video: Video | None, path: Path) -> None:
+    """InputError when nothing says which of the video's frames the rows are, or there are no such frames."""
+    if video is None:
+        return
+    frames = len(video.time_s)
+    if not sequence.frames_known and len(sequence) != frames:
         raise InputError(
-            f"{path} has {len(sequence)} rows without frame numbers, the video {len(video.time_s)} frames; give the "
+            f"{path} has {len(sequence)} rows without frame numbers, the video {frames} frames; give the "
             "2D file that the lifter was run on (--keypoints), or --first-frame N if the rows are consecutive."
         )
-    return sequence
+    if sequence.frame_index[-1] >= frames:
+        raise InputError(
+            f"{path}, or the 2D file that numbers its rows, reaches video frame {sequence.frame_index[-1]}, but "
+            f"{video.path} ends with frame {frames - 1}; if its numbers begin with 1, pass --first-frame 0, otherwise "
+            "they do not belong together."
+        )
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,11 +5,13 @@ from __future__ import annotations
 import json
 import os
 import shutil
-from collections.abc import Iterator
-from contextlib import contextmanager
+import tempfile
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from .errors import InputError
+from .pose import package_version
 
 SUMMARY = "summary.json"
 
@@ -26,50 +28,103 @@ def whole_file(path: Path) -> Iterator[Path]:
 
 
 @contextmanager
-def whole_folder(path: Path, force: bool = False) -> Iterator[Path]:
+def whole_folder(path: Path, force: bool = False, inputs: Iterable[Path] = ()) -> Iterator[Path]:
     """A temporary folder that takes the place of `path` when the block ends and vanishes when it fails.
 
-    An existing folder is replaced only when an earlier run of ours made it (it has our summary.json) or
-    with `force`; otherwise, and where nothing can be written, InputError.
+    Its summary.json is given (or becomes) the list of the run's files. An existing folder is replaced only when
+    an earlier run of ours made all that is in it, or with `force`; never when it holds one of the `inputs` or the
+    current directory. InputError otherwise, and where nothing can be written.
     """
-    path = Path(os.path.abspath(path))
-    _check_replaceable(path, force)
-    partial = path.with_name(f".{path.name}.partial-{os.getpid()}")
-    old = path.with_name(f".{path.name}.old-{os.getpid()}")
+    path = path.resolve()
+    _check_replaceable(path, force, inputs)
+    made = [parent for parent in path.parents if not parent.exists()]
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        partial.mkdir()
+        partial = Path(tempfile.mkdtemp(prefix=f".{path.name}.partial-", dir=path.parent))
+        partial.chmod(0o777 & ~_umask())
     except OSError as error:
+        _remove_empty(made)
         raise InputError(
             f"Cannot write into {path.parent}: {error.strerror}; choose another -o DIR."
         ) from None
     try:
         yield partial
-        if path.exists():
-            os.replace(path, old)
-        os.replace(partial, path)
+        _sign(partial)
+        _check_replaceable(path, force, inputs)  # somebody may have put something there meanwhile
+        _exchange(partial, path)
     finally:
         shutil.rmtree(partial, ignore_errors=True)
-        if path.exists():
-            shutil.rmtree(old, ignore_errors=True)
-        elif old.exists():
-            os.replace(old, path)
+        if not path.exists():
+            _remove_empty(made)
 
 
-def _check_replaceable(path: Path, force: bool) -> None:
+def _exchange(new: Path, path: Path) -> None:
+    if not path.exists():
+        os.replace(new, path)
+        return
+    old = Path(tempfile.mkdtemp(prefix=f".{path.name}.old-", dir=path.parent))
+    os.replace(path, old)
+    try:
+        os.replace(new, path)
+    except BaseException:
+        os.replace(old, path)
+        raise
+    shutil.rmtree(old, ignore_errors=True)
+
+
+def _check_replaceable(path: Path, force: bool, inputs: Iterable[Path]) -> None:
     """InputError unless `path` is free, empty, or ours to replace."""
+    for used in (Path.cwd(), *inputs):
+        if used.resolve().is_relative_to(path):
+            raise InputError(f"{path} holds {used}, which this run needs; choose another -o DIR.")
     if path.is_dir():
+        if os.path.ismount(path):
+            raise InputError(
+                f"{path} is a mount point and cannot be replaced; choose a folder inside it for -o DIR."
+            )
         if force or not any(path.iterdir()) or _ours(path):
             return
         raise InputError(
-            f"{path} exists and was not made by pcnet3d; choose another -o DIR, or pass --force to replace it."
+            f"{path} holds files that pcnet3d did not make; choose another -o DIR, or pass --force to replace it all."
         )
-    if path.exists() or path.is_symlink():
+    if path.exists():
         raise InputError(f"Expected a folder to write into, but {path} is a file; choose another -o DIR.")
 
 
 def _ours(path: Path) -> bool:
+    """Whether everything in the folder is listed as the work of an earlier run."""
+    summary = _read(path / SUMMARY)
+    return "pcnet3d" in summary and {file.name for file in path.iterdir()} <= set(summary.get("files", ()))
+
+
+def _sign(folder: Path) -> None:
+    """Add the list of the folder's files to its summary, so that a later run may replace them."""
+    summary = {"pcnet3d": package_version(), **_read(folder / SUMMARY)}
+    summary["files"] = sorted({SUMMARY, *(file.name for file in folder.iterdir())})
+    with whole_file(folder / SUMMARY) as partial:
+        partial.write_text(json.dumps(summary, indent=1) + "\n", encoding="utf-8")
+
+
+def _read(path: Path) -> dict:
     try:
-        return "pcnet3d" in json.loads((path / SUMMARY).read_text(encoding="utf-8"))
-    except (OSError, ValueError, TypeError):
-        return False
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError):
+        return {}
+    return content if isinstance(content, dict) else {}
+
+
+def _remove_empty(folders: list[Path]) -> None:
+    for folder in folders:
+        with suppress(OSError):
+            folder.rmdir()
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask
+
+
+def printable(name: str) -> str:
+    """A file name in characters that every writer takes; those that are no text become question marks."""
+    return name.encode("utf-8", "replace").decode()

@@ -106,9 +106,10 @@ class PoseSequence:
 
     @property
     def fps(self) -> float:
-        """Median frame rate. InputError when the time stamps are unknown."""
+        """Video frames per second on average. InputError when the time stamps are unknown."""
         times = self.times
-        return float(1 / np.median(np.diff(times))) if len(times) > 1 else float("nan")
+        frames = float(self.frame_index[-1] - self.frame_index[0])
+        return frames / float(times[-1] - times[0]) if len(times) > 1 else float("nan")
 
     @property
     def times(self) -> np.ndarray:

@@ -12,7 +12,7 @@ from .take import Take
 @contextmanager
 def stages(names: list[str]) -> Iterator[Callable[[str, float], None]]:
     """A callback (stage, seconds) to be called after each of the named stages."""
-    if not sys.stderr.isatty():
+    if sys.stderr is None or not sys.stderr.isatty():
         yield lambda stage, seconds: print(f"{stage}: {seconds:.2f} s", file=sys.stderr)
         return
     from rich.console import Console

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from .errors import InputError
 from .frames import CAMERA, change_frame
 from .layouts import H36M17, remap
 from .options import call, did_you_mean
+from .outputs import printable
 from .pose import PoseSequence
 from .sockets import Adapter
 
@@ -47,13 +49,30 @@ def find_adapter(path: Path, name: str = "auto", gives: str | None = None) -> Ad
         fits = [adapter for adapter in fits if adapter.gives == "poses"] or fits
     if len(fits) == 1:
         return fits[0]
+    flag = "--keypoints-adapter" if gives == "keypoints" else "--adapter"
     if fits:
         names = ", ".join(adapter.name for adapter in fits)
-        raise InputError(f"{path} fits several adapters: {names}; name the right one with --adapter.")
+        raise InputError(f"{path} fits several adapters: {names}; name the right one with {flag}.")
     raise InputError(
-        f"No adapter recognises {path} as {gives or 'poses'}; name one of {', '.join(known)} if it is one of them, "
-        "or describe a bare array with --adapter arrays."
+        f"No adapter recognises {path} as {gives or 'poses'}{_reason(path, known)}; if it is one of "
+        f"{', '.join(known)}, name it with {flag}."
     )
+
+
+def _reason(path: Path, known: dict[str, Adapter]) -> str:
+    """What most adapters find wrong with a file of theirs, to be read after a statement; "" when they differ."""
+    if path.suffix not in (".npy", ".npz", ".json"):
+        return ""
+    reasons: Counter[str] = Counter()
+    for adapter in known.values():
+        try:
+            call(adapter.read, path, what="", options={})
+        except InputError as error:
+            reasons[str(error)] += 1
+    if not reasons:
+        return ""
+    reason, _ = reasons.most_common(1)[0]
+    return f" ({reason.rstrip('.')})"
 
 
 def read_all(
@@ -79,7 +98,25 @@ def read_all(
     3D comes back as H36M17 in CAMERA axes (or in the source's own frame, when that is no camera's) relative
     to the pelvis; 2D in IMAGE, in the detector's layout. Raises InputError.
     """
-    path = Path(path)
+    return read_people(Path(path), adapter, gives, fps, parity, missing, options)
+
+
+def read_people(
+    path: Path,
+    adapter: str,
+    gives: Gives | None,
+    fps: float | None,
+    parity: Parity,
+    missing: Missing,
+    options: dict[str, Any],
+) -> tuple[PoseSequence, ...]:
+    """read_all, with the adapter's options apart from the reader's own."""
+    for name, value, allowed in (
+        ("parity", parity, get_args(Parity)),
+        ("missing", missing, get_args(Missing)),
+    ):
+        if value not in allowed:
+            raise InputError(f"Expected {name} to be one of {', '.join(allowed)}; got '{value}'.")
     chosen = find_adapter(path, adapter, gives)
     if chosen.gives == "video":
         raise InputError(f"{path} is a video; expected a file of poses or keypoints.")
@@ -102,7 +139,9 @@ def read(path: str | Path, adapter: str = "auto", person: str | None = None, **o
 def choose_person(people: tuple[PoseSequence, ...], person: str | None, where: str) -> PoseSequence:
     """The one of that name, the longest with "longest", or the only one; otherwise InputError."""
     if person == "longest":
-        return max(people, key=len)
+        longest = max(map(len, people))
+        people = tuple(poses for poses in people if len(poses) == longest)
+        person = None
     if person is None and len(people) == 1:
         return people[0]
     names = {poses.person: poses for poses in people}
@@ -119,7 +158,9 @@ def choose_person(people: tuple[PoseSequence, ...], person: str | None, where: s
 def _finished(
     poses: PoseSequence, adapter: Adapter, path: Path, fps: float | None, parity: Parity, missing: Missing
 ) -> PoseSequence:
-    first = poses.with_(history=()).noted("read", adapter=adapter.name, file=path.name, person=poses.person)
+    first = poses.with_(history=()).noted(
+        "read", adapter=adapter.name, file=printable(path.name), person=poses.person
+    )
     poses = poses.with_(history=first.history + poses.history)
     if fps is not None:
         if not 0 < fps < 10_000:
@@ -158,7 +199,13 @@ def _missing(poses: PoseSequence, path: Path, missing: Missing) -> PoseSequence:
 
 def _guarded(poses: PoseSequence, adapter: Adapter, path: Path, parity: Parity) -> PoseSequence:
     if parity != "refuse":
-        return repaired(poses, parity)
+        poses = repaired(poses, parity)
+        evidence = chirality(poses)
+        if evidence.verdict != "good":
+            poses = poses.noted(
+                "parity", warning=f"left and right are {evidence.verdict} as asked for: {evidence}"
+            )
+        return poses
     evidence = chirality(poses)
     if evidence.verdict == "legs against arms":
         raise InputError(
@@ -179,9 +226,11 @@ def repaired(poses: PoseSequence, parity: Parity) -> PoseSequence:
     """Left and right put right as asked: "mirror" negates x, "swap" and "swap-legs" exchange joints' names."""
     joints = poses.joints
     order = np.arange(len(poses.layout))
+    if parity == "ignore":
+        return poses
     if parity == "mirror":
         joints = joints * np.array([-1.0, 1.0, 1.0])
-    elif parity in ("swap", "swap-legs"):
+    else:
         legs = poses.layout.indices([f"{side}_{part}" for side in "lr" for part in ("hip", "knee", "ankle")])
         swapped = legs if parity == "swap-legs" else order
         order[swapped] = poses.layout.mirror[swapped]

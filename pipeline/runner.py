@@ -18,10 +18,18 @@ class Pipeline:
     stages: tuple[Stage, ...]
 
     def check(self, take: Take) -> None:
-        """Raise InputError when a stage needs something that neither the take nor a stage before it gives."""
+        """Raise InputError when a stage needs something that neither the take nor a stage before it gives, or changes
+        something that an earlier stage has drawn conclusions from."""
         known = {field.name for field in fields(Take)}
         filled = {name for name in known if getattr(take, name) is not None}
-        for stage in self.stages:
+        for position, stage in enumerate(self.stages):
+            for earlier in self.stages[:position]:
+                for name in set(earlier.needs).intersection(stage.gives):
+                    if set(earlier.gives) != {name}:
+                        raise InputError(
+                            f"Stage '{stage.name}' would change {name} after '{earlier.name}' has used them; "
+                            f"put it before '{earlier.name}'."
+                        )
             for name in stage.needs:
                 if name not in known:
                     raise InputError(f"Stage '{stage.name}' needs '{name}', which no take has.")

@@ -29,7 +29,9 @@ class Video:
 
     @property
     def fps(self) -> float:
-        return float(1 / np.median(np.diff(self.time_s))) if len(self.time_s) > 1 else float("nan")
+        """Frames per second on average."""
+        frames = len(self.time_s) - 1
+        return frames / float(self.time_s[-1] - self.time_s[0]) if frames else float("nan")
 
 
 @dataclass(frozen=True)

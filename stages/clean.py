@@ -27,7 +27,7 @@ class Clean:
 
     def __call__(self, take: Take) -> Take:
         assert take.poses is not None
-        poses = clean(take.poses, self.max_gap_s, self.spike)
+        poses = clean(take.poses, self.max_gap_s, self.spike, take.video.time_s if take.video else None)
         counts = poses.history[-1].options
         events = [Event("seam", "The estimator began a new clip here.", row) for row in poses.seams]
         texts = {
@@ -43,20 +43,23 @@ class Clean:
         return take.with_(poses=poses).saying(*events)
 
 
-def clean(poses: PoseSequence, max_gap_s: float = 0.2, spike: float = 0.5) -> PoseSequence:
+def clean(
+    poses: PoseSequence, max_gap_s: float = 0.2, spike: float = 0.5, video_time_s: np.ndarray | None = None
+) -> PoseSequence:
     """One row for every video frame, without spikes, with short gaps filled; every repair is counted.
 
     max_gap_s: gaps of a joint up to this long, in seconds, are interpolated (monotone cubic, never across a
         seam, never beyond the first or last sighting); 0 fills none.
     spike: a joint that jumps off the line between its neighbours in time by more than this many trunk lengths,
         and three times further than they lie apart, for a single frame, is removed; 0 removes none.
+    video_time_s: the video's time stamps, which rows put back take when the others have theirs from it.
 
     Returns the poses whose history ends with the counts. Raises InputError without time stamps, or when frame
     numbers jump so far that the recording would not fit into memory.
     """
     if max_gap_s < 0 or spike < 0:
         raise InputError(f"clean needs max_gap_s and spike of 0 or more, got {max_gap_s} and {spike}.")
-    poses, inserted = _every_frame(poses)
+    poses, inserted = _every_frame(poses, video_time_s)
     spikes = _spikes(poses, spike)
     joints = np.where(spikes[..., None], np.nan, poses.joints)
     filled, count = _filled(joints, poses.times, poses.seams, max_gap_s)
@@ -73,7 +76,7 @@ def clean(poses: PoseSequence, max_gap_s: float = 0.2, spike: float = 0.5) -> Po
     )
 
 
-def _every_frame(poses: PoseSequence) -> tuple[PoseSequence, int]:
+def _every_frame(poses: PoseSequence, video_time_s: np.ndarray | None) -> tuple[PoseSequence, int]:
     """Rows for the frame numbers between first and last that have none, all NaN; and how many they are."""
     index, times = poses.frame_index, poses.times
     frames = int(index[-1]) - int(index[0]) + 1
@@ -89,11 +92,14 @@ def _every_frame(poses: PoseSequence) -> tuple[PoseSequence, int]:
     joints = np.full((frames, *poses.joints.shape[1:]), np.nan)
     confidence = np.full((frames, len(poses.layout)), np.nan)
     joints[rows], confidence[rows] = poses.joints, poses.confidence
+    time_s = np.interp(every, index, times)
+    if video_time_s is not None and len(video_time_s) > every[-1] and np.allclose(video_time_s[index], times):
+        time_s = video_time_s[every]
     padded = poses.with_(
         joints=joints,
         confidence=confidence,
         frame_index=every,
-        time_s=np.interp(every, index, times),
+        time_s=time_s,
         seams=tuple(rows[list(poses.seams)]),
     )
     return padded, frames - len(poses)

@@ -82,6 +82,8 @@ def record(take: Take, path: str | Path, frames: bool = True) -> tuple[Event, ..
             document = rr.TextDocument(summary_markdown(take), media_type=rr.MediaType.MARKDOWN)
             recording.log("summary", document, static=True)
             recording.flush()
+        except RuntimeError as error:
+            raise InputError(f"The recording {path} could not be written: {error}.") from None
         finally:
             recording.disconnect()
     return events

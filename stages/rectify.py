@@ -19,6 +19,8 @@ from ..pipeline.take import Event, Take
 
 _REFERENCE = {"camera": CAMERA, "world": Z_UP}  # axes in which rotations are estimated
 _TURNING = 0.5  # mean resultant of the headings below which a take has no middle heading (design.md)
+_FEWEST_FRAMES = 10
+_FROM_PICTURE_DEG = 60.0  # a take's up further from the picture's up than this is not believed
 _SCATTER_DEG = 35.0  # median deviation of the frames' up from the take's up beyond which no up is stated
 
 
@@ -71,7 +73,8 @@ def rectify(poses: PoseSequence, rectifier: str | Rectifier = "geometric") -> Re
         method = chosen.method
         R_reference_from_body, error_deg = chosen.rotation(joints)
     R_source_from_body = source.frame.basis @ reference.basis.T @ R_reference_from_body
-    R_source_from_level, heading, reason = level(R_source_from_body, source.time_s)
+    picture_up = source.frame.basis @ np.array([0.0, -1.0, 0.0]) if reference is CAMERA else None
+    R_source_from_level, heading, reason = level(R_source_from_body, source.time_s, picture_up)
     noted = source.noted("rectify", method=method, level_heading=heading)
     unit_ = source.frame.unit
     return Rectified(
@@ -91,10 +94,13 @@ def _canonical(R_source_from_canonical: np.ndarray, poses: PoseSequence) -> np.n
     return rotate(transpose(R_source_from_canonical), poses.joints.astype(np.float64))
 
 
-def level(R_source_from_body: np.ndarray, time_s: np.ndarray | None) -> tuple[np.ndarray, str, str]:
+def level(
+    R_source_from_body: np.ndarray, time_s: np.ndarray | None, picture_up: np.ndarray | None = None
+) -> tuple[np.ndarray, str, str]:
     """One upright frame for a take of a camera that stands still.
 
-    R_source_from_body: (T, 3, 3), NaN where unknown. time_s: (T,) or None.
+    R_source_from_body: (T, 3, 3), NaN where unknown. time_s: (T,) or None. picture_up: (3,) the picture's upward
+    direction in the source's axes; people film with it near the vertical.
     Returns R_source_from_level (3, 3), how its heading was chosen ("median", or "first second" for a person
     who turns around), and in words why the take could not be levelled, or "".
     """
@@ -105,7 +111,14 @@ def level(R_source_from_body: np.ndarray, time_s: np.ndarray | None) -> tuple[np
     up = unit(ups.mean(axis=0))
     scatter = float(np.median(angle_deg(ups, up)))
     reason = ""
-    if not scatter < _SCATTER_DEG:
+    if trusted.sum() < _FEWEST_FRAMES:
+        reason = f"only {trusted.sum()} frames have a rotation"
+    elif picture_up is not None and angle_deg(up, picture_up) > _FROM_PICTURE_DEG:
+        reason = (
+            f"its up is {angle_deg(up, picture_up):.0f} degrees from the picture's: the person lies or hangs, or the "
+            "camera is turned"
+        )
+    elif not scatter < _SCATTER_DEG:
         reason = f"the frames' up directions scatter by {scatter:.0f} degrees about their mean"
     # Headings as complex numbers in the horizontal plane, measured from any fixed direction in it.
     side = unit(np.cross(up, np.eye(3)[np.argmin(np.abs(up))]))

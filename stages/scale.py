@@ -5,9 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-import numpy as np
-
-from ..pipeline.anthropometry import SEGMENTS
+from ..pipeline.anthropometry import implied_stature
 from ..pipeline.errors import InputError
 from ..pipeline.pose import PoseSequence
 from ..pipeline.take import Event, Take
@@ -15,7 +13,6 @@ from ..pipeline.take import Event, Take
 # Mean adult height of the world, women and men of 18 to 19 born 1996: 1.59 and 1.71 m
 # (NCD Risk Factor Collaboration, "A century of trends in adult human height", eLife 2016).
 MEAN_STATURE_M = 1.65
-_LIMBS = ("knee", "ankle", "elbow", "wrist")
 
 
 @dataclass(frozen=True)
@@ -61,17 +58,10 @@ def scale(poses: PoseSequence, stature_m: float) -> PoseSequence:
     """
     if not 0.4 < stature_m < 2.6:
         raise InputError(f"Expected a stature in metres, got {stature_m}.")
-    expected, measured = 0.0, 0.0
-    for bone, fraction in SEGMENTS.items():
-        if not bone[1].endswith(_LIMBS):
-            continue
-        length = np.linalg.norm(poses.joint(bone[1]) - poses.joint(bone[0]), axis=-1)
-        if np.isfinite(length).any():
-            measured += float(np.nanmedian(length))
-            expected += fraction * stature_m
-    if measured <= 0:
+    implied = implied_stature(poses)
+    if not implied > 0:
         raise InputError("No limb bone is ever complete, so the stature cannot set the scale.")
-    factor = expected / measured
+    factor = stature_m / implied
     return poses.with_(joints=poses.joints * factor, frame=poses.frame.with_(unit="m")).noted(
         "scale", stature_m=stature_m, factor=factor
     )

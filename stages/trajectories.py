@@ -37,14 +37,16 @@ class Trajectories:
 def trajectory(level: PoseSequence, joint: str) -> dict[str, np.ndarray]:
     """Columns (T,) `<joint>_x_m` ... `<joint>_vx_mps` ... `<joint>_speed_mps`, or `_au`, `_aups` without a scale.
 
-    Velocity is the central difference of the unfiltered path, never across a gap or a seam; NaN where it
-    cannot be had.
+    Velocity is the central difference of the unfiltered path, never across a gap, a seam or dropped
+    frames; NaN where it cannot be had.
     """
     if level.frame.unit not in _SUFFIXES:
         raise InputError(f"Expected poses in metres or in arbitrary units, got {level.frame.unit}.")
     length, speed = _SUFFIXES[level.frame.unit]
     path = level.joint(joint).astype(np.float64)
-    velocity = derivative(path, level.times, level.seams)
+    step = np.diff(level.frame_index)
+    jumps = np.flatnonzero(step > np.median(step)) + 1 if len(step) else np.zeros(0, dtype=int)
+    velocity = derivative(path, level.times, (*level.seams, *jumps.tolist()))
     columns = {f"{joint}_{axis}_{length}": path[:, i] for i, axis in enumerate("xyz")}
     columns |= {f"{joint}_v{axis}_{speed}": velocity[:, i] for i, axis in enumerate("xyz")}
     columns[f"{joint}_speed_{speed}"] = np.linalg.norm(velocity, axis=-1)

@@ -38,7 +38,7 @@ def test_demo_leaves_a_strangers_folder_alone(tmp_path):
     stranger = tmp_path / "out"
     stranger.mkdir()
     (stranger / "thesis.txt").write_text("precious")
-    with pytest.raises(InputError, match="was not made by pcnet3d"):
+    with pytest.raises(InputError, match="pcnet3d did not make"):
         demo(stranger)
     assert [path.name for path in tmp_path.iterdir()] == ["out"]
     assert (stranger / "thesis.txt").read_text() == "precious"

@@ -28,6 +28,22 @@ def lifted(tmp_path, facing_camera) -> Path:
     return tmp_path / "X3D.npy"
 
 
+def alphapose(scale: float) -> str:
+    points = np.random.default_rng(0).uniform(0.1, 0.9, size=(20, 17, 3)) * [scale, scale, 1]
+    return json.dumps(
+        [
+            {
+                "image_id": f"{i}.jpg",
+                "category_id": 1,
+                "keypoints": row.ravel().tolist(),
+                "score": 1,
+                "idx": 1,
+            }
+            for i, row in enumerate(points)
+        ]
+    )
+
+
 def spoiled(lifted: Path, change) -> Path:
     joints = np.load(lifted)
     np.save(lifted, change(joints))
@@ -107,7 +123,11 @@ def expect_refusal(result, words):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["--fps", 30], ["--poses"]),
+        (["--fps", 30], ["--poses", "--keypoints"]),
+        (["--poses", "X3D.npy", "--fps", 30, "--image-size", "640x360"], ["image_size", "'lift'"]),
+        (["--keypoints", "ap.json", "--fps", 30], ["--image-size"]),
+        (["--keypoints", "ap.json", "--fps", 30, "--image-size", "640"], ["640", "WIDTHxHEIGHT"]),
+        (["--keypoints", "unit.json", "--fps", 30, "--image-size", "640x360"], ["pixels"]),
         (["--poses", "none.npy", "--fps", 30], ["none.npy"]),
         (["--poses", "X3D.npy"], ["--fps"]),
         (
@@ -134,6 +154,8 @@ def test_bad_options_and_files_get_a_sentence_and_exit_2(lifted, tmp_path, argum
     (tmp_path / "cut.npy").write_bytes(lifted.read_bytes()[:500])
     np.savez(tmp_path / "whole.npz", reconstruction=np.load(lifted))
     (tmp_path / "cut.npz").write_bytes((tmp_path / "whole.npz").read_bytes()[:500])
+    (tmp_path / "ap.json").write_text(alphapose(scale=300))
+    (tmp_path / "unit.json").write_text(alphapose(scale=1))
     (tmp_path / "odd.json").write_text('{"hello": [1, 2')
     (tmp_path / "video.mp4").write_bytes(b"\0\0\0\x18ftypmp42 and then nothing")
     before = sorted(path.name for path in tmp_path.iterdir())
@@ -157,6 +179,26 @@ def test_a_place_that_cannot_be_written_is_said(lifted):
     expect_refusal(
         pcnet3d("run", "--poses", lifted, "--fps", 30, "-o", "/proc/nowhere/out"), ["Cannot write"]
     )
+
+
+def test_a_run_ended_by_the_system_leaves_nothing(lifted, tmp_path):
+    """What a cluster's scheduler sends; the picture of a patient must not stay in a hidden folder."""
+    np.save(lifted, np.tile(np.load(lifted), (500, 1, 1)))
+    command = [*PCNET3D, "run", "--poses", str(lifted), "--adapter", "motionbert", "--fps", "30"]
+    with subprocess.Popen([*command, "-o", str(tmp_path / "out")], stderr=subprocess.PIPE, text=True) as run:
+        assert run.stderr is not None
+        run.stderr.readline()  # the reading is done: the run is under way
+        run.terminate()
+        assert run.wait(60) == 143
+    assert [path.name for path in tmp_path.iterdir()] == ["X3D.npy"]
+
+
+def test_a_name_that_the_terminal_cannot_show(lifted, tmp_path):
+    odd = lifted.rename(tmp_path / "Müller.npy")
+    plain = {**os.environ, "LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
+    command = [*PCNET3D, "run", "--poses", odd, "--fps", "30", "-o", tmp_path / "out"]
+    result = subprocess.run(command, capture_output=True, env=plain, timeout=120)
+    assert result.returncode == 0, result.stderr
 
 
 def test_list_prints_one_line_an_adapter_and_json():

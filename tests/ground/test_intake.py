@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 
+from pcnet3d.adapters import read
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.intake import Sources, open_take, sha256
 
@@ -95,6 +96,96 @@ def test_unsteady_bones_are_announced_loudly(tmp_path, facing_camera):
     np.save(tmp_path / "X3D.npy", facing_camera * rng.uniform(0.6, 1.4, size=(ROWS, 17, 3)) + [0.2, 0.2, 0])
     take = open_take(Sources(tmp_path / "X3D.npy", fps=25))
     assert "NOT GOOD DATA" in take.events[0].text
+
+
+def test_rows_without_numbers_follow_first_frame_when_the_2d_file_is_longer(tmp_path, lifted):
+    path = alphapose(tmp_path / "ap.json", {1: list(range(ROWS + 50))})
+    take = open_take(Sources(lifted, keypoints=path, fps=25, first_frame=10))
+    assert take.poses.frame_index.tolist() == list(range(10, 10 + ROWS))
+    assert take.keypoints.frame_index[0] == 0
+
+
+def test_first_frame_shifts_numbers_that_begin_with_one(tmp_path):
+    frames = [f + 1 for f in range(ROWS + 1) if f != 7]
+    path = alphapose(tmp_path / "ap.json", {1: frames})
+    take = open_take(Sources(keypoints=path, fps=25, first_frame=0))
+    assert take.keypoints.frame_index.tolist() == [f - 1 for f in frames]
+
+
+def test_a_person_who_is_in_no_file_is_refused(tmp_path, lifted):
+    path = alphapose(tmp_path / "ap.json", {1: list(range(ROWS))})
+    with pytest.raises(InputError, match="no person '9'"):
+        open_take(Sources(lifted, keypoints=path, fps=25, person="9"))
+    with pytest.raises(InputError, match="no person '9'"):
+        open_take(Sources(lifted, fps=25, person="9"))
+
+
+def test_two_longest_people_need_a_name(tmp_path):
+    path = alphapose(tmp_path / "ap.json", {1: list(range(9)), 2: list(range(9)), 3: [0]})
+    with pytest.raises(InputError, match=r"1 \(9 frames\), 2 \(9 frames\)"):
+        open_take(Sources(keypoints=path, fps=25, person="longest"))
+
+
+@pytest.mark.parametrize(
+    ("spoil", "parity", "kinds"),
+    [
+        ([1, 1, 1], "mirror", {"repair", "warning"}),
+        ([-1, 1, 1], "mirror", {"repair"}),
+        ([-1, 1, 1], "ignore", {"warning"}),
+    ],
+)
+def test_what_was_asked_of_left_and_right_is_reported(lifted, spoil, parity, kinds):
+    np.save(lifted, np.load(lifted) * spoil)
+    events = open_take(Sources(lifted, fps=25, first_frame=0, parity=parity)).events
+    assert {event.kind for event in events if "left and right" in event.text.lower()} == kinds
+
+
+def test_gaps_taken_as_asked_are_counted(lifted):
+    joints = np.load(lifted)
+    joints[4:6] = np.nan
+    joints[9] = 0
+    np.save(lifted, joints)
+    events = open_take(Sources(lifted, fps=25, missing="gap", adapter="motionbert")).events
+    (text,) = [event.text for event in events if event.kind == "repair"]
+    assert "2 frames with NaN" in text
+    assert "1 frames with all joints" in text
+
+
+@pytest.mark.parametrize("option", [{"fps": "30"}, {"parity": "ignore"}, {"gives": "poses"}, {"path": "x"}])
+def test_the_adapters_options_are_not_the_readers(lifted, option):
+    with pytest.raises(InputError, match="no option"):
+        open_take(Sources(lifted, fps=25, options=option))
+
+
+@pytest.mark.parametrize("options", [{"parity": "mirorr"}, {"missing": "refused"}])
+def test_a_misspelt_guard_is_refused(lifted, options):
+    with pytest.raises(InputError, match="Expected"):
+        read(lifted, fps=25, **options)
+
+
+def test_millimetres_called_metres_are_doubted(tmp_path, facing_camera):
+    np.save(tmp_path / "a.npy", np.repeat(facing_camera[None] * 1000, ROWS, axis=0))
+    options = {"layout": "H36M17", "frame": "CAMERA", "unit": "m"}
+    events = open_take(Sources(tmp_path / "a.npy", adapter="arrays", fps=25, options=options)).events
+    assert any("stature" in event.text for event in events)
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "words"),
+    [
+        ("empty.npy", b"", "is empty"),
+        ("cut.json", b'[{"image_id": "1.jpg", "key', "breaks off"),
+        ("other.npy", None, r"got \(30, 16, 3\)"),
+    ],
+)
+def test_a_file_that_nobody_recognises_says_what_is_wrong_with_it(tmp_path, lifted, name, content, words):
+    if content is None:
+        np.save(tmp_path / name, np.load(lifted)[:, :16])
+    else:
+        (tmp_path / name).write_bytes(content)
+    gives = "keypoints" if name.endswith("json") else "poses"
+    with pytest.raises(InputError, match=words):
+        open_take(Sources(fps=25, **{gives: tmp_path / name}))
 
 
 def test_provenance_names_every_file_and_its_hash(tmp_path, lifted):

@@ -18,40 +18,84 @@ def test_a_failed_file_leaves_nothing_and_keeps_the_old_one(tmp_path):
     assert path.read_text() == "old"
 
 
+def run(out, *names, **options):
+    with whole_folder(out, **options) as partial:
+        for name in names:
+            (partial / name).write_text(name)
+
+
 def test_a_failed_folder_leaves_the_old_one(tmp_path):
     out = tmp_path / "out"
-    out.mkdir()
-    (out / "summary.json").write_text(json.dumps({"pcnet3d": "0"}))
+    run(out, "first")
     with pytest.raises(RuntimeError), whole_folder(out) as partial:  # noqa: PT012
         (partial / "half").write_text("x")
         raise RuntimeError
-    assert [p.name for p in out.iterdir()] == ["summary.json"]
+    assert sorted(p.name for p in out.iterdir()) == ["first", "summary.json"]
     assert [p.name for p in tmp_path.iterdir()] == ["out"]
+
+
+def test_a_failed_run_leaves_no_parents_that_it_made(tmp_path):
+    with pytest.raises(RuntimeError), whole_folder(tmp_path / "new" / "deep" / "out"):
+        raise RuntimeError
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_our_own_folder_is_replaced_whole(tmp_path):
     out = tmp_path / "deep" / "out"
     for name in ("first", "second"):
-        with whole_folder(out) as partial:
-            (partial / "summary.json").write_text(json.dumps({"pcnet3d": "0"}))
-            (partial / name).write_text(name)
+        run(out, name)
     assert sorted(p.name for p in out.iterdir()) == ["second", "summary.json"]
     assert [p.name for p in out.parent.iterdir()] == ["out"]
+    assert json.loads((out / "summary.json").read_text())["files"] == ["second", "summary.json"]
 
 
-@pytest.mark.parametrize("summary", [None, "{}", "not json", "[]"])
+def test_a_link_to_a_folder_stays_a_link(tmp_path):
+    run(tmp_path / "disk", "first")
+    (tmp_path / "link").symlink_to(tmp_path / "disk")
+    run(tmp_path / "link", "second")
+    assert (tmp_path / "link").is_symlink()
+    assert sorted(p.name for p in (tmp_path / "disk").iterdir()) == ["second", "summary.json"]
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["disk", "link"]
+
+
+@pytest.mark.parametrize("summary", [None, "{}", "not json", "[]", '{"pcnet3d": "0"}'])
 def test_somebody_elses_folder_needs_force(tmp_path, summary):
     out = tmp_path / "out"
     out.mkdir()
     (out / "thesis.txt").write_text("years of work")
     if summary:
         (out / "summary.json").write_text(summary)
-    with pytest.raises(InputError, match="--force"), whole_folder(out):
-        pass
+    with pytest.raises(InputError, match="--force"):
+        run(out)
     assert (out / "thesis.txt").exists()
-    with whole_folder(out, force=True):
-        pass
+    run(out, force=True)
     assert not (out / "thesis.txt").exists()
+
+
+def test_a_file_put_beside_our_results_is_not_ours_to_delete(tmp_path):
+    run(tmp_path / "out", "first")
+    (tmp_path / "out" / "notes.txt").write_text("mine")
+    with pytest.raises(InputError, match="--force"):
+        run(tmp_path / "out", "second")
+    assert sorted(p.name for p in (tmp_path / "out").iterdir()) == ["first", "notes.txt", "summary.json"]
+
+
+def test_a_file_that_appears_during_the_run_is_kept(tmp_path):
+    out = tmp_path / "out"
+    with pytest.raises(InputError, match="--force"), whole_folder(out):  # noqa: PT012
+        out.mkdir()
+        (out / "mine.txt").write_text("x")
+    assert (out / "mine.txt").exists()
+
+
+def test_inputs_and_the_current_folder_are_never_replaced(tmp_path, monkeypatch):
+    (tmp_path / "X3D.npy").write_text("x")
+    with pytest.raises(InputError, match=r"X3D\.npy"):
+        run(tmp_path, force=True, inputs=[tmp_path / "X3D.npy"])
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InputError, match="another -o"):
+        run(tmp_path, force=True)
+    assert (tmp_path / "X3D.npy").exists()
 
 
 def test_a_file_in_the_way_is_refused_even_with_force(tmp_path):

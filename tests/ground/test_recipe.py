@@ -34,6 +34,7 @@ def test_the_default_recipe_builds_and_its_options_can_be_changed():
         ('[[stages]]\nname = "clean"', ["use"]),
         ("stages = 3", ["stages"]),
         ("= nonsense", ["TOML"]),
+        ("stages = []", ["stages", "at least 1"]),
     ],
 )
 def test_a_wrong_recipe_is_refused_with_the_nearest_right_word(tmp_path, text, words):
@@ -64,6 +65,12 @@ class Needing(Doubling):
 
 
 @dataclass(frozen=True)
+class Cleaning(Doubling):
+    name: ClassVar[str] = "cleaning"
+    gives: ClassVar[tuple[str, ...]] = ("poses",)
+
+
+@dataclass(frozen=True)
 class Impossible(Doubling):
     name: ClassVar[str] = "impossible"
     needs: ClassVar[tuple[str, ...]] = ("soul",)
@@ -85,6 +92,7 @@ def test_the_runner_runs_in_order_and_reports():
     [
         ((Needing(), Doubling()), ["'needing'", "rectified", "needing > doubling"]),
         ((Impossible(),), ["soul"]),
+        ((Doubling(), Cleaning()), ["'cleaning' would change poses", "put it before 'doubling'"]),
     ],
 )
 def test_the_runner_refuses_a_chain_before_touching_data(stages, words):

@@ -70,6 +70,18 @@ def test_nothing_is_invented_at_the_ends_or_across_a_seam():
     assert np.isnan(cleaned.joints[[0, 1, 29, 30, ROWS - 2, ROWS - 1], 3]).all()
 
 
+def test_rows_put_back_into_a_video_of_variable_rate_take_its_own_stamps():
+    poses = moving()
+    stamps = np.cumsum(np.where(np.arange(ROWS) == 12, 0.5, 1 / FPS))
+    kept = np.delete(np.arange(ROWS), [10, 11, 12])
+    dropped = poses.with_(
+        joints=poses.joints[kept], confidence=poses.confidence[kept], time_s=stamps[kept], frame_index=kept
+    )
+    np.testing.assert_array_equal(clean(dropped, video_time_s=stamps).times, stamps)
+    given = dropped.with_(time_s=kept / 100.0)  # a rate of the user's own: the stamps do not count
+    np.testing.assert_allclose(clean(given, video_time_s=stamps).times, np.arange(ROWS) / 100)
+
+
 def test_a_seam_keeps_its_frame_when_rows_are_put_back():
     poses = moving()
     kept = np.delete(np.arange(ROWS), [5, 6])

@@ -119,6 +119,22 @@ def test_ups_that_scatter_are_not_called_level():
     assert "scatter" in reason
 
 
+def test_a_person_who_lies_across_the_picture_is_not_called_level(facing_camera):
+    motion = facing_camera + np.random.default_rng(0).normal(scale=0.01, size=(20, 17, 3))
+    lying = rotate(Rotation.from_euler("z", 85, degrees=True).as_matrix(), motion)
+    assert rectify(PoseSequence(motion, H36M17, CAMERA)).level_ok
+    for poses in (PoseSequence(lying, H36M17, CAMERA), PoseSequence(motion, H36M17, GL_CAMERA)):
+        rectified = rectify(poses)
+        assert not rectified.level_ok
+        assert "from the picture's" in rectified.level_reason
+
+
+def test_a_take_of_one_frame_is_not_called_level(facing_camera):
+    rectified = rectify(PoseSequence(facing_camera[None], H36M17, CAMERA))
+    assert rectified.level_reason == "only 1 frames have a rotation"
+    assert np.isfinite(rectified.level.joints).all()
+
+
 def test_a_source_that_knows_its_gravity_is_levelled_by_it(facing_camera):
     R_world_from_camera = R_FACING_THE_CAMERA.T
     leaning = facing_camera.copy()

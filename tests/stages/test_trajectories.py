@@ -36,6 +36,14 @@ def test_no_derivative_reaches_across_a_gap_or_a_seam():
     np.testing.assert_array_equal(speed[6:], 1)
 
 
+def test_no_velocity_across_dropped_frames():
+    joints = np.zeros((12, 17, 3))
+    joints[6:] = 1
+    index = np.r_[0:6, 40:46]
+    poses = PoseSequence(joints, H36M17, LEVEL, time_s=index / 30, frame_index=index)
+    np.testing.assert_allclose(trajectory(poses, "r_wrist")["r_wrist_speed_mps"], 0, atol=1e-9)
+
+
 @pytest.mark.parametrize(
     ("unit", "names"), [("m", ["x_m", "vx_mps", "speed_mps"]), ("arbitrary", ["x_au", "vx_aups"])]
 )

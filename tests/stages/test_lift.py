@@ -1,0 +1,97 @@
+"""From 2D keypoints alone: the lift stage on the walker, whose camera and joints are known."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pcnet3d.examples.camera import camera_poses, side_camera
+from pcnet3d.examples.files import write_files
+from pcnet3d.examples.walker import walker
+from pcnet3d.pipeline import InputError, Take, load_recipe
+from pcnet3d.pipeline.intake import Sources, open_take
+from pcnet3d.pipeline.job import run_files
+from pcnet3d.pipeline.rotations import kabsch, rotate
+from pcnet3d.stages.lift import Lift
+
+STATURE_M = 1.75
+IMAGE_SIZE = (640, 360)
+
+
+@pytest.fixture(scope="module")
+def walk():
+    return walker(seconds=4)
+
+
+@pytest.fixture(scope="module")
+def files(walk, tmp_path_factory):
+    return write_files(tmp_path_factory.mktemp("walk"), walk, side_camera(walk))
+
+
+@pytest.fixture(scope="module")
+def take(files) -> Take:
+    return open_take(Sources(video=files.video, keypoints=files.keypoints))
+
+
+def test_the_walker_is_recognised_from_his_keypoints(walk, take):
+    """Far from what the lifter can do on people: a loose bound that a mirrored or turned lift would break."""
+    lifted = Lift()(take).poses
+    truth = camera_poses(walk, side_camera(walk)).joints[lifted.frame_index].astype(float)
+    truth -= truth[:, :1]
+    joints = lifted.joints.astype(float)
+    joints *= (joints * truth).sum() / (joints * joints).sum()
+    error = np.linalg.norm(joints - truth, axis=-1).mean()
+    mirrored = np.linalg.norm(joints * [1, 1, -1] - truth, axis=-1).mean()
+    assert error < 0.15
+    assert error < 0.7 * mirrored
+    R = kabsch(truth, joints)
+    assert np.linalg.norm(rotate(R, joints) - truth, axis=-1).mean() < 0.1
+
+
+def test_a_run_from_video_and_keypoints_alone(files, tmp_path):
+    recipe = load_recipe().starting_with("lift").with_options("scale", stature_m=STATURE_M)
+    lifted = run_files(Sources(video=files.video, keypoints=files.keypoints), tmp_path / "out", recipe)
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert summary["rectification"]["level_ok"]
+    assert [step["name"] for step in summary["history"]][-4:] == ["lift", "clean", "scale", "rectify"]
+    assert any("our own lift" in text for text in summary["notes"])
+    assert lifted.poses is not None
+    thigh = np.linalg.norm(lifted.poses.joint("r_knee") - lifted.poses.joint("r_hip"), axis=-1)
+    assert 0.3 < np.nanmedian(thigh) < 0.55
+
+
+def test_the_videos_rotation_flag_turns_the_image_size(take, monkeypatch):
+    sizes = []
+
+    def spy(keypoints, image_size, focal_px, flip):
+        sizes.append(image_size)
+        raise InputError("seen")
+
+    monkeypatch.setattr("pcnet3d.stages.lift.lift", spy)
+    for rotation in (0, 90):
+        turned = take.with_(video=replace(take.video, rotation_deg=rotation))
+        with pytest.raises(InputError, match="seen"):
+            Lift()(turned)
+    assert sizes[0] == sizes[1][::-1]
+
+
+def test_without_a_video_the_image_size_must_be_given(take):
+    alone = take.with_(video=None)
+    with pytest.raises(InputError, match="--image-size"):
+        Lift()(alone)
+    assert Lift(image_size=IMAGE_SIZE)(alone).poses is not None
+
+
+def test_a_known_focal_length_is_not_called_unknown(take):
+    assert any("unknown" in event.text for event in Lift()(take).events)
+    assert not any("unknown" in event.text for event in Lift(focal_px=500)(take).events)
+
+
+def test_frames_without_keypoints_for_two_seconds_are_missing_and_counted(take):
+    joints = take.keypoints.joints.copy()
+    joints[20:80] = np.nan
+    lifted = Lift()(take.with_(keypoints=take.keypoints.with_(joints=joints)))
+    assert np.isnan(lifted.poses.joints[20:80]).all()
+    assert np.isfinite(lifted.poses.joints[:20]).all()
+    assert any(event.kind == "warning" and event.text.startswith("60 frames") for event in lifted.events)
