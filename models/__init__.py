@@ -11,7 +11,11 @@ _BUILT_IN = {"geometric": Geometric}
 
 
 def load_rectifier(name: str) -> Rectifier:
-    """A rectifier by name: "geometric". InputError naming the known ones for any other."""
+    """A rectifier by name, "geometric", or the one in an .onnx file. InputError naming the known ones otherwise."""
+    if name.endswith(".onnx"):
+        from .pcnet_onnx import PCNetRectifier
+
+        return PCNetRectifier(name)
     if name not in _BUILT_IN:
         raise InputError(f"There is no rectifier '{name}'; {did_you_mean(name, _BUILT_IN)}")
     return _BUILT_IN[name]()

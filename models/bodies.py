@@ -33,8 +33,8 @@ class BodyRange:
     unchanged: share of windows that keep the captured body. mirrored: share that is mirrored left to right.
     """
 
-    limbs: float = 0.10
-    trunk: float = 0.08
+    limbs: float = 0.05
+    trunk: float = 0.05
     hips: tuple[float, float] = (0.033, 0.075)
     shoulders: tuple[float, float] = (0.055, 0.105)
     unchanged: float = 0.3

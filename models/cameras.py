@@ -9,7 +9,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import uniform_filter1d
 
 from ..pipeline.layouts import H36M17
 from ..pipeline.rotations import rotate
@@ -112,6 +111,8 @@ def place(joints_world: np.ndarray, rng: np.random.Generator, views: ViewRange |
 
 def _panned(cameras: Cameras, joints_world: np.ndarray, rng: np.random.Generator, share: float) -> Cameras:
     """Some of the cameras turn about their own vertical axis and bring the person slowly towards the middle."""
+    from scipy.ndimage import uniform_filter1d
+
     pelvis = cameras.to_camera(joints_world)[..., H36M17.index("pelvis"), :]
     frames = pelvis.shape[-2]
     bearing = uniform_filter1d(

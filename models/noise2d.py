@@ -15,7 +15,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import lfilter
 
 from ..pipeline.layouts import H36M17
 
@@ -159,6 +158,8 @@ def _joint_factor(noise: Noise) -> np.ndarray:
 
 def _ar1(rng: np.random.Generator, shape: tuple[int, ...], coefficient: float) -> np.ndarray:
     """Stationary AR(1) noise of unit variance along the time axis of (..., T, J, 2)."""
+    from scipy.signal import lfilter
+
     white = rng.standard_normal(shape, dtype=np.float32)
     white[..., 1:, :, :] *= np.sqrt(1 - coefficient**2)
     return np.asarray(lfilter([1.0], [1.0, -coefficient], white, axis=-3))

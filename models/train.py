@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from pathlib import Path
 from typing import Annotated
 
@@ -17,8 +18,18 @@ def train(
     """Train a network of this package from a config file."""
     try:
         from .lifter_train import train_lifter
+        from .pcnet_train import train_pcnet
     except ModuleNotFoundError as error:
         raise InputError(
             f"Training needs {error.name}, which is not installed: pip install 'pcnet3d[train]'."
         ) from None
-    train_lifter(config, output)
+    train = train_pcnet if _kind(config) == "pcnet" else train_lifter
+    train(config, output)
+
+
+def _kind(config: Path) -> str:
+    """What the file says it trains; a file that cannot be read is left to the trainer's own words."""
+    try:
+        return str(tomllib.loads(config.read_text(encoding="utf-8")).get("kind", "lifter"))
+    except (OSError, ValueError):
+        return "lifter"

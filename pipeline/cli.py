@@ -51,7 +51,7 @@ def run(
         str | None, typer.Option(help="WIDTHxHEIGHT in pixels, to lift keypoints without a video.")
     ] = None,
     focal: Annotated[float | None, typer.Option(help="Focal length in pixels, to lift keypoints.")] = None,
-    rectifier: Annotated[str | None, typer.Option(help="geometric.")] = None,
+    rectifier: Annotated[str | None, typer.Option(help="geometric, or a trained .onnx file.")] = None,
     parity: Annotated[Parity, typer.Option(help="What to do when left and right look exchanged.")] = "refuse",
     missing: Annotated[Missing, typer.Option(help="What to do with NaN or all-zero poses.")] = "refuse",
     option: Annotated[

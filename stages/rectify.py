@@ -26,7 +26,7 @@ _SCATTER_DEG = 35.0  # median deviation of the frames' up from the take's up bey
 
 @dataclass(frozen=True)
 class Rectify:
-    """The stage. rectifier: "geometric"."""
+    """The stage. rectifier: "geometric", or the path of a trained network's .onnx file."""
 
     rectifier: str = "geometric"
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pcnet3d.models.bodies import STANDARD_SIZE_M, size_m
+from pcnet3d.models.bodies import STANDARD_SIZE_M, BodyRange, size_m
 from pcnet3d.models.lifter_features import CHANNELS, body_rays
 from pcnet3d.models.lifter_windows import Windows, target
 from pcnet3d.models.mocap import Clip
@@ -12,24 +12,25 @@ from pcnet3d.pipeline import H36M17, InputError, rotate
 CONFIG = """
 subjects = "train"
 seed = 1
-steps = 3
-frames = 64
-single = 1
-rate = 1e-3
-warmup = 1
-weight_decay = 0.05
-average = 0.9
-velocity = 0.5
 threads = 1
-pans = 0.2
-derived = 0.4
-combined = 0.5
-[lengths]
-1 = 0.5
-16 = 0.5
 [net]
 width = 8
 dilations = [1, 3]
+[[stages]]
+steps = 9
+stop = 3
+frames = 64
+single = 1
+lengths = { 1 = 0.5, 16 = 0.5 }
+rate = 1e-3
+warmup = 1
+average = 0.9
+velocity = 0.5
+pans = 0.2
+derived = 0.4
+combined = 0.5
+limbs = 0.1
+trunk = 0.1
 """
 
 
@@ -81,6 +82,23 @@ def test_the_target_is_the_skeleton_seen_along_its_ray():
     np.testing.assert_allclose(back * ratio, relative, atol=1e-5)
 
 
+def test_combined_windows_have_other_upper_bodies(clips):
+    plain, mixed = (
+        Windows(clips, bodies=BodyRange(unchanged=1, mirrored=0), other_rates=0, combined=share).batch(
+            np.random.default_rng(0), 60, 1
+        )[1]
+        for share in (0.0, 1.0)
+    )
+
+    def variety(y, joints):
+        return np.linalg.norm(y[:, 0, H36M17.index(joints[0])] - y[:, 0, H36M17.index(joints[1])], axis=-1)
+
+    knees, wrists = ("l_knee", "r_knee"), ("l_wrist", "r_wrist")
+    linked, loose = (abs(np.corrcoef(variety(y, knees), variety(y, wrists))[0, 1]) for y in (plain, mixed))
+    assert linked > 0.4  # three people: who has these knees has these wrists
+    assert loose < 0.3
+
+
 def test_windows_longer_than_every_clip_are_refused(clips):
     with pytest.raises(ValueError, match="no clip is as long"):
         Windows(clips, other_rates=0).batch(np.random.default_rng(0), 2, 151)
@@ -104,11 +122,30 @@ def test_a_run_gives_a_network_that_the_run_time_answers_alike(clips, tmp_path, 
         np.testing.assert_allclose(run(x, tmp_path / "out" / "lifter.onnx"), expected, atol=1e-5)
 
 
+def test_a_stage_goes_on_from_the_averaged_weights_of_the_one_before(clips, tmp_path, monkeypatch):
+    torch = pytest.importorskip("torch")
+    from pcnet3d.models import lifter_train
+
+    stage = CONFIG[CONFIG.index("[[stages]]") :]
+    still = stage.replace("rate = 1e-3", "rate = 0.0")
+    weights = {}
+    for name, text in (("one", CONFIG), ("two", CONFIG + still)):
+        monkeypatch.setattr(lifter_train, "read_clips", lambda subjects: clips)
+        monkeypatch.setattr(lifter_train, "export", lambda net, *_, **__: None)
+        (tmp_path / "c.toml").write_text(text)
+        lifter_train.train_lifter(tmp_path / "c.toml", tmp_path / name)
+        weights[name] = torch.load(tmp_path / name / "lifter.pt")
+        log = (tmp_path / name / "log.jsonl").read_text().splitlines()
+        assert len(log) == len(lifter_train.read_config(tmp_path / "c.toml").stages)
+    for name, values in weights["one"].items():
+        torch.testing.assert_close(weights["two"][name], values)
+
+
 @pytest.mark.parametrize(
     ("change", "words"),
     [
         (lambda text: text.replace("seed", "sede"), "sede|seed"),
-        (lambda text: text.replace("steps = 3", "steps = 'many'"), "steps"),
+        (lambda text: text.replace("steps = 9", "steps = 'many'"), "stages.0.steps"),
         (lambda text: text.replace('"train"', '"everybody"'), "subjects"),
         (lambda text: text + "]", "TOML"),
     ],

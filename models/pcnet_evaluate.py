@@ -1,0 +1,218 @@
+"""Rectifiers against the truth of motion capture: the paper's figures, tilt, and how well each knows its own error.
+
+Sets: clean joints of people that no network saw, from the paper's views and from cameras that are really pitched and
+rolled; and lifted takes. Lying frames in rows of their own. Every rectifier gets the same frames.
+"""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+from scipy.stats import spearmanr
+
+from ..pipeline.layouts import H36M17
+from ..pipeline.rotations import angle_deg, geodesic_deg, rotate, transpose
+from ..pipeline.sockets import Rectifier
+from .evaluate import Figure
+from .metrics import joint_error, procrustes_error, scaled
+from .mocap import Clip, Subjects, lying, read_clips
+from .pcnet_views import View, seen, views
+from .testbed import lifted_takes
+
+_SETS: tuple[tuple[str, Subjects], ...] = (("CMU test", "test"), ("HDM05", "hdm05"))
+_BONES = np.array([H36M17.indices(bone) for bone in H36M17.bones])
+
+
+@dataclass(frozen=True, eq=False)
+class Take:
+    """One take to be rectified. joints: (T, 17, 3), CAMERA axes relative to the pelvis. truth: the same without the
+    lifter's errors, metres. R: (T, 3, 3) true R_camera_from_body. lying: (T,). source: of mocap.Clip."""
+
+    joints: np.ndarray
+    truth: np.ndarray
+    R: np.ndarray
+    lying: np.ndarray
+    source: str
+
+
+@dataclass(frozen=True, eq=False)
+class Judged:
+    """What a rectifier did to the frames of a set; arrays (N,), NaN where it gave no answer.
+
+    rotation, tilt: degrees. mpjpe, pa_mpjpe: mm, canonical joints against the true ones, the scale of a lift brought
+    to the truth's frame by frame. bones: mean change of bone lengths, per cent. frobenius: |R - R'| x 180 / pi, which
+    the paper's published code calls degrees. expected: error_deg.
+    """
+
+    rotation: np.ndarray
+    tilt: np.ndarray
+    mpjpe: np.ndarray
+    pa_mpjpe: np.ndarray
+    bones: np.ndarray
+    frobenius: np.ndarray
+    expected: np.ndarray
+
+    def row(self, use: np.ndarray) -> dict[str, Any]:
+        """Figures over the frames of a mask (N,)."""
+        figures: dict[str, Any] = {
+            "frames": int(use.sum()),
+            "no answer": int(np.isnan(self.rotation[use]).sum()),
+        }
+        for name in ("rotation", "tilt", "mpjpe", "pa_mpjpe", "bones", "frobenius", "expected"):
+            figures[name] = Figure.of(getattr(self, name)[use])
+        fine = use & np.isfinite(self.expected) & np.isfinite(self.rotation)
+        figures["spearman"] = float("nan")
+        if fine.any() and np.ptp(self.expected[fine]) > 0:
+            figures["spearman"] = float(spearmanr(self.expected[fine], self.rotation[fine])[0])  # type: ignore[arg-type]
+        return figures
+
+
+def judge(rectifier: Rectifier, takes: Iterable[Take]) -> Judged:
+    """Run a rectifier take by take."""
+    parts = [_judge(rectifier, take) for take in takes]
+    return Judged(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True)))
+
+
+def _judge(rectifier: Rectifier, take: Take) -> tuple[np.ndarray, ...]:
+    joints = take.joints.astype(np.float64)
+    R, expected = rectifier.rotation(take.joints)
+    canonical, truth = rotate(transpose(R), joints), rotate(transpose(take.R), take.truth)
+    fitted = scaled(canonical, truth)
+    length = [np.linalg.norm(x[:, _BONES[:, 0]] - x[:, _BONES[:, 1]], axis=-1) for x in (canonical, joints)]
+    answered = np.isfinite(R).all(axis=(1, 2))
+    pa = np.full(len(joints), np.nan)
+    pa[answered] = procrustes_error(canonical[answered], truth[answered])
+    return (
+        geodesic_deg(R, take.R),
+        angle_deg(R[..., 2], take.R[..., 2]),
+        1000 * joint_error(fitted, truth),
+        1000 * pa,
+        100 * np.abs(length[0] / np.maximum(length[1], 1e-9) - 1).mean(axis=-1),
+        np.degrees(np.linalg.norm(R - take.R, axis=(1, 2))),
+        expected,
+    )
+
+
+def clean_takes(clips: Iterable[Clip], view: View, seed: int = 0) -> list[Take]:
+    """Every frame of the clips from its own random view; deterministic in the seed and the clip's name."""
+    takes = []
+    for clip in clips:
+        rng = np.random.default_rng([seed, zlib.crc32(clip.name.encode())])
+        R = views(view, rng, len(clip))
+        joints, fine = seen(clip.joints, R)
+        if fine.any():
+            takes.append(Take(joints[fine], joints[fine], R[fine], lying(clip.joints)[fine], clip.source))
+    return takes
+
+
+def lifted(subjects: Subjects, seed: int = 0, lifter: str = "pcnet3d") -> list[Take]:
+    """The test bed's takes, frames without a lift or a heading left out."""
+    takes = []
+    for take in lifted_takes(subjects, seed, model=lifter):
+        seen_, joints = take.seen, take.lifted.joints
+        fine = np.isfinite(joints).all(axis=(1, 2)) & np.isfinite(seen_.R_camera_from_body).all(axis=(1, 2))
+        if fine.any():
+            takes.append(
+                Take(
+                    joints[fine],
+                    seen_.truth[fine],
+                    seen_.R_camera_from_body[fine],
+                    seen_.lying[fine],
+                    seen_.source,
+                )
+            )
+    return takes
+
+
+def rectifier_tables(
+    rectifiers: Sequence[Rectifier], seed: int = 0, lifter: str = "pcnet3d"
+) -> dict[str, Any]:
+    """{method: {"rows": {set: figures}, "sources": ..., "views": ..., "equivariance": Figure}}; figures are
+    Judged.row's."""
+    results: dict[str, Any] = {r.method: {"rows": {}, "sources": {}, "views": {}} for r in rectifiers}
+    clips = {subjects: read_clips(subjects) for _, subjects in _SETS}
+    for label, subjects in _SETS:
+        for kind, make in (
+            ("lifted", partial(lifted, subjects, seed, lifter)),
+            ("clean, paper's views", partial(clean_takes, clips[subjects], "paper", seed)),
+            ("clean, wide views", partial(clean_takes, clips[subjects], "wide", seed)),
+        ):
+            takes = make()
+            lies = np.concatenate([take.lying for take in takes])
+            source = np.concatenate([[take.source] * len(take.R) for take in takes])
+            view = view_of(np.concatenate([take.R for take in takes]))
+            for rectifier in rectifiers:
+                judged, result = judge(rectifier, takes), results[rectifier.method]
+                for pose, use in (("upright", ~lies), ("lying", lies)):
+                    result["rows"][f"{label}, {kind}, {pose}"] = judged.row(use)
+                if kind != "clean, wide views" and len(set(source)) > 1:
+                    for name in sorted(set(source)):
+                        result["sources"][f"{label}, {kind}, {name}"] = judged.row(~lies & (source == name))
+                if kind != "clean, paper's views":
+                    for name, use in view.items():
+                        result["views"][f"{label}, {kind}, {name}"] = judged.row(~lies & use)
+    for rectifier in rectifiers:
+        results[rectifier.method]["equivariance"] = equivariance(rectifier, clips["test"])
+    return results
+
+
+def view_of(R_camera_from_body: np.ndarray) -> dict[str, np.ndarray]:
+    """Masks (N,): where the camera stands as the body sees it. Front, side and back by 45 and 135 degrees from the
+    facing direction; high and low when the camera looks down or up by more than 20 degrees."""
+    to_camera = -R_camera_from_body[:, 2]  # against the camera's z, in BODY
+    azimuth = np.degrees(np.arctan2(np.abs(to_camera[:, 1]), -to_camera[:, 0]))
+    height = np.degrees(np.arcsin(np.clip(to_camera[:, 2], -1, 1)))
+    return {
+        "front": azimuth < 45, "side": (azimuth >= 45) & (azimuth <= 135), "back": azimuth > 135,
+        "high": height > 20, "low": height < -20,
+    }  # fmt: skip
+
+
+def equivariance(rectifier: Rectifier, clips: Sequence[Clip], count: int = 2000, seed: int = 0) -> Figure:
+    """Degrees between rotation(Q x) and Q rotation(x), Q uniform over all rotations, x from the paper's views."""
+    rng = np.random.default_rng(seed)
+    world = np.concatenate([clip.joints for clip in clips])
+    joints, fine = seen(world[rng.integers(len(world), size=count)], views("paper", rng, count))
+    joints = joints[fine]
+    Q = Rotation.random(len(joints), rng=rng).as_matrix()
+    return Figure.of(
+        geodesic_deg(rectifier.rotation(rotate(Q, joints))[0], Q @ rectifier.rotation(joints)[0])
+    )
+
+
+def as_markdown(results: dict[str, Any]) -> str:
+    """Tables for a page; cells of three numbers are p50 / mean / p95."""
+    lines = []
+    for title, key in (
+        ("Rectifiers", "rows"),
+        ("By skeleton, upright", "sources"),
+        ("By view, upright", "views"),
+    ):
+        head = ["set", "frames", "rectifier", "rotation, deg", "tilt, deg", "MPJPE, mm", "PA-MPJPE, mm", "bones, %",
+                "Frobenius 'deg'", "expected, mean", "Spearman"]  # fmt: skip
+        lines += [f"## {title}", "", _row(head), _row(["---"] * len(head))]
+        for name in next(iter(results.values()))[key]:
+            for method, result in results.items():
+                row = result[key][name]
+                cells = [name, f"{row['frames']:,}", method, row["rotation"], row["tilt"], row["mpjpe"]]
+                cells += [
+                    f"{row['pa_mpjpe'].mean:.1f}",
+                    f"{row['bones'].mean:.2f}",
+                    f"{row['frobenius'].mean:.1f}",
+                ]
+                cells += [f"{row['expected'].mean:.1f}", f"{row['spearman']:.2f}"]
+                lines.append(_row([str(cell) for cell in cells]))
+        lines.append("")
+    lines += ["Deviation from rotation(Q x) = Q rotation(x), degrees: "]
+    lines[-1] += "; ".join(f"{method} {result['equivariance']}" for method, result in results.items()) + "."
+    return "\n".join(lines) + "\n"
+
+
+def _row(cells: Sequence[str]) -> str:
+    return f"| {' | '.join(cells)} |"

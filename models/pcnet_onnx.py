@@ -1,0 +1,90 @@
+"""3DPCNet at run time: numpy and onnxruntime only."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from pathlib import Path
+
+import numpy as np
+
+from ..pipeline.errors import InputError
+from ..pipeline.layouts import H36M17
+from ..pipeline.rotations import known
+
+CHUNK = 128  # poses answered at a time; fits the caches
+_INPUTS = {"joints": [17, 3], "valid": [17]}  # each behind the batch
+_OUTPUTS = {"R", "error_deg"}
+
+
+class PCNetRectifier:
+    """Rectifier from an exported network. method: "pcnet@" and the first 12 digits of the file's SHA-256."""
+
+    def __init__(self, path: str | Path, threads: int | None = None) -> None:
+        """path: an .onnx file of pcnet_export. threads: of the computation; all the process may use by default.
+
+        InputError when there is no such file, or it is not a rectifier.
+        """
+        import onnxruntime
+
+        options = onnxruntime.SessionOptions()
+        # 0 lets onnxruntime choose, which ignores that a container may have been given fewer cores.
+        options.intra_op_num_threads = threads or _allowed_threads()
+        options.log_severity_level = 3
+        try:
+            content = Path(path).read_bytes()
+            self.session = onnxruntime.InferenceSession(content, options, providers=["CPUExecutionProvider"])
+        except OSError as error:
+            raise InputError(f"Expected a rectifier's .onnx file at {path}: {error.strerror}.") from None
+        except Exception as error:  # onnxruntime's errors have no common class but Exception
+            raise InputError(
+                f"Expected a rectifier's .onnx file at {path}: {str(error).splitlines()[0]}."
+            ) from None
+        found = {entry.name: entry.shape[1:] for entry in self.session.get_inputs()}
+        outputs = {entry.name for entry in self.session.get_outputs()}
+        if found != _INPUTS or not outputs >= _OUTPUTS:
+            raise InputError(
+                f"{path} is not a rectifier of pcnet3d: expected the inputs {_INPUTS} and the outputs "
+                f"{sorted(_OUTPUTS)}, got {found} and {sorted(outputs)}."
+            )
+        self.method = f"pcnet@{hashlib.sha256(content).hexdigest()[:12]}"
+
+    def rotation(self, joints: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """joints (T, 17, 3) in CAMERA axes, any origin and scale, NaN where missing -> R_camera_from_body (T, 3, 3)
+        and error_deg (T,).
+
+        A frame is NaN without a pelvis (its own, or both hips), without both hips and both shoulders to tell left
+        from right (one pair is enough), or without a thorax or both shoulders to tell where the trunk points.
+        """
+        joints, valid, usable = prepare(joints)
+        R = np.full((len(joints), 3, 3), np.nan)
+        error_deg = np.full(len(joints), np.nan)
+        rows = np.flatnonzero(usable)
+        for start in range(0, len(rows), CHUNK):
+            part = rows[start : start + CHUNK]
+            R[part], error_deg[part] = self.session.run(
+                ["R", "error_deg"], {"joints": joints[part], "valid": valid[part]}
+            )
+        return R, error_deg
+
+
+def prepare(joints: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The network's input (T, 17, 3) and (T, 17), float32, and (T,) whether a frame has torso enough."""
+    joints = np.array(joints, dtype=np.float32)
+    pelvis = H36M17.index("pelvis")
+    lost = ~known(joints[:, pelvis])
+    joints[lost, pelvis] = joints[lost][:, H36M17.indices(("l_hip", "r_hip"))].mean(axis=1)
+    valid = known(joints)
+    pair = {part: valid[:, H36M17.indices((f"l_{part}", f"r_{part}"))].all(1) for part in ("hip", "shoulder")}
+    usable = (
+        valid[:, pelvis]
+        & (pair["hip"] | pair["shoulder"])
+        & (valid[:, H36M17.index("thorax")] | pair["shoulder"])
+    )
+    spread = np.ptp(np.nan_to_num(joints - joints[:, [pelvis]]), axis=1).max(axis=-1)
+    usable &= spread > 0
+    return np.where(valid[..., None], joints, 0), valid.astype(np.float32), usable
+
+
+def _allowed_threads() -> int:
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 0
