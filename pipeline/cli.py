@@ -51,6 +51,9 @@ def run(
         str | None, typer.Option(help="WIDTHxHEIGHT in pixels, to lift keypoints without a video.")
     ] = None,
     focal: Annotated[float | None, typer.Option(help="Focal length in pixels, to lift keypoints.")] = None,
+    flip: Annotated[
+        bool, typer.Option("--flip", help="Average the lift with that of the mirrored person.")
+    ] = False,
     rectifier: Annotated[str | None, typer.Option(help="geometric, or a trained .onnx file.")] = None,
     parity: Annotated[Parity, typer.Option(help="What to do when left and right look exchanged.")] = "refuse",
     missing: Annotated[Missing, typer.Option(help="What to do with NaN or all-zero poses.")] = "refuse",
@@ -72,7 +75,7 @@ def run(
     if poses is None:
         chosen = chosen.starting_with("lift")
     changes = {
-        "lift": {"image_size": image_size and _size(image_size), "focal_px": focal},
+        "lift": {"image_size": image_size and _size(image_size), "focal_px": focal, "flip": flip or None},
         "scale": {"stature_m": stature},
         "rectify": {"rectifier": rectifier},
     }

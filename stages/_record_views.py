@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..pipeline.rotations import known
 from ..pipeline.take import Take
 
 if TYPE_CHECKING:
@@ -39,7 +40,11 @@ def blueprint(take: Take, size: float) -> rrb.Blueprint:
     return rrb.Blueprint(
         rrb.Horizontal(
             rrb.Vertical(
-                *([rrb.Spatial2DView(origin="video", name=title)] if title else []),
+                *(
+                    [rrb.Spatial2DView(origin="video", name=title, visual_bounds=_bounds(take))]
+                    if title
+                    else []
+                ),
                 _person("source", f"Before: {source.name} axes", take, size),
             ),
             rrb.Tabs(
@@ -59,6 +64,21 @@ def blueprint(take: Take, size: float) -> rrb.Blueprint:
         rrb.TimePanel(state="collapsed", timeline="video_time"),
         collapse_panels=True,
     )
+
+
+def _bounds(take: Take) -> rrb.VisualBounds2D | None:
+    """All that the keypoints reach during the take, when there is no video whose picture gives the bounds."""
+    import rerun.blueprint as rrb
+
+    if take.video is not None or take.keypoints is None:
+        return None
+    pixels = take.keypoints.joints[known(take.keypoints.joints)]
+    if len(pixels) == 0:
+        return None
+    low, high = np.percentile(pixels, [0.5, 99.5], axis=0)
+    margin = 0.08 * (high - low).max()
+    (x_0, y_0), (x_1, y_1) = low - margin, high + margin
+    return rrb.VisualBounds2D(x_range=(x_0, x_1), y_range=(y_0, y_1))
 
 
 def _person(entity: str, name: str, take: Take, size: float) -> rrb.View:
