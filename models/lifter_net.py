@@ -10,6 +10,8 @@ from torch import Tensor, nn
 from ..pipeline.layouts import H36M17
 from .lifter_features import CHANNELS
 
+_PELVIS = H36M17.index("pelvis")
+
 
 @dataclass(frozen=True)
 class NetConfig:
@@ -72,4 +74,4 @@ class LifterNet(nn.Module):
             x = block(x)
         joints = self.leave(self.norm(x)).float()
         joints = joints.reshape(joints.shape[0], joints.shape[1], len(H36M17), 3)
-        return joints - joints[:, :, :1]
+        return joints - joints[:, :, [_PELVIS]]

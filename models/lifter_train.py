@@ -8,18 +8,15 @@ from __future__ import annotations
 import json
 import shutil
 import time
-import tomllib
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from copy import deepcopy
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import torch
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict
 
-from ..pipeline.errors import InputError
 from ..pipeline.outputs import whole_file
 from .bodies import BodyRange
 from .cameras import ViewRange
@@ -29,6 +26,7 @@ from .lifter_windows import Windows
 from .metrics import joint_error, procrustes_error, scaled
 from .mocap import Clip, Subjects, read_clips
 from .noise2d import Noise
+from .train_config import read_toml
 
 
 class Stage(BaseModel):
@@ -140,16 +138,7 @@ def run_stage(
 
 
 def read_config(path: Path) -> TrainConfig:
-    try:
-        content: dict[str, Any] = tomllib.loads(path.read_text(encoding="utf-8"))
-        return TrainConfig.model_validate(content)
-    except OSError as error:
-        raise InputError(f"Expected a training config at {path}: {error.strerror}.") from None
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"Expected a TOML file at {path}: {error}.") from None
-    except ValidationError as error:
-        first = error.errors()[0]
-        raise InputError(f"{path}: {'.'.join(map(str, first['loc']))}: {first['msg']}.") from None
+    return read_toml(path, TrainConfig)
 
 
 def loss_of(answer: torch.Tensor, truth: torch.Tensor, velocity: float) -> torch.Tensor:

@@ -19,6 +19,7 @@ from ..pipeline.anthropometry import SEGMENTS
 from ..pipeline.layouts import H36M17
 
 JOINTS = len(H36M17)
+_PELVIS = H36M17.index("pelvis")
 _PARENT, _CHILD = (list(ends) for ends in zip(*(H36M17.indices(bone) for bone in H36M17.bones), strict=True))
 _SCALE_BONES = [H36M17.indices(bone) for bone in SEGMENTS]
 _SPREAD = 4.0  # joints over stature lie within about 0.5; the layers want numbers near 1
@@ -92,7 +93,7 @@ class PCNet(nn.Module):
             nn.init.zeros_(self.residual.bias)
 
     def forward(self, joints: Tensor, valid: Tensor) -> Answer:
-        joints = (joints - joints[:, :1]) * valid[..., None]
+        joints = (joints - joints[:, [_PELVIS]]) * valid[..., None]
         size = body_size(joints, valid)[:, None, None]
         shape = joints / size
         if self.config.align:
@@ -112,7 +113,7 @@ class PCNet(nn.Module):
             base = canonical / size
             head = self.residual(z).unflatten(1, (-1, 3))
             moved = base + head if self.config.residual == "free" else turn_bones(base, head)
-            moved = (moved - moved[:, :1]) * valid[..., None]
+            moved = (moved - moved[:, [_PELVIS]]) * valid[..., None]
             delta = moved - base
             canonical = moved * size
         # Its own layers only: how sure the network is must not bend what it answers.

@@ -10,7 +10,6 @@ import json
 import math
 import shutil
 import time
-import tomllib
 from concurrent.futures import ThreadPoolExecutor
 from copy import deepcopy
 from dataclasses import dataclass
@@ -19,7 +18,7 @@ from typing import Any
 
 import numpy as np
 import torch
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict
 
 from ..pipeline.errors import InputError
 from ..pipeline.outputs import whole_file
@@ -29,6 +28,7 @@ from .pcnet import NetConfig, PCNet
 from .pcnet_export import Deployed, export
 from .pcnet_losses import Truth, Weights, total
 from .pcnet_views import Frames, Mixture, Views, read_lifted, refuse_shared_subjects, seen, views
+from .train_config import read_toml
 
 _EVERY = 250  # steps between looks at the validation subjects
 _VALIDATION_FRAMES = 2000
@@ -201,15 +201,7 @@ def run(
 
 
 def read_config(path: Path) -> TrainConfig:
-    try:
-        return TrainConfig.model_validate(tomllib.loads(path.read_text(encoding="utf-8")))
-    except OSError as error:
-        raise InputError(f"Expected a training config at {path}: {error.strerror}.") from None
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"Expected a TOML file at {path}: {error}.") from None
-    except ValidationError as error:
-        first = error.errors()[0]
-        raise InputError(f"{path}: {'.'.join(map(str, first['loc']))}: {first['msg']}.") from None
+    return read_toml(path, TrainConfig)
 
 
 def optimiser_of(net: PCNet, config: TrainConfig) -> torch.optim.Optimizer:
