@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from ..pipeline.errors import InputError
 from ..pipeline.options import did_you_mean
 from ..pipeline.sockets import Rectifier
 from .geometric import Geometric
 
-_BUILT_IN = {"geometric": Geometric}
+_NAMES = ("geometric", "pcnet")
 
 
 def load_rectifier(name: str) -> Rectifier:
-    """A rectifier by name, "geometric", or the one in an .onnx file. InputError naming the known ones otherwise."""
-    if name.endswith(".onnx"):
-        from .pcnet_onnx import PCNetRectifier
+    """A rectifier by name: "geometric", or "pcnet", the shipped network; or the one in an .onnx file.
 
-        return PCNetRectifier(name)
-    if name not in _BUILT_IN:
-        raise InputError(f"There is no rectifier '{name}'; {did_you_mean(name, _BUILT_IN)}")
-    return _BUILT_IN[name]()
+    InputError naming the known ones for anything else.
+    """
+    if name == "geometric":
+        return Geometric()
+    if name != "pcnet" and not name.endswith(".onnx"):
+        raise InputError(f"There is no rectifier '{name}'; {did_you_mean(name, _NAMES)}")
+    from .pcnet_onnx import PCNetRectifier
+
+    return PCNetRectifier(Path(__file__).with_name("pcnet.onnx") if name == "pcnet" else name)

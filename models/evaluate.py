@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Iterable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -24,8 +24,10 @@ from ..pipeline.rotations import angle_deg, geodesic_deg, kabsch
 from ..pipeline.sockets import Rectifier
 from . import load_rectifier
 from .lifter import lift
-from .metrics import joint_error, procrustes_error, scaled
+from .metrics import Figure, joint_error, procrustes_error, scaled
 from .mocap import Subjects
+from .pcnet_evaluate import as_markdown as tables_as_markdown
+from .pcnet_evaluate import rectifier_tables
 from .testbed import LiftedTake, lifted_takes
 
 _SETS: tuple[tuple[str, Subjects, bool], ...] = (
@@ -33,28 +35,11 @@ _SETS: tuple[tuple[str, Subjects, bool], ...] = (
 )  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Figure:
-    """Percentiles and mean over frames, or over takes (of each take's mean)."""
-
-    p50: float
-    mean: float
-    p95: float
-
-    @classmethod
-    def of(cls, values: np.ndarray) -> Figure:
-        values = values[np.isfinite(values)]
-        if len(values) == 0:
-            return cls(np.nan, np.nan, np.nan)
-        return cls(*(float(v) for v in (np.median(values), values.mean(), np.quantile(values, 0.95))))
-
-    def __str__(self) -> str:
-        return f"{self.p50:.1f} / {self.mean:.1f} / {self.p95:.1f}"
-
-
 def evaluate(
     output: Annotated[Path, typer.Option("-o", "--output", help="Folder for evaluation.md and .json.")],
-    rectifier: Annotated[str, typer.Option(help="Judged on the lifted takes.")] = "geometric",
+    rectifier: Annotated[
+        list[str], typer.Option(help="A rectifier, or a network's .onnx file; repeatable.")
+    ] = ["geometric"],  # noqa: B006 (typer copies it)
     lifter: Annotated[str, typer.Option(help="The built-in one, or a file.")] = "pcnet3d",
     seed: Annotated[int, typer.Option(help="Of cameras and noise.")] = 0,
     flip: Annotated[bool, typer.Option("--flip", help="Average with the mirrored lift.")] = False,
@@ -62,8 +47,10 @@ def evaluate(
         bool, typer.Option("--real", help="Also compare with other lifters on real clips.")
     ] = False,
 ) -> None:
-    """Judge the lifter, and a rectifier on lifted poses, against motion capture."""
-    results = evaluation(load_rectifier(rectifier), lifter, seed, flip)
+    """Judge the lifter and rectifiers, on lifted and on clean poses, against motion capture."""
+    rectifiers = [load_rectifier(name) for name in rectifier]
+    results = evaluation(rectifiers[0], lifter, seed, flip)
+    results["rectifiers"] = rectifier_tables(rectifiers, seed, lifter)
     if real:
         from .real_clips import agreement
 
@@ -207,6 +194,8 @@ def as_markdown(results: dict[str, Any]) -> str:
         lines += [_row(["", *sets]), _row(["---"] * (len(sets) + 1))]
         for name in names:
             lines.append(_row([name, *(str(values["rectifier"].get(name, "")) for values in sets.values())]))
+    if "rectifiers" in results:
+        lines += ["", tables_as_markdown(results["rectifiers"])]
     if "real" in results:
         lines += [
             "",
@@ -234,6 +223,8 @@ def _row(cells: list[str]) -> str:
 
 
 def _plain(value: Any) -> Any:
+    if isinstance(value, float) and np.isnan(value):
+        return None
     if isinstance(value, Figure):
         return {key: None if np.isnan(number) else number for key, number in asdict(value).items()}
     if isinstance(value, dict):

@@ -2,10 +2,31 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from ..pipeline.layouts import H36M17
 from ..pipeline.rotations import kabsch, rotate
+
+
+@dataclass(frozen=True)
+class Figure:
+    """Percentiles and mean over frames, or over takes (of each take's mean)."""
+
+    p50: float
+    mean: float
+    p95: float
+
+    @classmethod
+    def of(cls, values: np.ndarray) -> Figure:
+        values = values[np.isfinite(values)]
+        if len(values) == 0:
+            return cls(np.nan, np.nan, np.nan)
+        return cls(*(float(v) for v in (np.median(values), values.mean(), np.quantile(values, 0.95))))
+
+    def __str__(self) -> str:
+        return f"{self.p50:.1f} / {self.mean:.1f} / {self.p95:.1f}"
 
 
 def relative(joints: np.ndarray) -> np.ndarray:

@@ -13,14 +13,11 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
-from scipy.stats import spearmanr
 
 from ..pipeline.layouts import H36M17
 from ..pipeline.rotations import angle_deg, geodesic_deg, rotate, transpose
 from ..pipeline.sockets import Rectifier
-from .evaluate import Figure
-from .metrics import joint_error, procrustes_error, scaled
+from .metrics import Figure, joint_error, procrustes_error, scaled
 from .mocap import Clip, Subjects, lying, read_clips
 from .pcnet_views import View, seen, views
 from .testbed import lifted_takes
@@ -60,6 +57,8 @@ class Judged:
 
     def row(self, use: np.ndarray) -> dict[str, Any]:
         """Figures over the frames of a mask (N,)."""
+        from scipy.stats import spearmanr
+
         figures: dict[str, Any] = {
             "frames": int(use.sum()),
             "no answer": int(np.isnan(self.rotation[use]).sum()),
@@ -176,6 +175,8 @@ def view_of(R_camera_from_body: np.ndarray) -> dict[str, np.ndarray]:
 
 def equivariance(rectifier: Rectifier, clips: Sequence[Clip], count: int = 2000, seed: int = 0) -> Figure:
     """Degrees between rotation(Q x) and Q rotation(x), Q uniform over all rotations, x from the paper's views."""
+    from scipy.spatial.transform import Rotation
+
     rng = np.random.default_rng(seed)
     world = np.concatenate([clip.joints for clip in clips])
     joints, fine = seen(world[rng.integers(len(world), size=count)], views("paper", rng, count))

@@ -54,7 +54,7 @@ def run(
     flip: Annotated[
         bool, typer.Option("--flip", help="Average the lift with that of the mirrored person.")
     ] = False,
-    rectifier: Annotated[str | None, typer.Option(help="geometric, or a trained .onnx file.")] = None,
+    rectifier: Annotated[str | None, typer.Option(help="geometric, pcnet, or a trained .onnx file.")] = None,
     parity: Annotated[Parity, typer.Option(help="What to do when left and right look exchanged.")] = "refuse",
     missing: Annotated[Missing, typer.Option(help="What to do with NaN or all-zero poses.")] = "refuse",
     option: Annotated[

@@ -26,9 +26,9 @@ _SCATTER_DEG = 35.0  # median deviation of the frames' up from the take's up bey
 
 @dataclass(frozen=True)
 class Rectify:
-    """The stage. rectifier: "geometric", or the path of a trained network's .onnx file."""
+    """The stage. rectifier: "geometric", "pcnet", or a trained network's .onnx file."""
 
-    rectifier: str = "geometric"
+    rectifier: str = "pcnet"
 
     name: ClassVar[str] = "rectify"
     needs: ClassVar[tuple[str, ...]] = ("poses",)
@@ -48,7 +48,7 @@ class Rectify:
         return take.with_(rectified=rectified).saying(*events)
 
 
-def rectify(poses: PoseSequence, rectifier: str | Rectifier = "geometric") -> Rectified:
+def rectify(poses: PoseSequence, rectifier: str | Rectifier = "pcnet") -> Rectified:
     """Turn a skeleton into BODY, upright and facing -X in every frame, and LEVEL, one upright frame a take.
 
     poses: H36M17 in the axes of a camera, or of a world frame whose gravity is known: then nothing is estimated

@@ -30,12 +30,10 @@ def main() -> None:
         motionbert = PoseSequence(file["motionbert"], H36M17, CAMERA.with_(origin="crop", unit="arbitrary"))
         blazepose = remap(PoseSequence(file["blazepose_world"], BLAZEPOSE33, CAMERA.with_(origin="mid-hips")))
     print("MotionBERT against BlazePose on boxing, degrees a frame: mean, p50, p95")
-    rectified = [rectify(poses, "geometric") for poses in (motionbert, blazepose)]
-    pairs = {
-        "camera axes": (motionbert, blazepose),
-        "BODY, geometric": [r.body for r in rectified],
-        "LEVEL, geometric": [r.level for r in rectified],
-    }
+    pairs = {"camera axes": (motionbert, blazepose)}
+    for rectifier in ("geometric", "pcnet"):
+        a, b = (rectify(poses, rectifier) for poses in (motionbert, blazepose))
+        pairs |= {f"BODY, {rectifier}": (a.body, b.body), f"LEVEL, {rectifier}": (a.level, b.level)}
     for name, (a, b) in pairs.items():
         apart = apart_deg(a, b)
         print(f"  {name:<18} {apart.mean():5.1f} {np.median(apart):5.1f} {np.percentile(apart, 95):5.1f}")

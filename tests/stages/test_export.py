@@ -23,7 +23,7 @@ def take(facing_camera) -> Take:
     poses = poses.noted("read", adapter="arrays")
     inputs = ({"role": "poses", "file": "a.npy", "sha256": "0" * 64, "adapter": "arrays"},)
     take = Take("t", poses=poses, inputs=inputs, events=(Event("warning", "careful"), Event("seam", "s", 3)))
-    return Trajectories()(Rectify()(take))
+    return Trajectories()(Rectify("geometric")(take))
 
 
 @pytest.fixture

@@ -49,7 +49,7 @@ def test_it_is_a_rotation_and_knows_no_scale(seed, scale):
 @given(seeds)
 def test_bone_lengths_are_exact_in_body_and_level(seed):
     poses = PoseSequence(bodies(seed), H36M17, CAMERA)
-    rectified = rectify(poses)
+    rectified = rectify(poses, "geometric")
     for canonical in (rectified.body, rectified.level):
         for a, b in H36M17.bones:
             before = np.linalg.norm(poses.joint(a) - poses.joint(b), axis=-1)
@@ -58,7 +58,7 @@ def test_bone_lengths_are_exact_in_body_and_level(seed):
 
 
 def test_twice_is_once(facing_camera):
-    body = rectify(PoseSequence(facing_camera[None], H36M17, CAMERA)).body
+    body = rectify(PoseSequence(facing_camera[None], H36M17, CAMERA), "geometric").body
     R, _ = load_rectifier("geometric").rotation(body.joints)
     np.testing.assert_allclose(R[0], np.eye(3), atol=1e-6)
 
@@ -66,8 +66,8 @@ def test_twice_is_once(facing_camera):
 def test_body_of_a_turned_camera_is_the_same_body(facing_camera):
     motion = facing_camera + np.random.default_rng(0).normal(scale=0.02, size=(9, 17, 3))
     Q = Rotation.from_euler("xyz", [20, 50, -10], degrees=True).as_matrix()
-    straight = rectify(PoseSequence(motion, H36M17, CAMERA))
-    tilted = rectify(PoseSequence(rotate(Q, motion), H36M17, CAMERA))
+    straight = rectify(PoseSequence(motion, H36M17, CAMERA), "geometric")
+    tilted = rectify(PoseSequence(rotate(Q, motion), H36M17, CAMERA), "geometric")
     np.testing.assert_allclose(tilted.body.joints, straight.body.joints, atol=1e-5)
     np.testing.assert_allclose(tilted.level.joints, straight.level.joints, atol=1e-4)
 
@@ -76,7 +76,7 @@ def test_missing_torso_is_nan_and_said_missing_limb_is_not(facing_camera):
     joints = np.repeat(facing_camera[None], 4, axis=0)
     joints[1, H36M17.index("l_hip")] = np.nan
     joints[2, H36M17.index("l_wrist")] = np.nan
-    rectified = rectify(PoseSequence(joints, H36M17, CAMERA))
+    rectified = rectify(PoseSequence(joints, H36M17, CAMERA), "geometric")
     assert np.isnan(rectified.R_source_from_body).all(axis=(1, 2)).tolist() == [False, True, False, False]
     assert np.isfinite(rectified.level.joint("r_wrist")).all()
 
@@ -84,7 +84,7 @@ def test_missing_torso_is_nan_and_said_missing_limb_is_not(facing_camera):
 def test_a_take_without_any_torso_does_not_raise(facing_camera):
     joints = np.repeat(facing_camera[None], 3, axis=0)
     joints[:, H36M17.index("l_hip")] = np.nan
-    rectified = rectify(PoseSequence(joints, H36M17, CAMERA))
+    rectified = rectify(PoseSequence(joints, H36M17, CAMERA), "geometric")
     assert not rectified.level_ok
     assert "torso" in rectified.level_reason
     assert np.isnan(rectified.level.joints).all()
@@ -122,15 +122,15 @@ def test_ups_that_scatter_are_not_called_level():
 def test_a_person_who_lies_across_the_picture_is_not_called_level(facing_camera):
     motion = facing_camera + np.random.default_rng(0).normal(scale=0.01, size=(20, 17, 3))
     lying = rotate(Rotation.from_euler("z", 85, degrees=True).as_matrix(), motion)
-    assert rectify(PoseSequence(motion, H36M17, CAMERA)).level_ok
+    assert rectify(PoseSequence(motion, H36M17, CAMERA), "geometric").level_ok
     for poses in (PoseSequence(lying, H36M17, CAMERA), PoseSequence(motion, H36M17, GL_CAMERA)):
-        rectified = rectify(poses)
+        rectified = rectify(poses, "geometric")
         assert not rectified.level_ok
         assert "from the picture's" in rectified.level_reason
 
 
 def test_a_take_of_one_frame_is_not_called_level(facing_camera):
-    rectified = rectify(PoseSequence(facing_camera[None], H36M17, CAMERA))
+    rectified = rectify(PoseSequence(facing_camera[None], H36M17, CAMERA), "geometric")
     assert rectified.level_reason == "only 1 frames have a rotation"
     assert np.isfinite(rectified.level.joints).all()
 
@@ -142,7 +142,7 @@ def test_a_source_that_knows_its_gravity_is_levelled_by_it(facing_camera):
     lean = Rotation.from_euler("x", 30, degrees=True).as_matrix()
     leaning[trunk] = rotate(lean, leaning[trunk])
     world = PoseSequence(rotate(R_world_from_camera, leaning)[None], H36M17, Z_UP)
-    rectified = rectify(world)
+    rectified = rectify(world, "geometric")
     assert rectified.method == "gravity"
     np.testing.assert_allclose(rectified.R_source_from_body[0, :, 2], [0, 0, 1], atol=1e-12)
 
@@ -152,13 +152,13 @@ def test_the_rotations_speak_of_the_axes_that_the_poses_come_in(facing_camera, f
     reference = Z_UP if frame.family == "world" else CAMERA
     joints = PoseSequence(facing_camera[None], H36M17, reference.with_(origin="pelvis"))
     poses = change_frame(joints, frame.with_(origin="pelvis"))
-    rectified = rectify(poses)
+    rectified = rectify(poses, "geometric")
     for canonical, R in (
         (rectified.body, rectified.R_source_from_body),
         (rectified.level, rectified.R_source_from_level),
     ):
         np.testing.assert_allclose(rotate(R, canonical.joints.astype(float)), poses.joints, atol=1e-6)
-    np.testing.assert_allclose(rectified.body.joints, rectify(joints).body.joints, atol=1e-6)
+    np.testing.assert_allclose(rectified.body.joints, rectify(joints, "geometric").body.joints, atol=1e-6)
 
 
 def test_wrong_layout_or_rectifier_is_refused(facing_camera):
@@ -169,6 +169,6 @@ def test_wrong_layout_or_rectifier_is_refused(facing_camera):
 
     with pytest.raises(InputError, match="remap"):
         rectify(poses.with_(layout=MPI3DHP17))
-    rectified = rectify(poses)
+    rectified = rectify(poses, "geometric")
     with pytest.raises(InputError, match="BODY"):
         change_frame(rectified.body, CAMERA)

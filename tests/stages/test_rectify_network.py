@@ -1,0 +1,62 @@
+"""The shipped network through the rectify stage, on the walker whose gravity and heading are known."""
+
+import numpy as np
+import pytest
+
+from pcnet3d.examples.camera import R_camera_from_body, camera_poses, side_camera
+from pcnet3d.examples.walker import walker
+from pcnet3d.models import load_rectifier
+from pcnet3d.pipeline import H36M17, InputError
+from pcnet3d.pipeline.rotations import angle_deg, geodesic_deg
+from pcnet3d.stages import rectify
+
+
+@pytest.fixture(scope="module")
+def walk():
+    return walker()
+
+
+@pytest.fixture(scope="module")
+def poses(walk):
+    return camera_poses(walk, side_camera(walk))
+
+
+def test_it_is_the_default_and_much_nearer_to_the_truth_than_geometry(walk, poses):
+    """The walker squats: his trunk leans by 40 degrees, which geometry takes for a tilted camera."""
+    truth = R_camera_from_body(walk, side_camera(walk))
+    errors = {}
+    for name, rectified in {"default": rectify(poses), "geometric": rectify(poses, "geometric")}.items():
+        errors[name] = geodesic_deg(rectified.R_source_from_body, truth).mean()
+        tilt = angle_deg(rectified.R_source_from_level[:, 2], truth[0, :, 2])
+        assert tilt < (3 if name == "default" else 12)
+    assert errors["default"] < 0.5 * errors["geometric"]
+
+
+def test_its_name_carries_the_weights_and_its_error_is_stated(poses):
+    rectified = rectify(poses)
+    assert rectified.method.startswith("pcnet@")
+    assert len(rectified.method) == len("pcnet@") + 12
+    assert np.isfinite(rectified.error_deg).all()
+
+
+@pytest.mark.parametrize("scale", [1000, 0.37])
+def test_the_unit_does_not_matter(poses, scale):
+    rectifier = load_rectifier("pcnet")
+    joints = poses.joints[::20] - poses.joints[::20, :1]
+    R, _ = rectifier.rotation(joints)
+    scaled, _ = rectifier.rotation(joints * scale)
+    assert geodesic_deg(R, scaled).max() < 0.05
+
+
+def test_a_missing_arm_changes_little(poses):
+    joints = poses.joints[::20].copy()
+    joints[:, H36M17.indices(["r_elbow", "r_wrist"])] = np.nan
+    rectifier = load_rectifier("pcnet")
+    assert geodesic_deg(rectifier.rotation(joints)[0], rectifier.rotation(poses.joints[::20])[0]).mean() < 10
+
+
+def test_a_file_that_is_no_network_is_refused(tmp_path):
+    (tmp_path / "a.onnx").write_text("not a network")
+    for path in (tmp_path / "a.onnx", tmp_path / "none.onnx"):
+        with pytest.raises(InputError, match=r"\.onnx"):
+            load_rectifier(str(path))
