@@ -30,6 +30,12 @@ def beginning(path: Path) -> Any:
         return None
 
 
+def first_detection(content: Any) -> dict[str, Any] | None:
+    """The first entry of a flat list of detections in images, as COCO defined it; None for anything else."""
+    entry = content[0] if isinstance(content, list) and content else None
+    return entry if isinstance(entry, dict) and {"image_id", "keypoints"} <= entry.keys() else None
+
+
 def _closed(text: str) -> str:
     """The text up to its last comma, with the brackets that are open there closed; unchanged if none stays open."""
     closers, comma = _scanned(text)

@@ -18,7 +18,7 @@ import numpy as np
 from ..pipeline.errors import InputError
 from ..pipeline.layouts import COCO17, HALPE26, OPENPOSE18
 from ..pipeline.pose import PoseSequence
-from ._json import beginning, entries, field, frame_number, load, numbers
+from ._json import beginning, entries, field, first_detection, frame_number, load, numbers
 from ._tracks import Detection, sequences, triples
 
 name = "alphapose"
@@ -31,13 +31,9 @@ _PIXEL = 1.0
 
 def sniff(path: Path) -> bool:
     content = beginning(path)
-    if isinstance(content, list):
-        entry = content[0] if content else None
-        return (
-            isinstance(entry, dict)
-            and {"image_id", "keypoints"} <= entry.keys()
-            and (isinstance(entry["image_id"], str) or not entry.keys().isdisjoint(("idx", "box")))
-        )
+    entry = first_detection(content)
+    if entry is not None:
+        return isinstance(entry["image_id"], str) or not entry.keys().isdisjoint(("idx", "box"))
     return _bodies_key(content) is not None
 
 

@@ -21,7 +21,7 @@ import numpy as np
 from ..pipeline.errors import InputError
 from ..pipeline.layouts import COCO17, HALPE26
 from ..pipeline.pose import PoseSequence
-from ._json import beginning, entries, field, frame_number, load
+from ._json import beginning, entries, field, first_detection, frame_number, load
 from ._tracks import Detection, sequences, triples
 
 name = "coco"
@@ -34,14 +34,9 @@ _LAYOUTS = (COCO17, HALPE26)
 
 def sniff(path: Path) -> bool:
     content = beginning(path)
-    if isinstance(content, list):
-        entry = content[0] if content else None
-        return (
-            isinstance(entry, dict)
-            and {"image_id", "keypoints"} <= entry.keys()
-            and isinstance(entry["image_id"], int)
-            and entry.keys().isdisjoint(("idx", "box"))
-        )
+    entry = first_detection(content)
+    if entry is not None:
+        return isinstance(entry["image_id"], int) and entry.keys().isdisjoint(("idx", "box"))
     return _has(content, "images", "id", "file_name") or _has(content, "annotations", "image_id", "keypoints")
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..pipeline.layouts import H36M17
-from ..pipeline.rotations import rotate
+from ..pipeline.rotations import rotate, transpose
 
 _WIDTHS_HEIGHTS = np.array([(1920, 1080), (1280, 720), (1080, 1920), (1440, 1080), (1000, 1000)], dtype=float)
 
@@ -104,7 +104,7 @@ def place(joints_world: np.ndarray, rng: np.random.Generator, views: ViewRange |
     low, high = (-room - q[..., :2]).max(axis=-2), (room - q[..., :2]).min(axis=-2)
     shift = low + rng.uniform(0, 1, (*lead, 2)) * (high - low)
     offset = np.concatenate([shift, distance[..., None]], axis=-1)
-    position = centre - np.einsum("...ji,...j->...i", R, offset)
+    position = centre - rotate(transpose(R), offset[..., None, :])[..., 0, :]
     cameras = Cameras(R[..., None, :, :], position, focal_px, size)
     return _panned(cameras, joints_world, rng, views.pans) if views.pans else cameras
 

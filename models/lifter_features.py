@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..pipeline.layouts import H36M17
-from ..pipeline.rotations import known, unit
+from ..pipeline.rotations import known, rotate, transpose, unit
 
 ASSUMED_FOCAL = 1.0  # of the longer image side: between phones (0.7-0.85) and normal lenses (1.2-2)
 HALF_WINDOW = 40  # frames on each side over which place and size are averaged
@@ -80,7 +80,7 @@ def flipped(x: np.ndarray) -> np.ndarray:
 
 def _turned(rays: np.ndarray, R_camera_from_ray: np.ndarray) -> np.ndarray:
     homogeneous = np.concatenate([rays, np.ones_like(rays[..., :1])], axis=-1)
-    turned = np.einsum("...ji,...kj->...ki", R_camera_from_ray, homogeneous)
+    turned = rotate(transpose(R_camera_from_ray), homogeneous)
     return turned[..., :2] / np.maximum(turned[..., 2:], 0.1)
 
 

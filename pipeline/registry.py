@@ -9,8 +9,6 @@ from typing import Any
 from .errors import InputError
 from .options import did_you_mean
 
-GROUPS = ("adapters", "stages", "commands")
-
 
 @cache
 def registered(group: str) -> dict[str, EntryPoint]:

@@ -3,25 +3,15 @@
 import numpy as np
 import pytest
 
-from pcnet3d.examples.camera import Camera, R_camera_from_body, aimed, camera_poses, side_camera
+from pcnet3d.examples.camera import Camera, R_camera_from_body, aimed, camera_poses
 from pcnet3d.examples.landmarks import halpe26
-from pcnet3d.examples.walker import Walk, walker
+from pcnet3d.examples.walker import walker
 from pcnet3d.pipeline import BODY, CAMERA, H36M17, change_frame, rotate
 from pcnet3d.pipeline.canonical import body_axes
 from pcnet3d.pipeline.rotations import transpose
 
 TARGET = np.array([1.0, 2.0, 1.0])
 UP, EAST = np.array([0.0, 0.0, 1.0]), np.array([0.0, -1.0, 0.0])
-
-
-@pytest.fixture(scope="module")
-def walk() -> Walk:
-    return walker()
-
-
-@pytest.fixture(scope="module")
-def camera(walk: Walk) -> Camera:
-    return side_camera(walk)
 
 
 def pixel(camera: Camera, point: np.ndarray) -> np.ndarray:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from pcnet3d.adapters import read
-from pcnet3d.examples.camera import Camera, R_camera_from_body, camera_poses, side_camera
+from pcnet3d.examples.camera import R_camera_from_body, camera_poses
 from pcnet3d.examples.files import (
     UNDETECTED,
     ExampleFiles,
@@ -22,16 +22,6 @@ from pcnet3d.pipeline import H36M17
 from pcnet3d.pipeline.layouts import HALPE26
 from pcnet3d.pipeline.rotations import geodesic_deg
 from pcnet3d.stages.rectify import rectify
-
-
-@pytest.fixture(scope="module")
-def walk() -> Walk:
-    return walker()
-
-
-@pytest.fixture(scope="module")
-def camera(walk: Walk) -> Camera:
-    return side_camera(walk)
 
 
 @pytest.fixture(scope="module")

@@ -1,0 +1,16 @@
+"""The built-in example, made once a file of tests."""
+
+import pytest
+
+from pcnet3d.examples.camera import Camera, side_camera
+from pcnet3d.examples.walker import Walk, walker
+
+
+@pytest.fixture(scope="module")
+def walk() -> Walk:
+    return walker()
+
+
+@pytest.fixture(scope="module")
+def camera(walk: Walk) -> Camera:
+    return side_camera(walk)
