@@ -20,11 +20,6 @@ STRAIGHT = {"turn_deg": 0.0}
 
 
 @pytest.fixture(scope="module")
-def walk() -> Walk:
-    return walker()
-
-
-@pytest.fixture(scope="module")
 def fine() -> Walk:
     """The same take, a frame every millisecond."""
     return walker(fps=1000.0)
