@@ -8,14 +8,14 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Iterable
-from dataclasses import asdict
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
 import typer
 
+from ..pipeline.errors import InputError
 from ..pipeline.frames import IMAGE
 from ..pipeline.layouts import H36M17
 from ..pipeline.outputs import whole_file
@@ -24,10 +24,12 @@ from ..pipeline.rotations import angle_deg, geodesic_deg, kabsch
 from ..pipeline.sockets import Rectifier
 from . import load_rectifier
 from .lifter import lift
-from .metrics import Figure, joint_error, procrustes_error, scaled
-from .mocap import Subjects
+from .metrics import Figure, joint_error, plain, procrustes_error, scaled
+from .mocap import Subjects, read_mocap
+from .mocap_parts import read_parts
 from .pcnet_evaluate import as_markdown as tables_as_markdown
-from .pcnet_evaluate import rectifier_tables
+from .pcnet_evaluate import own_tables, rectifier_tables
+from .pcnet_views import Targets
 from .testbed import LiftedTake, lifted_takes
 
 _SETS: tuple[tuple[str, Subjects, bool], ...] = (
@@ -46,22 +48,52 @@ def evaluate(
     real: Annotated[
         bool, typer.Option("--real", help="Also compare with other lifters on real clips.")
     ] = False,
+    data: Annotated[Path | None, typer.Option(help="Other motion capture, a file of pcnet3d mocap.")] = None,
+    split: Annotated[
+        Path | None, typer.Option(help="JSON whose `test` says whom of --data to judge.")
+    ] = None,
+    targets: Annotated[Targets, typer.Option(help="With --data: gravity and heading, or its axes.")] = "body",
 ) -> None:
-    """Judge the lifter and rectifiers, on lifted and on clean poses, against motion capture."""
+    """Judge the lifter and rectifiers, on lifted and on clean poses, against motion capture.
+
+    With --data only the rectifiers are judged, on clean poses of that data.
+    """
     rectifiers = [load_rectifier(name) for name in rectifier]
-    results = evaluation(rectifiers[0], lifter, seed, flip)
-    results["rectifiers"] = rectifier_tables(rectifiers, seed, lifter)
+    if data is None and (split is not None or targets != "body"):
+        raise InputError("--split and --targets are for --data FILE, a file of pcnet3d mocap.")
+    if data is not None:
+        if real or flip:
+            raise InputError("--real and --flip are about the lifter, which --data does not judge.")
+        results = own_evaluation(rectifiers, data, split, targets, seed)
+    else:
+        results = evaluation(rectifiers[0], lifter, seed, flip)
+        results["rectifiers"] = rectifier_tables(rectifiers, seed, lifter)
     if real:
         from .real_clips import agreement
+        from .real_rectified import consistency
 
         results["real"] = agreement(lifter, flip)
+        results["real, rectified"] = consistency(rectifiers)
     output.mkdir(parents=True, exist_ok=True)
-    text = as_markdown(results)
+    text = as_markdown(results) if data is None else own_as_markdown(results)
     with whole_file(output / "evaluation.md") as partial:
         partial.write_text(text, encoding="utf-8")
     with whole_file(output / "evaluation.json") as partial:
-        partial.write_text(json.dumps(_plain(results), indent=1), encoding="utf-8")
+        partial.write_text(json.dumps(plain(results), indent=1), encoding="utf-8")
     print(text)
+
+
+def own_evaluation(
+    rectifiers: Sequence[Rectifier], data: Path, split: Path | None, targets: Targets, seed: int
+) -> dict[str, Any]:
+    """The rectifiers on the test subjects of a file of clips, or on everybody without a split."""
+    clips = read_parts(data, split, ["test"]).clips["test"] if split else read_mocap(data)
+    whom = f"{data.name}, {'test' if split else 'everybody'}"
+    return {
+        "pcnet3d": package_version(), "data": str(data), "split": str(split or ""), "targets": targets, "seed": seed,
+        "subjects": sorted({clip.subject for clip in clips}),
+        "rectifiers": own_tables(rectifiers, whom, clips, seed, targets),
+    }  # fmt: skip
 
 
 def evaluation(
@@ -206,7 +238,18 @@ def as_markdown(results: dict[str, Any]) -> str:
         ]
         lines += [_row(["clip", "one", "other", "apart"]), _row(["---"] * 4)]
         lines += [_row([*row["pair"], str(row["apart"])]) for row in results["real"]]
+    if "real, rectified" in results:
+        from .real_rectified import as_markdown as rectified_as_markdown
+
+        lines += ["", rectified_as_markdown(results["real, rectified"])]
     return "\n".join(lines) + "\n"
+
+
+def own_as_markdown(results: dict[str, Any]) -> str:
+    """own_evaluation as a page."""
+    subjects = f"{len(results['subjects'])} subjects"
+    about = f"pcnet3d {results['pcnet3d']}, {results['data']}, {subjects}, targets {results['targets']}"
+    return f"# Evaluation\n\n{about}, seed {results['seed']}.\n\n" + tables_as_markdown(results["rectifiers"])
 
 
 def _along(error: np.ndarray, take: LiftedTake) -> dict[str, np.ndarray]:
@@ -220,13 +263,3 @@ def _along(error: np.ndarray, take: LiftedTake) -> dict[str, np.ndarray]:
 
 def _row(cells: list[str]) -> str:
     return f"| {' | '.join(cells)} |"
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, float) and np.isnan(value):
-        return None
-    if isinstance(value, Figure):
-        return {key: None if np.isnan(number) else number for key, number in asdict(value).items()}
-    if isinstance(value, dict):
-        return {key: _plain(part) for key, part in value.items()}
-    return [_plain(part) for part in value] if isinstance(value, list | tuple) else value

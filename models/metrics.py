@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from typing import Any
 
 import numpy as np
 
@@ -27,6 +28,17 @@ class Figure:
 
     def __str__(self) -> str:
         return f"{self.p50:.1f} / {self.mean:.1f} / {self.p95:.1f}"
+
+
+def plain(value: Any) -> Any:
+    """Nested figures as what JSON knows; NaN becomes null."""
+    if isinstance(value, float) and np.isnan(value):
+        return None
+    if isinstance(value, Figure):
+        return plain(asdict(value))
+    if isinstance(value, dict):
+        return {key: plain(part) for key, part in value.items()}
+    return [plain(part) for part in value] if isinstance(value, list | tuple) else value
 
 
 def relative(joints: np.ndarray) -> np.ndarray:

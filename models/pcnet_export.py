@@ -19,7 +19,8 @@ _TOLERANCE = 1e-4
 class Deployed(nn.Module):
     """What the run time asks for: joints (B, 17, 3), valid (B, 17) -> R (B, 3, 3), error_deg (B,).
 
-    symmetric: average with the answer to the mirrored body, so that left and right are treated alike; twice the work.
+    symmetric: average with the answer to the mirrored body, so that left and right are treated alike; twice the work,
+        in one pass over twice the batch, which takes less of a single pose's time than two passes.
     """
 
     def __init__(self, net: PCNet, symmetric: bool) -> None:
@@ -27,15 +28,18 @@ class Deployed(nn.Module):
         self.net, self.symmetric = net, symmetric
 
     def forward(self, joints: Tensor, valid: Tensor) -> tuple[Tensor, Tensor]:
-        answer = self.net(joints, valid)
         if not self.symmetric:
+            answer = self.net(joints, valid)
             return answer.R, answer.error_deg
         other_side = torch.from_numpy(H36M17.mirror).to(joints.device)
         across, body = joints.new_tensor([-1.0, 1, 1]), joints.new_tensor([1.0, -1, 1])
-        mirrored = self.net(joints[:, other_side] * across, valid[:, other_side])
-        R = answer.R + mirrored.R * across[:, None] * body
-        error_deg = (answer.error_deg * mirrored.error_deg).sqrt()
-        return gram_schmidt(torch.cat([R[..., 0], R[..., 1]], dim=-1)), error_deg
+        both = self.net(
+            torch.cat([joints, joints[:, other_side] * across]), torch.cat([valid, valid[:, other_side]])
+        )
+        R, mirrored_R = both.R.unflatten(0, (2, -1))
+        R = R + mirrored_R * across[:, None] * body
+        error_deg, mirrored_deg = both.error_deg.unflatten(0, (2, -1))
+        return gram_schmidt(torch.cat([R[..., 0], R[..., 1]], dim=-1)), (error_deg * mirrored_deg).sqrt()
 
 
 def export(deployed: Deployed, path: Path, **properties: object) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -12,24 +13,27 @@ from ..pipeline.errors import InputError
 from ..pipeline.layouts import H36M17
 from ..pipeline.rotations import known
 
-CHUNK = 128  # poses answered at a time; fits the caches
+CHUNK = 64  # poses answered at a time; fits the caches
 _INPUTS = {"joints": [17, 3], "valid": [17]}  # each behind the batch
-_OUTPUTS = {"R", "error_deg"}
+_OUTPUTS = {"R": [3, 3], "error_deg": []}
 
 
 class PCNetRectifier:
     """Rectifier from an exported network. method: "pcnet@" and the first 12 digits of the file's SHA-256."""
 
     def __init__(self, path: str | Path, threads: int | None = None) -> None:
-        """path: an .onnx file of pcnet_export. threads: of the computation; all the process may use by default.
+        """path: an .onnx file of pcnet_export or pcnet_quantise. threads: chunks answered at the same time; as many as
+        the process may use by default.
 
         InputError when there is no such file, or it is not a rectifier.
         """
         import onnxruntime
 
         options = onnxruntime.SessionOptions()
-        # 0 lets onnxruntime choose, which ignores that a container may have been given fewer cores.
-        options.intra_op_num_threads = threads or _allowed_threads()
+        # Every chunk in one thread: onnxruntime's own threads wait for each other within each layer, which costs more
+        # than it gains in layers as small as these, most of all for a single pose or beside other programs.
+        options.intra_op_num_threads = 1
+        self.threads = threads or _allowed_threads()
         options.log_severity_level = 3
         try:
             content = Path(path).read_bytes()
@@ -41,12 +45,14 @@ class PCNetRectifier:
                 f"Expected a rectifier's .onnx file at {path}: {str(error).splitlines()[0]}."
             ) from None
         found = {entry.name: entry.shape[1:] for entry in self.session.get_inputs()}
-        outputs = {entry.name for entry in self.session.get_outputs()}
-        if found != _INPUTS or not outputs >= _OUTPUTS:
+        outputs = {entry.name: entry.shape[1:] for entry in self.session.get_outputs()}
+        if found != _INPUTS or outputs != _OUTPUTS:
             raise InputError(
                 f"{path} is not a rectifier of pcnet3d: expected the inputs {_INPUTS} and the outputs "
-                f"{sorted(_OUTPUTS)}, got {found} and {sorted(outputs)}."
+                f"{_OUTPUTS}, got {found} and {outputs}."
             )
+        self.path = Path(path)
+        self.precision = self.session.get_modelmeta().custom_metadata_map.get("precision", "float32")
         self.method = f"pcnet@{hashlib.sha256(content).hexdigest()[:12]}"
 
     def rotation(self, joints: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -60,11 +66,15 @@ class PCNetRectifier:
         R = np.full((len(joints), 3, 3), np.nan)
         error_deg = np.full(len(joints), np.nan)
         rows = np.flatnonzero(usable)
-        for start in range(0, len(rows), CHUNK):
-            part = rows[start : start + CHUNK]
+        parts = [rows[start : start + CHUNK] for start in range(0, len(rows), CHUNK)]
+
+        def answer(part: np.ndarray) -> None:
             R[part], error_deg[part] = self.session.run(
                 ["R", "error_deg"], {"joints": joints[part], "valid": valid[part]}
             )
+
+        with ThreadPoolExecutor(self.threads) as pool:
+            list((pool.map if len(parts) > 1 else map)(answer, parts))
         return R, error_deg
 
 
@@ -87,4 +97,5 @@ def prepare(joints: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def _allowed_threads() -> int:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else 0
+    """A container may have been given fewer cores than the machine has."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -2,32 +2,51 @@
 
 One loop. The config file says everything; DIR gets pcnet.onnx, pcnet.pt (the best by validation), last.pt, the
 config and log.jsonl. The same command again goes on from last.pt, to the same numbers as without the break.
+On several GPUs, or CPU processes, which share every batch:
+
+    torchrun --nproc-per-node 4 -m pcnet3d.models.train models/pcnet.toml -o DIR
+
+log.jsonl is the run's curve: a JSON object a line with `step`, `s` (seconds since this start), `loss` (mean since the
+last line) and the validation's figures in degrees. pandas draws it:
+pandas.read_json("log.jsonl", lines=True).plot(x="step", y=["paper", "wide"])
 """
 
 from __future__ import annotations
 
 import json
 import math
-import shutil
 import time
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack, contextmanager, nullcontext
 from copy import deepcopy
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 import numpy as np
 import torch
-from pydantic import BaseModel, ConfigDict
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    NonNegativeFloat,
+    NonNegativeInt,
+    PositiveFloat,
+    PositiveInt,
+)
 
 from ..pipeline.errors import InputError
 from ..pipeline.outputs import whole_file
+from ..pipeline.progress import counted
 from ..pipeline.rotations import geodesic_deg
 from .mocap import Clip, Subjects, lying, read_clips
+from .mocap_parts import Parts, read_parts
+from .parallel import Ranks, ranks
 from .pcnet import NetConfig, PCNet
 from .pcnet_export import Deployed, export
 from .pcnet_losses import Truth, Weights, total
-from .pcnet_views import Frames, Mixture, Views, read_lifted, refuse_shared_subjects, seen, views
+from .pcnet_views import Frames, Mixture, Targets, Views, read_lifted, refuse_shared_subjects, seen, views
 from .train_config import read_toml
 
 _EVERY = 250  # steps between looks at the validation subjects
@@ -41,6 +60,9 @@ class TrainConfig(BaseModel):
     kind: what `pcnet3d train` trains with this file.
     lifted: files of `pcnet3d testbed` with takes of train subjects, each lifted by a lifter that never saw them.
     lifted_val: the same of val subjects; with it, the best weights are the best on these.
+    data, split: a file of `pcnet3d mocap` and one of its train, val and test subjects (mocap_parts), instead of the
+        motion capture that the shipped network was trained on.
+    targets: what the rotation leads to; "axes" is the paper's, for data whose people all face one way.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -48,19 +70,22 @@ class TrainConfig(BaseModel):
     subjects: Subjects
     lifted: tuple[Path, ...]
     lifted_val: tuple[Path, ...]
-    seed: int
-    steps: int
-    batch: int
-    rate: float  # highest learning rate, after `warmup` steps; then a cosine down to nothing
-    warmup: int
-    weight_decay: float
-    average: float  # decay of the weights' moving average, which is what is kept
-    threads: int
+    seed: NonNegativeInt
+    steps: PositiveInt
+    batch: PositiveInt
+    rate: PositiveFloat  # highest learning rate, after `warmup` steps; then a cosine down to nothing
+    warmup: NonNegativeInt
+    weight_decay: NonNegativeFloat
+    average: float = Field(ge=0, lt=1)  # decay of the weights' moving average, which is what is kept
+    threads: PositiveInt
     bf16: bool
     symmetric: bool  # the shipped network's answer is averaged with that to the mirrored body
     net: NetConfig
     weights: Weights
     mixture: Mixture
+    data: Path | None = None
+    split: Path | None = None
+    targets: Targets = "body"
 
 
 @dataclass
@@ -88,10 +113,9 @@ class State:
             )
 
     def load(self, path: Path, config: TrainConfig) -> None:
-        """InputError when the checkpoint is damaged or belongs to another config."""
-        try:
-            saved = torch.load(path, weights_only=True, map_location=next(self.net.parameters()).device)
-            if saved["config"] != config.model_dump_json():
+        """InputError when the checkpoint is damaged, of another network, or belongs to another config."""
+        with _reading(path) as saved:
+            if TrainConfig.model_validate_json(saved["config"]) != config:
                 raise InputError(
                     f"{path} was made with another config; choose another -o DIR, or the config that it was made with."
                 )
@@ -99,105 +123,144 @@ class State:
             self.average.load_state_dict(saved["average"])
             self.optimiser.load_state_dict(saved["optimiser"])
             self.step, self.best = saved["step"], saved["best"]
-        except InputError:
-            raise
-        except Exception as error:  # torch's errors have no common class but Exception
-            reason = str(error).partition("\n")[0] or type(error).__name__
-            raise InputError(
-                f"Expected a checkpoint of this training at {path}: {reason}; remove it to start anew."
-            ) from None
+
+
+@contextmanager
+def _reading(path: Path) -> Iterator[Any]:
+    """What torch saved there, unpickling nothing but tensors and plain values; InputError when it does not fit."""
+    remedy = "remove it to start anew, or choose another -o DIR"
+    try:
+        saved = torch.load(path, weights_only=True, map_location="cpu")
+    except OSError as error:
+        raise InputError(f"Expected a checkpoint at {path}: {error.strerror}.") from None
+    except Exception:  # torch's errors have no common class but Exception, and advise to unpickle
+        raise InputError(f"{path} is damaged, or no checkpoint of a training; {remedy}.") from None
+    try:
+        yield saved
+    except InputError:
+        raise
+    except Exception as error:
+        reason = str(error).splitlines()[:2][-1].strip(" \t.")
+        raise InputError(f"{path} is no checkpoint of this network ({reason}); {remedy}.") from None
+
+
+def best_of(config: TrainConfig, folder: Path) -> PCNet:
+    """The network with a run's best weights by validation; InputError when they are not there or do not fit."""
+    net = PCNet(config.net)
+    with _reading(folder / "pcnet.pt") as saved:
+        net.load_state_dict(saved)
+    return net.eval()
 
 
 def train_pcnet(config_file: Path, output: Path) -> None:
     """Run a config file. InputError when it is not what TrainConfig says, DIR holds another run, train and
     held-out subjects overlap, or the loss stops being a number (the last good checkpoint stays)."""
-    config = read_config(config_file)
-    device = "cuda" if torch.cuda.is_available() else "cpu"
+    train(read_config(config_file), config_file.read_text(encoding="utf-8"), output)
+
+
+def train(config: TrainConfig, text: str, output: Path) -> None:
+    """Run a config, in every process that torchrun started; text: the file it comes from, kept in DIR."""
     torch.manual_seed(config.seed)
     torch.set_num_threads(config.threads)
-    clips = read_clips(config.subjects)
-    material = Views(clips, config.mixture, config.lifted)
-    names = [clip.name for clip in clips] + list(material.lifted.clips if material.lifted else ())
-    for part in _HELD_OUT:
-        refuse_shared_subjects(names, [clip.name for clip in read_clips(part)], f"the {part} subjects")  # type: ignore[arg-type]
-    check = validation(read_clips("val"), config.lifted_val)
+    material, check = prepare(config)
 
-    net = PCNet(config.net).to(device)
-    net.bf16 = config.bf16
-    average = deepcopy(net).eval()
-    average.bf16 = False
-    state = State(net, average, optimiser_of(net, config))
-    output.mkdir(parents=True, exist_ok=True)
-    if (output / "last.pt").exists():
-        state.load(output / "last.pt", config)
-        print(f"goes on after step {state.step}")
-    shutil.copy(config_file, output / "pcnet.toml")
-    print(f"{sum(p.numel() for p in net.parameters()):,} parameters, {device}, seed {config.seed}")
-
-    with ThreadPoolExecutor(1) as maker, open(output / "log.jsonl", "a", encoding="utf-8") as log:
+    with ranks() as here, ExitStack() as open_files:
+        net = PCNet(config.net).to(here.device)
+        net.bf16 = config.bf16
+        average = deepcopy(net).eval()
+        average.bf16 = False
+        state = State(net, average, optimiser_of(net, config))
+        output.mkdir(parents=True, exist_ok=True)
+        if (output / "last.pt").exists():
+            state.load(output / "last.pt", config)
+        log = None
+        if here.rank == 0:
+            with whole_file(output / "pcnet.toml") as partial:
+                partial.write_text(text, encoding="utf-8")
+            log = open_files.enter_context(open(output / "log.jsonl", "a", encoding="utf-8"))
+            if state.step:
+                print(f"goes on after step {state.step}")
+            print(
+                f"{sum(p.numel() for p in net.parameters()):,} parameters, "
+                f"{here.size} x {here.device.type}, seed {config.seed}"
+            )
         run(state, config, lambda step: material.batch(np.random.default_rng([config.seed, step]), config.batch),
-            check, output, maker, log)  # fmt: skip
-    best = PCNet(config.net)
-    best.load_state_dict(torch.load(output / "pcnet.pt", weights_only=True, map_location="cpu"))
-    deployed = Deployed(best.eval(), config.symmetric)
+            check, output, here, log)  # fmt: skip
+    if here.rank:
+        return
+    deployed = Deployed(best_of(config, output), config.symmetric)
     calibrate(deployed, check.get("lifted", check["paper"]))
-    export(deployed, output / "pcnet.onnx", trained_on=config.subjects, network=config.net.net)
+    properties = {"trained_on": trained_on(config), "targets": config.targets, "network": config.net.net}
+    export(deployed, output / "pcnet.onnx", **properties)
     print({key: round(figure, 2) for key, figure in look(deployed, check).items()}, flush=True)
 
 
 def run(
     state: State,
     config: TrainConfig,
-    make: Any,
+    make: Callable[[int], Frames],
     check: dict[str, Frames],
     output: Path,
-    maker: ThreadPoolExecutor,
-    log: Any,
+    here: Ranks,
+    log: TextIO | None,
 ) -> None:
-    """The loop: from state.step + 1 to config.steps. make(step) gives the step's Frames."""
+    """The loop: from state.step + 1 to config.steps. make(step) gives the step's Frames, the same in every process,
+    which takes its part of them; the sum of the parts' gradients is that of the whole batch. log: of rank 0."""
     net, optimiser = state.net, state.optimiser
-    device = next(net.parameters()).device
     start, losses = time.perf_counter(), []
-    coming = maker.submit(make, state.step + 1)
-    for step in range(state.step + 1, config.steps + 1):
-        joints, valid, truth, R = (torch.from_numpy(array).to(device) for array in coming.result())
-        if step < config.steps:
-            coming = maker.submit(make, step + 1)
-        torch.manual_seed(config.seed + step)  # for dropout
-        answer = net(joints, valid)
-        loss = total(net, answer, joints, Truth(truth, R, valid), config.weights)
-        value = loss.item()
-        if not math.isfinite(value):
-            raise InputError(
-                f"The loss became {value} at step {step}; the last good checkpoint, {output / 'last.pt'}, stays. "
-                "Lower `rate`, or look at the data."
-            )
-        losses.append(value)
-        optimiser.zero_grad(set_to_none=True)
-        loss.backward()
-        torch.nn.utils.clip_grad_norm_(net.parameters(), 1.0)
-        for group in optimiser.param_groups:
-            group["lr"] = config.rate * schedule(step, config)
-        optimiser.step()
-        with torch.no_grad():
-            decay = min(config.average, step / (step + 10))
-            for kept, new in zip(state.average.parameters(), net.parameters(), strict=True):
-                kept.lerp_(new, 1 - decay)
-        if step % _EVERY == 0 or step == config.steps:
-            figures = look(Deployed(state.average, config.symmetric), check)
-            score = figures.get("lifted", figures["paper"])
-            line = {"step": step, "of": config.steps, "s": round(time.perf_counter() - start)}
-            line |= {"loss": float(np.mean(losses)), **figures}
-            losses.clear()
-            log.write(json.dumps(line) + "\n")
-            log.flush()
-            print({key: round(figure, 2) for key, figure in line.items()}, flush=True)
-            if score < state.best:
-                state.best = score
-                with whole_file(output / "pcnet.pt") as partial:
-                    torch.save(state.average.state_dict(), partial)
-            state.step = step
-            state.save(output / "last.pt", config)
+    bar = counted("train", config.steps) if log else nullcontext(lambda done: None)
+    with ThreadPoolExecutor(1) as maker, bar as tell:
+        coming = maker.submit(make, state.step + 1)
+        for step in range(state.step + 1, config.steps + 1):
+            batch = coming.result()
+            if step < config.steps:
+                coming = maker.submit(make, step + 1)
+            part = here.part(len(batch.R))
+            joints, valid, truth, R = (torch.from_numpy(array[part]).to(here.device) for array in batch)
+            torch.manual_seed(config.seed + step + 1_000_003 * here.rank)  # for dropout
+            answer = net(joints, valid)
+            loss = total(net, answer, joints, Truth(truth, R, valid), config.weights)
+            loss = loss * (len(R) / len(batch.R))
+            optimiser.zero_grad(set_to_none=True)
+            loss.backward()
+            here.add_gradients(net.parameters())
+            value, norm = here.total(loss), torch.nn.utils.clip_grad_norm_(net.parameters(), 1.0).item()
+            _refuse_lost(value, norm, step, output)
+            losses.append(value)
+            for group in optimiser.param_groups:
+                group["lr"] = config.rate * schedule(step, config)
+            optimiser.step()
+            with torch.no_grad():
+                decay = min(config.average, step / (step + 10))
+                for kept, new in zip(state.average.parameters(), net.parameters(), strict=True):
+                    kept.lerp_(new, 1 - decay)
+            tell(step)
+            if log and (step % _EVERY == 0 or step == config.steps):
+                figures = look(Deployed(state.average, config.symmetric), check)
+                score = figures.get("lifted", figures["paper"])
+                _refuse_lost(value, score, step, output)
+                line = {"step": step, "of": config.steps, "s": round(time.perf_counter() - start)}
+                line |= {"loss": float(np.mean(losses)), **figures}
+                losses.clear()
+                log.write(json.dumps(line) + "\n")
+                log.flush()
+                print({key: round(figure, 2) for key, figure in line.items()}, flush=True)
+                if score < state.best:
+                    state.best = score
+                    with whole_file(output / "pcnet.pt") as partial:
+                        torch.save(state.average.state_dict(), partial)
+                state.step = step
+                state.save(output / "last.pt", config)
+
+
+def _refuse_lost(loss: float, figure: float, step: int, output: Path) -> None:
+    """InputError when the loss, or what depends on the weights, is no number any more."""
+    if math.isfinite(loss) and math.isfinite(figure):
+        return
+    last = output / "last.pt"
+    kept = f"the last good checkpoint, {last}, stays" if last.exists() else "there was no checkpoint yet"
+    what = f"The loss became {loss}" if not math.isfinite(loss) else f"Gradient or validation became {figure}"
+    raise InputError(f"{what} at step {step}; {kept}. Lower `rate`, or look at the data.")
 
 
 def read_config(path: Path) -> TrainConfig:
@@ -223,19 +286,58 @@ def schedule(step: int, config: TrainConfig) -> float:
     return 0.5 * (1 + math.cos(math.pi * min(done, 1.0)))
 
 
-def validation(clips: tuple[Clip, ...], lifted: tuple[Path, ...]) -> dict[str, Frames]:
-    """The same upright frames of the val subjects for every run: "paper", "wide" and, where given, "lifted"."""
+def prepare(config: TrainConfig) -> tuple[Views, dict[str, Frames]]:
+    """What a config learns from, and what it is validated on. InputError when people of one part are in another."""
+    parts = parts_of(config)
+    material = Views(parts.clips["train"], config.mixture, config.lifted, config.targets)
+    if parts.by == "subject":
+        names = [clip.name for clip in parts.clips["train"]]
+        names += material.lifted.clips if material.lifted else ()
+        for part, clips in parts.clips.items():
+            if part != "train":
+                refuse_shared_subjects(names, [clip.name for clip in clips], f"the {part} subjects")
+    everybody = parts.clips["train"] if config.data else read_clips("train") if config.lifted_val else ()
+    return material, validation(parts.clips["val"], config.lifted_val, everybody, config.targets)
+
+
+def parts_of(config: TrainConfig) -> Parts:
+    """The clips to train on and those held out. InputError when the config's keys contradict each other."""
+    if config.targets == "axes" and (config.lifted or config.lifted_val):
+        raise InputError('Lifted takes know the target "body" only; leave them out, or set targets = "body".')
+    if (config.data is None) != (config.split is None):
+        raise InputError("Expected `data` and `split` together: clips, and which of them to train on.")
+    if config.data is None or config.split is None:
+        held_out = {part: read_clips(part) for part in _HELD_OUT}  # type: ignore[arg-type]
+        return Parts({"train": read_clips(config.subjects), **held_out}, "subject")
+    parts = read_parts(config.data, config.split)
+    if config.subjects != "train" or (parts.by == "clip" and (config.lifted or config.lifted_val)):
+        raise InputError(
+            'With `data`, expected subjects = "train", and lifted takes only where the split lists subjects.'
+        )
+    return parts
+
+
+def trained_on(config: TrainConfig) -> str:
+    return f"{config.data.name}, {config.split.name}" if config.data and config.split else config.subjects
+
+
+def validation(
+    clips: Sequence[Clip], lifted: tuple[Path, ...], train: Sequence[Clip], targets: Targets
+) -> dict[str, Frames]:
+    """The same upright frames of the val subjects for every run: "paper", "wide" and, where given, "lifted".
+
+    InputError when lifted takes show people of `train`."""
     rng = np.random.default_rng(1)
     world = np.concatenate([clip.joints for clip in clips])
     world = _some(rng, world[~lying(world)])
     check = {}
     for view in ("paper", "wide"):
         R = views(view, rng, len(world))
-        joints, fine = seen(world, R)
+        joints, fine = seen(world, R, targets)
         check[view] = _whole(joints[fine], R[fine])
     if lifted:
         takes = read_lifted(lifted)
-        refuse_shared_subjects(takes.clips, [clip.name for clip in read_clips("train")], "the validation's")
+        refuse_shared_subjects(takes.clips, [clip.name for clip in train], "the validation's")
         rows = _some(rng, np.flatnonzero(~takes.lying))
         check["lifted"] = _whole(takes.joints[rows], takes.R[rows])
     return check

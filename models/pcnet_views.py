@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import zipfile
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal, NamedTuple
 
@@ -19,11 +19,14 @@ from ..pipeline.errors import InputError
 from ..pipeline.frames import CAMERA, PC_CAMERA
 from ..pipeline.layouts import H36M17
 from ..pipeline.rotations import known, rotate, transpose, unit
-from .bodies import BodyRange, vary
+from .bodies import BodyRange, combine, vary
 from .metrics import relative
 from .mocap import Clip
 
 View = Literal["paper", "wide"]
+# What R leads to: "body", gravity and the body's own heading (design.md section 4), or "axes", the data set's own fixed
+# axes, as in the paper; these make sense where everybody was recorded facing -x.
+Targets = Literal["body", "axes"]
 
 _CAMERA_FROM_SOURCE = CAMERA.basis @ PC_CAMERA.basis.T  # the paper's axes: x away, y left, z up
 _LIMBS = {f"{side}_{part}": side for side in "lr" for part in ("hip", "shoulder")}
@@ -43,10 +46,11 @@ class Mixture:
     """Shares of a batch, and how far its bodies and joints are from the capture.
 
     lifted: share of lifted frames (of the files given to the training). wide: share of the others that is seen
-    from `wide` views. swung: share with limbs and trunk turned further. definitions_m: how far spine, thorax, nose
-    and head move in the sagittal plane, standard deviation; estimators put them differently (formats.md section 1).
-    noisy: share with Gaussian noise of up to noise_m, twice that in depth. missing: share with missing joints.
-    flipped: share with a limb's depth turned over. roll_deg: the camera's roll added to lifted frames, uniform.
+    from `wide` views. combined: share of the others with the upper body of another frame. swung: share with limbs
+    and trunk turned further. definitions_m: how far spine, thorax, nose and head move in the sagittal plane, standard
+    deviation; estimators put them differently (formats.md section 1). noisy: share with Gaussian noise of up to
+    noise_m, twice that in depth. missing: share with missing joints. flipped: share with a limb's depth turned over.
+    roll_deg: the camera's roll added to lifted frames, uniform.
     """
 
     lifted: float
@@ -62,6 +66,11 @@ class Mixture:
     unchanged: float
     hips: tuple[float, float] = BodyRange.hips
     shoulders: tuple[float, float] = BodyRange.shoulders
+
+    def __post_init__(self) -> None:
+        shares = ("lifted", "wide", "combined", "swung", "noisy", "missing", "flipped", "unchanged")
+        if wrong := [name for name in shares if not 0 <= getattr(self, name) <= 1]:
+            raise InputError(f"expected a share between 0 and 1 for {', '.join(wrong)}")
 
     @property
     def bodies(self) -> BodyRange:
@@ -105,21 +114,29 @@ def views(view: View, rng: np.random.Generator, count: int) -> np.ndarray:
     return _CAMERA_FROM_SOURCE @ (z @ y @ x if view == "paper" else x @ y @ z)
 
 
-def seen(joints_world: np.ndarray, R_camera_from_body: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def seen(
+    joints_world: np.ndarray, R_camera_from_body: np.ndarray, targets: Targets = "body"
+) -> tuple[np.ndarray, np.ndarray]:
     """joints (B, 17, 3), +Z up, turned so that their R_camera_from_body is the one given -> (B, 17, 3) relative to
-    the pelvis, and (B,) whether the frame has a heading at all."""
-    R_body_from_world = transpose(R_world_from_body(joints_world))
-    R = R_camera_from_body @ R_body_from_world
+    the pelvis, and (B,) whether the frame has a heading at all. With targets "axes" the world's axes are the body's."""
+    R = R_camera_from_body
+    if targets == "body":
+        R = R @ transpose(R_world_from_body(joints_world))
     return rotate(R, relative(joints_world.astype(np.float64))), np.asarray(known(R).all(axis=-1))
 
 
 class Views:
     """Random training batches; the same generator gives the same batches."""
 
-    def __init__(self, clips: Sequence[Clip], mixture: Mixture, lifted: Sequence[Path] = ()) -> None:
+    def __init__(
+        self, clips: Sequence[Clip], mixture: Mixture, lifted: Sequence[Path] = (), targets: Targets = "body"
+    ) -> None:
         """lifted: files of `pcnet3d testbed`. InputError when the mixture wants lifted frames and there are none."""
         self.joints = np.concatenate([clip.joints for clip in clips])
         self.mixture = mixture
+        self.targets: Targets = targets
+        # A body mirrored in x = 0 faces the other way, which only its own heading follows.
+        self.bodies = mixture.bodies if targets == "body" else replace(mixture.bodies, mirrored=0.0)
         self.lifted = read_lifted(lifted) if lifted else None
         if mixture.lifted and self.lifted is None:
             raise InputError(
@@ -140,14 +157,16 @@ class Views:
 
     def _captured(self, rng: np.random.Generator, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         mixture = self.mixture
-        world = vary(self.joints[rng.integers(len(self.joints), size=count)][:, None], rng, mixture.bodies)[
-            :, 0
-        ]
+        motion = self._motion(rng, count)
+        mixed = round(mixture.combined * count)
+        if mixed:
+            motion[:mixed] = combine(motion[:mixed], self._motion(rng, mixed))
+        world = vary(motion, rng, self.bodies)[:, 0]
         if mixture.swung:
             world = swing(world, rng, mixture.swung)
         wide = rng.uniform(size=count) < mixture.wide
         R = np.where(wide[:, None, None], views("wide", rng, count), views("paper", rng, count))
-        truth, fine = seen(world, R)
+        truth, fine = seen(world, R, self.targets)
         truth, R = truth[fine], R[fine]
         if mixture.definitions_m:
             truth = redefined(truth, rng, mixture.definitions_m)
@@ -155,6 +174,10 @@ class Views:
         if mixture.noisy:
             joints = _noisy(joints, rng, mixture.noisy, mixture.noise_m)
         return joints, truth, R
+
+    def _motion(self, rng: np.random.Generator, count: int) -> np.ndarray:
+        """(count, 1, 17, 3) captured frames, drawn at random."""
+        return self.joints[rng.integers(len(self.joints), size=count)][:, None]
 
     def _lifted(
         self, rng: np.random.Generator, count: int, takes: Lifted

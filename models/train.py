@@ -1,7 +1,12 @@
-"""pcnet3d train CONFIG.toml -o DIR: trains what the config file describes; needs the extra "train"."""
+"""pcnet3d train CONFIG.toml -o DIR: trains what the config file describes; needs the extra "train".
+
+On several GPUs: torchrun --nproc-per-node N -m pcnet3d.models.train CONFIG.toml -o DIR
+"""
 
 from __future__ import annotations
 
+import os
+import sys
 import tomllib
 from pathlib import Path
 from typing import Annotated
@@ -18,13 +23,21 @@ def train(
     """Train a network of this package from a config file."""
     try:
         from .lifter_train import train_lifter
+        from .pcnet_ablations import train_ablations
         from .pcnet_train import train_pcnet
     except ModuleNotFoundError as error:
         raise InputError(
             f"Training needs {error.name}, which is not installed: pip install 'pcnet3d[train]'."
         ) from None
-    train = train_pcnet if _kind(config) == "pcnet" else train_lifter
-    train(config, output)
+    trainers = {"lifter": train_lifter, "pcnet": train_pcnet, "ablations": train_ablations}
+    kind = _kind(config)
+    if kind not in trainers:
+        raise InputError(f"{config}: expected a kind of {', '.join(trainers)}; got '{kind}'.")
+    if kind != "pcnet" and int(os.environ.get("WORLD_SIZE", 1)) > 1:
+        raise InputError(
+            f"{config}: only the kind 'pcnet' trains in several processes; start one for '{kind}'."
+        )
+    trainers[kind](config, output)
 
 
 def _kind(config: Path) -> str:
@@ -33,3 +46,10 @@ def _kind(config: Path) -> str:
         return str(tomllib.loads(config.read_text(encoding="utf-8")).get("kind", "lifter"))
     except (OSError, ValueError):
         return "lifter"
+
+
+if __name__ == "__main__":  # torchrun starts modules, not commands
+    from ..pipeline.cli import main
+
+    sys.argv.insert(1, "train")
+    main()

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import tomllib
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
@@ -15,12 +16,38 @@ Config = TypeVar("Config", bound=BaseModel)
 
 def read_toml(path: Path, model: type[Config]) -> Config:
     """The file's content as that model; InputError naming the file and the key that is wrong."""
+    return checked(load_toml(path), model, str(path))
+
+
+def load_toml(path: Path) -> dict[str, Any]:
+    """InputError when there is no such file, or it is no TOML."""
     try:
-        return model.model_validate(tomllib.loads(path.read_text(encoding="utf-8")))
+        return tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise InputError(f"Expected a training config at {path}: {error.strerror}.") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise InputError(f"Expected a TOML file at {path}: {error}.") from None
+
+
+def checked(content: dict[str, Any], model: type[Config], where: str) -> Config:
+    """The content as that model; InputError with `where` and the key that is wrong."""
+    try:
+        return model.model_validate(content)
     except ValidationError as error:
         first = error.errors()[0]
-        raise InputError(f"{path}: {'.'.join(map(str, first['loc']))}: {first['msg']}.") from None
+        raise InputError(f"{where}: {'.'.join(map(str, first['loc']))}: {first['msg']}.") from None
+
+
+def as_toml(config: BaseModel) -> str:
+    """A config as the TOML text that it would be read from; what is None is left out, as TOML has no such value."""
+    content = config.model_dump(mode="json", exclude_none=True)
+    tables = {key: value for key, value in content.items() if isinstance(value, dict)}
+    lines = _lines({key: value for key, value in content.items() if key not in tables})
+    for name, table in tables.items():
+        lines += ["", f"[{name}]", *_lines(table)]
+    return "\n".join(lines) + "\n"
+
+
+def _lines(table: dict[str, Any]) -> list[str]:
+    # Numbers, truth values, strings and lists of them are written alike in JSON and TOML.
+    return [f"{key} = {json.dumps(value)}" for key, value in table.items()]

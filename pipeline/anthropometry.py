@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .pose import PoseSequence
+from .layouts import H36M17
 
 ANKLE_HEIGHT = 0.039  # ankle joint above the sole
 HIPS_WIDTH = 0.100
@@ -43,14 +43,14 @@ SEGMENTS: dict[tuple[str, str], float] = {
 _LIMBS = ("knee", "ankle", "elbow", "wrist")
 
 
-def implied_stature(poses: PoseSequence) -> float:
-    """Stature, in the poses' unit, of a person with limbs like these: median lengths over the table's fractions.
+def implied_stature(joints: np.ndarray) -> float:
+    """Stature, in the joints' unit, of a person with limbs like these: median lengths over the table's fractions.
 
-    poses: H36M17, 3D. NaN when no limb bone is ever complete.
+    joints: (T, 17, 3), H36M17. NaN when no limb bone is ever complete.
     """
     measured, fractions = 0.0, 0.0
     for (start, end), fraction in SEGMENTS.items():
-        length = np.linalg.norm(poses.joint(end) - poses.joint(start), axis=-1)
+        length = np.linalg.norm(joints[:, H36M17.index(end)] - joints[:, H36M17.index(start)], axis=-1)
         if end.endswith(_LIMBS) and np.isfinite(length).any():
             measured += float(np.nanmedian(length))
             fractions += fraction

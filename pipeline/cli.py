@@ -120,12 +120,15 @@ def view(
 
 @app.command(name="list")
 def list_(
-    what: Annotated[Literal["adapters", "stages"], typer.Argument(help="What to list.")],
+    what: Annotated[Literal["adapters", "stages", "models"], typer.Argument(help="What to list.")],
     as_json: Annotated[bool, typer.Option("--json", help="For programs.")] = False,
 ) -> None:
     """List what is installed, one line each."""
     if what == "adapters":
         rows = [{"name": a.name, "gives": a.gives, "reads": a.reads} for a in adapters().values()]
+    elif what == "models":
+        shipped = [registry.load("models", name) for name in registry.registered("models")]
+        rows = [{"name": m.name, "is": m.kind, "what": m.what} for m in shipped]
     else:
         loaded = {name: registry.load("stages", name) for name in registry.registered("stages")}
         rows = [

@@ -185,7 +185,7 @@ def _implausible(poses: PoseSequence) -> list[str]:
             f"THESE POSES ARE NOT GOOD DATA: bone lengths vary by {100 * spread:.0f} % after each frame's own size is "
             "taken out (5 % is usual, 9 % poor); every result below inherits that."
         )
-    stature = implied_stature(poses)
+    stature = implied_stature(poses.joints)
     if poses.frame.metric and not _STATURES_M[0] < stature < _STATURES_M[1]:
         warnings.append(
             f"The limbs imply a stature of {stature:.3g} m; is the unit of the file really metres?"

@@ -1,4 +1,4 @@
-"""What a job says on stderr: where it is (a bar on a terminal, else a line a stage), and what it found."""
+"""What a job says on stderr: where it is (a bar on a terminal, else a line a stage or nothing), what it found."""
 
 from __future__ import annotations
 
@@ -27,6 +27,23 @@ def stages(names: list[str]) -> Iterator[Callable[[str, float], None]]:
             bar.update(task, advance=1, description=following[0] if following else "done")
 
         yield done
+
+
+@contextmanager
+def counted(what: str, total: int) -> Iterator[Callable[[int], None]]:
+    """A callback (how many of the total are done) that moves a bar on a terminal and does nothing elsewhere."""
+    if sys.stderr is None or not sys.stderr.isatty():
+        yield lambda done: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    # What is printed meanwhile goes above the bar, but a redirected stdout keeps its lines.
+    show = sys.stdout is not None and sys.stdout.isatty()
+    with Progress(*columns, console=Console(stderr=True), transient=True, redirect_stdout=show) as bar:
+        task = bar.add_task(what, total=total)
+        yield lambda done: bar.update(task, completed=done)
 
 
 def tell(take: Take) -> None:

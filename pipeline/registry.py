@@ -1,4 +1,4 @@
-"""Adapters, stages and commands by name, found through entry points; a third party's package is found alike."""
+"""Adapters, stages, commands and models by name, found through entry points; a third party's package is found alike."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .options import did_you_mean
 
 @cache
 def registered(group: str) -> dict[str, EntryPoint]:
-    """The entry points of "adapters", "stages" or "commands" by name; two of one name are refused."""
+    """The entry points of "adapters", "stages", "commands" or "models" by name; two of one name are refused."""
     found: dict[str, EntryPoint] = {}
     for point in entry_points(group=f"pcnet3d.{group}"):
         other = found.setdefault(point.name, point)

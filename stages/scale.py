@@ -58,7 +58,7 @@ def scale(poses: PoseSequence, stature_m: float) -> PoseSequence:
     """
     if not 0.4 < stature_m < 2.6:
         raise InputError(f"Expected a stature in metres, got {stature_m}.")
-    implied = implied_stature(poses)
+    implied = implied_stature(poses.joints)
     if not implied > 0:
         raise InputError("No limb bone is ever complete, so the stature cannot set the scale.")
     factor = stature_m / implied

@@ -212,6 +212,21 @@ def test_list_prints_one_line_an_adapter_and_json():
     }
 
 
+def test_list_models_names_what_can_be_asked_for():
+    from pcnet3d.models import load_rectifier
+    from pcnet3d.models.lifter import network
+
+    rows = {row["name"]: row for row in json.loads(pcnet3d("list", "models", "--json").stdout)}
+    lines = pcnet3d("list", "models").stdout.splitlines()
+    assert [line.split()[0] for line in lines] == list(rows)
+    rectifiers = [name for name, row in rows.items() if row["is"] == "rectifier"]
+    assert {load_rectifier(name).method.partition("@")[0] for name in rectifiers} == {"geometric", "pcnet"}
+    assert load_rectifier("pcnet").method.partition("@")[2] in rows["pcnet"]["what"]
+    lifters = [name for name, row in rows.items() if row["is"] == "lifter"]
+    assert all(network(name).digest in rows[name]["what"] for name in lifters)
+    assert lifters
+
+
 def test_view_without_a_recording(tmp_path):
     expect_refusal(pcnet3d("view", tmp_path), ["take.rrd"])
 
