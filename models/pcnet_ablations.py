@@ -26,7 +26,7 @@ from .metrics import Figure, plain, procrustes_error
 from .mocap import Subjects, read_clips
 from .pcnet_evaluate import Judged, Take, clean_takes, compare, judge, lifted, together
 from .pcnet_export import Deployed
-from .pcnet_train import TrainConfig, best_of, train
+from .pcnet_train import TrainConfig, best_of, score_of, train
 from .train_config import as_toml, checked, load_toml
 
 _SETS: tuple[tuple[str, Subjects], ...] = (("CMU test", "test"), ("HDM05", "hdm05"))
@@ -152,7 +152,7 @@ def judge_net(net: pcnet.PCNet, take: Take, symmetric: bool) -> Judged:
 def best_look(folder: Path) -> dict[str, float]:
     """The validation's figures at the step whose weights were kept."""
     lines = [json.loads(line) for line in (folder / "log.jsonl").read_text(encoding="utf-8").splitlines()]
-    best = min(lines, key=lambda line: line.get("lifted", line["paper"]))
+    best = min(lines, key=score_of)
     return {name: best[name] for name in ("paper", "wide", "lifted") if name in best}
 
 

@@ -59,7 +59,8 @@ class TrainConfig(BaseModel):
 
     kind: what `pcnet3d train` trains with this file.
     lifted: files of `pcnet3d testbed` with takes of train subjects, each lifted by a lifter that never saw them.
-    lifted_val: the same of val subjects; with it, the best weights are the best on these.
+    lifted_val: the same of val subjects; the best weights are the best by the mean error on
+        these and on captured frames.
     data, split: a file of `pcnet3d mocap` and one of its train, val and test subjects (mocap_parts), instead of the
         motion capture that the shipped network was trained on.
     targets: what the rotation leads to; "axes" is the paper's, for data whose people all face one way.
@@ -237,7 +238,7 @@ def run(
             tell(step)
             if log and (step % _EVERY == 0 or step == config.steps):
                 figures = look(Deployed(state.average, config.symmetric), check)
-                score = figures.get("lifted", figures["paper"])
+                score = score_of(figures)
                 _refuse_lost(value, score, step, output)
                 line = {"step": step, "of": config.steps, "s": round(time.perf_counter() - start)}
                 line |= {"loss": float(np.mean(losses)), **figures}
@@ -359,6 +360,11 @@ def look(deployed: Deployed, check: dict[str, Frames]) -> dict[str, float]:
         true, expected = _errors(deployed, frames)
         figures |= {name: float(true.mean()), f"{name}_expected": float(expected.mean())}
     return figures
+
+
+def score_of(figures: dict[str, float]) -> float:
+    """What the best weights are the best by: the mean over captured and, where there are some, lifted frames."""
+    return float(np.mean([figures[name] for name in ("paper", "lifted") if name in figures]))
 
 
 def calibrate(deployed: Deployed, frames: Frames) -> None:

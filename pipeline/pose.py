@@ -142,9 +142,13 @@ class Rectified:
     level: in LEVEL, one upright frame for the whole take.
     R_source_from_body: (T, 3, 3), the paper's R; NaN where a frame cannot be rectified.
     R_source_from_level: (3, 3), or (T, 3, 3) for a moving camera.
-    error_deg: (T,) expected rotation error in degrees, NaN where the rectifier does not know.
+    error_deg: (T,) expected rotation error of BODY in degrees, NaN where the rectifier does not know.
+    up_error_deg, up_bound_deg: (T,) of the up that BODY and LEVEL share: expected root mean square angle to the
+        truth, and the angle that nine in ten takes stay under. up_votes: (T, 3) each frame's own idea of up, in the
+        source's axes, NaN without one. up_shares: what up rests on, each source's part by name.
     method: "geometric" or "pcnet@<hash>".
-    level_heading: how LEVEL's heading was chosen, "median" or "first second".
+    camera: "static", "moving", or "gravity" for a source that knows its own up.
+    level_heading: how LEVEL's heading was chosen: "median", "first second" or "camera".
     level_ok, level_reason: whether the take could be levelled, and in words why not.
     """
 
@@ -157,6 +161,11 @@ class Rectified:
     level_heading: str
     level_ok: bool = True
     level_reason: str = ""
+    camera: str = "static"
+    up_error_deg: np.ndarray = None  # type: ignore[assignment]  # filled with NaN
+    up_bound_deg: np.ndarray = None  # type: ignore[assignment]  # filled with NaN
+    up_votes: np.ndarray = None  # type: ignore[assignment]  # filled with NaN
+    up_shares: dict[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         require(self.body.frame, BODY, "Rectified.body")
@@ -166,9 +175,13 @@ class Rectified:
             "R_source_from_body": ((rows, 3, 3),),
             "R_source_from_level": ((3, 3), (rows, 3, 3)),
             "error_deg": ((rows,),),
+            "up_error_deg": ((rows,),),
+            "up_bound_deg": ((rows,),),
+            "up_votes": ((rows, 3),),
         }
         for name, allowed in shapes.items():
-            array = np.array(getattr(self, name), dtype=np.float64)
+            value = getattr(self, name)
+            array = np.full(allowed[0], np.nan) if value is None else np.array(value, dtype=np.float64)
             if array.shape not in allowed:
                 raise InputError(
                     f"Expected {name} of shape {' or '.join(map(str, allowed))}, got {array.shape}."

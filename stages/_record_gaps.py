@@ -30,6 +30,9 @@ def gaps_marked(take: Take) -> Take:
             R_source_from_body=np.insert(rectified.R_source_from_body, behind, np.nan, axis=0),
             R_source_from_level=levels if levels.ndim == 2 else np.insert(levels, behind, np.nan, axis=0),
             error_deg=np.insert(rectified.error_deg, behind, np.nan),
+            up_error_deg=np.insert(rectified.up_error_deg, behind, np.nan),
+            up_bound_deg=np.insert(rectified.up_bound_deg, behind, np.nan),
+            up_votes=np.insert(rectified.up_votes, behind, np.nan, axis=0),
         ),
     )
 

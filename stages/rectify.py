@@ -8,27 +8,40 @@ from typing import ClassVar
 import numpy as np
 
 from ..models import load_rectifier
+from ..models.cameras import view_rotation
+from ..models.gravity import Evidence, direction
+from ..models.levelling import WINDOW_S, Camera, Levelled, level_frame, level_moving, level_static
 from ..pipeline.canonical import R_world_from_body
 from ..pipeline.errors import InputError
-from ..pipeline.frames import BODY, CAMERA, LEVEL, Z_UP, change_frame
+from ..pipeline.frames import BODY, CAMERA, LEVEL, Z_UP, Frame, change_frame
 from ..pipeline.layouts import H36M17
 from ..pipeline.pose import PoseSequence, Rectified
-from ..pipeline.rotations import angle_deg, from_columns, known, rotate, transpose, unit
+from ..pipeline.rotations import angle_deg, known, rotate, transpose, unit
 from ..pipeline.sockets import Rectifier
 from ..pipeline.take import Event, Take
 
-_REFERENCE = {"camera": CAMERA, "world": Z_UP}  # axes in which rotations are estimated
-_TURNING = 0.5  # mean resultant of the headings below which a take has no middle heading (design.md)
 _FEWEST_FRAMES = 10
 _FROM_PICTURE_DEG = 60.0  # a take's up further from the picture's up than this is not believed
 _SCATTER_DEG = 35.0  # median deviation of the frames' up from the take's up beyond which no up is stated
+_KNOWN_DEG = 1.0  # error of a camera's pitch, roll or gravity vector that the user states
 
 
 @dataclass(frozen=True)
 class Rectify:
-    """The stage. rectifier: "geometric", "pcnet", or a trained network's .onnx file."""
+    """The stage.
+
+    rectifier: "geometric", "pcnet", or a trained network's .onnx file. camera: "static" for one that stands still
+    during the take, "moving" for one that pans or is carried. gravity: which way things fall, in the camera's axes (x
+    right, y down, z away). pitch_deg, roll_deg: of the camera, positive when it looks down, and when the picture's
+    content turns counter-clockwise. window_s: of a moving camera, how far in time frames share their up.
+    """
 
     rectifier: str = "pcnet"
+    camera: Camera = "static"
+    gravity: tuple[float, float, float] | None = None
+    pitch_deg: float | None = None
+    roll_deg: float | None = None
+    window_s: float = WINDOW_S
 
     name: ClassVar[str] = "rectify"
     needs: ClassVar[tuple[str, ...]] = ("poses",)
@@ -36,8 +49,15 @@ class Rectify:
 
     def __call__(self, take: Take) -> Take:
         assert take.poses is not None
-        rectified = rectify(take.poses, self.rectifier)
-        events = []
+        rectified, events = _rectify(
+            take.poses,
+            self.rectifier,
+            self.camera,
+            self.gravity,
+            self.pitch_deg,
+            self.roll_deg,
+            self.window_s,
+        )
         lost = int(np.isnan(rectified.R_source_from_body).any(axis=(1, 2)).sum())
         if lost:
             events.append(
@@ -48,96 +68,166 @@ class Rectify:
         return take.with_(rectified=rectified).saying(*events)
 
 
-def rectify(poses: PoseSequence, rectifier: str | Rectifier = "pcnet") -> Rectified:
+def rectify(
+    poses: PoseSequence,
+    rectifier: str | Rectifier = "pcnet",
+    camera: Camera = "static",
+    *,
+    gravity: tuple[float, float, float] | None = None,
+    pitch_deg: float | None = None,
+    roll_deg: float | None = None,
+    window_s: float = WINDOW_S,
+) -> Rectified:
     """Turn a skeleton into BODY, upright and facing -X in every frame, and LEVEL, one upright frame a take.
 
     poses: H36M17 in the axes of a camera, or of a world frame whose gravity is known: then nothing is estimated
     but the heading. The joints are taken relative to the pelvis; NaN stays NaN. "source" in the rotations' names
-    are the axes that the poses come in. A frame with too few torso joints has a NaN rotation. A take that cannot
-    be levelled has level_ok False and a reason, and never raises. InputError for another layout or frame.
+    are the axes that the poses come in. Poses without time stamps count as 30 frames a second.
+
+    camera, gravity, pitch_deg, roll_deg, window_s: of Rectify. A static camera has one up for the take, which every
+    frame votes on (models/gravity.py); a moving one a smooth up, and LEVEL's heading is then the camera's, so that
+    horizontal directions are relative to it.
+
+    A frame with too few torso joints has a NaN rotation. A take that cannot be levelled has level_ok False and a
+    reason, and never raises. InputError for another layout or frame, and for a camera that is told twice how it leans.
     """
+    return _rectify(poses, rectifier, camera, gravity, pitch_deg, roll_deg, window_s)[0]
+
+
+def _rectify(
+    poses: PoseSequence,
+    rectifier: str | Rectifier,
+    camera: Camera,
+    gravity: tuple[float, float, float] | None,
+    pitch_deg: float | None,
+    roll_deg: float | None,
+    window_s: float,
+) -> tuple[Rectified, list[Event]]:
     if poses.layout != H36M17:
         raise InputError(f"rectify needs joints in layout H36M17, got {poses.layout.name}; use remap first.")
-    if poses.frame.family not in _REFERENCE or not poses.frame.right_handed:
+    if poses.frame.family not in ("camera", "world") or not poses.frame.right_handed:
         raise InputError(
             f"rectify needs joints in right-handed axes of a camera or a world, got {poses.frame}."
         )
+    told = _told(gravity, pitch_deg, roll_deg)
     source = change_frame(poses, poses.frame.with_(origin="pelvis"))
-    reference = _REFERENCE[source.frame.family]
-    joints = change_frame(source, reference.with_(origin="pelvis", unit=source.frame.unit)).joints
-    if reference is Z_UP:
-        method, error_deg = "gravity", np.full(len(source), np.nan)
-        R_reference_from_body = R_world_from_body(joints)
+    times = np.arange(len(source)) / 30 if source.time_s is None else source.time_s
+    if source.frame.family == "world":
+        if told or camera != "static":
+            raise InputError(
+                f"These poses know their own gravity ({poses.frame}); leave camera, gravity, pitch and roll out."
+            )
+        method, reference, levelled, events = "gravity", Z_UP, _own_gravity(_axes(source, Z_UP), times), []
     else:
+        reference = CAMERA
+        joints = _axes(source, CAMERA)
         chosen = load_rectifier(rectifier) if isinstance(rectifier, str) else rectifier
         method = chosen.method
-        R_reference_from_body, error_deg = chosen.rotation(joints)
-    R_source_from_body = source.frame.basis @ reference.basis.T @ R_reference_from_body
-    picture_up = source.frame.basis @ np.array([0.0, -1.0, 0.0]) if reference is CAMERA else None
-    R_source_from_level, heading, reason = level(R_source_from_body, source.time_s, picture_up)
-    noted = source.noted("rectify", method=method, level_heading=heading)
+        R, error_deg = chosen.rotation(joints)
+        if camera == "static":
+            levelled = level_static(joints, R, error_deg, times, source.seams, told)
+            events = _drift_event(levelled, source)
+        elif told:
+            raise InputError("A moving camera has no one pitch, roll or gravity; leave them out.")
+        else:
+            levelled, events = level_moving(R, error_deg, times, source.seams, window_s), []
+    R_source_from_reference = source.frame.basis @ reference.basis.T
+    R_source_from_body = R_source_from_reference @ levelled.R_camera_from_body
+    R_source_from_level = R_source_from_reference @ levelled.R_camera_from_level
+    reason = _why_not(levelled, reference)
+    noted = source.noted("rectify", method=method, camera=camera, level_heading=levelled.heading)
     unit_ = source.frame.unit
-    return Rectified(
+    rectified = Rectified(
         body=noted.with_(joints=_canonical(R_source_from_body, source), frame=BODY.with_(unit=unit_)),
         level=noted.with_(joints=_canonical(R_source_from_level, source), frame=LEVEL.with_(unit=unit_)),
         R_source_from_body=R_source_from_body,
         R_source_from_level=R_source_from_level,
-        error_deg=error_deg,
+        error_deg=levelled.error_deg,
         method=method,
-        level_heading=heading,
+        level_heading=levelled.heading,
         level_ok=not reason,
         level_reason=reason,
+        camera="gravity" if reference is Z_UP else camera,
+        up_error_deg=levelled.up_error_deg,
+        up_bound_deg=levelled.up_bound_deg,
+        up_votes=rotate(R_source_from_reference, levelled.votes),
+        up_shares=levelled.shares,
     )
+    return rectified, events
+
+
+def _told(
+    gravity: tuple[float, float, float] | None, pitch_deg: float | None, roll_deg: float | None
+) -> list[Evidence]:
+    """What the user says about the camera, as evidence on up."""
+    if gravity is not None and (pitch_deg is not None or roll_deg is not None):
+        raise InputError("Expected the camera's gravity, or its pitch and roll, not both.")
+    if gravity is not None:
+        falls = np.array(gravity, dtype=np.float64)
+        if not np.isfinite(falls).all() or not np.linalg.norm(falls) > 0:
+            raise InputError(
+                f"Expected a direction for gravity, such as 0,1,0 (down the picture), got {gravity}."
+            )
+        return [direction("gravity vector", -falls, _KNOWN_DEG)]
+    if pitch_deg is None and roll_deg is None:
+        return []
+    angles = [np.array(angle or 0.0) for angle in (0.0, pitch_deg, roll_deg)]
+    if not all(np.abs(angle) <= 180 for angle in angles):
+        raise InputError(f"Expected pitch and roll in degrees, got {pitch_deg} and {roll_deg}.")
+    return [direction("camera pitch and roll", view_rotation(*angles)[:, 2], _KNOWN_DEG)]
+
+
+def _axes(source: PoseSequence, reference: Frame) -> np.ndarray:
+    return change_frame(source, reference.with_(origin="pelvis", unit=source.frame.unit)).joints
+
+
+def _own_gravity(joints: np.ndarray, times: np.ndarray) -> Levelled:
+    """Of joints in axes whose +z is up: nothing votes."""
+    up = np.array([0.0, 0.0, 1.0])
+    R = R_world_from_body(joints)
+    R_level, heading = level_frame(R, up, times)
+    exact, unknown = np.zeros(len(joints)), np.full(len(joints), np.nan)
+    votes = np.full((len(joints), 3), np.nan)
+    shares = {"the source's own axes": 1.0}
+    return Levelled(R, R_level, unknown, exact, exact, votes, shares, heading, float("nan"), None)
+
+
+def _drift_event(levelled: Levelled, poses: PoseSequence) -> list[Event]:
+    if levelled.drift_at is None:
+        return []
+    frame = int(poses.frame_index[levelled.drift_at])
+    return [
+        Event(
+            "warning",
+            f"The camera was taken for one that stands still, but the frames' ups before and after frame {frame} are "
+            f"{levelled.drift_deg:.0f} degrees apart: a cut, a moving camera (--camera moving), or a body that lies or "
+            "bends down for long.",
+            levelled.drift_at,
+        )
+    ]
+
+
+def _why_not(levelled: Levelled, reference: Frame) -> str:
+    """In words why a take could not be levelled, or ""."""
+    fine = known(levelled.R_camera_from_body).all(axis=1)
+    if not fine.any():
+        return "no frame has the torso joints that a rotation needs"
+    if fine.sum() < _FEWEST_FRAMES:
+        return f"only {fine.sum()} frames have a rotation"
+    if reference is Z_UP:
+        return ""
+    ups = levelled.R_camera_from_body[fine, :, 2]
+    leans = float(angle_deg(unit(ups.mean(axis=0)), np.array([0.0, -1.0, 0.0])))
+    if leans > _FROM_PICTURE_DEG:
+        return f"its up is {leans:.0f} degrees from the picture's: the person lies or hangs, or the camera is turned"
+    votes = known(levelled.votes)
+    scatter = float(
+        np.median(angle_deg(levelled.votes[votes & fine], levelled.R_camera_from_body[votes & fine, :, 2]))
+    )
+    if not scatter < _SCATTER_DEG:
+        return f"the frames' up directions scatter by {scatter:.0f} degrees about their mean"
+    return ""
 
 
 def _canonical(R_source_from_canonical: np.ndarray, poses: PoseSequence) -> np.ndarray:
     return rotate(transpose(R_source_from_canonical), poses.joints.astype(np.float64))
-
-
-def level(
-    R_source_from_body: np.ndarray, time_s: np.ndarray | None, picture_up: np.ndarray | None = None
-) -> tuple[np.ndarray, str, str]:
-    """One upright frame for a take of a camera that stands still.
-
-    R_source_from_body: (T, 3, 3), NaN where unknown. time_s: (T,) or None. picture_up: (3,) the picture's upward
-    direction in the source's axes; people film with it near the vertical.
-    Returns R_source_from_level (3, 3), how its heading was chosen ("median", or "first second" for a person
-    who turns around), and in words why the take could not be levelled, or "".
-    """
-    trusted = known(R_source_from_body).all(axis=1)
-    if not trusted.any():
-        return np.full((3, 3), np.nan), "none", "no frame has the torso joints that a rotation needs"
-    ups = R_source_from_body[trusted, :, 2]
-    up = unit(ups.mean(axis=0))
-    scatter = float(np.median(angle_deg(ups, up)))
-    reason = ""
-    if trusted.sum() < _FEWEST_FRAMES:
-        reason = f"only {trusted.sum()} frames have a rotation"
-    elif picture_up is not None and angle_deg(up, picture_up) > _FROM_PICTURE_DEG:
-        reason = (
-            f"its up is {angle_deg(up, picture_up):.0f} degrees from the picture's: the person lies or hangs, or the "
-            "camera is turned"
-        )
-    elif not scatter < _SCATTER_DEG:
-        reason = f"the frames' up directions scatter by {scatter:.0f} degrees about their mean"
-    # Headings as complex numbers in the horizontal plane, measured from any fixed direction in it.
-    side = unit(np.cross(up, np.eye(3)[np.argmin(np.abs(up))]))
-    facing = -R_source_from_body[trusted, :, 0]
-    heading = facing @ side + 1j * (facing @ np.cross(up, side))
-    heading = heading / np.maximum(np.abs(heading), 1e-12)
-    how = "median"
-    if np.abs(heading.mean()) < _TURNING:
-        how = "first second"
-        times = np.arange(len(R_source_from_body)) / 30 if time_s is None else time_s
-        since = times[trusted] - times[trusted][0]
-        heading = heading[since <= 1.0]
-    angle = _circular_median(heading)
-    front = np.cos(angle) * side + np.sin(angle) * np.cross(up, side)
-    back = -front
-    return from_columns(back, np.cross(up, back), up), how, reason
-
-
-def _circular_median(directions: np.ndarray) -> float:
-    """Angle in radians of the circular median of unit complex numbers that share a half circle."""
-    centre = np.angle(directions.mean())
-    return float(centre + np.median(np.angle(directions * np.exp(-1j * centre))))

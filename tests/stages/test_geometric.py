@@ -7,10 +7,11 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from pcnet3d.models import load_rectifier
+from pcnet3d.models.levelling import level_frame
 from pcnet3d.pipeline import CAMERA, H36M17, Y_UP, Z_UP, InputError, PoseSequence, change_frame
 from pcnet3d.pipeline.frames import GL_CAMERA, PC_CAMERA
 from pcnet3d.pipeline.rotations import angle_deg, geodesic_deg, rotate, transpose
-from pcnet3d.stages.rectify import level, rectify
+from pcnet3d.stages.rectify import rectify
 
 R_FACING_THE_CAMERA = np.array([[0, -1, 0], [0, 0, -1], [1, 0, 0]])  # design.md section 4
 UPRIGHT = Rotation.identity()
@@ -100,8 +101,8 @@ def test_level_has_the_takes_up_and_its_median_heading(heading, tilt_deg, seed):
     tilt = Rotation.from_rotvec(np.radians(tilt_deg) * np.array([0.6, -0.8, 0]))
     wobble = np.random.default_rng(seed).uniform(-20, 20, size=31)
     R = headings_to_R(heading + wobble, tilt)
-    R_level, how, reason = level(R, None)
-    assert (how, reason) == ("median", "")
+    R_level, how = level_frame(R, tilt.as_matrix()[:, 2], np.arange(31) / 30)
+    assert how == "median"
     assert angle_deg(R_level[:, 2], tilt.as_matrix()[:, 2]) < 1e-6
     assert geodesic_deg(R_level, headings_to_R(heading + np.median(wobble), tilt)[0]) < 1e-5
 
@@ -109,14 +110,18 @@ def test_level_has_the_takes_up_and_its_median_heading(heading, tilt_deg, seed):
 def test_a_person_who_turns_around_gets_the_heading_of_the_first_second():
     time_s = np.arange(90) / 30
     heading = np.where(time_s <= 1, 40.0, 40 + 180 * (time_s - 1))
-    R_level, how, _ = level(headings_to_R(heading), time_s)
+    R_level, how = level_frame(headings_to_R(heading), np.array([0.0, 0.0, 1.0]), time_s)
     assert how == "first second"
     assert geodesic_deg(R_level, headings_to_R([40.0])[0]) < 1e-5
 
 
-def test_ups_that_scatter_are_not_called_level():
-    _, _, reason = level(Rotation.random(50, random_state=0).as_matrix(), None)
-    assert "scatter" in reason
+def test_ups_that_scatter_are_not_called_level(facing_camera):
+    """A body that turns over again and again, about a mean up that is the picture's."""
+    R = Rotation.from_rotvec(np.radians(50) * np.stack([np.cos(a := np.arange(60.0)), 0 * a, np.sin(a)], -1))
+    rectified = rectify(
+        PoseSequence(rotate(R.as_matrix(), np.tile(facing_camera, (60, 1, 1))), H36M17, CAMERA), "geometric"
+    )
+    assert "scatter" in rectified.level_reason
 
 
 def test_a_person_who_lies_across_the_picture_is_not_called_level(facing_camera):

@@ -1,0 +1,72 @@
+"""Draws real lifters' skeletons before and after rectification:  python docs/rectified.py OUT.png
+
+One row a clip and frame: as the camera saw the body, then BODY from the right-hand side by the geometric rectifier and
+by the network. The vertical line is up, through the pelvis. Needs the data folder (PCNET3D_DATA).
+"""
+
+from __future__ import annotations
+
+import sys
+
+import cv2
+import numpy as np
+
+from pcnet3d.models import load_rectifier
+from pcnet3d.models.real_rectified import real_poses
+from pcnet3d.pipeline.layouts import H36M17
+from pcnet3d.pipeline.rotations import rotate, transpose
+
+CELL, SHARE = 260, (0.3, 0.7)  # pixels of a cell's side; where in a clip the frames are taken
+COLOURS = {"l": (190, 120, 52), "r": (52, 122, 226), "m": (98, 86, 78)}  # BGR
+HEADINGS = (
+    "camera",
+    "BODY, geometric, from its right",
+    "BODY, pcnet, from its right",
+    "BODY, pcnet, from the front",
+)
+
+
+def cell(picture: np.ndarray, label: str) -> np.ndarray:
+    """picture: (17, 2) x to the right, y up, in body heights."""
+    image = np.full((CELL, CELL, 3), 255, np.uint8)
+    cv2.line(image, (CELL // 2, 20), (CELL // 2, CELL - 8), (225, 225, 225), 1)
+    at = np.round(CELL * (0.5 + 0.8 * picture * (1, -1))).astype(int)
+    for parent, child in H36M17.bones:
+        side = next((name[0] for name in (child, parent) if name[1] == "_"), "m")
+        ends = [tuple(int(c) for c in at[H36M17.index(joint)]) for joint in (parent, child)]
+        cv2.line(image, *ends, COLOURS[side], 3, cv2.LINE_AA)
+    cv2.putText(image, label, (6, 14), cv2.FONT_HERSHEY_SIMPLEX, 0.38, (60, 60, 60), 1, cv2.LINE_AA)
+    return image
+
+
+def row(clip: str, lifter: str, joints: np.ndarray, frame: int) -> np.ndarray:
+    one = joints[frame : frame + 1]
+    height = np.ptp(one[0], axis=0).max()
+    bodies = [
+        rotate(transpose(load_rectifier(name).rotation(one)[0]), one)[0] / height
+        for name in ("geometric", "pcnet")
+    ]
+    camera = one[0] / height
+    # BODY: the person faces -x, the right hand is at +y; seen from the right, the face looks to the left.
+    pictures = [
+        camera[:, :2] * (1, -1),
+        bodies[0][:, [0, 2]],
+        bodies[1][:, [0, 2]],
+        bodies[1][:, [1, 2]] * (-1, 1),
+    ]
+    labels = [f"{clip}, {lifter}, frame {frame}", *HEADINGS[1:]]
+    return np.hstack([cell(picture, label) for picture, label in zip(pictures, labels, strict=True)])
+
+
+def main() -> None:
+    rows = [
+        row(clip, lifter, joints, int(share * len(joints)))
+        for clip, lifter, joints in real_poses()
+        for share in SHARE
+    ]
+    half = len(rows) // 2
+    cv2.imwrite(sys.argv[1], np.hstack([np.vstack(rows[:half]), np.vstack(rows[half:])]))
+
+
+if __name__ == "__main__":
+    main()
