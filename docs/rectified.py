@@ -1,6 +1,6 @@
 """Draws real lifters' skeletons before and after rectification:  python docs/rectified.py OUT.png
 
-One row a clip and frame: as the camera saw the body, then BODY from the right-hand side by the geometric rectifier and
+One row a clip and frame: as the camera saw the body, then BODY from the left-hand side by the geometric rectifier and
 by the network. The vertical line is up, through the pelvis. Needs the data folder (PCNET3D_DATA).
 """
 
@@ -16,12 +16,12 @@ from pcnet3d.models.real_rectified import real_poses
 from pcnet3d.pipeline.layouts import H36M17
 from pcnet3d.pipeline.rotations import rotate, transpose
 
-CELL, SHARE = 260, (0.3, 0.7)  # pixels of a cell's side; where in a clip the frames are taken
+CELL, SHARE = 200, (0.3, 0.7)  # pixels of a cell's side; where in a clip the frames are taken
 COLOURS = {"l": (190, 120, 52), "r": (52, 122, 226), "m": (98, 86, 78)}  # BGR
 HEADINGS = (
     "camera",
-    "BODY, geometric, from its right",
-    "BODY, pcnet, from its right",
+    "BODY, geometric, from its left",
+    "BODY, pcnet, from its left",
     "BODY, pcnet, from the front",
 )
 
@@ -47,7 +47,7 @@ def row(clip: str, lifter: str, joints: np.ndarray, frame: int) -> np.ndarray:
         for name in ("geometric", "pcnet")
     ]
     camera = one[0] / height
-    # BODY: the person faces -x, the right hand is at +y; seen from the right, the face looks to the left.
+    # BODY: the person faces -x, the right hand is at +y; seen from its left, it faces to the left.
     pictures = [
         camera[:, :2] * (1, -1),
         bodies[0][:, [0, 2]],

@@ -9,18 +9,19 @@ from ..pipeline.options import did_you_mean
 from ..pipeline.sockets import Rectifier
 from .geometric import Geometric
 
-_NAMES = ("geometric", "pcnet")
+_WEIGHTS = {"pcnet": "pcnet.onnx", "paper": "paper.onnx"}
 
 
 def load_rectifier(name: str) -> Rectifier:
-    """A rectifier by name: "geometric", or "pcnet", the shipped network; or the one in an .onnx file.
+    """A rectifier by name: "geometric"; "pcnet", the shipped network; "paper", the paper's at its full size; or the
+    one in an .onnx file.
 
     InputError naming the known ones for anything else.
     """
     if name == "geometric":
         return Geometric()
-    if name != "pcnet" and not name.endswith(".onnx"):
-        raise InputError(f"There is no rectifier '{name}'; {did_you_mean(name, _NAMES)}")
+    if name not in _WEIGHTS and not name.endswith(".onnx"):
+        raise InputError(f"There is no rectifier '{name}'; {did_you_mean(name, ('geometric', *_WEIGHTS))}")
     from .pcnet_onnx import PCNetRectifier
 
-    return PCNetRectifier(Path(__file__).with_name("pcnet.onnx") if name == "pcnet" else name)
+    return PCNetRectifier(Path(__file__).with_name(_WEIGHTS[name]) if name in _WEIGHTS else name)

@@ -18,14 +18,15 @@ _WIDTHS_HEIGHTS = np.array([(1920, 1080), (1280, 720), (1080, 1920), (1440, 1080
 
 @dataclass(frozen=True)
 class ViewRange:
-    """What views are drawn from; all but the distance uniformly, focal length and distance log-uniformly.
+    """What views are drawn from: angles uniformly, focal length and distance log-uniformly.
 
-    pitch_deg, roll_deg: ranges, the convention above. focal: focal length over the longer image side (phones
+    yaw_deg, pitch_deg, roll_deg: ranges, the convention above. focal: focal length over the longer image side (phones
     filming: 0.65-0.85; a 35 to 70 mm lens on full frame: 1 to 2). distance: over the smallest one at which
     everything is in the picture. margin: share of the half picture that stays empty at its border.
     pans: share of views whose camera slowly follows the person.
     """
 
+    yaw_deg: tuple[float, float] = (0.0, 360.0)
     pitch_deg: tuple[float, float] = (-30.0, 45.0)
     roll_deg: tuple[float, float] = (-10.0, 10.0)
     focal: tuple[float, float] = (0.65, 2.0)
@@ -90,7 +91,9 @@ def place(joints_world: np.ndarray, rng: np.random.Generator, views: ViewRange |
     size = _WIDTHS_HEIGHTS[rng.integers(len(_WIDTHS_HEIGHTS), size=lead)]
     focal_px = _log_uniform(rng, views.focal, lead) * size.max(axis=-1)
     R = view_rotation(
-        rng.uniform(0, 360, lead), rng.uniform(*views.pitch_deg, lead), rng.uniform(*views.roll_deg, lead)
+        rng.uniform(*views.yaw_deg, lead),
+        rng.uniform(*views.pitch_deg, lead),
+        rng.uniform(*views.roll_deg, lead),
     )
     points = joints_world.reshape(*lead, -1, 3).astype(np.float64)
     centre = (points.min(axis=-2) + points.max(axis=-2)) / 2

@@ -23,6 +23,8 @@ from ..pipeline.pose import PoseSequence, package_version
 from ..pipeline.rotations import angle_deg, geodesic_deg, kabsch
 from ..pipeline.sockets import Rectifier
 from . import load_rectifier
+from .angle_evaluate import angle_tables
+from .angle_evaluate import as_markdown as angles_as_markdown
 from .lifter import lift
 from .metrics import Figure, joint_error, plain, procrustes_error, scaled
 from .mocap import Subjects, read_mocap
@@ -30,8 +32,11 @@ from .mocap_parts import read_parts
 from .pcnet_evaluate import as_markdown as tables_as_markdown
 from .pcnet_evaluate import own_tables, rectifier_tables
 from .pcnet_views import Targets
+from .take_evaluate import as_markdown as takes_as_markdown
+from .take_evaluate import take_tables
 from .testbed import LiftedTake, lifted_takes
 
+_DEFAULT = ("geometric", "pcnet")
 _SETS: tuple[tuple[str, Subjects, bool], ...] = (
     ("CMU test", "test", False), ("HDM05 upright", "hdm05", False), ("HDM05 lying", "hdm05", True),
 )  # fmt: skip
@@ -40,8 +45,11 @@ _SETS: tuple[tuple[str, Subjects, bool], ...] = (
 def evaluate(
     output: Annotated[Path, typer.Option("-o", "--output", help="Folder for evaluation.md and .json.")],
     rectifier: Annotated[
-        list[str], typer.Option(help="A rectifier, or a network's .onnx file; repeatable.")
-    ] = ["geometric"],  # noqa: B006 (typer copies it)
+        list[str] | None,
+        typer.Option(
+            help="A rectifier, or a network's .onnx file; repeatable. Default: geometric; takes, angles: also pcnet."
+        ),
+    ] = None,
     lifter: Annotated[str, typer.Option(help="The built-in one, or a file.")] = "pcnet3d",
     seed: Annotated[int, typer.Option(help="Of cameras and noise.")] = 0,
     flip: Annotated[bool, typer.Option("--flip", help="Average with the mirrored lift.")] = False,
@@ -53,15 +61,34 @@ def evaluate(
         Path | None, typer.Option(help="JSON whose `test` says whom of --data to judge.")
     ] = None,
     targets: Annotated[Targets, typer.Option(help="With --data: gravity and heading, or its axes.")] = "body",
+    takes: Annotated[
+        bool, typer.Option("--takes", help="Judge one gravity a take instead of single frames.")
+    ] = False,
+    angles: Annotated[
+        bool, typer.Option("--angles", help="Judge joint angles and their stated errors.")
+    ] = False,
 ) -> None:
     """Judge the lifter and rectifiers, on lifted and on clean poses, against motion capture.
 
-    With --data only the rectifiers are judged, on clean poses of that data.
+    With --data only the rectifiers are judged, on clean poses of that data. With --takes only they are, on takes of
+    one camera that stands still: tilt, stated errors, accelerations, one take from eight cameras. With --angles joint
+    angles are, on the same takes.
     """
-    rectifiers = [load_rectifier(name) for name in rectifier]
+    rectifiers = [load_rectifier(name) for name in rectifier or _DEFAULT[: 2 if takes or angles else 1]]
+    if takes and angles:
+        raise InputError("--takes and --angles are two reports; ask for one at a time.")
+    if (takes or angles) and (real or data is not None):
+        raise InputError(
+            f"{'--takes' if takes else '--angles'} judges takes of the project's own motion capture; leave --real and "
+            "--data out."
+        )
     if data is None and (split is not None or targets != "body"):
         raise InputError("--split and --targets are for --data FILE, a file of pcnet3d mocap.")
-    if data is not None:
+    if takes:
+        results = take_tables(rectifiers, lifter, seed, flip)
+    elif angles:
+        results = angle_tables(rectifiers, lifter, seed, flip)
+    elif data is not None:
         if real or flip:
             raise InputError("--real and --flip are about the lifter, which --data does not judge.")
         results = own_evaluation(rectifiers, data, split, targets, seed)
@@ -75,7 +102,9 @@ def evaluate(
         results["real"] = agreement(lifter, flip)
         results["real, rectified"] = consistency(rectifiers)
     output.mkdir(parents=True, exist_ok=True)
-    text = as_markdown(results) if data is None else own_as_markdown(results)
+    page = takes_as_markdown if takes else angles_as_markdown if angles else as_markdown
+    page = page if data is None else own_as_markdown
+    text = page(results)
     with whole_file(output / "evaluation.md") as partial:
         partial.write_text(text, encoding="utf-8")
     with whole_file(output / "evaluation.json") as partial:

@@ -13,20 +13,22 @@ import numpy as np
 
 from ..pipeline.anthropometry import implied_stature
 from ..pipeline.layouts import H36M17
-from ..pipeline.rotations import angle_deg, known, unit
+from ..pipeline.rotations import known, unit
 
 # Root mean square tilt over the rotation error that is expected in a frame; and what a lifter leans with all its frames
 # at least. Both fitted on lifted takes of train and validation subjects, cut to 0.5 s and longer (models/pcnet.md).
 TILT_SHARE = 0.85
 LEAN_DEG = 3.8
-_UNKNOWN_DEG = 12.0  # expected error of a frame whose rectifier does not say
+UNKNOWN_DEG = 12.0  # expected error of a frame whose rectifier does not say
 
 _OUTLIER_DEG = 5.0  # votes this far off count half
-_TURNS = 30  # of the reweighting
+_TURNS = 30  # of the reweighting, at most; it ends when the mean moves by less than
+_STILL = 1e-7
 _CORRELATED_S = 0.3  # votes nearer in time than this are never independent
 # 90 % bound over root mean square of a direction's error, when that is Gaussian in two dimensions
 RAYLEIGH_90 = float(np.sqrt(np.log(10)))
-_FEET_DEG = 12.0  # scatter of the line between lifted ankles about the level, one independent stance
+_FEET_DEG = 12.0  # scatter of the line between lifted ankles about the level, one independent stance,
+_FEET_LEAN_DEG = 7.0  # and what all stances of a take share: the lifter's error in depth, uneven ground
 _STANCE_SPEED = 0.12  # statures per second that the ankles may move against each other in double support
 _STANCE_APART = 0.12  # statures that they must be apart, and
 _STANCE_LEVEL = 0.10  # that one may be higher than the other
@@ -103,7 +105,7 @@ def pool(up: np.ndarray, error_deg: np.ndarray, time_s: np.ndarray) -> Votes:
     if not fine.any():
         return Votes(np.full(3, np.nan), float("nan"), weights, 0.0, float("nan"))
     votes = unit(up[fine].astype(np.float64))
-    expected = np.where(np.isfinite(error_deg[fine]), error_deg[fine], _UNKNOWN_DEG)
+    expected = np.where(np.isfinite(error_deg[fine]), error_deg[fine], UNKNOWN_DEG)
     trust = (expected.min() / expected) ** 2
     centre, robust = robust_mean(votes, trust)
     weights[fine] = robust
@@ -118,18 +120,21 @@ def pool(up: np.ndarray, error_deg: np.ndarray, time_s: np.ndarray) -> Votes:
 def robust_mean(votes: np.ndarray, trust: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(3,) mean of unit vectors (N, 3), and the weights (N,) that it came to: trust times Cauchy's."""
     weights = trust
-    centre = unit((votes * weights[:, None]).sum(axis=0))
+    centre = unit(weights @ votes)
     for _ in range(_TURNS):
         if not np.isfinite(centre).all():  # votes that cancel
             centre = votes[np.argmax(weights)]
-        weights = trust / (1 + (angle_deg(votes, centre) / _OUTLIER_DEG) ** 2)
-        centre = unit((votes * weights[:, None]).sum(axis=0))
+        chord = 2 - 2 * votes @ centre  # squared; near the squared angle, and cheaper
+        weights = trust / (1 + chord / np.radians(_OUTLIER_DEG) ** 2)
+        before, centre = centre, unit(weights @ votes)
+        if np.abs(centre - before).max() < _STILL:
+            break
     return centre, weights
 
 
 def effective_number(apart: np.ndarray, time_s: np.ndarray, weights: np.ndarray) -> float:
     """Independent votes among N correlated ones: Kish's number for the weights, divided by the integrated
-    autocorrelation time of apart (N, 2), summed while positive (Geyer 1992), and at most one every 0.3 s."""
+    autocorrelation time of apart (N, D), summed while positive (Geyer 1992), and at most one every 0.3 s."""
     kish = float(weights.sum() ** 2 / (weights**2).sum())
     count = len(apart)
     if count < 3:
@@ -170,8 +175,11 @@ def level_feet(joints: np.ndarray, up: np.ndarray, time_s: np.ndarray) -> Eviden
     lines = unit(across[use])
     stances = 1 + np.count_nonzero(np.diff(np.flatnonzero(use)) > 1)
     seconds = use.sum() * float(np.median(np.diff(time_s)))
-    count = min(stances + seconds, float(use.sum()))  # another stance, or another second, is another look
-    information = count * (lines.T @ lines) / use.sum() / np.radians(_FEET_DEG) ** 2
+    # Another stance, or another second, is another look, unless it shows the same.
+    rise = np.degrees(lines @ up)[:, None]
+    count = min(stances + seconds, effective_number(rise, time_s[use], np.ones(len(lines))))
+    error = np.radians(np.sqrt(_FEET_LEAN_DEG**2 + _FEET_DEG**2 / count))
+    information = lines.T @ lines / use.sum() / error**2
     return Evidence("feet", information, np.zeros(3))
 
 
@@ -200,4 +208,5 @@ def _tangent_deg(votes: np.ndarray, centre: np.ndarray) -> np.ndarray:
     first = unit(np.cross(centre, np.eye(3)[np.argmin(np.abs(centre))]))
     second = np.cross(centre, first)
     plane = np.stack([votes @ first, votes @ second], axis=-1)
-    return plane * (angle_deg(votes, centre) / np.maximum(np.linalg.norm(plane, axis=-1), 1e-12))[:, None]
+    sine = np.linalg.norm(plane, axis=-1)
+    return plane * (np.degrees(np.arctan2(sine, votes @ centre)) / np.maximum(sine, 1e-12))[:, None]

@@ -13,7 +13,7 @@ from typing import Literal
 import numpy as np
 
 from ..pipeline.rotations import angle_deg, from_columns, known, unit
-from .gravity import RAYLEIGH_90, TILT_SHARE, Evidence, level_feet, take_up
+from .gravity import LEAN_DEG, RAYLEIGH_90, TILT_SHARE, UNKNOWN_DEG, Evidence, level_feet, take_up
 
 Camera = Literal["static", "moving"]
 
@@ -27,6 +27,10 @@ _TURNING = 0.5  # mean resultant of the headings below which a take has no middl
 _OUTLIER_DEG = 10.0  # of a moving camera: votes this far from their neighbours' mean count half
 _DRIFT_DEG = 12.0  # two parts of a take whose ups differ by more than this, and by three of their errors,
 _DRIFT_ERRORS = 3.0  # were not seen by a camera that stood still
+_FEWEST_FRAMES = 10
+_FROM_PICTURE_DEG = 60.0  # a take's up further from the picture's up than this is not believed
+_SCATTER_DEG = 35.0  # median deviation of the frames' up from the take's up beyond which no up is stated
+_WIDEST_BOUND_DEG = 30.0  # 90 % bound of up beyond which no take is called level
 
 
 @dataclass(frozen=True)
@@ -76,7 +80,7 @@ def level_static(
     return Levelled(
         R_camera_from_body=R,
         R_camera_from_level=R_camera_from_level,
-        error_deg=_expected(R, error_deg, np.full(len(votes), up.error_deg)),
+        error_deg=rotation_error_deg(R, R_camera_from_body, error_deg, up.error_deg),
         up_error_deg=np.full(len(votes), up.error_deg),
         up_bound_deg=np.full(len(votes), up.bound_deg),
         votes=votes,
@@ -111,7 +115,7 @@ def level_moving(
     return Levelled(
         R_camera_from_body=R,
         R_camera_from_level=from_columns(back, np.cross(up, back), up),
-        error_deg=_expected(R, error_deg, up_error_deg),
+        error_deg=rotation_error_deg(R, R_camera_from_body, error_deg, up_error_deg),
         up_error_deg=up_error_deg,
         up_bound_deg=RAYLEIGH_90 * up_error_deg,
         votes=votes,
@@ -120,6 +124,29 @@ def level_moving(
         drift_deg=float("nan"),
         drift_at=None,
     )
+
+
+def why_not(levelled: Levelled) -> str:
+    """In words why a take could not be levelled, or "". Where up is known from elsewhere, only the heading can fail."""
+    fine = known(levelled.R_camera_from_body).all(axis=1)
+    if not fine.any():
+        return "no frame has the torso joints that a rotation needs"
+    if fine.sum() < _FEWEST_FRAMES:
+        return f"only {fine.sum()} {'frame has' if fine.sum() == 1 else 'frames have'} a rotation"
+    if sum(levelled.shares.get(source, 0.0) for source in ("frames", "feet")) < 0.5:
+        return ""
+    voted = fine & known(levelled.votes)
+    ups = levelled.R_camera_from_body[:, :, 2]
+    leans = float(angle_deg(unit(ups[fine].mean(axis=0)), np.array([0.0, -1.0, 0.0])))
+    if leans > _FROM_PICTURE_DEG:
+        return f"its up is {leans:.0f} degrees from the picture's: the person lies or hangs, or the camera is turned"
+    scatter = float(np.median(angle_deg(levelled.votes[voted], ups[voted])))
+    if not scatter < _SCATTER_DEG:
+        return f"the frames' up directions scatter by {scatter:.0f} degrees about their mean"
+    bound = float(np.nanmax(levelled.up_bound_deg))
+    if bound > _WIDEST_BOUND_DEG:
+        return f"its up is only known to within {bound:.0f} degrees"
+    return ""
 
 
 def upright(
@@ -131,14 +158,24 @@ def upright(
 ) -> np.ndarray:
     """(T, 3, 3) rotations with the given up (T, 3) and the frames' own headings, smoothed on the circle by a Gaussian
     of HEADING_S, weighted by 1 / error^2, never across a seam. NaN stays NaN."""
-    left = -R_camera_from_body[:, :, 1]
-    left = unit(left - (left * up).sum(-1, keepdims=True) * up)
+    left = level_left(R_camera_from_body, up)
     fine = known(left) & known(up)
-    weights = np.where(fine, _trust(error_deg), 0.0)
+    weights = np.where(fine, trust(error_deg), 0.0)
     smooth = smoothed(np.where(fine[:, None], left, 0.0), weights, time_s, HEADING_S, seams)
-    left = unit(smooth - (smooth * up).sum(-1, keepdims=True) * up)
-    R = from_columns(-np.cross(left, up), -left, up)
-    return np.where((fine & known(left))[:, None, None], R, np.nan)
+    R = standing(smooth, up)
+    return np.where((fine & known(R[:, :, 1]))[:, None, None], R, np.nan)
+
+
+def level_left(R_camera_from_body: np.ndarray, up: np.ndarray) -> np.ndarray:
+    """(..., 3) where the left of bodies (..., 3, 3) points, made horizontal for up (..., 3), unit."""
+    left = -R_camera_from_body[..., :, 1]
+    return unit(left - (left * up).sum(-1, keepdims=True) * up)
+
+
+def standing(left: np.ndarray, up: np.ndarray) -> np.ndarray:
+    """(..., 3, 3) R_camera_from_body with the given up (..., 3) and a left as near to left (..., 3) as it allows."""
+    left = unit(left - (left * up).sum(-1, keepdims=True) * up)
+    return from_columns(-np.cross(left, up), -left, up)
 
 
 def level_frame(R_camera_from_body: np.ndarray, up: np.ndarray, time_s: np.ndarray) -> tuple[np.ndarray, str]:
@@ -168,15 +205,15 @@ def sliding_up(
     second with less weight for votes that are far from the first's answer."""
     fine = known(votes)
     votes_ = np.where(fine[:, None], votes, 0.0)
-    weights = np.where(fine, _trust(error_deg), 0.0)
-    up = unit(smoothed(votes_, weights, time_s, window_s, seams))
+    trusted = np.where(fine, trust(error_deg), 0.0)
+    up = unit(smoothed(votes_, trusted, time_s, window_s, seams))
     apart = np.where(fine, np.nan_to_num(angle_deg(votes_, up)), 0.0)
-    weights = weights / (1 + (apart / _OUTLIER_DEG) ** 2)
+    weights = trusted / (1 + (apart / _OUTLIER_DEG) ** 2)
     up = unit(smoothed(votes_, weights, time_s, window_s, seams))
-    expected = np.where(np.isfinite(error_deg), error_deg, 12.0)
+    expected = np.where(np.isfinite(error_deg), error_deg, UNKNOWN_DEG)
     square = np.stack([np.where(fine, expected**2, 0.0), apart**2], axis=-1)
-    mean, scatter = np.moveaxis(smoothed(square, weights, time_s, window_s, seams), -1, 0)
-    shared = np.maximum(TILT_SHARE**2 * mean - scatter, 3.8**2)
+    mean, scatter = np.moveaxis(smoothed(square, trusted, time_s, window_s, seams), -1, 0)
+    shared = np.maximum(TILT_SHARE**2 * mean - scatter, LEAN_DEG**2)
     return up, np.sqrt(shared + scatter / (1 + window_s))
 
 
@@ -210,29 +247,37 @@ def _smoothed(values: np.ndarray, weights: np.ndarray, time_s: np.ndarray, std_s
 
 
 def drift(votes: np.ndarray, error_deg: np.ndarray, time_s: np.ndarray) -> tuple[float, int | None]:
-    """How far apart the ups of two parts of a take are, and at which row they part, tried at every tenth; NaN and
-    None when their own errors, or a change of posture, explain it."""
+    """How far apart the ups of two parts of a take are, and the row where the second begins; NaN and None when their
+    own errors, or a change of posture, explain it. The parts are those whose means differ most for their lengths."""
     rows = np.flatnonzero(known(votes))
-    worst, at = 0.0, None
-    for tenth in range(1, 10):
-        middle = len(rows) * tenth // 10
-        parts = rows[:middle], rows[middle:]
-        if min(map(len, parts)) < 10:
-            continue
-        ups = [take_up(votes[part], error_deg[part], time_s[part]) for part in parts]
-        apart = float(angle_deg(ups[0].up, ups[1].up))
-        # The lean of a lifter is shared by both parts; what may differ is the scatter's share.
-        own = np.sqrt(sum(up.votes.scatter_deg**2 / up.votes.effective for up in ups))
-        if apart > max(_DRIFT_DEG, _DRIFT_ERRORS * own, worst):
-            worst, at = apart, int(parts[1][0])
-    return (worst, at) if at is not None else (float("nan"), None)
+    count = len(rows)
+    if count < 2 * _FEWEST_FRAMES:
+        return float("nan"), None
+    before = np.arange(1, count)[:, None]
+    sums = np.cumsum(votes[rows], axis=0)
+    means = sums[:-1] / before, (sums[-1] - sums[:-1]) / (count - before)
+    between = np.linalg.norm(means[0] - means[1], axis=-1) * np.sqrt(before * (count - before))[:, 0]
+    middle = _FEWEST_FRAMES + int(np.argmax(between[_FEWEST_FRAMES - 1 : count - _FEWEST_FRAMES]))
+    parts = rows[:middle], rows[middle:]
+    ups = [take_up(votes[part], error_deg[part], time_s[part]) for part in parts]
+    apart = float(angle_deg(ups[0].up, ups[1].up))
+    # The lean of a lifter is shared by both parts; what may differ is the scatter's share.
+    own = np.sqrt(sum(up.votes.scatter_deg**2 / up.votes.effective for up in ups))
+    return (apart, int(parts[1][0])) if apart > max(_DRIFT_DEG, _DRIFT_ERRORS * own) else (float("nan"), None)
 
 
-def _trust(error_deg: np.ndarray) -> np.ndarray:
-    return np.where(np.isfinite(error_deg), 1 / np.maximum(error_deg, 0.5) ** 2, 1 / 12.0**2)
+def trust(error_deg: np.ndarray | float) -> np.ndarray:
+    """(...,) a frame's weight, 1 / error^2."""
+    return 1 / np.maximum(np.where(np.isfinite(error_deg), error_deg, UNKNOWN_DEG), 0.5) ** 2
 
 
-def _expected(R: np.ndarray, error_deg: np.ndarray, up_error_deg: np.ndarray) -> np.ndarray:
-    """(T,) expected rotation error: that of up, and the heading's part of the frame's own."""
-    error = np.hypot(_MEAN_OF_RMS * up_error_deg, _HEADING_SHARE * error_deg)
-    return np.where(known(R).all(axis=1), error, np.nan)
+def rotation_error_deg(
+    R: np.ndarray, R_frame: np.ndarray, error_deg: np.ndarray, up_error_deg: np.ndarray | float
+) -> np.ndarray:
+    """(...,) expected error of R (..., 3, 3): that of up, and the heading's part of error_deg (...,), the frame's own.
+
+    Where the heading is further than that from the one of R_frame (..., 3, 3), the rectifier's, that counts: the poses
+    of two people in one take, or a turn quicker than the smoothing.
+    """
+    off = angle_deg(level_left(R_frame, R[..., :, 2]), -R[..., :, 1])
+    return np.hypot(_MEAN_OF_RMS * up_error_deg, np.maximum(_HEADING_SHARE * error_deg, off))

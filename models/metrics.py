@@ -27,7 +27,11 @@ class Figure:
         return cls(*(float(v) for v in (np.median(values), values.mean(), np.quantile(values, 0.95))))
 
     def __str__(self) -> str:
-        return f"{self.p50:.1f} / {self.mean:.1f} / {self.p95:.1f}"
+        return format(self, ".1f")
+
+    def __format__(self, digits: str) -> str:
+        """p50 / mean / p95, each with the given format."""
+        return " / ".join(format(value, digits or ".1f") for value in (self.p50, self.mean, self.p95))
 
 
 def plain(value: Any) -> Any:

@@ -50,14 +50,18 @@ def read(path: Path, folder: Path, how: How) -> Found:
     fps = how.fps or next(iter(rates), None)
     if not fps or fps <= 0:
         raise InputError(f"expected the frame rate in {', '.join(_RATES)}; say it with --fps.")
-    joints = _h36m17(joints, names) * UNITS[how.unit or "m"]
+    joints = h36m17_named(joints, names) * UNITS[how.unit or "m"]
     joints = z_up(joints, how.up or "z").astype(np.float32)
     require_plausible(joints)
     subject, name = label(path, folder, how.subject)
     return Found(Clip(name, subject, "joints", fps, joints))
 
 
-def _h36m17(joints: np.ndarray, names: list[str] | None) -> np.ndarray:
+def h36m17_named(joints: np.ndarray, names: list[str] | None) -> np.ndarray:
+    """(T, 17, 3) from joints (T, J, 3) by their names, or by their order without names (17, or SMPL's 22 and more).
+
+    InputError when a joint has no known name.
+    """
     if joints.ndim != 3 or joints.shape[-1] != 3 or (names is not None and len(names) != joints.shape[1]):
         raise InputError(f"expected joints (T, J, 3), a name for each, got {joints.shape}.")
     if names is None:

@@ -52,7 +52,9 @@ class PCNetRectifier:
                 f"{_OUTPUTS}, got {found} and {outputs}."
             )
         self.path = Path(path)
-        self.precision = self.session.get_modelmeta().custom_metadata_map.get("precision", "float32")
+        properties = self.session.get_modelmeta().custom_metadata_map
+        self.targets = properties.get("targets", "body")  # of pcnet_views.Targets
+        self.precision = properties.get("precision", "float32")
         self.method = f"pcnet@{hashlib.sha256(content).hexdigest()[:12]}"
 
     def rotation(self, joints: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -59,8 +59,7 @@ class TrainConfig(BaseModel):
 
     kind: what `pcnet3d train` trains with this file.
     lifted: files of `pcnet3d testbed` with takes of train subjects, each lifted by a lifter that never saw them.
-    lifted_val: the same of val subjects; the best weights are the best by the mean error on
-        these and on captured frames.
+    lifted_val: the same of val subjects; with it, the best weights are the best on these.
     data, split: a file of `pcnet3d mocap` and one of its train, val and test subjects (mocap_parts), instead of the
         motion capture that the shipped network was trained on.
     targets: what the rotation leads to; "axes" is the paper's, for data whose people all face one way.
@@ -363,8 +362,8 @@ def look(deployed: Deployed, check: dict[str, Frames]) -> dict[str, float]:
 
 
 def score_of(figures: dict[str, float]) -> float:
-    """What the best weights are the best by: the mean over captured and, where there are some, lifted frames."""
-    return float(np.mean([figures[name] for name in ("paper", "lifted") if name in figures]))
+    """What the best weights are the best by: the error on lifted frames where there are some, else captured ones."""
+    return figures.get("lifted", figures["paper"])
 
 
 def calibrate(deployed: Deployed, frames: Frames) -> None:

@@ -29,6 +29,12 @@ GEOMETRIC = Shipped("geometric", "rectifier", "the torso's own axes, the paper's
 PCNET = Shipped(
     "pcnet", "rectifier", "the trained network, used unless told otherwise; models/pcnet.md", "pcnet.onnx"
 )
+PAPER = Shipped(
+    "paper",
+    "rectifier",
+    "the paper's network at its full size, in int8; steadier on real clips, slower",
+    "paper.onnx",
+)
 LIFTER = Shipped(
     "pcnet3d", "lifter", "2D keypoints to 3D, used without --poses; models/lifter.md", "lifter.onnx"
 )

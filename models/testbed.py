@@ -111,13 +111,20 @@ def _refuse_known_subjects(subjects: Subjects, model: str | Path) -> None:
         )
 
 
-def see(clip: Clip, seed: int, *, noise: Noise | None = None, bodies: BodyRange | None = None) -> SeenTake:
+def see(
+    clip: Clip,
+    seed: int,
+    *,
+    noise: Noise | None = None,
+    bodies: BodyRange | None = None,
+    views: ViewRange | None = None,
+) -> SeenTake:
     """A clip before one static camera and a noisy detector; deterministic in the seed and the clip's name."""
     rng = np.random.default_rng([seed, zlib.crc32(clip.name.encode())])
     world = clip.joints[None].astype(np.float64)
     if bodies is not None:
         world = vary(world, rng, bodies)
-    cameras = place(world, rng, ViewRange())
+    cameras = place(world, rng, views)
     joints = cameras.to_camera(world)
     pixels, confidence = detect(cameras.project(joints), joints, rng, noise, clip.fps)
     R_camera_from_world = cameras.R_camera_from_world[0, 0]

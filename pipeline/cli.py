@@ -10,7 +10,7 @@ import signal
 import sys
 import traceback
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import typer
 
@@ -19,6 +19,7 @@ from .config import load_recipe
 from .errors import InputError
 from .intake import Sources
 from .job import run_files
+from .options import pairs
 from .progress import stages, tell
 from .reading import Missing, Parity, adapters
 
@@ -54,7 +55,24 @@ def run(
     flip: Annotated[
         bool, typer.Option("--flip", help="Average the lift with that of the mirrored person.")
     ] = False,
-    rectifier: Annotated[str | None, typer.Option(help="geometric, pcnet, or a trained .onnx file.")] = None,
+    rectifier: Annotated[
+        str | None, typer.Option(help="geometric, pcnet, paper, or a trained .onnx file.")
+    ] = None,
+    camera: Annotated[
+        str | None, typer.Option(help="static, one that stands still (the default), or moving.")
+    ] = None,
+    gravity: Annotated[
+        str | None,
+        typer.Option(help="X,Y,Z: which way things fall, in the camera's axes (x right, y down, z away)."),
+    ] = None,
+    pitch: Annotated[
+        float | None,
+        typer.Option(help="By how many degrees the camera looks down, if known; no roll then counts as 0."),
+    ] = None,
+    roll: Annotated[
+        float | None,
+        typer.Option(help="By how many degrees the picture's content is turned counter-clockwise, if known."),
+    ] = None,
     parity: Annotated[Parity, typer.Option(help="What to do when left and right look exchanged.")] = "refuse",
     missing: Annotated[Missing, typer.Option(help="What to do with NaN or all-zero poses.")] = "refuse",
     option: Annotated[
@@ -62,6 +80,16 @@ def run(
     ] = None,
     keypoints_option: Annotated[
         list[str] | None, typer.Option(help="KEY=VALUE for the keypoints' adapter.")
+    ] = None,
+    cutoff: Annotated[
+        str | None,
+        typer.Option(
+            help="Low-pass cut-off of paths in Hz (6 without it), or auto to have it chosen from the take."
+        ),
+    ] = None,
+    also: Annotated[
+        list[str] | None,
+        typer.Option(help="Another file to write: csv, trc, mot, c3d or netcdf; repeatable."),
     ] = None,
     recipe: Annotated[Path | None, typer.Option(help="Stages and their options, a TOML file.")] = None,
     no_frames: Annotated[bool, typer.Option("--no-frames", help="Keep pictures of the person out.")] = False,
@@ -77,7 +105,15 @@ def run(
     changes = {
         "lift": {"image_size": image_size and _size(image_size), "focal_px": focal, "flip": flip or None},
         "scale": {"stature_m": stature},
-        "rectify": {"rectifier": rectifier},
+        "rectify": {
+            "rectifier": rectifier,
+            "camera": camera,
+            "gravity": gravity and _vector(gravity),
+            "pitch_deg": pitch,
+            "roll_deg": roll,
+        },
+        "trajectories": {"cutoff_hz": cutoff},
+        "export": {"also": tuple(also) if also else None},
     }
     for stage, options in changes.items():
         given = {key: value for key, value in options.items() if value is not None}
@@ -85,7 +121,7 @@ def run(
             raise InputError(f"{', '.join(given)} is for the stage '{stage}', which this run does not have.")
         chosen = chosen.with_options(stage, **given)
     if no_frames:
-        chosen = chosen.with_options("record", frames=False)
+        chosen = chosen.with_options("record", frames=False).with_options("report", frames=False)
     sources = Sources(
         poses=poses,
         video=video,
@@ -97,8 +133,8 @@ def run(
         first_frame=first_frame,
         parity=parity,
         missing=missing,
-        options=_pairs(option),
-        keypoints_options=_pairs(keypoints_option),
+        options=pairs(option),
+        keypoints_options=pairs(keypoints_option),
     )
     with stages(["read", *(entry.use for entry in chosen.stages)]) as done:
         take = run_files(sources, output, chosen, force=force, done=done)
@@ -149,14 +185,12 @@ def _size(text: str) -> tuple[int, int]:
     return int(width), int(height)
 
 
-def _pairs(given: list[str] | None) -> dict[str, Any]:
-    pairs = {}
-    for text in given or []:
-        key, equals, value = text.partition("=")
-        if not equals:
-            raise InputError(f"Expected KEY=VALUE after --option, got '{text}'.")
-        pairs[key.strip()] = value
-    return pairs
+def _vector(text: str) -> tuple[float, float, float]:
+    try:
+        x, y, z = map(float, text.split(","))
+    except ValueError:
+        raise InputError(f"Expected --gravity X,Y,Z such as 0,1,0, got '{text}'.") from None
+    return x, y, z
 
 
 def _add_commands(asked: set[str]) -> None:

@@ -21,6 +21,17 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
     return f"known are {', '.join(known)}." if known else "none are known."
 
 
+def pairs(given: Iterable[str] | None) -> dict[str, str]:
+    """Options as a command line gives them, KEY=VALUE each, by key; InputError for anything else."""
+    found = {}
+    for text in given or ():
+        key, equals, value = text.partition("=")
+        if not equals:
+            raise InputError(f"Expected KEY=VALUE after --option, got '{text}'.")
+        found[key.strip()] = value
+    return found
+
+
 def call(function: Callable[..., Any], *args: Any, what: str, options: dict[str, Any]) -> Any:
     """function(*args, **options) after checking each option's name and type against the signature.
 

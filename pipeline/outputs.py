@@ -18,8 +18,9 @@ SUMMARY = "summary.json"
 
 @contextmanager
 def whole_file(path: Path) -> Iterator[Path]:
-    """A temporary path beside `path`; renamed to it when the block ends, removed when it fails."""
-    partial = path.with_name(f".{path.name}.partial-{os.getpid()}")
+    """A temporary path beside `path`, with its suffix (some writers would add it); renamed to it when the block ends,
+    removed when it fails."""
+    partial = path.with_name(f".partial-{os.getpid()}-{path.name}")
     try:
         yield partial
         os.replace(partial, path)
@@ -95,6 +96,14 @@ def _ours(path: Path) -> bool:
     """Whether everything in the folder is listed as the work of an earlier run."""
     summary = _read(path / SUMMARY)
     return "pcnet3d" in summary and {file.name for file in path.iterdir()} <= set(summary.get("files", ()))
+
+
+def add_to_list(folder: Path, name: str) -> None:
+    """Note in a run's summary.json that this file or folder in it is ours too, so that a later run may replace it."""
+    summary = _read(folder / SUMMARY)
+    summary["files"] = sorted({*summary.get("files", ()), name})
+    with whole_file(folder / SUMMARY) as partial:
+        partial.write_text(json.dumps(summary, indent=1) + "\n", encoding="utf-8")
 
 
 def _sign(folder: Path) -> None:

@@ -20,11 +20,11 @@ from .sockets import Adapter
 
 Parity = Literal["refuse", "mirror", "swap", "swap-legs", "ignore"]
 Missing = Literal["refuse", "gap"]
-Gives = Literal["poses", "keypoints", "video"]
+Gives = Literal["poses", "keypoints", "video", "imu"]
 
 
 def adapters(gives: str | None = None) -> dict[str, Adapter]:
-    """The registered adapters by name, those that give "poses", "keypoints" or "video" when asked."""
+    """The registered adapters by name, those that give "poses", "keypoints", "video" or "imu" when asked."""
     loaded = {name: registry.load("adapters", name) for name in registry.registered("adapters")}
     return {name: adapter for name, adapter in loaded.items() if gives in (None, adapter.gives)}
 
@@ -32,7 +32,7 @@ def adapters(gives: str | None = None) -> dict[str, Adapter]:
 def find_adapter(path: Path, name: str = "auto", gives: str | None = None) -> Adapter:
     """The adapter of that name, or with "auto" the only one that recognises the file's content.
 
-    gives: "poses", "keypoints" or "video"; without it, 3D poses come before anything else that fits.
+    gives: "poses", "keypoints", "video" or "imu"; without it, 3D poses come before anything else that fits.
     InputError when the name is unknown, when no adapter fits, or when several do.
     """
     if not path.exists():
@@ -118,8 +118,8 @@ def read_people(
         if value not in allowed:
             raise InputError(f"Expected {name} to be one of {', '.join(allowed)}; got '{value}'.")
     chosen = find_adapter(path, adapter, gives)
-    if chosen.gives == "video":
-        raise InputError(f"{path} is a video; expected a file of poses or keypoints.")
+    if chosen.gives not in ("poses", "keypoints"):
+        raise InputError(f"{path} is a file of {chosen.gives}; expected one of poses or keypoints.")
     try:
         people = call(chosen.read, path, what=f"Adapter '{chosen.name}'", options=options)
     except InputError as error:

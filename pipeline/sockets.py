@@ -14,10 +14,10 @@ class Adapter(Protocol):
     """Reads one upstream format.
 
     name: the entry point's name.
-    gives: "poses" (3D), "keypoints" (2D) or "video".
+    gives: "poses" (3D), "keypoints" (2D), "video" or "imu".
     reads: one line for `pcnet3d list adapters`.
     sniff(path): whether the content looks like this format; cheap, and never raises.
-    read(path, **options): a tuple of PoseSequence, one a person (or of Video), in the source's own layout
+    read(path, **options): a tuple of PoseSequence, one a person (or of Video, or of Imu), in the source's own layout
         and a frame that says its axes; InputError when the file is not what it should be.
     """
 

@@ -49,7 +49,9 @@ class Take:
 
     keypoints: 2D joints in IMAGE, in the detector's own layout.
     poses: 3D joints, H36M17 in CAMERA axes, relative to the pelvis.
+    filtered: 3D joints in LEVEL after the low-pass filter that kinematics rest on; its history says which.
     kinematics: columns (T,) by name, every unit in the name (design.md section 7).
+    measures: figures of the take as nested plain dicts, units in the keys.
     inputs: what was read: role, path, SHA-256, adapter.
     """
 
@@ -58,7 +60,9 @@ class Take:
     keypoints: PoseSequence | None = None
     poses: PoseSequence | None = None
     rectified: Rectified | None = None
+    filtered: PoseSequence | None = None
     kinematics: dict[str, np.ndarray] | None = None
+    measures: dict[str, Any] | None = None
     events: tuple[Event, ...] = ()
     inputs: tuple[dict[str, Any], ...] = ()
 

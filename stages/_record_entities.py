@@ -117,11 +117,12 @@ def log_curves(
     values: np.ndarray,
     names: Sequence[str],
     colours: Sequence[Colour],
+    width: float = 1.5,
 ) -> None:
     """One curve a name: values (T, len(names)), or (T,) for a single one."""
     import rerun as rr
 
-    look = rr.SeriesLines(names=names, colors=colours, widths=[1.5] * len(names))
+    look = rr.SeriesLines(names=names, colors=colours, widths=[width] * len(names))
     recording.log(entity, look, static=True)
     columns = rr.Scalars.columns(scalars=values.reshape(-1)).partition(np.full(len(clock), len(names)))
     recording.send_columns(entity, time_columns(clock.frame_index, clock.times), columns)

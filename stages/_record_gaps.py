@@ -12,7 +12,8 @@ from ..pipeline.take import Take
 
 def gaps_marked(take: Take) -> Take:
     """The take with one row of NaN behind the last row before every gap, and behind the last row of all where the
-    video or another of its tracks goes on. Its rows are no longer those that the take's events speak of."""
+    video or another of its tracks goes on. Its rows are no longer those that the take's events speak of; columns of
+    whole numbers are left out."""
     assert take.poses is not None
     assert take.rectified is not None
     tracks = [track.frame_index[-1] for track in (take.poses, take.keypoints) if track is not None]
@@ -23,6 +24,7 @@ def gaps_marked(take: Take) -> Take:
     return take.with_(
         keypoints=keypoints and _marked(keypoints, _before_gaps(keypoints, last) + 1),
         poses=_marked(take.poses, behind),
+        kinematics=take.kinematics and _with_gaps(take.kinematics, behind),
         rectified=replace(
             rectified,
             body=_marked(rectified.body, behind),
@@ -35,6 +37,15 @@ def gaps_marked(take: Take) -> Take:
             up_votes=np.insert(rectified.up_votes, behind, np.nan, axis=0),
         ),
     )
+
+
+def _with_gaps(columns: dict[str, np.ndarray], behind: np.ndarray) -> dict[str, np.ndarray]:
+    """Those that can be NaN."""
+    return {
+        name: np.insert(values, behind, np.nan)
+        for name, values in columns.items()
+        if np.issubdtype(values.dtype, np.floating)
+    }
 
 
 def _before_gaps(poses: PoseSequence, last: int) -> np.ndarray:

@@ -6,37 +6,85 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from ..pipeline.pose import Step
+from ..pipeline.pose import Rectified, Step
 from ..pipeline.take import Take
+from ._record_up import pitch_roll_deg, shared_up
 
 
 def summary_markdown(take: Take) -> str:
-    """The take's summary: warnings first, then what it is, where it came from and what was done to it."""
+    """The take's summary: warnings first, then how it was rectified, what it is, and what was done to it."""
     assert take.poses is not None
     assert take.rectified is not None
     poses, rectified = take.poses, take.rectified
     error = rectified.error_deg[np.isfinite(rectified.error_deg)]
     lines = [
-        f"## {take.name}",
-        *_told(take, "warning", "### ⚠ Warnings"),
-        "### Take",
+        f"### {take.name}",
+        *_told(take, "warning", "#### ⚠ Warnings"),
+        "#### Rectification",
+        f"- method: {rectified.method}",
+        f"- levelled: {'yes' if rectified.level_ok else f'**no: {rectified.level_reason}**'}",
+        *_up(take),
+        f"- heading of LEVEL: {rectified.level_heading}",
+        f"- expected rotation error: {f'{np.median(error):.1f} deg (median)' if len(error) else 'not known'}",
+        f"- axes of BODY and LEVEL: x back, y right, z up{_relative(rectified)}",
+        "#### Take",
         f"- {len(poses)} frames, {poses.frame_index[0]} to {poses.frame_index[-1]}, {poses.fps:.4g} a second",
         f"- source axes: {poses.frame}",
         f"- unit of length: {poses.frame.unit if poses.frame.metric else 'arbitrary, the source has no scale'}",
-        "### Rectification",
-        f"- method: {rectified.method}",
-        f"- levelled: {'yes' if rectified.level_ok else f'**no, {rectified.level_reason}**'}",
-        f"- heading of LEVEL: {rectified.level_heading}",
-        f"- expected rotation error: {f'{np.median(error):.1f} deg (median)' if len(error) else 'not known'}",
-        "- axes of BODY and LEVEL: x back, y right, z up",
-        *_told(take, "repair", "### Repairs"),
-        *_told(take, "note", "### Notes"),
-        *(["### Inputs"] if take.inputs else []),
+        *_told(take, "repair", "#### Repairs"),
+        *_told(take, "note", "#### Notes"),
+        *(["#### Inputs"] if take.inputs else []),
         *(f"- {_listed(entry)}" for entry in take.inputs),
-        "### Done to the poses",
+        "#### Done to the poses",
         *(f"1. {_step(step)}" for step in rectified.body.history),
     ]
     return "\n".join(lines) + "\n"
+
+
+def _up(take: Take) -> list[str]:
+    """How well up is known and what it rests on; how the camera stands, or that it moves."""
+    assert take.poses is not None
+    assert take.rectified is not None
+    rectified = take.rectified
+    if rectified.camera == "gravity":
+        return ["- up: that of the source's own axes"]
+    moving = rectified.camera == "moving"
+    camera = "moves, and up with it" if moving else standing(take)
+    if not rectified.level_ok:
+        return ["- up: a guess, not to be relied on", f"- camera: {camera}"]
+    bound = rectified.up_bound_deg[np.isfinite(rectified.up_bound_deg)]
+    if not len(bound):
+        return ["- up: how well it is known is not stated", f"- camera: {camera}"]
+    least, most = f"{bound.min():.1f}", f"{bound.max():.1f}"
+    within = most if least == most else f"{least} to {most}"
+    rests = ", ".join(f"{name} {100 * share:.0f} %" for name, share in rectified.up_shares.items())
+    return [
+        f"- up: known to within **{within} deg** (90 %)" + (f", rests on: {rests}" if rests else ""),
+        f"- camera: {camera}",
+    ]
+
+
+def standing(take: Take) -> str:
+    """A static camera's pitch and roll in words."""
+    assert take.poses is not None
+    assert take.rectified is not None
+    up = take.poses.frame.basis.T @ shared_up(take.rectified)[0]
+    pitch, roll = pitch_roll_deg(up)
+    if not np.isfinite(pitch):
+        return "stands still"
+    return (
+        f"stands still, looks {'down' if pitch >= 0 else 'up'} by {abs(pitch):.1f} deg (pitch), what it sees is "
+        f"turned {'counter-' if roll >= 0 else ''}clockwise by {abs(roll):.1f} deg (roll)"
+    )
+
+
+def _relative(rectified: Rectified) -> str:
+    if rectified.camera != "moving":
+        return ""
+    return (
+        "; in LEVEL **back and right are relative to the camera**: how it turns about the vertical cannot be seen, "
+        "heights and horizontal distances can"
+    )
 
 
 def _told(take: Take, kind: str, heading: str) -> list[str]:

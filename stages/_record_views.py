@@ -8,6 +8,8 @@ import numpy as np
 
 from ..pipeline.rotations import known
 from ..pipeline.take import Take
+from ._record_angles import angle_views, angled
+from ._record_up import cap, voted
 
 if TYPE_CHECKING:
     import rerun.blueprint as rrb
@@ -22,18 +24,24 @@ _EYES = {
 
 
 def blueprint(take: Take, size: float) -> rrb.Blueprint:
-    """Left what came in, in the middle the rectified person, right the curves and the words.
+    """Left what came in, in the middle the rectified person and the angles, right the curves and the words.
 
     size: about half the person's height, in the poses' unit. Views of what the take lacks are not there.
     """
     import rerun.blueprint as rrb
 
     assert take.poses is not None
+    assert take.rectified is not None
     source = take.poses.frame
     unit = source.unit if source.metric else "arbitrary units"
+    after = "back, right, up" if take.rectified.camera != "moving" else "back, right (relative), up"
+    level = "one heading" if take.rectified.camera != "moving" else "camera's heading"
     flat = {"Video": take.video, "2D keypoints": take.keypoints}
     title = " and ".join(name for name, part in flat.items() if part is not None)
+    votes = voted(take.rectified)
     words: list[rrb.View] = [rrb.TextDocumentView(origin="summary", name="Summary")]
+    if take.measures:
+        words.append(rrb.TextDocumentView(origin="measures", name="Measures"))
     if take.events:
         columns = rrb.TextLogColumns(timeline_columns=["frame"], text_log_columns=["loglevel", "body"])
         words.append(rrb.TextLogView(origin="events", name="Events", columns=columns))
@@ -47,17 +55,26 @@ def blueprint(take: Take, size: float) -> rrb.Blueprint:
                 ),
                 _person("source", f"Before: {source.name} axes", take, size),
             ),
-            rrb.Tabs(
-                _person("body", "After: BODY, facing you", take, size),
-                _person("level", "After: LEVEL, one heading", take, size),
-                active_tab=0,
+            rrb.Vertical(
+                rrb.Tabs(
+                    _person("body", "After: BODY, facing you", take, size),
+                    _person("level", f"After: LEVEL, {level}", take, size),
+                    *([_votes(take)] if votes else []),
+                    active_tab=0,
+                ),
+                *([angle_views(take)] if angled(take) else []),
+                row_shares=[2, 1] if angled(take) else [1],
             ),
             rrb.Vertical(
                 _curves("wrists/source", f"Wrists before: {', '.join(source.axes)} ({unit})"),
-                _curves("wrists/level", f"Wrists after: back, right, up ({unit})"),
-                _curves("rotation", "Rotation (deg)"),
+                _curves("wrists/level", f"Wrists after: {after} ({unit})"),
+                rrb.Tabs(
+                    _curves("rotation", "Rotation (deg)"),
+                    *([_tilt()] if votes else []),
+                    active_tab=0,
+                ),
                 rrb.Tabs(*words, active_tab=0),
-                row_shares=[4, 4, 2, 3],
+                row_shares=[7, 7, 5, 6],
             ),
             column_shares=[3, 4, 4],
         ),
@@ -102,6 +119,37 @@ def _person(entity: str, name: str, take: Take, size: float) -> rrb.View:
         name=name,
         eye_controls=rrb.EyeControls3D(position=eye, look_target=(0, 0, 0)),
         line_grid=grid,
+    )
+
+
+def _votes(take: Take) -> rrb.View:
+    """The sphere from above and from the camera's side, near enough that the votes fill the view."""
+    import rerun.blueprint as rrb
+
+    R_source_from_cap, reach_deg, _ = cap(take)
+    middle = R_source_from_cap[:, 2]
+    eye = R_source_from_cap @ np.array([0.0, -0.6, 0.8])
+    controls = rrb.EyeControls3D(
+        position=middle + 3.3 * np.sin(np.radians(reach_deg)) * eye,
+        look_target=middle,
+        eye_up=R_source_from_cap[:, 1],
+    )
+    return rrb.Spatial3DView(
+        origin="up",
+        name="Votes on up, early blue",
+        eye_controls=controls,
+        line_grid=rrb.LineGrid3D(False),
+    )
+
+
+def _tilt() -> rrb.View:
+    import rerun.blueprint as rrb
+
+    # Of the eight curves four are thin lines of the bound; a legend would hide them all.
+    return rrb.TimeSeriesView(
+        origin="tilt",
+        name="Camera's pitch (blue) and roll (orange): votes, take, 90 % bound (deg)",
+        plot_legend=rrb.PlotLegend(visible=False),
     )
 
 

@@ -1,35 +1,62 @@
-"""The files of a run: poses.npz, kinematics.parquet, summary.json (design.md section 7)."""
+"""The files of a run: poses.npz, kinematics.parquet, measures.csv and summary.json (design.md section 7), and others
+on request."""
 
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 
 from ..pipeline.checks import bone_spread
 from ..pipeline.outputs import SUMMARY, whole_file
-from ..pipeline.pose import package_version
-from ..pipeline.rotations import angle_deg
+from ..pipeline.pose import Rectified, package_version
+from ..pipeline.rotations import angle_deg, known
 from ..pipeline.take import Take
+from ._export_c3d import check_c3d, write_c3d
+from ._export_measures import write_measures
+from ._export_netcdf import write_netcdf
+from ._export_opensim import write_mot, write_trc
+from ._export_provenance import steps
+from ._export_table import write_csv, write_parquet
+
+Format = Literal["csv", "trc", "mot", "c3d", "netcdf"]
+_WRITERS: dict[Format, tuple[str, Callable[[Take, Path], None]]] = {
+    "csv": ("kinematics.csv", write_csv),
+    "trc": ("markers.trc", write_trc),
+    "mot": ("angles.mot", write_mot),
+    "c3d": ("markers.c3d", write_c3d),
+    "netcdf": ("poses.nc", write_netcdf),
+}
 
 
 @dataclass(frozen=True)
 class Export:
-    """The stage. folder: where the files go."""
+    """The stage. folder: where the files go. also: further formats, each of which becomes one more file."""
 
     folder: Path
+    also: tuple[Format, ...] = ()
 
     name: ClassVar[str] = "export"
     needs: ClassVar[tuple[str, ...]] = ("poses", "rectified", "kinematics")
     gives: ClassVar[tuple[str, ...]] = ()
 
+    def __post_init__(self) -> None:
+        if "c3d" in self.also:
+            check_c3d()  # before the work, not after it
+
     def __call__(self, take: Take) -> Take:
         self.folder.mkdir(parents=True, exist_ok=True)
         write_poses(take, self.folder / "poses.npz")
-        write_kinematics(take, self.folder / "kinematics.parquet")
+        write_parquet(take, self.folder / "kinematics.parquet")
+        if take.measures is not None:
+            write_measures(take, self.folder / "measures.csv")
+        for wanted in self.also:
+            name, write = _WRITERS[wanted]
+            write(take, self.folder / name)
         text = json.dumps(summary(take), indent=1, allow_nan=False, default=str)
         with whole_file(self.folder / SUMMARY) as partial:
             partial.write_text(text + "\n", encoding="utf-8")
@@ -37,7 +64,8 @@ class Export:
 
 
 def write_poses(take: Take, path: Path) -> None:
-    """poses.npz: plain arrays `source`, `level`, `body` (T, 17, 3) and the rotations between them."""
+    """poses.npz: plain arrays `source`, `level`, `body` (T, 17, 3), the rotations between them, and how far to trust
+    them. For a moving camera R_source_from_level is (T, 3, 3), and back and right in `level` are relative to it."""
     assert take.poses is not None
     assert take.rectified is not None
     rectified = take.rectified
@@ -50,6 +78,9 @@ def write_poses(take: Take, path: Path) -> None:
             R_source_from_body=rectified.R_source_from_body,
             R_source_from_level=rectified.R_source_from_level,
             error_deg=rectified.error_deg,
+            up_error_deg=rectified.up_error_deg,
+            up_bound_deg=rectified.up_bound_deg,
+            up_votes=rectified.up_votes,
             time_s=take.poses.times,
             frame_index=take.poses.frame_index,
             joint_names=np.array(take.poses.layout.joints),
@@ -57,26 +88,12 @@ def write_poses(take: Take, path: Path) -> None:
         )
 
 
-def write_kinematics(take: Take, path: Path) -> None:
-    """kinematics.parquet: one row a frame, every column's unit in its name."""
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
-    assert take.poses is not None
-    assert take.kinematics is not None
-    columns = {"frame": take.poses.frame_index, "time_s": take.poses.times, **take.kinematics}
-    table = pa.table(columns).replace_schema_metadata({"pcnet3d": package_version(), "take": take.name})
-    with whole_file(path) as partial:
-        pq.write_table(table, partial)
-
-
 def summary(take: Take) -> dict[str, Any]:
     """Provenance, warnings, repairs and the take's figures, ready for JSON (no NaN)."""
     assert take.poses is not None
     assert take.rectified is not None
     poses, rectified = take.poses, take.rectified
-    ups = rectified.R_source_from_body[:, :, 2]
-    deviation = angle_deg(ups, rectified.R_source_from_level[..., :, 2])
+    deviation = angle_deg(rectified.up_votes, rectified.R_source_from_level[..., :, 2])
     content = {
         "pcnet3d": package_version(),
         "take": take.name,
@@ -96,17 +113,37 @@ def summary(take: Take) -> dict[str, Any]:
         },
         "rectification": {
             "method": rectified.method,
-            "frames_rectified": int(np.isfinite(ups).all(axis=1).sum()),
+            "camera": rectified.camera,
+            **_window(rectified),
+            "frames_rectified": int(known(rectified.R_source_from_body).all(axis=1).sum()),
             "error_deg_mean": _mean(rectified.error_deg),
-            "up_deviation_deg_mean": _mean(deviation),
+            **_up("up_error_deg", rectified.up_error_deg, rectified.camera),
+            **_up("up_bound_deg", rectified.up_bound_deg, rectified.camera),
+            "up_shares": rectified.up_shares,
+            "vote_deviation_deg_mean": _mean(deviation),
             "R_source_from_level": rectified.R_source_from_level.tolist(),
             "level_heading": rectified.level_heading,
             "level_ok": rectified.level_ok,
             "level_reason": rectified.level_reason,
         },
-        "history": [asdict(step) for step in rectified.body.history],
+        "measures": take.measures,
+        "history": [asdict(step) for step in steps(take)],
     }
     return _plain(content)
+
+
+def _window(rectified: Rectified) -> dict[str, float]:
+    """Over how many seconds a moving camera's frames share their up, as the history tells."""
+    told = [step.options["window_s"] for step in rectified.body.history if "window_s" in step.options]
+    return {"window_s": told[-1]} if told else {}
+
+
+def _up(name: str, values: np.ndarray, camera: str) -> dict[str, float]:
+    """One figure for the take, or the mean and the largest of a moving camera's."""
+    mean = _mean(values)
+    if camera != "moving":
+        return {name: mean}
+    return {f"{name}_mean": mean, f"{name}_max": float(np.nanmax(values)) if np.isfinite(mean) else mean}
 
 
 def _mean(values: np.ndarray) -> float:

@@ -13,9 +13,12 @@ from ..pipeline.outputs import whole_file
 from ..pipeline.rotations import angle_deg, known
 from ..pipeline.take import Event, Take
 from ..pipeline.view import RECORDING
+from ._record_angles import log_angles
 from ._record_entities import log_axes, log_curves, log_events, log_skeleton, log_video
 from ._record_gaps import gaps_marked
+from ._record_measures import measures_markdown
 from ._record_summary import summary_markdown
+from ._record_up import log_up, shared_up, voted
 from ._record_video import on_clock, viewable
 from ._record_views import blueprint
 
@@ -27,7 +30,7 @@ _WRISTS = {
     "l_wrist": ((0, 114, 178), (86, 180, 233), (0, 158, 115)),
     "r_wrist": ((213, 94, 0), (230, 159, 0), (204, 121, 167)),
 }
-_UP, _ERROR = (110, 140, 255), (213, 94, 0)
+_UP, _BOUND, _ERROR = (110, 140, 255), (150, 150, 150), (213, 94, 0)
 
 
 @dataclass(frozen=True)
@@ -51,8 +54,11 @@ def record(take: Take, path: str | Path, frames: bool = True) -> tuple[Event, ..
 
     Time axes: "frame", the number of the video's frame, and "video_time", its time stamp in seconds.
     Entities: video, video/keypoints; source (the skeleton in the axes it came in, and the body's axes there),
-    body, level; wrists/source, wrists/level; rotation; events; summary. What the take lacks is left out, what is
-    NaN stays NaN, and where a track has no rows for some frames, one row of NaN ends what is shown.
+    body, level; wrists/source, wrists/level; rotation (expected errors, and how far each frame's vote on up is from
+    the take's); tilt and up (the votes as the camera's pitch and roll, and on the unit sphere); angles/<angle> with
+    the ends of its 90 % band; events; summary; measures.
+    What the take lacks is left out, what is NaN stays NaN, and where a track has no rows for some frames, one row
+    of NaN ends what is shown.
 
     frames: False leaves the video out. Returns events for what was done to the video. Raises InputError
     without poses, rectified poses or time stamps, or when the video cannot be read.
@@ -78,9 +84,14 @@ def record(take: Take, path: str | Path, frames: bool = True) -> tuple[Event, ..
             shown = gaps_marked(take)
             _log_poses(recording, shown, size)
             _log_rotation(recording, shown, size)
+            log_angles(recording, shown)
             log_events(recording, take.events, poses)
-            document = rr.TextDocument(summary_markdown(take), media_type=rr.MediaType.MARKDOWN)
-            recording.log("summary", document, static=True)
+            texts = {"summary": summary_markdown(take)}
+            if take.measures:
+                texts["measures"] = measures_markdown(take.measures)
+            for entity, text in texts.items():
+                document = rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN)
+                recording.log(entity, document, static=True)
             recording.flush()
         except RuntimeError as error:
             raise InputError(f"The recording {path} could not be written: {error}.") from None
@@ -111,8 +122,13 @@ def _log_rotation(recording: rr.RecordingStream, take: Take, size: float) -> Non
     rectified, length = take.rectified, 0.3 * size
     log_axes(recording, "source/axes", length * rectified.R_source_from_body, length, clock=take.poses)
     log_axes(recording, "body/axes", length * np.eye(3), length)
-    deviation = angle_deg(rectified.R_source_from_body[:, :, 2], rectified.R_source_from_level[..., :, 2])
-    log_curves(recording, "rotation/up", take.poses, deviation, ["up deviation (deg)"], [_UP])
-    if np.isfinite(rectified.error_deg).any():
-        names = ["expected error (deg)"]
-        log_curves(recording, "rotation/error", take.poses, rectified.error_deg, names, [_ERROR])
+    curves = {
+        "error": ("expected error (deg)", rectified.error_deg, _ERROR),
+        "up": ("vote off the take's up (deg)", angle_deg(rectified.up_votes, shared_up(rectified)), _UP),
+        "bound": ("90 % bound of up (deg)", rectified.up_bound_deg, _BOUND),
+    }
+    for entity, (name, values, colour) in curves.items():
+        if np.isfinite(values).any():
+            log_curves(recording, f"rotation/{entity}", take.poses, values, [name], [colour])
+    if voted(rectified):
+        log_up(recording, take)

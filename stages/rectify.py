@@ -10,19 +10,16 @@ import numpy as np
 from ..models import load_rectifier
 from ..models.cameras import view_rotation
 from ..models.gravity import Evidence, direction
-from ..models.levelling import WINDOW_S, Camera, Levelled, level_frame, level_moving, level_static
+from ..models.levelling import WINDOW_S, Camera, Levelled, level_frame, level_moving, level_static, why_not
 from ..pipeline.canonical import R_world_from_body
 from ..pipeline.errors import InputError
 from ..pipeline.frames import BODY, CAMERA, LEVEL, Z_UP, Frame, change_frame
 from ..pipeline.layouts import H36M17
 from ..pipeline.pose import PoseSequence, Rectified
-from ..pipeline.rotations import angle_deg, known, rotate, transpose, unit
+from ..pipeline.rotations import rotate, transpose
 from ..pipeline.sockets import Rectifier
 from ..pipeline.take import Event, Take
 
-_FEWEST_FRAMES = 10
-_FROM_PICTURE_DEG = 60.0  # a take's up further from the picture's up than this is not believed
-_SCATTER_DEG = 35.0  # median deviation of the frames' up from the take's up beyond which no up is stated
 _KNOWN_DEG = 1.0  # error of a camera's pitch, roll or gravity vector that the user states
 
 
@@ -122,6 +119,11 @@ def _rectify(
         reference = CAMERA
         joints = _axes(source, CAMERA)
         chosen = load_rectifier(rectifier) if isinstance(rectifier, str) else rectifier
+        if getattr(chosen, "targets", "body") != "body":
+            raise InputError(
+                f"{rectifier} was trained on a data set's own axes, which do not tell where a body faces; choose a "
+                'network trained with targets = "body".'
+            )
         method = chosen.method
         R, error_deg = chosen.rotation(joints)
         if camera == "static":
@@ -134,8 +136,12 @@ def _rectify(
     R_source_from_reference = source.frame.basis @ reference.basis.T
     R_source_from_body = R_source_from_reference @ levelled.R_camera_from_body
     R_source_from_level = R_source_from_reference @ levelled.R_camera_from_level
-    reason = _why_not(levelled, reference)
-    noted = source.noted("rectify", method=method, camera=camera, level_heading=levelled.heading)
+    reason = why_not(levelled)
+    said = {"gravity": gravity, "pitch_deg": pitch_deg, "roll_deg": roll_deg}
+    if camera == "moving":
+        said["window_s"] = window_s
+    said = {name: value for name, value in said.items() if value is not None}
+    noted = source.noted("rectify", method=method, camera=camera, level_heading=levelled.heading, **said)
     unit_ = source.frame.unit
     rectified = Rectified(
         body=noted.with_(joints=_canonical(R_source_from_body, source), frame=BODY.with_(unit=unit_)),
@@ -205,28 +211,6 @@ def _drift_event(levelled: Levelled, poses: PoseSequence) -> list[Event]:
             levelled.drift_at,
         )
     ]
-
-
-def _why_not(levelled: Levelled, reference: Frame) -> str:
-    """In words why a take could not be levelled, or ""."""
-    fine = known(levelled.R_camera_from_body).all(axis=1)
-    if not fine.any():
-        return "no frame has the torso joints that a rotation needs"
-    if fine.sum() < _FEWEST_FRAMES:
-        return f"only {fine.sum()} frames have a rotation"
-    if reference is Z_UP:
-        return ""
-    ups = levelled.R_camera_from_body[fine, :, 2]
-    leans = float(angle_deg(unit(ups.mean(axis=0)), np.array([0.0, -1.0, 0.0])))
-    if leans > _FROM_PICTURE_DEG:
-        return f"its up is {leans:.0f} degrees from the picture's: the person lies or hangs, or the camera is turned"
-    votes = known(levelled.votes)
-    scatter = float(
-        np.median(angle_deg(levelled.votes[votes & fine], levelled.R_camera_from_body[votes & fine, :, 2]))
-    )
-    if not scatter < _SCATTER_DEG:
-        return f"the frames' up directions scatter by {scatter:.0f} degrees about their mean"
-    return ""
 
 
 def _canonical(R_source_from_canonical: np.ndarray, poses: PoseSequence) -> np.ndarray:

@@ -1,65 +1,194 @@
-"""Paths and velocities of wrists and ankles in LEVEL, relative to the pelvis."""
+"""Paths, velocities and accelerations in LEVEL, relative to the pelvis, from low-pass filtered positions.
+
+As is usual in the field (Pose2Sim and Sports2D filter positions at 6 Hz by default and go on from there), the paths
+that are written are the filtered ones, so that velocity and acceleration are their derivatives; what was filtered is
+`level` in poses.npz.
+
+What a camera that pans leaves observable: each frame's LEVEL has the true vertical and the camera's own heading, so a
+pan looks like the person turning the other way, and the heading in the world cannot be had from the body. Heights z,
+their velocity vz, horizontal distances hypot(x, y), distances from the pelvis and joint angles do not depend on the
+heading and hold. The directions of x and y do not; nor do vx, vy, ax, ay and speed, which contain the pan's rate times
+the horizontal distance (30 degrees a second at 0.5 m: 0.26 m/s), and their norm with them.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from itertools import pairwise
-from typing import ClassVar
+from typing import ClassVar, Literal
 
 import numpy as np
 
 from ..pipeline.errors import InputError
-from ..pipeline.pose import PoseSequence
-from ..pipeline.rotations import known
-from ..pipeline.take import Take
+from ..pipeline.frames import LEVEL
+from ..pipeline.layouts import Layout
+from ..pipeline.pose import PoseSequence, Rectified
+from ..pipeline.rotations import known, rotate, transpose
+from ..pipeline.signals import (
+    CUTOFF_HZ,
+    breaks,
+    derivative,
+    lowpass,
+    rate,
+    residual_cutoff,
+    savitzky_golay,
+    uneven_rows,
+)
+from ..pipeline.take import Event, Take
 
-_SUFFIXES = {"m": ("m", "mps"), "arbitrary": ("au", "aups")}
+Filter = Literal["butterworth", "savgol", "none"]
+Cutoff = float | Literal["auto"] | None
+
+_RELATIVE = (
+    "The camera moves, so x and y are relative to it: heights (z, vz, az) and horizontal distances hold, but its "
+    "turning about the vertical cannot be told from the body's and enters vx, vy, ax, ay and speed."
+)
+_SUFFIXES = {"m": ("m", "mps", "mps2"), "arbitrary": ("au", "aups", "aups2")}
+_ROOT = Layout("ROOT", ("root",))
+_FILTERS: dict[str, Callable[..., np.ndarray]] = {"butterworth": lowpass, "savgol": savitzky_golay}
 
 
 @dataclass(frozen=True)
 class Trajectories:
-    """The stage. joints: whose paths to write."""
+    """The stage. joints: whose paths to write; `filtered` has all 17. filter, cutoff_hz: as those of `smooth`.
+
+    Where the source knows where the person is and its camera stands still, the pelvis's own path in LEVEL is written
+    too, as `root`, from the place where it is first seen.
+    """
 
     joints: tuple[str, ...] = ("r_wrist", "l_wrist", "r_ankle", "l_ankle")
+    filter: Filter = "butterworth"
+    cutoff_hz: Cutoff = None
 
     name: ClassVar[str] = "trajectories"
-    needs: ClassVar[tuple[str, ...]] = ("rectified",)
-    gives: ClassVar[tuple[str, ...]] = ("kinematics",)
+    needs: ClassVar[tuple[str, ...]] = ("poses", "rectified")
+    gives: ClassVar[tuple[str, ...]] = ("kinematics", "filtered")
 
     def __call__(self, take: Take) -> Take:
         assert take.rectified is not None
+        path = smooth(_trusted(take.rectified), self.filter, self.cutoff_hz, self.joints)
         columns = dict(take.kinematics or {})
         for joint in self.joints:
-            columns |= trajectory(take.rectified.level, joint)
-        return take.with_(kinematics=columns)
+            columns |= trajectory(path, joint)
+        root = _root(take)
+        if root is not None:
+            done = path.history[-1].options
+            columns |= trajectory(smooth(root, done["filter"], done.get("cutoff_hz")), "root")
+        events = [Event("note", _RELATIVE)] if take.rectified.camera == "moving" else []
+        return take.with_(kinematics=columns, filtered=path).saying(*events, *_told(path, self.filter))
 
 
-def trajectory(level: PoseSequence, joint: str) -> dict[str, np.ndarray]:
-    """Columns (T,) `<joint>_x_m` ... `<joint>_vx_mps` ... `<joint>_speed_mps`, or `_au`, `_aups` without a scale.
+def smooth(
+    level: PoseSequence,
+    filter: Filter = "butterworth",
+    cutoff_hz: Cutoff = None,
+    moving: tuple[str, ...] = ("r_wrist", "l_wrist", "r_ankle", "l_ankle"),
+) -> PoseSequence:
+    """The same poses with every joint's path low-pass filtered, inside its unbroken pieces (pipeline/signals.py).
 
-    Velocity is the central difference of the unfiltered path, never across a gap, a seam or dropped
-    frames; NaN where it cannot be had.
+    filter: "butterworth" (two passes, order 4 together, no phase shift), "savgol" (Savitzky-Golay, order 3), "none".
+    cutoff_hz: where half the power is left; None is 6 Hz, or no filter where the frame rate does not carry that;
+        "auto" is the highest that residual analysis finds for any of the joints `moving`.
+
+    A joint is NaN in pieces too short for the filter. The history ends with what was done and its counts. InputError
+    for a cut-off at or above half the frame rate, and for a take too short to choose one from.
     """
-    if level.frame.unit not in _SUFFIXES:
-        raise InputError(f"Expected poses in metres or in arbitrary units, got {level.frame.unit}.")
-    length, speed = _SUFFIXES[level.frame.unit]
-    path = level.joint(joint).astype(np.float64)
-    step = np.diff(level.frame_index)
-    jumps = np.flatnonzero(step > np.median(step)) + 1 if len(step) else np.zeros(0, dtype=int)
-    velocity = derivative(path, level.times, (*level.seams, *jumps.tolist()))
-    columns = {f"{joint}_{axis}_{length}": path[:, i] for i, axis in enumerate("xyz")}
-    columns |= {f"{joint}_v{axis}_{speed}": velocity[:, i] for i, axis in enumerate("xyz")}
-    columns[f"{joint}_speed_{speed}"] = np.linalg.norm(velocity, axis=-1)
+    times, seams = level.times, breaks(level)
+    if cutoff_hz is None and not rate(times) > 2 * CUTOFF_HZ:
+        filter = "none"
+    if filter == "none":
+        return level.noted("low-pass filter", filter=filter)
+    if cutoff_hz == "auto":
+        cutoff_hz = _chosen(level, moving)
+    cutoff = CUTOFF_HZ if cutoff_hz is None else cutoff_hz
+    joints = level.joints.astype(np.float64)
+    paths = [_FILTERS[filter](joints[:, i], times, cutoff, seams) for i in range(len(level.layout))]
+    result = np.stack(paths, axis=1)
+    return level.with_(joints=result).noted(
+        "low-pass filter",
+        filter=filter,
+        cutoff_hz=cutoff,
+        rows_resampled=uneven_rows(np.asarray(known(joints).any(axis=1)), times, seams),
+        values_lost=int((known(joints) & ~known(result)).sum()),
+    )
+
+
+def trajectory(path: PoseSequence, joint: str) -> dict[str, np.ndarray]:
+    """Columns (T,) `<joint>_x_m`, `<joint>_vx_mps`, `<joint>_ax_mps2` for x, y and z, and `<joint>_speed_mps`; or
+    `_au`, `_aups`, `_aups2` without a scale.
+
+    path: poses in LEVEL, filtered (`smooth`) unless derivatives of noise are wanted. Derivatives are those of a cubic
+    spline, never taken across a gap, a seam or dropped frames; NaN where they cannot be had.
+    """
+    if path.frame.unit not in _SUFFIXES:
+        raise InputError(f"Expected poses in metres or in arbitrary units, got {path.frame.unit}.")
+    position = path.joint(joint).astype(np.float64)
+    velocity, acceleration = (derivative(position, path.times, breaks(path), order) for order in (1, 2))
+    columns = {}
+    for prefix, unit, values in zip(
+        ("", "v", "a"), _SUFFIXES[path.frame.unit], (position, velocity, acceleration), strict=True
+    ):
+        columns |= {f"{joint}_{prefix}{axis}_{unit}": values[:, i] for i, axis in enumerate("xyz")}
+    columns[f"{joint}_speed_{_SUFFIXES[path.frame.unit][1]}"] = np.linalg.norm(velocity, axis=-1)
     return columns
 
 
-def derivative(path: np.ndarray, time_s: np.ndarray, seams: tuple[int, ...] = ()) -> np.ndarray:
-    """d path / dt, (T, D) per second: second-order differences inside each unbroken run of at least 3 rows."""
-    result = np.full(path.shape, np.nan)
-    seen = known(path)
-    breaks = np.flatnonzero(np.diff(seen.astype(int))) + 1
-    edges = [0, *sorted({*breaks.tolist(), *seams}), len(path)]
-    for start, stop in pairwise(edges):
-        if seen[start] and stop - start >= 3:
-            result[start:stop] = np.gradient(path[start:stop], time_s[start:stop], axis=0, edge_order=2)
-    return result
+def _trusted(rectified: Rectified) -> PoseSequence:
+    """LEVEL with the frames that could not be rectified missing, so that nothing is taken across them."""
+    refused = ~np.asarray(known(rectified.R_source_from_body).all(axis=-1))
+    return rectified.level.with_(joints=np.where(refused[:, None, None], np.nan, rectified.level.joints))
+
+
+def _root(take: Take) -> PoseSequence | None:
+    """The pelvis in LEVEL's axes from where it is first known; None when the source has not its place."""
+    assert take.poses is not None
+    assert take.rectified is not None
+    R_source_from_level = take.rectified.R_source_from_level
+    if take.poses.frame.origin == "pelvis" or R_source_from_level.ndim == 3:
+        return None
+    place = rotate(transpose(R_source_from_level), take.poses.joint("pelvis").astype(np.float64))
+    seen = known(place)
+    place = place - place[np.argmax(seen)]
+    frame = LEVEL.with_(unit=take.poses.frame.unit, origin="world")
+    return take.poses.with_(joints=place[:, None], confidence=None, layout=_ROOT, frame=frame)
+
+
+def _chosen(level: PoseSequence, moving: tuple[str, ...]) -> float:
+    """The highest cut-off that any of these joints asks for, so that none is smoothed too much."""
+    asked = [residual_cutoff(level.joint(joint), level.times, breaks(level)) for joint in moving]
+    if np.isnan(asked).all():
+        raise InputError(
+            "The take is too short, or too broken by gaps, to choose a cut-off from; give it as cutoff_hz."
+        )
+    return float(np.nanmax(asked))
+
+
+def _told(path: PoseSequence, asked: Filter) -> list[Event]:
+    """What the filter did that a reader of the columns must know."""
+    done = path.history[-1].options
+    if done["filter"] != asked:
+        return [
+            Event(
+                "warning",
+                f"{rate(path.times):.4g} frames a second do not carry a filter at {CUTOFF_HZ:g} Hz: paths are "
+                "unfiltered, and velocities and accelerations are those of the noise too.",
+            )
+        ]
+    events = []
+    if done.get("values_lost"):
+        events.append(
+            Event(
+                "warning",
+                f"{done['values_lost']} joint positions lie in unbroken pieces that are too short for the "
+                f"{done['cutoff_hz']:g} Hz filter; their paths, velocities and accelerations are missing.",
+            )
+        )
+    if done.get("rows_resampled"):
+        events.append(
+            Event(
+                "note",
+                f"The time stamps of {done['rows_resampled']} frames are not evenly spaced: paths were brought to even "
+                "ones for the filter, and back.",
+            )
+        )
+    return events

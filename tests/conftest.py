@@ -5,8 +5,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import settings
 
 from pcnet3d.pipeline import H36M17
+
+# How long one example takes says more about what else the machine does than about the code.
+settings.register_profile("pcnet3d", deadline=None)
+settings.load_profile("pcnet3d")
 
 
 @pytest.fixture(scope="session")

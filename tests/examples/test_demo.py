@@ -46,7 +46,11 @@ def test_demo_leaves_a_strangers_folder_alone(tmp_path):
 
 @pytest.mark.parametrize(
     ("script", "expected"),
-    [("from_arrays.py", "right knee flexion: 3 to 100 degrees"), ("inside_your_pipeline.py", "48 frames")],
+    [
+        ("from_arrays.py", "right knee flexion: 3 to 100 degrees"),
+        ("inside_your_pipeline.py", "48 frames"),
+        ("live.py", "right wrist +1.0"),
+    ],
 )
 def test_script(script, expected, tmp_path):
     result = subprocess.run(

@@ -18,10 +18,10 @@ from pcnet3d.examples.files import (
 )
 from pcnet3d.examples.landmarks import halpe26
 from pcnet3d.examples.walker import Walk, walker
+from pcnet3d.models import load_rectifier
 from pcnet3d.pipeline import H36M17
 from pcnet3d.pipeline.layouts import HALPE26
 from pcnet3d.pipeline.rotations import geodesic_deg
-from pcnet3d.stages.rectify import rectify
 
 
 @pytest.fixture(scope="module")
@@ -129,7 +129,7 @@ def test_geometric_finds_the_true_rotation_of_a_clean_upright_frame(tmp_path, wa
     rows = np.arange(len(walk))
     write_poses(tmp_path / "X3D.npy", walk, camera, rows, 0.0, rng())
     poses = read(tmp_path / "X3D.npy", gives="poses", fps=walk.fps)
-    found = rectify(poses, "geometric").R_source_from_body
+    found, _ = load_rectifier("geometric").rotation(poses.joints - poses.joints[:, :1])
     error = geodesic_deg(found, R_camera_from_body(walk, camera))
     np.testing.assert_allclose(error[walk.during("arms")], 3.0, atol=0.01)
     lean = walk.angles_deg["trunk_lean_deg"][walk.during("squat")]

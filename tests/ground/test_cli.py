@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 PCNET3D = [sys.executable, "-c", "from pcnet3d.pipeline.cli import main; main()"]
-FILES = ["kinematics.parquet", "poses.npz", "summary.json", "take.rrd"]
+FILES = ["kinematics.parquet", "measures.csv", "poses.npz", "report.html", "summary.json", "take.rrd"]
 
 
 def pcnet3d(*arguments, cwd=None) -> subprocess.CompletedProcess:
@@ -86,7 +86,9 @@ def test_stature_gives_metres_and_a_recipe_is_followed(lifted, tmp_path):
     arguments = ["--fps", 30, "--stature", 1.8, "--recipe", tmp_path / "recipe.toml"]
     result = pcnet3d("run", "--poses", lifted, *arguments, "-o", tmp_path / "out")
     assert result.returncode == 0, result.stderr
-    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == FILES[:3]
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
+        "kinematics.parquet", "poses.npz", "summary.json",
+    ]  # fmt: skip
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
     assert summary["poses"]["unit"] == "m"
 
@@ -137,6 +139,10 @@ def expect_refusal(result, words):
         (["--poses", "X3D.npy", "--fps", 30, "-O", "pixl=1"], ["pixl", "did you mean pixel"]),
         (["--poses", "X3D.npy", "--fps", 30, "-O", "pixel"], ["KEY=VALUE"]),
         (["--poses", "X3D.npy", "--fps", 30, "--rectifier", "magic"], ["magic", "geometric"]),
+        (["--poses", "X3D.npy", "--fps", 30, "--camera", "pan"], ["camera", "'pan'", "static", "moving"]),
+        (["--poses", "X3D.npy", "--fps", 30, "--gravity", "0,1"], ["--gravity X,Y,Z", "'0,1'"]),
+        (["--poses", "X3D.npy", "--fps", 30, "--gravity", "0,1,0", "--pitch", 3], ["not both"]),
+        (["--poses", "X3D.npy", "--fps", 30, "--recipe", "short.toml", "--camera", "moving"], ["'rectify'"]),
         (["--poses", "X3D.npy", "--fps", 30, "--stature", 180], ["metres", "180"]),
         (["--poses", "X3D.npy", "--fps", 30, "--recipe", "none.toml"], ["none.toml"]),
         (["--poses", "notes.txt", "--fps", 30], ["notes.txt", "No adapter"]),
@@ -150,6 +156,7 @@ def expect_refusal(result, words):
 )
 def test_bad_options_and_files_get_a_sentence_and_exit_2(lifted, tmp_path, arguments, words):
     (tmp_path / "notes.txt").write_text("not poses")
+    (tmp_path / "short.toml").write_text('[[stages]]\nuse = "clean"\n')
     (tmp_path / "empty.npy").write_bytes(b"")
     (tmp_path / "cut.npy").write_bytes(lifted.read_bytes()[:500])
     np.savez(tmp_path / "whole.npz", reconstruction=np.load(lifted))
@@ -199,6 +206,35 @@ def test_a_name_that_the_terminal_cannot_show(lifted, tmp_path):
     command = [*PCNET3D, "run", "--poses", odd, "--fps", "30", "-o", tmp_path / "out"]
     result = subprocess.run(command, capture_output=True, env=plain, timeout=120)
     assert result.returncode == 0, result.stderr
+
+
+@pytest.mark.parametrize(
+    ("said", "share"),
+    [
+        (["--gravity", "-0.087,1,-0.1"], "gravity vector"),
+        (["--pitch", -5.7, "--roll", -5], "camera pitch and roll"),
+    ],
+)
+def test_a_camera_that_the_user_knows_wins_over_the_votes(lifted, tmp_path, said, share):
+    """The same camera told in both ways; the person seems to stand upright in the picture."""
+    result = pcnet3d("run", "--poses", lifted, "--fps", 30, *said, "--no-frames", "-o", tmp_path / "out")
+    assert result.returncode == 0, result.stderr
+    found = json.loads((tmp_path / "out" / "summary.json").read_text())["rectification"]
+    up = np.array(found["R_source_from_level"])[:, 2]
+    np.testing.assert_allclose(up, np.array([0.087, -1, 0.1]) / np.linalg.norm([0.087, 1, 0.1]), atol=0.03)
+    assert found["up_shares"][share] > 0.8
+    assert found["up_error_deg"] <= 1.01
+
+
+def test_a_moving_camera_through_the_command_line(lifted, tmp_path):
+    arguments = ["--rectifier", "geometric", "--camera", "moving"]
+    result = pcnet3d("run", "--poses", lifted, "--fps", 30, *arguments, "-o", tmp_path / "out")
+    assert result.returncode == 0, result.stderr
+    assert "relative to it" in result.stderr
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert summary["rectification"]["camera"] == "moving"
+    with np.load(tmp_path / "out" / "poses.npz") as file:
+        assert file["R_source_from_level"].shape == (30, 3, 3)
 
 
 def test_list_prints_one_line_an_adapter_and_json():

@@ -18,9 +18,19 @@ def written(tmp_path, text):
 
 def test_the_default_recipe_builds_and_its_options_can_be_changed():
     recipe = load_recipe().with_options("clean", max_gap_s=0.5).with_options("export", folder="x")
-    pipeline = recipe.with_options("record", folder="x").build()
+    pipeline = recipe.with_options("record", folder="x").with_options("report", folder="x").build()
     names = [stage.name for stage in pipeline.stages]
-    assert names == ["clean", "scale", "rectify", "trajectories", "record", "export"]
+    assert names == [
+        "clean",
+        "scale",
+        "rectify",
+        "trajectories",
+        "angles",
+        "measures",
+        "record",
+        "export",
+        "report",
+    ]
     assert pipeline.stages[0].max_gap_s == 0.5
 
 

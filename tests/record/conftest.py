@@ -25,7 +25,7 @@ STANDING = {
 
 @pytest.fixture(scope="session")
 def make_take() -> Callable[..., Take]:
-    """make_take(rows=12): frames 5, 6, ... of a 25 fps video; the person nods up and down by known angles."""
+    """make_take(rows=12): frames 5, 6, ... of a 25 fps video; the person nods by known angles, and so do the votes."""
 
     def make(rows: int = ROWS) -> Take:
         time_s = (FIRST + np.arange(rows)) / FPS
@@ -49,6 +49,10 @@ def make_take() -> Callable[..., Take]:
             error_deg=np.full(rows, np.nan),
             method="geometric",
             level_heading="median",
+            up_error_deg=np.full(rows, 3.0),
+            up_bound_deg=np.full(rows, 5.0),
+            up_votes=R_source_from_body[:, :, 2],
+            up_shares={"frames": 0.75, "feet": 0.25},
         )
         return Take(
             name="nodding",

@@ -102,11 +102,12 @@ def test_unit_is_arbitrary_where_the_source_has_no_scale(make_take, read_rrd, tm
     assert "Wrists after: back, right, up (arbitrary units)" in recording.blueprint(NAME)
 
 
-def test_up_deviation_is_the_known_lean(taken):
+def test_votes_are_off_by_the_known_lean_beside_their_bound(taken):
     _, recording = taken()
     _, _, values = recording.over_time("rotation/up", "Scalars:scalars")
     np.testing.assert_allclose(np.ravel(values), np.linspace(0, 30, 12), atol=1e-6)
-    assert recording.static("rotation/up", "SeriesLines:names") == ["up deviation (deg)"]
+    assert recording.static("rotation/up", "SeriesLines:names") == ["vote off the take's up (deg)"]
+    assert np.ravel(recording.over_time("rotation/bound", "Scalars:scalars")[2]).tolist() == [5] * 12
 
 
 def test_expected_error_only_where_the_rectifier_states_one(taken, make_take):
@@ -151,7 +152,8 @@ def test_missing_joints_stay_missing(taken, make_take):
     poses = take.poses.with_(joints=joints)
     R = take.rectified.R_source_from_body.copy()
     R[7] = np.nan
-    _, recording = taken(poses=poses, rectified=replace(take.rectified, R_source_from_body=R))
+    rectified = replace(take.rectified, R_source_from_body=R, up_votes=R[:, :, 2])
+    _, recording = taken(poses=poses, rectified=rectified)
     _, _, positions = recording.over_time("source/joints", "Points3D:positions")
     same(positions, joints)
     _, _, curve = recording.over_time("wrists/source/l_wrist", "Scalars:scalars")
@@ -169,6 +171,8 @@ def test_a_take_of_nothing_but_gaps_is_recorded(taken, make_take):
         level=take.rectified.level.with_(joints=nothing),
         R_source_from_body=np.full((12, 3, 3), np.nan),
         R_source_from_level=np.full((3, 3), np.nan),
+        up_votes=None,
+        up_bound_deg=None,
     )
     _, recording = taken(poses=take.poses.with_(joints=nothing), rectified=rectified)
     assert np.isnan(recording.over_time("body/joints", "Points3D:positions")[2]).all()
@@ -190,6 +194,9 @@ def test_gaps_end_what_is_shown(taken, make_take):
         level=sparse.with_(joints=take.rectified.level.joints[kept], frame=take.rectified.level.frame),
         R_source_from_body=take.rectified.R_source_from_body[kept],
         error_deg=np.full(5, np.nan),
+        up_error_deg=take.rectified.up_error_deg[kept],
+        up_bound_deg=take.rectified.up_bound_deg[kept],
+        up_votes=take.rectified.up_votes[kept],
     )
     events = (Event("seam", "new clip", row=3),)
     _, recording = taken(poses=sparse, rectified=rectified, events=events)
@@ -197,6 +204,9 @@ def test_gaps_end_what_is_shown(taken, make_take):
     assert frame.tolist() == [5, 6, 7, 8, 9, 10, 11]
     np.testing.assert_allclose(nanoseconds, frame / 25 * 1e9, atol=1)
     assert np.flatnonzero(np.isnan(positions).any(axis=(1, 2))).tolist() == [3, 6]
+    for curve in ("rotation/up", "rotation/bound", "tilt/votes"):
+        values = np.array(recording.over_time(curve, "Scalars:scalars")[2])
+        assert np.flatnonzero(np.isnan(values).any(axis=1)).tolist() == [3, 6]
     assert recording.over_time("video/keypoints/joints", "Points2D:positions")[0].tolist() == list(
         range(5, 17)
     )
@@ -249,8 +259,8 @@ def test_summary_puts_warnings_first(taken, make_take):
 
 def test_views_follow_what_there_is(taken):
     _, recording = taken()
-    curves = {"wrists/source", "wrists/level", "rotation"}
-    assert set(recording.blueprint(ORIGIN)) == {"video", "source", "body", "level", *curves, "summary"}
+    curves = {"wrists/source", "wrists/level", "rotation", "tilt"}
+    assert set(recording.blueprint(ORIGIN)) == {"video", "source", "body", "level", "up", *curves, "summary"}
     assert "2D keypoints" in recording.blueprint(NAME)
     assert recording.blueprint("TimePanelBlueprint:timeline") == ["video_time"]
     _, recording = taken(keypoints=None, events=(Event("note", "said"),))

@@ -136,7 +136,7 @@ def test_a_person_who_lies_across_the_picture_is_not_called_level(facing_camera)
 
 def test_a_take_of_one_frame_is_not_called_level(facing_camera):
     rectified = rectify(PoseSequence(facing_camera[None], H36M17, CAMERA), "geometric")
-    assert rectified.level_reason == "only 1 frames have a rotation"
+    assert rectified.level_reason == "only 1 frame has a rotation"
     assert np.isfinite(rectified.level.joints).all()
 
 
@@ -150,6 +150,11 @@ def test_a_source_that_knows_its_gravity_is_levelled_by_it(facing_camera):
     rectified = rectify(world, "geometric")
     assert rectified.method == "gravity"
     np.testing.assert_allclose(rectified.R_source_from_body[0, :, 2], [0, 0, 1], atol=1e-12)
+    assert rectified.camera == "gravity"
+    assert (rectified.up_bound_deg == 0).all()
+    for told in ({"camera": "moving"}, {"gravity": (0.0, 1.0, 0.0)}, {"pitch_deg": 0.0}):
+        with pytest.raises(InputError, match="their own gravity"):
+            rectify(world, "geometric", **told)
 
 
 @pytest.mark.parametrize("frame", [GL_CAMERA, PC_CAMERA, Y_UP], ids=lambda frame: frame.name)

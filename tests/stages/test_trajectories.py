@@ -5,8 +5,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pcnet3d.pipeline import H36M17, LEVEL, InputError, PoseSequence
-from pcnet3d.stages.trajectories import derivative, trajectory
+from pcnet3d.pipeline import CAMERA, H36M17, LEVEL, InputError, PoseSequence, Take
+from pcnet3d.pipeline.signals import derivative
+from pcnet3d.stages import rectify
+from pcnet3d.stages.trajectories import Trajectories, smooth, trajectory
 
 
 def test_a_pendulum_has_the_velocity_of_the_formula():
@@ -18,11 +20,12 @@ def test_a_pendulum_has_the_velocity_of_the_formula():
     np.testing.assert_allclose(derivative(path, time_s), expected, atol=5e-3)
 
 
-@given(st.floats(-5, 5), st.floats(-5, 5), st.lists(st.floats(0.01, 0.3), min_size=3, max_size=9))
+@given(st.floats(-5, 5), st.floats(-5, 5), st.lists(st.floats(0.05, 0.1), min_size=3, max_size=9))
 def test_a_parabola_is_exact_at_any_spacing(speed, accel, steps):
     time_s = np.cumsum(steps)
     path = (speed * time_s + accel * time_s**2 / 2)[:, None]
-    np.testing.assert_allclose(derivative(path, time_s)[:, 0], speed + accel * time_s, atol=1e-7)
+    np.testing.assert_allclose(derivative(path, time_s)[:, 0], speed + accel * time_s, atol=1e-9)
+    np.testing.assert_allclose(derivative(path, time_s, order=2)[:, 0], accel, atol=1e-7)
 
 
 def test_no_derivative_reaches_across_a_gap_or_a_seam():
@@ -31,9 +34,9 @@ def test_no_derivative_reaches_across_a_gap_or_a_seam():
     path[6:] += 100  # a step at the seam
     path[3] = np.nan
     speed = derivative(path, time_s, seams=(6,))[:, 0]
-    np.testing.assert_array_equal(speed[:3], 1)
+    np.testing.assert_allclose(speed[:3], 1)
     assert np.isnan(speed[3:6]).all()  # the gap itself, and a run of two rows before the seam
-    np.testing.assert_array_equal(speed[6:], 1)
+    np.testing.assert_allclose(speed[6:], 1)
 
 
 def test_no_velocity_across_dropped_frames():
@@ -45,7 +48,8 @@ def test_no_velocity_across_dropped_frames():
 
 
 @pytest.mark.parametrize(
-    ("unit", "names"), [("m", ["x_m", "vx_mps", "speed_mps"]), ("arbitrary", ["x_au", "vx_aups"])]
+    ("unit", "names"),
+    [("m", ["x_m", "vx_mps", "az_mps2", "speed_mps"]), ("arbitrary", ["x_au", "vx_aups", "az_aups2"])],
 )
 def test_the_unit_is_in_every_name(unit, names):
     poses = PoseSequence(np.zeros((4, 17, 3)), H36M17, LEVEL.with_(unit=unit), time_s=np.arange(4) / 30)
@@ -58,3 +62,128 @@ def test_an_unknown_joint_is_refused():
     poses = PoseSequence(np.zeros((4, 17, 3)), H36M17, LEVEL, time_s=np.arange(4) / 30)
     with pytest.raises(InputError, match="r_wrist"):
         trajectory(poses, "r_hand")
+
+
+def test_what_a_panning_camera_leaves_of_a_path():
+    """Heights and horizontal distances hold; the pan enters the horizontal velocity: rate times distance."""
+    time_s = np.arange(60) / 30
+    x, z = 0.5 + 0 * time_s, np.sin(time_s)
+    pan = np.radians(30) * time_s
+
+    def columns(angle):
+        joints = np.zeros((60, 17, 3))
+        joints[:, H36M17.index("r_wrist")] = np.stack([x * np.cos(angle), x * np.sin(angle), z], -1)
+        return trajectory(PoseSequence(joints, H36M17, LEVEL, time_s=time_s), "r_wrist")
+
+    still, panning = columns(0 * pan), columns(pan)
+    for name in ("r_wrist_z_m", "r_wrist_vz_mps"):
+        np.testing.assert_allclose(panning[name], still[name], atol=1e-6)
+    np.testing.assert_allclose(np.hypot(panning["r_wrist_x_m"], panning["r_wrist_y_m"]), x, atol=1e-6)
+    false_mps = np.hypot(panning["r_wrist_vx_mps"], panning["r_wrist_vy_mps"])
+    np.testing.assert_allclose(false_mps, 0.26, atol=0.005)
+
+
+@pytest.mark.parametrize(("camera", "notes"), [("static", 0), ("moving", 1)])
+def test_the_stage_says_that_a_moving_camera_makes_directions_relative(facing_camera, camera, notes):
+    poses = PoseSequence(np.tile(facing_camera, (12, 1, 1)), H36M17, CAMERA, time_s=np.arange(12) / 30)
+    take = Trajectories()(Take("t", poses=poses, rectified=rectify(poses, "geometric", camera)))
+    assert len([event for event in take.events if "relative to it" in event.text]) == notes
+
+
+def wave(hz: float, fps: float = 60, seconds: float = 4, frame=LEVEL) -> PoseSequence:
+    """Every joint swings along x with an amplitude of 0.1."""
+    time_s = np.arange(round(seconds * fps)) / fps
+    joints = np.zeros((len(time_s), 17, 3))
+    joints[..., 0] = 0.1 * np.sin(2 * np.pi * hz * time_s)[:, None]
+    return PoseSequence(joints, H36M17, frame, time_s=time_s, frame_index=np.arange(len(time_s)))
+
+
+def test_columns_are_the_filtered_path_and_its_derivatives():
+    slow = smooth(wave(1.0))
+    columns = trajectory(slow, "l_ankle")
+    middle = slice(60, 180)
+    rate, time_s = 2 * np.pi, slow.times[middle]
+    expected = (np.sin(rate * time_s), rate * np.cos(rate * time_s), -(rate**2) * np.sin(rate * time_s))
+    for name, values in zip(("x_m", "vx_mps", "ax_mps2"), expected, strict=True):
+        np.testing.assert_allclose(columns[f"l_ankle_{name}"][middle], 0.1 * values, atol=2e-3 * rate**2)
+    np.testing.assert_allclose(columns["l_ankle_speed_mps"], np.abs(columns["l_ankle_vx_mps"]), atol=1e-9)
+    fast = smooth(wave(20.0))
+    assert np.abs(trajectory(fast, "l_ankle")["l_ankle_x_m"][middle]).max() < 0.002
+
+
+@pytest.mark.parametrize(
+    ("filter", "cutoff_hz"), [("butterworth", 6.0), ("savgol", 6.0), ("butterworth", "auto")]
+)
+def test_what_was_filtered_is_in_the_history(filter, cutoff_hz):
+    step = smooth(wave(1.0), filter, cutoff_hz).history[-1]
+    assert step.options["filter"] == filter
+    assert 1 < step.options["cutoff_hz"] < 30
+    assert step.options["values_lost"] == step.options["rows_resampled"] == 0
+
+
+def test_a_cutoff_above_nyquist_is_refused_in_words():
+    with pytest.raises(InputError, match=r"between 0 and 15 Hz.*got 50 Hz"):
+        smooth(wave(1.0, fps=30), cutoff_hz=50.0)
+
+
+def test_a_take_too_short_to_choose_a_cutoff_from():
+    with pytest.raises(InputError, match="too short"):
+        smooth(wave(1.0, seconds=0.1), cutoff_hz="auto")
+
+
+def stage(facing_camera, rows: int, fps: float, **options) -> Take:
+    sway = 0.05 * np.sin(2 * np.pi * np.arange(rows) / fps)[:, None, None] * np.array([1.0, 0, 0])
+    joints = np.tile(facing_camera, (rows, 1, 1))
+    joints[:, H36M17.index("r_wrist")] += sway[:, 0]
+    poses = PoseSequence(joints, H36M17, CAMERA, time_s=np.arange(rows) / fps)
+    return Trajectories(**options)(Take("t", poses=poses, rectified=rectify(poses, "geometric")))
+
+
+def warnings(take: Take) -> str:
+    return " ".join(event.text for event in take.events if event.kind == "warning")
+
+
+def test_a_take_too_short_for_the_filter_has_nan_and_a_warning(facing_camera):
+    take = stage(facing_camera, 8, 30)
+    assert np.isnan(take.kinematics["r_wrist_x_m"]).all()
+    assert "too short for the 6 Hz filter" in warnings(take)
+    kept = stage(facing_camera, 8, 30, filter="none")
+    assert np.isfinite(kept.kinematics["r_wrist_vx_mps"]).all()
+    assert not warnings(kept)
+
+
+def test_a_frame_rate_that_does_not_carry_the_usual_filter_is_said(facing_camera):
+    take = stage(facing_camera, 40, 10)
+    assert "10 frames a second do not carry" in warnings(take)
+    assert np.isfinite(take.kinematics["r_wrist_x_m"]).all()
+    with pytest.raises(InputError, match="Nyquist"):
+        stage(facing_camera, 40, 10, cutoff_hz=6.0)
+
+
+def test_nothing_is_taken_across_a_refused_frame(facing_camera):
+    joints = np.tile(facing_camera, (60, 1, 1))
+    joints[30:, :, 0] += 0.2 * (np.arange(17) > 0)  # everything but the pelvis jumps
+    joints[30, H36M17.index("r_hip")] = np.nan
+    poses = PoseSequence(joints, H36M17, CAMERA, time_s=np.arange(60) / 30)
+    take = Trajectories()(Take("t", poses=poses, rectified=rectify(poses, "geometric")))
+    speed = take.kinematics["r_wrist_speed_mps"]
+    assert np.flatnonzero(np.isnan(speed)).tolist() == [30]
+    np.testing.assert_allclose(np.delete(speed, 30), 0, atol=1e-4)
+
+
+def test_the_root_moves_in_level_when_the_source_knows_its_place(facing_camera):
+    time_s = np.arange(60) / 30
+    place = np.stack([0.3 + 0 * time_s, 0.1 + 0 * time_s, 5 - 1.2 * time_s], -1)  # towards the camera
+    frame = CAMERA.with_(origin="camera")
+    poses = PoseSequence(facing_camera + place[:, None], H36M17, frame, time_s=time_s)
+    rectified = rectify(poses, "geometric")
+    columns = Trajectories()(Take("t", poses=poses, rectified=rectified)).kinematics
+    forward = rectified.R_source_from_level.T @ [0, 0, -1.2]
+    for axis, speed in zip("xyz", forward, strict=True):
+        np.testing.assert_allclose(columns[f"root_v{axis}_mps"], speed, atol=1e-3)
+        np.testing.assert_allclose(columns[f"root_{axis}_m"], speed * time_s, atol=1e-3)
+    still = poses.with_(joints=np.tile(facing_camera, (60, 1, 1)), frame=CAMERA)
+    assert (
+        "root_x_m"
+        not in Trajectories()(Take("t", poses=still, rectified=rectify(still, "geometric"))).kinematics
+    )

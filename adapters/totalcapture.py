@@ -1,0 +1,83 @@
+"""TotalCapture's motion capture, `gt_skel_gbl_pos.txt`: 21 joints in inches, Vicon world, y up (formats.md 8.2).
+
+First line: the joints' names, separated by tabs; each later line: as many cells of "x y z".
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from ..pipeline.errors import InputError
+from ..pipeline.frames import Y_UP
+from ..pipeline.layouts import H36M17
+from ..pipeline.pose import PoseSequence
+
+name = "totalcapture"
+gives = "poses"
+reads = "TotalCapture's gt_skel_gbl_pos.txt: motion capture, inches, y up"
+
+_RATE_HZ = 60.0
+# Where each joint of the 17 is, as the mean of theirs. There is no nose: the point between neck and head stands in.
+_JOINTS: dict[str, tuple[str, ...]] = {
+    "pelvis": ("Hips",), "spine": ("Spine1",), "thorax": ("Neck",), "nose": ("Neck", "Head"), "head": ("Head",),
+    **{
+        f"{side[0].lower()}_{ours}": (f"{side}{theirs}",)
+        for side in ("Right", "Left")
+        for ours, theirs in (
+            ("hip", "UpLeg"), ("knee", "Leg"), ("ankle", "Foot"),
+            ("shoulder", "Arm"), ("elbow", "ForeArm"), ("wrist", "Hand"),
+        )
+    },
+}  # fmt: skip
+
+
+def sniff(path: Path) -> bool:
+    """Whether the first line has the names of the joints that are needed; only that line is read."""
+    try:
+        if not path.is_file():
+            return False
+        with path.open(encoding="utf-8") as file:
+            names = file.readline(4096).split()
+    except (OSError, ValueError):
+        return False
+    return _needed() <= set(names)
+
+
+def read(path: Path, rate_hz: float = _RATE_HZ) -> tuple[PoseSequence]:
+    """The one person of the file: H36M17 in the Y-up world with the pelvis where it was, inches, 60 frames a second.
+
+    Raises InputError when the file is not what it should be.
+    """
+    try:
+        lines = [line for line in path.read_text(encoding="utf-8").splitlines() if line.strip()]
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"Expected TotalCapture's joint positions at {path}: {error}.") from None
+    names = lines[0].split() if lines else []
+    missing = sorted(_needed() - set(names))
+    if missing:
+        raise InputError(
+            f"Expected TotalCapture's joint names in the first line of {path}; it lacks {', '.join(missing)}."
+        )
+    try:
+        values = np.array([line.split() for line in lines[1:]], dtype=np.float64)
+        joints = values.reshape(-1, len(names), 3)
+    except ValueError:
+        raise InputError(
+            f"Expected {3 * len(names)} numbers in each later line of {path}; it was cut short or is damaged, "
+            "copy it again."
+        ) from None
+    chosen = [[names.index(their) for their in theirs] for theirs in (_JOINTS[j] for j in H36M17.joints)]
+    poses = PoseSequence(
+        joints=np.stack([joints[:, columns].mean(axis=1) for columns in chosen], axis=1),
+        layout=H36M17,
+        frame=Y_UP.with_(unit="inch"),
+        time_s=np.arange(len(joints)) / rate_hz,
+        frame_index=np.arange(len(joints)),
+    )
+    return (poses.noted("totalcapture", derived=["nose = mean(Neck, Head)"]),)
+
+
+def _needed() -> set[str]:
+    return {their for theirs in _JOINTS.values() for their in theirs}

@@ -1,0 +1,122 @@
+"""Rectification while the camera runs: one frame in, its rotation out, and an up that gets better with every frame.
+
+For a camera that stands still, as models.levelling.level_static is for a take that is complete. Causal: nothing that
+was said is taken back. After a cut, or once the camera was moved, begin a new LiveRectifier.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..pipeline.errors import InputError
+from ..pipeline.layouts import H36M17
+from ..pipeline.rotations import known
+from ..pipeline.sockets import Rectifier
+from . import load_rectifier
+from .gravity import Evidence, TakeUp, take_up
+from .levelling import HEADING_S, level_left, rotation_error_deg, standing, trust
+
+KEPT = 256  # votes; beyond it every second one is dropped, and from then on only every second frame votes
+
+
+@dataclass(frozen=True, eq=False)
+class LiveFrame:
+    """One frame, in the camera's axes.
+
+    R_camera_from_body: (3, 3), with the up of all frames so far and this frame's heading, which lags behind a turn by
+    HEADING_S; NaN with too few torso joints. error_deg: its expected error, NaN where the rectifier does not know.
+    up: (3,), unit, NaN before the first vote. up_error_deg, up_bound_deg: root mean square and 90 % bound of its error.
+    """
+
+    R_camera_from_body: np.ndarray
+    error_deg: float
+    up: np.ndarray
+    up_error_deg: float
+    up_bound_deg: float
+
+
+class LiveRectifier:
+    """One person before a camera that stands still.
+
+    The votes on up are kept, thinned out evenly over the time so far to at most KEPT, and pooled anew by
+    gravity.take_up: an early outlier loses its weight once the others are known, and similar frames count as few. A
+    frame's cost and memory do not grow. The level line between the feet (gravity.level_feet) is not used.
+    """
+
+    def __init__(self, rectifier: str | Rectifier = "pcnet", others: Sequence[Evidence] = ()) -> None:
+        """rectifier: a name or a file for load_rectifier, or a rectifier. others: what else knows up, such as
+        gravity.direction("sensor", up, error_deg) of a phone that feels gravity."""
+        self._rectifier = load_rectifier(rectifier) if isinstance(rectifier, str) else rectifier
+        self._others = tuple(others)
+        self._votes = np.full((KEPT, 3), np.nan)
+        self._errors_deg = np.full(KEPT, np.nan)
+        self._times_s = np.full(KEPT, np.nan)
+        self._count = 0  # votes kept,
+        self._seen = 0  # of so many frames with one,
+        self._every = 1  # of which every so manyth is kept
+        self._left = np.zeros(3)  # of the body, weighted mean over the last moments
+        self._time_s = -np.inf
+        self._up = self._pooled()
+
+    @property
+    def method(self) -> str:
+        """The rectifier's name in results, as Rectified.method."""
+        return self._rectifier.method
+
+    def update(self, joints: np.ndarray, time_s: float) -> LiveFrame:
+        """joints: (17, 3), H36M17 in CAMERA axes, any origin and scale, NaN where missing, as is the whole frame
+        without a pelvis. time_s: later than the frame before.
+
+        InputError for another shape, infinite coordinates, or a time that does not increase.
+        """
+        joints = np.asarray(joints, dtype=np.float64)
+        if joints.shape != (len(H36M17), 3) or np.isinf(joints).any():
+            raise InputError(
+                f"Expected one frame of joints ({len(H36M17)}, 3), finite or NaN, got shape {joints.shape}"
+                f"{' with infinite coordinates' if np.isinf(joints).any() else ''}."
+            )
+        if not self._time_s < time_s < np.inf:
+            raise InputError(
+                f"Expected a time later than the last frame's, {self._time_s:g} s, got {time_s:g} s; "
+                "begin a new LiveRectifier for another take."
+            )
+        relative = joints - joints[H36M17.index("pelvis")]
+        R_frame, error_deg = (answer[0] for answer in self._rectifier.rotation(relative[None]))
+        self._vote(R_frame[:, 2], error_deg, time_s)
+        R = self._standing(R_frame, error_deg, time_s)
+        self._time_s = time_s
+        error = rotation_error_deg(R, R_frame, error_deg, self._up.error_deg)
+        return LiveFrame(R, float(error), self._up.up, self._up.error_deg, self._up.bound_deg)
+
+    def _vote(self, up: np.ndarray, error_deg: float, time_s: float) -> None:
+        if not known(up):
+            return
+        self._seen += 1
+        if (self._seen - 1) % self._every:
+            return
+        kept = (self._votes, self._errors_deg, self._times_s)
+        if self._count == KEPT:
+            self._count //= 2
+            self._every *= 2
+            for values in kept:
+                values[: self._count] = values[::2].copy()
+        for values, value in zip(kept, (up, error_deg, time_s), strict=True):
+            values[self._count] = value
+        self._count += 1
+        self._up = self._pooled()
+
+    def _pooled(self) -> TakeUp:
+        n = self._count
+        return take_up(self._votes[:n], self._errors_deg[:n], self._times_s[:n], self._others)
+
+    def _standing(self, R_frame: np.ndarray, error_deg: float, time_s: float) -> np.ndarray:
+        """(3, 3) the frame upright, its heading an exponential mean over the last moments, on the circle."""
+        self._left = self._left * np.exp(-(time_s - self._time_s) / HEADING_S)
+        left = level_left(R_frame, self._up.up)
+        if not known(left):
+            return np.full((3, 3), np.nan)
+        self._left = self._left + trust(error_deg) * left
+        return standing(self._left, self._up.up)

@@ -1,0 +1,144 @@
+"""A take's measures as tables and charts, whatever they are called: names and units are those of their keys."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from ._report_charts import LEFT, MIDDLE, RIGHT, Curve, over_time
+from ._report_page import Cell, charts, facts, figure, heading, picture, small, table
+from ._report_words import spoken
+
+_UNITS = {
+    "_deg": "°", "_degps": "°/s", "_m": "m", "_mps": "m/s", "_mps2": "m/s²", "_au": "au", "_aups": "au/s", "_s": "s",
+    "_hz": "Hz", "_percent": "%", "_spm": "steps a minute",
+}  # fmt: skip
+_WORDS = {
+    "p05": "5th percentile", "p95": "95th percentile", "p05_p95": "range between them", "sd": "standard error",
+    "nan_share": "share of frames without", "sparc_up": "SPARC up", "sparc_down": "SPARC down",
+}  # fmt: skip
+_MANY = 20  # a list of more is a curve, or too long for a table
+_SIDES = {"r_": ("right", RIGHT), "l_": ("left", LEFT)}
+
+
+def measure_tables(measures: Mapping[str, Any] | None) -> str:
+    """HTML of nested measures: what has curves over a cycle (lists `mean_deg` and `sd_deg`, 0 to 100 %) as charts, both
+    sides in one; the rest as figures and tables. Each group of the first level has a heading; below, groups that hold
+    no others are the rows of one table, and so are the members of a list of groups."""
+    return _group("take", measures or {}, level=2)
+
+
+def named(key: str) -> str:
+    """`range_of_motion_deg` as "range of motion (°)"."""
+    words, unit = _words_and_unit(key)
+    return f"{words} ({unit})" if unit else words
+
+
+def _words_and_unit(key: str) -> tuple[str, str]:
+    suffix = max((end for end in _UNITS if key.endswith(end)), key=len, default="")
+    name = key.removesuffix(suffix)
+    return _WORDS.get(name, spoken(name)), _UNITS.get(suffix, "")
+
+
+def _group(name: str, group: Mapping[str, Any], level: int) -> str:
+    groups = {key: members for key, value in group.items() if (members := _members(value)) is not None}
+    flat = {key: value for key, value in groups.items() if level > 2 and not _holds_groups(value)}
+    own = {key: value for key, value in group.items() if key not in groups}
+    said = {key: value for key, value in own.items() if isinstance(value, str)}
+    pairs = [_pair(key, value) for key, value in own.items() if not (key in said or _is_curve(key, value))]
+    return (
+        "".join(small(f"{named(key).capitalize()}: {value}.") for key, value in said.items())
+        + facts(pairs)
+        + _rows({key: value for key, value in flat.items() if not _has_curve(value)})
+        + _cycles({name: own, **flat})
+        + "".join(
+            heading(named(key), min(level + 1, 4)) + _group(key, value, level + 1)
+            for key, value in groups.items()
+            if key not in flat
+        )
+    )
+
+
+def _members(value: Any) -> Mapping[str, Any] | None:
+    """A group, or a list of groups as one that is named by numbers; None for anything else."""
+    if isinstance(value, list | tuple) and value and all(isinstance(item, Mapping) for item in value):
+        return {str(number): item for number, item in enumerate(value, 1)}
+    return value if isinstance(value, Mapping) else None
+
+
+def _holds_groups(group: Mapping[str, Any]) -> bool:
+    return any(_members(value) is not None for value in group.values())
+
+
+def _has_curve(group: Mapping[str, Any]) -> bool:
+    return any(_is_curve(key, value) for key, value in group.items())
+
+
+def _is_curve(key: str, value: Any) -> bool:
+    return key.startswith(("mean_", "sd_")) and isinstance(value, Sequence) and len(value) > _MANY
+
+
+def _pair(key: str, value: Any) -> tuple[str, str]:
+    """A figure that stands alone: its name, and it with its unit."""
+    words, unit = _words_and_unit(key)
+    if isinstance(value, Sequence) and len(value) > _MANY:
+        return words, _shown(value)
+    return words, f"{_shown(value)}{'' if unit.startswith('°') else ' '}{unit}".rstrip()
+
+
+def _rows(members: Mapping[str, Mapping[str, Any]]) -> str:
+    """A table with a row for each member and a column for each of their figures."""
+    keys = dict.fromkeys(key for member in members.values() for key in member)
+    rows = [[named(name), *(_cell(member.get(key)) for key in keys)] for name, member in members.items()]
+    return table(("", *map(named, keys)), rows) if keys else ""
+
+
+def _cycles(members: Mapping[str, Mapping[str, Any]]) -> str:
+    """A chart of the mean curve and its standard deviation for each member that has them, both sides in one."""
+    drawn: dict[tuple[str, str], list[tuple[Curve, str]]] = {}
+    for name, member in members.items():
+        side, colour = _SIDES.get(name[:2], (spoken(name), MIDDLE))
+        more = [f"{named(k)} {_shown(v)}" for k, v in member.items() if not isinstance(v, Sequence)]
+        words = f"{side}: {', '.join(more)}" if more else ""
+        for key, value in member.items():
+            if not (key.startswith("mean_") and _is_curve(key, value)):
+                continue
+            spread = member.get(f"sd{key.removeprefix('mean')}")
+            margin = None if spread is None else _numbers(spread)
+            curve = Curve(side, _numbers(value), colour, margin, dashed=name[:2] == "l_")
+            both = name[2:] if name[:2] in _SIDES else name
+            drawn.setdefault((both, key.removeprefix("mean_")), []).append((curve, words))
+    figures = []
+    for (name, unit), parts in drawn.items():
+        curves = [curve for curve, _ in parts]
+        title = named(f"{name}_{unit}").capitalize()
+        share = np.linspace(0, 100, len(curves[0].values))
+        svg = picture(over_time(curves, share, "cycle (%)"), "svg", f"{title} over a cycle")
+        about = "; ".join(words for _, words in parts if words)
+        band = "; band: one standard deviation" if any(curve.margin is not None for curve in curves) else ""
+        figures.append(figure([svg], title, f"Mean{f' ({about})' if about else ''}{band}."))
+    return charts(figures)
+
+
+def _numbers(values: Sequence[Any]) -> np.ndarray:
+    return np.array([np.nan if value is None else value for value in values], dtype=np.float64)
+
+
+def _shown(value: Any) -> str:
+    """Beside unlike things: each number with digits of its own."""
+    cell = _cell(value)
+    return "–" if cell is None else f"{cell:.4g}" if isinstance(cell, float) else str(cell)
+
+
+def _cell(value: Any) -> Cell:
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, float) and not np.isfinite(value):
+        return None
+    if value is None or isinstance(value, int | float | str):
+        return value
+    if len(value) > _MANY:
+        return f"{len(value)} values, in summary.json"
+    return ", ".join(f"{item:.4g}" if isinstance(item, float) else str(item) for item in value)

@@ -1,0 +1,92 @@
+"""Joint and segment angles of a take, with their errors and rates, as columns of its kinematics."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from ..models.take_angles import take_angles
+from ..pipeline.angles import ANGLES, FINE, REASONS, near
+from ..pipeline.errors import InputError
+from ..pipeline.frames import CAMERA, LEVEL, change_frame, require
+from ..pipeline.layouts import H36M17
+from ..pipeline.pose import PoseSequence, Rectified
+from ..pipeline.rotations import rotate
+from ..pipeline.signals import breaks, derivative
+from ..pipeline.take import Event, Take
+
+
+@dataclass(frozen=True)
+class Angles:
+    """The stage. It takes the joints as `trajectories` has filtered them."""
+
+    name: ClassVar[str] = "angles"
+    needs: ClassVar[tuple[str, ...]] = ("poses", "rectified", "filtered")
+    gives: ClassVar[tuple[str, ...]] = ("kinematics",)
+
+    def __call__(self, take: Take) -> Take:
+        assert take.poses is not None
+        assert take.rectified is not None
+        assert take.filtered is not None
+        columns = joint_angles(take.poses, take.rectified, take.filtered)
+        return take.with_(kinematics={**(take.kinematics or {}), **columns}).saying(*_events(columns))
+
+
+def joint_angles(poses: PoseSequence, rectified: Rectified, filtered: PoseSequence) -> dict[str, np.ndarray]:
+    """Columns (T,) for every angle of pipeline.angles.ANGLES: `<angle>_deg`, `<angle>_sd_deg`, `<angle>_degps` and
+    `<angle>_reason` (int8, pipeline.angles.REASONS); where that is not 0 the others are NaN.
+
+    poses: what was rectified; rectified: the answer; filtered: its `level` through the low-pass
+    (stages.trajectories.smooth). Rates are derivatives of the angles inside unbroken runs. Poses in axes that know
+    their gravity come without errors: no lifter made them. InputError for another layout or frame.
+    """
+    if poses.layout != H36M17:
+        raise InputError(f"Angles need joints in layout H36M17, got {poses.layout.name}; use remap first.")
+    require(filtered.frame, LEVEL, "Angles' filtered joints")
+    source = change_frame(poses, poses.frame.with_(origin="pelvis"))
+    lifted = source.frame.family == "camera"
+    # The noise of lifted joints is known in the camera's own axes.
+    reference = CAMERA if lifted else source.frame
+    R_reference_from_source = reference.basis @ source.frame.basis.T
+    source = change_frame(source, reference.with_(origin="pelvis", unit=source.frame.unit))
+    series = take_angles(
+        source.joints,
+        rotate(R_reference_from_source @ rectified.R_source_from_level, filtered.joints.astype(np.float64)),
+        R_reference_from_source @ rectified.R_source_from_body,
+        level_ok=rectified.level_ok,
+        lifted=lifted,
+        error_deg=rectified.error_deg,
+        up_error_deg=rectified.up_error_deg,
+    )
+    seams = breaks(source)
+    columns = {}
+    for name, angle in series.items():
+        columns[f"{name}_deg"] = angle.value_deg
+        columns[f"{name}_sd_deg"] = angle.sd_deg
+        columns[f"{name}_degps"] = derivative(angle.value_deg, source.times, _cuts(angle.value_deg, seams))
+        columns[f"{name}_reason"] = angle.reason
+    return columns
+
+
+def _cuts(angle_deg: np.ndarray, seams: tuple[int, ...]) -> tuple[int, ...]:
+    """The seams, and where an angle steps from one end of its range to the other."""
+    step = np.diff(angle_deg)
+    around = np.abs(step - near(step, 0.0)) > 1.0
+    return tuple(sorted({*seams, *(np.flatnonzero(around & np.isfinite(step)) + 1).tolist()}))
+
+
+def _events(columns: dict[str, np.ndarray]) -> list[Event]:
+    """A note for each reason that took values away: from which angles, and how many."""
+    events = []
+    for code, words in REASONS.items():
+        if code == FINE:
+            continue
+        lost = {name: int((columns[f"{name}_reason"] == code).sum()) for name in ANGLES}
+        worst = sorted((name for name in lost if lost[name]), key=lambda name: -lost[name])
+        if worst:
+            most = ", ".join(f"{name} ({lost[name]})" for name in worst[:3])
+            more = f" and {len(worst) - 3} more" if len(worst) > 3 else ""
+            events.append(Event("note", f"Angles left out, frames: {most}{more}: {words}."))
+    return events

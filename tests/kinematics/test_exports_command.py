@@ -1,0 +1,61 @@
+"""Filter and formats through the command line: files there, or one sentence and exit code 2."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+PCNET3D = [sys.executable, "-c", "from pcnet3d.pipeline.cli import main; main()"]
+
+
+@pytest.fixture
+def run(tmp_path, facing_camera):
+    """pcnet3d run on two seconds of a person who barely moves; the recording is left out."""
+    jitter = np.random.default_rng(0).normal(scale=0.002, size=(60, 17, 3))
+    jitter[0, 0] = 0
+    np.save(tmp_path / "X3D.npy", (facing_camera * 0.8 + [0.1, 0.1, 0] + jitter).astype(np.float32))
+    recipe = "".join(
+        f'[[stages]]\nuse = "{stage}"\n' for stage in ("scale", "rectify", "trajectories", "angles", "export")
+    )
+    (tmp_path / "recipe.toml").write_text(recipe)
+
+    def run(*arguments) -> tuple[subprocess.CompletedProcess, Path]:
+        given = ["run", "--poses", tmp_path / "X3D.npy", "--fps", 30, "--rectifier", "geometric"]
+        given += ["--recipe", tmp_path / "recipe.toml", *arguments, "-o", tmp_path / "out"]
+        result = subprocess.run([*PCNET3D, *map(str, given)], capture_output=True, text=True, timeout=120)
+        return result, tmp_path / "out"
+
+    return run
+
+
+def test_every_format_at_once(run):
+    pytest.importorskip("ezc3d", reason="the extra c3d is not installed")
+    formats = [argument for name in ("csv", "trc", "mot", "c3d", "netcdf") for argument in ("--also", name)]
+    result, folder = run(*formats, "--stature", 1.7, "--cutoff", "auto")
+    assert result.returncode == 0, result.stderr
+    names = {path.name for path in folder.iterdir()}
+    assert names >= {"kinematics.csv", "markers.trc", "angles.mot", "markers.c3d", "poses.nc"}
+    summary = json.loads((folder / "summary.json").read_text())
+    assert set(summary["files"]) == names
+    assert summary["history"][-1]["options"]["cutoff_hz"] < 15
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--cutoff", 50], ["15 Hz", "got 50 Hz", "Nyquist"]),
+        (["--cutoff", "high"], ["cutoff_hz", "'high'"]),
+        (["--also", "bvh"], ["also", "bvh"]),
+        (["--also", "trc"], ["metres", "--stature"]),
+    ],
+)
+def test_what_cannot_be_had_is_refused_in_a_sentence(run, arguments, words):
+    result, folder = run(*arguments)
+    assert result.returncode == 2
+    assert "Traceback" not in result.stderr
+    for word in words:
+        assert word in result.stderr
+    assert not folder.exists()

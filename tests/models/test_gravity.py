@@ -1,0 +1,224 @@
+"""Pooling votes on up, and other evidence: known answers, and properties of the stated error."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from pcnet3d.models.gravity import (
+    LEAN_DEG,
+    RAYLEIGH_90,
+    UNKNOWN_DEG,
+    direction,
+    effective_number,
+    level_feet,
+    pool,
+    stance,
+    take_up,
+)
+from pcnet3d.pipeline import H36M17, rotate
+from pcnet3d.pipeline.rotations import angle_deg, unit
+
+UP = np.array([0.0, -1.0, 0.0])  # of a camera that stands straight
+ERROR_DEG = 2.0  # that the frames state; less than a lifter's lean, which is then all that they share
+seeds = st.integers(0, 2**32 - 1)
+
+
+def votes_about(up, scatter_deg, count, rng) -> np.ndarray:
+    """(count, 3) unit vectors, root mean square angle scatter_deg about up, Gaussian in two dimensions."""
+    across = rng.normal(scale=np.radians(scatter_deg) / np.sqrt(2), size=(count, 3))
+    angles = across - (across @ up)[:, None] * up
+    return Rotation.from_rotvec(np.cross(up, angles)).apply(up)
+
+
+def seldom(count) -> np.ndarray:
+    return np.arange(count, dtype=float)  # a vote a second is independent of the one before
+
+
+def constant(value, count) -> np.ndarray:
+    return np.full(count, float(value))
+
+
+def own_error_deg(votes) -> float:
+    """What is left of the votes' error once that which they share is taken away."""
+    return np.sqrt(votes.error_deg**2 - LEAN_DEG**2)
+
+
+@given(seeds)
+@settings(max_examples=30, deadline=None)
+def test_votes_that_are_turned_turn_the_answer_and_nothing_else(seed):
+    rng = np.random.default_rng(seed)
+    votes, errors = votes_about(UP, 12, 40, rng), rng.uniform(2, 20, 40)
+    Q = Rotation.random(random_state=seed % 2**31).as_matrix()
+    told = direction("sensor", votes[0], 5.0)
+    straight = take_up(votes, errors, np.arange(40) / 30, [told])
+    turned = take_up(votes @ Q.T, errors, np.arange(40) / 30, [direction("sensor", Q @ votes[0], 5.0)])
+    np.testing.assert_allclose(turned.up, Q @ straight.up, atol=1e-5)
+    # Effective numbers are not exactly the same: no two directions across a sphere's point are everywhere the same.
+    assert turned.error_deg == pytest.approx(straight.error_deg, rel=1e-4)
+
+
+@pytest.mark.parametrize("error_deg", [1.0, 8.0, np.nan])
+def test_copies_of_a_frame_are_one_vote(error_deg):
+    one = pool(UP[None], constant(error_deg, 1), np.zeros(1))
+    many = pool(np.tile(UP, (300, 1)), constant(error_deg, 300), np.arange(300) / 30)
+    np.testing.assert_allclose(many.up, UP, atol=1e-12)
+    assert many.effective == one.effective == 1
+    assert many.error_deg == pytest.approx(one.error_deg)
+
+
+def test_what_a_lone_frame_states_is_what_its_rectifier_expects_but_no_less_than_the_lean():
+    errors = [pool(UP[None], constant(stated, 1), np.zeros(1)).error_deg for stated in (1, 8, np.nan)]
+    np.testing.assert_allclose(errors, [LEAN_DEG, 0.85 * 8, 0.85 * UNKNOWN_DEG])
+
+
+def test_independent_votes_average_out_down_to_what_they_share():
+    rng = np.random.default_rng(0)
+    stated, true = [], []
+    for count in (25, 100, 400):
+        pools = [
+            pool(votes_about(UP, 8, count, rng), constant(ERROR_DEG, count), seldom(count)) for _ in range(60)
+        ]
+        stated.append(np.mean([own_error_deg(votes) for votes in pools]))
+        true.append(np.sqrt(np.mean([angle_deg(votes.up, UP) ** 2 for votes in pools])))
+    np.testing.assert_allclose(np.array(stated) * [5, 10, 20], 8, rtol=0.25)
+    np.testing.assert_allclose(true, stated, rtol=0.3)
+    assert pools[0].error_deg == pytest.approx(LEAN_DEG, abs=0.1)
+
+
+@settings(max_examples=25, deadline=None)
+@given(seeds, st.floats(20, 170), st.floats(0, 0.3), st.booleans())
+def test_up_to_three_in_ten_outliers_do_not_move_it(seed, away_deg, share, together):
+    """Where they are all on one side as well as where they are everywhere."""
+    rng = np.random.default_rng(seed)
+    votes = votes_about(UP, 3, 100, rng)
+    clean = pool(votes, constant(np.nan, 100), seldom(100))
+    bad = rng.permutation(100)[: round(share * 100)]
+    axes = rng.normal(size=(1 if together else 100, 3)) * [1, 0, 1]
+    votes[bad] = Rotation.from_rotvec(np.radians(away_deg) * unit(axes)).apply(UP)[: len(bad)]
+    assert angle_deg(pool(votes, constant(np.nan, 100), seldom(100)).up, clean.up) < 1.5
+
+
+def test_frames_that_expect_a_larger_error_count_less():
+    left, right = (Rotation.from_euler("z", sign * 2, degrees=True).apply(UP) for sign in (1, -1))
+    votes = np.repeat([left, right], 50, axis=0)
+    trusted = pool(votes, np.repeat([4.0, 12.0], 50), seldom(100)).up
+    assert angle_deg(trusted, left) < 0.5
+    assert angle_deg(pool(votes, constant(4, 100), seldom(100)).up, UP) < 0.01
+
+
+def test_a_frame_without_a_vote_changes_nothing():
+    votes = votes_about(UP, 5, 30, np.random.default_rng(0))
+    gaps = np.insert(votes, [0, 7, 7, 30], np.nan, axis=0)
+    there = np.isfinite(gaps[:, 0])
+    errors, time_s = constant(4, 34), np.arange(34) / 30
+    pooled, clean = pool(gaps, errors, time_s), pool(votes, errors[there], time_s[there])
+    np.testing.assert_array_equal(pooled.up, clean.up)
+    assert (pooled.error_deg, pooled.effective) == (clean.error_deg, clean.effective)
+    assert (pooled.weights[~there] == 0).all()
+
+
+def test_without_any_evidence_nothing_is_known():
+    up = take_up(np.full((5, 3), np.nan), constant(4, 5), np.arange(5.0))
+    assert np.isnan([*up.up, up.error_deg, up.bound_deg]).all()
+    assert up.shares == {}
+
+
+@pytest.mark.parametrize("correlation", [0.8, 0.9, 0.97])
+def test_the_effective_number_of_correlated_votes_is_that_of_theory(correlation):
+    """An AR(1) series of n has n (1 - r) / (1 + r) independent values (Geyer 1992)."""
+    rng = np.random.default_rng(0)
+    count, step = 6000, np.sqrt(1 - correlation**2)
+    series = rng.normal(size=(count, 2))
+    for row in range(1, count):
+        series[row] = correlation * series[row - 1] + step * series[row]
+    time_s = seldom(count)  # so slow that the ceiling of one vote every 0.3 s is not met
+    found = effective_number(series, time_s, np.ones(count))
+    assert found == pytest.approx(count * (1 - correlation) / (1 + correlation), rel=0.4)
+
+
+def test_quick_frames_are_never_independent():
+    noise = np.random.default_rng(0).normal(size=(360, 2))
+    assert effective_number(noise, np.arange(360) / 120, np.ones(360)) == pytest.approx(1 + 3 / 0.3, rel=0.05)
+    assert effective_number(noise, np.arange(360) * 60.0, np.ones(360)) > 200
+
+
+def test_nine_in_ten_errors_lie_inside_the_bound():
+    errors = angle_deg(votes_about(UP, 5, 4000, np.random.default_rng(0)), UP)
+    assert np.mean(errors < 5 * RAYLEIGH_90) == pytest.approx(0.9, abs=0.015)
+
+
+def test_what_the_user_knows_wins_by_its_weight():
+    told_up = Rotation.from_euler("x", 10, degrees=True).apply(UP)
+    votes = votes_about(UP, 6, 100, np.random.default_rng(0))
+    errors, time_s = constant(ERROR_DEG, 100), seldom(100)
+    alone = take_up(votes, errors, time_s)
+    both = take_up(votes, errors, time_s, [direction("told", told_up, 1.0)])
+    frames = alone.error_deg**-2
+    assert both.shares == pytest.approx({"told": 1 / (1 + frames), "frames": frames / (1 + frames)}, rel=0.02)
+    assert sum(both.shares.values()) == pytest.approx(1)
+    moved = angle_deg(both.up, told_up) / angle_deg(alone.up, told_up)
+    assert moved == pytest.approx(frames / (1 + frames), rel=0.02)
+    assert both.error_deg == pytest.approx((1 + frames) ** -0.5, rel=0.02)
+    assert both.bound_deg == pytest.approx(RAYLEIGH_90 * both.error_deg)
+
+
+def test_what_the_user_knows_is_enough_without_any_frame():
+    up = take_up(np.full((3, 3), np.nan), constant(4, 3), np.arange(3.0), [direction("told", 9.81 * UP, 1.0)])
+    np.testing.assert_allclose(up.up, UP, atol=1e-12)
+    assert up.error_deg == pytest.approx(1.0)
+    assert up.shares == {"told": 1.0}
+
+
+@pytest.fixture
+def standing(facing_camera) -> np.ndarray:
+    """(90, 17, 3) three seconds of standing with the feet 0.5 m apart, with a little noise."""
+    joints = np.tile(facing_camera, (90, 1, 1))
+    for side, sign in (("r", -1), ("l", 1)):
+        joints[:, H36M17.index(f"{side}_ankle"), 0] = 0.25 * sign
+    return joints + np.random.default_rng(0).normal(scale=0.002, size=joints.shape)
+
+
+def test_level_feet_correct_votes_that_lean_sideways_and_not_those_that_lean_forward(standing):
+    time_s = np.arange(90) / 30
+    for axis, corrects in (("z", True), ("x", False)):
+        leaning = Rotation.from_euler(axis, 6, degrees=True).apply(UP)
+        votes = np.tile(leaning, (90, 1))
+        feet = level_feet(standing, leaning, time_s)
+        alone, helped = (take_up(votes, constant(8, 90), time_s, e) for e in ([], [feet]))
+        before, after = angle_deg(alone.up, UP), angle_deg(helped.up, UP)
+        assert before == pytest.approx(6)
+        assert after < 5 if corrects else after == pytest.approx(6, abs=0.1)
+        assert helped.error_deg < alone.error_deg
+        assert sum(helped.shares.values()) == pytest.approx(1)
+
+
+def test_feet_turn_with_the_camera(standing):
+    Q = Rotation.random(random_state=1).as_matrix()
+    time_s = np.arange(90) / 30
+    straight, turned = level_feet(standing, UP, time_s), level_feet(rotate(Q, standing), Q @ UP, time_s)
+    np.testing.assert_allclose(turned.information, Q @ straight.information @ Q.T, rtol=1e-6, atol=1e-6)
+
+
+def test_copies_of_one_stance_are_one_look(standing):
+    few, many = (level_feet(np.tile(standing[:1], (n, 1, 1)), UP, np.arange(n) / 30) for n in (10, 300))
+    np.testing.assert_allclose(many.information, few.information, rtol=1e-9)
+
+
+@pytest.mark.parametrize("change", ["a leg lifted", "feet together", "feet that move", "sitting low", "gone"])
+def test_other_postures_are_no_evidence(standing, change):
+    ankle, other = (H36M17.index(f"{side}_ankle") for side in "rl")
+    joints = standing.copy()
+    if change == "a leg lifted":
+        joints[:, ankle, 1] -= 0.4
+    elif change == "feet together":
+        joints[:, [ankle, other], 0] *= 0.3
+    elif change == "feet that move":
+        joints[:, ankle, 2] += np.linspace(-0.6, 0.6, 90)
+    elif change == "sitting low":
+        joints[:, [ankle, other], 1] -= 0.5
+    else:
+        joints[:, ankle] = np.nan
+    assert stance(standing, UP, np.arange(90) / 30)[1].all()
+    assert level_feet(joints, UP, np.arange(90) / 30) is None
