@@ -58,7 +58,10 @@ def read_mocap(path: Path) -> tuple[Clip, ...]:
     The file holds joints relative to the pelvis in world orientation and the pelvis apart (the data's README).
     """
     try:
-        with np.load(path, allow_pickle=False) as file:
+        loaded = np.load(path, allow_pickle=False)
+        if isinstance(loaded, np.ndarray):
+            raise InputError(f"Expected a .npz file of motion capture at {path}, got one bare array.")
+        with loaded as file:
             missing = [name for name in _ARRAYS if name not in file.files]
             if missing:
                 raise InputError(

@@ -214,7 +214,7 @@ def read_lifted(paths: Iterable[Path]) -> Lifted:
                 clips.extend(str(name) for name in file["clip"])
         except OSError as error:
             raise InputError(f"Expected lifted takes at {path}: {error.strerror or error}.") from None
-        except (KeyError, ValueError, zipfile.BadZipFile) as error:
+        except (KeyError, ValueError, TypeError, zipfile.BadZipFile) as error:
             raise InputError(f"Expected a file of pcnet3d testbed at {path}: {error}.") from None
         fine = known(one[0]).all(-1) & known(one[2]).all(-1)
         a, b, rotation = (array[fine] for array in one)

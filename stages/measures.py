@@ -155,7 +155,10 @@ def _range(take: _Columns, name: str) -> dict[str, Any]:
 
 
 def _symmetry(ranges: dict[str, dict[str, Any]]) -> dict[str, Any]:
-    formula = "100 (right - left) / ((right + left) / 2) of p05_p95_deg; positive when the right is larger"
+    formula = (
+        "100 (right - left) / ((right + left) / 2) of the ranges between the 5th and 95th percentile; "
+        "positive when the right is larger"
+    )
     result: dict[str, Any] = {"formula": formula}
     for name in dict.fromkeys(name[2:] for name in ANGLES if name not in MIDLINE):
         right, left = (ranges[f"{side}_{name}"].get("p05_p95_deg") for side in _SIDES.values())

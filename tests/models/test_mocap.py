@@ -109,3 +109,9 @@ def test_the_real_split(data):
     assert not parts["train"] & parts["val"]
     minutes = [sum(map(len, read_clips(part, data))) / 1800 for part in ("train-a", "train-b")]
     assert 0.8 < minutes[0] / minutes[1] < 1.25
+
+
+def test_a_bare_array_is_no_motion_capture(tmp_path):
+    np.save(tmp_path / "poses.npy", np.zeros((3, 17, 3)))
+    with pytest.raises(InputError, match="bare array"):
+        read_mocap(tmp_path / "poses.npy")
