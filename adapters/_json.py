@@ -1,12 +1,13 @@
-"""JSON files of 2D detectors: peeked at to recognise them, loaded and unpacked with errors a user understands."""
+"""JSON files of detectors and lifters: recognised, loaded and unpacked, with errors a user understands."""
 
 from __future__ import annotations
 
 import json
 import re
 import reprlib
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 
@@ -15,6 +16,9 @@ from ..pipeline.errors import InputError
 _PEEK_BYTES = 1 << 16  # more than the metadata that MMPose's demos write before the first frame
 _TOKEN = re.compile(r'"(?:[^"\\]|\\.)*"?|[\[\]{},]', re.DOTALL)
 _SUFFIX = re.compile(r"\.[A-Za-z][A-Za-z0-9]*$")
+_SPACE = re.compile(r"[ \t\r\n]*")
+_DECODER = json.JSONDecoder()
+_PIECE = 1 << 18
 _MAX_FRAME = 1 << 53  # larger numbers are no video frames, and would not fit an int64
 
 
@@ -78,6 +82,93 @@ def load(path: Path, what: str) -> Any:
         ) from None
     except (RecursionError, ValueError):  # nested too deeply; an integer of thousands of digits
         raise InputError(f"Expected {what} in {path}, got JSON of a kind that no detector writes.") from None
+
+
+def each(path: Path, what: str) -> Iterator[tuple[str, Any]]:
+    """The elements of a long JSON file one after the other, so that it is never in memory as a whole.
+
+    A list gives ("", element) of each; an object gives (key, element) of each value that is a list,
+    and (key, value) of any other. InputError, saying that `what` was expected, when the file cannot be read.
+    """
+    try:
+        with path.open(encoding="utf-8-sig") as file:
+            yield from _elements(_Text(file))
+    except OSError as error:
+        raise InputError(f"Expected {what} at {path}: {error.strerror}.") from None
+    except UnicodeDecodeError:
+        raise InputError(f"Expected {what} in {path}, got bytes that are no UTF-8 text.") from None
+    except (RecursionError, ValueError):
+        raise InputError(
+            f"Expected {what} in {path}, but its JSON is empty, breaks off or is damaged; write or copy the file again."
+        ) from None
+
+
+class _Text:
+    """A JSON text that is read piece by piece. ValueError where it is none."""
+
+    def __init__(self, file: IO[str]) -> None:
+        self._file, self._text, self._at = file, "", 0
+
+    def peek(self) -> str:
+        """The next character that is no white space, "" at the end."""
+        while True:
+            self._at = _SPACE.match(self._text, self._at).end()  # type: ignore[union-attr]  # matches always
+            if self._at < len(self._text) or not self._more():
+                return self._text[self._at : self._at + 1]
+
+    def take(self, *wanted: str) -> str:
+        found = self.peek()
+        if found not in wanted or not found:
+            raise ValueError(f"expected {wanted}")
+        self._at += 1
+        return found
+
+    def value(self) -> Any:
+        self.peek()
+        while True:
+            try:
+                value, end = _DECODER.raw_decode(self._text, self._at)
+            except json.JSONDecodeError:
+                if not self._more():
+                    raise
+                continue
+            if end < len(self._text) or not self._more():  # a number might go on
+                self._at = end
+                return value
+
+    def _more(self) -> bool:
+        """Twice what is left, so that a value of any length is decoded a few times only."""
+        piece = self._file.read(max(_PIECE, len(self._text) - self._at))
+        self._text, self._at = self._text[self._at :] + piece, 0
+        return bool(piece)
+
+
+def _elements(text: _Text) -> Iterator[tuple[str, Any]]:
+    if text.peek() == "[":
+        yield from _listed("", text)
+    elif text.take("{") and text.peek() != "}":
+        while True:
+            key = text.value()
+            text.take(":")
+            if text.peek() == "[":
+                yield from _listed(key, text)
+            else:
+                yield key, text.value()
+            if text.take(",", "}") == "}":
+                break
+    if text.peek():
+        raise ValueError("expected the end")
+
+
+def _listed(key: str, text: _Text) -> Iterator[tuple[str, Any]]:
+    text.take("[")
+    if text.peek() == "]":
+        text.take("]")
+        return
+    while True:
+        yield key, text.value()
+        if text.take(",", "]") == "]":
+            return
 
 
 def field(entry: Any, key: str, where: str) -> Any:

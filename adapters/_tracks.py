@@ -6,7 +6,7 @@ from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -41,6 +41,9 @@ class Detection:
     def size(self) -> float:
         """Diagonal, in pixels, of the box around the joints that were found."""
         return float(np.linalg.norm(np.ptp(self.points[self.found, :2], axis=0)))
+
+
+Seen = TypeVar("Seen", bound=Detection)
 
 
 def triples(flat: Any, where: str) -> np.ndarray:
@@ -121,7 +124,7 @@ def _sequence(rows: Sequence[Detection], layout: Layout, dummy: bool, where: str
     return poses
 
 
-def linked(detections: Iterable[Detection]) -> list[Detection]:
+def linked(detections: Iterable[Seen]) -> list[Seen]:
     """The same detections with people named "0", "1", ... in order of appearance.
 
     Where no frame holds more than one person, all are one. Otherwise each frame's people are joined to the
@@ -129,14 +132,14 @@ def linked(detections: Iterable[Detection]) -> list[Detection]:
     both times, on average, and must stay below half the body's size (its box's diagonal). People who cross
     may be exchanged: a tracker does better. A detection without a single joint is dropped.
     """
-    frames: dict[int, list[Detection]] = defaultdict(list)
+    frames: dict[int, list[Seen]] = defaultdict(list)
     for detection in detections:
         if detection.found.any():
             frames[detection.frame].append(detection)
     if all(len(people) == 1 for people in frames.values()):
         return [replace(detection, person="0") for (detection,) in frames.values()]
-    last: list[Detection] = []  # everybody's last sighting; the place in the list is the name
-    named: list[Detection] = []
+    last: list[Seen] = []  # everybody's last sighting; the place in the list is the name
+    named: list[Seen] = []
     for frame, people in sorted(frames.items()):
         tracks = _nearest(last, people, frame)
         for i, detection in enumerate(people):

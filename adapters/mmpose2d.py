@@ -69,7 +69,8 @@ def _points(person: Any, where: str) -> np.ndarray:
     scores = numbers(field(person, "keypoint_scores", where), where)
     if keypoints.ndim == 2 and keypoints.shape[1] == 3:
         raise InputError(
-            f"{where}: expected 2D keypoints, got three coordinates each; this is MMPose's 3D output."
+            f"{where}: expected 2D keypoints, got three coordinates each; this is MMPose's 3D output, "
+            "which adapter mmpose3d reads."
         )
     if keypoints.shape != (*scores.shape, 2):
         raise InputError(

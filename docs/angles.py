@@ -28,7 +28,7 @@ RIGHT_HALF = {
 }  # fmt: skip
 PARENT = {child: parent for parent, child in H36M17.bones}
 VIEWS = {  # picture axes (right, up) of what the reader sees
-    "from its right": (BACK, UP),
+    "from its right": (FORWARD, UP),
     "from the front": (LEFT, UP),
     "from above": (RIGHT, FORWARD),
 }

@@ -22,7 +22,7 @@ import numpy as np
 import typer
 
 from ..pipeline.errors import InputError
-from ..pipeline.outputs import whole_file
+from ..pipeline.outputs import refuse_unwritable_file, whole_file
 from ..pipeline.pose import package_version
 from . import load_rectifier
 from .metrics import plain
@@ -56,8 +56,11 @@ def bench(
     output: Annotated[Path | None, typer.Option("-o", "--output", help="Also write this JSON file.")] = None,
 ) -> None:
     """Measure a network's speed, in float32 and in int8, beside the machine's own."""
+    if output is not None:
+        refuse_unwritable_file(output)
     results = measure(rectifier, count, rounds, threads)
     if output is not None:
+        output.parent.mkdir(parents=True, exist_ok=True)
         with whole_file(output) as partial_:
             partial_.write_text(json.dumps(plain(results), indent=1) + "\n", encoding="utf-8")
     print(as_text(results))

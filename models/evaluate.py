@@ -18,7 +18,7 @@ import typer
 from ..pipeline.errors import InputError
 from ..pipeline.frames import IMAGE
 from ..pipeline.layouts import H36M17
-from ..pipeline.outputs import whole_file
+from ..pipeline.outputs import refuse_unwritable, whole_file
 from ..pipeline.pose import PoseSequence, package_version
 from ..pipeline.rotations import angle_deg, geodesic_deg, kabsch
 from ..pipeline.sockets import Rectifier
@@ -51,7 +51,7 @@ def evaluate(
         ),
     ] = None,
     lifter: Annotated[str, typer.Option(help="The built-in one, or a file.")] = "pcnet3d",
-    seed: Annotated[int, typer.Option(help="Of cameras and noise.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Of cameras and noise.")] = 0,
     flip: Annotated[bool, typer.Option("--flip", help="Average with the mirrored lift.")] = False,
     real: Annotated[
         bool, typer.Option("--real", help="Also compare with other lifters on real clips.")
@@ -74,6 +74,7 @@ def evaluate(
     one camera that stands still: tilt, stated errors, accelerations, one take from eight cameras. With --angles joint
     angles are, on the same takes.
     """
+    refuse_unwritable(output)
     rectifiers = [load_rectifier(name) for name in rectifier or _DEFAULT[: 2 if takes or angles else 1]]
     if takes and angles:
         raise InputError("--takes and --angles are two reports; ask for one at a time.")
@@ -89,8 +90,8 @@ def evaluate(
     elif angles:
         results = angle_tables(rectifiers, lifter, seed, flip)
     elif data is not None:
-        if real or flip:
-            raise InputError("--real and --flip are about the lifter, which --data does not judge.")
+        if real or flip or lifter != "pcnet3d":
+            raise InputError("--real, --flip and --lifter are about the lifter, which --data does not judge.")
         results = own_evaluation(rectifiers, data, split, targets, seed)
     else:
         results = evaluation(rectifiers[0], lifter, seed, flip)

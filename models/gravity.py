@@ -16,7 +16,7 @@ from ..pipeline.layouts import H36M17
 from ..pipeline.rotations import known, unit
 
 # Root mean square tilt over the rotation error that is expected in a frame; and what a lifter leans with all its frames
-# at least. Both fitted on lifted takes of train and validation subjects, cut to 0.5 s and longer (models/pcnet.md).
+# at least. Both fitted on lifted takes of train and validation subjects, cut to 0.5 s and longer (docs/takes.md).
 TILT_SHARE = 0.85
 LEAN_DEG = 3.8
 UNKNOWN_DEG = 12.0  # expected error of a frame whose rectifier does not say

@@ -15,9 +15,9 @@ import numpy as np
 
 from ..pipeline.errors import InputError
 from ..pipeline.rotations import transpose
+from ..pipeline.skeletons import UNITS, Skeleton, h36m17_of_skeleton, place
 from .mocap import Clip
-from .mocap_file import UNITS, Found, How, joined, label, read_text, require_plausible, z_up
-from .mocap_skeleton import Skeleton, h36m17_of_skeleton, place
+from .mocap_file import Found, How, joined, label, read_text, require_plausible, z_up
 
 PATTERN = "**/*.[aA][mM][cC]"
 _FPS = 120.0  # of CMU and HDM05; the files do not say it

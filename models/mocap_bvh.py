@@ -1,116 +1,27 @@
-"""BVH files (Biovision hierarchy): a skeleton with names, offsets and channels, then one line of numbers a frame.
-
-Euler channels are applied in their listed order, R = R_1 R_2 R_3, each about an axis of the joint (Meredith &
-Maddock, Motion Capture File Formats Explained, Univ. of Sheffield CS-01-11). Position channels stand in for OFFSET.
-Units are not in the file.
-"""
+"""Motion capture in BVH files (pipeline/bvh.py): +Y up, in the unit that fits the legs."""
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from ..pipeline.errors import InputError
+from ..pipeline.bvh import read_motion
 from .mocap import Clip
-from .mocap_file import UNITS, Found, How, label, leg_length, read_text, require_plausible, unit_by_legs, z_up
-from .mocap_skeleton import Skeleton, h36m17_of_skeleton, place
+from .mocap_file import Found, How, label, read_text, require_plausible, z_up
 
 PATTERN = "**/*.[bB][vV][hH]"
-_AXES = "XYZ"
-_T_POSE_FRAMES = 10  # CMU's BVH files begin with an added T-pose that was smoothed into the frames after it
 
 
 def read(path: Path, folder: Path, how: How) -> Found:
     """One clip; +Y is up unless `how` says otherwise, and the unit the one that fits the legs. InputError otherwise."""
-    skeleton, channels, frames, fps = parse(read_text(path))
+    found = read_motion(read_text(path), how.unit)
     notes = []
-    turning = [i for i, (joint, name) in enumerate(channels) if joint > 0 and name.endswith("rotation")]
-    if len(frames) > _T_POSE_FRAMES and np.abs(frames[0, turning]).max() < 1e-6:
-        frames = frames[_T_POSE_FRAMES:]
-        notes.append(f"the T-pose and the {_T_POSE_FRAMES - 1} frames after it are left out")
-    rest = skeleton.rest
-    still = np.broadcast_to(np.eye(3), (1, len(rest), 3, 3))
-    unit = how.unit
-    if unit is None:
-        unit = unit_by_legs(leg_length(h36m17_of_skeleton(skeleton, rest[None], still)))
-        notes.append(f"unit {unit}, by the length of the legs")
-    skeleton = replace(skeleton, offsets=skeleton.offsets * UNITS[unit])
-    joints, R = pose(skeleton, channels, frames, UNITS[unit])
-    joints = z_up(h36m17_of_skeleton(skeleton, joints, R), how.up or "y").astype(np.float32)
+    if found.first:
+        notes.append(f"the T-pose and the {found.first - 1} frames after it are left out")
+    if how.unit is None:
+        notes.append(f"unit {found.unit}, by the length of the legs")
+    joints = z_up(found.joints, how.up or "y").astype(np.float32)
     require_plausible(joints)
     subject, name = label(path, folder, how.subject)
-    return Found(Clip(name, subject, "bvh", how.fps or fps, joints), tuple(notes))
-
-
-def parse(text: str) -> tuple[Skeleton, list[tuple[int, str]], np.ndarray, float]:
-    """Skeleton (End Sites left out), channels as (joint, name) in the order of the numbers, numbers (T, channels) in
-    degrees and the file's unit, frames per second."""
-    head, found, motion = text.partition("MOTION")
-    if not found or "HIERARCHY" not in head:
-        raise InputError("expected a BVH file with HIERARCHY and MOTION.")
-    names: list[str] = []
-    parents: list[int] = []
-    offsets: list[list[float]] = []
-    channels: list[tuple[int, str]] = []
-    open_joints: list[int] = []  # -1 for an End Site
-    coming = -1
-    try:
-        for line in head.splitlines():
-            words = line.split()
-            match words[:1]:
-                case ["ROOT" | "JOINT"]:
-                    parents.append(open_joints[-1] if open_joints else -1)
-                    coming = len(names)
-                    names.append(line.strip().partition(" ")[2].strip())
-                    offsets.append([0.0, 0.0, 0.0])
-                case ["End"]:
-                    coming = -1
-                case ["{"]:
-                    open_joints.append(coming)
-                case ["}"]:
-                    open_joints.pop()
-                case ["OFFSET"] if open_joints[-1] >= 0:
-                    offsets[open_joints[-1]] = [float(word) for word in words[1:4]]
-                case ["CHANNELS"]:
-                    channels += [(open_joints[-1], word) for word in words[2 : 2 + int(words[1])]]
-        count_line, time_line, *lines = (line for line in motion.splitlines() if line.strip())
-        count, frame_s = int(count_line.split()[-1]), float(time_line.split()[-1])
-        numbers = np.array(" ".join(lines).split(), dtype=float).reshape(-1, max(len(channels), 1))
-        skeleton = Skeleton(tuple(names), tuple(parents), np.array(offsets).reshape(-1, 3))
-    except (ValueError, IndexError) as error:
-        raise InputError(f"the BVH file is damaged: {error}.") from None
-    if len(numbers) != count or not (count and frame_s > 0 and np.isfinite(numbers).all()):
-        raise InputError(
-            f"expected {count} frames of {len(channels)} numbers, {frame_s} s each, got {len(numbers)}."
-        )
-    unknown = {name for _, name in channels} - {
-        f"{a}{kind}" for a in _AXES for kind in ("position", "rotation")
-    }
-    if unknown or parents.count(-1) != 1:
-        raise InputError(
-            f"expected one root and known channels, got {', '.join(sorted(unknown)) or 'several'}."
-        )
-    fps = 1 / frame_s
-    return skeleton, channels, numbers, round(fps) if abs(fps - round(fps)) < 0.005 * fps else fps
-
-
-def pose(
-    skeleton: Skeleton, channels: list[tuple[int, str]], frames: np.ndarray, metres: float
-) -> tuple[np.ndarray, np.ndarray]:
-    """Joints (T, J, 3) and R_world_from_joint (T, J, 3, 3) of frames (T, channels); the skeleton in metres already."""
-    from scipy.spatial.transform import Rotation
-
-    count = len(skeleton.names)
-    R = np.tile(np.eye(3), (len(frames), count, 1, 1))
-    offsets = np.tile(skeleton.offsets, (len(frames), 1, 1))
-    for joint in range(count):
-        mine = [i for i, (owner, _) in enumerate(channels) if owner == joint]
-        turns = [i for i in mine if channels[i][1].endswith("rotation")]
-        if turns:
-            order = "".join(channels[i][1][0] for i in turns)  # capitals: about the joint's own, turned axes
-            R[:, joint] = Rotation.from_euler(order, frames[:, turns], degrees=True).as_matrix()
-        for i in set(mine) - set(turns):
-            offsets[:, joint, _AXES.index(channels[i][1][0])] = frames[:, i] * metres
-    return place(skeleton, offsets[:, 0], R, offsets)
+    return Found(Clip(name, subject, "bvh", how.fps or found.fps, joints), tuple(notes))

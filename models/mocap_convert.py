@@ -17,9 +17,10 @@ import typer
 
 from ..pipeline.errors import InputError
 from ..pipeline.options import did_you_mean
+from ..pipeline.skeletons import UNITS
 from . import mocap_asfamc, mocap_bvh, mocap_joints, mocap_mmfi
 from .mocap import Clip, write_mocap
-from .mocap_file import UNITS, Found, How, upright_share
+from .mocap_file import Found, How, upright_share
 
 
 def check_upright(clips: Sequence[Clip]) -> None:

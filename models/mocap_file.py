@@ -14,10 +14,9 @@ from ..pipeline.errors import InputError
 from ..pipeline.frames import Z_UP
 from ..pipeline.layouts import H36M17
 from ..pipeline.pose import PoseSequence
+from ..pipeline.skeletons import LEG_M, leg_length
 from .mocap import Clip
 
-UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "inch": 0.0254, "asf": 0.0254 / 0.45}
-_LEG_M = (0.6, 1.15)  # thigh and shank of an adult
 _LIMBS = tuple(
     (f"{side}_{a}", f"{side}_{b}")
     for side in "lr"
@@ -81,31 +80,12 @@ def z_up(joints: np.ndarray, up: Literal["y", "z"]) -> np.ndarray:
     return joints if up == "z" else joints[..., [0, 2, 1]] * np.array([1, -1, 1])
 
 
-def unit_by_legs(leg: float) -> str:
-    """The unit in which a leg (thigh and shank) of that length is an adult's. InputError when none or several fit."""
-    fits = [name for name, metres in UNITS.items() if _LEG_M[0] <= leg * metres <= _LEG_M[1]]
-    if len(fits) != 1:
-        raise InputError(f"legs of {leg:.4g} fit no unit of {', '.join(UNITS)} alone; say which with --unit.")
-    return fits[0]
-
-
-def leg_length(joints: np.ndarray) -> float:
-    """Thigh and shank of joints (T, 17, 3), the median over frames and the mean of both sides."""
-    ends = [
-        [H36M17.indices((f"{s}_{a}", f"{s}_{b}")) for a, b in (("hip", "knee"), ("knee", "ankle"))]
-        for s in "lr"
-    ]
-    return float(
-        np.mean([sum(np.median(_distance(joints, *bone)) for bone in leg) for leg in ends])  # type: ignore[arg-type]
-    )
-
-
 def require_plausible(joints: np.ndarray) -> None:
     """InputError when joints (T, 17, 3), metres, are not those of a person whose limbs keep their length."""
     if len(joints) == 0 or not np.isfinite(joints).all():
         raise InputError("expected frames with all joints, got none, or NaN among them.")
     leg = leg_length(joints)
-    if not _LEG_M[0] * 0.5 <= leg <= _LEG_M[1] * 1.1:
+    if not LEG_M[0] * 0.5 <= leg <= LEG_M[1] * 1.1:
         raise InputError(f"expected metres, got legs {leg:.4g} long; say the unit with --unit.")
     for start, end in _LIMBS:
         length = _distance(joints, H36M17.index(start), H36M17.index(end))

@@ -12,21 +12,12 @@ from pathlib import Path
 import numpy as np
 
 from ..pipeline.errors import InputError
-from ..pipeline.layouts import H36M17
-from ..pipeline.rotations import unit
+from ..pipeline.skeletons import UNITS, h36m17_named
 from .mocap import Clip
-from .mocap_file import UNITS, Found, How, label, require_plausible, z_up
-from .mocap_skeleton import h36m17, match
+from .mocap_file import Found, How, label, require_plausible, z_up
 
 PATTERN = "**/*.[nN][pP][zZ]"
 _RATES = ("fps", "mocap_framerate", "mocap_frame_rate")
-# The body of SMPL; SMPL-H and SMPL-X go on with hands and face (formats.md section 7).
-_SMPL = (
-    "pelvis", "l_hip", "r_hip", "spine1", "l_knee", "r_knee", "spine2", "l_ankle", "r_ankle", "spine3", "l_toes",
-    "r_toes", "neck", "l_collar", "r_collar", "head", "l_shoulder", "r_shoulder", "l_elbow", "r_elbow", "l_wrist",
-    "r_wrist",
-)  # fmt: skip
-_SPINE = ("spine", "spine1", "spine2", "spine3")
 
 
 def read(path: Path, folder: Path, how: How) -> Found:
@@ -55,28 +46,3 @@ def read(path: Path, folder: Path, how: How) -> Found:
     require_plausible(joints)
     subject, name = label(path, folder, how.subject)
     return Found(Clip(name, subject, "joints", fps, joints))
-
-
-def h36m17_named(joints: np.ndarray, names: list[str] | None) -> np.ndarray:
-    """(T, 17, 3) from joints (T, J, 3) by their names, or by their order without names (17, or SMPL's 22 and more).
-
-    InputError when a joint has no known name.
-    """
-    if joints.ndim != 3 or joints.shape[-1] != 3 or (names is not None and len(names) != joints.shape[1]):
-        raise InputError(f"expected joints (T, J, 3), a name for each, got {joints.shape}.")
-    if names is None:
-        if joints.shape[1] == len(H36M17):
-            return joints
-        if joints.shape[1] < len(_SMPL):
-            raise InputError(
-                f"expected 17 joints (H36M17) or SMPL's 22 and more, got {joints.shape[1]}; add an array joint_names."
-            )
-        names = [*_SMPL, *(f"more{i}" for i in range(joints.shape[1] - len(_SMPL)))]
-    if set(H36M17.joints) <= set(names):
-        return joints[:, [names.index(joint) for joint in H36M17.joints]]
-    points = {joint: joints[:, i] for joint, i in match(names).items()}
-    # Nothing says where the head looks: straight ahead, along the neck and across the shoulders.
-    up = unit(points["head"] - points["neck"])
-    forward = unit(np.cross(points["l_shoulder"] - points["r_shoulder"], up))
-    spine = [names.index(name) for name in _SPINE if name in names]
-    return h36m17(points, joints[:, spine], forward, up)

@@ -20,8 +20,9 @@ from ..pipeline.errors import InputError
 from ..pipeline.frames import CAMERA, PC_CAMERA
 from ..pipeline.layouts import H36M17
 from ..pipeline.rotations import rotate
+from ..pipeline.skeletons import leg_length
 from .mocap import Clip
-from .mocap_file import Found, How, leg_length, upright_share
+from .mocap_file import Found, How, upright_share
 
 PATTERN = "E[0-9][0-9]/S[0-9][0-9]/A[0-9][0-9]/ground_truth.npy"
 FPS = 10.0

@@ -21,7 +21,7 @@ from ..pipeline.canonical import R_world_from_body
 from ..pipeline.errors import InputError
 from ..pipeline.frames import IMAGE
 from ..pipeline.layouts import H36M17
-from ..pipeline.outputs import whole_file
+from ..pipeline.outputs import refuse_unwritable_file, whole_file
 from ..pipeline.pose import PoseSequence
 from .bodies import BodyRange, vary
 from .cameras import ViewRange, place
@@ -149,7 +149,7 @@ def see(
 def write_takes(
     subjects: Annotated[Subjects, typer.Argument(help="Whose takes.")],
     output: Annotated[Path, typer.Option("-o", "--output", help="The .npz file to write.")],
-    seed: Annotated[int, typer.Option(help="Of cameras and noise.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Of cameras and noise.")] = 0,
     lifter: Annotated[
         str, typer.Option(help="The built-in one, or a file; one that never saw the subjects.")
     ] = "pcnet3d",
@@ -160,11 +160,13 @@ def write_takes(
     One .npz of plain arrays, takes one after another: lifted, truth (N, 17, 3), R_camera_from_body (N, 3, 3),
     up (N, 3), lying (N,); take_start (C + 1,), clip, subject, source (C,).
     """
+    refuse_unwritable_file(output)
     takes = list(lifted_takes(subjects, seed, model=lifter, bodies=BodyRange() if bodies else None))
     if not takes:
         raise InputError(f"There is no take of {MIN_FRAMES} frames or more of the subjects '{subjects}'.")
     frames = [len(take.lifted) for take in takes]
     seen = [take.seen for take in takes]
+    output.parent.mkdir(parents=True, exist_ok=True)
     with whole_file(output) as partial, open(partial, "wb") as file:
         np.savez_compressed(
             file,

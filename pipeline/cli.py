@@ -1,4 +1,4 @@
-"""The command line: run, view, list, and every command that a package registers."""
+"""The command line: run, view, inspect, list, and every command that a package registers."""
 
 from __future__ import annotations
 
@@ -152,6 +152,37 @@ def view(
     from .view import view as open_recording
 
     open_recording(folder, web)
+
+
+@app.command()
+def inspect(
+    file: Annotated[Path, typer.Argument(help="3D poses or 2D keypoints: a file or a folder.")],
+    adapter: Annotated[str, typer.Option(help="Its format; see `pcnet3d list adapters`.")] = "auto",
+    person: Annotated[
+        str | None, typer.Option(help="Only this person, by the file's name, or 'longest'.")
+    ] = None,
+    keypoints: Annotated[Path | None, typer.Option(help="2D keypoints that the poses should fit.")] = None,
+    video: Annotated[Path | None, typer.Option(help="The recording that the poses should fit.")] = None,
+    option: Annotated[
+        list[str] | None, typer.Option("--option", "-O", help="KEY=VALUE for the file's adapter; repeatable.")
+    ] = None,
+    plot: Annotated[Path | None, typer.Option(help="PNG to write: four frames from three sides.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="For programs.")] = False,
+) -> None:
+    """Say what a file holds and what is wrong with it; exit code 0 good, 3 suspicious, 4 unusable, 2 unreadable."""
+    from .inspect import EXIT_CODES
+    from .inspect import inspect as inspected
+
+    found = inspected(file, adapter, pairs(option), person=person, keypoints=keypoints, video=video)
+    print(json.dumps(found.figures(), indent=1) if as_json else found)
+    if plot is not None:
+        from ._inspect_picture import draw
+
+        drawn = max(found.people, key=lambda one: (one.poses is not None, len(one.source))).poses
+        if drawn is None:
+            raise InputError(f"{file} has no 3D poses that could be drawn; leave --plot out.")
+        draw(drawn, plot)
+    raise typer.Exit(EXIT_CODES[found.verdict])
 
 
 @app.command(name="list")

@@ -17,8 +17,8 @@ from .pose import PoseSequence
 from .reading import Missing, Parity, choose_person, find_adapter, read_people
 from .take import Event, Take, Video
 
-_STATURES_M = (0.4, 2.6)
-_UNSTEADY = 0.12  # bone-length spread beyond which poses are not to be believed (boxing 0.05, cycling 0.10)
+STATURES_M = (0.4, 2.6)
+UNSTEADY = 0.12  # bone-length spread beyond which poses are not to be believed (boxing 0.05, cycling 0.10)
 
 
 @dataclass(frozen=True)
@@ -180,13 +180,13 @@ def _implausible(poses: PoseSequence) -> list[str]:
     """What no person's skeleton does."""
     warnings = []
     spread = bone_spread(poses)
-    if spread > _UNSTEADY:
+    if spread > UNSTEADY:
         warnings.append(
             f"THESE POSES ARE NOT GOOD DATA: bone lengths vary by {100 * spread:.0f} % after each frame's own size is "
             "taken out (5 % is usual, 9 % poor); every result below inherits that."
         )
     stature = implied_stature(poses.joints)
-    if poses.frame.metric and not _STATURES_M[0] < stature < _STATURES_M[1]:
+    if poses.frame.metric and not STATURES_M[0] < stature < STATURES_M[1]:
         warnings.append(
             f"The limbs imply a stature of {stature:.3g} m; is the unit of the file really metres?"
         )

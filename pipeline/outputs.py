@@ -28,6 +28,22 @@ def whole_file(path: Path) -> Iterator[Path]:
         partial.unlink(missing_ok=True)
 
 
+def refuse_unwritable(path: Path) -> None:
+    """InputError when no folder can be made at `path`, so that it is said before the work and not after it."""
+    there = next(folder for folder in (path.absolute(), *path.absolute().parents) if folder.exists())
+    if not there.is_dir():
+        raise InputError(f"Expected a folder to write into, but {there} is a file; choose another -o.")
+    if not os.access(there, os.W_OK | os.X_OK):
+        raise InputError(f"Cannot write into {there}: permission denied; choose another -o.")
+
+
+def refuse_unwritable_file(path: Path) -> None:
+    """The same of a file, whose folder need not be there yet."""
+    if path.is_dir():
+        raise InputError(f"Expected a file to write, but {path} is a folder; choose another -o.")
+    refuse_unwritable(path.parent)
+
+
 @contextmanager
 def whole_folder(path: Path, force: bool = False, inputs: Iterable[Path] = ()) -> Iterator[Path]:
     """A temporary folder that takes the place of `path` when the block ends and vanishes when it fails.

@@ -71,7 +71,9 @@ def _reason(path: Path, known: dict[str, Adapter]) -> str:
             reasons[str(error)] += 1
     if not reasons:
         return ""
-    reason, _ = reasons.most_common(1)[0]
+    # Readers of JSON or pickles have the same words for every array; those that opened it say what it is.
+    opened = Counter({reason: n for reason, n in reasons.items() if "expected an array of shape" in reason})
+    reason, _ = (opened or reasons).most_common(1)[0]
     return f" ({reason.rstrip('.')})"
 
 
@@ -117,14 +119,21 @@ def read_people(
     ):
         if value not in allowed:
             raise InputError(f"Expected {name} to be one of {', '.join(allowed)}; got '{value}'.")
+    chosen, people = read_sources(path, adapter, gives, options)
+    return tuple(finished(person, chosen, path, fps, parity, missing) for person in people)
+
+
+def read_sources(
+    path: Path, adapter: str, gives: Gives | None, options: dict[str, Any]
+) -> tuple[Adapter, tuple[PoseSequence, ...]]:
+    """The adapter and what it gives, in the source's own layout and frame. InputError as for read_all."""
     chosen = find_adapter(path, adapter, gives)
     if chosen.gives not in ("poses", "keypoints"):
         raise InputError(f"{path} is a file of {chosen.gives}; expected one of poses or keypoints.")
     try:
-        people = call(chosen.read, path, what=f"Adapter '{chosen.name}'", options=options)
+        return chosen, call(chosen.read, path, what=f"Adapter '{chosen.name}'", options=options)
     except InputError as error:
         raise error if str(path) in str(error) else InputError(f"{path}: {error}") from None
-    return tuple(_finished(person, chosen, path, fps, parity, missing) for person in people)
 
 
 def read(path: str | Path, adapter: str = "auto", person: str | None = None, **options: Any) -> PoseSequence:
@@ -155,9 +164,10 @@ def choose_person(people: tuple[PoseSequence, ...], person: str | None, where: s
     return names[person]
 
 
-def _finished(
+def finished(
     poses: PoseSequence, adapter: Adapter, path: Path, fps: float | None, parity: Parity, missing: Missing
 ) -> PoseSequence:
+    """What an adapter read, as read_all gives it: remapped, relative to the pelvis, guarded. Raises InputError."""
     first = poses.with_(history=()).noted(
         "read", adapter=adapter.name, file=printable(path.name), person=poses.person
     )

@@ -30,6 +30,7 @@ COLOURS = (
     "#e69f00",
 )  # of Okabe and Ito's palette, in the sides' order
 _DOTS = 350  # of a scatter
+_LEAST_HEIGHT_DEG = 1.0  # of its axis
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,6 +158,10 @@ def bland_altman(values: np.ndarray, reference: np.ndarray, of: Mapping[str, flo
         for key, dashes in (("bias_deg", "-"), ("lower_deg", "--"), ("upper_deg", "--")):
             axes.axhline(of[key], color=REFERENCE, lw=1.0, ls=dashes)
         axes.set_xlabel("mean (°)", labelpad=1)
+        low, high = axes.get_ylim()
+        # Rounding errors are not to look like differences.
+        room = max(0.0, _LEAST_HEIGHT_DEG - (high - low)) / 2
+        axes.set_ylim(low - room, high + room)
 
     return svg(plot, (4.1, 2.0), (0.115, 0.2, 0.865, 0.77))
 
@@ -229,7 +234,9 @@ def _wrists(pair: Pair) -> str:
     head = ["method", *(f"{key} {axis}" for key in ("r", "RMSE", "RMSE (mm)") for axis in AXES)]
     figures = [
         heading(spoken(wrist))
+        + '<div class="wide">'
         + figure([picture(draw(pair.wrists, wrist), "svg", f"{wrist} by every method")], "")
+        + "</div>"
         for wrist in WRISTS
     ]
     return (
@@ -255,8 +262,8 @@ def as_text(found: Comparison) -> Iterator[str]:
         if pair.agreement:
             yield f"{'angle':<26}{'bias':>8}{'limits of agreement':>22}{'RMSE':>8}{'r':>8}  (degrees)"
         for name, of in pair.agreement.items():
-            limits = f"{of['lower_deg']:.1f} to {of['upper_deg']:.1f}"
-            yield f"{name:<26}{of['bias_deg']:>8.1f}{limits:>22}{of['rmse_deg']:>8.1f}{of['r']:>8.3f}"
+            limits = f"{of['lower_deg']:z.1f} to {of['upper_deg']:z.1f}"
+            yield f"{name:<26}{of['bias_deg']:>z8.1f}{limits:>22}{of['rmse_deg']:>8.1f}{of['r']:>8.3f}"
         for method, wrists in pair.wrists.agreement.items() if pair.wrists else ():
             for wrist, axes in wrists.items():
                 said = ", ".join(f"{a} r {v['r']:.3f} RMSE {v['rmse_mm']:.0f} mm" for a, v in axes.items())

@@ -3,34 +3,22 @@
 from __future__ import annotations
 
 import zipfile
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 
 from ..models import mocap_bvh, mocap_joints
 from ..models.mocap import read_mocap
-from ..models.mocap_file import UNITS, How, upright_share, z_up
+from ..models.mocap_file import How, upright_share, z_up
+from ..pipeline.bvh import parse
 from ..pipeline.errors import InputError
 from ..pipeline.frames import Z_UP, change_frame
 from ..pipeline.layouts import H36M17, remap
+from ..pipeline.markers import Markers, Up, read_c3d, read_trc
 from ..pipeline.options import did_you_mean
 from ..pipeline.pose import PoseSequence
 from ..pipeline.reading import adapters
-
-Up = Literal["y", "z"]
-
-
-@dataclass(frozen=True, eq=False)
-class _Markers:
-    """points: (T, M, 3) in `unit`, NaN where missing."""
-
-    names: list[str]
-    points: np.ndarray
-    time_s: np.ndarray
-    unit: str
-    up: Up
+from ..pipeline.skeletons import UNITS, h36m17_named
 
 
 def read_truth(
@@ -73,52 +61,12 @@ def read_truth(
     return poses
 
 
-def read_trc(path: Path) -> _Markers:
-    """A TRC file as OpenSim and Pose2Sim write it (OpenSim's documentation, "Marker (.trc) Files"): +y is up."""
-    try:
-        lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
-        keys, values = lines[1].split("\t"), lines[2].split("\t")
-        said = dict(zip((key.strip() for key in keys), (value.strip() for value in values), strict=False))
-        names = [name.strip() for name in lines[3].split("\t")[2:] if name.strip()]
-        cells = [line.split("\t") for line in lines[5:] if line.strip()]
-        width = 2 + 3 * len(names)
-        rows = [[float(cell.strip() or "nan") for cell in row[:width]] for row in cells]
-        table = np.array([row + [np.nan] * (width - len(row)) for row in rows])
-        points = table[:, 2:].reshape(len(table), len(names), 3)
-        unit = said["Units"]
-    except (OSError, IndexError, KeyError, ValueError) as error:
-        raise InputError(f"expected a TRC file of marker positions, separated by tabs: {error!r}.") from None
-    return _Markers(names, points, table[:, 1], unit, "y")
-
-
-def read_c3d(path: Path) -> _Markers:
-    """The points of a C3D file, those of negative residual missing; +z is up, as in most laboratories."""
-    from ._export_c3d import check_c3d
-
-    check_c3d()
-    import ezc3d
-
-    try:
-        file = ezc3d.c3d(str(path))
-        point = file["parameters"]["POINT"]
-        names, rate = [str(name) for name in point["LABELS"]["value"]], float(point["RATE"]["value"][0])
-        units = point["UNITS"]["value"] if "UNITS" in point else []
-        points = np.moveaxis(file["data"]["points"][:3], -1, 0).swapaxes(1, 2)
-        residuals = np.moveaxis(file["data"]["meta_points"]["residuals"][0], -1, 0)
-    except (OSError, RuntimeError, ValueError, KeyError, IndexError) as error:
-        raise InputError(f"expected a C3D file with points: {error}.") from None
-    if not rate > 0 or not len(points):
-        raise InputError("expected a C3D file with points and their rate; it has none.")
-    points = np.where((residuals < 0)[..., None], np.nan, points)
-    return _Markers(names, points, np.arange(len(points)) / rate, units[0] if units else "mm", "z")
-
-
-def _of_markers(found: _Markers, up: Up | None, unit: str | None, fps: float | None) -> PoseSequence:
+def _of_markers(found: Markers, up: Up | None, unit: str | None, fps: float | None) -> PoseSequence:
     unit = unit or found.unit
     if unit not in UNITS:
         raise InputError(f"expected a unit of {', '.join(UNITS)}, got '{unit}'; say it with --unit.")
     try:
-        joints = mocap_joints.h36m17_named(found.points, found.names)
+        joints = h36m17_named(found.points, found.names)
     except InputError:
         raise InputError(
             "expected points at the joint centres (hips, knees, ankles, shoulders, elbows, wrists, neck and head, "
@@ -131,7 +79,7 @@ def _of_markers(found: _Markers, up: Up | None, unit: str | None, fps: float | N
 
 def _bvh(path: Path, how: How) -> PoseSequence:
     clip = mocap_bvh.read(path, path.parent, how).clip
-    _, _, frames, _ = mocap_bvh.parse(path.read_text(encoding="utf-8", errors="replace"))
+    _, _, frames, _ = parse(path.read_text(encoding="utf-8", errors="replace"))
     left_out = len(frames) - len(clip)  # a T-pose at the beginning
     return _poses(clip.joints, (left_out + np.arange(len(clip))) / clip.fps)
 

@@ -2,26 +2,19 @@
 
 from __future__ import annotations
 
-from importlib.util import find_spec
 from pathlib import Path
 from textwrap import wrap
 
 import numpy as np
 
-from ..pipeline.errors import InputError
 from ..pipeline.frames import LEVEL
+from ..pipeline.markers import check_c3d
 from ..pipeline.outputs import whole_file
 from ..pipeline.take import Take
 from ._export_markers import markers
 from ._export_provenance import provenance
 
 _LONGEST, _MOST = 100, 255  # characters of a text, texts of a parameter: a C3D file counts both in one byte
-
-
-def check_c3d() -> None:
-    """InputError when ezc3d is not installed."""
-    if find_spec("ezc3d") is None:
-        raise InputError("C3D needs the package ezc3d; install it with: pip install 'pcnet3d[c3d]'.")
 
 
 def write_c3d(take: Take, path: Path) -> None:

@@ -22,6 +22,7 @@ _RATE_SPAN = 0.02  # how far from 1 a clock may be, for takes short enough to tr
 _APART_S = 0.04  # by how much neighbouring rates part at the take's ends, against its middle
 _RATE_GAIN = 0.005  # correlation that another rate must add to be believed
 _LEAST_S = 1.0  # of common motion
+_LEAST_MPS2 = 1e-6  # that an IMU's acceleration changes by; any real one's noise is more
 _LEAST_SHARE = 0.5  # of the largest common motion at any lag; less makes chance peaks
 _SAME_PEAK_S = 0.25
 _AXIS_S = 0.25  # how far each axis' own lag may lie from the take's
@@ -72,10 +73,16 @@ class Signal:
 def align(time_s: np.ndarray, video: np.ndarray, imu: Signal, search_s: float) -> Alignment:
     """The best alignment of video accelerations (T, 3) at even times (T,) with an IMU's, lag within +-search_s.
 
-    InputError when less than a second of motion is known to both.
+    InputError when less than a second of motion is known to both, or when the IMU feels none.
     """
     from scipy.optimize import minimize
 
+    felt = imu.values[known(imu.values)]
+    if len(felt) and float(np.ptp(felt, axis=0).max()) < _LEAST_MPS2:
+        raise InputError(
+            "Expected an IMU whose acceleration changes, got one that stays the same throughout: it did not move, or "
+            "its file was given for two segments, of which one is subtracted from the other."
+        )
     step = float(time_s[1] - time_s[0])
     stride = max(1, round(1 / (_SEARCH_HZ * step)))
     search = _Search(time_s[::stride], video[::stride], imu, search_s)

@@ -34,6 +34,7 @@ STYLE: dict[Any, Any] = {
     "grid.color": "#e4e8ec",
     "grid.linewidth": 0.6,
     "axes.axisbelow": True,
+    "axes.formatter.useoffset": False,  # there is no room above the axis for one
     "xtick.color": "#8a939d",
     "ytick.color": "#8a939d",
     "xtick.labelcolor": "#3c434b",

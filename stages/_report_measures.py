@@ -17,7 +17,7 @@ _UNITS = {
 }  # fmt: skip
 _WORDS = {
     "p05": "5th percentile", "p95": "95th percentile", "p05_p95": "range between them", "sd": "standard error",
-    "nan_share": "share of frames without", "sparc_up": "SPARC up", "sparc_down": "SPARC down",
+    "nan_share": "share without a value", "sparc_up": "SPARC up", "sparc_down": "SPARC down",
 }  # fmt: skip
 _MANY = 20  # a list of more is a curve, or too long for a table
 _SIDES = {"r_": ("right", RIGHT), "l_": ("left", LEFT)}

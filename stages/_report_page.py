@@ -38,6 +38,7 @@ figure { margin: 0; break-inside: avoid }
 figure img { display: block; width: 100%; height: auto }
 .pair { display: grid; grid-template-columns: 5fr 6fr; gap: .3rem; align-items: center }
 .table { overflow-x: auto; margin: .6rem 0 1rem }
+.wide { overflow-x: auto } .wide img { min-width: 44rem }
 table { border-collapse: collapse; font-size: .9rem; font-variant-numeric: tabular-nums }
 th, td { padding: .28rem .7rem .28rem 0; text-align: left; vertical-align: top; border-bottom: 1px solid var(--line);
   overflow-wrap: normal }
@@ -48,7 +49,8 @@ td.long { overflow-wrap: anywhere; min-width: 12rem }
   @page { margin: 14mm 12mm }
   body { padding: 0; max-width: none; font-size: 10pt; print-color-adjust: exact; -webkit-print-color-adjust: exact }
   nav { display: none } h2, h3, h4 { break-after: avoid } tr, p, .box, .facts div { break-inside: avoid }
-  .charts { grid-template-columns: repeat(2, 1fr) } .table { overflow: visible } td.long { min-width: 0 }
+  .charts { grid-template-columns: repeat(2, 1fr) }
+  .table, .wide { overflow: visible } td.long, .wide img { min-width: 0 }
   table { font-size: 8pt } th, td { padding-right: .45rem }
   .three { grid-template-columns: repeat(3, 1fr) }
 }
@@ -129,7 +131,7 @@ def _column(cells: Sequence[Cell]) -> tuple[list[str], bool]:
     largest = max(numbers, default=0.0)
     decimals = 0 if largest >= 1000 else 1 if largest >= 10 else 2 if largest >= 1 else 3
     shown = [
-        "–" if cell is None else f"{cell:.{decimals}f}" if isinstance(cell, float) else str(cell) for cell in cells
+        "–" if cell is None else f"{cell:z.{decimals}f}" if isinstance(cell, float) else str(cell) for cell in cells
     ]  # fmt: skip
     return shown, bool(numbers) and len(numbers) == sum(cell is not None for cell in cells)
 

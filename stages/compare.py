@@ -128,6 +128,11 @@ def compared(
         warnings += said
         recording = (recordings or {}).get(side.name)
         pairs.append(_pair(side, reference, how, recording))
+        if how is None and not pairs[-1].cycles:
+            warnings.append(
+                f"{side.name} and {reference.name} have no kind of cycle of which both hold two or more: nothing is "
+                "compared."
+            )
     spread, without = _spreads(reference, pairs)
     return Comparison(reference, tuple(pairs), spread, without, tuple(warnings))
 

@@ -12,11 +12,12 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 
 from ..pipeline.checks import bone_spread
+from ..pipeline.markers import check_c3d
 from ..pipeline.outputs import SUMMARY, whole_file
 from ..pipeline.pose import Rectified, package_version
 from ..pipeline.rotations import angle_deg, known
 from ..pipeline.take import Take
-from ._export_c3d import check_c3d, write_c3d
+from ._export_c3d import write_c3d
 from ._export_measures import write_measures
 from ._export_netcdf import write_netcdf
 from ._export_opensim import write_mot, write_trc

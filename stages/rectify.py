@@ -27,10 +27,11 @@ _KNOWN_DEG = 1.0  # error of a camera's pitch, roll or gravity vector that the u
 class Rectify:
     """The stage.
 
-    rectifier: "geometric", "pcnet", or a trained network's .onnx file. camera: "static" for one that stands still
-    during the take, "moving" for one that pans or is carried. gravity: which way things fall, in the camera's axes (x
-    right, y down, z away). pitch_deg, roll_deg: of the camera, positive when it looks down, and when the picture's
-    content turns counter-clockwise. window_s: of a moving camera, how far in time frames share their up.
+    rectifier: "pcnet", "paper", "geometric", or a trained network's .onnx file. camera: "static" for one that stands
+    still during the take, "moving" for one that pans or is carried. gravity: which way things fall, in the camera's
+    axes (x right, y down, z away). pitch_deg, roll_deg: of the camera, positive when it looks down, and when the
+    picture's content turns counter-clockwise. window_s: of a moving camera, how far in time frames share their up,
+    the standard deviation of a Gaussian.
     """
 
     rectifier: str = "pcnet"
@@ -106,6 +107,8 @@ def _rectify(
         raise InputError(
             f"rectify needs joints in right-handed axes of a camera or a world, got {poses.frame}."
         )
+    if not 0 < window_s < np.inf:
+        raise InputError(f"Expected a window_s of more than 0 seconds, got {window_s:g}.")
     told = _told(gravity, pitch_deg, roll_deg)
     source = change_frame(poses, poses.frame.with_(origin="pelvis"))
     times = np.arange(len(source)) / 30 if source.time_s is None else source.time_s

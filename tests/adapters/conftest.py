@@ -19,3 +19,15 @@ def turning(facing_camera: np.ndarray) -> Callable[[int], np.ndarray]:
         return rotate(about_vertical, facing_camera[None])
 
     return frames
+
+
+@pytest.fixture
+def standing(turning) -> Callable[[int], np.ndarray]:
+    """standing(T) -> (T, 17, 3) metres, z up: the same person in a world, bobbing and walking off while turning."""
+
+    def frames(count: int) -> np.ndarray:
+        x, y, z = np.moveaxis(turning(count), -1, 0)
+        walked = np.linspace(0, 1, count)[:, None]
+        return np.stack([x + walked, z - 0.5 * walked, 0.9 + 0.03 * np.sin(9 * walked) - y], axis=-1)
+
+    return frames

@@ -125,6 +125,7 @@ def test_files_and_page(cameras, against_truth, runs):
     ):
         assert words in page
     assert "View-consistency" in (runs / "side/compare/compare.html").read_text()
+    assert page.count('<div class="wide">') == 2  # to be scrolled on a phone, not shrunk
     assert "<script" not in page
     assert len(page) < 10e6
 
@@ -169,7 +170,11 @@ def test_takes_of_different_motions_have_their_cycles_compared(sides):
     assert found.pairs[0].alignment is None
     assert found.pairs[0].agreement == {}
     assert "different motions" in found.warnings[0]
+    still = {name: np.zeros(len(values)) for name, values in other.items()}
+    nothing = compared([sides[0], replace(sides[1], angles=still, measures=None)], align="cycles")
+    assert "nothing is compared" in nothing.warnings[-1]
     visits = compared(sides, align="cycles").pairs[0]
+    assert not any("nothing is compared" in said for said in compared(sides, align="cycles").warnings)
     assert visits.agreement == {}
     assert max(c.agreement["difference_deg"] for c in visits.cycles if c.kind == "arm raises") < 0.5
 

@@ -1,9 +1,12 @@
 """Figures of agreement: known answers."""
 
+import re
+
 import numpy as np
 import pytest
 
 from pcnet3d.stages._compare_figures import agreement, correlation, cycles_agree, view_spread
+from pcnet3d.stages._compare_page import bland_altman
 
 REFERENCE = 40 + 30 * np.sin(np.linspace(0, 20, 2000))
 
@@ -35,6 +38,13 @@ def test_right_errors_hold_nine_tenths():
     found = agreement(REFERENCE + off, REFERENCE, np.full(len(REFERENCE), 4.0))
     assert found["within_band"] == pytest.approx(0.9, abs=0.02)
     assert "within_band" not in agreement(REFERENCE + off, REFERENCE, np.full(len(REFERENCE), np.nan))
+
+
+def test_rounding_errors_do_not_look_like_differences():
+    values = REFERENCE + np.random.default_rng(3).normal(0, 1e-7, len(REFERENCE))
+    drawn = bland_altman(values, REFERENCE, agreement(values, REFERENCE)).decode()
+    assert "1e" not in "".join(re.findall(r"<text[^>]*>([^<]*)</text>", drawn))
+    assert ">0.4<" in drawn
 
 
 def test_missing_frames_are_left_out_and_too_few_give_nothing():

@@ -5,7 +5,12 @@ import json
 import pytest
 
 from pcnet3d.pipeline.errors import InputError
-from pcnet3d.pipeline.outputs import whole_file, whole_folder
+from pcnet3d.pipeline.outputs import (
+    refuse_unwritable,
+    refuse_unwritable_file,
+    whole_file,
+    whole_folder,
+)
 
 
 def test_a_failed_file_leaves_nothing_and_keeps_the_old_one(tmp_path):
@@ -108,3 +113,18 @@ def test_a_place_that_cannot_be_written_is_said(tmp_path):
     (tmp_path / "file").write_text("x")
     with pytest.raises(InputError, match="Cannot write"), whole_folder(tmp_path / "file" / "out"):
         pass
+
+
+def test_what_cannot_be_written_is_said_before_the_work_and_nothing_is_made(tmp_path):
+    (tmp_path / "file").write_text("x")
+    for folder in (tmp_path / "file", tmp_path / "file" / "deep" / "out"):
+        with pytest.raises(InputError, match="is a file"):
+            refuse_unwritable(folder)
+        with pytest.raises(InputError, match="is a file"):
+            refuse_unwritable_file(folder / "a.npz")
+    with pytest.raises(InputError, match="is a folder"):
+        refuse_unwritable_file(tmp_path)
+    refuse_unwritable(tmp_path / "new" / "out")
+    refuse_unwritable_file(tmp_path / "new" / "a.npz")
+    refuse_unwritable_file(tmp_path / "file")  # replaced
+    assert [p.name for p in tmp_path.iterdir()] == ["file"]

@@ -121,6 +121,8 @@ def test_too_little_in_common_has_words(walk):
     far = felt(walk, "r_forearm", Faults(lag_s=100.0))
     with pytest.raises(InputError, match="--offset"):
         align(grid, video, far, 5.0)
+    with pytest.raises(InputError, match="file was given for two segments"):
+        align(grid, video, Signal(far.time_s, np.zeros_like(far.values)), 5.0)
     with pytest.raises(InputError, match="Nyquist"):
         path_acceleration(walk.world[:, 0], walk.time_s, (), grid, 50.0)
     with pytest.raises(InputError, match="Nyquist"):

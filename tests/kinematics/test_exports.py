@@ -142,7 +142,7 @@ def test_c3d_takes_texts_of_any_length_and_script(take, tmp_path):
 
 
 def test_c3d_without_its_package_is_refused_before_the_work(tmp_path, monkeypatch):
-    monkeypatch.setattr("pcnet3d.stages._export_c3d.find_spec", lambda name: None)
+    monkeypatch.setattr("pcnet3d.pipeline.markers.find_spec", lambda name: None)
     with pytest.raises(InputError, match=r"pcnet3d\[c3d\]"):
         Export(tmp_path, also=("c3d",))
 

@@ -6,6 +6,7 @@ import pytest
 from pcnet3d.models import mocap_bvh
 from pcnet3d.models.mocap_file import How
 from pcnet3d.pipeline import H36M17, InputError
+from pcnet3d.pipeline import bvh as bvh_file
 
 CHAIN = """HIERARCHY
 ROOT a
@@ -57,9 +58,9 @@ def test_the_channels_order_is_the_order_of_multiplication(order, angles, end):
     text = CHAIN.format(
         order=rotations, more=3, place="", numbers=" ".join(map(str, (1, 2, 3, *angles, 0, 0, 0)))
     )
-    skeleton, channels, frames, fps = mocap_bvh.parse(text)
+    skeleton, channels, frames, fps = bvh_file.parse(text)
     assert fps == 120
-    joints, _ = mocap_bvh.pose(skeleton, channels, frames, 1.0)
+    joints, _ = bvh_file.pose(skeleton, channels, frames, 1.0)
     np.testing.assert_allclose(joints[0, 0], [1, 2, 3])
     np.testing.assert_allclose(joints[0, 1] - joints[0, 0], end, atol=1e-9)
 
@@ -69,7 +70,7 @@ def test_position_channels_of_a_joint_stand_in_for_its_offset():
         order="Zrotation Yrotation Xrotation", more=6, place="Xposition Yposition Zposition ",
         numbers="0 0 0 90 0 0 0 3 0 0 0 0",
     )  # fmt: skip
-    joints, _ = mocap_bvh.pose(*mocap_bvh.parse(text)[:3], 0.01)
+    joints, _ = bvh_file.pose(*bvh_file.parse(text)[:3], 0.01)
     np.testing.assert_allclose(joints[0, 1], [-0.03, 0, 0], atol=1e-12)
 
 

@@ -186,6 +186,7 @@ def test_own_axes_are_another_truth(files, tmp_path):
         ({"split": "split.json"}, "--data"),
         ({"targets": "axes"}, "--data"),
         ({"data": 1, "real": True}, "--real"),
+        ({"data": 1, "lifter": "other.onnx"}, "--lifter"),
     ],
 )
 def test_evaluation_options_that_do_not_go_together(files, tmp_path, options, words):

@@ -235,6 +235,10 @@ def test_a_camera_on_its_side_is_believed_when_the_user_says_so(joints, camera):
         ({"pitch_deg": 200}, "degrees"),
         ({"roll_deg": np.nan}, "degrees"),
         ({"camera": "moving", "gravity": (0, 1, 0)}, "moving"),
+        ({"camera": "moving", "window_s": 0}, "window_s"),
+        ({"camera": "moving", "window_s": -1}, "window_s"),
+        ({"camera": "moving", "window_s": np.nan}, "window_s"),
+        ({"camera": "moving", "window_s": np.inf}, "window_s"),
     ],
 )
 def test_what_makes_no_sense_is_refused(joints, options, words):

@@ -1,6 +1,7 @@
 """From an animated skeleton, with whatever names and joints it has, to the 17 joints of H36M17.
 
-Readers of skeleton files (BVH, ASF/AMC) share this: joints at rest, turned frame by frame, found by their names.
+Readers of skeleton files (BVH, ASF/AMC), markers and SMPL joints share this: joints at rest, turned frame by frame,
+found by their names.
 """
 
 from __future__ import annotations
@@ -12,9 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..pipeline.errors import InputError
-from ..pipeline.layouts import H36M17
-from ..pipeline.rotations import rotate
+from .errors import InputError
+from .layouts import H36M17
+from .rotations import rotate, unit
 
 _LIMBS = ("hip", "knee", "ankle", "shoulder", "elbow", "wrist")
 # The joints where thigh, shank, foot, upper arm, forearm and hand begin, as the programs name them.
@@ -36,6 +37,16 @@ _NOSE_FORWARD_M = 0.05
 _CROWN_UP_M = 0.13
 _SPINE = 0.43
 _THORAX = 0.25
+
+UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "inch": 0.0254, "asf": 0.0254 / 0.45}
+LEG_M = (0.6, 1.15)  # thigh and shank of an adult
+# The body of SMPL; SMPL-H and SMPL-X go on with hands and face (formats.md section 7).
+SMPL = (
+    "pelvis", "l_hip", "r_hip", "spine1", "l_knee", "r_knee", "spine2", "l_ankle", "r_ankle", "spine3", "l_toes",
+    "r_toes", "neck", "l_collar", "r_collar", "head", "l_shoulder", "r_shoulder", "l_elbow", "r_elbow", "l_wrist",
+    "r_wrist",
+)  # fmt: skip
+_SPINE_NAMES = ("spine", "spine1", "spine2", "spine3")
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,6 +122,31 @@ def h36m17(
     return np.stack([made.get(joint, points.get(joint)) for joint in H36M17.joints], axis=1)
 
 
+def h36m17_named(joints: np.ndarray, names: list[str] | None) -> np.ndarray:
+    """(T, 17, 3) from joints (T, J, 3) by their names, or by their order without names (17, or SMPL's 22 and more).
+
+    InputError when a joint has no known name.
+    """
+    if joints.ndim != 3 or joints.shape[-1] != 3 or (names is not None and len(names) != joints.shape[1]):
+        raise InputError(f"expected joints (T, J, 3), a name for each, got {joints.shape}.")
+    if names is None:
+        if joints.shape[1] == len(H36M17):
+            return joints
+        if joints.shape[1] < len(SMPL):
+            raise InputError(
+                f"expected 17 joints (H36M17) or SMPL's 22 and more, got {joints.shape[1]}; add an array joint_names."
+            )
+        names = [*SMPL, *(f"more{i}" for i in range(joints.shape[1] - len(SMPL)))]
+    if set(H36M17.joints) <= set(names):
+        return joints[:, [names.index(joint) for joint in H36M17.joints]]
+    points = {joint: joints[:, i] for joint, i in match(names).items()}
+    # Nothing says where the head looks: straight ahead, along the neck and across the shoulders.
+    up = unit(points["head"] - points["neck"])
+    forward = unit(np.cross(points["l_shoulder"] - points["r_shoulder"], up))
+    spine = [names.index(name) for name in _SPINE_NAMES if name in names]
+    return h36m17(points, joints[:, spine], forward, up)
+
+
 def match(names: Sequence[str]) -> dict[str, int]:
     """Position of hips, knees, ankles, shoulders, elbows, wrists, "neck" and "head" in a list of names.
 
@@ -150,3 +186,21 @@ def _along(path: np.ndarray, share: float) -> np.ndarray:
     i = int(np.clip(np.searchsorted(before, share * before[-1], side="right") - 1, 0, len(length) - 1))
     t = (share * before[-1] - before[i]) / max(length[i], 1e-9)
     return (1 - t) * path[:, i] + t * path[:, i + 1]
+
+
+def unit_by_legs(leg: float) -> str:
+    """The unit in which a leg (thigh and shank) of that length is an adult's. InputError when none or several fit."""
+    fits = [name for name, metres in UNITS.items() if LEG_M[0] <= leg * metres <= LEG_M[1]]
+    if len(fits) != 1:
+        raise InputError(f"legs of {leg:.4g} fit no unit of {', '.join(UNITS)} alone; say which with --unit.")
+    return fits[0]
+
+
+def leg_length(joints: np.ndarray) -> float:
+    """Thigh and shank of joints (T, 17, 3), the median over frames and the mean of both sides."""
+    sides = []
+    for s in "lr":
+        hip, knee, ankle = (joints[:, H36M17.index(f"{s}_{part}")] for part in ("hip", "knee", "ankle"))
+        bones = (knee - hip, ankle - knee)
+        sides.append(sum(float(np.median(np.linalg.norm(bone, axis=-1))) for bone in bones))
+    return float(np.mean(sides))

@@ -1,0 +1,105 @@
+"""The JSON of MMPose 1.x 3D scripts: frames of instances, keypoints of x, y, z (formats.md 3 and 4).
+
+The inferencer writes a list of {frame_id, instances}, frames from 0; the demos write {meta_info, instance_info:
+[{frame_id, instances}]}, frames from 1. An instance is {keypoints: [[x, y, z], ...], keypoint_scores, bbox,
+bbox_score}, the bbox sometimes inside one more list, or missing.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..pipeline.errors import InputError
+from ..pipeline.layouts import Layout
+from ..pipeline.pose import PoseSequence
+from ._json import beginning, each, entries, field, frame_number, numbers
+from ._people import Bodies
+
+_REBASED = 0.95  # share of bodies whose lowest joint is at height 0
+
+
+def recognised(path: Path, count: int) -> bool:
+    """Whether the first person in the file has `count` keypoints of three numbers."""
+    content = beginning(path)
+    frames = content.get("instance_info") if isinstance(content, dict) else content
+    if not isinstance(frames, list):
+        return False
+    for frame in frames:
+        if not isinstance(frame, dict) or "frame_id" not in frame:
+            return False
+        people = frame.get("instances")
+        person = people[0] if isinstance(people, list) and people else None
+        keypoints = person.get("keypoints") if isinstance(person, dict) else None
+        if keypoints is not None:
+            return (
+                isinstance(keypoints, list)
+                and len(keypoints) == count
+                and all(isinstance(point, list) and len(point) == 3 for point in keypoints)
+            )
+    return False
+
+
+def bodies(path: Path, what: str, count: int, layout: Layout) -> Bodies:
+    """Everybody in the file; of `count` keypoints the first ones, which are those of the layout.
+
+    what: the file in words, for errors. Frames count from 0. InputError when the file is not of this form, is 2D,
+    or has another number of keypoints.
+    """
+    found, where = Bodies(layout), str(path)
+    for i, (key, entry) in enumerate(each(path, what)):
+        if key not in ("", "instance_info"):
+            continue
+        here = f"{where}, entry {i}"
+        frame = frame_number(field(entry, "frame_id", here), here) - (key == "instance_info")
+        if frame < 0:
+            raise InputError(f"{here}: expected frames from 1, as MMPose's demos count, got frame 0.")
+        for person in entries(field(entry, "instances", here), here):
+            joints, scores = _joints(person, count, here), _scores(person, count, here)
+            found.add(frame, joints[: len(layout)], scores[: len(layout)], _box(person, here))
+    return found
+
+
+def _joints(person: Any, count: int, where: str) -> np.ndarray:
+    joints = numbers(field(person, "keypoints", where), where)
+    if joints.ndim == 2 and joints.shape[1] == 2:
+        raise InputError(
+            f"{where}: expected 3D keypoints, got two coordinates each; adapter mmpose2d reads MMPose's 2D results."
+        )
+    if joints.shape != (count, 3):
+        raise InputError(
+            f"{where}: expected {count} keypoints of x, y, z, got shape {joints.shape}; adapter mmpose3d reads 17 of "
+            "them (lifters), adapter rtmw3d 133 (RTMW3D)."
+        )
+    return joints
+
+
+def _scores(person: Any, count: int, where: str) -> np.ndarray:
+    scores = numbers(field(person, "keypoint_scores", where), where)
+    if scores.shape != (count,):
+        raise InputError(f"{where}: expected a score of each of {count} joints, got shape {scores.shape}.")
+    return scores
+
+
+def _box(person: dict[str, Any], where: str) -> np.ndarray | None:
+    box = numbers(person.get("bbox", []), where).ravel()
+    return box if box.shape == (4,) else None
+
+
+def rebase_said(poses: PoseSequence) -> PoseSequence:
+    """The same with a warning in its history when each frame's lowest joint was put at height (third axis) 0."""
+    heights = poses.joints[..., 2]
+    rebased = int((np.fmin.reduce(heights, axis=1) == 0).sum())
+    if rebased < _REBASED * len(poses):
+        return poses
+    lowest = np.argmax(heights == 0, axis=1)
+    changes = int((np.diff(lowest) != 0).sum())
+    return poses.noted(
+        "rebase",
+        frames=rebased,
+        warning=f"The lowest joint was put at height 0 in {rebased} of {len(poses)} frames, and it was another one "
+        f"{changes} times: the file holds no vertical movement of the body as a whole. Poses relative to the pelvis "
+        "are unharmed; --disable-rebase-keypoint of MMPose leaves the heights as they were.",
+    )

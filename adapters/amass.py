@@ -1,0 +1,74 @@
+"""Joints of a body model in an .npz beside AMASS's own arrays: `joints` (T, J, 3) and a frame rate (formats.md
+section 7).
+
+Metres and z up, as AMASS has it. J is 22 and more in SMPL's order, 17 (H36M17), or named by an array `joint_names`.
+AMASS's own files hold the model's parameters: joints come out of them only with the body model, whose licence is its
+owner's, so they are recognised and refused. Which video frame a row is cannot be known.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from ..pipeline.errors import InputError
+from ..pipeline.layouts import H36M17
+from ..pipeline.markers import Markers, Up
+from ..pipeline.pose import PoseSequence
+from ..pipeline.skeletons import SMPL
+from ._numpy import keys, load
+from ._world import poses_of
+
+name = "amass"
+gives = "poses"
+reads = ".npz of AMASS with joints beside the parameters: metres, z up, SMPL's order or named"
+
+_RATES = ("mocap_framerate", "mocap_frame_rate", "fps")
+_PARAMETERS = {"poses", "trans", "betas"}
+
+
+def sniff(path: Path) -> bool:
+    try:
+        held = set(keys(path))
+    except InputError:
+        return False
+    return held >= _PARAMETERS or ("joints" in held and bool(held & set(_RATES)))
+
+
+def read(path: Path, unit: str = "m", up: Up | None = None) -> tuple[PoseSequence]:
+    """The one person of the file in its world, with time stamps from its rate.
+
+    unit: "m", "mm", "cm" or "inch". up: "y" or "z", the axis that is up; without it the person has to stand along z.
+    InputError for parameters without joints, for joints without names in use, and for a file without a rate.
+    """
+    held = keys(path)
+    if "joints" not in held and _PARAMETERS & set(held):
+        raise InputError(
+            f"{path}: expected an array 'joints', got parameters of a body model alone (AMASS); run the body model and "
+            "save its joints with a frame rate."
+        )
+    joints = load(path, ("frames", "joints", 3), key="joints")
+    rate = next((float(load(path, (), (1,), key=key).squeeze()) for key in _RATES if key in held), 0.0)
+    if not 0 < rate < 10_000:
+        raise InputError(f"{path}: expected a frame rate in {', '.join(_RATES)}, got {rate or 'none'}.")
+    rows = np.arange(len(joints))
+    names = _names(path, held, joints.shape[1])
+    found = Markers(names, joints.astype(np.float64), rows / rate, unit, "z", rows)
+    return (poses_of(found, str(path), None, up),)
+
+
+def _names(path: Path, held: tuple[str, ...], count: int) -> list[str]:
+    if "joint_names" in held:
+        try:
+            with np.load(path, allow_pickle=False) as file:
+                names = [str(name) for name in file["joint_names"]]
+        except (ValueError, OSError, EOFError, TypeError) as error:
+            raise InputError(f"{path}, array 'joint_names': expected texts, got {error}.") from None
+    elif count == len(H36M17):
+        names = list(H36M17.joints)
+    else:
+        names = [*SMPL[:count], *(f"more{i}" for i in range(count - len(SMPL)))]
+    if len(names) != count:
+        raise InputError(f"{path}: expected a name for each of {count} joints, got {len(names)}.")
+    return names

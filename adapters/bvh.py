@@ -1,0 +1,63 @@
+"""BVH: an animated skeleton with names, as motion capture programs export it (formats.md section 7).
+
+Y up unless the option `up` says z. The unit is not in the file: it is the one in which the legs are an adult's. Nose
+and top of the head are points of the head's own axes; pipeline/skeletons.py says how the 17 joints are made. A first
+frame in which nothing is turned is an added T-pose: it and the nine frames smoothed into it are left out. Which video
+frame a row is cannot be known.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from ..pipeline.bvh import read_motion
+from ..pipeline.errors import InputError
+from ..pipeline.layouts import H36M17
+from ..pipeline.markers import Up
+from ..pipeline.pose import PoseSequence
+from ..pipeline.skeletons import UNITS
+from ._world import check_upright, world
+
+name = "bvh"
+gives = "poses"
+reads = "BVH of motion capture programs: skeletons under names in use, y up"
+
+_BEGINS = b"HIERARCHY"
+
+
+def sniff(path: Path) -> bool:
+    try:
+        if not path.is_file():
+            return False
+        with path.open("rb") as file:
+            return file.read(256).removeprefix(b"\xef\xbb\xbf").lstrip().startswith(_BEGINS)
+    except OSError:
+        return False
+
+
+def read(path: Path, unit: str | None = None, up: Up | None = None) -> tuple[PoseSequence]:
+    """The one person of the file: H36M17, metres, in its world, with time stamps from its frame time.
+
+    unit: "m", "cm", "mm", "inch" or "asf" (0.0254 / 0.45 m, CMU's), where the legs do not tell. up: "y" or "z", the
+    axis that is up; without it the person has to stand along y. InputError when the file is damaged or its joints have
+    names that are not in use.
+    """
+    if unit is not None and unit not in UNITS:
+        raise InputError(f"Expected a unit of {', '.join(UNITS)}; got '{unit}'.")
+    try:
+        found = read_motion(path.read_text(encoding="utf-8", errors="replace"), unit)
+    except OSError as error:
+        raise InputError(f"Expected a BVH file at {path}: {error.strerror or error}.") from None
+    except InputError as error:
+        raise InputError(f"{path}: {str(error).replace('--unit', 'unit= (--option unit=cm)')}") from None
+    poses = PoseSequence(
+        joints=found.joints,
+        layout=H36M17,
+        frame=world(up or "y", "m"),
+        time_s=(found.first + np.arange(len(found.joints))) / found.fps,
+    )
+    if up is None:
+        check_upright(poses, str(path))
+    return (poses.noted("bvh", unit=found.unit, frames_left_out=found.first),)

@@ -1,0 +1,55 @@
+"""C3D files whose points are joint centres, through ezc3d (the extra c3d); formats.md section 7.
+
+Units and rate are in POINT UNITS and POINT RATE, a negative residual marks a missing point. The axes are the
+laboratory's: +z is taken for up unless POINT Y_SCREEN says +Y or the option `up` does. Which video frame a row is
+cannot be known.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from ..pipeline.errors import InputError
+from ..pipeline.markers import Up, read_c3d
+from ..pipeline.pose import PoseSequence
+from ._world import poses_of
+
+name = "c3d"
+gives = "poses"
+reads = "C3D with points at joint centres, z up (needs the extra c3d)"
+
+_BLOCK = 512
+_KEY = 0x50  # second byte of a C3D file
+_PROCESSORS = (84, 85, 86)  # fourth byte of its parameters: Intel, DEC, MIPS
+
+
+def sniff(path: Path) -> bool:
+    """By the marks of the header and of the parameter block; ezc3d is not needed."""
+    try:
+        if not path.is_file():
+            return False
+        with path.open("rb") as file:
+            start = file.read(2)
+            if len(start) < 2 or start[0] == 0 or start[1] != _KEY:
+                return False
+            file.seek((start[0] - 1) * _BLOCK)
+            parameters = file.read(4)
+    except OSError:
+        return False
+    return len(parameters) == 4 and parameters[3] in _PROCESSORS
+
+
+def read(path: Path, unit: str | None = None, up: Up | None = None) -> tuple[PoseSequence]:
+    """The one person of the file, in its own world and unit, with time stamps from its rate.
+
+    unit: "m", "mm", "cm" or "inch", instead of the file's. up: "y" or "z", the axis that is up; without it the person
+    has to stand along the one that is taken for up. InputError when the file is no C3D, its points are not joint
+    centres under names in use, or ezc3d is not installed.
+    """
+    if not path.is_file():
+        raise InputError(f"Expected a C3D file at {path}, found no file there.")
+    try:
+        found = read_c3d(path)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    return (poses_of(found, str(path), unit, up),)

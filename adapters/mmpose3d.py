@@ -1,0 +1,43 @@
+"""3D results of MMPose 1.x lifters: JSON of Pose3DInferencer or of body3d_pose_lifter_demo.py (formats.md 3).
+
+Seventeen joints in Human3.6M order. Three things were done to the lifter's output before it was written, in
+`pose3d_inferencer.py` and in the demo:
+- camera (x, y, z) became (-x, z, -y). That is a reflection, which the words of the frame here undo;
+- unless --disable-rebase-keypoint was given, each person's lowest joint was put at height 0 in every frame;
+- people were sorted by a track number that was not written: they are joined by their boxes again.
+
+The unit depends on the lifter, which the file does not name: metres of SimpleBaseline and VideoPose3D, a length
+that grows with the video's width of MotionBERT. Scores are 1 throughout and therefore unknown.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from ..pipeline.frames import Frame
+from ..pipeline.layouts import H36M17
+from ..pipeline.pose import PoseSequence
+from ._mmpose import bodies, rebase_said, recognised
+
+name = "mmpose3d"
+gives = "poses"
+reads = "3D JSON of MMPose 1.x lifters, inferencer or demo, no known scale (with option metric: metres)"
+
+_AXES = Frame("MMPOSE3D", "camera", ("left", "away", "up"), origin="camera")
+_PICTURE = (0, 2)  # left and up
+
+
+def sniff(path: Path) -> bool:
+    return recognised(path, len(H36M17))
+
+
+def read(path: Path, metric: bool = False) -> tuple[PoseSequence, ...]:
+    """One sequence a person, joined from frame to frame by their boxes: H36M17 in MMPose's mirrored axes.
+
+    metric: the lifter was one that gives metres (SimpleBaseline, VideoPose3D), so the unit is "m".
+    frame_index counts from 0; a frame without people has no row. Heights that were shifted frame by frame are
+    found and said in the history. Raises InputError when the file is not of this form, or is 2D.
+    """
+    axes = _AXES.with_(unit="m" if metric else "arbitrary")
+    people = bodies(path, "MMPose's 3D results", len(H36M17), H36M17).sequences(axes, _PICTURE, str(path))
+    return tuple(rebase_said(poses) for poses in people)

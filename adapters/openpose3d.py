@@ -1,0 +1,90 @@
+"""3D reconstruction of OpenPose (--3d --write_json): a folder of `*_keypoints.json` with `pose_keypoints_3d`.
+
+One file a frame, as in 2D (formats.md 6), where each of BODY_25's or COCO-18's joints is x, y, z and 1, or 0 for one
+that was not found, all four of them; older documents call the field `body_keypoints_3d`. Axes are those of the camera
+that the calibration took for the origin, x right, y down, z where it looks, in metres (OpenPose's
+doc/advanced/calibration_module.md). Whoever calibrated with other tools names the unit with option unit.
+Files of 2D runs hold the field too, empty.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..pipeline.errors import InputError
+from ..pipeline.frames import CAMERA
+from ..pipeline.layouts import BODY_25, OPENPOSE18, Layout
+from ..pipeline.pose import PoseSequence
+from ._json import beginning, numbers
+from ._openpose import frame_files, people
+from ._people import Bodies
+
+name = "openpose3d"
+gives = "poses"
+reads = "folder of *_keypoints.json from OpenPose's --3d --write_json, metres (option unit)"
+
+_FIELDS = ("pose_keypoints_3d", "body_keypoints_3d")
+_LAYOUTS = {len(layout): layout for layout in (BODY_25, OPENPOSE18)}
+_PICTURE = (0, 1)
+_PEEKED = 100  # files; nobody may be there in the first ones
+
+
+def sniff(path: Path) -> bool:
+    for file, _ in zip(sorted(frame_files(path)), range(_PEEKED), strict=False):
+        content = beginning(file)
+        listed = content.get("people") if isinstance(content, dict) else None
+        if not isinstance(listed, list):
+            return False
+        if any(isinstance(person, dict) and _flat(person) for person in listed):
+            return True
+    return False
+
+
+def read(path: Path, unit: str = "m") -> tuple[PoseSequence, ...]:
+    """One sequence a person, joined from frame to frame by nearness: axes of the camera at the origin.
+
+    unit: that of the calibration: "m", "mm", "cm", "inch" or "arbitrary".
+    The score 1 of every joint that was found says no more than that, so confidences are unknown.
+    frame_index = number in the file's name; a frame without a person has no row; a joint that was not found is NaN.
+    Raises InputError when the folder holds no such files, those of several videos, or 2D results only.
+    """
+    found: Bodies | None = None
+    layout: Layout | None = None
+    for frame, person, where in people(path):
+        points = _points(person, where)
+        if points is None:
+            continue
+        layout = layout or _LAYOUTS.get(len(points))
+        if layout is None or len(points) != len(layout):
+            raise InputError(f"{where}: expected 25 or 18 joints, in all frames alike, got {len(points)}.")
+        found = found or Bodies(layout)
+        seen = points[:, 3] > 0
+        if seen.any():
+            found.add(
+                frame, np.where(seen[:, None], points[:, :3], np.nan), np.where(seen, points[:, 3], np.nan)
+            )
+    if found is None:
+        raise InputError(
+            f"{path}: expected OpenPose's 3D results ({_FIELDS[0]}), found none; adapter openpose reads its 2D results."
+        )
+    return found.sequences(CAMERA.with_(origin="camera", unit=unit), _PICTURE, str(path), placed=True)
+
+
+def _flat(person: dict[str, Any]) -> Any:
+    return next((person[name] for name in _FIELDS if person.get(name)), None)
+
+
+def _points(person: Any, where: str) -> np.ndarray | None:
+    """(J, 4) x, y, z and whether found; None for a person who was not reconstructed."""
+    flat = _flat(person) if isinstance(person, dict) else None
+    if flat is None:
+        return None
+    values = numbers(flat, where)
+    if values.ndim != 1 or len(values) % 4:
+        raise InputError(
+            f"{where}: expected x, y, z and score of each joint in one list, got shape {values.shape}."
+        )
+    return values.reshape(-1, 4)

@@ -1,0 +1,108 @@
+"""4D-Humans' and PHALP's tracks, `outputs/results/<video>.pkl` (formats.md section 7).
+
+A dict of frames, each of lists with an entry a person: `tid`, `3d_joints` (45, 3), `tracked_time`. The first 25 joints
+are OpenPose's BODY_25 taken from SMPL's mesh, then come 19 of another regressor and a zero (PHALP
+phalp/models/hmar/hmar.py, get_3d_parameters; phalp/utils/smpl_utils.py). Metres in camera axes about the body model's
+origin; the camera's distance is made of an assumed focal length and is not used. A person whose `tracked_time` is not
+0 was not seen in that frame but remembered, and is left out. `time` is the video frame, from 0; the rate is not in
+the file.
+
+WHAM's and GVHMR's results hold parameters of a body model alone. Joints come out of them only with the model, whose
+licence is its owner's: they are recognised and refused with the way out.
+"""
+
+from __future__ import annotations
+
+import zipfile
+import zlib
+from collections import defaultdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..pipeline.errors import InputError
+from ..pipeline.frames import CAMERA
+from ..pipeline.layouts import BODY_25
+from ..pipeline.pose import PoseSequence
+from ._pickles import beginning, load
+
+name = "phalp"
+gives = "poses"
+reads = "4D-Humans and PHALP tracks (.pkl): camera axes, metres (WHAM and GVHMR results are refused with the reason)"
+
+_JOINTS = "3d_joints"
+_COUNT = 45
+
+
+def sniff(path: Path) -> bool:
+    start = beginning(path)
+    return (_JOINTS.encode() in start and b"tid" in start) or _only_parameters(path, start) is not None
+
+
+def read(path: Path) -> tuple[PoseSequence, ...]:
+    """One sequence a track: BODY_25 in CAMERA axes, metres, in the frames in which the person was seen.
+
+    InputError when the file holds anything but arrays and plain containers, is not of this form, or has no joints.
+    """
+    program = _only_parameters(path, beginning(path))
+    if program:
+        raise InputError(
+            f"{path}: expected joints, got {program}'s parameters of a body model; run the model on them and save its "
+            "joints with a frame rate as .npz, which adapter amass reads (its option up=y for their Y-up world)."
+        )
+    frames = load(path)
+    if not isinstance(frames, dict) or not all(isinstance(frame, dict) for frame in frames.values()):
+        raise InputError(f"{path}: expected a dict of frames, as PHALP writes it, got another pickle.")
+    tracks: dict[str, dict[int, np.ndarray]] = defaultdict(dict)
+    numbered = all("time" in frame for frame in frames.values())
+    for row, (image, frame) in enumerate(frames.items()):
+        number = int(frame["time"]) if numbered else row
+        for person, joints in _seen(frame, f"{path}, frame {image}"):
+            tracks[person][number] = joints
+    if not tracks:
+        raise InputError(f"{path}: no person was seen in any frame.")
+    return tuple(
+        PoseSequence(
+            joints=np.stack([rows[number] for number in sorted(rows)]),
+            layout=BODY_25,
+            frame=CAMERA.with_(origin="body model"),
+            frame_index=np.array(sorted(rows)),
+            frames_known=numbered,
+            person=person,
+        )
+        for person, rows in tracks.items()
+    )
+
+
+def _seen(frame: dict[str, Any], where: str) -> list[tuple[str, np.ndarray]]:
+    ids, people = frame.get("tid"), frame.get(_JOINTS)
+    if not isinstance(ids, list) or not isinstance(people, list) or len(ids) != len(people):
+        raise InputError(f"{where}: expected lists 'tid' and '{_JOINTS}' with an entry a person.")
+    since = frame.get("tracked_time", [0] * len(ids))
+    if len(since) != len(ids):
+        raise InputError(f"{where}: expected 'tracked_time' with an entry a person.")
+    found = []
+    for person, joints, age in zip(ids, people, since, strict=True):
+        joints = np.asarray(joints)
+        if joints.shape != (_COUNT, 3) or joints.dtype.kind not in "fiu":
+            raise InputError(f"{where}: expected '{_JOINTS}' of shape ({_COUNT}, 3), got {joints.shape}.")
+        if age == 0:
+            found.append((str(person), joints[: len(BODY_25)]))
+    return found
+
+
+def _only_parameters(path: Path, start: bytes) -> str | None:
+    """The program whose results these are when they are parameters alone."""
+    if b"pose_world" in start and b"trans_world" in start:
+        return "WHAM"
+    try:
+        if zipfile.is_zipfile(path):
+            with zipfile.ZipFile(path) as archive:
+                for entry in archive.namelist():
+                    if entry.endswith("/data.pkl"):
+                        with archive.open(entry) as stream:
+                            return "GVHMR" if b"smpl_params_global" in stream.read(1 << 16) else None
+    except (OSError, zipfile.BadZipFile, RuntimeError, NotImplementedError, ValueError, zlib.error):
+        return None
+    return None

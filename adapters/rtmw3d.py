@@ -1,0 +1,75 @@
+"""RTMW3D's results as MMPose's demo writes them: JSON of 133 COCO-WholeBody joints (formats.md 4).
+
+Keypoints are no lengths but places in the crop around the person: x and y in its pixels, z in 288 bins around the
+hips, 144 bins being 2.1744869 m. The demo wrote (-x, -z, -y), a rotation, and put each person's lowest joint at
+height 0 in every frame. So depth is metric and the picture's plane is not: its scale is the one that gives the
+body the stature of option stature_m, one for the whole take. A crop that changes its size breaks that; such poses
+are not to be trusted in metres. The 17 joints of COCO, the first of the 133, are used.
+
+rtmlib saves nothing. In arrays of one's own its z is (z + 0.5436) / 0.75 in truth, for it divides by 192
+instead of 144.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from ..pipeline.anthropometry import implied_stature
+from ..pipeline.errors import InputError
+from ..pipeline.frames import Frame
+from ..pipeline.layouts import COCO17, remap
+from ..pipeline.pose import PoseSequence
+from ._mmpose import bodies, rebase_said, recognised
+
+name = "rtmw3d"
+gives = "poses"
+reads = "JSON of RTMW3D's demo in MMPose, 133 joints, metres by a stature that is assumed (option stature_m)"
+
+_AXES = Frame("RTMW3D", "camera", ("left", "toward", "up"), origin="camera")
+_PICTURE = (0, 2)  # left and up
+_COUNT = 133
+_BIN_M = 2.1744869 / 144
+_STATURES_M = (0.4, 2.6)
+
+
+def sniff(path: Path) -> bool:
+    return recognised(path, _COUNT)
+
+
+def read(path: Path, stature_m: float = 1.7) -> tuple[PoseSequence, ...]:
+    """One sequence a person, joined from frame to frame by their boxes: COCO17, left, toward the camera, up, metres.
+
+    stature_m: of everybody in the file; it sets the scale of the picture's plane.
+    frame_index counts from 0; scores are maxima of bins, no probabilities, and those above 1 are clipped. Raises
+    InputError when the file is not of this form or its depth alone is more than the body is tall.
+    """
+    if not _STATURES_M[0] <= stature_m <= _STATURES_M[1]:
+        raise InputError(f"Expected stature_m of {_STATURES_M[0]} to {_STATURES_M[1]} m, got {stature_m:g}.")
+    people = bodies(path, "RTMW3D's results", _COUNT, COCO17).sequences(_AXES, _PICTURE, str(path))
+    return tuple(_metric(rebase_said(poses), stature_m, path) for poses in people)
+
+
+def _metric(poses: PoseSequence, stature_m: float, path: Path) -> PoseSequence:
+    from scipy.optimize import brentq
+
+    def scaled(per_pixel: float) -> PoseSequence:
+        return poses.with_(joints=poses.joints * np.array([per_pixel, _BIN_M, per_pixel]))
+
+    def excess(per_pixel: float) -> float:
+        return implied_stature(remap(scaled(per_pixel)).joints) - stature_m
+
+    flat = implied_stature(remap(poses.with_(joints=poses.joints * [1, 0, 1])).joints)
+    # Bones are at least as long as in the picture, so that the upper end is enough.
+    if not flat > 0 or excess(0) >= 0:
+        raise InputError(
+            f"{path}: expected RTMW3D's crop pixels and depth bins, got a body that is deeper than tall; is this file "
+            "its demo's output?"
+        )
+    per_pixel: float = brentq(excess, 0, 1.01 * stature_m / flat)  # type: ignore[assignment]  # a number, without full_output
+    return scaled(per_pixel).noted(
+        "scale",
+        metres_per_pixel=per_pixel,
+        warning=f"RTMW3D's file has no scale across the picture; a stature of {stature_m:g} m was assumed.",
+    )

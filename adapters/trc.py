@@ -1,0 +1,72 @@
+"""TRC files of joint centres: OpenSim's, and those of Pose2Sim (formats.md section 7).
+
+Five header lines (PathFileType; names, values; markers; X1 Y1 Z1 ...), then Frame#, Time and three numbers a marker,
+separated by tabs. +y is up: Pose2Sim turns its world so, OpenSim's models stand so. Sports2D writes the same form from
+one camera, with a depth that is a constant for each marker and visible side: such files are refused.
+
+What the file cannot know: which video frame a row is (OpenSim counts from 1, Pose2Sim from 0), and the true frame
+rate of Pose2Sim's cameras, which it rounds, or takes for 30 where it cannot read it.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+
+from ..pipeline.errors import InputError
+from ..pipeline.markers import Markers, Up, read_trc
+from ..pipeline.pose import PoseSequence
+from ._world import poses_of
+
+name = "trc"
+gives = "poses"
+reads = "TRC of OpenSim and Pose2Sim: joint centres in a world, y up"
+
+_BEGINS = b"PathFileType"
+_SPORTS2D = re.compile(r"_(m|px)_person\d+\.trc\b")
+_DEPTHS = 4  # of one marker in Sports2D's tables: for right, left, front and back
+_ENOUGH = 20  # frames that say whether a depth is measured
+
+
+def sniff(path: Path) -> bool:
+    try:
+        if not path.is_file():
+            return False
+        with path.open("rb") as file:
+            return file.read(len(_BEGINS)) == _BEGINS
+    except OSError:
+        return False
+
+
+def read(path: Path, unit: str | None = None, up: Up | None = None) -> tuple[PoseSequence]:
+    """The one person of the file, in its own world and unit, with its time stamps.
+
+    unit: "m", "mm", "cm" or "inch", instead of the header's. up: "y" or "z", the axis that is up; "y" without it, and
+    then the person has to stand along it. Empty cells are NaN. InputError when the file is no TRC, its points are
+    not joint centres under names in use, or their depth is Sports2D's.
+    """
+    try:
+        found = read_trc(path)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    if len(found.points) == 0:
+        raise InputError(f"{path}: expected rows of marker positions after the header, got none.")
+    with path.open(encoding="utf-8", errors="replace") as file:
+        said = file.readline(4096)
+    if _SPORTS2D.search(path.name) or _SPORTS2D.search(said) or _invented_depth(found):
+        raise InputError(
+            f"{path}: expected positions in space, got a Sports2D file, whose z is a constant from a table for each "
+            "marker and not measured; give its 2D detections with --keypoints and have them lifted."
+        )
+    return (poses_of(found, str(path), unit, up),)
+
+
+def _invented_depth(found: Markers) -> bool:
+    """Whether each marker moves in x and y but has only the few depths of Sports2D's table."""
+    if len(found.points) < _ENOUGH:
+        return False
+    depths = [len(np.unique(z[np.isfinite(z)])) for z in found.points[..., 2].T]
+    moved = [len(np.unique(x[np.isfinite(x)])) for x in found.points[..., 0].T]
+    return max(depths) <= _DEPTHS < max(moved)

@@ -1,0 +1,298 @@
+"""MediaPipe's world landmarks as people save them, and image landmarks, which are refused (formats.md 5)."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+
+from pcnet3d.adapters import read, read_all
+from pcnet3d.pipeline import H36M17, InputError
+from pcnet3d.pipeline.layouts import BLAZEPOSE33
+from pcnet3d.pipeline.reading import adapters
+
+FRAMES = 50
+NAMES = [
+    "nose",
+    "left_eye_inner",
+    "left_eye",
+    "left_eye_outer",
+    "right_eye_inner",
+    "right_eye",
+    "right_eye_outer",
+    "left_ear",
+    "right_ear",
+    "mouth_left",
+    "mouth_right",
+    "left_shoulder",
+    "right_shoulder",
+    "left_elbow",
+    "right_elbow",
+    "left_wrist",
+    "right_wrist",
+    "left_pinky",
+    "right_pinky",
+    "left_index",
+    "right_index",
+    "left_thumb",
+    "right_thumb",
+    "left_hip",
+    "right_hip",
+    "left_knee",
+    "right_knee",
+    "left_ankle",
+    "right_ankle",
+    "left_heel",
+    "right_heel",
+    "left_foot_index",
+    "right_foot_index",
+]
+
+
+@pytest.fixture
+def world(turning) -> np.ndarray:
+    """(T, 33, 4): the person who turns, hips' middle at the origin, with visibilities."""
+    bodies = turning(FRAMES)
+    bodies = bodies - bodies[:, H36M17.indices(["l_hip", "r_hip"])].mean(axis=1, keepdims=True)
+    near = {
+        "ear": "head",
+        "heel": "ankle",
+        "foot_index": "ankle",
+        "pinky": "wrist",
+        "index": "wrist",
+        "thumb": "wrist",
+    }
+    points = []
+    for joint in BLAZEPOSE33.joints:
+        side, _, part = joint.partition("_")
+        if joint not in H36M17.joints:
+            joint = near.get(part, "nose")
+            joint = joint if joint in H36M17.joints else f"{side}_{joint}"
+        points.append(bodies[:, H36M17.index(joint)])
+    visibility = np.broadcast_to(np.arange(33) / 40, (FRAMES, 33))
+    return np.concatenate([np.stack(points, axis=1), visibility[..., None]], axis=-1)
+
+
+def image(world: np.ndarray) -> np.ndarray:
+    landmarks = world.copy()
+    landmarks[..., :2] = 0.25 * landmarks[..., :2] + [0.5, 0.6]
+    return landmarks
+
+
+def points(values: np.ndarray) -> list[dict]:
+    return [dict(zip(("x", "y", "z", "visibility"), map(float, point), strict=True)) for point in values]
+
+
+def write_csv(path, header, rows, delimiter=","):
+    with path.open("w", newline="") as file:
+        writer = csv.writer(file, delimiter=delimiter)
+        writer.writerows([header, *rows] if header else rows)
+    return path
+
+
+def wide(folder, world):
+    header = ["frame", *[f"{axis}{i}" for i in range(33) for axis in "xyzv"]]
+    return write_csv(folder / "a.csv", header, [[i + 3, *row.ravel()] for i, row in enumerate(world)])
+
+
+def wide_from_1(folder, world):
+    header = ["class", *[f"{axis}{i + 1}" for i in range(33) for axis in "xyzv"]]
+    return write_csv(folder / "a.csv", header, [["walk", *row.ravel()] for row in world])
+
+
+def wide_named(folder, world):
+    header = [
+        "timestamp_ms",
+        *[f"{joint.upper()}_{axis}" for joint in NAMES for axis in ("x", "y", "z", "visibility")],
+    ]
+    rows = [[40 * i, *row.ravel()] for i, row in enumerate(world)]
+    return write_csv(folder / "a.csv", header, rows, delimiter=";")
+
+
+def wide_both(folder, world):
+    """The image's landmarks before those of the world."""
+    header = [f"{kind}{joint}_{axis}" for kind in ("", "world_") for joint in NAMES for axis in "xyz"]
+    pixels = image(world)
+    return write_csv(
+        folder / "a.csv",
+        header,
+        [[*p[:, :3].ravel(), *w[:, :3].ravel()] for p, w in zip(pixels, world, strict=True)],
+    )
+
+
+def bare(folder, world):
+    return write_csv(folder / "a.csv", None, [row.ravel() for row in world])
+
+
+def bare_with_frame(folder, world):
+    return write_csv(folder / "a.csv", None, [[i + 3, *row[:, :3].ravel()] for i, row in enumerate(world)])
+
+
+def long(folder, world):
+    header = ["timestamp_s", "landmark", "x_m", "y_m", "z_m", "visibility"]
+    rows = [
+        [0.04 * i, joint.upper(), *point]
+        for i, row in enumerate(world)
+        for joint, point in zip(NAMES, row, strict=True)
+    ]
+    return write_csv(folder / "a.csv", header, rows)
+
+
+def long_numbered(folder, world):
+    header = ["frame_id", "landmark_id", "landmark_name", "x", "y", "z", "visibility"]
+    rows = [[i + 3, j, NAMES[j], *point] for i, row in enumerate(world) for j, point in enumerate(row)]
+    return write_csv(folder / "a.csv", header, rows)
+
+
+def dump(folder, content):
+    (folder / "a.json").write_text(json.dumps(content))
+    return folder / "a.json"
+
+
+def frames_json(folder, world):
+    frames = [{"frame": i + 3, "pose_world_landmarks": points(row)} for i, row in enumerate(world)]
+    return dump(folder, {"video": "a.mp4", "fps": 25, "frames": frames})
+
+
+def tasks_json(folder, world):
+    """The Tasks API's people, one here, beside the image's landmarks."""
+    frames = [
+        {
+            "frame": i + 3,
+            "timestamp_ms": 40 * i,
+            "pose_landmarks": [points(p)],
+            "pose_world_landmarks": [points(w)],
+        }
+        for i, (p, w) in enumerate(zip(image(world), world, strict=True))
+    ]
+    return dump(folder, frames)
+
+
+def pose_world_json(folder, world):
+    return dump(folder, [{"pose_world": row.tolist()} for row in world])
+
+
+def message_json(folder, world):
+    return dump(folder, [{"poseWorldLandmarks": {"landmark": points(row)}} for row in world])
+
+
+def bare_json(folder, world):
+    return dump(folder, [points(row) for row in world])
+
+
+NUMBERED = (wide, bare_with_frame, long_numbered, frames_json, tasks_json)
+TIMED = (wide_named, long, tasks_json)
+WRITERS = (
+    *NUMBERED,
+    wide_from_1,
+    wide_named,
+    wide_both,
+    bare,
+    long,
+    pose_world_json,
+    message_json,
+    bare_json,
+)
+SILENT = (wide_both, bare_with_frame)  # no visibilities
+
+
+@pytest.mark.parametrize("write", WRITERS)
+def test_golden(tmp_path, world, turning, write):
+    path = write(tmp_path, world)
+    assert [name for name, each in adapters().items() if each.sniff(path)] == ["mediapipe"]
+    poses = read(path)
+    expected = turning(FRAMES) - turning(FRAMES)[:, H36M17.indices(["l_hip", "r_hip"])].mean(
+        axis=1, keepdims=True
+    )
+    for joint in ("r_hip", "l_knee", "r_ankle", "nose", "head", "l_shoulder", "r_elbow", "l_wrist"):
+        np.testing.assert_allclose(poses.joint(joint), expected[:, H36M17.index(joint)], atol=1e-6)
+    assert (poses.frame.name, poses.frame.unit, poses.frame.origin) == ("CAMERA", "m", "pelvis")
+    assert poses.frames_known == (write in NUMBERED)
+    assert poses.frame_index[0] == (3 if write in NUMBERED else 0)
+    assert (poses.time_s is not None) == (write in TIMED)
+    if write in TIMED:
+        np.testing.assert_allclose(poses.times, 0.04 * np.arange(FRAMES), atol=1e-9)
+    wrist = poses.confidence[:, H36M17.index("r_wrist")]
+    np.testing.assert_allclose(wrist, np.nan if write in SILENT else 16 / 40, atol=1e-6)
+
+
+@pytest.mark.parametrize("write", [writer for writer in WRITERS if writer not in (wide_both, tasks_json)])
+def test_image_landmarks_are_recognised_and_refused(tmp_path, world, write):
+    path = write(tmp_path, image(world))
+    assert [name for name, each in adapters().items() if each.sniff(path)] == ["mediapipe"]
+    with pytest.raises(
+        InputError, match=r"image landmarks, whose x and y are shares .* save pose_world_landmarks"
+    ):
+        read(path)
+
+
+def test_image_landmarks_by_name_are_refused(tmp_path, world):
+    for content in (
+        [{"pose_landmarks": points(row)} for row in world],
+        {"pose_landmarks": [points(world[0])]},
+    ):
+        path = dump(tmp_path, content)
+        with pytest.raises(InputError, match="expected world landmarks, got image landmarks"):
+            read(path, "mediapipe")
+
+
+@pytest.mark.parametrize("nobody", [-1.0, np.nan, None], ids=["-1", "NaN", "dropped"])
+def test_frames_without_a_person(tmp_path, world, nobody):
+    if nobody is None:
+        header = ["frame", *[f"{axis}{i}" for i in range(33) for axis in "xyz"]]
+        kept = [[i, *row[:, :3].ravel()] for i, row in enumerate(world) if i != 10]
+        path = write_csv(tmp_path / "a.csv", header, kept)
+    else:
+        world[10] = nobody
+        path = bare(tmp_path, world)
+    assert read(path).frame_index.tolist() == [i for i in range(FRAMES) if i != 10]
+
+
+@pytest.mark.parametrize("boxes", [True, False])
+def test_people_are_separated(tmp_path, world, turning, boxes):
+    """Two people whose order is exchanged half-way."""
+    other = world.copy()
+    other[..., [0, 2]] = world[..., [2, 0]] * [-1, 1]  # turned by a quarter
+    frames = []
+    for i in range(FRAMES):
+        shown = [image(world)[i], image(other)[i] + [0.4, 0, 0, 0]]
+        people = [world[i], other[i]]
+        order = (0, 1) if i < 25 else (1, 0)
+        frame = {"frame": i, "pose_world_landmarks": [points(people[p]) for p in order]}
+        if boxes:
+            frame["pose_landmarks"] = [points(shown[p]) for p in order]
+        frames.append(frame)
+    people = read_all(dump(tmp_path, frames))
+    assert len(people) == 2
+    for poses, expected in zip(people, (world, other), strict=True):
+        wrist = BLAZEPOSE33.index("r_wrist")
+        np.testing.assert_allclose(poses.joint("r_wrist"), expected[:, wrist, :3], atol=1e-6)
+
+
+def test_mirrored_is_refused(tmp_path, world):
+    with pytest.raises(InputError, match="mirrored"):
+        read(bare(tmp_path, world * [-1, 1, 1, 1]))
+
+
+BAD = {
+    "cell": ("a.csv", lambda text: text.replace("0.1", "x.1", 1), "expected a number, got"),
+    "cut row": ("a.csv", lambda text: text[: len(text) - 400], "expected a number, got"),
+    "cut json": ("a.json", lambda text: text[:-30], "breaks off or is damaged"),
+    "landmarks": (
+        "a.json",
+        lambda text: text.replace('"pose_world": [[', '"pose_world": [[0, 0, 0, 0], [', 1),
+        "got 34",
+    ),
+    "no frames": ("a.json", lambda text: "[]", "found none"),
+    "no landmarks": ("a.json", lambda text: '[{"frame": 3}]', "expected a frame with pose_world_landmarks"),
+    "header": ("a.csv", lambda text: "time,x,y\n1,2,3\n", "33 landmarks"),
+}
+
+
+@pytest.mark.parametrize(("file", "change", "says"), BAD.values(), ids=BAD.keys())
+def test_bad_files(tmp_path, world, file, change, says):
+    path = (wide if file == "a.csv" else pose_world_json)(tmp_path, world)
+    path.write_text(change(path.read_text()))
+    with pytest.raises(InputError, match=says) as error:
+        read(path, "mediapipe")
+    assert file in str(error.value)

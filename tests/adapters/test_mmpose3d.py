@@ -1,0 +1,181 @@
+"""MMPose 1.x 3D JSON: mirrored axes, heights rebased frame by frame, people without track numbers (formats.md 3)."""
+
+import json
+import tracemalloc
+
+import numpy as np
+import pytest
+
+from pcnet3d.adapters import mmpose3d, read, read_all
+from pcnet3d.pipeline import InputError
+from pcnet3d.pipeline.reading import adapters
+
+FRAMES = 60
+
+
+def as_mmpose(camera: np.ndarray, rebase: bool = True) -> np.ndarray:
+    """Camera axes to what pose3d_inferencer.py writes: y and z exchanged, then the new x and z negated."""
+    joints = camera[..., [0, 2, 1]] * [-1, 1, -1]
+    if rebase:
+        joints[..., 2] -= joints[..., 2].min(axis=-1, keepdims=True)
+    return joints
+
+
+def instance(joints: np.ndarray, box: list[float] | None, score: float = 1.0) -> dict:
+    person = {"keypoints": joints.tolist(), "keypoint_scores": [score] * len(joints)}
+    return person if box is None else person | {"bbox": [box], "bbox_score": 0.9}
+
+
+def box_of(person: int, frame: int) -> list[float]:
+    left = 100.0 + 400 * person + frame
+    return [left, 50.0, left + 120, 400.0]
+
+
+@pytest.fixture
+def save(tmp_path):
+    """save(frames, form): frames lists each frame's instances; form "inferencer" or "demo"."""
+
+    def write(frames: list[list[dict]], form: str = "inferencer"):
+        first = {"inferencer": 0, "demo": 1}[form]
+        listed = [{"frame_id": i + first, "instances": people} for i, people in enumerate(frames)]
+        meta = {
+            "dataset_name": "h36m",
+            "keypoint_colors": {"__ndarray__": [[255, 0, 0]] * 300, "dtype": "uint8"},
+        }
+        path = tmp_path / ("walk.json" if form == "inferencer" else "results_walk.json")
+        path.write_text(
+            json.dumps({"meta_info": meta, "instance_info": listed} if form == "demo" else listed)
+        )
+        return path
+
+    return write
+
+
+@pytest.fixture
+def alone(turning) -> list[list[dict]]:
+    return [[instance(as_mmpose(body), box_of(0, i))] for i, body in enumerate(turning(FRAMES))]
+
+
+@pytest.mark.parametrize("form", ["inferencer", "demo"])
+def test_golden(save, alone, turning, form):
+    path = save(alone, form)
+    assert [name for name, each in adapters().items() if each.sniff(path)] == ["mmpose3d"]
+    poses = read(path, fps=25)
+    np.testing.assert_allclose(poses.joints, turning(FRAMES), atol=1e-6)
+    np.testing.assert_array_equal(poses.frame_index, np.arange(FRAMES))
+    assert poses.frames_known
+    assert (poses.frame.name, poses.frame.unit, poses.frame.origin) == ("CAMERA", "arbitrary", "pelvis")
+    assert np.isnan(poses.confidence).all()  # all scores are 1
+
+
+def test_metric_lifter(save, alone):
+    assert read(save(alone), metric=True).frame.unit == "m"
+
+
+def test_read_as_right_handed_it_would_be_mirrored(save, alone, turning):
+    """The parity guard sees a file whose axes were not exchanged as MMPose does."""
+    frames = [[instance(as_mmpose(body * [-1, 1, 1]), box_of(0, 0))] for body in turning(FRAMES)]
+    with pytest.raises(InputError, match="mirrored"):
+        read(save(frames))
+
+
+def test_rebase_is_found_and_said(save, alone, turning):
+    (poses,) = read_all(save(alone))
+    (step,) = [step for step in poses.history if step.name == "rebase"]
+    assert step.options["frames"] == FRAMES
+    assert "no vertical movement" in step.options["warning"]
+
+    free = [[instance(as_mmpose(body, rebase=False), box_of(0, 0))] for body in turning(FRAMES)]
+    assert "rebase" not in [step.name for step in read(save(free)).history]
+
+
+@pytest.mark.parametrize("boxes", [True, False])
+def test_people_are_separated_when_slots_shift(save, turning, boxes):
+    """The first person leaves; the second moves to her slot, and is followed. The third comes later."""
+    bodies = turning(600)
+    own = [bodies[:FRAMES], bodies[200 : 200 + FRAMES], bodies[500 : 500 + FRAMES]]
+    here = [range(30), range(FRAMES), range(45, FRAMES)] if boxes else [range(30), range(FRAMES), range(0)]
+    frames = [
+        [
+            instance(as_mmpose(own[person][i]), box_of(person, i) if boxes else None)
+            for person in range(3)
+            if i in here[person]
+        ]
+        for i in range(FRAMES)
+    ]
+    people = read_all(save(frames))
+    expected = [(own[p], list(here[p])) for p in range(3) if len(here[p])]
+    assert [poses.person for poses in people] == [str(p) for p in range(len(expected))]
+    for poses, (joints, rows) in zip(people, expected, strict=True):
+        np.testing.assert_array_equal(poses.frame_index, rows)
+        np.testing.assert_allclose(poses.joints, joints[rows], atol=1e-6)
+        (step,) = [step for step in poses.history if step.name == "link people"]
+        assert ("warning" in step.options) == (not boxes)
+
+
+def test_frames_without_people_have_no_row(save, alone):
+    frames = [[], *alone[:20], [], *alone[21:]]
+    assert read(save(frames)).frame_index.tolist() == [*range(1, 21), *range(22, FRAMES + 1)]
+
+
+def test_scores_that_differ_are_kept(save, alone):
+    frames = [[people[0] | {"keypoint_scores": [0.5] * 16 + [1.4]}] for people in alone]
+    poses = read(save(frames))
+    assert poses.confidence[0, 0] == 0.5
+    assert poses.confidence[0, -1] == 1
+    (step,) = [step for step in poses.history if step.name == "scores"]
+    assert step.options["clipped"] == FRAMES
+
+
+BAD = {
+    "two": (lambda person: person | {"keypoints": [p[:2] for p in person["keypoints"]]}, "adapter mmpose2d"),
+    "joints": (lambda person: person | {"keypoints": person["keypoints"][:16]}, r"got shape \(16, 3\)"),
+    "scores": (lambda person: person | {"keypoint_scores": [1.0]}, "a score of each of 17 joints"),
+    "text": (lambda person: person | {"keypoints": "none"}, "finite numbers"),
+    "no keypoints": (lambda person: {"bbox": person["bbox"]}, "object with 'keypoints'"),
+}
+
+
+@pytest.mark.parametrize(("change", "says"), BAD.values(), ids=BAD.keys())
+def test_bad_instances(save, alone, change, says):
+    alone[7] = [change(alone[7][0])]
+    with pytest.raises(InputError, match=says) as error:
+        read(save(alone), "mmpose3d")
+    assert "walk.json, entry 7" in str(error.value)
+
+
+def test_nobody(save):
+    path = save([[], [], []])
+    assert not mmpose3d.sniff(path)
+    with pytest.raises(InputError, match="no person"):
+        read(path, "mmpose3d")
+
+
+@pytest.mark.parametrize("keep", [0, 1, 1000, -1, -3])
+def test_cut_short(save, alone, keep):
+    path = save(alone)
+    path.write_bytes(path.read_bytes()[:keep])
+    with pytest.raises(InputError, match=r"walk\.json"):
+        read(path, "mmpose3d")
+
+
+def test_demo_that_counts_from_0_is_refused(save, alone):
+    path = save(alone, "demo")
+    path.write_text(path.read_text().replace('"frame_id": 1,', '"frame_id": 0,', 1))
+    with pytest.raises(InputError, match="frames from 1"):
+        read(path, "mmpose3d")
+
+
+def test_memory_is_bounded(turning, tmp_path):
+    """At most three times the arrays that come out, plus a piece of the text that is being read."""
+    path, count = tmp_path / "long.json", 20_000
+    people = json.dumps([instance(as_mmpose(turning(1)[0] + 1e-9), box_of(0, 0))])
+    with path.open("w") as file:
+        file.write("[" + ", ".join(f'{{"frame_id": {i}, "instances": {people}}}' for i in range(count)) + "]")
+    tracemalloc.start()
+    (poses,) = mmpose3d.read(path)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    arrays = poses.joints.nbytes + poses.confidence.nbytes + poses.frame_index.nbytes
+    assert len(poses) == count
+    assert peak < 3 * arrays + (4 << 20)

@@ -1,0 +1,257 @@
+"""BVH, joints beside AMASS's arrays, FreeMoCap and MPI-INF-3DHP (formats.md sections 7 and 8.3)."""
+
+import numpy as np
+import pytest
+from scipy.io import savemat
+
+from pcnet3d.adapters import read
+from pcnet3d.pipeline import CAMERA, H36M17, Y_UP, Z_UP, InputError, change_frame
+from pcnet3d.pipeline.layouts import BLAZEPOSE33, MPI3DHP17
+from pcnet3d.pipeline.reading import adapters
+from pcnet3d.pipeline.skeletons import SMPL
+
+FRAMES = 40
+LIMBS = tuple(
+    f"{s}_{joint}" for s in "lr" for joint in ("hip", "knee", "ankle", "shoulder", "elbow", "wrist")
+)
+# Mixamo's names, parents and the joints of ours that they are.
+BONES = {
+    "Hips": (None, "pelvis"), "Spine": ("Hips", "spine"), "Neck": ("Spine", "thorax"), "Head": ("Neck", "nose"),
+    **{f"{side}{name}": (f"{side}{parent}" if parent not in ("Hips", "Spine") else parent, f"{side[0].lower()}_{ours}")
+       for side in ("Left", "Right") for name, parent, ours in (
+        ("UpLeg", "Hips", "hip"), ("Leg", "UpLeg", "knee"), ("Foot", "Leg", "ankle"),
+        ("Arm", "Spine", "shoulder"), ("ForeArm", "Arm", "elbow"), ("Hand", "ForeArm", "wrist"))},
+}  # fmt: skip
+
+
+def recognised(path) -> list[str]:
+    return [name for name, each in adapters().items() if each.sniff(path)]
+
+
+def limbs(poses) -> np.ndarray:
+    return change_frame(poses, Z_UP.with_(origin="pelvis")).joints[:, H36M17.indices(LIMBS)]
+
+
+def limbs_of(world) -> np.ndarray:
+    """Of joints (T, 17, 3), relative to the middle of the hips."""
+    hips = world[:, H36M17.indices(("l_hip", "r_hip"))].mean(axis=1, keepdims=True)
+    return (world - hips)[:, H36M17.indices(LIMBS)]
+
+
+def bvh(path, world, fps=60, scale=100.0, t_pose=False):
+    """A BVH whose joints slide: six channels each, as TotalCapture's have them, positions from the parent."""
+    places = {name: scale * world[:, H36M17.index(ours)] for name, (_, ours) in BONES.items()}
+    local = {n: places[n] - (places[parent] if parent else 0) for n, (parent, _) in BONES.items()}
+    order, lines = [], ["HIERARCHY"]
+
+    def write(name, depth):
+        order.append(name)
+        lines.append("\t" * depth + ("JOINT " if depth else "ROOT ") + name)
+        lines.append("\t" * depth + "{")
+        lines.append("\t" * depth + "\tOFFSET " + " ".join(f"{v:.6f}" for v in local[name][0]))
+        lines.append(
+            "\t" * depth + "\tCHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation"
+        )
+        for child in (n for n, (parent, _) in BONES.items() if parent == name):
+            write(child, depth + 1)
+        lines.append("\t" * depth + "}")
+
+    write("Hips", 0)
+    lines += ["MOTION", f"Frames: {len(world)}", f"Frame Time: {1 / fps:.7f}"]
+    for row in range(len(world)):
+        numbers = []
+        for name in order:
+            turn = 0.001 * (name == "Head" and not (t_pose and row == 0))
+            numbers += [*local[name][row], 0, turn, 0]
+        lines.append(" ".join(f"{v:.6f}" for v in numbers))
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+@pytest.fixture
+def y_up(standing) -> np.ndarray:
+    return standing(FRAMES)[..., [1, 2, 0]]
+
+
+def test_bvh(standing, y_up, tmp_path):
+    path = bvh(tmp_path / "x.bvh", y_up)
+    assert recognised(path) == ["bvh"]
+    poses = read(path)
+    assert (poses.frame.axes, poses.frame.unit) == (Y_UP.axes, "m")
+    np.testing.assert_allclose(limbs(poses), limbs_of(standing(FRAMES)), atol=2e-6)
+    assert poses.fps == pytest.approx(60, rel=1e-3)
+    assert not poses.frames_known
+    assert {"unit": "cm", "frames_left_out": 0} in [step.options for step in poses.history]
+
+
+def test_bvh_of_another_unit_and_an_added_t_pose(standing, y_up, tmp_path):
+    poses = read(bvh(tmp_path / "x.bvh", y_up, scale=1 / 0.0254, t_pose=True))
+    assert len(poses) == FRAMES - 10
+    assert poses.times[0] == pytest.approx(10 / 60, rel=1e-3)
+    np.testing.assert_allclose(limbs(poses), limbs_of(standing(FRAMES))[10:], atol=2e-6)
+    with pytest.raises(InputError, match="say which with unit="):
+        read(bvh(tmp_path / "y.bvh", y_up, scale=7.0))
+
+
+def test_bvh_with_z_up_is_refused_until_told(standing, tmp_path):
+    path = bvh(tmp_path / "x.bvh", standing(FRAMES))
+    with pytest.raises(InputError, match="up=z"):
+        read(path)
+    np.testing.assert_allclose(limbs(read(path, up="z")), limbs_of(standing(FRAMES)), atol=2e-6)
+
+
+def test_damaged_bvh(y_up, tmp_path):
+    path = bvh(tmp_path / "x.bvh", y_up)
+    path.write_text(path.read_text()[:-200])
+    with pytest.raises(InputError, match=r"x\.bvh"):
+        read(path)
+
+
+def smpl(world) -> np.ndarray:
+    """(T, 24, 3) in SMPL's order, hands at the wrists; the collars are of no matter."""
+    theirs = {"spine1": "spine", "spine2": "spine", "spine3": "spine", "neck": "thorax", "head": "nose"}
+    theirs |= {f"{s}_{a}": f"{s}_{b}" for s in "lr" for a, b in (("toes", "ankle"), ("collar", "shoulder"))}
+    names = [theirs.get(name, name) for name in SMPL] + ["l_wrist", "r_wrist"]
+    return world[:, H36M17.indices(names)]
+
+
+@pytest.mark.parametrize("rate", ["mocap_framerate", "mocap_frame_rate"])
+def test_amass_with_joints(standing, tmp_path, rate):
+    world = standing(FRAMES)
+    parameters = {"poses": np.zeros((FRAMES, 156)), "trans": np.zeros((FRAMES, 3)), "betas": np.zeros(16)}
+    np.savez(tmp_path / "x.npz", joints=smpl(world), **parameters, **{rate: 120.0}, gender=b"male")
+    assert recognised(tmp_path / "x.npz") == ["amass"]
+    poses = read(tmp_path / "x.npz")
+    assert (poses.frame.axes, poses.frame.unit) == (Z_UP.axes, "m")
+    np.testing.assert_allclose(limbs(poses), limbs_of(world), atol=2e-6)
+    assert poses.fps == pytest.approx(120)
+    assert not poses.frames_known
+
+
+def test_joints_by_name_keep_their_own_nose(standing, tmp_path):
+    order = np.random.default_rng(0).permutation(len(H36M17))
+    np.savez(
+        tmp_path / "x.npz",
+        joints=standing(FRAMES)[:, order],
+        fps=30,
+        joint_names=np.array(H36M17.joints)[order],
+    )
+    world = standing(FRAMES)
+    np.testing.assert_allclose(read(tmp_path / "x.npz").joints, world - world[:, :1], atol=2e-6)
+
+
+def test_amass_without_joints_or_rate_is_refused_with_the_reason(standing, tmp_path):
+    np.savez(tmp_path / "x_poses.npz", poses=np.zeros((9, 156)), trans=np.zeros((9, 3)), betas=np.zeros(16))
+    with pytest.raises(InputError, match="run the body model"):
+        read(tmp_path / "x_poses.npz")
+    np.savez(tmp_path / "y.npz", joints=standing(FRAMES))
+    with pytest.raises(InputError, match="frame rate"):
+        read(tmp_path / "y.npz", "amass")
+    np.savez(tmp_path / "z.npz", joints=standing(FRAMES)[:, :12], fps=30)
+    with pytest.raises(InputError, match="joint centres"):
+        read(tmp_path / "z.npz")
+
+
+@pytest.mark.parametrize("name", ["amass", "bvh", "freemocap", "mpi3dhp"])
+def test_nothing_is_not_theirs(tmp_path, name):
+    (tmp_path / "x").write_bytes(b"MATLAB 5.0 MAT-file" + bytes(200))
+    (tmp_path / "y").write_bytes(b"")
+    for path in (tmp_path / "x", tmp_path / "y", tmp_path, tmp_path / "none"):
+        assert not adapters()[name].sniff(path)
+    with pytest.raises(InputError):
+        read(tmp_path / "x", name)
+
+
+@pytest.fixture
+def blaze(standing):
+    """(40, 33, 3) millimetres in MediaPipe's order; what our layout lacks lies near the head, hands and feet."""
+    world = standing(FRAMES)
+    near = {"ear": "head", "eye": "nose", "mouth": "nose"}
+    joints = [
+        joint if joint in H36M17
+        else near[part] if (part := joint.split("_")[1]) in near
+        else f"{joint[0]}_{'ankle' if part in ('heel', 'foot') else 'wrist'}"
+        for joint in BLAZEPOSE33.joints
+    ]  # fmt: skip
+    return 1000 * world[:, H36M17.indices(joints)]
+
+
+def test_freemocap(standing, blaze, tmp_path):
+    path = tmp_path / "mediapipe_body_3d_xyz.npy"
+    blaze[3, BLAZEPOSE33.index("r_wrist")] = np.nan
+    np.save(path, blaze)
+    assert recognised(path) == ["freemocap"]
+    with pytest.raises(InputError, match="--missing gap"):
+        read(path)
+    poses = read(path, missing="gap")
+    assert (poses.frame.axes, poses.frame.unit) == (Z_UP.axes, "m")
+    assert np.isnan(poses.joint("r_wrist")[3]).all()
+    rows = np.arange(FRAMES) != 3
+    np.testing.assert_allclose(limbs(poses)[rows], limbs_of(standing(FRAMES))[rows], atol=2e-6)
+    assert poses.time_s is None
+    assert not poses.frames_known
+
+
+def test_freemocap_flat_or_lying_or_in_metres_is_refused(blaze, tmp_path):
+    path = tmp_path / "mediapipe_body_3d_xyz.npy"
+    np.save(path, blaze * [1, 0, 1])
+    with pytest.raises(InputError, match="single camera"):
+        read(path, "freemocap")
+    np.save(path, blaze[..., [2, 0, 1]])
+    with pytest.raises(InputError, match="ground plane"):
+        read(path)
+    np.save(path, blaze / 1000)
+    with pytest.raises(InputError, match="millimetres"):
+        read(path, "freemocap")
+
+
+def mpi(facing, frames=FRAMES) -> np.ndarray:
+    """(T, 17, 3) millimetres in camera axes, MPI-INF-3DHP's 17; the middle of the head where our nose is."""
+    theirs = {"head_top": "head", "neck": "thorax", "head_centre": "nose"}
+    camera = facing(frames) + np.array([0, 0, 3])
+    return 1000 * camera[:, H36M17.indices([theirs.get(joint, joint) for joint in MPI3DHP17.joints])]
+
+
+def test_mpi_inf_3dhp_training(turning, tmp_path):
+    # The data set's 28 joints by name, as mpii_get_joint_set.m lists them; the rest are of no matter.
+    arm, leg = ("clavicle", "shoulder", "elbow", "wrist", "hand"), ("hip", "knee", "ankle", "foot", "toe")
+    theirs = ["spine3", "spine4", "spine2", "spine", "pelvis", "neck", "head_centre", "head_top"]
+    theirs += [f"{side}_{part}" for limb in (arm, leg) for side in "lr" for part in limb]
+    stored = np.full((FRAMES, 28, 3), 9e5)
+    for i, joint in enumerate(theirs):
+        if joint in MPI3DHP17:
+            stored[:, i] = mpi(turning)[:, MPI3DHP17.index(joint)]
+    cells = np.empty((2, 1), dtype=object)
+    cells[0, 0], cells[1, 0] = stored.reshape(FRAMES, 84), stored.reshape(FRAMES, 84)[:30]
+    savemat(tmp_path / "annot.mat", {"annot3": cells, "annot2": cells, "univ_annot3": cells})
+    assert recognised(tmp_path / "annot.mat") == ["mpi3dhp"]
+    poses = read(tmp_path / "annot.mat")
+    assert (poses.frame.axes, poses.frame.unit) == (CAMERA.axes, "m")
+    np.testing.assert_allclose(poses.joints, turning(FRAMES), atol=2e-6)
+    assert poses.frames_known
+    assert poses.time_s is None
+    assert len(read(tmp_path / "annot.mat", camera=1)) == 30
+    with pytest.raises(InputError, match="cameras 0 to 1"):
+        read(tmp_path / "annot.mat", camera=2)
+
+
+def test_mpi_inf_3dhp_test(turning, tmp_path):
+    valid = np.arange(FRAMES) % 4 != 0
+    stored = mpi(turning).transpose(2, 1, 0)[:, :, None]
+    savemat(tmp_path / "annot_data.mat", {"annot3": stored, "valid_frame": valid[None].astype(float)})
+    poses = read(tmp_path / "annot_data.mat")
+    np.testing.assert_array_equal(poses.frame_index, np.flatnonzero(valid))
+    np.testing.assert_allclose(poses.joints, turning(FRAMES)[valid], atol=2e-6)
+
+
+def test_mat_files_that_are_not_these(tmp_path):
+    savemat(tmp_path / "x.mat", {"annot3": np.zeros((3, 16, 1, 9))})
+    with pytest.raises(InputError, match=r"3, 17, 1, frames"):
+        read(tmp_path / "x.mat")
+    savemat(tmp_path / "y.mat", {"a": 1})
+    assert recognised(tmp_path / "y.mat") == []
+    with pytest.raises(InputError, match="annot3"):
+        read(tmp_path / "y.mat", "mpi3dhp")
+    (tmp_path / "z.mat").write_bytes(b"MATLAB 7.3 MAT-file, Platform" + bytes(500))
+    with pytest.raises(InputError, match="-v7"):
+        read(tmp_path / "z.mat", "mpi3dhp")

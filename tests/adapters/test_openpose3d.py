@@ -1,0 +1,129 @@
+"""OpenPose's 3D reconstruction: a folder of one JSON a frame with pose_keypoints_3d (formats.md 6)."""
+
+import json
+
+import numpy as np
+import pytest
+
+from pcnet3d.adapters import read, read_all
+from pcnet3d.pipeline import H36M17, InputError
+from pcnet3d.pipeline.layouts import BODY_25, OPENPOSE18
+from pcnet3d.pipeline.reading import adapters
+
+FRAMES = 40
+AWAY_M = np.array([0.3, 0.1, 4.0])
+
+
+def openpose_joints(bodies: np.ndarray, layout) -> np.ndarray:
+    """(T, J, 3): the joints that H36M17 has where they are, others beside them."""
+    stand_ins = {"neck": "thorax", "l_eye": "nose", "r_eye": "nose", "l_ear": "head", "r_ear": "head"}
+    names = [
+        joint if joint in H36M17.joints else stand_ins.get(joint, f"{joint[0]}_ankle")
+        for joint in layout.joints
+    ]
+    return bodies[:, H36M17.indices(names)]
+
+
+@pytest.fixture
+def save(tmp_path):
+    """save(frames): each frame's people, (J, 3) each; a joint of NaN was not found."""
+
+    def write(frames: list[list[np.ndarray]], name: str = "pose_keypoints_3d"):
+        folder = tmp_path / "json"
+        folder.mkdir()
+        for i, bodies in enumerate(frames):
+            people = []
+            for body in bodies:
+                found = np.isfinite(body).all(axis=1)
+                points = np.column_stack([np.nan_to_num(body), np.ones(len(body))]) * found[:, None]
+                flat = [value for x, y, *_ in points.tolist() for value in (300 + x, 200 + y, 0.8)]
+                people.append({"person_id": [-1], "pose_keypoints_2d": flat, name: points.ravel().tolist()})
+            text = json.dumps({"version": 1.3, "people": people})
+            (folder / f"walk_{i:012d}_keypoints.json").write_text(text)
+        return folder
+
+    return write
+
+
+@pytest.fixture
+def alone(turning) -> list[list[np.ndarray]]:
+    return [[body] for body in openpose_joints(turning(FRAMES) + AWAY_M, BODY_25)]
+
+
+@pytest.mark.parametrize("name", ["pose_keypoints_3d", "body_keypoints_3d"])
+@pytest.mark.parametrize("layout", [BODY_25, OPENPOSE18], ids=lambda layout: layout.name)
+def test_golden(save, turning, layout, name):
+    frames = [[body] for body in openpose_joints(turning(FRAMES) + AWAY_M, layout)]
+    folder = save([[], *frames], name)
+    fits = [name for name, each in adapters().items() if each.sniff(folder)]
+    assert fits == ["openpose", "openpose3d"]  # its 2D results are there too; 3D comes first
+    poses = read(folder, fps=30)
+    assert poses.history[0].options["adapter"] == "openpose3d"
+    hips = H36M17.indices(["l_hip", "r_hip"])
+    bodies = turning(FRAMES)
+    pelvis = bodies[:, :1] if layout is BODY_25 else bodies[:, hips].mean(axis=1, keepdims=True)
+    for joint in ("r_hip", "l_ankle", "r_wrist", "l_shoulder", "nose"):
+        np.testing.assert_allclose(poses.joint(joint), (bodies - pelvis)[:, H36M17.index(joint)], atol=1e-6)
+    assert (poses.frame.name, poses.frame.unit, poses.frame.origin) == ("CAMERA", "m", "pelvis")
+    assert poses.frames_known
+    np.testing.assert_array_equal(poses.frame_index, np.arange(1, FRAMES + 1))
+    assert np.isnan(poses.confidence).all()  # 1 for each that was found says nothing
+
+
+def test_unit(save, alone, turning):
+    folder = save([[1000 * body] for (body,) in alone])
+    poses = read(folder, unit="mm")
+    np.testing.assert_allclose(poses.joint("r_knee"), turning(FRAMES)[:, H36M17.index("r_knee")], atol=1e-5)
+    with pytest.raises(InputError, match="Expected a unit of"):
+        read(folder, unit="feet")
+
+
+def test_missing_joint_is_nan(save, alone):
+    alone[5][0][BODY_25.index("r_wrist")] = np.nan
+    folder = save(alone)
+    with pytest.raises(InputError, match="--missing gap"):
+        read(folder)
+    missing = np.isnan(read(folder, missing="gap").joints).any(axis=-1)
+    assert missing.sum() == 1
+    assert missing[5, H36M17.index("r_wrist")]
+
+
+def test_people_whose_order_changes(save, alone):
+    other = [body + np.array([2.0, 0, 0]) for (body,) in alone]
+    frames = [
+        [body, two] if i % 3 else [two, body]
+        for i, ((body,), two) in enumerate(zip(alone, other, strict=True))
+    ]
+    first, second = read_all(save(frames))
+    np.testing.assert_allclose(first.joints, second.joints, atol=1e-5)
+    (step,) = [step for step in first.history if step.name == "link people"]
+    assert step.options == {"method": "nearest position"}
+
+
+def test_2d_results_only(save, alone):
+    folder = save([[np.empty((0, 3))] for _ in alone])
+    assert not adapters()["openpose3d"].sniff(folder)
+    with pytest.raises(InputError, match="adapter openpose reads its 2D results"):
+        read(folder, "openpose3d")
+
+
+@pytest.mark.parametrize(("length", "says"), [(4 * 17, "25 or 18 joints"), (7, "x, y, z and score")])
+def test_other_numbers_of_joints(save, alone, length, says):
+    folder = save(alone)
+    file = folder / "walk_000000000007_keypoints.json"
+    content = json.loads(file.read_text())
+    content["people"][0]["pose_keypoints_3d"] = [0.5] * length
+    file.write_text(json.dumps(content))
+    with pytest.raises(InputError, match=says) as error:
+        read(folder, "openpose3d")
+    assert file.name in str(error.value)
+
+
+def test_no_folder(tmp_path):
+    with pytest.raises(InputError, match="Expected a folder of OpenPose's"):
+        read(tmp_path, "openpose3d")
+
+
+def test_mirrored_is_refused(save, alone):
+    with pytest.raises(InputError, match="mirrored"):
+        read(save([[body * [-1, 1, 1]] for (body,) in alone]))

@@ -1,0 +1,168 @@
+"""4D-Humans' pickles, through joblib's form and pickle's own, and pickles that must not run (formats.md section 7)."""
+
+import os
+import pickle
+import zipfile
+import zlib
+from io import BytesIO
+from typing import ClassVar
+
+import numpy as np
+import pytest
+
+from pcnet3d.adapters import read, read_all
+from pcnet3d.adapters._pickles import load
+from pcnet3d.pipeline import H36M17, InputError
+from pcnet3d.pipeline.layouts import BODY_25
+from pcnet3d.pipeline.reading import adapters
+
+FRAMES = 40
+
+
+@pytest.fixture
+def tracks(turning):
+    """PHALP's dict: person 1 in every frame, person 2 from frame 10, remembered but unseen from frame 30."""
+    near = {"neck": "thorax", "r_eye": "nose", "l_eye": "nose", "r_ear": "head", "l_ear": "head"}
+    theirs = [near.get(j, j if j in H36M17 else f"{j[0]}_ankle") for j in BODY_25.joints]
+    body = turning(FRAMES)[:, H36M17.indices(theirs)]
+    body = np.concatenate([body, np.full((FRAMES, 19, 3), 7.0), np.zeros((FRAMES, 1, 3))], axis=1) + 0.25
+    frames = {}
+    for t in range(FRAMES):
+        ids = [1, 2] if t >= 10 else [1]
+        frames[f"outputs/_DEMO/walk/img/{t + 1:06d}.jpg"] = {
+            "time": t,
+            "tid": ids,
+            "tracked_ids": [1] if t >= 30 else ids,
+            "tracked_time": [0, 1] if t >= 30 else [0] * len(ids),
+            "3d_joints": [body[t].astype(np.float32) for _ in ids],
+            "camera": [np.array([0.1, 0.2, 40.0]) for _ in ids],
+            "conf": [np.float64(0.9) for _ in ids],
+        }
+    return frames
+
+
+class NumpyArrayWrapper:
+    """joblib's, to be pickled under its name."""
+
+
+NumpyArrayWrapper.__module__, NumpyArrayWrapper.__qualname__ = "joblib.numpy_pickle", "NumpyArrayWrapper"
+
+
+class _Joblib(pickle._Pickler):
+    """Arrays as joblib writes them: a wrapper, then padding and the bytes in the midst of the instructions."""
+
+    dispatch: ClassVar = dict(pickle._Pickler.dispatch)
+
+    def __init__(self, stream):
+        super().__init__(stream, protocol=4)
+        self.stream, self.kept = stream, []
+        self.framer.write = stream.write
+        self.write = stream.write
+        self.framer.start_framing = lambda: None
+
+    def save_global(self, obj, name=None):
+        if obj is NumpyArrayWrapper:
+            self.write(pickle.GLOBAL + b"joblib.numpy_pickle\nNumpyArrayWrapper\n")
+            self.memoize(obj)
+        else:
+            super().save_global(obj, name)
+
+    dispatch[type] = save_global
+
+    def save(self, obj, save_persistent_id=True):
+        if isinstance(obj, np.ndarray):
+            wrapper = NumpyArrayWrapper()
+            vars(wrapper).update(
+                subclass=np.ndarray, shape=obj.shape, order="C", dtype=obj.dtype, allow_mmap=True,
+                numpy_array_alignment_bytes=16,
+            )  # fmt: skip
+            self.kept.append(wrapper)  # an id that is free again would be taken for this one's
+            super().save(wrapper)
+            self.stream.write(bytes([3]) + b"\xff" * 3 + obj.tobytes())
+        else:
+            super().save(obj)
+
+
+def as_joblib(content) -> bytes:
+    stream = BytesIO()
+    _Joblib(stream).dump(content)
+    return stream.getvalue()
+
+
+WRITERS = {
+    "joblib": as_joblib,
+    "joblib, compressed": lambda content: zlib.compress(as_joblib(content), 3),
+    "protocol 2": lambda content: pickle.dumps(content, 2),
+    "protocol 5": lambda content: pickle.dumps(content, 5),
+}
+
+
+@pytest.mark.parametrize("write", WRITERS.values(), ids=WRITERS.keys())
+def test_tracks(tracks, turning, tmp_path, write):
+    path = tmp_path / "demo_walk.pkl"
+    path.write_bytes(write(tracks))
+    assert [name for name, each in adapters().items() if each.sniff(path)] == ["phalp"]
+    people = {poses.person: poses for poses in read_all(path)}
+    assert sorted(people) == ["1", "2"]
+    np.testing.assert_array_equal(people["1"].frame_index, np.arange(FRAMES))
+    np.testing.assert_array_equal(people["2"].frame_index, np.arange(10, 30))
+    poses = people["1"]
+    assert (poses.frame.name, poses.frame.unit) == ("CAMERA", "m")
+    assert poses.frames_known
+    assert poses.time_s is None
+    kept = [i for i, joint in enumerate(H36M17.joints) if joint != "spine"]
+    np.testing.assert_allclose(poses.joints[:, kept], turning(FRAMES)[:, kept], atol=1e-6)
+
+
+def test_without_time_the_frames_are_not_known(tracks, tmp_path):
+    for frame in tracks.values():
+        del frame["time"]
+    (tmp_path / "x.pkl").write_bytes(pickle.dumps(tracks))
+    assert not read(tmp_path / "x.pkl", person="1").frames_known
+
+
+class Evil:
+    def __reduce__(self):
+        return os.mkdir, (self.place,)
+
+
+@pytest.mark.parametrize("compress", [False, True])
+def test_nothing_of_a_strangers_is_run(tracks, tmp_path, compress):
+    evil = Evil()
+    evil.place = str(tmp_path / "was here")
+    tracks["more"] = evil
+    content = pickle.dumps(tracks)
+    path = tmp_path / "x.pkl"
+    path.write_bytes(zlib.compress(content) if compress else content)
+    with pytest.raises(InputError, match="stranger's code"):
+        read(path)
+    assert not (tmp_path / "was here").exists()
+
+
+def test_damaged_and_other_pickles_have_words(tracks, tmp_path):
+    path = tmp_path / "x.pkl"
+    content = as_joblib(tracks)
+    for damaged in (b"", content[:-300], zlib.compress(content)[:-40], b"\x80\x04K\x01."):
+        path.write_bytes(damaged)
+        with pytest.raises(InputError, match=r"x\.pkl"):
+            read(path, "phalp")
+    next(iter(tracks.values()))["3d_joints"][0] = np.zeros((24, 3))
+    path.write_bytes(pickle.dumps(tracks))
+    with pytest.raises(InputError, match=r"\(45, 3\)"):
+        read(path)
+
+
+def test_arrays_of_objects_are_refused(tmp_path):
+    (tmp_path / "x.pkl").write_bytes(pickle.dumps({"a": np.array([{}], dtype=object)}))
+    with pytest.raises(InputError, match="arrays of numbers"):
+        load(tmp_path / "x.pkl")
+
+
+def test_whams_and_gvhmrs_parameters_are_refused_with_the_way_out(tmp_path):
+    arrays = {"pose": np.zeros((9, 72)), "pose_world": np.zeros((9, 72)), "trans_world": np.zeros((9, 3))}
+    (tmp_path / "wham_output.pkl").write_bytes(pickle.dumps({0: arrays}))
+    with zipfile.ZipFile(tmp_path / "hmr4d_results.pt", "w") as archive:
+        archive.writestr("hmr4d_results/data.pkl", pickle.dumps({"smpl_params_global": {}}))
+    for file, program in (("wham_output.pkl", "WHAM"), ("hmr4d_results.pt", "GVHMR")):
+        with pytest.raises(InputError, match=f"{program}.*adapter amass"):
+            read(tmp_path / file)

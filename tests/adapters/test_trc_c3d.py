@@ -1,0 +1,184 @@
+"""TRC as Pose2Sim, OpenSim and Sports2D write it, C3D through ezc3d (formats.md section 7)."""
+
+import numpy as np
+import pytest
+
+from pcnet3d.adapters import read
+from pcnet3d.pipeline import H36M17, Y_UP, Z_UP, InputError, change_frame
+from pcnet3d.pipeline.reading import adapters
+
+FRAMES = 40
+# HALPE_26 of Pose2Sim, in its order; markers at other places than our joints are left to be derived.
+POSE2SIM = {
+    "Hip": "pelvis", "RHip": "r_hip", "RKnee": "r_knee", "RAnkle": "r_ankle", "LHip": "l_hip", "LKnee": "l_knee",
+    "LAnkle": "l_ankle", "Neck": "thorax", "Head": "head", "Nose": "nose", "RShoulder": "r_shoulder",
+    "RElbow": "r_elbow", "RWrist": "r_wrist", "LShoulder": "l_shoulder", "LElbow": "l_elbow", "LWrist": "l_wrist",
+}  # fmt: skip
+
+
+def y_up(points: np.ndarray) -> np.ndarray:
+    """Pose2Sim's zup2yup: (X, Y, Z) -> (Y, Z, X)."""
+    return points[..., [1, 2, 0]]
+
+
+def trc(path, names, points, first=0, fps=30, units="m", said=None):
+    """The five header lines and rows of Pose2Sim's triangulation; a NaN is an empty cell."""
+    header = [
+        f"PathFileType\t4\t(X/Y/Z)\t{said or path.name}",
+        "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame\tOrigNumFrames",
+        f"{fps}\t{fps}\t{len(points)}\t{len(names)}\t{units}\t{fps}\t{first}\t{len(points)}",
+        "Frame#\tTime\t" + "\t\t\t".join(names) + "\t\t",
+        "\t\t" + "\t".join(f"X{i}\tY{i}\tZ{i}" for i in range(1, len(names) + 1)),
+    ]
+    rows = [
+        "\t".join([str(i), repr(i / fps), *("" if np.isnan(v) else f"{v:.6f}" for v in row.ravel())])
+        for i, row in enumerate(points, first)
+    ]
+    path.write_text("\n".join(header + rows) + "\n")
+    return path
+
+
+def c3d(path, names, points, unit="mm", rate=50.0, y_screen=None):
+    ezc3d = pytest.importorskip("ezc3d")
+    file = ezc3d.c3d()
+    file["parameters"]["POINT"]["UNITS"]["value"] = [unit]
+    file["parameters"]["POINT"]["RATE"]["value"] = [rate]
+    file["parameters"]["POINT"]["LABELS"]["value"] = list(names)
+    data = np.moveaxis(points, 0, -1).swapaxes(0, 1)
+    file["data"]["points"] = np.concatenate([np.nan_to_num(data), np.ones_like(data[:1])])
+    missing = np.isnan(data).any(axis=0, keepdims=True)
+    file["data"]["meta_points"] = {
+        "residuals": np.where(missing, -1.0, 0.0),
+        "camera_masks": np.zeros((7, *data.shape[1:]), dtype=bool),
+    }
+    if y_screen:
+        file.add_parameter("POINT", "Y_SCREEN", [y_screen])
+    file.write(str(path))
+    return path
+
+
+@pytest.fixture
+def markers(standing) -> np.ndarray:
+    """(40, 16, 3) z up, metres: POSE2SIM's markers."""
+    return standing(FRAMES)[:, H36M17.indices(list(POSE2SIM.values()))]
+
+
+def agrees(poses, world, leave_out=("spine",)):
+    """Whether the joints, in z-up metres, are those of world relative to the pelvis, less those a source lacks."""
+    poses = change_frame(poses, Z_UP.with_(origin="pelvis"))
+    kept = [H36M17.index(joint) for joint in H36M17.joints if joint not in leave_out]
+    np.testing.assert_allclose(poses.joints[:, kept], (world - world[:, :1])[:, kept], atol=2e-6)
+
+
+def test_pose2sim(standing, markers, tmp_path):
+    path = trc(tmp_path / "walk_P1_100-139.trc", POSE2SIM, y_up(markers), first=100)
+    assert [name for name, each in adapters().items() if each.sniff(path)] == ["trc"]
+    poses = read(path)
+    assert (poses.frame.axes, poses.frame.unit) == (Y_UP.axes, "m")
+    agrees(poses, standing(FRAMES))
+    np.testing.assert_allclose(poses.times, np.arange(100, 140) / 30)
+    assert poses.fps == pytest.approx(30)
+    assert not poses.frames_known
+
+
+def test_opensim_in_millimetres_under_our_own_names(standing, tmp_path):
+    path = trc(tmp_path / "x.trc", H36M17.joints, 1000 * y_up(standing(FRAMES)), first=1, units="mm")
+    poses = read(path)
+    assert poses.frame.unit == "m"
+    agrees(poses, standing(FRAMES), leave_out=())
+
+
+def test_rows_that_are_left_out_keep_their_distance(markers, tmp_path):
+    path = trc(tmp_path / "x.trc", POSE2SIM, y_up(markers))
+    lines = path.read_text().splitlines()
+    path.write_text("\n".join(lines[:10] + lines[13:]) + "\n")
+    poses = read(path)
+    assert len(poses) == FRAMES - 3
+    assert np.diff(poses.frame_index).max() == 4
+    assert poses.fps == pytest.approx(30)
+
+
+def test_empty_cells_are_gaps_that_are_asked_for(markers, tmp_path):
+    markers[5, list(POSE2SIM).index("RWrist")] = np.nan
+    path = trc(tmp_path / "x.trc", POSE2SIM, y_up(markers))
+    with pytest.raises(InputError, match="--missing gap"):
+        read(path)
+    poses = read(path, missing="gap")
+    assert np.isnan(poses.joint("r_wrist")[5]).all()
+    assert np.isnan(poses.joints).sum() == 3
+
+
+@pytest.mark.parametrize("told", ["file", "header", "depth"])
+def test_sports2ds_invented_depth_is_refused(markers, tmp_path, told):
+    flat = y_up(markers)
+    flat[..., 2] = 0.01 * np.arange(len(POSE2SIM))
+    flat[20:, :, 2] *= -1  # the other side is seen
+    if told != "depth":
+        flat = y_up(markers)
+    path = tmp_path / ("a_m_person00.trc" if told == "file" else "a.trc")
+    trc(path, POSE2SIM, flat, said="a_px_person01.trc" if told == "header" else "a.trc")
+    with pytest.raises(InputError, match="Sports2D"):
+        read(path)
+
+
+def test_up_is_checked_and_can_be_told(standing, markers, tmp_path):
+    path = trc(tmp_path / "x.trc", POSE2SIM, markers)
+    with pytest.raises(InputError, match="up=z"):
+        read(path)
+    agrees(read(path, up="z"), standing(FRAMES))
+
+
+def test_mirrored_bodies_are_refused(markers, tmp_path):
+    path = trc(tmp_path / "x.trc", POSE2SIM, y_up(markers * [-1, 1, 1]))
+    with pytest.raises(InputError, match="mirrored"):
+        read(path)
+
+
+def test_without_a_nose_it_is_put_in_front_of_the_neck_and_said(markers, tmp_path):
+    kept = [i for i, name in enumerate(POSE2SIM) if name != "Nose"]
+    names = [name for name in POSE2SIM if name != "Nose"]
+    poses = read(trc(tmp_path / "x.trc", names, y_up(markers)[:, kept]))
+    assert any("head looks" in str(step.options) for step in poses.history)
+
+
+def test_skin_markers_units_and_damage_have_words(markers, tmp_path):
+    path = trc(tmp_path / "x.trc", ["LASI", "RASI"], markers[:, :2])
+    with pytest.raises(InputError, match="joint centres"):
+        read(path)
+    with pytest.raises(InputError, match="yard"):
+        read(trc(path, POSE2SIM, y_up(markers), units="yard"))
+    trc(path, POSE2SIM, y_up(markers[:0]))
+    with pytest.raises(InputError, match=r"x\.trc: expected rows"):
+        read(path)
+    path.write_text("PathFileType\t4\n")
+    with pytest.raises(InputError, match=r"x\.trc: expected a TRC"):
+        read(path)
+
+
+def test_c3d(standing, markers, tmp_path):
+    path = c3d(tmp_path / "x.c3d", POSE2SIM, 1000 * markers)
+    assert [name for name, each in adapters().items() if each.sniff(path)] == ["c3d"]
+    poses = read(path)
+    agrees(poses, standing(FRAMES))
+    assert poses.frame.axes == Z_UP.axes
+    assert poses.fps == pytest.approx(50)
+    assert not poses.frames_known
+
+
+def test_c3d_says_its_unit_and_its_up(standing, markers, tmp_path):
+    path = c3d(tmp_path / "x.c3d", POSE2SIM, y_up(markers), unit="m", y_screen="+Y")
+    agrees(read(path), standing(FRAMES))
+
+
+def test_c3d_of_negative_residuals_is_missing(markers, tmp_path):
+    markers[7, 2] = np.nan
+    path = c3d(tmp_path / "x.c3d", POSE2SIM, 1000 * markers)
+    assert np.isnan(read(path, missing="gap").joint("r_knee")[7]).all()
+
+
+def test_broken_c3d(markers, tmp_path):
+    path = c3d(tmp_path / "x.c3d", POSE2SIM, 1000 * markers)
+    for content in (b"", b"nothing", path.read_bytes()[:600]):
+        path.write_bytes(content)
+        with pytest.raises(InputError, match=r"x\.c3d"):
+            read(path, "c3d")
