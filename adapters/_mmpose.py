@@ -21,25 +21,31 @@ from ._people import Bodies
 _REBASED = 0.95  # share of bodies whose lowest joint is at height 0
 
 
-def recognised(path: Path, count: int) -> bool:
-    """Whether the first person in the file has `count` keypoints of three numbers."""
+def first_keypoints(path: Path) -> Any:
+    """The keypoints of the first person in the beginning of the file; None when it is not of this form."""
     content = beginning(path)
     frames = content.get("instance_info") if isinstance(content, dict) else content
     if not isinstance(frames, list):
-        return False
+        return None
     for frame in frames:
         if not isinstance(frame, dict) or "frame_id" not in frame:
-            return False
+            return None
         people = frame.get("instances")
         person = people[0] if isinstance(people, list) and people else None
         keypoints = person.get("keypoints") if isinstance(person, dict) else None
         if keypoints is not None:
-            return (
-                isinstance(keypoints, list)
-                and len(keypoints) == count
-                and all(isinstance(point, list) and len(point) == 3 for point in keypoints)
-            )
-    return False
+            return keypoints
+    return None
+
+
+def recognised(path: Path, count: int) -> bool:
+    """Whether the first person in the file has `count` keypoints of three numbers."""
+    keypoints = first_keypoints(path)
+    return (
+        isinstance(keypoints, list)
+        and len(keypoints) == count
+        and all(isinstance(point, list) and len(point) == 3 for point in keypoints)
+    )
 
 
 def bodies(path: Path, what: str, count: int, layout: Layout) -> Bodies:

@@ -17,7 +17,8 @@ import numpy as np
 from ..pipeline.errors import InputError
 from ..pipeline.layouts import COCO17, HALPE26
 from ..pipeline.pose import PoseSequence
-from ._json import beginning, entries, field, frame_number, load, numbers
+from ._json import entries, field, frame_number, load, numbers
+from ._mmpose import first_keypoints
 from ._tracks import Detection, sequences
 
 name = "mmpose2d"
@@ -26,19 +27,14 @@ reads = "2D JSON of MMPose 1.x, inferencer or demo, COCO-17 or Halpe-26"
 
 
 def sniff(path: Path) -> bool:
-    content = beginning(path)
-    frames = content.get("instance_info") if isinstance(content, dict) else content
-    if not isinstance(frames, list):
-        return False
-    for frame in frames:
-        if not isinstance(frame, dict) or "frame_id" not in frame:
-            return False
-        people = frame.get("instances")
-        person = people[0] if isinstance(people, list) and people else None
-        keypoints = person.get("keypoints") if isinstance(person, dict) else None
-        if isinstance(keypoints, list) and len(keypoints) > 1:  # beginning() may have cut the last one short
-            return isinstance(keypoints[0], list) and len(keypoints[0]) == 2
-    return False
+    keypoints = first_keypoints(path)
+    # The beginning of a file may have cut the last keypoint short.
+    return (
+        isinstance(keypoints, list)
+        and len(keypoints) > 1
+        and isinstance(keypoints[0], list)
+        and len(keypoints[0]) == 2
+    )
 
 
 def read(path: Path) -> tuple[PoseSequence, ...]:

@@ -25,6 +25,7 @@ from ..pipeline.errors import InputError
 from ..pipeline.outputs import refuse_unwritable_file, whole_file
 from ..pipeline.pose import package_version
 from . import load_rectifier
+from .extras import needed_for
 from .metrics import plain
 from .pcnet_onnx import PCNetRectifier
 from .pcnet_quantise import quantise, rotation_change
@@ -71,12 +72,8 @@ def measure(names: list[str], count: int, rounds: int, threads: int | None = Non
 
     InputError for a name that is no network, or when the package onnx is missing.
     """
-    try:
+    with needed_for("Measuring"):
         import onnx
-    except ModuleNotFoundError:
-        raise InputError(
-            "Measuring needs onnx, which is not installed: pip install 'pcnet3d[train]'."
-        ) from None
     import onnxruntime
 
     opened = {name: _open(name, threads) for name in names}

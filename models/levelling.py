@@ -20,9 +20,8 @@ Camera = Literal["static", "moving"]
 HEADING_S = 0.13  # standard deviation of the Gaussian that smooths headings on the circle
 WINDOW_S = 2.0  # of a moving camera: standard deviation of the Gaussian in which frames vote on up
 _HEADING_SHARE = 0.57  # of a frame's expected rotation error, what is heading (lifted takes of val subjects)
-_MEAN_OF_RMS = float(
-    np.sqrt(np.pi) / 2
-)  # mean over root mean square of a direction's error in two dimensions
+# Mean over root mean square of a direction's error in two dimensions.
+_MEAN_OF_RMS = float(np.sqrt(np.pi) / 2)
 _TURNING = 0.5  # mean resultant of the headings below which a take has no middle heading (design.md)
 _OUTLIER_DEG = 10.0  # of a moving camera: votes this far from their neighbours' mean count half
 _DRIFT_DEG = 12.0  # two parts of a take whose ups differ by more than this, and by three of their errors,

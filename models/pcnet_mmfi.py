@@ -16,6 +16,7 @@ import typer
 
 from ..pipeline.errors import InputError
 from ..pipeline.outputs import whole_file
+from .extras import needed_for
 from .geometric import Geometric
 from .metrics import plain
 from .mocap import Clip, write_mocap
@@ -45,12 +46,8 @@ def mmfi(
     ] = None,
 ) -> None:
     """Train on MM-Fi by its protocols and print the paper's table."""
-    try:
+    with needed_for("Training"):
         from .pcnet_train import TrainConfig, train
-    except ModuleNotFoundError as error:
-        raise InputError(
-            f"Training needs {error.name}, which is not installed: pip install 'pcnet3d[train]'."
-        ) from None
     clips, notes = read_folder(tree, "mmfi")
     for note in notes:
         print(f"note: {note}")

@@ -16,6 +16,7 @@ import typer
 from ..pipeline.errors import InputError
 from ..pipeline.outputs import whole_file
 from ..pipeline.rotations import geodesic_deg
+from .extras import needed_for
 from .metrics import Figure
 from .pcnet_onnx import PCNetRectifier
 from .sample_poses import sample_poses
@@ -48,12 +49,8 @@ def quantise(source: Path, output: Path) -> Figure:
     InputError, and no file, when the source is no rectifier, is int8 already or has no layer that is large enough,
     when the change is LARGEST_CHANGE_DEG or more on average, or when the package onnx is missing.
     """
-    try:
+    with needed_for("Quantising"):
         import onnx
-    except ModuleNotFoundError:
-        raise InputError(
-            "Quantising needs onnx, which is not installed: pip install 'pcnet3d[train]'."
-        ) from None
     original = PCNetRectifier(source)
     if original.precision != "float32":
         raise InputError(

@@ -14,6 +14,7 @@ from typing import Annotated
 import typer
 
 from ..pipeline.errors import InputError
+from .extras import needed_for
 
 
 def train(
@@ -21,14 +22,10 @@ def train(
     output: Annotated[Path, typer.Option("-o", "--output", help="Folder for weights and log.")],
 ) -> None:
     """Train a network of this package from a config file."""
-    try:
+    with needed_for("Training"):
         from .lifter_train import train_lifter
         from .pcnet_ablations import train_ablations
         from .pcnet_train import train_pcnet
-    except ModuleNotFoundError as error:
-        raise InputError(
-            f"Training needs {error.name}, which is not installed: pip install 'pcnet3d[train]'."
-        ) from None
     trainers = {"lifter": train_lifter, "pcnet": train_pcnet, "ablations": train_ablations}
     kind = _kind(config)
     if kind not in trainers:

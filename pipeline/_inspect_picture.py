@@ -10,6 +10,7 @@ from .errors import InputError
 from .layouts import H36M17
 from .outputs import whole_file
 from .pose import PoseSequence
+from .rotations import rotate
 
 _CELL, _HEADER = 260, 24  # pixels
 _FRAMES = 4
@@ -34,7 +35,8 @@ def draw(poses: PoseSequence, path: Path) -> None:
     if not len(rows):
         raise InputError("There is no complete frame that could be drawn.")
     rows = rows[np.linspace(0, len(rows) - 1, min(_FRAMES, len(rows))).round().astype(int)]
-    seen = poses.joints[rows] @ (np.array(_SEEN[poses.frame.family]) @ poses.frame.basis.T).T
+    R_seen_from_source = np.array(_SEEN[poses.frame.family]) @ poses.frame.basis.T
+    seen = rotate(R_seen_from_source, poses.joints[rows])
     reach = max(float(np.abs(seen).max()), 1e-12)
     image = np.full((len(_SIDES) * _CELL + _HEADER, len(rows) * _CELL, 3), 255, dtype=np.uint8)
     for column, row in enumerate(rows):

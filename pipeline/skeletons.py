@@ -97,8 +97,7 @@ def h36m17_of_skeleton(skeleton: Skeleton, joints: np.ndarray, R_world_from_join
     return h36m17(
         {joint: joints[:, i] for joint, i in named.items()},
         joints[:, chain],
-        R_head @ forward,
-        R_head @ up,
+        *np.moveaxis(rotate(R_head, np.stack([forward, up])), 1, 0),
     )
 
 
