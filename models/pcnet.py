@@ -1,7 +1,8 @@
 """3DPCNet: which way is up and which way does the body face, from one frame's 3D joints (torch).
 
 The paper's network: a graph branch and a Transformer branch, fused by gated cross-attention, a 6D rotation head and
-an optional residual head. Beside it each branch alone and a plain residual MLP. PRESETS names what is trained.
+an optional residual head. Beside it each branch alone and a plain residual MLP. NetConfig's defaults are the paper's;
+the presets are models/pcnet.toml and models/paper.toml.
 """
 
 from __future__ import annotations
@@ -55,13 +56,6 @@ class NetConfig:
             raise InputError(f"expected {', '.join(small)} of at least 1")
         if self.net in ("hybrid", "transformer") and self.width % self.heads:
             raise InputError(f"expected a width that {self.heads} heads can share, got {self.width}")
-
-
-PRESETS = {
-    "paper": NetConfig(),
-    "pcnet": NetConfig(width=128, output=256, residual="off", align=True),
-    "mlp": NetConfig(net="mlp", width=512, residual="off", align=True),
-}
 
 
 class Answer(NamedTuple):

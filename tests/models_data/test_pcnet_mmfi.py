@@ -84,11 +84,11 @@ def test_the_config_is_the_papers():
 
     torch_there = pytest.importorskip("torch", reason="the preset is torch's")
     assert torch_there
-    from pcnet3d.models.pcnet import PRESETS
+    from pcnet3d.models.pcnet import NetConfig
     from pcnet3d.models.pcnet_losses import Weights
     from pcnet3d.models.pcnet_train import read_config
 
     config = read_config(Path(pcnet_mmfi.__file__).with_name("mmfi.toml"))
-    assert config.net == PRESETS["paper"]
+    assert config.net == NetConfig()
     assert config.weights == Weights()
     assert config.targets == "axes"

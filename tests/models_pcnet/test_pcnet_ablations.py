@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from pcnet3d.models.mocap import Clip
 from pcnet3d.pipeline import H36M17, InputError, rotate
 
 torch = pytest.importorskip("torch", reason="training needs torch, the extra 'train'")
@@ -62,19 +61,6 @@ net.residual = "free"
 weights.cycle = 0.0
 symmetric = false
 """
-SUBJECTS = {"train": "01", "val": "07", "test": "03", "hdm05": "bd"}
-
-
-@pytest.fixture
-def clips(facing_camera):
-    rng = np.random.default_rng(0)
-    standing = rotate(np.array([[0, 0, 1], [-1, 0, 0], [0, -1, 0]]), facing_camera) + np.array([0, 0, 0.9])
-
-    def of(part):
-        poses = (standing + rng.normal(0, 0.03, (60, 17, 3))).astype(np.float32)
-        return (Clip(f"{SUBJECTS[part]}_01", SUBJECTS[part], "asfamc", 30.0, poses),)
-
-    return {part: of(part) for part in SUBJECTS}
 
 
 @pytest.fixture

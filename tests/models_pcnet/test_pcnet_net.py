@@ -1,7 +1,5 @@
 """The network: its answer is a rotation, whatever the scale, the view and the missing joints."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -11,7 +9,7 @@ from pcnet3d.pipeline.rotations import geodesic_deg
 
 torch = pytest.importorskip("torch", reason="training needs torch, the extra 'train'")
 net_module = pytest.importorskip("pcnet3d.models.pcnet")
-PRESETS, NetConfig, PCNet = net_module.PRESETS, net_module.NetConfig, net_module.PCNet
+NetConfig, PCNet = net_module.NetConfig, net_module.PCNet
 
 SMALL = {"width": 16, "output": 24, "heads": 2, "blocks": 2}
 EVERY = [
@@ -81,7 +79,7 @@ def test_what_a_missing_joint_holds_does_not_matter(config, poses):
 
 
 def test_before_training_an_aligned_network_is_about_geometric(facing_camera):
-    net = PCNet(replace(PRESETS["mlp"], width=16, output=8))
+    net = PCNet(NetConfig(net="mlp", width=16, output=8, residual="off", align=True))
     poses = torch.tensor(facing_camera[None], dtype=torch.float32)
     R, _ = Geometric().rotation(facing_camera[None])
     assert geodesic_deg(answer(net, poses).R.numpy(), R).max() < 8
@@ -155,7 +153,7 @@ def test_the_learned_graph_is_symmetric_and_mixed_by_alpha():
 
 
 def test_the_paper_preset_is_the_papers():
-    paper = PRESETS["paper"]
+    paper = NetConfig()
     assert (paper.net, paper.width, paper.output, paper.residual) == ("hybrid", 256, 384, "free")
     assert (paper.graph_layers, paper.attention_layers, paper.heads, paper.align) == (3, 2, 8, False)
     net = PCNet(paper)

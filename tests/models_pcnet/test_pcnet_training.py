@@ -5,8 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from pcnet3d.models.mocap import Clip
-from pcnet3d.pipeline import InputError, rotate
+from pcnet3d.pipeline import InputError
 
 torch = pytest.importorskip("torch", reason="training needs torch, the extra 'train'")
 pytest.importorskip("onnxscript", reason="export needs onnxscript, the extra 'train'")
@@ -48,21 +47,12 @@ flipped = 0.1
 roll_deg = 10.0
 unchanged = 0.3
 """
-SUBJECTS = {"train": "01", "val": "07", "test": "03", "hdm05": "bd"}
 
 
 @pytest.fixture
-def config(tmp_path, facing_camera, monkeypatch):
+def config(tmp_path, clips, monkeypatch):
     """A config file, with one clip for every part of the data."""
-    rng = np.random.default_rng(0)
-    standing = rotate(np.array([[0, 0, 1], [-1, 0, 0], [0, -1, 0]]), facing_camera) + np.array([0, 0, 0.9])
-
-    def clips(part):
-        poses = (standing + rng.normal(0, 0.03, (60, 17, 3))).astype(np.float32)
-        return (Clip(f"{SUBJECTS[part]}_01", SUBJECTS[part], "asfamc", 30.0, poses),)
-
-    made = {part: clips(part) for part in SUBJECTS}
-    monkeypatch.setattr(module, "read_clips", lambda part: made[part])
+    monkeypatch.setattr(module, "read_clips", lambda part: clips[part])
     monkeypatch.setattr(module, "_EVERY", 2)
     monkeypatch.setattr(module, "_VALIDATION_FRAMES", 40)
     path = tmp_path / "tiny.toml"
