@@ -21,7 +21,10 @@ def load_rectifier(name: str) -> Rectifier:
     if name == "geometric":
         return Geometric()
     if name not in _WEIGHTS and not name.endswith(".onnx"):
-        raise InputError(f"There is no rectifier '{name}'; {did_you_mean(name, ('geometric', *_WEIGHTS))}")
+        raise InputError(
+            f"There is no rectifier '{name}'; {did_you_mean(name, ('geometric', *_WEIGHTS))} A trained network of "
+            "yours is given as its .onnx file."
+        )
     from .pcnet_onnx import PCNetRectifier
 
     return PCNetRectifier(Path(__file__).with_name(_WEIGHTS[name]) if name in _WEIGHTS else name)

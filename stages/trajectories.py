@@ -166,6 +166,8 @@ def _chosen(level: PoseSequence, moving: tuple[str, ...]) -> float:
 def _told(path: PoseSequence, asked: Filter) -> list[Event]:
     """What the filter did that a reader of the columns must know."""
     done = path.history[-1].options
+    if len(path) == 1:
+        return [Event("warning", "A single frame has no path: velocities and accelerations are missing.")]
     if done["filter"] != asked:
         return [
             Event(

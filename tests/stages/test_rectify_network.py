@@ -64,6 +64,11 @@ def test_a_file_that_is_no_network_is_refused(tmp_path):
             load_rectifier(str(path))
 
 
+def test_a_torch_checkpoint_is_told_that_it_wants_to_be_onnx():
+    with pytest.raises(InputError, match=r"no rectifier 'mine\.pt'.*as its \.onnx file"):
+        load_rectifier("mine.pt")
+
+
 def test_the_papers_network_comes_too(poses):
     joints = poses.joints[::20] - poses.joints[::20, :1]
     shipped, paper = (load_rectifier(name).rotation(joints)[0] for name in ("pcnet", "paper"))

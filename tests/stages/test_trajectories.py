@@ -143,6 +143,12 @@ def warnings(take: Take) -> str:
     return " ".join(event.text for event in take.events if event.kind == "warning")
 
 
+def test_a_single_frame_has_no_path_and_says_so(facing_camera):
+    take = stage(facing_camera, 1, 30)
+    assert np.isnan(take.kinematics["r_wrist_speed_mps"]).all()
+    assert warnings(take) == "A single frame has no path: velocities and accelerations are missing."
+
+
 def test_a_take_too_short_for_the_filter_has_nan_and_a_warning(facing_camera):
     take = stage(facing_camera, 8, 30)
     assert np.isnan(take.kinematics["r_wrist_x_m"]).all()
