@@ -194,19 +194,19 @@ def list_(
     if what == "adapters":
         rows = [{"name": a.name, "gives": a.gives, "reads": a.reads} for a in adapters().values()]
     elif what == "models":
-        shipped = [registry.load("models", name) for name in registry.registered("models")]
-        rows = [{"name": m.name, "is": m.kind, "what": m.what} for m in shipped]
+        rows = [{"name": m.name, "is": m.kind, "what": m.what} for m in registry.load_all("models").values()]
     else:
-        loaded = {name: registry.load("stages", name) for name in registry.registered("stages")}
         rows = [
-            {"name": n, "needs": " ".join(s.needs), "gives": " ".join(s.gives)} for n, s in loaded.items()
+            {"name": n, "needs": " ".join(s.needs), "gives": " ".join(s.gives)}
+            for n, s in registry.load_all("stages").items()
         ]
     if as_json:
         print(json.dumps(rows, indent=1))
         return
+    wide = [max(map(len, column)) for column in zip(*(row.values() for row in rows), strict=True)]
     for row in rows:
         first, second, third = row.values()
-        print(f"{first:<14} {second:<18} {third}".rstrip())
+        print(f"{first:<{wide[0]}}  {second:<{wide[1]}}  {' '.join(third.split())}".rstrip())
 
 
 def _size(text: str) -> tuple[int, int]:

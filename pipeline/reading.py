@@ -25,7 +25,7 @@ Gives = Literal["poses", "keypoints", "video", "imu"]
 
 def adapters(gives: str | None = None) -> dict[str, Adapter]:
     """The registered adapters by name, those that give "poses", "keypoints", "video" or "imu" when asked."""
-    loaded = {name: registry.load("adapters", name) for name in registry.registered("adapters")}
+    loaded = registry.load_all("adapters")
     return {name: adapter for name, adapter in loaded.items() if gives in (None, adapter.gives)}
 
 
@@ -40,6 +40,8 @@ def find_adapter(path: Path, name: str = "auto", gives: str | None = None) -> Ad
     known = adapters(gives)
     if name != "auto":
         if name not in known:
+            if name in registry.registered("adapters") and name not in adapters():
+                registry.load("adapters", name)  # says what is wrong with it
             raise InputError(
                 f"There is no adapter '{name}' for {gives or 'files'}; {did_you_mean(name, known)}"
             )

@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
+import sys
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any
 
 from .errors import InputError
 from .options import did_you_mean
+
+# What pcnet3d asks of an object before it is used (pipeline/sockets.py).
+_SOCKETS = {
+    "adapters": ("name", "gives", "reads", "sniff", "read"),
+    "stages": ("name", "needs", "gives", "__call__"),
+    "models": ("name", "kind", "what"),
+}
 
 
 @cache
@@ -26,14 +34,35 @@ def registered(group: str) -> dict[str, EntryPoint]:
 
 def load(group: str, name: str) -> Any:
     """The object registered under that name; InputError naming its nearest neighbours when there is none,
-    or its package when it cannot be imported."""
+    or its package when it cannot be imported or lacks what every one of its group has."""
     points = registered(group)
     if name not in points:
         raise InputError(f"There is no {group[:-1]} '{name}'; {did_you_mean(name, points)}")
     try:
-        return points[name].load()
+        loaded = points[name].load()
     except Exception as error:
-        raise InputError(
-            f"The {group[:-1]} '{name}' ({points[name].value}) cannot be loaded: {error}; "
-            "repair or uninstall its package."
-        ) from error
+        raise _broken(group, points[name], str(error)) from error
+    missing = [attribute for attribute in _SOCKETS.get(group, ()) if not hasattr(loaded, attribute)]
+    if missing:
+        raise _broken(group, points[name], f"it has no {', '.join(missing)}")
+    return loaded
+
+
+@cache
+def load_all(group: str) -> dict[str, Any]:
+    """Every object of the group by name; one that cannot be loaded is left out with a warning on stderr, so that a
+    broken package does not keep the others from working."""
+    found = {}
+    for name in registered(group):
+        try:
+            found[name] = load(group, name)
+        except InputError as error:
+            print(f"warning: {error}", file=sys.stderr)
+    return found
+
+
+def _broken(group: str, point: EntryPoint, reason: str) -> InputError:
+    return InputError(
+        f"The {group[:-1]} '{point.name}' ({point.value}) cannot be loaded: {reason}; "
+        "repair or uninstall its package."
+    )

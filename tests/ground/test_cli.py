@@ -13,9 +13,9 @@ PCNET3D = [sys.executable, "-c", "from pcnet3d.pipeline.cli import main; main()"
 FILES = ["kinematics.parquet", "measures.csv", "poses.npz", "report.html", "summary.json", "take.rrd"]
 
 
-def pcnet3d(*arguments, cwd=None) -> subprocess.CompletedProcess:
+def pcnet3d(*arguments, cwd=None, env=None) -> subprocess.CompletedProcess:
     return subprocess.run(
-        [*PCNET3D, *map(str, arguments)], capture_output=True, text=True, cwd=cwd, timeout=120
+        [*PCNET3D, *map(str, arguments)], capture_output=True, text=True, cwd=cwd, env=env, timeout=120
     )
 
 
@@ -240,12 +240,42 @@ def test_a_moving_camera_through_the_command_line(lifted, tmp_path):
 def test_list_prints_one_line_an_adapter_and_json():
     lines = pcnet3d("list", "adapters").stdout.splitlines()
     rows = json.loads(pcnet3d("list", "adapters", "--json").stdout)
-    assert [line.split()[0] for line in lines] == [row["name"] for row in rows]
+    assert [line.split(maxsplit=2) for line in lines] == [list(row.values()) for row in rows]
+    assert all(list(row) == ["name", "gives", "reads"] for row in rows)
     assert {"motionbert", "alphapose", "video"} <= {row["name"] for row in rows}
     assert {row["name"] for row in json.loads(pcnet3d("list", "stages", "--json").stdout)} >= {
         "clean",
         "rectify",
     }
+
+
+@pytest.mark.parametrize(
+    ("module", "words"),
+    [("import nothing_there\n", "nothing_there"), ('name = "broken"\n', "it has no gives, reads, sniff, read")],
+)
+def test_a_package_with_a_broken_adapter_does_not_keep_the_others_from_working(
+    lifted, tmp_path, module, words
+):
+    """Its folder is as an installed package's: a module and the metadata with its entry point."""
+    (tmp_path / "site" / "broken-1.0.dist-info").mkdir(parents=True)
+    (tmp_path / "site" / "broken.py").write_text(module)
+    metadata = {"METADATA": "Metadata-Version: 2.1\nName: broken\nVersion: 1.0\n"}
+    metadata["entry_points.txt"] = "[pcnet3d.adapters]\nbroken = broken\n"
+    for file, text in metadata.items():
+        (tmp_path / "site" / "broken-1.0.dist-info" / file).write_text(text)
+    beside = {**os.environ, "PYTHONPATH": str(tmp_path / "site")}
+
+    listed = pcnet3d("list", "adapters", env=beside)
+    assert listed.stdout == pcnet3d("list", "adapters").stdout
+    assert listed.stderr.count("\n") == 1
+    assert "warning: The adapter 'broken'" in listed.stderr
+    assert words in listed.stderr
+    result = pcnet3d("inspect", lifted, env=beside)
+    assert result.returncode in (0, 3), result.stderr
+    assert "motionbert" in result.stdout
+    named = pcnet3d("inspect", lifted, "--adapter", "broken", env=beside)
+    assert named.returncode == 2
+    assert "cannot be loaded" in named.stderr.splitlines()[-1]
 
 
 def test_list_models_names_what_can_be_asked_for():
