@@ -251,7 +251,10 @@ def test_list_prints_one_line_an_adapter_and_json():
 
 @pytest.mark.parametrize(
     ("module", "words"),
-    [("import nothing_there\n", "nothing_there"), ('name = "broken"\n', "it has no gives, reads, sniff, read")],
+    [
+        ("import nothing_there\n", "nothing_there"),
+        ('name = "broken"\n', "it has no gives, reads, sniff, read"),
+    ],
 )
 def test_a_package_with_a_broken_adapter_does_not_keep_the_others_from_working(
     lifted, tmp_path, module, words

@@ -1,0 +1,75 @@
+"""The adapter on a golden file, and the stage on motion whose truth is known."""
+
+import numpy as np
+import pytest
+from pcnet3d_acme.acme import HEADER
+from pcnet3d_acme.reach import Reach, reach
+
+from pcnet3d.adapters import read
+from pcnet3d.examples.camera import camera_poses, side_camera
+from pcnet3d.examples.walker import walker
+from pcnet3d.pipeline import CAMERA, H36M17, InputError, PoseSequence
+from pcnet3d.pipeline.conformance import check_adapter
+
+
+@pytest.fixture(scope="module")
+def walk():
+    return walker(seconds=4)
+
+
+@pytest.fixture
+def golden(walk, tmp_path):
+    """poses.csv as Acme exports it: y up, z towards the camera, millimetres, a camera 3 m away."""
+    joints = camera_poses(walk, side_camera(walk)).joints + [0.2, 0, 3]
+    rows = np.column_stack([walk.time_s, (1000 * joints * [1, -1, -1]).reshape(len(walk), -1)])
+    lines = [",".join(HEADER), *(",".join(f"{value:.4f}" for value in row) for row in rows)]
+    path = tmp_path / "poses.csv"
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+def test_the_adapter_keeps_its_promises(golden):
+    facts = check_adapter("acme", golden)
+    assert (facts.axes, facts.unit, facts.people) == ("right, up, toward", "mm", "one")
+    assert facts.fps
+    assert not facts.frames
+    assert not facts.scores
+
+
+def test_what_was_written_comes_back(golden, walk):
+    poses = read(golden)
+    np.testing.assert_allclose(poses.joints, camera_poses(walk, side_camera(walk)).joints, atol=1e-5)
+    np.testing.assert_allclose(poses.times, walk.time_s, atol=1e-4)
+    assert (poses.frame.axes, poses.frame.unit) == (CAMERA.axes, "m")
+
+
+def test_an_empty_cell_is_missing(golden):
+    text = golden.read_text().splitlines()
+    cells = text[3].split(",")
+    cells[HEADER.index("r_wrist_x")] = ""
+    golden.write_text("\n".join([*text[:3], ",".join(cells), *text[4:]]))
+    with pytest.raises(InputError, match="--missing gap"):
+        read(golden)
+    missing = np.isnan(read(golden, missing="gap").joint("r_wrist")).any(axis=1)
+    assert np.flatnonzero(missing).tolist() == [2]
+
+
+@pytest.mark.parametrize(
+    "damage", [lambda text: text[:-100], lambda text: text.replace("0.0000", "start", 1)]
+)
+def test_damage_has_words(golden, damage):
+    golden.write_text(damage(golden.read_text()))
+    with pytest.raises(InputError, match=r"poses\.csv: expected 52 numbers"):
+        read(golden)
+
+
+def test_reach_of_an_arm_that_is_stretched_out():
+    joints = np.zeros((3, 17, 3))
+    joints[:, H36M17.index("r_wrist")] = [0.3, 0.4, 0.0]
+    joints[2, H36M17.index("r_wrist")] = np.nan
+    np.testing.assert_allclose(reach(PoseSequence(joints, H36M17, CAMERA), "r"), [0.5, 0.5, np.nan])
+
+
+def test_a_side_that_nobody_has():
+    with pytest.raises(InputError, match="side l, r or both, got 'left'"):
+        Reach("left")
