@@ -1,234 +1,27 @@
-"""2D files in every documented form, written from one kind of scene: {person: (frames, points (T, J, 3))}."""
+"""Fixtures shared by the tests of 2D files and videos."""
 
-import json
 from collections.abc import Callable
-from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-Scene = dict[str, tuple[np.ndarray, np.ndarray]]
+from golden import detections, films
 
 
 @pytest.fixture(scope="session")
 def moving() -> Callable[..., tuple[np.ndarray, np.ndarray]]:
     """Frames and points of a person who drifts to the right; people of other numbers stand far away."""
-
-    def make(joints: int, frames=range(12), number: int = 0) -> tuple[np.ndarray, np.ndarray]:
-        t, j = np.array(frames)[:, None], np.arange(joints)
-        x = 100.25 + 400 * number + 5 * j + 2 * t
-        y = 80.5 + 9 * j + 0.5 * t
-        return t[:, 0], np.stack([x, y, np.broadcast_to((j + 2) / (joints + 4), x.shape)], axis=-1)
-
-    return make
-
-
-def _rows(scene: Scene) -> list[tuple[int, str, np.ndarray]]:
-    rows = [
-        (int(frame), person, row)
-        for person, (frames, points) in scene.items()
-        for frame, row in zip(frames, points, strict=True)
-    ]
-    return sorted(rows, key=lambda row: row[0])
-
-
-def _dump(path: Path, content) -> Path:
-    path.write_text(json.dumps(content), encoding="utf-8")
-    return path
-
-
-def _box(points: np.ndarray) -> list[float]:
-    (x, y), (right, bottom) = points[:, :2].min(axis=0), points[:, :2].max(axis=0)
-    return [x, y, right - x, bottom - y]
-
-
-def alphapose(folder: Path, scene: Scene) -> Path:
-    listed = [
-        {
-            "image_id": f"{frame}.jpg", "category_id": 1, "keypoints": row.ravel().tolist(), "score": 2.7,
-            "box": _box(row), "idx": int(person),
-        }
-        for frame, person, row in _rows(scene)
-    ]  # fmt: skip
-    return _dump(folder / "alphapose-results.json", listed)
-
-
-def _alphapose_dict(folder: Path, scene: Scene, people: str, joints: str) -> Path:
-    images: dict[str, dict] = {}
-    for frame, _, row in _rows(scene):
-        image = images.setdefault(f"{frame}.jpg", {"version": "AlphaPose v0.3", people: []})
-        image[people].append({joints: row.ravel().tolist()})
-    return _dump(folder / "alphapose-results.json", images)
-
-
-def alphapose_cmu(folder: Path, scene: Scene) -> Path:
-    return _alphapose_dict(folder, scene, "bodies", "joints")
-
-
-def alphapose_open(folder: Path, scene: Scene) -> Path:
-    return _alphapose_dict(folder, scene, "people", "pose_keypoints_2d")
-
-
-def openpose(folder: Path, scene: Scene) -> Path:
-    folder = folder / "openpose"
-    folder.mkdir()
-    rows = _rows(scene)
-    for frame in range(rows[-1][0] + 1):
-        people = [
-            {"person_id": [-1], "pose_keypoints_2d": row.ravel().tolist(), "face_keypoints_2d": []}
-            for at, _, row in rows
-            if at == frame
-        ]
-        _dump(folder / f"walk.v2_{frame:012d}_keypoints.json", {"version": 1.3, "people": people})
-    return folder
-
-
-def coco_results(folder: Path, scene: Scene) -> Path:
-    listed = [
-        {"image_id": frame, "category_id": 1, "keypoints": row.ravel().tolist(), "score": 0.9}
-        for frame, _, row in _rows(scene)
-    ]
-    return _dump(folder / "keypoints_results.json", listed)
-
-
-def coco_tracks(folder: Path, scene: Scene) -> Path:
-    listed = [
-        {
-            "image_id": frame, "category_id": 1, "keypoints": row.ravel().tolist(), "score": 0.9,
-            "bbox": _box(row), "track_id": int(person),
-        }
-        for frame, person, row in _rows(scene)
-    ]  # fmt: skip
-    return _dump(folder / "keypoints_results.json", listed)
-
-
-def coco_annotations(folder: Path, scene: Scene) -> Path:
-    """Image ids run against the frames, as nothing forbids."""
-    rows = _rows(scene)
-    frames = sorted({frame for frame, _, _ in rows})
-    ids = {frame: 1000 - frame for frame in frames}
-    content = {
-        "info": {"description": 'a, "b" [c] {d}'},
-        "images": [{"id": ids[frame], "file_name": f"take2/clip_{frame:05d}.PNG"} for frame in frames],
-        "annotations": [
-            {
-                "id": i,
-                "image_id": ids[frame],
-                "category_id": 1,
-                "keypoints": row.ravel().tolist(),
-                "bbox": _box(row),
-            }
-            for i, (frame, _, row) in enumerate(rows)
-        ],
-        "categories": [{"id": 1, "name": "person"}],
-    }
-    return _dump(folder / "person_keypoints.json", content)
-
-
-def _instances(scene: Scene, first: int) -> list[dict]:
-    rows = _rows(scene)
-    return [
-        {
-            "frame_id": frame + first,
-            "instances": [
-                {
-                    "keypoints": row[:, :2].tolist(), "keypoint_scores": row[:, 2].tolist(),
-                    "bbox": [_box(row)], "bbox_score": 0.8,
-                }
-                for at, _, row in rows
-                if at == frame
-            ],
-        }
-        for frame in range(rows[-1][0] + 1)
-    ]  # fmt: skip
-
-
-def mmpose_inferencer(folder: Path, scene: Scene) -> Path:
-    return _dump(folder / "walk.json", _instances(scene, first=0))
-
-
-COCO_NAMES = [
-    "nose", "left_eye", "right_eye", "left_ear", "right_ear", "left_shoulder", "right_shoulder", "left_elbow",
-    "right_elbow", "left_wrist", "right_wrist", "left_hip", "right_hip", "left_knee", "right_knee", "left_ankle",
-    "right_ankle",
-]  # fmt: skip
-
-
-def mmpose_demo(folder: Path, scene: Scene) -> Path:
-    meta = {
-        "dataset_name": "coco",
-        "keypoint_id2name": {str(i): joint for i, joint in enumerate(COCO_NAMES)},
-        "keypoint_colors": {"__ndarray__": [[51, 153, 255]] * 500, "dtype": "uint8"},
-    }
-    return _dump(
-        folder / "results_walk.json", {"meta_info": meta, "instance_info": _instances(scene, first=1)}
-    )
-
-
-def _reconstruction(scene: Scene) -> np.ndarray:
-    length = max(frames[-1] for frames, _ in scene.values()) + 1
-    values = np.zeros((len(scene), length, 17, 3), np.float32)
-    for person, (frames, points) in enumerate(scene.values()):
-        values[person, frames] = points
-    return values
-
-
-def vis2d(folder: Path, scene: Scene) -> Path:
-    path = folder / "keypoints.npz"
-    np.savez_compressed(path, reconstruction=_reconstruction(scene)[..., :2])
-    return path
-
-
-def vis2d_scores(folder: Path, scene: Scene) -> Path:
-    (folder / "walk" / "input_2D").mkdir(parents=True)
-    np.savez_compressed(folder / "walk" / "input_2D" / "keypoints.npz", reconstruction=_reconstruction(scene))
-    return folder / "walk"
-
-
-WRITERS = {
-    writer.__name__: writer
-    for writer in (
-        alphapose, alphapose_cmu, alphapose_open, openpose, coco_results, coco_tracks, coco_annotations,
-        mmpose_inferencer, mmpose_demo, vis2d, vis2d_scores,
-    )
-}  # fmt: skip
+    return detections.moving
 
 
 @pytest.fixture
-def write(tmp_path) -> Callable[[str, Scene], Path]:
+def write(tmp_path) -> Callable[[str, detections.Scene], Path]:
     """write(form, scene): a file, or a folder, of that form."""
-    return lambda form, scene: WRITERS[form](tmp_path, scene)
+    return lambda form, scene: detections.WRITERS[form](tmp_path, scene)
 
 
 @pytest.fixture(scope="session")
 def film() -> Callable[..., Path]:
     """Write a tiny video whose frames have the given time stamps in milliseconds."""
-    import av
-
-    def make(
-        path: Path, stamps_ms, *, codec="libx264", rotation=None, first_ms=0, reordered=0, **options
-    ) -> Path:
-        with av.open(path, "w", options=options) as container:
-            stream = container.add_stream(codec, rate=30)
-            stream.width, stream.height, stream.pix_fmt = 64, 48, "yuv420p"
-            stream.codec_context.time_base = stream.time_base = Fraction(1, 1000)
-            if codec == "libx264":
-                stream.options = {"bf": str(reordered)}
-            if rotation is not None:
-                stream.set_display_rotation(rotation)
-            pictures = []
-            for i, stamp in enumerate(stamps_ms):
-                picture = av.VideoFrame.from_ndarray(
-                    np.full((48, 64, 3), 9 * i % 255, np.uint8), format="rgb24"
-                )
-                picture.pts, picture.time_base = stamp, Fraction(1, 1000)
-                pictures.append(picture)
-            for picture in (*pictures, None):
-                for packet in stream.encode(picture):
-                    shift = int(first_ms / 1000 / packet.time_base)
-                    packet.pts, packet.dts = packet.pts + shift, packet.dts + shift
-                    container.mux(packet)
-        return path
-
-    return make
+    return films.film

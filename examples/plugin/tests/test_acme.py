@@ -20,7 +20,7 @@ def walk():
 @pytest.fixture
 def golden(walk, tmp_path):
     """poses.csv as Acme exports it: y up, z towards the camera, millimetres, a camera 3 m away."""
-    joints = camera_poses(walk, side_camera(walk)).joints + [0.2, 0, 3]
+    joints = camera_poses(walk, side_camera(walk)).joints + np.array([0.2, 0, 3])
     rows = np.column_stack([walk.time_s, (1000 * joints * [1, -1, -1]).reshape(len(walk), -1)])
     lines = [",".join(HEADER), *(",".join(f"{value:.4f}" for value in row) for row in rows)]
     path = tmp_path / "poses.csv"

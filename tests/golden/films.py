@@ -1,0 +1,35 @@
+"""Tiny videos."""
+
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+
+
+def film(
+    path: Path, stamps_ms, *, codec="libx264", rotation=None, first_ms=0, reordered=0, **options
+) -> Path:
+    """A video of 64 x 48 pixels whose frames have the given time stamps in milliseconds."""
+    import av
+
+    with av.open(path, "w", options=options) as container:
+        stream = container.add_stream(codec, rate=30)
+        stream.width, stream.height, stream.pix_fmt = 64, 48, "yuv420p"
+        stream.codec_context.time_base = stream.time_base = Fraction(1, 1000)
+        if codec == "libx264":
+            stream.options = {"bf": str(reordered)}
+        if rotation is not None:
+            stream.set_display_rotation(rotation)
+        pictures = []
+        for i, stamp in enumerate(stamps_ms):
+            picture = av.VideoFrame.from_ndarray(
+                np.full((48, 64, 3), 9 * i % 255, np.uint8), format="rgb24"
+            )
+            picture.pts, picture.time_base = stamp, Fraction(1, 1000)
+            pictures.append(picture)
+        for picture in (*pictures, None):
+            for packet in stream.encode(picture):
+                shift = int(first_ms / 1000 / packet.time_base)
+                packet.pts, packet.dts = packet.pts + shift, packet.dts + shift
+                container.mux(packet)
+    return path
