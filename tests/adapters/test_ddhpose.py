@@ -3,30 +3,9 @@
 import numpy as np
 import pytest
 
+from golden.lifters import CLIP, in_clips, with_steps_and_proposals
 from pcnet3d.adapters import ddhpose, read
 from pcnet3d.pipeline import InputError
-
-CLIP = 243
-
-
-def in_clips(video: np.ndarray) -> np.ndarray:
-    """(b, 243, ...) from (T, ...) as UnchunkedGenerator_Seq cuts: the last clip is the video's last 243 frames;
-    a video shorter than a clip is filled up on the right with its last frame."""
-    frames = len(video)
-    if frames < CLIP:
-        return np.concatenate([video, np.repeat(video[-1:], CLIP - frames, axis=0)])[None]
-    starts = [*range(0, frames - CLIP, CLIP), frames - CLIP]
-    return np.stack([video[start : start + CLIP] for start in starts])
-
-
-def with_steps_and_proposals(video: np.ndarray, steps: int, proposals: int) -> np.ndarray:
-    """(t, h, T, 17, 3): proposals of the last step lie symmetrically around the video, other steps are far off."""
-    spread = 0.01 * (np.arange(proposals) - (proposals - 1) / 2)
-    stack = video[None, None] + spread[None, :, None, None, None]
-    stack = np.repeat(stack, steps, axis=0)
-    stack[:-1] *= 1.2
-    stack[..., :1, :] = 0
-    return stack
 
 
 @pytest.fixture

@@ -4,28 +4,19 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from golden.lifters import QUATERNION_XYZW, displayed, squatting
 from pcnet3d.adapters import read
-from pcnet3d.pipeline import InputError, rotate
+from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.reading import adapters
 
 FRAMES = 300
 # formats.md 2.2: where the display puts the camera's right, down and forward, to three digits
 COLUMNS = np.array([[-0.915, 0.402, 0.026], [0.052, 0.180, -0.982], [-0.399, -0.898, -0.186]]).T
-QUATERNION_XYZW = [-0.1500701755, -0.7552407980, 0.6223280430, 0.1407056451]
 
 
 @pytest.fixture
 def bodies(turning) -> np.ndarray:
-    """(T, 17, 3) in camera axes; the person also squats, so that the lowest joint is not always as low."""
-    bodies = turning(FRAMES).copy()
-    bodies[..., 1] *= 1 - 0.2 * np.sin(np.arange(FRAMES) / 40)[:, None] ** 2
-    return bodies
-
-
-def displayed(camera: np.ndarray, each_frame: bool = False) -> np.ndarray:
-    turned = rotate(Rotation.from_quat(QUATERNION_XYZW).as_matrix(), camera)
-    turned[..., 2] -= turned[..., 2].min(axis=-1, keepdims=True) if each_frame else turned[..., 2].min()
-    return turned.astype(np.float32)
+    return squatting(turning(FRAMES))
 
 
 @pytest.fixture

@@ -6,6 +6,8 @@ import tracemalloc
 import numpy as np
 import pytest
 
+from golden import lifters
+from golden.lifters import as_mmpose, box_of, instance
 from pcnet3d.adapters import mmpose3d, read, read_all
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.reading import adapters
@@ -13,42 +15,10 @@ from pcnet3d.pipeline.reading import adapters
 FRAMES = 60
 
 
-def as_mmpose(camera: np.ndarray, rebase: bool = True) -> np.ndarray:
-    """Camera axes to what pose3d_inferencer.py writes: y and z exchanged, then the new x and z negated."""
-    joints = camera[..., [0, 2, 1]] * [-1, 1, -1]
-    if rebase:
-        joints[..., 2] -= joints[..., 2].min(axis=-1, keepdims=True)
-    return joints
-
-
-def instance(joints: np.ndarray, box: list[float] | None, score: float = 1.0) -> dict:
-    person = {"keypoints": joints.tolist(), "keypoint_scores": [score] * len(joints)}
-    return person if box is None else person | {"bbox": [box], "bbox_score": 0.9}
-
-
-def box_of(person: int, frame: int) -> list[float]:
-    left = 100.0 + 400 * person + frame
-    return [left, 50.0, left + 120, 400.0]
-
-
 @pytest.fixture
 def save(tmp_path):
     """save(frames, form): frames lists each frame's instances; form "inferencer" or "demo"."""
-
-    def write(frames: list[list[dict]], form: str = "inferencer"):
-        first = {"inferencer": 0, "demo": 1}[form]
-        listed = [{"frame_id": i + first, "instances": people} for i, people in enumerate(frames)]
-        meta = {
-            "dataset_name": "h36m",
-            "keypoint_colors": {"__ndarray__": [[255, 0, 0]] * 300, "dtype": "uint8"},
-        }
-        path = tmp_path / ("walk.json" if form == "inferencer" else "results_walk.json")
-        path.write_text(
-            json.dumps({"meta_info": meta, "instance_info": listed} if form == "demo" else listed)
-        )
-        return path
-
-    return write
+    return lambda frames, form="inferencer": lifters.mmpose3d(tmp_path, frames, form)
 
 
 @pytest.fixture

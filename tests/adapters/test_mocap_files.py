@@ -4,24 +4,16 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
+from golden.worlds import bvh, freemocap, mpi, mpi_training, smpl
 from pcnet3d.adapters import read
 from pcnet3d.pipeline import CAMERA, H36M17, Y_UP, Z_UP, InputError, change_frame
-from pcnet3d.pipeline.layouts import BLAZEPOSE33, MPI3DHP17
+from pcnet3d.pipeline.layouts import BLAZEPOSE33
 from pcnet3d.pipeline.reading import adapters
-from pcnet3d.pipeline.skeletons import SMPL
 
 FRAMES = 40
 LIMBS = tuple(
     f"{s}_{joint}" for s in "lr" for joint in ("hip", "knee", "ankle", "shoulder", "elbow", "wrist")
 )
-# Mixamo's names, parents and the joints of ours that they are.
-BONES = {
-    "Hips": (None, "pelvis"), "Spine": ("Hips", "spine"), "Neck": ("Spine", "thorax"), "Head": ("Neck", "nose"),
-    **{f"{side}{name}": (f"{side}{parent}" if parent not in ("Hips", "Spine") else parent, f"{side[0].lower()}_{ours}")
-       for side in ("Left", "Right") for name, parent, ours in (
-        ("UpLeg", "Hips", "hip"), ("Leg", "UpLeg", "knee"), ("Foot", "Leg", "ankle"),
-        ("Arm", "Spine", "shoulder"), ("ForeArm", "Arm", "elbow"), ("Hand", "ForeArm", "wrist"))},
-}  # fmt: skip
 
 
 def recognised(path) -> list[str]:
@@ -36,36 +28,6 @@ def limbs_of(world) -> np.ndarray:
     """Of joints (T, 17, 3), relative to the middle of the hips."""
     hips = world[:, H36M17.indices(("l_hip", "r_hip"))].mean(axis=1, keepdims=True)
     return (world - hips)[:, H36M17.indices(LIMBS)]
-
-
-def bvh(path, world, fps=60, scale=100.0, t_pose=False):
-    """A BVH whose joints slide: six channels each, as TotalCapture's have them, positions from the parent."""
-    places = {name: scale * world[:, H36M17.index(ours)] for name, (_, ours) in BONES.items()}
-    local = {n: places[n] - (places[parent] if parent else 0) for n, (parent, _) in BONES.items()}
-    order, lines = [], ["HIERARCHY"]
-
-    def write(name, depth):
-        order.append(name)
-        lines.append("\t" * depth + ("JOINT " if depth else "ROOT ") + name)
-        lines.append("\t" * depth + "{")
-        lines.append("\t" * depth + "\tOFFSET " + " ".join(f"{v:.6f}" for v in local[name][0]))
-        lines.append(
-            "\t" * depth + "\tCHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation"
-        )
-        for child in (n for n, (parent, _) in BONES.items() if parent == name):
-            write(child, depth + 1)
-        lines.append("\t" * depth + "}")
-
-    write("Hips", 0)
-    lines += ["MOTION", f"Frames: {len(world)}", f"Frame Time: {1 / fps:.7f}"]
-    for row in range(len(world)):
-        numbers = []
-        for name in order:
-            turn = 0.001 * (name == "Head" and not (t_pose and row == 0))
-            numbers += [*local[name][row], 0, turn, 0]
-        lines.append(" ".join(f"{v:.6f}" for v in numbers))
-    path.write_text("\n".join(lines) + "\n")
-    return path
 
 
 @pytest.fixture
@@ -105,14 +67,6 @@ def test_damaged_bvh(y_up, tmp_path):
     path.write_text(path.read_text()[:-200])
     with pytest.raises(InputError, match=r"x\.bvh"):
         read(path)
-
-
-def smpl(world) -> np.ndarray:
-    """(T, 24, 3) in SMPL's order, hands at the wrists; the collars are of no matter."""
-    theirs = {"spine1": "spine", "spine2": "spine", "spine3": "spine", "neck": "thorax", "head": "nose"}
-    theirs |= {f"{s}_{a}": f"{s}_{b}" for s in "lr" for a, b in (("toes", "ankle"), ("collar", "shoulder"))}
-    names = [theirs.get(name, name) for name in SMPL] + ["l_wrist", "r_wrist"]
-    return world[:, H36M17.indices(names)]
 
 
 @pytest.mark.parametrize("rate", ["mocap_framerate", "mocap_frame_rate"])
@@ -163,17 +117,8 @@ def test_nothing_is_not_theirs(tmp_path, name):
 
 
 @pytest.fixture
-def blaze(standing):
-    """(40, 33, 3) millimetres in MediaPipe's order; what our layout lacks lies near the head, hands and feet."""
-    world = standing(FRAMES)
-    near = {"ear": "head", "eye": "nose", "mouth": "nose"}
-    joints = [
-        joint if joint in H36M17
-        else near[part] if (part := joint.split("_")[1]) in near
-        else f"{joint[0]}_{'ankle' if part in ('heel', 'foot') else 'wrist'}"
-        for joint in BLAZEPOSE33.joints
-    ]  # fmt: skip
-    return 1000 * world[:, H36M17.indices(joints)]
+def blaze(standing) -> np.ndarray:
+    return freemocap(standing(FRAMES))
 
 
 def test_freemocap(standing, blaze, tmp_path):
@@ -205,25 +150,8 @@ def test_freemocap_flat_or_lying_or_in_metres_is_refused(blaze, tmp_path):
         read(path, "freemocap")
 
 
-def mpi(facing, frames=FRAMES) -> np.ndarray:
-    """(T, 17, 3) millimetres in camera axes, MPI-INF-3DHP's 17; the middle of the head where our nose is."""
-    theirs = {"head_top": "head", "neck": "thorax", "head_centre": "nose"}
-    camera = facing(frames) + np.array([0, 0, 3])
-    return 1000 * camera[:, H36M17.indices([theirs.get(joint, joint) for joint in MPI3DHP17.joints])]
-
-
 def test_mpi_inf_3dhp_training(turning, tmp_path):
-    # The data set's 28 joints by name, as mpii_get_joint_set.m lists them; the rest are of no matter.
-    arm, leg = ("clavicle", "shoulder", "elbow", "wrist", "hand"), ("hip", "knee", "ankle", "foot", "toe")
-    theirs = ["spine3", "spine4", "spine2", "spine", "pelvis", "neck", "head_centre", "head_top"]
-    theirs += [f"{side}_{part}" for limb in (arm, leg) for side in "lr" for part in limb]
-    stored = np.full((FRAMES, 28, 3), 9e5)
-    for i, joint in enumerate(theirs):
-        if joint in MPI3DHP17:
-            stored[:, i] = mpi(turning)[:, MPI3DHP17.index(joint)]
-    cells = np.empty((2, 1), dtype=object)
-    cells[0, 0], cells[1, 0] = stored.reshape(FRAMES, 84), stored.reshape(FRAMES, 84)[:30]
-    savemat(tmp_path / "annot.mat", {"annot3": cells, "annot2": cells, "univ_annot3": cells})
+    mpi_training(tmp_path, turning(FRAMES))
     assert recognised(tmp_path / "annot.mat") == ["mpi3dhp"]
     poses = read(tmp_path / "annot.mat")
     assert (poses.frame.axes, poses.frame.unit) == (CAMERA.axes, "m")
@@ -237,7 +165,7 @@ def test_mpi_inf_3dhp_training(turning, tmp_path):
 
 def test_mpi_inf_3dhp_test(turning, tmp_path):
     valid = np.arange(FRAMES) % 4 != 0
-    stored = mpi(turning).transpose(2, 1, 0)[:, :, None]
+    stored = mpi(turning(FRAMES)).transpose(2, 1, 0)[:, :, None]
     savemat(tmp_path / "annot_data.mat", {"annot3": stored, "valid_frame": valid[None].astype(float)})
     poses = read(tmp_path / "annot_data.mat")
     np.testing.assert_array_equal(poses.frame_index, np.flatnonzero(valid))

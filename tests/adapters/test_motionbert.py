@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from golden import lifters
 from pcnet3d.adapters import motionbert, read
 from pcnet3d.pipeline import InputError
 
@@ -19,12 +20,7 @@ def relative(turning) -> np.ndarray:
 @pytest.fixture
 def x3d(relative, tmp_path):
     """x3d(change) writes X3D.npy as infer_wild.py does, after change(array), and returns its path."""
-    root = np.zeros((FRAMES, 1, 3))
-    time = np.arange(FRAMES)
-    root[:, 0, 0] = 0.3 * np.cos(time / 50) + 0.2
-    root[:, 0, 1] = 0.05 * np.sin(time / 20) - 0.1
-    root[:, 0, 2] = 0.001 * (time % 243)  # set to 0 in the first frame of each clip
-    saved = (relative + root).astype(np.float32)
+    saved = lifters.x3d(relative)
 
     def write(change=lambda joints: joints):
         np.save(tmp_path / "X3D.npy", change(saved.copy()))

@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 
+from golden.lifters import openpose3d, openpose_joints
 from pcnet3d.adapters import read, read_all
 from pcnet3d.pipeline import H36M17, InputError
 from pcnet3d.pipeline.layouts import BODY_25, OPENPOSE18
@@ -14,35 +15,10 @@ FRAMES = 40
 AWAY_M = np.array([0.3, 0.1, 4.0])
 
 
-def openpose_joints(bodies: np.ndarray, layout) -> np.ndarray:
-    """(T, J, 3): the joints that H36M17 has where they are, others beside them."""
-    stand_ins = {"neck": "thorax", "l_eye": "nose", "r_eye": "nose", "l_ear": "head", "r_ear": "head"}
-    names = [
-        joint if joint in H36M17.joints else stand_ins.get(joint, f"{joint[0]}_ankle")
-        for joint in layout.joints
-    ]
-    return bodies[:, H36M17.indices(names)]
-
-
 @pytest.fixture
 def save(tmp_path):
     """save(frames): each frame's people, (J, 3) each; a joint of NaN was not found."""
-
-    def write(frames: list[list[np.ndarray]], name: str = "pose_keypoints_3d"):
-        folder = tmp_path / "json"
-        folder.mkdir()
-        for i, bodies in enumerate(frames):
-            people = []
-            for body in bodies:
-                found = np.isfinite(body).all(axis=1)
-                points = np.column_stack([np.nan_to_num(body), np.ones(len(body))]) * found[:, None]
-                flat = [value for x, y, *_ in points.tolist() for value in (300 + x, 200 + y, 0.8)]
-                people.append({"person_id": [-1], "pose_keypoints_2d": flat, name: points.ravel().tolist()})
-            text = json.dumps({"version": 1.3, "people": people})
-            (folder / f"walk_{i:012d}_keypoints.json").write_text(text)
-        return folder
-
-    return write
+    return lambda frames, name="pose_keypoints_3d": openpose3d(tmp_path, frames, name)
 
 
 @pytest.fixture

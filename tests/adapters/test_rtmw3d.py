@@ -1,56 +1,21 @@
 """RTMW3D's demo JSON: crop pixels and depth bins of 133 joints (formats.md 4)."""
 
-import json
-
 import numpy as np
 import pytest
 
+from golden.lifters import rtmw3d
 from pcnet3d.adapters import read
 from pcnet3d.pipeline import H36M17, InputError
 from pcnet3d.pipeline.anthropometry import implied_stature
-from pcnet3d.pipeline.layouts import COCO17
 from pcnet3d.pipeline.reading import adapters
 
 FRAMES = 60
-PIXELS_PER_M = 170.0
 
 
 @pytest.fixture
 def save(turning, tmp_path):
     """save(change) writes results_walk.json of the demo, after change(crop coordinates (T, 133, 3))."""
-
-    def write(change=lambda crop: crop, count: int = 133):
-        bodies = turning(FRAMES)
-        own = {joint: bodies[:, i] for i, joint in enumerate(H36M17.joints)}
-        face = {
-            "l_eye": [0.03, -0.03, 0],
-            "r_eye": [-0.03, -0.03, 0],
-            "l_ear": [0.07, 0, 0.09],
-            "r_ear": [-0.07, 0, 0.09],
-        }
-        coco = [
-            own[joint] if joint in own else own["nose"] + np.array(face[joint]) for joint in COCO17.joints
-        ]
-        whole = np.stack([*coco, *[own["nose"]] * (count - len(coco))], axis=1)
-        crop = np.empty_like(whole)
-        crop[..., :2] = whole[..., :2] * PIXELS_PER_M + [144, 190]
-        crop[..., 2] = (whole[..., 2] / 2.1744869 + 1) * 144
-        written = -change(crop)[..., [0, 2, 1]]
-        written[..., 2] -= written[..., 2].min(axis=1, keepdims=True)
-        frames = [
-            {
-                "frame_id": i + 1,
-                "instances": [{"keypoints": row.tolist(), "keypoint_scores": [1.2 + 0.1 * (i % 3)] * count}],
-            }
-            for i, row in enumerate(written)
-        ]
-        path = tmp_path / "results_walk.json"
-        path.write_text(
-            json.dumps({"meta_info": {"dataset_name": "coco_wholebody"}, "instance_info": frames})
-        )
-        return path
-
-    return write
+    return lambda change=lambda crop: crop, count=133: rtmw3d(tmp_path, turning(FRAMES), change, count)
 
 
 def test_golden(save, turning):

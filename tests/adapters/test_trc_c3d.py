@@ -3,58 +3,12 @@
 import numpy as np
 import pytest
 
+from golden.worlds import POSE2SIM, c3d, trc, y_up
 from pcnet3d.adapters import read
 from pcnet3d.pipeline import H36M17, Y_UP, Z_UP, InputError, change_frame
 from pcnet3d.pipeline.reading import adapters
 
 FRAMES = 40
-# HALPE_26 of Pose2Sim, in its order; markers at other places than our joints are left to be derived.
-POSE2SIM = {
-    "Hip": "pelvis", "RHip": "r_hip", "RKnee": "r_knee", "RAnkle": "r_ankle", "LHip": "l_hip", "LKnee": "l_knee",
-    "LAnkle": "l_ankle", "Neck": "thorax", "Head": "head", "Nose": "nose", "RShoulder": "r_shoulder",
-    "RElbow": "r_elbow", "RWrist": "r_wrist", "LShoulder": "l_shoulder", "LElbow": "l_elbow", "LWrist": "l_wrist",
-}  # fmt: skip
-
-
-def y_up(points: np.ndarray) -> np.ndarray:
-    """Pose2Sim's zup2yup: (X, Y, Z) -> (Y, Z, X)."""
-    return points[..., [1, 2, 0]]
-
-
-def trc(path, names, points, first=0, fps=30, units="m", said=None):
-    """The five header lines and rows of Pose2Sim's triangulation; a NaN is an empty cell."""
-    header = [
-        f"PathFileType\t4\t(X/Y/Z)\t{said or path.name}",
-        "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame\tOrigNumFrames",
-        f"{fps}\t{fps}\t{len(points)}\t{len(names)}\t{units}\t{fps}\t{first}\t{len(points)}",
-        "Frame#\tTime\t" + "\t\t\t".join(names) + "\t\t",
-        "\t\t" + "\t".join(f"X{i}\tY{i}\tZ{i}" for i in range(1, len(names) + 1)),
-    ]
-    rows = [
-        "\t".join([str(i), repr(i / fps), *("" if np.isnan(v) else f"{v:.6f}" for v in row.ravel())])
-        for i, row in enumerate(points, first)
-    ]
-    path.write_text("\n".join(header + rows) + "\n")
-    return path
-
-
-def c3d(path, names, points, unit="mm", rate=50.0, y_screen=None):
-    ezc3d = pytest.importorskip("ezc3d")
-    file = ezc3d.c3d()
-    file["parameters"]["POINT"]["UNITS"]["value"] = [unit]
-    file["parameters"]["POINT"]["RATE"]["value"] = [rate]
-    file["parameters"]["POINT"]["LABELS"]["value"] = list(names)
-    data = np.moveaxis(points, 0, -1).swapaxes(0, 1)
-    file["data"]["points"] = np.concatenate([np.nan_to_num(data), np.ones_like(data[:1])])
-    missing = np.isnan(data).any(axis=0, keepdims=True)
-    file["data"]["meta_points"] = {
-        "residuals": np.where(missing, -1.0, 0.0),
-        "camera_masks": np.zeros((7, *data.shape[1:]), dtype=bool),
-    }
-    if y_screen:
-        file.add_parameter("POINT", "Y_SCREEN", [y_screen])
-    file.write(str(path))
-    return path
 
 
 @pytest.fixture

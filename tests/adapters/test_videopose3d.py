@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from golden import lifters
 from pcnet3d.adapters import read, videopose3d
 from pcnet3d.pipeline import InputError
 
@@ -18,8 +19,7 @@ def relative(turning) -> np.ndarray:
 @pytest.fixture
 def export(relative, tmp_path):
     """export(change) writes what run.py --viz-export saves: the pelvis near 0, but not at it."""
-    drift = 0.004 * np.cos(np.arange(FRAMES)[:, None, None] + [0, 1, 2])
-    saved = (relative + drift).astype(np.float32)
+    saved = lifters.viz_export(relative)
 
     def write(change=lambda joints: joints):
         np.save(tmp_path / "output.npy", change(saved.copy()))
@@ -30,17 +30,7 @@ def export(relative, tmp_path):
 
 @pytest.fixture
 def vis_folder(relative, tmp_path):
-    """The folder of a vis.py: 2D input and 3D output, both under the key `reconstruction`."""
-    for part in ("input_2D", "output_3D"):
-        (tmp_path / "skating" / part).mkdir(parents=True)
-    np.savez_compressed(
-        tmp_path / "skating" / "input_2D" / "keypoints.npz", reconstruction=np.full((1, FRAMES, 17, 2), 300.0)
-    )
-    np.savez_compressed(
-        tmp_path / "skating" / "output_3D" / "output_keypoints_3d.npz",
-        reconstruction=relative.astype(np.float32),
-    )
-    return tmp_path / "skating"
+    return lifters.vis_folder(tmp_path, relative)
 
 
 def test_golden_npy(export, relative):

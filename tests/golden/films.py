@@ -22,9 +22,7 @@ def film(
             stream.set_display_rotation(rotation)
         pictures = []
         for i, stamp in enumerate(stamps_ms):
-            picture = av.VideoFrame.from_ndarray(
-                np.full((48, 64, 3), 9 * i % 255, np.uint8), format="rgb24"
-            )
+            picture = av.VideoFrame.from_ndarray(np.full((48, 64, 3), 9 * i % 255, np.uint8), format="rgb24")
             picture.pts, picture.time_base = stamp, Fraction(1, 1000)
             pictures.append(picture)
         for picture in (*pictures, None):

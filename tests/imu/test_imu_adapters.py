@@ -1,11 +1,11 @@
 """Files of IMUs and of TotalCapture, written here in the documented formats (formats.md 8.2) and read back."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from golden.sensors import PERFECT, write_sensors
+from golden.worlds import R_Y_UP_FROM_Z_UP, totalcapture
 from pcnet3d.adapters import read
 from pcnet3d.examples.imu import Faults, strapped, write_csv
 from pcnet3d.examples.walker import walker
@@ -16,58 +16,10 @@ from pcnet3d.stages._imu_align import align
 from pcnet3d.stages._imu_motion import even_times, imu_signal, path_acceleration
 from pcnet3d.stages.imu import read_imus, root_acceleration
 
-R_Y_UP_FROM_Z_UP = np.array([[0, 1, 0], [0, 0, 1], [1, 0, 0]], float)  # the inverse of (x, y, z) -> (z, x, y)
-PERFECT = Faults(0.0, (0.0, 0.0, 0.0), 0.0, 1.0, 0.0, 0.0, (30.0, -50.0, 110.0))
-SENSORS = {"R_LowArm": "r_forearm", "Pelvis": "pelvis", "L_LowLeg": "l_shank"}
-VICON = {
-    "Hips": "pelvis", "Spine": None, "Spine1": "spine", "Spine2": None, "Spine3": None, "Neck": "thorax",
-    "Head": "head", "RightShoulder": None, "RightArm": "r_shoulder", "RightForeArm": "r_elbow",
-    "RightHand": "r_wrist", "LeftShoulder": None, "LeftArm": "l_shoulder", "LeftForeArm": "l_elbow",
-    "LeftHand": "l_wrist", "RightUpLeg": "r_hip", "RightLeg": "r_knee", "RightFoot": "r_ankle",
-    "LeftUpLeg": "l_hip", "LeftLeg": "l_knee", "LeftFoot": "l_ankle",
-}  # fmt: skip
-
 
 @pytest.fixture(scope="module")
 def walk():
     return walker(fps=60, seconds=5)
-
-
-def imus(walk):
-    return {sensor: strapped(walk, segment, PERFECT, rate_hz=60) for sensor, segment in SENSORS.items()}
-
-
-def write_sensors(folder: Path, walk, extra: int = 0) -> Path:
-    """s1_acting1_Xsens.sensors and its calibration: the inertial frames are turned against the world, each its way."""
-    R_inertial_from_world = Rotation.from_euler("z", [[20], [25], [30]], degrees=True).as_matrix()
-    sensors = imus(walk)
-    lines = [f"{len(SENSORS)} {len(walk)}"]
-    for row in range(len(walk)):
-        lines.append(str(row + 1))
-        for (name, imu), R in zip(sensors.items(), R_inertial_from_world, strict=True):
-            x, y, z, w = Rotation.from_matrix(R @ imu.R_world_from_sensor[row]).as_quat()
-            numbers = [w, x, y, z, *imu.force_mps2[row], *[0.5] * extra]
-            lines.append("\t".join([name, *(f"{number:.8f}" for number in numbers)]))
-    suffix = "_AuxFields" if extra else ""
-    path = folder / f"s1_acting1_Xsens{suffix}.sensors"
-    path.write_text("\n".join(lines) + "\n")
-    calibration = [f"{len(SENSORS)}"]
-    for name, R in zip(sensors, R_inertial_from_world, strict=True):
-        x, y, z, w = Rotation.from_matrix(R_Y_UP_FROM_Z_UP @ R.T).as_quat()
-        calibration.append(f"{name} {x:.8f} {y:.8f} {z:.8f} {w:.8f}")
-    (folder / "s1_acting1_calib_imu_ref.txt").write_text("\n".join(calibration) + "\n")
-    return path
-
-
-def write_positions(folder: Path, walk) -> Path:
-    inches = rotate(R_Y_UP_FROM_Z_UP, walk.world) / 0.0254
-    lines = ["\t".join(VICON)]
-    for row in inches:
-        cells = [row[H36M17.index(joint)] if joint else np.full(3, 9.0) for joint in VICON.values()]
-        lines.append("\t".join(" ".join(f"{value:.7f}" for value in cell) for cell in cells))
-    path = folder / "gt_skel_gbl_pos.txt"
-    path.write_text("\n".join(lines) + "\n\n")
-    return path
 
 
 @pytest.mark.parametrize("extra", [0, 6])
@@ -110,7 +62,7 @@ def test_damaged_sensors_are_refused_in_words(walk, tmp_path, damage):
 
 
 def test_totalcapture_positions(walk, tmp_path):
-    path = write_positions(tmp_path, walk)
+    path = totalcapture(tmp_path, walk.world)
     poses = read(path)
     assert poses.history[0].options["adapter"] == "totalcapture"
     assert poses.fps == pytest.approx(60)
@@ -124,14 +76,14 @@ def test_totalcapture_positions(walk, tmp_path):
 
 
 def test_the_path_of_the_root_keeps_its_acceleration(walk, tmp_path):
-    root = root_acceleration(write_positions(tmp_path, walk), 6.0)
+    root = root_acceleration(totalcapture(tmp_path, walk.world), 6.0)
     inner = slice(30, -30)
     found, truth = root(walk.time_s)[inner], walk.acceleration_mps2[inner, 0]
     assert np.sqrt(np.mean((found - truth) ** 2)) < 0.05 * np.sqrt(np.mean(truth**2))
 
 
 def test_with_the_path_of_the_root_no_pelvis_imu_is_needed(walk, tmp_path):
-    root = root_acceleration(write_positions(tmp_path, walk), 6.0)
+    root = root_acceleration(totalcapture(tmp_path, walk.world), 6.0)
     grid = even_times(walk.time_s, 6.0)
     path = point_on("r_forearm", walk.world - walk.world[:, :1])
     video = path_acceleration(path, walk.time_s, (), grid, 6.0)

@@ -1,0 +1,170 @@
+"""MediaPipe's world landmarks (T, 33, 4) in the forms that people save (formats.md 5)."""
+
+import csv
+import json
+
+import numpy as np
+
+from pcnet3d.pipeline import H36M17
+from pcnet3d.pipeline.layouts import BLAZEPOSE33
+
+NAMES = [
+    "nose",
+    "left_eye_inner",
+    "left_eye",
+    "left_eye_outer",
+    "right_eye_inner",
+    "right_eye",
+    "right_eye_outer",
+    "left_ear",
+    "right_ear",
+    "mouth_left",
+    "mouth_right",
+    "left_shoulder",
+    "right_shoulder",
+    "left_elbow",
+    "right_elbow",
+    "left_wrist",
+    "right_wrist",
+    "left_pinky",
+    "right_pinky",
+    "left_index",
+    "right_index",
+    "left_thumb",
+    "right_thumb",
+    "left_hip",
+    "right_hip",
+    "left_knee",
+    "right_knee",
+    "left_ankle",
+    "right_ankle",
+    "left_heel",
+    "right_heel",
+    "left_foot_index",
+    "right_foot_index",
+]
+
+
+def image(world: np.ndarray) -> np.ndarray:
+    landmarks = world.copy()
+    landmarks[..., :2] = 0.25 * landmarks[..., :2] + [0.5, 0.6]
+    return landmarks
+
+
+def points(values: np.ndarray) -> list[dict]:
+    return [dict(zip(("x", "y", "z", "visibility"), map(float, point), strict=True)) for point in values]
+
+
+def write_csv(path, header, rows, delimiter=","):
+    with path.open("w", newline="") as file:
+        writer = csv.writer(file, delimiter=delimiter)
+        writer.writerows([header, *rows] if header else rows)
+    return path
+
+
+def wide(folder, world):
+    header = ["frame", *[f"{axis}{i}" for i in range(33) for axis in "xyzv"]]
+    return write_csv(folder / "a.csv", header, [[i + 3, *row.ravel()] for i, row in enumerate(world)])
+
+
+def wide_from_1(folder, world):
+    header = ["class", *[f"{axis}{i + 1}" for i in range(33) for axis in "xyzv"]]
+    return write_csv(folder / "a.csv", header, [["walk", *row.ravel()] for row in world])
+
+
+def wide_named(folder, world):
+    header = [
+        "timestamp_ms",
+        *[f"{joint.upper()}_{axis}" for joint in NAMES for axis in ("x", "y", "z", "visibility")],
+    ]
+    rows = [[40 * i, *row.ravel()] for i, row in enumerate(world)]
+    return write_csv(folder / "a.csv", header, rows, delimiter=";")
+
+
+def wide_both(folder, world):
+    """The image's landmarks before those of the world."""
+    header = [f"{kind}{joint}_{axis}" for kind in ("", "world_") for joint in NAMES for axis in "xyz"]
+    pixels = image(world)
+    return write_csv(
+        folder / "a.csv",
+        header,
+        [[*p[:, :3].ravel(), *w[:, :3].ravel()] for p, w in zip(pixels, world, strict=True)],
+    )
+
+
+def bare(folder, world):
+    return write_csv(folder / "a.csv", None, [row.ravel() for row in world])
+
+
+def bare_with_frame(folder, world):
+    return write_csv(folder / "a.csv", None, [[i + 3, *row[:, :3].ravel()] for i, row in enumerate(world)])
+
+
+def long(folder, world):
+    header = ["timestamp_s", "landmark", "x_m", "y_m", "z_m", "visibility"]
+    rows = [
+        [0.04 * i, joint.upper(), *point]
+        for i, row in enumerate(world)
+        for joint, point in zip(NAMES, row, strict=True)
+    ]
+    return write_csv(folder / "a.csv", header, rows)
+
+
+def long_numbered(folder, world):
+    header = ["frame_id", "landmark_id", "landmark_name", "x", "y", "z", "visibility"]
+    rows = [[i + 3, j, NAMES[j], *point] for i, row in enumerate(world) for j, point in enumerate(row)]
+    return write_csv(folder / "a.csv", header, rows)
+
+
+def dump(folder, content):
+    (folder / "a.json").write_text(json.dumps(content))
+    return folder / "a.json"
+
+
+def frames_json(folder, world):
+    frames = [{"frame": i + 3, "pose_world_landmarks": points(row)} for i, row in enumerate(world)]
+    return dump(folder, {"video": "a.mp4", "fps": 25, "frames": frames})
+
+
+def tasks_json(folder, world):
+    """The Tasks API's people, one here, beside the image's landmarks."""
+    frames = [
+        {
+            "frame": i + 3,
+            "timestamp_ms": 40 * i,
+            "pose_landmarks": [points(p)],
+            "pose_world_landmarks": [points(w)],
+        }
+        for i, (p, w) in enumerate(zip(image(world), world, strict=True))
+    ]
+    return dump(folder, frames)
+
+
+def pose_world_json(folder, world):
+    return dump(folder, [{"pose_world": row.tolist()} for row in world])
+
+
+def message_json(folder, world):
+    return dump(folder, [{"poseWorldLandmarks": {"landmark": points(row)}} for row in world])
+
+
+def bare_json(folder, world):
+    return dump(folder, [points(row) for row in world])
+
+
+def landmarks(bodies: np.ndarray) -> np.ndarray:
+    """(T, 33, 4) of bodies (T, 17, 3) in CAMERA: the hips' middle at the origin, with visibilities; what our layout
+    lacks lies near the head, hands and feet."""
+    bodies = bodies - bodies[:, H36M17.indices(["l_hip", "r_hip"])].mean(axis=1, keepdims=True)
+    near = {"ear": "head", "heel": "ankle", "foot_index": "ankle"} | dict.fromkeys(
+        ("pinky", "index", "thumb"), "wrist"
+    )
+    found = []
+    for joint in BLAZEPOSE33.joints:
+        side, _, part = joint.partition("_")
+        if joint not in H36M17.joints:
+            joint = near.get(part, "nose")
+            joint = joint if joint in H36M17.joints else f"{side}_{joint}"
+        found.append(bodies[:, H36M17.index(joint)])
+    visibility = np.broadcast_to(np.arange(33) / 40, (len(bodies), 33))
+    return np.concatenate([np.stack(found, axis=1), visibility[..., None]], axis=-1)

@@ -1,0 +1,166 @@
+"""Motion capture's files (formats.md sections 7, 8.2 and 8.3), of joints (T, 17, 3) in metres, z up unless said."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.io import savemat
+
+from pcnet3d.pipeline import H36M17, rotate
+from pcnet3d.pipeline.layouts import BLAZEPOSE33, MPI3DHP17
+from pcnet3d.pipeline.skeletons import SMPL
+
+# HALPE_26 of Pose2Sim, in its order; markers at other places than our joints are left to be derived.
+POSE2SIM = {
+    "Hip": "pelvis", "RHip": "r_hip", "RKnee": "r_knee", "RAnkle": "r_ankle", "LHip": "l_hip", "LKnee": "l_knee",
+    "LAnkle": "l_ankle", "Neck": "thorax", "Head": "head", "Nose": "nose", "RShoulder": "r_shoulder",
+    "RElbow": "r_elbow", "RWrist": "r_wrist", "LShoulder": "l_shoulder", "LElbow": "l_elbow", "LWrist": "l_wrist",
+}  # fmt: skip
+
+
+def y_up(points: np.ndarray) -> np.ndarray:
+    """Pose2Sim's zup2yup: (X, Y, Z) -> (Y, Z, X)."""
+    return points[..., [1, 2, 0]]
+
+
+def trc(path, names, points, first=0, fps=30, units="m", said=None):
+    """The five header lines and rows of Pose2Sim's triangulation; a NaN is an empty cell."""
+    header = [
+        f"PathFileType\t4\t(X/Y/Z)\t{said or path.name}",
+        "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame\tOrigNumFrames",
+        f"{fps}\t{fps}\t{len(points)}\t{len(names)}\t{units}\t{fps}\t{first}\t{len(points)}",
+        "Frame#\tTime\t" + "\t\t\t".join(names) + "\t\t",
+        "\t\t" + "\t".join(f"X{i}\tY{i}\tZ{i}" for i in range(1, len(names) + 1)),
+    ]
+    rows = [
+        "\t".join([str(i), repr(i / fps), *("" if np.isnan(v) else f"{v:.6f}" for v in row.ravel())])
+        for i, row in enumerate(points, first)
+    ]
+    path.write_text("\n".join(header + rows) + "\n")
+    return path
+
+
+def c3d(path, names, points, unit="mm", rate=50.0, y_screen=None):
+    ezc3d = pytest.importorskip("ezc3d")
+    file = ezc3d.c3d()
+    file["parameters"]["POINT"]["UNITS"]["value"] = [unit]
+    file["parameters"]["POINT"]["RATE"]["value"] = [rate]
+    file["parameters"]["POINT"]["LABELS"]["value"] = list(names)
+    data = np.moveaxis(points, 0, -1).swapaxes(0, 1)
+    file["data"]["points"] = np.concatenate([np.nan_to_num(data), np.ones_like(data[:1])])
+    missing = np.isnan(data).any(axis=0, keepdims=True)
+    file["data"]["meta_points"] = {
+        "residuals": np.where(missing, -1.0, 0.0),
+        "camera_masks": np.zeros((7, *data.shape[1:]), dtype=bool),
+    }
+    if y_screen:
+        file.add_parameter("POINT", "Y_SCREEN", [y_screen])
+    file.write(str(path))
+    return path
+
+
+# Mixamo's names, parents and the joints of ours that they are.
+BONES = {
+    "Hips": (None, "pelvis"), "Spine": ("Hips", "spine"), "Neck": ("Spine", "thorax"), "Head": ("Neck", "nose"),
+    **{f"{side}{name}": (f"{side}{parent}" if parent not in ("Hips", "Spine") else parent, f"{side[0].lower()}_{ours}")
+       for side in ("Left", "Right") for name, parent, ours in (
+        ("UpLeg", "Hips", "hip"), ("Leg", "UpLeg", "knee"), ("Foot", "Leg", "ankle"),
+        ("Arm", "Spine", "shoulder"), ("ForeArm", "Arm", "elbow"), ("Hand", "ForeArm", "wrist"))},
+}  # fmt: skip
+
+
+def bvh(path, world, fps=60, scale=100.0, t_pose=False):
+    """A BVH whose joints slide: six channels each, as TotalCapture's have them, positions from the parent."""
+    places = {name: scale * world[:, H36M17.index(ours)] for name, (_, ours) in BONES.items()}
+    local = {n: places[n] - (places[parent] if parent else 0) for n, (parent, _) in BONES.items()}
+    order, lines = [], ["HIERARCHY"]
+
+    def write(name, depth):
+        order.append(name)
+        lines.append("\t" * depth + ("JOINT " if depth else "ROOT ") + name)
+        lines.append("\t" * depth + "{")
+        lines.append("\t" * depth + "\tOFFSET " + " ".join(f"{v:.6f}" for v in local[name][0]))
+        lines.append(
+            "\t" * depth + "\tCHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation"
+        )
+        for child in (n for n, (parent, _) in BONES.items() if parent == name):
+            write(child, depth + 1)
+        lines.append("\t" * depth + "}")
+
+    write("Hips", 0)
+    lines += ["MOTION", f"Frames: {len(world)}", f"Frame Time: {1 / fps:.7f}"]
+    for row in range(len(world)):
+        numbers = []
+        for name in order:
+            turn = 0.001 * (name == "Head" and not (t_pose and row == 0))
+            numbers += [*local[name][row], 0, turn, 0]
+        lines.append(" ".join(f"{v:.6f}" for v in numbers))
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+def smpl(world) -> np.ndarray:
+    """(T, 24, 3) in SMPL's order, hands at the wrists; the collars are of no matter."""
+    theirs = {"spine1": "spine", "spine2": "spine", "spine3": "spine", "neck": "thorax", "head": "nose"}
+    theirs |= {f"{s}_{a}": f"{s}_{b}" for s in "lr" for a, b in (("toes", "ankle"), ("collar", "shoulder"))}
+    names = [theirs.get(name, name) for name in SMPL] + ["l_wrist", "r_wrist"]
+    return world[:, H36M17.indices(names)]
+
+
+def mpi(bodies: np.ndarray) -> np.ndarray:
+    """(T, 17, 3) millimetres in camera axes, of bodies in CAMERA: MPI-INF-3DHP's 17, mid-head where our nose is."""
+    theirs = {"head_top": "head", "neck": "thorax", "head_centre": "nose"}
+    camera = bodies + np.array([0, 0, 3])
+    return 1000 * camera[:, H36M17.indices([theirs.get(joint, joint) for joint in MPI3DHP17.joints])]
+
+
+R_Y_UP_FROM_Z_UP = np.array([[0, 1, 0], [0, 0, 1], [1, 0, 0]], float)  # the inverse of (x, y, z) -> (z, x, y)
+
+
+VICON = {
+    "Hips": "pelvis", "Spine": None, "Spine1": "spine", "Spine2": None, "Spine3": None, "Neck": "thorax",
+    "Head": "head", "RightShoulder": None, "RightArm": "r_shoulder", "RightForeArm": "r_elbow",
+    "RightHand": "r_wrist", "LeftShoulder": None, "LeftArm": "l_shoulder", "LeftForeArm": "l_elbow",
+    "LeftHand": "l_wrist", "RightUpLeg": "r_hip", "RightLeg": "r_knee", "RightFoot": "r_ankle",
+    "LeftUpLeg": "l_hip", "LeftLeg": "l_knee", "LeftFoot": "l_ankle",
+}  # fmt: skip
+
+
+def totalcapture(folder: Path, world: np.ndarray) -> Path:
+    """gt_skel_gbl_pos.txt, in inches, y up; joints that our layout lacks lie anywhere."""
+    inches = rotate(R_Y_UP_FROM_Z_UP, world) / 0.0254
+    lines = ["\t".join(VICON)]
+    for row in inches:
+        cells = [row[H36M17.index(joint)] if joint else np.full(3, 9.0) for joint in VICON.values()]
+        lines.append("\t".join(" ".join(f"{value:.7f}" for value in cell) for cell in cells))
+    path = folder / "gt_skel_gbl_pos.txt"
+    path.write_text("\n".join(lines) + "\n\n")
+    return path
+
+
+def freemocap(world: np.ndarray) -> np.ndarray:
+    """(T, 33, 3) millimetres in MediaPipe's order; what our layout lacks lies near the head, hands and feet."""
+    near = {"ear": "head", "eye": "nose", "mouth": "nose"}
+    joints = [
+        joint if joint in H36M17
+        else near[part] if (part := joint.split("_")[1]) in near
+        else f"{joint[0]}_{'ankle' if part in ('heel', 'foot') else 'wrist'}"
+        for joint in BLAZEPOSE33.joints
+    ]  # fmt: skip
+    return 1000 * world[:, H36M17.indices(joints)]
+
+
+def mpi_training(folder: Path, bodies: np.ndarray, second: int = 30) -> Path:
+    """annot.mat of two cameras that see bodies in CAMERA; of the second the first frames alone."""
+    # The data set's 28 joints by name, as mpii_get_joint_set.m lists them; the rest are of no matter.
+    arm, leg = ("clavicle", "shoulder", "elbow", "wrist", "hand"), ("hip", "knee", "ankle", "foot", "toe")
+    theirs = ["spine3", "spine4", "spine2", "spine", "pelvis", "neck", "head_centre", "head_top"]
+    theirs += [f"{side}_{part}" for limb in (arm, leg) for side in "lr" for part in limb]
+    stored, frames = np.full((len(bodies), 28, 3), 9e5), len(bodies)
+    for i, joint in enumerate(theirs):
+        if joint in MPI3DHP17:
+            stored[:, i] = mpi(bodies)[:, MPI3DHP17.index(joint)]
+    cells = np.empty((2, 1), dtype=object)
+    cells[0, 0], cells[1, 0] = stored.reshape(frames, 84), stored.reshape(frames, 84)[:second]
+    savemat(folder / "annot.mat", {"annot3": cells, "annot2": cells, "univ_annot3": cells})
+    return folder / "annot.mat"
