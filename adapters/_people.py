@@ -11,7 +11,7 @@ from ..pipeline.errors import InputError
 from ..pipeline.frames import Frame
 from ..pipeline.layouts import Layout
 from ..pipeline.pose import PoseSequence, Step, package_version
-from ._tracks import Detection, linked
+from ._tracks import Detection, linked, saying_nothing
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -51,24 +51,23 @@ class Bodies:
 
         plane: the two coordinates that the picture shows, by which people without boxes are told apart.
         placed: the joints say where in space the person is, not only the pose.
-        People are joined from frame to frame by `_tracks.linked`; the history says by what. One score for all
-        joints of the file says nothing and becomes NaN; scores outside [0, 1] are clipped; the history tells
-        both. InputError when nobody is there.
+        People are joined from frame to frame by `_tracks.linked`; the history says by what. Scores that say nothing
+        (`saying_nothing`) become NaN, others outside [0, 1] are clipped; the history tells both. InputError when
+        nobody is there.
         """
         if not self._frames:
             raise InputError(f"{where}: no person was found in any frame.")
         frames = np.frombuffer(self._frames, np.int64)
         scores = np.frombuffer(self._scores, np.float32).reshape(len(frames), -1)
-        known = scores[np.isfinite(scores)]
-        dummy = len(known) > 1 and np.ptp(known) == 0
+        unknown = saying_nothing(scores)
         groups, how = self._groups(frames, plane, placed)
         people = []
         for person, rows in enumerate(groups):
             own = scores[rows]
             steps = list(how)
             outside = (own < 0) | (own > 1)
-            if dummy:
-                steps.append(Step("scores", package_version(), {"unknown": f"all are {known[0]:g}"}))
+            if unknown:
+                steps.append(Step("scores", package_version(), {"unknown": unknown}))
                 own = np.full_like(own, np.nan)
             elif outside.any():
                 counts = {"clipped": int(outside.sum()), "highest": float(np.nanmax(own))}

@@ -64,7 +64,7 @@ def sequences(
     layouts: those that the format can hold, told apart by their number of joints.
     People without names are told apart by `linked`; the history says so. A joint that was not found is NaN
     with confidence NaN. Scores are taken for confidences, except that those outside [0, 1] are clipped, and
-    that one score for all joints of the file says nothing and becomes NaN; the history tells both.
+    those that say nothing (`saying_nothing`) are NaN; the history tells both.
     Raises InputError for nobody at all, another layout, coordinates that are no pixels, and a person who is
     in a frame twice.
     """
@@ -77,12 +77,12 @@ def sequences(
             f"{where}: expected pixels, got coordinates between -1 and 1; write them in pixels of the video "
             "(OpenPose: --keypoint_scale 0)."
         )
-    dummy = len(points) > 1 and np.ptp(points[:, 2]) == 0
+    unknown = saying_nothing(points[:, 2])
     tracked = all(detection.person is not None for detection in detections)
     people: dict[str | None, list[Detection]] = defaultdict(list)
     for detection in sorted(detections if tracked else linked(detections), key=lambda one: one.frame):
         people[detection.person].append(detection)
-    tracks = tuple(_sequence(rows, layout, dummy, where) for rows in people.values())
+    tracks = tuple(_sequence(rows, layout, unknown, where) for rows in people.values())
     return tracks if tracked else tuple(poses.noted("link people", method="nearest") for poses in tracks)
 
 
@@ -97,7 +97,7 @@ def _layout(detections: Sequence[Detection], layouts: Iterable[Layout], where: s
     return known[counts.pop()]
 
 
-def _sequence(rows: Sequence[Detection], layout: Layout, dummy: bool, where: str) -> PoseSequence:
+def _sequence(rows: Sequence[Detection], layout: Layout, unknown: str, where: str) -> PoseSequence:
     frames = np.array([row.frame for row in rows])
     twice = frames[1:][np.diff(frames) == 0]
     if len(twice):
@@ -113,15 +113,29 @@ def _sequence(rows: Sequence[Detection], layout: Layout, dummy: bool, where: str
         joints=points[..., :2],
         layout=layout,
         frame=IMAGE,
-        confidence=np.full_like(scores, np.nan) if dummy else np.clip(scores, 0, 1),
+        confidence=np.full_like(scores, np.nan) if unknown else np.clip(scores, 0, 1),
         frame_index=frames,
         person=str(rows[0].person),
     )
-    if dummy:
-        return poses.noted("scores", unknown=f"all are {np.nanmax(scores):g}")
+    if unknown:
+        return poses.noted("scores", unknown=unknown)
     if outside.any():
         return poses.noted("scores", clipped=int(outside.sum()), highest=float(np.nanmax(scores)))
     return poses
+
+
+def saying_nothing(scores: np.ndarray) -> str:
+    """Why the scores of all joints of a file say nothing about any, such as "all are 1"; "" when they say something.
+
+    They say nothing when they are one number within [0, 1], the range of confidences, to which others are clipped.
+    """
+    known = scores[np.isfinite(scores)]
+    if len(known) < 2:
+        return ""
+    low, high = known.min(), known.max()
+    if np.clip(low, 0, 1) != np.clip(high, 0, 1):
+        return ""
+    return f"all are {low:g}" if low == high else f"all are {low:g} to {high:g}"
 
 
 def linked(detections: Iterable[Seen]) -> list[Seen]:

@@ -73,7 +73,7 @@ def _named(names: list[str], found: Markers) -> tuple[Layout, np.ndarray, list[s
             f"head, under names in use), got {', '.join(found.names[:30])}; markers on the skin must be turned "
             "into joint centres first."
         ) from None
-    return H36M17, joints, ["nose and head lie along the neck: no marker says where the head looks"]
+    return H36M17, joints, ["nose = before the neck's end, as the shoulders face", "head = along the neck"]
 
 
 def _ours(name: str) -> str:

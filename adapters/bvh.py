@@ -60,4 +60,5 @@ def read(path: Path, unit: str | None = None, up: Up | None = None) -> tuple[Pos
     )
     if up is None:
         check_upright(poses, str(path))
-    return (poses.noted("bvh", unit=found.unit, frames_left_out=found.first),)
+    made = ["nose = before the head, as its rest pose faces", "head = above it"]
+    return (poses.noted("bvh", unit=found.unit, frames_left_out=found.first, derived=made),)

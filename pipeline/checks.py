@@ -34,9 +34,11 @@ class Chirality:
 
     @property
     def verdict(self) -> str:
-        """ "good", "doubtful" (one cue, or weak evidence), "wrong" (both cues), "legs against arms"."""
-        against = (self.nose <= _STRONG, self.knees <= _STRONG)
-        enough = self.nose_votes >= _MIN_VOTES and self.knee_votes >= _MIN_VOTES
+        """ "good", "doubtful" (one cue, or weak evidence), "wrong" (both cues, or the knees where no nose is known),
+        "legs against arms"."""
+        no_nose = self.nose_votes == 0
+        against = (no_nose or self.nose <= _STRONG, self.knees <= _STRONG)
+        enough = (no_nose or self.nose_votes >= _MIN_VOTES) and self.knee_votes >= _MIN_VOTES
         if self.arms_legs <= _STRONG and self.arms_legs_votes >= _MIN_VOTES:
             return "legs against arms"
         if all(against) and enough:
@@ -60,8 +62,12 @@ def chirality(poses: PoseSequence) -> Chirality:
     """Does the named left and right fit the direction the nose and knees point at? poses: H36M17, 3D.
 
     Forward is left x up with left from right hip to left hip and up from pelvis to thorax; both cues use no
-    left/right of their own. A mirrored skeleton and one with exchanged names contradict alike.
+    left/right of their own. A mirrored skeleton and one with exchanged names contradict alike. A nose that was made
+    out of other joints, as the history says, has no vote.
     """
+    if _nose_is_made(poses):
+        nose = np.arange(len(poses.layout)) == poses.layout.index("nose")
+        poses = poses.with_(joints=np.where(nose[:, None], np.nan, poses.joints))
     hips = poses.joint("l_hip") - poses.joint("r_hip")
     shoulders = poses.joint("l_shoulder") - poses.joint("r_shoulder")
     forward = unit(np.cross(hips, poses.joint("thorax") - poses.joint("pelvis")))
@@ -76,6 +82,11 @@ def chirality(poses: PoseSequence) -> Chirality:
     knee_share, knee_votes = _share(np.concatenate(knees))
     side_share, side_votes = _share((hips * shoulders).sum(-1))
     return Chirality(nose_share, knee_share, side_share, nose_votes, knee_votes, side_votes)
+
+
+def _nose_is_made(poses: PoseSequence) -> bool:
+    derived = [text for step in poses.history for text in step.options.get("derived", ())]
+    return any(text.startswith("nose = ") for text in derived)
 
 
 def _share(values: np.ndarray) -> tuple[float, int]:

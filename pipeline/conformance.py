@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, get_args
@@ -59,9 +59,13 @@ class Facts:
     scores: bool = False
 
 
-def check_adapter(name: str, golden: Path, *, by_name: bool = False, **options: Any) -> Facts:
+def check_adapter(
+    name: str, golden: Path, *, mirrored: Path | None = None, by_name: bool = False, **options: Any
+) -> Facts:
     """What the golden file shows of the registered adapter of that name; AssertionError for the first broken promise.
 
+    mirrored: the same file of a mirrored person; without it, what is read from the golden file is mirrored, which says
+    nothing about joints that the adapter makes out of others.
     by_name: the adapter recognises no file by content and always has to be named. options: the adapter's own.
     Checked: the socket's attributes; that this adapter alone recognises the file; types, frame, unit and scores of
     what is read; that left and right are good, and a mirrored copy is refused (3D); that other files, damaged ones and
@@ -82,7 +86,12 @@ def check_adapter(name: str, golden: Path, *, by_name: bool = False, **options: 
     _expect(all(isinstance(one, wanted) for one in found), f"it reads other things than {wanted.__name__}")
     _check_garbage(adapter, golden, read)
     facts = Facts(name, adapter.gives, detected=not by_name, fps=True, frames=adapter.gives == "video")
-    return facts if wanted is not PoseSequence else _of_people(adapter, golden, found, facts)
+    if wanted is not PoseSequence:
+        return facts
+    if adapter.gives == "poses":
+        copies = read(mirrored) if mirrored else tuple(_mirrored(poses) for poses in found)
+        _check_guard(adapter, golden, found, copies)
+    return _of_people(found, facts)
 
 
 def _expect(kept: bool, otherwise: str) -> None:
@@ -102,9 +111,9 @@ def _check_alone(adapter: Adapter, golden: Path, by_name: bool) -> None:
     _expect(chosen == adapter.name, f"adapter {chosen} takes its golden file")
 
 
-def _of_people(adapter: Adapter, golden: Path, people: tuple[PoseSequence, ...], facts: Facts) -> Facts:
+def _of_people(people: tuple[PoseSequence, ...], facts: Facts) -> Facts:
     frame = people[0].frame
-    if adapter.gives == "keypoints":
+    if facts.gives == "keypoints":
         _expect((frame.axes, frame.unit) == (IMAGE.axes, "px"), f"keypoints are in {frame}, not in {IMAGE}")
     else:
         _expect(frame.family in ("camera", "world"), f"poses are in {frame}, which no source has")
@@ -114,11 +123,9 @@ def _of_people(adapter: Adapter, golden: Path, people: tuple[PoseSequence, ...],
     alike = len(scores) > 1 and np.ptp(scores) == 0
     _expect(not alike, "all scores are alike, which says nothing: make them NaN, or the golden file's differ")
     steps = {step.name for poses in people for step in poses.history}
-    return Facts(
-        facts.adapter,
-        facts.gives,
-        facts.detected,
-        guarded=None if adapter.gives == "keypoints" else _guarded(adapter, golden, people),
+    return replace(
+        facts,
+        guarded=True if facts.gives == "poses" else None,
         axes=", ".join(frame.axes),
         unit=frame.unit,
         fps=all(poses.time_s is not None for poses in people),
@@ -128,22 +135,30 @@ def _of_people(adapter: Adapter, golden: Path, people: tuple[PoseSequence, ...],
     )
 
 
-def _guarded(adapter: Adapter, golden: Path, people: tuple[PoseSequence, ...]) -> bool:
+def _mirrored(poses: PoseSequence) -> PoseSequence:
+    return poses.with_(joints=poses.joints * [-1, 1, 1])
+
+
+def _check_guard(
+    adapter: Adapter, golden: Path, people: tuple[PoseSequence, ...], mirrored: tuple[PoseSequence, ...]
+) -> None:
+    def guarded(poses: PoseSequence) -> PoseSequence:
+        return finished(poses, adapter, golden, None, "refuse", "gap")
+
     for poses in people:
         try:
-            kept = finished(poses, adapter, golden, None, "refuse", "gap")
+            said = [step.options for step in guarded(poses).history if step.name == "parity"]
         except InputError as error:
             raise AssertionError(str(error)) from None
-        said = [step.options for step in kept.history if step.name == "parity"]
         _expect(not said, f"left and right of person {poses.person} are not certain: {said}")
+    for poses in mirrored:
         try:
-            finished(poses.with_(joints=poses.joints * [-1, 1, 1]), adapter, golden, None, "refuse", "gap")
+            guarded(poses)
         except InputError:
             continue
         raise AssertionError(
             f"a mirrored person {poses.person} is not refused: the golden file needs 20 frames with bent knees"
         )
-    return True
 
 
 def _check_garbage(adapter: Adapter, golden: Path, read: Callable[[Path], Any]) -> None:

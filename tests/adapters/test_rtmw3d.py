@@ -15,7 +15,7 @@ FRAMES = 60
 @pytest.fixture
 def save(turning, tmp_path):
     """save(change) writes results_walk.json of the demo, after change(crop coordinates (T, 133, 3))."""
-    return lambda change=lambda crop: crop, count=133: rtmw3d(tmp_path, turning(FRAMES), change, count)
+    return lambda change=lambda crop: crop, count=133: rtmw3d(tmp_path, [turning(FRAMES)], change, count)
 
 
 def test_golden(save, turning):

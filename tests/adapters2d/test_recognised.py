@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from golden.detections import between_shoulders
 from pcnet3d.adapters import read_all
 from pcnet3d.pipeline import IMAGE
 from pcnet3d.pipeline.layouts import BODY_25, COCO17, H36M17, HALPE26, OPENPOSE18
@@ -44,10 +45,7 @@ def test_keypoints(write, moving, form, adapter, layout):
 
 @pytest.mark.parametrize("form", ["alphapose_cmu", "alphapose_open"])
 def test_alphapose_dicts(write, moving, form):
-    frames, points = moving(18)
-    points[:, OPENPOSE18.index("neck"), :2] = points[
-        :, OPENPOSE18.indices(["l_shoulder", "r_shoulder"]), :2
-    ].mean(1)
+    frames, points = between_shoulders(moving(18))
     path = write(form, {"0": (frames, points)})
     assert [name for name, each in adapters().items() if each.sniff(path)] == ["alphapose"]
     (poses,) = read_all(path)

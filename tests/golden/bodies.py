@@ -1,5 +1,7 @@
 """The person whom every golden file shows: upright, knees bent, turning on the spot or walking off."""
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy.spatial.transform import Rotation
 
@@ -28,6 +30,19 @@ def facing_camera() -> np.ndarray:
         name.replace("r_", "l_"): (-x, y, z) for name, (x, y, z) in joints.items() if name.startswith("r_")
     }
     return np.array([joints[name] for name in H36M17.joints])
+
+
+@dataclass(frozen=True)
+class Person:
+    """Whose bodies a golden file gets: those of `turning` and `standing`, or of the mirrored person."""
+
+    mirrored: bool = False
+
+    def turning(self, count: int) -> np.ndarray:
+        return turning(count) * [-1.0 if self.mirrored else 1.0, 1, 1]
+
+    def standing(self, count: int) -> np.ndarray:
+        return standing(count) * [-1.0 if self.mirrored else 1.0, 1, 1]
 
 
 def turning(count: int) -> np.ndarray:

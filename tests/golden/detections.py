@@ -5,6 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
+from pcnet3d.pipeline.layouts import OPENPOSE18
+
 Scene = dict[str, tuple[np.ndarray, np.ndarray]]
 
 
@@ -14,6 +16,14 @@ def moving(joints: int, frames=range(12), number: int = 0) -> tuple[np.ndarray, 
     x = 100.25 + 400 * number + 5 * j + 2 * t
     y = 80.5 + 9 * j + 0.5 * t
     return t[:, 0], np.stack([x, y, np.broadcast_to((j + 2) / (joints + 4), x.shape)], axis=-1)
+
+
+def between_shoulders(person: tuple[np.ndarray, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """The same person of OPENPOSE18 with the neck in the middle of the shoulders, where AlphaPose puts it."""
+    frames, points = person
+    shoulders = points[:, OPENPOSE18.indices(["l_shoulder", "r_shoulder"]), :2]
+    points[:, OPENPOSE18.index("neck"), :2] = shoulders.mean(axis=1)
+    return frames, points
 
 
 def _rows(scene: Scene) -> list[tuple[int, str, np.ndarray]]:

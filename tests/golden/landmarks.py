@@ -126,16 +126,16 @@ def frames_json(folder, world):
     return dump(folder, {"video": "a.mp4", "fps": 25, "frames": frames})
 
 
-def tasks_json(folder, world):
-    """The Tasks API's people, one here, beside the image's landmarks."""
+def tasks_json(folder, *people):
+    """The Tasks API's people beside the image's landmarks, in which they stand side by side."""
     frames = [
         {
             "frame": i + 3,
             "timestamp_ms": 40 * i,
-            "pose_landmarks": [points(p)],
-            "pose_world_landmarks": [points(w)],
+            "pose_landmarks": [points(image(p)[i] + [0.4 * at, 0, 0, 0]) for at, p in enumerate(people)],
+            "pose_world_landmarks": [points(p[i]) for p in people],
         }
-        for i, (p, w) in enumerate(zip(image(world), world, strict=True))
+        for i in range(len(people[0]))
     ]
     return dump(folder, frames)
 

@@ -131,11 +131,34 @@ def openpose3d(folder: Path, frames: list[list[np.ndarray]], name: str = "pose_k
 
 def rtmw3d(
     folder: Path,
-    bodies: np.ndarray,
+    people: list[np.ndarray],
     change: Callable[[np.ndarray], np.ndarray] = lambda crop: crop,
     count: int = 133,
 ) -> Path:
-    """results_walk.json of RTMW3D's demo, after change(crop coordinates (T, 133, 3))."""
+    """results_walk.json of RTMW3D's demo, of bodies (T, 17, 3) each, after change(crop coordinates (T, 133, 3))."""
+    written = []
+    for bodies in people:
+        crop = -change(_rtmw3d_crop(bodies, count))[..., [0, 2, 1]]
+        crop[..., 2] -= crop[..., 2].min(axis=1, keepdims=True)
+        written.append(crop)
+    scores = [0.6 + 0.05 * (j % 17) for j in range(count)]
+    frames = [
+        {
+            "frame_id": i + 1,
+            "instances": [
+                {"keypoints": row.tolist(), "keypoint_scores": scores, "bbox": box_of(person, i)}
+                for person, row in enumerate(rows)
+            ],
+        }
+        for i, rows in enumerate(zip(*written, strict=True))
+    ]
+    path = folder / "results_walk.json"
+    path.write_text(json.dumps({"meta_info": {"dataset_name": "coco_wholebody"}, "instance_info": frames}))
+    return path
+
+
+def _rtmw3d_crop(bodies: np.ndarray, count: int) -> np.ndarray:
+    """(T, 133, 3): pixels and depth bins of the crop."""
     own = {joint: bodies[:, i] for i, joint in enumerate(H36M17.joints)}
     face = {
         "l_eye": [0.03, -0.03, 0],
@@ -148,15 +171,4 @@ def rtmw3d(
     crop = np.empty_like(whole)
     crop[..., :2] = whole[..., :2] * 170 + [144, 190]
     crop[..., 2] = (whole[..., 2] / 2.1744869 + 1) * 144
-    written = -change(crop)[..., [0, 2, 1]]
-    written[..., 2] -= written[..., 2].min(axis=1, keepdims=True)
-    frames = [
-        {
-            "frame_id": i + 1,
-            "instances": [{"keypoints": row.tolist(), "keypoint_scores": [1.2 + 0.1 * (i % 3)] * count}],
-        }
-        for i, row in enumerate(written)
-    ]
-    path = folder / "results_walk.json"
-    path.write_text(json.dumps({"meta_info": {"dataset_name": "coco_wholebody"}, "instance_info": frames}))
-    return path
+    return crop

@@ -164,3 +164,10 @@ def mpi_training(folder: Path, bodies: np.ndarray, second: int = 30) -> Path:
     cells[0, 0], cells[1, 0] = stored.reshape(frames, 84), stored.reshape(frames, 84)[:second]
     savemat(folder / "annot.mat", {"annot3": cells, "annot2": cells, "univ_annot3": cells})
     return folder / "annot.mat"
+
+
+def mpi_test(folder: Path, bodies: np.ndarray, valid: np.ndarray) -> Path:
+    """annot_data.mat of the same; valid: (T,) of `valid_frame`."""
+    stored = mpi(bodies).transpose(2, 1, 0)[:, :, None]
+    savemat(folder / "annot_data.mat", {"annot3": stored, "valid_frame": valid[None].astype(float)})
+    return folder / "annot_data.mat"

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -119,3 +120,14 @@ def test_the_template_is_no_part_of_our_package(fresh):
     ).splitlines()  # fmt: skip
     assert any(file.startswith("pcnet3d/examples/demo") for file in files)
     assert not [file for file in files if "acme" in file or "plugin/" in file]
+
+
+@pytest.mark.parametrize("file", ["acme.py", "reach.py"])
+def test_the_page_shows_the_files_themselves(file):
+    page = (ROOT / "docs" / "plugins.md").read_text()
+    shown = re.findall(r"^```python\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
+    assert (TEMPLATE / "src" / "pcnet3d_acme" / file).read_text() in shown
+
+
+def test_the_adapter_has_40_lines_at_most():
+    assert len((TEMPLATE / "src" / "pcnet3d_acme" / "acme.py").read_text().splitlines()) <= 40

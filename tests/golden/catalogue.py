@@ -1,0 +1,221 @@
+"""A golden file of every registered adapter, in its upstream's exact layout; several where a format has several forms.
+
+A person is there for at least 20 frames; a format that can hold several people holds two.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from golden import detections, films, landmarks, lifters, phalp, sensors, worlds
+from golden.bodies import Person
+from pcnet3d.examples.imu import strapped, write_csv
+from pcnet3d.examples.walker import walker
+from pcnet3d.pipeline import H36M17
+from pcnet3d.pipeline.layouts import BODY_25
+
+FRAMES = 40
+AWAY_M = np.array([0.3, 0.1, 4.0])
+
+
+@dataclass(frozen=True)
+class Golden:
+    """write(person, folder) -> the file or folder; options: what the adapter needs to be told to read it.
+
+    form: what the documents call the file. by_name: the adapter recognises nothing by content.
+    """
+
+    adapter: str
+    form: str
+    write: Callable[[Person, Path], Path]
+    options: dict[str, Any] = field(default_factory=dict)
+    by_name: bool = False
+
+
+def _npy(array: np.ndarray, folder: Path) -> Path:
+    np.save(folder / "poses.npy", array)
+    return folder / "poses.npy"
+
+
+def _array(person: Person, folder: Path) -> Path:
+    return _npy(person.turning(FRAMES), folder)
+
+
+def _motionbert(person: Person, folder: Path) -> Path:
+    return _npy(lifters.x3d(person.turning(300)), folder)
+
+
+def _videopose3d(person: Person, folder: Path) -> Path:
+    return _npy(lifters.viz_export(person.turning(FRAMES)), folder)
+
+
+def _display(person: Person, folder: Path) -> Path:
+    return _npy(lifters.displayed(lifters.squatting(person.turning(300))), folder)
+
+
+def _ddhpose(person: Person, folder: Path) -> Path:
+    return _npy(lifters.in_clips(person.turning(300)).astype(np.float32), folder)
+
+
+def _d3dp(person: Person, folder: Path) -> Path:
+    return _npy(lifters.with_steps_and_proposals(person.turning(300), 2, 5).astype(np.float32), folder)
+
+
+def _mmpose3d(form: str, person: Person, folder: Path) -> Path:
+    """Two people; only the first of them has a foot lower than the other."""
+    people = [person.turning(FRAMES), person.turning(FRAMES + 200)[200:]]
+    frames = [
+        [
+            lifters.instance(lifters.as_mmpose(body[i]), lifters.box_of(person, i))
+            for person, body in enumerate(people)
+        ]
+        for i in range(FRAMES)
+    ]
+    return lifters.mmpose3d(folder, frames, form)
+
+
+def _openpose3d(person: Person, folder: Path) -> Path:
+    bodies = lifters.openpose_joints(person.turning(FRAMES) + AWAY_M, BODY_25)
+    return lifters.openpose3d(folder, [[body, body + np.array([2.0, 0, 0])] for body in bodies])
+
+
+def _mediapipe(write: Callable, person: Person, folder: Path) -> Path:
+    return write(folder, landmarks.landmarks(person.turning(FRAMES)))
+
+
+def _tasks_json(person: Person, folder: Path) -> Path:
+    people = person.turning(FRAMES), person.turning(FRAMES + 200)[200:]
+    return landmarks.tasks_json(folder, *map(landmarks.landmarks, people))
+
+
+def _phalp(person: Person, folder: Path) -> Path:
+    path = folder / "demo_walk.pkl"
+    path.write_bytes(phalp.as_joblib(phalp.tracks(person.turning(60))))
+    return path
+
+
+def _mpi_training(person: Person, folder: Path) -> Path:
+    return worlds.mpi_training(folder, person.turning(FRAMES))
+
+
+def _rtmw3d(person: Person, folder: Path) -> Path:
+    return lifters.rtmw3d(folder, [person.turning(FRAMES), person.turning(FRAMES + 200)[200:]])
+
+
+def _totalcapture(person: Person, folder: Path) -> Path:
+    return worlds.totalcapture(folder, person.standing(FRAMES))
+
+
+def _vis_folder(person: Person, folder: Path) -> Path:
+    return lifters.vis_folder(folder, person.turning(FRAMES))
+
+
+def _trc(person: Person, folder: Path) -> Path:
+    points = person.standing(FRAMES)[:, H36M17.indices(list(worlds.POSE2SIM.values()))]
+    return worlds.trc(folder / "walk_0-39.trc", worlds.POSE2SIM, worlds.y_up(points))
+
+
+def _c3d(person: Person, folder: Path) -> Path:
+    points = person.standing(FRAMES)[:, H36M17.indices(list(worlds.POSE2SIM.values()))]
+    return worlds.c3d(folder / "walk.c3d", worlds.POSE2SIM, 1000 * points)
+
+
+def _bvh(person: Person, folder: Path) -> Path:
+    return worlds.bvh(folder / "walk.bvh", worlds.y_up(person.standing(FRAMES)))
+
+
+def _amass(person: Person, folder: Path) -> Path:
+    parameters = {"poses": np.zeros((FRAMES, 156)), "trans": np.zeros((FRAMES, 3)), "betas": np.zeros(16)}
+    path = folder / "walk_poses.npz"
+    np.savez(
+        path, joints=worlds.smpl(person.standing(FRAMES)), **parameters, mocap_framerate=120.0, gender="male"
+    )
+    return path
+
+
+def _freemocap(person: Person, folder: Path) -> Path:
+    np.save(folder / "mediapipe_body_3d_xyz.npy", worlds.freemocap(person.standing(FRAMES)))
+    return folder / "mediapipe_body_3d_xyz.npy"
+
+
+def _mpi_test(person: Person, folder: Path) -> Path:
+    return worlds.mpi_test(folder, person.turning(FRAMES), np.arange(FRAMES) % 4 != 0)
+
+
+def _two(joints: int) -> detections.Scene:
+    return {"0": detections.moving(joints, range(24)), "1": detections.moving(joints, range(24), number=1)}
+
+
+def _detections(form: str, joints: int, person: Person, folder: Path) -> Path:
+    return detections.WRITERS[form](folder, _two(joints))
+
+
+def _alphapose_dict(form: str, person: Person, folder: Path) -> Path:
+    scene = {name: detections.between_shoulders(seen) for name, seen in _two(18).items()}
+    return detections.WRITERS[form](folder, scene)
+
+
+def _film(person: Person, folder: Path) -> Path:
+    return films.film(folder / "walk.mp4", range(0, 800, 40))
+
+
+def _imu_csv(person: Person, folder: Path) -> Path:
+    write_csv(folder / "wrist.csv", strapped(walker(fps=60, seconds=3), "r_forearm"))
+    return folder / "wrist.csv"
+
+
+def _sensors(extra: int, person: Person, folder: Path) -> Path:
+    return sensors.write_sensors(folder, walker(fps=60, seconds=2), extra)
+
+
+CATALOGUE = (
+    Golden("alphapose", "`alphapose-results.json`", partial(_detections, "alphapose", 26)),
+    Golden("alphapose", "`--format cmu`", partial(_alphapose_dict, "alphapose_cmu"), {"track": True}),
+    Golden("alphapose", "`--format open`", partial(_alphapose_dict, "alphapose_open"), {"track": True}),
+    Golden("amass", "`*_poses.npz` with joints", _amass),
+    Golden(
+        "arrays", "any `.npy`, here in metres", _array,
+        {"layout": "H36M17", "frame": "CAMERA", "unit": "m"}, by_name=True,
+    ),
+    Golden("bvh", "`*.bvh` in centimetres", _bvh),
+    Golden("c3d", "`*.c3d` in millimetres", _c3d),
+    Golden("coco", "results, a list", partial(_detections, "coco_results", 17)),
+    Golden("coco", "results with track_id", partial(_detections, "coco_tracks", 17)),
+    Golden("coco", "annotations, a dict", partial(_detections, "coco_annotations", 17)),
+    Golden("ddhpose", "`.npy` of clips", _ddhpose, {"frames": 300}),
+    Golden("ddhpose", "D3DP's `test_3d_<video>_output.npy`", _d3dp),
+    Golden(
+        "display", "D3DP's `*_postprocess.npy`",
+        _display, {"undo": True},
+    ),
+    Golden("freemocap", "`mediapipe_body_3d_xyz.npy`", _freemocap),
+    Golden("imu_csv", "a table with time_s", _imu_csv),
+    Golden("mediapipe", "CSV, numbered columns", partial(_mediapipe, landmarks.wide)),
+    Golden("mediapipe", "CSV, a row a landmark", partial(_mediapipe, landmarks.long)),
+    Golden("mediapipe", "JSON of the Tasks API", _tasks_json),
+    Golden("mediapipe", "JSON, bare lists", partial(_mediapipe, landmarks.bare_json)),
+    Golden("mmpose2d", "inferencer's `<video>.json`", partial(_detections, "mmpose_inferencer", 17)),
+    Golden("mmpose2d", "demo's `results_<video>.json`", partial(_detections, "mmpose_demo", 17)),
+    Golden("mmpose3d", "inferencer's `<video>.json`", partial(_mmpose3d, "inferencer")),
+    Golden("mmpose3d", "demo's `results_<video>.json`", partial(_mmpose3d, "demo")),
+    Golden("motionbert", "`X3D.npy`", _motionbert),
+    Golden("mpi3dhp", "`annot.mat`", _mpi_training),
+    Golden("mpi3dhp", "`annot_data.mat`", _mpi_test),
+    Golden("openpose", "folder of `*_keypoints.json`", partial(_detections, "openpose", 25)),
+    Golden("openpose3d", "folder of `*_keypoints.json`, 3D", _openpose3d),
+    Golden("phalp", "`demo_<video>.pkl`", _phalp),
+    Golden("rtmw3d", "demo's `results_<video>.json`", _rtmw3d),
+    Golden("totalcapture", "`gt_skel_gbl_pos.txt`", _totalcapture),
+    Golden("totalcapture_imu", "`<take>_Xsens.sensors`", partial(_sensors, 0)),
+    Golden("totalcapture_imu", "`<take>_Xsens_AuxFields.sensors`", partial(_sensors, 6)),
+    Golden("trc", "Pose2Sim's `<take>_<frames>.trc`", _trc),
+    Golden("video", "`*.mp4`", _film),
+    Golden("videopose3d", "`.npy` of `--viz-export`", _videopose3d),
+    Golden("videopose3d", "folder of a vis.py", _vis_folder),
+    Golden("vis2d", "`input_2D/keypoints.npz`", partial(_detections, "vis2d", 17)),
+    Golden("vis2d", "the same with scores", partial(_detections, "vis2d_scores", 17)),
+)  # fmt: skip

@@ -1,0 +1,74 @@
+"""The table of docs/adapters.md, made of every golden file; `PYTHONPATH=tests python -m golden.table` rewrites it."""
+
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from golden.bodies import Person
+from golden.catalogue import CATALOGUE, Golden
+from pcnet3d.pipeline.conformance import Facts, check_adapter
+
+DOCUMENT = Path(__file__).parents[2] / "docs" / "adapters.md"
+COLUMNS = (
+    "adapter", "golden file", "recognised", "left/right guarded", "x, y, z", "unit", "times", "frame numbers", "people",
+    "scores",
+)  # fmt: skip
+BEGIN, END = "<!-- table: written by the tests -->\n\n", "\n<!-- end of the table -->"
+PEOPLE = {
+    "one": "one",
+    "named": "several, as the file names them",
+    "joined": "several, joined frame by frame",
+    "": "",
+}
+
+
+def facts(golden: Golden, folder: Path) -> Facts:
+    """What the golden file, written into the folder, shows. AssertionError when its adapter breaks a promise."""
+    (folder / "mirrored").mkdir()
+    mirrored = golden.write(Person(mirrored=True), folder / "mirrored")
+    path = golden.write(Person(), folder)
+    return check_adapter(golden.adapter, path, mirrored=mirrored, by_name=golden.by_name, **golden.options)
+
+
+def row(golden: Golden, found: Facts) -> list[str]:
+    def yes(value: bool) -> str:
+        return "yes" if value else "no"
+
+    of_people = found.gives in ("poses", "keypoints")
+    told = f" ({', '.join(golden.options)} told)" if golden.options else ""
+    return [
+        found.adapter,
+        golden.form + told,
+        yes(found.detected) if found.detected else "no, to be named",
+        "yes" if found.guarded else "",
+        found.axes,
+        found.unit,
+        yes(found.fps),
+        yes(found.frames) if found.gives != "imu" else "",
+        PEOPLE[found.people],
+        yes(found.scores) if of_people else "",
+    ]
+
+
+def table(rows: list[list[str]]) -> str:
+    lines = [COLUMNS, ["---"] * len(COLUMNS), *rows]
+    return "".join("| " + " | ".join(cell.replace("|", r"\|") for cell in line) + " |\n" for line in lines)
+
+
+def parts(document: str) -> tuple[str, str, str]:
+    """What stands before the table, the table, and what stands after it."""
+    before, _, rest = document.partition(BEGIN)
+    found, _, after = rest.partition(END)
+    return before + BEGIN, found, END + after
+
+
+def main() -> None:
+    rows = []
+    for golden in CATALOGUE:
+        with TemporaryDirectory() as folder:
+            rows.append(row(golden, facts(golden, Path(folder))))
+    before, _, after = parts(DOCUMENT.read_text(encoding="utf-8"))
+    DOCUMENT.write_text(before + table(rows) + after, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
