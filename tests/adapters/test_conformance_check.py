@@ -1,0 +1,124 @@
+"""The check of adapters finds each promise that an adapter can break."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from golden.bodies import turning
+from pcnet3d.pipeline import CAMERA, H36M17, InputError, PoseSequence, registry
+from pcnet3d.pipeline.conformance import Facts, check_adapter
+
+
+@dataclass
+class Toy:
+    """An adapter of .toy files, bare bytes of float32 joints, which keeps its promises or breaks one of them."""
+
+    name: str = "toy"
+    gives: str = "poses"
+    reads: str = "toys"
+    broken: str = ""
+
+    def sniff(self, path: Path) -> bool:
+        if self.broken == "sniff raises":
+            return len(path.read_bytes()) > 0
+        return self.broken == "greedy" or self._joints(path) is not None
+
+    def read(self, path: Path, metric: bool = True):
+        joints = self._joints(path)
+        if joints is None:
+            raise KeyError(path) if self.broken == "read raises" else InputError(f"{path} is no toy.")
+        if self.broken == "axes":
+            joints = joints * [-1, 1, 1]
+        scores = np.linspace(1, 1 if self.broken == "all alike" else 0, 17)
+        poses = PoseSequence(
+            joints,
+            H36M17,
+            CAMERA.with_(unit="px" if self.broken == "pixels" else "m" if metric else "arbitrary"),
+            confidence=np.broadcast_to(scores, joints.shape[:2]),
+        )
+        return {"a list": [poses], "twins": (poses, poses)}.get(self.broken, (poses,))
+
+    def _joints(self, path: Path) -> np.ndarray | None:
+        try:
+            joints = np.frombuffer(path.read_bytes(), np.float32).reshape(-1, 17, 3)
+        except (OSError, ValueError):
+            return None
+        if self.broken == "reads nothing":
+            return joints if len(joints) else np.ones((2, 17, 3))
+        return joints if len(joints) and abs(joints).max() < 3 else None
+
+
+@pytest.fixture
+def toy(monkeypatch, tmp_path):
+    """toy(broken, frames) -> the golden file of the toy, which is registered beside the other adapters."""
+
+    def make(broken: str = "", frames: int = 40, **fields: str) -> Path:
+        one = Toy(broken=broken, **fields)
+        known = {**registry.load_all("adapters"), "toy": one}
+        monkeypatch.setattr(registry, "load_all", lambda group: known)
+        monkeypatch.setattr(registry, "load", lambda group, name: known[name])
+        path = tmp_path / "golden.toy"
+        path.write_bytes(turning(frames).astype(np.float32).tobytes())
+        return path
+
+    return make
+
+
+def test_a_toy_that_keeps_its_promises(toy):
+    facts = check_adapter("toy", toy(), metric=False)
+    assert facts == Facts(
+        "toy",
+        "poses",
+        detected=True,
+        guarded=True,
+        axes="right, down, away",
+        unit="arbitrary",
+        people="one",
+        scores=True,
+    )
+
+
+BROKEN = {
+    "sniff raises": "sniff raises IsADirectoryError",
+    "greedy": "it recognises a place",
+    "read raises": "read raises KeyError",
+    "reads nothing": "it recognises an empty file",
+    "axes": "mirrored",
+    "all alike": "all scores are alike",
+    "pixels": "call it arbitrary",
+    "a list": "not a tuple",
+    "twins": "the same name",
+}
+
+
+@pytest.mark.parametrize(("broken", "says"), BROKEN.items(), ids=BROKEN.keys())
+def test_a_broken_promise_is_found(toy, broken, says):
+    with pytest.raises(AssertionError, match=says):
+        check_adapter("toy", toy(broken))
+
+
+@pytest.mark.parametrize(
+    ("fields", "says"),
+    [
+        ({"name": "doll"}, "its name is 'doll'"),
+        ({"gives": "joints"}, "gives 'joints'"),
+        ({"reads": "a\nb"}, "one line"),
+    ],
+)
+def test_wrong_words_are_found(toy, fields, says):
+    with pytest.raises(AssertionError, match=says):
+        check_adapter("toy", toy(**fields))
+
+
+def test_a_golden_file_too_short_for_the_guard_is_said(toy):
+    with pytest.raises(AssertionError, match="needs 20 frames"):
+        check_adapter("toy", toy(frames=5))
+
+
+def test_a_file_that_another_adapter_takes_too_is_said(toy, tmp_path):
+    golden = toy()
+    registry.load_all("adapters")["rival"] = Toy(name="rival")
+    with pytest.raises(AssertionError, match="fits several adapters: toy, rival"):
+        check_adapter("toy", golden)
