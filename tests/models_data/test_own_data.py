@@ -1,10 +1,12 @@
 """Training and evaluation on a file of clips and a split of one's own; the paper's targets."""
 
 import json
+from dataclasses import asdict
 
 import numpy as np
 import pytest
 
+from golden.trainings import tiny
 from pcnet3d.models.evaluate import evaluate
 from pcnet3d.models.mocap import write_mocap
 from pcnet3d.models.mocap_parts import read_parts
@@ -18,44 +20,9 @@ PLAIN = Mixture(
     lifted=0.0, wide=0.5, combined=0.0, swung=0.0, definitions_m=0.0, noisy=0.0, noise_m=0.0, missing=0.0, flipped=0.0,
     roll_deg=0.0, unchanged=1.0,
 )  # fmt: skip
-CONFIG = """
-kind = "pcnet"
-subjects = "train"
-lifted = []
-lifted_val = []
-seed = 1
-steps = 4
-batch = 32
-rate = 1e-3
-warmup = 2
-weight_decay = 0.05
-average = 0.9
-threads = 1
-bf16 = false
-symmetric = false
-data = "{data}"
-split = "{split}"
-targets = "{targets}"
-[net]
-net = "mlp"
-width = 16
-output = 8
-blocks = 1
-residual = "free"
-[weights]
-[mixture]
-lifted = 0.0
-wide = 0.5
-combined = 0.0
-swung = 0.0
-definitions_m = 0.0
-noisy = 0.0
-noise_m = 0.0
-missing = 0.0
-flipped = 0.0
-roll_deg = 0.0
-unchanged = 1.0
-"""
+PLAIN_TOML = "[mixture]\n" + "".join(
+    f"{name} = {json.dumps(value)}\n" for name, value in asdict(PLAIN).items()
+)
 
 
 @pytest.fixture
@@ -203,7 +170,13 @@ def training(files, tmp_path, monkeypatch):
     from pcnet3d.models import pcnet_train
 
     monkeypatch.setenv("PCNET3D_DATA", str(tmp_path / "nowhere"))
-    text = CONFIG.format(data=files[0].as_posix(), split=files[1].as_posix(), targets="axes")
+    clips, split = (file.as_posix() for file in files[:2])
+    text = tiny(
+        ("steps = 6", "steps = 4"),
+        ("symmetric = true", f'symmetric = false\ndata = "{clips}"\nsplit = "{split}"\ntargets = "axes"'),
+        ('residual = "off"\nalign = true', 'residual = "free"'),
+    )
+    text = text.partition("[mixture]")[0] + PLAIN_TOML
 
     def train(change=lambda text: text):
         (tmp_path / "own.toml").write_text(change(text))

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from golden.trainings import tiny
 from pcnet3d.pipeline import H36M17, InputError, rotate
 
 torch = pytest.importorskip("torch", reason="training needs torch, the extra 'train'")
@@ -15,42 +16,15 @@ training = pytest.importorskip("pcnet3d.models.pcnet_train")
 from pcnet3d.models.pcnet import NetConfig, PCNet  # noqa: E402
 from pcnet3d.models.pcnet_evaluate import Take, clean_takes, judge  # noqa: E402
 
-PLAN = """
-kind = "ablations"
-every = 2
-subjects = "train"
-lifted = []
-lifted_val = []
-seed = 1
-steps = 4
-batch = 16
-rate = 1e-3
-warmup = 2
-weight_decay = 0.05
-average = 0.9
-threads = 1
-bf16 = false
-symmetric = true
-[net]
-width = 16
-output = 8
-heads = 2
-blocks = 1
-residual = "off"
-align = true
-[weights]
-[mixture]
-lifted = 0.0
-wide = 0.5
-combined = 0.2
-swung = 0.3
-definitions_m = 0.02
-noisy = 0.3
-noise_m = 0.03
-missing = 0.2
-flipped = 0.1
-roll_deg = 10.0
-unchanged = 0.3
+PLAN = (
+    tiny(
+        ('kind = "pcnet"', 'kind = "ablations"\nevery = 2'),
+        ("steps = 6", "steps = 4"),
+        ("batch = 32", "batch = 16"),
+        ('net = "mlp"\n', ""),
+        ("output = 8", "output = 8\nheads = 2"),
+    )
+    + """
 [[runs]]
 name = "MLP"
 net.net = "mlp"
@@ -61,6 +35,7 @@ net.residual = "free"
 weights.cycle = 0.0
 symmetric = false
 """
+)
 
 
 @pytest.fixture

@@ -8,6 +8,7 @@ import sys
 import numpy as np
 import pytest
 
+from golden.trainings import tiny
 from pcnet3d.pipeline import H36M17, InputError, rotate
 from pcnet3d.pipeline.cli import main
 
@@ -15,41 +16,7 @@ torch = pytest.importorskip("torch", reason="training needs torch, the extra 'tr
 pytest.importorskip("onnxscript", reason="export needs onnxscript, the extra 'train'")
 training = pytest.importorskip("pcnet3d.models.pcnet_train")
 
-CONFIG = """
-kind = "pcnet"
-subjects = "train"
-lifted = []
-lifted_val = []
-seed = 1
-steps = 3
-batch = 32
-rate = 1e-3
-warmup = 2
-weight_decay = 0.05
-average = 0.9
-threads = 1
-bf16 = false
-symmetric = true
-[net]
-net = "mlp"
-width = 16
-output = 8
-blocks = 1
-residual = "free"
-[weights]
-[mixture]
-lifted = 0.0
-wide = 0.5
-combined = 0.2
-swung = 0.3
-definitions_m = 0.02
-noisy = 0.3
-noise_m = 0.03
-missing = 0.2
-flipped = 0.1
-roll_deg = 10.0
-unchanged = 0.3
-"""
+CONFIG = tiny(("steps = 6", "steps = 3"), ('residual = "off"\nalign = true', 'residual = "free"'))
 
 
 def write_mocap(path, names, joints):

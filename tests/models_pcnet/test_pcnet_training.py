@@ -5,48 +5,12 @@ import json
 import numpy as np
 import pytest
 
+from golden.trainings import TINY
 from pcnet3d.pipeline import InputError
 
 torch = pytest.importorskip("torch", reason="training needs torch, the extra 'train'")
 pytest.importorskip("onnxscript", reason="export needs onnxscript, the extra 'train'")
 module = pytest.importorskip("pcnet3d.models.pcnet_train")
-
-CONFIG = """
-kind = "pcnet"
-subjects = "train"
-lifted = []
-lifted_val = []
-seed = 1
-steps = 6
-batch = 32
-rate = 1e-3
-warmup = 2
-weight_decay = 0.05
-average = 0.9
-threads = 1
-bf16 = false
-symmetric = true
-[net]
-net = "mlp"
-width = 16
-output = 8
-blocks = 1
-residual = "off"
-align = true
-[weights]
-[mixture]
-lifted = 0.0
-wide = 0.5
-combined = 0.2
-swung = 0.3
-definitions_m = 0.02
-noisy = 0.3
-noise_m = 0.03
-missing = 0.2
-flipped = 0.1
-roll_deg = 10.0
-unchanged = 0.3
-"""
 
 
 @pytest.fixture
@@ -56,7 +20,7 @@ def config(tmp_path, clips, monkeypatch):
     monkeypatch.setattr(module, "_EVERY", 2)
     monkeypatch.setattr(module, "_VALIDATION_FRAMES", 40)
     path = tmp_path / "tiny.toml"
-    path.write_text(CONFIG)
+    path.write_text(TINY)
     return path
 
 
@@ -104,7 +68,7 @@ def test_a_run_that_was_stopped_goes_on_to_the_same_weights(config, tmp_path, mo
 def test_another_config_cannot_go_on(config, tmp_path):
     module.train_pcnet(config, tmp_path / "out")
     before = (tmp_path / "out" / "pcnet.pt").read_bytes()
-    config.write_text(CONFIG.replace("rate = 1e-3", "rate = 2e-3"))
+    config.write_text(TINY.replace("rate = 1e-3", "rate = 2e-3"))
     with pytest.raises(InputError, match="another config"):
         module.train_pcnet(config, tmp_path / "out")
     assert (tmp_path / "out" / "pcnet.pt").read_bytes() == before
@@ -154,7 +118,7 @@ def test_lifted_takes_of_a_test_subject_are_refused(config, tmp_path):
         lying=np.zeros(len(R)),
         clip=np.array(["03_01"]),
     )
-    text = CONFIG.replace("lifted = []", f'lifted = ["{tmp_path / "t.npz"}"]').replace(
+    text = TINY.replace("lifted = []", f'lifted = ["{tmp_path / "t.npz"}"]').replace(
         "lifted = 0.0", "lifted = 0.5"
     )
     config.write_text(text)
@@ -172,7 +136,7 @@ def test_lifted_takes_of_a_test_subject_are_refused(config, tmp_path):
     ],
 )
 def test_a_wrong_config_is_refused_by_its_key(config, change, words):
-    config.write_text(change(CONFIG))
+    config.write_text(change(TINY))
     with pytest.raises(InputError, match=words):
         module.read_config(config)
 
