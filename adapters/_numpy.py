@@ -60,9 +60,9 @@ def load(path: Path, *shapes: Shape, key: str | None = None) -> np.ndarray:
             )
         if dtype.kind not in "fiu":
             raise InputError(f"{where}: expected an array of numbers, got {dtype}; save it as a float array.")
-        if shapes and not any(_fits(shape, wanted) for wanted in shapes):
+        if shapes and not any(fits(shape, wanted) for wanted in shapes):
             raise InputError(
-                f"{where}: expected an array of shape {' or '.join(map(_in_words, shapes))}, got {shape}; "
+                f"{where}: expected an array of shape {' or '.join(map(in_words, shapes))}, got {shape}; "
                 "check that this is the right file and adapter."
             )
         if 0 in shape:
@@ -84,13 +84,15 @@ def peek(path: Path, *shapes: Shape, key: str | None = None) -> np.ndarray | Non
         return None
 
 
-def _fits(shape: tuple[int, ...], wanted: Shape) -> bool:
+def fits(shape: tuple[int, ...], wanted: Shape) -> bool:
+    """Whether a shape is the wanted one, whose free axes have names."""
     return len(shape) == len(wanted) and all(
         isinstance(want, str) or want == got for want, got in zip(wanted, shape, strict=True)
     )
 
 
-def _in_words(wanted: Shape) -> str:
+def in_words(wanted: Shape) -> str:
+    """The shape for an error message, such as (frames, 17, 3)."""
     return f"({', '.join(map(str, wanted))}{',' * (len(wanted) == 1)})"
 
 

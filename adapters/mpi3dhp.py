@@ -16,14 +16,13 @@ from ..pipeline.errors import InputError
 from ..pipeline.frames import CAMERA
 from ..pipeline.layouts import MPI3DHP17
 from ..pipeline.pose import PoseSequence
+from ._matlab import keys, load, numbers
 
 name = "mpi3dhp"
 gives = "poses"
 reads = "MPI-INF-3DHP's annot.mat and annot_data.mat: camera axes, millimetres"
 
 _KEY = "annot3"
-_BEGINS = b"MATLAB 5.0 MAT-file"
-_HDF5 = (b"MATLAB 7.3 MAT-file", b"\x89HDF\r\n")
 _ALL = 28
 _RELEVANT = (
     7,
@@ -47,12 +46,7 @@ _RELEVANT = (
 
 
 def sniff(path: Path) -> bool:
-    from scipy.io import whosmat
-
-    try:
-        return path.is_file() and _start(path).startswith(_BEGINS) and _KEY in {e[0] for e in whosmat(path)}
-    except Exception:  # scipy's parser raises whatever damaged bytes lead it to
-        return False
+    return _KEY in keys(path)
 
 
 def read(path: Path, camera: int = 0) -> tuple[PoseSequence]:
@@ -61,19 +55,20 @@ def read(path: Path, camera: int = 0) -> tuple[PoseSequence]:
     camera: which of annot.mat's cameras, from 0. Frames that are marked as not valid are left out. InputError when the
     file is damaged, of MATLAB 7.3, or has no such camera.
     """
-    held = _loaded(path)
+    held = load(path, _KEY, "valid_frame", what="MPI-INF-3DHP")
     if _KEY not in held:
         raise InputError(f"Expected an array '{_KEY}' in {path}, as MPI-INF-3DHP has it.")
-    stored = held[_KEY]
+    stored, where = held[_KEY], f"{path}: expected '{_KEY}'"
     if stored.dtype == object:
         cells = [np.asarray(cell) for cell in stored.ravel()]
         if not 0 <= camera < len(cells):
             raise InputError(f"{path} has the cameras 0 to {len(cells) - 1}; got camera={camera}.")
-        joints = _numbers(path, cells[camera], (-1, _ALL * 3)).reshape(-1, _ALL, 3)[:, _RELEVANT]
+        joints = numbers(where, cells[camera], ("frames", _ALL * 3)).reshape(-1, _ALL, 3)[:, _RELEVANT]
     else:
         if camera:
             raise InputError(f"{path} has one camera, 0; got camera={camera}.")
-        joints = _numbers(path, stored[..., None] if stored.ndim == 3 else stored, (3, len(MPI3DHP17), 1, -1))
+        stored = stored[..., None] if stored.ndim == 3 else stored
+        joints = numbers(where, stored, (3, len(MPI3DHP17), 1, "frames"))
         joints = np.transpose(joints[:, :, 0], (2, 1, 0))
     rows = np.arange(len(joints))
     valid = held.get("valid_frame")
@@ -87,38 +82,3 @@ def read(path: Path, camera: int = 0) -> tuple[PoseSequence]:
             frame_index=rows,
         ),
     )
-
-
-def _start(path: Path) -> bytes:
-    with path.open("rb") as file:
-        return file.read(32)
-
-
-def _loaded(path: Path) -> dict[str, np.ndarray]:
-    from scipy.io import loadmat
-
-    try:
-        start = _start(path)
-        if start.startswith(_HDF5):
-            raise InputError(
-                f"{path} is a file of MATLAB 7.3 (HDF5); save it with save(..., '-v7') in MATLAB or Octave."
-            )
-        if not start.startswith(_BEGINS):
-            raise InputError(f"Expected a .mat file of MPI-INF-3DHP at {path}, got something else.")
-        return loadmat(path, variable_names=[_KEY, "valid_frame"])
-    except InputError:
-        raise
-    except Exception as error:  # scipy's parser raises whatever damaged bytes lead it to
-        raise InputError(f"{path} is damaged or was cut short ({error}); copy it again.") from None
-
-
-def _numbers(path: Path, array: np.ndarray, shape: tuple[int, ...]) -> np.ndarray:
-    fits = array.ndim == len(shape) and all(
-        want in (-1, got) for want, got in zip(shape, array.shape, strict=True)
-    )
-    if not fits or array.dtype.kind not in "fiu":
-        wanted = ", ".join("frames" if n == -1 else str(n) for n in shape)
-        raise InputError(
-            f"{path}: expected '{_KEY}' of shape ({wanted}), got {array.shape} of {array.dtype}."
-        )
-    return array.astype(np.float64)

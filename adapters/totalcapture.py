@@ -1,6 +1,7 @@
 """TotalCapture's motion capture, `gt_skel_gbl_pos.txt`: 21 joints in inches, Vicon world, y up (formats.md 8.2).
 
-First line: the joints' names, separated by tabs; each later line: as many cells of "x y z".
+First line: the joints' names, separated by tabs; each later line: as many cells of "x y z". The rate is the data set's
+60 a second. Which video frame a row is cannot be known: readers disagree whether the streams begin or end together.
 """
 
 from __future__ import annotations
@@ -74,7 +75,6 @@ def read(path: Path, rate_hz: float = _RATE_HZ) -> tuple[PoseSequence]:
         layout=H36M17,
         frame=Y_UP.with_(unit="inch"),
         time_s=np.arange(len(joints)) / rate_hz,
-        frame_index=np.arange(len(joints)),
     )
     return (poses.noted("totalcapture", derived=["nose = mean(Neck, Head)"]),)
 

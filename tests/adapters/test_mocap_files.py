@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
-from golden.worlds import bvh, freemocap, mpi_test, mpi_training, smpl
+from golden.worlds import bvh, freemocap, inference_data, mpi_test, mpi_training, smpl
 from pcnet3d.adapters import read
 from pcnet3d.pipeline import CAMERA, H36M17, Y_UP, Z_UP, InputError, change_frame
 from pcnet3d.pipeline.layouts import BLAZEPOSE33
@@ -169,6 +169,25 @@ def test_mpi_inf_3dhp_test(turning, tmp_path):
     poses = read(mpi_test(tmp_path, turning(FRAMES), valid))
     np.testing.assert_array_equal(poses.frame_index, np.flatnonzero(valid))
     np.testing.assert_allclose(poses.joints, turning(FRAMES)[valid], atol=2e-6)
+
+
+@pytest.mark.parametrize("frames", [100, 243, 300, 600])
+def test_lifts_of_mpi_inf_3dhp(turning, tmp_path, frames):
+    path = inference_data(tmp_path, turning(frames))
+    assert recognised(path) == ["ddhpose_3dhp"]
+    poses = read(path)
+    np.testing.assert_allclose(poses.joints, turning(frames), atol=2e-6)
+    assert poses.seams == {100: (), 243: (), 300: (57,), 600: (243, 357)}[frames]
+    assert (poses.frame.axes, poses.frame.unit, poses.frames_known) == (CAMERA.axes, "m", False)
+
+
+def test_one_of_several_sequences_has_to_be_named(turning, tmp_path):
+    path = inference_data(tmp_path, turning(FRAMES), steps=1, TS5=np.zeros((3, 16, FRAMES, 1)))
+    assert len(read(path, sequence="TS2")) == FRAMES
+    with pytest.raises(InputError, match=r"TS2, TS5; name one with sequence=TS1 .*got none"):
+        read(path)
+    with pytest.raises(InputError, match=r"\(3, 17, frames, steps\).*got \(3, 16, 40, 1\)"):
+        read(path, sequence="TS5")
 
 
 def test_mat_files_that_are_not_these(tmp_path):

@@ -106,6 +106,10 @@ def _rtmw3d(person: Person, folder: Path) -> Path:
     return lifters.rtmw3d(folder, [person.turning(FRAMES), person.turning(FRAMES + 200)[200:]])
 
 
+def _inference_data(person: Person, folder: Path) -> Path:
+    return worlds.inference_data(folder, person.turning(FRAMES))
+
+
 def _totalcapture(person: Person, folder: Path) -> Path:
     return worlds.totalcapture(folder, person.standing(FRAMES))
 
@@ -188,6 +192,7 @@ CATALOGUE = (
     Golden("coco", "annotations, a dict", partial(_detections, "coco_annotations", 17)),
     Golden("ddhpose", "`.npy` of clips", _ddhpose, {"frames": 300}),
     Golden("ddhpose", "D3DP's `test_3d_<video>_output.npy`", _d3dp),
+    Golden("ddhpose_3dhp", "`inference_data_*.mat`", _inference_data),
     Golden(
         "display", "D3DP's `*_postprocess.npy`",
         _display, {"undo": True},

@@ -171,3 +171,11 @@ def mpi_test(folder: Path, bodies: np.ndarray, valid: np.ndarray) -> Path:
     stored = mpi(bodies).transpose(2, 1, 0)[:, :, None]
     savemat(folder / "annot_data.mat", {"annot3": stored, "valid_frame": valid[None].astype(float)})
     return folder / "annot_data.mat"
+
+
+def inference_data(folder: Path, bodies: np.ndarray, steps: int = 2, **more: np.ndarray) -> Path:
+    """inference_data_P_Agg.mat of DDHPose with TS2: (3, 17, frames, steps), of which only the last step is good."""
+    joints = mpi(bodies) - mpi(bodies)[:, [MPI3DHP17.index("pelvis")]]
+    stored = np.stack([*[1.2 * joints] * (steps - 1), joints]).transpose(3, 2, 1, 0)
+    savemat(folder / "inference_data_P_Agg.mat", {"TS2": stored, **more})
+    return folder / "inference_data_P_Agg.mat"
