@@ -1,6 +1,6 @@
-"""FreeMoCap's bodies: `mediapipe_body_3d_xyz.npy` and its older names (formats.md section 7).
+"""FreeMoCap's bodies: `mediapipe_body_3d_xyz.npy`, `mediaPipeSkel_3d_body_hands_face.npy` (formats.md section 7).
 
-(frames, 33, 3) in MediaPipe's order, millimetres (the charuco square's size was given in them), z up once FreeMoCap has
+(frames, 33, 3) in MediaPipe's order, or with hands and face (frames, 553, 3), of which the first 33 are the body; millimetres (the charuco square's size was given in them), z up once FreeMoCap has
 aligned the skeleton or found the ground; NaN where a gap was not filled. A recording of a single camera is flat unless
 an option was set: such files are refused. Frame rate and the first row's video frame are not in the file, and neither
 is whether it was aligned: a person who does not stand along z is refused, a slight tilt is not noticed.
@@ -22,14 +22,14 @@ from ._world import check_upright
 
 name = "freemocap"
 gives = "poses"
-reads = "FreeMoCap's mediapipe_body_3d_xyz.npy: millimetres, z up"
+reads = "FreeMoCap's mediapipe_body_3d_xyz.npy and mediaPipeSkel_3d_body_hands_face.npy: millimetres, z up"
 
-_SHAPE = ("frames", len(BLAZEPOSE33), 3)
+_SHAPES = (("frames", len(BLAZEPOSE33), 3), ("frames", len(BLAZEPOSE33) + 2 * 21 + 478, 3))
 _STATURE_MM = (800.0, 2600.0)
 
 
 def sniff(path: Path) -> bool:
-    joints = peek(path, _SHAPE)
+    joints = peek(path, *_SHAPES)
     return joints is not None and not np.isinf(joints).any() and _in_millimetres(_poses(joints))
 
 
@@ -38,7 +38,7 @@ def read(path: Path) -> tuple[PoseSequence]:
 
     InputError when the file is no such array, is flat, is not in millimetres, or the person does not stand along z.
     """
-    poses = _poses(load(path, _SHAPE))
+    poses = _poses(load(path, *_SHAPES))
     found = poses.joints[np.isfinite(poses.joints).all(axis=(1, 2))]
     if len(found) and (np.ptp(found, axis=1).max(axis=0) == 0).any():
         raise InputError(
@@ -61,7 +61,7 @@ def read(path: Path) -> tuple[PoseSequence]:
 
 
 def _poses(joints: np.ndarray) -> PoseSequence:
-    return PoseSequence(joints=joints, layout=BLAZEPOSE33, frame=Z_UP.with_(unit="mm"))
+    return PoseSequence(joints=joints[:, : len(BLAZEPOSE33)], layout=BLAZEPOSE33, frame=Z_UP.with_(unit="mm"))
 
 
 def _in_millimetres(poses: PoseSequence) -> bool:

@@ -138,6 +138,13 @@ def test_freemocap(standing, blaze, tmp_path):
     assert not poses.frames_known
 
 
+def test_freemocap_with_hands_and_face(standing, blaze, tmp_path):
+    path = tmp_path / "mediaPipeSkel_3d_body_hands_face.npy"
+    np.save(path, np.concatenate([blaze, np.full((FRAMES, 520, 3), np.nan)], axis=1))
+    assert recognised(path) == ["freemocap"]
+    np.testing.assert_allclose(limbs(read(path)), limbs_of(standing(FRAMES)), atol=2e-6)
+
+
 def test_freemocap_flat_or_lying_or_in_metres_is_refused(blaze, tmp_path):
     path = tmp_path / "mediapipe_body_3d_xyz.npy"
     np.save(path, blaze * [1, 0, 1])

@@ -146,6 +146,13 @@ def _freemocap(person: Person, folder: Path) -> Path:
     return folder / "mediapipe_body_3d_xyz.npy"
 
 
+def _freemocap_whole(person: Person, folder: Path) -> Path:
+    body = worlds.freemocap(person.standing(FRAMES))
+    hands_and_face = np.repeat(body[:, :1], 2 * 21 + 478, axis=1)
+    np.save(folder / "mediaPipeSkel.npy", np.concatenate([body, hands_and_face], axis=1))
+    return folder / "mediaPipeSkel.npy"
+
+
 def _mpi_test(person: Person, folder: Path) -> Path:
     return worlds.mpi_test(folder, person.turning(FRAMES), np.arange(FRAMES) % 4 != 0)
 
@@ -198,6 +205,7 @@ CATALOGUE = (
         _display, {"undo": True},
     ),
     Golden("freemocap", "`mediapipe_body_3d_xyz.npy`", _freemocap),
+    Golden("freemocap", "`mediaPipeSkel_3d_body_hands_face.npy`", _freemocap_whole),
     Golden("imu_csv", "a table with time_s", _imu_csv),
     Golden("mediapipe", "CSV, numbered columns", partial(_mediapipe, landmarks.wide)),
     Golden("mediapipe", "CSV, a row a landmark", partial(_mediapipe, landmarks.long)),
