@@ -1,9 +1,10 @@
 """FreeMoCap's bodies: `mediapipe_body_3d_xyz.npy`, `mediaPipeSkel_3d_body_hands_face.npy` (formats.md section 7).
 
-(frames, 33, 3) in MediaPipe's order, or with hands and face (frames, 553, 3), of which the first 33 are the body; millimetres (the charuco square's size was given in them), z up once FreeMoCap has
-aligned the skeleton or found the ground; NaN where a gap was not filled. A recording of a single camera is flat unless
-an option was set: such files are refused. Frame rate and the first row's video frame are not in the file, and neither
-is whether it was aligned: a person who does not stand along z is refused, a slight tilt is not noticed.
+(frames, 33, 3) in MediaPipe's order, or with hands and face (frames, 553, 3), of which the first 33 are the body.
+Millimetres (the charuco square's size was given in them), z up once FreeMoCap has aligned the skeleton or found the
+ground; NaN where a gap was not filled. A recording of a single camera is flat unless an option was set: such files are
+refused. Frame rate and the first row's video frame are not in the file, and neither is whether it was aligned: a person
+who does not stand along z is refused, a slight tilt is not noticed.
 """
 
 from __future__ import annotations

@@ -34,7 +34,7 @@ class Chirality:
 
     @property
     def verdict(self) -> str:
-        """ "good", "doubtful" (one cue, or weak evidence), "wrong" (both cues, or the knees where no nose is known),
+        """ "good", "doubtful" (one cue, weak evidence or none), "wrong" (both cues, or the knees where no nose is known),
         "legs against arms"."""
         no_nose = self.nose_votes == 0
         against = (no_nose or self.nose <= _STRONG, self.knees <= _STRONG)
@@ -44,7 +44,8 @@ class Chirality:
         if all(against) and enough:
             return "wrong"
         shares = np.array([self.nose, self.knees, self.arms_legs])
-        return "doubtful" if (shares < 0.5).any() else "good"
+        unseen = no_nose and self.knee_votes == 0
+        return "doubtful" if unseen or (shares < 0.5).any() else "good"
 
     def __str__(self) -> str:
         return (

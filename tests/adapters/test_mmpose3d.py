@@ -97,6 +97,14 @@ def test_scores_that_differ_are_kept(save, alone):
     assert step.options["clipped"] == FRAMES
 
 
+def test_scores_that_are_all_above_1_say_nothing(save, alone):
+    frames = [[people[0] | {"keypoint_scores": np.linspace(1.2, 3, 17).tolist()}] for people in alone]
+    poses = read(save(frames))
+    assert np.isnan(poses.confidence).all()
+    (step,) = [step for step in poses.history if step.name == "scores"]
+    assert step.options == {"unknown": "all are 1.2 to 3"}
+
+
 BAD = {
     "two": (lambda person: person | {"keypoints": [p[:2] for p in person["keypoints"]]}, "adapter mmpose2d"),
     "joints": (lambda person: person | {"keypoints": person["keypoints"][:16]}, r"got shape \(16, 3\)"),

@@ -40,6 +40,19 @@ def test_one_cue_alone_only_warns(person):
     assert chirality(person.with_(joints=joints)).verdict == "doubtful"
 
 
+def test_a_nose_that_was_made_of_other_joints_has_no_vote(person):
+    """Wherever it is, the knees decide; without them nothing is certain."""
+    made = person.noted("markers", derived=["nose = mean(Neck, Head)"])
+    assert chirality(made).verdict == "good"
+    assert chirality(made).nose_votes == 0
+    assert chirality(repaired(made, "mirror")).verdict == "wrong"
+    straight = made.joints.copy()
+    for side in "lr":
+        hip, knee, ankle = (H36M17.index(f"{side}_{joint}") for joint in ("hip", "knee", "ankle"))
+        straight[:, knee] = (straight[:, hip] + straight[:, ankle]) / 2
+    assert chirality(made.with_(joints=straight)).verdict == "doubtful"
+
+
 def test_a_few_frames_are_never_strong_evidence(person):
     short = PoseSequence(repaired(person, "mirror").joints[:5], H36M17, CAMERA)
     assert chirality(short).verdict == "doubtful"
