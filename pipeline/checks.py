@@ -34,8 +34,8 @@ class Chirality:
 
     @property
     def verdict(self) -> str:
-        """ "good", "doubtful" (one cue, weak evidence or none), "legs against arms", or "wrong" (both cues, or the knees
-        alone where no nose is known)."""
+        """ "good", "doubtful" (one cue, weak evidence or none), "legs against arms", or "wrong" (both cues, or
+        the knees alone where no nose is known)."""
         no_nose = self.nose_votes == 0
         against = (no_nose or self.nose <= _STRONG, self.knees <= _STRONG)
         enough = (no_nose or self.nose_votes >= _MIN_VOTES) and self.knee_votes >= _MIN_VOTES
