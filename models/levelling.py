@@ -205,15 +205,44 @@ def sliding_up(
     fine = known(votes)
     votes_ = np.where(fine[:, None], votes, 0.0)
     trusted = np.where(fine, trust(error_deg), 0.0)
-    up = unit(smoothed(votes_, trusted, time_s, window_s, seams))
+    up, _, _ = _local_line(votes_, trusted, time_s, seams, window_s)
     apart = np.where(fine, np.nan_to_num(angle_deg(votes_, up)), 0.0)
     weights = trusted / (1 + (apart / _OUTLIER_DEG) ** 2)
-    up = unit(smoothed(votes_, weights, time_s, window_s, seams))
+    up, looks, lag_deg = _local_line(votes_, weights, time_s, seams, window_s)
     expected = np.where(np.isfinite(error_deg), error_deg, UNKNOWN_DEG)
     square = np.stack([np.where(fine, expected**2, 0.0), apart**2], axis=-1)
     mean, scatter = np.moveaxis(smoothed(square, trusted, time_s, window_s, seams), -1, 0)
     shared = np.maximum(TILT_SHARE**2 * mean - scatter, LEAN_DEG**2)
-    return up, np.sqrt(shared + scatter / (1 + window_s))
+    return up, np.sqrt(shared + scatter / looks + lag_deg**2)
+
+
+def _local_line(
+    votes: np.ndarray, weights: np.ndarray, time_s: np.ndarray, seams: Sequence[int], window_s: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(T, 3) unit, at each frame the straight line in time through the votes (T, 3) around it, so that a camera that
+    turns evenly is followed without lag up to the take's ends; (T,) how many independent votes that is worth; and (T,)
+    how far in degrees it may lag after all.
+
+    A line through few votes that scatter swings at its ends, so its slope counts as far as it exceeds its own error
+    (shrunk by Wiener's factor, signal over signal and noise); what is left out of it is the lag. The normalised line
+    follows an arc to the second order of its angle.
+    """
+    times = time_s[:, None]
+    square = (votes**2).sum(-1, keepdims=True)
+    columns = np.concatenate([votes, times * votes, times, times**2, square], axis=-1)
+    means = smoothed(columns, weights, time_s, window_s, seams)
+    vote, vote_time, middle, time_square, square = np.split(means, (3, 6, 7, 8), axis=-1)
+    spread = np.maximum(time_square - middle**2, 1e-6)  # of the window's frames in time, square seconds
+    slope = (vote_time - middle * vote) / spread
+    steep = (slope**2).sum(-1, keepdims=True)
+    scatter = np.maximum(square - (vote**2).sum(-1, keepdims=True) - steep * spread, 0)  # about the line
+    independent = 1 + np.sqrt(spread)  # votes within the window
+    error = scatter / independent / spread  # of the slope, squared
+    share = steep / np.maximum(steep + error, 1e-12)
+    off = times - middle
+    looks = independent / (1 + share**2 * off**2 / spread)
+    lag_deg = np.degrees((1 - share) * np.sqrt(steep) * np.abs(off))
+    return unit(vote + share * slope * off), looks[:, 0], lag_deg[:, 0]
 
 
 def smoothed(

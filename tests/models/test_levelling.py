@@ -10,7 +10,7 @@ from pcnet3d.examples.walker import walker
 from pcnet3d.models import load_rectifier
 from pcnet3d.models.cameras import view_rotation
 from pcnet3d.models.gravity import direction
-from pcnet3d.models.levelling import HEADING_S, level_moving, level_static, upright, why_not
+from pcnet3d.models.levelling import HEADING_S, level_moving, level_static, sliding_up, upright, why_not
 from pcnet3d.pipeline import rotate
 from pcnet3d.pipeline.canonical import R_world_from_body
 from pcnet3d.pipeline.rotations import angle_deg, from_columns, geodesic_deg, unit
@@ -264,6 +264,45 @@ def test_a_camera_that_pans_and_tilts_slowly_is_followed_without_steps(yaw, pitc
     )
     assert steps < true + 0.1
     assert levelled.heading == "camera"
+
+
+@pytest.mark.parametrize("seconds", [1, 3, 20])
+def test_a_camera_that_pitches_evenly_is_followed_without_lag_up_to_the_ends(seconds):
+    """4 degrees a second, over which a mean of the neighbours lags by 6 degrees at the ends."""
+    pitches = Seen(pitch=lambda t: -10 + 4 * t, seconds=seconds)
+    tilt = angle_deg(pitches.moving().R_camera_from_level[:, :, 2], pitches.up)
+    assert tilt.max() < 0.1
+
+
+@pytest.mark.parametrize("scatter_deg", [2, 8])
+def test_noise_at_the_ends_of_a_line_does_not_blow_up_and_is_stated(scatter_deg):
+    """At the ends a line is surer of nothing: its error there is larger, is said to be, and is no more than said. With
+    8 degrees about each axis a slope of 4 degrees a second is only half believed, so some of the mean's lag is back."""
+    pitches = Seen(pitch=lambda t: -10 + 4 * t)
+    ends, stated = [], []
+    for seed in range(30):
+        votes = noise_about(pitches.R, scatter_deg, seed)[:, :, 2]
+        up, error_deg = sliding_up(votes, pitches.error_deg, pitches.time_s, (), 2.0)
+        tilt, middle = angle_deg(up, pitches.up), len(up) // 2
+        ends.append(tilt[[0, -1]])
+        stated.append(error_deg[[0, -1]])
+        assert tilt[middle] < 0.4 * scatter_deg
+        assert error_deg[[0, -1]].min() > error_deg[middle]
+    rms = np.sqrt(np.mean(np.square(ends)))
+    assert rms < 0.7 * scatter_deg
+    assert rms < np.sqrt(np.mean(np.square(stated)))
+
+
+def test_a_line_through_a_few_votes_that_scatter_is_hardly_steeper_than_their_mean(seen):
+    """Half a second of independent votes, 8 degrees apart: a plain line is twice as far off at its ends as the mean."""
+    part = slice(0, 15)
+    off = []
+    for seed in range(60):
+        votes = noise_about(seen.R[part], 8, seed)[:, :, 2]
+        up, _ = sliding_up(votes, seen.error_deg[part], seen.time_s[part], (), 2.0)
+        off.append([angle_deg(up[[0, -1]], seen.up[0]), angle_deg(unit(votes.mean(axis=0)), seen.up[0])])
+    line, mean = (np.sqrt(np.mean(np.square([np.mean(o[i]) for o in off]))) for i in (0, 1))
+    assert line < 1.5 * mean
 
 
 def test_a_static_take_called_moving_agrees_with_the_static_answer(seen):
