@@ -205,8 +205,6 @@ def stance(joints: np.ndarray, up: np.ndarray, time_s: np.ndarray) -> tuple[np.n
 
 def _tangent_deg(votes: np.ndarray, centre: np.ndarray) -> np.ndarray:
     """(N, 2) where votes (N, 3) lie about the centre, degrees along two directions across it."""
-    first = unit(np.cross(centre, np.eye(3)[np.argmin(np.abs(centre))]))
-    second = np.cross(centre, first)
-    plane = np.stack([votes @ first, votes @ second], axis=-1)
+    plane = votes @ np.linalg.svd(centre[None])[2][1:].T
     sine = np.linalg.norm(plane, axis=-1)
     return plane * (np.degrees(np.arctan2(sine, votes @ centre)) / np.maximum(sine, 1e-12))[:, None]
