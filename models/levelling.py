@@ -13,6 +13,7 @@ from typing import Literal
 import numpy as np
 
 from ..pipeline.rotations import angle_deg, from_columns, known, unit
+from .floor import floor_plane
 from .gravity import LEAN_DEG, RAYLEIGH_90, TILT_SHARE, UNKNOWN_DEG, Evidence, level_feet, take_up
 
 Camera = Literal["static", "moving"]
@@ -62,15 +63,21 @@ def level_static(
     time_s: np.ndarray,
     seams: Sequence[int] = (),
     others: Sequence[Evidence] = (),
+    root: np.ndarray | None = None,
 ) -> Levelled:
     """One gravity for the whole take.
 
     joints: (T, 17, 3), CAMERA axes relative to the pelvis, any unit. R_camera_from_body (T, 3, 3) and error_deg (T,):
-    a rectifier's answer. others: what else knows up; the feet are added here. seams: rows no smoothing crosses.
+    a rectifier's answer. others: what else knows up; the feet are added here, on the floor that they stood on where the
+    pelvis's own path root (T, 3), in the same axes and unit, is known, else against each other. seams: rows no
+    smoothing crosses.
     """
     votes = R_camera_from_body[:, :, 2]
     first = take_up(votes, error_deg, time_s, others)
-    feet = level_feet(joints, first.up, time_s) if known(first.up) else None
+    feet = None
+    if known(first.up):
+        feet = floor_plane(joints + root[:, None], first.up, time_s) if root is not None else None
+        feet = feet or level_feet(joints, first.up, time_s)
     up = take_up(votes, error_deg, time_s, [*others, feet]) if feet else first
     everywhere = np.broadcast_to(up.up, votes.shape)
     R = upright(R_camera_from_body, everywhere, error_deg, time_s, seams)
@@ -132,7 +139,7 @@ def why_not(levelled: Levelled) -> str:
         return "no frame has the torso joints that a rotation needs"
     if fine.sum() < _FEWEST_FRAMES:
         return f"only {fine.sum()} {'frame has' if fine.sum() == 1 else 'frames have'} a rotation"
-    if sum(levelled.shares.get(source, 0.0) for source in ("frames", "feet")) < 0.5:
+    if sum(levelled.shares.get(source, 0.0) for source in ("frames", "feet", "floor")) < 0.5:
         return ""
     voted = fine & known(levelled.votes)
     ups = levelled.R_camera_from_body[:, :, 2]
