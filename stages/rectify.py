@@ -140,7 +140,7 @@ def _rectify(
     R_source_from_reference = source.frame.basis @ reference.basis.T
     R_source_from_body = R_source_from_reference @ levelled.R_camera_from_body
     R_source_from_level = R_source_from_reference @ levelled.R_camera_from_level
-    reason = why_not(levelled)
+    reason = why_not(levelled, _axes(source, reference))
     said = {"gravity": gravity, "pitch_deg": pitch_deg, "roll_deg": roll_deg}
     if camera == "moving":
         said["window_s"] = window_s
