@@ -23,7 +23,7 @@ UNKNOWN_DEG = 12.0  # expected error of a frame whose rectifier does not say
 
 _OUTLIER_DEG = 5.0  # votes this far off count half
 _TURNS = 30  # of the reweighting, at most; it ends when the mean moves by less than
-_STILL = 1e-7
+_STILL = 1e-6
 _CORRELATED_S = 0.3  # votes nearer in time than this are never independent
 # 90 % bound over root mean square of a direction's error, when that is Gaussian in two dimensions
 RAYLEIGH_90 = float(np.sqrt(np.log(10)))
