@@ -61,7 +61,7 @@ def one_set(
             for rectifier in rectifiers:
                 joints, time_s = take.lifted.joints, take.seen.keypoints.times
                 level = level_static(joints, *rectifier.rotation(joints), time_s)
-                fine = not why_not(level)
+                fine = not why_not(level, joints)
                 levelled[rectifier.method] += fine
                 found = take_angles(
                     joints,

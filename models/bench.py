@@ -26,6 +26,7 @@ from ..pipeline.outputs import refuse_unwritable_file, whole_file
 from ..pipeline.pose import package_version
 from . import load_rectifier
 from .extras import needed_for
+from .live import LiveRectifier
 from .metrics import plain
 from .pcnet_onnx import PCNetRectifier
 from .pcnet_quantise import quantise, rotation_change
@@ -98,8 +99,12 @@ def measure(names: list[str], count: int, rounds: int, threads: int | None = Non
                     "rotation_change_deg": rotation_change(network, int8),
                 }
         for name, network in opened.items():
-            _tell(f"{name}: start and single poses")
-            results[name] |= {"start_s": _start_s(network.path), "single_ms": _single_ms(network, poses)}
+            _tell(f"{name}: start, single poses and live")
+            results[name] |= {
+                "start_s": _start_s(network.path),
+                "single_ms": _frame_ms(lambda pose, _, network=network: network.rotation(pose[None]), poses),
+                "live_ms": _frame_ms(LiveRectifier(network).update, poses),
+            }
         workers = next(iter(opened.values())).threads
         jobs: dict[str, Callable[[], float]] = {"GEMM": partial(_gemm_rate, _gemm_session(), workers)}
         jobs |= {name: partial(_poses_per_s, network, poses) for name, network in opened.items()}
@@ -167,9 +172,9 @@ def as_text(results: dict[str, Any]) -> str:
             text += f"{change.p50:.2f} / {change.mean:.2f} / {change.p95:.2f} degrees (p50 / mean / p95)"
         elif np.isfinite(row["mflop"]):
             text += f" of {row['mflop']:.1f} MFLOP, {100 * row['share_of_gemm']:.0f} % of the GEMM rate"
-        single = row["single_ms"]
-        lines.append(f"{text}; a single pose {single['p50']:.2f} ms (p50), {single['p95']:.2f} ms (p95); ")
-        lines[-1] += f"a new process's first pose after {row['start_s']:.2f} s"
+        for kind, taken in (("a single pose", row["single_ms"]), ("live, a frame", row["live_ms"])):
+            text += f"; {kind} {taken['p50']:.2f} ms (p50), {taken['p95']:.2f} ms (p95)"
+        lines.append(f"{text}; a new process's first pose after {row['start_s']:.2f} s")
     return "\n".join(lines)
 
 
@@ -214,12 +219,12 @@ def _poses_per_s(network: PCNetRectifier, poses: np.ndarray) -> float:
     return len(poses) / (time.perf_counter() - start)
 
 
-def _single_ms(network: PCNetRectifier, poses: np.ndarray) -> dict[str, float]:
+def _frame_ms(answer: Callable[[np.ndarray, float], object], poses: np.ndarray) -> dict[str, float]:
+    """Of answer(pose (17, 3), its time in seconds), at 30 frames a second."""
     taken = []
     for number in range(_SINGLES):
-        row = number % len(poses)
         start = time.perf_counter()
-        network.rotation(poses[row : row + 1])
+        answer(poses[number % len(poses)], number / 30)
         taken.append(1000 * (time.perf_counter() - start))
     return {"p50": float(np.median(taken)), "p95": float(np.quantile(taken, 0.95))}
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..pipeline.anthropometry import implied_stature
 from ..pipeline.layouts import H36M17
-from ..pipeline.rotations import known, unit
+from ..pipeline.rotations import angle_deg, known, unit
 
 # Root mean square tilt over the rotation error that is expected in a frame; and what a lifter leans with all its frames
 # at least. Both fitted on lifted takes of train and validation subjects, cut to 0.5 s and longer (docs/takes.md).
@@ -23,7 +23,7 @@ UNKNOWN_DEG = 12.0  # expected error of a frame whose rectifier does not say
 
 _OUTLIER_DEG = 5.0  # votes this far off count half
 _TURNS = 30  # of the reweighting, at most; it ends when the mean moves by less than
-_STILL = 1e-7
+_STILL = 1e-6
 _CORRELATED_S = 0.3  # votes nearer in time than this are never independent
 # 90 % bound over root mean square of a direction's error, when that is Gaussian in two dimensions
 RAYLEIGH_90 = float(np.sqrt(np.log(10)))
@@ -98,7 +98,9 @@ def pool(up: np.ndarray, error_deg: np.ndarray, time_s: np.ndarray) -> Votes:
     (Cauchy's weights about the current mean). The error is what all votes share plus what is left of their scatter.
 
     A frame's expected tilt error has two parts: the scatter that the take shows, which averages out over its
-    independent votes, and the rest, which all its frames share.
+    independent votes, and the rest, which all its frames share. The scatter's part is no less than how far the votes
+    that were outvoted would move the mean: of a body that stands for one half and lies for the other, either may be
+    right.
     """
     fine = known(up)
     weights = np.zeros(len(up))
@@ -114,7 +116,9 @@ def pool(up: np.ndarray, error_deg: np.ndarray, time_s: np.ndarray) -> Votes:
     effective = effective_number(apart, time_s[fine], robust)
     tilt = TILT_SHARE * float(np.sqrt(np.average(expected**2, weights=trust)))
     shared = max(tilt**2 - scatter**2, LEAN_DEG**2)
-    return Votes(centre, float(np.sqrt(shared + scatter**2 / effective)), weights, effective, scatter)
+    outvoted = float(np.nan_to_num(angle_deg(trust @ votes, centre), nan=90.0))
+    error = float(np.sqrt(shared + max(scatter**2 / effective, outvoted**2)))
+    return Votes(centre, error, weights, effective, scatter)
 
 
 def robust_mean(votes: np.ndarray, trust: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -205,8 +209,6 @@ def stance(joints: np.ndarray, up: np.ndarray, time_s: np.ndarray) -> tuple[np.n
 
 def _tangent_deg(votes: np.ndarray, centre: np.ndarray) -> np.ndarray:
     """(N, 2) where votes (N, 3) lie about the centre, degrees along two directions across it."""
-    first = unit(np.cross(centre, np.eye(3)[np.argmin(np.abs(centre))]))
-    second = np.cross(centre, first)
-    plane = np.stack([votes @ first, votes @ second], axis=-1)
+    plane = votes @ np.linalg.svd(centre[None])[2][1:].T
     sine = np.linalg.norm(plane, axis=-1)
     return plane * (np.degrees(np.arctan2(sine, votes @ centre)) / np.maximum(sine, 1e-12))[:, None]

@@ -137,7 +137,7 @@ def fit(train: Sequence[Path], val: Sequence[Path], rectifier: Rectifier) -> Joi
     pairs, levels = [], []
     for pair in read_pairs(val):
         level = level_static(pair.raw, *rectifier.rotation(pair.raw), pair.time_s)
-        if not why_not(level):
+        if not why_not(level, pair.raw):
             pairs.append(pair)
             levels.append(level)
     if not pairs:

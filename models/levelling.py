@@ -12,7 +12,9 @@ from typing import Literal
 
 import numpy as np
 
+from ..pipeline.canonical import LYING_DEG, trunk_lean_deg
 from ..pipeline.rotations import angle_deg, from_columns, known, unit
+from .floor import floor_plane
 from .gravity import LEAN_DEG, RAYLEIGH_90, TILT_SHARE, UNKNOWN_DEG, Evidence, level_feet, take_up
 
 Camera = Literal["static", "moving"]
@@ -62,15 +64,21 @@ def level_static(
     time_s: np.ndarray,
     seams: Sequence[int] = (),
     others: Sequence[Evidence] = (),
+    root: np.ndarray | None = None,
 ) -> Levelled:
     """One gravity for the whole take.
 
     joints: (T, 17, 3), CAMERA axes relative to the pelvis, any unit. R_camera_from_body (T, 3, 3) and error_deg (T,):
-    a rectifier's answer. others: what else knows up; the feet are added here. seams: rows no smoothing crosses.
+    a rectifier's answer. others: what else knows up; the feet are added here, on the floor that they stood on where the
+    pelvis's own path root (T, 3), in the same axes and unit, is known, else against each other. seams: rows no
+    smoothing crosses.
     """
     votes = R_camera_from_body[:, :, 2]
     first = take_up(votes, error_deg, time_s, others)
-    feet = level_feet(joints, first.up, time_s) if known(first.up) else None
+    feet = None
+    if known(first.up):
+        feet = floor_plane(joints + root[:, None], first.up, time_s) if root is not None else None
+        feet = feet or level_feet(joints, first.up, time_s)
     up = take_up(votes, error_deg, time_s, [*others, feet]) if feet else first
     everywhere = np.broadcast_to(up.up, votes.shape)
     R = upright(R_camera_from_body, everywhere, error_deg, time_s, seams)
@@ -125,14 +133,15 @@ def level_moving(
     )
 
 
-def why_not(levelled: Levelled) -> str:
-    """In words why a take could not be levelled, or "". Where up is known from elsewhere, only the heading can fail."""
+def why_not(levelled: Levelled, joints: np.ndarray) -> str:
+    """In words why a take of joints (T, 17, 3), in the camera's axes, could not be levelled, or "". Where up is known
+    from elsewhere, only the heading can fail."""
     fine = known(levelled.R_camera_from_body).all(axis=1)
     if not fine.any():
         return "no frame has the torso joints that a rotation needs"
     if fine.sum() < _FEWEST_FRAMES:
         return f"only {fine.sum()} {'frame has' if fine.sum() == 1 else 'frames have'} a rotation"
-    if sum(levelled.shares.get(source, 0.0) for source in ("frames", "feet")) < 0.5:
+    if sum(levelled.shares.get(source, 0.0) for source in ("frames", "feet", "floor")) < 0.5:
         return ""
     voted = fine & known(levelled.votes)
     ups = levelled.R_camera_from_body[:, :, 2]
@@ -142,6 +151,11 @@ def why_not(levelled: Levelled) -> str:
     scatter = float(np.median(angle_deg(levelled.votes[voted], ups[voted])))
     if not scatter < _SCATTER_DEG:
         return f"the frames' up directions scatter by {scatter:.0f} degrees about their mean"
+    lean = trunk_lean_deg(joints[fine], ups[fine])
+    if np.mean(lean > LYING_DEG) >= 0.5:
+        return (
+            f"the trunk is {np.nanmedian(lean):.0f} degrees from its up: the person lies, or bends far down"
+        )
     bound = float(np.nanmax(levelled.up_bound_deg))
     if bound > _WIDEST_BOUND_DEG:
         return f"its up is only known to within {bound:.0f} degrees"
@@ -205,15 +219,44 @@ def sliding_up(
     fine = known(votes)
     votes_ = np.where(fine[:, None], votes, 0.0)
     trusted = np.where(fine, trust(error_deg), 0.0)
-    up = unit(smoothed(votes_, trusted, time_s, window_s, seams))
+    up, _, _ = _local_line(votes_, trusted, time_s, seams, window_s)
     apart = np.where(fine, np.nan_to_num(angle_deg(votes_, up)), 0.0)
     weights = trusted / (1 + (apart / _OUTLIER_DEG) ** 2)
-    up = unit(smoothed(votes_, weights, time_s, window_s, seams))
+    up, looks, lag_deg = _local_line(votes_, weights, time_s, seams, window_s)
     expected = np.where(np.isfinite(error_deg), error_deg, UNKNOWN_DEG)
     square = np.stack([np.where(fine, expected**2, 0.0), apart**2], axis=-1)
     mean, scatter = np.moveaxis(smoothed(square, trusted, time_s, window_s, seams), -1, 0)
     shared = np.maximum(TILT_SHARE**2 * mean - scatter, LEAN_DEG**2)
-    return up, np.sqrt(shared + scatter / (1 + window_s))
+    return up, np.sqrt(shared + scatter / looks + lag_deg**2)
+
+
+def _local_line(
+    votes: np.ndarray, weights: np.ndarray, time_s: np.ndarray, seams: Sequence[int], window_s: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(T, 3) unit, at each frame the straight line in time through the votes (T, 3) around it, so that a camera that
+    turns evenly is followed without lag up to the take's ends; (T,) how many independent votes that is worth; and (T,)
+    how far in degrees it may lag after all.
+
+    A line through few votes that scatter swings at its ends, so its slope counts as far as it exceeds its own error
+    (shrunk by Wiener's factor, signal over signal and noise); what is left out of it is the lag. The normalised line
+    follows an arc to the second order of its angle.
+    """
+    times = time_s[:, None]
+    square = (votes**2).sum(-1, keepdims=True)
+    columns = np.concatenate([votes, times * votes, times, times**2, square], axis=-1)
+    means = smoothed(columns, weights, time_s, window_s, seams)
+    vote, vote_time, middle, time_square, square = np.split(means, (3, 6, 7, 8), axis=-1)
+    spread = np.maximum(time_square - middle**2, 1e-6)  # of the window's frames in time, square seconds
+    slope = (vote_time - middle * vote) / spread
+    steep = (slope**2).sum(-1, keepdims=True)
+    scatter = np.maximum(square - (vote**2).sum(-1, keepdims=True) - steep * spread, 0)  # about the line
+    independent = 1 + np.sqrt(spread)  # votes within the window
+    error = scatter / independent / spread  # of the slope, squared
+    share = steep / np.maximum(steep + error, 1e-12)
+    off = times - middle
+    looks = independent / (1 + share**2 * off**2 / spread)
+    lag_deg = np.degrees((1 - share) * np.sqrt(steep) * np.abs(off))
+    return unit(vote + share * slope * off), looks[:, 0], lag_deg[:, 0]
 
 
 def smoothed(

@@ -20,6 +20,7 @@ from .gravity import Evidence, TakeUp, take_up
 from .levelling import HEADING_S, level_left, rotation_error_deg, standing, trust
 
 KEPT = 256  # votes; beyond it every second one is dropped, and from then on only every second frame votes
+_NEWS = 1 / 16  # of the votes kept, that must be new before all are pooled anew
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,9 +42,10 @@ class LiveFrame:
 class LiveRectifier:
     """One person before a camera that stands still.
 
-    The votes on up are kept, thinned out evenly over the time so far to at most KEPT, and pooled anew by
-    gravity.take_up: an early outlier loses its weight once the others are known, and similar frames count as few. A
-    frame's cost and memory do not grow. The level line between the feet (gravity.level_feet) is not used.
+    The votes on up are kept, thinned out evenly over the time so far to at most KEPT, and pooled by gravity.take_up
+    whenever a sixteenth of them is new: an early outlier loses its weight once the others are known, and similar frames
+    count as few. A frame's cost and memory do not grow. The level line between the feet (gravity.level_feet) is not
+    used.
     """
 
     def __init__(self, rectifier: str | Rectifier = "pcnet", others: Sequence[Evidence] = ()) -> None:
@@ -56,7 +58,8 @@ class LiveRectifier:
         self._times_s = np.full(KEPT, np.nan)
         self._count = 0  # votes kept,
         self._seen = 0  # of so many frames with one,
-        self._every = 1  # of which every so manyth is kept
+        self._every = 1  # of which every so manyth is kept,
+        self._new = 0  # and so many since they were pooled
         self._left = np.zeros(3)  # of the body, weighted mean over the last moments
         self._time_s = -np.inf
         self._up = self._pooled()
@@ -106,7 +109,10 @@ class LiveRectifier:
         for values, value in zip(kept, (up, error_deg, time_s), strict=True):
             values[self._count] = value
         self._count += 1
-        self._up = self._pooled()
+        self._new += 1
+        if self._new >= _NEWS * self._count:
+            self._new = 0
+            self._up = self._pooled()
 
     def _pooled(self) -> TakeUp:
         n = self._count

@@ -12,17 +12,16 @@ from typing import Literal, get_args
 
 import numpy as np
 
+from ..pipeline.canonical import LYING_DEG, trunk_lean_deg
 from ..pipeline.errors import InputError
 from ..pipeline.layouts import H36M17
 from ..pipeline.outputs import whole_file
-from ..pipeline.rotations import angle_deg
 
 Subjects = Literal["train", "train-a", "train-b", "val", "test", "hdm05"]
 
 # The train subjects in two halves of about equal minutes, for cross-fitted lifts. 60 and 61 dance together
 # and stay together, as the data's README asks; x are takes of unknown subjects.
 _TRAIN_A = frozenset({"02", "05", "11", "16", "35", "38", "60", "61"})
-_LYING_DEG = 60.0
 _ARRAYS = ("joints", "root", "clip_start", "clip_name", "subject", "source", "fps", "joint_names")
 
 
@@ -155,9 +154,4 @@ def lying(joints_world: np.ndarray) -> np.ndarray:
     The trunk is mid-hips to mid-shoulders. Bending far forward counts as lying too: what matters here is that the
     trunk no longer tells which way is up.
     """
-    hips, shoulders = (
-        joints_world[..., H36M17.indices((f"l_{part}", f"r_{part}")), :].mean(axis=-2)
-        for part in ("hip", "shoulder")
-    )
-    trunk = shoulders - hips
-    return angle_deg(trunk, np.broadcast_to(np.array([0.0, 0.0, 1.0]), trunk.shape)) > _LYING_DEG
+    return trunk_lean_deg(joints_world) > LYING_DEG

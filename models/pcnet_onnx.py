@@ -75,8 +75,11 @@ class PCNetRectifier:
                 ["R", "error_deg"], {"joints": joints[part], "valid": valid[part]}
             )
 
-        with ThreadPoolExecutor(self.threads) as pool:
-            list((pool.map if len(parts) > 1 else map)(answer, parts))
+        if len(parts) > 1:
+            with ThreadPoolExecutor(self.threads) as pool:
+                list(pool.map(answer, parts))
+        elif parts:
+            answer(parts[0])  # at once: a frame at a time, the pool would be a tenth of its cost
         return R, error_deg
 
 

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from ..pipeline.layouts import H36M17
+from ..pipeline.canonical import trunk_lean_deg
 from ..pipeline.progress import counted
-from ..pipeline.rotations import angle_deg, rotate, transpose
+from ..pipeline.rotations import rotate, transpose
 from ..pipeline.sockets import Rectifier
 from .cameras import ViewRange
 from .lifter import lift
@@ -57,10 +57,7 @@ def apart(views: np.ndarray) -> tuple[float, float]:
     out."""
     views = views[:, np.isfinite(views).all(axis=(0, 2, 3))]
     distance = np.linalg.norm(views - views.mean(axis=0), axis=-1)
-    hips, shoulders = (
-        views[:, :, H36M17.indices((f"l_{part}", f"r_{part}"))].mean(axis=2) for part in ("hip", "shoulder")
-    )
-    lean = angle_deg(shoulders - hips, np.broadcast_to([0.0, 0.0, 1.0], hips.shape))
+    lean = trunk_lean_deg(views)
     return 1000 * _rms(distance), _rms(lean - lean.mean(axis=0))
 
 

@@ -16,7 +16,7 @@ from ..pipeline.errors import InputError
 from ..pipeline.frames import BODY, CAMERA, LEVEL, Z_UP, Frame, change_frame
 from ..pipeline.layouts import H36M17
 from ..pipeline.pose import PoseSequence, Rectified
-from ..pipeline.rotations import rotate, transpose
+from ..pipeline.rotations import known, rotate, transpose
 from ..pipeline.sockets import Rectifier
 from ..pipeline.take import Event, Take
 
@@ -83,7 +83,8 @@ def rectify(
     are the axes that the poses come in. Poses without time stamps count as 30 frames a second.
 
     camera, gravity, pitch_deg, roll_deg, window_s: of Rectify. A static camera has one up for the take, which every
-    frame votes on (models/gravity.py); a moving one a smooth up, and LEVEL's heading is then the camera's, so that
+    frame votes on (models/gravity.py), as does the floor under the feet when the poses' origin is the camera and their
+    unit is metric (models/floor.py); a moving one a smooth up, and LEVEL's heading is then the camera's, so that
     horizontal directions are relative to it.
 
     A frame with too few torso joints has a NaN rotation. A take that cannot be levelled has level_ok False and a
@@ -130,7 +131,7 @@ def _rectify(
         method = chosen.method
         R, error_deg = chosen.rotation(joints)
         if camera == "static":
-            levelled = level_static(joints, R, error_deg, times, source.seams, told)
+            levelled = level_static(joints, R, error_deg, times, source.seams, told, _root(poses))
             events = _drift_event(levelled, source)
         elif told:
             raise InputError("A moving camera has no one pitch, roll or gravity; leave them out.")
@@ -139,7 +140,7 @@ def _rectify(
     R_source_from_reference = source.frame.basis @ reference.basis.T
     R_source_from_body = R_source_from_reference @ levelled.R_camera_from_body
     R_source_from_level = R_source_from_reference @ levelled.R_camera_from_level
-    reason = why_not(levelled)
+    reason = why_not(levelled, _axes(source, reference))
     said = {"gravity": gravity, "pitch_deg": pitch_deg, "roll_deg": roll_deg}
     if camera == "moving":
         said["window_s"] = window_s
@@ -188,6 +189,17 @@ def _told(
 
 def _axes(source: PoseSequence, reference: Frame) -> np.ndarray:
     return change_frame(source, reference.with_(origin="pelvis", unit=source.frame.unit)).joints
+
+
+def _root(poses: PoseSequence) -> np.ndarray | None:
+    """(T, 3) the pelvis in the camera, or None where the source does not truly know its place: without a scale nobody
+    knows how far the person is, and estimators without a path leave the pelvis where it is."""
+    if poses.frame.origin == "pelvis" or not poses.frame.metric:
+        return None
+    own = CAMERA.with_(origin=poses.frame.origin, unit=poses.frame.unit)
+    root = change_frame(poses, own).joint("pelvis").astype(np.float64)
+    seen = root[known(root)]
+    return root if len(seen) and np.ptp(seen, axis=0).max() > 0 else None
 
 
 def _own_gravity(joints: np.ndarray, times: np.ndarray) -> Levelled:

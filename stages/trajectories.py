@@ -7,8 +7,11 @@ that are written are the filtered ones, so that velocity and acceleration are th
 What a camera that pans leaves observable: each frame's LEVEL has the true vertical and the camera's own heading, so a
 pan looks like the person turning the other way, and the heading in the world cannot be had from the body. Heights z,
 their velocity vz, horizontal distances hypot(x, y), distances from the pelvis and joint angles do not depend on the
-heading and hold. The directions of x and y do not; nor do vx, vy, ax, ay and speed, which contain the pan's rate times
-the horizontal distance (30 degrees a second at 0.5 m: 0.26 m/s), and their norm with them.
+heading and hold. The directions of x and y do not; nor do vx, vy, ax, ay, speed and acceleration, which contain the
+pan's rate times the horizontal distance (30 degrees a second at 0.5 m: 0.26 m/s).
+
+No rotation that is constant changes a norm: for a camera that stands still, distance, speed and acceleration do not
+depend on how well up is known, and hold even where a take could not be levelled.
 """
 
 from __future__ import annotations
@@ -40,8 +43,8 @@ Filter = Literal["butterworth", "savgol", "none"]
 Cutoff = float | Literal["auto"] | None
 
 _RELATIVE = (
-    "The camera moves, so x and y are relative to it: heights (z, vz, az) and horizontal distances hold, but its "
-    "turning about the vertical cannot be told from the body's and enters vx, vy, ax, ay and speed."
+    "The camera moves, so x and y are relative to it: heights (z, vz, az) and distances hold, but its "
+    "turning about the vertical cannot be told from the body's and enters vx, vy, ax, ay, speed and acceleration."
 )
 _SUFFIXES = {"m": ("m", "mps", "mps2"), "arbitrary": ("au", "aups", "aups2")}
 _ROOT = Layout("ROOT", ("root",))
@@ -114,8 +117,9 @@ def smooth(
 
 
 def trajectory(path: PoseSequence, joint: str) -> dict[str, np.ndarray]:
-    """Columns (T,) `<joint>_x_m`, `<joint>_vx_mps`, `<joint>_ax_mps2` for x, y and z, and `<joint>_speed_mps`; or
-    `_au`, `_aups`, `_aups2` without a scale.
+    """Columns (T,) `<joint>_x_m`, `<joint>_vx_mps`, `<joint>_ax_mps2` for x, y and z, and their norms
+    `<joint>_distance_m` (from the pelvis), `<joint>_speed_mps` and `<joint>_acceleration_mps2`; or `_au`, `_aups`,
+    `_aups2` without a scale.
 
     path: poses in LEVEL, filtered (`smooth`) unless derivatives of noise are wanted. Derivatives are those of a cubic
     spline, never taken across a gap, a seam or dropped frames; NaN where they cannot be had.
@@ -125,11 +129,15 @@ def trajectory(path: PoseSequence, joint: str) -> dict[str, np.ndarray]:
     position = path.joint(joint).astype(np.float64)
     velocity, acceleration = (derivative(position, path.times, breaks(path), order) for order in (1, 2))
     columns = {}
-    for prefix, unit, values in zip(
-        ("", "v", "a"), _SUFFIXES[path.frame.unit], (position, velocity, acceleration), strict=True
+    for prefix, norm, unit, values in zip(
+        ("", "v", "a"),
+        ("distance", "speed", "acceleration"),
+        _SUFFIXES[path.frame.unit],
+        (position, velocity, acceleration),
+        strict=True,
     ):
         columns |= {f"{joint}_{prefix}{axis}_{unit}": values[:, i] for i, axis in enumerate("xyz")}
-    columns[f"{joint}_speed_{_SUFFIXES[path.frame.unit][1]}"] = np.linalg.norm(velocity, axis=-1)
+        columns[f"{joint}_{norm}_{unit}"] = np.linalg.norm(values, axis=-1)
     return columns
 
 

@@ -125,6 +125,29 @@ def test_without_any_evidence_nothing_is_known():
     assert up.shares == {}
 
 
+@pytest.mark.parametrize("how", ["in turn", "one after the other", "now and then"])
+def test_votes_that_split_into_two_state_that_either_may_be_right(how):
+    """Two ups 50 degrees apart. Whichever is taken, the other half may be right; a tenth moves the error less."""
+    rng = np.random.default_rng(0)
+    other = Rotation.from_euler("x", 50, degrees=True).apply(UP)
+    second = {
+        "in turn": np.arange(300) % 2 == 1,
+        "one after the other": np.arange(300) >= 150,
+        "now and then": np.arange(300) % 10 == 0,
+    }[how]
+    votes = np.where(second[:, None], votes_about(other, 3, 300, rng), votes_about(UP, 3, 300, rng))
+    pooled = pool(votes, constant(ERROR_DEG, 300), np.arange(300) / 30)
+    if how == "now and then":
+        assert angle_deg(pooled.up, UP) < 2
+        assert LEAN_DEG < pooled.error_deg < 8
+    else:
+        true = np.sqrt(
+            np.mean(angle_deg(pooled.up, np.array([UP, other])) ** 2)
+        )  # as likely the one as the other
+        assert pooled.error_deg > 0.6 * true
+        assert RAYLEIGH_90 * pooled.error_deg > 30
+
+
 @pytest.mark.parametrize("correlation", [0.8, 0.9, 0.97])
 def test_the_effective_number_of_correlated_votes_is_that_of_theory(correlation):
     """An AR(1) series of n has n (1 - r) / (1 + r) independent values (Geyer 1992)."""

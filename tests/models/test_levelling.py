@@ -10,8 +10,8 @@ from pcnet3d.examples.walker import walker
 from pcnet3d.models import load_rectifier
 from pcnet3d.models.cameras import view_rotation
 from pcnet3d.models.gravity import direction
-from pcnet3d.models.levelling import HEADING_S, level_moving, level_static, upright, why_not
-from pcnet3d.pipeline import rotate
+from pcnet3d.models.levelling import HEADING_S, level_moving, level_static, sliding_up, upright, why_not
+from pcnet3d.pipeline import H36M17, rotate
 from pcnet3d.pipeline.canonical import R_world_from_body
 from pcnet3d.pipeline.rotations import angle_deg, from_columns, geodesic_deg, unit
 
@@ -234,7 +234,36 @@ def test_a_take_without_a_vote_is_nan_and_not_levelled(seen):
         assert np.isnan(levelled.R_camera_from_body).all()
         assert np.isnan(levelled.R_camera_from_level).all()
         assert np.isnan(levelled.up_error_deg).all()
-        assert "torso" in why_not(levelled)
+        assert "torso" in why_not(levelled, seen.joints)
+
+
+def lying_down(seen) -> np.ndarray:
+    """(T, 3, 3) the camera's axes turned so that the walker lies across the picture, 75 degrees from upright."""
+    across = np.cross(seen.up[0], [0.0, 0.0, 1.0])
+    return Rotation.from_rotvec(np.radians(75) * unit(across)).as_matrix()
+
+
+def test_a_person_who_lies_most_of_the_time_is_refused_in_words(seen):
+    """Even from a rectifier that has the truth; only who tells how the camera stands is believed."""
+    R_down = lying_down(seen)
+    for share, words in ((0.3, ""), (0.7, "the person lies")):
+        lies = np.arange(len(seen.R)) < share * len(seen.R)
+        joints = np.where(lies[:, None, None], rotate(R_down, seen.joints), seen.joints)
+        levelled = level_static(joints, seen.R, seen.error_deg, seen.time_s)
+        said = why_not(levelled, joints)
+        assert words in said if words else said == ""
+        moving = level_moving(seen.R, seen.error_deg, seen.time_s)
+        assert words in why_not(moving, joints)
+        told = level_static(
+            joints, seen.R, seen.error_deg, seen.time_s, (), [direction("told", seen.up[0], 1.0)]
+        )
+        assert why_not(told, joints) == ""
+
+
+def test_missing_shoulders_are_no_sign_of_lying(seen):
+    joints = seen.joints.copy()
+    joints[:, H36M17.indices(("l_shoulder", "r_shoulder"))] = np.nan
+    assert why_not(seen.static(), joints) == ""
 
 
 # --- a camera that moves
@@ -264,6 +293,45 @@ def test_a_camera_that_pans_and_tilts_slowly_is_followed_without_steps(yaw, pitc
     )
     assert steps < true + 0.1
     assert levelled.heading == "camera"
+
+
+@pytest.mark.parametrize("seconds", [1, 3, 20])
+def test_a_camera_that_pitches_evenly_is_followed_without_lag_up_to_the_ends(seconds):
+    """4 degrees a second, over which a mean of the neighbours lags by 6 degrees at the ends."""
+    pitches = Seen(pitch=lambda t: -10 + 4 * t, seconds=seconds)
+    tilt = angle_deg(pitches.moving().R_camera_from_level[:, :, 2], pitches.up)
+    assert tilt.max() < 0.1
+
+
+@pytest.mark.parametrize("scatter_deg", [2, 8])
+def test_noise_at_the_ends_of_a_line_does_not_blow_up_and_is_stated(scatter_deg):
+    """At the ends a line is surer of nothing: its error there is larger, is said to be, and is no more than said. With
+    8 degrees about each axis a slope of 4 degrees a second is only half believed, so some of the mean's lag is back."""
+    pitches = Seen(pitch=lambda t: -10 + 4 * t)
+    ends, stated = [], []
+    for seed in range(30):
+        votes = noise_about(pitches.R, scatter_deg, seed)[:, :, 2]
+        up, error_deg = sliding_up(votes, pitches.error_deg, pitches.time_s, (), 2.0)
+        tilt, middle = angle_deg(up, pitches.up), len(up) // 2
+        ends.append(tilt[[0, -1]])
+        stated.append(error_deg[[0, -1]])
+        assert tilt[middle] < 0.4 * scatter_deg
+        assert error_deg[[0, -1]].min() > error_deg[middle]
+    rms = np.sqrt(np.mean(np.square(ends)))
+    assert rms < 0.7 * scatter_deg
+    assert rms < np.sqrt(np.mean(np.square(stated)))
+
+
+def test_a_line_through_a_few_votes_that_scatter_is_hardly_steeper_than_their_mean(seen):
+    """Half a second of independent votes, 8 degrees apart: a plain line is twice as far off at its ends as the mean."""
+    part = slice(0, 15)
+    off = []
+    for seed in range(60):
+        votes = noise_about(seen.R[part], 8, seed)[:, :, 2]
+        up, _ = sliding_up(votes, seen.error_deg[part], seen.time_s[part], (), 2.0)
+        off.append([angle_deg(up[[0, -1]], seen.up[0]), angle_deg(unit(votes.mean(axis=0)), seen.up[0])])
+    line, mean = (np.sqrt(np.mean(np.square([np.mean(o[i]) for o in off]))) for i in (0, 1))
+    assert line < 1.5 * mean
 
 
 def test_a_static_take_called_moving_agrees_with_the_static_answer(seen):

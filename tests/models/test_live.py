@@ -71,14 +71,14 @@ def expect_the_takes_answer(frames, joints, time_s, rectifier):
 @pytest.mark.parametrize("fps", [30, 120])
 @pytest.mark.parametrize("name", ["pcnet", "geometric"])
 def test_at_the_end_it_says_what_the_whole_take_says(fps, name):
-    """With 120 frames a second more votes than are kept."""
+    """With 120 frames a second more votes than are kept. What came last may not be pooled yet."""
     walk = walker(fps=fps)
     joints = relative(camera_poses(walk, side_camera(walk)).joints.astype(float))
     rectifier = load_rectifier(name)
     frames = answers(LiveRectifier(rectifier), joints, walk.time_s)
     static = expect_the_takes_answer(frames, joints, walk.time_s, rectifier)
-    assert angle_deg(frames[-1].up, static.R_camera_from_level[:, 2]) < 0.1
-    assert frames[-1].up_error_deg == pytest.approx(static.up_error_deg[0], rel=0.02)
+    assert angle_deg(frames[-1].up, static.R_camera_from_level[:, 2]) < 0.05 * static.up_error_deg[0]
+    assert frames[-1].up_error_deg == pytest.approx(static.up_error_deg[0], rel=0.05)
     assert geodesic_deg(frames[-1].R_camera_from_body, static.R_camera_from_body[-1]) < 1
 
 
@@ -195,7 +195,8 @@ def test_what_was_said_is_not_changed_later():
 
 
 def test_its_memory_does_not_grow_and_its_votes_cover_the_whole_time():
-    """Votes lean to one side in the first half, to the other in the second; both count the same in the end."""
+    """Votes lean by 3 degrees to one side in the first half, to the other in the second; both count the same at last,
+    but for the few that are not pooled yet."""
     half = 5 * KEPT
     lean = Rotation.from_rotvec(np.repeat([[0.05, 0, 0], [-0.05, 0, 0]], half, axis=0)).as_matrix()
     live = LiveRectifier(Scripted(lean))
@@ -205,7 +206,7 @@ def test_its_memory_does_not_grow_and_its_votes_cover_the_whole_time():
         if row in (half, 2 * half - 1):
             sizes.append(len(pickle.dumps(live)))
     assert frame is not None
-    assert angle_deg(frame.up, Z) < 0.1
+    assert angle_deg(frame.up, Z) < 0.4
     assert abs(sizes[1] - sizes[0]) < 8 * KEPT  # so much as the weights of the votes last pooled
 
 

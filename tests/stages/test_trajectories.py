@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 
-from pcnet3d.pipeline import CAMERA, H36M17, LEVEL, InputError, PoseSequence, Take
+from pcnet3d.pipeline import CAMERA, H36M17, LEVEL, InputError, PoseSequence, Take, rotate
 from pcnet3d.pipeline.signals import derivative
 from pcnet3d.stages import rectify
 from pcnet3d.stages.trajectories import Trajectories, smooth, trajectory
@@ -49,7 +50,10 @@ def test_no_velocity_across_dropped_frames():
 
 @pytest.mark.parametrize(
     ("unit", "names"),
-    [("m", ["x_m", "vx_mps", "az_mps2", "speed_mps"]), ("arbitrary", ["x_au", "vx_aups", "az_aups2"])],
+    [
+        ("m", ["x_m", "vx_mps", "az_mps2", "distance_m", "speed_mps", "acceleration_mps2"]),
+        ("arbitrary", ["x_au", "vx_aups", "az_aups2", "distance_au", "speed_aups", "acceleration_aups2"]),
+    ],
 )
 def test_the_unit_is_in_every_name(unit, names):
     poses = PoseSequence(np.zeros((4, 17, 3)), H36M17, LEVEL.with_(unit=unit), time_s=np.arange(4) / 30)
@@ -79,8 +83,25 @@ def test_what_a_panning_camera_leaves_of_a_path():
     for name in ("r_wrist_z_m", "r_wrist_vz_mps"):
         np.testing.assert_allclose(panning[name], still[name], atol=1e-6)
     np.testing.assert_allclose(np.hypot(panning["r_wrist_x_m"], panning["r_wrist_y_m"]), x, atol=1e-6)
+    np.testing.assert_allclose(panning["r_wrist_distance_m"], still["r_wrist_distance_m"], atol=1e-6)
     false_mps = np.hypot(panning["r_wrist_vx_mps"], panning["r_wrist_vy_mps"])
     np.testing.assert_allclose(false_mps, 0.26, atol=0.005)
+
+
+@given(st.integers(0, 2**31 - 1))
+def test_no_rotation_changes_a_norm(seed):
+    """So a static camera's speeds and accelerations hold however wrong its up."""
+    rng = np.random.default_rng(seed)
+    joints, time_s = rng.normal(size=(20, 17, 3)), np.arange(20) / 30
+    Q = Rotation.random(random_state=seed).as_matrix()
+    straight, turned = (
+        trajectory(PoseSequence(x, H36M17, LEVEL, time_s=time_s), "l_ankle")
+        for x in (joints, rotate(Q, joints))
+    )
+    for signal, x in (("distance_m", "x_m"), ("speed_mps", "vx_mps"), ("acceleration_mps2", "ax_mps2")):
+        np.testing.assert_allclose(turned[f"l_ankle_{signal}"], straight[f"l_ankle_{signal}"], rtol=1e-4)
+        axes = [straight[f"l_ankle_{x.replace('x', axis)}"] for axis in "xyz"]
+        np.testing.assert_allclose(straight[f"l_ankle_{signal}"], np.linalg.norm(axes, axis=0), rtol=1e-9)
 
 
 @pytest.mark.parametrize(("camera", "notes"), [("static", 0), ("moving", 1)])

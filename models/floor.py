@@ -1,0 +1,79 @@
+"""The floor as evidence on up, where a source knows where the person is and not only how they stand.
+
+A foot that stands does not move, so the places where feet stood over a take lie on the floor, and the normal of a level
+floor is up. Needs the root's true path: in poses relative to the pelvis feet that stand do move.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..pipeline.anthropometry import implied_stature
+from ..pipeline.layouts import H36M17
+from ..pipeline.rotations import known
+from ..pipeline.signals import rate, runs
+from .gravity import Evidence
+
+_STANCE_SPEED = 0.15  # statures per second below which an ankle stands
+_STANCE_S = 0.1  # the least that a stance lasts
+_BELOW = 0.3  # statures that a foot is below the pelvis when it carries the body
+_HEIGHT = 0.015  # statures, scatter of ankles' heights above the floor from stance to stance, at least
+_SPREAD = 3.0  # times that scatter must feet have stood apart in a direction before they say how it rises
+_STEEP_DEG = 15.0  # what rises by more against the first idea of up is a flight of stairs
+_UNEVEN_DEG = 2.0  # a floor's slope, and a calibration's error, along either direction
+
+
+def floor_plane(joints: np.ndarray, up: np.ndarray, time_s: np.ndarray) -> Evidence | None:
+    """The two directions along the floor, each across up. None when feet stood in too few places to tell, or on stairs.
+
+    joints: (T, 17, 3) in the camera's axes with the camera or another fixed point for the origin, any unit; up: (3,) a
+    first idea, to tell a floor from stairs; time_s: (T,).
+
+    A walk along a straight line tells one direction only, that of the walk: up is then level across it for all that
+    the floor knows, and the evidence says nothing about it. Each direction's error comes from how far apart feet stood
+    along it, and how far from one plane (stairs, a ladder) they were.
+    """
+    stature = implied_stature(joints)
+    if not (np.isfinite(stature) and known(up)):
+        return None
+    places = stances(joints.astype(np.float64) / stature, up, time_s)
+    count = len(places)
+    if count < 3:
+        return None
+    # Along the floor, the widest direction first; the last is across it.
+    values, axes = np.linalg.eigh(np.cov(places.T, bias=True))
+    widths, axes = values[::-1], axes[:, ::-1].T
+    off = widths[2] * count / (count - 3) if count > 3 else 0.0
+    height = max(_HEIGHT, float(np.sqrt(max(off, 0.0))))
+    information = np.zeros((3, 3))
+    for width, axis in zip(widths[:2], axes[:2], strict=True):
+        if width > (_SPREAD * height) ** 2:
+            if abs(axis @ up) > np.sin(np.radians(_STEEP_DEG)):
+                return None
+            error = height**2 / (count * width) + np.radians(_UNEVEN_DEG) ** 2
+            information += np.outer(axis, axis) / error
+    return Evidence("floor", information, np.zeros(3)) if information.any() else None
+
+
+def stances(joints: np.ndarray, up: np.ndarray, time_s: np.ndarray) -> np.ndarray:
+    """(N, 3) where ankles stood: the mean of each unbroken piece of at least 0.1 s in which one did not move.
+
+    joints: (T, 17, 3) in statures, at rest where the floor is; up: (3,)."""
+    from scipy.ndimage import gaussian_filter1d
+
+    if len(joints) < 3:
+        return np.zeros((0, 3))
+    fps = rate(time_s)
+    places = []
+    for side in "rl":
+        ankle = joints[:, H36M17.index(f"{side}_ankle")]
+        below = (ankle - joints[:, H36M17.index("pelvis")]) @ up < -_BELOW
+        speed = np.full(len(ankle), np.inf)
+        for piece in runs(known(ankle), time_s):
+            if piece.stop - piece.start > 2:
+                smooth = gaussian_filter1d(ankle[piece], 0.05 * fps, axis=0)
+                speed[piece] = np.linalg.norm(np.gradient(smooth, time_s[piece], axis=0), axis=-1)
+        for piece in runs(below & (speed < _STANCE_SPEED), time_s):
+            if piece.stop - piece.start >= max(_STANCE_S * fps, 2):
+                places.append(ankle[piece].mean(axis=0))
+    return np.array(places).reshape(-1, 3)
