@@ -6,12 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .layouts import H36M17
+from .layouts import H36M17, Layout
 from .pose import PoseSequence
 from .rotations import unit
 
 _LEGS = (("l_hip", "l_knee", "l_ankle"), ("r_hip", "r_knee", "r_ankle"))
 _MIN_KNEE_BEND = 0.03  # of the leg's length; a straighter knee does not tell front from back
+_SHORT_AXIS = 0.2  # trunk lengths; in a picture, hips or shoulders closer together are seen end-on
 _MIN_VOTES = 20  # frames that must vote before evidence counts as strong
 _STRONG = 0.2  # agreement at or below this contradicts
 
@@ -66,28 +67,51 @@ def chirality(poses: PoseSequence) -> Chirality:
     left/right of their own. A mirrored skeleton and one with exchanged names contradict alike. A nose that was made
     out of other joints, as the history says, has no vote.
     """
-    if _nose_is_made(poses):
-        nose = np.arange(len(poses.layout)) == poses.layout.index("nose")
-        poses = poses.with_(joints=np.where(nose[:, None], np.nan, poses.joints))
-    hips = poses.joint("l_hip") - poses.joint("r_hip")
-    shoulders = poses.joint("l_shoulder") - poses.joint("r_shoulder")
-    forward = unit(np.cross(hips, poses.joint("thorax") - poses.joint("pelvis")))
-    nose = poses.joint("nose") - (poses.joint("thorax") + poses.joint("head")) / 2
-    knees = []
-    for hip, knee, ankle in (tuple(map(poses.joint, leg)) for leg in _LEGS):
-        bend = knee - (hip + ankle) / 2
-        length = np.linalg.norm(knee - hip, axis=-1) + np.linalg.norm(ankle - knee, axis=-1)
-        bent = np.linalg.norm(bend, axis=-1) > _MIN_KNEE_BEND * length
-        knees.append(np.where(bent, (bend * forward).sum(-1), np.nan))
-    nose_share, nose_votes = _share((nose * forward).sum(-1))
-    knee_share, knee_votes = _share(np.concatenate(knees))
-    side_share, side_votes = _share((hips * shoulders).sum(-1))
+    cues = parity_cues(without_made_nose(poses).joints.astype(np.float64), poses.layout)
+    nose, knees, sides = cues[:, 0], cues[:, 1:3].ravel(), cues[:, 3]
+    nose_share, nose_votes = _share(nose)
+    knee_share, knee_votes = _share(knees)
+    side_share, side_votes = _share(sides)
     return Chirality(nose_share, knee_share, side_share, nose_votes, knee_votes, side_votes)
 
 
-def _nose_is_made(poses: PoseSequence) -> bool:
+def parity_cues(joints: np.ndarray, layout: Layout) -> np.ndarray:
+    """(..., 4) cosines that are positive when left and right are as named: nose, left knee and right knee against
+    forward, left of the hips against left of the shoulders. NaN where they do not tell; 2D has the last one only.
+
+    joints: (..., J, D), any axes, H36M17 when 3D. A knee counts from a bend of 3 % of its leg on.
+    """
+
+    def joint(name: str) -> np.ndarray:
+        return joints[..., layout.index(name), :]
+
+    hips, shoulders = joint("l_hip") - joint("r_hip"), joint("l_shoulder") - joint("r_shoulder")
+    cues = np.full((*joints.shape[:-2], 4), np.nan)
+    cues[..., 3] = (unit(hips) * unit(shoulders)).sum(-1)
+    if joints.shape[-1] == 2:
+        trunk = joint("l_shoulder") + joint("r_shoulder") - joint("l_hip") - joint("r_hip")
+        short = _SHORT_AXIS * np.linalg.norm(trunk, axis=-1) / 2
+        end_on = np.minimum(np.linalg.norm(hips, axis=-1), np.linalg.norm(shoulders, axis=-1)) < short
+        cues[end_on] = np.nan
+        return cues
+    forward = unit(np.cross(hips, joint("thorax") - joint("pelvis")))
+    nose = joint("nose") - (joint("thorax") + joint("head")) / 2
+    cues[..., 0] = (unit(nose) * forward).sum(-1)
+    for i, (hip, knee, ankle) in enumerate(tuple(map(joint, leg)) for leg in _LEGS):
+        bend = knee - (hip + ankle) / 2
+        length = np.linalg.norm(knee - hip, axis=-1) + np.linalg.norm(ankle - knee, axis=-1)
+        bent = np.linalg.norm(bend, axis=-1) > _MIN_KNEE_BEND * length
+        cues[..., 1 + i] = np.where(bent, (unit(bend) * forward).sum(-1), np.nan)
+    return cues
+
+
+def without_made_nose(poses: PoseSequence) -> PoseSequence:
+    """The same, its nose missing where it was made out of other joints, as the history says, and so tells nothing."""
     derived = [text for step in poses.history for text in step.options.get("derived", ())]
-    return any(text.startswith("nose = ") for text in derived)
+    if not any(text.startswith("nose = ") for text in derived):
+        return poses
+    nose = np.arange(len(poses.layout)) == poses.layout.index("nose")
+    return poses.with_(joints=np.where(nose[:, None], np.nan, poses.joints))
 
 
 def _share(values: np.ndarray) -> tuple[float, int]:

@@ -1,0 +1,253 @@
+"""Left and right exchanged, or depth turned over, for some frames of a take: found by continuity, repaired on request.
+
+An estimator that takes the left leg for the right one for a while makes both legs leap there and back; one that takes
+a limb's depth for its opposite makes the limb leap through the plane of the picture. Whether rows are as they are or
+wrong in one of the ways of `kinds` is a hidden state. The likeliest states (Viterbi 1967) are those in which the joints
+move on steadily: each joint is expected where its velocity takes it, and the distance from there, over the joint's own
+usual one, is judged by the Cauchy distribution, whose tails let a real jerk or a single bad point pass. A run of wrong
+rows has its price; anatomy (checks.parity_cues) tips the scale where continuity leaves it open, and never alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from .checks import parity_cues
+from .layouts import H36M17, Layout
+from .pose import PoseSequence
+
+_LEG = ("hip", "knee", "ankle", "big_toe", "small_toe", "heel", "foot_index")
+_ARM = ("shoulder", "elbow", "wrist", "pinky", "index", "thumb")
+_PRICE = 3.0  # log-likelihood that each end of a run must gain to be believed
+_PER_SECOND = 0.5  # what wrong rows cost: of two halves of a take the shorter one is wrong
+_ANATOMY = 0.5  # a second, for each cue that says the opposite
+_FLOOR = 0.01  # trunk lengths: joints are never expected more precisely
+_LEAP = 4.0  # times the usual step from row to row: a velocity beyond is not trusted to go on
+_PASSES = 3  # for runs that overlap
+
+
+@dataclass(frozen=True)
+class Swap:
+    """Rows first_row to last_row, both included, that are wrong in one way.
+
+    kind: one of `kinds`. evidence: log-likelihood that continuity gains when they are put right.
+    """
+
+    kind: str
+    first_row: int
+    last_row: int
+    evidence: float
+
+    def __len__(self) -> int:
+        return self.last_row - self.first_row + 1
+
+
+@dataclass(frozen=True, eq=False)
+class Kind:
+    """One way to be wrong, which is also its own repair: vectors between joints change their sign.
+
+    pairs: (M, 2) joints. exchanged: the two of a pair change places; otherwise the first one's depth is mirrored
+    through the second one.
+    """
+
+    name: str
+    pairs: np.ndarray
+    exchanged: bool
+
+    def vectors(self, joints: np.ndarray) -> np.ndarray:
+        """(T, M, D or 1) what changes its sign. joints: (T, J, D) in IMAGE, or CAMERA for depth."""
+        between = joints[:, self.pairs[:, 0]] - joints[:, self.pairs[:, 1]]
+        return between if self.exchanged else between[..., 2:]
+
+    def applied(self, joints: np.ndarray) -> np.ndarray:
+        """joints, or their confidences (T, J), in which every row is turned from right to wrong, or back."""
+        first, second = self.pairs.T
+        out = joints.copy()
+        if self.exchanged:
+            out[:, first], out[:, second] = joints[:, second], joints[:, first]
+        elif joints.ndim == 3:
+            out[:, first, 2] = 2 * joints[:, second, 2] - joints[:, first, 2]
+        return out
+
+
+def kinds(layout: Layout, depth: bool) -> tuple[Kind, ...]:
+    """Exchanged legs, arms or both; with depth (H36M17 in a camera's axes) also a limb mirrored in depth through its
+    hip or shoulder, or the whole body through the pelvis."""
+    limbs = {
+        f"{side}_{limb}": [layout.index(f"{side}_{part}") for part in parts if f"{side}_{part}" in layout]
+        for limb, parts in (("leg", _LEG), ("arm", _ARM))
+        for side in "lr"
+    }
+    legs, arms = (list(zip(limbs[f"l_{limb}"], limbs[f"r_{limb}"], strict=True)) for limb in ("leg", "arm"))
+    found = [Kind(f"{name} exchanged", np.array(pairs), True) for name, pairs in (("legs", legs), ("arms", arms))]
+    if depth:
+        pelvis = layout.index("pelvis")
+        mirrors = {"body": [(joint, pelvis) for joint in range(len(layout)) if joint != pelvis]}
+        mirrors |= {name: [(joint, root) for joint in rest] for name, (root, *rest) in limbs.items()}
+        found += [Kind(f"{name} mirrored in depth", np.array(pairs), False) for name, pairs in mirrors.items()]
+    return tuple(found)
+
+
+def find_swaps(poses: PoseSequence) -> tuple[Swap, ...]:
+    """Runs of rows in which limbs are exchanged or, in 3D, mirrored in depth, ordered by their first row.
+
+    poses: 2D keypoints of any layout with both sides' hips, knees, shoulders and elbows; or H36M17. Depth is looked
+    at in a camera's axes only. Clips between seams, missing frames and empty rows are judged apart; a joint that is
+    NaN has no say. A swap that lasts as long as a clip has no edges and is not seen: that is checks.chirality's case.
+    """
+    depth = poses.frame.family == "camera"
+    ways = kinds(poses.layout, depth)
+    joints = poses.joints.astype(np.float64)
+    found: list[Swap] = []
+    for first, last in _clips(poses):
+        clip = joints[first:last]
+        times = (poses.frame_index if poses.time_s is None else poses.time_s)[first:last].astype(np.float64)
+        if poses.time_s is None:
+            times = times / 30.0  # unknown; only the small prices a second depend on it
+        for _ in range(_PASSES):
+            runs = _runs(clip, times, ways, poses.layout)
+            if not runs:
+                break
+            found += [Swap(ways[k].name, first + a, first + b, evidence) for k, a, b, evidence in runs]
+            clip = clip.copy()
+            for k, a, b, _evidence in runs:
+                clip[a : b + 1] = ways[k].applied(clip[a : b + 1])
+    return tuple(sorted(found, key=lambda swap: (swap.first_row, swap.last_row)))
+
+
+def repair_swaps(poses: PoseSequence, swaps: Iterable[Swap]) -> PoseSequence:
+    """A copy in which those rows are put right; the history counts them by kind."""
+    ways = {way.name: way for way in kinds(poses.layout, poses.frame.family == "camera")}
+    joints, confidence = poses.joints.copy(), poses.confidence.copy()
+    counts: dict[str, int] = {}
+    for swap in swaps:
+        way, rows = ways[swap.kind], slice(swap.first_row, swap.last_row + 1)
+        joints[rows], confidence[rows] = way.applied(joints[rows]), way.applied(confidence[rows])
+        counts[swap.kind] = counts.get(swap.kind, 0) + len(swap)
+    return poses.with_(joints=joints, confidence=confidence).noted("swaps", repaired=counts)
+
+
+def _clips(poses: PoseSequence) -> list[tuple[int, int]]:
+    """[first, last) of the stretches without a seam, a missing frame or an empty row."""
+    step = np.diff(poses.frame_index)
+    breaks = np.flatnonzero(step > np.median(step)) + 1 if len(step) else np.zeros(0, dtype=int)
+    empty = np.flatnonzero(np.isnan(poses.joints).all(axis=(1, 2)))
+    edges = np.unique([0, *poses.seams, *breaks, *empty, *(empty + 1), len(poses)])
+    return [(int(a), int(b)) for a, b in zip(edges[:-1], edges[1:], strict=True) if b - a >= 3]
+
+
+def _runs(
+    clip: np.ndarray, times: np.ndarray, ways: tuple[Kind, ...], layout: Layout
+) -> list[tuple[int, int, int, float]]:
+    """(index of the kind, first row, last row, evidence) in one clip (T, J, D)."""
+    floor = _FLOOR * _trunk(clip, layout)
+    states = _states(len(ways))
+    continuity = np.stack([_continuity(way.vectors(clip), times, floor) for way in ways], axis=1)
+    versions = [_turned(clip, state, ways) for state in states]
+    anatomy = np.stack([_anatomy(version, layout) for version in versions], axis=1)
+    seconds = np.gradient(times)[:, None]
+    cost = seconds * (_PER_SECOND * states.any(axis=1) + _ANATOMY * (anatomy[:, :1] - anatomy))
+    wrong = states[_viterbi(continuity, cost, states)]
+    runs = []
+    for k in range(len(ways)):
+        on = np.concatenate([[0], wrong[:, k], [0, 0, 0]])
+        for first, end in np.flatnonzero(np.diff(on)).reshape(-1, 2):
+            rows = np.arange(max(first, 2), min(end + 2, len(clip)))
+            before, mid, now = on[rows - 1], on[rows], on[rows + 1]
+            evidence = -float(continuity[rows, k, before ^ mid, mid ^ now].sum())
+            if evidence >= _PRICE:
+                runs.append((k, int(first), int(end - 1), evidence))
+    return runs
+
+
+def _states(ways: int) -> np.ndarray:
+    """(S, K) 0 or 1: the ways in which a row may be wrong at once: in none, in one, or in the first two, which are
+    the exchanges of legs and of arms."""
+    both = np.zeros(ways, dtype=int)
+    both[:2] = 1
+    return np.concatenate([np.zeros((1, ways), dtype=int), np.eye(ways, dtype=int), both[None]])
+
+
+def _turned(clip: np.ndarray, state: np.ndarray, ways: tuple[Kind, ...]) -> np.ndarray:
+    for k in np.flatnonzero(state):
+        clip = ways[k].applied(clip)
+    return clip
+
+
+def _continuity(vectors: np.ndarray, times: np.ndarray, floor: float) -> np.ndarray:
+    """(T, 2, 2): what row t costs more than as it is when it has become right or wrong since row t-1 (last axis), and
+    row t-1 since row t-2.
+
+    vectors: (T, M, D). Vectors that are expected next to each other are no independent witnesses: their sum counts
+    over the root of their number.
+    """
+    cost = np.zeros((len(vectors), 2, 2))
+    step = np.diff(times)
+    ratio = (step[1:] / step[:-1])[:, None, None]
+    old, mid, new = vectors[:-2], vectors[1:-1], vectors[2:]
+    usual_step = _median_norm(mid - old, floor)
+    square = {}
+    for before, now in np.ndindex(2, 2):
+        middle = (-1) ** before * mid
+        move = middle - old
+        trust = 1 / (1 + (move**2).sum(axis=-1) / (_LEAP * usual_step) ** 2)
+        expected = middle + ratio * trust[..., None] * move
+        square[before, now] = (((-1) ** (before + now) * new - expected) ** 2).sum(axis=-1)
+    usual = _median_norm(np.sqrt(square[0, 0])[..., None], floor) ** 2
+    for change in ((0, 1), (1, 0), (1, 1)):
+        more = np.log1p(square[change] / usual) - np.log1p(square[0, 0] / usual)
+        cost[2:, *change] = np.nansum(more, axis=-1) / np.sqrt(len(usual))
+    return cost
+
+
+def _median_norm(vectors: np.ndarray, floor: float) -> np.ndarray:
+    """(M,) median length of vectors (T, M, D) over time, at least `floor`; infinite where all are missing."""
+    length = np.linalg.norm(vectors, axis=-1)
+    seen = np.isfinite(length).any(axis=0)
+    median = np.full(length.shape[1], np.inf)
+    median[seen] = np.maximum(np.nanmedian(length[:, seen], axis=0), floor)
+    return median
+
+
+def _anatomy(joints: np.ndarray, layout: Layout) -> np.ndarray:
+    """(T,) how much the body looks like one with its left and right and its depth as they are; 0 where unknown."""
+    return np.nansum(parity_cues(joints, layout), axis=-1)
+
+
+def _trunk(joints: np.ndarray, layout: Layout) -> float:
+    hips, shoulders = (
+        joints[:, layout.indices((f"l_{part}", f"r_{part}"))].mean(axis=1) for part in ("hip", "shoulder")
+    )
+    length = np.linalg.norm(shoulders - hips, axis=-1)
+    return float(np.nanmedian(length)) if np.isfinite(length).any() else 0.0
+
+
+def _viterbi(continuity: np.ndarray, cost: np.ndarray, states: np.ndarray) -> np.ndarray:
+    """(T,) index of each row's state. continuity: (T, K, 2, 2) of each way; cost: (T, S); states: (S, K).
+
+    The hidden state is that of two rows, because a row is expected from the two before it.
+    """
+    rows, count = cost.shape
+    changed = states[:, None] ^ states
+    price = _PRICE * changed.any(axis=-1)
+    # Depth overturned and something else share their evidence: it must not count for both.
+    deep = states[:, 2:].any(axis=1)
+    price[changed.any(axis=-1) & (deep | deep[:, None]) & (states.any(axis=1) & states.any(axis=1)[:, None])] = np.inf
+    # (S, S, S) which of a way's four costs applies when three rows have these states, and (S S S, 4 K) picks them.
+    which = 2 * changed[:, :, None] + changed[None]
+    pick = np.eye(4)[which].reshape(count**3, -1)
+    steps = continuity.reshape(rows, -1)
+    total = _PRICE * states.any(axis=1)[:, None] + price + cost[0][:, None] + cost[1]
+    came = np.zeros((rows, count, count), dtype=np.int8)
+    for t in range(2, rows):
+        options = total[:, :, None] + (pick @ steps[t]).reshape(count, count, count)
+        came[t] = options.argmin(axis=0)
+        total = options.min(axis=0) + price + cost[t]
+    path = np.zeros(rows, dtype=int)
+    path[-2:] = np.unravel_index(int(total.argmin()), total.shape)
+    for t in range(rows - 1, 1, -1):
+        path[t - 2] = came[t, path[t - 1], path[t]]
+    return path
