@@ -21,9 +21,10 @@ from .pose import PoseSequence
 
 _LEG = ("hip", "knee", "ankle", "big_toe", "small_toe", "heel", "foot_index")
 _ARM = ("shoulder", "elbow", "wrist", "pinky", "index", "thumb")
-_PRICE = 3.0  # log-likelihood that each end of a run must gain to be believed
+# Log-likelihood that each end of a run must gain to be believed. Depth is an estimator's guess, and noisy.
+_PRICE, _DEPTH_PRICE = 3.0, 5.0
 _PER_SECOND = 0.5  # what wrong rows cost: of two halves of a take the shorter one is wrong
-_ANATOMY = 0.5  # a second, for each cue that says the opposite
+_ANATOMY = 2.0  # a second, for each cue that says the opposite
 _FLOOR = 0.01  # trunk lengths: joints are never expected more precisely
 _LEAP = 4.0  # times the usual step from row to row: a velocity beyond is not trusted to go on
 _PASSES = 3  # for runs that overlap
@@ -158,7 +159,7 @@ def _runs(
             rows = np.arange(max(first, 2), min(end + 2, len(clip)))
             before, mid, now = on[rows - 1], on[rows], on[rows + 1]
             evidence = -float(continuity[rows, k, before ^ mid, mid ^ now].sum())
-            if evidence >= _PRICE:
+            if evidence >= (_PRICE if ways[k].exchanged else _DEPTH_PRICE):
                 runs.append((k, int(first), int(end - 1), evidence))
     return runs
 
@@ -232,15 +233,15 @@ def _viterbi(continuity: np.ndarray, cost: np.ndarray, states: np.ndarray) -> np
     """
     rows, count = cost.shape
     changed = states[:, None] ^ states
-    price = _PRICE * changed.any(axis=-1)
-    # Depth overturned and something else share their evidence: it must not count for both.
-    deep = states[:, 2:].any(axis=1)
-    price[changed.any(axis=-1) & (deep | deep[:, None]) & (states.any(axis=1) & states.any(axis=1)[:, None])] = np.inf
+    changes, deep, wrong = changed.any(axis=-1), states[:, 2:].any(axis=1), states.any(axis=1)
+    price = np.where(deep | deep[:, None], _DEPTH_PRICE, _PRICE) * changes
+    # Overturned depth shares its evidence with every other way, and it must not count for both.
+    price[changes & (deep | deep[:, None]) & wrong & wrong[:, None]] = np.inf
     # (S, S, S) which of a way's four costs applies when three rows have these states, and (S S S, 4 K) picks them.
     which = 2 * changed[:, :, None] + changed[None]
     pick = np.eye(4)[which].reshape(count**3, -1)
     steps = continuity.reshape(rows, -1)
-    total = _PRICE * states.any(axis=1)[:, None] + price + cost[0][:, None] + cost[1]
+    total = price[0][:, None] + price + cost[0][:, None] + cost[1]
     came = np.zeros((rows, count, count), dtype=np.int8)
     for t in range(2, rows):
         options = total[:, :, None] + (pick @ steps[t]).reshape(count, count, count)
