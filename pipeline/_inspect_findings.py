@@ -12,12 +12,15 @@ from .checks import bone_spread, chirality, empty_rows
 from .intake import STATURES_M, UNSTEADY
 from .layouts import H36M17
 from .pose import PoseSequence
+from .swap_repair import told, wrong_rows
+from .swaps import Swap
 
 Weight = Literal["note", "suspicious", "unusable"]
 
 # Shares of rows from which a fault is suspicious, and from which nothing can be made of the take.
 _LOST = (0.1, 0.5)
 _REPEATED = (0.02, 0.5)
+_SWAPPED = (0.02, 1.0)
 _POOR_SPREAD = 0.09  # boxing 0.05, cycling 0.10
 _ADULTS_M = (1.0, 2.2)
 _SIDES = 1.4  # a right limb bone over the left one; monocular lifts of sound takes reach 1.24
@@ -80,6 +83,15 @@ def row_findings(source: PoseSequence) -> list[Finding]:
         found.append(Finding("note", "fps", "The file does not say its frame rate."))
     warnings = [str(step.options["warning"]) for step in source.history if "warning" in step.options]
     return found + [Finding("note", "adapter", warning) for warning in warnings]
+
+
+def swap_findings(source: PoseSequence, swaps: tuple[Swap, ...]) -> list[Finding]:
+    """Limbs that are exchanged, or mirrored in depth, for some rows."""
+    if not swaps:
+        return []
+    rows = int(wrong_rows(source, swaps).sum())
+    text = f"{rows} of {len(source)} rows look wrong: {told(source, swaps)}."
+    return [Finding(weighed(rows / len(source), _SWAPPED), "swaps", text)]
 
 
 def _incomplete(source: PoseSequence) -> int:

@@ -22,6 +22,7 @@ from .job import run_files
 from .options import pairs
 from .progress import stages, tell
 from .reading import Missing, Parity, adapters
+from .swap_repair import Swaps
 
 app = typer.Typer(
     name="pcnet3d",
@@ -75,6 +76,10 @@ def run(
     ] = None,
     parity: Annotated[Parity, typer.Option(help="What to do when left and right look exchanged.")] = "refuse",
     missing: Annotated[Missing, typer.Option(help="What to do with NaN or all-zero poses.")] = "refuse",
+    swaps: Annotated[
+        Swaps,
+        typer.Option(help="What to do when limbs are exchanged, or mirrored in depth, for some frames."),
+    ] = "report",
     option: Annotated[
         list[str] | None, typer.Option("--option", "-O", help="KEY=VALUE for the poses' adapter; repeatable.")
     ] = None,
@@ -133,6 +138,7 @@ def run(
         first_frame=first_frame,
         parity=parity,
         missing=missing,
+        swaps=swaps,
         options=pairs(option),
         keypoints_options=pairs(keypoints_option),
     )

@@ -16,6 +16,7 @@ from ._inspect_findings import (
     row_findings,
     source_findings,
     spread_of_bones,
+    swap_findings,
 )
 from .anthropometry import implied_stature
 from .checks import Chirality, bone_spread, chirality
@@ -23,6 +24,8 @@ from .errors import InputError
 from .intake import read_video
 from .pose import PoseSequence
 from .reading import choose_person, finished, read_people, read_sources
+from .swap_repair import as_frames
+from .swaps import Swap, find_swaps
 from .take import Video
 
 EXIT_CODES = {"good": 0, "suspicious": 3, "unusable": 4}
@@ -35,13 +38,15 @@ class Person:
     """One person of a file.
 
     source: as the adapter gives it. poses: the same as `read` would give it, left and right as they are; None for 2D
-    and where the reader refuses. agreement: with 2D keypoints, where they were given and fit.
+    and where the reader refuses. agreement: with 2D keypoints, where they were given and fit. swaps: rows in which
+    limbs are exchanged or mirrored in depth.
     """
 
     source: PoseSequence
     poses: PoseSequence | None
     findings: tuple[Finding, ...]
     agreement: Agreement | None = None
+    swaps: tuple[Swap, ...] = ()
 
     @property
     def chirality(self) -> Chirality | None:
@@ -74,6 +79,7 @@ class Person:
             "depth_factor": _known(depth_factor(poses)) if poses else None,
             "stature_m": _known(implied_stature(poses.joints)) if poses and poses.frame.metric else None,
             "left_and_right": _evidence(self.chirality),
+            "swaps": as_frames(source, self.swaps),
             "keypoints": asdict(self.agreement) if self.agreement else None,
             "findings": [asdict(finding) for finding in self.findings],
         }
@@ -136,10 +142,12 @@ def inspect(
                 found.append(Finding("unusable", "refused", str(error)))
             else:
                 found += [*source_findings(source), *pose_findings(poses)]
+        swaps = find_swaps(poses or source) if poses or source.frame.dims == 2 else ()
+        found += swap_findings(source, swaps)
         if poses is not None and keypoints is not None:
             fit = agreement(poses, tracks) if poses.frame.family == "camera" else None
             found.append(_fit_finding(fit, poses))
-        people.append(Person(source, poses, tuple(found), fit))
+        people.append(Person(source, poses, tuple(found), fit, swaps))
     return Inspection(path, chosen.name, tuple(people))
 
 

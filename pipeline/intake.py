@@ -15,6 +15,7 @@ from .options import call
 from .outputs import printable
 from .pose import PoseSequence
 from .reading import Missing, Parity, choose_person, find_adapter, read_people
+from .swap_repair import Swaps, treated
 from .take import Event, Take, Video
 
 STATURES_M = (0.4, 2.6)
@@ -26,7 +27,8 @@ class Sources:
     """What a user gave: files and how to read them. Poses, or keypoints that are to be lifted.
 
     options, keypoints_options: the adapters' own. first_frame: the video frame of the first row; the
-    others keep their distance to it. fps: frame rate; without it the video's time stamps count.
+    others keep their distance to it. fps: frame rate; without it the video's time stamps count. swaps: what to do
+    about limbs that are exchanged, or mirrored in depth, for some frames.
     """
 
     poses: Path | None = None
@@ -39,6 +41,7 @@ class Sources:
     first_frame: int | None = None
     parity: Parity = "refuse"
     missing: Missing = "refuse"
+    swaps: Swaps = "report"
     options: dict[str, Any] = field(default_factory=dict)
     keypoints_options: dict[str, Any] = field(default_factory=dict)
 
@@ -75,6 +78,7 @@ def open_take(sources: Sources) -> Take:
         clock = replace(clock, other=lead if keypoints.time_s is None else keypoints)
         keypoints = keypoints.with_(time_s=clock.seconds(keypoints.frame_index, sources.keypoints))
     poses = None if poses is None else lead
+    poses, keypoints, swapped = treated(poses, keypoints, sources.swaps)
     return Take(
         name=printable((sources.video or path).stem),
         video=video,
@@ -84,6 +88,7 @@ def open_take(sources: Sources) -> Take:
             *_repairs(lead),
             *(Event("warning", text) for text in (*clock.doubts(), *_doubts(lead))),
             *_coverage(lead, video),
+            *swapped,
         ),
         inputs=_provenance(sources, poses, keypoints),
     )

@@ -1,26 +1,29 @@
-"""Left and right exchanged, or depth turned over, for some frames of a take: found by continuity, repaired on request.
+"""Left and right exchanged, or depth turned over, for some rows of a take: found by continuity.
 
-An estimator that takes the left leg for the right one for a while makes both legs leap there and back; one that takes
-a limb's depth for its opposite makes the limb leap through the plane of the picture. Whether rows are as they are or
-wrong in one of the ways of `kinds` is a hidden state. The likeliest states (Viterbi 1967) are those in which the joints
-move on steadily: each joint is expected where its velocity takes it, and the distance from there, over the joint's own
-usual one, is judged by the Cauchy distribution, whose tails let a real jerk or a single bad point pass. A run of wrong
-rows has its price; anatomy (checks.parity_cues) tips the scale where continuity leaves it open, and never alone.
+An estimator that takes the left leg for the right one makes both legs leap there and back; one that takes a limb's
+depth for its opposite makes it leap through the plane of the picture. Both only change the sign of vectors: from one
+limb to the other, or from a limb's root to its joints along the view. In which way a row is wrong is a hidden state,
+and the likeliest states (Viterbi 1967) are those in which these vectors move on steadily. A vector is expected where
+its velocity takes it, unless that is a leap; the distance from there over its usual one is judged by the Cauchy
+distribution, whose tails let a real jerk or a bad point pass. Every change of state has its price. Anatomy
+(checks.parity_cues) tips the scale where continuity leaves it open, and never alone.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
 from .checks import parity_cues
-from .layouts import H36M17, Layout
+from .frames import CAMERA
+from .layouts import Layout
 from .pose import PoseSequence
 
 _LEG = ("hip", "knee", "ankle", "big_toe", "small_toe", "heel", "foot_index")
 _ARM = ("shoulder", "elbow", "wrist", "pinky", "index", "thumb")
+_TRUNK = ("l_hip", "r_hip", "l_shoulder", "r_shoulder")
 # Log-likelihood that each end of a run must gain to be believed. Depth is an estimator's guess, and noisy.
 _PRICE, _DEPTH_PRICE = 3.0, 5.0
 _PER_SECOND = 0.5  # what wrong rows cost: of two halves of a take the shorter one is wrong
@@ -34,7 +37,7 @@ _PASSES = 3  # for runs that overlap
 class Swap:
     """Rows first_row to last_row, both included, that are wrong in one way.
 
-    kind: one of `kinds`. evidence: log-likelihood that continuity gains when they are put right.
+    kind: the name of one of `kinds`. evidence: log-likelihood that continuity gains when they are put right.
     """
 
     kind: str
@@ -74,33 +77,43 @@ class Kind:
         return out
 
 
+def has_depth(poses: PoseSequence) -> bool:
+    """Whether the last axis is the distance from a camera: CAMERA axes and no others."""
+    return poses.frame.axes == CAMERA.axes
+
+
 def kinds(layout: Layout, depth: bool) -> tuple[Kind, ...]:
-    """Exchanged legs, arms or both; with depth (H36M17 in a camera's axes) also a limb mirrored in depth through its
-    hip or shoulder, or the whole body through the pelvis."""
+    """Exchanged legs or arms; with depth (H36M17 in CAMERA axes) also the whole body mirrored in depth through the
+    pelvis, or a limb through its hip or shoulder."""
     limbs = {
         f"{side}_{limb}": [layout.index(f"{side}_{part}") for part in parts if f"{side}_{part}" in layout]
         for limb, parts in (("leg", _LEG), ("arm", _ARM))
         for side in "lr"
     }
     legs, arms = (list(zip(limbs[f"l_{limb}"], limbs[f"r_{limb}"], strict=True)) for limb in ("leg", "arm"))
-    found = [Kind(f"{name} exchanged", np.array(pairs), True) for name, pairs in (("legs", legs), ("arms", arms))]
+    found = [
+        Kind(f"{name} exchanged", np.array(pairs), True) for name, pairs in (("legs", legs), ("arms", arms))
+    ]
     if depth:
         pelvis = layout.index("pelvis")
         mirrors = {"body": [(joint, pelvis) for joint in range(len(layout)) if joint != pelvis]}
         mirrors |= {name: [(joint, root) for joint in rest] for name, (root, *rest) in limbs.items()}
-        found += [Kind(f"{name} mirrored in depth", np.array(pairs), False) for name, pairs in mirrors.items()]
+        found += [
+            Kind(f"{name} mirrored in depth", np.array(pairs), False) for name, pairs in mirrors.items()
+        ]
     return tuple(found)
 
 
 def find_swaps(poses: PoseSequence) -> tuple[Swap, ...]:
-    """Runs of rows in which limbs are exchanged or, in 3D, mirrored in depth, ordered by their first row.
+    """Runs of rows in which limbs are exchanged or, in 3D, mirrored in depth, in the order in which to repair them.
 
-    poses: 2D keypoints of any layout with both sides' hips, knees, shoulders and elbows; or H36M17. Depth is looked
-    at in a camera's axes only. Clips between seams, missing frames and empty rows are judged apart; a joint that is
-    NaN has no say. A swap that lasts as long as a clip has no edges and is not seen: that is checks.chirality's case.
+    poses: 2D keypoints of any layout, or H36M17; a layout without hips or shoulders has none. Depth is looked at in
+    CAMERA axes only. Clips between seams, missing frames and empty rows are judged apart; a joint that is NaN has no
+    say. A swap that lasts as long as its clip has no ends and is not seen: that is checks.chirality's case.
     """
-    depth = poses.frame.family == "camera"
-    ways = kinds(poses.layout, depth)
+    if any(joint not in poses.layout for joint in _TRUNK):
+        return ()
+    ways = kinds(poses.layout, has_depth(poses))
     joints = poses.joints.astype(np.float64)
     found: list[Swap] = []
     for first, last in _clips(poses):
@@ -112,23 +125,11 @@ def find_swaps(poses: PoseSequence) -> tuple[Swap, ...]:
             runs = _runs(clip, times, ways, poses.layout)
             if not runs:
                 break
-            found += [Swap(ways[k].name, first + a, first + b, evidence) for k, a, b, evidence in runs]
             clip = clip.copy()
-            for k, a, b, _evidence in runs:
+            for k, a, b, evidence in sorted(runs, key=lambda run: run[1:3]):
+                found.append(Swap(ways[k].name, first + a, first + b, evidence))
                 clip[a : b + 1] = ways[k].applied(clip[a : b + 1])
-    return tuple(sorted(found, key=lambda swap: (swap.first_row, swap.last_row)))
-
-
-def repair_swaps(poses: PoseSequence, swaps: Iterable[Swap]) -> PoseSequence:
-    """A copy in which those rows are put right; the history counts them by kind."""
-    ways = {way.name: way for way in kinds(poses.layout, poses.frame.family == "camera")}
-    joints, confidence = poses.joints.copy(), poses.confidence.copy()
-    counts: dict[str, int] = {}
-    for swap in swaps:
-        way, rows = ways[swap.kind], slice(swap.first_row, swap.last_row + 1)
-        joints[rows], confidence[rows] = way.applied(joints[rows]), way.applied(confidence[rows])
-        counts[swap.kind] = counts.get(swap.kind, 0) + len(swap)
-    return poses.with_(joints=joints, confidence=confidence).noted("swaps", repaired=counts)
+    return tuple(found)
 
 
 def _clips(poses: PoseSequence) -> list[tuple[int, int]]:
@@ -136,8 +137,8 @@ def _clips(poses: PoseSequence) -> list[tuple[int, int]]:
     step = np.diff(poses.frame_index)
     breaks = np.flatnonzero(step > np.median(step)) + 1 if len(step) else np.zeros(0, dtype=int)
     empty = np.flatnonzero(np.isnan(poses.joints).all(axis=(1, 2)))
-    edges = np.unique([0, *poses.seams, *breaks, *empty, *(empty + 1), len(poses)])
-    return [(int(a), int(b)) for a, b in zip(edges[:-1], edges[1:], strict=True) if b - a >= 3]
+    edges = np.unique(np.concatenate([[0], poses.seams, breaks, empty, empty + 1, [len(poses)]]).astype(int))
+    return [(int(a), int(b)) for a, b in pairwise(edges) if b - a >= 3]
 
 
 def _runs(
@@ -147,8 +148,7 @@ def _runs(
     floor = _FLOOR * _trunk(clip, layout)
     states = _states(len(ways))
     continuity = np.stack([_continuity(way.vectors(clip), times, floor) for way in ways], axis=1)
-    versions = [_turned(clip, state, ways) for state in states]
-    anatomy = np.stack([_anatomy(version, layout) for version in versions], axis=1)
+    anatomy = np.stack([_anatomy(_turned(clip, state, ways), layout) for state in states], axis=1)
     seconds = np.gradient(times)[:, None]
     cost = seconds * (_PER_SECOND * states.any(axis=1) + _ANATOMY * (anatomy[:, :1] - anatomy))
     wrong = states[_viterbi(continuity, cost, states)]
@@ -233,13 +233,13 @@ def _viterbi(continuity: np.ndarray, cost: np.ndarray, states: np.ndarray) -> np
     """
     rows, count = cost.shape
     changed = states[:, None] ^ states
-    changes, deep, wrong = changed.any(axis=-1), states[:, 2:].any(axis=1), states.any(axis=1)
+    changes = np.asarray(changed.any(axis=-1))
+    wrong, deep = (np.asarray(part.any(axis=1)) for part in (states, states[:, 2:]))
     price = np.where(deep | deep[:, None], _DEPTH_PRICE, _PRICE) * changes
     # Overturned depth shares its evidence with every other way, and it must not count for both.
     price[changes & (deep | deep[:, None]) & wrong & wrong[:, None]] = np.inf
-    # (S, S, S) which of a way's four costs applies when three rows have these states, and (S S S, 4 K) picks them.
-    which = 2 * changed[:, :, None] + changed[None]
-    pick = np.eye(4)[which].reshape(count**3, -1)
+    # Which of a way's four costs applies when three rows have these states, (S S S, 4 K).
+    pick = np.eye(4)[2 * changed[:, :, None] + changed[None]].reshape(count**3, -1)
     steps = continuity.reshape(rows, -1)
     total = price[0][:, None] + price + cost[0][:, None] + cost[1]
     came = np.zeros((rows, count, count), dtype=np.int8)
