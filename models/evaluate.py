@@ -32,6 +32,8 @@ from .mocap_parts import read_parts
 from .pcnet_evaluate import as_markdown as tables_as_markdown
 from .pcnet_evaluate import own_tables, rectifier_tables
 from .pcnet_views import Targets
+from .swap_evaluate import as_markdown as swaps_as_markdown
+from .swap_evaluate import swap_tables
 from .take_evaluate import as_markdown as takes_as_markdown
 from .take_evaluate import take_tables
 from .testbed import LiftedTake, lifted_takes
@@ -67,28 +69,35 @@ def evaluate(
     angles: Annotated[
         bool, typer.Option("--angles", help="Judge joint angles and their stated errors.")
     ] = False,
+    swaps: Annotated[
+        bool, typer.Option("--swaps", help="Judge how exchanged limbs and overturned depth are found.")
+    ] = False,
 ) -> None:
     """Judge the lifter and rectifiers, on lifted and on clean poses, against motion capture.
 
     With --data only the rectifiers are judged, on clean poses of that data. With --takes only they are, on takes of
     one camera that stands still: tilt, stated errors, accelerations, one take from eight cameras. With --angles joint
-    angles are, on the same takes.
+    angles are, on the same takes. With --swaps exchanged limbs and overturned depth are put into takes and looked for.
     """
     refuse_unwritable(output)
-    rectifiers = [load_rectifier(name) for name in rectifier or _DEFAULT[: 2 if takes or angles else 1]]
-    if takes and angles:
-        raise InputError("--takes and --angles are two reports; ask for one at a time.")
-    if (takes or angles) and (real or data is not None):
+    asked = [flag for flag, given in (("--takes", takes), ("--angles", angles), ("--swaps", swaps)) if given]
+    if len(asked) > 1:
+        raise InputError(f"{' and '.join(asked)} are reports of their own; ask for one at a time.")
+    if asked and (real or data is not None):
         raise InputError(
-            f"{'--takes' if takes else '--angles'} judges takes of the project's own motion capture; leave --real and "
-            "--data out."
+            f"{asked[0]} judges takes of the project's own motion capture; leave --real and --data out."
         )
+    if swaps and rectifier:
+        raise InputError("--swaps judges no rectifier; leave --rectifier out.")
+    rectifiers = [load_rectifier(name) for name in rectifier or _DEFAULT[: 2 if takes or angles else 1]]
     if data is None and (split is not None or targets != "body"):
         raise InputError("--split and --targets are for --data FILE, a file of pcnet3d mocap.")
     if takes:
         results = take_tables(rectifiers, lifter, seed, flip)
     elif angles:
         results = angle_tables(rectifiers, lifter, seed, flip)
+    elif swaps:
+        results = swap_tables(lifter, seed, flip)
     elif data is not None:
         if real or flip or lifter != "pcnet3d":
             raise InputError("--real, --flip and --lifter are about the lifter, which --data does not judge.")
@@ -103,8 +112,8 @@ def evaluate(
         results["real"] = agreement(lifter, flip)
         results["real, rectified"] = consistency(rectifiers)
     output.mkdir(parents=True, exist_ok=True)
-    page = takes_as_markdown if takes else angles_as_markdown if angles else as_markdown
-    page = page if data is None else own_as_markdown
+    pages = {"--takes": takes_as_markdown, "--angles": angles_as_markdown, "--swaps": swaps_as_markdown}
+    page = pages[asked[0]] if asked else as_markdown if data is None else own_as_markdown
     text = page(results)
     with whole_file(output / "evaluation.md") as partial:
         partial.write_text(text, encoding="utf-8")

@@ -277,9 +277,8 @@ def test_keypoints_are_put_right_before_they_are_lifted(tmp_path):
 def test_the_command_line_repairs_counts_and_refuses_other_words(tmp_path, poses):
     file = saved(tmp_path / "poses.npz", spoilt(poses, "legs exchanged", first=60, last=69))
     recipe = tmp_path / "recipe.toml"
-    recipe.write_text(
-        '[[stages]]\nuse = "clean"\n[[stages]]\nuse = "rectify"\n[[stages]]\nuse = "trajectories"\n[[stages]]\nuse = "export"\n'
-    )
+    stages = ("clean", "rectify", "trajectories", "export")
+    recipe.write_text("".join(f'[[stages]]\nuse = "{stage}"\n' for stage in stages))
     options = ("--poses", file, *OPTIONS, "--recipe", recipe, "-o", tmp_path / "out")
     result = pcnet3d("run", *options, "--swaps", "repair")
     assert result.returncode == 0, result.stderr
