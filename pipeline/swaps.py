@@ -109,7 +109,8 @@ def find_swaps(poses: PoseSequence) -> tuple[Swap, ...]:
 
     poses: 2D keypoints of any layout, or H36M17; a layout without hips or shoulders has none. Depth is looked at in
     CAMERA axes only. Clips between seams, missing frames and empty rows are judged apart; a joint that is NaN has no
-    say. A swap that lasts as long as its clip has no ends and is not seen: that is checks.chirality's case.
+    say. A swap that lasts as long as its clip has no ends and is not seen: that is checks.chirality's case. Overturned
+    depth must have both.
     """
     if any(joint not in poses.layout for joint in _TRUNK):
         return ()
@@ -159,7 +160,9 @@ def _runs(
             rows = np.arange(max(first, 2), min(end + 2, len(clip)))
             before, mid, now = on[rows - 1], on[rows], on[rows + 1]
             evidence = -float(continuity[rows, k, before ^ mid, mid ^ now].sum())
-            if evidence >= (_PRICE if ways[k].exchanged else _DEPTH_PRICE):
+            # One end alone is what a cut between two shots looks like; for limbs that are exchanged, anatomy helps.
+            ended = first > 0 and end < len(clip)
+            if evidence >= _PRICE if ways[k].exchanged else evidence >= _DEPTH_PRICE and ended:
                 runs.append((k, int(first), int(end - 1), evidence))
     return runs
 
