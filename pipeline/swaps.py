@@ -16,7 +16,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from .checks import parity_cues
+from .checks import parity_cues, without_made_nose
 from .frames import CAMERA
 from .layouts import Layout
 from .pose import PoseSequence
@@ -115,7 +115,7 @@ def find_swaps(poses: PoseSequence) -> tuple[Swap, ...]:
     if any(joint not in poses.layout for joint in _TRUNK):
         return ()
     ways = kinds(poses.layout, has_depth(poses))
-    joints = poses.joints.astype(np.float64)
+    joints = without_made_nose(poses).joints.astype(np.float64)
     found: list[Swap] = []
     for first, last in _clips(poses):
         clip = joints[first:last]
