@@ -175,7 +175,7 @@ def test_millimetres_called_metres_are_doubted(tmp_path, facing_camera):
     [
         ("empty.npy", b"", "is empty"),
         ("cut.json", b'[{"image_id": "1.jpg", "key', "breaks off"),
-        ("other.npy", None, r"got \(30, 16, 3\)"),
+        ("other.npy", None, r"an array of shape \(30, 16, 3\)"),
     ],
 )
 def test_a_file_that_nobody_recognises_says_what_is_wrong_with_it(tmp_path, lifted, name, content, words):
