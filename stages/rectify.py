@@ -266,6 +266,17 @@ def _axes(source: PoseSequence, reference: Frame) -> np.ndarray:
     return change_frame(source, reference.with_(origin="pelvis", unit=source.frame.unit)).joints
 
 
+def _root(poses: PoseSequence) -> np.ndarray | None:
+    """(T, 3) the pelvis in the camera, or None where the source does not truly know its place: without a scale nobody
+    knows how far the person is, and estimators without a path leave the pelvis where it is."""
+    if poses.frame.origin == "pelvis" or not poses.frame.metric:
+        return None
+    own = CAMERA.with_(origin=poses.frame.origin, unit=poses.frame.unit)
+    root = change_frame(poses, own).joint("pelvis").astype(np.float64)
+    seen = root[known(root)]
+    return root if len(seen) and np.ptp(seen, axis=0).max() > 0 else None
+
+
 def _own_gravity(joints: np.ndarray, times: np.ndarray, together: bool) -> Levelled:
     """Of joints in axes whose +z is up: nothing votes. together: LEVEL's heading is the world's, not the person's."""
     up = np.array([0.0, 0.0, 1.0])

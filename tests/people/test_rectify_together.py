@@ -110,8 +110,8 @@ def test_what_is_told_of_the_camera_counts_for_all(scene):
 
 
 def test_a_person_whose_own_up_is_far_off_is_named(scene):
-    """Somebody whom the lifter tilted by 30 degrees; levelled alone, that cannot be seen."""
-    tilt = Rotation.from_euler("x", -30, degrees=True).as_matrix()
+    """Somebody whom the lifter tilted by 40 degrees; levelled alone, that cannot be seen."""
+    tilt = Rotation.from_euler("x", -40, degrees=True).as_matrix()
     odd = scene.poses[1].with_(joints=rotate(tilt, scene.poses[1].joints))
     takes = [Take(str(i), poses=poses) for i, poses in enumerate((scene.poses[0], scene.poses[0], odd))]
     done = Rectify().together(takes)
