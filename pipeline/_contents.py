@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import zipfile
+import zlib
 from collections import Counter
 from pathlib import Path
 from typing import IO
@@ -32,7 +33,9 @@ def in_words(path: Path) -> str:
             return _archive(path)
         if path.suffix.lower() == ".json":
             return _json(path, start)
-    except (OSError, ValueError, EOFError, LookupError, SyntaxError, zipfile.BadZipFile, RuntimeError):
+    except OSError as error:
+        return f"unreadable ({error.strerror or error})"
+    except (ValueError, EOFError, LookupError, SyntaxError, zipfile.BadZipFile, zlib.error, RuntimeError):
         return "damaged or cut short"
     return f"a file that begins with {start[:16]!r}"
 
