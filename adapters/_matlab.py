@@ -60,13 +60,13 @@ def _load_hdf5(path: Path, names: tuple[str, ...]) -> dict[str, np.ndarray]:
             f"{resave}."
         ) from None
     with h5py.File(path, "r") as file:
-        held = {name: file[name] for name in names if isinstance(file.get(name), h5py.Dataset)}
+        held = {name: entry for name in names if isinstance(entry := file.get(name), h5py.Dataset)}
         for name, array in held.items():
             if array.dtype.kind not in "fiu":
                 raise InputError(
                     f"{path}: expected '{name}' as an array of numbers, got cells of MATLAB 7.3; save it with {resave}."
                 )
-        return {name: array[()].T for name, array in held.items()}
+        return {name: np.asarray(array[()]).T for name, array in held.items()}
 
 
 def numbers(where: str, array: np.ndarray, *shapes: Shape) -> np.ndarray:
