@@ -19,6 +19,7 @@ _SUFFIX = re.compile(r"\.[A-Za-z][A-Za-z0-9]*$")
 _SPACE = re.compile(r"[ \t\r\n]*")
 _DECODER = json.JSONDecoder()
 _PIECE = 1 << 18
+_SMALL = 1 << 24  # bytes of a file that is read a second time to find what is wrong with it
 _MAX_FRAME = 1 << 53  # larger numbers are no video frames, and would not fit an int64
 
 
@@ -98,8 +99,12 @@ def each(path: Path, what: str) -> Iterator[tuple[str, Any]]:
     except UnicodeDecodeError:
         raise InputError(f"Expected {what} in {path}, got bytes that are no UTF-8 text.") from None
     except (RecursionError, ValueError):
+        if path.stat().st_size <= _SMALL:  # say where
+            raise InputError(
+                f"{path}: expected a list or an object, got {reprlib.repr(load(path, what))}."
+            ) from None
         raise InputError(
-            f"Expected {what} in {path}, but its JSON is empty, breaks off or is damaged; write or copy the file again."
+            f"Expected {what} in {path}, but its JSON breaks off or is damaged; write or copy the file again."
         ) from None
 
 

@@ -1,4 +1,4 @@
-"""Arrays out of strangers' .mat files of MATLAB 5 to 7; those of 7.3 are HDF5 and are refused with the way out."""
+"""Arrays out of strangers' .mat files: MATLAB 5 to 7 by scipy; 7.3, which is HDF5, by h5py (extra "hdf5")."""
 
 from __future__ import annotations
 
@@ -18,10 +18,17 @@ def keys(path: Path) -> frozenset[str]:
     from scipy.io import whosmat
 
     try:
-        if not path.is_file() or not _start(path).startswith(_BEGINS):
+        if not path.is_file():
+            return frozenset()
+        if _start(path).startswith(_HDF5):
+            import h5py
+
+            with h5py.File(path, "r") as file:
+                return frozenset(file)
+        if not _start(path).startswith(_BEGINS):
             return frozenset()
         return frozenset(name for name, *_ in whosmat(path))
-    except Exception:  # scipy's parser raises whatever damaged bytes lead it to
+    except Exception:  # the parsers raise whatever damaged bytes lead them to, or h5py is missing
         return frozenset()
 
 
@@ -32,9 +39,7 @@ def load(path: Path, *names: str, what: str) -> dict[str, np.ndarray]:
     try:
         start = _start(path)
         if start.startswith(_HDF5):
-            raise InputError(
-                f"{path} is a file of MATLAB 7.3 (HDF5); save it with save(..., '-v7') in MATLAB or Octave."
-            )
+            return _load_hdf5(path, names)
         if not start.startswith(_BEGINS):
             raise InputError(f"Expected a .mat file of {what} at {path}, got something else.")
         return {key: value for key, value in loadmat(path, variable_names=names).items() if key in names}
@@ -42,6 +47,26 @@ def load(path: Path, *names: str, what: str) -> dict[str, np.ndarray]:
         raise
     except Exception as error:  # scipy's parser raises whatever damaged bytes lead it to
         raise InputError(f"{path} is damaged or was cut short ({error}); copy it again.") from None
+
+
+def _load_hdf5(path: Path, names: tuple[str, ...]) -> dict[str, np.ndarray]:
+    """Axes are in reverse order there, and cells are references, which are not followed."""
+    resave = "save(..., '-v7') in MATLAB or Octave"
+    try:
+        import h5py
+    except ImportError:
+        raise InputError(
+            f"{path} is a file of MATLAB 7.3 (HDF5), which needs h5py: pip install 'pcnet3d[hdf5]'; or save it with "
+            f"{resave}."
+        ) from None
+    with h5py.File(path, "r") as file:
+        held = {name: entry for name in names if isinstance(entry := file.get(name), h5py.Dataset)}
+        for name, array in held.items():
+            if array.dtype.kind not in "fiu":
+                raise InputError(
+                    f"{path}: expected '{name}' as an array of numbers, got cells of MATLAB 7.3; save it with {resave}."
+                )
+        return {name: np.asarray(array[()]).T for name, array in held.items()}
 
 
 def numbers(where: str, array: np.ndarray, *shapes: Shape) -> np.ndarray:

@@ -1,4 +1,7 @@
-"""Arrays out of strangers' .npy and .npz files: never unpickled, and checked before memory is taken for them."""
+"""Arrays out of strangers' .npy and .npz files: never unpickled, and checked before memory is taken for them.
+
+Where a format stores Python objects, a reader that runs nothing takes them apart (adapters/_pickles.py).
+"""
 
 from __future__ import annotations
 
@@ -11,14 +14,16 @@ import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import IO
+from typing import IO, Any
 
 import numpy as np
 
 from ..pipeline.errors import InputError
+from ._pickles import loads
 
 Shape = tuple[int | str, ...]  # a free axis has a name instead of a length
 
+_LARGEST_PICKLE = 1 << 32
 _NPY, _ZIP = b"\x93NUMPY", b"PK"
 _HEADERS = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
 # What the parsers of zip archives and npy headers raise on damaged bytes.
@@ -74,6 +79,38 @@ def load(path: Path, *shapes: Shape, key: str | None = None) -> np.ndarray:
                 "it was cut short or is damaged, so write or copy it again."
             )
         return np.frombuffer(stream.read(), dtype).reshape(shape, order="F" if fortran_order else "C")
+
+
+def load_objects(path: Path, key: str) -> Any:
+    """The Python objects of an .npz's array `key`, as lists, dicts, texts, numbers and arrays; the one object of an
+    array of shape (). InputError for an array of anything else, and for objects that would have to be called.
+    """
+    where = f"{path}, array '{key}'"
+    with _damage_reported(path), _opened(path, key) as (stream, size):
+        version = np.lib.format.read_magic(stream)
+        if version not in _HEADERS:
+            raise InputError(f"{where}: expected npy version 1 or 2, got {version}; save it anew.")
+        shape, _, dtype = _HEADERS[version](stream)
+        if not dtype.hasobject:
+            raise InputError(f"{where}: expected Python objects, got an array of shape {shape} of {dtype}.")
+        if size > _LARGEST_PICKLE:
+            raise InputError(f"{where}: expected at most 4 GiB of objects, got {size} bytes.")
+        content = stream.read()
+    return loads(content, where)
+
+
+def has_objects(path: Path, *wanted: str) -> bool:
+    """Whether the file is an .npz with arrays of Python objects by these names. Never raises."""
+    try:
+        if not path.is_file() or not set(wanted) <= set(keys(path)):
+            return False
+        for key in wanted:
+            with _damage_reported(path), _opened(path, key) as (stream, _):
+                if not _HEADERS[np.lib.format.read_magic(stream)](stream)[2].hasobject:
+                    return False
+    except InputError:
+        return False
+    return True
 
 
 def peek(path: Path, *shapes: Shape, key: str | None = None) -> np.ndarray | None:

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 from array import array
+from collections import defaultdict
+from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import groupby
 
 import numpy as np
 
@@ -11,7 +14,7 @@ from ..pipeline.errors import InputError
 from ..pipeline.frames import Frame
 from ..pipeline.layouts import Layout
 from ..pipeline.pose import PoseSequence, Step, package_version
-from ._tracks import Detection, linked, saying_nothing
+from ._tracks import Detection, followed, saying_nothing
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -51,7 +54,7 @@ class Bodies:
 
         plane: the two coordinates that the picture shows, by which people without boxes are told apart.
         placed: the joints say where in space the person is, not only the pose.
-        People are joined from frame to frame by `_tracks.linked`; the history says by what. Scores that say nothing
+        People are joined from frame to frame by `_tracks.followed`; the history says by what. Scores that say nothing
         (`saying_nothing`) become NaN, others outside [0, 1] are clipped; the history tells both. InputError when
         nobody is there.
         """
@@ -107,13 +110,20 @@ class Bodies:
                 "warning": "People have no track numbers and no boxes in this file; they are told apart by their "
                 "poses alone, so check that each is one person throughout.",
             }
-        seen = [
-            _Seen(int(frame), np.column_stack([shown, np.ones(len(shown))]), row=row)
-            for row, (frame, shown) in enumerate(zip(frames, points, strict=True))
+        people: dict[str | None, array] = defaultdict(lambda: array("q"))
+        for one in followed(_seen(frames, points)):
+            people[one.person].append(one.row)
+        steps = (Step("link people", package_version(), options),)
+        return [np.frombuffer(rows, np.int64) for rows in people.values()], steps
+
+
+def _seen(frames: np.ndarray, points: np.ndarray) -> Iterator[list[_Seen]]:
+    """The bodies of each frame, in order of time; points (bodies, N, 2) are what each shows in the picture plane."""
+    ordered = np.argsort(frames, kind="stable").tolist()
+    for frame, rows in groupby(ordered, key=frames.__getitem__):
+        bodies = [
+            _Seen(int(frame), np.column_stack([points[row], np.ones(len(points[row]))]), row=row)
+            for row in rows
         ]
-        people: dict[str | None, list[int]] = {}
-        for one in linked(seen):
-            people.setdefault(one.person, []).append(one.row)
-        return [np.array(rows) for rows in people.values()], (
-            Step("link people", package_version(), options),
-        )
+        if found := [body for body in bodies if body.found.any()]:
+            yield found

@@ -3,7 +3,7 @@
 A pickle is a program that may import and call anything. Here every name but those below is refused, and these are
 stand-ins that only keep what they are given: arrays are then made from the bytes by numpy.frombuffer. joblib's files
 are pickles too, compressed by zlib or not, with the arrays' bytes between the instructions
-(joblib/numpy_pickle.py, NumpyArrayWrapper).
+(joblib/numpy_pickle.py, NumpyArrayWrapper). numpy's own arrays of Python objects are pickles inside .npy and .npz.
 """
 
 from __future__ import annotations
@@ -49,9 +49,26 @@ class _Array:
         self.state = state
 
     @property
-    def numpy(self) -> np.ndarray:
+    def numpy(self) -> Any:
+        """The array; one of Python objects as nested lists, which are still to be resolved."""
         _, shape, dtype, fortran, raw = self.state
-        return np.frombuffer(raw, dtype.numpy).reshape(shape, order="F" if fortran else "C")
+        if dtype.text.startswith("O"):
+            return _nested(list(raw), shape)
+        return np.frombuffer(_bytes(raw), dtype.numpy).reshape(shape, order="F" if fortran else "C")
+
+
+def _nested(values: list[Any], shape: tuple[int, ...]) -> Any:
+    """Objects of an array of this shape, by rows, as lists in lists; the only one where the shape is ()."""
+    if len(values) != int(np.prod(shape, dtype=object)):
+        raise InputError(f"expected an array of shape {shape}, got {len(values)} objects.")
+    if len(shape) < 2:
+        return values if shape else values[0]
+    step = len(values) // max(shape[0], 1)
+    return [_nested(values[i * step : (i + 1) * step], shape[1:]) for i in range(shape[0])]
+
+
+def _bytes(raw: Any) -> Any:
+    return raw.encode("latin1") if isinstance(raw, str) else raw  # Python 2 wrote bytes as text
 
 
 class _Buffer:
@@ -73,7 +90,7 @@ class _Scalar:
 
     @property
     def numpy(self) -> Any:
-        return np.frombuffer(self.raw, self.dtype.numpy)[0]
+        return np.frombuffer(_bytes(self.raw), self.dtype.numpy)[0]
 
 
 class _Wrapped:
@@ -108,7 +125,7 @@ class _Reader(pickle._Unpickler):  # in Python, where the instruction that jobli
     dispatch: ClassVar[dict[int, Any]] = dict(pickle._Unpickler.dispatch)  # type: ignore[attr-defined]
 
     def __init__(self, stream: IO[bytes]) -> None:
-        super().__init__(stream)
+        super().__init__(stream, encoding="latin1")  # the text of Python 2
         self.stream = stream
 
     def find_class(self, module: str, name: str) -> Any:
@@ -149,26 +166,35 @@ def load(path: Path) -> Any:
     """What a pickle holds: dicts, lists, tuples, texts, numbers and arrays. InputError for anything else."""
     try:
         content = path.read_bytes()
+    except OSError as error:
+        raise InputError(f"Cannot read {path}: {error.strerror or error}.") from None
+    return loads(content, str(path))
+
+
+def loads(content: bytes, where: str) -> Any:
+    """The same of a pickle's bytes, zlib's or not."""
+    try:
         if content[:1] == _ZLIB:
             unpacking = zlib.decompressobj()
             content = unpacking.decompress(content, _LARGEST)
             if not unpacking.eof:
                 raise InputError(
-                    f"{path} was cut short or unpacks to more than 4 GiB; write or copy it again."
+                    f"{where} was cut short or unpacks to more than 4 GiB; write or copy it again."
                 )
         return _resolved(_Reader(BytesIO(content)).load())
     except InputError as error:
-        raise error if str(path) in str(error) else InputError(f"{path}: {error}") from None
-    except OSError as error:
-        raise InputError(f"Cannot read {path}: {error.strerror or error}.") from None
+        raise error if where in str(error) else InputError(f"{where}: {error}") from None
     except Exception as error:  # the parser raises whatever damaged bytes lead it to
         raise InputError(
-            f"{path} is no pickle, is damaged or was cut short ({error!r}); write it again."
+            f"{where} is no pickle, is damaged or was cut short ({error!r}); write it again."
         ) from None
 
 
 def _resolved(value: Any) -> Any:
-    if isinstance(value, (_Array, _Buffer, _Scalar, _Wrapped)):
+    if isinstance(value, _Array):
+        held = value.numpy
+        return held if isinstance(held, np.ndarray) else _resolved(held)
+    if isinstance(value, (_Buffer, _Scalar, _Wrapped)):
         return value.numpy
     if isinstance(value, dict):
         return {_resolved(key): _resolved(entry) for key, entry in value.items()}

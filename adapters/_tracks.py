@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, TypeVar
@@ -152,15 +152,18 @@ def linked(detections: Iterable[Seen]) -> list[Seen]:
             frames[detection.frame].append(detection)
     if all(len(people) == 1 for people in frames.values()):
         return [replace(detection, person="0") for (detection,) in frames.values()]
+    return list(followed(people for _, people in sorted(frames.items())))
+
+
+def followed(frames: Iterable[Sequence[Seen]]) -> Iterator[Seen]:
+    """The same of frames one after the other, each somebody's detections, so that hours of video need no memory."""
     last: list[Seen] = []  # everybody's last sighting; the place in the list is the name
-    named: list[Seen] = []
-    for frame, people in sorted(frames.items()):
-        tracks = _nearest(last, people, frame)
+    for people in frames:
+        tracks = _nearest(last, people, people[0].frame)
         for i, detection in enumerate(people):
             track = tracks.get(i, len(last))
             last[track : track + 1] = [detection]
-            named.append(replace(detection, person=str(track)))
-    return named
+            yield replace(detection, person=str(track))
 
 
 def _nearest(last: Sequence[Detection], people: Sequence[Detection], frame: int) -> dict[int, int]:

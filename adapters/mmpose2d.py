@@ -2,7 +2,8 @@
 
 The inferencer writes a list of {frame_id, instances}, frames from 0; the demos write {meta_info,
 instance_info: [{frame_id, instances}]}, frames from 1 (demo/topdown_demo_with_mmdet.py counts before it
-looks). An instance is {keypoints: [[x, y], ...], keypoint_scores, bbox, bbox_score}, of COCO-17 or Halpe-26.
+looks). Of images, the inferencer writes a folder with a list of instances each. An instance is {keypoints:
+[[x, y], ...], keypoint_scores, bbox, bbox_score}, of COCO-17 or Halpe-26.
 Track numbers are not written: people are joined frame by frame. A keypoint of three numbers is 3D output,
 whose axes are mirrored, and is refused. Scores are the maxima of heatmaps or SimCC bins, no probabilities.
 """
@@ -17,13 +18,13 @@ import numpy as np
 from ..pipeline.errors import InputError
 from ..pipeline.layouts import COCO17, HALPE26
 from ..pipeline.pose import PoseSequence
-from ._json import entries, field, frame_number, load, numbers
-from ._mmpose import first_keypoints
+from ._json import field, numbers
+from ._mmpose import first_keypoints, frames
 from ._tracks import Detection, sequences
 
 name = "mmpose2d"
 gives = "keypoints"
-reads = "2D JSON of MMPose 1.x, inferencer or demo, COCO-17 or Halpe-26"
+reads = "2D JSON of MMPose 1.x, inferencer (of a video or a folder of images) or demo, COCO-17 or Halpe-26"
 
 
 def sniff(path: Path) -> bool:
@@ -38,26 +39,19 @@ def sniff(path: Path) -> bool:
 
 
 def read(path: Path) -> tuple[PoseSequence, ...]:
-    """One sequence a person, joined from frame to frame by nearness; frame_index counts from 0.
+    """One sequence a person, joined from frame to frame by nearness; frame_index counts from 0, and of a
+    folder of images is the number in their names.
 
     A frame without instances has no row. Scores above 1 are clipped and counted in the history; scores that
     are all alike, as some decoders write them, are unknown. Raises InputError when the file is not of this
     form, is 3D, or names joints of another order.
     """
-    content, where = load(path, "MMPose results"), str(path)
-    first_frame = 0
-    if isinstance(content, dict):
-        _check_names(content.get("meta_info"), where)
-        content, first_frame = field(content, "instance_info", where), 1
-    detections = []
-    for i, entry in enumerate(entries(content, where)):
-        here = f"{where}, entry {i}"
-        frame = frame_number(field(entry, "frame_id", here), here) - first_frame
-        if frame < 0:
-            raise InputError(f"{here}: expected frames from 1, as MMPose's demos count, got frame 0.")
-        for person in entries(field(entry, "instances", here), here):
-            detections.append(Detection(frame, _points(person, here)))
-    return sequences(detections, (COCO17, HALPE26), where)
+    detections = [
+        Detection(frame, _points(person, here))
+        for frame, people, here in frames(path, "MMPose's 2D results", _check_names)
+        for person in people
+    ]
+    return sequences(detections, (COCO17, HALPE26), str(path))
 
 
 def _points(person: Any, where: str) -> np.ndarray:

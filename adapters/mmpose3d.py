@@ -1,4 +1,5 @@
-"""3D results of MMPose 1.x lifters: JSON of Pose3DInferencer or of body3d_pose_lifter_demo.py (formats.md 3).
+"""3D results of MMPose 1.x lifters: JSON of Pose3DInferencer, also a folder of one an image, or of
+body3d_pose_lifter_demo.py (formats.md 3).
 
 Seventeen joints in Human3.6M order. Three things were done to the lifter's output before it was written, in
 `pose3d_inferencer.py` and in the demo:
@@ -35,8 +36,9 @@ def read(path: Path, metric: bool = False) -> tuple[PoseSequence, ...]:
     """One sequence a person, joined from frame to frame by their boxes: H36M17 in MMPose's mirrored axes.
 
     metric: the lifter was one that gives metres (SimpleBaseline, VideoPose3D), so the unit is "m".
-    frame_index counts from 0; a frame without people has no row. Heights that were shifted frame by frame are
-    found and said in the history. Raises InputError when the file is not of this form, or is 2D.
+    frame_index counts from 0, for a folder as its names do; a frame without people has no row. Heights that were
+    shifted frame by frame are found and said in the history. Raises InputError when the file is not of this form, or
+    is 2D.
     """
     axes = _AXES.with_(unit="m" if metric else "arbitrary")
     people = bodies(path, "MMPose's 3D results", len(H36M17), H36M17).sequences(axes, _PICTURE, str(path))

@@ -3,7 +3,10 @@
 annot.mat (training) has a cell a camera in `annot3`, (frames, 84): 28 joints, of which the data set's
 mpii_get_joint_set.m names 17 as relevant. annot_data.mat (test) has `annot3` (3, 17, 1, frames) of those 17 and
 `valid_frame`. A row is a frame of the video, from 0; the frame rate, 25 or 50, is not in the file. There is no nose:
-the middle of the head stands in. Files of MATLAB 7.3 are HDF5 and are refused with the way out.
+the middle of the head stands in.
+
+Test files are of MATLAB 7.3, which is HDF5 with the axes in reverse order; h5py (extra "hdf5") reads them. Cells are
+references there, which are not followed.
 """
 
 from __future__ import annotations
@@ -53,7 +56,7 @@ def read(path: Path, camera: int = 0) -> tuple[PoseSequence]:
     """The one person as a camera sees them: MPI3DHP17 in CAMERA, millimetres, from the camera's centre.
 
     camera: which of annot.mat's cameras, from 0. Frames that are marked as not valid are left out. InputError when the
-    file is damaged, of MATLAB 7.3, or has no such camera.
+    file is damaged or has no such camera, and for MATLAB 7.3 without h5py or with cells.
     """
     held = load(path, _KEY, "valid_frame", what="MPI-INF-3DHP")
     if _KEY not in held:

@@ -84,7 +84,7 @@ def _seen(frame: dict[str, Any], where: str) -> list[tuple[str, np.ndarray]]:
         raise InputError(f"{where}: expected 'tracked_time' with an entry a person.")
     found = []
     for person, joints, age in zip(ids, people, since, strict=True):
-        joints = np.asarray(joints)
+        joints = joints if isinstance(joints, np.ndarray) else np.zeros(())
         if joints.shape != (_COUNT, 3) or joints.dtype.kind not in "fiu":
             raise InputError(f"{where}: expected '{_JOINTS}' of shape ({_COUNT}, 3), got {joints.shape}.")
         if age == 0:

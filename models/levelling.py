@@ -15,7 +15,7 @@ import numpy as np
 from ..pipeline.canonical import LYING_DEG, trunk_lean_deg
 from ..pipeline.rotations import angle_deg, from_columns, known, unit
 from .floor import floor_plane
-from .gravity import LEAN_DEG, RAYLEIGH_90, TILT_SHARE, UNKNOWN_DEG, Evidence, level_feet, take_up
+from .gravity import LEAN_DEG, RAYLEIGH_90, TILT_SHARE, UNKNOWN_DEG, Evidence, TakeUp, level_feet, take_up
 
 Camera = Literal["static", "moving"]
 
@@ -65,24 +65,23 @@ def level_static(
     seams: Sequence[int] = (),
     others: Sequence[Evidence] = (),
     root: np.ndarray | None = None,
+    shared: TakeUp | None = None,
 ) -> Levelled:
     """One gravity for the whole take.
 
     joints: (T, 17, 3), CAMERA axes relative to the pelvis, any unit. R_camera_from_body (T, 3, 3) and error_deg (T,):
     a rectifier's answer. others: what else knows up; the feet are added here, on the floor that they stood on where the
     pelvis's own path root (T, 3), in the same axes and unit, is known, else against each other. seams: rows no
-    smoothing crosses.
+    smoothing crosses. shared: the up of all people before the camera (models/people.py); then LEVEL's heading is the
+    camera's.
     """
     votes = R_camera_from_body[:, :, 2]
-    first = take_up(votes, error_deg, time_s, others)
-    feet = None
-    if known(first.up):
-        feet = floor_plane(joints + root[:, None], first.up, time_s) if root is not None else None
-        feet = feet or level_feet(joints, first.up, time_s)
-    up = take_up(votes, error_deg, time_s, [*others, feet]) if feet else first
+    up = shared or static_up(joints, R_camera_from_body, error_deg, time_s, others, root)
     everywhere = np.broadcast_to(up.up, votes.shape)
     R = upright(R_camera_from_body, everywhere, error_deg, time_s, seams)
     R_camera_from_level, heading = level_frame(R, up.up, time_s)
+    if shared:
+        R_camera_from_level, heading = camera_frame(up.up), "camera"
     drift_deg, drift_at = drift(votes, error_deg, time_s)
     return Levelled(
         R_camera_from_body=R,
@@ -96,6 +95,24 @@ def level_static(
         drift_deg=drift_deg,
         drift_at=drift_at,
     )
+
+
+def static_up(
+    joints: np.ndarray,
+    R_camera_from_body: np.ndarray,
+    error_deg: np.ndarray,
+    time_s: np.ndarray,
+    others: Sequence[Evidence] = (),
+    root: np.ndarray | None = None,
+) -> TakeUp:
+    """What the frames, the feet and the others say about a static camera's up; arguments of level_static."""
+    votes = R_camera_from_body[:, :, 2]
+    first = take_up(votes, error_deg, time_s, others)
+    feet = None
+    if known(first.up):
+        feet = floor_plane(joints + root[:, None], first.up, time_s) if root is not None else None
+        feet = feet or level_feet(joints, first.up, time_s)
+    return take_up(votes, error_deg, time_s, [*others, feet]) if feet else first
 
 
 def level_moving(
@@ -113,15 +130,9 @@ def level_moving(
     votes = R_camera_from_body[:, :, 2]
     up, up_error_deg = sliding_up(votes, error_deg, time_s, seams, window_s)
     R = upright(R_camera_from_body, up, error_deg, time_s, seams)
-    view = np.broadcast_to(np.array([0.0, 0.0, 1.0]), up.shape)
-    picture_up = np.array([0.0, -1.0, 0.0])
-    # A camera that looks straight down has no horizontal direction of view; then the picture's top is ahead.
-    steep = np.abs((up * view).sum(-1, keepdims=True)) > 0.98
-    ahead = np.where(steep, picture_up, view)
-    back = unit(ahead - (ahead * up).sum(-1, keepdims=True) * up)
     return Levelled(
         R_camera_from_body=R,
-        R_camera_from_level=from_columns(back, np.cross(up, back), up),
+        R_camera_from_level=camera_frame(up),
         error_deg=rotation_error_deg(R, R_camera_from_body, error_deg, up_error_deg),
         up_error_deg=up_error_deg,
         up_bound_deg=RAYLEIGH_90 * up_error_deg,
@@ -131,6 +142,18 @@ def level_moving(
         drift_deg=float("nan"),
         drift_at=None,
     )
+
+
+def camera_frame(up: np.ndarray) -> np.ndarray:
+    """R_camera_from_level (..., 3, 3) of the given up (..., 3) whose -X is the camera's horizontal viewing direction
+    reversed, so that a person who faces the camera faces -X as in BODY (design.md section 4)."""
+    view = np.broadcast_to(np.array([0.0, 0.0, 1.0]), up.shape)
+    picture_up = np.array([0.0, -1.0, 0.0])
+    # A camera that looks straight down has no horizontal direction of view; then the picture's top is ahead.
+    steep = np.abs((up * view).sum(-1, keepdims=True)) > 0.98
+    ahead = np.where(steep, picture_up, view)
+    back = unit(ahead - (ahead * up).sum(-1, keepdims=True) * up)
+    return from_columns(back, np.cross(up, back), up)
 
 
 def why_not(levelled: Levelled, joints: np.ndarray) -> str:

@@ -18,9 +18,9 @@ from . import registry
 from .config import load_recipe
 from .errors import InputError
 from .intake import Sources
-from .job import run_files
+from .job import run_files, run_people
 from .options import pairs
-from .progress import stages, tell
+from .progress import stages, tell, tell_people
 from .reading import Missing, Parity, adapters
 from .swap_repair import Swaps
 
@@ -42,7 +42,10 @@ def run(
     keypoints: Annotated[Path | None, typer.Option(help="2D keypoints: a file or a folder.")] = None,
     keypoints_adapter: Annotated[str, typer.Option(help="Format of --keypoints.")] = "auto",
     person: Annotated[
-        str | None, typer.Option(help="Which person, by the file's name, or 'longest'.")
+        str | None,
+        typer.Option(
+            help="Which person, by the file's name; or 'longest', 'largest', 'all' (a folder each)."
+        ),
     ] = None,
     fps: Annotated[float | None, typer.Option(help="Frame rate, when there is no video to ask.")] = None,
     first_frame: Annotated[int | None, typer.Option(help="Video frame of the first row.")] = None,
@@ -143,10 +146,18 @@ def run(
         keypoints_options=pairs(keypoints_option),
     )
     with stages(["read", *(entry.use for entry in chosen.stages)]) as done:
-        take = run_files(sources, output, chosen, force=force, done=done)
-    tell(take)
+        if person == "all":
+            people = run_people(sources, output, chosen, force=force, done=done)
+        else:
+            take = run_files(sources, output, chosen, force=force, done=done)
+    shown = output
+    if person == "all":
+        tell_people(people)
+        shown = output / next(run.folder for run in people if run.folder)
+    else:
+        tell(take)
     print(f"{output}: {', '.join(sorted(path.name for path in output.iterdir()))}")
-    print(f"look at it with: pcnet3d view {shlex.quote(str(output))}")
+    print(f"look at it with: pcnet3d view {shlex.quote(str(shown))}")
 
 
 @app.command()
@@ -165,7 +176,7 @@ def inspect(
     file: Annotated[Path, typer.Argument(help="3D poses or 2D keypoints: a file or a folder.")],
     adapter: Annotated[str, typer.Option(help="Its format; see `pcnet3d list adapters`.")] = "auto",
     person: Annotated[
-        str | None, typer.Option(help="Only this person, by the file's name, or 'longest'.")
+        str | None, typer.Option(help="Only this person, by the file's name, or 'longest' or 'largest'.")
     ] = None,
     keypoints: Annotated[Path | None, typer.Option(help="2D keypoints that the poses should fit.")] = None,
     video: Annotated[Path | None, typer.Option(help="The recording that the poses should fit.")] = None,

@@ -29,6 +29,7 @@ _DIRECTIONS: dict[str, dict[str, tuple[float, ...]]] = {
 _OPPOSITE = {
     "right": "left", "down": "up", "away": "toward", "north": "south", "west": "east", "up": "down", "back": "front",
 }  # fmt: skip
+_ROWS = 4096  # that are turned at a time: hours of video in float64 would take several times their memory
 _METRES = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "inch": 0.0254}
 UNITS = (*_METRES, "px", "arbitrary")
 
@@ -146,13 +147,14 @@ def change_frame(poses: PoseSequence, to: Frame, R_to_from_source: np.ndarray | 
             f"Points in {source} cannot become {to}: the scale between their units is not known."
         )
 
-    joints = poses.joints.astype(np.float64)
-    if source.origin != to.origin:
-        if to.origin != "pelvis":
-            raise InputError(
-                f"Points in {source} cannot become {to}: the way between the origins is not known."
-            )
-        joints = joints - joints[:, [poses.layout.index("pelvis")]]
-    return poses.with_(joints=rotate(matrix, joints) * factor, frame=to).noted(
-        "change_frame", source=source.name, to=to.name
-    )
+    if source.origin != to.origin and to.origin != "pelvis":
+        raise InputError(f"Points in {source} cannot become {to}: the way between the origins is not known.")
+    moved = np.empty(poses.joints.shape, np.float32)
+    for start in range(0, len(poses), _ROWS):
+        rows = slice(start, start + _ROWS)
+        joints = poses.joints[rows].astype(np.float64)
+        if source.origin != to.origin:
+            joints -= joints[:, [poses.layout.index("pelvis")]]
+        moved[rows] = rotate(matrix if matrix.ndim == 2 else matrix[rows], joints) * factor
+    moved.setflags(write=False)
+    return poses.with_(joints=moved, frame=to).noted("change_frame", source=source.name, to=to.name)

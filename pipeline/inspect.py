@@ -23,7 +23,7 @@ from .checks import Chirality, bone_spread, chirality
 from .errors import InputError
 from .intake import read_video
 from .pose import PoseSequence
-from .reading import choose_person, finished, read_people, read_sources
+from .reading import choose_person, finished, read_all, read_sources
 from .swap_repair import as_frames
 from .swaps import Swap, find_swaps
 from .take import Video
@@ -121,15 +121,13 @@ def inspect(
 ) -> Inspection:
     """Read 3D poses or 2D keypoints as they are and look for what does not fit.
 
-    adapter, options: as for read_all. person: only this one, or "longest". keypoints, video: 2D of the same
+    adapter, options: as for read_all. person: only this one, "longest" or "largest". keypoints, video: 2D of the same
     recording, and the recording itself, to compare with. Raises InputError when a file cannot be read at all.
     """
     chosen, sources = read_sources(path, adapter, None, options or {})
     if person is not None:
         sources = (choose_person(sources, person, str(path)),)
-    tracks = (
-        () if keypoints is None else read_people(keypoints, "auto", "keypoints", None, "refuse", "refuse", {})
-    )
+    tracks = () if keypoints is None else read_all(keypoints, gives="keypoints")
     recording = None if video is None else read_video(video)
     people = []
     for source in sources:

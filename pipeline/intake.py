@@ -14,7 +14,8 @@ from .joining import Clock, check_numbers, numbered_by, starting_at
 from .options import call
 from .outputs import printable
 from .pose import PoseSequence
-from .reading import Missing, Parity, choose_person, find_adapter, read_people
+from .reading import RANKS, Missing, Parity, check_guards, choose_person, find_adapter, finished, read_sources
+from .sockets import Adapter
 from .swap_repair import Swaps, treated
 from .take import Event, Take, Video
 
@@ -26,9 +27,9 @@ UNSTEADY = 0.12  # bone-length spread beyond which poses are not to be believed 
 class Sources:
     """What a user gave: files and how to read them. Poses, or keypoints that are to be lifted.
 
-    options, keypoints_options: the adapters' own. first_frame: the video frame of the first row; the
-    others keep their distance to it. fps: frame rate; without it the video's time stamps count. swaps: what to do
-    about limbs that are exchanged, or mirrored in depth, for some frames.
+    options, keypoints_options: the adapters' own. person: by the file's name, "longest" or "largest". first_frame:
+    the video frame of the file's first row; the others keep their distance to it. fps: frame rate; without it the
+    video's time stamps count. swaps: what to do about limbs that are exchanged, or mirrored in depth, for some frames.
     """
 
     poses: Path | None = None
@@ -46,27 +47,125 @@ class Sources:
     keypoints_options: dict[str, Any] = field(default_factory=dict)
 
 
+@dataclass(frozen=True, eq=False)
+class _File:
+    """One of the files, and everybody in it as its adapter gives them."""
+
+    path: Path
+    adapter: Adapter
+    people: tuple[PoseSequence, ...]
+
+    def finished(
+        self, person: PoseSequence, parity: Parity = "refuse", missing: Missing = "refuse"
+    ) -> PoseSequence:
+        return finished(person, self.adapter, self.path, None, parity, missing)
+
+
+@dataclass(frozen=True, eq=False)
+class _Files:
+    """All that the sources name, read. inputs: role, file name and hash of each."""
+
+    sources: Sources
+    poses: _File | None
+    keypoints: _File | None
+    video: Video | None
+    inputs: dict[str, dict[str, Any]]
+
+    @property
+    def lead(self) -> _File:
+        """Whose people, frame numbers and clock count: the poses', or without poses the keypoints'."""
+        lead = self.poses or self.keypoints
+        if lead is None:
+            raise InputError(
+                "Expected 3D poses or 2D keypoints, got neither; pass --poses FILE or --keypoints FILE."
+            )
+        return lead
+
+
 def open_take(sources: Sources) -> Take:
     """Read everything and join it. Raises InputError when parts do not fit each other or there is no clock.
 
     Without poses the keypoints lead: theirs are the frame numbers and the clock.
     """
-    video = read_video(sources.video) if sources.video else None
-    poses = _poses(sources)
-    keypoints = _keypoints(sources, poses)
+    files = _read(sources)
+    poses = _poses(files)
+    keypoints = _keypoints(files, poses)
     _check_person(sources.person, poses, keypoints)
+    return _joined(files, poses, keypoints)
+
+
+@dataclass(frozen=True, eq=False)
+class Person:
+    """One of several people: name and frames in the file, and the take or the reason why there is none."""
+
+    name: str
+    frames: int
+    take: Take | InputError
+
+
+def open_people(sources: Sources) -> tuple[Person, ...]:
+    """A take of everybody in the file of poses, or without one of keypoints; whoever cannot be read has a reason.
+
+    Keypoints beside poses belong to the person of the same name. Raises InputError when a file cannot be read at all,
+    and when the two files name other people.
+    """
+    files = _read(sources)
+    poses, keypoints = files.poses, files.keypoints
+    if poses and keypoints:
+        names = [sorted(one.person for one in file.people) for file in (poses, keypoints)]
+        if names[0] != names[1]:
+            raise InputError(
+                f"{poses.path} holds the people {', '.join(names[0])} and {keypoints.path} {', '.join(names[1])}, so "
+                "nothing says who is who; leave --keypoints out, or run one --person at a time."
+            )
+    tracks = {track.person: track for track in keypoints.people} if keypoints else {}
+    found = []
+    for one in files.lead.people:
+        try:
+            body = poses.finished(one, sources.parity, sources.missing) if poses else None
+            track = keypoints.finished(tracks[one.person]) if keypoints else None
+            take = _joined(files, body, track)
+            take = take.with_(name=f"{take.name}, person {printable(one.person)}")
+        except InputError as error:
+            take = error
+        found.append(Person(one.person, len(one), take))
+    return tuple(found)
+
+
+def _read(sources: Sources) -> _Files:
+    check_guards(sources.parity, sources.missing)
+    video = read_video(sources.video) if sources.video else None
+    poses = keypoints = None
+    if sources.poses:
+        poses = _File(sources.poses, *read_sources(sources.poses, sources.adapter, "poses", sources.options))
+    if sources.keypoints:
+        read = read_sources(
+            sources.keypoints, sources.keypoints_adapter, "keypoints", sources.keypoints_options
+        )
+        keypoints = _File(sources.keypoints, *read)
+    given = {"poses": sources.poses, "keypoints": sources.keypoints, "video": sources.video}
+    inputs = {
+        role: {"role": role, "file": printable(path.name), "sha256": sha256(path)}
+        for role, path in given.items()
+        if path is not None
+    }
+    return _Files(sources, poses, keypoints, video, inputs)
+
+
+def _joined(files: _Files, poses: PoseSequence | None, keypoints: PoseSequence | None) -> Take:
+    """One person's poses and keypoints on one clock."""
+    sources, video = files.sources, files.video
+    begins = min(int(one.frame_index[0]) for one in files.lead.people)  # one shift for everybody in the file
     if poses is not None and sources.first_frame is not None and not poses.frames_known:
-        poses = starting_at(sources.first_frame, poses)
+        poses, begins = starting_at(sources.first_frame, poses), sources.first_frame
     if poses is not None and keypoints is not None:
         poses = numbered_by(keypoints, poses, f"{sources.poses} and {sources.keypoints}")
-    lead, path = (keypoints, sources.keypoints) if poses is None else (poses, sources.poses)
-    if lead is None or path is None:
-        raise InputError(
-            "Expected 3D poses or 2D keypoints, got neither; pass --poses FILE or --keypoints FILE."
-        )
+    path = files.lead.path
+    lead = keypoints if poses is None else poses
+    assert lead is not None
     if sources.first_frame is not None:
-        shift = sources.first_frame - int(lead.frame_index[0])
-        lead = starting_at(sources.first_frame, lead)
+        shift = sources.first_frame - begins
+        lead = starting_at(int(lead.frame_index[0]) + shift, lead)
         if poses is not None and keypoints is not None and shift:
             keypoints = starting_at(int(keypoints.frame_index[0]) + shift, keypoints)
     check_numbers(lead, video, path)
@@ -90,51 +189,43 @@ def open_take(sources: Sources) -> Take:
             *_coverage(lead, video),
             *swapped,
         ),
-        inputs=_provenance(sources, poses, keypoints),
+        inputs=_provenance(files, poses, keypoints),
     )
 
 
 def _check_person(person: str | None, *found: PoseSequence | None) -> None:
     """InputError when the person that was asked for is neither of those that were found."""
     names = [poses.person for poses in found if poses is not None]
-    if person not in (None, "longest", *names):
+    if person not in (None, *RANKS, *names):
         raise InputError(f"There is no person '{person}' in these files; found {' and '.join(names)}.")
 
 
-def _poses(sources: Sources) -> PoseSequence | None:
+def _poses(files: _Files) -> PoseSequence | None:
     """The person's 3D poses, when there is a file of them."""
-    if sources.poses is None:
+    file, sources = files.poses, files.sources
+    if file is None:
         return None
-    people = read_people(
-        sources.poses, sources.adapter, "poses", None, sources.parity, sources.missing, sources.options
-    )
-    return choose_person(people, sources.person if len(people) > 1 else None, str(sources.poses))
+    person = sources.person if len(file.people) > 1 else None
+    return file.finished(choose_person(file.people, person, str(file.path)), sources.parity, sources.missing)
 
 
-def _keypoints(sources: Sources, poses: PoseSequence | None) -> PoseSequence | None:
+def _keypoints(files: _Files, poses: PoseSequence | None) -> PoseSequence | None:
     """The person's 2D keypoints, when there is a file of them: the track that is named, alone, or fits the poses."""
-    if sources.keypoints is None:
+    file, sources = files.keypoints, files.sources
+    if file is None:
         return None
-    where = str(sources.keypoints)
-    tracks = read_people(
-        sources.keypoints,
-        sources.keypoints_adapter,
-        "keypoints",
-        None,
-        "refuse",
-        "refuse",
-        sources.keypoints_options,
-    )
+    tracks = file.people
     if sources.person is None and len(tracks) > 1 and poses is not None and not poses.frames_known:
         fitting = [track for track in tracks if len(track) == len(poses)]
         if len(fitting) == 1:
-            return fitting[0]
+            return file.finished(fitting[0])
         if sum(map(len, tracks)) == len(poses):
             raise InputError(
-                f"{sources.poses} has {len(poses)} rows, as many as all {len(tracks)} people of {where} together: the "
-                "lifter took several people for one (MotionBERT without --focus); lift one person at a time."
+                f"{sources.poses} has {len(poses)} rows, as many as all {len(tracks)} people of {file.path} together: "
+                "the lifter took several people for one (MotionBERT without --focus); lift one person at a time."
             )
-    return choose_person(tracks, sources.person if len(tracks) > 1 else None, where)
+    person = sources.person if len(tracks) > 1 else None
+    return file.finished(choose_person(tracks, person, str(file.path)))
 
 
 def read_video(path: Path) -> Video:
@@ -199,22 +290,12 @@ def _implausible(poses: PoseSequence) -> list[str]:
 
 
 def _provenance(
-    sources: Sources, poses: PoseSequence | None, keypoints: PoseSequence | None
+    files: _Files, poses: PoseSequence | None, keypoints: PoseSequence | None
 ) -> tuple[dict[str, Any], ...]:
-    read = {
-        "poses": (sources.poses, poses),
-        "keypoints": (sources.keypoints, keypoints),
-        "video": (sources.video, None),
-    }
+    read = {"poses": poses, "keypoints": keypoints}
     return tuple(
-        {
-            "role": role,
-            "file": printable(path.name),
-            "sha256": sha256(path),
-            **(_reading(sequence) if sequence else {"adapter": "video"}),
-        }
-        for role, (path, sequence) in read.items()
-        if path is not None
+        {**said, **(_reading(sequence) if (sequence := read.get(role)) else {"adapter": "video"})}
+        for role, said in files.inputs.items()
     )
 
 

@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+import shutil
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 from .config import Recipe, load_recipe
 from .errors import InputError
-from .intake import Sources, open_take
-from .outputs import whole_folder
+from .intake import Person, Sources, open_people, open_take
+from .outputs import sign, whole_folder
+from .people import PersonRun, folder_names, write_index
+from .runner import run_together
 from .take import Take
+
+FEWEST_FRAMES = 10  # of a person who gets a run beside others; fewer cannot be levelled
 
 _WRITERS = ("record", "export", "report")  # stages that are told where the run's folder is
 
@@ -27,17 +33,75 @@ def run_files(
 
     done: called with "read" and then each stage's name, and its seconds. Raises InputError.
     """
-    recipe = recipe or load_recipe()
-    for entry in recipe.stages:
-        if entry.use in _WRITERS and "folder" in entry.options:
-            raise InputError(f"Stage '{entry.use}': the folder is the run's own (-o DIR), not the recipe's.")
-    inputs = [path for path in (sources.poses, sources.keypoints, sources.video) if path]
-    with whole_folder(output, force, inputs) as folder:
+    recipe = _checked(recipe or load_recipe())
+    with whole_folder(output, force, _inputs(sources)) as folder:
         pipeline = _aimed(recipe, folder).build()
         start = time.perf_counter()
         take = open_take(sources)
         done("read", time.perf_counter() - start)
         return pipeline(take, done)
+
+
+def run_people(
+    sources: Sources,
+    output: Path,
+    recipe: Recipe | None = None,
+    *,
+    force: bool = False,
+    done: Callable[[str, float], None] = lambda stage, seconds: None,
+) -> tuple[PersonRun, ...]:
+    """A whole run of everybody in the sources, each in a folder of `output`, in one common LEVEL; all of it or none.
+
+    `output` gets a summary.json that lists the people, in the order of the answer. Who is seen too briefly, or refused
+    by a stage, is left out with the reason. done: as for run_files, each stage once for all. Raises InputError when
+    nobody is left.
+    """
+    recipe = _checked(recipe or load_recipe())
+    if any("stature_m" in entry.options for entry in recipe.stages if entry.use == "scale"):
+        raise InputError("A stature is one person's: leave it out, or run one --person at a time.")
+    with whole_folder(output, force, _inputs(sources)) as folder:
+        start = time.perf_counter()
+        people = [_long_enough(person) for person in open_people(sources)]
+        done("read", time.perf_counter() - start)
+        takes = {person: person.take for person in people if isinstance(person.take, Take)}
+        folders = dict(zip(takes, folder_names([person.name for person in takes]), strict=True))
+        pipelines = [_aimed(recipe, folder / name).build() for name in folders.values()]
+        ended = dict(zip(takes, run_together(pipelines, list(takes.values()), done), strict=True))
+        runs = tuple(_ended(person, ended.get(person, person.take), folders.get(person)) for person in people)
+        for person, name in folders.items():
+            if isinstance(ended[person], InputError):
+                shutil.rmtree(folder / name, ignore_errors=True)
+            else:
+                (folder / name).mkdir(exist_ok=True)
+                sign(folder / name)
+        if all(run.take is None for run in runs):
+            reasons = "; ".join(f"{run.person}: {run.reason.rstrip('.')}" for run in runs)
+            raise InputError(f"There is nobody to make a run of: {reasons}.")
+        write_index(runs, folder)
+        return runs
+
+
+def _long_enough(person: Person) -> Person:
+    if person.frames >= FEWEST_FRAMES:
+        return person
+    return replace(person, take=InputError(f"seen in {person.frames} frames; {FEWEST_FRAMES} are the least"))
+
+
+def _ended(person: Person, end: Take | InputError, folder: str | None) -> PersonRun:
+    if isinstance(end, InputError) or folder is None:
+        return PersonRun(person.name, person.frames, reason=str(end))
+    return PersonRun(person.name, person.frames, folder, end)
+
+
+def _checked(recipe: Recipe) -> Recipe:
+    for entry in recipe.stages:
+        if entry.use in _WRITERS and "folder" in entry.options:
+            raise InputError(f"Stage '{entry.use}': the folder is the run's own (-o DIR), not the recipe's.")
+    return recipe
+
+
+def _inputs(sources: Sources) -> list[Path]:
+    return [path for path in (sources.poses, sources.keypoints, sources.video) if path]
 
 
 def _aimed(recipe: Recipe, folder: Path) -> Recipe:

@@ -66,7 +66,7 @@ def whole_folder(path: Path, force: bool = False, inputs: Iterable[Path] = ()) -
         ) from None
     try:
         yield partial
-        _sign(partial)
+        sign(partial)
         _check_replaceable(path, force, inputs)  # somebody may have put something there meanwhile
         _exchange(partial, path)
     finally:
@@ -109,9 +109,10 @@ def _check_replaceable(path: Path, force: bool, inputs: Iterable[Path]) -> None:
 
 
 def _ours(path: Path) -> bool:
-    """Whether everything in the folder is listed as the work of an earlier run."""
+    """Whether everything in the folder, and in the runs inside it, is listed as the work of an earlier run."""
     summary = _read(path / SUMMARY)
-    return "pcnet3d" in summary and {file.name for file in path.iterdir()} <= set(summary.get("files", ()))
+    listed = "pcnet3d" in summary and {file.name for file in path.iterdir()} <= set(summary.get("files", ()))
+    return listed and all(_ours(run.parent) for run in path.glob(f"*/{SUMMARY}"))
 
 
 def add_to_list(folder: Path, name: str) -> None:
@@ -122,7 +123,7 @@ def add_to_list(folder: Path, name: str) -> None:
         partial.write_text(json.dumps(summary, indent=1) + "\n", encoding="utf-8")
 
 
-def _sign(folder: Path) -> None:
+def sign(folder: Path) -> None:
     """Add the list of the folder's files to its summary, so that a later run may replace them."""
     summary = {"pcnet3d": package_version(), **_read(folder / SUMMARY)}
     summary["files"] = sorted({SUMMARY, *(file.name for file in folder.iterdir())})

@@ -59,7 +59,7 @@ class PoseSequence:
     history: tuple[Step, ...] = ()
 
     def __post_init__(self) -> None:
-        joints = np.array(self.joints, dtype=np.float32)
+        joints = _owned(self.joints, np.float32)
         expected = (
             f"(frames, {len(self.layout)}, {self.frame.dims}) for {self.layout.name} in {self.frame.name}"
         )
@@ -74,8 +74,9 @@ class PoseSequence:
                 f"{self.layout.joints[joint]}; the file is damaged or was written by a failed run."
             )
         rows = len(joints)
-        confidence = np.full(joints.shape[:2], np.nan) if self.confidence is None else self.confidence
-        confidence = np.array(confidence, dtype=np.float32)
+        unknown = self.confidence is None
+        confidence = np.full(joints.shape[:2], np.nan, np.float32) if unknown else self.confidence
+        confidence = _owned(confidence, np.float32)
         if confidence.shape != joints.shape[:2]:
             raise InputError(f"Expected confidence of shape {joints.shape[:2]}, got {confidence.shape}.")
         if np.nanmin(confidence, initial=0) < 0 or np.nanmax(confidence, initial=0) > 1:
@@ -84,11 +85,11 @@ class PoseSequence:
             )
         if self.frame_index is None:
             object.__setattr__(self, "frames_known", False)
-        index = np.array(np.arange(rows) if self.frame_index is None else self.frame_index, dtype=np.int64)
+        index = _owned(np.arange(rows) if self.frame_index is None else self.frame_index, np.int64)
         _increasing("frame_index", index, rows)
         arrays = {"joints": joints, "confidence": confidence, "frame_index": index}
         if self.time_s is not None:
-            arrays["time_s"] = np.array(self.time_s, dtype=np.float64)
+            arrays["time_s"] = _owned(self.time_s, np.float64)
             _increasing("time_s", arrays["time_s"], rows)
         if any(not 0 < seam < rows for seam in self.seams):
             raise InputError(f"Expected seams at rows 1 to {rows - 1}, got {self.seams}.")
@@ -125,6 +126,15 @@ class PoseSequence:
     def noted(self, step: str, **options: Any) -> PoseSequence:
         """A copy whose history ends with this step."""
         return replace(self, history=(*self.history, Step(step, package_version(), options)))
+
+
+def _owned(values: Any, dtype: type) -> np.ndarray:
+    """The values as an array that nobody else can change: itself if it is so already, else a copy."""
+    array = np.asarray(values, dtype=dtype)
+    shared = array is values or array.base is not None
+    if not shared or (array.base is None and not array.flags.writeable):
+        return array
+    return array.copy()
 
 
 def _increasing(name: str, values: np.ndarray, rows: int) -> None:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 
+from .people import PersonRun
 from .take import Take
 
 
@@ -46,8 +47,17 @@ def counted(what: str, total: int) -> Iterator[Callable[[int], None]]:
         yield lambda done: bar.update(task, completed=done)
 
 
-def tell(take: Take) -> None:
+def tell(take: Take, who: str = "") -> None:
     """The take's warnings, repairs and notes, one line each."""
     for event in take.events:
         if event.kind in ("warning", "repair", "note"):
-            print(f"{event.kind}: {event.text}", file=sys.stderr)
+            print(f"{event.kind}: {who}{event.text}", file=sys.stderr)
+
+
+def tell_people(runs: Sequence[PersonRun]) -> None:
+    """The same of several people's, and who was left out."""
+    for run in runs:
+        if run.take is None:
+            print(f"warning: person {run.person} was left out: {run.reason}", file=sys.stderr)
+        else:
+            tell(run.take, f"person {run.person}: ")

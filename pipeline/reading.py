@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from pathlib import Path
 from typing import Any, Literal, get_args
 
 import numpy as np
 
 from . import registry
+from ._contents import in_words
 from .checks import chirality, empty_rows
 from .errors import InputError
 from .frames import CAMERA, change_frame
@@ -16,6 +16,7 @@ from .layouts import H36M17, remap
 from .options import call, did_you_mean
 from .outputs import printable
 from .pose import PoseSequence
+from .rotations import known, rotate
 from .sockets import Adapter
 
 Parity = Literal["refuse", "mirror", "swap", "swap-legs", "ignore"]
@@ -56,27 +57,9 @@ def find_adapter(path: Path, name: str = "auto", gives: str | None = None) -> Ad
         names = ", ".join(adapter.name for adapter in fits)
         raise InputError(f"{path} fits several adapters: {names}; name the right one with {flag}.")
     raise InputError(
-        f"No adapter recognises {path} as {gives or 'poses'}{_reason(path, known)}; if it is one of "
+        f"No adapter recognises {path} as {gives or 'poses'}: it is {in_words(path)}. If it is one of "
         f"{', '.join(known)}, name it with {flag}."
     )
-
-
-def _reason(path: Path, known: dict[str, Adapter]) -> str:
-    """What most adapters find wrong with a file of theirs, to be read after a statement; "" when they differ."""
-    if path.suffix not in (".npy", ".npz", ".json"):
-        return ""
-    reasons: Counter[str] = Counter()
-    for adapter in known.values():
-        try:
-            call(adapter.read, path, what="", options={})
-        except InputError as error:
-            reasons[str(error)] += 1
-    if not reasons:
-        return ""
-    # Readers of JSON or pickles have the same words for every array; those that opened it say what it is.
-    opened = Counter({reason: n for reason, n in reasons.items() if "expected an array of shape" in reason})
-    reason, _ = (opened or reasons).most_common(1)[0]
-    return f" ({reason.rstrip('.')})"
 
 
 def read_all(
@@ -102,27 +85,19 @@ def read_all(
     3D comes back as H36M17 in CAMERA axes (or in the source's own frame, when that is no camera's) relative
     to the pelvis; 2D in IMAGE, in the detector's layout. Raises InputError.
     """
-    return read_people(Path(path), adapter, gives, fps, parity, missing, options)
+    check_guards(parity, missing)
+    chosen, people = read_sources(Path(path), adapter, gives, options)
+    return tuple(finished(person, chosen, Path(path), fps, parity, missing) for person in people)
 
 
-def read_people(
-    path: Path,
-    adapter: str,
-    gives: Gives | None,
-    fps: float | None,
-    parity: Parity,
-    missing: Missing,
-    options: dict[str, Any],
-) -> tuple[PoseSequence, ...]:
-    """read_all, with the adapter's options apart from the reader's own."""
+def check_guards(parity: str, missing: str) -> None:
+    """InputError for a guard that there is not."""
     for name, value, allowed in (
         ("parity", parity, get_args(Parity)),
         ("missing", missing, get_args(Missing)),
     ):
         if value not in allowed:
             raise InputError(f"Expected {name} to be one of {', '.join(allowed)}; got '{value}'.")
-    chosen, people = read_sources(path, adapter, gives, options)
-    return tuple(finished(person, chosen, path, fps, parity, missing) for person in people)
 
 
 def read_sources(
@@ -135,23 +110,46 @@ def read_sources(
     try:
         return chosen, call(chosen.read, path, what=f"Adapter '{chosen.name}'", options=options)
     except InputError as error:
-        raise error if str(path) in str(error) else InputError(f"{path}: {error}") from None
+        said = str(error) if str(path) in str(error) else f"{path}: {error}"
+        others = [
+            other.name for other in adapters(gives).values() if other is not chosen and other.sniff(path)
+        ]
+        if adapter != "auto" and others:
+            said += f" It looks like a file for adapter {' or '.join(others)}."
+        raise InputError(said) from None
 
 
-def read(path: str | Path, adapter: str = "auto", person: str | None = None, **options: Any) -> PoseSequence:
-    """One person from a file: `person` by the file's own name, "longest" for the most frames, or the only one.
+def read(
+    path: str | Path,
+    adapter: str = "auto",
+    person: str | None = None,
+    *,
+    gives: Literal["poses", "keypoints"] | None = None,
+    fps: float | None = None,
+    parity: Parity = "refuse",
+    missing: Missing = "refuse",
+    **options: Any,
+) -> PoseSequence:
+    """One person from a file: by the file's own name, "longest", "largest" (see choose_person), or the only one.
 
-    Other arguments are those of read_all. InputError when there are several and none is named.
+    Other arguments are those of read_all. What is wrong with the others does not matter. InputError when there are
+    several and none is named.
     """
-    people = read_all(path, adapter, **options)
-    return choose_person(people, person, str(path))
+    check_guards(parity, missing)
+    chosen, people = read_sources(Path(path), adapter, gives, options)
+    return finished(choose_person(people, person, str(path)), chosen, Path(path), fps, parity, missing)
 
 
 def choose_person(people: tuple[PoseSequence, ...], person: str | None, where: str) -> PoseSequence:
-    """The one of that name, the longest with "longest", or the only one; otherwise InputError."""
-    if person == "longest":
-        longest = max(map(len, people))
-        people = tuple(poses for poses in people if len(poses) == longest)
+    """The one of that name, or the only one; otherwise InputError.
+
+    people: as an adapter gives them. "longest": the one with the most frames. "largest": the one who takes the most of
+    the picture, by the mean area of the box around the joints of each frame, in pixels for 2D; 3D poses of a camera
+    count as a camera far away would see them, in their own unit, whatever their distance.
+    """
+    if person in RANKS:
+        ranks = [RANKS[person](poses, where) for poses in people]
+        people = tuple(poses for poses, rank in zip(people, ranks, strict=True) if rank == max(ranks))
         person = None
     if person is None and len(people) == 1:
         return people[0]
@@ -159,11 +157,27 @@ def choose_person(people: tuple[PoseSequence, ...], person: str | None, where: s
     listed = ", ".join(f"{name} ({len(poses)} frames)" for name, poses in names.items())
     if person is None:
         raise InputError(
-            f"{where} holds {len(people)} people: {listed}; choose one with --person, or 'longest'."
+            f"{where} holds {len(people)} people: {listed}; choose one with --person, or 'longest' or 'largest'."
         )
     if person not in names:
         raise InputError(f"{where} has no person '{person}'; it holds {listed}.")
     return names[person]
+
+
+def _area(poses: PoseSequence, where: str) -> float:
+    """Mean area of the box around the joints in the plane of the picture; -1 for a person without a joint."""
+    if poses.frame.family not in ("image", "camera"):
+        raise InputError(
+            f"{where} holds poses in a world's axes ({poses.frame}), so nobody is the largest in a picture; choose by "
+            "name, or 'longest'."
+        )
+    picture = poses.frame.basis.T[:2]  # right and down, from the file's axes
+    seen = rotate(picture, poses.joints)[known(poses.joints).any(axis=1)]
+    sides = np.nanmax(seen, axis=1) - np.nanmin(seen, axis=1)
+    return float(np.prod(sides, axis=1).mean()) if len(seen) else -1.0
+
+
+RANKS = {"longest": lambda poses, where: len(poses), "largest": _area}
 
 
 def finished(

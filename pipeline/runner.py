@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
+from typing import Any
 
 from .errors import InputError
-from .sockets import Stage
+from .sockets import SharedStage, Stage
 from .take import Take
 
 
@@ -48,3 +49,41 @@ class Pipeline:
             take = stage(take)
             done(stage.name, time.perf_counter() - start)
         return take
+
+
+def run_together(
+    pipelines: Sequence[Pipeline],
+    takes: Sequence[Take],
+    done: Callable[[str, float], None] = lambda stage, seconds: None,
+) -> list[Take | InputError]:
+    """Several people's takes, each through a pipeline of its own; all pipelines have the same stages.
+
+    All takes go through a stage before any goes on to the next, so that a SharedStage gets them at once. A take that a
+    stage refuses ends there, as that refusal. `done(stage name, seconds)` is called after each stage. InputError for a
+    chain that cannot work.
+    """
+    for pipeline, take in zip(pipelines, takes, strict=True):
+        pipeline.check(take)
+    results: list[Take | InputError] = list(takes)
+    for stages in zip(*(pipeline.stages for pipeline in pipelines), strict=True):
+        start = time.perf_counter()
+        going = {i: take for i, take in enumerate(results) if isinstance(take, Take)}
+        if isinstance(stages[0], SharedStage) and going:
+            results = _replaced(
+                results, dict(zip(going, stages[0].together(list(going.values())), strict=True))
+            )
+        else:
+            results = _replaced(results, {i: _tried(stages[i], take) for i, take in going.items()})
+        done(stages[0].name, time.perf_counter() - start)
+    return results
+
+
+def _tried(stage: Stage, take: Take) -> Take | InputError:
+    try:
+        return stage(take)
+    except InputError as error:
+        return error
+
+
+def _replaced(results: list[Take | InputError], new: dict[int, Any]) -> list[Take | InputError]:
+    return [new.get(i, result) for i, result in enumerate(results)]

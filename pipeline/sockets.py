@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -42,6 +43,16 @@ class Stage(Protocol):
     @property
     def gives(self) -> tuple[str, ...]: ...
     def __call__(self, take: Take) -> Take: ...
+
+
+@runtime_checkable
+class SharedStage(Stage, Protocol):
+    """A stage that has more to say about several people of one recording than about each alone.
+
+    together(takes): their takes, in the order given; what it does to one take it does to each.
+    """
+
+    def together(self, takes: Sequence[Take]) -> Sequence[Take]: ...
 
 
 class Rectifier(Protocol):

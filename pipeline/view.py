@@ -51,6 +51,9 @@ def view(folder: Path, web: bool = False) -> None:
 def find_recording(folder: Path) -> Path:
     """take.rrd in the folder, or the .rrd file that was named; InputError when there is none."""
     path = folder / RECORDING if folder.is_dir() else folder
+    inside = sorted(run.parent.name for run in folder.glob(f"*/{RECORDING}")) if not path.exists() else []
+    if inside:
+        raise InputError(f"{folder} holds a run of each of several people; view one: {folder / inside[0]}.")
     if path.suffix != ".rrd" or not path.is_file():
         raise InputError(f"Expected a run's folder with a {RECORDING}, or an .rrd file, got {folder}.")
     return path

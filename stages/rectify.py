@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from ..models import load_rectifier
 from ..models.cameras import view_rotation
 from ..models.gravity import Evidence, direction
 from ..models.levelling import WINDOW_S, Camera, Levelled, level_frame, level_moving, level_static, why_not
+from ..models.people import Seen, level_people
 from ..pipeline.canonical import R_world_from_body
 from ..pipeline.errors import InputError
 from ..pipeline.frames import BODY, CAMERA, LEVEL, Z_UP, Frame, change_frame
@@ -47,23 +49,24 @@ class Rectify:
 
     def __call__(self, take: Take) -> Take:
         assert take.poses is not None
-        rectified, events = _rectify(
-            take.poses,
-            self.rectifier,
-            self.camera,
-            self.gravity,
-            self.pitch_deg,
-            self.roll_deg,
-            self.window_s,
-        )
-        lost = int(np.isnan(rectified.R_source_from_body).any(axis=(1, 2)).sum())
-        if lost:
-            events.append(
-                Event("warning", f"{lost} of {len(take.poses)} frames have too few torso joints to rectify.")
-            )
-        if not rectified.level_ok:
-            events.append(Event("warning", f"The take could not be levelled: {rectified.level_reason}."))
-        return take.with_(rectified=rectified).saying(*events)
+        ((rectified, events),) = _rectify([take.poses], False, **vars(self))
+        return _filled(take, rectified, events)
+
+    def together(self, takes: Sequence[Take]) -> list[Take]:
+        """Several people of one recording, in one LEVEL (rectify_together)."""
+        people = [take.poses for take in takes if take.poses is not None]
+        found = _rectify(people, True, **vars(self))
+        return [_filled(take, *each) for take, each in zip(takes, found, strict=True)]
+
+
+def _filled(take: Take, rectified: Rectified, events: list[Event]) -> Take:
+    lost = int(np.isnan(rectified.R_source_from_body).any(axis=(1, 2)).sum())
+    if lost:
+        text = f"{lost} of {len(rectified.body)} frames have too few torso joints to rectify."
+        events = [*events, Event("warning", text)]
+    if not rectified.level_ok:
+        events = [*events, Event("warning", f"The take could not be levelled: {rectified.level_reason}.")]
+    return take.with_(rectified=rectified).saying(*events)
 
 
 def rectify(
@@ -90,64 +93,137 @@ def rectify(
     A frame with too few torso joints has a NaN rotation. A take that cannot be levelled has level_ok False and a
     reason, and never raises. InputError for another layout or frame, and for a camera that is told twice how it leans.
     """
-    return _rectify(poses, rectifier, camera, gravity, pitch_deg, roll_deg, window_s)[0]
+    ((rectified, _),) = _rectify([poses], False, rectifier, camera, gravity, pitch_deg, roll_deg, window_s)
+    return rectified
+
+
+def rectify_together(
+    people: Sequence[PoseSequence],
+    rectifier: str | Rectifier = "pcnet",
+    camera: Camera = "static",
+    *,
+    gravity: tuple[float, float, float] | None = None,
+    pitch_deg: float | None = None,
+    roll_deg: float | None = None,
+    window_s: float = WINDOW_S,
+) -> tuple[Rectified, ...]:
+    """Several people of one recording in one LEVEL, whose -X is the camera's horizontal viewing direction reversed; of
+    poses in a world's axes, that world's own. Arguments and errors of rectify.
+
+    A static camera's up is pooled over the people (models/people.py). Before a moving camera each person has their own
+    up, as each frame has, and the common heading.
+    """
+    found = _rectify(people, True, rectifier, camera, gravity, pitch_deg, roll_deg, window_s)
+    return tuple(rectified for rectified, _ in found)
 
 
 def _rectify(
-    poses: PoseSequence,
+    people: Sequence[PoseSequence],
+    together: bool,
     rectifier: str | Rectifier,
     camera: Camera,
     gravity: tuple[float, float, float] | None,
     pitch_deg: float | None,
     roll_deg: float | None,
     window_s: float,
-) -> tuple[Rectified, list[Event]]:
+) -> list[tuple[Rectified, list[Event]]]:
+    """Of each of the people, in the order given; together: in one LEVEL."""
+    if not 0 < window_s < np.inf:
+        raise InputError(f"Expected a window_s of more than 0 seconds, got {window_s:g}.")
+    told = _told(gravity, pitch_deg, roll_deg)
+    sources = [_checked(poses) for poses in people]
+    families = {source.frame.family for source in sources}
+    if len(families) > 1:
+        raise InputError("Expected people in one frame, got some in a camera's axes and some in a world's.")
+    said: dict[str, Any] = {"gravity": gravity, "pitch_deg": pitch_deg, "roll_deg": roll_deg}
+    if camera == "moving":
+        said["window_s"] = window_s
+    said = {name: value for name, value in said.items() if value is not None}
+    if families == {"world"}:
+        if told or camera != "static":
+            raise InputError(
+                f"These poses know their own gravity ({sources[0].frame}); leave camera, gravity, pitch and roll out."
+            )
+        known_up = [_own_gravity(_axes(source, Z_UP), _times(source), together) for source in sources]
+        return [
+            (_rectified(source, Z_UP, levelled, "gravity", camera, said), [])
+            for source, levelled in zip(sources, known_up, strict=True)
+        ]
+    chosen = load_rectifier(rectifier) if isinstance(rectifier, str) else rectifier
+    if getattr(chosen, "targets", "body") != "body":
+        raise InputError(
+            f"{rectifier} was trained on a data set's own axes, which do not tell where a body faces; choose a "
+            'network trained with targets = "body".'
+        )
+    if camera == "moving" and told:
+        raise InputError("A moving camera has no one pitch, roll or gravity; leave them out.")
+    seen = [_seen(poses, source, chosen) for poses, source in zip(people, sources, strict=True)]
+    events: list[list[Event]] = [[] for _ in seen]
+    if camera == "moving":
+        answers = [
+            level_moving(one.R_camera_from_body, one.error_deg, one.time_s, one.seams, window_s)
+            for one in seen
+        ]
+    elif together:
+        found = level_people(seen, told)
+        answers = list(found.levelled)
+        events = [
+            [*_drift_event(levelled, source), *_apart_event(apart)]
+            for levelled, source, apart in zip(answers, sources, found.apart_deg, strict=True)
+        ]
+    else:
+        answers = [
+            level_static(
+                one.joints, one.R_camera_from_body, one.error_deg, one.time_s, one.seams, told, one.root
+            )
+            for one in seen
+        ]
+        events = [_drift_event(levelled, source) for levelled, source in zip(answers, sources, strict=True)]
+    return [
+        (_rectified(source, CAMERA, levelled, chosen.method, camera, said), happened)
+        for source, levelled, happened in zip(sources, answers, events, strict=True)
+    ]
+
+
+def _checked(poses: PoseSequence) -> PoseSequence:
+    """The poses relative to the pelvis; InputError for a layout or frame that cannot be rectified."""
     if poses.layout != H36M17:
         raise InputError(f"rectify needs joints in layout H36M17, got {poses.layout.name}; use remap first.")
     if poses.frame.family not in ("camera", "world") or not poses.frame.right_handed:
         raise InputError(
             f"rectify needs joints in right-handed axes of a camera or a world, got {poses.frame}."
         )
-    if not 0 < window_s < np.inf:
-        raise InputError(f"Expected a window_s of more than 0 seconds, got {window_s:g}.")
-    told = _told(gravity, pitch_deg, roll_deg)
-    source = change_frame(poses, poses.frame.with_(origin="pelvis"))
-    times = np.arange(len(source)) / 30 if source.time_s is None else source.time_s
-    if source.frame.family == "world":
-        if told or camera != "static":
-            raise InputError(
-                f"These poses know their own gravity ({poses.frame}); leave camera, gravity, pitch and roll out."
-            )
-        method, reference, levelled, events = "gravity", Z_UP, _own_gravity(_axes(source, Z_UP), times), []
-    else:
-        reference = CAMERA
-        joints = _axes(source, CAMERA)
-        chosen = load_rectifier(rectifier) if isinstance(rectifier, str) else rectifier
-        if getattr(chosen, "targets", "body") != "body":
-            raise InputError(
-                f"{rectifier} was trained on a data set's own axes, which do not tell where a body faces; choose a "
-                'network trained with targets = "body".'
-            )
-        method = chosen.method
-        R, error_deg = chosen.rotation(joints)
-        if camera == "static":
-            levelled = level_static(joints, R, error_deg, times, source.seams, told, _root(poses))
-            events = _drift_event(levelled, source)
-        elif told:
-            raise InputError("A moving camera has no one pitch, roll or gravity; leave them out.")
-        else:
-            levelled, events = level_moving(R, error_deg, times, source.seams, window_s), []
+    return change_frame(poses, poses.frame.with_(origin="pelvis"))
+
+
+def _times(source: PoseSequence) -> np.ndarray:
+    return np.arange(len(source)) / 30 if source.time_s is None else source.time_s
+
+
+def _seen(poses: PoseSequence, source: PoseSequence, rectifier: Rectifier) -> Seen:
+    """source: the poses relative to the pelvis."""
+    joints = _axes(source, CAMERA)
+    R, error_deg = rectifier.rotation(joints)
+    name, times = f"person {source.person}", _times(source)
+    return Seen(name, joints, R, error_deg, times, source.seams, _root(poses))
+
+
+def _rectified(
+    source: PoseSequence,
+    reference: Frame,
+    levelled: Levelled,
+    method: str,
+    camera: Camera,
+    said: dict[str, Any],
+) -> Rectified:
+    """levelled: in the axes of `reference`, CAMERA or Z_UP. said: what the history notes besides."""
     R_source_from_reference = source.frame.basis @ reference.basis.T
     R_source_from_body = R_source_from_reference @ levelled.R_camera_from_body
     R_source_from_level = R_source_from_reference @ levelled.R_camera_from_level
     reason = why_not(levelled, _axes(source, reference))
-    said = {"gravity": gravity, "pitch_deg": pitch_deg, "roll_deg": roll_deg}
-    if camera == "moving":
-        said["window_s"] = window_s
-    said = {name: value for name, value in said.items() if value is not None}
     noted = source.noted("rectify", method=method, camera=camera, level_heading=levelled.heading, **said)
     unit_ = source.frame.unit
-    rectified = Rectified(
+    return Rectified(
         body=noted.with_(joints=_canonical(R_source_from_body, source), frame=BODY.with_(unit=unit_)),
         level=noted.with_(joints=_canonical(R_source_from_level, source), frame=LEVEL.with_(unit=unit_)),
         R_source_from_body=R_source_from_body,
@@ -163,7 +239,6 @@ def _rectify(
         up_votes=rotate(R_source_from_reference, levelled.votes),
         up_shares=levelled.shares,
     )
-    return rectified, events
 
 
 def _told(
@@ -202,11 +277,11 @@ def _root(poses: PoseSequence) -> np.ndarray | None:
     return root if len(seen) and np.ptp(seen, axis=0).max() > 0 else None
 
 
-def _own_gravity(joints: np.ndarray, times: np.ndarray) -> Levelled:
-    """Of joints in axes whose +z is up: nothing votes."""
+def _own_gravity(joints: np.ndarray, times: np.ndarray, together: bool) -> Levelled:
+    """Of joints in axes whose +z is up: nothing votes. together: LEVEL's heading is the world's, not the person's."""
     up = np.array([0.0, 0.0, 1.0])
     R = R_world_from_body(joints)
-    R_level, heading = level_frame(R, up, times)
+    R_level, heading = (np.eye(3), "world") if together else level_frame(R, up, times)
     exact, unknown = np.zeros(len(joints)), np.full(len(joints), np.nan)
     votes = np.full((len(joints), 3), np.nan)
     shares = {"the source's own axes": 1.0}
@@ -224,6 +299,18 @@ def _drift_event(levelled: Levelled, poses: PoseSequence) -> list[Event]:
             f"{levelled.drift_deg:.0f} degrees apart: a cut, a moving camera (--camera moving), or a body that lies or "
             "bends down for long.",
             levelled.drift_at,
+        )
+    ]
+
+
+def _apart_event(apart_deg: float) -> list[Event]:
+    if np.isnan(apart_deg):
+        return []
+    return [
+        Event(
+            "warning",
+            f"This person's own up is {apart_deg:.0f} degrees from the one that all of the recording share: they "
+            "lean, bend down or lie for long, or the lifter tilted them.",
         )
     ]
 

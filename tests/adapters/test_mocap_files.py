@@ -1,10 +1,12 @@
 """BVH, joints beside AMASS's arrays, FreeMoCap and MPI-INF-3DHP (formats.md sections 7 and 8.3)."""
 
+import sys
+
 import numpy as np
 import pytest
 from scipy.io import savemat
 
-from golden.worlds import bvh, freemocap, inference_data, mpi_test, mpi_training, smpl
+from golden.worlds import bvh, freemocap, inference_data, mpi, mpi_test, mpi_training, smpl
 from pcnet3d.adapters import read
 from pcnet3d.pipeline import CAMERA, H36M17, Y_UP, Z_UP, InputError, change_frame
 from pcnet3d.pipeline.layouts import BLAZEPOSE33
@@ -205,6 +207,27 @@ def test_mat_files_that_are_not_these(tmp_path):
     assert recognised(tmp_path / "y.mat") == []
     with pytest.raises(InputError, match="annot3"):
         read(tmp_path / "y.mat", "mpi3dhp")
-    (tmp_path / "z.mat").write_bytes(b"MATLAB 7.3 MAT-file, Platform" + bytes(500))
-    with pytest.raises(InputError, match="-v7"):
-        read(tmp_path / "z.mat", "mpi3dhp")
+
+
+def test_mpi_inf_3dhp_test_of_matlab_73(turning, tmp_path, monkeypatch):
+    """As the data set has them: HDF5 after 512 bytes of MATLAB's, axes in reverse order."""
+    h5py = pytest.importorskip("h5py")
+    path = tmp_path / "annot_data.mat"
+    with h5py.File(path, "w", userblock_size=512) as file:
+        file["annot3"] = mpi(turning(FRAMES))[:, None]
+        file["valid_frame"] = np.ones((FRAMES, 1))
+    with path.open("r+b") as raw:
+        raw.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64")
+    assert recognised(path) == ["mpi3dhp"]
+    np.testing.assert_allclose(read(path).joints, turning(FRAMES), atol=2e-6)
+
+    path.write_bytes(path.read_bytes()[:3000])
+    with pytest.raises(InputError, match="damaged"):
+        read(path, "mpi3dhp")
+    with h5py.File(path, "w") as file:
+        file.create_dataset("annot3", (1, 14), dtype=h5py.ref_dtype)
+    with pytest.raises(InputError, match="got cells"):
+        read(path, "mpi3dhp")
+    monkeypatch.setitem(sys.modules, "h5py", None)
+    with pytest.raises(InputError, match=r"pcnet3d\[hdf5\].*-v7"):
+        read(path, "mpi3dhp")

@@ -77,10 +77,18 @@ def test_damaged_and_other_pickles_have_words(tracks, tmp_path):
         read(path)
 
 
-def test_arrays_of_objects_are_refused(tmp_path):
-    (tmp_path / "x.pkl").write_bytes(pickle.dumps({"a": np.array([{}], dtype=object)}))
-    with pytest.raises(InputError, match="arrays of numbers"):
-        load(tmp_path / "x.pkl")
+def test_arrays_of_objects_become_lists(tmp_path):
+    objects = np.empty((2, 2), dtype=object)
+    objects[:] = [[{"a": 1}, None], ["b", np.arange(3)]]
+    (tmp_path / "x.pkl").write_bytes(pickle.dumps({"a": objects, "one": np.array({"b": 2}, dtype=object)}))
+    held = load(tmp_path / "x.pkl")
+    assert held["a"][0] == [{"a": 1}, None]
+    np.testing.assert_array_equal(held["a"][1][1], [0, 1, 2])
+    assert held["one"] == {"b": 2}
+    frames = {"1.jpg": {"tid": [1], "3d_joints": np.array([{}], dtype=object), "time": 0}}
+    (tmp_path / "y.pkl").write_bytes(pickle.dumps(frames))
+    with pytest.raises(InputError, match=r"\(45, 3\)"):
+        read(tmp_path / "y.pkl", "phalp")
 
 
 def test_whams_and_gvhmrs_parameters_are_refused_with_the_way_out(tmp_path):

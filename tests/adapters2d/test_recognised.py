@@ -21,6 +21,9 @@ FORMS = [
     ("mmpose_inferencer", "mmpose2d", COCO17),
     ("mmpose_inferencer", "mmpose2d", HALPE26),
     ("mmpose_demo", "mmpose2d", COCO17),
+    ("mmpose_images", "mmpose2d", COCO17),
+    ("mmpose_images", "mmpose2d", HALPE26),
+    ("detectron", "detectron", COCO17),
     ("vis2d", "vis2d", H36M17),
     ("vis2d_scores", "vis2d", H36M17),
 ]

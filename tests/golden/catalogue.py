@@ -200,6 +200,7 @@ CATALOGUE = (
     Golden("ddhpose", "`.npy` of clips", _ddhpose, {"frames": 300}),
     Golden("ddhpose", "D3DP's `test_3d_<video>_output.npy`", _d3dp),
     Golden("ddhpose_3dhp", "`inference_data_*.mat`", _inference_data),
+    Golden("detectron", "VideoPose3D's `<video>.npz`", partial(_detections, "detectron", 17)),
     Golden(
         "display", "D3DP's `*_postprocess.npy`",
         _display, {"undo": True},
@@ -213,6 +214,7 @@ CATALOGUE = (
     Golden("mediapipe", "JSON, bare lists", partial(_mediapipe, landmarks.bare_json)),
     Golden("mmpose2d", "inferencer's `<video>.json`", partial(_detections, "mmpose_inferencer", 17)),
     Golden("mmpose2d", "demo's `results_<video>.json`", partial(_detections, "mmpose_demo", 17)),
+    Golden("mmpose2d", "inferencer's folder of an image each", partial(_detections, "mmpose_images", 17)),
     Golden("mmpose3d", "inferencer's `<video>.json`", partial(_mmpose3d, "inferencer")),
     Golden("mmpose3d", "demo's `results_<video>.json`", partial(_mmpose3d, "demo")),
     Golden("motionbert", "`X3D.npy`", _motionbert),
@@ -227,6 +229,10 @@ CATALOGUE = (
     Golden("totalcapture_imu", "`<take>_Xsens_AuxFields.sensors`", partial(_sensors, 6)),
     Golden("trc", "Pose2Sim's `<take>_<frames>.trc`", _trc),
     Golden("video", "`*.mp4`", _film),
+    Golden(
+        "videopose2d", "`data_2d_custom_<name>.npz`",
+        partial(_detections, "videopose2d", 17), {"video": "0"},
+    ),
     Golden("videopose3d", "`.npy` of `--viz-export`", _videopose3d),
     Golden("videopose3d", "folder of a vis.py", _vis_folder),
     Golden("vis2d", "`input_2D/keypoints.npz`", partial(_detections, "vis2d", 17)),

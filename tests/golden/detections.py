@@ -168,6 +168,54 @@ def mmpose_demo(folder: Path, scene: Scene) -> Path:
     )
 
 
+def mmpose_images(folder: Path, scene: Scene) -> Path:
+    """As --out-dir of the inferencer leaves it, the pictures beside."""
+    for name in ("predictions", "visualizations"):
+        (folder / "mmpose" / name).mkdir(parents=True)
+    for frame in _instances(scene, first=0):
+        path = folder / "mmpose" / "predictions" / f"walk2_{frame['frame_id']:06d}.json"
+        path.write_text(json.dumps(frame["instances"], indent="  "))
+    return folder / "mmpose"
+
+
+def _objects(listed: list) -> np.ndarray:
+    """An array (frames, 2) of Python objects, as numpy made of the script's lists before it refused to."""
+    array = np.empty((len(listed), 2), dtype=object)
+    for row, pair in enumerate(listed):
+        array[row, 0], array[row, 1] = pair
+    return array
+
+
+def detectron(folder: Path, scene: Scene) -> Path:
+    """infer_video_d2.py of VideoPose3D."""
+    rows = _rows(scene)
+    boxes, keypoints = [], []
+    for frame in range(rows[-1][0] + 1):
+        people = [row for at, _, row in rows if at == frame]
+        kps = [np.stack([x, y, 0 * x, score]) for x, y, score in (row.T for row in people)]
+        keypoints.append([[], np.array(kps, np.float32) if kps else []])
+        boxes.append([[], np.array([[*_box(row), 0.9] for row in people], np.float32) if people else []])
+    path = folder / "walk.mp4.npz"
+    np.savez_compressed(
+        path,
+        boxes=_objects(boxes),
+        segments=np.array([None] * len(boxes), dtype=object),
+        keypoints=_objects(keypoints),
+        metadata=np.array({"w": 1920, "h": 1080}, dtype=object),
+    )
+    return path
+
+
+def videopose2d(folder: Path, scene: Scene) -> Path:
+    """prepare_data_2d_custom.py of VideoPose3D; each person is of a video of their own."""
+    path = folder / "data_2d_custom_mine.npz"
+    sizes = {name: {"w": 1920, "h": 1080} for name in scene}
+    metadata = {"layout_name": "coco", "num_joints": 17, "video_metadata": sizes}
+    positions = {name: {"custom": [points[..., :2].astype("float32")]} for name, (_, points) in scene.items()}
+    np.savez_compressed(path, positions_2d=positions, metadata=metadata)  # type: ignore[arg-type]  # objects
+    return path
+
+
 def _reconstruction(scene: Scene) -> np.ndarray:
     length = max(frames[-1] for frames, _ in scene.values()) + 1
     values = np.zeros((len(scene), length, 17, 3), np.float32)
@@ -192,6 +240,6 @@ WRITERS = {
     writer.__name__: writer
     for writer in (
         alphapose, alphapose_cmu, alphapose_open, openpose, coco_results, coco_tracks, coco_annotations,
-        mmpose_inferencer, mmpose_demo, vis2d, vis2d_scores,
+        mmpose_inferencer, mmpose_demo, mmpose_images, detectron, videopose2d, vis2d, vis2d_scores,
     )
 }  # fmt: skip

@@ -17,6 +17,7 @@ from pcnet3d.pipeline import (
     InputError,
     PoseSequence,
     change_frame,
+    rotate,
 )
 from pcnet3d.pipeline.frames import FRAMES, GL_CAMERA, PC_CAMERA
 
@@ -105,3 +106,13 @@ def test_dependent_or_unknown_axes_are_refused():
             Frame("BAD", "camera", axes)
     with pytest.raises(InputError, match="north"):
         Frame("BAD", "camera", ("north", "up", "right"))
+
+
+def test_a_long_sequence_is_turned_like_its_parts():
+    """Rows are turned by the thousand; each has its own rotation here."""
+    rng = np.random.default_rng(0)
+    poses = PoseSequence(rng.normal(size=(9000, 17, 3)), H36M17, CAMERA.with_(origin="camera"))
+    R = Rotation.random(9000, rng=rng).as_matrix()
+    level = change_frame(poses, LEVEL, R)
+    expected = rotate(R, poses.joints.astype(float) - poses.joints[:, :1])
+    np.testing.assert_allclose(level.joints, expected, atol=1e-6)

@@ -175,7 +175,7 @@ def test_millimetres_called_metres_are_doubted(tmp_path, facing_camera):
     [
         ("empty.npy", b"", "is empty"),
         ("cut.json", b'[{"image_id": "1.jpg", "key', "breaks off"),
-        ("other.npy", None, r"got \(30, 16, 3\)"),
+        ("other.npy", None, r"an array of shape \(30, 16, 3\)"),
     ],
 )
 def test_a_file_that_nobody_recognises_says_what_is_wrong_with_it(tmp_path, lifted, name, content, words):
@@ -186,6 +186,36 @@ def test_a_file_that_nobody_recognises_says_what_is_wrong_with_it(tmp_path, lift
     gives = "keypoints" if name.endswith("json") else "poses"
     with pytest.raises(InputError, match=words):
         open_take(Sources(fps=25, **{gives: tmp_path / name}))
+
+
+@pytest.mark.parametrize(
+    ("name", "write", "words"),
+    [
+        (
+            "a.npz",
+            lambda path: np.savez(path, a=np.zeros((3, 4)), b=np.array("x")),
+            r"'a' \(an array of shape \(3, 4\)",
+        ),
+        ("a.npy", lambda path: np.save(path, [None]), "Python objects"),
+        ("a.npy", lambda path: path.write_bytes(b"\x93NUMPY\x01"), "damaged"),
+        ("a.npz", lambda path: path.write_bytes(b"PK\x03\x04"), "damaged"),
+        ("a.json", lambda path: path.write_text('{"poses": 3}'), "JSON that begins with '{\"poses"),
+        ("a.doc", lambda path: path.write_bytes(b"\xd0\xcf"), r"begins with b'\\xd0\\xcf'"),
+        ("a", lambda path: path.mkdir(), "a folder without files"),
+    ],
+)
+def test_a_file_that_nobody_recognises_is_described(tmp_path, name, write, words):
+    write(tmp_path / name)
+    with pytest.raises(InputError, match=f"it is .*{words}"):
+        read(tmp_path / name)
+
+
+def test_the_wrong_adapter_names_the_right_one(lifted):
+    with pytest.raises(InputError, match=r"X3D\.npy.* looks like a file for adapter motionbert\."):
+        read(lifted, "ddhpose")
+    with pytest.raises(InputError) as caught:
+        read(lifted, "motionbert", fps=-1)
+    assert "looks like" not in str(caught.value)
 
 
 def test_provenance_names_every_file_and_its_hash(tmp_path, lifted):

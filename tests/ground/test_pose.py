@@ -92,3 +92,19 @@ def test_rectified_checks_frames_and_shapes():
         Rectified(body, body, **good, method="m", level_heading="median")
     with pytest.raises(InputError, match="error_deg"):
         Rectified(body, level, **{**good, "error_deg": np.zeros(3)}, method="m", level_heading="median")
+
+
+def test_arrays_are_shared_only_where_nobody_can_change_them():
+    joints = np.zeros((3, 17, 3), np.float32)
+    window = joints[:]
+    window.setflags(write=False)
+    for array in (joints, window):  # the second can be changed through the first
+        poses = PoseSequence(array, H36M17, CAMERA)
+        joints += 1
+        assert (poses.joints == joints - 1).all()
+    again = poses.noted("nothing").with_(person="1")
+    assert again.joints is poses.joints
+    assert again.confidence is poses.confidence
+    assert joints.flags.writeable
+    with pytest.raises(ValueError, match="read-only"):
+        again.joints[0] = 1

@@ -1,0 +1,64 @@
+"""Detections that VideoPose3D's scripts write, one `<video>.npz` a video (formats.md 2.2).
+
+Arrays of Python objects, read without unpickling: `boxes` and `keypoints` hold [[], array] a frame, the array being
+(people, 5) x1, y1, x2, y2, score and (people, 4, 17) rows x, y, logit, probability in COCO's order, or an empty list
+when nobody was found (inference/infer_video_d2.py; Detectron 1 wrote the same from Python 2). Every frame of the
+video has an entry. Detectron does not follow people: they are joined from frame to frame.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..pipeline.errors import InputError
+from ..pipeline.layouts import COCO17
+from ..pipeline.pose import PoseSequence
+from ._numpy import has_objects, load_objects
+from ._tracks import Detection, sequences
+
+name = "detectron"
+gives = "keypoints"
+reads = "VideoPose3D's Detectron detections, <video>.npz of boxes and keypoints, COCO-17"
+
+_X, _Y, _PROBABILITY = 0, 1, 3  # rows of a person; between them is a logit, 0 from Detectron 2
+
+
+def sniff(path: Path) -> bool:
+    return has_objects(path, "boxes", "keypoints", "metadata")
+
+
+def read(path: Path) -> tuple[PoseSequence, ...]:
+    """One sequence a person, joined from frame to frame by nearness; frame_index counts the video's frames from 0.
+
+    A frame without people has no row. Raises InputError when the file is not of this form, or holds anything but
+    arrays and plain containers.
+    """
+    detections = []
+    for frame, entry in enumerate(_list(load_objects(path, "keypoints"), str(path))):
+        where = f"{path}, frame {frame}"
+        classes = _list(entry, where)
+        if len(classes) != 2:
+            raise InputError(f"{where}: expected [[], keypoints], got {len(classes)} entries.")
+        if len(classes[1]):
+            people = _people(classes[1], where)
+            detections += [Detection(frame, person[[_X, _Y, _PROBABILITY]].T) for person in people]
+    return sequences(detections, (COCO17,), str(path))
+
+
+def _list(value: Any, where: str) -> list[Any]:
+    if not isinstance(value, list):
+        raise InputError(f"{where}: expected a list of detections, got {type(value).__name__}.")
+    return value
+
+
+def _people(value: Any, where: str) -> np.ndarray:
+    """(people, 4, 17) float64."""
+    people = np.asarray(value) if isinstance(value, np.ndarray) else np.zeros(())
+    if people.ndim != 3 or people.shape[1:] != (4, len(COCO17)) or people.dtype.kind not in "fiu":
+        raise InputError(f"{where}: expected keypoints of shape (people, 4, 17), got {people.shape}.")
+    if np.isinf(people).any():
+        raise InputError(f"{where}: expected finite keypoints, got an infinite one.")
+    return people.astype(np.float64)

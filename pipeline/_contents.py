@@ -1,0 +1,76 @@
+"""What a file holds, in words, for a user whose file no adapter recognises. Nothing is unpickled."""
+
+from __future__ import annotations
+
+import json
+import zipfile
+import zlib
+from collections import Counter
+from pathlib import Path
+from typing import IO
+
+import numpy as np
+
+_NPY, _ZIP = b"\x93NUMPY", b"PK"
+_LISTED = 6  # entries of an archive or kinds of files in a folder that are named
+_SHOWN = 60  # characters of a text
+_READ_JSON = 1 << 24  # a longer file is not read to find out whether it is whole
+
+
+def in_words(path: Path) -> str:
+    """A clause such as "an array of shape (30, 16, 3), float32", to be read after "it is". Never raises."""
+    try:
+        if path.is_dir():
+            return _folder(path)
+        with path.open("rb") as file:
+            start = file.read(1 << 12)
+            file.seek(0)
+            if not start:
+                return "empty (0 bytes)"
+            if start.startswith(_NPY):
+                return _array(file)
+        if start.startswith(_ZIP) and path.suffix == ".npz":
+            return _archive(path)
+        if path.suffix.lower() == ".json":
+            return _json(path, start)
+    except OSError as error:
+        return f"unreadable ({error.strerror or error})"
+    except (ValueError, EOFError, LookupError, SyntaxError, zipfile.BadZipFile, zlib.error, RuntimeError):
+        return "damaged or cut short"
+    return f"a file that begins with {start[:16]!r}"
+
+
+def _folder(path: Path) -> str:
+    kinds = Counter(file.suffix or "no suffix" for file in path.iterdir() if file.is_file())
+    listed = ", ".join(f"{count} of {kind}" for kind, count in kinds.most_common(_LISTED))
+    return f"a folder of {listed}" if listed else "a folder without files"
+
+
+def _array(file: IO[bytes]) -> str:
+    version = np.lib.format.read_magic(file)
+    header = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+    shape, _, dtype = header(file)
+    what = "Python objects, which would have to be unpickled," if dtype.hasobject else str(dtype)
+    return f"an array of shape {shape}, {what}".rstrip(",")
+
+
+def _archive(path: Path) -> str:
+    with zipfile.ZipFile(path) as archive:
+        arrays = [name for name in archive.namelist() if name.endswith(".npy")]
+        listed = []
+        for name in arrays[:_LISTED]:
+            with archive.open(name) as file:
+                listed.append(f"'{name.removesuffix('.npy')}' ({_array(file)})")
+    more = f" and {len(arrays) - _LISTED} more" if len(arrays) > _LISTED else ""
+    return f"an archive with {', '.join(listed) or 'no arrays'}{more}"
+
+
+def _json(path: Path, start: bytes) -> str:
+    if path.stat().st_size <= _READ_JSON:
+        try:
+            json.loads(path.read_bytes().decode("utf-8-sig"))
+        except json.JSONDecodeError as error:
+            return f"JSON that breaks off or is damaged at line {error.lineno}, column {error.colno}"
+        except (ValueError, RecursionError):
+            return "no JSON that a detector or lifter writes"
+    return f"JSON that begins with {start.decode('utf-8', 'replace')[:_SHOWN]!r}"

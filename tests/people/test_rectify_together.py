@@ -1,0 +1,156 @@
+"""Several people of one recording in one LEVEL (design.md section 4)."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from pcnet3d.models.gravity import LEAN_DEG
+from pcnet3d.pipeline import InputError, Take, rotate
+from pcnet3d.pipeline.frames import GL_CAMERA, change_frame
+from pcnet3d.pipeline.rotations import angle_deg
+from pcnet3d.stages import rectify, rectify_together
+from pcnet3d.stages.rectify import Rectify
+
+
+def headings_deg(rectified) -> np.ndarray:
+    """(T,) where each frame's body faces in LEVEL, counted to the left from -X."""
+    R_level_from_body = rectified.R_source_from_level.T @ rectified.R_source_from_body
+    return np.degrees(np.arctan2(R_level_from_body[:, 1, 0], R_level_from_body[:, 0, 0]))
+
+
+def wrapped(angle: np.ndarray) -> np.ndarray:
+    return (angle + 180) % 360 - 180
+
+
+@pytest.fixture(scope="module", params=["pcnet", "geometric"])
+def both(scene, request):
+    return rectify_together(scene.poses, request.param)
+
+
+def test_one_level_whose_back_is_against_the_cameras_view(scene, both):
+    first, second = both
+    np.testing.assert_array_equal(first.R_source_from_level, second.R_source_from_level)
+    back, right, up = first.R_source_from_level.T
+    assert angle_deg(up, scene.camera.up) < first.up_bound_deg[0]
+    assert back[2] > 0.8  # along the view (0, 0, 1), lifted to the horizon
+    np.testing.assert_allclose(right @ [0, 0, 1], 0, atol=1e-9)
+    assert first.level_heading == second.level_heading == "camera"
+    assert first.level_ok
+    assert second.level_ok
+
+
+def test_who_faces_where_against_each_other_is_right(scene, both):
+    first, second = both
+    later = len(first.body) - len(second.body)
+    apart = wrapped(headings_deg(second) - headings_deg(first)[later:] - scene.heading_deg())
+    assert np.abs(np.median(apart)) < 4
+    assert np.percentile(np.abs(apart), 90) < 10
+
+
+def test_both_stand_upright(scene, both):
+    for rectified, walk in zip(both, scene.walks, strict=True):
+        trunk = rectified.level.joint("thorax") - rectified.level.joint("pelvis")
+        lean = angle_deg(trunk, np.array([0.0, 0.0, 1.0]))
+        true = walk.angles_deg["trunk_lean_deg"][-len(lean) :]
+        assert np.abs(lean - np.abs(true)).mean() < 6
+
+
+def test_the_pooled_up_is_no_surer_than_the_surest_person(scene, both):
+    alone = [rectify(poses, "pcnet" if "pcnet" in both[0].method else "geometric") for poses in scene.poses]
+    surest = min(one.up_error_deg[0] for one in alone)
+    for rectified in both:
+        assert rectified.up_error_deg[0] == pytest.approx(surest)
+    assert surest >= LEAN_DEG
+    assert both[0].up_shares.keys() == {"person 0", "person 1"}
+    assert sum(both[0].up_shares.values()) == pytest.approx(1)
+
+
+def test_alone_is_the_own_up_with_the_cameras_heading(scene):
+    (one,) = rectify_together(scene.poses[:1], "geometric")
+    alone = rectify(scene.poses[0], "geometric")
+    np.testing.assert_allclose(one.R_source_from_level[:, 2], alone.R_source_from_level[:, 2], atol=1e-12)
+    np.testing.assert_allclose(one.R_source_from_body, alone.R_source_from_body, atol=1e-12)
+
+
+def test_the_order_of_people_does_not_matter(scene):
+    forth, back = (rectify_together(people, "geometric") for people in (scene.poses, scene.poses[::-1]))
+    np.testing.assert_allclose(forth[1].R_source_from_body, back[0].R_source_from_body, atol=1e-9)
+
+
+def test_who_lies_takes_the_others_up_and_has_no_say(scene):
+    over = Rotation.from_euler("z", 90, degrees=True).as_matrix()
+    lying = scene.poses[1].with_(joints=rotate(over, scene.poses[1].joints))
+    assert not rectify(lying, "geometric").level_ok
+    (alone,) = rectify_together(scene.poses[:1], "geometric")
+    standing, laid = rectify_together((scene.poses[0], lying), "geometric")
+    np.testing.assert_array_equal(standing.R_source_from_level, alone.R_source_from_level)
+    np.testing.assert_array_equal(laid.R_source_from_level, alone.R_source_from_level)
+    assert laid.level_ok
+    assert laid.up_shares.keys() == {"person 0"}
+    trunk = laid.level.joint("thorax") - laid.level.joint("pelvis")
+    assert angle_deg(trunk, np.array([0.0, 0.0, 1.0])).min() > 50
+
+
+def test_when_all_lie_nobody_is_called_level(scene):
+    over = Rotation.from_euler("z", 90, degrees=True).as_matrix()
+    lying = [poses.with_(joints=rotate(over, poses.joints)) for poses in scene.poses]
+    for rectified in rectify_together(lying, "geometric"):
+        assert "from the picture's" in rectified.level_reason
+    told = rectify_together(lying, "geometric", gravity=tuple(-scene.camera.up))
+    assert all(rectified.level_ok for rectified in told)
+    np.testing.assert_allclose(told[0].R_source_from_level[:, 2], scene.camera.up, atol=1e-6)
+
+
+def test_what_is_told_of_the_camera_counts_for_all(scene):
+    for rectified in rectify_together(scene.poses, "geometric", pitch_deg=25, roll_deg=8):
+        assert angle_deg(rectified.R_source_from_level[:, 2], scene.camera.up) < 1
+        assert rectified.up_error_deg[0] < 1.1
+        assert rectified.up_shares["camera pitch and roll"] > 0.8
+        assert sum(rectified.up_shares.values()) == pytest.approx(1)
+
+
+def test_a_person_whose_own_up_is_far_off_is_named(scene):
+    """Somebody whom the lifter tilted by 40 degrees; levelled alone, that cannot be seen."""
+    tilt = Rotation.from_euler("x", -40, degrees=True).as_matrix()
+    odd = scene.poses[1].with_(joints=rotate(tilt, scene.poses[1].joints))
+    takes = [Take(str(i), poses=poses) for i, poses in enumerate((scene.poses[0], scene.poses[0], odd))]
+    done = Rectify().together(takes)
+    far = [[event.text for event in take.events if "own up" in event.text] for take in done]
+    assert [len(texts) for texts in far] == [0, 0, 1]
+
+
+def test_a_moving_camera_gives_a_common_heading_only(scene):
+    for rectified in rectify_together(scene.poses, "geometric", camera="moving"):
+        assert rectified.R_source_from_level.shape == (len(rectified.body), 3, 3)
+        assert rectified.level_heading == "camera"
+
+
+def test_a_world_that_knows_gravity_is_everybodys_level(scene):
+    people = [walk.poses for walk in scene.walks]
+    for rectified, walk in zip(rectify_together(people), scene.walks, strict=True):
+        np.testing.assert_array_equal(rectified.R_source_from_level, np.eye(3))
+        assert rectified.level_heading == "world"
+        np.testing.assert_allclose(rectified.level.joints, walk.world - walk.world[:, :1], atol=1e-5)
+
+
+def test_other_camera_axes_give_the_same_level(scene):
+    other = [change_frame(poses, GL_CAMERA) for poses in scene.poses]
+    for a, b in zip(
+        rectify_together(scene.poses, "geometric"), rectify_together(other, "geometric"), strict=True
+    ):
+        np.testing.assert_allclose(a.level.joints, b.level.joints, atol=1e-4)
+
+
+def test_worlds_and_cameras_do_not_mix(scene):
+    with pytest.raises(InputError, match="one frame"):
+        rectify_together([scene.poses[0], scene.walks[1].poses])
+
+
+def test_the_stage_does_to_one_what_it_does_to_each(scene):
+    takes = [Take(str(i), poses=poses) for i, poses in enumerate(scene.poses)]
+    stage = Rectify("geometric")
+    done = stage.together(takes)
+    assert [take.name for take in done] == ["0", "1"]
+    for take, rectified in zip(done, rectify_together(scene.poses, "geometric"), strict=True):
+        assert take.rectified is not None
+        np.testing.assert_array_equal(take.rectified.body.joints, rectified.body.joints)
