@@ -49,10 +49,10 @@ def around(centre: np.ndarray, width: float, height: float) -> Crop:
     return Crop(left, top, width, height)
 
 
-def whole_square(picture: np.ndarray) -> Crop:
-    """The square that holds a whole picture (H, W, 3) in its middle: letterboxing."""
-    height, width = picture.shape[:2]
-    return around(np.array([width / 2, height / 2]), max(width, height), max(width, height))
+def fitted(box: np.ndarray, aspect: float, room: float = 1.0) -> Crop:
+    """The smallest crop of that width over height around a box (4,) that has been made `room` times larger."""
+    width, height = room * (box[2] - box[0]), room * (box[3] - box[1])
+    return around((box[:2] + box[2:]) / 2, max(width, height * aspect), max(height, width / aspect))
 
 
 def box_around(xy: np.ndarray) -> np.ndarray:

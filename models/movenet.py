@@ -13,22 +13,24 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..pipeline.layouts import COCO17, Layout
-from .crops import Crop, around, box_around, whole_square
+from .crops import Crop, around, box_around
 from .detection import Found
 from .onnx_file import OnnxFile
 
 _SEEN = 0.2  # score from which a joint counts as seen, of the published recipe
+_HIPS = COCO17.indices(("l_hip", "r_hip"))
 _TORSO = COCO17.indices(("l_shoulder", "r_shoulder", "l_hip", "r_hip"))
-_SHOULDERS, _HIPS = _TORSO[:2], _TORSO[2:]
 _TORSO_ROOM, _BODY_ROOM = 1.9, 1.2
 _MULTIPOSE_SIDE = 256  # pixels of the longer side, of the model card
 _MULTIPOSE_STEP = 32
 
 
 class MoveNet:
-    """Detector of one person: looks around the person of the frame before, or at the whole picture."""
+    """CropNetwork of one person."""
 
     layout: Layout = COCO17
+    aspect = 1.0
+    room = 1.25
 
     def __init__(self, network: OnnxFile) -> None:
         self._network = network
@@ -36,19 +38,18 @@ class MoveNet:
         self._side = shape[1] or 192
         self.method = f"movenet@{network.digest}"
 
-    def people(self, picture: np.ndarray, before: Sequence[Found] = ()) -> tuple[Found, ...]:
-        """As Detector says; the first of `before` is followed."""
-        whole = whole_square(picture)
-        crop = _following(before[0], whole) if before else whole
-        found = self._look(picture, crop)
-        if found is None and crop != whole:
-            found = self._look(picture, whole)
-        return () if found is None else (found,)
-
-    def _look(self, picture: np.ndarray, crop: Crop) -> Found | None:
+    def look(self, picture: np.ndarray, crop: Crop) -> Found:
+        """As CropNetwork says."""
         image = crop.cut(picture, (self._side, self._side)).astype(self._network.input_dtype)
-        (answer,) = self._network.run(image[None])
-        return _person(crop, answer.reshape(17, 3))
+        return _person(crop, self._network.run(image[None])[0].reshape(17, 3))
+
+    def next_crop(self, found: Found) -> Crop:
+        """As CropNetwork says."""
+        centre = found.xy[_HIPS].mean(axis=0)
+        off = np.abs(found.xy - centre).max(axis=1)
+        body = off[found.score > _SEEN].max(initial=0)
+        side = 2 * max(_TORSO_ROOM * off[_TORSO].max(), _BODY_ROOM * body)
+        return around(centre, side, side)
 
 
 class MultiMoveNet:
@@ -64,28 +65,19 @@ class MultiMoveNet:
         """As Detector says."""
         height, width = picture.shape[:2]
         scale = _MULTIPOSE_SIDE / max(height, width)
-        size = tuple(-(-round(side * scale) // _MULTIPOSE_STEP) * _MULTIPOSE_STEP for side in (width, height))
+        size = (_stepped(width * scale), _stepped(height * scale))
         crop = Crop(0, 0, round(size[0] / scale), round(size[1] / scale))
         image = crop.cut(picture, size).astype(self._network.input_dtype)
-        (answer,) = self._network.run(image[None])
-        people = (_person(crop, row[:51].reshape(17, 3)) for row in answer[0] if row[55] > _SEEN)
-        return tuple(person for person in people if person is not None)
+        rows = self._network.run(image[None])[0][0]
+        return tuple(_person(crop, row[:51].reshape(17, 3)) for row in rows if row[55] > _SEEN)
 
 
-def _person(crop: Crop, answer: np.ndarray) -> Found | None:
-    """The person of an answer (17, 3): y, x in shares of the crop, score; None when no torso is seen."""
+def _stepped(side: float) -> int:
+    return max(-(-round(side) // _MULTIPOSE_STEP), 1) * _MULTIPOSE_STEP
+
+
+def _person(crop: Crop, answer: np.ndarray) -> Found:
+    """The person of an answer (17, 3): y, x in shares of the crop, score."""
     xy, score = crop.in_picture(answer[:, 1::-1]), np.clip(answer[:, 2], 0, 1)
-    if not _torso_seen(score):
-        return None
-    return Found(xy, score, box_around(xy[score > _SEEN]))
-
-
-def _torso_seen(score: np.ndarray) -> bool:
-    return bool((score[_SHOULDERS] > _SEEN).any() and (score[_HIPS] > _SEEN).any())
-
-
-def _following(person: Found, whole: Crop) -> Crop:
-    centre = person.xy[_HIPS].mean(axis=0)
-    off = np.abs(person.xy - centre).max(axis=1)
-    half = max(_TORSO_ROOM * off[_TORSO].max(), _BODY_ROOM * off[person.score > _SEEN].max())
-    return whole if 2 * half >= whole.width else around(centre, 2 * half, 2 * half)
+    seen = score > _SEEN
+    return Found(xy, score, box_around(xy[seen] if seen.any() else xy), float(score[_TORSO].mean()))
