@@ -14,6 +14,7 @@ from ..pipeline.errors import InputError
 from .crops import Crop
 from .onnx_file import OnnxFile
 
+_SIDE = 640  # pixels, where the network takes any
 _GREY = 114  # beyond the picture, as both were trained
 _MEAN = np.array([103.53, 116.28, 123.675], dtype=np.float32)
 _DEVIATION = np.array([57.375, 57.12, 58.395], dtype=np.float32)
@@ -27,17 +28,15 @@ class PersonBoxes:
 
     def __init__(self, network: OnnxFile, normalised: bool) -> None:
         """normalised: the input is less mean over deviation (RTMDet), not 0 to 255 (YOLOX)."""
-        (image,) = network.inputs.values()
-        if len(image) != 4 or image[1] != 3 or image[2] is None or image[3] is None:
+        (image,), shapes = network.inputs.values(), list(network.outputs.values())
+        boxes = [i for i, shape in enumerate(shapes) if len(shape) == 3 and (shape[2] or 5) >= 5]
+        labels = [i for i, shape in enumerate(shapes) if len(shape) == 2]
+        if len(image) != 4 or image[1] != 3 or len(boxes) != 1 or len(boxes) + len(labels) != len(shapes):
             raise InputError(f"{network.path} is no network that finds people: {network.looks}.")
-        shapes = list(network.outputs.values())
-        self._boxes = next((i for i, shape in enumerate(shapes) if len(shape) == 3), None)
-        width = None if self._boxes is None else shapes[self._boxes][2]
-        if self._boxes is None or width is None or width < 5 or (len(shapes) > 1 and width != 5):
-            raise InputError(f"{network.path} is no network that finds people: {network.looks}.")
-        self._labels = next((i for i, shape in enumerate(shapes) if len(shape) == 2), None)
-        self._network, self._size, self._normalised = network, (image[3], image[2]), normalised
-        self._raw = width > 5
+        self._network, self._normalised = network, normalised
+        self._size = (image[3] or _SIDE, image[2] or _SIDE)
+        self._boxes, self._labels = boxes[0], labels[0] if labels else None
+        self._raw = not labels and (shapes[boxes[0]][2] or 5) > 5
         self.method = f"people@{network.digest}"
 
     def boxes(self, picture: np.ndarray) -> np.ndarray:
@@ -55,7 +54,7 @@ class PersonBoxes:
         return _apart(crop.in_picture(corners).reshape(-1, 4), score)
 
     def _decoded(self, answers: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-        rows = answers[self._boxes or 0][0].astype(np.float64)
+        rows = answers[self._boxes][0].astype(np.float64)
         if not self._raw:
             people = np.ones(len(rows), dtype=bool) if self._labels is None else answers[self._labels][0] == 0
             return rows[people, :4], rows[people, 4]

@@ -23,7 +23,7 @@ UNSTEADY = 0.12  # bone-length spread beyond which poses are not to be believed 
 
 @dataclass(frozen=True)
 class Sources:
-    """What a user gave: files and how to read them. Poses, or keypoints that are to be lifted.
+    """What a user gave: files and how to read them. Poses, or keypoints that are to be lifted, or a video alone.
 
     options, keypoints_options: the adapters' own. first_frame: the video frame of the first row; the
     others keep their distance to it. fps: frame rate; without it the video's time stamps count.
@@ -46,7 +46,7 @@ class Sources:
 def open_take(sources: Sources) -> Take:
     """Read everything and join it. Raises InputError when parts do not fit each other or there is no clock.
 
-    Without poses the keypoints lead: theirs are the frame numbers and the clock.
+    Without poses the keypoints lead: theirs are the frame numbers and the clock. Of a video alone the take has neither.
     """
     video = read_video(sources.video) if sources.video else None
     poses = _poses(sources)
@@ -58,9 +58,7 @@ def open_take(sources: Sources) -> Take:
         poses = numbered_by(keypoints, poses, f"{sources.poses} and {sources.keypoints}")
     lead, path = (keypoints, sources.keypoints) if poses is None else (poses, sources.poses)
     if lead is None or path is None:
-        raise InputError(
-            "Expected 3D poses or 2D keypoints, got neither; pass --poses FILE or --keypoints FILE."
-        )
+        return _video_alone(sources, video)
     if sources.first_frame is not None:
         shift = sources.first_frame - int(lead.frame_index[0])
         lead = starting_at(sources.first_frame, lead)
@@ -87,6 +85,17 @@ def open_take(sources: Sources) -> Take:
         ),
         inputs=_provenance(sources, poses, keypoints),
     )
+
+
+def _video_alone(sources: Sources, video: Video | None) -> Take:
+    """The take of a video in which the person is still to be found."""
+    if video is None:
+        raise InputError(
+            "Expected a video, 3D poses (--poses FILE) or 2D keypoints (--keypoints FILE), got none."
+        )
+    if sources.first_frame is not None:
+        raise InputError("--first-frame numbers the rows of a file, and there is none; leave it out.")
+    return Take(name=printable(video.path.stem), video=video, inputs=_provenance(sources, None, None))
 
 
 def _check_person(person: str | None, *found: PoseSequence | None) -> None:

@@ -12,7 +12,7 @@ from .intake import Sources, open_take
 from .outputs import whole_folder
 from .take import Take
 
-_WRITERS = ("record", "export", "report")  # stages that are told where the run's folder is
+_WRITERS = ("detect", "record", "export", "report")  # stages that are told where the run's folder is
 
 
 def run_files(
