@@ -44,7 +44,11 @@ class Follower:
             for _ in range(_LOOKS):
                 if found.sure >= _HINT:
                     found = self._network.look(picture, self._network.next_crop(found))
-            if found.sure >= max(_FOUND, best.sure if best else 0) and _middle_inside(found, picture):
+            if found.sure < _FOUND or not _middle_inside(found, picture):
+                continue
+            if (
+                best is None or found.sure > best.sure
+            ):  # of equals that of the larger window, which shows all of it
                 best = found
         return best
 

@@ -192,6 +192,6 @@ def walk_film(film: Callable[..., Video]) -> Video:
 def quick(tmp_path: Path) -> Path:
     """A recipe without recording and report."""
     path = tmp_path / "quick.toml"
-    stages = ("detect", "lift", "clean", "rectify", "export")
+    stages = ("detect", "lift", "clean", "scale", "rectify", "trajectories", "export")
     path.write_text("".join(f'[[stages]]\nuse = "{stage}"\n' for stage in stages))
     return path
