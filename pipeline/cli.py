@@ -16,6 +16,7 @@ import typer
 
 from . import registry
 from .config import load_recipe
+from .detections import KEYPOINTS, interrupted_at
 from .errors import InputError
 from .intake import Sources
 from .job import run_files, run_people
@@ -52,6 +53,21 @@ def run(
     stature: Annotated[
         float | None, typer.Option(help="The person's height in metres; sets the scale.")
     ] = None,
+    detector: Annotated[
+        str | None,
+        typer.Option(
+            help="Network that finds joints in the video: a name of `pcnet3d list models`, or a file."
+        ),
+    ] = None,
+    person_detector: Annotated[
+        str | None, typer.Option(help="Network that finds people for the detector, by name or file.")
+    ] = None,
+    smooth: Annotated[
+        float | None, typer.Option(help="Low-pass of detected keypoints in Hz; none without it.")
+    ] = None,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Go on with the detection that was interrupted in this folder.")
+    ] = False,
     image_size: Annotated[
         str | None, typer.Option(help="WIDTHxHEIGHT in pixels, to lift keypoints without a video.")
     ] = None,
@@ -105,12 +121,25 @@ def run(
 ) -> None:
     """Turn a recorded video's keypoints and a lifter's poses into a rectified recording.
 
-    Without --poses the keypoints are lifted by our own network.
+    Without --poses the keypoints are lifted by our own network; without --keypoints too, they are first detected in
+    the video.
     """
     chosen = load_recipe(recipe)
     if poses is None:
         chosen = chosen.starting_with("lift")
+    alone = poses is None and keypoints is None and video is not None
+    if alone:
+        chosen = chosen.starting_with("detect")
     changes = {
+        "detect": {
+            "detector": detector,
+            "person_detector": person_detector,
+            "smooth_hz": smooth,
+            "resume": _checkpoint(output) if resume else None,
+            "person": person if alone and person != "all" else None,
+            "swaps": swaps if alone else None,
+            "fps": fps if alone else None,
+        },
         "lift": {"image_size": image_size and _size(image_size), "focal_px": focal, "flip": flip or None},
         "scale": {"stature_m": stature},
         "rectify": {
@@ -158,6 +187,8 @@ def run(
         tell(take)
     print(f"{output}: {', '.join(sorted(path.name for path in output.iterdir()))}")
     print(f"look at it with: pcnet3d view {shlex.quote(str(shown))}")
+    if person != "all" and interrupted_at(take) is not None:
+        raise typer.Exit(130)
 
 
 @app.command()
@@ -224,6 +255,14 @@ def list_(
     for row in rows:
         first, second, third = row.values()
         print(f"{first:<{wide[0]}}  {second:<{wide[1]}}  {' '.join(third.split())}".rstrip())
+
+
+def _checkpoint(output: Path) -> Path:
+    """What an interrupted run left; InputError when there is none."""
+    path = output / KEYPOINTS
+    if not path.is_file():
+        raise InputError(f"There is no interrupted run in {output} to go on with; leave --resume out.")
+    return path
 
 
 def _size(text: str) -> tuple[int, int]:

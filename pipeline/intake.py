@@ -25,7 +25,7 @@ UNSTEADY = 0.12  # bone-length spread beyond which poses are not to be believed 
 
 @dataclass(frozen=True)
 class Sources:
-    """What a user gave: files and how to read them. Poses, or keypoints that are to be lifted.
+    """What a user gave: files and how to read them. Poses, or keypoints that are to be lifted, or a video alone.
 
     options, keypoints_options: the adapters' own. person: by the file's name, "longest" or "largest". first_frame:
     the video frame of the file's first row; the others keep their distance to it. fps: frame rate; without it the
@@ -77,7 +77,8 @@ class _Files:
         lead = self.poses or self.keypoints
         if lead is None:
             raise InputError(
-                "Expected 3D poses or 2D keypoints, got neither; pass --poses FILE or --keypoints FILE."
+                "Several people need a file that holds them, --poses or --keypoints; of a video alone a run without "
+                "--person all writes one, keypoints.npz."
             )
         return lead
 
@@ -85,9 +86,11 @@ class _Files:
 def open_take(sources: Sources) -> Take:
     """Read everything and join it. Raises InputError when parts do not fit each other or there is no clock.
 
-    Without poses the keypoints lead: theirs are the frame numbers and the clock.
+    Without poses the keypoints lead: theirs are the frame numbers and the clock. Of a video alone the take has neither.
     """
     files = _read(sources)
+    if files.poses is None and files.keypoints is None:
+        return _video_alone(files)
     poses = _poses(files)
     keypoints = _keypoints(files, poses)
     _check_person(sources.person, poses, keypoints)
@@ -191,6 +194,18 @@ def _joined(files: _Files, poses: PoseSequence | None, keypoints: PoseSequence |
         ),
         inputs=_provenance(files, poses, keypoints),
     )
+
+
+def _video_alone(files: _Files) -> Take:
+    """The take of a video in which the person is still to be found."""
+    if files.video is None:
+        raise InputError(
+            "Expected a video, 3D poses (--poses FILE) or 2D keypoints (--keypoints FILE), got none."
+        )
+    if files.sources.first_frame is not None:
+        raise InputError("--first-frame numbers the rows of a file, and there is none; leave it out.")
+    name = printable(files.video.path.stem)
+    return Take(name=name, video=files.video, inputs=_provenance(files, None, None))
 
 
 def _check_person(person: str | None, *found: PoseSequence | None) -> None:

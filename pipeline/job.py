@@ -18,7 +18,7 @@ from .take import Take
 
 FEWEST_FRAMES = 10  # of a person who gets a run beside others; fewer cannot be levelled
 
-_WRITERS = ("record", "export", "report")  # stages that are told where the run's folder is
+_WRITERS = ("detect", "record", "export", "report")  # stages that are told where the run's folder is
 
 
 def run_files(

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import sys
+import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 
 from .people import PersonRun
 from .take import Take
+
+_SECONDS_A_LINE = 20.0
 
 
 @contextmanager
@@ -32,19 +35,48 @@ def stages(names: list[str]) -> Iterator[Callable[[str, float], None]]:
 
 @contextmanager
 def counted(what: str, total: int) -> Iterator[Callable[[int], None]]:
-    """A callback (how many of the total are done) that moves a bar on a terminal and does nothing elsewhere."""
+    """A callback (how many of the total are done): a bar with rate and time left on a terminal, elsewhere a line now
+    and then."""
     if sys.stderr is None or not sys.stderr.isatty():
-        yield lambda done: None
+        yield _lines(what, total)
         return
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("{task.fields[rate]}"),
+        TimeRemainingColumn(),
+    )
     # What is printed meanwhile goes above the bar, but a redirected stdout keeps its lines.
     show = sys.stdout is not None and sys.stdout.isatty()
     with Progress(*columns, console=Console(stderr=True), transient=True, redirect_stdout=show) as bar:
-        task = bar.add_task(what, total=total)
-        yield lambda done: bar.update(task, completed=done)
+        task = bar.add_task(what, total=total, rate="")
+
+        def done(count: int) -> None:
+            speed = bar.tasks[task].speed
+            bar.update(task, completed=count, rate=f"{speed:.1f}/s" if speed else "")
+
+        yield done
+
+
+def _lines(what: str, total: int) -> Callable[[int], None]:
+    start = said = time.monotonic()
+    first: int | None = None
+
+    def done(count: int) -> None:
+        nonlocal said, first
+        first = count if first is None else first
+        now = time.monotonic()
+        if now - said < _SECONDS_A_LINE or count == first:
+            return
+        said, rate = now, (count - first) / (now - start)
+        left = f"{(total - count) / rate / 60:.0f} min left"
+        print(f"{what}: {count} of {total}, {rate:.1f}/s, {left}", file=sys.stderr)
+
+    return done
 
 
 def tell(take: Take, who: str = "") -> None:

@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
 
 import numpy as np
 
-from ..pipeline.errors import InputError
 from ..pipeline.layouts import Layout
+from ..pipeline.pictures import pictures_at
 from ..pipeline.pose import PoseSequence
 from ..pipeline.rotations import known, rotate
-from ..pipeline.take import Take, Video
+from ..pipeline.take import Take
 from ._report_charts import MIDDLE, side_colour
 from ._report_page import figure, picture, text
-
-if TYPE_CHECKING:
-    from av import VideoFrame
 
 _SIDE = 360  # pixels of a key frame's longer side
 _ROOM = 1.35  # around the person, in sizes of the keypoints' box
@@ -49,7 +45,7 @@ def key_figures(take: Take, pictures: bool) -> list[str]:
     rows = key_rows(body)
     images: dict[int, np.ndarray] = {}
     if pictures and take.video is not None:
-        images = decoded(take.video, [int(body.frame_index[row]) for row in rows])
+        images = pictures_at(take.video, [int(body.frame_index[row]) for row in rows])
     return [_key_figure(take, row, images.get(int(body.frame_index[row]))) for row in rows]
 
 
@@ -158,43 +154,3 @@ def _crop(size: tuple[int, int], points: np.ndarray) -> tuple[np.ndarray, tuple[
 def _bgr(colour: str) -> tuple[int, int, int]:
     red, green, blue = (int(colour[i : i + 2], 16) for i in (1, 3, 5))
     return blue, green, red
-
-
-def decoded(video: Video, frames: Iterable[int]) -> dict[int, np.ndarray]:
-    """The pictures (H, W, 3) RGB of these frame numbers, upright; a frame that is not found is left out.
-
-    Only what lies between each frame and the key frame before it is decoded. InputError for a video that cannot be.
-    """
-    import av
-    from av.error import FFmpegError
-
-    found = {}
-    try:
-        with av.open(str(video.path), metadata_errors="ignore") as container:
-            stream = container.streams.video[0]
-            stream.thread_type = "AUTO"
-            tick = float(stream.time_base or 1)
-            first = _first_stamp(container.decode(stream))
-            for number in sorted(frames):
-                if number >= len(video.time_s):
-                    continue
-                wanted = first + round(float(video.time_s[number]) / tick)
-                container.seek(wanted, stream=stream, backward=True)
-                for frame in container.decode(stream):
-                    if frame.pts is not None and frame.pts >= wanted:
-                        if frame.pts == wanted:
-                            found[number] = _upright(frame, video.rotation_deg)
-                        break
-    except FFmpegError as error:
-        raise InputError(
-            f"The video {video.path} cannot be decoded for the report: {error}; pass --no-frames to do without."
-        ) from None
-    return found
-
-
-def _first_stamp(frames: Iterable[VideoFrame]) -> int:
-    return next((frame.pts for frame in frames if frame.pts is not None), 0)
-
-
-def _upright(frame: VideoFrame, rotation_deg: int) -> np.ndarray:
-    return np.rot90(frame.to_ndarray(format="rgb24"), -rotation_deg // 90)

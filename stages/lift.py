@@ -7,7 +7,8 @@ from typing import ClassVar
 
 from ..models.lifter import lift
 from ..pipeline.layouts import H36M17, remap
-from ..pipeline.take import Event, Take, Video
+from ..pipeline.pictures import shown_size
+from ..pipeline.take import Event, Take
 
 
 @dataclass(frozen=True)
@@ -25,7 +26,7 @@ class Lift:
 
     def __call__(self, take: Take) -> Take:
         assert take.keypoints is not None
-        size = self.image_size or (_shown_size(take.video) if take.video else None)
+        size = self.image_size or (shown_size(take.video) if take.video else None)
         poses = lift(remap(take.keypoints, H36M17), size, self.focal_px, self.flip)
         said = poses.history[-1].options
         events = [Event("note", f"The poses are our own lift of the 2D keypoints (network {said['model']}).")]
@@ -36,9 +37,3 @@ class Lift:
             text = f"{said['frames_without_joints']} frames have no keypoints for too long to be lifted."
             events.append(Event("warning", text))
         return take.with_(poses=poses).saying(*events)
-
-
-def _shown_size(video: Video) -> tuple[int, int]:
-    """Width and height as players and detectors show the video, its rotation flag obeyed."""
-    turned = video.rotation_deg in (90, 270)
-    return (video.height, video.width) if turned else (video.width, video.height)

@@ -208,6 +208,7 @@ CATALOGUE = (
     Golden("freemocap", "`mediapipe_body_3d_xyz.npy`", _freemocap),
     Golden("freemocap", "`mediaPipeSkel_3d_body_hands_face.npy`", _freemocap_whole),
     Golden("imu_csv", "a table with time_s", _imu_csv),
+    Golden("keypoints", "`keypoints.npz`", partial(_detections, "keypoints", 17)),
     Golden("mediapipe", "CSV, numbered columns", partial(_mediapipe, landmarks.wide)),
     Golden("mediapipe", "CSV, a row a landmark", partial(_mediapipe, landmarks.long)),
     Golden("mediapipe", "JSON of the Tasks API", _tasks_json),

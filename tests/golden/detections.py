@@ -5,7 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from pcnet3d.pipeline.layouts import OPENPOSE18
+from pcnet3d.pipeline.detections import KEYPOINTS, Detections
+from pcnet3d.pipeline.layouts import COCO17, OPENPOSE18
 
 Scene = dict[str, tuple[np.ndarray, np.ndarray]]
 
@@ -236,10 +237,36 @@ def vis2d_scores(folder: Path, scene: Scene) -> Path:
     return folder / "walk"
 
 
+def keypoints(folder: Path, scene: Scene) -> Path:
+    """Of a run of ours; the file is ours, so our own writer is what makes it."""
+    rows = _rows(scene)
+    points = np.stack([row for _, _, row in rows]).astype(np.float32)
+    frames = np.array([frame for frame, _, _ in rows])
+    boxes = np.concatenate([points[..., :2].min(axis=1), points[..., :2].max(axis=1)], axis=1)
+    count = int(frames.max()) + 1
+    found = Detections(
+        frame_index=frames,
+        time_s=frames / 30,
+        person=np.array([int(person) for _, person, _ in rows]),
+        joints=points[..., :2],
+        confidence=points[..., 2],
+        box=boxes,
+        cuts=np.zeros(0, np.int64),
+        thumbnail=np.zeros((32, 32), np.uint8),
+        frames=count,
+        frames_seen=count,
+        layout=COCO17.name,
+        method="movenet@0",
+        source="",
+    )
+    found.save(folder / KEYPOINTS)
+    return folder / KEYPOINTS
+
+
 WRITERS = {
     writer.__name__: writer
     for writer in (
         alphapose, alphapose_cmu, alphapose_open, openpose, coco_results, coco_tracks, coco_annotations,
-        mmpose_inferencer, mmpose_demo, mmpose_images, detectron, videopose2d, vis2d, vis2d_scores,
+        mmpose_inferencer, mmpose_demo, mmpose_images, detectron, videopose2d, vis2d, vis2d_scores, keypoints,
     )
 }  # fmt: skip

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from pcnet3d.pipeline import H36M17, InputError
-from pcnet3d.stages._report_pictures import decoded, jpeg, key_rows
+from pcnet3d.pipeline.pictures import pictures, pictures_at
+from pcnet3d.stages._report_pictures import jpeg, key_rows
 from pcnet3d.stages.report import report
 
 
@@ -18,7 +19,7 @@ def square(image: np.ndarray) -> float:
 
 @pytest.mark.parametrize("wanted", [[0], [59], [3, 17, 18, 44], []])
 def test_the_decoded_pictures_are_those_of_the_frames(film, wanted):
-    found = decoded(film(), wanted)
+    found = pictures_at(film(), wanted)
     assert sorted(found) == wanted
     for number, image in found.items():
         assert image.shape == (360, 640, 3)
@@ -26,14 +27,14 @@ def test_the_decoded_pictures_are_those_of_the_frames(film, wanted):
 
 
 def test_frames_that_the_video_does_not_have_are_left_out(film):
-    assert list(decoded(film(frames=20), [5, 20, 400])) == [5]
+    assert list(pictures_at(film(frames=20), [5, 20, 400])) == [5]
 
 
 @pytest.mark.parametrize("turn", [0, 90, 180, 270])
 def test_pictures_are_turned_upright(film, turn):
     video = film(frames=4)
-    plain = decoded(video, [2])[2]
-    turned = decoded(replace(video, rotation_deg=turn), [2])[2]
+    plain = pictures_at(video, [2])[2]
+    turned = pictures_at(replace(video, rotation_deg=turn), [2])[2]
     clockwise = {0: plain, 90: cv2.rotate(plain, cv2.ROTATE_90_CLOCKWISE), 180: cv2.rotate(plain, cv2.ROTATE_180),
                  270: cv2.rotate(plain, cv2.ROTATE_90_COUNTERCLOCKWISE)}  # fmt: skip
     np.testing.assert_array_equal(turned, clockwise[turn])
@@ -42,8 +43,18 @@ def test_pictures_are_turned_upright(film, turn):
 def test_a_video_that_cannot_be_decoded(film, tmp_path):
     video = film()
     video.path.write_bytes(b"\0" * 400)
-    with pytest.raises(InputError, match="--no-frames"):
-        decoded(video, [3])
+    with pytest.raises(InputError, match="cannot be decoded"):
+        pictures_at(video, [3])
+
+
+def test_all_pictures_from_a_frame_on(film):
+    video = film(frames=30)
+    for first in (0, 13, 29):
+        shown = dict(pictures(video, first))
+        assert list(shown) == list(range(first, 30))
+        for number, image in shown.items():
+            assert square(image) == pytest.approx(10 * number % 624, abs=2)
+    assert list(pictures(video, 30)) == []
 
 
 def test_keypoints_are_drawn_where_they_are():

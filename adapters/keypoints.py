@@ -1,0 +1,28 @@
+"""2D keypoints that a run of ours detected (its keypoints.npz): every person, with frame numbers and time stamps."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from ..pipeline.detections import load_detections
+from ..pipeline.errors import InputError
+from ..pipeline.pose import PoseSequence
+from ._numpy import keys
+
+name = "keypoints"
+gives = "keypoints"
+reads = "keypoints.npz of a run of ours on a video alone"
+
+
+def sniff(path: Path) -> bool:
+    """Whether the file is an archive with the arrays of `pipeline.detections`."""
+    try:
+        return path.is_file() and {"frames_seen", "thumbnail", "layout"} <= set(keys(path))
+    except (InputError, OSError):
+        return False
+
+
+def read(path: Path) -> tuple[PoseSequence, ...]:
+    """One sequence a person in IMAGE, in the detector's layout, in order of appearance. InputError when the file is
+    damaged."""
+    return load_detections(path).people()

@@ -1,0 +1,135 @@
+"""Detecting: a video's pictures become one person's 2D keypoints."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import ClassVar
+
+import numpy as np
+
+from ..models.detect_video import detect
+from ..models.detectors import PersonKind, load_detector
+from ..models.networks import network_file
+from ..pipeline.detections import KEYPOINTS, Detections, interrupted_at, load_detections
+from ..pipeline.errors import InputError
+from ..pipeline.intake import sha256
+from ..pipeline.pose import PoseSequence, package_version
+from ..pipeline.reading import choose_person
+from ..pipeline.signals import lowpass
+from ..pipeline.swap_repair import Swaps, treated
+from ..pipeline.take import Event, Take, Video
+
+_LISTED = 5  # people named in a note
+
+
+@dataclass(frozen=True)
+class Detect:
+    """The stage. detector, person_detector: names of `pcnet3d list models` or .onnx files. person_kind: "yolox" or
+    "rtmdet". person: who, by number, or "largest"; without it the longest track. swaps: what to do about limbs that are
+    exchanged for some frames. smooth_hz: low-pass of the keypoints, forwards and backwards; none without it, for the
+    lifter was trained on what detectors give. fps: frame rate instead of the video's own. folder: where keypoints.npz
+    goes. resume: the keypoints.npz of an interrupted run to go on from."""
+
+    detector: str = "movenet"
+    person_detector: str | None = None
+    person_kind: PersonKind = "yolox"
+    person: str | None = None
+    swaps: Swaps = "report"
+    smooth_hz: float | None = None
+    fps: float | None = None
+    folder: Path | None = None
+    resume: Path | None = None
+
+    name: ClassVar[str] = "detect"
+    needs: ClassVar[tuple[str, ...]] = ("video",)
+    gives: ClassVar[tuple[str, ...]] = ("keypoints",)
+
+    def __call__(self, take: Take) -> Take:
+        assert take.video is not None
+        persons = None if self.person_detector is None else network_file(self.person_detector)
+        detector = load_detector(network_file(self.detector), persons, self.person_kind)
+        before = None if self.resume is None else load_detections(self.resume)
+        digest = next((entry["sha256"] for entry in take.inputs if entry["role"] == "video"), None)
+        source = f"{digest or sha256(take.video.path)} {package_version()}"
+        found = detect(take.video, detector, source, before)
+        if not len(found.person):
+            if found.frames_seen < found.frames:
+                raise KeyboardInterrupt
+            raise InputError(
+                f"Nobody was found in any of the {found.frames} frames of {take.video.path} by {found.method}; give "
+                "another --detector, or check that the person is upright in the picture and large enough."
+            )
+        if self.folder is not None:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            found.save(self.folder / KEYPOINTS)
+        people = found.people()
+        chosen = _longest(found, people) if self.person is None else _named(people, self.person, take.video)
+        keypoints = _timed(chosen, self.fps) if self.fps else chosen
+        _, keypoints, swapped = treated(None, keypoints, self.swaps)
+        assert keypoints is not None
+        keypoints = keypoints if self.smooth_hz is None else smoothed(keypoints, self.smooth_hz)
+        take = take.with_(keypoints=keypoints)
+        return take.saying(*_events(take, found, people, chosen), *swapped)
+
+
+def smoothed(keypoints: PoseSequence, cutoff_hz: float) -> PoseSequence:
+    """2D keypoints through a Butterworth low-pass forwards and backwards, each joint by itself, never across missing
+    frames. Pieces too short to filter stay as they are. InputError as for `lowpass`."""
+    joints = np.stack(
+        [lowpass(joint, keypoints.times, cutoff_hz) for joint in keypoints.joints.swapaxes(0, 1)], axis=1
+    )
+    joints = np.where(np.isnan(joints), keypoints.joints, joints)
+    return keypoints.with_(joints=joints).noted("smooth keypoints", cutoff_hz=cutoff_hz)
+
+
+def _longest(found: Detections, people: tuple[PoseSequence, ...]) -> PoseSequence:
+    """Who is in the most frames; of several, the largest."""
+    sides = found.box[:, 2:] - found.box[:, :2]
+
+    def rank(poses: PoseSequence) -> tuple[int, float]:
+        return len(poses), float(sides[found.person == int(poses.person)].prod(axis=1).mean())
+
+    return max(people, key=rank)
+
+
+def _named(people: tuple[PoseSequence, ...], person: str, video: Video) -> PoseSequence:
+    return choose_person(people, person, str(video.path))
+
+
+def _timed(keypoints: PoseSequence, fps: float) -> PoseSequence:
+    if not 0 < fps < 10_000:
+        raise InputError(f"Expected a frame rate in frames per second, got {fps:g}.")
+    return keypoints.with_(time_s=keypoints.frame_index / fps).noted("fps", given=fps)
+
+
+def _events(
+    take: Take, found: Detections, people: tuple[PoseSequence, ...], chosen: PoseSequence
+) -> list[Event]:
+    """What the user should know about who was found where."""
+    events = [Event("note", f"The 2D keypoints were detected in the video by {found.method}.")]
+    if len(people) > 1:
+        longest = sorted(people, key=len, reverse=True)[:_LISTED]
+        listed = ", ".join(f"{one.person} ({len(one)})" for one in longest)
+        more = f" and {len(people) - _LISTED} more" if len(people) > _LISTED else ""
+        events.append(
+            Event(
+                "note",
+                f"Of {len(people)} people (frames in brackets) {listed}{more}, person {chosen.person} is taken, seen "
+                f"in frames {chosen.frame_index[0]} to {chosen.frame_index[-1]}; choose with --person.",
+            )
+        )
+    if len(found.cuts):
+        at = ", ".join(map(str, found.cuts[:_LISTED])) + (", ..." if len(found.cuts) > _LISTED else "")
+        events.append(
+            Event(
+                "warning",
+                f"The video changes to another scene {len(found.cuts)} times, at frame {at}; nobody is followed "
+                "from one scene to the next.",
+            )
+        )
+    interrupted = interrupted_at(take)
+    if interrupted is not None:
+        text = f"Interrupted at frame {interrupted} of {found.frames}; --resume goes on from there."
+        events.append(Event("warning", text))
+    return events

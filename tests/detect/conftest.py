@@ -1,0 +1,197 @@
+"""A toy network that takes any red rectangle for a person, films of such people, and a recipe that is quick."""
+
+from collections.abc import Callable, Sequence
+from fractions import Fraction
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import onnx
+import pytest
+from onnx import TensorProto, helper, numpy_helper
+
+from pcnet3d.adapters.video import read
+from pcnet3d.pipeline import Video
+from pcnet3d.pipeline.layouts import COCO17
+
+# Where the toy sees the joints: in half widths and half heights from the middle of the rectangle.
+_BODY = {
+    "nose": (0, -0.9), "eye": (0.1, -0.95), "ear": (0.2, -0.9), "shoulder": (0.6, -0.6), "elbow": (0.8, -0.3),
+    "wrist": (0.9, 0.0), "hip": (0.4, 0.0), "knee": (0.4, 0.5), "ankle": (0.4, 0.95),
+}  # fmt: skip
+BODY = np.array(
+    [
+        np.multiply(_BODY[name.split("_")[-1]], (-1 if name.startswith("r_") else 1, 1))
+        for name in COCO17.joints
+    ]
+)
+Box = tuple[float, float, float, float]  # left, top, right, bottom
+
+
+def joints_of(box: Box) -> np.ndarray:
+    """(17, 2) pixels of the joints that the toy sees in a rectangle."""
+    corners = np.reshape(box, (2, 2)).astype(float)
+    return corners.mean(axis=0) + BODY * np.ptp(corners, axis=0) / 2
+
+
+def save_graph(path: Path, nodes: list, inputs: dict, outputs: dict, constants: dict | None = None) -> Path:
+    """An .onnx file. inputs, outputs: (type, shape) by name; constants: arrays by name."""
+
+    def values(entries: dict) -> list:
+        return [helper.make_tensor_value_info(name, kind, shape) for name, (kind, shape) in entries.items()]
+
+    held = [numpy_helper.from_array(np.asarray(array), name) for name, array in (constants or {}).items()]
+    graph = helper.make_graph(nodes, "toy", values(inputs), values(outputs), held)
+    model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 13)], ir_version=8)
+    onnx.checker.check_model(model)
+    onnx.save(model, path)
+    return path
+
+
+def constant_graph(path: Path, shape: Sequence[int], answers: dict[str, np.ndarray]) -> Path:
+    """A network whose outputs are always the same, for a float input of that shape."""
+    constants, nodes = {}, []
+    for name, answer in answers.items():
+        constants[f"{name}_0"] = answer
+        nodes.append(helper.make_node("Identity", [f"{name}_0"], [name]))
+    kinds = {"f": TensorProto.FLOAT, "i": TensorProto.INT64}
+    outputs = {name: (kinds[answer.dtype.kind], answer.shape) for name, answer in answers.items()}
+    return save_graph(path, nodes, {"input": (TensorProto.FLOAT, shape)}, outputs, constants)
+
+
+def save_toy(path: Path, kind: int = TensorProto.UINT8, side: int = 192) -> Path:
+    """Inputs and outputs of MoveNet; the joints are where `joints_of` has them, with score 0.9, for red in the picture;
+    without red the score is 0."""
+    at = ((np.arange(side) + 0.5) / side).astype(np.float32)
+    constants = {
+        "weights": np.array([1, -0.5, -0.5], np.float32).reshape(1, 1, 1, 3),
+        "columns": at.reshape(1, 1, side),
+        "rows": at.reshape(1, side, 1),
+        "body_x": np.float32(np.sqrt(3)) * BODY[:, 0].astype(np.float32).reshape(1, 1, 17),
+        "body_y": np.float32(np.sqrt(3)) * BODY[:, 1].astype(np.float32).reshape(1, 1, 17),
+        "no_less": np.float32(1e-6), "threshold": np.float32(60), "enough": np.float32(1e-4),
+        "most": np.full((1, 1, 17), 0.9, np.float32),
+        "channel": np.array([3], np.int64), "whole": np.array([1, 2], np.int64),
+        "last": np.array([3], np.int64), "shape": np.array([1, 1, 1], np.int64),
+    }  # fmt: skip
+    node = helper.make_node
+    nodes = [
+        node("Cast", ["input"], ["picture"], to=TensorProto.FLOAT),
+        node("Mul", ["picture", "weights"], ["weighted"]),
+        node("ReduceSum", ["weighted", "channel"], ["redness"], keepdims=0),
+        node("Greater", ["redness", "threshold"], ["is_red"]),
+        node("Cast", ["is_red"], ["red"], to=TensorProto.FLOAT),
+        node("ReduceSum", ["red", "whole"], ["sum"], keepdims=1),
+        node("Max", ["sum", "no_less"], ["mass"]),
+    ]
+    for name, grid in (("x", "columns"), ("y", "rows")):
+        nodes += [
+            node("Mul", ["red", grid], [f"m_{name}"]),
+            node("ReduceSum", [f"m_{name}", "whole"], [f"s_{name}"], keepdims=1),
+            node("Div", [f"s_{name}", "mass"], [f"mean_{name}"]),
+            node("Sub", [grid, f"mean_{name}"], [f"off_{name}"]),
+            node("Mul", [f"off_{name}", f"off_{name}"], [f"square_{name}"]),
+            node("Mul", [f"square_{name}", "red"], [f"held_{name}"]),
+            node("ReduceSum", [f"held_{name}", "whole"], [f"spread_{name}"], keepdims=1),
+            node("Div", [f"spread_{name}", "mass"], [f"variance_{name}"]),
+            node("Sqrt", [f"variance_{name}"], [f"deviation_{name}"]),
+            node("Mul", [f"deviation_{name}", f"body_{name}"], [f"reach_{name}"]),
+            node("Add", [f"reach_{name}", f"mean_{name}"], [f"at_{name}"]),
+        ]
+    nodes += [
+        node("Greater", ["sum", "enough"], ["there"]),
+        node("Cast", ["there"], ["there_1"], to=TensorProto.FLOAT),
+        node("Mul", ["there_1", "most"], ["score"]),
+        node("Unsqueeze", ["at_y", "last"], ["y"]),
+        node("Unsqueeze", ["at_x", "last"], ["x"]),
+        node("Unsqueeze", ["score", "last"], ["s"]),
+        node("Concat", ["y", "x", "s"], ["output"], axis=3),
+    ]
+    outputs = {"output": (TensorProto.FLOAT, (1, 1, 17, 3))}
+    return save_graph(path, nodes, {"input": (kind, (1, side, side, 3))}, outputs, constants)
+
+
+@pytest.fixture(scope="session")
+def toys() -> SimpleNamespace:
+    """The functions of this file, for the tests."""
+    return SimpleNamespace(
+        joints_of=joints_of,
+        constant_graph=constant_graph,
+        save_toy=save_toy,
+        scene=scene,
+        walking=walking,
+        float=TensorProto.FLOAT,
+        int32=TensorProto.INT32,
+        uint8=TensorProto.UINT8,
+    )
+
+
+@pytest.fixture(scope="session")
+def toy(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A detector's file that sees red rectangles."""
+    return save_toy(tmp_path_factory.mktemp("toy") / "toy.onnx")
+
+
+def scene(box: Box | None, size: tuple[int, int] = (320, 240), seed: int = 0) -> np.ndarray:
+    """(H, W, 3): grey blotches, others for another seed, and a red rectangle unless there is none."""
+    import cv2
+
+    small = np.random.default_rng(seed).integers(30, 200, (6, 8), dtype=np.uint8)
+    picture = cv2.cvtColor(cv2.resize(small, size, interpolation=cv2.INTER_CUBIC), cv2.COLOR_GRAY2RGB)
+    if box is not None:
+        left, top, right, bottom = (round(side) for side in box)
+        picture[max(top, 0) : bottom, max(left, 0) : right] = (250, 10, 10)
+    return picture
+
+
+def walking(frames: int) -> list[Box]:
+    """A rectangle that goes to the right and bobs."""
+    return [(40 + 3 * i, 50 + 4 * np.sin(i), 80 + 3 * i, 200 + 4 * np.sin(i)) for i in range(frames)]
+
+
+@pytest.fixture
+def film(tmp_path: Path) -> Callable[..., Video]:
+    """film(pictures, stamps_ms=None, name="film.mp4", rotation=None): a video of these pictures, H.264 with B-frames;
+    rotation: the display matrix's, in degrees anticlockwise."""
+    import av
+
+    def make(
+        pictures: Sequence[np.ndarray],
+        stamps_ms: Sequence[int] | None = None,
+        name: str = "film.mp4",
+        rotation: int | None = None,
+    ) -> Video:
+        path = tmp_path / name
+        height, width = pictures[0].shape[:2]
+        even = width % 2 == 0 and height % 2 == 0
+        stamps = stamps_ms or [round(1000 * i / 30) for i in range(len(pictures))]
+        with av.open(path, "w") as container:
+            stream = container.add_stream("libx264", rate=30, options={"crf": "12", "bf": "2", "g": "12"})
+            stream.width, stream.height = width, height
+            stream.pix_fmt = "yuv420p" if even else "yuv444p"
+            stream.codec_context.time_base = Fraction(1, 1000)
+            if rotation is not None:
+                stream.set_display_rotation(rotation)
+            for picture, stamp in zip(pictures, stamps, strict=True):
+                frame = av.VideoFrame.from_ndarray(picture, "rgb24")
+                frame.pts, frame.time_base = stamp, Fraction(1, 1000)
+                container.mux(stream.encode(frame))
+            container.mux(stream.encode())
+        return read(path)[0]
+
+    return make
+
+
+@pytest.fixture
+def walk_film(film: Callable[..., Video]) -> Video:
+    """40 frames of one person."""
+    return film([scene(box) for box in walking(40)])
+
+
+@pytest.fixture
+def quick(tmp_path: Path) -> Path:
+    """A recipe without recording and report."""
+    path = tmp_path / "quick.toml"
+    stages = ("detect", "lift", "clean", "scale", "rectify", "trajectories", "export")
+    path.write_text("".join(f'[[stages]]\nuse = "{stage}"\n' for stage in stages))
+    return path
