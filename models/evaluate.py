@@ -101,7 +101,7 @@ def evaluate(
         from .real_rectified import consistency
 
         results["real"] = agreement(lifter, flip)
-        results["real, rectified"] = consistency(rectifiers)
+        results["real, rectified"] = consistency(rectifiers, lifter)
     output.mkdir(parents=True, exist_ok=True)
     page = takes_as_markdown if takes else angles_as_markdown if angles else as_markdown
     page = page if data is None else own_as_markdown
