@@ -1,4 +1,4 @@
-"""Rectifiers and what makes them."""
+"""Rectifiers and lifters, and what makes them."""
 
 from __future__ import annotations
 
@@ -8,6 +8,9 @@ from ..pipeline.errors import InputError
 from ..pipeline.options import did_you_mean
 from ..pipeline.sockets import Rectifier
 from .geometric import Geometric
+from .lifters import load_lifter
+
+__all__ = ["load_lifter", "load_rectifier"]
 
 _WEIGHTS = {"pcnet": "pcnet.onnx", "paper": "paper.onnx"}
 

@@ -110,7 +110,7 @@ def evaluate(
         from .real_rectified import consistency
 
         results["real"] = agreement(lifter, flip)
-        results["real, rectified"] = consistency(rectifiers)
+        results["real, rectified"] = consistency(rectifiers, lifter)
     output.mkdir(parents=True, exist_ok=True)
     pages = {"--takes": takes_as_markdown, "--angles": angles_as_markdown, "--swaps": swaps_as_markdown}
     page = pages[asked[0]] if asked else as_markdown if data is None else own_as_markdown

@@ -32,8 +32,8 @@ def features(
     rays = (keypoints - image_size[..., None, None, :] / 2) / focal_px[..., None, None, None]
     present = known(rays)
     seen = np.any(present, axis=-1)
+    centre = body_centre(rays)
     rays = np.where(present[..., None], rays, 0.0)
-    centre = _filled(_centre(rays, present), seen)
     R_camera_from_ray = ray_rotation(centre)
     turned = _turned(rays, R_camera_from_ray)
     turned = np.where(present[..., None], turned, 0.0)
@@ -52,6 +52,12 @@ def features(
     flat = picture.reshape(*picture.shape[:-2], -1)
     out = np.concatenate([flat, trust, present, np.where(seen[..., None], extra, 0.0)], axis=-1)
     return out.astype(np.float32), R_camera_from_ray
+
+
+def body_centre(points: np.ndarray) -> np.ndarray:
+    """(..., T, 2) middle of the body of H36M17 points (..., T, 17, 2); frames without any take a neighbour's."""
+    present = known(points)
+    return _filled(_centre(np.where(present[..., None], points, 0.0), present), np.any(present, axis=-1))
 
 
 def body_rays(joints_camera: np.ndarray) -> np.ndarray:

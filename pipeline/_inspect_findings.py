@@ -8,8 +8,7 @@ from typing import Literal
 import numpy as np
 
 from .anthropometry import implied_stature
-from .checks import bone_spread, chirality, empty_rows
-from .intake import STATURES_M, UNSTEADY
+from .checks import STATURES_M, UNSTEADY, bone_spread, chirality, empty_rows
 from .layouts import H36M17
 from .pose import PoseSequence
 from .swap_repair import told, wrong_rows

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .anthropometry import implied_stature
 from .layouts import H36M17, Layout
 from .pose import PoseSequence
 from .rotations import unit
@@ -15,6 +16,8 @@ _MIN_KNEE_BEND = 0.03  # of the leg's length; a straighter knee does not tell fr
 _SHORT_AXIS = 0.2  # trunk lengths; in a picture, hips or shoulders closer together are seen end-on
 _MIN_VOTES = 20  # frames that must vote before evidence counts as strong
 _STRONG = 0.2  # agreement at or below this contradicts
+STATURES_M = (0.4, 2.6)
+UNSTEADY = 0.12  # bone-length spread beyond which poses are not to be believed (boxing 0.05, cycling 0.10)
 
 
 @dataclass(frozen=True)
@@ -139,3 +142,20 @@ def empty_rows(poses: PoseSequence) -> np.ndarray:
     """(T,) True where all joints lie on one point, as failed frames do that were filled with zeros."""
     spread = np.ptp(np.nan_to_num(poses.joints), axis=1).max(axis=-1)
     return (spread == 0) & np.isfinite(poses.joints).all(axis=(1, 2))
+
+
+def implausible(poses: PoseSequence) -> list[str]:
+    """Warnings, in words, about what no person's skeleton does. poses: H36M17 in 3D."""
+    warnings = []
+    spread = bone_spread(poses)
+    if spread > UNSTEADY:
+        warnings.append(
+            f"THESE POSES ARE NOT GOOD DATA: bone lengths vary by {100 * spread:.0f} % after each frame's own size is "
+            "taken out (5 % is usual, 9 % poor); every result below inherits that."
+        )
+    stature = implied_stature(poses.joints)
+    if poses.frame.metric and not STATURES_M[0] < stature < STATURES_M[1]:
+        warnings.append(
+            f"The limbs imply a stature of {stature:.3g} m; is the unit of the file really metres?"
+        )
+    return warnings

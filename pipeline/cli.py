@@ -68,6 +68,12 @@ def run(
     resume: Annotated[
         bool, typer.Option("--resume", help="Go on with the detection that was interrupted in this folder.")
     ] = False,
+    lifter: Annotated[
+        str | None, typer.Option(help="pcnet3d, the built-in one, or an .onnx file; without --poses.")
+    ] = None,
+    lifter_kind: Annotated[
+        str | None, typer.Option(help="What --lifter is, such as motionbert, where the file does not say.")
+    ] = None,
     image_size: Annotated[
         str | None, typer.Option(help="WIDTHxHEIGHT in pixels, to lift keypoints without a video.")
     ] = None,
@@ -121,8 +127,8 @@ def run(
 ) -> None:
     """Turn a recorded video's keypoints and a lifter's poses into a rectified recording.
 
-    Without --poses the keypoints are lifted by our own network; without --keypoints too, they are first detected in
-    the video.
+    Without --poses the keypoints are lifted, by our own network or by --lifter; without --keypoints too, they are first
+    detected in the video.
     """
     chosen = load_recipe(recipe)
     if poses is None:
@@ -140,7 +146,14 @@ def run(
             "swaps": swaps if alone else None,
             "fps": fps if alone else None,
         },
-        "lift": {"image_size": image_size and _size(image_size), "focal_px": focal, "flip": flip or None},
+        "lift": {
+            "lifter": lifter,
+            "lifter_kind": lifter_kind,
+            "image_size": image_size and _size(image_size),
+            "focal_px": focal,
+            "flip": flip or None,
+            "parity": None if poses is not None or parity == "refuse" else parity,
+        },
         "scale": {"stature_m": stature},
         "rectify": {
             "rectifier": rectifier,

@@ -7,8 +7,7 @@ from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from .anthropometry import implied_stature
-from .checks import bone_spread
+from .checks import implausible
 from .errors import InputError
 from .joining import Clock, check_numbers, numbered_by, starting_at
 from .options import call
@@ -18,9 +17,6 @@ from .reading import RANKS, Missing, Parity, check_guards, choose_person, find_a
 from .sockets import Adapter
 from .swap_repair import Swaps, treated
 from .take import Event, Take, Video
-
-STATURES_M = (0.4, 2.6)
-UNSTEADY = 0.12  # bone-length spread beyond which poses are not to be believed (boxing 0.05, cycling 0.10)
 
 
 @dataclass(frozen=True)
@@ -279,27 +275,10 @@ def _doubts(lead: PoseSequence) -> list[str]:
     """Warnings about data that were read but should not be believed as they are."""
     warnings = [str(step.options["warning"]) for step in lead.history if "warning" in step.options]
     if lead.frame.dims == 3:
-        warnings += _implausible(lead)
+        warnings += implausible(lead)
     if not lead.frames_known:
         warnings.append(
             "Nothing says which video frames the rows are; they are taken for consecutive ones from 0."
-        )
-    return warnings
-
-
-def _implausible(poses: PoseSequence) -> list[str]:
-    """What no person's skeleton does."""
-    warnings = []
-    spread = bone_spread(poses)
-    if spread > UNSTEADY:
-        warnings.append(
-            f"THESE POSES ARE NOT GOOD DATA: bone lengths vary by {100 * spread:.0f} % after each frame's own size is "
-            "taken out (5 % is usual, 9 % poor); every result below inherits that."
-        )
-    stature = implied_stature(poses.joints)
-    if poses.frame.metric and not STATURES_M[0] < stature < STATURES_M[1]:
-        warnings.append(
-            f"The limbs imply a stature of {stature:.3g} m; is the unit of the file really metres?"
         )
     return warnings
 

@@ -199,7 +199,7 @@ def finished(
     poses = change_frame(
         poses, own.with_(origin="pelvis", unit="m" if poses.frame.metric else poses.frame.unit)
     )
-    return _guarded(poses, adapter, path, parity)
+    return guarded(poses, parity, f"{path} (adapter {adapter.name})")
 
 
 def _missing(poses: PoseSequence, path: Path, missing: Missing) -> PoseSequence:
@@ -223,7 +223,11 @@ def _missing(poses: PoseSequence, path: Path, missing: Missing) -> PoseSequence:
     return poses.with_(joints=np.where(empty[:, None, None], np.nan, poses.joints)).noted("missing", **counts)
 
 
-def _guarded(poses: PoseSequence, adapter: Adapter, path: Path, parity: Parity) -> PoseSequence:
+def guarded(poses: PoseSequence, parity: Parity, where: str) -> PoseSequence:
+    """The poses with left and right put right as asked; with "refuse", InputError when they are wrong.
+
+    poses: H36M17 in 3D. where: what they come from, for the error. A doubt goes into the history as a warning.
+    """
     if parity != "refuse":
         poses = repaired(poses, parity)
         evidence = chirality(poses)
@@ -235,12 +239,12 @@ def _guarded(poses: PoseSequence, adapter: Adapter, path: Path, parity: Parity) 
     evidence = chirality(poses)
     if evidence.verdict == "legs against arms":
         raise InputError(
-            f"{path} (adapter {adapter.name}): left and right of the legs contradict those of the arms: {evidence}; "
+            f"{where}: left and right of the legs contradict those of the arms: {evidence}; "
             "pass --parity swap-legs if the legs are in SPIN's order, or --parity ignore."
         )
     if evidence.verdict == "wrong":
         raise InputError(
-            f"{path} (adapter {adapter.name}): the body is mirrored or its left and right are exchanged: {evidence}; "
+            f"{where}: the body is mirrored or its left and right are exchanged: {evidence}; "
             "pass --parity mirror if the coordinates are mirrored, --parity swap if the names are, or --parity ignore."
         )
     if evidence.verdict == "doubtful":

@@ -1,4 +1,7 @@
-"""What an adapter, a stage and a rectifier must look like. A module may be an adapter: it has the attributes."""
+"""What an adapter, a stage, a rectifier and a lifter must look like.
+
+A module may be an adapter: it has the attributes.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +11,8 @@ from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
-from .take import Take
+from .pose import PoseSequence
+from .take import Take, Video
 
 
 class Adapter(Protocol):
@@ -66,3 +70,27 @@ class Rectifier(Protocol):
     @property
     def method(self) -> str: ...
     def rotation(self, joints: np.ndarray) -> tuple[np.ndarray, np.ndarray]: ...
+
+
+class Lifter(Protocol):
+    """Turns one person's 2D keypoints, and the pictures where it looks at them, into 3D poses.
+
+    lift(keypoints, image_size, focal_px, flip, video): keypoints in IMAGE, pixels, in the detector's layout, missing
+        joints NaN; image_size: width and height as the video is shown; focal_px: focal length in pixels, None when
+        unknown; flip: average with the lift of the mirrored person; video: the one that the frame numbers are of
+        -> the same rows as H36M17 in CAMERA axes relative to the pelvis. The last step of the history, "lift", has
+        the options `model`, `kind`, `focal_px`, `focal_known`, `flip` and `frames_without_joints`, of a lifter that
+        sees a crop also `bearing_deg` and `turned_by_the_ray`. Raises InputError.
+    method: how results name it, "name@<hash>".
+    """
+
+    @property
+    def method(self) -> str: ...
+    def lift(
+        self,
+        keypoints: PoseSequence,
+        image_size: tuple[int, int] | None,
+        focal_px: float | None = None,
+        flip: bool = False,
+        video: Video | None = None,
+    ) -> PoseSequence: ...

@@ -1,39 +1,90 @@
-"""Lifting: 2D keypoints of any detector become a 3D skeleton, with our own network."""
+"""Lifting: 2D keypoints of any detector become a 3D skeleton, with our own network or another."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import ClassVar
+from dataclasses import dataclass, field
+from typing import Any, ClassVar
 
-from ..models.lifter import lift
-from ..pipeline.layouts import H36M17, remap
+from ..models import load_lifter
+from ..pipeline.checks import implausible
 from ..pipeline.pictures import shown_size
+from ..pipeline.reading import Parity, guarded
+from ..pipeline.sockets import Lifter
 from ..pipeline.take import Event, Take
 
 
 @dataclass(frozen=True)
 class Lift:
-    """The stage. image_size: the picture's width and height in pixels, for a take without a video; focal_px: the
-    focal length, if known; flip: average with the lift of the mirrored person."""
+    """The stage.
 
+    lifter: "pcnet3d", the built-in one, or an .onnx file; lifter_kind: what that is, where its shapes leave it open
+    (models.load_lifter). image_size: the picture's width and height in pixels, for a take without a video;
+    focal_px: the focal length, if known; flip: average with the lift of the mirrored person. parity: what to do when
+    left and right of the lift look exchanged.
+    """
+
+    lifter: str = "pcnet3d"
+    lifter_kind: str | None = None
     image_size: tuple[int, int] | None = None
     focal_px: float | None = None
     flip: bool = False
+    parity: Parity = "refuse"
+    _opened: Lifter = field(init=False, repr=False, compare=False)
 
     name: ClassVar[str] = "lift"
     needs: ClassVar[tuple[str, ...]] = ("keypoints",)
     gives: ClassVar[tuple[str, ...]] = ("poses",)
 
+    def __post_init__(self) -> None:
+        """Opens the lifter, so that a run ends before its detector has looked at the whole video in vain."""
+        object.__setattr__(self, "_opened", load_lifter(self.lifter, self.lifter_kind))
+
     def __call__(self, take: Take) -> Take:
         assert take.keypoints is not None
         size = self.image_size or (shown_size(take.video) if take.video else None)
-        poses = lift(remap(take.keypoints, H36M17), size, self.focal_px, self.flip)
+        poses = self._opened.lift(take.keypoints, size, self.focal_px, self.flip, take.video)
         said = poses.history[-1].options
-        events = [Event("note", f"The poses are our own lift of the 2D keypoints (network {said['model']}).")]
-        if not said["focal_known"]:
-            text = f"The focal length is unknown and taken for {said['focal_px']:.0f} pixels (--focal)."
-            events.append(Event("note", text))
-        if said["frames_without_joints"]:
-            text = f"{said['frames_without_joints']} frames have no keypoints for too long to be lifted."
-            events.append(Event("warning", text))
+        poses = guarded(poses, self.parity, f"The lift by {self._opened.method}")
+        doubts = [str(step.options["warning"]) for step in poses.history if "warning" in step.options]
+        if said.get("joints_on_a_line"):
+            text = f"{said['joints_on_a_line']} missing keypoints were put on a line between where they were seen."
+            take = take.saying(Event("repair", text))
+        warnings = (*_gaps(said), *doubts, *implausible(poses))
+        events = (
+            Event("note", _who(said)),
+            *(Event("note", text) for text in _focal(said)),
+            *(Event("warning", text) for text in warnings),
+        )
         return take.with_(poses=poses).saying(*events)
+
+
+def _who(said: dict[str, Any]) -> str:
+    if said["kind"] == "pcnet3d":
+        return f"The poses are our own lift of the 2D keypoints (network {said['model']})."
+    return f"The poses are the lift by {said['model']}, a network of the kind {said['kind']}."
+
+
+def _focal(said: dict[str, Any]) -> list[str]:
+    """What the focal length was, or would be, good for."""
+    known = said["focal_known"]
+    if said["kind"] == "pcnet3d":
+        guess = f"The focal length is unknown and taken for {said['focal_px']:.0f} pixels (--focal)."
+        return [] if known else [guess]
+    if "bearing_deg" not in said:
+        text = "The lifter sees where in the picture the person is; the focal length is not used."
+        return [text] if known else []
+    least, most = said["bearing_deg"]
+    text = (
+        "The lifter sees the person in a crop and answers along the ray to the person: a bearing of b degrees shifts "
+        f"the heading by about b, here by {least:.0f} to {most:.0f} degrees if the focal length is "
+        f"{said['focal_px']:.0f} pixels; --focal PIXELS takes it out."
+    )
+    return [] if known else [text]
+
+
+def _gaps(said: dict[str, Any]) -> list[str]:
+    texts = {
+        "frames_without_joints": "frames have no keypoints for too long to be lifted.",
+        "frames_without_person": "frames have keypoints, but the lifter sees nobody in their pictures.",
+    }
+    return [f"{said[key]} {text}" for key, text in texts.items() if said.get(key)]

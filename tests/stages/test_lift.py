@@ -64,11 +64,11 @@ def test_a_run_from_video_and_keypoints_alone(files, tmp_path):
 def test_the_videos_rotation_flag_turns_the_image_size(take, monkeypatch):
     sizes = []
 
-    def spy(keypoints, image_size, focal_px, flip):
+    def spy(keypoints, image_size, focal_px, flip, model):
         sizes.append(image_size)
         raise InputError("seen")
 
-    monkeypatch.setattr("pcnet3d.stages.lift.lift", spy)
+    monkeypatch.setattr("pcnet3d.models.lifter.lift", spy)
     for rotation in (0, 90):
         turned = take.with_(video=replace(take.video, rotation_deg=rotation))
         with pytest.raises(InputError, match="seen"):
