@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..pipeline.pose import PoseSequence
 from ..pipeline.take import Event
+from ._record_video import Part
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -32,14 +33,20 @@ def time_columns(frame: np.ndarray, time_s: np.ndarray) -> list[rr.TimeColumn]:
     return [rr.TimeColumn("frame", sequence=frame), rr.TimeColumn("video_time", duration=nanoseconds)]
 
 
-def log_video(recording: rr.RecordingStream, asset: rr.AssetVideo, time_s: np.ndarray) -> None:
-    """The file as it is, and a reference to each of its frames; time_s: (N,)."""
+def log_video(recording: rr.RecordingStream, parts: Iterable[Part], time_s: np.ndarray) -> None:
+    """The video's parts, each once it is there, and a reference to each of their frames; time_s: (N,)."""
     import rerun as rr
 
-    stamps = asset.read_frame_timestamps_nanos()
-    clock = time_columns(np.arange(len(stamps)), time_s[: len(stamps)])
-    recording.log("video", asset, static=True)
-    recording.send_columns("video", clock, rr.VideoFrameReference.columns_nanos(stamps))
+    first = 0
+    for number, part in enumerate(parts):
+        entity = f"video_parts/{number}"  # apart from "video", so that no view shows them by themselves
+        recording.log(entity, part.asset, static=True)
+        frames = np.arange(first, first + len(part.stamps_ns))
+        references = rr.VideoFrameReference.columns(
+            timestamp=part.stamps_ns, video_reference=[entity] * len(frames)
+        )
+        recording.send_columns("video", time_columns(frames, time_s[frames]), references)
+        first += len(frames)
 
 
 def log_skeleton(recording: rr.RecordingStream, entity: str, poses: PoseSequence, radius: float) -> None:

@@ -53,10 +53,10 @@ def record(take: Take, path: str | Path, frames: bool = True) -> tuple[Event, ..
     """Write a take into one rerun recording that opens with its own views.
 
     Time axes: "frame", the number of the video's frame, and "video_time", its time stamp in seconds.
-    Entities: video, video/keypoints; source (the skeleton in the axes it came in, and the body's axes there),
-    body, level; wrists/source, wrists/level; rotation (expected errors, and how far each frame's vote on up is from
-    the take's); tilt and up (the votes as the camera's pitch and roll, and on the unit sphere); angles/<angle> with
-    the ends of its 90 % band; events; summary; measures.
+    Entities: video (which frame of which of video_parts), video/keypoints; source (the skeleton in the axes it came
+    in, and the body's axes there), body, level; wrists/source, wrists/level; rotation (expected errors, and how far
+    each frame's vote on up is from the take's); tilt and up (the votes as the camera's pitch and roll, and on the
+    unit sphere); angles/<angle> with the ends of its 90 % band; events; summary; measures.
     What the take lacks is left out, what is NaN stays NaN, and where a track has no rows for some frames, one row
     of NaN ends what is shown.
 
@@ -69,8 +69,8 @@ def record(take: Take, path: str | Path, frames: bool = True) -> tuple[Event, ..
     poses = take.poses
     if poses is None or take.rectified is None:
         raise InputError("A recording needs 3D poses and their rectification; run rectify first.")
-    asset, events = viewable(take.video) if frames and take.video else (None, ())
-    take = take.saying(*events).with_(video=take.video if asset else None)
+    parts, events = viewable(take.video) if frames and take.video else (None, ())
+    take = take.saying(*events).with_(video=take.video if parts else None)
     distance = np.linalg.norm(poses.joints[known(poses.joints)], axis=-1)
     size = float(np.percentile(distance, 98)) if len(distance) else 1.0  # about half the person's height
 
@@ -79,8 +79,8 @@ def record(take: Take, path: str | Path, frames: bool = True) -> tuple[Event, ..
         try:
             recording.save(partial, default_blueprint=blueprint(take, size))
             recording.send_recording_name(take.name)
-            if take.video and asset:
-                log_video(recording, asset, on_clock(take.video, poses))
+            if take.video and parts:
+                log_video(recording, parts, on_clock(take.video, poses))
             shown = gaps_marked(take)
             _log_poses(recording, shown, size)
             _log_rotation(recording, shown, size)

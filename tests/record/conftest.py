@@ -66,8 +66,9 @@ def make_take() -> Callable[..., Take]:
 
 @pytest.fixture
 def film(tmp_path: Path) -> Callable[..., Video]:
-    """film(codec="libx264", name="film.mp4", size=(64, 48), time_ms=..., bf=0): a bright spot that moves right,
-    8 pixels a frame, in the upper half of the picture."""
+    """film(codec="libx264", name="film.mp4", size=(64, 48), time_ms=..., bf=0, group=12, **options of the codec): a
+    bright spot that moves right, 8 pixels a frame, in the upper half of the picture; key frames are `group` frames
+    apart."""
     import av
 
     def make(
@@ -76,14 +77,17 @@ def film(tmp_path: Path) -> Callable[..., Video]:
         size: tuple[int, int] = (64, 48),
         time_ms=tuple(range(0, 800, 40)),
         bf: int = 0,
+        group: int = 12,
+        **options: str,
     ) -> Video:
         path, tick = tmp_path / name, Fraction(1, 1000)
         width, height = size
         with av.open(path, "w") as container:
-            stream = container.add_stream(codec, rate=FPS)
+            stream = container.add_stream(codec, rate=FPS, options=options)
             stream.width, stream.height, stream.pix_fmt = width, height, "yuv420p"
             stream.codec_context.time_base = tick
             stream.codec_context.max_b_frames = bf
+            stream.codec_context.gop_size = group
             for i, stamp in enumerate(time_ms):
                 picture = np.zeros((height, width, 3), np.uint8)
                 picture[2:10, 8 * i % width :][:, :8] = 255
@@ -91,7 +95,7 @@ def film(tmp_path: Path) -> Callable[..., Video]:
                 frame.pts, frame.time_base = stamp, tick
                 container.mux(stream.encode(frame))
             container.mux(stream.encode())
-        name = {"libx264": "h264", "libvpx-vp9": "vp9"}.get(codec, codec)
+        name = {"libx264": "h264", "libx265": "hevc", "libvpx-vp9": "vp9"}.get(codec, codec)
         return Video(path, width, height, np.array(time_ms) / 1000, name)
 
     return make
@@ -113,7 +117,7 @@ class Recording:
     def entities(self) -> set[str]:
         return {chunk.entity_path.strip("/") for chunk in self.chunks} - {"__properties"}
 
-    def _batches(self, entity: str, component: str, static: bool) -> Iterator:
+    def batches(self, entity: str, component: str, static: bool) -> Iterator:
         for chunk in self.chunks:
             batch = chunk.to_record_batch()
             if (
@@ -124,12 +128,12 @@ class Recording:
                 yield batch
 
     def static(self, entity: str, component: str) -> list:
-        (batch,) = self._batches(entity, component, static=True)
+        (batch,) = self.batches(entity, component, static=True)
         return batch.column(component)[0].as_py()
 
     def over_time(self, entity: str, component: str) -> tuple[np.ndarray, np.ndarray, list]:
         """Frame numbers (T,), nanoseconds (T,) and the values of each row; one chunk or it fails."""
-        (batch,) = self._batches(entity, component, static=False)
+        (batch,) = self.batches(entity, component, static=False)
         frame, video_time = (
             batch.column(name).to_numpy(zero_copy_only=False) for name in ("frame", "video_time")
         )
