@@ -46,6 +46,7 @@ def log_video(recording: rr.RecordingStream, parts: Iterable[Part], time_s: np.n
             timestamp=part.stamps_ns, video_reference=[entity] * len(frames)
         )
         recording.send_columns("video", time_columns(frames, time_s[frames]), references)
+        recording.flush()  # so that no part waits in memory
         first += len(frames)
 
 
