@@ -8,9 +8,11 @@ import os
 import shutil
 import socket
 import subprocess
+import threading
 import time
 import webbrowser
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import BinaryIO
@@ -23,6 +25,7 @@ _HERE = "127.0.0.1"
 _PORT = 9090
 _PAGE = ("/", "/re_viewer.js", "/re_viewer_bg.wasm", "/favicon.ico")
 _START_S = 20.0
+_LOOK_S = 0.1  # between looks at a recording that grows
 # The viewer sends usage data unless it believes to be in continuous integration, and asks GitHub for its newest
 # version: the first is switched off so (re_analytics/src/native/pipeline.rs), the second meets a closed door.
 QUIET = {"CI": "1", "HTTPS_PROXY": f"http://{_HERE}:9", "RUST_LOG": "error"}
@@ -70,18 +73,52 @@ def viewer_executable() -> str:
     raise InputError("The rerun viewer is not installed; reinstall the package rerun-sdk.")
 
 
-def _serve(recording: Path) -> None:
-    files = _viewer_files()
+@contextmanager
+def following(recording: Path, web: bool = False) -> Iterator[None]:
+    """Show a recording while the block writes it, in the viewer or, with `web`, in a browser on this machine. What is
+    shown stays when the block ends. InputError when no viewer opens."""
+    ended = threading.Event()
+    server = _server(recording, _viewer_files() if web else {}, ended)
+    threading.Thread(target=server.serve_forever, daemon=True).start()
     try:
-        server = ThreadingHTTPServer((_HERE, _PORT), _handler(recording, files))
-    except OSError:  # somebody has that port
-        server = ThreadingHTTPServer((_HERE, 0), _handler(recording, files))
-    origin = f"http://{_HERE}:{server.server_port}"
-    url = f"{origin}/?url={origin}/{RECORDING}"
-    print(f"{url}\nOpen it in a browser on this machine; Ctrl-C ends.", flush=True)
-    webbrowser.open(url)
+        if web:
+            print(f"{_page(server)}\nOpen it in a browser on this machine.", flush=True)
+            webbrowser.open(_page(server))
+        else:
+            command = [viewer_executable(), "--bind", _HERE, "--port", "auto", f"{_origin(server)}/{RECORDING}"]
+            silent = subprocess.DEVNULL
+            subprocess.Popen(
+                command, env=os.environ | QUIET, stdout=silent, stderr=silent, start_new_session=True
+            )
+        yield
+    finally:
+        ended.set()
+
+
+def _serve(recording: Path) -> None:
+    server = _server(recording, _viewer_files())
+    print(f"{_page(server)}\nOpen it in a browser on this machine; Ctrl-C ends.", flush=True)
+    webbrowser.open(_page(server))
     with server, suppress(KeyboardInterrupt):
         server.serve_forever()
+
+
+def _server(
+    recording: Path, files: dict[str, tuple[str, bytes]], ended: threading.Event | None = None
+) -> ThreadingHTTPServer:
+    handler = _handler(recording, files, ended)
+    try:
+        return ThreadingHTTPServer((_HERE, _PORT), handler)
+    except OSError:  # somebody has that port
+        return ThreadingHTTPServer((_HERE, 0), handler)
+
+
+def _origin(server: ThreadingHTTPServer) -> str:
+    return f"http://{_HERE}:{server.server_port}"
+
+
+def _page(server: ThreadingHTTPServer) -> str:
+    return f"{_origin(server)}/?url={_origin(server)}/{RECORDING}"
 
 
 def _viewer_files() -> dict[str, tuple[str, bytes]]:
@@ -123,7 +160,11 @@ def _fetched(port: int, path: str) -> tuple[str, bytes]:
             connection.close()
 
 
-def _handler(recording: Path, files: dict[str, tuple[str, bytes]]) -> type[BaseHTTPRequestHandler]:
+def _handler(
+    recording: Path, files: dict[str, tuple[str, bytes]], ended: threading.Event | None = None
+) -> type[BaseHTTPRequestHandler]:
+    """ended: of a recording that is still being written, set when it no longer is."""
+
     class Handler(BaseHTTPRequestHandler):
         """The viewer's files and the recording, nothing else."""
 
@@ -134,20 +175,27 @@ def _handler(recording: Path, files: dict[str, tuple[str, bytes]]) -> type[BaseH
                 self.send_error(403)
             elif path == f"/{RECORDING}":
                 with recording.open("rb") as file:
-                    self._send("application/octet-stream", recording.stat().st_size, file)
+                    length = recording.stat().st_size if ended is None else None
+                    self._send("application/octet-stream", length, file)
             elif path in files:
                 media_type, content = files[path]
                 self._send(media_type, len(content), io.BytesIO(content))
             else:
                 self.send_error(404)
 
-        def _send(self, media_type: str, length: int, content: BinaryIO) -> None:
+        def _send(self, media_type: str, length: int | None, content: BinaryIO) -> None:
+            """length: None for a file that grows until `ended`; the answer then ends with the connection."""
             self.send_response(200)
             self.send_header("Content-Type", media_type)
-            self.send_header("Content-Length", str(length))
+            if length is not None:
+                self.send_header("Content-Length", str(length))
             self.send_header("Content-Security-Policy", _ONLY_HERE)
             self.end_headers()
             with suppress(ConnectionError):  # the browser went away
+                over = length is not None
+                while not over:
+                    over = ended is None or ended.wait(_LOOK_S)
+                    shutil.copyfileobj(content, self.wfile)
                 shutil.copyfileobj(content, self.wfile)
 
         def log_message(self, format: str, *args: object) -> None:

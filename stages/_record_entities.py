@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..pipeline.frames import Frame
+from ..pipeline.layouts import Layout
 from ..pipeline.pose import PoseSequence
 from ..pipeline.take import Event
 from ._record_video import Part
@@ -52,24 +54,37 @@ def log_video(recording: rr.RecordingStream, parts: Iterable[Part], time_s: np.n
 
 def log_skeleton(recording: rr.RecordingStream, entity: str, poses: PoseSequence, radius: float) -> None:
     """`entity`/joints and `entity`/bones. radius: of a joint, in scene units or negative in screen points."""
+    log_looks(recording, entity, poses.layout, poses.frame, radius)
+    log_rows(recording, entity, poses)
+
+
+def log_looks(
+    recording: rr.RecordingStream, entity: str, layout: Layout, frame: Frame, radius: float
+) -> None:
+    """What stays the same of a skeleton: its axes, colours, names and radii."""
+    import rerun as rr
+
+    points, lines = (rr.Points3D, rr.LineStrips3D) if frame.dims == 3 else (rr.Points2D, rr.LineStrips2D)
+    if frame.dims == 3:
+        letters = [_LETTERS.get(word, word[0].upper()) for word in frame.axes]
+        recording.log(entity, getattr(rr.ViewCoordinates, "".join(letters)), static=True)
+    colours = [_colour(joint) for joint in layout.joints]
+    look = points.from_fields(colors=colours, radii=[radius], labels=layout.joints, show_labels=False)
+    recording.log(f"{entity}/joints", look, static=True)
+    look = lines.from_fields(colors=[_colour(*bone) for bone in layout.bones], radii=[0.55 * radius])
+    recording.log(f"{entity}/bones", look, static=True)
+
+
+def log_rows(recording: rr.RecordingStream, entity: str, poses: PoseSequence) -> None:
+    """Where a skeleton's joints and bones are at each of its times."""
     import rerun as rr
 
     layout, dims = poses.layout, poses.frame.dims
     points, lines = (rr.Points3D, rr.LineStrips3D) if dims == 3 else (rr.Points2D, rr.LineStrips2D)
     clock = time_columns(poses.frame_index, poses.times)
-    if dims == 3:
-        letters = [_LETTERS.get(word, word[0].upper()) for word in poses.frame.axes]
-        recording.log(entity, getattr(rr.ViewCoordinates, "".join(letters)), static=True)
-
-    colours = [_colour(joint) for joint in layout.joints]
-    look = points.from_fields(colors=colours, radii=[radius], labels=layout.joints, show_labels=False)
-    recording.log(f"{entity}/joints", look, static=True)
     columns = points.columns(positions=poses.joints.reshape(-1, dims))
     recording.send_columns(f"{entity}/joints", clock, columns.partition(np.full(len(poses), len(layout))))
-
     ends = np.array([layout.indices(bone) for bone in layout.bones])
-    look = lines.from_fields(colors=[_colour(*bone) for bone in layout.bones], radii=[0.55 * radius])
-    recording.log(f"{entity}/bones", look, static=True)
     columns = lines.columns(strips=_segments(poses.joints[:, ends]))
     recording.send_columns(f"{entity}/bones", clock, columns.partition(np.full(len(poses), len(ends))))
 

@@ -1,0 +1,152 @@
+"""Where live pictures come from: a camera, a stream, a pipe, or a file that is played as fast as it can be followed."""
+
+from __future__ import annotations
+
+import sys
+import threading
+import time
+from collections import deque
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+
+from ..pipeline.errors import InputError
+from ..pipeline.intake import read_video
+from ..pipeline.pictures import pictures
+from ..pipeline.take import Video
+
+_PROTOCOLS = ("rtsp", "rtsps", "rtmp", "rtp", "srt", "udp", "tcp", "http", "https")
+_NEEDED = "tls,crypto"  # what those are built on; no playlist from elsewhere may name files of this machine
+
+
+@dataclass(frozen=True, eq=False)
+class Shot:
+    """number: from 0, of the pictures that were not dropped; of a file its frame number. time_s: from the first one.
+    picture: (H, W, 3) uint8 RGB, upright."""
+
+    number: int
+    time_s: float
+    picture: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Source:
+    """name: in words. video: the file, where it is one. waits: whether pictures wait for who takes them; those of a
+    camera do not."""
+
+    name: str
+    shots: Iterator[Shot]
+    video: Video | None
+    waits: bool
+
+
+def open_source(source: str) -> Source:
+    """A camera by its number or device, a URL, "-" for a pipe into stdin, or a video file.
+
+    InputError when it cannot be opened, or later when it breaks.
+    """
+    if source.isdigit() or source.startswith("/dev/"):
+        return Source(f"camera {source}", _camera(source), None, waits=False)
+    if source == "-":
+        return Source("pipe", _stream(sys.stdin.buffer, "the pipe", "pipe"), None, waits=True)
+    protocol, colon, _ = source.partition("://")
+    if colon:
+        if protocol not in _PROTOCOLS:
+            raise InputError(
+                f"Expected a stream by one of {', '.join(_PROTOCOLS)}, got '{protocol}'; give a file by its path."
+            )
+        allowed = f"{','.join(_PROTOCOLS)},{_NEEDED}"
+        return Source(f"{protocol} stream", _stream(source, source, allowed), None, waits=False)
+    video = read_video(Path(source))
+    shots = (
+        Shot(number, float(video.time_s[number]), np.ascontiguousarray(picture))
+        for number, picture in pictures(video)
+    )
+    return Source(video.path.name, shots, video, waits=True)
+
+
+def _stream(source: str | BinaryIO, name: str, protocols: str) -> Iterator[Shot]:
+    import av
+    from av.error import FFmpegError
+
+    try:
+        with av.open(
+            source, metadata_errors="ignore", options={"protocol_whitelist": protocols}
+        ) as container:
+            if not container.streams.video:
+                raise InputError(f"Expected a video from {name}, but it has no video stream.")
+            stream = container.streams.video[0]
+            stream.thread_type = "SLICE"  # threads by frame would hold some back
+            start: float | None = None
+            for number, frame in enumerate(container.decode(stream)):
+                rate = float(stream.average_rate or 30)
+                now = number / rate if frame.time is None else frame.time
+                start = now if start is None else start
+                picture = np.rot90(frame.to_ndarray(format="rgb24"), round(frame.rotation / 90))
+                yield Shot(number, now - start, np.ascontiguousarray(picture))
+    except FFmpegError as error:
+        raise InputError(f"Expected a video from {name}, but it cannot be read: {error.strerror}.") from None
+
+
+def _camera(source: str) -> Iterator[Shot]:
+    import cv2
+
+    camera: Any = cv2.VideoCapture(int(source) if source.isdigit() else source)
+    try:
+        if not camera.isOpened():
+            raise InputError(
+                f"There is no camera {source}, or another program has it; the first one has number 0."
+            )
+        start, number = None, 0
+        while True:
+            there, picture = camera.read()
+            if not there:
+                raise InputError(f"The camera {source} gives no more pictures; is it still connected?")
+            now = time.monotonic()
+            start = now if start is None else start
+            yield Shot(number, now - start, np.ascontiguousarray(picture[..., ::-1]))
+            number += 1
+    finally:
+        camera.release()
+
+
+class Newest:
+    """Of shots that do not wait always the newest, numbered anew. dropped: how many came while nobody asked."""
+
+    def __init__(self, shots: Iterator[Shot]) -> None:
+        self.dropped = 0
+        self._shots = shots
+        self._slot: deque[Shot] = deque(maxlen=1)
+        self._error: BaseException | None = None
+        self._news = threading.Condition()
+        self._ended = False
+        threading.Thread(target=self._read, daemon=True).start()
+
+    def __iter__(self) -> Iterator[Shot]:
+        number = 0
+        while True:
+            with self._news:
+                self._news.wait_for(lambda: self._slot or self._ended)
+                if not self._slot:
+                    if self._error is not None:
+                        raise self._error
+                    return
+                shot = self._slot.pop()
+            yield Shot(number, shot.time_s, shot.picture)
+            number += 1
+
+    def _read(self) -> None:
+        try:
+            for shot in self._shots:
+                with self._news:
+                    self.dropped += len(self._slot)
+                    self._slot.append(shot)
+                    self._news.notify()
+        except BaseException as error:
+            self._error = error
+        with self._news:
+            self._ended = True
+            self._news.notify()
