@@ -7,6 +7,8 @@ from fractions import Fraction
 from itertools import cycle
 from pathlib import Path
 
+import numpy as np
+
 from .camera import side_camera
 from .picture import pictures
 from .walker import walker
@@ -28,7 +30,8 @@ def write_long_video(path: Path, seconds: float) -> None:
         stream.options = {"crf": "21", "preset": "fast", "bf": "0", "g": "60"}
         packets = []
         for number, jpeg in enumerate([*there, *reversed(there)]):
-            picture = av.VideoFrame.from_ndarray(cv2.imdecode(jpeg, cv2.IMREAD_COLOR_RGB), format="rgb24")
+            drawn = np.asarray(cv2.imdecode(jpeg, cv2.IMREAD_COLOR_RGB))
+            picture = av.VideoFrame.from_ndarray(drawn, format="rgb24")
             picture.pts, picture.time_base = number, Fraction(1, 30)
             packets += stream.encode(picture)
         packets += stream.encode()

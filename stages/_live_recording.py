@@ -76,7 +76,7 @@ class LiveRecording:
         for name, words in (("error", "expected error (deg)"), ("bound", "90 % bound of up (deg)")):
             recording.log(f"rotation/{name}", rr.SeriesLines(names=[words]), static=True)
 
-    def log(self, shot: Shot, found: Found | None, joints: np.ndarray, frame: LiveFrame) -> None:
+    def log(self, shot: Shot, found: Found | None, joints: np.ndarray, live: LiveFrame) -> None:
         """One picture and what is known about it. joints: (17, 3), CAMERA axes."""
         import rerun as rr
 
@@ -85,17 +85,26 @@ class LiveRecording:
         recording.set_time("video_time", duration=shot.time_s)
         if self._target is not None:
             self._log_picture(self._target, shot)
-        clock = {"frame_index": np.array([shot.number]), "time_s": np.array([shot.time_s])}
         pixels = np.full((len(self._layout), 2), np.nan) if found is None else found.xy
-        body = rotate(transpose(frame.R_camera_from_body), joints)
-        log_rows(recording, "video/keypoints", PoseSequence(pixels[None], self._layout, IMAGE, **clock))
-        log_rows(recording, "source", PoseSequence(joints[None], H36M17, _SOURCE, **clock))
-        log_rows(recording, "body", PoseSequence(body[None], H36M17, _BODY, **clock))
+        body = rotate(transpose(live.R_camera_from_body), joints)
+        for entity, shown, layout, frame in (
+            ("video/keypoints", pixels, self._layout, IMAGE),
+            ("source", joints, H36M17, _SOURCE),
+            ("body", body, H36M17, _BODY),
+        ):
+            row = PoseSequence(
+                shown[None],
+                layout,
+                frame,
+                frame_index=np.array([shot.number]),
+                time_s=np.array([shot.time_s]),
+            )
+            log_rows(recording, entity, row)
         for entity, shown in (("source", joints), ("body", body)):
             for wrist in ("l_wrist", "r_wrist"):
                 recording.log(f"wrists/{entity}/{wrist}", rr.Scalars(shown[H36M17.index(wrist)]))
-        recording.log("rotation/error", rr.Scalars(frame.error_deg))
-        recording.log("rotation/bound", rr.Scalars(frame.up_bound_deg))
+        recording.log("rotation/error", rr.Scalars(live.error_deg))
+        recording.log("rotation/bound", rr.Scalars(live.up_bound_deg))
 
     def close(self) -> None:
         """The last pictures out of the encoder."""

@@ -6,8 +6,8 @@ import sys
 import threading
 import time
 from collections import deque
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -19,6 +19,7 @@ from ..pipeline.pictures import pictures
 from ..pipeline.take import Video
 
 _PROTOCOLS = ("rtsp", "rtsps", "rtmp", "rtp", "srt", "udp", "tcp", "http", "https")
+_ASK_S = 0.1
 _NEEDED = "tls,crypto"  # what those are built on; no playlist from elsewhere may name files of this machine
 
 
@@ -113,40 +114,50 @@ def _camera(source: str) -> Iterator[Shot]:
         camera.release()
 
 
-class Newest:
-    """Of shots that do not wait always the newest, numbered anew. dropped: how many came while nobody asked."""
+class Incoming:
+    """A source's shots, read in a thread of their own and numbered anew: each of a source that waits, else always the
+    newest. dropped: how many came while nobody asked."""
 
-    def __init__(self, shots: Iterator[Shot]) -> None:
+    def __init__(self, source: Source) -> None:
         self.dropped = 0
-        self._shots = shots
+        self._source = source
         self._slot: deque[Shot] = deque(maxlen=1)
         self._error: BaseException | None = None
         self._news = threading.Condition()
         self._ended = False
-        threading.Thread(target=self._read, daemon=True).start()
 
-    def __iter__(self) -> Iterator[Shot]:
+    def until(self, stop: Callable[[], bool]) -> Iterator[Shot]:
+        """Shots as they come, until the source ends or `stop` says so, which is asked several times a second."""
+        threading.Thread(target=self._read, daemon=True).start()
         number = 0
         while True:
             with self._news:
-                self._news.wait_for(lambda: self._slot or self._ended)
-                if not self._slot:
+                while not (self._slot or self._ended or stop()):
+                    self._news.wait(_ASK_S)
+                if stop() or not self._slot:
+                    self._ended = True
+                    self._news.notify_all()
                     if self._error is not None:
                         raise self._error
                     return
                 shot = self._slot.pop()
-            yield Shot(number, shot.time_s, shot.picture)
+                self._news.notify_all()
+            yield shot if self._source.waits else replace(shot, number=number)
             number += 1
 
     def _read(self) -> None:
         try:
-            for shot in self._shots:
+            for shot in self._source.shots:
                 with self._news:
+                    if self._source.waits:
+                        self._news.wait_for(lambda: not self._slot or self._ended)
+                    if self._ended:
+                        return
                     self.dropped += len(self._slot)
                     self._slot.append(shot)
-                    self._news.notify()
+                    self._news.notify_all()
         except BaseException as error:
             self._error = error
         with self._news:
             self._ended = True
-            self._news.notify()
+            self._news.notify_all()

@@ -30,7 +30,7 @@ from ..pipeline.outputs import whole_folder
 from ..pipeline.progress import now_and_then, stages, tell
 from ..pipeline.view import following
 from ._live_recording import live_recording
-from ._live_source import Newest, Source, open_source
+from ._live_source import Incoming, Source, open_source
 
 LIVE = "live.rrd"
 _VIDEO = "video.ts"
@@ -62,9 +62,7 @@ def live(
     """
     shown = open_source(source)
     networks = _Networks(
-        load_detector(
-            network_file(detector), person_detector and network_file(person_detector), person_kind
-        ),
+        load_detector(network_file(detector), person_detector and network_file(person_detector), person_kind),
         rectifier,
         focal,
     )
@@ -75,7 +73,9 @@ def live(
             seen = _watch(shown, networks, folder, frames=not no_frames)
         print(f"live: {seen.words}", file=sys.stderr)
         if seen.sources is None:
-            raise InputError(f"Nobody was found in {seen.words} of {shown.name} by {networks.detector.method}.")
+            raise InputError(
+                f"Nobody was found in {seen.words} of {shown.name} by {networks.detector.method}."
+            )
         recipe = load_recipe().starting_with("lift").with_options("rectify", rectifier=rectifier)
         recipe = recipe.with_options("lift", image_size=seen.size, focal_px=focal)
         recipe = recipe.with_options("scale", stature_m=stature)
@@ -85,7 +85,9 @@ def live(
             with stages(["read", *(entry.use for entry in recipe.stages)]) as done:
                 tell(run_into(folder, seen.sources, recipe, done))
         except (InputError, KeyboardInterrupt) as error:
-            print(f"warning: recorded, but not processed as a take: {error or 'interrupted'}", file=sys.stderr)
+            print(
+                f"warning: recorded, but not processed as a take: {error or 'interrupted'}", file=sys.stderr
+            )
     print(f"{output}: {', '.join(sorted(path.name for path in output.iterdir()))}")
     print(f"look at it with: pcnet3d view {shlex.quote(str(output))}, or {shlex.quote(str(output / LIVE))}")
 
@@ -113,7 +115,7 @@ def _watch(shown: Source, networks: _Networks, folder: Path, frames: bool) -> _S
     search, person = Search(detector), _Followed()
     rectifier = LiveRectifier(networks.rectifier)
     lifter, size = None, (0, 0)
-    shots = shown.shots if shown.waits else Newest(shown.shots)
+    incoming = Incoming(shown)
     own_video = folder / _VIDEO if shown.video is None and frames else None
     total = None if shown.video is None else len(shown.video.time_s)
     with (
@@ -121,27 +123,22 @@ def _watch(shown: Source, networks: _Networks, folder: Path, frames: bool) -> _S
         interruptible() as asked,
         now_and_then("live", total) as count,
     ):
-        try:
-            for shot in shots:
-                cuts = len(search.cuts)
-                found = person.choose(shot.number, search.look(shot.number, shot.time_s, shot.picture))
-                if lifter is None or len(search.cuts) > cuts:
-                    size = shot.picture.shape[1::-1]
-                    lifter = LiveLifter(detector.layout, size, networks.focal_px)
-                    rectifier = LiveRectifier(networks.rectifier)
-                missing = np.full((len(detector.layout), 2), np.nan)
-                xy, score = (missing, missing[:, 0]) if found is None else (found.xy, found.score)
-                joints = lifter.update(xy, score)
-                recording.log(shot, found, joints, rectifier.update(joints, shot.time_s))
-                count(search.seen)
-                if asked():
-                    break
-        except KeyboardInterrupt:
-            pass  # the second time, while no picture came
+        for shot in incoming.until(asked):
+            cuts = len(search.cuts)
+            found = person.choose(shot.number, search.look(shot.number, shot.time_s, shot.picture))
+            if lifter is None or len(search.cuts) > cuts:
+                size = shot.picture.shape[1::-1]
+                lifter = LiveLifter(detector.layout, size, networks.focal_px)
+                rectifier = LiveRectifier(networks.rectifier)
+            missing = np.full((len(detector.layout), 2), np.nan)
+            xy, score = (missing, missing[:, 0]) if found is None else (found.xy, found.score)
+            joints = lifter.update(xy, score)
+            recording.log(shot, found, joints, rectifier.update(joints, shot.time_s))
+            count(search.seen)
         recording.close()
     words = f"{search.seen} frames"
-    if isinstance(shots, Newest):
-        words += f", {shots.dropped} dropped to keep up"
+    if not shown.waits:
+        words += f", {incoming.dropped} dropped to keep up"
     if not person.shown:
         return _Seen(words, size, None)
     search.detections(total or search.seen, search.seen).save(folder / KEYPOINTS)
