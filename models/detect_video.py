@@ -23,12 +23,13 @@ class _Rows:
 
     def __init__(self, joints: int) -> None:
         self._joints = joints
-        self.frame, self.person = array("q"), array("q")
+        self._frame, self._person, self._time_s = array("q"), array("q"), array("d")
         self._xy, self._score, self._box = array("f"), array("f"), array("f")
 
-    def add(self, frame: int, person: int, found: Found) -> None:
-        self.frame.append(frame)
-        self.person.append(person)
+    def add(self, frame: int, time_s: float, person: int, found: Found) -> None:
+        self._frame.append(frame)
+        self._time_s.append(time_s)
+        self._person.append(person)
         for buffer, values in ((self._xy, found.xy), (self._score, found.score), (self._box, found.box)):
             buffer.frombytes(values.tobytes())
 
@@ -36,12 +37,83 @@ class _Rows:
     def arrays(self) -> dict[str, np.ndarray]:
         """Copies, by their names in Detections."""
         return {
-            "frame_index": np.array(self.frame, np.int64),
-            "person": np.array(self.person, np.int64),
+            "frame_index": np.array(self._frame, np.int64),
+            "time_s": np.array(self._time_s, np.float64),
+            "person": np.array(self._person, np.int64),
             "joints": np.array(self._xy, np.float32).reshape(-1, self._joints, 2),
             "confidence": np.array(self._score, np.float32).reshape(-1, self._joints),
             "box": np.array(self._box, np.float32).reshape(-1, 4),
         }
+
+
+class Search:
+    """People followed under their names from picture to picture, cuts noticed; what was found so far.
+
+    cuts: frames that begin another scene. seen: frames up to the last picture.
+    """
+
+    def __init__(self, detector: Detector) -> None:
+        self.cuts: list[int] = []
+        self.seen = 0
+        self._detector = detector
+        self._rows = _Rows(len(detector.layout))
+        self._tracker = Tracker()
+        self._before: Sequence[Found] = ()
+        self._small: np.ndarray | None = None
+
+    def look(self, number: int, time_s: float, picture: np.ndarray) -> list[tuple[int, Found]]:
+        """The people in the next frame, each with the name it goes by."""
+        now = thumbnail(picture)
+        if self._small is not None and is_cut(self._small, now):
+            self.cuts.append(number)
+            self._tracker.cut()
+            self._before = ()
+        self._small = now if self._small is None or shows(now) else self._small
+        self._before = self._detector.people(picture, self._before)
+        named = list(zip(self._tracker.names(number, self._before), self._before, strict=True))
+        for name, person in named:
+            self._rows.add(number, time_s, name, person)
+        self.seen = number + 1
+        return named
+
+    def detections(self, frames: int, seen: int, source: str = "") -> Detections:
+        """All that was found in the first `seen` of so many frames. source: what a later run compares before it goes
+        on with these."""
+        return Detections(
+            **self._rows.arrays,
+            cuts=np.array(self.cuts, dtype=np.int64),
+            thumbnail=np.zeros((0, 0), np.uint8) if self._small is None else self._small,
+            frames=frames,
+            frames_seen=seen,
+            layout=self._detector.layout.name,
+            method=self._detector.method,
+            source=source,
+        )
+
+    def take_up(self, resume: Detections) -> None:
+        """Know what is known, and be in the state of after the last frame that was looked at."""
+        scene = int(resume.cuts.max(initial=0))
+        last: dict[int, Sighting] = {}
+        before = []
+        columns = (
+            resume.frame_index,
+            resume.time_s,
+            resume.person,
+            resume.joints,
+            resume.confidence,
+            resume.box,
+        )
+        for frame, time_s, person, xy, score, box in zip(*columns, strict=True):
+            found = Found(xy, score, box)
+            self._rows.add(frame, time_s, person, found)
+            if frame >= scene:
+                last.pop(person, None)
+                last[person] = Sighting(person, frame, found)
+            if frame == resume.frames_seen - 1:
+                before.append(found)
+        self._tracker = Tracker(list(last.values()), int(resume.person.max()) + 1)
+        self._before, self._small = before, resume.thumbnail if resume.thumbnail.size else None
+        self.cuts, self.seen = resume.cuts.tolist(), resume.frames_seen
 
 
 def detect(
@@ -53,64 +125,18 @@ def detect(
     answer to go on from; the result is the same as in one go. Memory grows by what was found alone. InputError when
     the video cannot be decoded, or `resume` is of something else.
     """
-    rows, tracker, before, first, cuts, small = _taken_up(video, detector, source, resume)
-    total = len(video.time_s)
-    seen = first
+    search, total = Search(detector), len(video.time_s)
+    if resume is not None:
+        if (resume.source, resume.method, resume.frames) != (source, detector.method, total):
+            raise InputError(
+                f"What was detected before is of another video, detector or version ({resume.method} on "
+                f"{resume.frames} frames, now {detector.method} on {total}); leave --resume out to begin anew."
+            )
+        search.take_up(resume)
     with interruptible() as asked, counted("detect", total) as count:
-        for number, picture in pictures(video, first):
-            now = thumbnail(picture)
-            if small is not None and is_cut(small, now):
-                cuts.append(number)
-                tracker.cut()
-                before = ()
-            small = now if small is None or shows(now) else small
-            before = detector.people(picture, before)
-            for name, person in zip(tracker.names(number, before), before, strict=True):
-                rows.add(number, name, person)
-            seen = number + 1
-            count(seen)
+        for number, picture in pictures(video, search.seen):
+            search.look(number, float(video.time_s[number]), picture)
+            count(search.seen)
             if asked():
-                break
-        else:
-            seen = total
-    found = rows.arrays
-    return Detections(
-        **found,
-        time_s=video.time_s[found["frame_index"]],
-        cuts=np.array(cuts, dtype=np.int64),
-        thumbnail=np.zeros((0, 0), np.uint8) if small is None else small,
-        frames=total,
-        frames_seen=seen,
-        layout=detector.layout.name,
-        method=detector.method,
-        source=source,
-    )
-
-
-def _taken_up(
-    video: Video, detector: Detector, source: str, resume: Detections | None
-) -> tuple[_Rows, Tracker, Sequence[Found], int, list[int], np.ndarray | None]:
-    """Where to begin: what is known, and the state of everything after the last frame that was looked at."""
-    rows = _Rows(len(detector.layout))
-    if resume is None:
-        return rows, Tracker(), (), 0, [], None
-    if (resume.source, resume.method, resume.frames) != (source, detector.method, len(video.time_s)):
-        raise InputError(
-            f"What was detected before is of another video, detector or version ({resume.method} on {resume.frames} "
-            f"frames, now {detector.method} on {len(video.time_s)}); leave --resume out to begin anew."
-        )
-    scene = int(resume.cuts.max(initial=0))
-    last: dict[int, Sighting] = {}
-    before = []
-    columns = (resume.frame_index, resume.person, resume.joints, resume.confidence, resume.box)
-    for frame, person, xy, score, box in zip(*columns, strict=True):
-        found = Found(xy, score, box)
-        rows.add(frame, person, found)
-        if frame >= scene:
-            last.pop(person, None)
-            last[person] = Sighting(person, frame, found)
-        if frame == resume.frames_seen - 1:
-            before.append(found)
-    tracker = Tracker(list(last.values()), int(resume.person.max()) + 1)
-    small = resume.thumbnail if resume.thumbnail.size else None
-    return rows, tracker, before, resume.frames_seen, resume.cuts.tolist(), small
+                return search.detections(total, search.seen, source)
+    return search.detections(total, total, source)

@@ -35,11 +35,18 @@ def run_files(
     """
     recipe = _checked(recipe or load_recipe())
     with whole_folder(output, force, _inputs(sources)) as folder:
-        pipeline = _aimed(recipe, folder).build()
-        start = time.perf_counter()
-        take = open_take(sources)
-        done("read", time.perf_counter() - start)
-        return pipeline(take, done)
+        return run_into(folder, sources, recipe, done)
+
+
+def run_into(
+    folder: Path, sources: Sources, recipe: Recipe, done: Callable[[str, float], None] = lambda stage, s: None
+) -> Take:
+    """`run_files` into a folder that is already there."""
+    pipeline = _aimed(recipe, folder).build()
+    start = time.perf_counter()
+    take = open_take(sources)
+    done("read", time.perf_counter() - start)
+    return pipeline(take, done)
 
 
 def run_people(

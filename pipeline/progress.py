@@ -62,7 +62,7 @@ def counted(what: str, total: int) -> Iterator[Callable[[int], None]]:
         yield done
 
 
-def _lines(what: str, total: int) -> Callable[[int], None]:
+def _lines(what: str, total: int | None) -> Callable[[int], None]:
     start = said = time.monotonic()
     first: int | None = None
 
@@ -73,10 +73,22 @@ def _lines(what: str, total: int) -> Callable[[int], None]:
         if now - said < _SECONDS_A_LINE or count == first:
             return
         said, rate = now, (count - first) / (now - start)
-        left = f"{(total - count) / rate / 60:.0f} min left"
-        print(f"{what}: {count} of {total}, {rate:.1f}/s, {left}", file=sys.stderr)
+        words = f"{what}: {count}, {rate:.1f}/s"
+        if total is not None:
+            words = f"{what}: {count} of {total}, {rate:.1f}/s, {(total - count) / rate / 60:.0f} min left"
+        print(words, file=sys.stderr)
 
     return done
+
+
+@contextmanager
+def now_and_then(what: str, total: int | None) -> Iterator[Callable[[int], None]]:
+    """As `counted`; where nobody knows the total, a line now and then."""
+    if total is not None:
+        with counted(what, total) as done:
+            yield done
+        return
+    yield _lines(what, None)
 
 
 def tell(take: Take, who: str = "") -> None:

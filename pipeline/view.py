@@ -85,7 +85,14 @@ def following(recording: Path, web: bool = False) -> Iterator[None]:
             print(f"{_page(server)}\nOpen it in a browser on this machine.", flush=True)
             webbrowser.open(_page(server))
         else:
-            command = [viewer_executable(), "--bind", _HERE, "--port", "auto", f"{_origin(server)}/{RECORDING}"]
+            command = [
+                viewer_executable(),
+                "--bind",
+                _HERE,
+                "--port",
+                "auto",
+                f"{_origin(server)}/{RECORDING}",
+            ]
             silent = subprocess.DEVNULL
             subprocess.Popen(
                 command, env=os.environ | QUIET, stdout=silent, stderr=silent, start_new_session=True

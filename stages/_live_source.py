@@ -8,8 +8,9 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from io import FileIO
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 import numpy as np
 
@@ -52,7 +53,9 @@ def open_source(source: str) -> Source:
     if source.isdigit() or source.startswith("/dev/"):
         return Source(f"camera {source}", _camera(source), None, waits=False)
     if source == "-":
-        return Source("pipe", _stream(sys.stdin.buffer, "the pipe", "pipe"), None, waits=True)
+        # Unbuffered: what is in the pipe is taken, and nothing more is waited for.
+        pipe = open(sys.stdin.fileno(), "rb", buffering=0, closefd=False)
+        return Source("pipe", _stream(pipe, "the pipe", "pipe"), None, waits=True)
     protocol, colon, _ = source.partition("://")
     if colon:
         if protocol not in _PROTOCOLS:
@@ -69,7 +72,7 @@ def open_source(source: str) -> Source:
     return Source(video.path.name, shots, video, waits=True)
 
 
-def _stream(source: str | BinaryIO, name: str, protocols: str) -> Iterator[Shot]:
+def _stream(source: str | FileIO, name: str, protocols: str) -> Iterator[Shot]:
     import av
     from av.error import FFmpegError
 
