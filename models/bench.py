@@ -16,7 +16,7 @@ from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from math import prod
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 import typer
@@ -45,8 +45,7 @@ _FIRST_POSE = (
 )
 
 
-def bench(
-    what: Annotated[Literal["rectify"], typer.Argument(help="What to measure.")],
+def rectify(
     rectifier: Annotated[
         list[str], typer.Option(help="A network by name, or its .onnx file; repeatable.")
     ] = ["pcnet"],  # noqa: B006 (typer copies it)
@@ -57,7 +56,7 @@ def bench(
     ] = None,
     output: Annotated[Path | None, typer.Option("-o", "--output", help="Also write this JSON file.")] = None,
 ) -> None:
-    """Measure a network's speed, in float32 and in int8, beside the machine's own."""
+    """Measure a rectifier's speed, in float32 and in int8, beside the machine's own."""
     if output is not None:
         refuse_unwritable_file(output)
     results = measure(rectifier, count, rounds, threads)

@@ -299,7 +299,11 @@ def _add_commands(asked: set[str]) -> None:
     known = registry.registered("commands")
     for name in asked.intersection(known) or known:
         try:
-            app.command(name=name)(registry.load("commands", name))
+            command = registry.load("commands", name)
+            if isinstance(command, typer.Typer):
+                app.add_typer(command, name=name)
+            else:
+                app.command(name=name)(command)
         except InputError as error:
             print(f"warning: {error}", file=sys.stderr)
 

@@ -54,7 +54,7 @@ def open_source(source: str) -> Source:
         return Source(f"camera {source}", _camera(source), None, waits=False)
     if source == "-":
         # Unbuffered: what is in the pipe is taken, and nothing more is waited for.
-        pipe = open(sys.stdin.fileno(), "rb", buffering=0, closefd=False)
+        pipe = open(sys.stdin.fileno(), "rb", buffering=0, closefd=False)  # noqa: SIM115 (stdin stays open)
         return Source("pipe", _stream(pipe, "the pipe", "pipe"), None, waits=True)
     protocol, colon, _ = source.partition("://")
     if colon:

@@ -1,0 +1,12 @@
+"""`pcnet3d bench`: how fast rectifiers and the whole way from a video to a recording are on this machine."""
+
+from __future__ import annotations
+
+import typer
+
+from ..models.bench import rectify
+from .bench_pipeline import pipeline
+
+bench = typer.Typer(help="Measure speed and memory on this machine.", no_args_is_help=True)
+bench.command()(rectify)
+bench.command()(pipeline)
