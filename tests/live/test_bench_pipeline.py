@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
+import numpy as np
 import pytest
 
 from pcnet3d.examples.bench_pipeline import _run
@@ -11,7 +14,6 @@ from pcnet3d.pipeline.intake import read_video
 
 def test_a_long_video_goes_there_and_back_without_a_jump(tmp_path):
     import av
-    import numpy as np
 
     write_long_video(tmp_path / "long.mp4", 40)
     video = read_video(tmp_path / "long.mp4")
@@ -23,7 +25,7 @@ def test_a_long_video_goes_there_and_back_without_a_jump(tmp_path):
             for frame in container.decode(video=0)
         ]
     assert len(small) == 1200
-    steps = [np.abs(after - before).mean() for before, after in zip(small, small[1:], strict=False)]
+    steps = [np.abs(after - before).mean() for before, after in pairwise(small)]
     assert max(steps) < 3  # grey levels on average; another picture of the walk is 10 and more away
     np.testing.assert_allclose(small[480], small[0], atol=12)
 
