@@ -56,6 +56,7 @@ def log_skeleton(recording: rr.RecordingStream, entity: str, poses: PoseSequence
     """`entity`/joints and `entity`/bones. radius: of a joint, in scene units or negative in screen points."""
     log_looks(recording, entity, poses.layout, poses.frame, radius)
     log_rows(recording, entity, poses)
+    recording.flush()  # or the columns of a long take pile up in memory
 
 
 def log_looks(
@@ -149,6 +150,7 @@ def log_curves(
     recording.log(entity, look, static=True)
     columns = rr.Scalars.columns(scalars=values.reshape(-1)).partition(np.full(len(clock), len(names)))
     recording.send_columns(entity, time_columns(clock.frame_index, clock.times), columns)
+    recording.flush()
 
 
 def log_events(recording: rr.RecordingStream, events: Sequence[Event], clock: PoseSequence) -> None:

@@ -42,7 +42,7 @@ def gaps_marked(take: Take) -> Take:
 def _with_gaps(columns: dict[str, np.ndarray], behind: np.ndarray) -> dict[str, np.ndarray]:
     """Those that can be NaN."""
     return {
-        name: np.insert(values, behind, np.nan)
+        name: np.insert(values, behind, np.nan) if len(behind) else values
         for name, values in columns.items()
         if np.issubdtype(values.dtype, np.floating)
     }
@@ -54,6 +54,8 @@ def _before_gaps(poses: PoseSequence, last: int) -> np.ndarray:
 
 
 def _marked(poses: PoseSequence, behind: np.ndarray) -> PoseSequence:
+    if not len(behind):  # a long take need not be copied
+        return poses
     frame = np.insert(poses.frame_index, behind, poses.frame_index[behind - 1] + 1)
     time_s = np.interp(frame, poses.frame_index, poses.times)
     if frame[-1] > poses.frame_index[-1]:

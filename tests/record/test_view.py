@@ -97,3 +97,24 @@ def test_the_installed_viewer_has_the_files_of_its_page():
     assert b"re_viewer.js" in files["/"][1]
     assert files["/re_viewer_bg.wasm"][0] == "application/wasm"
     assert files["/re_viewer_bg.wasm"][1].startswith(b"\0asm")
+
+
+def test_a_recording_that_grows_is_sent_until_it_ends(tmp_path):
+    path, ended = tmp_path / "live.rrd", threading.Event()
+    path.write_bytes(b"first ")
+    server = ThreadingHTTPServer(("127.0.0.1", 0), _handler(path, {}, ended))
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    connection = http.client.HTTPConnection("127.0.0.1", server.server_port, timeout=20)
+    connection.request("GET", "/take.rrd", headers={"Host": f"127.0.0.1:{server.server_port}"})
+    answer = connection.getresponse()
+    assert answer.getheader("Content-Length") is None
+    assert answer.read(6) == b"first "
+    with path.open("ab") as file:
+        file.write(b"second ")
+    assert answer.read(7) == b"second "
+    with path.open("ab") as file:
+        file.write(b"last")
+    ended.set()
+    assert answer.read() == b"last"
+    server.shutdown()
+    server.server_close()
