@@ -78,7 +78,7 @@ def _stream(source: str | FileIO, name: str, protocols: str) -> Iterator[Shot]:
 
     try:
         with av.open(
-            source, metadata_errors="ignore", options={"protocol_whitelist": protocols}
+            source, "r", metadata_errors="ignore", options={"protocol_whitelist": protocols}
         ) as container:
             if not container.streams.video:
                 raise InputError(f"Expected a video from {name}, but it has no video stream.")
