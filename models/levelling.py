@@ -19,7 +19,9 @@ from .gravity import LEAN_DEG, RAYLEIGH_90, TILT_SHARE, UNKNOWN_DEG, Evidence, T
 
 Camera = Literal["static", "moving"]
 
-HEADING_S = 0.07  # standard deviation of the Gaussian that smooths headings on the circle (val: longer lags on turns)
+HEADING_S = (
+    0.07  # standard deviation of the Gaussian that smooths headings on the circle (val: longer lags on turns)
+)
 WINDOW_S = 2.0  # of a moving camera: standard deviation of the Gaussian in which frames vote on up
 _HEADING_SHARE = 0.57  # of a frame's expected rotation error, what is heading (lifted takes of val subjects)
 # Mean over root mean square of a direction's error in two dimensions.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import Any, Literal, get_args
 
@@ -47,7 +48,7 @@ def find_adapter(path: Path, name: str = "auto", gives: str | None = None) -> Ad
                 f"There is no adapter '{name}' for {gives or 'files'}; {did_you_mean(name, known)}"
             )
         return known[name]
-    fits = [adapter for adapter in known.values() if adapter.sniff(path)]
+    fits = [adapter for adapter in known.values() if recognises(adapter, path)]
     if gives is None:  # a folder of a vis.py holds both its 2D input and its 3D output
         fits = [adapter for adapter in fits if adapter.gives == "poses"] or fits
     if len(fits) == 1:
@@ -60,6 +61,16 @@ def find_adapter(path: Path, name: str = "auto", gives: str | None = None) -> Ad
         f"No adapter recognises {path} as {gives or 'poses'}: it is {in_words(path)}. If it is one of "
         f"{', '.join(known)}, name it with {flag}."
     )
+
+
+def recognises(adapter: Adapter, path: Path) -> bool:
+    """Whether the adapter takes the file for one of its own. One that fails, which it never should, does not, with a
+    warning on stderr: somebody's faulty package must not keep the others from reading."""
+    try:
+        return adapter.sniff(path)
+    except Exception as error:
+        print(f"warning: adapter '{adapter.name}' failed at {path}: {error!r}", file=sys.stderr)
+        return False
 
 
 def read_all(
@@ -112,7 +123,9 @@ def read_sources(
     except InputError as error:
         said = str(error) if str(path) in str(error) else f"{path}: {error}"
         others = [
-            other.name for other in adapters(gives).values() if other is not chosen and other.sniff(path)
+            other.name
+            for other in adapters(gives).values()
+            if other is not chosen and recognises(other, path)
         ]
         if adapter != "auto" and others:
             said += f" It looks like a file for adapter {' or '.join(others)}."

@@ -17,7 +17,7 @@ from ..pipeline.layouts import H36M17, remap
 from ..pipeline.markers import Markers, Up, read_c3d, read_trc
 from ..pipeline.options import did_you_mean
 from ..pipeline.pose import PoseSequence
-from ..pipeline.reading import adapters
+from ..pipeline.reading import adapters, recognises
 from ..pipeline.skeletons import UNITS, h36m17_named
 
 
@@ -110,7 +110,7 @@ def _adapted(path: Path) -> PoseSequence:
     people = [
         poses
         for adapter in adapters("poses").values()
-        if adapter.sniff(path)
+        if recognises(adapter, path)
         for poses in adapter.read(path)
         if poses.frame.family == "world" and poses.frame.metric
     ]

@@ -25,7 +25,7 @@ from ..pipeline.intake import sha256
 from ..pipeline.options import call, did_you_mean, pairs
 from ..pipeline.outputs import add_to_list, whole_folder
 from ..pipeline.pose import package_version
-from ..pipeline.reading import adapters, find_adapter
+from ..pipeline.reading import adapters, find_adapter, recognises
 from ..pipeline.rotations import known
 from ..pipeline.signals import CUTOFF_HZ, check_cutoff, rate
 from ._imu_align import Alignment, Signal, agreement, align, heading_deg, turned
@@ -158,7 +158,7 @@ def root_acceleration(file: Path, cutoff_hz: float, offset_s: float = 0.0) -> Si
     found = [
         poses
         for each in adapters("poses").values()
-        if each.sniff(file)
+        if recognises(each, file)
         for poses in call(each.read, file, what=f"Adapter '{each.name}'", options={})
         if poses.frame.family == poses.frame.origin == "world" and poses.frame.metric
     ]

@@ -9,6 +9,7 @@ import pytest
 from golden.bodies import turning
 from pcnet3d.pipeline import CAMERA, H36M17, InputError, PoseSequence, registry
 from pcnet3d.pipeline.conformance import Facts, check_adapter
+from pcnet3d.pipeline.reading import find_adapter
 
 
 @dataclass
@@ -122,3 +123,15 @@ def test_a_file_that_another_adapter_takes_too_is_said(toy, tmp_path):
     registry.load_all("adapters")["rival"] = Toy(name="rival")
     with pytest.raises(AssertionError, match="fits several adapters: toy, rival"):
         check_adapter("toy", golden)
+
+
+def test_an_adapter_that_fails_over_a_file_does_not_keep_the_others_from_it(toy, capsys):
+    golden = toy()
+
+    def failing(path: Path) -> bool:
+        raise KeyError("a fault")
+
+    registry.load_all("adapters")["faulty"] = rival = Toy(name="faulty")
+    rival.sniff = failing
+    assert find_adapter(golden).name == "toy"
+    assert "warning: adapter 'faulty' failed at" in capsys.readouterr().err
