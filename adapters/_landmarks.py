@@ -16,7 +16,7 @@ from ..pipeline.layouts import BLAZEPOSE33
 COUNT = len(BLAZEPOSE33)
 
 _AXES = {"x": 0, "y": 1, "z": 2, "visibility": 3, "vis": 3, "v": 3}
-_NUMBERED = re.compile(r"^(?:landmark|lm|kp|joint|point|p)?_?(\d+)_([a-z]+)$|^([a-z]+)_?(\d+)$")
+_NUMBERED = re.compile(r"^(?:landmark|lm|kp|joint|point|p)?_?(\d{1,3})_([a-z]+)$|^([a-z]+)_?(\d{1,3})$")
 _FRAME = ("frame", "frame_id", "frame_index", "frame_idx", "frame_number", "frame_no", "frame_num")
 _SECONDS = {
     **dict.fromkeys(("time_s", "timestamp_s", "seconds", "time_sec", "timestamp_sec"), 1.0),
@@ -214,7 +214,8 @@ def _long(rows: Iterator[tuple[int, list[str]]], columns: _Columns, path: Path) 
         where = f"{path}, line {line}"
         said = row[columns.landmark or 0].strip() if len(row) > (columns.landmark or 0) else ""
         landmark = known.get(
-            said.lower().removeprefix("poselandmark."), int(said) if said.isdecimal() else -1
+            said.lower().removeprefix("poselandmark."),
+            int(said) if said.isdecimal() and len(said) < 4 else -1,
         )
         if not 0 <= landmark < COUNT:
             raise InputError(

@@ -1,4 +1,4 @@
-"""Arrays out of strangers' .mat files: MATLAB 5 to 7 by scipy; 7.3, which is HDF5, by h5py (extra "hdf5")."""
+"""Arrays out of strangers' .mat files: MATLAB 5 to 7 (_mat5.py), and 7.3, which is HDF5, by h5py (extra "hdf5")."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from ..pipeline.errors import InputError
+from ..pipeline.unpacked import check_size
+from . import _mat5
 from ._numpy import Shape, fits, in_words
 
 _BEGINS = b"MATLAB 5.0 MAT-file"
@@ -15,8 +17,6 @@ _HDF5 = (b"MATLAB 7.3 MAT-file", b"\x89HDF\r\n")
 
 def keys(path: Path) -> frozenset[str]:
     """The names of the arrays; none for any other file. Never raises."""
-    from scipy.io import whosmat
-
     try:
         if not path.is_file():
             return frozenset()
@@ -27,25 +27,23 @@ def keys(path: Path) -> frozenset[str]:
                 return frozenset(file)
         if not _start(path).startswith(_BEGINS):
             return frozenset()
-        return frozenset(name for name, *_ in whosmat(path))
-    except Exception:  # the parsers raise whatever damaged bytes lead them to, or h5py is missing
+        return _mat5.names(path.read_bytes())
+    except Exception:  # h5py raises whatever damaged bytes lead it to, or is missing
         return frozenset()
 
 
 def load(path: Path, *names: str, what: str) -> dict[str, np.ndarray]:
     """The arrays of these names, those that are there. InputError, saying that a .mat file of `what` was expected."""
-    from scipy.io import loadmat
-
     try:
         start = _start(path)
         if start.startswith(_HDF5):
             return _load_hdf5(path, names)
         if not start.startswith(_BEGINS):
             raise InputError(f"Expected a .mat file of {what} at {path}, got something else.")
-        return {key: value for key, value in loadmat(path, variable_names=names).items() if key in names}
-    except InputError:
-        raise
-    except Exception as error:  # scipy's parser raises whatever damaged bytes lead it to
+        return _mat5.arrays(path.read_bytes(), names)
+    except InputError as error:
+        raise error if str(path) in str(error) else InputError(f"{path}: {error}") from None
+    except Exception as error:  # h5py raises whatever damaged bytes lead it to
         raise InputError(f"{path} is damaged or was cut short ({error}); copy it again.") from None
 
 
@@ -59,14 +57,21 @@ def _load_hdf5(path: Path, names: tuple[str, ...]) -> dict[str, np.ndarray]:
             f"{path} is a file of MATLAB 7.3 (HDF5), which needs h5py: pip install 'pcnet3d[hdf5]'; or save it with "
             f"{resave}."
         ) from None
+    found = {}
     with h5py.File(path, "r") as file:
-        held = {name: entry for name in names if isinstance(entry := file.get(name), h5py.Dataset)}
-        for name, array in held.items():
-            if array.dtype.kind not in "fiu":
+        for name in names:
+            if not isinstance(file.get(name, getlink=True), h5py.HardLink):  # others lead out of the file
+                continue
+            array = file[name]
+            if not isinstance(array, h5py.Dataset) or array.dtype.kind not in "fiu":
                 raise InputError(
                     f"{path}: expected '{name}' as an array of numbers, got cells of MATLAB 7.3; save it with {resave}."
                 )
-        return {name: np.asarray(array[()]).T for name, array in held.items()}
+            if array.is_virtual or array.external:
+                raise InputError(f"{path}: expected '{name}' in the file itself, got a link to others.")
+            check_size(array.nbytes, path.stat().st_size, f"an array '{name}'")
+            found[name] = np.asarray(array[()]).T
+    return found
 
 
 def numbers(where: str, array: np.ndarray, *shapes: Shape) -> np.ndarray:

@@ -9,18 +9,20 @@ are pickles too, compressed by zlib or not, with the arrays' bytes between the i
 from __future__ import annotations
 
 import pickle
+import struct
 import zlib
+from collections.abc import Callable
 from io import BytesIO
 from pathlib import Path
-from typing import IO, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
 from ..pipeline.errors import InputError
+from ..pipeline.unpacked import unpacked
 
 _ZLIB = b"\x78"
 _PEEK_BYTES = 1 << 16
-_LARGEST = 1 << 32  # bytes of a file once unpacked
 _NUMBERS = "biufSU"
 
 
@@ -61,7 +63,7 @@ def _nested(values: list[Any], shape: tuple[int, ...]) -> Any:
     """Objects of an array of this shape, by rows, as lists in lists; the only one where the shape is ()."""
     if len(values) != int(np.prod(shape, dtype=object)):
         raise InputError(f"expected an array of shape {shape}, got {len(values)} objects.")
-    if len(shape) < 2:
+    if len(shape) < 2 or not values:
         return values if shape else values[0]
     step = len(values) // max(shape[0], 1)
     return [_nested(values[i * step : (i + 1) * step], shape[1:]) for i in range(shape[0])]
@@ -124,9 +126,10 @@ _NAMES = {
 class _Reader(pickle._Unpickler):  # in Python, where the instruction that joblib extends can be replaced
     dispatch: ClassVar[dict[int, Any]] = dict(pickle._Unpickler.dispatch)  # type: ignore[attr-defined]
 
-    def __init__(self, stream: IO[bytes]) -> None:
-        super().__init__(stream, encoding="latin1")  # the text of Python 2
-        self.stream = stream
+    def __init__(self, content: bytes) -> None:
+        self.stream = BytesIO(content)
+        self.size = len(content)
+        super().__init__(self.stream, encoding="latin1")  # the text of Python 2
 
     def find_class(self, module: str, name: str) -> Any:
         if (module, name) not in _NAMES:
@@ -136,9 +139,19 @@ class _Reader(pickle._Unpickler):  # in Python, where the instruction that jobli
             )
         return _NAMES[module, name]
 
+    def get_extension(self, code: int) -> None:
+        raise InputError(
+            f"expected arrays and plain containers, got a pickle that asks for extension {code}."
+        )
+
     def load_build(self) -> None:
+        made, state = self.stack[-2:]  # type: ignore[attr-defined]
+        # Of anything else, the state could change our own classes and functions.
+        if not isinstance(made, (_Array, _Dtype, _Wrapped)) or not isinstance(state, (tuple, dict)):
+            raise InputError(f"expected arrays and plain containers, got a pickle that changes {made!r:.60}.")
+        if isinstance(made, _Wrapped) != isinstance(state, dict):
+            raise InputError("expected arrays as numpy and joblib write them, got another state.")
         super().load_build()  # type: ignore[misc]
-        made = self.stack[-1]  # type: ignore[attr-defined]
         if isinstance(made, _Wrapped):
             said = vars(made)
             if said.get("numpy_array_alignment_bytes") is not None:
@@ -148,6 +161,30 @@ class _Reader(pickle._Unpickler):  # in Python, where the instruction that jobli
 
     dispatch[pickle.BUILD[0]] = load_build
 
+    def load_bytearray8(self) -> None:
+        """Python's own takes the memory before it reads."""
+        (size,) = struct.unpack("<Q", self.read(8))  # type: ignore[attr-defined]
+        if size > self.size:
+            raise EOFError("it was cut short")
+        self.append(bytearray(self.read(size)))  # type: ignore[attr-defined]
+
+    dispatch[pickle.BYTEARRAY8[0]] = load_bytearray8
+
+
+def _bounded(load: Callable[[_Reader], None]) -> Callable[[_Reader], None]:
+    """The same instruction for integers of up to 64 bits: the hashes of larger ones can be made to collide."""
+
+    def bounded(reader: _Reader) -> None:
+        load(reader)
+        if reader.stack[-1].bit_length() > 64:  # type: ignore[attr-defined]
+            raise InputError("expected numbers of up to 64 bits, got a larger one.")
+
+    return bounded
+
+
+for _code in (pickle.INT, pickle.LONG, pickle.LONG1, pickle.LONG4):
+    _Reader.dispatch[_code[0]] = _bounded(_Reader.dispatch[_code[0]])
+
 
 def beginning(path: Path) -> bytes:
     """The first 64 KB of a pickle, unpacked; empty for what cannot be read. Never raises."""
@@ -156,10 +193,11 @@ def beginning(path: Path) -> bytes:
             return b""
         with path.open("rb") as file:
             start = file.read(_PEEK_BYTES)
-        unpacked = zlib.decompressobj().decompress(start, _PEEK_BYTES) if start[:1] == _ZLIB else start
+        if start[:1] == _ZLIB:
+            start = zlib.decompressobj().decompress(start, _PEEK_BYTES)
     except (OSError, zlib.error):
         return b""
-    return unpacked if unpacked[:1] == pickle.PROTO else b""
+    return start if start[:1] == pickle.PROTO else b""
 
 
 def load(path: Path) -> Any:
@@ -175,13 +213,8 @@ def loads(content: bytes, where: str) -> Any:
     """The same of a pickle's bytes, zlib's or not."""
     try:
         if content[:1] == _ZLIB:
-            unpacking = zlib.decompressobj()
-            content = unpacking.decompress(content, _LARGEST)
-            if not unpacking.eof:
-                raise InputError(
-                    f"{where} was cut short or unpacks to more than 4 GiB; write or copy it again."
-                )
-        return _resolved(_Reader(BytesIO(content)).load())
+            content = unpacked(content, "a pickle")
+        return _resolved(_Reader(content).load(), {})
     except InputError as error:
         raise error if where in str(error) else InputError(f"{where}: {error}") from None
     except Exception as error:  # the parser raises whatever damaged bytes lead it to
@@ -190,14 +223,24 @@ def loads(content: bytes, where: str) -> Any:
         ) from None
 
 
-def _resolved(value: Any) -> Any:
+def _resolved(value: Any, done: dict[int, tuple[Any, Any]]) -> Any:
+    """The value with arrays in place of stand-ins. done: values and what was made of them by id, so that what a pickle
+    names twice is made once; a short one could otherwise name itself out of all memory."""
+    if id(value) not in done:
+        done[id(value)] = value, _made(value, done)
+    return done[id(value)][1]
+
+
+def _made(value: Any, done: dict[int, tuple[Any, Any]]) -> Any:
     if isinstance(value, _Array):
         held = value.numpy
-        return held if isinstance(held, np.ndarray) else _resolved(held)
+        return held if isinstance(held, np.ndarray) else _resolved(held, done)
     if isinstance(value, (_Buffer, _Scalar, _Wrapped)):
         return value.numpy
     if isinstance(value, dict):
-        return {_resolved(key): _resolved(entry) for key, entry in value.items()}
+        return {_resolved(key, done): _resolved(entry, done) for key, entry in value.items()}
     if isinstance(value, (list, tuple)):
-        return type(value)(map(_resolved, value))
-    return value
+        return type(value)(_resolved(entry, done) for entry in value)
+    if value is None or isinstance(value, (bool, int, float, str, bytes)):
+        return value
+    raise InputError(f"expected arrays and plain containers, got a {type(value).__name__}.")

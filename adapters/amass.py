@@ -17,7 +17,7 @@ from ..pipeline.layouts import H36M17
 from ..pipeline.markers import Markers, Up
 from ..pipeline.pose import PoseSequence
 from ..pipeline.skeletons import SMPL
-from ._numpy import keys, load
+from ._numpy import keys, load, load_all
 from ._world import poses_of
 
 name = "amass"
@@ -60,11 +60,7 @@ def read(path: Path, unit: str = "m", up: Up | None = None) -> tuple[PoseSequenc
 
 def _names(path: Path, held: tuple[str, ...], count: int) -> list[str]:
     if "joint_names" in held:
-        try:
-            with np.load(path, allow_pickle=False) as file:
-                names = [str(name) for name in file["joint_names"]]
-        except (ValueError, OSError, EOFError, TypeError) as error:
-            raise InputError(f"{path}, array 'joint_names': expected texts, got {error}.") from None
+        names = [str(name) for name in load_all(path, "joint_names")["joint_names"].ravel()]
     elif count == len(H36M17):
         names = list(H36M17.joints)
     else:

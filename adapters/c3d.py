@@ -1,4 +1,4 @@
-"""C3D files whose points are joint centres, through ezc3d (the extra c3d); formats.md section 7.
+"""C3D files whose points are joint centres; formats.md section 7.
 
 Units and rate are in POINT UNITS and POINT RATE, a negative residual marks a missing point. The axes are the
 laboratory's: +z is taken for up unless POINT Y_SCREEN says +Y or the option `up` does. Which video frame a row is
@@ -16,7 +16,7 @@ from ._world import poses_of
 
 name = "c3d"
 gives = "poses"
-reads = "C3D with points at joint centres, z up (needs the extra c3d)"
+reads = "C3D with points at joint centres, z up"
 
 _BLOCK = 512
 _KEY = 0x50  # second byte of a C3D file
@@ -24,7 +24,7 @@ _PROCESSORS = (84, 85, 86)  # fourth byte of its parameters: Intel, DEC, MIPS
 
 
 def sniff(path: Path) -> bool:
-    """By the marks of the header and of the parameter block; ezc3d is not needed."""
+    """By the marks of the header and of the parameter block."""
     try:
         if not path.is_file():
             return False
@@ -43,8 +43,8 @@ def read(path: Path, unit: str | None = None, up: Up | None = None) -> tuple[Pos
     """The one person of the file, in its own world and unit, with time stamps from its rate.
 
     unit: "m", "mm", "cm" or "inch", instead of the file's. up: "y" or "z", the axis that is up; without it the person
-    has to stand along the one that is taken for up. InputError when the file is no C3D, its points are not joint
-    centres under names in use, or ezc3d is not installed.
+    has to stand along the one that is taken for up. InputError when the file is no C3D, or its points are not joint
+    centres under names in use.
     """
     if not path.is_file():
         raise InputError(f"Expected a C3D file at {path}, found no file there.")

@@ -65,7 +65,7 @@ def read(path: Path, unit: str | None = None, up: Up | None = None) -> tuple[Pos
 
 def _invented_depth(found: Markers) -> bool:
     """Whether each marker moves in x and y but has only the few depths of Sports2D's table."""
-    if len(found.points) < _ENOUGH:
+    if len(found.points) < _ENOUGH or not found.names:
         return False
     depths = [len(np.unique(z[np.isfinite(z)])) for z in found.points[..., 2].T]
     moved = [len(np.unique(x[np.isfinite(x)])) for x in found.points[..., 0].T]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import zipfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +11,7 @@ from typing import Literal, get_args
 
 import numpy as np
 
+from ..pipeline.arrays import load_all
 from ..pipeline.canonical import LYING_DEG, trunk_lean_deg
 from ..pipeline.errors import InputError
 from ..pipeline.layouts import H36M17
@@ -56,30 +56,34 @@ def read_mocap(path: Path) -> tuple[Clip, ...]:
 
     The file holds joints relative to the pelvis in world orientation and the pelvis apart (the data's README).
     """
-    try:
-        loaded = np.load(path, allow_pickle=False)
-        if isinstance(loaded, np.ndarray):
-            raise InputError(f"Expected a .npz file of motion capture at {path}, got one bare array.")
-        with loaded as file:
-            missing = [name for name in _ARRAYS if name not in file.files]
-            if missing:
-                raise InputError(
-                    f"Expected arrays {', '.join(_ARRAYS)} in {path}; {', '.join(missing)} is missing."
-                )
-            arrays = {name: file[name] for name in _ARRAYS}
-    except FileNotFoundError:
-        raise InputError(f"Expected motion capture at {path}, found nothing there.") from None
-    except (zipfile.BadZipFile, ValueError, EOFError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise InputError(f"Expected a .npz file of plain arrays at {path}: {error}.") from None
+    if not path.exists():
+        raise InputError(f"Expected motion capture at {path}, found nothing there.")
+    arrays = load_all(path, *_ARRAYS)
     names = tuple(str(name) for name in arrays["joint_names"])
     if names != H36M17.joints:
         raise InputError(f"Expected the joints of H36M17 in {path}, got {', '.join(names)}.")
+    start, frames = arrays["clip_start"], len(arrays["root"])
+    shapes = {
+        "joints": (frames, len(H36M17), 3), "root": (frames, 3), "fps": (), "clip_start": (len(start),),
+        **dict.fromkeys(("clip_name", "subject", "source"), (len(start) - 1,)),
+    }  # fmt: skip
+    wrong = [f"{name} {arrays[name].shape}" for name, shape in shapes.items() if arrays[name].shape != shape]
+    if wrong or any(arrays[name].dtype.kind not in "fiu" for name in ("joints", "root", "fps", "clip_start")):
+        raise InputError(
+            f"Expected clips of {frames} frames in {path}, got {', '.join(wrong) or 'no numbers'}."
+        )
+    if (
+        start[0] != 0
+        or start[-1] != frames
+        or start.dtype.kind == "f"
+        or (np.diff(start.astype(float)) <= 0).any()
+    ):
+        raise InputError(f"Expected clip_start to go up from 0 to {frames} in {path}; it does not.")
+    if not 0 < arrays["fps"] < np.inf:
+        raise InputError(f"Expected a frame rate in {path}, got {arrays['fps']}.")
     world = (arrays["joints"] + arrays["root"][:, None]).astype(np.float32)
     if not np.isfinite(world).all():
         raise InputError(f"Expected finite joints in {path}, got NaN or infinite ones; the file is damaged.")
-    start = arrays["clip_start"]
     return tuple(
         Clip(
             name=str(arrays["clip_name"][i]),

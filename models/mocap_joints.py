@@ -6,11 +6,11 @@ AMASS gives them, are refused: joints come out of them only with the body model,
 
 from __future__ import annotations
 
-import zipfile
 from pathlib import Path
 
 import numpy as np
 
+from ..pipeline.arrays import keys, load, load_all
 from ..pipeline.errors import InputError
 from ..pipeline.skeletons import UNITS, h36m17_named
 from .mocap import Clip
@@ -22,22 +22,18 @@ _RATES = ("fps", "mocap_framerate", "mocap_frame_rate")
 
 def read(path: Path, folder: Path, how: How) -> Found:
     """One clip; metres and +Z up, as AMASS has it, unless `how` says otherwise. InputError for anything else."""
-    try:
-        with np.load(path, allow_pickle=False) as file:
-            if "joints" not in file.files:
-                model = {"poses", "betas"} & set(file.files)
-                raise InputError(
-                    "it holds body-model parameters (AMASS), not joints; run the body model and save its joints."
-                    if model
-                    else f"expected an array `joints`, got {', '.join(file.files) or 'none'}."
-                )
-            joints = file["joints"].astype(np.float64)
-            names = [str(name) for name in file["joint_names"]] if "joint_names" in file.files else None
-            rates = [float(file[name]) for name in _RATES if name in file.files]
-    except (OSError, zipfile.BadZipFile, ValueError, EOFError, TypeError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise InputError(f"expected a .npz file of plain arrays: {error}.") from None
+    held = keys(path)
+    if "joints" not in held:
+        raise InputError(
+            "it holds body-model parameters (AMASS), not joints; run the body model and save its joints."
+            if {"poses", "betas"} & set(held)
+            else f"expected an array `joints`, got {', '.join(held) or 'none'}."
+        )
+    joints = load(path, ("frames", "joints", 3), key="joints").astype(np.float64)
+    names = None
+    if "joint_names" in held:
+        names = [str(name) for name in load_all(path, "joint_names")["joint_names"].ravel()]
+    rates = [float(load(path, (), (1,), key=name).squeeze()) for name in _RATES if name in held]
     fps = how.fps or next(iter(rates), None)
     if not fps or fps <= 0:
         raise InputError(f"expected the frame rate in {', '.join(_RATES)}; say it with --fps.")

@@ -16,6 +16,7 @@ from typing import Literal, NamedTuple, get_args
 
 import numpy as np
 
+from ..pipeline.arrays import load
 from ..pipeline.errors import InputError
 from ..pipeline.frames import CAMERA, PC_CAMERA
 from ..pipeline.layouts import H36M17
@@ -74,12 +75,9 @@ def read(path: Path, folder: Path, how: How) -> Found:
     environment, subject, action = path.parts[-4:-1]
     if subject not in SUBJECTS or action not in ACTIONS or environment != _environment(subject):
         raise InputError(f"MM-Fi has no {environment}/{subject}/{action}.")
-    try:
-        joints = np.load(path, allow_pickle=False)
-    except (OSError, ValueError, EOFError) as error:
-        raise InputError(f"expected a plain array: {error}.") from None
-    if joints.ndim != 3 or joints.shape[1:] != (17, 3) or joints.dtype.kind != "f" or not len(joints):
-        raise InputError(f"expected numbers (frames, 17, 3), got {joints.dtype} {joints.shape}.")
+    joints = load(path, ("frames", 17, 3))
+    if joints.dtype.kind != "f":
+        raise InputError(f"expected numbers with fractions, got {joints.dtype}.")
     if not np.isfinite(joints).all():
         raise InputError("expected joints in every frame, got NaN or infinite ones.")
     world = rotate(_PC_FROM_CAMERA, joints.astype(np.float64)).astype(np.float32)

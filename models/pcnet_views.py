@@ -6,7 +6,6 @@ depth; and lifted takes of the test bed, made by lifters that never saw the pers
 
 from __future__ import annotations
 
-import zipfile
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -14,6 +13,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from ..pipeline.arrays import load_all
 from ..pipeline.canonical import R_world_from_body
 from ..pipeline.errors import InputError
 from ..pipeline.frames import CAMERA, PC_CAMERA
@@ -208,14 +208,15 @@ def read_lifted(paths: Iterable[Path]) -> Lifted:
     joints, truth, R, lying, clips = [], [], [], [], []
     for path in paths:
         try:
-            with np.load(path, allow_pickle=False) as file:
-                one = [file[name].astype(np.float32) for name in ("lifted", "truth", "R_camera_from_body")]
-                lies = file["lying"].astype(bool)
-                clips.extend(str(name) for name in file["clip"])
-        except OSError as error:
-            raise InputError(f"Expected lifted takes at {path}: {error.strerror or error}.") from None
-        except (KeyError, ValueError, TypeError, zipfile.BadZipFile) as error:
-            raise InputError(f"Expected a file of pcnet3d testbed at {path}: {error}.") from None
+            held = load_all(path, "lifted", "truth", "R_camera_from_body", "lying", "clip")
+        except InputError as error:
+            raise InputError(f"Expected a file of pcnet3d testbed: {error}") from None
+        one = [held[name].astype(np.float32) for name in ("lifted", "truth", "R_camera_from_body")]
+        lies = held["lying"].astype(bool)
+        rows = len(lies)
+        if [a.shape for a in one] != [(rows, 17, 3)] * 2 + [(rows, 3, 3)] or held["clip"].ndim != 1:
+            raise InputError(f"Expected a file of pcnet3d testbed at {path}, got arrays of other shapes.")
+        clips.extend(str(name) for name in held["clip"])
         fine = known(one[0]).all(-1) & known(one[2]).all(-1)
         a, b, rotation = (array[fine] for array in one)
         scale = (a * b).sum((-2, -1)) / np.maximum((b * b).sum((-2, -1)), 1e-9)

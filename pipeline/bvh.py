@@ -86,6 +86,10 @@ def parse(text: str) -> tuple[Skeleton, list[tuple[int, str]], np.ndarray, float
         raise InputError(
             f"expected {count} frames of {len(channels)} numbers, {frame_s} s each, got {len(numbers)}."
         )
+    for joint in range(len(names)):
+        turns = [name for owner, name in channels if owner == joint and name.endswith("rotation")]
+        if len(turns) != len(set(turns)):
+            raise InputError(f"expected each rotation of '{names[joint]}' once, got {', '.join(turns)}.")
     unknown = {name for _, name in channels} - {
         f"{a}{kind}" for a in _AXES for kind in ("position", "rotation")
     }

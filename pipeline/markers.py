@@ -9,6 +9,7 @@ from typing import Literal
 
 import numpy as np
 
+from .c3d import parse, texts
 from .errors import InputError
 
 Up = Literal["y", "z"]
@@ -54,22 +55,18 @@ def read_trc(path: Path) -> Markers:
 def read_c3d(path: Path) -> Markers:
     """The points of a C3D file, those of negative residual missing; +z is up, as in most laboratories, unless the
     file's POINT Y_SCREEN says +Y (formats.md section 7)."""
-    check_c3d()
-    import ezc3d
-
     try:
-        file = ezc3d.c3d(str(path))
-        point = file["parameters"]["POINT"]
-        names, rate = [str(name) for name in point["LABELS"]["value"]], float(point["RATE"]["value"][0])
-        units = point["UNITS"]["value"] if "UNITS" in point else []
-        drawn_up = point["Y_SCREEN"]["value"] if "Y_SCREEN" in point else []
-        points = np.moveaxis(file["data"]["points"][:3], -1, 0).swapaxes(1, 2)
-        residuals = np.moveaxis(file["data"]["meta_points"]["residuals"][0], -1, 0)
-    except (OSError, RuntimeError, ValueError, KeyError, IndexError) as error:
+        file = parse(path.read_bytes())
+    except (OSError, ValueError) as error:
         raise InputError(f"expected a C3D file with points: {error}.") from None
-    if not rate > 0 or not len(points):
-        raise InputError("expected a C3D file with points and their rate; it has none.")
-    points = np.where((residuals < 0)[..., None], np.nan, points)
-    numbers = np.arange(len(points))
-    up = "y" if drawn_up[:1] == ["+Y"] else "z"
-    return Markers(names, points, numbers / rate, (units[0] if units else "") or "mm", up, numbers)
+    said = {name: texts(file.parameters, f"POINT:{name}") for name in ("LABELS", "UNITS", "Y_SCREEN")}
+    names = said["LABELS"][: file.points.shape[1]]
+    if len(names) < file.points.shape[1] or not 0 < file.rate_hz < np.inf:
+        raise InputError(
+            f"expected a C3D file with a name for each of its {file.points.shape[1]} points and their rate, got "
+            f"{len(names)} names and {file.rate_hz:g} a second."
+        )
+    numbers = np.arange(len(file.points))
+    up = "y" if said["Y_SCREEN"][:1] == ["+Y"] else "z"
+    unit = "".join(said["UNITS"][:1]) or "mm"
+    return Markers(names, file.points.astype(np.float64), numbers / file.rate_hz, unit, up, numbers)

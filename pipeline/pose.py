@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
@@ -13,6 +14,7 @@ from .frames import BODY, LEVEL, Frame, require
 from .layouts import Layout
 
 
+@cache
 def package_version() -> str:
     try:
         return version("pcnet3d")

@@ -14,6 +14,7 @@ from ..models.levelling import level_frame
 from ..models.metrics import relative
 from ..models.take_angles import smoothed, take_angles
 from ..pipeline.angles import ANGLES
+from ..pipeline.arrays import load
 from ..pipeline.canonical import R_world_from_body
 from ..pipeline.errors import InputError
 from ..pipeline.frames import LEVEL
@@ -75,8 +76,7 @@ def load_side(folder: Path) -> Side:
     try:
         table = pq.read_table(folder / "kinematics.parquet")
         summary: dict[str, Any] = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
-        with np.load(folder / "poses.npz", allow_pickle=False) as file:
-            body = file["body"].astype(np.float64)
+        body = load(folder / "poses.npz", run.source.shape, key="body").astype(np.float64)
     except (OSError, ValueError, pyarrow.lib.ArrowException) as error:
         raise InputError(f"Expected kinematics.parquet of a finished run in {folder}: {error}.") from None
     columns = {

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +9,7 @@ import numpy as np
 from ..models import mocap_bvh, mocap_joints
 from ..models.mocap import read_mocap
 from ..models.mocap_file import How, upright_share, z_up
+from ..pipeline.arrays import keys
 from ..pipeline.bvh import parse
 from ..pipeline.errors import InputError
 from ..pipeline.frames import Z_UP, change_frame
@@ -85,11 +85,7 @@ def _bvh(path: Path, how: How) -> PoseSequence:
 
 
 def _npz(path: Path, name: str | None, how: How) -> PoseSequence:
-    try:
-        with np.load(path, allow_pickle=False) as file:
-            several = "clip_start" in file.files
-    except (OSError, zipfile.BadZipFile, ValueError, EOFError) as error:
-        raise InputError(f"expected a .npz file of plain arrays: {error}.") from None
+    several = "clip_start" in keys(path)
     if not several:
         if name is not None:
             raise InputError("a clip is chosen from a file of several; this holds one.")

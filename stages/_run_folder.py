@@ -11,6 +11,7 @@ import numpy as np
 
 from ..models import load_rectifier
 from ..models.levelling import level_moving, level_static
+from ..pipeline.arrays import load_all
 from ..pipeline.errors import InputError
 from ..pipeline.outputs import SUMMARY
 from ..pipeline.rotations import known, rotate, transpose
@@ -46,8 +47,7 @@ def load_run(folder: Path) -> Run:
     """The run in a folder; InputError when there is none that finished."""
     try:
         summary: dict[str, Any] = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
-        with np.load(folder / "poses.npz", allow_pickle=False) as file:
-            arrays = {name: file[name] for name in file.files}
+        arrays = load_all(folder / "poses.npz")
         rectification = summary["rectification"]
         step = np.diff(arrays["frame_index"])
         jumps = np.flatnonzero(step > np.median(step)) + 1 if len(step) else []

@@ -77,13 +77,13 @@ def test_body_model_parameters_are_refused(read):
         (lambda a: a.pop("fps"), "--fps"),
         (lambda a: a.pop("joints"), "array `joints`"),
         (lambda a: a.update(joints=a["joints"][:, :9]), "17 joints"),
-        (lambda a: a.update(joints=a["joints"][0]), "a name for each"),
+        (lambda a: a.update(joints=a["joints"][0]), r"shape \(frames, joints, 3\)"),
         (lambda a: a.update(joint_names=np.array(["a", "b"])), "a name for each"),
         (lambda a: a.update(joint_names=np.array([f"j{i}" for i in range(17)])), "names in use"),
         (lambda a: a.update(joints=1000 * a["joints"]), "--unit"),
         (lambda a: a["joints"].__setitem__((1, 2, 0), np.nan), "NaN"),
         (lambda a: a["joints"].__setitem__((1, H36M17.index("l_ankle"), 2), -9), "length"),
-        (lambda a: a.update(joints=np.array([{"pickled": 1}], dtype=object)), "plain arrays"),
+        (lambda a: a.update(joints=np.array([{"pickled": 1}], dtype=object)), "Python objects"),
     ],
 )
 def test_a_wrong_file_is_refused(read, standing, change, words):

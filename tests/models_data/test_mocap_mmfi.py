@@ -94,7 +94,7 @@ def test_the_whole_tree_is_read_from_above_too(mmfi_tree):
         (lambda j: j[:, :16], "frames, 17, 3"),
         (lambda j: np.where(np.arange(17)[:, None] == 3, np.nan, j), "NaN"),
         (lambda j: j.astype(int), "numbers"),
-        (lambda j: np.array([{"pickled": 1}], dtype=object), "plain array"),
+        (lambda j: np.array([{"pickled": 1}], dtype=object), "Python objects"),
     ],
 )
 def test_a_tree_that_contradicts_is_refused(mmfi_tree, change, words):

@@ -1,0 +1,126 @@
+"""The points and parameters of C3D files (formats.md section 7; "The C3D File Format User Guide", c3d.org).
+
+ezc3d, which writes them for us, ends the whole program on some damaged files, so strangers' files are read here:
+numbers of the header and of the parameters are compared with the file's length before they are used.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+_BLOCK = 512
+_INTEL, _DEC, _MIPS = 84, 85, 86  # the processor whose numbers the file has
+_ITEM = {-1: 1, 1: 1, 2: 2, 4: 4}  # bytes by a parameter's type: text, byte, integer, real
+
+
+class C3d(NamedTuple):
+    """points: (T, M, 3) float32 in the file's unit, NaN where the residual is negative. rate_hz: of the points.
+    parameters: values by "GROUP:NAME", texts or numbers in the file's order."""
+
+    points: np.ndarray
+    rate_hz: float
+    parameters: dict[str, list[Any]]
+
+
+def parse(content: bytes) -> C3d:
+    """ValueError, saying why, for anything but a whole C3D file."""
+    if len(content) < _BLOCK or content[0] == 0:
+        raise ValueError("it has no header")
+    begin = (content[0] - 1) * _BLOCK
+    processor = content[begin + 3] if begin + 3 < len(content) else 0
+    if processor not in (_INTEL, _DEC, _MIPS):
+        raise ValueError("it has no parameters where its header says")
+    parameters = _parameters(content, begin + 4, processor)
+    _, count, analog, first, last, _, _, _, block = map(
+        int, _integers(content[:18], processor).view(np.uint16)
+    )
+    width, frames = 4 * count + analog, _frames(first, last, parameters)
+    scale, header_rate = (float(_reals(content[at : at + 4], processor)[0]) for at in (12, 20))
+    item = 4 if scale < 0 else 2
+    start, promised = (block - 1) * _BLOCK, frames * width * item
+    if not count or not block or frames < 1 or len(content) < start + promised:
+        raise ValueError(
+            f"its header promises {frames} frames of {count} points, {len(content)} bytes do not hold them"
+        )
+    data = content[start : start + promised]
+    values = _reals(data, processor) if item == 4 else _integers(data, processor).astype(np.float32)
+    points = values.reshape(frames, width)[:, : 4 * count].reshape(frames, count, 4)
+    places = points[..., :3] if item == 4 else points[..., :3] * np.float32(scale)
+    (rate_hz,) = parameters.get("POINT:RATE", [])[:1] or [header_rate]
+    return C3d(np.where(points[..., 3:] < 0, np.nan, places), rate_hz, parameters)
+
+
+def texts(parameters: dict[str, list[Any]], name: str) -> list[str]:
+    """A parameter's texts with those of its continuations (LABELS, LABELS2, ...), which 255 at a time need."""
+    found: list[str] = []
+    for key in (name, *(f"{name}{number}" for number in range(2, 300))):
+        if key not in parameters:
+            break
+        found += map(str, parameters[key])
+    return found
+
+
+def _frames(first: int, last: int, parameters: dict[str, list[Any]]) -> int:
+    """How many there are; more than the header's two bytes can count are told by parameters."""
+    starts, ends = (parameters.get(f"TRIAL:ACTUAL_{end}_FIELD", []) for end in ("START", "END"))
+    if len(starts) == len(ends) == 2 and all(isinstance(value, int) for value in (*starts, *ends)):
+        low, high = ((two[0] & 0xFFFF) + 65536 * (two[1] & 0xFFFF) for two in (starts, ends))
+        return high - low + 1
+    return last - first + 1
+
+
+def _parameters(content: bytes, at: int, processor: int) -> dict[str, list[Any]]:
+    """Records one after the other, groups and parameters mixed, each with the distance to the next."""
+    groups: dict[int, str] = {}
+    found: list[tuple[int, str, list[Any]]] = []
+    while at + 2 <= len(content):
+        length, group = (int(number) for number in np.frombuffer(content[at : at + 2], np.int8))
+        body = at + 2 + abs(length)
+        if length == 0 or group == 0:
+            break
+        name = content[at + 2 : body].decode("latin1").strip().upper()
+        distance = (
+            int(_integers(content[body : body + 2], processor).view(np.uint16)[0])
+            if body + 2 <= len(content)
+            else 0
+        )
+        at = body + distance if distance else len(content)
+        if group < 0:
+            groups[-group] = name
+        else:
+            found.append((group, name, _values(content[body + 2 : at], processor)))
+    return {f"{groups.get(group, '')}:{name}": values for group, name, values in found}
+
+
+def _values(record: bytes, processor: int) -> list[Any]:
+    """Of a parameter's record: type, number of dimensions, dimensions, data, the first dimension running fastest."""
+    kind, dims = (
+        int.from_bytes(record[:1], signed=True),
+        list(record[2 : 2 + (record[1] if len(record) > 1 else 0)]),
+    )
+    count = math.prod(dims)
+    data = record[2 + len(dims) :][: count * _ITEM.get(kind, 0)]
+    if kind not in _ITEM or len(data) < count * _ITEM[kind]:
+        raise ValueError("its parameters are damaged")
+    if kind == -1:
+        length = dims[0] if dims else 1
+        pieces = [data[i : i + length] for i in range(0, len(data), length)] if length else []
+        return [piece.decode("utf-8", "replace").strip("\0 ") for piece in pieces]
+    if kind == 1:
+        return list(data)
+    return (_integers(data, processor) if kind == 2 else _reals(data, processor)).tolist()
+
+
+def _integers(data: bytes, processor: int) -> np.ndarray:
+    return np.frombuffer(data, ">i2" if processor == _MIPS else "<i2").astype(np.int16)
+
+
+def _reals(data: bytes, processor: int) -> np.ndarray:
+    """float32; DEC's have their halves exchanged and an exponent that is greater by two."""
+    if processor != _DEC:
+        return np.frombuffer(data, ">f4" if processor == _MIPS else "<f4").astype(np.float32)
+    halves = np.frombuffer(data, "<u2").reshape(-1, 2)[:, ::-1]
+    return np.ascontiguousarray(halves).view("<f4")[:, 0] / np.float32(4)

@@ -1,0 +1,120 @@
+"""Readings in a process of their own that are watched: how they ended, how long they took, how much memory they took.
+
+Memory is the rise of the process's peak resident set (VmHWM of /proc/self/status, which a 5 written to
+/proc/self/clear_refs sets back) over what it held before; its address space is limited to 4 GiB more than it had at the
+start. Time is the process's CPU time, as other programs may hold the cores; a reading of more than 20 s is killed.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import resource
+import time
+import traceback
+import warnings
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any
+
+KILLED_S = 20.0
+_ROOM = 4 << 30
+_LONGEST = 1500  # characters of a sentence
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """ended: "valid", "refused" (InputError) or the kind of finding: "error", "words" (an InputError that is no one
+    printable line, or hides a lack of memory), "crash", "hang". said: the message or the traceback's end."""
+
+    ended: str
+    said: str = ""
+    seconds: float = 0.0
+    peak: int = 0
+
+
+def _memory(key: str) -> int:
+    with open("/proc/self/status") as status:
+        return next(int(line.split()[1]) * 1024 for line in status if line.startswith(key))
+
+
+def watched(reading: Callable[[], object]) -> Outcome:
+    """The reading, done here."""
+    from pcnet3d.pipeline import InputError
+
+    with suppress(OSError), open("/proc/self/clear_refs", "w") as file:
+        file.write("5")
+    before, start = _memory("VmRSS"), time.process_time()
+    ended, said = "valid", ""
+    try:
+        reading()
+    except InputError as error:
+        said = str(error)
+        ended = "refused" if said.isprintable() and len(said) < _LONGEST and not _starved(error) else "words"
+    except BaseException as error:
+        places = [f"{Path(at.filename).name}:{at.lineno}" for at in traceback.extract_tb(error.__traceback__)]
+        said = f"{type(error).__name__}: {str(error)[:300]} at {' '.join(places[-6:])}"
+        ended = "error"
+    seconds = time.process_time() - start
+    return Outcome(ended, said, seconds, max(_memory("VmHWM") - before, 0))
+
+
+def _starved(error: BaseException | None) -> bool:
+    """Whether a lack of memory lies behind an error: then something was allocated before it was checked."""
+    while error is not None:
+        if isinstance(error, MemoryError):
+            return True
+        error = error.__context__
+    return False
+
+
+def _serve(prepare: Callable[[], Callable[[Any], Outcome]], pipe: Connection) -> None:
+    warnings.simplefilter("ignore")  # of libraries about damaged files
+    read = prepare()
+    limit = _memory("VmSize") + _ROOM
+    resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    pipe.send(None)
+    while (file := pipe.recv()) is not None:
+        pipe.send(read(file))
+
+
+class Worker:
+    """A process that reads one file after the other, started again when one of them ended it. prepare: makes the
+    function that reads there."""
+
+    def __init__(self, prepare: Callable[[], Callable[[Any], Outcome]]) -> None:
+        self.prepare = prepare
+        self._start()
+
+    def _start(self) -> None:
+        context = multiprocessing.get_context("spawn")
+        self.pipe, theirs = context.Pipe()
+        self.process = context.Process(target=_serve, args=(self.prepare, theirs), daemon=True)
+        self.process.start()
+        theirs.close()
+        self.pipe.recv()
+
+    def read(self, file: Any) -> Outcome:
+        self.pipe.send(file)
+        if not self.pipe.poll(KILLED_S):
+            self.process.kill()
+            outcome = Outcome("hang", f"more than {KILLED_S:g} s", KILLED_S)
+        else:
+            try:
+                return self.pipe.recv()
+            except EOFError:
+                self.process.join()
+                outcome = Outcome("crash", f"exit code {self.process.exitcode}")
+        self.process.join()
+        self._start()
+        return outcome
+
+    def close(self) -> None:
+        with suppress(OSError):
+            self.pipe.send(None)
+        self.process.join(5)
+        if self.process.is_alive():
+            self.process.kill()

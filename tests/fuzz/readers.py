@@ -1,0 +1,272 @@
+"""Everything that reads a file, each with files to damage: the golden ones, our own, and real ones where they are.
+
+A corpus is a folder of seeds, one folder a seed: in it the file or folder that is read, and what lies beside it.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from random import Random
+from typing import Any
+
+import numpy as np
+
+from fuzz.mutations import mutated
+from golden.bodies import Person
+from golden.catalogue import CATALOGUE
+from golden.trainings import TINY
+
+_LARGEST = 1_500_000  # bytes of a real file that is worth damaging again and again
+
+
+@dataclass(frozen=True)
+class Seed:
+    """reader: whose. name: what is read, in a folder of its own. options: of the adapter."""
+
+    reader: str
+    folder: Path
+    name: str
+    options: dict[str, Any]
+
+    @property
+    def path(self) -> Path:
+        return self.folder / self.name
+
+
+@dataclass(frozen=True)
+class Reader:
+    """write(folder) -> what is read, of a reader that is no adapter; read(path)."""
+
+    write: Callable[[Path], Path]
+    read: Callable[[Path], object]
+
+
+def read_as_adapter(name: str, path: Path, options: dict[str, Any], rng: Random) -> object:
+    """What `pcnet3d run` and `inspect` do with a file whose adapter is known, or with "auto" now and then."""
+    from pcnet3d.pipeline.options import call
+    from pcnet3d.pipeline.reading import adapters, find_adapter, read_people
+
+    adapter = adapters()[name]
+    sniffed = adapter.sniff(path)
+    assert sniffed in (True, False)
+    if rng.random() < 0.1:
+        find_adapter(path, gives=rng.choice((None, adapter.gives)))
+    if adapter.gives not in ("poses", "keypoints"):
+        return call(adapter.read, path, what=name, options=options)
+    believing = rng.random() < 0.5
+    parity, missing = ("ignore", "gap") if believing else ("refuse", "refuse")
+    people = read_people(path, name, None, 30 if believing else None, parity, missing, options)
+    assert people
+    for poses in people:
+        assert not np.isinf(poses.joints).any()
+    return people
+
+
+def _recipe(folder: Path) -> Path:
+    from importlib.resources import files
+
+    shutil.copyfile(str(files("pcnet3d.pipeline").joinpath("default.toml")), folder / "recipe.toml")
+    return folder / "recipe.toml"
+
+
+def _read_recipe(path: Path) -> object:
+    from pcnet3d.pipeline import load_recipe
+
+    return load_recipe(path).build()
+
+
+def _config(folder: Path) -> Path:
+    (folder / "tiny.toml").write_text(TINY, encoding="utf-8")
+    return folder / "tiny.toml"
+
+
+def _read_config(path: Path) -> object:
+    from pcnet3d.models.pcnet_train import read_config
+
+    return read_config(path)
+
+
+def _run(folder: Path) -> Path:
+    from pcnet3d.pipeline.config import Recipe
+    from pcnet3d.pipeline.intake import Sources
+    from pcnet3d.pipeline.job import run_files
+
+    np.save(folder / "poses.npy", Person().turning(90))
+    stages = ("clean", "scale", "rectify", "trajectories", "angles", "measures", "export")
+    recipe = Recipe(stages=tuple({"use": stage} for stage in stages)).with_options(
+        "rectify", rectifier="geometric"
+    )
+    run_files(Sources(poses=folder / "poses.npy", adapter="videopose3d", fps=30), folder / "run", recipe)
+    return folder / "run"
+
+
+def _read_run(path: Path) -> object:
+    from pcnet3d.stages._compare_side import load_side
+
+    return load_side(path)
+
+
+def _onnx(name: str) -> Callable[[Path], Path]:
+    def write(folder: Path) -> Path:
+        from importlib.resources import files
+
+        shutil.copyfile(str(files("pcnet3d.models").joinpath(name)), folder / name)
+        return folder / name
+
+    return write
+
+
+def _read_rectifier(path: Path) -> object:
+    from pcnet3d.models import load_rectifier
+
+    return load_rectifier(str(path)).rotation(Person().turning(3))
+
+
+def _read_lifter(path: Path) -> object:
+    from pcnet3d.models.lifter import _open, lift
+    from pcnet3d.pipeline import H36M17, PoseSequence
+    from pcnet3d.pipeline.frames import IMAGE
+
+    _open.cache_clear()
+    flat = 400 + 300 * Person().turning(5)[..., :2]
+    return lift(PoseSequence(flat, H36M17, IMAGE), (1000, 1000), model=str(path))
+
+
+def _checkpoint(folder: Path) -> Path:
+    import torch
+
+    from pcnet3d.models.pcnet import PCNet
+    from pcnet3d.models.pcnet_train import read_config
+
+    torch.save(PCNet(read_config(_config(folder)).net).state_dict(), folder / "pcnet.pt")
+    return folder / "pcnet.pt"
+
+
+def _read_checkpoint(path: Path) -> object:
+    from pcnet3d.models.pcnet_train import best_of, read_config
+
+    return best_of(read_config(path.parent / "tiny.toml"), path.parent)
+
+
+def _clips(folder: Path) -> Path:
+    from pcnet3d.models.mocap import Clip, write_mocap
+
+    clips = [
+        Clip(f"{i:02d}_01", f"{i:02d}", "max", 30.0, Person().standing(40).astype(np.float32))
+        for i in range(3)
+    ]
+    write_mocap(folder / "mocap.npz", clips)
+    split = {"train": ["00"], "val": ["01"], "test": ["02"]}
+    (folder / "split.json").write_text(json.dumps(split), encoding="utf-8")
+    return folder / "mocap.npz"
+
+
+def _read_clips(path: Path) -> object:
+    from pcnet3d.models.mocap_parts import read_parts
+
+    return read_parts(path, path.parent / "split.json", ("train", "val"))
+
+
+def _split(folder: Path) -> Path:
+    _clips(folder)
+    return folder / "split.json"
+
+
+def _read_split(path: Path) -> object:
+    return _read_clips(path.parent / "mocap.npz")
+
+
+def _truth(folder: Path) -> Path:
+    np.savez(folder / "truth.npz", joints=Person().standing(40), fps=30.0)
+    return folder / "truth.npz"
+
+
+def _read_truth(path: Path) -> object:
+    from pcnet3d.stages._compare_truth import read_truth
+
+    return read_truth(path)
+
+
+OTHERS = {
+    "recipe": Reader(_recipe, _read_recipe),
+    "training config": Reader(_config, _read_config),
+    "run folder": Reader(_run, _read_run),
+    "rectifier": Reader(_onnx("pcnet.onnx"), _read_rectifier),
+    "lifter": Reader(_onnx("lifter.onnx"), _read_lifter),
+    "checkpoint": Reader(_checkpoint, _read_checkpoint),
+    "training data": Reader(_clips, _read_clips),
+    "training split": Reader(_split, _read_split),
+    "truth": Reader(_truth, _read_truth),
+}
+
+# Real files by adapter, in the data folder.
+REAL = {
+    "motionbert": ("native/motionbert/boxing_X3D.npy", "native/motionbert/broken_X3D.npy"),
+    "alphapose": ("native/motionbert/boxing_alphapose-results.json",),
+    "videopose3d": ("native/mhformer/skating/output_3D/output_keypoints_3d.npz",),
+    "vis2d": ("native/mhformer/skating/input_2D/keypoints.npz",),
+    "video": ("video/walk_crop.mp4",),
+    "rectifier": ("models/pose_landmark_lite.onnx",),
+}
+
+
+def names() -> list[str]:
+    return [*sorted({golden.adapter for golden in CATALOGUE}), *OTHERS]
+
+
+def write_seeds(reader: str, folder: Path) -> None:
+    """Every seed of a reader, in a folder each."""
+    goldens = [golden for golden in CATALOGUE if golden.adapter == reader]
+    for i, golden in enumerate(goldens):
+        _seed(folder / str(i), golden.write(Person(), _made(folder / str(i))), golden.options)
+    if reader in OTHERS:
+        _seed(folder / "0", OTHERS[reader].write(_made(folder / "0")), {})
+    data = Path(os.environ.get("PCNET3D_DATA", Path(__file__).resolve().parents[3] / "shared" / "data"))
+    for name in REAL.get(reader, ()):
+        if (data / name).is_file() and (data / name).stat().st_size < _LARGEST:
+            place = _made(folder / f"real-{Path(name).stem}")
+            shutil.copyfile(data / name, place / Path(name).name)
+            _seed(place, place / Path(name).name, {})
+
+
+def _made(folder: Path) -> Path:
+    folder.mkdir(parents=True)
+    return folder
+
+
+def _seed(folder: Path, path: Path, options: dict[str, Any]) -> None:
+    said = {"path": path.relative_to(folder).as_posix(), "options": options}
+    (folder / "seed.json").write_text(json.dumps(said), encoding="utf-8")
+
+
+def seeds(reader: str, corpus: Path) -> list[Seed]:
+    found = []
+    for folder in sorted(folder for folder in corpus.iterdir() if folder.is_dir()):
+        said = json.loads((folder / "seed.json").read_text(encoding="utf-8"))
+        found.append(Seed(reader, folder, said["path"], said["options"]))
+    return found
+
+
+def damage(reader: str, corpus: Path, number: int, place: Path) -> tuple[Seed, Path]:
+    """The seed of that number with one of its files damaged, in the folder `place`; and which file that is."""
+    rng = Random(f"{reader} {number}")
+    seed = rng.choice(seeds(reader, corpus))
+    shutil.rmtree(place, ignore_errors=True)
+    shutil.copytree(seed.folder, place)
+    path = place / seed.name
+    files = sorted(file for file in path.rglob("*") if file.is_file()) if path.is_dir() else [path]
+    files += sorted(place.glob("*calib_imu_ref.txt"))  # what lies beside .sensors
+    file = rng.choice(files[:1] + files)
+    file.write_bytes(mutated(file.read_bytes(), file.suffix, rng))
+    return replace(seed, folder=place), file
+
+
+def read(seed: Seed, number: int) -> object:
+    if seed.reader in OTHERS:
+        return OTHERS[seed.reader].read(seed.path)
+    return read_as_adapter(seed.reader, seed.path, seed.options, Random(number))
