@@ -17,6 +17,7 @@ import numpy as np
 import torch
 from pydantic import BaseModel, ConfigDict, Field, PositiveInt
 
+from ..pipeline.config import load_toml
 from ..pipeline.errors import InputError
 from ..pipeline.outputs import whole_file
 from ..pipeline.rotations import rotate, transpose
@@ -27,7 +28,7 @@ from .mocap import Subjects, read_clips
 from .pcnet_evaluate import Judged, Take, clean_takes, compare, judge, lifted, together
 from .pcnet_export import Deployed
 from .pcnet_train import TrainConfig, best_of, score_of, train
-from .train_config import as_toml, checked, load_toml
+from .train_config import as_toml, checked
 
 _SETS: tuple[tuple[str, Subjects], ...] = (("CMU test", "test"), ("HDM05", "hdm05"))
 _BUDGET = {"steps", "batch", "seed"}
@@ -78,7 +79,7 @@ def train_ablations(config_file: Path, output: Path) -> None:
 
 def read_plan(path: Path) -> tuple[int, dict[str, TrainConfig]]:
     """`every`, and the whole config of every run by its name."""
-    base = load_toml(path)
+    base = load_toml(path, "a training config")
     plan = checked({key: base.pop(key) for key in ("every", "runs") if key in base}, Plan, str(path))
     runs: dict[str, TrainConfig] = {}
     for run in plan.runs:

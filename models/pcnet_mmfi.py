@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 import typer
 
+from ..pipeline.config import load_toml
 from ..pipeline.errors import InputError
 from ..pipeline.outputs import whole_file
 from .extras import needed_for
@@ -25,7 +26,7 @@ from .mocap_mmfi import Activities, protocol
 from .mocap_parts import Parts
 from .pcnet_evaluate import clean_takes, judge, together
 from .pcnet_onnx import PCNetRectifier
-from .train_config import as_toml, checked, load_toml
+from .train_config import as_toml, checked
 
 if TYPE_CHECKING:
     from .pcnet_train import TrainConfig
@@ -53,7 +54,7 @@ def mmfi(
         print(f"note: {note}")
     splits = {name: split_of(clips, name, activities) for name in dict.fromkeys(protocols)}
     source = config or Path(__file__).with_name("mmfi.toml")
-    content = load_toml(source) | ({} if steps is None else {"steps": steps})
+    content = load_toml(source, "a training config") | ({} if steps is None else {"steps": steps})
     output.mkdir(parents=True, exist_ok=True)
     write_mocap(output / "clips.npz", clips)
     runs = {}

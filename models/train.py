@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import os
 import sys
-import tomllib
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from ..pipeline.config import load_toml
 from ..pipeline.errors import InputError
 from .extras import needed_for
 
@@ -40,8 +40,8 @@ def train(
 def _kind(config: Path) -> str:
     """What the file says it trains; a file that cannot be read is left to the trainer's own words."""
     try:
-        return str(tomllib.loads(config.read_text(encoding="utf-8")).get("kind", "lifter"))
-    except (OSError, ValueError):
+        return str(load_toml(config, "a training config").get("kind", "lifter"))
+    except InputError:
         return "lifter"
 
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import json
-import tomllib
 from pathlib import Path
 from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
 
+from ..pipeline.config import load_toml
 from ..pipeline.errors import InputError
 
 Config = TypeVar("Config", bound=BaseModel)
@@ -16,17 +16,7 @@ Config = TypeVar("Config", bound=BaseModel)
 
 def read_toml(path: Path, model: type[Config]) -> Config:
     """The file's content as that model; InputError naming the file and the key that is wrong."""
-    return checked(load_toml(path), model, str(path))
-
-
-def load_toml(path: Path) -> dict[str, Any]:
-    """InputError when there is no such file, or it is no TOML."""
-    try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(f"Expected a training config at {path}: {error.strerror}.") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"Expected a TOML file at {path}: {error}.") from None
+    return checked(load_toml(path, "a training config"), model, str(path))
 
 
 def checked(content: dict[str, Any], model: type[Config], where: str) -> Config:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from importlib.resources import files
+from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any
 
@@ -57,15 +58,24 @@ class Recipe(BaseModel):
         )
 
 
+def load_toml(file: Path | Traversable, what: str) -> dict[str, Any]:
+    """The content of a TOML file. InputError, saying that `what` was expected, when there is none."""
+    try:
+        return tomllib.loads(file.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(f"Expected {what} at {file}: {error.strerror}.") from None
+    except ValueError as error:  # also bytes that are no text, and numbers of thousands of digits
+        raise InputError(f"Expected {what} in {file}, a TOML file: {error}.") from None
+    except RecursionError:
+        raise InputError(
+            f"Expected {what} in {file}, a TOML file, got one that is nested too deeply."
+        ) from None
+
+
 def load_recipe(path: str | Path | None = None) -> Recipe:
     """The recipe in a TOML file, or the default one. InputError names the file and the key that is wrong."""
     file = files("pcnet3d.pipeline").joinpath("default.toml") if path is None else Path(path)
-    try:
-        content = tomllib.loads(file.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(f"Expected a recipe at {path}: {error.strerror}.") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"Expected a TOML recipe in {path}: {error}.") from None
+    content = load_toml(file, "a recipe")
     for key in content:
         if key not in Recipe.model_fields:
             raise InputError(f"Recipe {path}: unknown key '{key}'; {did_you_mean(key, Recipe.model_fields)}")

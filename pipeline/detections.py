@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import zipfile
 from dataclasses import dataclass, fields
 from pathlib import Path
 
 import numpy as np
 
+from .arrays import load_all
 from .errors import InputError
 from .frames import IMAGE
 from .layouts import Layout, layout_named
@@ -82,13 +82,13 @@ def load_detections(path: Path) -> Detections:
     """What `save` wrote; InputError for anything else."""
     found = {}
     try:
-        with np.load(path, allow_pickle=False) as held:
-            for name, (dimensions, kind) in _NUMBERS.items():
-                array = held[name]
-                if array.ndim != dimensions or array.dtype.kind != kind:
-                    raise ValueError(f"array '{name}' is {array.dtype} of shape {array.shape}")
-                found[name] = array if dimensions else int(array)
-            found |= {name: str(held[name]) for name in _WORDS}
+        held = load_all(path, *_NUMBERS, *_WORDS)
+        for name, (dimensions, kind) in _NUMBERS.items():
+            array = held[name]
+            if array.ndim != dimensions or array.dtype.kind != kind:
+                raise ValueError(f"array '{name}' is {array.dtype} of shape {array.shape}")
+            found[name] = array if dimensions else int(array)
+        found |= {name: str(held[name]) for name in _WORDS}
         rows = {
             len(found[name]) for name in ("frame_index", "time_s", "person", "joints", "confidence", "box")
         }
@@ -96,15 +96,7 @@ def load_detections(path: Path) -> Detections:
             raise ValueError("its arrays do not belong together")
         if 0 in rows:
             raise ValueError("it holds nobody")
-    except (
-        OSError,
-        ValueError,
-        KeyError,
-        EOFError,
-        MemoryError,
-        AttributeError,
-        zipfile.BadZipFile,
-    ) as error:
+    except ValueError as error:
         raise InputError(f"Expected 2D keypoints of a run ({KEYPOINTS}) at {path}: {error}.") from None
     return Detections(**found)
 

@@ -15,6 +15,7 @@ import warnings
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
@@ -70,47 +71,42 @@ def _starved(error: BaseException | None) -> bool:
     return False
 
 
-def _serve(prepare: Callable[[], Callable[[Any], Outcome]], pipe: Connection) -> None:
+def _serve(read: Callable[[Any], object], pipe: Connection) -> None:
     warnings.simplefilter("ignore")  # of libraries about damaged files
-    read = prepare()
     limit = _memory("VmSize") + _ROOM
     resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     pipe.send(None)
     while (file := pipe.recv()) is not None:
-        pipe.send(read(file))
+        pipe.send(watched(partial(read, file)))
 
 
 class Worker:
-    """A process that reads one file after the other, started again when one of them ended it. prepare: makes the
-    function that reads there."""
+    """A process that reads one file after the other; `ended` once one of them has ended it."""
 
-    def __init__(self, prepare: Callable[[], Callable[[Any], Outcome]]) -> None:
-        self.prepare = prepare
-        self._start()
-
-    def _start(self) -> None:
+    def __init__(self, read: Callable[[Any], object]) -> None:
+        """read: a function of a module, which is called there with each file."""
         context = multiprocessing.get_context("spawn")
         self.pipe, theirs = context.Pipe()
-        self.process = context.Process(target=_serve, args=(self.prepare, theirs), daemon=True)
+        self.process = context.Process(target=_serve, args=(read, theirs), daemon=True)
         self.process.start()
         theirs.close()
         self.pipe.recv()
+        self.ended = False
 
     def read(self, file: Any) -> Outcome:
         self.pipe.send(file)
-        if not self.pipe.poll(KILLED_S):
-            self.process.kill()
-            outcome = Outcome("hang", f"more than {KILLED_S:g} s", KILLED_S)
-        else:
+        if self.pipe.poll(KILLED_S):
             try:
                 return self.pipe.recv()
             except EOFError:
-                self.process.join()
-                outcome = Outcome("crash", f"exit code {self.process.exitcode}")
+                outcome = "crash"
+        else:
+            self.process.kill()
+            outcome = "hang"
         self.process.join()
-        self._start()
-        return outcome
+        self.ended = True
+        return Outcome(outcome, f"exit code {self.process.exitcode}", KILLED_S if outcome == "hang" else 0.0)
 
     def close(self) -> None:
         with suppress(OSError):

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from fuzz.mutations import mutated
+from golden import worlds
 from golden.bodies import Person
 from golden.catalogue import CATALOGUE
 from golden.trainings import TINY
@@ -49,7 +50,7 @@ class Reader:
 def read_as_adapter(name: str, path: Path, options: dict[str, Any], rng: Random) -> object:
     """What `pcnet3d run` and `inspect` do with a file whose adapter is known, or with "auto" now and then."""
     from pcnet3d.pipeline.options import call
-    from pcnet3d.pipeline.reading import adapters, find_adapter, read_people
+    from pcnet3d.pipeline.reading import adapters, find_adapter, read_all
 
     adapter = adapters()[name]
     sniffed = adapter.sniff(path)
@@ -60,7 +61,7 @@ def read_as_adapter(name: str, path: Path, options: dict[str, Any], rng: Random)
         return call(adapter.read, path, what=name, options=options)
     believing = rng.random() < 0.5
     parity, missing = ("ignore", "gap") if believing else ("refuse", "refuse")
-    people = read_people(path, name, None, 30 if believing else None, parity, missing, options)
+    people = read_all(path, name, fps=30 if believing else None, parity=parity, missing=missing, **options)
     assert people
     for poses in people:
         assert not np.isinf(poses.joints).any()
@@ -192,7 +193,36 @@ def _read_truth(path: Path) -> object:
     return read_truth(path)
 
 
+def _matlab_73(folder: Path) -> Path:
+    import h5py
+
+    path = folder / "annot_data.mat"
+    with h5py.File(path, "w", userblock_size=512) as file:
+        file["annot3"] = worlds.mpi(Person().turning(40))[:, None]
+    with path.open("r+b") as raw:
+        raw.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64")
+    return path
+
+
+def _read_matlab_73(path: Path) -> object:
+    return read_as_adapter("mpi3dhp", path, {}, Random(0))
+
+
+def _run_keypoints(folder: Path) -> Path:
+    from golden.detections import WRITERS, moving
+
+    return WRITERS["keypoints"](folder, {"0": moving(17, range(24))})
+
+
+def _read_run_keypoints(path: Path) -> object:
+    from pcnet3d.pipeline.detections import load_detections
+
+    return load_detections(path).people()
+
+
 OTHERS = {
+    "mpi3dhp of MATLAB 7.3": Reader(_matlab_73, _read_matlab_73),
+    "detections of a run": Reader(_run_keypoints, _read_run_keypoints),
     "recipe": Reader(_recipe, _read_recipe),
     "training config": Reader(_config, _read_config),
     "run folder": Reader(_run, _read_run),
@@ -266,7 +296,9 @@ def damage(reader: str, corpus: Path, number: int, place: Path) -> tuple[Seed, P
     return replace(seed, folder=place), file
 
 
-def read(seed: Seed, number: int) -> object:
+def read(file: tuple[Seed, int]) -> object:
+    """A seed, damaged or not, and its number."""
+    seed, number = file
     if seed.reader in OTHERS:
         return OTHERS[seed.reader].read(seed.path)
     return read_as_adapter(seed.reader, seed.path, seed.options, Random(number))

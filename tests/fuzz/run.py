@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
-from fuzz.guarded import Outcome, Worker, watched
-from fuzz.readers import Seed, damage, read, seeds, write_seeds
+from fuzz.guarded import Outcome, Worker
+from fuzz.readers import damage, read, seeds, write_seeds
 
 SMALL_S = 1.0  # CPU seconds that a file of up to 1 MB may take
 ROOM = 64 << 20  # bytes of memory that any file may take
@@ -39,15 +38,15 @@ class Findings:
 
 def fuzz(reader: str, numbers: Iterable[int], folder: Path, keep: Path | None = None) -> Findings:
     """Read the damaged files of these numbers; folder: for seeds and files. keep: for files that are findings."""
-    corpus, place = folder / "seeds", folder / "file"
+    corpus, place = folder / reader, folder / "file"
     write_seeds(reader, corpus)
-    worker = Worker(partial(prepared, reader, corpus))
-    found = Findings(reader)
+    worker, found = _warm(reader, corpus), Findings(reader)
     try:
         for number in numbers:
+            if worker.ended:
+                worker = _warm(reader, corpus)
             seed, file = damage(reader, corpus, number, place)
-            size = file.stat().st_size
-            outcome = judged(worker.read((seed, number)), size)
+            outcome = judged(worker.read((seed, number)), file.stat().st_size)
             found.files += 1
             found.valid += outcome.ended == "valid"
             found.seconds += outcome.seconds
@@ -62,6 +61,15 @@ def fuzz(reader: str, numbers: Iterable[int], folder: Path, keep: Path | None = 
     return found
 
 
+def _warm(reader: str, corpus: Path) -> Worker:
+    """A worker that has read the undamaged seeds, so that imports are not measured."""
+    worker = Worker(read)
+    for seed in seeds(reader, corpus):
+        said = worker.read((seed, 0))
+        assert said.ended in ("valid", "refused"), f"{seed}: {said}"
+    return worker
+
+
 def judged(outcome: Outcome, size: int) -> Outcome:
     """The same, or a finding when a file of that size took too long or too much memory."""
     if outcome.ended in ("valid", "refused"):
@@ -70,15 +78,3 @@ def judged(outcome: Outcome, size: int) -> Outcome:
         if outcome.peak > ROOM + TIMES * size:
             return replace(outcome, ended="memory", said=f"{size} bytes: {outcome.said}")
     return outcome
-
-
-def prepared(reader: str, corpus: Path) -> Callable[[tuple[Seed, int]], Outcome]:
-    """What a worker does with a file; before, it reads the undamaged seeds, so that imports are not measured."""
-    for seed in seeds(reader, corpus):
-        said = guarded_read((seed, 0))
-        assert said.ended in ("valid", "refused"), f"{seed}: {said}"
-    return guarded_read
-
-
-def guarded_read(file: tuple[Seed, int]) -> Outcome:
-    return watched(partial(read, *file))
