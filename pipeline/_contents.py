@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import json
 import zipfile
-import zlib
 from collections import Counter
 from pathlib import Path
 from typing import IO
 
 import numpy as np
+
+from .arrays import DAMAGE
 
 _NPY, _ZIP = b"\x93NUMPY", b"PK"
 _LISTED = 6  # entries of an archive or kinds of files in a folder that are named
@@ -35,7 +36,7 @@ def in_words(path: Path) -> str:
             return _json(path, start)
     except OSError as error:
         return f"unreadable ({error.strerror or error})"
-    except (ValueError, EOFError, LookupError, SyntaxError, zipfile.BadZipFile, zlib.error, RuntimeError):
+    except DAMAGE:
         return "damaged or cut short"
     return f"a file that begins with {start[:16]!r}"
 

@@ -23,7 +23,7 @@ Shape = tuple[int | str, ...]  # a free axis has a name instead of a length
 _NPY, _ZIP = b"\x93NUMPY", b"PK"
 _HEADERS = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
 # What the parsers of zip archives and npy headers raise on damaged bytes.
-_DAMAGE = (
+DAMAGE = (
     ValueError, EOFError, LookupError, RuntimeError, MemoryError, SyntaxError, TypeError, OverflowError,
     zipfile.BadZipFile, zlib.error, lzma.LZMAError, struct.error, tokenize.TokenError,
 )  # fmt: skip
@@ -182,6 +182,6 @@ def damage_reported(path: Path) -> Iterator[None]:
         raise
     except OSError as error:
         raise InputError(f"Cannot read {path}: {error.strerror or error}.") from None
-    except _DAMAGE as error:
+    except DAMAGE as error:
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise InputError(f"{path} is damaged or was cut short ({reason}); write or copy it again.") from None

@@ -5,7 +5,7 @@ from __future__ import annotations
 import tomllib
 from importlib.resources import files
 from importlib.resources.abc import Traversable
-from pathlib import Path
+from pathlib import Path, PureWindowsPath
 from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
@@ -80,8 +80,23 @@ def load_recipe(path: str | Path | None = None) -> Recipe:
         if key not in Recipe.model_fields:
             raise InputError(f"Recipe {path}: unknown key '{key}'; {did_you_mean(key, Recipe.model_fields)}")
     try:
-        return Recipe(**content)
+        recipe = Recipe(**content)
     except ValidationError as error:
         first = error.errors()[0]
         place = ".".join(str(part) for part in first["loc"])
         raise InputError(f"Recipe {path}: {place}: {first['msg']}.") from None
+    for entry in recipe.stages:
+        for option, value in entry.options.items():
+            if isinstance(value, str) and _leads_out(value):
+                raise InputError(
+                    f"Recipe {path}: {entry.use}.{option} = '{value}' leads out of the folder; a recipe, which may be "
+                    "somebody else's, names files in the current folder only: put the file there, or name it on the "
+                    "command line."
+                )
+    return recipe
+
+
+def _leads_out(text: str) -> bool:
+    """Whether a text is a path that begins elsewhere or goes up, on any system."""
+    path = PureWindowsPath(text)  # knows both kinds of slashes
+    return bool(path.anchor) or ".." in path.parts or text.startswith("~")

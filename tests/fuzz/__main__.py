@@ -14,8 +14,9 @@ from collections import Counter
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from fuzz.readers import names
-from fuzz.run import Findings, fuzz
+from fuzz.guarded import Worker
+from fuzz.readers import names, read
+from fuzz.run import fuzz
 
 _SHOWN = 10
 
@@ -27,11 +28,11 @@ if __name__ == "__main__":
     parser.add_argument("--keep", type=Path, help="folder for the files that are findings")
     parser.add_argument("--json", type=Path, help="file to append each reader's figures to, one line each")
     given = parser.parse_args()
-    found = 0
+    found, worker = 0, Worker(read)
     for reader in given.readers or names():
         with TemporaryDirectory(prefix="fuzz-") as folder:
-            result: Findings = fuzz(
-                reader, range(given.first, given.first + given.count), Path(folder), given.keep
+            result = fuzz(
+                reader, range(given.first, given.first + given.count), Path(folder), worker, given.keep
             )
         found += len(result.findings)
         print(result.line(), flush=True)
@@ -47,4 +48,5 @@ if __name__ == "__main__":
         if given.json:
             with given.json.open("a") as file:
                 file.write(json.dumps(result.figures()) + "\n")
+    worker.close()
     sys.exit(1 if found else 0)

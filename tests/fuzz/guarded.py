@@ -82,13 +82,17 @@ def _serve(read: Callable[[Any], object], pipe: Connection) -> None:
 
 
 class Worker:
-    """A process that reads one file after the other; `ended` once one of them has ended it."""
+    """A process that reads one file after the other; `ended` once one of them has ended it, until `start`."""
 
     def __init__(self, read: Callable[[Any], object]) -> None:
         """read: a function of a module, which is called there with each file."""
+        self._read = read
+        self.start()
+
+    def start(self) -> None:
         context = multiprocessing.get_context("spawn")
         self.pipe, theirs = context.Pipe()
-        self.process = context.Process(target=_serve, args=(read, theirs), daemon=True)
+        self.process = context.Process(target=_serve, args=(self._read, theirs), daemon=True)
         self.process.start()
         theirs.close()
         self.pipe.recv()

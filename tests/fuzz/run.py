@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from fuzz.guarded import Outcome, Worker
-from fuzz.readers import damage, read, seeds, write_seeds
+from fuzz.readers import damage, seeds, write_seeds
 
 SMALL_S = 1.0  # CPU seconds that a file of up to 1 MB may take
 ROOM = 64 << 20  # bytes of memory that any file may take
@@ -36,38 +36,37 @@ class Findings:
         return {**vars(self), "findings": [number for number, _ in self.findings]}
 
 
-def fuzz(reader: str, numbers: Iterable[int], folder: Path, keep: Path | None = None) -> Findings:
+def fuzz(
+    reader: str, numbers: Iterable[int], folder: Path, worker: Worker, keep: Path | None = None
+) -> Findings:
     """Read the damaged files of these numbers; folder: for seeds and files. keep: for files that are findings."""
     corpus, place = folder / reader, folder / "file"
     write_seeds(reader, corpus)
-    worker, found = _warm(reader, corpus), Findings(reader)
-    try:
-        for number in numbers:
-            if worker.ended:
-                worker = _warm(reader, corpus)
-            seed, file = damage(reader, corpus, number, place)
-            outcome = judged(worker.read((seed, number)), file.stat().st_size)
-            found.files += 1
-            found.valid += outcome.ended == "valid"
-            found.seconds += outcome.seconds
-            found.slowest = max(found.slowest, outcome.seconds)
-            found.peak = max(found.peak, outcome.peak)
-            if outcome.ended not in ("valid", "refused"):
-                found.findings.append((number, outcome))
-                if keep is not None:
-                    shutil.copytree(place, keep / f"{reader}-{number}", dirs_exist_ok=True)
-    finally:
-        worker.close()
+    _warm(reader, corpus, worker)
+    found = Findings(reader)
+    for number in numbers:
+        if worker.ended:
+            worker.start()
+            _warm(reader, corpus, worker)
+        seed, file = damage(reader, corpus, number, place)
+        outcome = judged(worker.read((seed, number)), file.stat().st_size)
+        found.files += 1
+        found.valid += outcome.ended == "valid"
+        found.seconds += outcome.seconds
+        found.slowest = max(found.slowest, outcome.seconds)
+        found.peak = max(found.peak, outcome.peak)
+        if outcome.ended not in ("valid", "refused"):
+            found.findings.append((number, outcome))
+            if keep is not None:
+                shutil.copytree(place, keep / f"{reader}-{number}", dirs_exist_ok=True)
     return found
 
 
-def _warm(reader: str, corpus: Path) -> Worker:
-    """A worker that has read the undamaged seeds, so that imports are not measured."""
-    worker = Worker(read)
+def _warm(reader: str, corpus: Path, worker: Worker) -> None:
+    """Read the undamaged seeds, so that imports are not measured."""
     for seed in seeds(reader, corpus):
         said = worker.read((seed, 0))
         assert said.ended in ("valid", "refused"), f"{seed}: {said}"
-    return worker
 
 
 def judged(outcome: Outcome, size: int) -> Outcome:

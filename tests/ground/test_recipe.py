@@ -156,3 +156,24 @@ def test_two_packages_of_one_name_are_refused(monkeypatch):
     with pytest.raises(InputError, match="a:A and b:B"):
         registry.registered("stages")
     registry.registered.cache_clear()
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        "/etc/x.onnx",
+        "../x.onnx",
+        "a/../../x.onnx",
+        "C:\\\\x.onnx",
+        "\\\\\\\\host\\\\x",
+        "~/x.onnx",
+        "c:x.onnx",
+    ],
+)
+def test_paths_of_a_recipe_stay_in_the_folder(tmp_path, value):
+    path = tmp_path / "recipe.toml"
+    path.write_text(f'[[stages]]\nuse = "rectify"\nrectifier = "{value}"\n')
+    with pytest.raises(InputError, match=r"rectify\.rectifier = .* leads out of the folder"):
+        load_recipe(path)
+    path.write_text('[[stages]]\nuse = "rectify"\nrectifier = "mine/x..onnx"\n')
+    load_recipe(path)
