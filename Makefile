@@ -3,7 +3,7 @@ PYTHON ?= python3
 # The newest torch brings gigabytes of CUDA; this one has a small CPU build. Only the tests need it.
 TORCH ?= torch==2.13.0
 
-.PHONY: demo test lint clean
+.PHONY: demo test lint audit clean
 
 demo: .venv/.installed
 	.venv/bin/pcnet3d demo -o demo-run
@@ -16,6 +16,13 @@ lint: .venv-test/.installed
 	.venv-test/bin/ruff check .
 	.venv-test/bin/ruff format --check .
 	.venv-test/bin/pyright --pythonpath .venv-test/bin/python
+
+# Asks PyPI about known vulnerabilities of every installed version, and fails (--strict) where it cannot be asked.
+audit: .venv-test/.installed
+	.venv-test/bin/pip check
+	.venv-test/bin/pip install -q pip-audit
+	.venv-test/bin/pip freeze --exclude-editable | sed 's/+cpu//' > .venv-test/installed.txt
+	.venv-test/bin/pip-audit --strict --no-deps --disable-pip -r .venv-test/installed.txt
 
 .venv/.installed: pyproject.toml
 	$(PYTHON) -m venv .venv
