@@ -42,7 +42,7 @@ def on_cluster(jobs: Sequence[Job], address: str, patience_s: float = 60.0) -> G
         logging.CRITICAL
     )  # what matters of it is said here in a sentence
     try:
-        client: Any = Client(address, timeout=10, set_as_default=False)
+        client: Any = Client(address, timeout=10)
     except (OSError, ValueError, TypeError, ImportError) as error:
         raise InputError(
             f"There is no Dask scheduler to be reached at {address} ({type(error).__name__}); expected an address such "

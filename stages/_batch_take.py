@@ -94,6 +94,7 @@ def run_take(job: Job) -> Outcome:
             code, reason = _run(job)
             seconds = round(time.perf_counter() - start, 2)
             if code:
+                _tidy(job.folder)
                 return Outcome(name, "failed", code, reason, seconds, host)
             add_to_summary(job.folder, **{_KEY: {"key": key, "files": files, "seconds": seconds}})
             job.log.unlink(missing_ok=True)
@@ -193,7 +194,6 @@ def _run(job: Job) -> tuple[int, str]:
             code = child.wait(job.timeout_s)
         except subprocess.TimeoutExpired:
             _kill(child)
-            _tidy(job.folder)
             return 124, f"took longer than the {job.timeout_s:g} s of --timeout, and was ended"
         finally:
             _running.discard(child)
@@ -225,5 +225,5 @@ def _last_words(code: int, log: Path) -> str:
             name = signal.Signals(-code).name
         except ValueError:
             name = str(-code)
-        return f"its process was ended by {name}{last}"
+        return f"its process was ended by {name}; last in its log{last or ': nothing'}"
     return f"it failed with exit code {code}{last}"

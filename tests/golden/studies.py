@@ -1,0 +1,82 @@
+"""Studies to run in a batch: files of poses, a manifest, and a package whose stages crash or hang."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+
+from pcnet3d.examples.camera import camera_poses, side_camera
+from pcnet3d.examples.walker import walker
+
+_QUICK = ("scale", "rectify", "trajectories", "angles", "measures", "export")
+_STAGES = """
+import os, time
+
+
+class Crash:
+    name, needs, gives = "crash", (), ()
+
+    def __call__(self, take):
+        os.abort()
+
+
+class Hang:
+    name, needs, gives = "hang", (), ()
+
+    def __call__(self, take):
+        time.sleep(1e6)
+"""
+
+
+def write_trouble(folder: Path, version: str = "1.0") -> Path:
+    """A folder for PYTHONPATH: an installed package with the stages `crash` and `hang`."""
+    told = folder / f"trouble-{version}.dist-info"
+    told.mkdir(parents=True)
+    (folder / "trouble.py").write_text(_STAGES)
+    (told / "METADATA").write_text(f"Metadata-Version: 2.1\nName: trouble\nVersion: {version}\n")
+    (told / "entry_points.txt").write_text("[pcnet3d.stages]\ncrash = trouble:Crash\nhang = trouble:Hang\n")
+    return folder
+
+
+def write_study(folder: Path, good: int, broken: int = 0, crashing: int = 0, hanging: int = 0) -> Path:
+    """manifest.csv and its files: two visits of each subject, all of whose takes differ; quick recipes."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, trouble in (("quick", ()), ("crash", ("crash",)), ("hang", ("hang",))):
+        stages = "".join(
+            f'[[stages]]\nuse = "{use}"\n' + 'rectifier = "geometric"\n' * (use == "rectify")
+            for use in (*trouble, *_QUICK)
+        )
+        (folder / f"{name}.toml").write_text(stages)
+    walk = walker(seconds=1.5)
+    joints = 0.8 * camera_poses(walk, side_camera(walk)).joints
+    kinds = ["good"] * good + ["broken"] * broken + ["crash"] * crashing + ["hang"] * hanging
+    order = np.random.default_rng(0).permutation(len(kinds)) if broken else np.arange(len(kinds))
+    rows = []
+    for number, kind in enumerate(kinds[i] for i in order):
+        poses = folder / f"take_{number:03}.npy"
+        noise = np.random.default_rng(number).normal(scale=0.003, size=joints.shape)
+        np.save(poses, (joints + noise).astype(np.float32))
+        if kind == "broken":
+            poses.write_bytes(poses.read_bytes()[:-1000])
+        recipe = "quick" if kind in ("good", "broken") else kind
+        rows.append(
+            {
+                "name": f"{kind}_{number:03}",
+                "subject": f"s{number // 2}",
+                "visit": ("first", "second")[number % 2],
+                "poses": poses.name,
+                "fps": 30,
+                "recipe": f"{recipe}.toml",
+            }
+        )
+    return write_manifest(folder / "manifest.csv", rows)
+
+
+def write_manifest(path: Path, rows: list[dict[str, object]]) -> Path:
+    with open(path, "w", encoding="utf-8", newline="") as file:
+        writer = csv.DictWriter(file, list(rows[0]))
+        writer.writeheader()
+        writer.writerows(rows)
+    return path
