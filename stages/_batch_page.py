@@ -165,7 +165,8 @@ def _changes(found: Sequence[Change]) -> str:
         head = ("measure", "subjects", "bias", "SD of differences", "lower limit", "upper limit")
         tables.append(heading(f"{factor} {later} less {earlier}") + table(head, rows, sortable=True))
     words = (
-        "Differences of each subject's mean, compared within the same condition or visit; subjects who have both. "
+        "Differences of each subject's mean, compared within the same condition or visit; subjects who have both, "
+        "without takes that could not be levelled. "
         "Limits of agreement: bias and 1.96 standard deviations of the differences to each side (Bland & Altman "
         "1986). With few subjects the limits themselves are uncertain. All measures are in changes.csv."
     )

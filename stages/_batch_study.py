@@ -120,9 +120,12 @@ def changes(rows: Sequence[Mapping[str, Any]]) -> list[Change]:
 
     A subject's takes of one visit and condition are averaged, then compared within each condition (or visit, for
     conditions), and these differences averaged, so that a subject counts once. Fewer than two subjects: no row.
+    Takes that could not be levelled have no say.
     """
     found = []
-    done = [row for row in rows if row.get("subject") and row.get("measures")]
+    done = [
+        row for row in rows if row.get("subject") and row.get("measures") and row["level_ok"] is not False
+    ]
     names = dict.fromkeys(
         key for row in done for key in row["measures"] if key.split(".")[-1] not in _NO_MEASURE
     )

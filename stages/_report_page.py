@@ -73,7 +73,7 @@ td.long { overflow-wrap: anywhere; min-width: 12rem }
 .sortable thead button { all: unset; cursor: pointer; font: inherit } .sortable button:focus-visible { outline: auto }
 .sortable [aria-sort] button::after { content: " ▲" } .sortable [aria-sort=descending] button::after { content: " ▼" }
 .sortable tbody th { position: sticky; left: 0; background: var(--paper); white-space: normal; min-width: 6rem;
-  max-width: 14rem; overflow-wrap: anywhere } .sortable th a { color: #005a8d }
+  max-width: 19rem; overflow-wrap: anywhere } .sortable th a { color: #005a8d }
 @media print {
   @page { margin: 14mm 12mm }
   body { padding: 0; max-width: none; font-size: 10pt; print-color-adjust: exact; -webkit-print-color-adjust: exact }

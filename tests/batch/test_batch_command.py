@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from pyarrow import parquet
 
-from golden.studies import write_study
+from golden.studies import write_pair, write_study
 
 TIMEOUT_S = 15  # for the take that hangs; the others need some three seconds of one core
 
@@ -241,6 +241,20 @@ def test_a_disk_that_cannot_be_written_is_said_at_once(finished, told, beside, t
         process.wait(timeout=60)
     refused(subprocess.CompletedProcess(command, process.returncode, "", err), out)
     assert told(out) == before
+
+
+def test_everybody_of_a_take_has_a_row(pcnet3d, tmp_path):
+    write_pair(tmp_path / "pair.json")
+    study = write_study(tmp_path, 1)
+    study.write_text("name,poses,fps,person,recipe,subject\nboth,pair.json,30,all,quick.toml,s\n")
+    result = pcnet3d("batch", study, "-o", tmp_path / "out")
+    assert result.returncode == 0, result.stderr
+    rows = parquet.read_table(tmp_path / "out" / "study.parquet").to_pylist()
+    assert [(row["name"], row["subject"], row["person"], row["frames"]) for row in rows] == [
+        ("both", "s", "0", 45), ("both", "s", "1", 45),
+    ]  # fmt: skip
+    kept = pcnet3d("batch", study, "-o", tmp_path / "out")
+    assert "1 takes done (1 of them before)" in kept.stdout
 
 
 def test_a_cluster_and_workers_at_once_are_refused(small, pcnet3d, tmp_path):

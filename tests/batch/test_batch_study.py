@@ -15,7 +15,15 @@ NAME = "range_of_motion.r_knee_flexion.p05_p95_deg"
 
 
 def row(subject, visit, value, condition=""):
-    return {"subject": subject, "visit": visit, "condition": condition, "measures": {NAME: value}}
+    labels = {"subject": subject, "visit": visit, "condition": condition}
+    return {**labels, "level_ok": True, "measures": {NAME: value}}
+
+
+def test_a_take_that_could_not_be_levelled_has_no_say():
+    rows = [row(s, v, 1.0 + (v == "2")) for s in "abc" for v in "12"]
+    rows[-1] |= {"level_ok": False, "measures": {NAME: 100.0}}
+    (change,) = changes(rows)
+    assert (change.n, change.bias) == (2, 1.0)
 
 
 def test_limits_of_agreement_by_hand():

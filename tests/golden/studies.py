@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import json
 from pathlib import Path
 
 import numpy as np
@@ -72,6 +73,27 @@ def write_study(folder: Path, good: int, broken: int = 0, crashing: int = 0, han
             }
         )
     return write_manifest(folder / "manifest.csv", rows)
+
+
+def write_pair(path: Path) -> Path:
+    """Two people in every frame, as MMPose writes them."""
+    walk = walker(seconds=1.5)
+    bodies = camera_poses(walk, side_camera(walk)).joints
+    frames = [
+        [
+            {
+                "keypoints": np.stack([-body[:, 0], body[:, 2], -body[:, 1]], axis=-1).tolist(),
+                "keypoint_scores": [1.0] * 17,
+                "bbox": [[500.0 * place, 100, 500 * place + 200, 600]],
+                "bbox_score": 0.9,
+            }
+            for place in range(2)
+        ]
+        for body in bodies
+    ]
+    listed = [{"frame_id": i, "instances": people} for i, people in enumerate(frames)]
+    path.write_text(json.dumps(listed))
+    return path
 
 
 def write_manifest(path: Path, rows: list[dict[str, object]]) -> Path:
