@@ -1,13 +1,19 @@
-"""A study with trouble: `PYTHONPATH=tests python tests/bench/bench_batch.py [TAKES]`. Prints; asserts what must hold.
+"""A study with trouble: `PYTHONPATH=tests python tests/bench/bench_batch.py [TAKES [PART ...]]`. Prints; asserts that
+each take ended as it should.
 
-1. TAKES (200) takes with 10 broken, 2 crashing and 2 hanging ones among them, two at a time.
-2. The same, the batch killed by SIGKILL at random 20 times and run again: the same table, nothing done twice.
-3. The same on a Dask cluster of two workers on this machine, one of which is killed on the way.
-4. One worker against two on the same 16 takes, in turns.
+plain: TAKES (200) takes with 10 broken, 2 crashing and 2 hanging ones among them, two at a time.
+killed: the same, the batch killed by SIGKILL at random 20 times and run again.
+cluster: the same on a Dask cluster of two workers on this machine, one of which is killed on the way.
+speed: one worker against two on the same 12 takes.
+
+The first three print a digest of the study's table, which is to be the same. Their takes cost little but the start of
+their process, so that it is the batch that is measured; those of `speed` go through angles and measures.
 """
 
 from __future__ import annotations
 
+import contextlib
+import hashlib
 import json
 import os
 import random
@@ -21,10 +27,11 @@ from pathlib import Path
 
 from pyarrow import parquet
 
-from golden.studies import write_study, write_trouble
+from golden.studies import CHEAP, write_study, write_trouble
 
 TIMEOUT_S = 30
 BROKEN, CRASHING, HANGING, KILLS = 10, 2, 2, 20
+LATEST_KILL_S = 60.0
 
 
 def command(*words: object) -> list[str]:
@@ -56,10 +63,11 @@ def states(out: Path) -> dict[str, int]:
     return {state: sum(row["state"] == state for row in rows) for state in ("done", "failed")}
 
 
-def table(out: Path) -> list[dict]:
-    """All but the reasons' paths, which differ from folder to folder."""
+def digest(out: Path) -> str:
+    """Of the study's table but for the reasons, which name the folder."""
     rows = parquet.read_table(out / "study.parquet").to_pylist()
-    return [{key: value for key, value in row.items() if key != "reason"} for row in rows]
+    kept = [{key: value for key, value in row.items() if key != "reason"} for row in rows]
+    return hashlib.sha256(json.dumps(kept).encode()).hexdigest()[:16]
 
 
 def finished(out: Path) -> dict[str, int]:
@@ -71,77 +79,83 @@ def finished(out: Path) -> dict[str, int]:
     return found
 
 
-def killed(manifest: Path, out: Path, seconds: float) -> int:
-    """The batch killed KILLS times, then finished; how many takes were done twice."""
-    rng, known, twice = random.Random(0), {}, 0
+def killed(folder: Path, manifest: Path) -> Path:
+    """The batch killed KILLS times, at random between 1 and 60 s after it was begun, then finished."""
+    rng, out, known, twice = random.Random(0), folder / "killed", {}, 0
     for _ in range(KILLS):
         batch = subprocess.Popen(
             command(manifest, "-o", out, "--timeout", TIMEOUT_S, "--workers", 2),
             stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
         )  # fmt: skip
-        time.sleep(rng.uniform(1, 1.6 * seconds / KILLS))
+        with contextlib.suppress(subprocess.TimeoutExpired):
+            batch.wait(rng.uniform(1, LATEST_KILL_S))
         batch.kill()
         batch.wait()
         now = finished(out) if (out / "takes").is_dir() else {}
         twice += sum(now.get(name) != when for name, when in known.items())
         known = now
-    before = len(known)
     run(manifest, out, "--workers", 2)
-    now = finished(out)
-    twice += sum(now.get(name) != when for name, when in known.items())
-    print(f"   {before} takes were done before the last run")
-    return twice
+    twice += sum(finished(out).get(name) != when for name, when in known.items())
+    left = [path.name for path in out.rglob(".*")]
+    print(
+        f"killed {KILLS} times, the last time after {len(known)} takes: {states(out)}, done twice {twice}, left {left}"
+    )
+    return out
 
 
-def on_cluster(manifest: Path, out: Path) -> None:
+def on_cluster(folder: Path, manifest: Path) -> Path:
     from distributed import Client, LocalCluster
 
+    out = folder / "cluster"
     with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None, silence_logs=50) as cluster:
         with Client(cluster, set_as_default=False) as client:
             worker = min(client.run(os.getpid).values())
         words = ("--timeout", TIMEOUT_S, "--dask", cluster.scheduler_address)
         batch = subprocess.Popen(
-            command(manifest, "-o", out, *words), stdout=subprocess.PIPE, stderr=subprocess.PIPE
+            command(manifest, "-o", out, *words), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
         )
         while not out.is_dir() or len(finished(out)) < 10:
             time.sleep(0.2)
+        known = finished(out)
         os.kill(worker, signal.SIGKILL)
-        print(f"   a worker killed after {len(finished(out))} takes")
-        batch.communicate()
+        batch.wait()
+    twice = sum(finished(out).get(name) != when for name, when in known.items())
+    print(f"cluster, a worker killed after {len(known)} takes: {states(out)}, done twice {twice}")
+    return out
+
+
+def plain(folder: Path, manifest: Path) -> Path:
+    wall_s, used_s = run(manifest, folder / "plain", "--workers", 2)
+    print(f"plain: {states(folder / 'plain')}, {wall_s:.0f} s, {used_s:.0f} s of CPU", flush=True)
+    wall_s, used_s = run(manifest, folder / "plain", "--workers", 2)
+    print(f"  once more, what failed alone: {wall_s:.0f} s, {used_s:.0f} s of CPU", flush=True)
+    return folder / "plain"
+
+
+def speed(folder: Path) -> None:
+    """In turns, because what else the machine does changes."""
+    few = write_study(folder / "few", 12)
+    for turn in range(2):
+        for workers in (1, 2):
+            wall_s, used_s = run(few, folder / f"few-{turn}-{workers}", "--workers", workers)
+            print(f"speed: 12 takes, {workers} at a time: {wall_s:.1f} s, {used_s:.1f} s of CPU", flush=True)
 
 
 def main() -> None:
     takes = int(sys.argv[1]) if len(sys.argv) > 1 else 200
+    parts = sys.argv[2:] or ["plain", "killed", "cluster", "speed"]
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         os.environ["PYTHONPATH"] = (
             f"{write_trouble(folder / 'site')}{os.pathsep}{os.environ.get('PYTHONPATH', '')}"
         )
         good = takes - BROKEN - CRASHING - HANGING
-        manifest = write_study(folder / "in", good, BROKEN, CRASHING, HANGING)
-        wall_s, used_s = run(manifest, folder / "plain", "--workers", 2)
-        print(
-            f"1. {takes} takes, 2 workers: {states(folder / 'plain')}, {wall_s:.0f} s, {used_s:.0f} s of CPU",
-            flush=True,
-        )
-        again_s, used_s = run(manifest, folder / "plain", "--workers", 2)
-        print(f"   once more, what failed alone: {again_s:.0f} s, {used_s:.0f} s of CPU", flush=True)
-        twice = killed(manifest, folder / "killed", wall_s)
-        same = table(folder / "killed") == table(folder / "plain")
-        left = [path.name for path in (folder / "killed").rglob(".*")]
-        print(
-            f"2. killed {KILLS} times: {states(folder / 'killed')}, the same table: {same}, "
-            f"done twice: {twice}, left: {left}",
-            flush=True,
-        )
-        on_cluster(manifest, folder / "dask")
-        same = table(folder / "dask") == table(folder / "plain")
-        print(f"3. on a cluster: {states(folder / 'dask')}, the same table: {same}", flush=True)
-        few = write_study(folder / "few", 16)
-        for turn in range(2):
-            for workers in (1, 2):
-                wall_s, used_s = run(few, folder / f"few-{turn}-{workers}", "--workers", workers)
-                print(f"4. 16 takes, {workers} at a time: {wall_s:.1f} s, {used_s:.1f} s of CPU", flush=True)
+        manifest = write_study(folder / "in", good, BROKEN, CRASHING, HANGING, CHEAP)
+        for part, do in {"plain": plain, "killed": killed, "cluster": on_cluster}.items():
+            if part in parts:
+                print(f"  table {digest(do(folder, manifest))}", flush=True)
+        if "speed" in parts:
+            speed(folder)
 
 
 if __name__ == "__main__":

@@ -1,9 +1,11 @@
-"""Studies to run in a batch: files of poses, a manifest, and a package whose stages crash or hang."""
+"""Studies to run in a batch: files of poses, a manifest, and a package whose stages crash, hang, or cost next to
+nothing."""
 
 from __future__ import annotations
 
 import csv
 import json
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -11,9 +13,13 @@ import numpy as np
 from pcnet3d.examples.camera import camera_poses, side_camera
 from pcnet3d.examples.walker import walker
 
+CHEAP = ("rectify", "figures", "export")
+
 _QUICK = ("scale", "rectify", "trajectories", "angles", "measures", "export")
 _STAGES = """
 import os, time
+
+import numpy as np
 
 
 class Crash:
@@ -32,24 +38,32 @@ class Hang:
 
 
 def write_trouble(folder: Path, version: str = "1.0") -> Path:
-    """A folder for PYTHONPATH: an installed package with the stages `crash` and `hang`."""
+    """A folder for PYTHONPATH: an installed package with the stages `crash`, `hang` and `figures`."""
     told = folder / f"trouble-{version}.dist-info"
     told.mkdir(parents=True)
     (folder / "trouble.py").write_text(_STAGES)
     (told / "METADATA").write_text(f"Metadata-Version: 2.1\nName: trouble\nVersion: {version}\n")
-    (told / "entry_points.txt").write_text("[pcnet3d.stages]\ncrash = trouble:Crash\nhang = trouble:Hang\n")
+    points = "[pcnet3d.stages]\ncrash = trouble:Crash\nhang = trouble:Hang\nfigures = trouble:Figures\n"
+    (told / "entry_points.txt").write_text(points)
     return folder
 
 
-def write_study(folder: Path, good: int, broken: int = 0, crashing: int = 0, hanging: int = 0) -> Path:
-    """manifest.csv and its files: two visits of each subject, all of whose takes differ; quick recipes."""
+def write_study(
+    folder: Path,
+    good: int,
+    broken: int = 0,
+    crashing: int = 0,
+    hanging: int = 0,
+    stages: Sequence[str] = _QUICK,
+) -> Path:
+    """manifest.csv and its files: two visits of each subject, all of whose takes differ; recipes of those stages."""
     folder.mkdir(parents=True, exist_ok=True)
     for name, trouble in (("quick", ()), ("crash", ("crash",)), ("hang", ("hang",))):
-        stages = "".join(
+        recipe = "".join(
             f'[[stages]]\nuse = "{use}"\n' + 'rectifier = "geometric"\n' * (use == "rectify")
-            for use in (*trouble, *_QUICK)
+            for use in (*trouble, *stages)
         )
-        (folder / f"{name}.toml").write_text(stages)
+        (folder / f"{name}.toml").write_text(recipe)
     walk = walker(seconds=1.5)
     joints = 0.8 * camera_poses(walk, side_camera(walk)).joints
     kinds = ["good"] * good + ["broken"] * broken + ["crash"] * crashing + ["hang"] * hanging
