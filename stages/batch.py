@@ -67,8 +67,10 @@ def batch(
     output = output.resolve()
     with _ours_alone(output):
         jobs = [Job(entry, output, timeout) for entry in entries]
-        coming = on_cluster(jobs, dask) if dask else on_this_machine(jobs, workers or _cores())
-        outcomes = _run(jobs, output, coming)
+        failed_before = _failed_before(output)
+        in_turn = sorted(jobs, key=lambda job: job.entry.name in failed_before)
+        coming = on_cluster(in_turn, dask) if dask else on_this_machine(in_turn, workers or _cores())
+        outcomes = _run(jobs, output, coming, failed_before)
         rows = study_rows(entries, outcomes)
         _write(output, rows, changes(rows))
     failed = [outcome for outcome in outcomes if outcome.state == "failed"]
@@ -137,11 +139,19 @@ def _read(path: Path) -> dict[str, Any]:
     return content if isinstance(content, dict) else {}
 
 
-def _run(jobs: Sequence[Job], output: Path, coming: Generator[Outcome]) -> list[Outcome]:
+def _failed_before(output: Path) -> set[str]:
+    """Names of takes that failed once; they come last, or a batch that is often stopped would try only them."""
+    takes = _read(output / STATUS).get("takes", ())
+    return {take["name"] for take in takes if take["state"] == "failed" or take.get("failed_before")}
+
+
+def _run(
+    jobs: Sequence[Job], output: Path, coming: Generator[Outcome], failed_before: set[str]
+) -> list[Outcome]:
     """All outcomes in the jobs' order; the status is written as they come."""
     owner = f"process {os.getpid()} on {socket.gethostname()} since {time.strftime('%Y-%m-%d %H:%M:%S')}"
     found: dict[str, Outcome] = {}
-    _write_status(jobs, found, output, owner)
+    _write_status(jobs, found, failed_before, output, owner)
     written = time.monotonic()
     try:
         with counted("takes", len(jobs)) as done, closing(coming):
@@ -151,19 +161,23 @@ def _run(jobs: Sequence[Job], output: Path, coming: Generator[Outcome]) -> list[
                     print(f"failed: {outcome.name}: {outcome.reason}", file=sys.stderr)
                 done(len(found))
                 if time.monotonic() - written > _SECONDS:
-                    _write_status(jobs, found, output, owner)
+                    _write_status(jobs, found, failed_before, output, owner)
                     written = time.monotonic()
     finally:
-        _write_status(jobs, found, output, "")
+        _write_status(jobs, found, failed_before, output, "")
     return [found[job.entry.name] for job in jobs]
 
 
-def _write_status(jobs: Sequence[Job], found: dict[str, Outcome], output: Path, owner: str) -> None:
+def _write_status(
+    jobs: Sequence[Job], found: dict[str, Outcome], failed_before: set[str], output: Path, owner: str
+) -> None:
     """batch.json: whose it is, and what became of each take so far."""
     takes = []
     for job in jobs:
         outcome = found.get(job.entry.name)
-        told = {"name": job.entry.name, "state": "waiting"} if outcome is None else asdict(outcome)
+        name = job.entry.name
+        waiting = {"name": name, "state": "waiting", "failed_before": name in failed_before}
+        told = waiting if outcome is None else asdict(outcome)
         takes.append({key: value for key, value in told.items() if key != "rows"})
     counts = {
         state: sum(take["state"] == state for take in takes)

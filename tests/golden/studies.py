@@ -34,6 +34,15 @@ class Hang:
 
     def __call__(self, take):
         time.sleep(1e6)
+
+
+class Figures:
+    name, needs, gives = "figures", ("poses", "rectified"), ("filtered", "kinematics", "measures")
+
+    def __call__(self, take):
+        knee_deg = take.poses.joints[:, 3, 1]
+        figures = {"range_of_motion": {"r_knee_flexion": {"p05_p95_deg": float(np.ptp(knee_deg))}}}
+        return take.with_(filtered=take.rectified.level, kinematics={"knee_deg": knee_deg}, measures=figures)
 """
 
 
