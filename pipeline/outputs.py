@@ -115,12 +115,20 @@ def _ours(path: Path) -> bool:
     return listed and all(_ours(run.parent) for run in path.glob(f"*/{SUMMARY}"))
 
 
+def read_summary(folder: Path) -> dict:
+    """A run's summary.json; empty where there is none."""
+    return _read(folder / SUMMARY)
+
+
+def add_to_summary(folder: Path, **entries: object) -> None:
+    """Put entries into a run's summary.json, which is there before and after."""
+    with whole_file(folder / SUMMARY) as partial:
+        partial.write_text(json.dumps({**read_summary(folder), **entries}, indent=1) + "\n", encoding="utf-8")
+
+
 def add_to_list(folder: Path, name: str) -> None:
     """Note in a run's summary.json that this file or folder in it is ours too, so that a later run may replace it."""
-    summary = _read(folder / SUMMARY)
-    summary["files"] = sorted({*summary.get("files", ()), name})
-    with whole_file(folder / SUMMARY) as partial:
-        partial.write_text(json.dumps(summary, indent=1) + "\n", encoding="utf-8")
+    add_to_summary(folder, files=sorted({*read_summary(folder).get("files", ()), name}))
 
 
 def sign(folder: Path) -> None:

@@ -1,14 +1,39 @@
-"""A page of HTML that needs nothing but itself: pictures inside, no script, no address of any other place."""
+"""A page of HTML that needs nothing but itself: pictures inside, no address of any other place, and no script but one
+of ours that sorts tables, where there are such."""
 
 from __future__ import annotations
 
 from base64 import b64encode
 from collections.abc import Iterable, Sequence
+from hashlib import sha256
 from html import escape
-from typing import Literal
+from typing import Literal, NamedTuple
 
 # Even if a text of a stranger's file came through unescaped, a browser would load and run nothing.
 _POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'"
+
+# A click on a column's heading sorts by it, another one the other way round; what is not known comes last.
+_SORT = """
+for (const table of document.querySelectorAll("table.sortable")) {
+  const body = table.tBodies[0], heads = [...table.tHead.rows[0].cells];
+  heads.forEach((head, column) => {
+    const button = document.createElement("button");
+    button.textContent = head.textContent;
+    head.replaceChildren(button);
+    button.addEventListener("click", () => {
+      const down = head.getAttribute("aria-sort") === "ascending", numbers = head.classList.contains("number");
+      heads.forEach(other => other.removeAttribute("aria-sort"));
+      head.setAttribute("aria-sort", down ? "descending" : "ascending");
+      const of = row => row.cells[column].textContent;
+      const words = (a, b) => a.localeCompare(b, "en", { numeric: true });
+      const compare = numbers ? (a, b) => parseFloat(a) - parseFloat(b) : words;
+      const rows = [...body.rows].sort((a, b) =>
+        (of(a) === "–") - (of(b) === "–") || (down ? -1 : 1) * (of(a) === "–" ? 0 : compare(of(a), of(b))));
+      body.append(...rows);
+    });
+  });
+}
+"""
 _TYPES = {"svg": "image/svg+xml", "jpeg": "image/jpeg", "png": "image/png"}
 
 _STYLE = """
@@ -45,6 +70,10 @@ th, td { padding: .28rem .7rem .28rem 0; text-align: left; vertical-align: top; 
 th { font-weight: 600; white-space: nowrap } thead th { white-space: normal; vertical-align: bottom }
 td.number, th.number { text-align: right } td.number { white-space: nowrap }
 td.long { overflow-wrap: anywhere; min-width: 12rem }
+.sortable thead button { all: unset; cursor: pointer; font: inherit } .sortable button:focus-visible { outline: auto }
+.sortable [aria-sort] button::after { content: " ▲" } .sortable [aria-sort=descending] button::after { content: " ▼" }
+.sortable tbody th { position: sticky; left: 0; background: var(--paper); white-space: normal; min-width: 6rem;
+  max-width: 19rem; overflow-wrap: anywhere } .sortable th a { color: #005a8d }
 @media print {
   @page { margin: 14mm 12mm }
   body { padding: 0; max-width: none; font-size: 10pt; print-color-adjust: exact; -webkit-print-color-adjust: exact }
@@ -52,11 +81,20 @@ td.long { overflow-wrap: anywhere; min-width: 12rem }
   .charts { grid-template-columns: repeat(2, 1fr) }
   .table, .wide { overflow: visible } td.long, .wide img { min-width: 0 }
   table { font-size: 8pt } th, td { padding-right: .45rem }
+  .sortable tbody th { position: static; min-width: 0 } .sortable [aria-sort] button::after { content: "" }
   .three { grid-template-columns: repeat(3, 1fr) }
 }
 """
 
-Cell = str | float | int | None
+
+class Link(NamedTuple):
+    """Words that lead to another file. address: relative to the page, already as a URL writes it."""
+
+    words: str
+    address: str
+
+
+Cell = str | float | int | Link | None
 
 
 def text(words: object) -> str:
@@ -72,13 +110,17 @@ def page(title: str, head: str, sections: Iterable[tuple[str, str]]) -> str:
     body = "\n".join(
         f'<section id="{key}"><h2>{text(name)}</h2>\n{content}</section>' for key, name, content in kept
     )
+    script, policy = "", _POLICY
+    if '<table class="sortable">' in body:
+        script = f"<script>{_SORT}</script>"
+        policy += f"; script-src 'sha256-{b64encode(sha256(_SORT.encode()).digest()).decode('ascii')}'"
     return (
         '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">\n'
-        f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">\n'
+        f'<meta http-equiv="Content-Security-Policy" content="{policy}">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         '<meta name="referrer" content="no-referrer">\n'
         f"<title>{text(title)}</title>\n<style>{_STYLE}</style></head>\n"
-        f"<body><header><h1>{text(title)}</h1>\n{head}<nav>{links}</nav></header>\n<main>{body}</main></body></html>\n"
+        f"<body><header><h1>{text(title)}</h1>\n{head}<nav>{links}</nav></header>\n<main>{body}</main>{script}</body></html>\n"
     )
 
 
@@ -109,20 +151,23 @@ def facts(pairs: Iterable[tuple[str, str]]) -> str:
     return f'<dl class="facts">{cells}</dl>\n' if cells else ""
 
 
-def table(head: Sequence[str], rows: Sequence[Sequence[Cell]]) -> str:
+def table(head: Sequence[str], rows: Sequence[Sequence[Cell]], sortable: bool = False) -> str:
     """The first cell of a row is its heading; a column of numbers has as many decimals as its largest one asks for;
-    None is a dash."""
+    None is a dash. sortable: a click on a column's heading sorts by it."""
     if not rows:
         return ""
     columns = [_column(cells) for cells in zip(*rows, strict=True)]
     names = "".join(_cell("th", name, right) for name, (_, right) in zip(head, columns, strict=True))
     lines = "".join(
         "<tr>"
-        + "".join(_cell("td" if i else "th", shown[j], right) for i, (shown, right) in enumerate(columns))
+        + "".join(
+            _cell("td" if i else "th", shown[j], right, row[i]) for i, (shown, right) in enumerate(columns)
+        )
         + "</tr>"
-        for j in range(len(rows))
+        for j, row in enumerate(rows)
     )
-    return f'<div class="table"><table><thead><tr>{names}</tr></thead><tbody>{lines}</tbody></table></div>\n'
+    kind = ' class="sortable"' if sortable else ""
+    return f'<div class="table"><table{kind}><thead><tr>{names}</tr></thead><tbody>{lines}</tbody></table></div>\n'
 
 
 def _column(cells: Sequence[Cell]) -> tuple[list[str], bool]:
@@ -131,14 +176,17 @@ def _column(cells: Sequence[Cell]) -> tuple[list[str], bool]:
     largest = max(numbers, default=0.0)
     decimals = 0 if largest >= 1000 else 1 if largest >= 10 else 2 if largest >= 1 else 3
     shown = [
-        "–" if cell is None else f"{cell:z.{decimals}f}" if isinstance(cell, float) else str(cell) for cell in cells
+        "–" if cell is None else f"{cell:z.{decimals}f}" if isinstance(cell, float)
+        else cell.words if isinstance(cell, Link) else str(cell)
+        for cell in cells
     ]  # fmt: skip
     return shown, bool(numbers) and len(numbers) == sum(cell is not None for cell in cells)
 
 
-def _cell(tag: str, shown: str, right: bool) -> str:
+def _cell(tag: str, shown: str, right: bool, cell: Cell = None) -> str:
     kind = "number" if right else "long" if len(shown) > 40 else ""
-    return f"<{tag}{f' class={kind}' if kind else ''}>{text(shown)}</{tag}>"
+    words = f'<a href="{text(cell.address)}">{text(shown)}</a>' if isinstance(cell, Link) else text(shown)
+    return f"<{tag}{f' class={kind}' if kind else ''}>{words}</{tag}>"
 
 
 def picture(content: bytes, kind: Literal["svg", "jpeg", "png"], alt: str) -> str:

@@ -1,0 +1,58 @@
+"""The command in a process of its own, with stages that crash and hang installed beside it."""
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from golden.studies import write_trouble
+
+PCNET3D = [sys.executable, "-c", "from pcnet3d.pipeline.cli import main; main()"]
+
+
+@pytest.fixture(scope="session")
+def beside(tmp_path_factory) -> dict[str, str]:
+    """The environment of every process."""
+    return {**os.environ, "PYTHONPATH": str(write_trouble(tmp_path_factory.mktemp("site")))}
+
+
+@pytest.fixture(scope="session")
+def begun(beside) -> Callable[..., subprocess.Popen]:
+    """begun("batch", ...): the command, running."""
+
+    def begin(*words: object, **options) -> subprocess.Popen:
+        command = [*PCNET3D, *map(str, words)]
+        return subprocess.Popen(
+            command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=beside, **options
+        )
+
+    return begin
+
+
+@pytest.fixture(scope="session")
+def pcnet3d(begun) -> Callable[..., subprocess.CompletedProcess]:
+    """pcnet3d("batch", ...): exit code and what it said."""
+
+    def run(*words: object, **options) -> subprocess.CompletedProcess:
+        with begun(*words, **options) as process:
+            out, err = process.communicate(timeout=120)
+        return subprocess.CompletedProcess(words, process.returncode, out, err)
+
+    return run
+
+
+@pytest.fixture(scope="session")
+def told() -> Callable[[Path], dict[str, float]]:
+    """told(folder): when each file in it was written."""
+
+    def times(folder: Path) -> dict[str, float]:
+        return {
+            str(path.relative_to(folder)): path.stat().st_mtime_ns
+            for path in folder.rglob("*")
+            if path.is_file()
+        }
+
+    return times
