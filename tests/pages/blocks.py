@@ -24,6 +24,9 @@ class Block:
     text: str
     reason: str
 
+    def __str__(self) -> str:
+        return f"{self.page}-{self.number}"
+
 
 def blocks(*languages: str) -> list[Block]:
     """Of every page, in these languages."""

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pages.blocks import text_of
 
-from golden import lifters, worlds
+from golden import lifters, numbered, worlds
 from golden.trainings import tiny
-from pcnet3d.examples.camera import Camera, aimed, camera_poses, side_camera
+from pages.blocks import text_of
+from pcnet3d.examples.camera import Camera, camera_poses, side_camera
 from pcnet3d.examples.demo import demo
-from pcnet3d.examples.files import write_keypoints, write_poses, write_video
+from pcnet3d.examples.files import write_keypoints, write_poses
 from pcnet3d.examples.imu import Faults, strapped, write_csv
 from pcnet3d.examples.walker import Walk, walker
 from pcnet3d.models.mocap import Clip, write_mocap
@@ -24,11 +24,12 @@ SUBJECTS = ("01", "02", "05", "07", "09")
 
 @pytest.fixture(scope="session")
 def files(tmp_path_factory) -> Path:
-    """A folder with a recording of 2 s, motion capture, sensors, and the finished runs of the demo."""
+    """A folder with a recording of 2 s and a detector for it, motion capture, sensors, and the demo's results."""
     folder = tmp_path_factory.mktemp("pages")
     walk = walker(seconds=2)
     camera, rng, rows = side_camera(walk), np.random.default_rng(0), np.arange(len(walk))
-    write_video(folder / "video.mp4", walk, camera)
+    shutil.copy(numbered.numbered_film(folder / "stream.ts"), folder / "video.mp4")
+    numbered.toy_detector(folder / "movenet.onnx")
     write_keypoints(folder / "alphapose-results.json", walk, camera, rows, 1.0, rng)
     write_poses(folder / "X3D.npy", walk, camera, rows, 0.008, rng)
     _two_people(folder, walk, camera)
@@ -42,7 +43,10 @@ def _two_people(folder: Path, walk: Walk, camera: Camera) -> None:
     second = walker(seconds=2, stature_m=1.6, turn_deg=30)
     people = [camera_poses(one, camera).joints for one in (walk, second)]
     frames = [
-        [lifters.instance(lifters.as_mmpose(joints[i]), lifters.box_of(n, i)) for n, joints in enumerate(people)]
+        [
+            lifters.instance(lifters.as_mmpose(joints[i]), lifters.box_of(n, i))
+            for n, joints in enumerate(people)
+        ]
         for i in range(len(walk))
     ]
     lifters.mmpose3d(folder, frames, "demo")
@@ -53,7 +57,10 @@ def _motion_capture(folder: Path) -> None:
     walks = {name: walker(seconds=2, turn_deg=10.0 * i) for i, name in enumerate(SUBJECTS)}
     write_mocap(
         folder / "clips.npz",
-        [Clip(f"{name}_walk", name, "walker", walk.fps, walk.world.astype(np.float32)) for name, walk in walks.items()],
+        [
+            Clip(f"{name}_walk", name, "walker", walk.fps, walk.world.astype(np.float32))
+            for name, walk in walks.items()
+        ],
     )
     (folder / "split.json").write_text(text_of("data", "json"))
     (folder / "own.toml").write_text(text_of("data", "toml") + tiny())
