@@ -3,7 +3,10 @@ PYTHON ?= python3
 # The newest torch brings gigabytes of CUDA; this one has a small CPU build. Only the tests need it.
 TORCH ?= torch==2.13.0
 
-.PHONY: demo test lint clean
+# Programs that the package has to run with.
+PYTHONS ?= python3.11 python3.12 python3.13
+
+.PHONY: demo test lint api package clean
 
 demo: .venv/.installed
 	.venv/bin/pcnet3d demo -o demo-run
@@ -17,6 +20,29 @@ lint: .venv-test/.installed
 	.venv-test/bin/ruff format --check .
 	.venv-test/bin/pyright --pythonpath .venv-test/bin/python
 
+api: .venv-test/.installed
+	.venv-test/bin/pdoc -d google -o docs/api pcnet3d.pipeline pcnet3d.adapters pcnet3d.models pcnet3d.stages
+
+# The wheel, built from the source archive, in fresh environments with the oldest and the newest packages allowed.
+package: .venv-package/.installed
+	rm -rf dist
+	.venv-package/bin/uv build --quiet
+	@set -e; for python in $(PYTHONS); do for packages in lowest-direct highest; do \
+		echo "== $$python, $$packages"; \
+		env=.venv-package/$$python-$$packages; rm -rf $$env; \
+		.venv-package/bin/uv venv --quiet --python $$python $$env; \
+		.venv-package/bin/uv pip install --quiet --python $$env --no-build --resolution $$packages \
+			-r pyproject.toml --extra c3d --extra hdf5; \
+		.venv-package/bin/uv pip install --quiet --python $$env --no-deps dist/*.whl; \
+		.venv-package/bin/uv pip check --quiet --python $$env; \
+		(cd $$env && bin/pcnet3d demo --force -o demo 2> demo.log || { cat demo.log; exit 1; }); \
+	done; done
+
+.venv-package/.installed:
+	$(PYTHON) -m venv .venv-package
+	.venv-package/bin/pip install -q uv
+	touch $@
+
 .venv/.installed: pyproject.toml
 	$(PYTHON) -m venv .venv
 	.venv/bin/pip install -q -e .
@@ -29,4 +55,4 @@ lint: .venv-test/.installed
 	touch $@
 
 clean:
-	rm -rf .venv .venv-test build *.egg-info demo-run demo-run-input
+	rm -rf .venv .venv-test .venv-package build dist docs/api *.egg-info demo-run demo-run-input

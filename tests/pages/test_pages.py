@@ -47,7 +47,8 @@ def run(block: Block, here: Path) -> subprocess.CompletedProcess[str]:
     command = ["bash", "-euo", "pipefail", "-c"] if block.language == "sh" else [sys.executable, "-c"]
     return subprocess.run(
         [*command, block.text], cwd=here, env=os.environ | {"PATH": PROGRAMS}, capture_output=True, text=True,
-        timeout=300,
+        timeout=100,
+        stdin=subprocess.DEVNULL,
     )  # fmt: skip
 
 
