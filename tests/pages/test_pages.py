@@ -22,7 +22,10 @@ from pages.blocks import PAGES, Block, blocks
 FENCE = re.compile(r"^ *```(?:sh|python)$", re.MULTILINE)
 BLOCKS = blocks("sh", "python")
 RUN = [block for block in BLOCKS if not block.reason]
-PROGRAMS = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
+ENVIRONMENT = os.environ | {
+    "PATH": os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]]),
+    "OMP_NUM_THREADS": "1",  # they run side by side
+}
 
 
 def test_every_fence_is_seen():
@@ -46,7 +49,7 @@ def test_what_is_not_run():
 def run(block: Block, here: Path) -> subprocess.CompletedProcess[str]:
     command = ["bash", "-euo", "pipefail", "-c"] if block.language == "sh" else [sys.executable, "-c"]
     return subprocess.run(
-        [*command, block.text], cwd=here, env=os.environ | {"PATH": PROGRAMS}, capture_output=True, text=True,
+        [*command, block.text], cwd=here, env=ENVIRONMENT, capture_output=True, text=True,
         timeout=100,
         stdin=subprocess.DEVNULL,
     )  # fmt: skip
