@@ -14,6 +14,7 @@ from .layouts import Layout
 
 
 def package_version() -> str:
+    """Of the installed package; every history and summary has it."""
     try:
         return version("pcnet3d")
     except PackageNotFoundError:

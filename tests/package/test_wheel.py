@@ -38,7 +38,11 @@ def test_everything_that_our_code_opens_is_there(names):
 def test_nothing_else_is_there(names):
     folders = {name.split("/")[0] for name in names}
     assert folders == {"pcnet3d", f"pcnet3d-{PROJECT['version']}.dist-info"}
-    assert not [name for name in names if re.search(r"/tests?/|/test_|conftest|plugin/|acme|__pycache__|egg-info", name)]
+    assert not [
+        name
+        for name in names
+        if re.search(r"/tests?/|/test_|conftest|plugin/|acme|__pycache__|egg-info", name)
+    ]
     assert "pcnet3d/__init__.py" not in names  # a namespace, so that nothing shadows the five folders
 
 

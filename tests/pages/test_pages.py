@@ -49,8 +49,7 @@ def test_what_is_not_run():
 def run(block: Block, here: Path) -> subprocess.CompletedProcess[str]:
     command = ["bash", "-euo", "pipefail", "-c"] if block.language == "sh" else [sys.executable, "-c"]
     return subprocess.run(
-        [*command, block.text], cwd=here, env=ENVIRONMENT, capture_output=True, text=True,
-        timeout=100,
+        [*command, block.text], cwd=here, env=ENVIRONMENT, capture_output=True, text=True, timeout=300,
         stdin=subprocess.DEVNULL,
     )  # fmt: skip
 
