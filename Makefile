@@ -20,8 +20,12 @@ lint: .venv-test/.installed
 	.venv-test/bin/ruff format --check .
 	.venv-test/bin/pyright --pythonpath .venv-test/bin/python
 
+# Every module by name: pdoc leaves out what a package's __all__ does not list.
+FLOORS := pipeline adapters models stages
+MODULES := $(FLOORS) $(subst /,.,$(basename $(foreach floor,$(FLOORS),$(sort $(wildcard $(floor)/[a-z]*.py)))))
+
 api: .venv-test/.installed
-	.venv-test/bin/pdoc -d google -o docs/api pcnet3d.pipeline pcnet3d.adapters pcnet3d.models pcnet3d.stages
+	.venv-test/bin/pdoc -o docs/api $(addprefix pcnet3d.,$(MODULES))
 
 # The wheel, built from the source archive, in fresh environments with the oldest and the newest packages allowed.
 package: .venv-package/.installed
