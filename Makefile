@@ -3,7 +3,10 @@ PYTHON ?= python3
 # The newest torch brings gigabytes of CUDA; this one has a small CPU build. Only the tests need it.
 TORCH ?= torch==2.13.0
 
-.PHONY: demo test lint audit clean
+# Programs that the package has to run with.
+PYTHONS ?= python3.11 python3.12 python3.13
+
+.PHONY: demo test lint audit api package clean
 
 demo: .venv/.installed
 	.venv/bin/pcnet3d demo -o demo-run
@@ -24,6 +27,33 @@ audit: .venv-test/.installed
 	.venv-test/bin/pip freeze --exclude-editable | sed 's/+cpu//' > .venv-test/installed.txt
 	.venv-test/bin/pip-audit --strict --no-deps --disable-pip -r .venv-test/installed.txt
 
+# Every module by name: pdoc leaves out what a package's __all__ does not list.
+FLOORS := pipeline adapters models stages
+MODULES := $(FLOORS) $(subst /,.,$(basename $(foreach floor,$(FLOORS),$(sort $(wildcard $(floor)/[a-z]*.py)))))
+
+api: .venv-test/.installed
+	.venv-test/bin/pdoc -o docs/api $(addprefix pcnet3d.,$(MODULES))
+
+# The wheel, built from the source archive, in fresh environments with the oldest and the newest packages allowed.
+package: .venv-package/.installed
+	rm -rf dist
+	.venv-package/bin/uv build --quiet
+	@set -e; for python in $(PYTHONS); do for packages in lowest-direct highest; do \
+		echo "== $$python, $$packages"; \
+		env=.venv-package/$$python-$$packages; rm -rf $$env; \
+		.venv-package/bin/uv venv --quiet --python $$python $$env; \
+		.venv-package/bin/uv pip install --quiet --python $$env --no-build --resolution $$packages \
+			-r pyproject.toml --extra c3d --extra hdf5; \
+		.venv-package/bin/uv pip install --quiet --python $$env --no-deps dist/*.whl; \
+		.venv-package/bin/uv pip check --quiet --python $$env; \
+		(cd $$env && bin/pcnet3d demo --force -o demo 2> demo.log || { cat demo.log; exit 1; }); \
+	done; done
+
+.venv-package/.installed:
+	$(PYTHON) -m venv .venv-package
+	.venv-package/bin/pip install -q uv
+	touch $@
+
 .venv/.installed: pyproject.toml
 	$(PYTHON) -m venv .venv
 	.venv/bin/pip install -q -e .
@@ -36,4 +66,4 @@ audit: .venv-test/.installed
 	touch $@
 
 clean:
-	rm -rf .venv .venv-test build *.egg-info demo-run demo-run-input
+	rm -rf .venv .venv-test .venv-package build dist docs/api *.egg-info demo-run demo-run-input

@@ -105,8 +105,9 @@ def judge(
 
 
 def row(error: np.ndarray, sd: np.ndarray, reason: np.ndarray) -> dict[str, Any]:
-    """RMSE, bias, |error| of the frames with a value, and RMSE of the half with the smaller stated errors; the share
-    inside 1.645 stated standard deviations, the median stated one; and the share of frames refused, by reason."""
+    """Of errors and stated standard deviations (T,) in degrees: RMSE, bias, |error| of the frames with a value,
+    and RMSE of the half with the smaller stated errors; the share inside 1.645 stated standard
+    deviations, the median stated one; and the share of frames refused, by reason."""
     fine = np.isfinite(error)
     error, sd = error[fine], sd[fine]
     usual = float(np.median(sd)) if fine.any() else float("nan")

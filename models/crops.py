@@ -43,7 +43,7 @@ class Crop:
 
 
 def around(centre: np.ndarray, width: float, height: float) -> Crop:
-    """The crop of that size, at least 2 pixels, around a point."""
+    """The crop of that size, at least 2 pixels, around a point (2,)."""
     width, height = max(round(float(width)), 2), max(round(float(height)), 2)
     left, top = round(float(centre[0]) - width / 2), round(float(centre[1]) - height / 2)
     return Crop(left, top, width, height)

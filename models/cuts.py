@@ -18,13 +18,13 @@ def thumbnail(picture: np.ndarray) -> np.ndarray:
 
 
 def is_cut(before: np.ndarray, now: np.ndarray) -> bool:
-    """Whether two small pictures of successive frames show different scenes. Brighter, darker or a flash is none; nor
-    is a picture of one colour, so whoever asks keeps the last that shows something (`shows`)."""
+    """Whether two small pictures (32, 32) of successive frames show different scenes. Brighter, darker or a flash is
+    none; nor is a picture of one colour, so whoever asks keeps the last that shows something (`shows`)."""
     if not (shows(before) and shows(now)):
         return False
     return float(np.corrcoef(before.ravel(), now.ravel())[0, 1]) < _ALIKE
 
 
 def shows(small: np.ndarray) -> bool:
-    """Whether there is anything in a small picture."""
+    """Whether there is anything in a small picture (32, 32)."""
     return float(small.std()) > _FLAT

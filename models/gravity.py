@@ -101,6 +101,8 @@ def pool(up: np.ndarray, error_deg: np.ndarray, time_s: np.ndarray) -> Votes:
     independent votes, and the rest, which all its frames share. The scatter's part is no less than how far the votes
     that were outvoted would move the mean: of a body that stands for one half and lies for the other, either may be
     right.
+
+    up (T, 3), unit vectors; error_deg and time_s (T,).
     """
     fine = known(up)
     weights = np.zeros(len(up))

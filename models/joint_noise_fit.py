@@ -133,6 +133,8 @@ def of_both(name: str) -> str:
 
 
 def fit(train: Sequence[Path], val: Sequence[Path], rectifier: Rectifier) -> JointNoise:
+    """The modes of the lifter's errors in the train files, and their sizes by the val files. InputError when no val
+    take can be levelled."""
     noise = JointNoise(modes_of(read_pairs(train)))
     pairs, levels = [], []
     for pair in read_pairs(val):

@@ -107,7 +107,8 @@ def static_up(
     others: Sequence[Evidence] = (),
     root: np.ndarray | None = None,
 ) -> TakeUp:
-    """What the frames, the feet and the others say about a static camera's up; arguments of level_static."""
+    """What the frames, the feet and the others say about a static camera's up. Arguments of level_static: joints
+    (T, 17, 3), R_camera_from_body (T, 3, 3)."""
     votes = R_camera_from_body[:, :, 2]
     first = take_up(votes, error_deg, time_s, others)
     feet = None
@@ -127,7 +128,8 @@ def level_moving(
     """A smooth gravity for a camera that pans or is carried: every frame hears its neighbours, Gaussian in time.
 
     LEVEL's heading is the camera's: -X against its viewing direction, made horizontal. How the camera turned about
-    the vertical cannot be seen from the body alone.
+    the vertical cannot be seen from the body alone. Arguments of level_static: R_camera_from_body (T, 3, 3), error_deg
+    (T,). window_s: that Gaussian's reach.
     """
     votes = R_camera_from_body[:, :, 2]
     up, up_error_deg = sliding_up(votes, error_deg, time_s, seams, window_s)
@@ -315,7 +317,8 @@ def _smoothed(values: np.ndarray, weights: np.ndarray, time_s: np.ndarray, std_s
 
 def drift(votes: np.ndarray, error_deg: np.ndarray, time_s: np.ndarray) -> tuple[float, int | None]:
     """How far apart the ups of two parts of a take are, and the row where the second begins; NaN and None when their
-    own errors, or a change of posture, explain it. The parts are those whose means differ most for their lengths."""
+    own errors, or a change of posture, explain it. The parts are those whose means differ most for their lengths.
+    votes (T, 3), unit vectors."""
     rows = np.flatnonzero(known(votes))
     count = len(rows)
     if count < 2 * _FEWEST_FRAMES:

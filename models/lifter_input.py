@@ -78,7 +78,8 @@ def on_grid(keypoints: PoseSequence) -> tuple[np.ndarray, np.ndarray, np.ndarray
 
 
 def refuse_two_people(joints: np.ndarray) -> None:
-    """InputError when the whole body lands somewhere else from one frame to the next, again and again."""
+    """InputError when the whole body lands somewhere else from one frame to the next, again and again.
+    joints: (T, J, 2) pixels."""
     there = known(joints)
     low, high = (np.where(there[..., None], joints, fill) for fill in (np.inf, -np.inf))
     side = (high.max(axis=1) - low.min(axis=1)).max(axis=-1)

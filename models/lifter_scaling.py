@@ -30,6 +30,7 @@ class Kind:
 
 def crop_scaled(pixels: np.ndarray, confidence: np.ndarray, image_size: np.ndarray) -> np.ndarray:
     """One square around all joints of all frames becomes [-1, 1]; joints of no confidence do not widen it.
+    (T, J, 2) pixels, (T, J), (2,) to (T, J, 2), as Kind.scaled says.
 
     MotionBERT, lib/utils/utils_data.py, crop_scale with scale 1, by infer_wild.py without --pixel.
     """
@@ -40,12 +41,13 @@ def crop_scaled(pixels: np.ndarray, confidence: np.ndarray, image_size: np.ndarr
 
 
 def pixel_scaled(pixels: np.ndarray, confidence: np.ndarray, image_size: np.ndarray) -> np.ndarray:
-    """The picture's shorter side becomes [-1, 1]: MotionBERT's infer_wild.py --pixel."""
+    """The picture's shorter side becomes [-1, 1], (T, J, 2): MotionBERT's infer_wild.py --pixel."""
     return (pixels - image_size / 2) / (image_size.min() / 2)
 
 
 def screen_scaled(pixels: np.ndarray, confidence: np.ndarray, image_size: np.ndarray) -> np.ndarray:
-    """The picture's width becomes [-1, 1] and y keeps the aspect: VideoPose3D's normalize_screen_coordinates."""
+    """The picture's width becomes [-1, 1] and y keeps the aspect, (T, J, 2): VideoPose3D's
+    normalize_screen_coordinates."""
     return (pixels - image_size / 2) / (image_size[0] / 2)
 
 

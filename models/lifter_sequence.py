@@ -118,7 +118,8 @@ def answer(network: OnnxFile, x: np.ndarray) -> np.ndarray:
 
 
 def span_of(network: OnnxFile) -> Span:
-    """How many frames it takes and answers: by its shapes, and by trying where they leave it open."""
+    """How many frames it takes and answers: by its shapes, and by trying where they leave it open.
+    InputError when neither tells."""
     shape = network.only_input
     tries = (shape[1],) if shape[1] else (_CLIP, _LONG)
     for frames in tries:

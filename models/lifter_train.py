@@ -138,6 +138,7 @@ def run_stage(
 
 
 def read_config(path: Path) -> TrainConfig:
+    """A training's TOML file. InputError for keys and values that it cannot have."""
     return read_toml(path, TrainConfig)
 
 

@@ -51,7 +51,8 @@ def relative(joints: np.ndarray) -> np.ndarray:
 
 
 def scaled(predicted: np.ndarray, truth: np.ndarray, per: str = "frame") -> np.ndarray:
-    """predicted times the one factor that brings it closest to truth, per "frame" or per "take" (T frames)."""
+    """predicted (..., T, 17, 3) times the one factor that brings it closest to truth, per "frame" or per "take"
+    (T frames)."""
     axes = (-2, -1) if per == "frame" else (-3, -2, -1)
     valid = np.isfinite(predicted)
     dot = np.sum(predicted * truth, axis=axes, where=valid, keepdims=True)

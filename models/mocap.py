@@ -125,6 +125,7 @@ def read_clips(subjects: Subjects, folder: Path | None = None) -> tuple[Clip, ..
 
     "train", "val", "test" are CMU's parts by splits.json; "train-a" and "train-b" two disjoint halves of the
     train subjects; "hdm05" is all of HDM05, a test set of other people, another laboratory and another body model.
+    InputError for another name, or where the data is not.
     """
     if subjects not in get_args(Subjects):
         raise InputError(f"Expected subjects of {', '.join(get_args(Subjects))}; got '{subjects}'.")

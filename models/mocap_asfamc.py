@@ -55,7 +55,8 @@ def read(path: Path, folder: Path, how: How) -> Found:
 
 
 def parse_asf(text: str, metres: float | None = None) -> Acclaim:
-    """metres: one unit of the file, instead of what its `length` says."""
+    """The skeleton of an ASF file. metres: one unit of the file, instead of what its `length` says. InputError for what
+    is no ASF."""
     sections = {m[1]: m[2] for m in re.finditer(r"^:(\w+)(.*?)(?=^:|\Z)", _no_comments(text), re.M | re.S)}
     missing = {"units", "root", "bonedata", "hierarchy"} - set(sections)
     if missing:
@@ -100,7 +101,8 @@ def parse_asf(text: str, metres: float | None = None) -> Acclaim:
 
 
 def parse_amc(text: str, acclaim: Acclaim) -> tuple[dict[str, np.ndarray], bool]:
-    """By bone, (T, dofs) as the file has them; and whether its angles are degrees."""
+    """By bone, (T, dofs) as the file has them; and whether its angles are degrees. InputError for what is no AMC
+    of that skeleton."""
     text = _no_comments(text)
     degrees = ":RADIANS" not in text.upper() and (acclaim.degrees or ":DEGREES" in text.upper())
     lines: dict[str, list[list[str]]] = {name: [] for name, dofs in acclaim.dofs.items() if dofs}

@@ -52,6 +52,7 @@ def label(path: Path, folder: Path, pattern: str | None) -> tuple[str, str]:
     """Subject and clip name of a file; the name is the subject, "_" and the rest.
 
     Without a pattern the subject is the file name up to the first "_", or else the name of the file's folder.
+    InputError when the pattern is not found in the path.
     """
     if pattern:
         try:
@@ -71,6 +72,7 @@ def label(path: Path, folder: Path, pattern: str | None) -> tuple[str, str]:
 
 
 def joined(subject: str, stem: str) -> str:
+    """A clip's name: the subject, "_" and what the stem of the file says beyond it."""
     rest = stem.removeprefix(f"{subject}_")
     return f"{subject.replace('_', '-')}_{rest}"
 

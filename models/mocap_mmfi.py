@@ -69,7 +69,8 @@ def protocol(name: str, activities: Activities = "P3") -> Split:
 
 
 def read(path: Path, folder: Path, how: How) -> Found:
-    """One recording, in metres, named by subject and action ("S05_A13")."""
+    """One recording, in metres, named by subject and action ("S05_A13"). InputError for a file that is no such
+    recording."""
     if how != How():
         raise InputError("units, axes, frame rate and subjects of MM-Fi are known; leave the options out.")
     environment, subject, action = path.parts[-4:-1]

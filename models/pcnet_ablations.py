@@ -78,7 +78,7 @@ def train_ablations(config_file: Path, output: Path) -> None:
 
 
 def read_plan(path: Path) -> tuple[int, dict[str, TrainConfig]]:
-    """`every`, and the whole config of every run by its name."""
+    """`every`, and the whole config of every run by its name. InputError for what is no plan."""
     base = load_toml(path, "a training config")
     plan = checked({key: base.pop(key) for key in ("every", "runs") if key in base}, Plan, str(path))
     runs: dict[str, TrainConfig] = {}

@@ -90,6 +90,7 @@ def judge(rectifier: Rectifier, takes: Iterable[Take]) -> Judged:
 
 
 def together(parts: Sequence[Judged]) -> Judged:
+    """All frames of several takes as those of one."""
     return Judged(
         **{f.name: np.concatenate([getattr(part, f.name) for part in parts]) for f in fields(Judged)}
     )

@@ -264,6 +264,7 @@ def _refuse_lost(loss: float, figure: float, step: int, output: Path) -> None:
 
 
 def read_config(path: Path) -> TrainConfig:
+    """A training's TOML file. InputError for keys and values that it cannot have."""
     return read_toml(path, TrainConfig)
 
 
@@ -318,6 +319,7 @@ def parts_of(config: TrainConfig) -> Parts:
 
 
 def trained_on(config: TrainConfig) -> str:
+    """The data of a training, in the words that the network's file keeps."""
     return f"{config.data.name}, {config.split.name}" if config.data and config.split else config.subjects
 
 

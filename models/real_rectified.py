@@ -102,6 +102,7 @@ def spread_deg(up: np.ndarray) -> np.ndarray:
 
 
 def as_markdown(results: dict[str, Any]) -> str:
+    """The tables of what `evaluate --real` found."""
     methods = list(next(iter(results["up"].values())))
     lines = ["## Real clips: how far rectified bodies are apart, and how steady up is", ""]
     lines += ["Degrees over frames, p50 / mean / p95.", ""]

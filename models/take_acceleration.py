@@ -46,7 +46,7 @@ def compare(signal: np.ndarray, truth: np.ndarray) -> dict[str, tuple[float, flo
 
 
 def norms(signal: np.ndarray, truth: np.ndarray) -> tuple[float, float]:
-    """RMSE and r of the accelerations' magnitudes, which one rotation for the take cannot change."""
+    """RMSE and r of the magnitudes of accelerations (N, J, 3), which one rotation for the take cannot change."""
     return _agreement(np.linalg.norm(signal, axis=-1), np.linalg.norm(truth, axis=-1))
 
 

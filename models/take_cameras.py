@@ -92,6 +92,7 @@ def camera_tables(
 
 
 def as_markdown(tables: dict[str, Any]) -> list[str]:
+    """The lines of the table of one take seen by several cameras."""
     lines = [
         "## One take from eight cameras",
         "",

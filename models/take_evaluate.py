@@ -161,7 +161,8 @@ def row(methods: dict[str, list[Judged]]) -> dict[str, Any]:
 
 
 def signals(take: LiftedTake, joints: np.ndarray, both: dict[str, Answer]) -> dict[str, Any]:
-    """take_acceleration.take_scores of the methods, the camera's axes and the true ones."""
+    """take_acceleration.take_scores of the lifted joints (T, 17, 3) by the methods, the camera's axes and the
+    true ones."""
     seen = take.seen
     methods = {
         CAMERA_AXES: camera_axes(len(joints)),

@@ -47,7 +47,7 @@ def read_motion(text: str, unit: str | None = None) -> Motion:
 
 def parse(text: str) -> tuple[Skeleton, list[tuple[int, str]], np.ndarray, float]:
     """Skeleton (End Sites left out), channels as (joint, name) in the order of the numbers, numbers (T, channels) in
-    degrees and the file's unit, frames per second."""
+    degrees and the file's unit, frames per second. InputError for what is no BVH."""
     head, found, motion = text.partition("MOTION")
     if not found or "HIERARCHY" not in head:
         raise InputError("expected a BVH file with HIERARCHY and MOTION.")

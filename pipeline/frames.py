@@ -114,7 +114,7 @@ FRAMES = {frame.name: frame for frame in (CAMERA, GL_CAMERA, PC_CAMERA, IMAGE, Z
 
 
 def require(frame: Frame, expected: Frame, what: str) -> None:
-    """Raise unless `frame` has the axes of `expected`; unit and origin may differ."""
+    """Raise InputError unless `frame` has the axes of `expected`; unit and origin may differ."""
     if (frame.family, frame.axes) != (expected.family, expected.axes):
         raise InputError(f"{what} needs points in {expected}, got {frame}; use change_frame first.")
 

@@ -31,7 +31,8 @@ def numbered_by(keypoints: PoseSequence, poses: PoseSequence, where: str) -> Pos
 
 
 def starting_at(first_frame: int, sequence: PoseSequence) -> PoseSequence:
-    """The sequence with its first row at that video frame and the others as far from it as they were."""
+    """The sequence with its first row at that video frame and the others as far from it as they were.
+    InputError for a negative frame."""
     if first_frame < 0:
         raise InputError(f"Expected the first row at video frame 0 or later, got {first_frame}.")
     numbers = sequence.frame_index - sequence.frame_index[0] + first_frame

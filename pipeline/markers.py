@@ -35,7 +35,8 @@ def check_c3d() -> None:
 
 
 def read_trc(path: Path) -> Markers:
-    """A TRC file as OpenSim and Pose2Sim write it (OpenSim's documentation, "Marker (.trc) Files"): +y is up."""
+    """A TRC file as OpenSim and Pose2Sim write it (OpenSim's documentation, "Marker (.trc) Files"): +y is up.
+    InputError for what is none."""
     try:
         lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
         keys, values = lines[1].split("\t"), lines[2].split("\t")
@@ -54,7 +55,7 @@ def read_trc(path: Path) -> Markers:
 
 def read_c3d(path: Path) -> Markers:
     """The points of a C3D file, those of negative residual missing; +z is up, as in most laboratories, unless the
-    file's POINT Y_SCREEN says +Y (formats.md section 7)."""
+    file's POINT Y_SCREEN says +Y (formats.md section 7). InputError for what is no C3D."""
     try:
         file = parse(path.read_bytes())
     except (OSError, ValueError) as error:

@@ -36,6 +36,7 @@ def call(function: Callable[..., Any], *args: Any, what: str, options: dict[str,
     """function(*args, **options) after checking each option's name and type against the signature.
 
     Text values, as a command line gives them, become numbers and booleans where the signature asks for them.
+    InputError for an unknown option, one that is missing, or a value of another type.
     """
     parameters = list(inspect.signature(function).parameters.values())[len(args) :]
     open_ended = any(parameter.kind is parameter.VAR_KEYWORD for parameter in parameters)

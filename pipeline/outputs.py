@@ -38,7 +38,7 @@ def refuse_unwritable(path: Path) -> None:
 
 
 def refuse_unwritable_file(path: Path) -> None:
-    """The same of a file, whose folder need not be there yet."""
+    """InputError when no file can be written at `path`, whose folder need not be there yet."""
     if path.is_dir():
         raise InputError(f"Expected a file to write, but {path} is a folder; choose another -o.")
     refuse_unwritable(path.parent)

@@ -48,7 +48,8 @@ def pictures(video: Video, first: int = 0) -> Iterator[tuple[int, np.ndarray]]:
 
 
 def pictures_at(video: Video, frames: Iterable[int]) -> dict[int, np.ndarray]:
-    """The pictures of these frame numbers; one that is not found is left out. InputError as for `pictures`."""
+    """The pictures (H, W, 3) uint8 RGB of these frame numbers; one that is not found is left out. InputError as for
+    `pictures`."""
     found = {}
     for wanted in sorted(frames):
         number, picture = next(pictures(video, wanted), (None, None))

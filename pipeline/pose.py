@@ -16,6 +16,7 @@ from .layouts import Layout
 
 @cache
 def package_version() -> str:
+    """Of the installed package; every history and summary has it."""
     try:
         return version("pcnet3d")
     except PackageNotFoundError:

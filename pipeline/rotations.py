@@ -11,7 +11,7 @@ def rotate(R: np.ndarray, x: np.ndarray) -> np.ndarray:
 
 
 def transpose(R_a_from_b: np.ndarray) -> np.ndarray:
-    """R_b_from_a, the inverse of a rotation."""
+    """R_b_from_a (..., 3, 3), the inverse of a rotation."""
     return np.swapaxes(R_a_from_b, -1, -2)
 
 

@@ -59,7 +59,8 @@ def evenly_spaced(time_s: np.ndarray, fps: float) -> bool:
 
 
 def uneven_rows(valid: np.ndarray, time_s: np.ndarray, seams: Sequence[int] = ()) -> int:
-    """How many rows lie in pieces whose time stamps are not evenly spaced, so that filters resample them."""
+    """How many of T rows, valid (T,) bool at time_s (T,), lie in pieces whose time stamps are not evenly
+    spaced, so that filters resample them."""
     fps = rate(time_s)
     pieces = runs(valid, time_s, seams)
     return sum(piece.stop - piece.start for piece in pieces if not evenly_spaced(time_s[piece], fps))

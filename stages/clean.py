@@ -52,7 +52,7 @@ def clean(
         seam, never beyond the first or last sighting); 0 fills none.
     spike: a joint that jumps off the line between its neighbours in time by more than this many trunk lengths,
         and three times further than they lie apart, for a single frame, is removed; 0 removes none.
-    video_time_s: the video's time stamps, which rows put back take when the others have theirs from it.
+    video_time_s: (V,) the video's time stamps, which rows put back take when the others have theirs from it.
 
     Returns the poses whose history ends with the counts. Raises InputError without time stamps, or when frame
     numbers jump so far that the recording would not fit into memory.

@@ -152,7 +152,8 @@ def read_imus(
 
 
 def root_acceleration(file: Path, cutoff_hz: float, offset_s: float = 0.0) -> Signal:
-    """The pelvis' acceleration in a world with z up, from motion capture that kept where the pelvis was."""
+    """The pelvis' acceleration in a world with z up, from motion capture that kept where the pelvis was.
+    InputError for any that did not."""
     if not file.is_file():
         raise InputError(f"Expected motion capture for --root at {file}, found no file there.")
     found = [

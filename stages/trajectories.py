@@ -122,7 +122,8 @@ def trajectory(path: PoseSequence, joint: str) -> dict[str, np.ndarray]:
     `_aups2` without a scale.
 
     path: poses in LEVEL, filtered (`smooth`) unless derivatives of noise are wanted. Derivatives are those of a cubic
-    spline, never taken across a gap, a seam or dropped frames; NaN where they cannot be had.
+    spline, never taken across a gap, a seam or dropped frames; NaN where they cannot be had. InputError
+    for a unit that is neither metres nor arbitrary.
     """
     if path.frame.unit not in _SUFFIXES:
         raise InputError(f"Expected poses in metres or in arbitrary units, got {path.frame.unit}.")

@@ -1,6 +1,9 @@
 """Fixtures shared by all tests."""
 
 import os
+import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +25,20 @@ def data() -> Path:
     if not (folder / "README.md").exists():
         pytest.skip(f"no data at {folder}; set PCNET3D_DATA to the folder that has it")
     return folder
+
+
+@pytest.fixture(scope="session")
+def wheel(tmp_path_factory) -> Path:
+    """The project as a wheel, built offline from a copy, for a build leaves files beside what it builds."""
+    root, copy = Path(__file__).resolve().parents[1], tmp_path_factory.mktemp("wheel") / "pcnet3d"
+    unwanted = shutil.ignore_patterns(".*", "__pycache__", "build", "dist", "*.egg-info", "demo-run*")
+    shutil.copytree(root, copy, ignore=unwanted)
+    clean = {key: value for key, value in os.environ.items() if not key.startswith(("PYTHON", "PIP_"))}
+    offline = ("--no-deps", "--no-build-isolation", "--no-index", "--quiet", "--wheel-dir", copy.parent)
+    command = [sys.executable, "-m", "pip", "wheel", *offline, copy]
+    built = subprocess.run(command, capture_output=True, text=True, env=clean, timeout=300)
+    assert built.returncode == 0, built.stdout + built.stderr
+    return next(copy.parent.glob("*.whl"))
 
 
 @pytest.fixture

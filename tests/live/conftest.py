@@ -1,4 +1,4 @@
-"""A video of numbered pictures, and a detector that knows where the walker is in each of them."""
+"""The numbered film and its detector, made once."""
 
 from __future__ import annotations
 
@@ -7,78 +7,20 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pcnet3d.examples.camera import side_camera
-from pcnet3d.examples.landmarks import halpe26
-from pcnet3d.examples.walker import walker
-from pcnet3d.pipeline.layouts import COCO17, HALPE26
-
-FRAMES, FPS, STEP = 60, 30, 4  # STEP: grey levels from picture to picture in the upper left corner
-WIDTH, HEIGHT, PADDED = 640, 360, 400  # PADDED: what the network sees, whose sides go in steps
+from golden import numbered
 
 
 @pytest.fixture(scope="session")
 def joints_px() -> np.ndarray:
     """(60, 17, 2) the walker's COCO joints in the video."""
-    walk = walker(fps=FPS, seconds=FRAMES / FPS)
-    return side_camera(walk).project(halpe26(walk))[:, HALPE26.indices(COCO17.joints)].astype(np.float32)
+    return numbered.joints_px()
 
 
 @pytest.fixture(scope="session")
 def numbered_film(tmp_path_factory) -> Path:
-    """60 pictures of a floor, whose upper left corner tells their number by its brightness; H.264 in MPEG-TS, which
-    can be read from a pipe."""
-    import av
-
-    path = tmp_path_factory.mktemp("film") / "numbered.ts"
-    rows, columns = np.indices((HEIGHT, WIDTH))
-    floor = (120 + 60 * np.sin(columns / 40) * np.sin(rows / 30)).astype(np.uint8)
-    with av.open(str(path), "w") as container:
-        stream = container.add_stream("libx264", rate=FPS, options={"crf": "12", "bf": "0"})
-        stream.width, stream.height, stream.pix_fmt = WIDTH, HEIGHT, "yuv420p"
-        for number in range(FRAMES):
-            picture = np.repeat(floor[..., None], 3, axis=-1)
-            picture[:48, :48] = 8 + STEP * number
-            container.mux(stream.encode(av.VideoFrame.from_ndarray(picture, "rgb24")))
-        container.mux(stream.encode())
-    return path
+    return numbered.numbered_film(tmp_path_factory.mktemp("film") / "numbered.ts")
 
 
 @pytest.fixture(scope="session")
-def toy_detector(joints_px, tmp_path_factory) -> Path:
-    """MoveNet's multi-person inputs and outputs; looks the answer up by the corner's brightness."""
-    onnx = pytest.importorskip("onnx")
-    helper, kinds = onnx.helper, onnx.TensorProto
-    answers = np.zeros((FRAMES, 1, 6, 56), np.float32)
-    person = np.concatenate(
-        [joints_px[..., ::-1] / (PADDED, WIDTH), np.full((FRAMES, 17, 1), 0.9, np.float32)], axis=-1
-    )
-    answers[:, 0, 0, :51] = person.reshape(FRAMES, 51)
-    answers[:, 0, 0, 55] = 0.9
-    constants = {
-        "answers": answers,
-        "first": np.array([0, 4, 4, 0]),
-        "last": np.array([1, 14, 14, 3]),
-        "black": np.array(8, np.float32),
-        "step": np.array(STEP, np.float32),
-    }
-    nodes = [
-        helper.make_node("Cast", ["image"], ["pixels"], to=kinds.FLOAT),
-        helper.make_node("Slice", ["pixels", "first", "last"], ["corner"]),
-        helper.make_node("ReduceMean", ["corner"], ["grey"], keepdims=0),
-        helper.make_node("Sub", ["grey", "black"], ["above"]),
-        helper.make_node("Div", ["above", "step"], ["number"]),
-        helper.make_node("Round", ["number"], ["rounded"]),
-        helper.make_node("Cast", ["rounded"], ["row"], to=kinds.INT64),
-        helper.make_node("Gather", ["answers", "row"], ["people"], axis=0),
-    ]
-    graph = helper.make_graph(
-        nodes,
-        "toy",
-        [helper.make_tensor_value_info("image", kinds.UINT8, [1, None, None, 3])],
-        [helper.make_tensor_value_info("people", kinds.FLOAT, [1, 6, 56])],
-        [onnx.numpy_helper.from_array(value, name) for name, value in constants.items()],
-    )
-    model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 13)], ir_version=8)
-    path = tmp_path_factory.mktemp("toy") / "toy.onnx"
-    onnx.save(model, str(path))
-    return path
+def toy_detector(tmp_path_factory) -> Path:
+    return numbered.toy_detector(tmp_path_factory.mktemp("toy") / "toy.onnx")

@@ -19,7 +19,6 @@ from pcnet3d.pipeline import H36M17
 
 ROOT = Path(__file__).parents[2]
 TEMPLATE = ROOT / "examples" / "plugin"
-FOLDERS = ("pipeline", "stages", "adapters", "models", "examples")
 
 
 def run(*command, cwd=None) -> str:
@@ -33,7 +32,7 @@ def run(*command, cwd=None) -> str:
 
 
 @pytest.fixture(scope="module")
-def fresh(tmp_path_factory) -> Path:
+def fresh(wheel, tmp_path_factory) -> Path:
     """The folder of an environment's programs, in which pcnet3d and the template are installed as users do it.
 
     What they depend on is not installed again: packages of this environment can be seen from the fresh one.
@@ -48,11 +47,7 @@ def fresh(tmp_path_factory) -> Path:
     )
 
     sources = folder / "sources"  # a build leaves files beside what it builds
-    skipped = shutil.ignore_patterns("__pycache__", "*.egg-info", "build", "plugin")
-    for name in FOLDERS:
-        shutil.copytree(ROOT / name, sources / "pcnet3d" / name, ignore=skipped)
-    for file in ("pyproject.toml", "README.md", "LICENSE"):
-        shutil.copy(ROOT / file, sources / "pcnet3d")
+    skipped = shutil.ignore_patterns("__pycache__", "*.egg-info", "build")
     shutil.copytree(TEMPLATE, sources / "plugin", ignore=skipped)
     offline = ("--no-deps", "--no-build-isolation", "--no-index", "--quiet")
     run(
@@ -63,7 +58,7 @@ def fresh(tmp_path_factory) -> Path:
         python,
         "install",
         *offline,
-        sources / "pcnet3d",
+        wheel,
         sources / "plugin",
     )
     assert run(python, "-c", "import pcnet3d.pipeline as p; print(p.__file__)").startswith(str(site))

@@ -1,0 +1,81 @@
+"""The files that the pages speak of, all of the walker."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from golden import lifters, numbered, worlds
+from golden.trainings import tiny
+from pages.blocks import text_of
+from pcnet3d.examples.camera import Camera, camera_poses, side_camera
+from pcnet3d.examples.demo import demo
+from pcnet3d.examples.files import write_keypoints, write_poses
+from pcnet3d.examples.imu import Faults, strapped, write_csv
+from pcnet3d.examples.walker import Walk, walker
+from pcnet3d.models.mocap import Clip, write_mocap
+from pcnet3d.pipeline import H36M17
+
+SUBJECTS = ("01", "02", "05", "07", "09")
+
+
+@pytest.fixture(scope="session")
+def files(tmp_path_factory) -> Path:
+    """A folder with a recording of 2 s and a detector for it, motion capture, sensors, and the demo's results."""
+    folder = tmp_path_factory.mktemp("pages")
+    walk = walker(seconds=2)
+    camera, rng, rows = side_camera(walk), np.random.default_rng(0), np.arange(len(walk))
+    shutil.copy(numbered.numbered_film(folder / "stream.ts"), folder / "video.mp4")
+    numbered.toy_detector(folder / "movenet.onnx")
+    write_keypoints(folder / "alphapose-results.json", walk, camera, rows, 1.0, rng)
+    write_poses(folder / "X3D.npy", walk, camera, rows, 0.008, rng)
+    _two_people(folder, walk, camera)
+    _motion_capture(folder)
+    _finished(folder)
+    return folder
+
+
+def _two_people(folder: Path, walk: Walk, camera: Camera) -> None:
+    """results_walk.json of MMPose's demo."""
+    second = walker(seconds=2, stature_m=1.6, turn_deg=30)
+    people = [camera_poses(one, camera).joints for one in (walk, second)]
+    frames = [
+        [
+            lifters.instance(lifters.as_mmpose(joints[i]), lifters.box_of(n, i))
+            for n, joints in enumerate(people)
+        ]
+        for i in range(len(walk))
+    ]
+    lifters.mmpose3d(folder, frames, "demo")
+
+
+def _motion_capture(folder: Path) -> None:
+    """clips.npz and split.json, a training of own.toml on them, and folders of BVH."""
+    walks = {name: walker(seconds=2, turn_deg=10.0 * i) for i, name in enumerate(SUBJECTS)}
+    write_mocap(
+        folder / "clips.npz",
+        [
+            Clip(f"{name}_walk", name, "walker", walk.fps, walk.world.astype(np.float32))
+            for name, walk in walks.items()
+        ],
+    )
+    (folder / "split.json").write_text(text_of("data", "json"))
+    (folder / "own.toml").write_text(text_of("data", "toml") + tiny())
+    for name in ("FOLDER/01_walk.bvh", "lafan1/walk1_subject1.bvh", "lafan1/walk1_subject2.bvh"):
+        (folder / name).parent.mkdir(exist_ok=True)
+        worlds.bvh(folder / name, worlds.y_up(walks["01"].world), fps=30)
+
+
+def _finished(folder: Path) -> None:
+    """The demo's results, twice more as visits, its truth as a TRC, and the sensors that its walker wore."""
+    demo(folder / "results")
+    for visit in ("visit-1", "visit-2"):
+        shutil.copytree(folder / "results", folder / visit)
+    walk = walker()
+    points = walk.world[:, H36M17.indices(list(worlds.POSE2SIM.values()))]
+    worlds.trc(folder / "trial.trc", worlds.POSE2SIM, worlds.y_up(points))
+    for name, segment in {"wrist": "r_forearm", "r_forearm": "r_forearm", "pelvis": "pelvis"}.items():
+        write_csv(folder / f"{name}.csv", strapped(walk, segment, Faults()))
