@@ -66,8 +66,8 @@ def side_camera(walk: Walk) -> Camera:
 
 
 def camera_poses(walk: Walk, camera: Camera) -> PoseSequence:
-    """The true skeleton in CAMERA, metres, relative to the pelvis."""
-    return change_frame(walk.poses, CAMERA, camera.R_camera_from_world)
+    """The true skeleton in CAMERA, metres, relative to the pelvis, whose place is left out, as a lifter leaves it."""
+    return change_frame(walk.poses, CAMERA, camera.R_camera_from_world).with_(root=None)
 
 
 def R_camera_from_body(walk: Walk, camera: Camera) -> np.ndarray:

@@ -30,6 +30,7 @@ _OPPOSITE = {
     "right": "left", "down": "up", "away": "toward", "north": "south", "west": "east", "up": "down", "back": "front",
 }  # fmt: skip
 _ROWS = 4096  # that are turned at a time: hours of video in float64 would take several times their memory
+_NEAREST_M = 0.5  # a pelvis less far ahead of the camera is a lifter's, which leaves it about the origin
 _METRES = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "inch": 0.0254}
 UNITS = (*_METRES, "px", "arbitrary")
 
@@ -51,7 +52,7 @@ class Frame:
     """Axes (what +x, +y, +z point at), origin and unit of an array of points.
 
     family: "camera", "image", "world" (gravity known, heading arbitrary), "level" or "body".
-    origin: "pelvis", "camera", "world", "image corner".
+    origin: "pelvis", "camera", "world", "image corner", or words for a place that says nothing.
     unit: "m", "mm", "cm", "inch", "px" or "arbitrary" (the source has no scale).
     """
 
@@ -124,7 +125,8 @@ def change_frame(poses: PoseSequence, to: Frame, R_to_from_source: np.ndarray | 
 
     Inside a family the axes follow from the frames' words. Between families `R_to_from_source`, (3, 3) or
     (T, 3, 3), must be given. Units convert among lengths; the origin changes only to "pelvis", by
-    subtracting the pelvis. Raises InputError, naming both frames, for anything else.
+    subtracting the pelvis, which becomes the poses' `root` where the source truly knows its place. A rotation of
+    each frame's own leaves no root. Raises InputError, naming both frames, for anything else.
     """
     source = poses.frame
     if source == to and R_to_from_source is None:
@@ -149,6 +151,9 @@ def change_frame(poses: PoseSequence, to: Frame, R_to_from_source: np.ndarray | 
 
     if source.origin != to.origin and to.origin != "pelvis":
         raise InputError(f"Points in {source} cannot become {to}: the way between the origins is not known.")
+    root = poses.root if source.origin == to.origin else _place(poses)
+    if root is not None:
+        root = rotate(matrix, root) * factor if matrix.ndim == 2 else None
     moved = np.empty(poses.joints.shape, np.float32)
     for start in range(0, len(poses), _ROWS):
         rows = slice(start, start + _ROWS)
@@ -157,4 +162,20 @@ def change_frame(poses: PoseSequence, to: Frame, R_to_from_source: np.ndarray | 
             joints -= joints[:, [poses.layout.index("pelvis")]]
         moved[rows] = rotate(matrix if matrix.ndim == 2 else matrix[rows], joints) * factor
     moved.setflags(write=False)
-    return poses.with_(joints=moved, frame=to).noted("change_frame", source=source.name, to=to.name)
+    return poses.with_(joints=moved, frame=to, root=root).noted(
+        "change_frame", source=source.name, to=to.name
+    )
+
+
+def _place(poses: PoseSequence) -> np.ndarray | None:
+    """(T, D) the pelvis from the frame's origin, or None when that says nothing: the origin is no fixed place, the
+    pelvis never moves, or is not ahead of the camera, where without a scale nobody can tell how far it is."""
+    frame = poses.frame
+    place = poses.joint("pelvis").astype(np.float64)
+    seen = place[np.isfinite(place).all(axis=1)]
+    if frame.origin not in ("camera", "world") or len(seen) == 0 or np.ptp(seen, axis=0).max() == 0:
+        return None
+    if frame.origin == "camera":
+        ahead = np.median(seen @ frame.basis[:, 2]) * _METRES.get(frame.unit, 0.0)
+        return place if ahead > _NEAREST_M else None
+    return place

@@ -46,6 +46,8 @@ class PoseSequence:
         no derivative may be taken across one.
     person: the source's name of the person.
     history: what was done so far, oldest first.
+    root: (T, D) float64 of joints relative to the pelvis: the pelvis in the same axes and unit, from a point that does
+        not move (the camera, the world's origin); NaN where missing, None when the source does not know its place.
 
     Raises InputError when shapes, ranges or order do not fit. Arrays are read-only.
     """
@@ -60,6 +62,7 @@ class PoseSequence:
     seams: tuple[int, ...] = ()
     person: str = "0"
     history: tuple[Step, ...] = ()
+    root: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         joints = _owned(self.joints, np.float32)
@@ -94,6 +97,12 @@ class PoseSequence:
         if self.time_s is not None:
             arrays["time_s"] = _owned(self.time_s, np.float64)
             _increasing("time_s", arrays["time_s"], rows)
+        if self.root is not None:
+            arrays["root"] = _owned(self.root, np.float64)
+            if arrays["root"].shape != (rows, self.frame.dims) or np.isinf(arrays["root"]).any():
+                raise InputError(
+                    f"Expected a root of shape {(rows, self.frame.dims)}, finite or NaN, got {arrays['root'].shape}."
+                )
         if any(not 0 < seam < rows for seam in self.seams):
             raise InputError(f"Expected seams at rows 1 to {rows - 1}, got {self.seams}.")
         for name, array in arrays.items():
@@ -152,7 +161,8 @@ class Rectified:
     """A skeleton in the canonical frames of design.md section 4.
 
     body: in BODY, every frame turned upright and facing -X.
-    level: in LEVEL, one upright frame for the whole take.
+    level: in LEVEL, one upright frame for the whole take; its root, where the source knows it and the camera stands
+        still, is counted from where the source counts: the camera's centre or the world's origin.
     R_source_from_body: (T, 3, 3), the paper's R; NaN where a frame cannot be rectified.
     R_source_from_level: (3, 3), or (T, 3, 3) for a moving camera.
     error_deg: (T,) expected rotation error of BODY in degrees, NaN where the rectifier does not know.

@@ -94,7 +94,8 @@ def read_all(
     options: the adapter's own.
 
     3D comes back as H36M17 in CAMERA axes (or in the source's own frame, when that is no camera's) relative
-    to the pelvis; 2D in IMAGE, in the detector's layout. Raises InputError.
+    to the pelvis, whose own way is `root` where the source knows it; 2D in IMAGE, in the detector's layout. Raises
+    InputError.
     """
     check_guards(parity, missing)
     chosen, people = read_sources(Path(path), adapter, gives, options)
@@ -267,16 +268,17 @@ def guarded(poses: PoseSequence, parity: Parity, where: str) -> PoseSequence:
 
 def repaired(poses: PoseSequence, parity: Parity) -> PoseSequence:
     """Left and right put right as asked: "mirror" negates x, "swap" and "swap-legs" exchange joints' names."""
-    joints = poses.joints
+    joints, root = poses.joints, poses.root
     order = np.arange(len(poses.layout))
     if parity == "ignore":
         return poses
     if parity == "mirror":
-        joints = joints * np.array([-1.0, 1.0, 1.0])
+        mirror = np.array([-1.0, 1.0, 1.0])
+        joints, root = joints * mirror, root if root is None else root * mirror
     else:
         legs = poses.layout.indices([f"{side}_{part}" for side in "lr" for part in ("hip", "knee", "ankle")])
         swapped = legs if parity == "swap-legs" else order
         order[swapped] = poses.layout.mirror[swapped]
-    return poses.with_(joints=joints[:, order], confidence=poses.confidence[:, order]).noted(
+    return poses.with_(joints=joints[:, order], confidence=poses.confidence[:, order], root=root).noted(
         "parity", repair=parity
     )

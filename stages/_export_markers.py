@@ -28,11 +28,11 @@ class Markers:
 def markers(take: Take, frame: Frame) -> Markers:
     """The take's filtered joints in the axes of a frame of LEVEL's family.
 
-    The pelvis is the origin, or moves along the path that the source gives it, from the origin on (the columns
-    `root_*` of kinematics). These files know no time stamps but a rate: a take whose stamps are not evenly spaced is
+    The pelvis is the origin, or moves along the path that the source gives it, from the camera or the world's origin
+    (root of PoseSequence). These files know no time stamps but a rate: a take whose stamps are not evenly spaced is
     brought to its usual rate by cubic splines. InputError for a take without a scale or without a filtered skeleton.
     """
-    path, columns = take.filtered, take.kinematics or {}
+    path = take.filtered
     if path is None:
         raise InputError(
             "TRC and C3D hold the filtered joints; put the stage 'trajectories' before 'export'."
@@ -42,8 +42,8 @@ def markers(take: Take, frame: Frame) -> Markers:
             "TRC and C3D hold metres, and the source has no scale; give the person's height (--stature METRES)."
         )
     joints = path.joints.astype(np.float64)
-    if "root_x_m" in columns:
-        joints = joints + np.stack([columns[f"root_{axis}_m"] for axis in "xyz"], axis=-1)[:, None]
+    if path.root is not None:
+        joints = joints + path.root[:, None]
     time_s, fps = path.times, rate(path.times)
     if not evenly_spaced(time_s, fps):
         grid = np.arange(time_s[0], time_s[-1] + 1e-9, 1 / fps)

@@ -12,7 +12,9 @@ from pathlib import Path
 import numpy as np
 
 from ..pipeline.errors import InputError
+from ..pipeline.frames import LEVEL
 from ..pipeline.outputs import whole_file
+from ..pipeline.rotations import rotate
 from ..pipeline.take import Take
 from ._export_markers import OPENSIM, markers
 from ._export_provenance import provenance
@@ -55,8 +57,9 @@ def write_trc(take: Take, path: Path) -> None:
 def write_mot(take: Take, path: Path) -> None:
     """angles.mot: the joint angles in degrees over time in seconds.
 
-    Angles that OpenSim's Rajagopal model has as coordinates bear its names and signs, the others ours. InputError
-    when the take has no angles.
+    Angles that OpenSim's Rajagopal model has as coordinates bear its names and signs, the others ours. Where the source
+    knows where the person is, in metres, the pelvis moves along that path: pelvis_tx, ty and tz, forward, up and right.
+    InputError when the take has no angles.
     """
     assert take.poses is not None
     columns = take.kinematics or {}
@@ -71,20 +74,33 @@ def write_mot(take: Take, path: Path) -> None:
     notes = [
         f"{ours} is {'-' * (sign < 0)}{theirs}" for ours, (theirs, sign) in renamed.items() if ours != theirs
     ]
+    moves = _pelvis_moves(take)
+    if moves:
+        notes.append("pelvis_tx, pelvis_ty and pelvis_tz are metres, of the middle of the hips")
     lines = [f"{name}: {text}" for name, text in provenance(take).items()]
     head = [
         path.name,
         "version=1",
         f"nRows={len(take.poses)}",
-        f"nColumns={len(angles) + 1}",
+        f"nColumns={len(angles) + len(moves) + 1}",
         "inDegrees=yes",
         *(line.replace("=", ":") for line in [*lines, *notes]),
         "endheader",
-        "\t".join(["time", *(theirs for theirs, _ in renamed.values())]),
+        "\t".join(["time", *moves, *(theirs for theirs, _ in renamed.values())]),
     ]
     signed = [sign * angles[name] for name, (_, sign) in renamed.items()]
     with whole_file(path) as partial:
-        _write(partial, head, np.column_stack([take.poses.times, *signed]), ["%.6f"] * (len(angles) + 1))
+        body = np.column_stack([take.poses.times, *moves.values(), *signed])
+        _write(partial, head, body, ["%.6f"] * body.shape[1])
+
+
+def _pelvis_moves(take: Take) -> dict[str, np.ndarray]:
+    """The root's path (T,) by the coordinates' names; empty when it is not known in metres."""
+    path = take.filtered
+    if path is None or path.root is None or path.frame.unit != "m":
+        return {}
+    place = rotate(OPENSIM.basis @ LEVEL.basis.T, path.root)
+    return {f"pelvis_t{axis}": place[:, i] for i, axis in enumerate("xyz")}
 
 
 def _write(path: Path, head: list[str], body: np.ndarray, formats: list[str]) -> None:

@@ -61,4 +61,5 @@ def _marked(poses: PoseSequence, behind: np.ndarray) -> PoseSequence:
     if frame[-1] > poses.frame_index[-1]:
         time_s[-1] += 1 / poses.fps if len(poses) > 1 else 1e-3
     joints = np.insert(poses.joints, behind, np.nan, axis=0)
-    return PoseSequence(joints, poses.layout, poses.frame, time_s=time_s, frame_index=frame)
+    root = None if poses.root is None else np.insert(poses.root, behind, np.nan, axis=0)
+    return PoseSequence(joints, poses.layout, poses.frame, time_s=time_s, frame_index=frame, root=root)

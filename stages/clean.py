@@ -60,11 +60,18 @@ def clean(
     if max_gap_s < 0 or spike < 0:
         raise InputError(f"clean needs max_gap_s and spike of 0 or more, got {max_gap_s} and {spike}.")
     poses, inserted = _every_frame(poses, video_time_s)
-    spikes = _spikes(poses, spike)
-    joints = np.where(spikes[..., None], np.nan, poses.joints)
-    filled, count = _filled(joints, poses.times, poses.seams, max_gap_s)
+    trunk = np.linalg.norm(poses.joint("thorax") - poses.joint("pelvis"), axis=-1)
+    furthest = 0.0 if np.isnan(trunk).all() else spike * float(np.nanmedian(trunk))
+
+    def cleaned(points: np.ndarray) -> tuple[np.ndarray, np.ndarray, int]:
+        spikes = _spikes(points, furthest, poses.seams)
+        without = np.where(spikes[..., None], np.nan, points)
+        return spikes, *_filled(without, poses.times, poses.seams, max_gap_s)
+
+    spikes, filled, count = cleaned(poses.joints)
+    root = None if poses.root is None else cleaned(poses.root[:, None])[1][:, 0]
     made = np.isnan(poses.joints).any(-1) | spikes
-    return poses.with_(joints=filled, confidence=np.where(made, np.nan, poses.confidence)).noted(
+    return poses.with_(joints=filled, root=root, confidence=np.where(made, np.nan, poses.confidence)).noted(
         "clean",
         max_gap_s=max_gap_s,
         spike=spike,
@@ -92,6 +99,9 @@ def _every_frame(poses: PoseSequence, video_time_s: np.ndarray | None) -> tuple[
     joints = np.full((frames, *poses.joints.shape[1:]), np.nan)
     confidence = np.full((frames, len(poses.layout)), np.nan)
     joints[rows], confidence[rows] = poses.joints, poses.confidence
+    root = None if poses.root is None else np.full((frames, poses.root.shape[1]), np.nan)
+    if root is not None:
+        root[rows] = poses.root
     time_s = np.interp(every, index, times)
     if video_time_s is not None and len(video_time_s) > every[-1] and np.allclose(video_time_s[index], times):
         time_s = video_time_s[every]
@@ -100,22 +110,22 @@ def _every_frame(poses: PoseSequence, video_time_s: np.ndarray | None) -> tuple[
         confidence=confidence,
         frame_index=every,
         time_s=time_s,
+        root=root,
         seams=tuple(rows[list(poses.seams)]),
     )
     return padded, frames - len(poses)
 
 
-def _spikes(poses: PoseSequence, ratio: float) -> np.ndarray:
-    """(T, J) True where a joint leaves its path for one frame."""
-    joints = poses.joints.astype(np.float64)
+def _spikes(points: np.ndarray, furthest: float, seams: tuple[int, ...]) -> np.ndarray:
+    """(T, J) True where a point of (T, J, 3) leaves its path for one frame, by more than that; 0 finds none."""
+    joints = points.astype(np.float64)
     spikes = np.zeros(joints.shape[:2], dtype=bool)
-    trunk = np.linalg.norm(poses.joint("thorax") - poses.joint("pelvis"), axis=-1)
-    if ratio == 0 or len(joints) < 3 or np.isnan(trunk).all():
+    if furthest == 0 or len(joints) < 3:
         return spikes
     off = np.linalg.norm(joints[1:-1] - (joints[2:] + joints[:-2]) / 2, axis=-1)
     apart = np.linalg.norm(joints[2:] - joints[:-2], axis=-1)
-    spikes[1:-1] = (off > ratio * np.nanmedian(trunk)) & (off > 3 * apart)
-    for seam in poses.seams:
+    spikes[1:-1] = (off > furthest) & (off > 3 * apart)
+    for seam in seams:
         spikes[max(seam - 1, 0) : seam + 1] = False
     return spikes
 

@@ -66,16 +66,19 @@ class Export:
 
 def write_poses(take: Take, path: Path) -> None:
     """poses.npz: plain arrays `source`, `level`, `body` (T, 17, 3), the rotations between them, and how far to trust
-    them. For a moving camera R_source_from_level is (T, 3, 3), and back and right in `level` are relative to it."""
+    them. `root` (T, 3) is the pelvis in the axes of `level`, from the camera's centre or the world's origin: `level` +
+    `root` are places in the room; NaN where the source does not know them. For a moving camera R_source_from_level is
+    (T, 3, 3), and back and right in `level` are relative to it."""
     assert take.poses is not None
     assert take.rectified is not None
-    rectified = take.rectified
+    rectified, root = take.rectified, take.rectified.level.root
     with whole_file(path) as partial, open(partial, "wb") as file:
         np.savez_compressed(
             file,
             source=take.poses.joints,
             level=rectified.level.joints,
             body=rectified.body.joints,
+            root=np.full((len(take.poses), 3), np.nan) if root is None else root,
             R_source_from_body=rectified.R_source_from_body,
             R_source_from_level=rectified.R_source_from_level,
             error_deg=rectified.error_deg,
@@ -109,6 +112,7 @@ def summary(take: Take) -> dict[str, Any]:
             "duration_s": float(poses.times[-1] - poses.times[0]),
             "source_frame": str(poses.frame),
             "unit": poses.frame.unit,
+            "root_known": poses.root is not None,
             "seams": list(poses.seams),
             "bone_length_spread": bone_spread(poses),
         },

@@ -18,6 +18,7 @@ from ..pipeline.rotations import rotate, transpose
 from ..pipeline.signals import breaks
 from ..pipeline.smoothness import path_length
 from ..pipeline.take import Take
+from ..pipeline.walking import lengths
 
 _FEWEST = 10  # frames for a range
 _NO_RANGE = 5.0  # degrees: below, noise makes the range, and a share of it says nothing
@@ -71,6 +72,7 @@ def measures(
         angles `repeated`. A repetition rises by 35 (squats), 50 (arms) or 20 degrees at least, and by half of the
         largest change in the take.
     walking: steps while the ankles pass each other; cadence is two steps in the middle one of the strides' durations.
+        Speed and lengths are there where the source knows where the person is, else `lengths_reason`.
     paths: lengths from the pelvis, and of the pelvis (root) where its way is known.
 
     `frames` is how many frames a figure rests on, `nan_share` the share of the take's frames that have no value.
@@ -110,7 +112,7 @@ def measures(
     result["arm_raises"] = {**arms, "cycles": cycles} if cycles else arms
     if repeated:
         result["repetitions"] = {name: _repeats(take, take(name), _ANY, [name]) for name in repeated}
-    result["walking"] = _walking(take, separation, walks, rectified)
+    result["walking"] = _walking(take, separation, walks, filtered, rectified)
     result["paths"] = _paths(take, rectified)
     return result
 
@@ -233,7 +235,11 @@ def _walks(take: _Columns, separation: np.ndarray) -> list[list[Step]]:
 
 
 def _walking(
-    take: _Columns, separation: np.ndarray, walks: list[list[Step]], rectified: Rectified
+    take: _Columns,
+    separation: np.ndarray,
+    walks: list[list[Step]],
+    filtered: PoseSequence,
+    rectified: Rectified,
 ) -> dict[str, Any]:
     if not rectified.level_ok:
         return {"reason": f"the take is not levelled: {rectified.level_reason}"}
@@ -244,7 +250,8 @@ def _walking(
     every = [step for walk in walks for step in walk]
     spans = {side: strides(walks, side) for side in _SIDES.values()}
     durations = np.concatenate([np.diff(span, axis=1)[:, 0] for span in spans.values()])
-    sides = {words: _side(every, spans[side], side) for words, side in _SIDES.items()}
+    over_floor, of_sides = _lengths(filtered, walks)
+    sides = {words: _side(every, spans[side], side) | of_sides[side] for words, side in _SIDES.items()}
     right, left = (side.get("mean_step_time_s", np.nan) for side in sides.values())
     cycles = {
         f"{side}_{part}": take.cycles(f"{side}_{part}", spans[side])
@@ -258,6 +265,7 @@ def _walking(
         **_spread("step_time_s", np.array([step.stop_s - step.start_s for step in every])),
         **_spread("stride_time_s", durations),
         "step_time_symmetry_index_percent": _figure(symmetry_index(right, left)),
+        **over_floor,
         **_basis(separation),
         **sides,
         "cycles": {name: curve for name, curve in cycles.items() if curve},
@@ -273,6 +281,27 @@ def _side(every: list[Step], spans: np.ndarray, side: str) -> dict[str, Any]:
         **_spread("step_time_s", np.array([step.stop_s - step.start_s for step in own])),
         "landings_s": _figures(step.stop_s for step in own),
     }
+
+
+def _lengths(filtered: PoseSequence, walks: list[list[Step]]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Of the whole walk, and of each side by its letter; a reason where the person's place is not known."""
+    nothing: dict[str, Any] = {side: {} for side in _SIDES.values()}
+    if filtered.root is None:
+        return {
+            "lengths_reason": "where the person is in the room is not known, or the camera moves"
+        }, nothing
+    root = filtered.root[:, :2]
+    ankles = {side: root + filtered.joint(f"{side}_ankle")[:, :2] for side in _SIDES.values()}
+    found = lengths(root, ankles, filtered.times, walks, breaks(filtered))
+    if np.isnan(found.speed):
+        return {"lengths_reason": "the person's place is missing in every stride"}, nothing
+    length = "m" if filtered.frame.metric else "au"
+    steps_of = {side: values[np.isfinite(values)] for side, values in found.step.items()}
+    return {
+        f"walking_speed_{length}ps": _figure(found.speed),
+        **_spread(f"stride_length_{length}", found.stride[np.isfinite(found.stride)]),
+        **_spread(f"step_length_{length}", np.concatenate(list(steps_of.values()))),
+    }, {side: _spread(f"step_length_{length}", values) for side, values in steps_of.items()}
 
 
 def _paths(take: _Columns, rectified: Rectified) -> dict[str, Any]:

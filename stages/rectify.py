@@ -18,7 +18,7 @@ from ..pipeline.errors import InputError
 from ..pipeline.frames import BODY, CAMERA, LEVEL, Z_UP, Frame, change_frame
 from ..pipeline.layouts import H36M17
 from ..pipeline.pose import PoseSequence, Rectified
-from ..pipeline.rotations import known, rotate, transpose
+from ..pipeline.rotations import rotate, transpose
 from ..pipeline.sockets import Rectifier
 from ..pipeline.take import Event, Take
 
@@ -86,8 +86,8 @@ def rectify(
     are the axes that the poses come in. Poses without time stamps count as 30 frames a second.
 
     camera, gravity, pitch_deg, roll_deg, window_s: of Rectify. A static camera has one up for the take, which every
-    frame votes on (models/gravity.py), as does the floor under the feet when the poses' origin is the camera and their
-    unit is metric (models/floor.py); a moving one a smooth up, and LEVEL's heading is then the camera's, so that
+    frame votes on (models/gravity.py), as does the floor under the feet when the poses know where the person is (their
+    root; models/floor.py); a moving one a smooth up, and LEVEL's heading is then the camera's, so that
     horizontal directions are relative to it.
 
     A frame with too few torso joints has a NaN rotation. A take that cannot be levelled has level_ok False and a
@@ -144,7 +144,7 @@ def _rectify(
             raise InputError(
                 f"These poses know their own gravity ({sources[0].frame}); leave camera, gravity, pitch and roll out."
             )
-        known_up = [_own_gravity(_axes(source, Z_UP), _times(source), together) for source in sources]
+        known_up = [_own_gravity(_in(source, Z_UP).joints, _times(source), together) for source in sources]
         return [
             (_rectified(source, Z_UP, levelled, "gravity", camera, said), [])
             for source, levelled in zip(sources, known_up, strict=True)
@@ -157,7 +157,7 @@ def _rectify(
         )
     if camera == "moving" and told:
         raise InputError("A moving camera has no one pitch, roll or gravity; leave them out.")
-    seen = [_seen(poses, source, chosen) for poses, source in zip(people, sources, strict=True)]
+    seen = [_seen(source, chosen) for source in sources]
     events: list[list[Event]] = [[] for _ in seen]
     if camera == "moving":
         answers = [
@@ -200,12 +200,11 @@ def _times(source: PoseSequence) -> np.ndarray:
     return np.arange(len(source)) / 30 if source.time_s is None else source.time_s
 
 
-def _seen(poses: PoseSequence, source: PoseSequence, rectifier: Rectifier) -> Seen:
-    """source: the poses relative to the pelvis."""
-    joints = _axes(source, CAMERA)
-    R, error_deg = rectifier.rotation(joints)
+def _seen(source: PoseSequence, rectifier: Rectifier) -> Seen:
+    poses = _in(source, CAMERA)
+    R, error_deg = rectifier.rotation(poses.joints)
     name, times = f"person {source.person}", _times(source)
-    return Seen(name, joints, R, error_deg, times, source.seams, _root(poses))
+    return Seen(name, poses.joints, R, error_deg, times, source.seams, poses.root)
 
 
 def _rectified(
@@ -220,12 +219,16 @@ def _rectified(
     R_source_from_reference = source.frame.basis @ reference.basis.T
     R_source_from_body = R_source_from_reference @ levelled.R_camera_from_body
     R_source_from_level = R_source_from_reference @ levelled.R_camera_from_level
-    reason = why_not(levelled, _axes(source, reference))
+    reason = why_not(levelled, _in(source, reference).joints)
     noted = source.noted("rectify", method=method, camera=camera, level_heading=levelled.heading, **said)
     unit_ = source.frame.unit
+    root = source.root
+    if root is not None:
+        root = rotate(transpose(R_source_from_level), root) if R_source_from_level.ndim == 2 else None
+    body, level = (_canonical(R, source) for R in (R_source_from_body, R_source_from_level))
     return Rectified(
-        body=noted.with_(joints=_canonical(R_source_from_body, source), frame=BODY.with_(unit=unit_)),
-        level=noted.with_(joints=_canonical(R_source_from_level, source), frame=LEVEL.with_(unit=unit_)),
+        body=noted.with_(joints=body, frame=BODY.with_(unit=unit_), root=None),
+        level=noted.with_(joints=level, frame=LEVEL.with_(unit=unit_), root=root),
         R_source_from_body=R_source_from_body,
         R_source_from_level=R_source_from_level,
         error_deg=levelled.error_deg,
@@ -262,19 +265,8 @@ def _told(
     return [direction("camera pitch and roll", view_rotation(*angles)[:, 2], _KNOWN_DEG)]
 
 
-def _axes(source: PoseSequence, reference: Frame) -> np.ndarray:
-    return change_frame(source, reference.with_(origin="pelvis", unit=source.frame.unit)).joints
-
-
-def _root(poses: PoseSequence) -> np.ndarray | None:
-    """(T, 3) the pelvis in the camera, or None where the source does not truly know its place: without a scale nobody
-    knows how far the person is, and estimators without a path leave the pelvis where it is."""
-    if poses.frame.origin == "pelvis" or not poses.frame.metric:
-        return None
-    own = CAMERA.with_(origin=poses.frame.origin, unit=poses.frame.unit)
-    root = change_frame(poses, own).joint("pelvis").astype(np.float64)
-    seen = root[known(root)]
-    return root if len(seen) and np.ptp(seen, axis=0).max() > 0 else None
+def _in(source: PoseSequence, reference: Frame) -> PoseSequence:
+    return change_frame(source, reference.with_(origin="pelvis", unit=source.frame.unit))
 
 
 def _own_gravity(joints: np.ndarray, times: np.ndarray, together: bool) -> Levelled:

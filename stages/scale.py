@@ -62,6 +62,7 @@ def scale(poses: PoseSequence, stature_m: float) -> PoseSequence:
     if not implied > 0:
         raise InputError("No limb bone is ever complete, so the stature cannot set the scale.")
     factor = stature_m / implied
-    return poses.with_(joints=poses.joints * factor, frame=poses.frame.with_(unit="m")).noted(
+    root = None if poses.root is None else poses.root * factor
+    return poses.with_(joints=poses.joints * factor, root=root, frame=poses.frame.with_(unit="m")).noted(
         "scale", stature_m=stature_m, factor=factor
     )

@@ -23,10 +23,8 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from ..pipeline.errors import InputError
-from ..pipeline.frames import LEVEL
-from ..pipeline.layouts import Layout
 from ..pipeline.pose import PoseSequence, Rectified
-from ..pipeline.rotations import known, rotate, transpose
+from ..pipeline.rotations import known
 from ..pipeline.signals import (
     CUTOFF_HZ,
     breaks,
@@ -47,7 +45,6 @@ _RELATIVE = (
     "turning about the vertical cannot be told from the body's and enters vx, vy, ax, ay, speed and acceleration."
 )
 _SUFFIXES = {"m": ("m", "mps", "mps2"), "arbitrary": ("au", "aups", "aups2")}
-_ROOT = Layout("ROOT", ("root",))
 _FILTERS: dict[str, Callable[..., np.ndarray]] = {"butterworth": lowpass, "savgol": savitzky_golay}
 
 
@@ -56,7 +53,7 @@ class Trajectories:
     """The stage. joints: whose paths to write; `filtered` has all 17. filter, cutoff_hz: as those of `smooth`.
 
     Where the source knows where the person is and its camera stands still, the pelvis's own path in LEVEL is written
-    too, as `root`, from the place where it is first seen.
+    too, as `root`, from the camera or the world's origin.
     """
 
     joints: tuple[str, ...] = ("r_wrist", "l_wrist", "r_ankle", "l_ankle")
@@ -73,10 +70,8 @@ class Trajectories:
         columns = dict(take.kinematics or {})
         for joint in self.joints:
             columns |= trajectory(path, joint)
-        root = _root(take)
-        if root is not None:
-            done = path.history[-1].options
-            columns |= trajectory(smooth(root, done["filter"], done.get("cutoff_hz")), "root")
+        if path.root is not None:
+            columns |= trajectory(path, "root")
         events = [Event("note", _RELATIVE)] if take.rectified.camera == "moving" else []
         return take.with_(kinematics=columns, filtered=path).saying(*events, *_told(path, self.filter))
 
@@ -87,7 +82,8 @@ def smooth(
     cutoff_hz: Cutoff = None,
     moving: tuple[str, ...] = ("r_wrist", "l_wrist", "r_ankle", "l_ankle"),
 ) -> PoseSequence:
-    """The same poses with every joint's path low-pass filtered, inside its unbroken pieces (pipeline/signals.py).
+    """The same poses with the paths of every joint and of the root low-pass filtered, inside their unbroken pieces
+    (pipeline/signals.py).
 
     filter: "butterworth" (two passes, order 4 together, no phase shift), "savgol" (Savitzky-Golay, order 3), "none".
     cutoff_hz: where half the power is left; None is 6 Hz, or no filter where the frame rate does not carry that;
@@ -107,7 +103,8 @@ def smooth(
     joints = level.joints.astype(np.float64)
     paths = [_FILTERS[filter](joints[:, i], times, cutoff, seams) for i in range(len(level.layout))]
     result = np.stack(paths, axis=1)
-    return level.with_(joints=result).noted(
+    root = None if level.root is None else _FILTERS[filter](level.root, times, cutoff, seams)
+    return level.with_(joints=result, root=root).noted(
         "low-pass filter",
         filter=filter,
         cutoff_hz=cutoff,
@@ -121,13 +118,15 @@ def trajectory(path: PoseSequence, joint: str) -> dict[str, np.ndarray]:
     `<joint>_distance_m` (from the pelvis), `<joint>_speed_mps` and `<joint>_acceleration_mps2`; or `_au`, `_aups`,
     `_aups2` without a scale.
 
+    joint: by name, or "root" of poses that have one, whose distance is that from where it is counted.
     path: poses in LEVEL, filtered (`smooth`) unless derivatives of noise are wanted. Derivatives are those of a cubic
     spline, never taken across a gap, a seam or dropped frames; NaN where they cannot be had. InputError
     for a unit that is neither metres nor arbitrary.
     """
     if path.frame.unit not in _SUFFIXES:
         raise InputError(f"Expected poses in metres or in arbitrary units, got {path.frame.unit}.")
-    position = path.joint(joint).astype(np.float64)
+    points = path.root if joint == "root" else None
+    position = path.joint(joint).astype(np.float64) if points is None else points
     velocity, acceleration = (derivative(position, path.times, breaks(path), order) for order in (1, 2))
     columns = {}
     for prefix, norm, unit, values in zip(
@@ -146,20 +145,6 @@ def _trusted(rectified: Rectified) -> PoseSequence:
     """LEVEL with the frames that could not be rectified missing, so that nothing is taken across them."""
     refused = ~np.asarray(known(rectified.R_source_from_body).all(axis=-1))
     return rectified.level.with_(joints=np.where(refused[:, None, None], np.nan, rectified.level.joints))
-
-
-def _root(take: Take) -> PoseSequence | None:
-    """The pelvis in LEVEL's axes from where it is first known; None when the source has not its place."""
-    assert take.poses is not None
-    assert take.rectified is not None
-    R_source_from_level = take.rectified.R_source_from_level
-    if take.poses.frame.origin == "pelvis" or R_source_from_level.ndim == 3:
-        return None
-    place = rotate(transpose(R_source_from_level), take.poses.joint("pelvis").astype(np.float64))
-    seen = known(place)
-    place = place - place[np.argmax(seen)]
-    frame = LEVEL.with_(unit=take.poses.frame.unit, origin="world")
-    return take.poses.with_(joints=place[:, None], confidence=None, layout=_ROOT, frame=frame)
 
 
 def _chosen(level: PoseSequence, moving: tuple[str, ...]) -> float:

@@ -37,8 +37,8 @@ def test_poses_npz_has_plain_arrays_that_agree_with_each_other(take, folder):
     with np.load(folder / "poses.npz", allow_pickle=False) as file:
         arrays = dict(file)
     assert set(arrays) == {
-        "source", "level", "body", "R_source_from_body", "R_source_from_level", "error_deg", "up_error_deg",
-        "up_bound_deg", "up_votes", "time_s", "frame_index", "joint_names", "unit",
+        "source", "level", "body", "R_source_from_body", "R_source_from_level", "root", "error_deg",
+        "up_error_deg", "up_bound_deg", "up_votes", "time_s", "frame_index", "joint_names", "unit",
     }  # fmt: skip
     np.testing.assert_array_equal(arrays["source"], take.poses.joints)
     for name in ("body", "level"):
@@ -48,6 +48,8 @@ def test_poses_npz_has_plain_arrays_that_agree_with_each_other(take, folder):
             assert np.isnan(back[5]).all()
             back[5] = centred[5]
         np.testing.assert_allclose(back, centred, atol=1e-5)
+    assert arrays["root"].shape == (8, 3)
+    assert np.isnan(arrays["root"]).all()
     assert arrays["joint_names"].tolist() == list(H36M17.joints)
     assert arrays["frame_index"].tolist() == list(range(4, 12))
     assert arrays["up_error_deg"].shape == arrays["up_bound_deg"].shape == (8,)

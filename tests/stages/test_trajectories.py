@@ -205,10 +205,13 @@ def test_the_root_moves_in_level_when_the_source_knows_its_place(facing_camera):
     poses = PoseSequence(facing_camera + place[:, None], H36M17, frame, time_s=time_s)
     rectified = rectify(poses, "geometric")
     columns = Trajectories()(Take("t", poses=poses, rectified=rectified)).kinematics
-    forward = rectified.R_source_from_level.T @ [0, 0, -1.2]
-    for axis, speed in zip("xyz", forward, strict=True):
+    start, forward = (
+        rectified.R_source_from_level.T @ place[0],
+        rectified.R_source_from_level.T @ [0, 0, -1.2],
+    )
+    for axis, first, speed in zip("xyz", start, forward, strict=True):
         np.testing.assert_allclose(columns[f"root_v{axis}_mps"], speed, atol=1e-3)
-        np.testing.assert_allclose(columns[f"root_{axis}_m"], speed * time_s, atol=1e-3)
+        np.testing.assert_allclose(columns[f"root_{axis}_m"], first + speed * time_s, atol=1e-3)
     still = poses.with_(joints=np.tile(facing_camera, (60, 1, 1)), frame=CAMERA)
     assert (
         "root_x_m"
