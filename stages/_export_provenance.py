@@ -26,6 +26,8 @@ def provenance(take: Take) -> dict[str, str]:
         told = {key: entry[key] for key in ("file", "sha256", "adapter") if key in entry}
         lines[f"input {entry.get('role', '')}"] = _listed(told)
     lines["axes"] = str(rectified.level.frame)
+    if rectified.level.root is not None:
+        lines["root"] = "the pelvis, from the camera's centre or the world's origin"
     if rectified.camera == "moving":
         lines["horizontal"] = RELATIVE
     lines["rectifier"] = rectified.method

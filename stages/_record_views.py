@@ -10,6 +10,7 @@ from ..pipeline.rotations import known
 from ..pipeline.take import Take
 from ._record_angles import angle_views, angled
 from ._record_up import cap, voted
+from ._record_walk import walk_view, walked
 
 if TYPE_CHECKING:
     import rerun.blueprint as rrb
@@ -38,7 +39,7 @@ def blueprint(take: Take, size: float) -> rrb.Blueprint:
     level = "one heading" if take.rectified.camera != "moving" else "camera's heading"
     flat = {"Video": take.video, "2D keypoints": take.keypoints}
     title = " and ".join(name for name, part in flat.items() if part is not None)
-    votes = voted(take.rectified)
+    votes, placed = voted(take.rectified), walked(take.rectified)
     words: list[rrb.View] = [rrb.TextDocumentView(origin="summary", name="Summary")]
     if take.measures:
         words.append(rrb.TextDocumentView(origin="measures", name="Measures"))
@@ -59,6 +60,7 @@ def blueprint(take: Take, size: float) -> rrb.Blueprint:
                 rrb.Tabs(
                     _person("body", "After: BODY, facing you", take, size),
                     _person("level", f"After: LEVEL, {level}", take, size),
+                    *([walk_view(placed, size)] if placed is not None else []),
                     *([_votes(take)] if votes else []),
                     active_tab=0,
                 ),

@@ -21,6 +21,7 @@ from ._record_summary import summary_markdown
 from ._record_up import log_up, shared_up, voted
 from ._record_video import on_clock, viewable
 from ._record_views import blueprint
+from ._record_walk import log_walk
 
 if TYPE_CHECKING:
     import rerun as rr
@@ -54,9 +55,10 @@ def record(take: Take, path: str | Path, frames: bool = True) -> tuple[Event, ..
 
     Time axes: "frame", the number of the video's frame, and "video_time", its time stamp in seconds.
     Entities: video (which frame of which of video_parts), video/keypoints; source (the skeleton in the axes it came
-    in, and the body's axes there), body, level; wrists/source, wrists/level; rotation (expected errors, and how far
-    each frame's vote on up is from the take's); tilt and up (the votes as the camera's pitch and roll, and on the
-    unit sphere); angles/<angle> with the ends of its 90 % band; events; summary; measures.
+    in, and the body's axes there), body, level; walk (LEVEL in the room, and the way over the floor); wrists/source,
+    wrists/level; rotation (expected errors, and how far each frame's vote on up is from the take's); tilt and up (the
+    votes as the camera's pitch and roll, and on the unit sphere); angles/<angle> with the ends of its 90 % band; events;
+    summary; measures.
     What the take lacks is left out, what is NaN stays NaN, and where a track has no rows for some frames, one row
     of NaN ends what is shown.
 
@@ -108,6 +110,7 @@ def _log_poses(recording: rr.RecordingStream, take: Take, size: float) -> None:
     skeletons = {"source": take.poses, "body": take.rectified.body, "level": take.rectified.level}
     for entity, skeleton in skeletons.items():
         log_skeleton(recording, entity, skeleton, radius=0.024 * size)
+    log_walk(recording, take.rectified, size)
     for entity in ("source", "level"):
         skeleton = skeletons[entity]
         unit = skeleton.frame.unit if skeleton.frame.metric else "au"
