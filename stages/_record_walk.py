@@ -49,7 +49,7 @@ def walk_view(placed: PoseSequence, size: float) -> rrb.View:
     import rerun.blueprint as rrb
 
     low, high = (np.nanpercentile(placed.joints, share, axis=(0, 1)) for share in (1, 99))
-    reach = max(size, 0.55 * float(np.linalg.norm(high - low)))
+    reach = max(size, 0.45 * float(np.linalg.norm(high - low)))
     plane = rr.components.Plane3D.XY.with_distance(floor(placed))
     middle = (low + high) / 2
     return rrb.Spatial3DView(

@@ -57,8 +57,8 @@ def record(take: Take, path: str | Path, frames: bool = True) -> tuple[Event, ..
     Entities: video (which frame of which of video_parts), video/keypoints; source (the skeleton in the axes it came
     in, and the body's axes there), body, level; walk (LEVEL in the room, and the way over the floor); wrists/source,
     wrists/level; rotation (expected errors, and how far each frame's vote on up is from the take's); tilt and up (the
-    votes as the camera's pitch and roll, and on the unit sphere); angles/<angle> with the ends of its 90 % band; events;
-    summary; measures.
+    votes as the camera's pitch and roll, and on the unit sphere); angles/<angle> with the ends of its 90 % band;
+    events; summary; measures.
     What the take lacks is left out, what is NaN stays NaN, and where a track has no rows for some frames, one row
     of NaN ends what is shown.
 

@@ -305,3 +305,27 @@ def test_nothing_is_left_when_it_fails(make_take, tmp_path):
         with pytest.raises(InputError):
             record(broken, tmp_path / "take.rrd")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_person_whose_place_is_known_walks_through_the_room(taken, make_take):
+    take = make_take()
+    root = np.stack([np.linspace(4, 2, 12), 0 * np.arange(12), 1 + 0 * np.arange(12)], axis=-1)
+    root[6] = np.nan
+    level = take.rectified.level.with_(root=root)
+    _, recording = taken(rectified=replace(take.rectified, level=level))
+    _, _, positions = recording.over_time("walk/joints", "Points3D:positions")
+    same(positions, (level.joints + root[:, None]).astype(np.float32))
+    strips = recording.static("walk/path", "LineStrips3D:strips")
+    same(
+        [point[:2] for strip in strips for point in strip],
+        np.delete(root, 6, axis=0)[:, :2].astype(np.float32),
+    )
+    assert len(strips) == 2
+    assert len({point[2] for strip in strips for point in strip}) == 1
+    assert "walk" in recording.blueprint(ORIGIN)
+
+
+def test_without_a_place_there_is_no_walk(taken):
+    _, recording = taken()
+    assert not any(entity.startswith("walk") for entity in recording.entities)
+    assert "walk" not in recording.blueprint(ORIGIN)

@@ -1,0 +1,125 @@
+"""The pelvis's place goes with the poses where the source truly knows it, and nowhere else."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from pcnet3d.adapters import read
+from pcnet3d.examples.camera import aimed
+from pcnet3d.examples.walker import walker
+from pcnet3d.pipeline import BODY, CAMERA, H36M17, LEVEL, Y_UP, Z_UP, InputError, PoseSequence, change_frame
+from pcnet3d.pipeline.frames import GL_CAMERA
+from pcnet3d.pipeline.layouts import COCO17, remap
+from pcnet3d.pipeline.reading import repaired
+from pcnet3d.stages.clean import clean
+from pcnet3d.stages.scale import scale
+
+PELVIS = H36M17.index("pelvis")
+
+
+@pytest.fixture(scope="module")
+def walk():
+    return walker(seconds=4)
+
+
+@pytest.fixture(scope="module")
+def camera(walk):
+    return aimed(walk.root.mean(axis=0), 5, heading_deg=60, pitch_deg=20, roll_deg=0)
+
+
+def in_camera(walk, camera, **frame) -> PoseSequence:
+    return walk.poses.with_(joints=camera.points(walk.world), frame=CAMERA.with_(origin="camera", **frame))
+
+
+def test_taking_the_pelvis_off_keeps_its_place_in_the_new_axes_and_unit(walk, camera):
+    millimetres = in_camera(walk, camera, unit="mm")
+    millimetres = millimetres.with_(joints=millimetres.joints * 1000)
+    found = change_frame(millimetres, GL_CAMERA)
+    np.testing.assert_allclose(found.root, camera.points(walk.root[:, None])[:, 0] * [1, -1, -1], atol=1e-5)
+    np.testing.assert_allclose(found.joint("pelvis"), 0)
+    back = change_frame(found, CAMERA)
+    np.testing.assert_allclose(back.joints + back.root[:, None], camera.points(walk.world), atol=1e-5)
+
+
+def test_a_rotation_turns_it_and_one_of_each_frame_leaves_none(walk):
+    R = Rotation.random(random_state=0).as_matrix()
+    np.testing.assert_allclose(change_frame(walk.poses, CAMERA, R).root, walk.root @ R.T, atol=1e-6)
+    every = np.tile(R, (len(walk), 1, 1))
+    assert change_frame(walk.poses, BODY, every).root is None
+    assert change_frame(walk.poses, LEVEL, R).root is not None
+
+
+@pytest.mark.parametrize("what", ["still", "at the origin", "no scale", "another origin", "behind"])
+def test_a_place_that_says_nothing_is_none(walk, camera, what):
+    seen = in_camera(walk, camera)
+    centred = seen.joints - seen.joints[:, [PELVIS]]
+    jitter = np.random.default_rng(0).normal(scale=0.03, size=(len(walk), 1, 3))
+    changed = {
+        "still": seen.with_(joints=centred + np.float32([0, 0, 4])),
+        "at the origin": seen.with_(joints=centred + jitter),  # as lifters of metres leave it
+        "no scale": in_camera(walk, camera, unit="arbitrary"),
+        "another origin": seen.with_(frame=CAMERA.with_(origin="crop centre")),
+        "behind": seen.with_(joints=-seen.joints),
+    }[what]
+    assert change_frame(seen, CAMERA).root is not None
+    assert change_frame(changed, changed.frame.with_(origin="pelvis")).root is None
+
+
+def test_missing_places_are_nan(walk):
+    joints = walk.poses.joints.copy()
+    joints[3:5, PELVIS] = np.nan
+    root = change_frame(walk.poses.with_(joints=joints), Z_UP.with_(origin="pelvis")).root
+    assert np.flatnonzero(np.isnan(root).any(axis=1)).tolist() == [3, 4]
+
+
+@pytest.mark.parametrize("rows", [3, 5])
+def test_a_root_of_another_length_is_refused(rows):
+    with pytest.raises(InputError, match=r"root of shape \(4, 3\)"):
+        PoseSequence(np.zeros((4, 17, 3)), H36M17, CAMERA, root=np.zeros((rows, 3)))
+
+
+@pytest.mark.parametrize(("unit", "factor"), [("m", 1), ("mm", 1000)])
+@pytest.mark.parametrize("frame", ["CAMERA", "Y_UP"])
+def test_a_file_of_places_gives_the_root_in_metres(walk, camera, tmp_path, unit, factor, frame):
+    points = camera.points(walk.world) if frame == "CAMERA" else walk.world @ (Y_UP.basis @ Z_UP.basis.T).T
+    np.savez(tmp_path / "places.npz", joints=factor * points, time_s=walk.time_s)
+    found = read(tmp_path / "places.npz", "arrays", layout="H36M17", frame=frame, unit=unit)
+    np.testing.assert_allclose(found.root, points[:, PELVIS], atol=1e-5)
+    np.testing.assert_allclose(found.joints, points - points[:, [PELVIS]], atol=1e-5)
+
+
+def test_a_lifters_file_gives_none(walk, camera, tmp_path):
+    points = camera.points(walk.world)
+    np.save(tmp_path / "lifted.npy", (points - points[:, [PELVIS]] + 1e-3).astype(np.float32))
+    assert read(tmp_path / "lifted.npy", "videopose3d", fps=30).root is None
+
+
+def test_remapping_keeps_it_and_a_mirror_mirrors_it(walk, camera):
+    seen = change_frame(in_camera(walk, camera), CAMERA)
+    mirrored = repaired(seen, "mirror")
+    np.testing.assert_array_equal(mirrored.root, seen.root * [-1, 1, 1])
+    named = seen.with_(joints=seen.joints[:, : len(COCO17)], layout=COCO17)  # any names
+    np.testing.assert_array_equal(remap(named, H36M17).root, seen.root)
+
+
+def test_a_stature_scales_the_way_too(walk, camera):
+    seen = change_frame(in_camera(walk, camera), CAMERA)
+    doubled = scale(seen, 1.75)
+    factor = doubled.history[-1].options["factor"]
+    np.testing.assert_allclose(doubled.root, factor * seen.root)
+
+
+def test_cleaning_fills_short_gaps_of_the_way_and_takes_spikes_out(walk, camera):
+    seen = change_frame(in_camera(walk, camera), CAMERA)
+    kept = np.delete(np.arange(len(walk)), [40, 41])
+    root = seen.root.copy()
+    root[20] += [0, 0, 3.0]
+    root[60:63] = np.nan
+    broken = seen.with_(
+        joints=seen.joints[kept], confidence=None, time_s=seen.times[kept], frame_index=kept, root=root[kept]
+    )
+    cleaned = clean(broken)
+    np.testing.assert_allclose(cleaned.root, seen.root, atol=1e-2)
+    assert len(cleaned.root) == len(walk)
+    root[60:80] = np.nan
+    assert np.isnan(clean(seen.with_(root=root)).root[60:80]).all()

@@ -1,0 +1,111 @@
+"""`pcnet3d run` on files that know where the person is, and on one that does not."""
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from pcnet3d.examples.camera import aimed
+from pcnet3d.examples.files import write_poses
+from pcnet3d.examples.walker import walker
+from pcnet3d.pipeline.rotations import angle_deg, rotate, transpose
+
+PCNET3D = [sys.executable, "-c", "from pcnet3d.pipeline.cli import main; main()"]
+STAGES = ("clean", "scale", "rectify", "trajectories", "angles", "measures", "export")
+
+
+@pytest.fixture(scope="module")
+def walk():
+    """Around a corner, so that the feet tell both directions of the floor."""
+    return walker(seconds=10, turn_deg=-110)
+
+
+@pytest.fixture(scope="module")
+def camera(walk):
+    return aimed(walk.root.mean(axis=0), 6, heading_deg=70, pitch_deg=25, roll_deg=6)
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    """run(*arguments): the summary and the arrays of a run with those, without recording and report."""
+    folder = tmp_path_factory.mktemp("runs")
+    (folder / "recipe.toml").write_text("".join(f'[[stages]]\nuse = "{stage}"\n' for stage in STAGES))
+
+    def make(name: str, *arguments):
+        given = ["run", *arguments, "--recipe", folder / "recipe.toml", "-o", folder / name]
+        done = subprocess.run([*PCNET3D, *map(str, given)], capture_output=True, text=True, timeout=200)
+        assert done.returncode == 0, done.stderr
+        with np.load(folder / name / "poses.npz", allow_pickle=False) as file:
+            return json.loads((folder / name / "summary.json").read_text()), dict(file), folder / name
+
+    return make
+
+
+@pytest.fixture(scope="module")
+def placed(walk, camera, run, tmp_path_factory):
+    """The run on true joints in the pitched camera's own coordinates, millimetres."""
+    file = tmp_path_factory.mktemp("places") / "places.npz"
+    np.savez(file, joints=1000 * camera.points(walk.world), time_s=walk.time_s)
+    told = [f"--option={key}" for key in ("layout=H36M17", "frame=CAMERA", "unit=mm")]
+    return run("placed", "--poses", file, "--adapter", "arrays", *told, "--also", "trc", "--also", "mot")
+
+
+def test_the_floor_tells_up_in_a_run(placed, camera):
+    summary, arrays, _ = placed
+    assert summary["poses"]["root_known"]
+    assert summary["rectification"]["up_shares"]["floor"] > 0.3
+    assert angle_deg(arrays["R_source_from_level"][:, 2], camera.up) < 1.5
+
+
+def test_level_and_root_are_places_in_the_cameras_room(placed, walk, camera):
+    _, arrays, _ = placed
+    points = camera.points(walk.world)
+    level = arrays["level"] + arrays["root"][:, None]
+    np.testing.assert_allclose(rotate(arrays["R_source_from_level"], level), points, atol=1e-4)
+    expected = rotate(transpose(arrays["R_source_from_level"]), points[:, :1])[:, 0]
+    np.testing.assert_allclose(arrays["root"], expected, atol=1e-4)
+
+
+def test_the_walk_has_its_speed_and_lengths(placed, walk):
+    found = placed[0]["measures"]["walking"]
+    stride_m = walk.speed_mps * 120 / walk.cadence_spm
+    assert found["walking_speed_mps"] == pytest.approx(walk.speed_mps, rel=0.02)
+    assert found["mean_stride_length_m"] == pytest.approx(stride_m, rel=0.02)
+    assert found["mean_step_length_m"] == pytest.approx(stride_m / 2, rel=0.02)
+    for side in ("right", "left"):
+        assert found[side]["mean_step_length_m"] == pytest.approx(stride_m / 2, rel=0.02)
+    way = np.linalg.norm(np.diff(walk.root, axis=0), axis=-1).sum()
+    assert placed[0]["measures"]["paths"]["root"]["path_length_m"] == pytest.approx(way, rel=0.02)
+
+
+def test_exports_put_the_person_where_they_walked(placed):
+    _, arrays, folder = placed
+    lines = (folder / "markers.trc").read_text().splitlines()
+    names = [name for name in lines[3].split("\t") if name][2:]
+    markers = np.loadtxt(lines[5:])
+    pelvis = 2 + 3 * names.index("pelvis")
+    opensim = arrays["root"] @ np.array([[-1, 0, 0], [0, 0, 1], [0, 1, 0]])
+    np.testing.assert_allclose(markers[:, pelvis : pelvis + 3], opensim, atol=0.01)  # but for the low-pass
+    lines = (folder / "angles.mot").read_text().splitlines()
+    end = lines.index("endheader")
+    assert lines[end + 1].split("\t")[:4] == ["time", "pelvis_tx", "pelvis_ty", "pelvis_tz"]
+    np.testing.assert_allclose(
+        np.loadtxt(lines[end + 2 :])[:, 1:4], markers[:, pelvis : pelvis + 3], atol=1e-5
+    )
+
+
+def test_a_lifters_file_has_no_floor_no_way_and_says_why(walk, camera, run, tmp_path):
+    write_poses(tmp_path / "X3D.npy", walk, camera, np.arange(len(walk)), 0.0, np.random.default_rng(0))
+    summary, arrays, _ = run(
+        "lifted", "--poses", tmp_path / "X3D.npy", "--fps", 30, "--stature", walk.stature_m
+    )
+    assert not summary["poses"]["root_known"]
+    assert "floor" not in summary["rectification"]["up_shares"]
+    assert np.isnan(arrays["root"]).all()
+    found = summary["measures"]["walking"]
+    assert "cadence_spm" in found
+    assert "not known" in found["lengths_reason"]
+    assert not any("speed" in key or "length_m" in key for key in found)
+    assert "root" not in summary["measures"]["paths"]
