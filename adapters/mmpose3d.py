@@ -24,7 +24,7 @@ name = "mmpose3d"
 gives = "poses"
 reads = "3D JSON of MMPose 1.x lifters, inferencer or demo, no known scale (with option metric: metres)"
 
-_AXES = Frame("MMPOSE3D", "camera", ("left", "away", "up"), origin="camera")
+_AXES = Frame("MMPOSE3D", "camera", ("left", "away", "up"), origin="lowest joint")
 _PICTURE = (0, 2)  # left and up
 
 

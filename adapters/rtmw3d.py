@@ -27,7 +27,7 @@ name = "rtmw3d"
 gives = "poses"
 reads = "JSON of RTMW3D's demo in MMPose, 133 joints, metres by a stature that is assumed (option stature_m)"
 
-_AXES = Frame("RTMW3D", "camera", ("left", "toward", "up"), origin="camera")
+_AXES = Frame("RTMW3D", "camera", ("left", "toward", "up"), origin="crop")
 _PICTURE = (0, 2)  # left and up
 _COUNT = 133
 _BIN_M = 2.1744869 / 144
