@@ -23,6 +23,7 @@ def test_golden(save, turning):
     path = save()
     assert [name for name, each in adapters().items() if each.sniff(path)] == ["rtmw3d"]
     poses = read(path, fps=30, stature_m=stature)
+    assert poses.root is None  # a place in the crop
     limbs = [joint for joint in H36M17.joints if joint.endswith(("hip", "knee", "ankle", "elbow", "wrist"))]
     expected = turning(FRAMES)
     hips = expected[:, H36M17.indices(["l_hip", "r_hip"])].mean(axis=1)  # COCO has no pelvis
