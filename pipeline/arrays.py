@@ -39,7 +39,7 @@ def keys(path: Path) -> tuple[str, ...]:
 
 
 def load(path: Path, *shapes: Shape, key: str | None = None) -> np.ndarray:
-    """The array of an .npy file, or the one named `key` of an .npz archive, in its own numeric dtype.
+    """The array of an .npy file, or the one named `key` of an .npz archive, in its own numeric dtype; (...,).
 
     shapes: the shapes to accept, such as ("frames", 17, 3); none to accept any.
     Raises InputError for a file that is empty, cut short, longer than its header says or no numpy file, for
@@ -61,7 +61,7 @@ def load(path: Path, *shapes: Shape, key: str | None = None) -> np.ndarray:
 
 
 def load_all(path: Path, *needed: str) -> dict[str, np.ndarray]:
-    """The arrays of an .npz archive by name: numbers, truth values and texts; with `needed`, only these.
+    """The arrays of an .npz archive by name, (...,): numbers, truth values and texts; with `needed`, only these.
 
     Raises InputError as `load` does, and for an archive without one of the needed.
     """
