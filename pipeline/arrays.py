@@ -39,7 +39,7 @@ def keys(path: Path) -> tuple[str, ...]:
 
 
 def load(path: Path, *shapes: Shape, key: str | None = None) -> np.ndarray:
-    """The array of an .npy file, or the one named `key` of an .npz archive, in its own numeric dtype.
+    """The array of an .npy file, or the one named `key` of an .npz archive, in its own numeric dtype; (...,).
 
     shapes: the shapes to accept, such as ("frames", 17, 3); none to accept any.
     Raises InputError for a file that is empty, cut short, longer than its header says or no numpy file, for
@@ -61,7 +61,7 @@ def load(path: Path, *shapes: Shape, key: str | None = None) -> np.ndarray:
 
 
 def load_all(path: Path, *needed: str) -> dict[str, np.ndarray]:
-    """The arrays of an .npz archive by name: numbers, truth values and texts; with `needed`, only these.
+    """The arrays of an .npz archive by name, (...,): numbers, truth values and texts; with `needed`, only these.
 
     Raises InputError as `load` does, and for an archive without one of the needed.
     """
@@ -84,7 +84,7 @@ def load_all(path: Path, *needed: str) -> dict[str, np.ndarray]:
 
 
 def header(stream: IO[bytes], where: str) -> tuple[tuple[int, ...], bool, np.dtype]:
-    """Shape, whether the first index runs fastest, and type of the array that follows."""
+    """Shape, whether the first index runs fastest, and type of the array that follows. InputError for a version that is not known."""
     version = np.lib.format.read_magic(stream)
     if version not in _HEADERS:
         raise InputError(
@@ -155,7 +155,7 @@ def _check_archive(path: Path, names: Iterable[str]) -> None:
 
 @contextmanager
 def opened(path: Path, key: str | None) -> Iterator[tuple[IO[bytes], int]]:
-    """The bytes of one array in npy format, and how many there are."""
+    """The bytes of one array in npy format, and how many there are. InputError when it is not there, or not single."""
     if _is_archive(path):
         held = keys(path)
         listed = ", ".join(held) or "no numpy arrays"

@@ -39,11 +39,17 @@ def test_what_is_not_run():
         "README: installs packages from the network",
         "data: needs the MM-Fi data set, and hours",
         "detect: downloads networks",
+        "hardening: minutes, and files of the repository",
         "lifting: needs networks that others publish; tests/models_lifters runs small ones of their forms",
         "lifting: needs MotionBERT's repository and weights",
         "lifting: needs VideoPose3D's repository and weights",
         "plugins: needs the template installed; tests/plugin does that and runs it",
     }
+
+
+def test_every_page_is_in_the_index():
+    index = (PAGES[0].parent / "docs" / "README.md").read_text(encoding="utf-8")
+    assert [page.name for page in PAGES if page.name != "README.md" and f"]({page.name})" not in index] == []
 
 
 def run(block: Block, here: Path) -> subprocess.CompletedProcess[str]:
