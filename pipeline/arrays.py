@@ -84,7 +84,8 @@ def load_all(path: Path, *needed: str) -> dict[str, np.ndarray]:
 
 
 def header(stream: IO[bytes], where: str) -> tuple[tuple[int, ...], bool, np.dtype]:
-    """Shape, whether the first index runs fastest, and type of the array that follows. InputError for a version that is not known."""
+    """Shape, whether the first index runs fastest, and type of the array that follows. InputError for an
+    unknown version."""
     version = np.lib.format.read_magic(stream)
     if version not in _HEADERS:
         raise InputError(

@@ -55,7 +55,7 @@ def test_every_page_is_in_the_index():
 def run(block: Block, here: Path) -> subprocess.CompletedProcess[str]:
     command = ["bash", "-euo", "pipefail", "-c"] if block.language == "sh" else [sys.executable, "-c"]
     return subprocess.run(
-        [*command, block.text], cwd=here, env=ENVIRONMENT, capture_output=True, text=True, timeout=300,
+        [*command, block.text], cwd=here, env=ENVIRONMENT, capture_output=True, text=True, timeout=600,
         stdin=subprocess.DEVNULL,
     )  # fmt: skip
 
