@@ -16,6 +16,7 @@ _MIN_KNEE_BEND = 0.03  # of the leg's length; a straighter knee does not tell fr
 _SHORT_AXIS = 0.2  # trunk lengths; in a picture, hips or shoulders closer together are seen end-on
 _MIN_VOTES = 20  # frames that must vote before evidence counts as strong
 _STRONG = 0.2  # agreement at or below this contradicts
+_ROWS = 4096  # judged at a time: hours of video in float64 would take several times their memory
 STATURES_M = (0.4, 2.6)
 UNSTEADY = 0.12  # bone-length spread beyond which poses are not to be believed (boxing 0.05, cycling 0.10)
 
@@ -70,7 +71,9 @@ def chirality(poses: PoseSequence) -> Chirality:
     left/right of their own. A mirrored skeleton and one with exchanged names contradict alike. A nose that was made
     out of other joints, as the history says, has no vote.
     """
-    cues = parity_cues(without_made_nose(poses).joints.astype(np.float64), poses.layout)
+    joints = without_made_nose(poses).joints
+    parts = (joints[start : start + _ROWS].astype(np.float64) for start in range(0, len(joints), _ROWS))
+    cues = np.concatenate([parity_cues(part, poses.layout) for part in parts])
     nose, knees, sides = cues[:, 0], cues[:, 1:3].ravel(), cues[:, 3]
     nose_share, nose_votes = _share(nose)
     knee_share, knee_votes = _share(knees)
