@@ -5,6 +5,7 @@ from __future__ import annotations
 import lzma
 import math
 import struct
+import sys
 import tokenize
 import zipfile
 import zlib
@@ -117,7 +118,10 @@ def _data(
         )
     if not promised:
         return np.zeros(shape, dtype)
-    return np.frombuffer(stream.read(), dtype).reshape(shape, order="F" if fortran_order else "C")
+    array = np.frombuffer(stream.read(), dtype)
+    if dtype.kind == "U" and array.view(dtype.str[0] + "u4").max(initial=0) > sys.maxunicode:
+        raise InputError(f"{where}: its texts hold what is no character; the file is damaged, copy it again.")
+    return array.reshape(shape, order="F" if fortran_order else "C")
 
 
 def fits(shape: tuple[int, ...], wanted: Shape) -> bool:

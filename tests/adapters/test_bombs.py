@@ -234,3 +234,10 @@ def test_zlib_streams_that_were_cut_have_words(tmp_path):
             read(tmp_path / "x.mat", "mpi3dhp")
     with pytest.raises(zlib.error):
         _mat5.names(content[:136] + b"\xff" * 40 + content[176:])
+
+
+def test_texts_of_an_archive_are_characters(tmp_path):
+    names = np.full(2, 0x110000, np.uint32).view("<U2")
+    np.savez(tmp_path / "x.npz", joint_names=names)
+    with refused("no character"):
+        load_all(tmp_path / "x.npz")
