@@ -195,7 +195,8 @@ def _found(cell: str, base: Path, inside: Path | None, where: str) -> Path:
         path = (base / cell).resolve()
         there = path.exists()
     except (OSError, ValueError) as error:  # too long a name, a zero byte, a ring of links
-        raise InputError(f"{where}: '{printable(cell)}' cannot be a path: {error}.") from None
+        reason = error.strerror if isinstance(error, OSError) else error
+        raise InputError(f"{where}: '{printable(cell[:80])}' cannot be a path: {reason}.") from None
     if inside is not None and not path.is_relative_to(inside.resolve()):
         raise InputError(
             f"{where}: {printable(cell)} is outside {inside.resolve()}; pass --outside if it may be."
