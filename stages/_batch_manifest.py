@@ -75,13 +75,12 @@ def read_entries(source: Path, common: Mapping[str, str], outside: bool = False)
     entries = []
     for where, row in rows:
         own, own_files = _options(row, base, None if outside else base, where)
-        files = {**dict.fromkeys(set(shared) - set(own), False), **dict.fromkeys(own, False)}
-        files.update(dict.fromkeys((*(f for f in shared_files if f not in own), *own_files), True))
-        name = row.get("name") or _stem({**shared, **own}, where)
-        labels = {label: row.get(label, "") for label in LABELS}
-        entries.append(
-            Entry(name, {**shared, **own}, tuple(f for f, is_file in files.items() if is_file), labels)
+        options = {**shared, **own}
+        files = tuple(
+            option for option in options if option in (own_files if option in own else shared_files)
         )
+        name = row.get("name") or _stem(options, where)
+        entries.append(Entry(name, options, files, {label: row.get(label, "") for label in LABELS}))
     _check_names(entries, [where for where, _ in rows])
     return tuple(entries)
 
@@ -188,9 +187,7 @@ def _options(
 
 def _has(hint: Any, kind: type) -> bool:
     """Whether a type such as `Path | None` or `list[str] | None` is of that kind."""
-    return kind in (hint, get_origin(hint)) or any(
-        _has(part, kind) for part in get_args(hint) if kind is not list or get_origin(part)
-    )
+    return kind in (hint, get_origin(hint)) or any(_has(part, kind) for part in get_args(hint))
 
 
 def _found(cell: str, base: Path, inside: Path | None, where: str) -> Path:
@@ -198,7 +195,8 @@ def _found(cell: str, base: Path, inside: Path | None, where: str) -> Path:
         path = (base / cell).resolve()
         there = path.exists()
     except (OSError, ValueError) as error:  # too long a name, a zero byte, a ring of links
-        raise InputError(f"{where}: '{printable(cell)}' cannot be a path: {error}.") from None
+        reason = error.strerror if isinstance(error, OSError) else error
+        raise InputError(f"{where}: '{printable(cell[:80])}' cannot be a path: {reason}.") from None
     if inside is not None and not path.is_relative_to(inside.resolve()):
         raise InputError(
             f"{where}: {printable(cell)} is outside {inside.resolve()}; pass --outside if it may be."

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from statistics import fmean
 from typing import Any
 
 import numpy as np
@@ -153,6 +154,6 @@ def _differences(
     within: dict[str, list[float]] = {}
     for subject, level, place in cells:
         if place == earlier and (subject, level, later) in cells:
-            off = np.mean(cells[subject, level, later]) - np.mean(cells[subject, level, earlier])
-            within.setdefault(subject, []).append(float(off))
-    return np.array([np.mean(off) for off in within.values()])
+            off = fmean(cells[subject, level, later]) - fmean(cells[subject, level, earlier])
+            within.setdefault(subject, []).append(off)
+    return np.array([fmean(off) for off in within.values()])

@@ -147,10 +147,11 @@ def test_a_take_is_another_one_when_its_content_its_options_or_a_version_changes
     assert key(entry) != first
 
 
-def test_a_model_that_a_recipe_names_counts_too(entry, tmp_path):
+def test_a_model_that_a_recipe_names_counts_too(entry, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     model, recipe = tmp_path / "m.onnx", tmp_path / "r.toml"
     model.write_bytes(b"one")
-    recipe.write_text(f'[[stages]]\nuse = "rectify"\nrectifier = "{model}"\n')
+    recipe.write_text('[[stages]]\nuse = "rectify"\nrectifier = "m.onnx"\n')
     options = {**entry.options, "recipe": (str(recipe),)}
     entry = replace(entry, options=options, files=("poses", "recipe"))
     first = key(entry)

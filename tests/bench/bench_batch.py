@@ -31,7 +31,7 @@ from golden.studies import CHEAP, write_study, write_trouble
 
 TIMEOUT_S = 30
 BROKEN, CRASHING, HANGING, KILLS = 10, 2, 2, 20
-LATEST_KILL_S = 60.0
+KILLED_WITHIN_S = 0.3  # times the number of takes
 
 
 def command(*words: object) -> list[str]:
@@ -80,7 +80,8 @@ def finished(out: Path) -> dict[str, int]:
 
 
 def killed(folder: Path, manifest: Path) -> Path:
-    """The batch killed KILLS times, at random between 1 and 60 s after it was begun, then finished."""
+    """The batch killed KILLS times, at random some seconds after it was begun, then finished."""
+    latest_s = KILLED_WITHIN_S * len(manifest.read_text().splitlines())
     rng, out, known, twice = random.Random(0), folder / "killed", {}, 0
     for _ in range(KILLS):
         batch = subprocess.Popen(
@@ -88,7 +89,7 @@ def killed(folder: Path, manifest: Path) -> Path:
             stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
         )  # fmt: skip
         with contextlib.suppress(subprocess.TimeoutExpired):
-            batch.wait(rng.uniform(1, LATEST_KILL_S))
+            batch.wait(rng.uniform(1, latest_s))
         batch.kill()
         batch.wait()
         now = finished(out) if (out / "takes").is_dir() else {}

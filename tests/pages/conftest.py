@@ -35,6 +35,9 @@ def files(tmp_path_factory) -> Path:
     _two_people(folder, walk, camera)
     _motion_capture(folder)
     _finished(folder)
+    (folder / "manifest.csv").write_text(text_of("batch", "csv"))
+    for name in ("anna-1.npy", "anna-2.npy"):
+        shutil.copy(folder / "X3D.npy", folder / name)
     return folder
 
 
