@@ -171,9 +171,11 @@ def _place(poses: PoseSequence) -> np.ndarray | None:
     """(T, D) the pelvis from the frame's origin, or None when that says nothing: the origin is no fixed place, the
     pelvis never moves, or is not ahead of the camera, where without a scale nobody can tell how far it is."""
     frame = poses.frame
+    if frame.origin not in ("camera", "world"):
+        return None
     place = poses.joint("pelvis").astype(np.float64)
     seen = place[np.isfinite(place).all(axis=1)]
-    if frame.origin not in ("camera", "world") or len(seen) == 0 or np.ptp(seen, axis=0).max() == 0:
+    if len(seen) == 0 or np.ptp(seen, axis=0).max() == 0:
         return None
     if frame.origin == "camera":
         ahead = np.median(seen @ frame.basis[:, 2]) * _METRES.get(frame.unit, 0.0)
