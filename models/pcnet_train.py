@@ -16,6 +16,7 @@ from __future__ import annotations
 import json
 import math
 import time
+import zipfile
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager, nullcontext
@@ -40,6 +41,7 @@ from ..pipeline.errors import InputError
 from ..pipeline.outputs import whole_file
 from ..pipeline.progress import counted
 from ..pipeline.rotations import geodesic_deg
+from ..pipeline.unpacked import check_size
 from .mocap import Clip, Subjects, lying, read_clips
 from .mocap_parts import Parts, read_parts
 from .parallel import Ranks, ranks
@@ -130,6 +132,10 @@ def _reading(path: Path) -> Iterator[Any]:
     """What torch saved there, unpickling nothing but tensors and plain values; InputError when it does not fit."""
     remedy = "remove it to start anew, or choose another -o DIR"
     try:
+        with zipfile.ZipFile(path) as archive:
+            check_size(
+                sum(entry.file_size for entry in archive.infolist()), path.stat().st_size, "a checkpoint"
+            )
         saved = torch.load(path, weights_only=True, map_location="cpu")
     except OSError as error:
         raise InputError(f"Expected a checkpoint at {path}: {error.strerror}.") from None
