@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
@@ -31,6 +32,8 @@ _WRISTS = {
     "l_wrist": ((0, 114, 178), (86, 180, 233), (0, 158, 115)),
     "r_wrist": ((213, 94, 0), (230, 159, 0), (204, 121, 167)),
 }
+_FRAME_BYTES, _FIXED_BYTES = 2048, 1 << 20  # of a recording without its video; 10,000 frames take 13 MB
+_END = b"RRF2FOOT"  # of the .rrd format, and 4 bytes after it
 _UP, _BOUND, _ERROR = (110, 140, 255), (150, 150, 150), (213, 94, 0)
 
 
@@ -76,8 +79,10 @@ def record(take: Take, path: str | Path, frames: bool = True) -> tuple[Event, ..
     distance = np.linalg.norm(poses.joints[known(poses.joints)], axis=-1)
     size = float(np.percentile(distance, 98)) if len(distance) else 1.0  # about half the person's height
 
+    path = Path(path)
+    _require_space(path, take)
     recording = rr.RecordingStream("pcnet3d")
-    with whole_file(Path(path)) as partial, catch_and_log_exceptions(strict=True):
+    with whole_file(path) as partial, catch_and_log_exceptions(strict=True):
         try:
             recording.save(partial, default_blueprint=blueprint(take, size))
             recording.send_recording_name(take.name)
@@ -99,7 +104,29 @@ def record(take: Take, path: str | Path, frames: bool = True) -> tuple[Event, ..
             raise InputError(f"The recording {path} could not be written: {error}.") from None
         finally:
             recording.disconnect()
+        _require_end(partial, path)
     return events
+
+
+def _require_space(path: Path, take: Take) -> None:
+    """InputError when the disk has no room: where the SDK cannot write even the beginning, it waits forever."""
+    assert take.poses is not None
+    needed = _FIXED_BYTES + _FRAME_BYTES * len(take.poses)
+    needed += take.video.path.stat().st_size if take.video else 0
+    free = shutil.disk_usage(path.parent).free
+    if free < needed:
+        raise InputError(
+            f"The recording needs about {needed / 1e6:.0f} MB and {path.parent} has {free / 1e6:.0f} MB left; make "
+            "room there or choose another folder."
+        )
+
+
+def _require_end(partial: Path, path: Path) -> None:
+    """InputError when the recording's end is missing; the SDK only logs that the disk became full."""
+    with open(partial, "rb") as file:
+        file.seek(max(partial.stat().st_size - len(_END) - 4, 0))
+        if not file.read().startswith(_END):
+            raise InputError(f"The recording {path} could not be written to its end; is the disk full?")
 
 
 def _log_poses(recording: rr.RecordingStream, take: Take, size: float) -> None:

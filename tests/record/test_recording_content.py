@@ -1,5 +1,6 @@
 """The recording holds what the take holds, on both time axes, in a few whole columns."""
 
+import shutil
 import time
 from dataclasses import replace
 
@@ -329,3 +330,17 @@ def test_without_a_place_there_is_no_walk(taken):
     _, recording = taken()
     assert not any(entity.startswith("walk") for entity in recording.entities)
     assert "walk" not in recording.blueprint(ORIGIN)
+
+
+def test_a_disk_without_room_is_told_before_the_work(make_take, tmp_path, monkeypatch):
+    monkeypatch.setattr(shutil, "disk_usage", lambda path: shutil._ntuple_diskusage(10**9, 10**9, 1000))
+    with pytest.raises(InputError, match=r"needs about 1 MB and .* has 0 MB left; make"):
+        record(make_take(), tmp_path / "take.rrd")
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_recording_that_was_cut_off_is_told(make_take, tmp_path, monkeypatch):
+    monkeypatch.setattr("pcnet3d.stages.record._END", b"another end")
+    with pytest.raises(InputError, match="could not be written to its end; is the disk full"):
+        record(make_take(), tmp_path / "take.rrd")
+    assert not list(tmp_path.iterdir())
