@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,6 +14,8 @@ from ._export_provenance import provenance
 if TYPE_CHECKING:
     import pyarrow as pa
 
+_ROWS = 1 << 14  # written at a time
+
 
 def write_parquet(take: Take, path: Path) -> None:
     """kinematics.parquet; its schema's metadata are the provenance.
@@ -20,8 +24,11 @@ def write_parquet(take: Take, path: Path) -> None:
     """
     import pyarrow.parquet as pq
 
-    with whole_file(path) as partial:
-        pq.write_table(_table(take, missing_is_null=False), partial)
+    parts = _parts(take, missing_is_null=False)
+    first = next(parts)
+    with whole_file(path) as partial, pq.ParquetWriter(partial, first.schema) as file:
+        for part in chain([first], parts):
+            file.write_table(part)
 
 
 def write_csv(take: Take, path: Path) -> None:
@@ -34,14 +41,25 @@ def write_csv(take: Take, path: Path) -> None:
     head = "".join(f"# {name}: {text}\n" for name, text in provenance(take).items())
     with whole_file(path) as partial, open(partial, "wb") as file:
         file.write(head.encode())
-        csv.write_csv(_table(take, missing_is_null=True), file, csv.WriteOptions(quoting_style="none"))
+        parts = _parts(take, missing_is_null=True)
+        first = next(parts)
+        options = csv.WriteOptions(quoting_style="none")
+        with csv.CSVWriter(file, first.schema, write_options=options) as table:
+            for part in chain([first], parts):
+                table.write_table(part)
 
 
-def _table(take: Take, missing_is_null: bool) -> pa.Table:
+def _parts(take: Take, missing_is_null: bool) -> Iterator[pa.Table]:
+    """The table, some minutes of the take at a time: hours of it would stand in memory twice."""
     import pyarrow as pa
 
     assert take.poses is not None
     assert take.kinematics is not None
     columns = {"frame": take.poses.frame_index, "time_s": take.poses.times, **take.kinematics}
-    arrays = {name: pa.array(values, from_pandas=missing_is_null) for name, values in columns.items()}
-    return pa.table(arrays).replace_schema_metadata(provenance(take))
+    said = provenance(take)
+    for start in range(0, len(take.poses), _ROWS):
+        rows = slice(start, start + _ROWS)
+        arrays = {
+            name: pa.array(values[rows], from_pandas=missing_is_null) for name, values in columns.items()
+        }
+        yield pa.table(arrays).replace_schema_metadata(said)

@@ -112,6 +112,7 @@ def test_the_template_is_no_part_of_our_package(fresh):
     files = run(
         fresh / "python", "-c",
         "from importlib.metadata import files; print(*files('pcnet3d'), sep='\\n')",
+        cwd=fresh,  # not here, where an editable installation may have left what it knows
     ).splitlines()  # fmt: skip
     assert any(file.startswith("pcnet3d/examples/demo") for file in files)
     assert not [file for file in files if "acme" in file or "plugin/" in file]
