@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +17,7 @@ _MIN_KNEE_BEND = 0.03  # of the leg's length; a straighter knee does not tell fr
 _SHORT_AXIS = 0.2  # trunk lengths; in a picture, hips or shoulders closer together are seen end-on
 _MIN_VOTES = 20  # frames that must vote before evidence counts as strong
 _STRONG = 0.2  # agreement at or below this contradicts
-_ROWS = 4096  # judged at a time: hours of video in float64 would take several times their memory
+_ROWS = 4096  # judged at a time
 STATURES_M = (0.4, 2.6)
 UNSTEADY = 0.12  # bone-length spread beyond which poses are not to be believed (boxing 0.05, cycling 0.10)
 
@@ -71,9 +72,9 @@ def chirality(poses: PoseSequence) -> Chirality:
     left/right of their own. A mirrored skeleton and one with exchanged names contradict alike. A nose that was made
     out of other joints, as the history says, has no vote.
     """
-    joints = without_made_nose(poses).joints
-    parts = (joints[start : start + _ROWS].astype(np.float64) for start in range(0, len(joints), _ROWS))
-    cues = np.concatenate([parity_cues(part, poses.layout) for part in parts])
+    cues = np.concatenate(
+        [parity_cues(part, poses.layout) for part in _parts(without_made_nose(poses).joints)]
+    )
     nose, knees, sides = cues[:, 0], cues[:, 1:3].ravel(), cues[:, 3]
     nose_share, nose_votes = _share(nose)
     knee_share, knee_votes = _share(knees)
@@ -120,6 +121,11 @@ def without_made_nose(poses: PoseSequence) -> PoseSequence:
     return poses.with_(joints=np.where(nose[:, None], np.nan, poses.joints))
 
 
+def _parts(joints: np.ndarray) -> Iterator[np.ndarray]:
+    """joints (T, J, D) in float64, some minutes at a time: hours of video would take several times their memory."""
+    return (joints[start : start + _ROWS].astype(np.float64) for start in range(0, len(joints), _ROWS))
+
+
 def _share(values: np.ndarray) -> tuple[float, int]:
     values = values[np.isfinite(values)]
     return (float((values > 0).mean()) if len(values) else float("nan")), len(values)
@@ -132,8 +138,12 @@ def bone_spread(poses: PoseSequence) -> float:
     change against each other are not. 0.05 is usual, 0.09 is poor.
     """
     pairs = np.array([poses.layout.indices(bone) for bone in H36M17.bones])
-    joints = poses.joints.astype(np.float64)
-    length = np.linalg.norm(joints[:, pairs[:, 0]] - joints[:, pairs[:, 1]], axis=-1)
+    length = np.concatenate(
+        [
+            np.linalg.norm(part[:, pairs[:, 0]] - part[:, pairs[:, 1]], axis=-1)
+            for part in _parts(poses.joints)
+        ]
+    )
     length = length[np.isfinite(length).all(axis=1)]
     if len(length) < 2:
         return float("nan")
