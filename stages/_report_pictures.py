@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from ..pipeline.frames import Frame
 from ..pipeline.layouts import Layout
 from ..pipeline.pictures import pictures_at
 from ..pipeline.pose import PoseSequence
@@ -22,7 +23,7 @@ _QUALITY = 82  # of JPEG
 def key_rows(body: PoseSequence, count: int = 6) -> list[int]:
     """Rows that show what happens in a take: of each of `count` equal parts the one whose posture is farther from the
     take's median posture than nine in ten of that part, so that neither rest nor an outlier is shown."""
-    joints = body.joints.astype(np.float64)
+    joints = body.joints
     seen = np.flatnonzero(known(joints).mean(axis=1) > 0.5)
     if not len(seen):
         return []
@@ -65,7 +66,9 @@ def _key_figure(take: Take, row: int, image: np.ndarray | None) -> str:
         drawn = skeletons({"2D keypoints": flat * (1, -1)}, layout)
         before = picture(drawn, "svg", f"2D keypoints of frame {frame}")
     else:
-        seen = skeletons({"before": seen_by_camera(take.poses)[row]}, take.poses.layout)
+        source = take.poses.joints[row].astype(np.float64)
+        source -= source[take.poses.layout.index("pelvis")]
+        seen = skeletons({"before": seen_by_camera(source, take.poses.frame)}, take.poses.layout)
         before = picture(
             seen, "svg", f"Skeleton of frame {frame} before rectification, as the camera sees it"
         )
@@ -108,12 +111,11 @@ def keypoints_at(take: Take, frame: int) -> tuple[np.ndarray, Layout]:
     return (take.keypoints.joints[row[0]] if len(row) else missing), take.keypoints.layout
 
 
-def seen_by_camera(poses: PoseSequence) -> np.ndarray:
-    """(T, J, 2) joints from the pelvis, to the right and up, as the camera sees them; as one who looks north does for
-    a source with a world of its own."""
-    joints = poses.joints.astype(np.float64)
-    joints = rotate(poses.frame.basis.T, joints - joints[:, [poses.layout.index("pelvis")]])
-    return joints[..., [0, 1]] * (1, -1) if poses.frame.family == "camera" else joints[..., [1, 2]] * (-1, 1)
+def seen_by_camera(points: np.ndarray, frame: Frame) -> np.ndarray:
+    """(..., 2) of points (..., 3) from the pelvis, to the right and up, as the camera sees them; as one who looks
+    north does for a source with a world of its own."""
+    turned = rotate(frame.basis.T, points)
+    return turned[..., [0, 1]] * (1, -1) if frame.family == "camera" else turned[..., [1, 2]] * (-1, 1)
 
 
 def jpeg(image: np.ndarray, keypoints: np.ndarray, layout: Layout) -> bytes:

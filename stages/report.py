@@ -122,22 +122,26 @@ def _ways(take: Take) -> Iterator[str]:
     """Both wrists' paths as lines: as the camera sees them, and in LEVEL; all at one scale."""
     assert take.poses is not None
     assert take.rectified is not None
-    seen = seen_by_camera(take.poses)
-    level = take.rectified.level.joints.astype(np.float64)
+    before, level = (
+        _from_pelvis(poses, "r_wrist", "l_wrist") for poses in (take.poses, take.rectified.level)
+    )
     views = {
-        "Before: camera's view": (seen, "right and up are the picture's"),
+        "Before: camera's view": (seen_by_camera(before, take.poses.frame), "right and up are the picture's"),
         "After: right side": (level[..., [0, 2]] * (-1, 1), "front is to the right"),
         "After: from above": (level[..., [1, 0]] * (1, -1), "front is up, the right side to the right"),
     }
-    wrists = take.poses.layout.indices(("r_wrist", "l_wrist"))
-    boxes = {name: _box(points[:, wrists]) for name, (points, _) in views.items()}
+    boxes = {name: _box(points) for name, (points, _) in views.items()}
     reach = max(reach for _, reach in boxes.values())
     for name, (points, words) in views.items():
-        drawn = path(
-            dict(zip((RIGHT, LEFT), points[:, wrists].swapaxes(0, 1), strict=True)), boxes[name][0], reach
-        )
+        drawn = path(dict(zip((RIGHT, LEFT), points.swapaxes(0, 1), strict=True)), boxes[name][0], reach)
         title = f"{name} ({_unit(take.poses)})"
         yield figure([picture(drawn, "svg", f"Paths of both wrists: {title}")], title, f"{words}.")
+
+
+def _from_pelvis(poses: PoseSequence, *joints: str) -> np.ndarray:
+    """(T, len(joints), 3) of these joints."""
+    places = poses.joints[:, poses.layout.indices(joints)].astype(np.float64)
+    return places - poses.joint("pelvis")[:, None]
 
 
 def _box(points: np.ndarray) -> tuple[np.ndarray, float]:
@@ -150,8 +154,7 @@ def _box(points: np.ndarray) -> tuple[np.ndarray, float]:
 
 
 def _components(poses: PoseSequence, when: str) -> Iterator[str]:
-    pelvis = poses.joint("pelvis").astype(np.float64)
-    left, right = (poses.joint(wrist) - pelvis for wrist in ("l_wrist", "r_wrist"))
+    left, right = _from_pelvis(poses, "l_wrist", "r_wrist").swapaxes(0, 1)
     for i, (axis, word) in enumerate(zip("xyz", poses.frame.axes, strict=True)):
         title = f"{when}: {axis}, {word} ({_unit(poses)})"
         svg = over_time(sides(left[:, i], right[:, i]), poses.times)
