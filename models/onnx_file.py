@@ -55,11 +55,13 @@ class OnnxFile:
 _DTYPES = {"float": "float32", "float16": "float16", "double": "float64", "uint8": "uint8", "int32": "int32"}
 
 
-def open_onnx(path: str | Path, what: str = "a network") -> OnnxFile:
-    """The network in a file. what: in words, for InputError when there is no such file or it is no network."""
+def open_onnx(path: str | Path, what: str = "a network", threads: int = 0) -> OnnxFile:
+    """The network in a file. what: in words, for InputError when there is no such file or it is no network. threads:
+    within each of its layers; 0 for as many as onnxruntime chooses."""
     import onnxruntime
 
     options = onnxruntime.SessionOptions()
+    options.intra_op_num_threads = threads
     options.log_severity_level = 3
     try:
         content = Path(path).read_bytes()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -12,6 +11,7 @@ import numpy as np
 from ..pipeline.errors import InputError
 from ..pipeline.layouts import H36M17
 from ..pipeline.rotations import known
+from .onnx_file import open_onnx
 
 CHUNK = 64  # poses answered at a time; fits the caches
 _INPUTS = {"joints": [17, 3], "valid": [17]}  # each behind the batch
@@ -27,23 +27,10 @@ class PCNetRectifier:
 
         InputError when there is no such file, or it is not a rectifier.
         """
-        import onnxruntime
-
-        options = onnxruntime.SessionOptions()
         # Every chunk in one thread: onnxruntime's own threads wait for each other within each layer, which costs more
         # than it gains in layers as small as these, most of all for a single pose or beside other programs.
-        options.intra_op_num_threads = 1
-        self.threads = threads or _allowed_threads()
-        options.log_severity_level = 3
-        try:
-            content = Path(path).read_bytes()
-            self.session = onnxruntime.InferenceSession(content, options, providers=["CPUExecutionProvider"])
-        except OSError as error:
-            raise InputError(f"Expected a rectifier's .onnx file at {path}: {error.strerror}.") from None
-        except Exception as error:  # onnxruntime's errors have no common class but Exception
-            raise InputError(
-                f"Expected a rectifier's .onnx file at {path}: {str(error).splitlines()[0]}."
-            ) from None
+        opened = open_onnx(path, "a rectifier", threads=1)
+        self.session, self.threads = opened.session, threads or _allowed_threads()
         found = {entry.name: entry.shape[1:] for entry in self.session.get_inputs()}
         outputs = {entry.name: entry.shape[1:] for entry in self.session.get_outputs()}
         if found != _INPUTS or outputs != _OUTPUTS:
@@ -55,7 +42,7 @@ class PCNetRectifier:
         properties = self.session.get_modelmeta().custom_metadata_map
         self.targets = properties.get("targets", "body")  # of pcnet_views.Targets
         self.precision = properties.get("precision", "float32")
-        self.method = f"pcnet@{hashlib.sha256(content).hexdigest()[:12]}"
+        self.method = f"pcnet@{opened.digest}"
 
     def rotation(self, joints: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """joints (T, 17, 3) in CAMERA axes, any origin and scale, NaN where missing -> R_camera_from_body (T, 3, 3)
