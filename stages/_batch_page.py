@@ -140,7 +140,9 @@ def _others(rows: Rows) -> str:
 def _of(rows: Rows, measure: str) -> list[Cell]:
     values = [row.get("measures", {}).get(measure) for row in rows]
     counts = measure.split(".")[-1] in _COUNTS
-    return [None if value is None else int(value) if counts else value for value in values]
+    return [
+        None if value is None else int(value) if counts and value.is_integer() else value for value in values
+    ]
 
 
 def _told(rows: Rows) -> str:

@@ -10,11 +10,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import fmean
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
+from pydantic import AfterValidator, BaseModel, ValidationError
 
-from ..pipeline.outputs import SUMMARY, read_summary
+from ..pipeline.errors import InputError
+from ..pipeline.outputs import SUMMARY, printable, read_summary
 
 REPORT = "report.html"
 QUALITY = ("up_error_deg", "up_bound_deg", "error_deg_mean", "bone_length_spread")
@@ -23,8 +25,33 @@ _LIMIT = 1.96
 _NO_MEASURE = ("frames", "nan_share")  # what a measure rests on
 
 
+_Words = Annotated[str, AfterValidator(printable)]
+
+
+class _Figures(BaseModel, strict=True):
+    """What the table says of a run; None where it does not say. report: its place, seen from the study's page."""
+
+    person: _Words
+    report: _Words
+    warnings: list[_Words]
+    repairs: list[_Words]
+    frames: int | None
+    fps: float | None
+    duration_s: float | None
+    unit: _Words
+    method: _Words
+    level_ok: bool | None
+    level_reason: _Words
+    up_error_deg: float | None
+    up_bound_deg: float | None
+    error_deg_mean: float | None
+    bone_length_spread: float | None
+    measures: dict[_Words, float]
+
+
 def figures(folder: Path) -> tuple[dict[str, Any], ...]:
-    """What the table says of a take's folder, a row for each person who has a run in it."""
+    """What the table says of a take's folder, a row for each person who has a run in it. InputError when a summary is
+    not as a run writes it."""
     people = [
         path.parent for path in sorted(folder.glob(f"*/{SUMMARY}")) if (path.parent / "poses.npz").exists()
     ]
@@ -34,12 +61,15 @@ def figures(folder: Path) -> tuple[dict[str, Any], ...]:
 def _figures(folder: Path, place: Path) -> dict[str, Any]:
     """place: of the folder, seen from the study's page."""
     summary = read_summary(folder)
-    poses, rectified = summary.get("poses", {}), summary.get("rectification", {})
-    return {
+    parts = {name: summary.get(name) or {} for name in ("poses", "rectification", "measures")}
+    if wrong := [name for name, part in parts.items() if not isinstance(part, dict)]:
+        raise InputError(_damaged(folder, f"{wrong[0]} is no table"))
+    poses, rectified = parts["poses"], parts["rectification"]
+    found = {
         "person": folder.name if len(place.parts) > 2 else "",
         "report": (place / REPORT).as_posix() if (folder / REPORT).exists() else "",
-        "warnings": list(summary.get("warnings", ())),
-        "repairs": list(summary.get("repairs", ())),
+        "warnings": summary.get("warnings", []),
+        "repairs": summary.get("repairs", []),
         "frames": poses.get("frames"),
         "fps": poses.get("fps"),
         "duration_s": poses.get("duration_s"),
@@ -51,8 +81,17 @@ def _figures(folder: Path, place: Path) -> dict[str, Any]:
         "up_bound_deg": rectified.get("up_bound_deg", rectified.get("up_bound_deg_mean")),
         "error_deg_mean": rectified.get("error_deg_mean"),
         "bone_length_spread": poses.get("bone_length_spread"),
-        "measures": dict(_numbers(summary.get("measures") or {})),
+        "measures": dict(_numbers(parts["measures"])),
     }
+    try:
+        return _Figures.model_validate(found).model_dump()
+    except ValidationError as error:
+        first = error.errors()[0]
+        raise InputError(_damaged(folder, f"{'.'.join(map(str, first['loc']))}: {first['msg']}")) from None
+
+
+def _damaged(folder: Path, why: str) -> str:
+    return f"{folder / SUMMARY} is not as a run writes it ({printable(why)}); remove that folder to run the take again."
 
 
 def _numbers(group: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, float]]:
@@ -61,7 +100,7 @@ def _numbers(group: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, f
         if isinstance(value, dict):
             yield from _numbers(value, f"{above}{key}.")
         elif isinstance(value, int | float) and not isinstance(value, bool):
-            yield f"{above}{key}", float(value)
+            yield f"{above}{key}", value
 
 
 def write_table(rows: Sequence[Mapping[str, Any]], path: Path) -> None:

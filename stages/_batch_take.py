@@ -17,6 +17,8 @@ from glob import escape
 from pathlib import Path
 from typing import Any, Literal
 
+from pydantic import BaseModel, ValidationError
+
 from ..pipeline import registry
 from ..pipeline.config import load_recipe
 from ..pipeline.errors import InputError
@@ -67,6 +69,14 @@ class Outcome:
     rows: tuple[dict[str, Any], ...] = ()
 
 
+class _Kept(BaseModel):
+    """What a summary keeps of the batch that did the take."""
+
+    key: str = ""
+    files: dict[str, dict[str, str]] = {}
+    seconds: float = 0.0
+
+
 def run_take(job: Job) -> Outcome:
     """Do it, unless it is done; whatever goes wrong with it is in the outcome. Safe to call again, and at once from
     several machines that share the disk."""
@@ -86,11 +96,11 @@ def run_take(job: Job) -> Outcome:
             )
         with FileLock(job.lock):
             _tidy(job.folder)
-            kept = read_summary(job.folder).get(_KEY, {})
-            files = _hashes(job.entry, kept.get("files", {}))
+            kept = _kept(job.folder)
+            files = _hashes(job.entry, kept.files)
             key = _key(job.entry, files)
-            if kept.get("key") == key:
-                return Outcome(name, "kept", seconds=kept["seconds"], host=host, rows=figures(job.folder))
+            if kept.key == key:
+                return Outcome(name, "kept", seconds=kept.seconds, host=host, rows=figures(job.folder))
             code, reason = _run(job)
             seconds = round(time.perf_counter() - start, 2)
             if code:
@@ -106,7 +116,15 @@ def run_take(job: Job) -> Outcome:
         return Outcome(name, "failed", 2, reason, host=host)
 
 
-def _hashes(entry: Entry, known: dict[str, Any]) -> dict[str, dict[str, str]]:
+def _kept(folder: Path) -> _Kept:
+    """Of an earlier batch; nothing where there is none, or where somebody has changed it."""
+    try:
+        return _Kept.model_validate(read_summary(folder).get(_KEY, {}))
+    except ValidationError:
+        return _Kept()
+
+
+def _hashes(entry: Entry, known: dict[str, dict[str, str]]) -> dict[str, dict[str, str]]:
     """Of every file of the take: its name, a stamp of size and time, and its SHA-256; the hash is taken from the last
     time where the stamp is still the same."""
     paths = {column: Path(entry.options[column][0]) for column in entry.files}
@@ -119,8 +137,8 @@ def _hashes(entry: Entry, known: dict[str, Any]) -> dict[str, dict[str, str]]:
     for column, path in paths.items():
         stamp = _stamp(path)
         before = known.get(column, {})
-        digest = before["sha256"] if before.get("stamp") == stamp else sha256(path)
-        found[column] = {"file": printable(path.name), "stamp": stamp, "sha256": digest}
+        digest = before.get("sha256") if before.get("stamp") == stamp else None
+        found[column] = {"file": printable(path.name), "stamp": stamp, "sha256": digest or sha256(path)}
     return found
 
 

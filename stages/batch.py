@@ -18,7 +18,7 @@ import typer
 
 from ..pipeline.errors import InputError
 from ..pipeline.options import pairs
-from ..pipeline.outputs import refuse_unwritable, whole_file
+from ..pipeline.outputs import printable, refuse_unwritable, whole_file
 from ..pipeline.pose import package_version
 from ..pipeline.progress import counted
 from ._batch_manifest import Entry, read_entries
@@ -111,7 +111,7 @@ def _ours_alone(output: Path) -> Iterator[None]:
     except Timeout:
         owner = _read(output / STATUS).get("owner", "its owner has not said who it is")
         raise InputError(
-            f"Another batch is at work in {output}: {owner}; wait for it, or choose another -o."
+            f"Another batch is at work in {output}: {printable(str(owner))}; wait for it, or choose another -o."
         ) from None
 
 
@@ -126,8 +126,8 @@ def _check(output: Path) -> None:
         raise InputError(f"{output} holds files that no `pcnet3d batch` made; choose another -o DIR.")
     if of not in (None, package_version()):
         raise InputError(
-            f"{output} was made by pcnet3d {of}, this is {package_version()}, and one study is not to mix them; choose "
-            f"another -o DIR, or install {of} to go on with this one."
+            f"{output} was made by pcnet3d {printable(str(of))}, this is {package_version()}, and one study is not "
+            f"to mix them; choose another -o DIR, or install {of} to go on with this one."
         )
 
 
@@ -141,8 +141,9 @@ def _read(path: Path) -> dict[str, Any]:
 
 def _failed_before(output: Path) -> set[str]:
     """Names of takes that failed once; they come last, or a batch that is often stopped would try only them."""
-    takes = _read(output / STATUS).get("takes", ())
-    return {take["name"] for take in takes if take["state"] == "failed" or take.get("failed_before")}
+    takes = _read(output / STATUS).get("takes")
+    known = [take for take in takes if isinstance(take, dict)] if isinstance(takes, list) else []
+    return {str(t.get("name")) for t in known if t.get("state") == "failed" or t.get("failed_before")}
 
 
 def _run(
@@ -207,4 +208,4 @@ def _write(output: Path, rows: Sequence[dict[str, Any]], found: Sequence[Change]
         writer.writerow([field.name for field in fields(Change)])
         writer.writerows(astuple(change) for change in found)
     with whole_file(output / PAGE) as partial:
-        partial.write_text(as_page(output.name, rows, found), encoding="utf-8")
+        partial.write_text(as_page(f"Study {output.name}", rows, found), encoding="utf-8")

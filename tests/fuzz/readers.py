@@ -112,6 +112,15 @@ def _read_run(path: Path) -> object:
     return load_side(path)
 
 
+def _summary(folder: Path) -> Path:
+    """A run of which the summary alone is left: the rest is not read for the study's table."""
+    run = _run(folder)
+    for file in run.iterdir():
+        if file.name != "summary.json":
+            file.unlink()
+    return run
+
+
 def _onnx(name: str) -> Callable[[Path], Path]:
     def write(folder: Path) -> Path:
         from importlib.resources import files
@@ -220,7 +229,47 @@ def _read_run_keypoints(path: Path) -> object:
     return load_detections(path).people()
 
 
+def _manifest(folder: Path) -> Path:
+    for name in ("a", "b"):
+        np.save(folder / f"{name}.npy", Person().standing(30))
+    lines = ["name,subject,visit,condition,poses,adapter,fps,pitch,parity,also"]
+    lines += [
+        f"take {name},s1,{visit},shod,{name}.npy,videopose3d,30,0.5,refuse,geometric;body"
+        for visit, name in enumerate("ab")
+    ]
+    (folder / "manifest.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return folder / "manifest.csv"
+
+
+def _read_manifest(path: Path) -> object:
+    from pcnet3d.stages._batch_manifest import read_entries
+
+    entries = read_entries(path, {})
+    for entry in entries:
+        assert all(isinstance(word, str) for word in entry.arguments)
+        assert all(Path(entry.options[name][0]).is_relative_to(path.parent.resolve()) for name in entry.files)
+    return entries
+
+
+def _read_study(path: Path) -> object:
+    """A finished take of a batch into the study's table and page."""
+    from pcnet3d.stages._batch_page import as_page
+    from pcnet3d.stages._batch_study import changes, figures, write_table
+    from pcnet3d.stages._batch_take import _kept
+
+    _kept(path)
+    labels = {"name": "a", "condition": "", "state": "done", "exit_code": 0, "reason": ""}
+    (row,) = figures(path)
+    rows = [{**labels, "subject": subject, "visit": visit, **row} for subject in "ab" for visit in "12"]
+    write_table(rows, path.parent / "study.parquet")
+    page = as_page("Study", rows, changes(rows))
+    assert "<script>alert" not in page
+    return page
+
+
 OTHERS = {
+    "manifest": Reader(_manifest, _read_manifest),
+    "take of a study": Reader(_summary, _read_study),
     "mpi3dhp of MATLAB 7.3": Reader(_matlab_73, _read_matlab_73),
     "detections of a run": Reader(_run_keypoints, _read_run_keypoints),
     "recipe": Reader(_recipe, _read_recipe),
