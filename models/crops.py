@@ -24,14 +24,14 @@ class Crop:
         import cv2
 
         height, width = picture.shape[:2]
-        left, right = np.clip((self.left, self.left + self.width), 0, width)
-        top, bottom = np.clip((self.top, self.top + self.height), 0, height)
-        if left == right or top == bottom:
+        left, right = max(self.left, 0), min(self.left + self.width, width)
+        top, bottom = max(self.top, 0), min(self.top + self.height, height)
+        if left >= right or top >= bottom:
             return np.full((size[1], size[0], 3), fill, dtype=np.uint8)
         part = picture[top:bottom, left:right]
         if (right - left, bottom - top) != (self.width, self.height):
-            above, below = int(top - self.top), int(self.top + self.height - bottom)
-            before, after = int(left - self.left), int(self.left + self.width - right)
+            above, below = top - self.top, self.top + self.height - bottom
+            before, after = left - self.left, self.left + self.width - right
             grey = (fill, fill, fill)
             part = cv2.copyMakeBorder(part, above, below, before, after, cv2.BORDER_CONSTANT, value=grey)
         shrinks = self.width * self.height > size[0] * size[1]

@@ -5,32 +5,34 @@ from __future__ import annotations
 import numpy as np
 
 _SIDE = 32
-_SAMPLES = (
-    64  # of each side that are looked at, at least: averaging all pixels would cost more than what follows
-)
+_SAMPLES = 64  # a side, that are looked at: averaging all pixels would cost more than what follows
 _ALIKE = 0.6  # correlation of two small pictures below which they show different scenes
 _FLAT = 2.0  # deviation of grey values below which a picture shows nothing to compare
 
 
-def thumbnail(picture: np.ndarray) -> np.ndarray:
-    """A picture (H, W, 3) uint8 as (32, 32) uint8 grey values, whatever its shape."""
-    import cv2
+class Glance:
+    """What is kept of a picture to compare it with the next.
 
-    down, right = (max(side // _SAMPLES, 1) for side in picture.shape[:2])
-    samples = np.ascontiguousarray(picture[::down, ::right])
-    small = cv2.resize(samples, (_SIDE, _SIDE), interpolation=cv2.INTER_AREA)
-    return cv2.cvtColor(small, cv2.COLOR_RGB2GRAY)
+    small: (32, 32) uint8 grey values, whatever the picture's shape. shows: whether there is anything in it.
+    """
 
+    def __init__(self, small: np.ndarray) -> None:
+        self.small = small
+        off = small.ravel() - small.mean(dtype=np.float32)
+        length = float(np.sqrt(off @ off))
+        self.shows = length > _FLAT * _SIDE
+        self._pattern = off / length if self.shows else off
 
-def is_cut(before: np.ndarray, now: np.ndarray) -> bool:
-    """Whether two small pictures (32, 32) of successive frames show different scenes. Brighter, darker or a flash is
-    none; nor is a picture of one colour, so whoever asks keeps the last that shows something (`shows`)."""
-    if not (shows(before) and shows(now)):
-        return False
-    a, b = (small.ravel() - small.mean(dtype=np.float32) for small in (before, now))
-    return float(a @ b) < _ALIKE * float(np.linalg.norm(a) * np.linalg.norm(b))
+    @classmethod
+    def at(cls, picture: np.ndarray) -> Glance:
+        """At a picture (H, W, 3) uint8."""
+        import cv2
 
+        samples = cv2.resize(picture, (_SAMPLES, _SAMPLES), interpolation=cv2.INTER_NEAREST)
+        small = cv2.resize(samples, (_SIDE, _SIDE), interpolation=cv2.INTER_AREA)
+        return cls(cv2.cvtColor(small, cv2.COLOR_RGB2GRAY))
 
-def shows(small: np.ndarray) -> bool:
-    """Whether there is anything in a small picture (32, 32)."""
-    return float(small.std()) > _FLAT
+    def is_cut_to(self, now: Glance) -> bool:
+        """Whether the next picture shows another scene. Brighter, darker or a flash is none; nor is a picture of one
+        colour, so whoever asks keeps the last that `shows` something."""
+        return self.shows and now.shows and float(self._pattern @ now._pattern) < _ALIKE

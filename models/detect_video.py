@@ -13,7 +13,7 @@ from ..pipeline.interrupt import interruptible
 from ..pipeline.pictures import pictures
 from ..pipeline.progress import counted
 from ..pipeline.take import Video
-from .cuts import is_cut, shows, thumbnail
+from .cuts import Glance
 from .detection import Detector, Found
 from .tracking import Sighting, Tracker
 
@@ -59,16 +59,16 @@ class Search:
         self._rows = _Rows(len(detector.layout))
         self._tracker = Tracker()
         self._before: Sequence[Found] = ()
-        self._small: np.ndarray | None = None
+        self._glance: Glance | None = None
 
     def look(self, number: int, time_s: float, picture: np.ndarray) -> list[tuple[int, Found]]:
         """The people in the next frame, each with the name it goes by."""
-        now = thumbnail(picture)
-        if self._small is not None and is_cut(self._small, now):
+        now = Glance.at(picture)
+        if self._glance is not None and self._glance.is_cut_to(now):
             self.cuts.append(number)
             self._tracker.cut()
             self._before = ()
-        self._small = now if self._small is None or shows(now) else self._small
+        self._glance = now if self._glance is None or now.shows else self._glance
         self._before = self._detector.people(picture, self._before)
         named = list(zip(self._tracker.names(number, self._before), self._before, strict=True))
         for name, person in named:
@@ -82,7 +82,7 @@ class Search:
         return Detections(
             **self._rows.arrays,
             cuts=np.array(self.cuts, dtype=np.int64),
-            thumbnail=np.zeros((0, 0), np.uint8) if self._small is None else self._small,
+            thumbnail=np.zeros((0, 0), np.uint8) if self._glance is None else self._glance.small,
             frames=frames,
             frames_seen=seen,
             layout=self._detector.layout.name,
@@ -112,7 +112,7 @@ class Search:
             if frame == resume.frames_seen - 1:
                 before.append(found)
         self._tracker = Tracker(list(last.values()), int(resume.person.max()) + 1)
-        self._before, self._small = before, resume.thumbnail if resume.thumbnail.size else None
+        self._before, self._glance = before, Glance(resume.thumbnail) if resume.thumbnail.size else None
         self.cuts, self.seen = resume.cuts.tolist(), resume.frames_seen
 
 

@@ -14,6 +14,7 @@ lifted validation subjects (models/pcnet.md has the split).
 from __future__ import annotations
 
 import json
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -22,6 +23,7 @@ import numpy as np
 
 from ..pipeline.angles import ANGLES, angles, near
 from ..pipeline.anthropometry import implied_stature
+from ..pipeline.cores import cores
 from ..pipeline.layouts import H36M17
 from ..pipeline.rotations import known, rotate, transpose
 
@@ -107,10 +109,14 @@ def angle_sd(
     R_body_from_camera = np.where(turned[:, None, None], transpose(R_camera_from_body), np.eye(3))
     heading = np.where(np.isfinite(heading), heading, noise.usual_deg) / _MEAN_OF_STD
     tilt = np.where(np.isfinite(up_error_deg), up_error_deg, 0.0) / np.sqrt(2)
-    parts = [
-        _squares(body[rows], R_body_from_camera[rows], size[rows], tilt[rows], heading[rows], noise.modes)
-        for rows in (slice(start, start + _ROWS) for start in range(0, len(body), _ROWS))
-    ]
+
+    def squares(rows: slice) -> dict[str, np.ndarray]:
+        return _squares(
+            body[rows], R_body_from_camera[rows], size[rows], tilt[rows], heading[rows], noise.modes
+        )
+
+    with ThreadPoolExecutor(cores()) as pool:
+        parts = list(pool.map(squares, (slice(start, start + _ROWS) for start in range(0, len(body), _ROWS))))
     return {
         name: noise.factors.get(name, 1.0) * np.sqrt(np.concatenate([part[name] for part in parts]))
         for name in ANGLES

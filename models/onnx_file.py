@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from ..pipeline.cores import cores
 from ..pipeline.errors import InputError
 
 
@@ -20,7 +22,7 @@ class OnnxFile:
     session: Any
     digest: str
 
-    @property
+    @cached_property
     def inputs(self) -> dict[str, tuple[int | None, ...]]:
         return _shapes(self.session.get_inputs())
 
@@ -34,7 +36,7 @@ class OnnxFile:
         shapes = tuple(self.inputs.values())
         return shapes[0] if len(shapes) == 1 else ()
 
-    @property
+    @cached_property
     def input_dtype(self) -> np.dtype:
         """Of the first input; InputError for one that holds no numbers."""
         name = self.session.get_inputs()[0].type.removeprefix("tensor(").removesuffix(")")
@@ -49,7 +51,7 @@ class OnnxFile:
 
     def run(self, value: np.ndarray) -> list[np.ndarray]:
         """Every output for the value of the first input."""
-        return self.session.run(None, {self.session.get_inputs()[0].name: value})
+        return self.session.run(None, {next(iter(self.inputs)): value})
 
 
 _DTYPES = {"float": "float32", "float16": "float16", "double": "float64", "uint8": "uint8", "int32": "int32"}
@@ -57,12 +59,14 @@ _DTYPES = {"float": "float32", "float16": "float16", "double": "float64", "uint8
 
 def open_onnx(path: str | Path, what: str = "a network", threads: int = 0) -> OnnxFile:
     """The network in a file. what: in words, for InputError when there is no such file or it is no network. threads:
-    within each of its layers; 0 for as many as onnxruntime chooses."""
+    within each of its layers; 0 for as many as there are cores."""
     import onnxruntime
 
     options = onnxruntime.SessionOptions()
-    options.intra_op_num_threads = threads
+    options.intra_op_num_threads = threads or cores()
     options.log_severity_level = 3
+    # Threads that wait for the next picture in a loop hold the cores that decode it.
+    options.add_session_config_entry("session.intra_op.allow_spinning", "0")
     try:
         content = Path(path).read_bytes()
         session = onnxruntime.InferenceSession(content, options, providers=["CPUExecutionProvider"])

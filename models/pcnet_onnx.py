@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import os
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
 
+from ..pipeline.cores import cores
 from ..pipeline.errors import InputError
 from ..pipeline.layouts import H36M17
 from ..pipeline.rotations import known
@@ -30,7 +30,7 @@ class PCNetRectifier:
         # Every chunk in one thread: onnxruntime's own threads wait for each other within each layer, which costs more
         # than it gains in layers as small as these, most of all for a single pose or beside other programs.
         opened = open_onnx(path, "a rectifier", threads=1)
-        self.session, self.threads = opened.session, threads or _allowed_threads()
+        self.session, self.threads = opened.session, threads or cores()
         found = {entry.name: entry.shape[1:] for entry in self.session.get_inputs()}
         outputs = {entry.name: entry.shape[1:] for entry in self.session.get_outputs()}
         if found != _INPUTS or outputs != _OUTPUTS:
@@ -86,8 +86,3 @@ def prepare(joints: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     spread = np.ptp(np.nan_to_num(joints - joints[:, [pelvis]]), axis=1).max(axis=-1)
     usable &= spread > 0
     return np.where(valid[..., None], joints, 0), valid.astype(np.float32), usable
-
-
-def _allowed_threads() -> int:
-    """A container may have been given fewer cores than the machine has."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -89,7 +89,8 @@ def _apart(boxes: np.ndarray, score: np.ndarray) -> np.ndarray:
 
 def overlap(a: np.ndarray, b: np.ndarray) -> float:
     """The part that two boxes (4,) share over what they cover together."""
-    sides = np.minimum(a[2:], b[2:]) - np.maximum(a[:2], b[:2])
-    shared = float(np.prod(np.maximum(sides, 0)))
-    together = float(np.prod(a[2:] - a[:2]) + np.prod(b[2:] - b[:2])) - shared
+    (left, top, right, bottom), (left2, top2, right2, bottom2) = a.tolist(), b.tolist()
+    width, height = min(right, right2) - max(left, left2), min(bottom, bottom2) - max(top, top2)
+    shared = max(width, 0.0) * max(height, 0.0)
+    together = (right - left) * (bottom - top) + (right2 - left2) * (bottom2 - top2) - shared
     return shared / together if together > 0 else 0.0

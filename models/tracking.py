@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -61,6 +62,6 @@ class Tracker:
 
 def _cost(a: Found, b: Found) -> float:
     weight = np.minimum(a.score, b.score) + 1e-6
-    step = float(np.average(np.linalg.norm(a.xy - b.xy, axis=1), weights=weight))
-    size = max(float(np.linalg.norm(one.box[2:] - one.box[:2])) for one in (a, b))
+    step = float(np.sqrt(((a.xy - b.xy) ** 2).sum(axis=1)) @ weight / weight.sum())
+    size = max(math.dist(*one.box.reshape(2, 2).tolist()) for one in (a, b))
     return step / size - overlap(a.box, b.box) if step < _REACH * size else _NEVER

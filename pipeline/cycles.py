@@ -18,6 +18,7 @@ POINTS = 101  # of a normalised cycle
 
 _ENDS = 0.1  # of the rise: where a repetition begins and ends
 _REST = 0.05  # of a movement's largest speed (Balasubramanian et al. 2015 cut movements so)
+_CONFIRMED = 0.25  # of a least change: how far a foot goes back behind a landing next to a take's end
 _STEP_S = (0.25, 1.5)  # shorter or longer is no step of one walk
 
 
@@ -77,14 +78,15 @@ def steps(
     separation: (T,) how far the right ankle is in front of the left one, along the walking direction. A foot lands
     about when it is farthest in front, as in Zeni, Richards & Higginson, Gait & Posture 27(4), 2008 (who take it
     against the sacrum): its time is early or late by a part of a step that is the same for all, so that durations
-    hold. least: by how much the separation changes from step to step at least.
+    hold. least: by how much the separation changes from step to step at least; behind the last landing before an end
+    it need not go back so far, or that landing would be lost with the step that the end cuts.
     """
     walks: list[list[Step]] = []
     for piece in runs(np.isfinite(separation), time_s, seams):
         values, times = separation[piece], time_s[piece]
         landings = [
             (_summit(values if is_peak else -values, times, row), "r" if is_peak else "l")
-            for row, is_peak in _turns(values, least)
+            for row, is_peak in _turns_and_ends(values, least)
         ]
         walk: list[Step] = []
         for (start, _), (stop, side) in pairwise(landings):
@@ -137,6 +139,28 @@ def _turns(values: np.ndarray, least: float) -> list[tuple[int, bool]]:
                 found.append((bottom, False))
             rising, top = True, row
     return found
+
+
+def _turns_and_ends(values: np.ndarray, least: float) -> list[tuple[int, bool]]:
+    """The same, and one before and one behind them from which the values go back by a quarter of `least` only."""
+    found = _turns(values, least)
+    if not found:
+        return found
+    behind = _end(values, *found[-1], least)
+    before = _end(values[::-1], len(values) - 1 - found[0][0], found[0][1], least)
+    first = [] if before is None else [(len(values) - 1 - before, not found[0][1])]
+    last = [] if behind is None else [(behind, not found[-1][1])]
+    return [*first, *found, *last]
+
+
+def _end(values: np.ndarray, turn: int, is_peak: bool, least: float) -> int | None:
+    """The row of the turn behind the last one that is certain, if the values end sooner behind it than the next turn
+    would come: whoever stands still after a walk takes no step more."""
+    rise = -values[turn:] if is_peak else values[turn:]
+    top = int(np.argmax(rise))
+    cut = len(rise) - top <= top
+    certain = rise[top] - rise[0] >= least and rise[top] - rise[-1] >= _CONFIRMED * least
+    return turn + top if cut and certain else None
 
 
 def _movement(

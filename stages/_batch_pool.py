@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Generator, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
+from contextlib import contextmanager
 from typing import Any
 
 from ..pipeline.errors import InputError
@@ -25,22 +26,17 @@ def on_this_machine(jobs: Sequence[Job], workers: int) -> Generator[Outcome]:
             raise
 
 
-def on_cluster(jobs: Sequence[Job], address: str, patience_s: float = 60.0) -> Generator[Outcome]:
-    """Outcomes as they come, from the workers of the Dask scheduler at that address.
-
-    A worker that is lost costs nothing but time: its takes go to another one, and those it had finished are found
-    done. InputError when the cluster cannot be reached, is lost, or has no worker for `patience_s`.
-    """
+@contextmanager
+def connected(address: str) -> Iterator[Any]:
+    """A client of the Dask scheduler at that address; InputError when there is none."""
     try:
         import logging
 
         from distributed import Client
-        from distributed import as_completed as ready
     except ImportError:
         raise InputError("--dask needs the package distributed: pip install 'pcnet3d[dask]'.") from None
-    logging.getLogger("distributed").setLevel(
-        logging.CRITICAL
-    )  # what matters of it is said here in a sentence
+    # What matters of its log is said here in a sentence.
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)
     try:
         client: Any = Client(address, timeout=10)
     except (OSError, ValueError, TypeError, ImportError) as error:
@@ -48,6 +44,21 @@ def on_cluster(jobs: Sequence[Job], address: str, patience_s: float = 60.0) -> G
             f"There is no Dask scheduler to be reached at {address} ({type(error).__name__}); expected an address such "
             "as tcp://HOST:8786."
         ) from None
+    try:
+        yield client
+    finally:
+        client.close(timeout=5)
+
+
+def on_cluster(jobs: Sequence[Job], client: Any, patience_s: float = 60.0) -> Generator[Outcome]:
+    """Outcomes as they come, from the workers of a client's cluster.
+
+    A worker that is lost costs nothing but time: its takes go to another one, and those it had finished are found
+    done. InputError when the cluster is lost, or has no worker for `patience_s`.
+    """
+    from distributed import as_completed as ready
+
+    address = client.scheduler.address
     futures = client.map(run_take, jobs, pure=False)
     try:
         names = {future.key: job.entry.name for future, job in zip(futures, jobs, strict=True)}
@@ -68,7 +79,6 @@ def on_cluster(jobs: Sequence[Job], address: str, patience_s: float = 60.0) -> G
                 time.sleep(_LOOK_S)
     finally:
         client.cancel(futures)
-        client.close(timeout=5)
 
 
 def _has_workers(client: Any, address: str) -> bool:

@@ -9,13 +9,14 @@ import socket
 import sys
 import time
 from collections.abc import Generator, Iterator, Sequence
-from contextlib import closing, contextmanager
+from contextlib import closing, contextmanager, nullcontext
 from dataclasses import asdict, astuple, fields
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
+from ..pipeline.cores import cores
 from ..pipeline.errors import InputError
 from ..pipeline.options import pairs
 from ..pipeline.outputs import printable, refuse_unwritable, whole_file
@@ -23,7 +24,7 @@ from ..pipeline.pose import package_version
 from ..pipeline.progress import counted
 from ._batch_manifest import Entry, read_entries
 from ._batch_page import as_page
-from ._batch_pool import on_cluster, on_this_machine
+from ._batch_pool import connected, on_cluster, on_this_machine
 from ._batch_study import Change, changes, write_table
 from ._batch_take import Job, Outcome
 
@@ -65,11 +66,11 @@ def batch(
         raise InputError("--workers is of this machine, --dask of a cluster; give one of them.")
     entries = read_entries(source, pairs(common), outside)
     output = output.resolve()
-    with _ours_alone(output):
+    with connected(dask) if dask else nullcontext() as client, _ours_alone(output):
         jobs = [Job(entry, output, timeout) for entry in entries]
         failed_before = _failed_before(output)
         in_turn = sorted(jobs, key=lambda job: job.entry.name in failed_before)
-        coming = on_cluster(in_turn, dask) if dask else on_this_machine(in_turn, workers or _cores())
+        coming = on_cluster(in_turn, client) if dask else on_this_machine(in_turn, workers or cores())
         outcomes = _run(jobs, output, coming, failed_before)
         rows = study_rows(entries, outcomes)
         _write(output, rows, changes(rows))
@@ -87,10 +88,6 @@ def batch(
     print(f"look at {output / PAGE}")
     if failed:
         raise typer.Exit(2)
-
-
-def _cores() -> int:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 @contextmanager

@@ -13,7 +13,7 @@ from golden.studies import write_study
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.pose import package_version
 from pcnet3d.stages._batch_manifest import read_entries
-from pcnet3d.stages._batch_pool import on_cluster
+from pcnet3d.stages._batch_pool import connected, on_cluster
 from pcnet3d.stages._batch_take import Job, run_take
 
 distributed = pytest.importorskip("distributed")
@@ -54,10 +54,11 @@ def test_a_worker_that_is_killed_costs_nothing_but_time(cluster, pcnet3d, tmp_pa
     workers = cluster(2)
     with distributed.Client(workers, set_as_default=False) as client:
         pids = list(client.run(os.getpid).values())
-    coming = on_cluster(jobs(tmp_path, good=3, crashing=1), workers.scheduler_address)
-    first = next(coming)
-    os.kill(min(pids), signal.SIGKILL)
-    outcomes = [first, *coming]
+    with connected(workers.scheduler_address) as client:
+        coming = on_cluster(jobs(tmp_path, good=3, crashing=1), client)
+        first = next(coming)
+        os.kill(min(pids), signal.SIGKILL)
+        outcomes = [first, *coming]
     assert sorted(outcome.name for outcome in outcomes) == ["crash_003", "good_000", "good_001", "good_002"]
     assert {outcome.name.split("_")[0]: outcome.exit_code for outcome in outcomes} == {"good": 0, "crash": -6}
     assert sorted(path.name for path in (tmp_path / "out/takes").iterdir()) == [
@@ -84,17 +85,18 @@ def test_a_worker_that_is_killed_costs_nothing_but_time(cluster, pcnet3d, tmp_pa
 
 def test_a_cluster_without_workers_is_given_up(cluster, tmp_path):
     workers = cluster(0)
-    with pytest.raises(InputError, match="no worker for 1 s"):
-        list(on_cluster(jobs(tmp_path, good=1), workers.scheduler_address, patience_s=1.0))
+    with connected(workers.scheduler_address) as client, pytest.raises(InputError, match="no worker for 1 s"):
+        list(on_cluster(jobs(tmp_path, good=1), client, patience_s=1.0))
 
 
 def test_a_scheduler_that_goes_away_is_said(cluster, tmp_path):
     workers = cluster(1)
-    coming = on_cluster(jobs(tmp_path, good=1, hanging=1), workers.scheduler_address)
-    assert next(coming).state == "done"
-    workers.close(timeout=10)
-    with pytest.raises(InputError, match="was lost"):
-        next(coming)
+    with connected(workers.scheduler_address) as client:
+        coming = on_cluster(jobs(tmp_path, good=1, hanging=1), client)
+        assert next(coming).state == "done"
+        workers.close(timeout=10)
+        with pytest.raises(InputError, match="was lost"):
+            next(coming)
 
 
 def test_a_scheduler_that_cannot_be_reached_is_said(pcnet3d, tmp_path):
@@ -108,6 +110,7 @@ def test_a_scheduler_that_cannot_be_reached_is_said(pcnet3d, tmp_path):
         assert "Traceback" not in result.stderr
         assert address in result.stderr
         assert "tcp://HOST:8786" in result.stderr
+        assert not (tmp_path / "out").exists()
 
 
 def test_a_worker_of_another_version_does_nothing(tmp_path):

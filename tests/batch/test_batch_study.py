@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pcnet3d.pipeline import registry
+from pcnet3d.pipeline import InputError, registry
 from pcnet3d.stages._batch_manifest import Entry
 from pcnet3d.stages._batch_study import changes, figures
-from pcnet3d.stages._batch_take import _hashes, _key
+from pcnet3d.stages._batch_take import _hashes, _kept, _key
 
 NAME = "range_of_motion.r_knee_flexion.p05_p95_deg"
 
@@ -115,6 +115,21 @@ def test_figures_are_single_numbers_by_their_keys(tmp_path):
     assert found["report"] == ""
     (run / "report.html").write_text("")
     assert figures(run)[0]["report"] == "takes/a/report.html"
+
+
+@pytest.mark.parametrize(
+    "summary",
+    [{"measures": [1]}, {"poses": "x"}, {"warnings": {"a": 1}}, {"poses": {"frames": "many"}}],
+    ids=["measures", "poses", "warnings", "frames"],
+)
+def test_a_summary_that_somebody_has_changed_has_words(tmp_path, summary):
+    run = tmp_path / "takes" / "a"
+    run.mkdir(parents=True)
+    (run / "summary.json").write_text(json.dumps(summary))
+    with pytest.raises(InputError, match=r"not as a run writes it.*remove that folder"):
+        figures(run)
+    (run / "summary.json").write_text(json.dumps({"batch": {"key": ["x"], "files": 3}}))
+    assert _kept(run).key == ""
 
 
 @pytest.fixture

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pcnet3d.models.cuts import is_cut, shows, thumbnail
+from pcnet3d.models.cuts import Glance
 from pcnet3d.models.detection import Found
 from pcnet3d.models.tracking import Sighting, Tracker
 
@@ -62,11 +62,11 @@ def test_a_tracker_goes_on_from_last_sightings():
 def test_cuts_and_what_is_none(toys, frames):
     here, moved = toys.scene((50, 50, 80, 150)), toys.scene((52 + frames, 50, 82 + frames, 150))
     other = toys.scene((50, 50, 80, 150), seed=3)
-    a, b, c = thumbnail(here), thumbnail(moved), thumbnail(other)
-    assert not is_cut(a, b)
-    assert is_cut(a, c)
-    assert not is_cut(a, thumbnail((here // 2 + 40).astype(np.uint8)))  # another exposure
-    black = thumbnail(np.zeros_like(here))
-    assert not is_cut(a, black)
-    assert not shows(black)
-    assert shows(a)
+    a, b, c = Glance.at(here), Glance.at(moved), Glance.at(other)
+    assert not a.is_cut_to(b)
+    assert a.is_cut_to(c)
+    assert not a.is_cut_to(Glance.at((here // 2 + 40).astype(np.uint8)))  # another exposure
+    black = Glance.at(np.zeros_like(here))
+    assert not a.is_cut_to(black)
+    assert not black.shows
+    assert a.shows

@@ -96,6 +96,17 @@ def test_steps_of_a_limping_walk():
     assert len(strides([walk], "r")) + len(strides([walk], "l")) == len(walk) - 1
 
 
+def test_a_landing_just_before_the_end_counts_once_the_foot_goes_back():
+    """One foot after the other every 0.5 s, from 0.25 s on; the take is cut behind the landing at 2.25 s."""
+    apart = np.sin(2 * np.pi * TIME)
+    for stop_s, count in ((2.3, 3), (2.45, 4), (2.6, 4)):
+        end = round(stop_s * FPS)
+        (walk,) = steps(apart[:end], TIME[:end], 1.5)
+        assert len(walk) == count
+        (mirrored,) = steps(-apart[:end][::-1], TIME[:end], 1.5)  # the same at the other end
+        assert len(mirrored) == count
+
+
 def test_no_steps_in_slow_sways_single_lunges_and_across_gaps():
     assert steps(np.cos(np.pi * TIME / 2), TIME, 0.5) == []  # 2 s from foot to foot
     assert steps(np.sin(2 * np.pi * TIME[:50]), TIME[:50], 0.5) == []  # three landings, two steps
