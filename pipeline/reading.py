@@ -16,7 +16,7 @@ from .frames import CAMERA, change_frame
 from .layouts import H36M17, remap
 from .options import call, did_you_mean
 from .outputs import printable
-from .pose import PoseSequence
+from .pose import PoseSequence, Step, package_version
 from .rotations import known, rotate
 from .sockets import Adapter
 
@@ -198,10 +198,8 @@ def finished(
     poses: PoseSequence, adapter: Adapter, path: Path, fps: float | None, parity: Parity, missing: Missing
 ) -> PoseSequence:
     """What an adapter read, as read_all gives it: remapped, relative to the pelvis, guarded. Raises InputError."""
-    first = poses.with_(history=()).noted(
-        "read", adapter=adapter.name, file=printable(path.name), person=poses.person
-    )
-    poses = poses.with_(history=first.history + poses.history)
+    options = {"adapter": adapter.name, "file": printable(path.name), "person": poses.person}
+    poses = poses.with_(history=(Step("read", package_version(), options), *poses.history))
     if fps is not None:
         if not 0 < fps < 10_000:
             raise InputError(f"Expected a frame rate in frames per second, got {fps}.")

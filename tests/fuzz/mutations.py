@@ -339,7 +339,8 @@ def _npy_values(content: bytes, rng: Random) -> bytes:
             array[: rng.randrange(1, len(array) + 1)] = value
         case 3:
             with np.errstate(all="ignore"):
-                array = (array * rng.choice((-1, 0, 1e-30, 1e30, 1000))).astype(array.dtype)
+                factor = np.float64(rng.choice((-1, 0, 1e-30, 1e30, 1000)))  # no integer: 1000 is no uint8
+                array = (array * factor).astype(array.dtype)
         case 4:
             array = (
                 array[:, ::-1] if array.ndim > 1 and rng.random() < 0.5 else array[: rng.choice((0, 1, 2, 3))]
