@@ -178,8 +178,11 @@ def remap(poses: PoseSequence, to: Layout = H36M17) -> PoseSequence:
     for joint in to.joints:
         parts = _sources(joint, source, to)
         rows = source.indices(parts)
-        columns.append(poses.joints[:, rows].mean(axis=1))
-        confidences.append(poses.confidence[:, rows].min(axis=1))
+        one = (
+            len(rows) == 1
+        )  # a mean of one costs as much as one of many, a thousand people in a file a second
+        columns.append(poses.joints[:, rows[0]] if one else poses.joints[:, rows].mean(axis=1))
+        confidences.append(poses.confidence[:, rows[0]] if one else poses.confidence[:, rows].min(axis=1))
         if parts != (joint,) and (joint, parts) not in _ALIASES:
             derived.append(f"{joint} = mean({', '.join(parts)})")
     return poses.with_(

@@ -119,10 +119,11 @@ def _camera(source: str) -> Iterator[Shot]:
 
 class Incoming:
     """A source's shots, read in a thread of their own and numbered anew: each of a source that waits, else always the
-    newest. dropped: how many came while nobody asked."""
+    newest. dropped: how many came while nobody asked. broke: what ended a source that had given pictures before."""
 
     def __init__(self, source: Source) -> None:
         self.dropped = 0
+        self.broke: InputError | None = None
         self._source = source
         self._slot: deque[Shot] = deque(maxlen=1)
         self._error: BaseException | None = None
@@ -130,7 +131,10 @@ class Incoming:
         self._ended = False
 
     def until(self, stop: Callable[[], bool]) -> Iterator[Shot]:
-        """Shots as they come, until the source ends or `stop` says so, which is asked several times a second."""
+        """Shots as they come, until the source ends or `stop` says so, which is asked several times a second.
+
+        InputError when the source gives nothing; one that breaks later has ended, for what came before is not lost.
+        """
         threading.Thread(target=self._read, daemon=True).start()
         number = 0
         while True:
@@ -140,7 +144,9 @@ class Incoming:
                 if stop() or not self._slot:
                     self._ended = True
                     self._news.notify_all()
-                    if self._error is not None:
+                    if number and isinstance(self._error, InputError):
+                        self.broke = self._error
+                    elif self._error is not None:
                         raise self._error
                     return
                 shot = self._slot.pop()

@@ -11,20 +11,18 @@ from ..pipeline.take import Take
 
 
 def gaps_marked(take: Take) -> Take:
-    """The take with one row of NaN behind the last row before every gap, and behind the last row of all where the
-    video or another of its tracks goes on. Its rows are no longer those that the take's events speak of; columns of
-    whole numbers are left out."""
+    """The take's poses, keypoints and rectification with one row of NaN behind the last row before every gap, and
+    behind the last row of all where the video or another of its tracks goes on. Its rows are no longer those that the
+    take's events speak of."""
     assert take.poses is not None
     assert take.rectified is not None
-    tracks = [track.frame_index[-1] for track in (take.poses, take.keypoints) if track is not None]
-    last = max(*tracks, len(take.video.time_s) - 1 if take.video else 0)
-    keypoints, rectified = take.keypoints, take.rectified
+    keypoints, rectified, last = take.keypoints, take.rectified, _last(take)
     behind = _before_gaps(take.poses, last) + 1
     levels = rectified.R_source_from_level
     return take.with_(
         keypoints=keypoints and _marked(keypoints, _before_gaps(keypoints, last) + 1),
         poses=_marked(take.poses, behind),
-        kinematics=take.kinematics and _with_gaps(take.kinematics, behind),
+        kinematics=None,
         rectified=replace(
             rectified,
             body=_marked(rectified.body, behind),
@@ -39,17 +37,25 @@ def gaps_marked(take: Take) -> Take:
     )
 
 
-def _with_gaps(columns: dict[str, np.ndarray], behind: np.ndarray) -> dict[str, np.ndarray]:
-    """Those that can be NaN."""
-    return {
-        name: np.insert(values, behind, np.nan) if len(behind) else values
-        for name, values in columns.items()
-        if np.issubdtype(values.dtype, np.floating)
-    }
+def angles_with_gaps_marked(take: Take) -> Take:
+    """The same of the take's poses and angles alone: a long take's copies are not to be held all at once."""
+    assert take.poses is not None
+    behind = _before_gaps(take.poses, _last(take)) + 1
+    angles = {name: values for name, values in (take.kinematics or {}).items() if name.endswith("_deg")}
+    return take.with_(
+        poses=_marked(take.poses, behind),
+        kinematics={name: np.insert(values, behind, np.nan) for name, values in angles.items()},
+    )
+
+
+def _last(take: Take) -> int:
+    """The last frame that anything shows."""
+    tracks = [track.frame_index[-1] for track in (take.poses, take.keypoints) if track is not None]
+    return max(*tracks, len(take.video.time_s) - 1 if take.video else 0)
 
 
 def _before_gaps(poses: PoseSequence, last: int) -> np.ndarray:
-    """Rows that the next video frame does not follow; `last` is the last frame that anything shows."""
+    """Rows that the next video frame does not follow; last: as `_last` says."""
     return np.flatnonzero(np.diff(poses.frame_index, append=last + 1) > 1)
 
 

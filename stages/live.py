@@ -136,6 +136,8 @@ def _watch(shown: Source, networks: _Networks, folder: Path, frames: bool) -> _S
             recording.log(shot, found, joints, rectifier.update(joints, shot.time_s))
             count(search.seen)
         recording.close()
+    if incoming.broke is not None:
+        print(f"warning: {incoming.broke} What came before is kept.", file=sys.stderr)
     words = f"{search.seen} frames"
     if not shown.waits:
         words += f", {incoming.dropped} dropped to keep up"

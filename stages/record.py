@@ -16,7 +16,7 @@ from ..pipeline.take import Event, Take
 from ..pipeline.view import RECORDING
 from ._record_angles import log_angles
 from ._record_entities import log_axes, log_curves, log_events, log_skeleton, log_video
-from ._record_gaps import gaps_marked
+from ._record_gaps import angles_with_gaps_marked, gaps_marked
 from ._record_measures import measures_markdown
 from ._record_summary import summary_markdown
 from ._record_up import log_up, shared_up, voted
@@ -91,7 +91,8 @@ def record(take: Take, path: str | Path, frames: bool = True) -> tuple[Event, ..
             shown = gaps_marked(take)
             _log_poses(recording, shown, size)
             _log_rotation(recording, shown, size)
-            log_angles(recording, shown)
+            del shown
+            log_angles(recording, angles_with_gaps_marked(take))
             log_events(recording, take.events, poses)
             texts = {"summary": summary_markdown(take)}
             if take.measures:

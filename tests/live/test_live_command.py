@@ -131,13 +131,30 @@ def test_of_a_camera_that_is_too_fast_only_the_newest_picture_is_taken():
     assert times[-1] == 0.199
 
 
-def test_an_error_of_the_camera_reaches_who_waits():
+def test_a_source_that_gives_nothing_reaches_who_waits():
     def camera():
-        yield Shot(0, 0.0, np.zeros((2, 2, 3), np.uint8))
         raise InputError("The camera is gone.")
+        yield
 
     with pytest.raises(InputError, match="gone"):
         list(Incoming(Source("camera", camera(), None, waits=False)).until(lambda: False))
+
+
+def test_a_camera_that_is_pulled_out_ends_the_take_and_it_is_processed(
+    numbered_film, toy_detector, tmp_path, monkeypatch, capsys
+):
+    def camera():
+        yield from open_source(str(numbered_film)).shots
+        raise InputError("The camera is gone.")
+
+    came = Source("camera", camera(), None, waits=True)
+    monkeypatch.setattr("pcnet3d.stages.live.open_source", lambda source: came)
+    live("0", tmp_path / "out", str(toy_detector), rectifier="geometric")
+    assert "warning: The camera is gone. What came before is kept." in capsys.readouterr().err
+    frames, _ = logged(tmp_path / "out" / "live.rrd", "body/joints", "Points3D:positions")
+    assert frames.tolist() == list(range(60))
+    with np.load(tmp_path / "out" / "poses.npz") as poses:
+        assert poses["frame_index"].tolist() == list(range(60))
 
 
 @pytest.mark.parametrize(
