@@ -72,7 +72,7 @@ td.number, th.number { text-align: right } td.number { white-space: nowrap }
 td.long { overflow-wrap: anywhere; min-width: 12rem }
 .sortable thead button { all: unset; cursor: pointer; font: inherit } .sortable button:focus-visible { outline: auto }
 .sortable [aria-sort] button::after { content: " ▲" } .sortable [aria-sort=descending] button::after { content: " ▼" }
-.sortable tbody th { position: sticky; left: 0; background: var(--paper); white-space: normal; min-width: 6rem;
+.sortable tbody th { position: sticky; left: 0; background: var(--paper); white-space: normal; min-width: 7.5rem;
   max-width: 19rem; overflow-wrap: anywhere } .sortable th a { color: #005a8d }
 @media print {
   @page { margin: 14mm 12mm }
@@ -81,7 +81,7 @@ td.long { overflow-wrap: anywhere; min-width: 12rem }
   .charts { grid-template-columns: repeat(2, 1fr) }
   .table, .wide { overflow: visible } td.long, .wide img { min-width: 0 }
   table { font-size: 8pt } th, td { padding-right: .45rem }
-  .sortable tbody th { position: static; min-width: 0 } .sortable [aria-sort] button::after { content: "" }
+  .sortable tbody th { position: static; min-width: 5.5rem } .sortable [aria-sort] button::after { content: "" }
   .three { grid-template-columns: repeat(3, 1fr) }
 }
 """
