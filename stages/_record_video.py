@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from av.container import OutputContainer
     from av.video.stream import VideoStream
 
-PART_BYTES = 8 * 2**20  # a part ends with the first key frame behind so many
+PART_BYTES = 4 * 2**20  # a part ends with the first key frame behind so many
 _MOST_BYTES = 128 * 2**20  # of a part that no key frame ends
 _VIEWER_CODECS = ("h264", "hevc", "av1", "vp8", "vp9")
 _TICK = Fraction(1, 90_000)  # MPEG's usual time base
