@@ -23,6 +23,7 @@ from ..pipeline.rotations import known, rotate
 from ..pipeline.take import Video
 from .lifter_features import ASSUMED_FOCAL, features, flipped
 from .lifter_input import checked_size, long_gaps, on_grid, refuse_two_people
+from .onnx_file import session_of
 
 KIND = "pcnet3d"
 CHUNK = 1024  # frames answered at a time
@@ -102,8 +103,6 @@ def network(model: str | Path = "pcnet3d") -> Network:
 
 @cache
 def _open(model: str) -> Network:
-    import onnxruntime
-
     path = files("pcnet3d.models").joinpath("lifter.onnx") if model == "pcnet3d" else Path(model)
     if not path.is_file():
         raise InputError(
@@ -111,7 +110,7 @@ def _open(model: str) -> Network:
         )
     try:
         content = path.read_bytes()
-        session = onnxruntime.InferenceSession(content, providers=["CPUExecutionProvider"])
+        session = session_of(content)
         stated = session.get_modelmeta().custom_metadata_map
     except Exception as error:  # onnxruntime's errors have no common class but Exception
         raise InputError(f"Expected a lifter's .onnx file at {path}: {str(error).splitlines()[0]}.") from None

@@ -59,17 +59,10 @@ _DTYPES = {"float": "float32", "float16": "float16", "double": "float64", "uint8
 
 def open_onnx(path: str | Path, what: str = "a network", threads: int = 0) -> OnnxFile:
     """The network in a file. what: in words, for InputError when there is no such file or it is no network. threads:
-    within each of its layers; 0 for as many as there are cores."""
-    import onnxruntime
-
-    options = onnxruntime.SessionOptions()
-    options.intra_op_num_threads = threads or cores()
-    options.log_severity_level = 3
-    # Threads that wait for the next picture in a loop hold the cores that decode it.
-    options.add_session_config_entry("session.intra_op.allow_spinning", "0")
+    as of `session_of`."""
     try:
         content = Path(path).read_bytes()
-        session = onnxruntime.InferenceSession(content, options, providers=["CPUExecutionProvider"])
+        session = session_of(content, threads)
     except OSError as error:
         raise InputError(f"Expected {what} in an .onnx file at {path}: {error.strerror}.") from None
     except Exception as error:  # onnxruntime's errors have no common class but Exception
@@ -77,6 +70,19 @@ def open_onnx(path: str | Path, what: str = "a network", threads: int = 0) -> On
             f"Expected {what} in an .onnx file at {path}: {str(error).splitlines()[0]}."
         ) from None
     return OnnxFile(Path(path), session, hashlib.sha256(content).hexdigest()[:12])
+
+
+def session_of(content: bytes, threads: int = 0) -> Any:
+    """An onnxruntime session of a file's content, whose errors are its own. threads: within each layer; 0 for as many
+    as there are cores."""
+    import onnxruntime
+
+    options = onnxruntime.SessionOptions()
+    options.intra_op_num_threads = threads or cores()
+    options.log_severity_level = 3
+    # Threads that wait for the next picture in a loop hold the cores that decode it.
+    options.add_session_config_entry("session.intra_op.allow_spinning", "0")
+    return onnxruntime.InferenceSession(content, options, providers=["CPUExecutionProvider"])
 
 
 def _shapes(entries: list[Any]) -> dict[str, tuple[int | None, ...]]:

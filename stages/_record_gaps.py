@@ -41,10 +41,13 @@ def angles_with_gaps_marked(take: Take) -> Take:
     """The same of the take's poses and angles alone: a long take's copies are not to be held all at once."""
     assert take.poses is not None
     behind = _before_gaps(take.poses, _last(take)) + 1
-    angles = {name: values for name, values in (take.kinematics or {}).items() if name.endswith("_deg")}
     return take.with_(
         poses=_marked(take.poses, behind),
-        kinematics={name: np.insert(values, behind, np.nan) for name, values in angles.items()},
+        kinematics={
+            name: np.insert(values, behind, np.nan) if len(behind) else values
+            for name, values in (take.kinematics or {}).items()
+            if name.endswith("_deg")
+        },
     )
 
 
