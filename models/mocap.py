@@ -21,7 +21,9 @@ Subjects = Literal["train", "train-a", "train-b", "val", "test", "hdm05"]
 
 # The train subjects in two halves of about equal minutes, for cross-fitted lifts. 60 and 61 dance together
 # and stay together, as the data's README asks; x are takes of unknown subjects.
-_TRAIN_A = frozenset({"02", "05", "11", "16", "35", "38", "60", "61"})
+_TRAIN_A = frozenset({"02", "05", "11", "118", "16", "35", "38", "60", "61", "accad-f1"})
+_FILES = ("cmu_mocap", "accad_mocap")
+_PARTS = ("train", "val", "test")
 _ARRAYS = ("joints", "root", "clip_start", "clip_name", "subject", "source", "fps", "joint_names")
 
 
@@ -44,11 +46,13 @@ class Clip:
 
 
 def data_folder() -> Path:
-    """The folder of motion capture: PCNET3D_DATA, else shared/data beside the project. InputError without it."""
-    folder = Path(os.environ.get("PCNET3D_DATA", Path(__file__).resolve().parents[2] / "shared" / "data"))
-    if not (folder / "cmu_mocap.npz").is_file():
-        raise InputError(f"Expected cmu_mocap.npz in {folder}; set PCNET3D_DATA to the folder that has it.")
-    return folder
+    """The folder of motion capture that PCNET3D_DATA names. InputError where it is not set, or has none."""
+    named = os.environ.get("PCNET3D_DATA")
+    if not named:
+        raise InputError("Expected motion capture; set PCNET3D_DATA to the folder that has cmu_mocap.npz.")
+    if not (Path(named) / "cmu_mocap.npz").is_file():
+        raise InputError(f"Expected cmu_mocap.npz in {named}; set PCNET3D_DATA to the folder that has it.")
+    return Path(named)
 
 
 def read_mocap(path: Path) -> tuple[Clip, ...]:
@@ -123,34 +127,52 @@ def write_mocap(path: Path, clips: Sequence[Clip]) -> None:
 def read_clips(subjects: Subjects, folder: Path | None = None) -> tuple[Clip, ...]:
     """The clips of one part of the data, split by subject.
 
-    "train", "val", "test" are CMU's parts by splits.json; "train-a" and "train-b" two disjoint halves of the
-    train subjects; "hdm05" is all of HDM05, a test set of other people, another laboratory and another body model.
-    InputError for another name, or where the data is not.
+    "train" and "val" are those of every file that splits.json lists (CMU, ACCAD), "test" is CMU's; "train-a" and
+    "train-b" are two disjoint halves of the train subjects; "hdm05" is all of HDM05, a test set of other people,
+    another laboratory and another body model. InputError for another name, or where the data is not.
     """
     if subjects not in get_args(Subjects):
         raise InputError(f"Expected subjects of {', '.join(get_args(Subjects))}; got '{subjects}'.")
     folder = folder or data_folder()
     if subjects == "hdm05":
         return read_mocap(folder / "hdm05_subset.npz")
-    try:
-        split = json.loads((folder / "splits.json").read_text(encoding="utf-8"))["cmu_mocap"]
-        members = set(split[subjects.partition("-")[0]])
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise InputError(
-            f"Expected train, val and test subjects in {folder / 'splits.json'}: {error}."
-        ) from None
-    if subjects == "train-a":
-        members &= _TRAIN_A
-    elif subjects == "train-b":
-        members -= _TRAIN_A
+    members = _members(folder / "splits.json", subjects.partition("-")[0])
+    files = [folder / f"{name}.npz" for name in _FILES if members.get(name)]
     # A clip's key in the split is its name up to the first underscore (splits.json, "key").
-    clips = tuple(c for c in read_mocap(folder / "cmu_mocap.npz") if c.name.partition("_")[0] in members)
+    clips = tuple(
+        clip for path in files for clip in read_mocap(path)
+        if (key := clip.name.partition("_")[0]) in members[path.stem]
+        and (subjects not in ("train-a", "train-b") or (key in _TRAIN_A) == (subjects == "train-a"))
+    )  # fmt: skip
     if not clips:
         raise InputError(
-            f"Expected clips of {subjects} subjects in {folder / 'cmu_mocap.npz'}, but it has none of those that "
-            "splits.json lists."
+            f"Expected clips of {subjects} subjects in {', '.join(map(str, files)) or folder}, but there are none of "
+            "those that splits.json lists."
         )
     return clips
+
+
+def _members(path: Path, part: str) -> dict[str, set[str]]:
+    """{file: subjects of that part}. InputError when the file is no split, lacks the part, or has a subject in two."""
+    try:
+        split = json.loads(path.read_text(encoding="utf-8"))
+        members = {
+            name: {key: set(split[name].get(key, ())) for key in _PARTS} for name in _FILES if name in split
+        }
+    except (OSError, ValueError, AttributeError, TypeError) as error:
+        raise InputError(f"Expected train, val and test subjects in {path}: {error}.") from None
+    places: dict[str, list[str]] = {}
+    for parts in members.values():
+        for key, subjects in parts.items():
+            for subject in subjects:
+                places.setdefault(subject, []).append(key)
+    if twice := [f"{subject} ({' and '.join(where)})" for subject, where in places.items() if len(where) > 1]:
+        raise InputError(
+            f"Expected every subject in one part of {path} only; not so: {', '.join(sorted(twice))}."
+        )
+    if not any(parts[part] for parts in members.values()):
+        raise InputError(f"Expected {part} subjects in {path}, but it lists none.")
+    return {name: parts[part] for name, parts in members.items()}
 
 
 def lying(joints_world: np.ndarray) -> np.ndarray:

@@ -24,11 +24,10 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 @pytest.fixture(scope="session")
 def data() -> Path:
     """The folder of real motion capture, lifter outputs and video; tests that need it skip without it."""
-    default = Path(__file__).resolve().parents[2] / "shared" / "data"
-    folder = Path(os.environ.get("PCNET3D_DATA", default))
-    if not (folder / "README.md").exists():
+    folder = os.environ.get("PCNET3D_DATA")
+    if not folder or not (Path(folder) / "README.md").exists():
         pytest.skip(f"no data at {folder}; set PCNET3D_DATA to the folder that has it")
-    return folder
+    return Path(folder)
 
 
 @pytest.fixture(scope="session")

@@ -87,8 +87,29 @@ def test_a_missing_or_broken_file_is_refused(tmp_path, monkeypatch):
     with pytest.raises(InputError, match=r"damaged or was cut short"):
         read_mocap(tmp_path / "cmu_mocap.npz")
     monkeypatch.setenv("PCNET3D_DATA", str(tmp_path / "nowhere"))
-    with pytest.raises(InputError, match="PCNET3D_DATA"):
+    with pytest.raises(InputError, match="nowhere; set PCNET3D_DATA"):
         data_folder()
+    monkeypatch.delenv("PCNET3D_DATA")
+    with pytest.raises(InputError, match="set PCNET3D_DATA"):
+        data_folder()
+
+
+def test_a_second_file_brings_its_subjects(folder):
+    with np.load(folder / "cmu_mocap.npz") as file:
+        arrays = dict(file)
+    arrays["clip_name"] = np.array([f"accad-f1_{i}" for i in range(6)])
+    np.savez(folder / "accad_mocap.npz", **arrays)
+    split = json.loads((folder / "splits.json").read_text())
+    (folder / "splits.json").write_text(json.dumps(split | {"accad_mocap": {"train": ["accad-f1"]}}))
+    assert len(read_clips("train", folder)) == 4 + 6
+    assert names(read_clips("val", folder)) == {"07_01"}
+
+
+def test_a_subject_in_two_parts_is_refused(folder):
+    split = {"train": ["01"], "val": ["07"], "test": ["01"]}
+    (folder / "splits.json").write_text(json.dumps({"cmu_mocap": split}))
+    with pytest.raises(InputError, match=r"01 \(train and test\)"):
+        read_clips("train", folder)
 
 
 def test_unknown_part_and_missing_split_are_refused(folder):

@@ -232,8 +232,8 @@ def test_what_is_no_number_keeps_the_last_good_checkpoint(folder, train, monkeyp
 @pytest.mark.parametrize(
     ("lists", "words"),
     [
-        ({"train": ["01", "03"], "val": ["07"], "test": ["03"]}, ("test subjects", "03")),
-        ({"train": ["01"], "val": ["01"], "test": ["03"]}, ("val subjects", "01")),
+        ({"train": ["01", "03"], "val": ["07"], "test": ["03"]}, ("train and test", "03")),
+        ({"train": ["01"], "val": ["01"], "test": ["03"]}, ("train and val", "01")),
         ({"train": [], "val": ["07"], "test": ["03"]}, ("train subjects", "none")),
         ({"train": ["01"], "val": ["99"], "test": ["03"]}, ("val subjects", "none")),
         ({"train": ["01"], "val": ["07"]}, ("splits.json", "test")),
