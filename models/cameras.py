@@ -22,7 +22,8 @@ class ViewRange:
 
     yaw_deg, pitch_deg, roll_deg: ranges, the convention above. focal: focal length over the longer image side (phones
     filming: 0.65-0.85; a 35 to 70 mm lens on full frame: 1 to 2). distance: over the smallest one at which
-    everything is in the picture. margin: share of the half picture that stays empty at its border.
+    everything is in the picture. distance_m: in its place, metres along the viewing axis to the middle of the points,
+    but never nearer than that smallest one. margin: share of the half picture that stays empty at its border.
     pans: share of views whose camera slowly follows the person.
     """
 
@@ -31,9 +32,16 @@ class ViewRange:
     roll_deg: tuple[float, float] = (-10.0, 10.0)
     focal: tuple[float, float] = (0.65, 2.0)
     distance: tuple[float, float] = (1.05, 2.5)
+    distance_m: tuple[float, float] | None = None
     nearest_m: float = 1.0
     margin: float = 0.04
     pans: float = 0.0
+
+
+# Anything a video may come from: steep and tilted views, long lenses.
+WILD = ViewRange()
+# Cameras as people use them: a phone or a camera at chest height or above on a levelled tripod, across a room.
+TYPICAL = ViewRange(pitch_deg=(-5.0, 25.0), roll_deg=(-5.0, 5.0), focal=(0.67, 0.95), distance_m=(2.0, 6.0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +110,10 @@ def place(joints_world: np.ndarray, rng: np.random.Generator, views: ViewRange |
     half = size / 2 / focal_px[..., None] * (1 - views.margin)  # tangent of the half view, (..., 2)
     needed = np.abs(q[..., :2]) / half[..., None, :] - depth[..., None]
     least = np.maximum(needed.max(axis=(-2, -1)), views.nearest_m - depth.min(axis=-1))
-    distance = least * _log_uniform(rng, views.distance, lead)
+    if views.distance_m is None:
+        distance = least * _log_uniform(rng, views.distance, lead)
+    else:
+        distance = np.maximum(least, _log_uniform(rng, views.distance_m, lead))
     room = (distance[..., None] + depth)[..., None] * half[..., None, :]
     low, high = (-room - q[..., :2]).max(axis=-2), (room - q[..., :2]).min(axis=-2)
     shift = low + rng.uniform(0, 1, (*lead, 2)) * (high - low)

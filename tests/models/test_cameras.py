@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pcnet3d.models.cameras import Cameras, ViewRange, place, view_rotation
+from pcnet3d.models.cameras import TYPICAL, WILD, Cameras, ViewRange, place, view_rotation
 from pcnet3d.pipeline import H36M17
 from pcnet3d.pipeline.canonical import body_axes
 
@@ -33,6 +33,37 @@ def test_people_stand_anywhere_in_the_picture(windows, rng):
     cameras = place(windows, rng)
     place_in_picture = cameras.project(cameras.to_camera(windows)).mean(axis=(1, 2)) / cameras.image_size
     assert (place_in_picture.std(axis=0) > 0.1).all()
+
+
+def test_distances_in_metres_are_kept_where_everything_fits(rng):
+    dots = rng.uniform(-0.05, 0.05, (400, 1, 17, 3))  # so small that 2 m are enough for every lens
+    views = ViewRange(distance_m=(2.0, 6.0))
+    middle = (dots.min(axis=-2) + dots.max(axis=-2)) / 2
+    depth = place(dots, rng, views).to_camera(middle[..., None, :])[:, 0, 0, 2]
+    assert 2.0 <= depth.min() < 2.1
+    assert 5.8 < depth.max() <= 6.0
+    assert np.median(depth) == pytest.approx(np.sqrt(12.0), rel=0.1)  # log-uniform
+
+
+def test_a_distance_at_which_not_everything_fits_becomes_the_least_that_does(windows):
+    near, least = (
+        place(windows, np.random.default_rng(1), views)
+        for views in (ViewRange(distance_m=(0.1, 0.2)), ViewRange(distance=(1.0, 1.0)))
+    )
+    pixels = near.project(near.to_camera(windows))
+    assert (pixels >= 0).all()
+    assert (pixels <= near.image_size[:, None, None]).all()
+    np.testing.assert_allclose(near.position, least.position)
+
+
+def test_typical_views_are_level_and_wild_ones_are_the_default(windows, rng):
+    assert ViewRange() == WILD
+    cameras = place(np.repeat(windows, 10, axis=0), rng, TYPICAL)
+    away, right = cameras.R_camera_from_world[:, 0, 2], cameras.R_camera_from_world[:, 0, 0]
+    pitch = np.degrees(np.arcsin(-away[:, 2]))
+    assert -5 <= pitch.min() < -4
+    assert 24 < pitch.max() <= 25
+    assert np.degrees(np.arcsin(np.abs(right[:, 2]))).max() <= 5.01
 
 
 def test_projecting_and_back(windows, rng):
