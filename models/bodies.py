@@ -41,6 +41,11 @@ class BodyRange:
     mirrored: float = 0.5
 
 
+def bone_tree() -> tuple[list[int], list[int]]:
+    """The rows of each bone's child and of its parent in H36M17, parents before their children."""
+    return _CHILD.tolist(), _PARENT.tolist()
+
+
 def size_m(joints: np.ndarray) -> np.ndarray:
     """(...,) a person's size: the sum of the 16 bone lengths, averaged over time; joints (..., T, 17, 3) metres."""
     bones = joints[..., _CHILD, :] - joints[..., _PARENT, :]

@@ -13,7 +13,7 @@ import numpy as np
 from ..pipeline.layouts import H36M17
 from ..pipeline.rotations import rotate, transpose
 
-_WIDTHS_HEIGHTS = np.array([(1920, 1080), (1280, 720), (1080, 1920), (1440, 1080), (1000, 1000)], dtype=float)
+IMAGE_SIZES = ((1920, 1080), (1280, 720), (1080, 1920), (1440, 1080), (1000, 1000))
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ def place(joints_world: np.ndarray, rng: np.random.Generator, views: ViewRange |
     """
     views = views or ViewRange()
     lead = joints_world.shape[:-3]
-    size = _WIDTHS_HEIGHTS[rng.integers(len(_WIDTHS_HEIGHTS), size=lead)]
+    size = np.array(IMAGE_SIZES, dtype=float)[rng.integers(len(IMAGE_SIZES), size=lead)]
     focal_px = _log_uniform(rng, views.focal, lead) * size.max(axis=-1)
     R = view_rotation(
         rng.uniform(*views.yaw_deg, lead),

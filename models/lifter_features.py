@@ -15,7 +15,7 @@ from ..pipeline.rotations import known, rotate, transpose, unit
 ASSUMED_FOCAL = 1.0  # of the longer image side: between phones (0.7-0.85) and normal lenses (1.2-2)
 HALF_WINDOW = 40  # frames on each side over which place and size are averaged
 CHANNELS = 4 * len(H36M17) + 4
-_CENTRE = H36M17.indices(("pelvis", "spine", "thorax", "l_hip", "r_hip", "l_shoulder", "r_shoulder"))
+CENTRE = H36M17.indices(("pelvis", "spine", "thorax", "l_hip", "r_hip", "l_shoulder", "r_shoulder"))
 
 
 def features(
@@ -93,7 +93,7 @@ def _turned(rays: np.ndarray, R_camera_from_ray: np.ndarray) -> np.ndarray:
 def _centre(rays: np.ndarray, present: np.ndarray) -> np.ndarray:
     """Mean of the trunk's joints that are there, else of all that are there."""
     trunk = np.zeros(len(H36M17), dtype=bool)
-    trunk[_CENTRE] = True
+    trunk[CENTRE] = True
     use = np.where((present & trunk).any(axis=-1, keepdims=True), present & trunk, present)
     return (rays * use[..., None]).sum(axis=-2) / np.maximum(use.sum(axis=-1), 1)[..., None]
 

@@ -11,6 +11,8 @@ from ..pipeline.layouts import H36M17
 from .lifter_features import CHANNELS
 
 _PELVIS = H36M17.index("pelvis")
+_JOINTS = len(H36M17)
+_LOG_SD = (-7.0, 1.0)  # of metres: 1 mm to 2.7 m
 
 
 @dataclass(frozen=True)
@@ -35,9 +37,8 @@ class Block(nn.Module):
         self.norm = nn.LayerNorm(width)
         self.mix = nn.Linear(3 * width, width)  # as a matrix product: faster on CPUs than a dilated Conv1d
         self.out = nn.Linear(width, width)
-        with (
-            torch.no_grad()
-        ):  # starts as a network for single frames; what frames before and after add is learned
+        with torch.no_grad():
+            # Starts as a network for single frames; what frames before and after add is learned.
             self.mix.weight[:, :width] = 0
             self.mix.weight[:, 2 * width :] = 0
 
@@ -58,20 +59,39 @@ class Block(nn.Module):
 
 
 class LifterNet(nn.Module):
-    """(B, T, CHANNELS) features -> (B, T, 17, 3) joints relative to the pelvis in the ray frame, metres of a
-    standard body."""
+    """(B, T, CHANNELS) features -> joints (B, T, 17, 3) relative to the pelvis in the ray frame, metres of a standard
+    body; sd (B, T, 17, 2), their standard deviation in metres across the ray (of one axis) and along it; and velocity
+    (B, T, 17, 3), metres a frame."""
 
     def __init__(self, config: NetConfig) -> None:
         super().__init__()
         self.enter = nn.Linear(CHANNELS, config.width)
         self.blocks = nn.ModuleList(Block(config.width, dilation) for dilation in config.dilations)
         self.norm = nn.LayerNorm(config.width)
-        self.leave = nn.Linear(config.width, 3 * len(H36M17))
+        self.leave = nn.Linear(config.width, 3 * _JOINTS)
+        self.leave_sd = nn.Linear(config.width, 2 * _JOINTS)
+        self.leave_velocity = nn.Linear(config.width, 3 * _JOINTS)
+        nn.init.zeros_(self.leave_sd.weight)
+        nn.init.constant_(self.leave_sd.bias, -3.0)  # 5 cm
 
-    def forward(self, features: Tensor) -> Tensor:
+    def forward(self, features: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+        return self.answer(self.hidden(features))
+
+    def hidden(self, features: Tensor) -> Tensor:
+        """(B, T, width): everything but the last layers, which bfloat16 would round to millimetres."""
         x = self.enter(features)
         for block in self.blocks:
             x = block(x)
-        joints = self.leave(self.norm(x)).float()
-        joints = joints.reshape(joints.shape[0], joints.shape[1], len(H36M17), 3)
-        return joints - joints[:, :, [_PELVIS]]
+        return x
+
+    def answer(self, hidden: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+        """joints, sd and velocity of what `hidden` gives."""
+        x = self.norm(hidden.float())
+        joints, velocity = (
+            (values - values[:, :, [_PELVIS]])
+            for values in (self._points(self.leave(x), 3), self._points(self.leave_velocity(x), 3))
+        )
+        return joints, self._points(self.leave_sd(x), 2).clamp(*_LOG_SD).exp(), velocity
+
+    def _points(self, values: Tensor, numbers: int) -> Tensor:
+        return values.reshape(values.shape[0], values.shape[1], _JOINTS, numbers)

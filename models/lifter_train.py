@@ -1,161 +1,185 @@
 """Trains the lifter:  pcnet3d train models/lifter.toml -o DIR
 
-One loop. The config file says everything; DIR gets lifter.onnx, lifter.pt, the config and log.jsonl.
+The config file says everything; DIR gets lifter.onnx, the config, and what training.py keeps there.
 """
 
 from __future__ import annotations
 
-import json
-import shutil
-import time
-from collections.abc import Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from copy import deepcopy
 from pathlib import Path
 
 import numpy as np
 import torch
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, NonNegativeFloat, NonNegativeInt, PositiveInt
+from torch import Tensor
 
+from ..pipeline.errors import InputError
 from ..pipeline.outputs import whole_file
-from .bodies import BodyRange
-from .cameras import ViewRange
 from .lifter_features import CHANNELS
 from .lifter_net import LifterNet, NetConfig
-from .lifter_windows import Windows
+from .lifter_windows import Batch, Material, Windows
 from .metrics import joint_error, procrustes_error, scaled
 from .mocap import Clip, Subjects, read_clips
-from .noise2d import Noise
+from .mocap_parts import read_parts
+from .on_device.draw import Draw
 from .train_config import read_toml
+from .training import Schedule, State, device_of, fit, load_weights, optimisers_of
+
+_CHECK_SEED = 1
+_CHECK_WINDOWS = (48, 81)  # windows and their frames, of every part of the validation
 
 
-class Stage(BaseModel):
-    """One schedule of learning, from the averaged weights of the stage before it.
-
-    The first `single` steps see single frames, as many different people and views as there are frames, which
-    teaches geometry several times faster; then windows, `lengths` long, teach what time adds.
-    """
+class Weights(BaseModel):
+    """Of the loss's parts beside the mean distance of joints in metres: the error of their motion from frame to frame
+    (metres), of the stated velocities (metres a frame), and the negative log-likelihood of the stated deviations, which
+    teaches them and nothing else."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
-    steps: int  # of the learning rate's schedule: `warmup` steps up, then half a cosine down to nothing
-    stop: int | None = None  # step after which the stage ends, if before the schedule does
-    frames: int  # of a batch, all windows together
-    single: int = 0
-    lengths: dict[int, float]  # frames of a window, and how often; the shares' sum does not matter
-    rate: float  # the highest learning rate
-    warmup: int
-    weight_decay: float = 0.05
-    average: float  # decay of the weights' moving average, which is what is kept
-    velocity: float  # weight of the error of frame-to-frame motion in the loss
-    pans: float  # share of windows whose camera slowly follows the person
-    derived: float  # share of windows whose pelvis, spine, thorax and head are made as for COCO keypoints
-    combined: float  # share of windows whose upper body comes from another motion
-    limbs: float  # spread of limb and trunk lengths, see bodies.BodyRange
-    trunk: float
+    motion: NonNegativeFloat = 0.5
+    velocity: NonNegativeFloat = 0.5
+    deviation: NonNegativeFloat = 0.005
 
 
 class TrainConfig(BaseModel):
-    """The whole of a training run. subjects: "train", or one half of them for cross-fitted lifts."""
+    """The whole of a training run.
+
+    subjects: "train", or one half of them for cross-fitted lifts. data, split: a file of `pcnet3d mocap` and one of
+    its train and val subjects (mocap_parts), instead of the motion capture that the shipped network was trained on.
+    start: weights of an earlier run of the same network (its best.pt) to begin with. The first `single` steps see
+    single frames, as many different people and views as there are frames, which teaches geometry several times faster;
+    then windows, `lengths` long and how often (the shares' sum does not matter), teach what time adds.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
-    subjects: Subjects
-    seed: int
-    threads: int
+    kind: str = "lifter"
+    subjects: Subjects = "train"
+    data: Path | None = None
+    split: Path | None = None
+    start: Path | None = None
+    seed: NonNegativeInt
+    bf16: bool
+    frames: PositiveInt  # of a batch, all windows together
+    single: NonNegativeInt = 0
+    lengths: dict[int, float]
+    schedule: Schedule
     net: NetConfig
-    stages: tuple[Stage, ...]
+    weights: Weights = Weights()
+    material: Material
 
 
-def train_lifter(config_file: Path, output: Path) -> None:
-    """Run a config file; InputError when it is not what TrainConfig says."""
-    config = read_config(config_file)
+def train_lifter(config_file: Path, output: Path, device: str = "cpu", minutes: float | None = None) -> None:
+    """Run a config file, or the next piece of it. InputError when it is not what TrainConfig says, or as of `fit`."""
+    config, on = read_config(config_file), device_of(device)
     torch.manual_seed(config.seed)
-    torch.set_num_threads(config.threads)
-    clips, check = read_clips(config.subjects), _check_batches()
+    train, val = _clips(config)
     net = LifterNet(config.net)
+    if config.start is not None:
+        net = load_weights(net, config.start).train()
+    net = net.to(on)
+    matrices = [p for p in net.blocks.parameters() if p.ndim == 2]
+    state = State(net, optimisers_of(net, config.schedule, matrices))
     output.mkdir(parents=True, exist_ok=True)
-    print(f"{sum(p.numel() for p in net.parameters()):,} parameters, reach {config.net.reach} frames")
-    start = time.perf_counter()
-    with open(output / "log.jsonl", "w", encoding="utf-8") as log:
-        for number, stage in enumerate(config.stages):
-            for step, loss, average in run_stage(net, stage, clips, config.seed + number):
-                line = {"stage": number + 1, "step": step, "s": round(time.perf_counter() - start)}
-                line |= {"loss_mm": 1000 * loss, **_check(average, check)}
-                log.write(json.dumps(line) + "\n")
-                log.flush()
-                print({k: round(float(v), 1) for k, v in line.items()}, flush=True)
-                with whole_file(output / "lifter.pt") as partial:
-                    torch.save(average.state_dict(), partial)
-            net.load_state_dict(average.state_dict())
-    export(net, output / "lifter.onnx", reach=config.net.reach, trained_on=config.subjects)
-    shutil.copy(config_file, output / "lifter.toml")
+    state.load(output, config, on)
+    with whole_file(output / "lifter.toml") as partial:
+        partial.write_text(config_file.read_text(encoding="utf-8"), encoding="utf-8")
+    parameters = sum(p.numel() for p in net.parameters())
+    print(f"{parameters:,} parameters, reach {config.net.reach} frames, {on}, from step {state.step}", flush=True)
+    windows, checks = Windows(train, config.material, on), check_batches(val, on)
 
+    def loss_of(step: int) -> Tensor:
+        draw = Draw(config.seed, step, on)
+        batch = windows.batch(draw, *_shape(config, step))
+        with torch.autocast(on.type, torch.bfloat16, enabled=config.bf16):
+            hidden = net.hidden(batch.x)
+        return loss(net.answer(hidden), batch, config.weights)
 
-def run_stage(
-    net: LifterNet, stage: Stage, clips: Sequence[Clip], seed: int, every: int = 250
-) -> Iterator[tuple[int, float, LifterNet]]:
-    """Train net in place; yields (step, mean loss since the last, averaged net) now and then, and at the end."""
-    rng = np.random.default_rng(seed)
-    windows = Windows(
-        clips,
-        bodies=BodyRange(limbs=stage.limbs, trunk=stage.trunk),
-        views=ViewRange(pans=stage.pans),
-        noise=Noise(derived=stage.derived),
-        combined=stage.combined,
-    )
-    average = deepcopy(net).eval()
-    optimisers = _optimisers(net, stage)
-    lengths, shares = (np.array(list(part)) for part in (stage.lengths, stage.lengths.values()))
-
-    def make(step: int) -> tuple[torch.Tensor, torch.Tensor]:
-        length = 1 if step <= stage.single else int(rng.choice(lengths, p=shares / shares.sum()))
-        x, y = windows.batch(rng, max(stage.frames // length, 1), length)
-        return torch.from_numpy(x), torch.from_numpy(y)
-
-    last, losses = stage.stop or stage.steps, []
-    with ThreadPoolExecutor(1) as maker:
-        coming = maker.submit(make, 1)
-        for step in range(1, last + 1):
-            x, y = coming.result()
-            coming = maker.submit(make, step + 1)
-            with torch.autocast("cpu", torch.bfloat16):
-                answer = net(x)
-            loss = loss_of(answer, y, stage.velocity)
-            net.zero_grad()
-            loss.backward()
-            torch.nn.utils.clip_grad_norm_(net.parameters(), 1.0)
-            for optimiser in optimisers:
-                for group in optimiser.param_groups:
-                    group["lr"] = stage.rate * _schedule(step, stage)
-                optimiser.step()
-            losses.append(loss.item())
-            with torch.no_grad():
-                decay = min(stage.average, step / (step + 10))
-                for kept, new in zip(average.parameters(), net.parameters(), strict=True):
-                    kept.lerp_(new, 1 - decay)
-            if step % every == 0 or step == last:
-                yield step, float(np.mean(losses)), average
-                losses.clear()
+    if fit(state, config, loss_of, lambda average: check(average, checks), output, minutes):
+        best = load_weights(LifterNet(config.net), output / "best.pt")
+        export(best, output / "lifter.onnx", reach=config.net.reach, trained_on=_trained_on(config))
 
 
 def read_config(path: Path) -> TrainConfig:
     """A training's TOML file. InputError for keys and values that it cannot have."""
-    return read_toml(path, TrainConfig)
+    config = read_toml(path, TrainConfig)
+    if (config.data is None) != (config.split is None):
+        raise InputError(f"{path}: expected `data` and `split` together: clips, and which of them to train on.")
+    if config.data is not None and config.subjects != "train":
+        raise InputError(f'{path}: with `data`, expected subjects = "train"; the split says who that is.')
+    return config
 
 
-def loss_of(answer: torch.Tensor, truth: torch.Tensor, velocity: float) -> torch.Tensor:
-    """Mean distance of joints, and of their motion from frame to frame; (B, T, 17, 3)."""
-    error = answer - truth
-    loss = error.norm(dim=-1).mean()
-    if velocity and error.shape[1] > 1:
-        loss = loss + velocity * error.diff(dim=1).norm(dim=-1).mean()
-    return loss
+def loss(answer: tuple[Tensor, Tensor, Tensor], truth: Batch, weights: Weights) -> Tensor:
+    """Mean distance of joints in metres, and what `Weights` says."""
+    joints, sd, velocity = answer
+    error = joints - truth.joints
+    total = error.norm(dim=-1).mean()
+    if error.shape[1] > 1:
+        total = total + weights.motion * error.diff(dim=1).norm(dim=-1).mean()
+        total = total + weights.velocity * (velocity - truth.velocity).norm(dim=-1).mean()
+    square = error.detach()[:, :, 1:] ** 2  # the pelvis is where it is
+    across, along = square[..., :2].mean(-1), square[..., 2]
+    sd_across, sd_along = sd[:, :, 1:].unbind(-1)
+    likelihood = 2 * (sd_across.log() + across / (2 * sd_across**2)) + sd_along.log() + along / (2 * sd_along**2)
+    return total + weights.deviation * likelihood.mean()
+
+
+def _shape(config: TrainConfig, step: int) -> tuple[int, int]:
+    """Windows of a step's batch, and their frames."""
+    rng = np.random.default_rng([config.seed, step])
+    lengths, shares = (np.array(list(part)) for part in (config.lengths, config.lengths.values()))
+    length = 1 if step <= config.single else int(rng.choice(lengths, p=shares / shares.sum()))
+    return max(config.frames // length, 1), length
+
+
+def _clips(config: TrainConfig) -> tuple[tuple[Clip, ...], dict[str, tuple[Clip, ...]]]:
+    """Those to train on, and those to validate on by where they come from."""
+    if config.data is not None and config.split is not None:
+        parts = read_parts(config.data, config.split, ("train", "val"))
+        return parts.clips["train"], {"val": parts.clips["val"]}
+    val = read_clips("val")
+    accad = tuple(clip for clip in val if clip.name.startswith("accad"))
+    others = tuple(clip for clip in val if not clip.name.startswith("accad"))
+    return read_clips(config.subjects), {name: c for name, c in (("cmu", others), ("accad", accad)) if c}
+
+
+def _trained_on(config: TrainConfig) -> str:
+    return f"{config.data.name}, {config.split.name}" if config.data and config.split else config.subjects
+
+
+def check_batches(parts: dict[str, tuple[Clip, ...]], device: torch.device) -> dict[str, Batch]:
+    """The same windows for every run, on the captured bodies, before typical cameras and before any."""
+    batches = {}
+    for name, clips in parts.items():
+        longest = max(map(len, clips))
+        for bed, typical in (("typical", 1.0), ("wild", 0.0)):
+            material = Material(unchanged=1.0, mirrored=0.0, other_rates=0.0, derived=0.3, typical=typical)
+            count, frames = _CHECK_WINDOWS
+            windows = Windows(clips, material, "cpu")
+            batch = windows.batch(Draw(_CHECK_SEED, 0), count, min(frames, longest))
+            batches[f"{name}_{bed}"] = Batch(*(part.to(device) for part in batch))
+    return batches
+
+
+@torch.no_grad()
+def check(net: torch.nn.Module, batches: dict[str, Batch]) -> dict[str, float]:
+    """MPJPE in mm of a standard body, the scale aligned in every frame, of every batch; their mean as the "score";
+    PA-MPJPE, and how large errors are against the stated deviations (root mean square; 1 is right)."""
+    figures: dict[str, float] = {}
+    pa, ratios = [], []
+    for name, batch in batches.items():
+        joints, sd, _ = net(batch.x)
+        answer, truth = (part.cpu().numpy().astype(np.float64) for part in (joints, batch.joints))
+        figures[name] = 1000 * float(joint_error(scaled(answer, truth), truth).mean())
+        pa.append(1000 * float(procrustes_error(answer, truth).mean()))
+        error = ((joints - batch.joints) ** 2)[:, :, 1:]
+        spread = torch.cat([sd[:, :, 1:, :1], sd[:, :, 1:, :1], sd[:, :, 1:, 1:]], dim=-1)
+        ratios.append(float((error / spread**2).mean().sqrt()))
+    return figures | {"score": float(np.mean(list(figures.values()))), "pa": float(np.mean(pa)),
+                      "error_over_sd": float(np.mean(ratios))}  # fmt: skip
 
 
 def export(net: LifterNet, path: Path, **properties: object) -> None:
-    """Write the network as ONNX: "features" (B, T, CHANNELS) -> "joints" (B, T, 17, 3), any B and T.
-
-    properties: kept in the file's metadata; the run time needs `reach`.
-    """
+    """Write the network as ONNX: "features" (B, T, CHANNELS) -> "joints" (B, T, 17, 3), "sd" (B, T, 17, 2) and
+    "velocity" (B, T, 17, 3), any B and T. properties: kept in the file's metadata; the run time needs `reach`."""
     import onnx
 
     batch, frames = torch.export.Dim("batch"), torch.export.Dim("frames")
@@ -163,7 +187,7 @@ def export(net: LifterNet, path: Path, **properties: object) -> None:
         net.eval(),
         (torch.zeros(2, 90, CHANNELS),),
         input_names=["features"],
-        output_names=["joints"],
+        output_names=["joints", "sd", "velocity"],
         dynamic_shapes=({0: batch, 1: frames},),
         dynamo=True,
         external_data=False,
@@ -176,47 +200,3 @@ def export(net: LifterNet, path: Path, **properties: object) -> None:
         onnx.save(model, str(partial))
 
 
-def _optimisers(net: LifterNet, stage: Stage) -> list[torch.optim.Optimizer]:
-    """Muon (Jordan et al. 2024) for the blocks' matrices, at AdamW's step size; AdamW for everything else."""
-    matrices = [p for p in net.blocks.parameters() if p.ndim == 2]
-    taken = {id(p) for p in matrices}
-    others = [p for p in net.parameters() if id(p) not in taken]
-    return [
-        torch.optim.Muon(
-            matrices,
-            lr=stage.rate,
-            weight_decay=stage.weight_decay,
-            adjust_lr_fn="match_rms_adamw",
-            ns_steps=5,
-        ),
-        torch.optim.AdamW(others, lr=stage.rate, betas=(0.9, 0.98), weight_decay=stage.weight_decay),
-    ]
-
-
-def _schedule(step: int, stage: Stage) -> float:
-    """Share of the highest learning rate: a linear start, then half a cosine down to nothing."""
-    if step <= stage.warmup:
-        return step / stage.warmup
-    done = (step - stage.warmup) / max(stage.steps - stage.warmup, 1)
-    return 0.5 * (1 + float(np.cos(np.pi * min(done, 1.0))))
-
-
-def _check_batches() -> list[tuple[torch.Tensor, np.ndarray]]:
-    """The same windows of the val subjects for every run, on the captured bodies."""
-    windows = Windows(read_clips("val"), bodies=BodyRange(unchanged=1.0, mirrored=0.0), other_rates=0.0)
-    rng = np.random.default_rng(1)
-    batches = (windows.batch(rng, count, frames) for count, frames in ((48, 120), (400, 1)))
-    return [(torch.from_numpy(x), y) for x, y in batches]
-
-
-def _check(net: LifterNet, batches: list[tuple[torch.Tensor, np.ndarray]]) -> dict[str, float]:
-    """Errors in mm of a standard body: of 4 s windows, and of single frames."""
-    figures = {}
-    for name, (x, y) in zip(("mpjpe", "single"), batches, strict=True):
-        with torch.no_grad():
-            answer = net(x).numpy().astype(np.float64)
-        figures[name] = 1000 * joint_error(scaled(answer, y), y).mean()
-        if name == "mpjpe":
-            figures["pa"] = 1000 * procrustes_error(answer, y).mean()
-            figures["depth"] = 1000 * np.abs(scaled(answer, y) - y)[..., 2].mean()
-    return figures

@@ -1,98 +1,149 @@
-"""Training windows made on the fly: motion capture, on another body, through a virtual camera and a noisy detector."""
+"""Training windows of the lifter: motion capture, in other poses, on another body, before a virtual camera and a
+detector; made in torch on the device that trains."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
+import torch
+from torch import Tensor
 
-from ..pipeline.layouts import H36M17
-from ..pipeline.rotations import rotate, transpose
-from .bodies import STANDARD_SIZE_M, BodyRange, combine, size_m, vary
-from .cameras import ViewRange, place
-from .lifter_features import ASSUMED_FOCAL, body_rays, features
+from ..pipeline.errors import InputError
+from .bodies import BodyRange
+from .cameras import TYPICAL, ViewRange
+from .lifter_features import ASSUMED_FOCAL
 from .mocap import Clip
-from .noise2d import Noise, detect
+from .noise2d import Noise
+from .on_device.bodies import combine, proportions, redefined, vary
+from .on_device.cameras import place
+from .on_device.draw import Draw
+from .on_device.features import features, target
+from .on_device.keypoint_noise import Spoilt, detect
+from .on_device.poses import PoseRange, posed
 
 _FPS = (20.0, 60.0)
+_CAPTURED_FPS = 30.0
+_FOCAL_SPREAD = 0.2  # of the logarithm of a focal length that was estimated
+
+
+@dataclass(frozen=True)
+class Material:
+    """What windows are made of; shares are of the windows.
+
+    limbs, trunk: spread of lengths, of bodies.BodyRange. real: share with the lengths of one of the captured people
+    (on_device.bodies.proportions). combined: share whose upper body comes from another motion. poses: of
+    on_device.poses. redefined: share with joints defined as another source would, redefined_m (metres, standard
+    deviation) away. typical: share before cameras as people use them, the others before any. pans: share whose camera
+    slowly follows the person. derived: share with pelvis, spine, thorax and head made as for COCO keypoints. quality,
+    truncated, occluded, absent: of on_device.keypoint_noise.Spoilt. other_rates: share of batches at another frame rate
+    than 30, between 20 and 60. focal_known, focal_estimated: share of windows whose focal length is told, exactly or
+    with an error; the others have the assumed one.
+    """
+
+    limbs: float = 0.05
+    trunk: float = 0.05
+    unchanged: float = 0.3
+    mirrored: float = 0.5
+    real: float = 0.0
+    combined: float = 0.0
+    poses: PoseRange = field(default_factory=PoseRange)
+    redefined: float = 0.0
+    redefined_m: float = 0.02
+    typical: float = 0.0
+    pans: float = 0.0
+    derived: float = 0.0
+    quality: float = 0.0
+    truncated: float = 0.0
+    occluded: float = 0.0
+    absent: dict[str, float] = field(default_factory=dict)
+    other_rates: float = 0.3
+    focal_known: float = 0.3
+    focal_estimated: float = 0.0
+
+
+class Batch(NamedTuple):
+    """x: (B, T, CHANNELS) features. joints: (B, T, 17, 3) the answer, relative to the pelvis in the ray frame, metres
+    of a standard body, for how large a person is cannot be seen. velocity: (B, T, 17, 3) the same a frame."""
+
+    x: Tensor
+    joints: Tensor
+    velocity: Tensor
 
 
 class Windows:
-    """Random windows of clips as (features, target) batches; the same generator gives the same batches."""
+    """Random windows of clips; the same draw gives the same batch."""
 
-    def __init__(
-        self,
-        clips: Sequence[Clip],
-        *,
-        bodies: BodyRange | None = None,
-        views: ViewRange | None = None,
-        noise: Noise | None = None,
-        other_rates: float = 0.3,
-        combined: float = 0.0,
-    ) -> None:
-        """other_rates: share of batches played at another frame rate between 20 and 60 fps instead of 30.
-        combined: share of windows whose upper body comes from another motion."""
-        self.joints = np.concatenate([clip.joints for clip in clips])
-        self.lengths = np.array([len(clip) for clip in clips])
-        self.starts = np.cumsum(self.lengths) - self.lengths
-        self.bodies, self.views, self.noise = bodies, views, noise
-        self.other_rates, self.combined = other_rates, combined
-
-    def batch(self, rng: np.random.Generator, count: int, frames: int) -> tuple[np.ndarray, np.ndarray]:
-        """features (count, frames, CHANNELS) and target (count, frames, 17, 3), both float32.
-
-        The target is relative to the pelvis, in the ray frame, scaled to a standard body: how large a person is
-        cannot be seen.
-        """
-        fps = float(np.exp(rng.uniform(*np.log(_FPS)))) if rng.uniform() < self.other_rates else 30.0
-        motion = self._motion(rng, count, frames, fps)
-        mixed = round(self.combined * count)
-        if mixed:
-            motion[:mixed] = combine(motion[:mixed], self._motion(rng, mixed, frames, fps))
-        world = vary(motion, rng, self.bodies)
-        cameras = place(world, rng, self.views)
-        joints = cameras.to_camera(world)
-        keypoints, confidence = detect(cameras.project(joints), joints, rng, self.noise, fps)
-        # Nobody knows the focal length of a stranger's video: the lifter is trained on the assumed one.
-        assumed = ASSUMED_FOCAL * cameras.image_size.max(axis=-1)
-        informed = rng.uniform(size=count) < 0.3
-        focal_px = np.where(informed, cameras.focal_px, assumed)
-        x, _ = features(keypoints, _other_scores(confidence, rng), cameras.image_size, focal_px)
-        return x, target(joints)
-
-    def _motion(self, rng: np.random.Generator, count: int, frames: int, fps: float) -> np.ndarray:
-        step = 30.0 / fps
-        span = (frames - 1) * step
-        room = self.lengths - 1 - span
-        usable = np.flatnonzero(room >= 0)
-        if len(usable) == 0:
-            raise ValueError(f"no clip is as long as {frames} frames at {fps:.0f} fps")
-        weight = self.lengths[usable] / self.lengths[usable].sum()
-        clip = rng.choice(usable, size=count, p=weight)
-        begin = rng.uniform(0, 1, count) * room[clip]
-        if step == 1.0:
-            begin = np.floor(begin)
-        at = self.starts[clip][:, None] + begin[:, None] + step * np.arange(frames)
-        before = np.floor(at).astype(int)
-        part = (at - before)[..., None, None].astype(np.float32)
-        after = np.minimum(before + 1, len(self.joints) - 1)
-        return (
-            self.joints[before]
-            if step == 1.0
-            else self.joints[before] * (1 - part) + self.joints[after] * part
+    def __init__(self, clips: Sequence[Clip], material: Material, device: torch.device | str = "cpu") -> None:
+        """clips: at 30 frames per second. InputError for another rate."""
+        if odd := sorted({clip.fps for clip in clips if abs(clip.fps - _CAPTURED_FPS) > 0.01}):
+            raise InputError(f"Expected motion capture at 30 frames per second to train on, got {odd[0]:g}; convert it.")
+        self.device, self.material = torch.device(device), material
+        self.joints = torch.from_numpy(np.concatenate([clip.joints for clip in clips])).to(self.device)
+        lengths = torch.tensor([len(clip) for clip in clips], dtype=torch.float32)
+        self.lengths = lengths.to(self.device)
+        self.starts = (lengths.cumsum(0) - lengths).to(self.device)
+        self.people = proportions(clips).to(self.device)
+        self.bodies = BodyRange(
+            limbs=material.limbs, trunk=material.trunk, unchanged=material.unchanged, mirrored=material.mirrored
+        )
+        self.spoilt = Spoilt(
+            Noise(derived=material.derived), material.quality, material.truncated, material.occluded, material.absent
         )
 
+    @torch.no_grad()
+    def batch(self, draw: Draw, count: int, frames: int) -> Batch:
+        """count windows of so many frames. ValueError when no clip is as long."""
+        material = self.material
+        fps = float(draw.log_uniform(_FPS, 1)) if float(draw.uniform((0.0, 1.0), 1)) < material.other_rates else 30.0
+        motion = self._motion(draw, count, frames, fps)
+        mixed = round(material.combined * count)
+        if mixed:
+            upper = self._motion(draw, mixed, frames, fps)
+            motion = torch.cat([combine(motion[:mixed], upper), motion[mixed:]])
+        # Another order of the same windows: a motion to take limbs from.
+        motion = posed(motion, motion.roll(1, 0), draw, material.poses, fps)
+        world = vary(motion, draw, self.bodies, self.people, material.real)
+        cameras = place(world, draw, TYPICAL, ViewRange(pans=material.pans), material.typical)
+        joints = cameras.to_camera(world)
+        shown = joints
+        if material.redefined:
+            shown = redefined(joints, draw, material.redefined_m, material.redefined)
+        keypoints, confidence = detect(cameras.project(shown), shown, draw, self.spoilt, fps)
+        focal_px = self._told_focal(draw, cameras.focal_px, cameras.image_size)
+        x, _ = features(keypoints, _other_scores(confidence, draw), cameras.image_size, focal_px)
+        return Batch(x, *target(joints))
 
-def _other_scores(confidence: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    def _told_focal(self, draw: Draw, focal_px: Tensor, image_size: Tensor) -> Tensor:
+        kind = draw.uniform((0.0, 1.0), len(focal_px))
+        estimated = focal_px * (_FOCAL_SPREAD * draw.normal(len(focal_px), most=2)).exp()
+        known, told = self.material.focal_known, self.material.focal_known + self.material.focal_estimated
+        assumed = ASSUMED_FOCAL * image_size.amax(-1)
+        return torch.where(kind < known, focal_px, torch.where(kind < told, estimated, assumed))
+
+    def _motion(self, draw: Draw, count: int, frames: int, fps: float) -> Tensor:
+        step = _CAPTURED_FPS / fps
+        room = self.lengths - 1 - (frames - 1) * step
+        weights = torch.where(room >= 0, self.lengths, 0.0)
+        if not bool((room >= 0).any()):
+            raise ValueError(f"no clip is as long as {frames} frames at {fps:.0f} fps")
+        clip = draw.choice(weights, count)
+        begin = draw.uniform((0.0, 1.0), count) * room[clip]
+        begin = begin.floor() if step == 1.0 else begin
+        # A sum of frame numbers beyond 2^24 / 2^7 would lose the fraction in float32, so the two stay apart.
+        offset = begin[:, None] + step * torch.arange(frames, device=self.device)
+        whole = offset.floor()
+        part = (offset - whole)[..., None, None]
+        before = (self.starts[clip][:, None] + whole).long()
+        if step == 1.0:
+            return self.joints[before]
+        after = (before + 1).clamp_max(len(self.joints) - 1)
+        return torch.lerp(self.joints[before], self.joints[after], part)
+
+
+def _other_scores(confidence: Tensor, draw: Draw) -> Tensor:
     """Every detector means something else by its scores, and some give none."""
-    lead = (len(confidence), 1, 1)
-    gamma = np.exp(rng.uniform(-0.7, 0.7, lead))
-    return np.where(rng.uniform(size=lead) < 0.15, np.nan, confidence**gamma)
-
-
-def target(joints_camera: np.ndarray) -> np.ndarray:
-    """(..., T, 17, 3) what the network should answer for exact joints with the origin at the camera."""
-    relative = joints_camera - joints_camera[..., [H36M17.index("pelvis")], :]
-    scale = STANDARD_SIZE_M / size_m(relative)
-    turned = rotate(transpose(body_rays(joints_camera)), relative)
-    return (turned * scale[..., None, None, None]).astype(np.float32)
+    gamma = draw.uniform((-0.7, 0.7), len(confidence), 1, 1).exp()
+    return torch.where(draw.share(0.15, len(confidence), 1, 1), torch.nan, confidence**gamma)

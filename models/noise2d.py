@@ -21,11 +21,11 @@ from ..pipeline.layouts import H36M17
 _LEGS = ("hip", "knee", "ankle")
 _ARMS = ("shoulder", "elbow", "wrist")
 # What hides joints: thick lines between joints, with their radius in trunk lengths.
-_SOLIDS = (
+SOLIDS = (
     ("pelvis", "thorax", 0.28), ("thorax", "head", 0.18),
     ("l_hip", "l_knee", 0.14), ("r_hip", "r_knee", 0.14), ("l_knee", "l_ankle", 0.10), ("r_knee", "r_ankle", 0.10),
 )  # fmt: skip
-_HEAD_HEIGHT = (0.4, 1.0)  # from the middle of the ears to the top, over nose to top
+HEAD_HEIGHT = (0.4, 1.0)  # from the middle of the ears to the top, over nose to top
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,7 @@ def hidden_joints(joints_camera: np.ndarray) -> np.ndarray:
     depth = joints_camera[..., 2]
     trunk = _distance(joints_camera, "pelvis", "thorax")
     hidden = np.zeros(depth.shape, dtype=bool)
-    for start, end, radius in _SOLIDS:
+    for start, end, radius in SOLIDS:
         a, b = H36M17.index(start), H36M17.index(end)
         line = (rays[..., b, :] - rays[..., a, :])[..., None, :]
         offset = rays - rays[..., a, None, :]
@@ -119,7 +119,7 @@ def detect(
 
     if noise.derived:
         derived = rng.uniform(size=lead) < noise.derived
-        height = rng.uniform(*_HEAD_HEIGHT, lead)
+        height = rng.uniform(*HEAD_HEIGHT, lead)
         made = _derive(keypoints, height[..., None, None])
         keypoints = np.where(derived[..., None, None, None], made, keypoints)
 

@@ -1,11 +1,10 @@
 """pcnet3d train CONFIG.toml -o DIR: trains what the config file describes; needs the extra "train".
 
-On several GPUs: torchrun --nproc-per-node N -m pcnet3d.models.train CONFIG.toml -o DIR
+Where the package is not installed, for example on a machine lent for minutes: python -m pcnet3d.models.train ...
 """
 
 from __future__ import annotations
 
-import os
 import sys
 from pathlib import Path
 from typing import Annotated
@@ -19,22 +18,25 @@ from .extras import needed_for
 
 def train(
     config: Annotated[Path, typer.Argument(help="What to train and how, e.g. models/lifter.toml.")],
-    output: Annotated[Path, typer.Option("-o", "--output", help="Folder for weights and log.")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="Folder for weights, checkpoint and log.")],
+    device: Annotated[str, typer.Option(help="auto (a GPU where there is one), cpu or cuda.")] = "auto",
+    threads: Annotated[int, typer.Option(min=1, help="CPU threads.")] = 1,
+    minutes: Annotated[
+        float | None, typer.Option(min=0, help="Stop after so many minutes, to go on by the same command.")
+    ] = None,
 ) -> None:
-    """Train a network of this package from a config file."""
+    """Train a network of this package from a config file, or go on with a run."""
     with needed_for("Training"):
+        import torch
+
         from .lifter_train import train_lifter
-        from .pcnet_ablations import train_ablations
         from .pcnet_train import train_pcnet
-    trainers = {"lifter": train_lifter, "pcnet": train_pcnet, "ablations": train_ablations}
+    trainers = {"lifter": train_lifter, "pcnet": train_pcnet}
     kind = _kind(config)
     if kind not in trainers:
         raise InputError(f"{config}: expected a kind of {', '.join(trainers)}; got '{kind}'.")
-    if kind != "pcnet" and int(os.environ.get("WORLD_SIZE", 1)) > 1:
-        raise InputError(
-            f"{config}: only the kind 'pcnet' trains in several processes; start one for '{kind}'."
-        )
-    trainers[kind](config, output)
+    torch.set_num_threads(threads)
+    trainers[kind](config, output, device, minutes)
 
 
 def _kind(config: Path) -> str:
@@ -45,8 +47,8 @@ def _kind(config: Path) -> str:
         return "lifter"
 
 
-if __name__ == "__main__":  # torchrun starts modules, not commands
-    from ..pipeline.cli import main
-
-    sys.argv.insert(1, "train")
-    main()
+if __name__ == "__main__":
+    try:
+        typer.run(train)
+    except InputError as error:
+        sys.exit(f"error: {error}")
