@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..pipeline.anthropometry import implied_stature
-from ..pipeline.layouts import H36M17
-from ..pipeline.rotations import angle_deg, known, unit
+from ...pipeline.anthropometry import implied_stature
+from ...pipeline.layouts import H36M17
+from ...pipeline.rotations import angle_deg, known, unit
 
 # Root mean square tilt over the rotation error that is expected in a frame; and what a lifter leans with all its frames
 # at least. Both fitted on lifted takes of train and validation subjects, cut to 0.5 s and longer (docs/takes.md).
