@@ -1,10 +1,10 @@
 """Which way is up: one answer from every source that knows something, with its error.
 
-`pool` pools the frames' votes and fuses them with other evidence; `images` reads up and the focal length from an
+`votes` pools the frames' votes and fuses them with other evidence; `images` reads up and the focal length from an
 image's straight lines (`segments` finds those, `lines` fits the directions of a built world to them).
 """
 
-from .pool import (
+from .votes import (
     LEAN_DEG,
     RAYLEIGH_90,
     TILT_SHARE,
