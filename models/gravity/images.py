@@ -11,7 +11,10 @@ from ...pipeline.errors import InputError
 from .lines import Fit, directions, fits, tangent
 from .segments import Segments, segments_of
 
-_FLOOR_DEG = (0.55, 0.30)  # pitch and roll that no number of lines makes surer: distortion, walls out of plumb
+_FLOOR_DEG = (
+    0.55,
+    0.30,
+)  # pitch and roll that no number of lines makes surer: distortion, walls out of plumb
 _LEAST_GAIN = 60.0
 _WIDEST_DEG = 4.0
 # How often an answer of so much gain is quite wrong (more than 5 degrees off), on photographs.
@@ -62,10 +65,9 @@ def up_from_images(
     """Which way is up in images of one camera that stood still, by their straight lines.
 
     images: (H, W, 3) RGB or (H, W) grey, uint8, of one size, without lens distortion to speak of; a few are enough.
-    focal_px: where it is known. boxes: for each image, (N, 4) left, top, right, bottom in pixels of the people. body: the
-    skeletons' up (3,) and its error in degrees, to choose between answers that explain the lines about equally well;
-    it moves none. Raises InputError for images of other types or of several sizes.
-    """
+    focal_px: where it is known. boxes: for each image, (N, 4) left, top, right, bottom in pixels of the people. body:
+    the skeletons' up (3,) and its error in degrees, to choose between answers that explain the lines about equally
+    well; it moves none. Raises InputError for images of other types or of several sizes."""
     _refuse(images, focal_px)
     height, width = images[0].shape[:2]
     side = max(height, width)
@@ -120,4 +122,6 @@ def _refuse(images: Sequence[np.ndarray], focal_px: float | None) -> None:
     if len({image.shape[:2] for image in images}) > 1:
         raise InputError("Expected images of one size; give those of each camera on their own.")
     if focal_px is not None and not 0.1 < focal_px / max(images[0].shape[:2]) < 20:
-        raise InputError(f"Expected a focal length in pixels, near the image's longer side; got {focal_px:g}.")
+        raise InputError(
+            f"Expected a focal length in pixels, near the image's longer side; got {focal_px:g}."
+        )

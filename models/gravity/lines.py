@@ -14,10 +14,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ...pipeline.camera import PRIOR_FOCAL, PRIOR_FOCAL_SPREAD
 from ...pipeline.rotations import from_columns, unit
 from .segments import Segments
 
-PRIOR_FOCAL, PRIOR_FOCAL_SPREAD = 0.8, 0.22  # longer sides, and spread of its logarithm; phones filming: 0.67 to 0.95
 _TOLD_SPREAD = 0.02
 _CENTRE_SPREAD = 0.007  # of a principal point about the image's middle
 _SHARES = np.array([0.25, 0.175, 0.175])  # vertical, and either horizontal direction; the rest is clutter
@@ -68,7 +68,9 @@ def horizontals(up: np.ndarray, heading: np.ndarray) -> np.ndarray:
     return np.stack([c * side + s * ahead, c * ahead - s * side], axis=-2)
 
 
-def fits(segments: Segments, focal: float | None = None, body: tuple[np.ndarray, float] | None = None) -> list[Fit]:
+def fits(
+    segments: Segments, focal: float | None = None, body: tuple[np.ndarray, float] | None = None
+) -> list[Fit]:
     """The best hypotheses, best first, a few degrees apart at least; empty where there are too few segments.
 
     focal: told, in longer sides. body: the skeletons' up (3,) and its error in degrees; it weighs which hypothesis is
@@ -178,7 +180,9 @@ def _polished(segments: Segments, chance: np.ndarray, fit: Fit, told: float | No
     """Iterated least squares over up, focal length, principal point and heading, each segment weighed by how surely it
     runs along one of the directions."""
     middle = np.log(told or PRIOR_FOCAL)
-    spread = np.array([np.inf, np.inf, _TOLD_SPREAD if told else PRIOR_FOCAL_SPREAD, _CENTRE_SPREAD, _CENTRE_SPREAD, np.inf])
+    spread = np.array(
+        [np.inf, np.inf, _TOLD_SPREAD if told else PRIOR_FOCAL_SPREAD, _CENTRE_SPREAD, _CENTRE_SPREAD, np.inf]
+    )
     prior = 1 / spread**2
     information = np.eye(6)
     for _ in range(_TURNS):

@@ -10,8 +10,13 @@ import numpy as np
 _SIDE_PX = 1280  # images are searched at this longer side: finer shows texture, coarser loses edges
 _SHORTEST = 0.025  # of the longer side
 _MOST = 600  # segments, the longest
-_BORDER = 0.006  # of the longer side; a segment along the image's border is the border of something that was cut
-_ANGLE_DEG, _ENDS_PX = 0.45, 0.8  # noise of a segment's direction: of its own, and of its ends at the searched size
+_BORDER = (
+    0.006  # of the longer side; a segment along the image's border is the border of something that was cut
+)
+_ANGLE_DEG, _ENDS_PX = (
+    0.45,
+    0.8,
+)  # noise of a segment's direction: of its own, and of its ends at the searched size
 _USUAL = 0.05  # of the longer side: a segment that long weighs 1
 _WEIGHTS = (0.3, 4.0)
 
@@ -20,10 +25,9 @@ _WEIGHTS = (0.3, 4.0)
 class Segments:
     """Segments of one or more images of a size. Lengths are in longer sides of the image, from its middle.
 
-    ends: (N, 2, 2) both ends. middle: (N, 2). direction: (N, 2) unit, of either sign. sd: (N,) radians, the noise of the
-    direction. weight: (N,) how many segments of usual length each counts for, over the images. size: (2,) width and
-    height in longer sides.
-    """
+    ends: (N, 2, 2) both ends. middle: (N, 2). direction: (N, 2) unit, of either sign. sd: (N,) radians, the noise of
+    the direction. weight: (N,) how many segments of usual length each counts for, over the images. size: (2,) width
+    and height in longer sides."""
 
     ends: np.ndarray
     middle: np.ndarray
@@ -45,7 +49,11 @@ def segments_of(images: Sequence[np.ndarray], boxes: Sequence[np.ndarray] | None
     for image, masked in zip(images, boxes or [np.zeros((0, 4))] * len(images), strict=True):
         lines = _lines(image, side)
         middle = lines.mean(axis=1)
-        inside = ((middle[:, None] >= masked[None, :, :2]) & (middle[:, None] <= masked[None, :, 2:])).all(-1).any(-1)
+        inside = (
+            ((middle[:, None] >= masked[None, :, :2]) & (middle[:, None] <= masked[None, :, 2:]))
+            .all(-1)
+            .any(-1)
+        )
         lines = lines[~inside]
         length = np.linalg.norm(lines[:, 1] - lines[:, 0], axis=-1)
         found.append(lines[np.argsort(-length)[:_MOST]])
