@@ -18,14 +18,16 @@ from ...pipeline.camera import PRIOR_FOCAL, PRIOR_FOCAL_SPREAD
 from ...pipeline.rotations import from_columns, unit
 from .segments import Segments
 
-_TOLD_SPREAD = 0.02
 _CENTRE_SPREAD = 0.007  # of a principal point about the image's middle
 _SHARES = np.array([0.25, 0.175, 0.175])  # vertical, and either horizontal direction; the rest is clutter
 _BLUR_DEG, _UNIFORM = 10.0, 0.15  # of the histogram that chance is
 _WIDEST_DEG, _STEP_DEG = 45.0, 2.0  # the search for up, about the image's own
 _HEADINGS = 45  # over 90 degrees: then the two horizontal directions change roles
-_FOCALS = np.exp(np.linspace(-2, 2, 7))  # in spreads of the prior's logarithm, see _focals
-_MODES, _POLISHED = 6, 3
+_FOCALS = np.linspace(-2, 2, 7)  # tried by the search, in spreads of what is known before
+_MODES, _SEARCHED_MODES, _POLISHED = 18, 5, 3
+_GLANCED, _BLURRED_DEG, _COARSE_FOCALS = 250, 1.0, (-1.2, 0.0, 1.2)
+_SEARCHED = 400  # segments that the search looks at; the fit looks at all
+_SURE = 0.05  # spread of a focal length that is not searched for
 _APART_DEG = 6.0  # two answers nearer than this are one
 _TURNS = 12
 _DESIGN = 6.0  # segments of one window frame are not independent: the information counts a sixth
@@ -69,21 +71,32 @@ def horizontals(up: np.ndarray, heading: np.ndarray) -> np.ndarray:
 
 
 def fits(
-    segments: Segments, focal: float | None = None, body: tuple[np.ndarray, float] | None = None
+    segments: Segments,
+    focal: tuple[float, float] = (PRIOR_FOCAL, PRIOR_FOCAL_SPREAD),
+    body: tuple[np.ndarray, float] | None = None,
 ) -> list[Fit]:
     """The best hypotheses, best first, a few degrees apart at least; empty where there are too few segments.
 
-    focal: told, in longer sides. body: the skeletons' up (3,) and its error in degrees; it weighs which hypothesis is
-    best and moves none, so nothing counts twice.
-    """
+    focal: what is known before, in longer sides, and the spread of its logarithm. body: the skeletons' up (3,) and
+    its error in degrees; it weighs which hypothesis is best and moves none, so nothing counts twice."""
     if len(segments) < 8:
         return []
-    chance = _chance(segments)
-    found = []
-    for up in _modes(segments, chance, focal or PRIOR_FOCAL, body):
-        best = max((_turned(segments, chance, up, one) for one in _focals(focal)), key=lambda fit: fit.gain)
+    few = segments.longest(_SEARCHED)
+    chance, found = _chance(few), []
+    coarse, fine = (_COARSE_FOCALS, _FOCALS) if focal[1] > _SURE else ((0.0,), (0.0,))
+    ups = _modes(few, chance, focal[0], body)
+    # Vertical lines alone hardly tell one up from another; the level ones do, looked at with a blurred eye first.
+    blurred = replace(few.longest(_GLANCED), sd=np.hypot(few.longest(_GLANCED).sd, np.radians(_BLURRED_DEG)))
+    glance = _chance(blurred)
+    gains = [max(_turned(blurred, glance, up, focal, steps, 30).gain for steps in coarse) for up in ups]
+    for row in np.argsort(-np.array(gains))[:_SEARCHED_MODES]:
+        best = max(
+            (_turned(few, chance, ups[row], focal, steps, _HEADINGS) for steps in fine),
+            key=lambda fit: fit.gain,
+        )
         found.append(best)
     found.sort(key=lambda fit: -(fit.gain + _log_body(fit.up, body)))
+    chance = _chance(segments)
     polished = [_polished(segments, chance, fit, focal) for fit in found[:_POLISHED]]
     polished.sort(key=lambda fit: -(fit.gain + _log_body(fit.up, body)))
     distinct: list[Fit] = []
@@ -100,10 +113,6 @@ def directions(segments: Segments, fit: Fit) -> np.ndarray:
     other = (1 - _SHARES.sum()) * _chance(segments)
     best = share.argmax(axis=1)
     return np.where(share.max(axis=1) > other, best, -1)
-
-
-def _focals(focal: float | None) -> np.ndarray:
-    return np.array([focal]) if focal else PRIOR_FOCAL * _FOCALS**PRIOR_FOCAL_SPREAD
 
 
 def _chance(segments: Segments) -> np.ndarray:
@@ -163,26 +172,31 @@ def _modes(
     return [*chosen, body[0]] if body else chosen
 
 
-def _turned(segments: Segments, chance: np.ndarray, up: np.ndarray, focal: float) -> Fit:
-    """The best heading for an up and a focal length."""
-    headings = np.arange(_HEADINGS) * (np.pi / 2 / _HEADINGS)
+def _turned(
+    segments: Segments,
+    chance: np.ndarray,
+    up: np.ndarray,
+    before: tuple[float, float],
+    steps: float,
+    count: int,
+) -> Fit:
+    """The best of so many headings for an up and a focal length so many spreads from what is known before."""
+    focal = before[0] * np.exp(steps * before[1])
+    headings = np.arange(count) * (np.pi / 2 / count)
     both = horizontals(up, headings)
     centre = np.zeros(2)
     level = _density(segments, _sine(segments, both, focal, centre)).sum(axis=1) * _SHARES[1]
     vertical = _density(segments, _sine(segments, up, focal, centre)) * _SHARES[0]
     gains = np.log((vertical + level) / chance + 1 - _SHARES.sum()) @ segments.weight
     best = int(gains.argmax())
-    log_focal = (np.log(focal / PRIOR_FOCAL) / PRIOR_FOCAL_SPREAD) ** 2 / 2
-    return Fit(up, float(focal), centre, float(headings[best]), float(gains[best] - log_focal))
+    return Fit(up, float(focal), centre, float(headings[best]), float(gains[best] - steps**2 / 2))
 
 
-def _polished(segments: Segments, chance: np.ndarray, fit: Fit, told: float | None) -> Fit:
+def _polished(segments: Segments, chance: np.ndarray, fit: Fit, focal: tuple[float, float]) -> Fit:
     """Iterated least squares over up, focal length, principal point and heading, each segment weighed by how surely it
     runs along one of the directions."""
-    middle = np.log(told or PRIOR_FOCAL)
-    spread = np.array(
-        [np.inf, np.inf, _TOLD_SPREAD if told else PRIOR_FOCAL_SPREAD, _CENTRE_SPREAD, _CENTRE_SPREAD, np.inf]
-    )
+    middle = np.log(focal[0])
+    spread = np.array([np.inf, np.inf, focal[1], _CENTRE_SPREAD, _CENTRE_SPREAD, np.inf])
     prior = 1 / spread**2
     information = np.eye(6)
     for _ in range(_TURNS):

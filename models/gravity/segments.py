@@ -35,9 +35,20 @@ class Segments:
     sd: np.ndarray
     weight: np.ndarray
     size: np.ndarray
+    first: int
 
     def __len__(self) -> int:
         return len(self.weight)
+
+    def longest(self, most: int) -> Segments:
+        """At most so many of them, with the weight of all."""
+        if len(self) <= most:
+            return self
+        rows = np.argsort(-np.linalg.norm(self.ends[:, 1] - self.ends[:, 0], axis=-1))[:most]
+        weight = self.weight[rows] * (self.weight.sum() / self.weight[rows].sum())
+        return Segments(
+            self.ends[rows], self.middle[rows], self.direction[rows], self.sd[rows], weight, self.size, 0
+        )
 
 
 def segments_of(images: Sequence[np.ndarray], boxes: Sequence[np.ndarray] | None = None) -> Segments:
@@ -69,6 +80,7 @@ def segments_of(images: Sequence[np.ndarray], boxes: Sequence[np.ndarray] | None
         sd=np.hypot(np.radians(_ANGLE_DEG), ends_rad),
         weight=np.clip(length / _USUAL, *_WEIGHTS) / len(images),
         size=np.array([width, height]) / side,
+        first=len(found[0]),
     )
 
 
