@@ -10,7 +10,8 @@ import numpy as np
 
 from ...pipeline.camera import Look
 from ...pipeline.rotations import angle_deg, unit
-from .fusion import IMAGE, held
+from .fusion import IMAGE
+from .held import held
 
 _LOST_DEG_PER_S = 12.0  # how fast a camera's up may go elsewhere where no image says anything
 _OUTLIER_DEG = 4.0  # looks this far from the line between their neighbours count half
