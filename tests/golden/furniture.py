@@ -155,39 +155,6 @@ def cable(rng: np.random.Generator, at: np.ndarray, paint: np.ndarray) -> Rope:
     return Rope(above(at, 0.01) + np.cumsum(steps, axis=0), 0.02, paint)
 
 
-@dataclass(eq=False)
-class Leaves:
-    """Foliage, a plant or a heap of clothes: patches of all shapes, turned all ways, within an ellipsoid."""
-
-    middle: np.ndarray
-    radius: np.ndarray
-    leaf: float
-    shades: np.ndarray  # (n, 3) one colour each
-    seed: int
-
-    def paint(self, canvas: Canvas) -> None:
-        rng = np.random.default_rng(self.seed)
-        n = len(self.shades)
-        ball = rng.normal(size=(n, 3))
-        ball *= rng.uniform(0.3, 1, (n, 1)) / np.linalg.norm(ball, axis=1, keepdims=True)
-        towards = canvas.view.position - self.middle
-        ball = ball[np.argsort(ball @ towards)]
-        angle = np.sort(rng.uniform(0, 2 * np.pi, (n, 6)), axis=1)
-        size = self.leaf * rng.uniform(0.4, 1.3, (n, 1))
-        shape = size[..., None] * np.stack([np.cos(angle), rng.uniform(0.4, 1, (n, 1)) * np.sin(angle)], -1)
-        turn = np.linalg.qr(rng.normal(size=(n, 3, 3)))[0]
-        corners = self.middle + (ball * self.radius)[:, None] + shape @ turn[:, :2]
-        for patch, shade in zip(corners, self.shades, strict=True):
-            canvas.fill(patch, shade)
-
-
-def leaves(rng: np.random.Generator, middle, radius, leaf: float, n: int, paint: np.ndarray) -> Leaves:
-    shades = paint * rng.uniform(0.35, 1.25, (n, 1)) * rng.uniform(0.85, 1.1, (n, 3))
-    return Leaves(
-        np.asarray(middle, float), np.asarray(radius), leaf, shades.clip(0, 255), int(rng.integers(2**31))
-    )
-
-
 def table(rng: np.random.Generator, at, yaw: float) -> Group:
     """A table, a bench or a stool: a top on four legs."""
     width, depth, height = rng.uniform(0.4, 1.9), rng.uniform(0.4, 0.9), rng.uniform(0.42, 0.95)
@@ -244,36 +211,3 @@ def ladder(rng: np.random.Generator, foot: np.ndarray, top: np.ndarray) -> Group
     rungs = foot + rungs * (top - foot)
     return Group([beam(foot + s, top + s, 0.05, paint) for s in (-side, side)]
                  + [beam(rung - side, rung + side, 0.03, paint) for rung in rungs])  # fmt: skip
-
-
-def tree(rng: np.random.Generator, at: np.ndarray, height: float, lean: float) -> Group:
-    """A trunk in bent pieces, radians off the vertical, and a crown."""
-    bark, azimuth = colour(rng, (0.15, 0.4)), rng.uniform(0, 2 * np.pi)
-    t = np.linspace(0, 1, 9)[:, None]
-    direction = np.array([np.sin(lean) * np.cos(azimuth), np.sin(lean) * np.sin(azimuth), np.cos(lean)])
-    bend = np.cumsum(rng.normal(0, 0.012 * height, (9, 3)) * [1, 1, 0], axis=0)
-    points = at + t * direction * 0.6 * height + bend - bend[0]
-    trunk = [Rope(points[i : i + 2], height * 0.05 * (1 - 0.07 * i), bark * rng.uniform(0.8, 1.2))
-             for i in range(8)]  # fmt: skip
-    green = np.array([90, 130, 60]) * rng.uniform(0.6, 1.3)
-    crown = leaves(rng, points[-1] + [0, 0, 0.15 * height], height * np.array([0.28, 0.28, 0.3]),
-                   height * 0.035, 260, green)  # fmt: skip
-    return Group([*trunk, crown], layered=True)
-
-
-def car(rng: np.random.Generator, at: np.ndarray, yaw: float) -> Group:
-    """A car of two boxes with windows, on dark wheels."""
-    paint, axes = colour(rng, saturation=0.9), turned(yaw)
-    glass = np.array([40, 45, 50])
-
-    def windows(canvas: Canvas, plane: Plane, width: float, height: float) -> None:
-        for x in np.linspace(0, width, 4 if width > 2 else 2)[:-1]:
-            step = width / (3 if width > 2 else 1)
-            corners = plane.rect(x + 0.06, 0.05, x + step - 0.06, height - 0.08)
-            canvas.fill(corners, glass)
-
-    wheels = [standing(at + x * axes[0] + y * axes[1], (0.6, 0.2, 0.6), yaw, np.array([25, 25, 25]))
-              for x in (-1.3, 1.3) for y in (-0.8, 0.8)]  # fmt: skip
-    body = standing(above(at, 0.3), (4.2, 1.75, 0.65), yaw, paint)
-    cabin = standing(above(at, 0.95) - 0.2 * axes[0], (2.3, 1.55, 0.5), yaw, paint, windows)
-    return Group([Group(wheels), body, cabin], layered=True)

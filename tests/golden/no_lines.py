@@ -5,7 +5,8 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from golden.furniture import colour, leaves, paint_all, tree, turned
+from golden.furniture import colour, paint_all, turned
+from golden.plants import leaves, tree
 from golden.shots import Room, angles, taken
 from golden.textures import fractal
 from golden.views import Canvas, Plane, held

@@ -16,13 +16,13 @@ from golden.furniture import (
     chest,
     colour,
     ladder,
-    leaves,
     paint_all,
     rope,
     table,
     turned,
 )
 from golden.no_lines import KINDS, no_lines
+from golden.plants import leaves
 from golden.shots import Room, angles, taken
 from golden.streets import street
 from golden.views import Canvas, Plane, View, held

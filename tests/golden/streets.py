@@ -9,16 +9,16 @@ from golden.furniture import (
     Box,
     Group,
     Patch,
+    above,
     beam,
-    car,
     chest,
     colour,
     paint_all,
     rope,
     standing,
-    tree,
     turned,
 )
+from golden.plants import tree
 from golden.shots import Room, angles, taken
 from golden.textures import fractal
 from golden.views import Canvas, Plane, View, held
@@ -38,12 +38,11 @@ def street(seed: int) -> Room:
     wide = rng.uniform(5, 14)
     second = along + (0 if rng.random() < 0.5 else rng.normal(0, 0.3))
     _ground(canvas, rng, along, wide)
-    things = _row(rng, along, wide * rng.uniform(0.3, 0.7) + 1, 1, taste)
-    things += _row(rng, second, wide * rng.uniform(0.3, 0.7) + 1, -1, taste)
+    things = _row(rng, along, wide * rng.uniform(0.3, 0.7) + 1, 1, taste, view)
+    things += _row(rng, second, wide * rng.uniform(0.3, 0.7) + 1, -1, taste, view)
     if rng.random() < 0.5:  # a courtyard, or where the street turns
-        things += _row(
-            rng, along + np.pi / 2 + rng.choice([0, rng.normal(0, 0.3)]), rng.uniform(12, 25), -1, taste
-        )
+        across = along + np.pi / 2 + rng.choice([0, rng.normal(0, 0.3)])
+        things += _row(rng, across, rng.uniform(12, 25), -1, taste, view)
     things += _street_things(rng, along, wide, view, taste.richness)
     paint_all(canvas, things)
     return taken(canvas, tilt, "street", rng, rng.choice([0, 1, 2], p=[0.3, 0.5, 0.2]))
@@ -75,8 +74,10 @@ def _ground(canvas: Canvas, rng: np.random.Generator, along: float, wide: float)
         canvas.fill(plane.rect(x, 59.93, x + 2.5, 60.07), np.full(3, 225.0))
 
 
-def _row(rng: np.random.Generator, along: float, away: float, side: int, taste: Style) -> list[Group]:
-    """Houses whose fronts stand in a line, metres away to the left (side 1) or right of the camera."""
+def _row(
+    rng: np.random.Generator, along: float, away: float, side: int, taste: Style, view: View
+) -> list[Group]:
+    """Houses whose fronts stand in a line, metres away to the left (side 1) or right of the camera; none behind it."""
     u, v, _ = turned(along)
     houses, x, storey = [], rng.uniform(-12, -4), rng.uniform(2.8, 3.4)
     while x < 45:
@@ -86,7 +87,8 @@ def _row(rng: np.random.Generator, along: float, away: float, side: int, taste: 
         texture = str(rng.choice([taste.texture, "plaster"]))
         paint = colour(rng, (0.5, 0.95), 0.3 if rng.random() < 0.7 else 0.7)
         house = standing(at, (width, depth, height), along, paint, front(rng, taste, storey, width), texture)
-        houses.append(Group([Group(_roof(rng, house)), house], layered=True))
+        if view.heading @ at > -9:
+            houses.append(Group([Group(_roof(rng, house)), house], layered=True))
         x += width + (rng.uniform(1, 6) if rng.random() < 0.2 else 0)
     return houses
 
@@ -96,7 +98,7 @@ def _roof(rng: np.random.Generator, house: Box) -> list[Patch]:
     u, v, _ = house.axes * house.half[:, None]
     top, paint = house.middle + house.half[2] * Z, colour(rng, (0.25, 0.6), 0.6)
     ridge = top + rng.uniform(1.5, 4) * Z
-    slopes = [Patch(np.stack([top - u + s * v, top + u + s * v, ridge + u, ridge - u]), paint * (0.9 + 0.1 * s), "wood")
+    slopes = [Patch(np.stack([top - u + s * v, top + u + s * v, ridge + u, ridge - u]), paint * (0.9 + 0.1 * s))
               for s in (-1, 1)]  # fmt: skip
     gables = [Patch(np.stack([top + s * u - v, top + s * u + v, ridge + s * u]), 0.8 * house.paint_colour)
               for s in (-1, 1)]  # fmt: skip
@@ -107,7 +109,7 @@ def _street_things(rng: np.random.Generator, along: float, wide: float, view: Vi
     u, v, _ = turned(along)
     things = []
     for _ in range(rng.poisson(4 + 4 * richness)):
-        at = rng.uniform(4, 30) * u + rng.choice([-1, 1]) * wide * rng.uniform(0.2, 0.42) * v
+        at = rng.uniform(4, 30) * u + rng.choice([-1, 1]) * wide * rng.uniform(0.15, 0.36) * v
         if np.linalg.norm(at) < 3.5 or view.heading @ at < 2.5:
             continue
         kind = rng.choice(["car", "lamp", "tree", "bin", "cable"], p=[0.25, 0.12, 0.38, 0.1, 0.15])
@@ -124,3 +126,21 @@ def _street_things(rng: np.random.Generator, along: float, wide: float, view: Vi
             ends = [at + rng.uniform(-10, 10) * u + s * wide * v + rng.uniform(4, 7) * Z for s in (-0.5, 0.5)]
             things.append(rope(*ends, rng.uniform(0.2, 1), 0.04, np.full(3, 30.0)))
     return things
+
+
+def car(rng: np.random.Generator, at: np.ndarray, yaw: float) -> Group:
+    """A car of two boxes with windows, on dark wheels."""
+    paint, axes = colour(rng, saturation=0.9), turned(yaw)
+    glass = np.array([40, 45, 50])
+
+    def windows(canvas: Canvas, plane: Plane, width: float, height: float) -> None:
+        for x in np.linspace(0, width, 4 if width > 2 else 2)[:-1]:
+            step = width / (3 if width > 2 else 1)
+            corners = plane.rect(x + 0.06, 0.05, x + step - 0.06, height - 0.08)
+            canvas.fill(corners, glass)
+
+    wheels = [standing(at + x * axes[0] + y * axes[1], (0.6, 0.2, 0.6), yaw, np.array([25, 25, 25]))
+              for x in (-1.3, 1.3) for y in (-0.8, 0.8)]  # fmt: skip
+    body = standing(above(at, 0.3), (4.2, 1.75, 0.65), yaw, paint)
+    cabin = standing(above(at, 0.95) - 0.2 * axes[0], (2.3, 1.55, 0.5), yaw, paint, windows)
+    return Group([Group(wheels), body, cabin], layered=True)

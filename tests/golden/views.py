@@ -134,6 +134,9 @@ class Canvas:
         xy = self.seen(corners)
         if not len(xy):
             return
+        x0, y0, x1, y1 = _bounds(xy, self.gain.shape)
+        if min(x1 - x0, y1 - y0) < 12:  # too small for a texture to show
+            return self.fill(corners, colour)
         self._colour(xy, colour)
         levels, metres = texture(name)
         edges = [corners[1] - corners[0], corners[3] - corners[0]]
@@ -147,7 +150,6 @@ class Canvas:
         K[:2, 2] = self.view.centre + self.view.margin
         pixel_m = metres / level.shape[0]
         columns = np.stack([units[0] * pixel_m, units[1] * pixel_m, corners[0] - self.view.position], axis=1)
-        x0, y0, x1, y1 = _bounds(xy, self.gain.shape)
         move = np.array([[1, 0, -x0], [0, 1, -y0], [0, 0, 1.0]])
         homography = move @ K @ self.view.R_camera_from_world @ columns
         if abs(np.linalg.det(homography)) < 1e-9:  # seen edge on

@@ -120,9 +120,7 @@ def radiator(plane: Plane, normal: np.ndarray, rng, x: float) -> tuple[list, flo
 
 def wall(canvas: Canvas, rng, plane: Plane, length: float, height: float, taste: Style) -> list[Box]:
     """Paint a wall with what is flat on it -> what stands out from it, to be painted later."""
-    normal = np.cross(
-        plane.right, plane.up
-    )  # into the room: the wall runs from left to right as seen from outside
+    normal = np.cross(plane.up, plane.right)  # into the room: its walls run round it counter-clockwise
     shade = 0.8 + 0.2 * abs(plane.right[0])
     canvas.textured(plane.rect(0, 0, length, height), shade * taste.wall, taste.texture)
     if not len(canvas.seen(plane.rect(0, 0, length, height))):
