@@ -1,7 +1,7 @@
 """A camera's intrinsics, and points and images as an ideal pinhole camera in its place would have seen them.
 
 Pixels are OpenCV's: x right, y down, the centre of the upper left pixel at (0, 0). The distortion models are OpenCV's
-as well: polynomial (Brown-Conrady, rational, thin prism, tilted) and fisheye (Kannala-Brandt).
+as well: polynomial (Brown-Conrady, rational, thin prism) and fisheye (Kannala-Brandt).
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ import numpy as np
 
 from .errors import InputError
 
-_COUNTS = (0, 4, 5, 8, 12, 14)  # of OpenCV's polynomial coefficients
+_COUNTS = (0, 4, 5, 8, 12)  # of OpenCV's polynomial coefficients; its 14 are of a tilted sensor
 _FOCAL = (0.2, 20.0)  # focal length over the longer side of the image: fisheye lenses to telephoto lenses
 _PIXEL_ASPECT = 2.0  # the most that one focal length may be over the other: anamorphic video has 1.46
 _SAME_ASPECT = 0.01  # by which the aspect of two images may differ: video is cut to even or round numbers
 _STEPS = 30  # of Newton's method; lenses take 3 to 8, the border of a fisheye's image 20
 _STEP = 1e-6  # of finite differences, of the focal length
-_ALONG = np.linspace(0, 1, 21)  # shares of the way from the axis to a ray at which the lens is looked at
+_ALONG = np.linspace(0, 1, 11)  # shares of the way from the axis to a ray at which the lens is looked at
 _MISSED = 1e-4  # of the focal length; a point that is missed by more is none that the lens can give
 
 
@@ -87,7 +87,7 @@ class Intrinsics:
         to this one."""
         if self.image_size in (None, image_size):
             return replace(self, image_size=image_size)
-        (width, height), old = image_size, np.array(self.image_size)
+        (width, height), old = image_size, self.image_size or image_size
         sx, sy = width / old[0], height / old[1]
         if abs(sx / sy - 1) > _SAME_ASPECT:
             turned = abs(width / old[1] * old[0] / height - 1) <= _SAME_ASPECT
@@ -179,16 +179,26 @@ def _rays(observed: np.ndarray, intrinsics: Intrinsics) -> np.ndarray:
 
 
 def _bent(rays: np.ndarray, intrinsics: Intrinsics) -> np.ndarray:
-    """(N, 2) normalised image coordinates of (N, 2) rays, after the lens."""
-    import cv2
-
-    if not len(rays):
-        return rays
+    """(N, 2) normalised image coordinates of (N, 2) rays, after the lens; the formulas of OpenCV's documentation."""
+    x, y = rays.T
+    r2 = x * x + y * y
     if intrinsics.fisheye:
-        return cv2.fisheye.distortPoints(rays[:, None], np.eye(3), _coefficients(intrinsics))[:, 0]
-    points = np.column_stack([rays, np.ones(len(rays))])
-    still = np.zeros(3)
-    return cv2.projectPoints(points[:, None], still, still, np.eye(3), _coefficients(intrinsics))[0][:, 0]
+        k1, k2, k3, k4 = _coefficients(intrinsics)
+        radius = np.sqrt(r2)
+        angle = np.arctan(radius)
+        square = angle * angle
+        bent = angle * (1 + square * (k1 + square * (k2 + square * (k3 + square * k4))))
+        return rays * np.where(radius > 0, bent / np.where(radius > 0, radius, 1), 1)[:, None]
+    k1, k2, p1, p2, k3, k4, k5, k6, s1, s2, s3, s4 = np.pad(
+        given := _coefficients(intrinsics), (0, 12 - len(given))
+    )
+    radial = (1 + r2 * (k1 + r2 * (k2 + r2 * k3))) / (1 + r2 * (k4 + r2 * (k5 + r2 * k6)))
+    return np.column_stack(
+        [
+            x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x) + r2 * (s1 + r2 * s2),
+            y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y + r2 * (s3 + r2 * s4),
+        ]
+    )
 
 
 def _coefficients(intrinsics: Intrinsics) -> np.ndarray:

@@ -13,6 +13,9 @@ LENSES = {
     "barrel": Intrinsics((800.0, 810.0), (630.0, 365.0), (-0.3, 0.1, 0.001, -0.002, 0.01), image_size=SIZE),
     "pincushion": Intrinsics((1100.0, 1100.0), (640.0, 350.0), (0.25, 0.05, 0, 0), image_size=SIZE),
     "rational": Intrinsics((700, 700), (640, 360), (5.0, 2.0, 0, 0, 0.1, 5.2, 3.5, 0.4), image_size=SIZE),
+    "thin prism": Intrinsics(
+        (900, 900), (640, 360), (-0.1, 0.02, 1e-3, 1e-3, 0, 0, 0, 0, 1e-3, 2e-3, -1e-3, 3e-3), image_size=SIZE
+    ),
     "fisheye": Intrinsics((500, 505), (645, 355), (-0.02, 0.01, -0.003, 0.001), True, SIZE),
 }
 
