@@ -51,7 +51,9 @@ def test_cameras(rng, world):
     R = cameras.view_rotation(*angles)
     same(t_cameras.view_rotation(*map(tensor, angles)), R)
     placed = cameras.place(world, rng)
-    one = t_cameras.Cameras(*map(tensor, (placed.R_camera_from_world, placed.position, placed.focal_px, placed.image_size)))
+    one = t_cameras.Cameras(
+        *map(tensor, (placed.R_camera_from_world, placed.position, placed.focal_px, placed.image_size))
+    )
     joints = placed.to_camera(world)
     same(one.to_camera(tensor(world)), joints)
     same(one.project(tensor(joints)), placed.project(joints))
@@ -119,18 +121,22 @@ def test_rotations(rng):
 def test_noise_is_as_large_as_the_formula_says():
     """Jitter, errors and gaps of both over many windows of a person who stands still."""
     from golden.bodies import facing_camera
-
     from pcnet3d.models.on_device.draw import Draw
 
-    joints = np.broadcast_to(facing_camera() + [0, 0, 4.0], (400, 30, 17, 3)).astype(np.float32)
+    joints = np.broadcast_to(facing_camera() + np.array([0, 0, 4.0]), (400, 30, 17, 3)).astype(np.float32)
     pixels = joints[..., :2] / joints[..., 2:] * 1000 + 500
     a, trust_a = noise2d.detect(pixels, joints, np.random.default_rng(0))
-    b, trust_b = (np.asarray(part) for part in t_noise.detect(tensor(pixels), tensor(joints), Draw(0, 0), t_noise.Spoilt(), 30.0))
+    b, trust_b = (
+        np.asarray(part)
+        for part in t_noise.detect(tensor(pixels), tensor(joints), Draw(0, 0), t_noise.Spoilt(), 30.0)
+    )
 
     def figures(keypoints, trust):
         error = keypoints - pixels
         gone = np.isnan(error[..., 0])
-        parts = [np.nanquantile(np.abs(part), 0.7, axis=(0, 1, 3)) for part in (error, np.diff(error, axis=1))]
+        parts = [
+            np.nanquantile(np.abs(part), 0.7, axis=(0, 1, 3)) for part in (error, np.diff(error, axis=1))
+        ]
         return np.concatenate(parts), gone.mean(), trust[~gone].mean()
 
     (spread_a, gone_a, mean_a), (spread_b, gone_b, mean_b) = figures(a, trust_a), figures(b, trust_b)
@@ -157,4 +163,6 @@ def test_cameras_keep_everybody_in_the_picture(world, share):
 def test_layouts_agree():
     child, parent = bodies.bone_tree()
     assert sorted(child) == [i for i in range(17) if H36M17.joints[i] != "pelvis"]
-    assert [H36M17.joints[p] for c, p in zip(child, parent, strict=True) if H36M17.joints[c] == "l_ankle"] == ["l_knee"]
+    assert [
+        H36M17.joints[p] for c, p in zip(child, parent, strict=True) if H36M17.joints[c] == "l_ankle"
+    ] == ["l_knee"]
