@@ -32,6 +32,8 @@ from .mocap_parts import read_parts
 from .pcnet_evaluate import as_markdown as tables_as_markdown
 from .pcnet_evaluate import own_tables, rectifier_tables
 from .pcnet_views import Targets
+from .real_take import as_markdown as real_take_as_markdown
+from .real_take import real_take_tables
 from .swap_evaluate import as_markdown as swaps_as_markdown
 from .swap_evaluate import swap_tables
 from .take_evaluate import as_markdown as takes_as_markdown
@@ -49,7 +51,8 @@ def evaluate(
     rectifier: Annotated[
         list[str] | None,
         typer.Option(
-            help="A rectifier, or a network's .onnx file; repeatable. Default: geometric; takes, angles: also pcnet."
+            help="A rectifier, or a network's .onnx file; repeatable. Default: geometric; takes, angles, real take: "
+            "also pcnet."
         ),
     ] = None,
     lifter: Annotated[str, typer.Option(help="The built-in one, or a file.")] = "pcnet3d",
@@ -72,24 +75,29 @@ def evaluate(
     swaps: Annotated[
         bool, typer.Option("--swaps", help="Judge how exchanged limbs and overturned depth are found.")
     ] = False,
+    real_take: Annotated[
+        bool, typer.Option("--real-take", help="Judge everything on real videos of four cameras, with truth.")
+    ] = False,
 ) -> None:
     """Judge the lifter and rectifiers, on lifted and on clean poses, against motion capture.
 
     With --data only the rectifiers are judged, on clean poses of that data. With --takes only they are, on takes of
     one camera that stands still: tilt, stated errors, accelerations, one take from eight cameras. With --angles joint
     angles are, on the same takes. With --swaps exchanged limbs and overturned depth are put into takes and looked for.
+    With --real-take the way from the video to upright joints and angles is judged on a real take (real/ of the data).
     """
     refuse_unwritable(output)
-    asked = [flag for flag, given in (("--takes", takes), ("--angles", angles), ("--swaps", swaps)) if given]
+    reports = {"--takes": takes, "--angles": angles, "--swaps": swaps, "--real-take": real_take}
+    asked = [flag for flag, given in reports.items() if given]
     if len(asked) > 1:
         raise InputError(f"{' and '.join(asked)} are reports of their own; ask for one at a time.")
     if asked and (real or data is not None):
-        raise InputError(
-            f"{asked[0]} judges takes of the project's own motion capture; leave --real and --data out."
-        )
+        raise InputError(f"{asked[0]} judges takes of the project's own data; leave --real and --data out.")
     if swaps and rectifier:
         raise InputError("--swaps judges no rectifier; leave --rectifier out.")
-    rectifiers = [load_rectifier(name) for name in rectifier or _DEFAULT[: 2 if takes or angles else 1]]
+    rectifiers = [
+        load_rectifier(name) for name in rectifier or _DEFAULT[: 2 if takes or angles or real_take else 1]
+    ]
     if data is None and (split is not None or targets != "body"):
         raise InputError("--split and --targets are for --data FILE, a file of pcnet3d mocap.")
     if takes:
@@ -98,6 +106,8 @@ def evaluate(
         results = angle_tables(rectifiers, lifter, seed, flip)
     elif swaps:
         results = swap_tables(lifter, seed, flip)
+    elif real_take:
+        results = real_take_tables(rectifiers, lifter, flip)
     elif data is not None:
         if real or flip or lifter != "pcnet3d":
             raise InputError("--real, --flip and --lifter are about the lifter, which --data does not judge.")
@@ -112,7 +122,10 @@ def evaluate(
         results["real"] = agreement(lifter, flip)
         results["real, rectified"] = consistency(rectifiers, lifter)
     output.mkdir(parents=True, exist_ok=True)
-    pages = {"--takes": takes_as_markdown, "--angles": angles_as_markdown, "--swaps": swaps_as_markdown}
+    pages = {
+        "--takes": takes_as_markdown, "--angles": angles_as_markdown, "--swaps": swaps_as_markdown,
+        "--real-take": real_take_as_markdown,
+    }  # fmt: skip
     page = pages[asked[0]] if asked else as_markdown if data is None else own_as_markdown
     text = page(results)
     with whole_file(output / "evaluation.md") as partial:
