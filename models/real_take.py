@@ -29,7 +29,7 @@ from ..pipeline.reading import choose_person
 from ..pipeline.rotations import angle_deg, kabsch, rotate, transpose, unit
 from ..pipeline.sockets import Rectifier
 from ..pipeline.take import Video
-from .angle_evaluate import judge
+from .angle_evaluate import judge, spread
 from .detect_video import detect
 from .detectors import load_detector
 from .levelling import level_static, why_not
@@ -278,7 +278,7 @@ def angle_errors(
     for name in names:
         keys = [key for key in (name, f"r_{name}", f"l_{name}") if key in found]
         error = np.concatenate([judge(found[key], true[key], found[key].reason == FINE)[0] for key in keys])
-        errors[name] = {"rmse": _mean(error**2) ** 0.5, "mae": _mean(np.abs(error))}
+        errors[name] = spread(error)
     return errors
 
 
