@@ -22,15 +22,14 @@ from ..pipeline.errors import InputError
 from ..pipeline.outputs import whole_file
 from ..pipeline.rotations import rotate, transpose
 from . import pcnet
+from .evaluation_sets import evaluation_sets
 from .geometric import Geometric
 from .metrics import Figure, plain, procrustes_error
-from .mocap import Subjects, read_clips
 from .pcnet_evaluate import Judged, Take, clean_takes, compare, judge, lifted, together
 from .pcnet_export import Deployed
 from .pcnet_train import TrainConfig, best_of, score_of, train
 from .train_config import as_toml, checked
 
-_SETS: tuple[tuple[str, Subjects], ...] = (("CMU test", "test"), ("HDM05", "hdm05"))
 _BUDGET = {"steps", "batch", "seed"}
 _CHUNK = 1024
 
@@ -106,10 +105,10 @@ def judged_sets(every: int, seed: int = 0) -> dict[str, Take]:
     """Upright frames of the test takes, one long take for each set: lifted ones, and clean ones from the paper's
     views."""
     sets = {}
-    for label, subjects in _SETS:
+    for one in evaluation_sets():
         for kind, takes in (
-            ("lifted", lifted(subjects, seed)),
-            ("clean", clean_takes(read_clips(subjects), "paper", seed)),
+            ("lifted", lifted(one, seed)),
+            ("clean", clean_takes(one.clips(), "paper", seed)),
         ):
             few = [take.some(slice(None, None, every)) for take in takes]
             upright = [take.some(~take.lying) for take in few]
@@ -117,7 +116,7 @@ def judged_sets(every: int, seed: int = 0) -> dict[str, Take]:
                 np.concatenate([getattr(take, part) for take in upright])
                 for part in ("joints", "truth", "R", "lying")
             )
-            sets[f"{label}, {kind}, upright"] = Take(joints, truth, R, lying, "")
+            sets[f"{one.label}, {kind}, upright"] = Take(joints, truth, R, lying, "")
     return sets
 
 

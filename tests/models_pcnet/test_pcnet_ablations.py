@@ -7,6 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from golden.trainings import tiny
+from pcnet3d.models import evaluation_sets
 from pcnet3d.pipeline import H36M17, InputError, rotate
 
 torch = pytest.importorskip("torch", reason="training needs torch, the extra 'train'")
@@ -42,8 +43,8 @@ symmetric = false
 def plan(tmp_path, clips, monkeypatch):
     """A plan's file, with one clip for every part of the data and clean takes in place of lifted ones."""
     monkeypatch.setattr(training, "read_clips", lambda part: clips[part])
-    monkeypatch.setattr(module, "read_clips", lambda part: clips[part])
-    monkeypatch.setattr(module, "lifted", lambda part, seed: clean_takes(clips[part], "wide", seed))
+    monkeypatch.setattr(evaluation_sets, "read_clips", lambda part: clips[part])
+    monkeypatch.setattr(module, "lifted", lambda of, seed: clean_takes(clips[of.subjects], "wide", seed))
     monkeypatch.setattr(training, "_EVERY", 2)
     monkeypatch.setattr(training, "_VALIDATION_FRAMES", 40)
     monkeypatch.setattr(training, "export", lambda deployed, path, **said: path.write_bytes(b"slow"))
