@@ -18,6 +18,7 @@ import numpy as np
 
 from ..pipeline.angles import FINE
 from ..pipeline.arrays import load_all
+from ..pipeline.camera import Look
 from ..pipeline.canonical import R_world_from_body
 from ..pipeline.errors import InputError
 from ..pipeline.frames import IMAGE
@@ -32,6 +33,7 @@ from ..pipeline.take import Video
 from .angle_evaluate import judge, spread
 from .detect_video import detect
 from .detectors import load_detector
+from .gravity.view import camera_of
 from .levelling import level_static, why_not
 from .lifter import lift
 from .metrics import joint_error, procrustes_error, scaled
@@ -44,7 +46,8 @@ LIMBS = tuple(
 _LIMB_ROWS = H36M17.indices(LIMBS)
 _MOVING, _STANDING = "pose2sim", "pose2sim_static"  # folders of the data's README, under real/
 _DETECTOR = Path("models") / "movenet_lightning_int8.onnx"
-_VIDEO, _OPENPOSE, _EXACT = _KEYPOINTS = ("video alone", "OpenPose", "exact limbs")
+_KEYPOINTS = ("video, skeletons alone", "OpenPose", "exact limbs")
+_WITH_IMAGE = "video, with its image"  # its lines tell up and the focal length
 _LIFT_ANGLES = ("knee_flexion", "elbow_flexion")
 _LEANS = ("trunk_lean_sagittal", "trunk_lean_frontal")
 
@@ -160,17 +163,34 @@ def real_take_tables(
             for rectifier in rectifiers:
                 rows = results["level"].setdefault(f"{kind}, {rectifier.method}", {})
                 rows[name] = level_row(rectifier, poses, camera.up, limbs)
+        seen, poses = _with_image(video, sources[0], lifter, flip)
+        results["lift"].setdefault(_WITH_IMAGE, {})[name] = lift_row(poses, truth.limbs[poses.frame_index])
+        for rectifier in rectifiers:
+            rows = results["level"].setdefault(f"{_WITH_IMAGE}, {rectifier.method}", {})
+            rows[name] = level_row(rectifier, poses, camera.up, truth.limbs[poses.frame_index], seen)
     for name, camera in read_cameras(folder / _STANDING).items():
         video = read_video(camera.video)
-        keypoints = remap(found_keypoints(video), H36M17)
-        poses = lift(keypoints, shown_size(video), flip=flip, model=lifter)
+        keypoints = found_keypoints(video)
+        poses = lift(remap(keypoints, H36M17), shown_size(video), flip=flip, model=lifter)
+        seen, with_image = _with_image(video, keypoints, lifter, flip)
         for rectifier in rectifiers:
             rows = results["standing"].setdefault(rectifier.method, {})
             rows[name] = level_row(rectifier, poses, camera.up)
+            rows = results["standing"].setdefault(f"{rectifier.method}, with the image", {})
+            rows[name] = level_row(rectifier, with_image, camera.up, look=seen)
     for tables in (results["lift"], results["level"], results["standing"]):
         for rows in tables.values():
             rows["mean"] = mean_row(list(rows.values()))
     return results
+
+
+def _with_image(
+    video: Video, keypoints: PoseSequence, lifter: str | Path, flip: bool
+) -> tuple[Look | None, PoseSequence]:
+    """What the video's images say about up, and the lift with the focal length that they tell, as a run does it."""
+    seen = camera_of(video, keypoints, (int(keypoints.frame_index[0]), int(keypoints.frame_index[-1])))
+    poses = lift(remap(keypoints, H36M17), shown_size(video), seen.focal_px, flip, lifter)
+    return (seen.looks[0] if seen.looks else None), poses
 
 
 def found_keypoints(video: Video) -> PoseSequence:
@@ -215,10 +235,14 @@ def lift_row(poses: PoseSequence, limbs: np.ndarray) -> dict[str, Any]:
 
 
 def level_row(
-    rectifier: Rectifier, poses: PoseSequence, up: np.ndarray, limbs: np.ndarray | None = None
+    rectifier: Rectifier,
+    poses: PoseSequence,
+    up: np.ndarray,
+    limbs: np.ndarray | None = None,
+    look: Look | None = None,
 ) -> dict[str, Any]:
     """One gravity for the take against the true up (3,), and the lift in LEVEL against true limbs (T, 12, 3) where they
-    are known.
+    are known. look: what the image says about up.
 
     levelled: 1 unless the take is refused. up_deg: how far its up is off; stated_deg, bound_deg: root mean square error
     and 90 % bound that were stated. level_mm: mean distance of the 12 joints to the truth, both relative to the
@@ -226,7 +250,7 @@ def level_row(
     in degrees of _LEANS, of a refused take too.
     """
     joints = poses.joints.astype(np.float64)
-    level = level_static(joints, *rectifier.rotation(poses.joints), poses.times)
+    level = level_static(joints, *rectifier.rotation(poses.joints), poses.times, look=look)
     ups = level.R_camera_from_body[..., 2]
     row: dict[str, Any] = {
         "frames": len(poses),

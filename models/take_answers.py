@@ -3,18 +3,22 @@ camera's own axes beside them; all brought to one heading."""
 
 from __future__ import annotations
 
+import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from ..pipeline.camera import Look
 from ..pipeline.pose import PoseSequence
-from ..pipeline.rotations import from_columns, transpose
+from ..pipeline.rotations import from_columns, transpose, unit
 from ..pipeline.sockets import Rectifier
+from .gravity.lines import tangent
 from .levelling import Levelled, level_static
 from .metrics import scaled
 
 CAMERA_AXES, TRUE_AXES = "camera axes", "true axes"
+LOOK_DEG = np.array([0.6, 0.4])  # pitch and roll of up by an image: what rendered rooms give
 # A camera that nobody pitched or rolled, in front of the person: up is the picture's.
 _STRAIGHT = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
 
@@ -43,16 +47,33 @@ class Answer:
 
 
 def answers(
-    rectifiers: Sequence[Rectifier], joints: np.ndarray, time_s: np.ndarray
+    rectifiers: Sequence[Rectifier], joints: np.ndarray, time_s: np.ndarray, look: Look | None = None
 ) -> dict[str, dict[str, Answer]]:
-    """{method: {"a frame", "a take": Answer}}. joints: (T, 17, 3), CAMERA axes relative to the pelvis, any unit."""
+    """{method: {"a frame", "a take": Answer}}. joints: (T, 17, 3), CAMERA axes relative to the pelvis, any unit. look:
+    what an image of the take says about up; with it also "a take, with its image"."""
     both = {}
     for rectifier in rectifiers:
         R, error_deg = rectifier.rotation(joints)
         levelled = level_static(joints, R, error_deg, time_s)
-        take = Answer(levelled.R_camera_from_body, levelled.error_deg, levelled.R_camera_from_level, levelled)
-        both[rectifier.method] = {"a frame": Answer(R, error_deg), "a take": take}
+        both[rectifier.method] = {"a frame": Answer(R, error_deg), "a take": _of_take(levelled)}
+        if look is not None:
+            levelled = level_static(joints, R, error_deg, time_s, look=look)
+            both[rectifier.method]["a take, with its image"] = _of_take(levelled)
     return both
+
+
+def _of_take(levelled: Levelled) -> Answer:
+    return Answer(levelled.R_camera_from_body, levelled.error_deg, levelled.R_camera_from_level, levelled)
+
+
+def simulated_look(up: np.ndarray, seed: int, clip: str) -> Look:
+    """What an image says about a true up (3,), as well as images of rooms and streets do (docs/camera.md); the same for
+    the same seed and clip."""
+    rng = np.random.default_rng([seed, zlib.crc32(clip.encode()), 1])
+    plane = tangent(up)
+    said = unit(up + plane @ (np.radians(LOOK_DEG) * rng.standard_normal(2)))
+    plane = tangent(said)
+    return Look(0, said, plane @ np.diag(np.radians(LOOK_DEG) ** 2) @ plane.T, failure=0.004)
 
 
 def named(both: dict[str, dict[str, Answer]]) -> dict[str, Answer]:

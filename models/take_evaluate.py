@@ -24,7 +24,7 @@ from .evaluation_sets import EvaluationSet, evaluation_sets
 from .levelling import level_static, why_not
 from .metrics import Figure, joint_error
 from .mocap import Clip, lying
-from .take_answers import CAMERA_AXES, TRUE_AXES, Answer, answers, camera_axes, constant, joints_of, named
+from .take_answers import CAMERA_AXES, TRUE_AXES, Answer, answers, camera_axes, constant, joints_of, named, simulated_look
 from .testbed import BEDS, LiftedTake
 
 _LONG_S = 2.0
@@ -88,7 +88,8 @@ def one_set(
         for done, take in enumerate(takes):
             seen = take.seen
             for kind, joints in (("lifted", joints_of(take.lifted, seen.truth)), ("clean", seen.truth)):
-                both = named(answers(rectifiers, joints, seen.keypoints.times))
+                look = simulated_look(seen.up, 0, seen.clip)
+                both = named(answers(rectifiers, joints, seen.keypoints.times, look))
                 for name, answer in both.items():
                     rows = judged[f"{label}, {kind}, {group_of(take)}"].setdefault(name, [])
                     rows.append(judge(take, joints, answer))

@@ -2,29 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar, Literal
 
-import numpy as np
-
-from ..models.gravity.view import Boxes, moving_camera, static_camera
+from ..models.gravity.view import camera_of
 from ..pipeline.camera import Camera, pitch_roll_deg
 from ..pipeline.camera_file import read_camera
 from ..pipeline.errors import InputError
-from ..pipeline.intrinsics import Intrinsics, undistorted
-from ..pipeline.pictures import pictures, pictures_at, shown_size
+from ..pipeline.pictures import shown_size
 from ..pipeline.pose import PoseSequence
-from ..pipeline.progress import counted
-from ..pipeline.rotations import known
 from ..pipeline.take import Event, Take, Video
-from ._image_lines import ideal
-
-_LOOKS = 3  # images of a camera that stands still
-_EVERY = 10  # video frames between the images of one that moves
-_REACH = 0.09  # of a person's longer side about the bones: flesh, clothes, hair, hands
-_BOXES = 6  # along a bone
 
 
 @dataclass(frozen=True)
@@ -69,56 +58,7 @@ class Calibrate:
                     "Expected a focal length or a camera file, not both; the file has a focal length."
                 )
             intrinsics = read_camera(self.camera_file, self.camera_name, shown_size(video))
-        return calibrate(video, people, span, self.focal_px, self.camera, intrinsics)
-
-
-def calibrate(
-    video: Video,
-    people: PoseSequence | Sequence[PoseSequence] | None = None,
-    span: tuple[int, int] | None = None,
-    focal_px: float | None = None,
-    camera: Literal["static", "moving"] = "static",
-    intrinsics: Intrinsics | None = None,
-) -> Camera:
-    """A video's camera by its images. people: their 2D keypoints, whose boxes are not looked at. span: first and last
-    frame of the take, else of the video. focal_px: where it is known; intrinsics: of a calibrated camera. InputError
-    for a video that cannot be decoded."""
-    first, last = span or (0, len(video.time_s) - 1)
-    if camera == "static":
-        wanted = np.linspace(first, last, 2 * _LOOKS + 1).round().astype(int)[1::2]
-    else:
-        wanted = np.arange(first, last + 1, _EVERY)
-    frames = sorted({int(frame) for frame in wanted})
-    everybody = [people] if isinstance(people, PoseSequence) else list(people or ())
-    size = shown_size(video)
-    if intrinsics is not None:
-        focal_px = intrinsics.pinhole_focal_px
-        everybody = [poses.with_(joints=undistorted(poses.joints, intrinsics)) for poses in everybody]
-    boxes = _boxes(everybody, frames)
-    seen = ((frame, ideal(image, intrinsics)) for frame, image in _images(video, frames, camera))
-    if camera == "static" and (images := dict(seen)):
-        found = static_camera(images, boxes, focal_px, video.focal_px)
-    else:
-        found = moving_camera(seen, size, boxes, focal_px, video.focal_px)
-    return replace(found, intrinsics=intrinsics)
-
-
-def _images(video: Video, frames: Sequence[int], camera: str) -> Iterable[tuple[int, np.ndarray]]:
-    return pictures_at(video, frames).items() if camera == "static" else _every(video, frames)
-
-
-def _every(video: Video, frames: Sequence[int]) -> Iterator[tuple[int, np.ndarray]]:
-    """These frames of a video and their images, in one pass."""
-    wanted = set(frames)
-    with counted("calibrate", len(frames)) as tell:
-        done = 0
-        for number, image in pictures(video, frames[0]):
-            if number > frames[-1]:
-                break
-            if number in wanted:
-                yield number, image
-                done += 1
-                tell(done)
+        return camera_of(video, people, span, self.focal_px, self.camera, intrinsics)
 
 
 def _span(video: Video, poses: PoseSequence | None) -> tuple[int, int]:
@@ -126,24 +66,6 @@ def _span(video: Video, poses: PoseSequence | None) -> tuple[int, int]:
     if poses is None:
         return 0, last
     return min(int(poses.frame_index[0]), last), min(int(poses.frame_index[-1]), last)
-
-
-def _boxes(people: Sequence[PoseSequence], frames: Sequence[int]) -> Boxes:
-    """Boxes along everybody's limbs in these frames, from the nearest row that has joints; a box about the whole of a
-    person whose arms are out would hide half of the room."""
-    boxes: dict[int, list[np.ndarray]] = {frame: [] for frame in frames}
-    for poses in people:
-        rows = np.flatnonzero(known(poses.joints).any(axis=1))
-        for frame in frames if len(rows) else ():
-            joints = poses.joints[rows[np.abs(poses.frame_index[rows] - frame).argmin()]]
-            seen = joints[known(joints)]
-            reach = _REACH * float((seen.max(axis=0) - seen.min(axis=0)).max())
-            lines = [joints[poses.layout.indices(bone)] for bone in poses.layout.bones]
-            along = np.linspace(0, 1, _BOXES)[:, None]
-            points = np.concatenate([seen, *(a + along * (b - a) for a, b in lines)])
-            points = points[known(points)]
-            boxes[frame].append(np.concatenate([points - reach, points + reach], axis=-1))
-    return {frame: np.concatenate([np.zeros((0, 4)), *found]) for frame, found in boxes.items()}
 
 
 def _events(found: Camera, camera: str) -> tuple[Event, ...]:

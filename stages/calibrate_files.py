@@ -10,13 +10,12 @@ import numpy as np
 import typer
 
 from ..adapters import video as videos
-from ..models.gravity.view import static_camera
+from ..models.gravity.view import camera_of, static_camera
 from ..pipeline.camera import Camera, pitch_roll_deg
 from ..pipeline.errors import InputError
 from ..pipeline.outputs import whole_file
 from ..pipeline.pictures import pictures_at
 from ._image_lines import drawn
-from .calibrate import calibrate as calibrated
 
 UNKNOWN = 3  # exit code: no up
 
@@ -94,7 +93,7 @@ def _looked(files: list[Path], focal: float | None) -> tuple[Camera, np.ndarray]
     """The camera, and the image whose lines it keeps."""
     if len(files) == 1 and videos.sniff(files[0]):
         (video,) = videos.read(files[0])
-        found = calibrated(video, focal_px=focal)
+        found = camera_of(video, focal_px=focal)
         shown = pictures_at(video, [look.frame for look in found.looks[:1]])
         return found, next(iter(shown.values()), np.zeros((2, 2, 3), np.uint8))
     images = {number: _image(path) for number, path in enumerate(files)}

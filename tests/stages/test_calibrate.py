@@ -10,12 +10,13 @@ import pytest
 from golden.films import film_of
 from golden.rooms import no_lines, street
 from pcnet3d.adapters import video as videos
+from pcnet3d.models.gravity.view import _boxes, camera_of
 from pcnet3d.pipeline import H36M17, PoseSequence, Take
 from pcnet3d.pipeline.camera import Camera, pitch_roll_deg
 from pcnet3d.pipeline.cli import main
 from pcnet3d.pipeline.frames import IMAGE
 from pcnet3d.pipeline.rotations import angle_deg
-from pcnet3d.stages.calibrate import Calibrate, _boxes, calibrate
+from pcnet3d.stages.calibrate import Calibrate
 from pcnet3d.stages.calibrate_files import pitch_roll_sd_deg
 
 
@@ -54,7 +55,7 @@ def test_a_told_focal_length_stays(video):
 
 
 def test_a_moving_camera_is_looked_at_every_tenth_frame(video):
-    found = calibrate(video, camera="moving")
+    found = camera_of(video, camera="moving")
     assert [look.frame for look in found.looks] == [0, 10, 20]
 
 
