@@ -24,7 +24,17 @@ from .evaluation_sets import EvaluationSet, evaluation_sets
 from .levelling import level_static, why_not
 from .metrics import Figure, joint_error
 from .mocap import Clip, lying
-from .take_answers import CAMERA_AXES, TRUE_AXES, Answer, answers, camera_axes, constant, joints_of, named, simulated_look
+from .take_answers import (
+    CAMERA_AXES,
+    TRUE_AXES,
+    Answer,
+    answers,
+    camera_axes,
+    constant,
+    joints_of,
+    named,
+    simulated_look,
+)
 from .testbed import BEDS, LiftedTake
 
 _LONG_S = 2.0
