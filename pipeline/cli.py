@@ -235,7 +235,7 @@ def view(
 
 @app.command()
 def inspect(
-    file: Annotated[Path, typer.Argument(help="3D poses or 2D keypoints: a file or a folder.")],
+    file: Annotated[Path, typer.Argument(help="3D poses, 2D keypoints (a file or a folder), or a video.")],
     adapter: Annotated[str, typer.Option(help="Its format; see `pcnet3d list adapters`.")] = "auto",
     person: Annotated[
         str | None, typer.Option(help="Only this person, by the file's name, or 'longest' or 'largest'.")
@@ -252,6 +252,12 @@ def inspect(
     from .inspect import EXIT_CODES
     from .inspect import inspect as inspected
 
+    if adapter == "auto" and adapters()["video"].sniff(file):
+        from .inspect_video import inspect_video
+
+        seen = inspect_video(file)
+        print(json.dumps(seen.figures(), indent=1) if as_json else seen)
+        return
     found = inspected(file, adapter, pairs(option), person=person, keypoints=keypoints, video=video)
     print(json.dumps(found.figures(), indent=1) if as_json else found)
     if plot is not None:

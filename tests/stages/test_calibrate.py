@@ -85,6 +85,20 @@ def test_the_command_on_a_video_and_on_images(video, shown, tmp_path, monkeypatc
     assert f"pitch {found['pitch_deg']:.0f}" in out or "pitch" in out
 
 
+def test_inspect_says_what_a_run_would_find(video, shown, monkeypatch, capsys):
+    said = []
+    for words in (["--json"], []):
+        monkeypatch.setattr(sys, "argv", ["pcnet3d", "inspect", str(video.path), *words])
+        with pytest.raises(SystemExit) as ended:
+            main()
+        assert ended.value.code == 0
+        said.append(capsys.readouterr().out)
+    found = json.loads(said[0])
+    assert (found["frames"], found["width"]) == (25, shown.image.shape[1] // 2 * 2)
+    assert abs(found["pitch_deg"] - shown.pitch_deg) < 2.5
+    assert "By the straight lines" in said[1]
+
+
 def test_no_lines_are_exit_code_3(tmp_path, monkeypatch, capsys):
     cv2.imwrite(str(tmp_path / "grass.png"), no_lines("grass", 0).image[:, :, ::-1])
     code, out, _ = command(monkeypatch, capsys, tmp_path / "grass.png", "--json")
