@@ -20,8 +20,8 @@ _SECONDS = 30  # without an answer, until a download is given up
 
 @dataclass(frozen=True)
 class Network:
-    """name: what --detector or --person-detector takes. kind: which of the two. url: of the .onnx file or of a .zip
-    that holds one. sha256, megabytes: of the .onnx file. licence: shown before a download."""
+    """name: what the option --KIND takes. kind: detector, person-detector or up-network. url: of the .onnx file or of a
+    .zip that holds one. sha256, megabytes: of the .onnx file. licence: shown before a download."""
 
     name: str
     kind: str
@@ -110,6 +110,15 @@ YOLOX = Network(
     "ceb11c07298f95c50d7c5abeb906d03340c85f23aa79e3e66966e7fb6c307250",
     20.0,
     "Apache-2.0 (MMPose), trained on COCO and Human-Art, the latter for non-commercial use",
+)
+GEOCALIB = Network(
+    "geocalib",
+    "up-network",
+    "GeoCalib's fields, which way is up and the focal length where no straight lines tell them",
+    "https://huggingface.co/mprib/geocalib-fields-onnx/resolve/main/geocalib_fields.onnx",
+    "a724447e1bf7138352e5e70bbe0f011e6fb02909edd3148a5d0f46e8d153ae7b",
+    118.2,
+    "Apache-2.0",
 )
 
 
