@@ -20,8 +20,8 @@ _SECONDS = 30  # without an answer, until a download is given up
 
 @dataclass(frozen=True)
 class Network:
-    """name: what the option --KIND takes. kind: detector, person-detector or up-network. url: of the .onnx file or of a
-    .zip that holds one. sha256, megabytes: of the .onnx file. licence: shown before a download."""
+    """name: what the option --KIND takes. kind: detector, person-detector or gravity-network. url: of the .onnx file
+    or of a .zip that holds one. sha256, megabytes: of the .onnx file. licence: shown before a download."""
 
     name: str
     kind: str
@@ -42,6 +42,11 @@ class Network:
         import pooch
 
         return Path(pooch.os_cache(_FOLDER)) / f"{self.name}.onnx"
+
+    @property
+    def is_there(self) -> bool:
+        """Whether a file lies there; `fetch` checks that it is the right one."""
+        return self.path.is_file()
 
     def fetch(self) -> Path:
         """The file, downloaded unless it is there. InputError in words when it cannot be had or is another file."""
@@ -113,7 +118,7 @@ YOLOX = Network(
 )
 GEOCALIB = Network(
     "geocalib",
-    "up-network",
+    "gravity-network",
     "GeoCalib's fields, which way is up and the focal length where no straight lines tell them",
     "https://huggingface.co/mprib/geocalib-fields-onnx/resolve/main/geocalib_fields.onnx",
     "a724447e1bf7138352e5e70bbe0f011e6fb02909edd3148a5d0f46e8d153ae7b",

@@ -9,7 +9,7 @@ import numpy as np
 
 from .intrinsics import Intrinsics
 
-FocalSource = Literal["told", "file", "lines", "prior"]
+FocalSource = Literal["told", "file", "lines", "network", "prior"]
 PRIOR_FOCAL, PRIOR_FOCAL_SPREAD = (
     0.8,
     0.22,
@@ -22,7 +22,7 @@ class Look:
 
     frame: the video frame whose lines are kept. up: (3,) unit, CAMERA axes. covariance: (3, 3) of up, square radians,
     across it. failure: how often such an answer is quite wrong. ends: (N, 2, 2) pixels, the lines' ends. runs_along:
-    (N,) 0 vertical, 1 and 2 either horizontal direction, -1 none. source: "lines" or the network's name.
+    (N,) 0 vertical, 1 and 2 either horizontal direction, -1 none. source: what of the image said so.
     """
 
     frame: int
@@ -31,7 +31,7 @@ class Look:
     failure: float
     ends: np.ndarray = field(default_factory=lambda: np.zeros((0, 2, 2)))
     runs_along: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=int))
-    source: str = "lines"
+    source: Literal["lines", "network"] = "lines"
 
     @property
     def error_deg(self) -> float:

@@ -104,6 +104,12 @@ def run(
         typer.Option(help="A camera's calibration: OpenCV, ROS, COLMAP, Pose2Sim, Caliscope or Qualisys."),
     ] = None,
     camera_name: Annotated[str | None, typer.Option(help="Which camera of --camera-file.")] = None,
+    gravity_network: Annotated[
+        str | None,
+        typer.Option(
+            help="Network to ask where the image's lines do not tell up: geocalib, or an .onnx file."
+        ),
+    ] = None,
     no_calibrate: Annotated[
         bool,
         typer.Option("--no-calibrate", help="Do not look for up and focal length in the video's images."),
@@ -163,6 +169,7 @@ def run(
             "camera": camera if calibrated else None,
             "camera_file": camera_file,
             "camera_name": camera_name,
+            "gravity_network": gravity_network,
         },
         "lift": {
             "lifter": lifter,

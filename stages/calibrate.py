@@ -19,12 +19,13 @@ from ..pipeline.take import Event, Take, Video
 @dataclass(frozen=True)
 class Calibrate:
     """The stage. focal_px: the focal length in pixels, if known; camera_file, camera_name: or a calibration file, and
-    which of its cameras. camera: "static" for one that stands still during the
-    take, "moving" for one that pans or is carried."""
+    which of its cameras. gravity_network: a name or a file, asked where the image's lines do not tell up. camera:
+    "static" for one that stands still during the take, "moving" for one that pans or is carried."""
 
     focal_px: float | None = None
     camera_file: Path | None = None
     camera_name: str | None = None
+    gravity_network: str | None = None
     camera: Literal["static", "moving"] = "static"
 
     name: ClassVar[str] = "calibrate"
@@ -58,7 +59,7 @@ class Calibrate:
                     "Expected a focal length or a camera file, not both; the file has a focal length."
                 )
             intrinsics = read_camera(self.camera_file, self.camera_name, shown_size(video))
-        return camera_of(video, people, span, self.focal_px, self.camera, intrinsics)
+        return camera_of(video, people, span, self.focal_px, self.camera, intrinsics, self.gravity_network)
 
 
 def _span(video: Video, poses: PoseSequence | None) -> tuple[int, int]:
@@ -66,6 +67,9 @@ def _span(video: Video, poses: PoseSequence | None) -> tuple[int, int]:
     if poses is None:
         return 0, last
     return min(int(poses.frame_index[0]), last), min(int(poses.frame_index[-1]), last)
+
+
+_WHAT = {"lines": "the straight lines", "network": "a network's view"}
 
 
 def _events(found: Camera, camera: str) -> tuple[Event, ...]:
@@ -76,13 +80,13 @@ def _events(found: Camera, camera: str) -> tuple[Event, ...]:
         return (
             Event("note", f"The image tells which way is up in {len(found.looks)} of the frames looked at."),
         )
-    look = found.looks[0]
+    look, by_image = found.looks[0], found.focal_source in ("lines", "network")
     pitch, roll = pitch_roll_deg(look.up)
     focal = f"the focal length is {found.focal_px:.0f} pixels, within {1.6 * found.focal_sd_px:.0f}"
     return (
         Event(
             "note",
-            f"By the straight lines of the image the camera's pitch is {pitch:.1f} and its roll {roll:.1f} degrees, "
-            f"within {1.5 * look.error_deg:.1f}" + (f"; {focal}." if found.focal_source == "lines" else "."),
+            f"By {_WHAT[look.source]} of the image the camera's pitch is {pitch:.1f} and its roll {roll:.1f} degrees, "
+            f"within {1.5 * look.error_deg:.1f}" + (f"; {focal}." if by_image else "."),
         ),
     )

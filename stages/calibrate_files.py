@@ -17,12 +17,18 @@ from ..pipeline.outputs import whole_file
 from ..pipeline.pictures import pictures_at
 from ._image_lines import drawn
 
+_SAYS = {"told": "as told", "file": "by the video file", "lines": "by the lines"}
+_SAYS |= {"network": "by the network", "prior": "a guess"}
 UNKNOWN = 3  # exit code: no up
 
 
 def calibrate(
     files: Annotated[list[Path], typer.Argument(help="A video, or images of one camera that stood still.")],
     focal: Annotated[float | None, typer.Option(help="Focal length in pixels, if known.")] = None,
+    gravity_network: Annotated[
+        str | None,
+        typer.Option(help="Network to ask where lines do not tell up: geocalib, or an .onnx file."),
+    ] = None,
     picture: Annotated[
         Path | None, typer.Option(help="PNG to write: the lines by direction, the horizon, up.")
     ] = None,
@@ -32,7 +38,7 @@ def calibrate(
 
     Exit code 3 when the lines do not tell. People in the image do not matter much, they are few lines among many.
     """
-    found, image = _looked(files, focal)
+    found, image = _looked(files, focal, gravity_network)
     print(json.dumps(figures(found), indent=1) if as_json else in_words(found))
     if picture is not None and found.looks:
         import cv2
@@ -77,8 +83,7 @@ def pitch_roll_sd_deg(up: np.ndarray, covariance: np.ndarray) -> tuple[float, fl
 
 def in_words(camera: Camera) -> str:
     """The same for a reader."""
-    source = {"told": "as told", "file": "by the video file", "lines": "by the lines", "prior": "a guess"}
-    focal = f"focal length {camera.focal_px:.0f} pixels, sd {camera.focal_sd_px:.0f} ({source[camera.focal_source]})"
+    focal = f"focal length {camera.focal_px:.0f} pixels, sd {camera.focal_sd_px:.0f} ({_SAYS[camera.focal_source]})"
     if not camera.looks:
         return f"up is not known: {camera.reason}\n{focal}"
     known = figures(camera)
@@ -89,15 +94,15 @@ def in_words(camera: Camera) -> str:
     )
 
 
-def _looked(files: list[Path], focal: float | None) -> tuple[Camera, np.ndarray]:
+def _looked(files: list[Path], focal: float | None, network: str | None) -> tuple[Camera, np.ndarray]:
     """The camera, and the image whose lines it keeps."""
     if len(files) == 1 and videos.sniff(files[0]):
         (video,) = videos.read(files[0])
-        found = camera_of(video, focal_px=focal)
+        found = camera_of(video, focal_px=focal, network=network)
         shown = pictures_at(video, [look.frame for look in found.looks[:1]])
         return found, next(iter(shown.values()), np.zeros((2, 2, 3), np.uint8))
     images = {number: _image(path) for number, path in enumerate(files)}
-    return static_camera(images, {}, focal), images[0]
+    return static_camera(images, {}, focal, network=network), images[0]
 
 
 def _image(path: Path) -> np.ndarray:

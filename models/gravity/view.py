@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Literal
 
 import numpy as np
@@ -18,6 +19,8 @@ from ...pipeline.take import Video
 from .images import TOLD_SPREAD, ImageUp, Unknown, up_from_images
 from .lines import tangent
 
+# How often a network is quite wrong; taken for that of lines of little gain, not measured.
+NETWORK_FAILURE = 0.06
 FILE_SPREAD = (
     0.08  # of a focal length that the video file states: the sensor's crop and stabilisation are not told
 )
@@ -36,10 +39,12 @@ def camera_of(
     focal_px: float | None = None,
     camera: Literal["static", "moving"] = "static",
     intrinsics: Intrinsics | None = None,
+    network: str | Path | None = None,
 ) -> Camera:
     """A video's camera by its images. people: their 2D keypoints, whose boxes are not looked at. span: first and last
-    frame of the take, else of the video. focal_px: where it is known; intrinsics: of a calibrated camera. InputError
-    for a video that cannot be decoded."""
+    frame of the take, else of the video. focal_px: where it is known; intrinsics: of a calibrated camera. network: a
+    name or a file of geocalib.up_from_network, asked where lines do not tell up; without it, that of the name
+    "geocalib" where it was downloaded before. InputError for a video that cannot be decoded."""
     first, last = span or (0, len(video.time_s) - 1)
     if camera == "static":
         wanted = np.linspace(first, last, 2 * _LOOKS + 1).round().astype(int)[1::2]
@@ -57,9 +62,9 @@ def camera_of(
         for frame, image in _images(video, frames, camera)
     )
     if camera == "static" and (images := dict(seen)):
-        found = static_camera(images, boxes, focal_px, video.focal_px)
+        found = static_camera(images, boxes, focal_px, video.focal_px, network)
     else:
-        found = moving_camera(seen, size, boxes, focal_px, video.focal_px)
+        found = moving_camera(seen, size, boxes, focal_px, video.focal_px, network)
     return replace(found, intrinsics=intrinsics)
 
 
@@ -100,10 +105,14 @@ def _boxes(people: Sequence[PoseSequence], frames: Sequence[int]) -> Boxes:
 
 
 def static_camera(
-    images: Mapping[int, np.ndarray], boxes: Boxes, told_px: float | None = None, file_px: float | None = None
+    images: Mapping[int, np.ndarray],
+    boxes: Boxes,
+    told_px: float | None = None,
+    file_px: float | None = None,
+    network: str | Path | None = None,
 ) -> Camera:
     """Of a camera that stood still. images: {video frame: (H, W, 3) uint8 RGB}, a few of a take. told_px, file_px: a
-    focal length that the user, or the video file, states."""
+    focal length that the user, or the video file, states. network: of camera_of."""
     frames = sorted(images)
     height, width = images[frames[0]].shape[:2]
     focal, spread, source = before((width, height), told_px, file_px)
@@ -113,7 +122,10 @@ def static_camera(
         [boxes.get(frame, _NO_BOX) for frame in frames],
         focal_spread=spread,
     )
-    return _camera((width, height), answer, frames[0], focal, spread, source)
+    found = _camera((width, height), answer, frames[0], focal, spread, source)
+    return (
+        found if found.looks else _by_network([images[frame] for frame in frames], frames[0], found, network)
+    )
 
 
 def moving_camera(
@@ -122,6 +134,7 @@ def moving_camera(
     boxes: Boxes,
     told_px: float | None = None,
     file_px: float | None = None,
+    network: str | Path | None = None,
 ) -> Camera:
     """Of a camera that pans or is carried, an answer for each image that gives one; the focal length that the first of
     them tells serves the others. images: video frame and (H, W, 3) uint8 RGB. size: their width and height. The others
@@ -133,12 +146,32 @@ def moving_camera(
         known_px = None if source == "prior" else focal
         answer = up_from_images([image], known_px, [boxes.get(frame, _NO_BOX)], focal_spread=spread)
         one = _camera(size, answer, frame, focal, spread, source)
+        one = one if one.looks else _by_network([image], frame, one, network)
         looks += one.looks
         reasons += [one.reason] if one.reason else []
         if one.focal_source != source:
             focal, spread, source = one.focal_px, one.focal_sd_px / one.focal_px, one.focal_source
     found = Camera(size, focal, focal * spread, source, tuple(looks))
     return found if looks else replace(found, reason=max(set(reasons), key=reasons.count))
+
+
+def _by_network(
+    images: Sequence[np.ndarray], frame: int, found: Camera, network: str | Path | None
+) -> Camera:
+    """The camera with what a network says about up, where there is one; else as it is."""
+    from ..networks import GEOCALIB
+    from .geocalib import up_from_network
+
+    if network is None and not GEOCALIB.is_there:
+        return found
+    known_px = None if found.focal_source == "prior" else found.focal_px
+    answer = up_from_network(images, network or GEOCALIB.name, known_px, found.focal_sd_px / found.focal_px)
+    plane = tangent(answer.up)
+    look = Look(frame, answer.up, plane @ answer.covariance @ plane.T, NETWORK_FAILURE, source="network")
+    focal, sd, source = found.focal_px, found.focal_sd_px, found.focal_source
+    if source == "prior" and answer.focal_sd_px / answer.focal_px < sd / focal:
+        focal, sd, source = answer.focal_px, answer.focal_sd_px, "network"
+    return replace(found, looks=(look,), focal_px=focal, focal_sd_px=sd, focal_source=source)
 
 
 def before(
