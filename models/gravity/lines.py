@@ -11,6 +11,7 @@ Everything is in CAMERA axes (x right, y down, z away); lengths in longer sides 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 
@@ -157,22 +158,31 @@ def _likelihood(segments: Segments, fit: Fit) -> np.ndarray:
     return _density(segments, _sine(segments, axes, fit.focal, fit.centre)).T
 
 
-def _modes(
-    segments: Segments, chance: np.ndarray, focal: float, body: tuple[np.ndarray, float] | None
-) -> list[np.ndarray]:
-    """Ups (3,) at which vertical lines alone explain most, each the best of its neighbourhood; and the skeletons'."""
+@cache
+def _grid() -> tuple[np.ndarray, np.ndarray]:
+    """(N, 3) ups that the search begins with, and (N,) what speaks for each before any line."""
     steps = np.radians(np.arange(-_WIDEST_DEG, _WIDEST_DEG + 0.1, _STEP_DEG))
     x, z = np.meshgrid(steps, steps)
     angle = np.hypot(x, z)
     inside = angle <= np.radians(_WIDEST_DEG)
     ratio = np.divide(np.sin(angle), angle, out=np.ones_like(angle), where=angle > 0)
     ups = np.stack([x * ratio, -np.cos(angle), z * ratio], axis=-1)[inside]
+    return ups, np.array([_log_before(up, None) for up in ups])
+
+
+def _modes(
+    segments: Segments, chance: np.ndarray, focal: float, body: tuple[np.ndarray, float] | None
+) -> list[np.ndarray]:
+    """Ups (3,) at which vertical lines alone explain most, each the best of its neighbourhood; and the skeletons'."""
+    ups, before = _grid()
     gain = np.empty(len(ups))
     for start in range(0, len(ups), 256):
         part = slice(start, start + 256)
         density = _density(segments, _sine(segments, ups[part], focal, np.zeros(2)))
         gain[part] = np.log1p(_SHARES[0] * (density / chance - 1)) @ segments.weight
-    gain += np.array([_log_before(up, body) for up in ups])
+    gain += before
+    if body:
+        gain += _DESIGN * np.array([_log_body(up, body) for up in ups])
     chosen: list[np.ndarray] = []
     for row in np.argsort(-gain):
         if all(_angle_deg(ups[row], other) > _APART_DEG for other in chosen):
@@ -224,7 +234,7 @@ def _polished(segments: Segments, chance: np.ndarray, fit: Fit, focal: tuple[flo
         change = -np.linalg.lstsq(information + np.diag(_DESIGN * prior), gradient, rcond=None)[0]
         change = np.clip(change, -0.1, 0.1)
         fit = _moved(fit, change)
-        if np.abs(change).max() < 1e-6:
+        if np.abs(change).max() < 2e-5:
             break
     gain = float(np.log(_likelihood(segments, fit) @ _SHARES / chance + 1 - _SHARES.sum()) @ segments.weight)
     off = np.array([np.log(fit.focal) - middle, *fit.centre])

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
+
+from ...pipeline.cores import cores
 
 _SIDE_PX = 1280  # images are searched at this longer side: finer shows texture, coarser loses edges
 _SHORTEST = 0.025  # of the longer side
@@ -56,9 +59,10 @@ def segments_of(images: Sequence[np.ndarray], boxes: Sequence[np.ndarray] | None
     pixels of people and other things that move; segments whose middle lies in one are left out."""
     height, width = images[0].shape[:2]
     side = max(height, width)
+    with ThreadPoolExecutor(min(cores(), len(images))) as threads:  # the detector lets go of the interpreter
+        lines_of = list(threads.map(lambda image: _lines(image, side), images))
     found = []
-    for image, masked in zip(images, boxes or [np.zeros((0, 4))] * len(images), strict=True):
-        lines = _lines(image, side)
+    for lines, masked in zip(lines_of, boxes or [np.zeros((0, 4))] * len(images), strict=True):
         middle = lines.mean(axis=1)
         inside = (
             ((middle[:, None] >= masked[None, :, :2]) & (middle[:, None] <= masked[None, :, 2:]))
