@@ -223,20 +223,22 @@ def fit(
             state.step = step
             tell(step)
             over = minutes is not None and time.perf_counter() - start > 60 * minutes
-            if step % schedule.every and step != schedule.steps and not over:
+            if step % schedule.every == 0 or step == schedule.steps:
+                figures = look(state.average)
+                _refuse_lost(figures["score"], "A figure of the validation", step, output)
+                line = {"step": step, "of": schedule.steps, "s": round(time.perf_counter() - start)}
+                line |= {"loss": float(np.mean(losses)), **figures}
+                losses.clear()
+                log.write(json.dumps(line) + "\n")
+                log.flush()
+                print({key: round(value, 4) for key, value in line.items()}, flush=True)
+                if figures["score"] < state.best:
+                    state.best = figures["score"]
+                    with whole_file(output / "best.pt") as partial:
+                        torch.save(state.average.state_dict(), partial)
+            elif not over:
                 continue
-            figures = look(state.average)
-            _refuse_lost(figures["score"], "A figure of the validation", step, output)
-            line = {"step": step, "of": schedule.steps, "s": round(time.perf_counter() - start)}
-            line |= {"loss": float(np.mean(losses)), **figures}
-            losses.clear()
-            log.write(json.dumps(line) + "\n")
-            log.flush()
-            print({key: round(value, 4) for key, value in line.items()}, flush=True)
-            if figures["score"] < state.best:
-                state.best = figures["score"]
-                with whole_file(output / "best.pt") as partial:
-                    torch.save(state.average.state_dict(), partial)
+            # Where a piece ends between two looks there is none: it might choose other weights than a run in one piece.
             state.save(output, config)
             if over and step < schedule.steps:
                 print(f"stops after step {step} of {schedule.steps}; the same command goes on from there", flush=True)
