@@ -6,6 +6,7 @@ can make it open further files.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -21,6 +22,7 @@ name = "video"
 gives = "video"
 reads = "video: MP4, MOV, MKV, WebM, AVI, WMV, FLV, MPEG (PS, TS, M2TS)"
 
+_FOCAL_35_MM = "camera.focal_length.35mm_equivalent"  # com.apple.quicktime.camera...
 _BOXES = (b"ftyp", b"moov", b"mdat", b"wide", b"free", b"skip")  # ISO base media, and QuickTime before it
 _STARTS = (
     b"\x1a\x45\xdf\xa3",  # Matroska, WebM
@@ -98,7 +100,20 @@ def _described(container: InputContainer, path: Path) -> Video:
         codec=stream.codec_context.codec.canonical_name,
         # PyAV gives the display matrix's angle anticlockwise.
         rotation_deg=round(-first.rotation / 90) % 4 * 90,
+        focal_px=_focal_px(container.metadata, max(stream.codec_context.width, stream.codec_context.height)),
     )
+
+
+def _focal_px(metadata: Mapping[str, str], side: int) -> float | None:
+    """The focal length that phones write, as that of a camera with 36 mm of film, in pixels of a longer side."""
+    for key, value in metadata.items():
+        if key.endswith(_FOCAL_35_MM):
+            try:
+                millimetres = float(value)
+            except ValueError:
+                return None
+            return millimetres / 36.0 * side if 8 < millimetres < 1000 else None
+    return None
 
 
 def _times(stamps: list[int | None], path: Path) -> np.ndarray:

@@ -6,16 +6,19 @@ Given up, each frame keeps only its heading, smoothed in time; LEVEL is one upri
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Literal
 
 import numpy as np
 
+from ..pipeline.camera import Look
 from ..pipeline.canonical import LYING_DEG, trunk_lean_deg
 from ..pipeline.rotations import angle_deg, from_columns, known, unit
 from .floor import floor_plane
 from .gravity import LEAN_DEG, RAYLEIGH_90, TILT_SHARE, UNKNOWN_DEG, Evidence, TakeUp, level_feet, take_up
+from .gravity.fusion import fused_up
+from .gravity.moving import with_looks
 
 Camera = Literal["static", "moving"]
 
@@ -42,8 +45,9 @@ class Levelled:
 
     R_camera_from_body: (T, 3, 3), NaN where a frame has no heading. R_camera_from_level: (3, 3), or (T, 3, 3) for a
     moving camera. error_deg: (T,) expected rotation error of BODY. up_error_deg, up_bound_deg: (T,) root mean square
-    and 90 % bound of up's error. votes: (T, 3) the frames' own ups. shares: of gravity.TakeUp. heading: how LEVEL's
-    was chosen, "median", "first second" or "camera". drift_deg: how far the ups of two parts of the take are apart,
+    and 90 % bound of up's error. votes: (T, 3) the frames' own ups. shares, pulls: of gravity.TakeUp. heading: how
+    LEVEL's was chosen, "median", "first second" or "camera". warnings: about sources of up that contradict each other,
+    in words. drift_deg: how far the ups of two parts of the take are apart,
     and drift_at the row where they part, if that is more than their errors explain; else NaN and None.
     """
 
@@ -57,6 +61,8 @@ class Levelled:
     heading: str
     drift_deg: float
     drift_at: int | None
+    pulls: dict[str, float] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
 
 
 def level_static(
@@ -68,17 +74,21 @@ def level_static(
     others: Sequence[Evidence] = (),
     root: np.ndarray | None = None,
     shared: TakeUp | None = None,
+    look: Look | None = None,
 ) -> Levelled:
     """One gravity for the whole take.
 
     joints: (T, 17, 3), CAMERA axes relative to the pelvis, any unit. R_camera_from_body (T, 3, 3) and error_deg (T,):
-    a rectifier's answer. others: what else knows up; the feet are added here, on the floor that they stood on where the
-    pelvis's own path root (T, 3), in the same axes and unit, is known, else against each other. seams: rows no
-    smoothing crosses. shared: the up of all people before the camera (models/people.py); then LEVEL's heading is the
-    camera's.
-    """
+    a rectifier's answer. others: what the user tells; look: what the image says; the feet are added here, on the
+    floor that they stood on where the pelvis's own path root (T, 3), in the same axes and unit, is known, else
+    against each other. seams: rows no smoothing crosses. shared: the up of all people before the camera
+    (models/people.py); then LEVEL's heading is the camera's."""
     votes = R_camera_from_body[:, :, 2]
-    up = shared or static_up(joints, R_camera_from_body, error_deg, time_s, others, root)
+    up, warnings = (
+        (shared, ())
+        if shared
+        else static_up(joints, R_camera_from_body, error_deg, time_s, others, root, look)
+    )
     everywhere = np.broadcast_to(up.up, votes.shape)
     R = upright(R_camera_from_body, everywhere, error_deg, time_s, seams)
     R_camera_from_level, heading = level_frame(R, up.up, time_s)
@@ -96,6 +106,8 @@ def level_static(
         heading=heading,
         drift_deg=drift_deg,
         drift_at=drift_at,
+        pulls=up.pulls,
+        warnings=warnings,
     )
 
 
@@ -106,16 +118,17 @@ def static_up(
     time_s: np.ndarray,
     others: Sequence[Evidence] = (),
     root: np.ndarray | None = None,
-) -> TakeUp:
-    """What the frames, the feet and the others say about a static camera's up. Arguments of level_static: joints
-    (T, 17, 3), R_camera_from_body (T, 3, 3)."""
+    look: Look | None = None,
+) -> tuple[TakeUp, tuple[str, ...]]:
+    """What the frames, the feet, the image and the user say about a static camera's up, and warnings where they
+    contradict each other. Arguments of level_static: joints (T, 17, 3), R_camera_from_body (T, 3, 3)."""
     votes = R_camera_from_body[:, :, 2]
-    first = take_up(votes, error_deg, time_s, others)
+    first, warnings = fused_up(votes, error_deg, time_s, (), look, others)
     feet = None
     if known(first.up):
         feet = floor_plane(joints + root[:, None], first.up, time_s) if root is not None else None
         feet = feet or level_feet(joints, first.up, time_s)
-    return take_up(votes, error_deg, time_s, [*others, feet]) if feet else first
+    return fused_up(votes, error_deg, time_s, [feet], look, others) if feet else (first, warnings)
 
 
 def level_moving(
@@ -124,15 +137,19 @@ def level_moving(
     time_s: np.ndarray,
     seams: Sequence[int] = (),
     window_s: float = WINDOW_S,
+    looks: Sequence[tuple[float, Look]] = (),
 ) -> Levelled:
     """A smooth gravity for a camera that pans or is carried: every frame hears its neighbours, Gaussian in time.
 
     LEVEL's heading is the camera's: -X against its viewing direction, made horizontal. How the camera turned about
     the vertical cannot be seen from the body alone. Arguments of level_static: R_camera_from_body (T, 3, 3), error_deg
-    (T,). window_s: that Gaussian's reach.
+    (T,). window_s: that Gaussian's reach. looks: what images say, each with its time in seconds.
     """
     votes = R_camera_from_body[:, :, 2]
     up, up_error_deg = sliding_up(votes, error_deg, time_s, seams, window_s)
+    shares, warnings = {"frames": 1.0}, ()
+    if looks:
+        up, up_error_deg, shares, warnings = with_looks(up, up_error_deg, time_s, seams, looks)
     R = upright(R_camera_from_body, up, error_deg, time_s, seams)
     return Levelled(
         R_camera_from_body=R,
@@ -141,10 +158,11 @@ def level_moving(
         up_error_deg=up_error_deg,
         up_bound_deg=RAYLEIGH_90 * up_error_deg,
         votes=votes,
-        shares={"frames": 1.0},
+        shares=shares,
         heading="camera",
         drift_deg=float("nan"),
         drift_at=None,
+        warnings=warnings,
     )
 
 

@@ -82,7 +82,10 @@ def train_lifter(config_file: Path, output: Path, device: str = "cpu", minutes: 
     with whole_file(output / "lifter.toml") as partial:
         partial.write_text(config_file.read_text(encoding="utf-8"), encoding="utf-8")
     parameters = sum(p.numel() for p in net.parameters())
-    print(f"{parameters:,} parameters, reach {config.net.reach} frames, {on}, from step {state.step}", flush=True)
+    print(
+        f"{parameters:,} parameters, reach {config.net.reach} frames, {on}, from step {state.step}",
+        flush=True,
+    )
     windows, checks = Windows(train, config.material, on), check_batches(val, on)
 
     def loss_of(step: int) -> Tensor:
@@ -101,7 +104,9 @@ def read_config(path: Path) -> TrainConfig:
     """A training's TOML file. InputError for keys and values that it cannot have."""
     config = read_toml(path, TrainConfig)
     if (config.data is None) != (config.split is None):
-        raise InputError(f"{path}: expected `data` and `split` together: clips, and which of them to train on.")
+        raise InputError(
+            f"{path}: expected `data` and `split` together: clips, and which of them to train on."
+        )
     if config.data is not None and config.subjects != "train":
         raise InputError(f'{path}: with `data`, expected subjects = "train"; the split says who that is.')
     return config
@@ -118,7 +123,9 @@ def loss(answer: tuple[Tensor, Tensor, Tensor], truth: Batch, weights: Weights) 
     square = error.detach()[:, :, 1:] ** 2  # the pelvis is where it is
     across, along = square[..., :2].mean(-1), square[..., 2]
     sd_across, sd_along = sd[:, :, 1:].unbind(-1)
-    likelihood = 2 * (sd_across.log() + across / (2 * sd_across**2)) + sd_along.log() + along / (2 * sd_along**2)
+    likelihood = (
+        2 * (sd_across.log() + across / (2 * sd_across**2)) + sd_along.log() + along / (2 * sd_along**2)
+    )
     return total + weights.deviation * likelihood.mean()
 
 
@@ -198,5 +205,3 @@ def export(net: LifterNet, path: Path, **properties: object) -> None:
     onnx.helper.set_model_props(model, {key: str(value) for key, value in properties.items()})
     with whole_file(path) as partial:
         onnx.save(model, str(partial))
-
-

@@ -79,7 +79,9 @@ class Windows:
     def __init__(self, clips: Sequence[Clip], material: Material, device: torch.device | str = "cpu") -> None:
         """clips: at 30 frames per second. InputError for another rate."""
         if odd := sorted({clip.fps for clip in clips if abs(clip.fps - _CAPTURED_FPS) > 0.01}):
-            raise InputError(f"Expected motion capture at 30 frames per second to train on, got {odd[0]:g}; convert it.")
+            raise InputError(
+                f"Expected motion capture at 30 frames per second to train on, got {odd[0]:g}; convert it."
+            )
         self.device, self.material = torch.device(device), material
         self.joints = torch.from_numpy(np.concatenate([clip.joints for clip in clips])).to(self.device)
         lengths = torch.tensor([len(clip) for clip in clips], dtype=torch.float32)
@@ -87,17 +89,28 @@ class Windows:
         self.starts = (lengths.cumsum(0) - lengths).to(self.device)
         self.people = proportions(clips).to(self.device)
         self.bodies = BodyRange(
-            limbs=material.limbs, trunk=material.trunk, unchanged=material.unchanged, mirrored=material.mirrored
+            limbs=material.limbs,
+            trunk=material.trunk,
+            unchanged=material.unchanged,
+            mirrored=material.mirrored,
         )
         self.spoilt = Spoilt(
-            Noise(derived=material.derived), material.quality, material.truncated, material.occluded, material.absent
+            Noise(derived=material.derived),
+            material.quality,
+            material.truncated,
+            material.occluded,
+            material.absent,
         )
 
     @torch.no_grad()
     def batch(self, draw: Draw, count: int, frames: int) -> Batch:
         """count windows of so many frames. ValueError when no clip is as long."""
         material = self.material
-        fps = float(draw.log_uniform(_FPS, 1)) if float(draw.uniform((0.0, 1.0), 1)) < material.other_rates else 30.0
+        fps = (
+            float(draw.log_uniform(_FPS, 1))
+            if float(draw.uniform((0.0, 1.0), 1)) < material.other_rates
+            else 30.0
+        )
         motion = self._motion(draw, count, frames, fps)
         mixed = round(material.combined * count)
         if mixed:

@@ -7,8 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..pipeline.camera import Look
 from ..pipeline.rotations import angle_deg
-from .gravity import RAYLEIGH_90, Evidence, TakeUp, direction, take_up
+from .gravity import RAYLEIGH_90, Evidence, TakeUp, direction
+from .gravity.fusion import alone, decide
 from .levelling import Levelled, level_static, static_up, why_not
 
 _APART_DEG = 12.0  # a person's own up this far from the common one, and further than
@@ -37,26 +39,25 @@ class Together:
     apart_deg: tuple[float, ...]
 
 
-def level_people(people: Sequence[Seen], told: Sequence[Evidence] = ()) -> Together:
+def level_people(people: Sequence[Seen], told: Sequence[Evidence] = (), look: Look | None = None) -> Together:
     """One up for all, and the camera's heading, so that who faces whom can be read off.
 
     Each person's up counts by 1 / error^2; who could not be levelled alone (lies, is hardly seen) has no say and takes
     the others' up. Lifted by the same network, people may lean alike: the pooled error is stated as no less than the
-    best person's own. told: what else knows up. Where nobody can be levelled alone and nothing else is told, everybody
-    keeps an up of their own, and the reason why it is none.
-    """
+    best person's own. told: what the user tells; look: what the image says. Where nobody can be levelled alone and
+    nothing else is told, everybody keeps an up of their own, and the reason why it is none."""
     ups = [
-        static_up(one.joints, one.R_camera_from_body, one.error_deg, one.time_s, (), one.root)
+        static_up(one.joints, one.R_camera_from_body, one.error_deg, one.time_s, (), one.root)[0]
         for one in people
     ]
-    alone = [_level(one, up) for one, up in zip(people, ups, strict=True)]
+    alone_ = [_level(one, up) for one, up in zip(people, ups, strict=True)]
     # The alone have shares of "frames", "feet" or "floor", so that nothing is taken on trust.
-    trusted = [i for i, levelled in enumerate(alone) if not why_not(levelled, people[i].joints)]
-    if not trusted and not told:
-        return Together(tuple(alone), (float("nan"),) * len(people))
-    shared = _pooled([people[i].name for i in trusted], [ups[i] for i in trusted], told)
+    trusted = [i for i, levelled in enumerate(alone_) if not why_not(levelled, people[i].joints)]
+    if not trusted and not told and look is None:
+        return Together(tuple(alone_), (float("nan"),) * len(people))
+    shared, warnings = _pooled([people[i].name for i in trusted], [ups[i] for i in trusted], told, look)
     return Together(
-        tuple(_level(one, shared) for one in people),
+        tuple(replace(_level(one, shared), warnings=warnings) for one in people),
         tuple(_apart(up, shared) if i in trusted else float("nan") for i, up in enumerate(ups)),
     )
 
@@ -65,24 +66,24 @@ def _level(one: Seen, up: TakeUp) -> Levelled:
     return level_static(one.joints, one.R_camera_from_body, one.error_deg, one.time_s, one.seams, shared=up)
 
 
-def _pooled(names: Sequence[str], ups: Sequence[TakeUp], told: Sequence[Evidence]) -> TakeUp:
-    evidence = [direction(name, up.up, up.error_deg) for name, up in zip(names, ups, strict=True)]
-    pooled = _fused(evidence)
+def _pooled(
+    names: Sequence[str], ups: Sequence[TakeUp], told: Sequence[Evidence], look: Look | None
+) -> tuple[TakeUp, tuple[str, ...]]:
+    pooled = None
     if ups:
+        pooled = alone([direction(name, up.up, up.error_deg) for name, up in zip(names, ups, strict=True)])
         error_deg = max(pooled.error_deg, min(up.error_deg for up in ups))
         pooled = replace(pooled, error_deg=error_deg, bound_deg=RAYLEIGH_90 * error_deg)
-    if not told:
-        return pooled
-    if not ups:
-        return _fused(told)
-    fused = _fused([direction("people", pooled.up, pooled.error_deg), *told])
+    decision = decide(pooled, look, told)
+    if pooled is None or not decision.bodies:
+        return alone(decision.others), decision.warnings
+    if not decision.others:
+        return pooled, decision.warnings
+    fused = alone([direction("people", pooled.up, pooled.error_deg), *decision.others])
     theirs = fused.shares["people"]
     each = {name: theirs * share for name, share in pooled.shares.items()}
-    return replace(fused, shares=each | {one.name: fused.shares[one.name] for one in told})
-
-
-def _fused(evidence: Sequence[Evidence]) -> TakeUp:
-    return take_up(np.empty((0, 3)), np.empty(0), np.empty(0), evidence)
+    others = {one.name: fused.shares[one.name] for one in decision.others}
+    return replace(fused, shares=each | others), decision.warnings
 
 
 def _apart(own: TakeUp, shared: TakeUp) -> float:

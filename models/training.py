@@ -24,7 +24,15 @@ from typing import Any, TypeVar
 
 import numpy as np
 import torch
-from pydantic import BaseModel, ConfigDict, Field, NonNegativeFloat, NonNegativeInt, PositiveFloat, PositiveInt
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    NonNegativeFloat,
+    NonNegativeInt,
+    PositiveFloat,
+    PositiveInt,
+)
 from torch import Tensor, nn
 
 from ..pipeline.errors import InputError
@@ -46,7 +54,9 @@ class Schedule(BaseModel):
     warmup: NonNegativeInt
     cooldown: float = Field(gt=0, le=1)
     weight_decay: NonNegativeFloat
-    average: float = Field(ge=0, lt=1)  # decay of the weights' moving average, which is what is judged and kept
+    average: float = Field(
+        ge=0, lt=1
+    )  # decay of the weights' moving average, which is what is judged and kept
     every: PositiveInt = 250  # steps between looks at the validation, each with a checkpoint
 
     def share(self, step: int) -> float:
@@ -93,7 +103,11 @@ class State:
             names.append(f"checkpoint-{self.step}.{number}")
             with whole_file(folder / names[-1]) as partial:
                 partial.write_bytes(content[start : start + PART_BYTES])
-        listed = {"config": config.model_dump_json(), "parts": names, "sha256": hashlib.sha256(content).hexdigest()}
+        listed = {
+            "config": config.model_dump_json(),
+            "parts": names,
+            "sha256": hashlib.sha256(content).hexdigest(),
+        }
         with whole_file(folder / "checkpoint.json") as partial:
             partial.write_text(json.dumps(listed), encoding="utf-8")
         for old in folder.glob("checkpoint-*"):
@@ -156,7 +170,9 @@ def load_weights(net: Net, path: Path) -> Net:
     there or do not fit."""
     with reading(path):
         with zipfile.ZipFile(path) as archive:
-            check_size(sum(entry.file_size for entry in archive.infolist()), path.stat().st_size, "a checkpoint")
+            check_size(
+                sum(entry.file_size for entry in archive.infolist()), path.stat().st_size, "a checkpoint"
+            )
         net.load_state_dict(torch.load(path, weights_only=True, map_location="cpu"))
     return net.eval()
 
@@ -170,11 +186,15 @@ def device_of(name: str) -> torch.device:
         torch.zeros(1, device=device)
     except (RuntimeError, AssertionError) as error:
         reason = str(error).splitlines()[0].strip(".")
-        raise InputError(f"Expected a device that torch can use here (auto, cpu, cuda), got '{name}': {reason}.") from None
+        raise InputError(
+            f"Expected a device that torch can use here (auto, cpu, cuda), got '{name}': {reason}."
+        ) from None
     return device
 
 
-def optimisers_of(net: nn.Module, schedule: Schedule, matrices: Iterable[nn.Parameter]) -> list[torch.optim.Optimizer]:
+def optimisers_of(
+    net: nn.Module, schedule: Schedule, matrices: Iterable[nn.Parameter]
+) -> list[torch.optim.Optimizer]:
     """Muon (Jordan et al. 2024) for the matrices, at AdamW's step size; AdamW for everything else, without decay for
     what is no matrix."""
     matrices = list(matrices)
@@ -188,7 +208,11 @@ def optimisers_of(net: nn.Module, schedule: Schedule, matrices: Iterable[nn.Para
     if not matrices:
         return [adamw]
     muon = torch.optim.Muon(
-        matrices, lr=schedule.rate, weight_decay=schedule.weight_decay, adjust_lr_fn="match_rms_adamw", ns_steps=5
+        matrices,
+        lr=schedule.rate,
+        weight_decay=schedule.weight_decay,
+        adjust_lr_fn="match_rms_adamw",
+        ns_steps=5,
     )
     return [muon, adamw]
 
@@ -241,12 +265,17 @@ def fit(
             # Where a piece ends between two looks there is none: it might choose other weights than a run in one piece.
             state.save(output, config)
             if over and step < schedule.steps:
-                print(f"stops after step {step} of {schedule.steps}; the same command goes on from there", flush=True)
+                print(
+                    f"stops after step {step} of {schedule.steps}; the same command goes on from there",
+                    flush=True,
+                )
                 return False
     return True
 
 
-def _step(state: State, schedule: Schedule, step: int, loss_of: Callable[[int], Tensor], output: Path) -> float:
+def _step(
+    state: State, schedule: Schedule, step: int, loss_of: Callable[[int], Tensor], output: Path
+) -> float:
     state.net.train()
     loss = loss_of(step)
     state.net.zero_grad(set_to_none=True)
@@ -268,7 +297,9 @@ def _step(state: State, schedule: Schedule, step: int, loss_of: Callable[[int], 
 
 def _refuse_lost(value: float, what: str, step: int, output: Path) -> None:
     if not math.isfinite(value):
-        raise InputError(f"{what} became {value} at step {step}; {_kept(output)}. Lower `rate`, or look at the data.")
+        raise InputError(
+            f"{what} became {value} at step {step}; {_kept(output)}. Lower `rate`, or look at the data."
+        )
 
 
 def _kept(output: Path) -> str:

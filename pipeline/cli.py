@@ -77,7 +77,7 @@ def run(
     image_size: Annotated[
         str | None, typer.Option(help="WIDTHxHEIGHT in pixels, to lift keypoints without a video.")
     ] = None,
-    focal: Annotated[float | None, typer.Option(help="Focal length in pixels, to lift keypoints.")] = None,
+    focal: Annotated[float | None, typer.Option(help="Focal length in pixels, if known.")] = None,
     flip: Annotated[
         bool, typer.Option("--flip", help="Average the lift with that of the mirrored person.")
     ] = False,
@@ -99,6 +99,10 @@ def run(
         float | None,
         typer.Option(help="By how many degrees the picture's content is turned counter-clockwise, if known."),
     ] = None,
+    no_calibrate: Annotated[
+        bool,
+        typer.Option("--no-calibrate", help="Do not look for up and focal length in the video's images."),
+    ] = False,
     parity: Annotated[Parity, typer.Option(help="What to do when left and right look exchanged.")] = "refuse",
     missing: Annotated[Missing, typer.Option(help="What to do with NaN or all-zero poses.")] = "refuse",
     swaps: Annotated[
@@ -133,6 +137,9 @@ def run(
     chosen = load_recipe(recipe)
     if poses is None:
         chosen = chosen.starting_with("lift")
+    calibrated = video is not None and not no_calibrate
+    if calibrated:
+        chosen = chosen.starting_with("calibrate")
     alone = poses is None and keypoints is None and video is not None
     if alone:
         chosen = chosen.starting_with("detect")
@@ -146,11 +153,12 @@ def run(
             "swaps": swaps if alone else None,
             "fps": fps if alone else None,
         },
+        "calibrate": {"focal_px": focal, "camera": camera} if calibrated else {},
         "lift": {
             "lifter": lifter,
             "lifter_kind": lifter_kind,
             "image_size": image_size and _size(image_size),
-            "focal_px": focal,
+            "focal_px": None if calibrated else focal,
             "flip": flip or None,
             "parity": None if poses is not None or parity == "refuse" else parity,
         },

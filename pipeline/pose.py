@@ -172,12 +172,10 @@ class Rectified:
     error_deg: (T,) expected rotation error of BODY in degrees, NaN where the rectifier does not know.
     up_error_deg, up_bound_deg: (T,) of the up that BODY and LEVEL share: expected root mean square angle to the
         truth, and the angle that nine in ten takes stay under. up_votes: (T, 3) each frame's own idea of up, in the
-        source's axes, NaN without one. up_shares: what up rests on, each source's part by name.
-    method: "geometric" or "pcnet@<hash>".
-    camera: "static", "moving", or "gravity" for a source that knows its own up.
-    level_heading: how LEVEL's heading was chosen: "median", "first second" or "camera".
-    level_ok, level_reason: whether the take could be levelled, and in words why not.
-    """
+        source's axes, NaN without one. up_shares: what up rests on, each source's part by name; up_pulls: by how many
+        degrees each moves it. method: "geometric" or "pcnet@<hash>". camera: "static", "moving", or "gravity" for a
+        source that knows its own up. level_heading: how LEVEL's heading was chosen: "median", "first second" or
+        "camera". level_ok, level_reason: whether the take could be levelled, and in words why not."""
 
     body: PoseSequence
     level: PoseSequence
@@ -193,6 +191,7 @@ class Rectified:
     up_bound_deg: np.ndarray = None  # type: ignore[assignment]  # filled with NaN
     up_votes: np.ndarray = None  # type: ignore[assignment]  # filled with NaN
     up_shares: dict[str, float] = field(default_factory=dict)
+    up_pulls: dict[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         require(self.body.frame, BODY, "Rectified.body")

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from .camera import Camera
 from .pose import PoseSequence, Rectified
 
 
@@ -17,7 +18,7 @@ class Video:
 
     width, height: pixels as stored, before `rotation_deg` (0, 90, 180, 270; clockwise) is applied.
     time_s: (N,) time stamp of every frame in display order, from the first frame's 0.
-    codec: name as FFmpeg writes it, such as "h264" or "mpeg4".
+    codec: name as FFmpeg writes it, such as "h264" or "mpeg4". focal_px: the focal length that the file states, about.
     """
 
     path: Path
@@ -26,6 +27,7 @@ class Video:
     time_s: np.ndarray
     codec: str
     rotation_deg: int = 0
+    focal_px: float | None = None
 
     @property
     def fps(self) -> float:
@@ -48,6 +50,7 @@ class Take:
     """One recording of one person. Stages fill it in; a field nobody has filled is None.
 
     keypoints: 2D joints in IMAGE, in the detector's own layout.
+    camera: what the image and the user say about the camera.
     poses: 3D joints, H36M17 in CAMERA axes, relative to the pelvis.
     filtered: 3D joints in LEVEL after the low-pass filter that kinematics rest on; its history says which.
     kinematics: columns (T,) by name, every unit in the name (design.md section 7).
@@ -58,6 +61,7 @@ class Take:
     name: str
     video: Video | None = None
     keypoints: PoseSequence | None = None
+    camera: Camera | None = None
     poses: PoseSequence | None = None
     rectified: Rectified | None = None
     filtered: PoseSequence | None = None

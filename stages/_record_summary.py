@@ -6,9 +6,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from ..pipeline.camera import pitch_roll_deg
 from ..pipeline.pose import Rectified, Step
 from ..pipeline.take import Take
-from ._record_up import pitch_roll_deg, shared_up
+from ._record_up import shared_up
 
 
 def summary_markdown(take: Take) -> str:

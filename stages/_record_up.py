@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ..pipeline.camera import pitch_roll_deg
 from ..pipeline.pose import Rectified
 from ..pipeline.rotations import angle_deg, from_columns, known, rotate, unit
 from ..pipeline.take import Take
@@ -30,13 +31,6 @@ def shared_up(rectified: Rectified) -> np.ndarray:
 def voted(rectified: Rectified) -> bool:
     """Whether frames voted on up, and what came of it is known."""
     return bool((known(rectified.up_votes) & known(shared_up(rectified))).any())
-
-
-def pitch_roll_deg(up: np.ndarray) -> np.ndarray:
-    """up (..., 3) in CAMERA axes as (..., 2) the camera's pitch and roll: positive when it looks down, and when the
-    picture's content turns counter-clockwise, as the rectify stage takes them."""
-    x, y, z = np.moveaxis(up, -1, 0)
-    return np.degrees(np.stack([np.arctan2(-z, np.hypot(x, y)), np.arctan2(-x, -y)], axis=-1))
 
 
 class Cap(NamedTuple):

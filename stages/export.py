@@ -125,6 +125,7 @@ def summary(take: Take) -> dict[str, Any]:
             **_up("up_error_deg", rectified.up_error_deg, rectified.camera),
             **_up("up_bound_deg", rectified.up_bound_deg, rectified.camera),
             "up_shares": rectified.up_shares,
+            "up_pulls_deg": rectified.up_pulls,
             "vote_deviation_deg_mean": _mean(deviation),
             "R_source_from_level": rectified.R_source_from_level.tolist(),
             "level_heading": rectified.level_heading,

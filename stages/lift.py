@@ -42,7 +42,8 @@ class Lift:
     def __call__(self, take: Take) -> Take:
         assert take.keypoints is not None
         size = self.image_size or (shown_size(take.video) if take.video else None)
-        poses = self._opened.lift(take.keypoints, size, self.focal_px, self.flip, take.video)
+        focal_px = self.focal_px or (take.camera.focal_px if take.camera else None)
+        poses = self._opened.lift(take.keypoints, size, focal_px, self.flip, take.video)
         said = poses.history[-1].options
         poses = guarded(poses, self.parity, f"The lift by {self._opened.method}")
         doubts = [str(step.options["warning"]) for step in poses.history if "warning" in step.options]

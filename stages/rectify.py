@@ -13,6 +13,8 @@ from ..models.cameras import view_rotation
 from ..models.gravity import Evidence, direction
 from ..models.levelling import WINDOW_S, Camera, Levelled, level_frame, level_moving, level_static, why_not
 from ..models.people import Seen, level_people
+from ..pipeline.camera import Camera as View
+from ..pipeline.camera import Look
 from ..pipeline.canonical import R_world_from_body
 from ..pipeline.errors import InputError
 from ..pipeline.frames import BODY, CAMERA, LEVEL, Z_UP, Frame, change_frame
@@ -49,13 +51,14 @@ class Rectify:
 
     def __call__(self, take: Take) -> Take:
         assert take.poses is not None
-        ((rectified, events),) = _rectify([take.poses], False, **vars(self))
+        ((rectified, events),) = _rectify([take.poses], False, view=take.camera, **vars(self))
         return _filled(take, rectified, events)
 
     def together(self, takes: Sequence[Take]) -> list[Take]:
         """Several people of one recording, in one LEVEL (rectify_together)."""
         people = [take.poses for take in takes if take.poses is not None]
-        found = _rectify(people, True, **vars(self))
+        view = next((take.camera for take in takes), None)
+        found = _rectify(people, True, view=view, **vars(self))
         return [_filled(take, *each) for take, each in zip(takes, found, strict=True)]
 
 
@@ -78,6 +81,7 @@ def rectify(
     pitch_deg: float | None = None,
     roll_deg: float | None = None,
     window_s: float = WINDOW_S,
+    view: View | None = None,
 ) -> Rectified:
     """Turn a skeleton into BODY, upright and facing -X in every frame, and LEVEL, one upright frame a take.
 
@@ -85,15 +89,17 @@ def rectify(
     but the heading. The joints are taken relative to the pelvis; NaN stays NaN. "source" in the rotations' names
     are the axes that the poses come in. Poses without time stamps count as 30 frames a second.
 
-    camera, gravity, pitch_deg, roll_deg, window_s: of Rectify. A static camera has one up for the take, which every
-    frame votes on (models/gravity.py), as does the floor under the feet when the poses know where the person is (their
-    root; models/floor.py); a moving one a smooth up, and LEVEL's heading is then the camera's, so that
-    horizontal directions are relative to it.
+    camera, gravity, pitch_deg, roll_deg, window_s: of Rectify. view: what the images say (stages.calibrate). A static
+    camera has one up for the take, which every frame votes on (models/gravity.py), as does the floor under the feet
+    when the poses know where the person is (their root; models/floor.py); a moving one a smooth up, and LEVEL's
+    heading is then the camera's, so that horizontal directions are relative to it.
 
     A frame with too few torso joints has a NaN rotation. A take that cannot be levelled has level_ok False and a
     reason, and never raises. InputError for another layout or frame, and for a camera that is told twice how it leans.
     """
-    ((rectified, _),) = _rectify([poses], False, rectifier, camera, gravity, pitch_deg, roll_deg, window_s)
+    ((rectified, _),) = _rectify(
+        [poses], False, rectifier, camera, gravity, pitch_deg, roll_deg, window_s, view
+    )
     return rectified
 
 
@@ -106,6 +112,7 @@ def rectify_together(
     pitch_deg: float | None = None,
     roll_deg: float | None = None,
     window_s: float = WINDOW_S,
+    view: View | None = None,
 ) -> tuple[Rectified, ...]:
     """Several people of one recording in one LEVEL, whose -X is the camera's horizontal viewing direction reversed; of
     poses in a world's axes, that world's own. Arguments and errors of rectify.
@@ -113,7 +120,7 @@ def rectify_together(
     A static camera's up is pooled over the people (models/people.py). Before a moving camera each person has their own
     up, as each frame has, and the common heading.
     """
-    found = _rectify(people, True, rectifier, camera, gravity, pitch_deg, roll_deg, window_s)
+    found = _rectify(people, True, rectifier, camera, gravity, pitch_deg, roll_deg, window_s, view)
     return tuple(rectified for rectified, _ in found)
 
 
@@ -126,6 +133,7 @@ def _rectify(
     pitch_deg: float | None,
     roll_deg: float | None,
     window_s: float,
+    view: View | None,
 ) -> list[tuple[Rectified, list[Event]]]:
     """Of each of the people, in the order given; together: in one LEVEL."""
     if not 0 < window_s < np.inf:
@@ -159,13 +167,16 @@ def _rectify(
         raise InputError("A moving camera has no one pitch, roll or gravity; leave them out.")
     seen = [_seen(source, chosen) for source in sources]
     events: list[list[Event]] = [[] for _ in seen]
+    look = view.looks[0] if view and view.looks else None
     if camera == "moving":
         answers = [
-            level_moving(one.R_camera_from_body, one.error_deg, one.time_s, one.seams, window_s)
-            for one in seen
+            level_moving(
+                one.R_camera_from_body, one.error_deg, one.time_s, one.seams, window_s, _looks(view, source)
+            )
+            for one, source in zip(seen, sources, strict=True)
         ]
     elif together:
-        found = level_people(seen, told)
+        found = level_people(seen, told, look)
         answers = list(found.levelled)
         events = [
             [*_drift_event(levelled, source), *_apart_event(apart)]
@@ -174,11 +185,23 @@ def _rectify(
     else:
         answers = [
             level_static(
-                one.joints, one.R_camera_from_body, one.error_deg, one.time_s, one.seams, told, one.root
+                one.joints,
+                one.R_camera_from_body,
+                one.error_deg,
+                one.time_s,
+                one.seams,
+                told,
+                one.root,
+                None,
+                look,
             )
             for one in seen
         ]
         events = [_drift_event(levelled, source) for levelled, source in zip(answers, sources, strict=True)]
+    events = [
+        [*(Event("warning", text) for text in levelled.warnings), *happened]
+        for levelled, happened in zip(answers, events, strict=True)
+    ]
     return [
         (_rectified(source, CAMERA, levelled, chosen.method, camera, said), happened)
         for source, levelled, happened in zip(sources, answers, events, strict=True)
@@ -241,7 +264,14 @@ def _rectified(
         up_bound_deg=levelled.up_bound_deg,
         up_votes=rotate(R_source_from_reference, levelled.votes),
         up_shares=levelled.shares,
+        up_pulls=levelled.pulls,
     )
+
+
+def _looks(view: View | None, source: PoseSequence) -> list[tuple[float, Look]]:
+    """What the images of a moving camera say, each with its time in the take."""
+    looks = view.looks if view else ()
+    return [(float(np.interp(look.frame, source.frame_index, _times(source))), look) for look in looks]
 
 
 def _told(

@@ -10,12 +10,13 @@ from typing import ClassVar
 import numpy as np
 
 from ..pipeline.angles import ANGLES, MIDLINE
+from ..pipeline.camera import pitch_roll_deg
 from ..pipeline.errors import InputError
 from ..pipeline.outputs import whole_file
 from ..pipeline.pose import PoseSequence
 from ..pipeline.rotations import angle_deg, known, rotate
 from ..pipeline.take import Take
-from ._record_up import pitch_roll_deg, shared_up, voted
+from ._record_up import shared_up, voted
 from ._report_charts import LEFT, RIGHT, SLICES, SOFT, Curve, over_time, path, sides
 from ._report_measures import measure_tables
 from ._report_page import charts, figure, page, picture, small

@@ -56,7 +56,10 @@ def combine(lower: Tensor, upper: Tensor) -> Tensor:
     The upper body is turned about the vertical in every frame until both motions' hips point the same way. A motion
     whose hip axis is ever steeper than 60 degrees keeps its own upper body: it has no such direction.
     """
-    hips = [motion[..., H36M17.index("l_hip"), :] - motion[..., H36M17.index("r_hip"), :] for motion in (lower, upper)]
+    hips = [
+        motion[..., H36M17.index("l_hip"), :] - motion[..., H36M17.index("r_hip"), :]
+        for motion in (lower, upper)
+    ]
     level = [axis[..., :2].norm(dim=-1) / axis.norm(dim=-1).clamp_min(1e-9) for axis in hips]
     turn = torch.atan2(hips[0][..., 1], hips[0][..., 0]) - torch.atan2(hips[1][..., 1], hips[1][..., 0])
     c, s = turn.cos()[..., None], turn.sin()[..., None]
@@ -139,11 +142,15 @@ def redefined(joints: Tensor, draw: Draw, std_m: float, share: float) -> Tensor:
     std = std_m * draw.share(share, count, 1, 1)
     offsets = torch.zeros(count, len(H36M17), 3, device=joints.device)
     middle = H36M17.indices(("spine", "thorax", "nose", "head"))
-    offsets[:, middle] = draw.normal(count, len(middle), 3, most=2) * torch.tensor([1.0, 0.0, 1.0], device=joints.device)
+    offsets[:, middle] = draw.normal(count, len(middle), 3, most=2) * torch.tensor(
+        [1.0, 0.0, 1.0], device=joints.device
+    )
     for part in ("hip", "shoulder"):
         moved = 0.6 * draw.normal(count, 3, most=2)
         for side, sign in (("l", 1.0), ("r", -1.0)):
-            offsets[:, H36M17.index(f"{side}_{part}")] = moved * torch.tensor([1.0, sign, 1.0], device=joints.device)
+            offsets[:, H36M17.index(f"{side}_{part}")] = moved * torch.tensor(
+                [1.0, sign, 1.0], device=joints.device
+            )
     return joints + torch.einsum("btij,bkj->btki", axes, std * offsets)
 
 

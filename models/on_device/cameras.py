@@ -44,14 +44,19 @@ def view_rotation(yaw_deg: Tensor, pitch_deg: Tensor, roll_deg: Tensor) -> Tenso
     return torch.stack([c * right + s * down, c * down - s * right, away], dim=-2)
 
 
-def place(joints_world: Tensor, draw: Draw, typical: ViewRange, wild: ViewRange, share_typical: float) -> Cameras:
+def place(
+    joints_world: Tensor, draw: Draw, typical: ViewRange, wild: ViewRange, share_typical: float
+) -> Cameras:
     """One camera a window, somewhere from which every joint of every frame is inside the picture; a share of them from
     the one range, the rest from the other. joints_world: (B, T, J, 3) metres, +Z up."""
     count = len(joints_world)
     usual = draw.share(share_typical, count)
 
     def either(name: str, log: bool = False) -> Tensor:
-        a, b = ((draw.log_uniform if log else draw.uniform)(getattr(views, name), count) for views in (typical, wild))
+        a, b = (
+            (draw.log_uniform if log else draw.uniform)(getattr(views, name), count)
+            for views in (typical, wild)
+        )
         return torch.where(usual, a, b)
 
     sizes = torch.tensor(IMAGE_SIZES, dtype=torch.float32, device=draw.device)
@@ -66,7 +71,9 @@ def place(joints_world: Tensor, draw: Draw, typical: ViewRange, wild: ViewRange,
     needed = q[..., :2].abs() / half[:, None] - depth[..., None]
     least = torch.maximum(needed.amax(dim=(1, 2)), wild.nearest_m - depth.amin(1))
     metres = draw.log_uniform(typical.distance_m or (1.0, 1.0), count)
-    distance = torch.where(usual, torch.maximum(metres, 1.02 * least), least * draw.log_uniform(wild.distance, count))
+    distance = torch.where(
+        usual, torch.maximum(metres, 1.02 * least), least * draw.log_uniform(wild.distance, count)
+    )
     room = (distance[:, None] + depth)[..., None] * half[:, None]
     low, high = (-room - q[..., :2]).amax(1), (room - q[..., :2]).amin(1)
     shift = low + draw.uniform((0.0, 1.0), count, 2) * (high - low)

@@ -12,7 +12,9 @@ from .bodies import body_size
 from .turning import rotate, transpose, unit
 
 
-def features(keypoints: Tensor, confidence: Tensor, image_size: Tensor, focal_px: Tensor) -> tuple[Tensor, Tensor]:
+def features(
+    keypoints: Tensor, confidence: Tensor, image_size: Tensor, focal_px: Tensor
+) -> tuple[Tensor, Tensor]:
     """As lifter_features.features: keypoints (B, T, 17, 2), confidence (B, T, 17), image_size (B, 2), focal_px (B,)
     -> (B, T, CHANNELS) and R_camera_from_ray (B, T, 3, 3)."""
     rays = (keypoints - image_size[:, None, None] / 2) / focal_px[:, None, None, None]
@@ -25,13 +27,17 @@ def features(keypoints: Tensor, confidence: Tensor, image_size: Tensor, focal_px
     turned = turned[..., :2] / turned[..., 2:].clamp_min(0.1) * present[..., None]
     size = ((turned**2).sum(dim=(-2, -1)) / present.sum(-1).clamp_min(1)).sqrt()
     mean_size = _averaged(size, seen).clamp_min(1e-6)
-    path = (centre - torch.stack([_averaged(centre[..., i], seen) for i in (0, 1)], dim=-1)) / mean_size[..., None]
+    path = (centre - torch.stack([_averaged(centre[..., i], seen) for i in (0, 1)], dim=-1)) / mean_size[
+        ..., None
+    ]
     picture = (turned / mean_size[..., None, None]).clamp(-5, 5)
     trust = torch.where(present, confidence.nan_to_num(nan=0.7), 0.0)
     extra = torch.cat(
         [(path / 4).tanh(), (size / mean_size - 1)[..., None], (mean_size.log() + 2)[..., None]], dim=-1
     )
-    return torch.cat([picture.flatten(-2), trust, present.float(), extra * seen[..., None]], dim=-1), R_camera_from_ray
+    return torch.cat(
+        [picture.flatten(-2), trust, present.float(), extra * seen[..., None]], dim=-1
+    ), R_camera_from_ray
 
 
 def target(joints_camera: Tensor) -> tuple[Tensor, Tensor]:
@@ -40,7 +46,9 @@ def target(joints_camera: Tensor) -> tuple[Tensor, Tensor]:
     relative = joints_camera - joints_camera[..., [H36M17.index("pelvis")], :]
     relative = relative * (STANDARD_SIZE_M / body_size(relative))[:, None, None, None]
     rays = joints_camera[..., :2] / joints_camera[..., 2:]
-    R_ray_from_camera = transpose(ray_rotation(_centre(rays, torch.ones_like(rays[..., 0], dtype=torch.bool))))
+    R_ray_from_camera = transpose(
+        ray_rotation(_centre(rays, torch.ones_like(rays[..., 0], dtype=torch.bool)))
+    )
     return rotate(R_ray_from_camera, relative), rotate(R_ray_from_camera, _velocity(relative))
 
 
@@ -80,5 +88,7 @@ def _averaged(values: Tensor, seen: Tensor) -> Tensor:
     sums = torch.stack([torch.where(seen, values, 0.0), seen.float()], dim=-1).cumsum(1)
     sums = torch.cat([torch.zeros_like(sums[:, :1]), sums], dim=1)
     frame = torch.arange(frames, device=values.device)
-    window = sums[:, (frame + HALF_WINDOW + 1).clamp_max(frames)] - sums[:, (frame - HALF_WINDOW).clamp_min(0)]
+    window = (
+        sums[:, (frame + HALF_WINDOW + 1).clamp_max(frames)] - sums[:, (frame - HALF_WINDOW).clamp_min(0)]
+    )
     return window[..., 0] / window[..., 1].clamp_min(1)

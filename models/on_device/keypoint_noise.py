@@ -13,7 +13,8 @@ from ..noise2d import HEAD_HEIGHT, SOLIDS, Noise
 from .draw import Draw
 
 _GROUPS = (
-    ("l_knee", "l_ankle"), ("r_knee", "r_ankle"), ("l_ankle", "r_ankle"), ("l_elbow", "l_wrist"), ("r_elbow", "r_wrist"),
+    ("l_knee", "l_ankle"), ("r_knee", "r_ankle"), ("l_ankle", "r_ankle"),
+    ("l_elbow", "l_wrist"), ("r_elbow", "r_wrist"),
     ("l_wrist", "r_wrist"), ("nose", "head"), ("l_knee", "r_knee", "l_ankle", "r_ankle"),
 )  # fmt: skip
 
@@ -61,7 +62,9 @@ def in_profile(joints_camera: Tensor, cosine: float) -> Tensor:
     return (aside * view).sum(-1).abs() > cosine * aside.norm(dim=-1) * view.norm(dim=-1)  # type: ignore[union-attr]
 
 
-def detect(pixels: Tensor, joints_camera: Tensor, draw: Draw, spoilt: Spoilt, fps: float) -> tuple[Tensor, Tensor]:
+def detect(
+    pixels: Tensor, joints_camera: Tensor, draw: Draw, spoilt: Spoilt, fps: float
+) -> tuple[Tensor, Tensor]:
     """What a detector would answer.
 
     pixels: (B, T, 17, 2) exact projections of joints_camera (B, T, 17, 3), H36M17, metres, origin at the camera.
@@ -102,7 +105,11 @@ def detect(pixels: Tensor, joints_camera: Tensor, draw: Draw, spoilt: Spoilt, fp
     lost = draw.runs(rate.transpose(1, 2), noise.missing_run * fps / 30).transpose(1, 2)
     nobody = torch.full((count, frames), noise.absent_rate * 30 / fps, device=draw.device)
     lost = lost | draw.runs(nobody, noise.absent_run * fps / 30)[..., None]
-    lost = lost | _truncated(keypoints, draw, spoilt.truncated) | _occluded(draw, spoilt.occluded, count, frames, fps)
+    lost = (
+        lost
+        | _truncated(keypoints, draw, spoilt.truncated)
+        | _occluded(draw, spoilt.occluded, count, frames, fps)
+    )
     for joint, share in spoilt.absent.items():
         lost[..., H36M17.index(joint)] |= draw.share(share, count, 1)
     return torch.where(lost[..., None], torch.nan, keypoints), torch.where(lost, 0.0, confidence)
@@ -130,7 +137,9 @@ def _truncated(keypoints: Tensor, draw: Draw, share: float) -> Tensor:
     below = keypoints[..., 1] > (high[:, 1] - cut * (high[:, 1] - low[:, 1]))[:, None, None]
     left = keypoints[..., 0] < (low[:, 0] + cut * (high[:, 0] - low[:, 0]))[:, None, None]
     right = keypoints[..., 0] > (high[:, 0] - cut * (high[:, 0] - low[:, 0]))[:, None, None]
-    beyond = torch.where((kind < 0.7)[:, None, None], below, torch.where((kind < 0.85)[:, None, None], left, right))
+    beyond = torch.where(
+        (kind < 0.7)[:, None, None], below, torch.where((kind < 0.85)[:, None, None], left, right)
+    )
     return beyond & draw.share(share, count)[:, None, None]
 
 

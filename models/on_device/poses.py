@@ -7,6 +7,7 @@ joint by swing and twist, then a hinge. Ranges are about those of healthy adults
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import torch
 from torch import Tensor
@@ -73,11 +74,15 @@ def _other_limbs(joints: Tensor, other: Tensor, draw: Draw, poses: PoseRange, fp
     exchanged, sampled = draw.share(poses.exchanged, count), draw.share(poses.sampled, count)
     for (side, kind), names in _LIMBS.items():
         rows = H36M17.indices(names)
-        lengths = [(joints[..., b, :] - joints[..., a, :]).norm(dim=-1, keepdim=True) for a, b in zip(rows, rows[1:], strict=False)]
+        lengths = [
+            (joints[..., b, :] - joints[..., a, :]).norm(dim=-1, keepdim=True) for a, b in pairwise(rows)
+        ]
         captured = unit(joints[..., rows[1:], :] - joints[..., rows[:-1], :])
         moved = rotate(transpose(theirs[kind]), unit(other[..., rows[1:], :] - other[..., rows[:-1], :]))
         bent = (_leg if kind == "leg" else _arm)(draw, count, frames, fps, 1.0 if side == "l" else -1.0)
-        new = torch.where((exchanged & draw.share(0.5, count))[:, None, None, None], rotate(own[kind], moved), captured)
+        new = torch.where(
+            (exchanged & draw.share(0.5, count))[:, None, None, None], rotate(own[kind], moved), captured
+        )
         use = (sampled & draw.share(0.6, count))[:, None, None, None]
         new = torch.where(use, rotate(own[kind], bent), new)
         out[..., rows[1], :] = out[..., rows[0], :] + lengths[0] * new[..., 0, :]
@@ -126,7 +131,11 @@ def _moving(draw: Draw, between_deg: tuple[float, float], count: int, frames: in
     swing = draw.uniform((0.0, 0.25), count, 1) * (high - low)
     phase = draw.uniform((0.0, 6.2832), count, 1)
     turns = draw.log_uniform((0.1, 1.5), count, 1) * torch.arange(frames, device=draw.device) / fps
-    return (draw.uniform(between_deg, count, 1) + swing * (6.2832 * turns + phase).sin()).clamp(low, high).deg2rad()
+    return (
+        (draw.uniform(between_deg, count, 1) + swing * (6.2832 * turns + phase).sin())
+        .clamp(low, high)
+        .deg2rad()
+    )
 
 
 def _swung(joints: Tensor, draw: Draw, share: float, fps: float) -> Tensor:
@@ -167,7 +176,8 @@ def _turned(joints: Tensor, draw: Draw, poses: PoseRange, fps: float) -> Tensor:
 
 def _frame(joints: Tensor, leftward: tuple[str, str], upward: tuple[str, str]) -> Tensor:
     left, up = (
-        joints[..., H36M17.index(end), :] - joints[..., H36M17.index(start), :] for start, end in (leftward, upward)
+        joints[..., H36M17.index(end), :] - joints[..., H36M17.index(start), :]
+        for start, end in (leftward, upward)
     )
     left = unit(left)
     up = across(up, left)

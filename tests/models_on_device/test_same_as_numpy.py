@@ -122,7 +122,7 @@ def test_noise_is_as_large_as_the_formula_says():
     """Jitter, errors and gaps of both over many windows of a person who stands still."""
     from golden.bodies import facing_camera
 
-    joints = np.broadcast_to(facing_camera() + [0, 0, 4.0], (400, 30, 17, 3)).astype(np.float32)
+    joints = np.broadcast_to(facing_camera() + np.array([0, 0, 4.0]), (400, 30, 17, 3)).astype(np.float32)
     pixels = joints[..., :2] / joints[..., 2:] * 1000 + 500
     a, trust_a = noise2d.detect(pixels, joints, np.random.default_rng(0))
     b, trust_b = (

@@ -17,7 +17,11 @@ pytest.importorskip("onnxscript", reason="export needs onnxscript, the extra 'tr
 training = pytest.importorskip("pcnet3d.models.pcnet_train")
 from golden.checkpoints import read_checkpoint, replace_checkpoint, same, saved  # noqa: E402
 
-CONFIG = tiny(("steps = 6", "steps = 3"), ("every = 2", "every = 3"), ('residual = "off"\nalign = true', 'residual = "free"'))
+CONFIG = tiny(
+    ("steps = 6", "steps = 3"),
+    ("every = 2", "every = 3"),
+    ('residual = "off"\nalign = true', 'residual = "free"'),
+)
 
 
 def write_mocap(path, names, joints):
@@ -139,7 +143,9 @@ def test_a_damaged_checkpoint_and_a_strangers_pickle(folder, train, what):
         replace_checkpoint(folder / "out", pickle.dumps(Pickled()))
     else:
         replace_checkpoint(folder / "out", saved({"net": Pickled()}))
-    refused(train(), "out/checkpoint", *(() if what in ("missing", "elsewhere") else ("is damaged", "remove it")))
+    refused(
+        train(), "out/checkpoint", *(() if what in ("missing", "elsewhere") else ("is damaged", "remove it"))
+    )
     assert not (folder / "was-here").exists()
 
 

@@ -51,10 +51,12 @@ def test_a_run_writes_the_network_its_log_and_its_config(config, tmp_path, capsy
 
 
 def test_it_learns(config, tmp_path, without_export):
-    config.write_text(tiny(("steps = 6", "steps = 60"), ("every = 2", "every = 20"), ("rate = 1e-3", "rate = 1e-2")))
+    config.write_text(
+        tiny(("steps = 6", "steps = 60"), ("every = 2", "every = 20"), ("rate = 1e-3", "rate = 1e-2"))
+    )
     module.train_pcnet(config, tmp_path / "out")
     lines = [json.loads(line) for line in (tmp_path / "out" / "log.jsonl").read_text().splitlines()]
-    assert lines[-1]["wide"] < 0.6 * lines[0]["wide"]
+    assert lines[-1]["paper"] < 0.7 * lines[0]["paper"]
 
 
 def test_a_run_in_pieces_comes_to_the_same_weights(config, tmp_path, without_export):
@@ -91,14 +93,18 @@ def test_bf16_is_for_training_and_not_for_judging(config, tmp_path, monkeypatch,
     config.write_text(tiny(("bf16 = false", "bf16 = true")))
     seen = []
     check = module.check
-    monkeypatch.setattr(module, "check", lambda deployed, checks: (seen.append(deployed.net.bf16), check(deployed, checks))[1])
+    monkeypatch.setattr(
+        module, "check", lambda deployed, checks: (seen.append(deployed.net.bf16), check(deployed, checks))[1]
+    )
     total = module.total
     monkeypatch.setattr(module, "total", lambda net, *rest: (seen.append(net.bf16), total(net, *rest))[1])
     module.train_pcnet(config, tmp_path / "out")
     assert seen == [True, True, False] * 3 + [False]
 
 
-def test_the_best_are_the_best_on_lifted_frames_where_there_are_some(config, tmp_path, standing, without_export):
+def test_the_best_are_the_best_on_lifted_frames_where_there_are_some(
+    config, tmp_path, standing, without_export
+):
     lifted = write_lifted(tmp_path / "val.npz", standing, names=("07_01",))
     config.write_text(tiny(("lifted_val = []", f'lifted_val = ["{lifted.as_posix()}"]')))
     module.train_pcnet(config, tmp_path / "out")
@@ -147,7 +153,9 @@ def test_a_subject_in_train_and_elsewhere_is_refused(config, tmp_path, monkeypat
 
 def test_lifted_takes_of_a_test_subject_are_refused(config, tmp_path, standing):
     lifted = write_lifted(tmp_path / "t.npz", standing, names=("03_01",))
-    config.write_text(tiny(("lifted = []", f'lifted = ["{lifted.as_posix()}"]'), ("lifted = 0.0", "lifted = 0.5")))
+    config.write_text(
+        tiny(("lifted = []", f'lifted = ["{lifted.as_posix()}"]'), ("lifted = 0.0", "lifted = 0.5"))
+    )
     with pytest.raises(InputError, match="test subjects"):
         module.train_pcnet(config, tmp_path / "out")
 

@@ -7,11 +7,12 @@ import pytest
 
 from pcnet3d.models.cameras import view_rotation
 from pcnet3d.pipeline import CAMERA, Rectified, Take
+from pcnet3d.pipeline.camera import pitch_roll_deg
 from pcnet3d.pipeline.frames import GL_CAMERA, PC_CAMERA
 from pcnet3d.pipeline.rotations import angle_deg, rotate, unit
 from pcnet3d.stages import _record_up
 from pcnet3d.stages._record_summary import summary_markdown
-from pcnet3d.stages._record_up import cap, pitch_roll_deg
+from pcnet3d.stages._record_up import cap
 from pcnet3d.stages.record import record
 
 NAME, ORIGIN = "ViewBlueprint:display_name", "ViewBlueprint:space_origin"

@@ -7,13 +7,13 @@ A camera that stands still has one `up`. Per-frame predictions are votes: their 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..pipeline.anthropometry import implied_stature
-from ..pipeline.layouts import H36M17
-from ..pipeline.rotations import angle_deg, known, unit
+from ...pipeline.anthropometry import implied_stature
+from ...pipeline.layouts import H36M17
+from ...pipeline.rotations import angle_deg, known, unit
 
 # Root mean square tilt over the rotation error that is expected in a frame; and what a lifter leans with all its frames
 # at least. Both fitted on lifted takes of train and validation subjects, cut to 0.5 s and longer (docs/takes.md).
@@ -59,13 +59,15 @@ class Votes:
 class TakeUp:
     """up: (3,), unit, NaN when there is no evidence. error_deg: expected root mean square angle to the truth;
     bound_deg: the angle that nine in ten takes should stay under. shares: each source's part of the information,
-    by name. votes: the frames' own."""
+    by name. pulls: by how many degrees each source moves up against what the others say together. votes: the frames'
+    own."""
 
     up: np.ndarray
     error_deg: float
     bound_deg: float
     shares: dict[str, float]
     votes: Votes
+    pulls: dict[str, float] = field(default_factory=dict)
 
 
 def take_up(
@@ -83,14 +85,25 @@ def take_up(
     if not sources:
         return TakeUp(votes.up, float("nan"), float("nan"), {}, votes)
     information = sum(source.information for source in sources)
-    fused = unit(np.linalg.lstsq(information, sum(source.vector for source in sources), rcond=None)[0])
+    fused = _fused(sources)
     across = np.eye(3) - np.outer(fused, fused)
     parts = {source.name: float(np.trace(across @ source.information)) for source in sources}
     error = float(np.degrees(np.sqrt(np.trace(np.linalg.pinv(across @ information @ across)))))
     total = sum(parts.values())
-    return TakeUp(
-        fused, error, RAYLEIGH_90 * error, {name: part / total for name, part in parts.items()}, votes
-    )
+    pulls = {
+        source.name: float(angle_deg(fused, _fused([other for other in sources if other is not source])))
+        for source in (sources if len(sources) > 1 else ())
+    }
+    shares = {name: part / total for name, part in parts.items()}
+    return TakeUp(fused, error, RAYLEIGH_90 * error, shares, votes, pulls)
+
+
+def _fused(sources: Sequence[Evidence]) -> np.ndarray:
+    """(3,) the up that all say together, NaN where none knows more than a plane."""
+    vector = sum(source.vector for source in sources)
+    if not np.any(vector):
+        return np.full(3, np.nan)
+    return unit(np.linalg.lstsq(sum(source.information for source in sources), vector, rcond=None)[0])
 
 
 def pool(up: np.ndarray, error_deg: np.ndarray, time_s: np.ndarray) -> Votes:

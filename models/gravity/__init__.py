@@ -1,0 +1,27 @@
+"""Which way is up: one answer from every source that knows something, with its error.
+
+`votes` pools the frames' votes and fuses them with other evidence; `images` reads up and the focal length from an
+image's straight lines (`segments` finds those, `lines` fits the directions of a built world to them).
+"""
+
+from .votes import (
+    LEAN_DEG,
+    RAYLEIGH_90,
+    TILT_SHARE,
+    UNKNOWN_DEG,
+    Evidence,
+    TakeUp,
+    Votes,
+    direction,
+    effective_number,
+    level_feet,
+    pool,
+    robust_mean,
+    stance,
+    take_up,
+)
+
+__all__ = [
+    "LEAN_DEG", "RAYLEIGH_90", "TILT_SHARE", "UNKNOWN_DEG", "Evidence", "TakeUp", "Votes", "direction",
+    "effective_number", "level_feet", "pool", "robust_mean", "stance", "take_up",
+]  # fmt: skip

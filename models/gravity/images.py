@@ -1,0 +1,132 @@
+"""Up and the focal length of a camera, from the straight lines of what it sees."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...pipeline.camera import PRIOR_FOCAL, PRIOR_FOCAL_SPREAD
+from ...pipeline.errors import InputError
+from .lines import Fit, directions, fits, tangent
+from .segments import Segments, segments_of
+
+TOLD_SPREAD = 0.02  # of a focal length that somebody knows
+_FLOOR_DEG = (
+    0.55,
+    0.30,
+)  # pitch and roll that no number of lines makes surer: distortion, walls out of plumb
+_LEAST_GAIN = 60.0
+_WIDEST_DEG = 4.0
+# How often an answer of so much gain is quite wrong (more than 5 degrees off), on photographs.
+_FAILURES = ((100.0, 0.06), (200.0, 0.03), (np.inf, 0.004))
+
+
+@dataclass(frozen=True, eq=False)
+class ImageUp:
+    """What an image, or several of one camera that stood still, say.
+
+    up: (3,) unit, CAMERA axes. covariance: (2, 2) square radians on the plane across up, along `tangent(up)` (pitch,
+    roll). focal_px and focal_sd_px. gain: evidence over chance, in nats. failure: how often an answer of this gain is
+    quite wrong. segments, runs_along: the lines looked at, and along what each runs (lines.directions).
+    size: width and height in pixels.
+    """
+
+    up: np.ndarray
+    covariance: np.ndarray
+    focal_px: float
+    focal_sd_px: float
+    gain: float
+    failure: float
+    segments: Segments
+    runs_along: np.ndarray
+    heading: float
+    centre_px: np.ndarray
+    size: tuple[int, int]
+
+    @property
+    def error_deg(self) -> float:
+        """Expected root mean square angle between up and the truth."""
+        return float(np.degrees(np.sqrt(np.trace(self.covariance))))
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """No answer, and why, in words."""
+
+    reason: str
+
+
+def up_from_images(
+    images: Sequence[np.ndarray],
+    focal_px: float | None = None,
+    boxes: Sequence[np.ndarray] | None = None,
+    body: tuple[np.ndarray, float] | None = None,
+    focal_spread: float = TOLD_SPREAD,
+) -> ImageUp | Unknown:
+    """Which way is up in images of one camera that stood still, by their straight lines.
+
+    images: (H, W, 3) RGB or (H, W) grey, uint8, of one size, without lens distortion to speak of; a few are enough.
+    focal_px, focal_spread: where the focal length is known, and the spread of its logarithm. boxes: for each image,
+    (N, 4) left, top, right, bottom in pixels of the people. body: the skeletons' up (3,) and its error in degrees, to
+    choose between answers that explain the lines about equally well; it moves none. Raises InputError for images of
+    other types or of several sizes."""
+    _refuse(images, focal_px)
+    height, width = images[0].shape[:2]
+    side = max(height, width)
+    segments = segments_of(images, boxes)
+    focal = (focal_px / side, focal_spread) if focal_px else (PRIOR_FOCAL, PRIOR_FOCAL_SPREAD)
+    found = fits(segments, focal, body)
+    if not found:
+        return Unknown("there are hardly any straight lines")
+    best = found[0]
+    if best.gain < _LEAST_GAIN:
+        return Unknown("the straight lines do not run along upright walls and level edges")
+    covariance = _covariance(best, found[1:])
+    error = float(np.degrees(np.sqrt(np.trace(covariance))))
+    if error > _WIDEST_DEG:
+        return Unknown(f"the straight lines tell up only to within {error:.0f} degrees")
+    assert best.covariance is not None
+    return ImageUp(
+        up=best.up,
+        covariance=covariance,
+        focal_px=best.focal * side,
+        focal_sd_px=float(best.focal * side * np.sqrt(best.covariance[2, 2])),
+        gain=best.gain,
+        failure=next(rate for most, rate in _FAILURES if best.gain <= most),
+        segments=segments,
+        runs_along=directions(segments, best),
+        heading=best.heading,
+        centre_px=best.centre * side + np.array([width, height]) / 2,
+        size=(width, height),
+    )
+
+
+def _covariance(best: Fit, others: Sequence[Fit]) -> np.ndarray:
+    """(2, 2) of the fit, what no fit knows, and the rivals by how likely they are."""
+    assert best.covariance is not None
+    covariance = best.covariance[:2, :2] + np.diag(np.radians(_FLOOR_DEG) ** 2)
+    for rival in others:
+        # Segments of one window are not independent, so the gains count a sixth.
+        likely = 1 / (1 + np.exp(min((best.gain - rival.gain) / 6.0, 50.0)))
+        apart = tangent(best.up).T @ (rival.up - best.up)
+        covariance = covariance + likely * np.outer(apart, apart)
+    return covariance
+
+
+def _refuse(images: Sequence[np.ndarray], focal_px: float | None) -> None:
+    if not images:
+        raise InputError("Expected one image or more to read up from, got none.")
+    for image in images:
+        if image.dtype != np.uint8 or image.ndim not in (2, 3) or (image.ndim == 3 and image.shape[2] != 3):
+            raise InputError(
+                f"Expected images of (height, width, 3) RGB or (height, width) grey, uint8; got {image.shape} "
+                f"{image.dtype}."
+            )
+    if len({image.shape[:2] for image in images}) > 1:
+        raise InputError("Expected images of one size; give those of each camera on their own.")
+    if focal_px is not None and not 0.1 < focal_px / max(images[0].shape[:2]) < 20:
+        raise InputError(
+            f"Expected a focal length in pixels, near the image's longer side; got {focal_px:g}."
+        )

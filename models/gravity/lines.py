@@ -1,0 +1,252 @@
+"""Up and the focal length from straight lines, in a world that people built.
+
+Many edges are vertical, and many of the others run along two horizontal directions at right angles (Coughlan and Yuille
+2003, "Manhattan world"). A hypothesis is a camera (up, focal length, principal point) and the heading of those two
+directions; it is scored by how much better it explains the segments' directions than chance does, chance being the
+image's own blurred histogram of directions, so that a picture full of stripes proves nothing by itself.
+
+Everything is in CAMERA axes (x right, y down, z away); lengths in longer sides of the image, from its middle.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...pipeline.camera import PRIOR_FOCAL, PRIOR_FOCAL_SPREAD
+from ...pipeline.rotations import from_columns, unit
+from .segments import Segments
+
+_CENTRE_SPREAD = 0.007  # of a principal point about the image's middle
+_SHARES = np.array([0.25, 0.175, 0.175])  # vertical, and either horizontal direction; the rest is clutter
+_BLUR_DEG, _UNIFORM = 10.0, 0.15  # of the histogram that chance is
+_WIDEST_DEG, _STEP_DEG = 45.0, 2.0  # the search for up, about the image's own
+_HEADINGS = 45  # over 90 degrees: then the two horizontal directions change roles
+_FOCALS = np.linspace(-2, 2, 7)  # tried by the search, in spreads of what is known before
+_MODES, _SEARCHED_MODES, _POLISHED = 18, 5, 3
+_GLANCED, _BLURRED_DEG, _COARSE_FOCALS = 250, 1.0, (-1.2, 0.0, 1.2)
+_SEARCHED = 400  # segments that the search looks at; the fit looks at all
+_SURE = 0.05  # spread of a focal length that is not searched for
+_APART_DEG = 6.0  # two answers nearer than this are one
+_TURNS = 12
+_DESIGN = 6.0  # segments of one window frame are not independent: the information counts a sixth
+
+
+@dataclass(frozen=True)
+class Fit:
+    """up: (3,) unit. focal: longer sides. centre: (2,) principal point. heading: radians, of `horizontals`. gain:
+    weighted log-likelihood over chance. covariance: (6, 6) of pitch-like and roll-like turns of up (radians, about
+    `tangent`'s axes), log focal, centre and heading; None before the fit is polished."""
+
+    up: np.ndarray
+    focal: float
+    centre: np.ndarray
+    heading: float
+    gain: float
+    covariance: np.ndarray | None = None
+
+
+def tangent(up: np.ndarray) -> np.ndarray:
+    """(3, 2) two unit directions across up (3,): the first is where up's end goes when the camera's pitch grows (it
+    looks further down), the second when its roll does (the image's content turns counter-clockwise)."""
+    right = np.array([1.0, 0.0, 0.0])
+    away = np.array([0.0, 0.0, 1.0])
+    pitch = np.cross(right, up)
+    if np.linalg.norm(pitch) < 1e-3:
+        pitch = np.cross(np.array([0.0, -1.0, 0.0]), up)
+    roll = np.cross(-away, up)
+    roll = roll - (roll @ unit(pitch)) * unit(pitch)
+    if np.linalg.norm(roll) < 1e-3:
+        roll = np.cross(up, pitch)
+    return from_columns(unit(pitch), unit(roll))
+
+
+def horizontals(up: np.ndarray, heading: np.ndarray) -> np.ndarray:
+    """(..., 2, 3) two horizontal directions at right angles, for headings (...,) about up (3,)."""
+    side = unit(np.cross(up, np.array([0.0, 0.0, 1.0])) + 1e-9 * np.array([1.0, 0.0, 0.0]))
+    ahead = np.cross(up, side)
+    c, s = np.cos(heading)[..., None], np.sin(heading)[..., None]
+    return np.stack([c * side + s * ahead, c * ahead - s * side], axis=-2)
+
+
+def fits(
+    segments: Segments,
+    focal: tuple[float, float] = (PRIOR_FOCAL, PRIOR_FOCAL_SPREAD),
+    body: tuple[np.ndarray, float] | None = None,
+) -> list[Fit]:
+    """The best hypotheses, best first, a few degrees apart at least; empty where there are too few segments.
+
+    focal: what is known before, in longer sides, and the spread of its logarithm. body: the skeletons' up (3,) and
+    its error in degrees; it weighs which hypothesis is best and moves none, so nothing counts twice."""
+    if len(segments) < 8:
+        return []
+    few = segments.longest(_SEARCHED)
+    chance, found = _chance(few), []
+    coarse, fine = (_COARSE_FOCALS, _FOCALS) if focal[1] > _SURE else ((0.0,), (0.0,))
+    ups = _modes(few, chance, focal[0], body)
+    # Vertical lines alone hardly tell one up from another; the level ones do, looked at with a blurred eye first.
+    blurred = replace(few.longest(_GLANCED), sd=np.hypot(few.longest(_GLANCED).sd, np.radians(_BLURRED_DEG)))
+    glance = _chance(blurred)
+    gains = [max(_turned(blurred, glance, up, focal, steps, 30).gain for steps in coarse) for up in ups]
+    for row in np.argsort(-np.array(gains))[:_SEARCHED_MODES]:
+        best = max(
+            (_turned(few, chance, ups[row], focal, steps, _HEADINGS) for steps in fine),
+            key=lambda fit: fit.gain,
+        )
+        found.append(best)
+    found.sort(key=lambda fit: -(fit.gain + _log_body(fit.up, body)))
+    chance = _chance(segments)
+    polished = [_polished(segments, chance, fit, focal) for fit in found[:_POLISHED]]
+    polished.sort(key=lambda fit: -(fit.gain + _log_body(fit.up, body)))
+    distinct: list[Fit] = []
+    for fit in polished:
+        if all(_angle_deg(fit.up, other.up) > _APART_DEG for other in distinct):
+            distinct.append(fit)
+    return distinct
+
+
+def directions(segments: Segments, fit: Fit) -> np.ndarray:
+    """(N,) which direction each segment most likely runs along: 0 vertical, 1 and 2 horizontal, -1 none."""
+    likelihood = _likelihood(segments, fit)
+    share = likelihood * _SHARES
+    other = (1 - _SHARES.sum()) * _chance(segments)
+    best = share.argmax(axis=1)
+    return np.where(share.max(axis=1) > other, best, -1)
+
+
+def _chance(segments: Segments) -> np.ndarray:
+    """(N,) density per radian of each segment's direction, by the image's own histogram."""
+    angle = np.arctan2(segments.direction[:, 1], segments.direction[:, 0]) % np.pi
+    bins = 180
+    counts = np.bincount((angle / np.pi * bins).astype(int) % bins, weights=segments.weight, minlength=bins)
+    lag = np.minimum(np.arange(bins), bins - np.arange(bins)) * (180 / bins)
+    kernel = np.exp(-0.5 * (lag / _BLUR_DEG) ** 2)
+    blurred = np.fft.irfft(np.fft.rfft(counts) * np.fft.rfft(kernel / kernel.sum()), bins)
+    density = (1 - _UNIFORM) * blurred / counts.sum() * bins / np.pi + _UNIFORM / np.pi
+    return density[(angle / np.pi * bins).astype(int) % bins]
+
+
+def _sine(segments: Segments, direction: np.ndarray, focal: float, centre: np.ndarray) -> np.ndarray:
+    """(..., N) sine of the angle between each segment and the image of lines along direction (..., 3) at its middle."""
+    middle = segments.middle - centre
+    shown = focal * direction[..., None, :2] - middle * direction[..., None, 2:]
+    length = np.maximum(np.linalg.norm(shown, axis=-1), 1e-9)
+    cross = shown[..., 0] * segments.direction[:, 1] - shown[..., 1] * segments.direction[:, 0]
+    return cross / length
+
+
+def _density(segments: Segments, sine: np.ndarray) -> np.ndarray:
+    """Of a segment's direction (..., N) given that it runs along the direction that it misses by that sine."""
+    return np.exp(-0.5 * (sine / segments.sd) ** 2) / (np.sqrt(2 * np.pi) * segments.sd)
+
+
+def _likelihood(segments: Segments, fit: Fit) -> np.ndarray:
+    """(N, 3) density under each of the hypothesis's directions."""
+    axes = np.concatenate([fit.up[None], horizontals(fit.up, np.array(fit.heading))])
+    return _density(segments, _sine(segments, axes, fit.focal, fit.centre)).T
+
+
+def _modes(
+    segments: Segments, chance: np.ndarray, focal: float, body: tuple[np.ndarray, float] | None
+) -> list[np.ndarray]:
+    """Ups (3,) at which vertical lines alone explain most, each the best of its neighbourhood; and the skeletons'."""
+    steps = np.radians(np.arange(-_WIDEST_DEG, _WIDEST_DEG + 0.1, _STEP_DEG))
+    x, z = np.meshgrid(steps, steps)
+    angle = np.hypot(x, z)
+    inside = angle <= np.radians(_WIDEST_DEG)
+    ratio = np.divide(np.sin(angle), angle, out=np.ones_like(angle), where=angle > 0)
+    ups = np.stack([x * ratio, -np.cos(angle), z * ratio], axis=-1)[inside]
+    gain = np.empty(len(ups))
+    for start in range(0, len(ups), 256):
+        part = slice(start, start + 256)
+        density = _density(segments, _sine(segments, ups[part], focal, np.zeros(2)))
+        gain[part] = np.log1p(_SHARES[0] * (density / chance - 1)) @ segments.weight
+    gain += np.array([_log_body(up, body) for up in ups]) if body else 0.0
+    chosen: list[np.ndarray] = []
+    for row in np.argsort(-gain):
+        if all(_angle_deg(ups[row], other) > _APART_DEG for other in chosen):
+            chosen.append(ups[row])
+        if len(chosen) == _MODES:
+            break
+    return [*chosen, body[0]] if body else chosen
+
+
+def _turned(
+    segments: Segments,
+    chance: np.ndarray,
+    up: np.ndarray,
+    before: tuple[float, float],
+    steps: float,
+    count: int,
+) -> Fit:
+    """The best of so many headings for an up and a focal length so many spreads from what is known before."""
+    focal = before[0] * np.exp(steps * before[1])
+    headings = np.arange(count) * (np.pi / 2 / count)
+    both = horizontals(up, headings)
+    centre = np.zeros(2)
+    level = _density(segments, _sine(segments, both, focal, centre)).sum(axis=1) * _SHARES[1]
+    vertical = _density(segments, _sine(segments, up, focal, centre)) * _SHARES[0]
+    gains = np.log((vertical + level) / chance + 1 - _SHARES.sum()) @ segments.weight
+    best = int(gains.argmax())
+    return Fit(up, float(focal), centre, float(headings[best]), float(gains[best] - steps**2 / 2))
+
+
+def _polished(segments: Segments, chance: np.ndarray, fit: Fit, focal: tuple[float, float]) -> Fit:
+    """Iterated least squares over up, focal length, principal point and heading, each segment weighed by how surely it
+    runs along one of the directions."""
+    middle = np.log(focal[0])
+    spread = np.array([np.inf, np.inf, focal[1], _CENTRE_SPREAD, _CENTRE_SPREAD, np.inf])
+    prior = 1 / spread**2
+    information = np.eye(6)
+    for _ in range(_TURNS):
+        share = _likelihood(segments, fit) * _SHARES
+        trust = share / (share.sum(axis=1, keepdims=True) + (1 - _SHARES.sum()) * chance[:, None])
+        weight = (trust * (segments.weight / segments.sd**2)[:, None]).T.ravel()
+        residual = _residuals(segments, fit)
+        step = 1e-5
+        slopes = np.stack(
+            [(_residuals(segments, _moved(fit, step * row)) - residual) / step for row in np.eye(6)], axis=-1
+        )
+        information = np.einsum("ni,n,nj->ij", slopes, weight, slopes)
+        off = np.array([0, 0, np.log(fit.focal) - middle, *fit.centre, 0])
+        gradient = np.einsum("ni,n,n->i", slopes, weight, residual) + _DESIGN * prior * off
+        change = -np.linalg.lstsq(information + np.diag(_DESIGN * prior), gradient, rcond=None)[0]
+        change = np.clip(change, -0.1, 0.1)
+        fit = _moved(fit, change)
+        if np.abs(change).max() < 1e-6:
+            break
+    gain = float(np.log(_likelihood(segments, fit) @ _SHARES / chance + 1 - _SHARES.sum()) @ segments.weight)
+    off = np.array([np.log(fit.focal) - middle, *fit.centre])
+    gain -= float((off**2 * prior[2:5]).sum() / 2)
+    covariance = np.linalg.pinv(information / _DESIGN + np.diag(prior), hermitian=True)
+    return replace(fit, gain=gain, covariance=covariance)
+
+
+def _residuals(segments: Segments, fit: Fit) -> np.ndarray:
+    axes = np.concatenate([fit.up[None], horizontals(fit.up, np.array(fit.heading))])
+    return _sine(segments, axes, fit.focal, fit.centre).ravel()
+
+
+def _moved(fit: Fit, change: np.ndarray) -> Fit:
+    """A neighbour of a hypothesis: turns of up in radians, log focal, principal point, heading."""
+    up = unit(fit.up + tangent(fit.up) @ change[:2])
+    return replace(
+        fit,
+        up=up,
+        focal=float(fit.focal * np.exp(change[2])),
+        centre=fit.centre + change[3:5],
+        heading=fit.heading + change[5],
+    )
+
+
+def _log_body(up: np.ndarray, body: tuple[np.ndarray, float] | None) -> float:
+    """Log of how likely the skeletons' up is so far off; they are sometimes quite wrong."""
+    if body is None:
+        return 0.0
+    ratio = _angle_deg(up, body[0]) / max(body[1], 1.0)
+    return float(np.log(0.9 * np.exp(-(ratio**2)) + 0.1 * np.exp(-((ratio / 6) ** 2)) + 1e-6))
+
+
+def _angle_deg(a: np.ndarray, b: np.ndarray) -> float:
+    return float(np.degrees(np.arctan2(np.linalg.norm(np.cross(a, b)), a @ b)))
