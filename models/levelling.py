@@ -45,7 +45,7 @@ class Levelled:
 
     R_camera_from_body: (T, 3, 3), NaN where a frame has no heading. R_camera_from_level: (3, 3), or (T, 3, 3) for a
     moving camera. error_deg: (T,) expected rotation error of BODY. up_error_deg, up_bound_deg: (T,) root mean square
-    and 90 % bound of up's error. votes: (T, 3) the frames' own ups. shares, pulls: of gravity.TakeUp. heading: how
+    and 90 % bound of up's error. votes: (T, 3) the frames' own ups. shares, pulls, own: of gravity.TakeUp. heading: how
     LEVEL's was chosen, "median", "first second" or "camera". warnings: about sources of up that contradict each other,
     in words. drift_deg: how far the ups of two parts of the take are apart,
     and drift_at the row where they part, if that is more than their errors explain; else NaN and None.
@@ -62,6 +62,7 @@ class Levelled:
     drift_deg: float
     drift_at: int | None
     pulls: dict[str, float] = field(default_factory=dict)
+    own: dict[str, tuple[np.ndarray, float]] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
 
 
@@ -107,6 +108,7 @@ def level_static(
         drift_deg=drift_deg,
         drift_at=drift_at,
         pulls=up.pulls,
+        own=up.own,
         warnings=warnings,
     )
 

@@ -173,9 +173,12 @@ class Rectified:
     up_error_deg, up_bound_deg: (T,) of the up that BODY and LEVEL share: expected root mean square angle to the
         truth, and the angle that nine in ten takes stay under. up_votes: (T, 3) each frame's own idea of up, in the
         source's axes, NaN without one. up_shares: what up rests on, each source's part by name; up_pulls: by how many
-        degrees each moves it. method: "geometric" or "pcnet@<hash>". camera: "static", "moving", or "gravity" for a
-        source that knows its own up. level_heading: how LEVEL's heading was chosen: "median", "first second" or
-        "camera". level_ok, level_reason: whether the take could be levelled, and in words why not."""
+        degrees each moves it; up_own: what each says by itself, in the source's axes, and its error in degrees.
+    method: "geometric" or "pcnet@<hash>".
+    camera: "static", "moving", or "gravity" for a source that knows its own up.
+    level_heading: how LEVEL's heading was chosen: "median", "first second" or "camera".
+    level_ok, level_reason: whether the take could be levelled, and in words why not.
+    """
 
     body: PoseSequence
     level: PoseSequence
@@ -192,6 +195,7 @@ class Rectified:
     up_votes: np.ndarray = None  # type: ignore[assignment]  # filled with NaN
     up_shares: dict[str, float] = field(default_factory=dict)
     up_pulls: dict[str, float] = field(default_factory=dict)
+    up_own: dict[str, tuple[np.ndarray, float]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         require(self.body.frame, BODY, "Rectified.body")

@@ -101,3 +101,18 @@ def _step(step: Step) -> str:
 
 def _listed(options: Mapping[str, object]) -> str:
     return ", ".join(f"{key} {value}" for key, value in options.items())
+
+
+def up_by_source(take: Take) -> dict[str, dict[str, float]]:
+    """What each source says about the camera by itself, its share of the take's up, and how far it pulls it."""
+    assert take.poses is not None
+    assert take.rectified is not None
+    rectified, rows = take.rectified, {}
+    for name, (up, error_deg) in rectified.up_own.items():
+        pitch, roll = pitch_roll_deg(take.poses.frame.basis.T @ up)
+        rows[name] = {"pitch_deg": float(pitch), "roll_deg": float(roll), "error_deg": error_deg}
+    for name, share in rectified.up_shares.items():
+        rows.setdefault(name, {})["share"] = share
+    for name, pull in rectified.up_pulls.items():
+        rows.setdefault(name, {})["pull_deg"] = pull
+    return rows

@@ -9,6 +9,7 @@ import numpy as np
 from ..pipeline.rotations import known
 from ..pipeline.take import Take
 from ._record_angles import angle_views, angled
+from ._record_camera import camera_view, looked
 from ._record_up import cap, voted
 from ._record_walk import walk_view, walked
 
@@ -62,6 +63,7 @@ def blueprint(take: Take, size: float) -> rrb.Blueprint:
                     _person("level", f"After: LEVEL, {level}", take, size),
                     *([walk_view(placed, size)] if placed is not None else []),
                     *([_votes(take)] if votes else []),
+                    *([camera_view(take)] if looked(take) else []),
                     active_tab=0,
                 ),
                 *([angle_views(take)] if angled(take) else []),

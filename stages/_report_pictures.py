@@ -136,7 +136,22 @@ def jpeg(image: np.ndarray, keypoints: np.ndarray, layout: Layout) -> bytes:
             start, end = (tuple(round(16 * float(c)) for c in point) for point in ends)
             for colour, width in (((255, 255, 255), 4), (_bgr(side_colour(*bone)), 2)):
                 cv2.line(small, start, end, colour, width, cv2.LINE_AA, 4)
-    done, content = cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, _QUALITY])
+    return _encoded(small)
+
+
+def lines_jpeg(image: np.ndarray) -> bytes:
+    """A JPEG of a whole image (H, W, 3) RGB, large enough that lines in it can be told apart."""
+    import cv2
+
+    scale = min(2 * _SIDE / max(image.shape[:2]), 1.0)
+    small = cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+    return _encoded(np.ascontiguousarray(small[..., ::-1]))
+
+
+def _encoded(bgr: np.ndarray) -> bytes:
+    import cv2
+
+    done, content = cv2.imencode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, _QUALITY])
     assert done
     return content.tobytes()
 

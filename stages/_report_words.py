@@ -11,9 +11,10 @@ from ..pipeline.angles import ANGLES, FINE, REASONS
 from ..pipeline.pose import Rectified, package_version
 from ..pipeline.rotations import known
 from ..pipeline.take import Take
-from ._record_summary import standing
+from ._record_summary import standing, up_by_source
 from ._report_page import box, facts, listed, small, table
 
+BOUND = float(np.sqrt(np.log(10)))  # 90 % bound over root mean square of an error in two dimensions
 BAND = 1.645  # standard deviations to each side that hold nine in ten of a normal distribution
 _MOST = 40  # events of one kind
 _LONGEST = 240  # characters of an option's value
@@ -70,6 +71,26 @@ def gravity_words(take: Take) -> str:
         *([f"Expected error of a frame's whole rotation: {np.median(error):.1f}° (median)."] if len(error) else []),
     ]  # fmt: skip
     return listed(lines)
+
+
+def up_table(take: Take) -> str:
+    """What each source says about the camera by itself, with its 90 % bound, and how far it pulls the take's up."""
+    rows: list[list[str | float | None]] = []
+    for name, row in up_by_source(take).items():
+        bound = BOUND * row["error_deg"] if "error_deg" in row else None
+        own = [_rounded(row.get(f"{angle}_deg"), bound) for angle in ("pitch", "roll")]
+        share = f"{100 * row['share']:.0f} %" if "share" in row else "not heard"
+        rows.append([name, *own, share, _rounded(row.get("pull_deg"), 1.0)])
+    head = ("source of up", "camera's pitch (°)", "camera's roll (°)", "share", "moves up by (°)")
+    return table(head, rows) if len(rows) > 1 or take.camera else ""
+
+
+def _rounded(value: float | None, bound: float | None) -> str | None:
+    """A figure to the digits that its 90 % bound leaves."""
+    if value is None or bound is None:
+        return None
+    digits = 0 if bound >= 3 else 1
+    return f"{value:.{digits}f}" + (f" ± {bound:.{digits}f}" if bound != 1.0 else "")
 
 
 def angle_table(columns: Mapping[str, np.ndarray]) -> str:

@@ -23,6 +23,7 @@ from ._export_netcdf import write_netcdf
 from ._export_opensim import write_mot, write_trc
 from ._export_provenance import steps
 from ._export_table import write_csv, write_parquet
+from ._record_summary import up_by_source
 
 Format = Literal["csv", "trc", "mot", "c3d", "netcdf"]
 _WRITERS: dict[Format, tuple[str, Callable[[Take, Path], None]]] = {
@@ -125,17 +126,32 @@ def summary(take: Take) -> dict[str, Any]:
             **_up("up_error_deg", rectified.up_error_deg, rectified.camera),
             **_up("up_bound_deg", rectified.up_bound_deg, rectified.camera),
             "up_shares": rectified.up_shares,
-            "up_pulls_deg": rectified.up_pulls,
+            "up_by_source": up_by_source(take),
             "vote_deviation_deg_mean": _mean(deviation),
             "R_source_from_level": rectified.R_source_from_level.tolist(),
             "level_heading": rectified.level_heading,
             "level_ok": rectified.level_ok,
             "level_reason": rectified.level_reason,
         },
+        "camera": _camera(take),
         "measures": take.measures,
         "history": [asdict(step) for step in steps(take)],
     }
     return _plain(content)
+
+
+def _camera(take: Take) -> dict[str, Any] | None:
+    """The camera's focal length, and where it comes from."""
+    if take.camera is None:
+        return None
+    return {
+        "focal_px": take.camera.focal_px,
+        "focal_sd_px": take.camera.focal_sd_px,
+        "focal_source": take.camera.focal_source,
+        "image_size": list(take.camera.image_size),
+        "looks": len(take.camera.looks),
+        "no_up_reason": take.camera.reason,
+    }
 
 
 def _window(rectified: Rectified) -> dict[str, float]:

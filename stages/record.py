@@ -15,6 +15,7 @@ from ..pipeline.rotations import angle_deg, known
 from ..pipeline.take import Event, Take
 from ..pipeline.view import RECORDING
 from ._record_angles import log_angles
+from ._record_camera import log_camera
 from ._record_entities import log_axes, log_curves, log_events, log_skeleton, log_video
 from ._record_gaps import angles_with_gaps_marked, gaps_marked
 from ._record_measures import measures_markdown
@@ -60,7 +61,8 @@ def record(take: Take, path: str | Path, frames: bool = True) -> tuple[Event, ..
     Entities: video (which frame of which of video_parts), video/keypoints; source (the skeleton in the axes it came
     in, and the body's axes there), body, level; walk (LEVEL in the room, and the way over the floor); wrists/source,
     wrists/level; rotation (expected errors, and how far each frame's vote on up is from the take's); tilt and up (the
-    votes as the camera's pitch and roll, and on the unit sphere); angles/<angle> with the ends of its 90 % band;
+    votes as the camera's pitch and roll, and on the unit sphere); camera (the frame whose straight lines tell up, with
+    them and the horizon); angles/<angle> with the ends of its 90 % band;
     events; summary; measures.
     What the take lacks is left out, what is NaN stays NaN, and where a track has no rows for some frames, one row
     of NaN ends what is shown.
@@ -93,6 +95,7 @@ def record(take: Take, path: str | Path, frames: bool = True) -> tuple[Event, ..
             _log_rotation(recording, shown, size)
             del shown
             log_angles(recording, angles_with_gaps_marked(take))
+            log_camera(recording, take, frames)
             log_events(recording, take.events, poses)
             texts = {"summary": summary_markdown(take)}
             if take.measures:

@@ -265,6 +265,7 @@ def _rectified(
         up_votes=rotate(R_source_from_reference, levelled.votes),
         up_shares=levelled.shares,
         up_pulls=levelled.pulls,
+        up_own={name: (R_source_from_reference @ up, error) for name, (up, error) in levelled.own.items()},
     )
 
 

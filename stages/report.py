@@ -13,15 +13,17 @@ from ..pipeline.angles import ANGLES, MIDLINE
 from ..pipeline.camera import pitch_roll_deg
 from ..pipeline.errors import InputError
 from ..pipeline.outputs import whole_file
+from ..pipeline.pictures import pictures_at
 from ..pipeline.pose import PoseSequence
 from ..pipeline.rotations import angle_deg, known, rotate
 from ..pipeline.take import Take
+from ._image_lines import WORDS, drawn
 from ._record_up import shared_up, voted
 from ._report_charts import LEFT, RIGHT, SLICES, SOFT, Curve, over_time, path, sides
 from ._report_measures import measure_tables
 from ._report_page import charts, figure, page, picture, small
-from ._report_pictures import key_figures, seen_by_camera
-from ._report_words import BAND, angle_table, at_a_glance, gravity_words, provenance, spoken
+from ._report_pictures import key_figures, lines_jpeg, seen_by_camera
+from ._report_words import BAND, angle_table, at_a_glance, gravity_words, provenance, spoken, up_table
 
 REPORT = "report.html"
 
@@ -57,7 +59,7 @@ def report(take: Take, frames: bool = True) -> str:
         ("Measures", measure_tables(take.measures)),
         ("Joint angles", _angles(take)),
         ("Wrist paths before and after", _wrists(take)),
-        ("Gravity", _gravity(take)),
+        ("Gravity", _gravity(take, frames)),
         ("Where this comes from", provenance(take)),
     ]
     return page(take.name, at_a_glance(take), sections)
@@ -162,7 +164,7 @@ def _components(poses: PoseSequence, when: str) -> Iterator[str]:
         yield figure([picture(svg, "svg", f"Wrists {title.lower()} over time")], title)
 
 
-def _gravity(take: Take) -> str:
+def _gravity(take: Take, frames: bool) -> str:
     assert take.poses is not None
     assert take.rectified is not None
     rectified, times = take.rectified, take.poses.times
@@ -194,7 +196,19 @@ def _gravity(take: Take) -> str:
         if np.isfinite(values).any():
             svg = picture(over_time([Curve(title, values)], times), "svg", f"{title} over time")
             figures.append(figure([svg], title, words))
-    return gravity_words(take) + charts(figures)
+    return gravity_words(take) + up_table(take) + charts([*_lines(take, frames), *figures])
+
+
+def _lines(take: Take, frames: bool) -> Iterator[str]:
+    """The frame whose straight lines were looked at, with them and the horizon."""
+    if take.camera is None or not take.camera.looks or take.video is None or not frames:
+        return
+    look = take.camera.looks[0]
+    for image in pictures_at(take.video, [look.frame]).values():
+        shown = picture(
+            lines_jpeg(drawn(image, take.camera, look)), "jpeg", f"Straight lines of frame {look.frame}"
+        )
+        yield figure([shown], f"The image's lines, frame {look.frame}", WORDS)
 
 
 def _unit(poses: PoseSequence) -> str:

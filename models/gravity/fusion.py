@@ -15,7 +15,7 @@ import numpy as np
 from ...pipeline.camera import Look, pitch_roll_deg
 from ...pipeline.errors import InputError
 from ...pipeline.rotations import angle_deg, unit
-from .votes import Evidence, TakeUp, take_up
+from .votes import Evidence, TakeUp, error_of, take_up
 
 IMAGE = "image"
 _CONTRADICTION = 13.8  # chi-square of two degrees of freedom that chance exceeds once in a thousand
@@ -55,8 +55,11 @@ def fused_up(
         return bodies, ()
     decision = decide(bodies, look, told)
     if decision.bodies:
-        return take_up(votes, error_deg, time_s, [*others, *decision.others]), decision.warnings
-    return replace(alone(decision.others), votes=bodies.votes), decision.warnings
+        found = take_up(votes, error_deg, time_s, [*others, *decision.others])
+    else:
+        found = replace(alone(decision.others), votes=bodies.votes)
+    heard = {IMAGE: (look.up, look.error_deg)} if look else {}
+    return replace(found, own=bodies.own | heard | found.own), decision.warnings
 
 
 def alone(evidence: Sequence[Evidence]) -> TakeUp:
@@ -158,9 +161,7 @@ def _up_of(told: Sequence[Evidence]) -> np.ndarray:
 
 
 def _error_of(told: Sequence[Evidence]) -> float:
-    information = sum(e.information for e in told)
-    across = np.linalg.svd(_up_of(told)[None])[2][1:]
-    return float(np.degrees(np.sqrt(np.trace(np.linalg.inv(across @ information @ across.T)))))
+    return error_of(np.sum([e.information for e in told], axis=0), _up_of(told))
 
 
 def _camera(up: np.ndarray) -> str:

@@ -59,8 +59,8 @@ class Votes:
 class TakeUp:
     """up: (3,), unit, NaN when there is no evidence. error_deg: expected root mean square angle to the truth;
     bound_deg: the angle that nine in ten takes should stay under. shares: each source's part of the information,
-    by name. pulls: by how many degrees each source moves up against what the others say together. votes: the frames'
-    own."""
+    by name. pulls: by how many degrees each source moves up against what the others say together. own: the up that each
+    source would have by itself, and its error in degrees, of those that know one. votes: the frames' own."""
 
     up: np.ndarray
     error_deg: float
@@ -68,6 +68,7 @@ class TakeUp:
     shares: dict[str, float]
     votes: Votes
     pulls: dict[str, float] = field(default_factory=dict)
+    own: dict[str, tuple[np.ndarray, float]] = field(default_factory=dict)
 
 
 def take_up(
@@ -88,14 +89,25 @@ def take_up(
     fused = _fused(sources)
     across = np.eye(3) - np.outer(fused, fused)
     parts = {source.name: float(np.trace(across @ source.information)) for source in sources}
-    error = float(np.degrees(np.sqrt(np.trace(np.linalg.pinv(across @ information @ across)))))
+    error = error_of(information, fused)
     total = sum(parts.values())
     pulls = {
         source.name: float(angle_deg(fused, _fused([other for other in sources if other is not source])))
         for source in (sources if len(sources) > 1 else ())
     }
     shares = {name: part / total for name, part in parts.items()}
-    return TakeUp(fused, error, RAYLEIGH_90 * error, shares, votes, pulls)
+    own = {
+        source.name: (up, error_of(source.information, up))
+        for source in sources
+        if known(up := _fused([source]))
+    }
+    return TakeUp(fused, error, RAYLEIGH_90 * error, shares, votes, pulls, own)
+
+
+def error_of(information: np.ndarray, up: np.ndarray) -> float:
+    """Degrees, root mean square, of an up (3,) with an information matrix (3, 3) per square radian."""
+    across = np.eye(3) - np.outer(up, up)
+    return float(np.degrees(np.sqrt(np.trace(np.linalg.pinv(across @ information @ across)))))
 
 
 def _fused(sources: Sequence[Evidence]) -> np.ndarray:
