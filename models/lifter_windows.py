@@ -104,7 +104,7 @@ class Windows:
 
     @torch.no_grad()
     def batch(self, draw: Draw, count: int, frames: int) -> Batch:
-        """count windows of so many frames. ValueError when no clip is as long."""
+        """count windows of so many frames. InputError when no clip is as long."""
         material = self.material
         fps = (
             float(draw.log_uniform(_FPS, 1))
@@ -141,7 +141,10 @@ class Windows:
         room = self.lengths - 1 - (frames - 1) * step
         weights = torch.where(room >= 0, self.lengths, 0.0)
         if not bool((room >= 0).any()):
-            raise ValueError(f"no clip is as long as {frames} frames at {fps:.0f} fps")
+            raise InputError(
+                f"Expected a clip of {frames} frames at {fps:.0f} frames per second, but the longest lasts "
+                f"{float(self.lengths.max()) / _CAPTURED_FPS:.1f} s; shorten `lengths`."
+            )
         clip = draw.choice(weights, count)
         begin = draw.uniform((0.0, 1.0), count) * room[clip]
         begin = begin.floor() if step == 1.0 else begin

@@ -1,5 +1,5 @@
-"""What 3DPCNet is judged on: bodies seen from random views, in CAMERA axes, one frame at a time; and lifted takes of the
-test bed. Training makes its frames by the same definitions in torch (pcnet_frames)."""
+"""What 3DPCNet is judged on: bodies seen from random views, in CAMERA axes, one frame at a time, and lifted takes of
+the test bed. Training makes its frames by the same definitions in torch (pcnet_frames)."""
 
 from __future__ import annotations
 

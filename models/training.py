@@ -20,7 +20,7 @@ from contextlib import contextmanager
 from copy import deepcopy
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import IO, Any, TypeVar
 
 import numpy as np
 import torch
@@ -126,7 +126,7 @@ class State:
             if hashlib.sha256(content).hexdigest() != listed["sha256"]:
                 raise ValueError("its parts are not those it lists")
             before = type(config).model_validate_json(listed["config"])
-            saved = torch.load(io.BytesIO(content), weights_only=True, map_location=device)
+            saved = _unpickled(io.BytesIO(content), len(content), path, device)
             _refuse_another(before, config, int(saved["step"]), path)
             self.net.load_state_dict(saved["net"])
             self.average.load_state_dict(saved["average"])
@@ -168,13 +168,17 @@ def reading(path: Path) -> Iterator[Path]:
 def load_weights(net: Net, path: Path) -> Net:
     """A net with the weights that torch.save wrote there, unpickling nothing but tensors; InputError when they are not
     there or do not fit."""
-    with reading(path):
-        with zipfile.ZipFile(path) as archive:
-            check_size(
-                sum(entry.file_size for entry in archive.infolist()), path.stat().st_size, "a checkpoint"
-            )
-        net.load_state_dict(torch.load(path, weights_only=True, map_location="cpu"))
+    with reading(path), open(path, "rb") as file:
+        net.load_state_dict(_unpickled(file, path.stat().st_size, path, torch.device("cpu")))
     return net.eval()
+
+
+def _unpickled(file: IO[bytes], size: int, path: Path, device: torch.device) -> Any:
+    """What torch.save wrote: tensors and plain values, nothing else is unpickled, and no more than its size allows."""
+    with zipfile.ZipFile(file) as archive:
+        check_size(sum(entry.file_size for entry in archive.infolist()), size, f"a checkpoint at {path}")
+    file.seek(0)
+    return torch.load(file, weights_only=True, map_location=device)
 
 
 def device_of(name: str) -> torch.device:

@@ -31,9 +31,9 @@ class PoseRange:
 
     exchanged: some limbs are those of another motion. sampled: some limbs move within anatomical limits. swung: trunk
     above the spine and head turn further, by about 15 degrees. limbs_swung: arms turn further about the shoulders and
-    legs about the hips, by about 20 and 10 degrees; knees and elbows keep their angles. turned: the whole body is turned
-    about any axis, by an angle with a standard deviation of turned_deg, half of them on and on: leans, falls, lying.
-    leaning: the whole body leans about a horizontal axis by about 12 degrees.
+    legs about the hips, by about 20 and 10 degrees; knees and elbows keep their angles. turned: the whole body is
+    turned about any axis, by an angle with a standard deviation of turned_deg, half of them on and on: leans, falls,
+    lying. leaning: the whole body leans about a horizontal axis by about 12 degrees.
     """
 
     exchanged: float = 0.0

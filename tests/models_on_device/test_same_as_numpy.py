@@ -192,7 +192,7 @@ def test_a_body_without_a_heading_is_told(world):
     joints = world[0].copy()
     for joint in ("l_hip", "l_shoulder"):  # lies on its side
         other = joints[3, H36M17.index(f"r_{joint[2:]}")]
-        joints[3, H36M17.index(joint)] = other + [1e-6, 0, 0.3]
+        joints[3, H36M17.index(joint)] = other + np.array([1e-6, 0, 0.3])
     fine = t_views.seen(tensor(joints), torch.eye(3, dtype=torch.float64).expand(12, 3, 3), "body")[1]
     assert fine.tolist() == [i != 3 for i in range(12)]
 
