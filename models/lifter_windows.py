@@ -23,6 +23,7 @@ from .on_device.draw import Draw
 from .on_device.features import features, target
 from .on_device.keypoint_noise import Spoilt, detect
 from .on_device.poses import PoseRange, posed
+from .train_config import check_shares
 
 _FPS = (20.0, 60.0)
 _CAPTURED_FPS = 30.0
@@ -62,6 +63,12 @@ class Material:
     other_rates: float = 0.3
     focal_known: float = 0.3
     focal_estimated: float = 0.0
+
+    def __post_init__(self) -> None:
+        check_shares(
+            self, "unchanged", "mirrored", "real", "combined", "redefined", "typical", "pans", "derived",
+            "truncated", "occluded", "other_rates", "focal_known", "focal_estimated",
+        )  # fmt: skip
 
 
 class Batch(NamedTuple):

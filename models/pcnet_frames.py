@@ -25,6 +25,7 @@ from .on_device.poses import PoseRange, posed
 from .on_device.turning import rotate
 from .on_device.views import about, seen, views
 from .pcnet_views import Lifted, Targets
+from .train_config import check_shares
 
 _FPS = 30.0  # of poses that move; a single frame of them is taken
 
@@ -59,7 +60,8 @@ class Mixture:
     missing: float = 0.0
 
     def __post_init__(self) -> None:
-        shares = (
+        check_shares(
+            self,
             "lifted",
             "wide",
             "combined",
@@ -70,8 +72,6 @@ class Mixture:
             "flipped",
             "missing",
         )
-        if wrong := [name for name in shares if not 0 <= getattr(self, name) <= 1]:
-            raise InputError(f"expected a share between 0 and 1 for {', '.join(wrong)}")
 
 
 class Frames(NamedTuple):

@@ -144,8 +144,9 @@ def as_markdown(rows: Sequence[dict[str, Any]], runs: dict[str, TrainConfig], ac
         "",
         f"Protocols of the data set's toolbox, activities {activities}, targets {run.targets}, the paper's views; "
         f"{run.schedule.steps:,} steps of {run.batch:,} poses. Rotation is p50 / mean / p95, the others are means. "
-        "MPJPE and PA-MPJPE are of the pose with what the residual head adds, turned only is without; the scale is fitted "
-        "frame by frame, as in all tables here. The last column is what the paper's published code calls degrees.",
+        "MPJPE and PA-MPJPE are of the pose with what the residual head adds, turned only is without; the scale is "
+        "fitted frame by frame, as in all tables here. The last column is what the paper's published code calls "
+        "degrees.",
         "",
         _line(head),
         _line(["---"] * len(head)),

@@ -28,6 +28,12 @@ def checked(content: dict[str, Any], model: type[Config], where: str) -> Config:
         raise InputError(f"{where}: {'.'.join(map(str, first['loc']))}: {first['msg']}.") from None
 
 
+def check_shares(config: object, *names: str) -> None:
+    """InputError when one of these numbers of a config is no share, between 0 and 1."""
+    if wrong := [name for name in names if not 0 <= getattr(config, name) <= 1]:
+        raise InputError(f"expected a share between 0 and 1 for {', '.join(wrong)}")
+
+
 def as_toml(config: BaseModel) -> str:
     """A config as the TOML text that it would be read from; what is None is left out, as TOML has no such value."""
     return "\n".join(_lines(config.model_dump(mode="json", exclude_none=True))) + "\n"

@@ -13,6 +13,7 @@ import torch
 from torch import Tensor
 
 from ...pipeline.layouts import H36M17
+from ..train_config import check_shares
 from .draw import Draw
 from .turning import across, from_vector, rotate, transpose, unit
 
@@ -43,6 +44,9 @@ class PoseRange:
     turned: float = 0.0
     turned_deg: float = 57.0
     leaning: float = 0.0
+
+    def __post_init__(self) -> None:
+        check_shares(self, "exchanged", "sampled", "swung", "limbs_swung", "turned", "leaning")
 
 
 def posed(joints: Tensor, other: Tensor, draw: Draw, poses: PoseRange, fps: float) -> Tensor:

@@ -278,6 +278,8 @@ def test_a_person_in_two_parts_is_refused(own, tmp_path):
         ("width", "widht", r"net\.widht"),
         ("[weights]", "[weights]\nmoton = 1", r"weights\.moton"),
         ("pans", "pants", r"material\.pants"),
+        ("pans = 0.2", "pans = 20", "material.*between 0 and 1 for pans"),
+        ("sampled = 0.2", "sampled = -1", r"material\.poses.*between 0 and 1 for sampled"),
         ("sampled", "smapled", r"material\.poses\.smapled"),
         ('"train"', '"everybody"', "subjects"),
         ("steps = 6", "steps = 6]", "TOML"),

@@ -1,6 +1,7 @@
 """A training run as small as it gets: it writes what it should, resumes exactly, and refuses what it must."""
 
 import json
+import sys
 
 import numpy as np
 import pytest
@@ -48,6 +49,19 @@ def test_a_run_writes_the_network_its_log_and_its_config(config, tmp_path, capsy
     joints = np.random.default_rng(0).normal(0, 0.4, (5, 17, 3))
     assert np.isfinite(PCNetRectifier(tmp_path / "out" / "pcnet.onnx").rotation(joints)[0]).all()
     assert "parameters" in capsys.readouterr().out
+
+
+def test_without_onnx_the_trained_network_waits_for_it(config, tmp_path, monkeypatch):
+    """As on a machine where nothing can be installed."""
+    with monkeypatch.context() as without:
+        without.setitem(sys.modules, "onnx", None)
+        with pytest.raises(InputError, match=r"trained.*needs onnx, which is not installed"):
+            module.train_pcnet(config, tmp_path / "out")
+    assert not (tmp_path / "out" / "pcnet.onnx").exists()
+    log = (tmp_path / "out" / "log.jsonl").read_text()
+    module.train_pcnet(config, tmp_path / "out")
+    assert (tmp_path / "out" / "pcnet.onnx").exists()
+    assert (tmp_path / "out" / "log.jsonl").read_text() == log  # it trained no step more
 
 
 def test_it_learns(config, tmp_path, without_export):
