@@ -23,25 +23,26 @@ from ..pipeline.pose import PoseSequence, package_version
 from ..pipeline.rotations import angle_deg, geodesic_deg, kabsch
 from ..pipeline.sockets import Rectifier
 from . import load_rectifier
-from .angle_evaluate import angle_tables
+from .angle_evaluate import MOTIONS, angle_tables
 from .angle_evaluate import as_markdown as angles_as_markdown
+from .evaluation_sets import Sets, evaluation_sets
 from .lifter import lift
 from .metrics import Figure, joint_error, plain, procrustes_error, scaled
-from .mocap import Subjects, read_mocap
+from .mocap import read_mocap
 from .mocap_parts import read_parts
 from .pcnet_evaluate import as_markdown as tables_as_markdown
 from .pcnet_evaluate import own_tables, rectifier_tables
 from .pcnet_views import Targets
+from .real_take import as_markdown as real_take_as_markdown
+from .real_take import real_take_tables
 from .swap_evaluate import as_markdown as swaps_as_markdown
 from .swap_evaluate import swap_tables
 from .take_evaluate import as_markdown as takes_as_markdown
 from .take_evaluate import take_tables
-from .testbed import LiftedTake, lifted_takes
+from .testbed import BEDS, Bed, LiftedTake, SeenTake
 
 _DEFAULT = ("geometric", "pcnet")
-_SETS: tuple[tuple[str, Subjects, bool], ...] = (
-    ("CMU test", "test", False), ("HDM05 upright", "hdm05", False), ("HDM05 lying", "hdm05", True),
-)  # fmt: skip
+_POSTURES = ("upright", "lying")
 
 
 def evaluate(
@@ -49,11 +50,22 @@ def evaluate(
     rectifier: Annotated[
         list[str] | None,
         typer.Option(
-            help="A rectifier, or a network's .onnx file; repeatable. Default: geometric; takes, angles: also pcnet."
+            help="A rectifier, or a network's .onnx file; repeatable. Default: geometric; takes, angles, real take: "
+            "also pcnet."
         ),
     ] = None,
     lifter: Annotated[str, typer.Option(help="The built-in one, or a file.")] = "pcnet3d",
     seed: Annotated[int, typer.Option(min=0, help="Of cameras and noise.")] = 0,
+    bed: Annotated[
+        Bed | None,
+        typer.Option(
+            help="Cameras: wild, steep and tilted with long lenses too, or typical, as people film. Default: wild; the "
+            "lifter's figures are of both."
+        ),
+    ] = None,
+    sets: Annotated[
+        Sets, typer.Option(help="Whom to judge: test subjects, or those that networks are chosen by.")
+    ] = "test",
     flip: Annotated[bool, typer.Option("--flip", help="Average with the mirrored lift.")] = False,
     real: Annotated[
         bool, typer.Option("--real", help="Also compare with other lifters on real clips.")
@@ -72,39 +84,54 @@ def evaluate(
     swaps: Annotated[
         bool, typer.Option("--swaps", help="Judge how exchanged limbs and overturned depth are found.")
     ] = False,
+    real_take: Annotated[
+        bool, typer.Option("--real-take", help="Judge everything on real videos of four cameras, with truth.")
+    ] = False,
 ) -> None:
     """Judge the lifter and rectifiers, on lifted and on clean poses, against motion capture.
 
     With --data only the rectifiers are judged, on clean poses of that data. With --takes only they are, on takes of
     one camera that stands still: tilt, stated errors, accelerations, one take from eight cameras. With --angles joint
     angles are, on the same takes. With --swaps exchanged limbs and overturned depth are put into takes and looked for.
+    With --real-take the way from the video to upright joints and angles is judged on a real take (real/ of the data).
     """
     refuse_unwritable(output)
-    asked = [flag for flag, given in (("--takes", takes), ("--angles", angles), ("--swaps", swaps)) if given]
+    reports = {"--takes": takes, "--angles": angles, "--swaps": swaps, "--real-take": real_take}
+    asked = [flag for flag, given in reports.items() if given]
     if len(asked) > 1:
         raise InputError(f"{' and '.join(asked)} are reports of their own; ask for one at a time.")
     if asked and (real or data is not None):
+        raise InputError(f"{asked[0]} judges takes of the project's own data; leave --real and --data out.")
+    if (real_take or data is not None) and (bed is not None or sets != "test"):
         raise InputError(
-            f"{asked[0]} judges takes of the project's own motion capture; leave --real and --data out."
+            f"--bed and --sets are about the project's own motion capture, which "
+            f"{'--real-take' if real_take else '--data'} does not judge; leave them out."
         )
     if swaps and rectifier:
         raise InputError("--swaps judges no rectifier; leave --rectifier out.")
-    rectifiers = [load_rectifier(name) for name in rectifier or _DEFAULT[: 2 if takes or angles else 1]]
+    rectifiers = [
+        load_rectifier(name) for name in rectifier or _DEFAULT[: 2 if takes or angles or real_take else 1]
+    ]
     if data is None and (split is not None or targets != "body"):
         raise InputError("--split and --targets are for --data FILE, a file of pcnet3d mocap.")
+    judged = evaluation_sets(sets, bed or "wild")
     if takes:
-        results = take_tables(rectifiers, lifter, seed, flip)
+        results = take_tables(rectifiers, lifter, seed, flip, judged)
     elif angles:
-        results = angle_tables(rectifiers, lifter, seed, flip)
+        results = angle_tables(rectifiers, lifter, seed, flip, judged)
     elif swaps:
-        results = swap_tables(lifter, seed, flip)
+        results = swap_tables(lifter, seed, flip, judged)
+    elif real_take:
+        results = real_take_tables(rectifiers, lifter, flip)
     elif data is not None:
         if real or flip or lifter != "pcnet3d":
             raise InputError("--real, --flip and --lifter are about the lifter, which --data does not judge.")
         results = own_evaluation(rectifiers, data, split, targets, seed)
     else:
-        results = evaluation(rectifiers[0], lifter, seed, flip)
-        results["rectifiers"] = rectifier_tables(rectifiers, seed, lifter)
+        beds = tuple(BEDS) if bed is None else (bed,)
+        results = evaluation(rectifiers[0], lifter, seed, flip, sets, beds)
+        results["bed"] = judged[0].bed
+        results["rectifiers"] = rectifier_tables(rectifiers, seed, lifter, judged)
     if real:
         from .real_clips import agreement
         from .real_rectified import consistency
@@ -112,7 +139,10 @@ def evaluate(
         results["real"] = agreement(lifter, flip)
         results["real, rectified"] = consistency(rectifiers, lifter)
     output.mkdir(parents=True, exist_ok=True)
-    pages = {"--takes": takes_as_markdown, "--angles": angles_as_markdown, "--swaps": swaps_as_markdown}
+    pages = {
+        "--takes": takes_as_markdown, "--angles": angles_as_markdown, "--swaps": swaps_as_markdown,
+        "--real-take": real_take_as_markdown,
+    }  # fmt: skip
     page = pages[asked[0]] if asked else as_markdown if data is None else own_as_markdown
     text = page(results)
     with whole_file(output / "evaluation.md") as partial:
@@ -136,31 +166,51 @@ def own_evaluation(
 
 
 def evaluation(
-    rectifier: Rectifier, lifter: str = "pcnet3d", seed: int = 0, flip: bool = False
+    rectifier: Rectifier,
+    lifter: str = "pcnet3d",
+    seed: int = 0,
+    flip: bool = False,
+    sets: Sets = "test",
+    beds: Sequence[Bed] = tuple(BEDS),
 ) -> dict[str, Any]:
-    """Everything the report says, as nested dicts with Figures."""
+    """The lifter's figures, and the rectifier's on its takes: {"beds": {bed: {"focal assumed", "focal known": {"SET
+    GROUP": {"lifter", "rectifier"}}}}}, the group a posture, or a motion without the rectifier."""
     results: dict[str, Any] = {
         "pcnet3d": package_version(), "lifter": lifter, "rectifier": rectifier.method, "seed": seed, "flip": flip,
+        "beds": {},
     }  # fmt: skip
-    for focal_known in (False, True):
-        taken = {
-            name: list(lifted_takes(name, seed, model=lifter, focal_known=focal_known, flip=flip))
-            for name in ("test", "hdm05")
-        }
-        key = "focal known" if focal_known else "focal assumed"
-        results[key] = {
-            label: {
-                "lifter": lifter_figures(taken[subjects], lying),
-                "rectifier": rectifier_figures(rectifier, taken[subjects], lying),
-            }
-            for label, subjects, lying in _SETS
-        }
+    for bed in beds:
+        rows: dict[str, dict[str, Any]] = {"focal assumed": {}, "focal known": {}}
+        for key, table in rows.items():
+            for one in evaluation_sets(sets, bed):
+                takes = list(one.takes(seed, lifter, flip, focal_known=key == "focal known"))
+                table |= {f"{one.label} {name}": row for name, row in groups(rectifier, takes).items()}
+        results["beds"][bed] = rows
     results["frames_per_s"] = speed(lifter)
     return results
 
 
-def lifter_figures(takes: Iterable[LiftedTake], lying: bool) -> dict[str, dict[str, Any]]:
-    """Errors in mm (angles in degrees) of the frames that are lying, or of those that are not.
+def groups(rectifier: Rectifier, takes: Sequence[LiftedTake]) -> dict[str, dict[str, Any]]:
+    """{group: {"lifter": figures, "rectifier": figures of a posture}} of the groups that have frames."""
+    rows: dict[str, dict[str, Any]] = {}
+    for group in (*_POSTURES, *MOTIONS):
+        figures = lifter_figures(takes, group)
+        if figures["counts"]["frames"]:
+            rows[group] = {"lifter": figures}
+            if group in _POSTURES:
+                rows[group]["rectifier"] = rectifier_figures(rectifier, takes, group)
+    return rows
+
+
+def in_group(seen: SeenTake, group: str) -> np.ndarray:
+    """(T,) the frames that are "upright" or "lying", or upright and of a motion (motion_class)."""
+    if group == "lying":
+        return seen.lying
+    return ~seen.lying if group == "upright" else ~seen.lying & seen.motion[group]
+
+
+def lifter_figures(takes: Iterable[LiftedTake], group: str) -> dict[str, dict[str, Any]]:
+    """Errors in mm (angles in degrees) of the frames of a group.
 
     "frame": the lift is scaled to the truth frame by frame (as for a lifter without a scale; N-MPJPE, Rhodin et
     al. 2018), and figures run over frames. "take": one scale for a whole take, and figures run over takes.
@@ -169,7 +219,7 @@ def lifter_figures(takes: Iterable[LiftedTake], lying: bool) -> dict[str, dict[s
     """
     parts: dict[str, dict[str, list[np.ndarray]]] = {"frame": {}, "take": {}}
     for take in takes:
-        use = take.seen.lying == lying
+        use = in_group(take.seen, group)
         if not use.any():
             continue
         truth, lifted = take.seen.truth, take.lifted.joints.astype(np.float64)
@@ -195,12 +245,12 @@ def lifter_figures(takes: Iterable[LiftedTake], lying: bool) -> dict[str, dict[s
     }
 
 
-def rectifier_figures(rectifier: Rectifier, takes: Iterable[LiftedTake], lying: bool) -> dict[str, Any]:
+def rectifier_figures(rectifier: Rectifier, takes: Iterable[LiftedTake], group: str) -> dict[str, Any]:
     """Geodesic rotation error and tilt error in degrees of R_camera_from_body, on lifted and on true joints."""
     figures: dict[str, Any] = {}
     parts: dict[str, list[np.ndarray]] = {}
     for take in takes:
-        use = take.seen.lying == lying
+        use = in_group(take.seen, group)
         if not use.any():
             continue
         for source, joints in (("lifted", take.lifted.joints), ("true", take.seen.truth)):
@@ -246,26 +296,11 @@ def as_markdown(results: dict[str, Any]) -> str:
         f"{results['seed']}, flip {'on' if results['flip'] else 'off'}; {results['frames_per_s']:,.0f} frames/s.",
         "Cells are p50 / mean / p95; mm of each person's own size, degrees.",
     ]
-    for key in ("focal assumed", "focal known"):
-        sets = results[key]
-        lines += ["", f"## Lifter, {key}", ""]
-        for per, what in (
-            ("frame", "scale aligned per frame, over frames"),
-            ("take", "scale aligned per take, over takes"),
-        ):
-            names = list(next(iter(sets.values()))["lifter"][per])
-            lines += [f"{what}:", "", _row(["", *names]), _row(["---"] * (len(names) + 1))]
-            for label, values in sets.items():
-                counts = values["lifter"]["counts"]
-                label = f"{label} ({counts[f'{per}s']:,} {per}s)"
-                lines.append(_row([label, *(str(figure) for figure in values["lifter"][per].values())]))
-            lines.append("")
-        names = list(next(iter(sets.values()))["rectifier"])
-        lines += [f"## Rectifier {results['rectifier']} on the lifted takes, {key}", ""]
-        lines += [_row(["", *sets]), _row(["---"] * (len(sets) + 1))]
-        for name in names:
-            lines.append(_row([name, *(str(values["rectifier"].get(name, "")) for values in sets.values())]))
+    for bed, tables in results["beds"].items():
+        for key, rows in tables.items():
+            lines += _lifter_lines(f"{bed} views, {key}", results["rectifier"], rows)
     if "rectifiers" in results:
+        lines += ["", f"In the tables that follow, lifted takes are seen from {results['bed']} views."]
         lines += ["", tables_as_markdown(results["rectifiers"])]
     if "real" in results:
         lines += [
@@ -282,6 +317,27 @@ def as_markdown(results: dict[str, Any]) -> str:
 
         lines += ["", rectified_as_markdown(results["real, rectified"])]
     return "\n".join(lines) + "\n"
+
+
+def _lifter_lines(views: str, rectifier: str, rows: dict[str, Any]) -> list[str]:
+    """The tables of one bed: rows by set and group."""
+    lines = ["", f"## Lifter, {views}", ""]
+    for per, what in (
+        ("frame", "scale aligned per frame, over frames"),
+        ("take", "scale aligned per take, over takes"),
+    ):
+        names = list(next(iter(rows.values()))["lifter"][per])
+        lines += [f"{what}:", "", _row(["", *names]), _row(["---"] * (len(names) + 1))]
+        for label, values in rows.items():
+            counts = values["lifter"]["counts"]
+            label = f"{label} ({counts[f'{per}s']:,} {per}s)"
+            lines.append(_row([label, *(str(figure) for figure in values["lifter"][per].values())]))
+        lines.append("")
+    judged = {label: values["rectifier"] for label, values in rows.items() if "rectifier" in values}
+    names = list(next(iter(judged.values())))
+    lines += [f"## Rectifier {rectifier} on the lifted takes, {views}", ""]
+    lines += [_row(["", *names]), _row(["---"] * (len(names) + 1))]
+    return lines + [_row([label, *map(str, figures.values())]) for label, figures in judged.items()]
 
 
 def own_as_markdown(results: dict[str, Any]) -> str:

@@ -17,13 +17,12 @@ import numpy as np
 from ..pipeline.layouts import H36M17
 from ..pipeline.rotations import angle_deg, geodesic_deg, rotate, transpose
 from ..pipeline.sockets import Rectifier
+from .evaluation_sets import EvaluationSet, evaluation_sets
 from .metrics import Figure, joint_error, procrustes_error, scaled
-from .mocap import Clip, Subjects, lying, read_clips
+from .mocap import Clip, lying
 from .motion_class import CLASSES, motion_classes
 from .pcnet_views import Targets, View, seen, views
-from .testbed import lifted_takes
 
-_SETS: tuple[tuple[str, Subjects], ...] = (("CMU test", "test"), ("HDM05", "hdm05"))
 _BONES = np.array([H36M17.indices(bone) for bone in H36M17.bones])
 
 
@@ -129,32 +128,35 @@ def clean_takes(clips: Iterable[Clip], view: View, seed: int = 0, targets: Targe
     return takes
 
 
-def lifted(subjects: Subjects, seed: int = 0, lifter: str = "pcnet3d") -> list[Take]:
+def lifted(of: EvaluationSet, seed: int = 0, lifter: str = "pcnet3d") -> list[Take]:
     """The test bed's takes, frames without a lift or a heading left out."""
     takes = []
-    for take in lifted_takes(subjects, seed, model=lifter):
+    for take in of.takes(seed, lifter):
         seen_, joints = take.seen, take.lifted.joints
         finite = np.isfinite(np.concatenate([joints, seen_.R_camera_from_body], axis=1))
         fine = np.asarray(finite.all(axis=(1, 2)))
         if fine.any():
-            world = rotate(seen_.R_camera_from_world.T, seen_.joints_camera)  # its origin is the camera
-            time_s = seen_.keypoints.time_s
-            motion = motion_classes(world, (len(world) - 1) / (time_s[-1] - time_s[0]))  # type: ignore[index]
-            whole = Take(joints, seen_.truth, seen_.R_camera_from_body, seen_.lying, seen_.source, motion)
+            whole = Take(
+                joints, seen_.truth, seen_.R_camera_from_body, seen_.lying, seen_.source, seen_.motion
+            )
             takes.append(whole.some(fine))
     return takes
 
 
 def rectifier_tables(
-    rectifiers: Sequence[Rectifier], seed: int = 0, lifter: str = "pcnet3d"
+    rectifiers: Sequence[Rectifier],
+    seed: int = 0,
+    lifter: str = "pcnet3d",
+    sets: Sequence[EvaluationSet] | None = None,
 ) -> dict[str, Any]:
     """_tables of the people that the shipped networks never saw, lifted and clean."""
-    clips = {subjects: read_clips(subjects) for _, subjects in _SETS}
-    sets = {
-        label: {"lifted": partial(lifted, subjects, seed, lifter), **_clean(clips[subjects], seed, "body")}
-        for label, subjects in _SETS
+    sets = sets or evaluation_sets()
+    clips = [one.clips() for one in sets]
+    kinds = {
+        one.label: {"lifted": partial(lifted, one, seed, lifter), **_clean(own, seed, "body")}
+        for one, own in zip(sets, clips, strict=True)
     }
-    return _tables(rectifiers, sets, clips["test"])
+    return _tables(rectifiers, kinds, clips[0])
 
 
 def own_tables(

@@ -20,13 +20,14 @@ from ..pipeline.pose import PoseSequence, package_version
 from ..pipeline.progress import counted
 from ..pipeline.swap_repair import repair_swaps
 from ..pipeline.swaps import Kind, Swap, find_swaps, kinds
+from .cameras import WILD, ViewRange
+from .evaluation_sets import EvaluationSet, evaluation_sets
 from .lifter import lift
 from .metrics import Figure, joint_error, scaled
-from .mocap import Clip, Subjects, read_clips
+from .mocap import Clip
 from .noise2d import Noise
-from .testbed import MIN_FRAMES, SeenTake, see
+from .testbed import BEDS, MIN_FRAMES, SeenTake, see
 
-_SETS: tuple[tuple[str, Subjects], ...] = (("CMU test", "test"), ("HDM05", "hdm05"))
 _LENGTHS = ((1, 1), (3, 10), (11, 30), (31, 60))
 _EVERY = 90  # frames
 _MARGIN = 10  # frames between two swaps, and at the ends of a take
@@ -95,34 +96,45 @@ class Tally:
         }
 
 
-def swap_tables(lifter: str | Path = "pcnet3d", seed: int = 0, flip: bool = False) -> dict[str, Any]:
+def swap_tables(
+    lifter: str | Path = "pcnet3d",
+    seed: int = 0,
+    flip: bool = False,
+    sets: Sequence[EvaluationSet] | None = None,
+) -> dict[str, Any]:
     """Everything the report says, as nested dicts with Figures."""
+    sets = sets or evaluation_sets()
     results: dict[str, Any] = {
         "pcnet3d": package_version(), "lifter": str(lifter), "seed": seed, "flip": flip,
-        "anywhere": {}, "in profile": {},
+        "bed": sets[0].bed, "anywhere": {}, "in profile": {},
     }  # fmt: skip
-    for label, subjects in _SETS:
-        clips = [clip for clip in read_clips(subjects) if len(clip) >= MIN_FRAMES]
-        tallies, profile = one_set(label, clips, lifter, seed, flip)
-        results["anywhere"] |= {f"{label}, {kind}": tally.figures() for kind, tally in tallies.items()}
-        results["in profile"][label] = profile
+    for one in sets:
+        clips = [clip for clip in one.clips() if len(clip) >= MIN_FRAMES]
+        tallies, profile = one_set(one.label, clips, lifter, seed, flip, BEDS[one.bed])
+        results["anywhere"] |= {f"{one.label}, {kind}": tally.figures() for kind, tally in tallies.items()}
+        results["in profile"][one.label] = profile
     return results
 
 
 def one_set(
-    label: str, clips: Sequence[Clip], lifter: str | Path, seed: int, flip: bool
+    label: str,
+    clips: Sequence[Clip],
+    lifter: str | Path,
+    seed: int,
+    flip: bool,
+    views: ViewRange = WILD,
 ) -> tuple[dict[str, Tally], dict[str, Any]]:
     """Tallies by input ("motion capture", "lifted", "keypoints"), and figures of the noise's own swaps."""
     tallies = {"motion capture": Tally(), "lifted": Tally(), "keypoints": Tally()}
     own, errors = Tally(), {"without swaps": [], "with swaps": [], "put right": []}
     with counted(f"{label} takes", len(clips)) as count:
         for number, clip in enumerate(clips):
-            take = see(clip, seed, noise=Noise(swap_rate=0.0))
+            take = see(clip, seed, noise=Noise(swap_rate=0.0), views=views)
             lifted = lift(take.keypoints, take.image_size, None, flip, lifter)
             clean = lifted.with_(joints=take.truth, frame=CAMERA, confidence=None, history=())
             for name, poses in zip(tallies, (clean, lifted, take.keypoints), strict=True):
                 _judge(tallies[name], poses, number, seed)
-            swapped = see(clip, seed)
+            swapped = see(clip, seed, views=views)
             for name, values in _profile(own, take, swapped, lifted, lifter, flip).items():
                 errors[name].append(values)
             count(number + 1)
@@ -222,8 +234,8 @@ def as_markdown(results: dict[str, Any]) -> str:
         "# Swaps",
         "",
         f"pcnet3d {results['pcnet3d']}, lifter {results['lifter']}, seed {results['seed']}, flip "
-        f"{'on' if results['flip'] else 'off'}. A swap is found when one of the same kind overlaps with it by half of "
-        "both together. Shares in %; frames count once for each kind.",
+        f"{'on' if results['flip'] else 'off'}, {results['bed']} views. A swap is found when one of the same kind "
+        "overlaps with it by half of both together. Shares in %; frames count once for each kind.",
         "",
         "## Anywhere in the take",
         "",

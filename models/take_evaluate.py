@@ -20,13 +20,13 @@ from ..pipeline.progress import counted
 from ..pipeline.rotations import angle_deg, geodesic_deg, rotate, transpose
 from ..pipeline.sockets import Rectifier
 from . import take_acceleration, take_cameras
+from .evaluation_sets import EvaluationSet, evaluation_sets
 from .levelling import level_static, why_not
 from .metrics import Figure, joint_error
-from .mocap import Clip, Subjects, lying, read_clips
+from .mocap import Clip, lying
 from .take_answers import CAMERA_AXES, TRUE_AXES, Answer, answers, camera_axes, constant, joints_of, named
-from .testbed import LiftedTake, lifted_takes
+from .testbed import BEDS, LiftedTake
 
-_SETS: tuple[tuple[str, Subjects], ...] = (("CMU test", "test"), ("HDM05", "hdm05"))
 _LONG_S = 2.0
 _LONG, _SHORT, _PARTLY, _LYING = _GROUPS = (
     "upright, 2 s and more", "upright, under 2 s", "lying now and then", "lying",
@@ -51,21 +51,25 @@ class Judged:
 
 
 def take_tables(
-    rectifiers: Sequence[Rectifier], lifter: str | Path = "pcnet3d", seed: int = 0, flip: bool = False
+    rectifiers: Sequence[Rectifier],
+    lifter: str | Path = "pcnet3d",
+    seed: int = 0,
+    flip: bool = False,
+    sets: Sequence[EvaluationSet] | None = None,
 ) -> dict[str, Any]:
     """Everything the report says, as nested dicts with Figures."""
-    clips = {subjects: read_clips(subjects) for _, subjects in _SETS}
+    sets = sets or evaluation_sets()
+    clips = [one.clips() for one in sets]
     results: dict[str, Any] = {
         "pcnet3d": package_version(), "lifter": str(lifter), "rectifiers": [r.method for r in rectifiers],
-        "seed": seed, "flip": flip, "takes": {}, "acceleration": {},
+        "seed": seed, "flip": flip, "bed": sets[0].bed, "takes": {}, "acceleration": {},
     }  # fmt: skip
-    for label, subjects in _SETS:
-        takes = lifted_takes(subjects, seed, model=lifter, flip=flip)
-        tables, signals = one_set(rectifiers, label, takes, len(clips[subjects]))
+    for one, own in zip(sets, clips, strict=True):
+        tables, signals = one_set(rectifiers, one.label, one.takes(seed, lifter, flip), len(own))
         results["takes"] |= tables
         results["acceleration"] |= signals
     results["cameras"] = take_cameras.camera_tables(
-        rectifiers, some_clips(clips["test"], _CAMERA_TAKES), seed, lifter, flip
+        rectifiers, some_clips(clips[0], _CAMERA_TAKES), seed, lifter, flip, BEDS[sets[0].bed]
     )
     results["pooling"] = {"frames": _POOLED, "seconds": pooling_seconds(_POOLED)}
     return results
@@ -203,7 +207,7 @@ def as_markdown(results: dict[str, Any]) -> str:
         "# Takes",
         "",
         f"pcnet3d {results['pcnet3d']}, lifter {results['lifter']}, seed {results['seed']}, flip "
-        f"{'on' if results['flip'] else 'off'}; one camera a take, standing still.",
+        f"{'on' if results['flip'] else 'off'}; one camera a take, standing still, {results['bed']} views.",
         f"A take of {pooling['frames']:,} frames is pooled in {pooling['seconds']:.2f} s beyond the rectifier's own "
         "time.",
         "",

@@ -9,10 +9,11 @@ the clips gives the same takes.
 from __future__ import annotations
 
 import zlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import numpy as np
 import typer
@@ -23,15 +24,20 @@ from ..pipeline.frames import IMAGE
 from ..pipeline.layouts import H36M17
 from ..pipeline.outputs import refuse_unwritable_file, whole_file
 from ..pipeline.pose import PoseSequence
+from ..pipeline.rotations import rotate
 from .bodies import BodyRange, vary
-from .cameras import ViewRange, place
+from .cameras import TYPICAL, WILD, ViewRange, place
 from .lifter import lift, network
 from .lifter_features import body_rays
 from .metrics import relative
 from .mocap import Clip, Subjects, lying, read_clips
+from .motion_class import motion_classes
 from .noise2d import Noise, detect
 
 MIN_FRAMES = 30
+
+Bed = Literal["wild", "typical"]
+BEDS: dict[Bed, ViewRange] = {"wild": WILD, "typical": TYPICAL}
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,6 +73,12 @@ class SeenTake:
         """(T, 17, 3) metres, CAMERA axes, relative to the pelvis."""
         return relative(self.joints_camera)
 
+    @cached_property
+    def motion(self) -> dict[str, np.ndarray]:
+        """{class: (T,) bool} of motion_class.motion_classes."""
+        world = rotate(self.R_camera_from_world.T, self.joints_camera)  # its origin is the camera
+        return motion_classes(world, self.keypoints.fps)
+
 
 @dataclass(frozen=True, eq=False)
 class LiftedTake:
@@ -86,6 +98,8 @@ def lifted_takes(
     flip: bool = False,
     noise: Noise | None = None,
     bodies: BodyRange | None = None,
+    views: ViewRange = WILD,
+    only: Callable[[Clip], bool] | None = None,
     min_frames: int = MIN_FRAMES,
 ) -> Iterator[LiftedTake]:
     """Every clip of at least `min_frames` frames, seen by one static camera and lifted.
@@ -93,11 +107,12 @@ def lifted_takes(
     model: never one that saw the subjects, which is refused; the shipped one saw all train subjects, so takes of
     "train-a" need a lifter trained on "train-b", and the other way round. focal_known: tell the lifter the focal
     length, as a calibrated camera would. bodies: draw other proportions (for training); None keeps the captured ones.
+    views: what the cameras are drawn from. only: which of the clips; None takes all.
     """
     _refuse_known_subjects(subjects, model)
     for clip in read_clips(subjects, folder):
-        if len(clip) >= min_frames:
-            take = see(clip, seed, noise=noise, bodies=bodies)
+        if len(clip) >= min_frames and (only is None or only(clip)):
+            take = see(clip, seed, noise=noise, bodies=bodies, views=views)
             focal = take.focal_px if focal_known else None
             yield LiftedTake(lift(take.keypoints, take.image_size, focal, flip, model), take)
 
@@ -117,7 +132,7 @@ def see(
     *,
     noise: Noise | None = None,
     bodies: BodyRange | None = None,
-    views: ViewRange | None = None,
+    views: ViewRange = WILD,
 ) -> SeenTake:
     """A clip before one static camera and a noisy detector; deterministic in the seed and the clip's name."""
     rng = np.random.default_rng([seed, zlib.crc32(clip.name.encode())])
@@ -154,6 +169,9 @@ def write_takes(
         str, typer.Option(help="The built-in one, or a file; one that never saw the subjects.")
     ] = "pcnet3d",
     bodies: Annotated[bool, typer.Option("--bodies", help="Draw other proportions and mirror some.")] = False,
+    bed: Annotated[
+        Bed, typer.Option(help="Cameras: steep, tilted and long lenses too, or as people film.")
+    ] = "wild",
 ) -> None:
     """Write lifted takes with their truth, for whoever trains or judges on them.
 
@@ -161,7 +179,8 @@ def write_takes(
     up (N, 3), lying (N,); take_start (C + 1,), clip, subject, source (C,).
     """
     refuse_unwritable_file(output)
-    takes = list(lifted_takes(subjects, seed, model=lifter, bodies=BodyRange() if bodies else None))
+    drawn = BodyRange() if bodies else None
+    takes = list(lifted_takes(subjects, seed, model=lifter, bodies=drawn, views=BEDS[bed]))
     if not takes:
         raise InputError(f"There is no take of {MIN_FRAMES} frames or more of the subjects '{subjects}'.")
     frames = [len(take.lifted) for take in takes]

@@ -7,6 +7,8 @@ from typing import Literal
 
 import numpy as np
 
+from .intrinsics import Intrinsics
+
 FocalSource = Literal["told", "file", "lines", "prior"]
 PRIOR_FOCAL, PRIOR_FOCAL_SPREAD = (
     0.8,
@@ -40,8 +42,9 @@ class Look:
 @dataclass(frozen=True, eq=False)
 class Camera:
     """A take's camera. image_size: width and height in pixels as shown. focal_px and its standard deviation; source:
-    who says so. looks: what images say about up, one for a camera that stands still, in order of their frames for one
-    that moves. reason: in words, why there is none."""
+    who says so. intrinsics: of a calibrated camera, whose distortion is undone before anything looks at its pixels.
+    looks: what images say about up, one for a camera that stands still, in order of their frames for one that moves.
+    reason: in words, why there is none."""
 
     image_size: tuple[int, int]
     focal_px: float
@@ -49,6 +52,7 @@ class Camera:
     focal_source: FocalSource
     looks: tuple[Look, ...] = ()
     reason: str = ""
+    intrinsics: Intrinsics | None = None
 
 
 def pitch_roll_deg(up: np.ndarray) -> np.ndarray:

@@ -99,6 +99,11 @@ def run(
         float | None,
         typer.Option(help="By how many degrees the picture's content is turned counter-clockwise, if known."),
     ] = None,
+    camera_file: Annotated[
+        Path | None,
+        typer.Option(help="A camera's calibration: OpenCV, ROS, COLMAP, Pose2Sim, Caliscope or Qualisys."),
+    ] = None,
+    camera_name: Annotated[str | None, typer.Option(help="Which camera of --camera-file.")] = None,
     no_calibrate: Annotated[
         bool,
         typer.Option("--no-calibrate", help="Do not look for up and focal length in the video's images."),
@@ -153,7 +158,12 @@ def run(
             "swaps": swaps if alone else None,
             "fps": fps if alone else None,
         },
-        "calibrate": {"focal_px": focal, "camera": camera} if calibrated else {},
+        "calibrate": {
+            "focal_px": focal if calibrated else None,
+            "camera": camera if calibrated else None,
+            "camera_file": camera_file,
+            "camera_name": camera_name,
+        },
         "lift": {
             "lifter": lifter,
             "lifter_kind": lifter_kind,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..pipeline.camera import Camera, Look
+from ..pipeline.intrinsics import Intrinsics, undistorted_image
 
 # Green runs up; the two level directions and the horizon have colours that nothing else in a picture has.
 COLOURS = {0: (0, 158, 115), 1: (204, 121, 167), 2: (240, 228, 66)}
@@ -12,11 +13,18 @@ HORIZON, UP = (255, 255, 255), (0, 158, 115)
 WORDS = "Green: lines taken for vertical; purple and yellow: for level, at right angles; white: the horizon."
 
 
+def ideal(image: np.ndarray, intrinsics: Intrinsics | None) -> np.ndarray:
+    """The frame without the distortion of a calibrated camera."""
+    return image if intrinsics is None else undistorted_image(image, intrinsics)
+
+
 def drawn(image: np.ndarray, camera: Camera, look: Look) -> np.ndarray:
     """A copy of the frame (H, W, 3) uint8 RGB with its lines, the horizon and an arrow along up."""
     import cv2
 
-    out = np.ascontiguousarray(image) // 2 + 64  # paler, so that the lines stand out
+    out = (
+        np.ascontiguousarray(ideal(image, camera.intrinsics)) // 2 + 64
+    )  # paler, so that the lines stand out
     thick = max(1, round(max(image.shape[:2]) / 500))
     for (start, end), along in zip(look.ends, look.runs_along, strict=True):
         if along >= 0:

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..pipeline.pictures import pictures_at
 from ..pipeline.take import Take
-from ._image_lines import COLOURS, HORIZON, UP, horizon, up_arrow
+from ._image_lines import COLOURS, HORIZON, UP, horizon, ideal, up_arrow
 
 if TYPE_CHECKING:
     import rerun as rr
@@ -32,7 +32,11 @@ def log_camera(recording: rr.RecordingStream, take: Take, frames: bool) -> None:
     look = take.camera.looks[0]
     if frames and take.video is not None:
         for image in pictures_at(take.video, [look.frame]).values():
-            recording.log("camera/image", rr.Image(image).compress(jpeg_quality=_QUALITY), static=True)
+            recording.log(
+                "camera/image",
+                rr.Image(ideal(image, take.camera.intrinsics)).compress(jpeg_quality=_QUALITY),
+                static=True,
+            )
     lines = look.ends[look.runs_along >= 0]
     colours = [COLOURS[int(along)] for along in look.runs_along if along >= 0]
     recording.log("camera/lines", rr.LineStrips2D(lines, colors=colours, radii=[-1.0]), static=True)

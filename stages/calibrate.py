@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import ClassVar, Literal
 
 import numpy as np
 
 from ..models.gravity.view import Boxes, moving_camera, static_camera
 from ..pipeline.camera import Camera, pitch_roll_deg
+from ..pipeline.camera_file import read_camera
+from ..pipeline.errors import InputError
+from ..pipeline.intrinsics import Intrinsics, undistorted
 from ..pipeline.pictures import pictures, pictures_at, shown_size
 from ..pipeline.pose import PoseSequence
 from ..pipeline.progress import counted
 from ..pipeline.rotations import known
 from ..pipeline.take import Event, Take, Video
+from ._image_lines import ideal
 
 _LOOKS = 3  # images of a camera that stands still
 _EVERY = 10  # video frames between the images of one that moves
@@ -24,10 +29,13 @@ _BOXES = 6  # along a bone
 
 @dataclass(frozen=True)
 class Calibrate:
-    """The stage. focal_px: the focal length in pixels, if known. camera: "static" for one that stands still during the
+    """The stage. focal_px: the focal length in pixels, if known; camera_file, camera_name: or a calibration file, and
+    which of its cameras. camera: "static" for one that stands still during the
     take, "moving" for one that pans or is carried."""
 
     focal_px: float | None = None
+    camera_file: Path | None = None
+    camera_name: str | None = None
     camera: Literal["static", "moving"] = "static"
 
     name: ClassVar[str] = "calibrate"
@@ -37,7 +45,7 @@ class Calibrate:
     def __call__(self, take: Take) -> Take:
         assert take.video is not None
         poses = take.keypoints or take.poses
-        found = calibrate(take.video, take.keypoints, _span(take.video, poses), self.focal_px, self.camera)
+        found = self._found(take.video, take.keypoints, _span(take.video, poses))
         return take.with_(camera=found).saying(*_events(found, self.camera))
 
     def together(self, takes: Sequence[Take]) -> list[Take]:
@@ -48,8 +56,20 @@ class Calibrate:
         spans = [_span(first.video, poses) for poses in everybody] or [(0, len(first.video.time_s) - 1)]
         span = min(start for start, _ in spans), max(end for _, end in spans)
         keypoints = [take.keypoints for take in takes if take.keypoints is not None]
-        found = calibrate(first.video, keypoints, span, self.focal_px, self.camera)
+        found = self._found(first.video, keypoints, span)
         return [take.with_(camera=found).saying(*_events(found, self.camera)) for take in takes]
+
+    def _found(
+        self, video: Video, people: PoseSequence | Sequence[PoseSequence] | None, span: tuple[int, int]
+    ) -> Camera:
+        intrinsics = None
+        if self.camera_file is not None:
+            if self.focal_px is not None:
+                raise InputError(
+                    "Expected a focal length or a camera file, not both; the file has a focal length."
+                )
+            intrinsics = read_camera(self.camera_file, self.camera_name, shown_size(video))
+        return calibrate(video, people, span, self.focal_px, self.camera, intrinsics)
 
 
 def calibrate(
@@ -58,9 +78,11 @@ def calibrate(
     span: tuple[int, int] | None = None,
     focal_px: float | None = None,
     camera: Literal["static", "moving"] = "static",
+    intrinsics: Intrinsics | None = None,
 ) -> Camera:
     """A video's camera by its images. people: their 2D keypoints, whose boxes are not looked at. span: first and last
-    frame of the take, else of the video. focal_px: where it is known. InputError for a video that cannot be decoded."""
+    frame of the take, else of the video. focal_px: where it is known; intrinsics: of a calibrated camera. InputError
+    for a video that cannot be decoded."""
     first, last = span or (0, len(video.time_s) - 1)
     if camera == "static":
         wanted = np.linspace(first, last, 2 * _LOOKS + 1).round().astype(int)[1::2]
@@ -68,10 +90,21 @@ def calibrate(
         wanted = np.arange(first, last + 1, _EVERY)
     frames = sorted({int(frame) for frame in wanted})
     everybody = [people] if isinstance(people, PoseSequence) else list(people or ())
-    boxes, size = _boxes(everybody, frames), shown_size(video)
-    if camera == "static" and (images := pictures_at(video, frames)):
-        return static_camera(images, boxes, focal_px, video.focal_px)
-    return moving_camera(_every(video, frames), size, boxes, focal_px, video.focal_px)
+    size = shown_size(video)
+    if intrinsics is not None:
+        focal_px = intrinsics.pinhole_focal_px
+        everybody = [poses.with_(joints=undistorted(poses.joints, intrinsics)) for poses in everybody]
+    boxes = _boxes(everybody, frames)
+    seen = ((frame, ideal(image, intrinsics)) for frame, image in _images(video, frames, camera))
+    if camera == "static" and (images := dict(seen)):
+        found = static_camera(images, boxes, focal_px, video.focal_px)
+    else:
+        found = moving_camera(seen, size, boxes, focal_px, video.focal_px)
+    return replace(found, intrinsics=intrinsics)
+
+
+def _images(video: Video, frames: Sequence[int], camera: str) -> Iterable[tuple[int, np.ndarray]]:
+    return pictures_at(video, frames).items() if camera == "static" else _every(video, frames)
 
 
 def _every(video: Video, frames: Sequence[int]) -> Iterator[tuple[int, np.ndarray]]:

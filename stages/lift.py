@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, ClassVar
 
 from ..models import load_lifter
 from ..pipeline.checks import implausible
+from ..pipeline.intrinsics import undistorted
 from ..pipeline.pictures import shown_size
 from ..pipeline.reading import Parity, guarded
 from ..pipeline.sockets import Lifter
@@ -42,8 +44,14 @@ class Lift:
     def __call__(self, take: Take) -> Take:
         assert take.keypoints is not None
         size = self.image_size or (shown_size(take.video) if take.video else None)
+        keypoints, intrinsics = take.keypoints, take.camera.intrinsics if take.camera else None
+        if intrinsics is not None:
+            keypoints = keypoints.with_(joints=undistorted(keypoints.joints, intrinsics))
+            keypoints = keypoints.noted(
+                "undistort", camera=intrinsics.name, file=Path(intrinsics.source).name
+            )
         focal_px = self.focal_px or (take.camera.focal_px if take.camera else None)
-        poses = self._opened.lift(take.keypoints, size, focal_px, self.flip, take.video)
+        poses = self._opened.lift(keypoints, size, focal_px, self.flip, take.video)
         said = poses.history[-1].options
         poses = guarded(poses, self.parity, f"The lift by {self._opened.method}")
         doubts = [str(step.options["warning"]) for step in poses.history if "warning" in step.options]

@@ -15,6 +15,7 @@ import numpy as np
 from ...pipeline.camera import Look, pitch_roll_deg
 from ...pipeline.errors import InputError
 from ...pipeline.rotations import angle_deg, unit
+from .held import held
 from .votes import Evidence, TakeUp, error_of, take_up
 
 IMAGE = "image"
@@ -26,9 +27,6 @@ _TOLD_WIDEST_DEG = (
     60.0  # told gravity further than this from everything else is a mistake of the one who tells
 )
 _TOLD_ERRORS = 3.0
-# How cameras are held: pitch about looking a little down, roll about none; a few of them any way.
-_HELD_DEG = ((8.0, 14.0), (0.0, 5.0))
-_HELD_ANYHOW_DEG, _HELD_ANYHOW = 35.0, 0.05
 
 
 @dataclass(frozen=True)
@@ -116,16 +114,6 @@ def chi_square(bodies: TakeUp, look: Look) -> float:
     angle = np.radians(angle_deg(bodies.up, look.up))
     apart = apart * (angle / max(float(np.linalg.norm(apart)), 1e-12))
     return float(apart @ np.linalg.solve(across @ look.covariance @ across.T + per_axis * np.eye(2), apart))
-
-
-def held(up: np.ndarray) -> float:
-    """How usual a camera of that up (3,) is: a density in pitch and roll, in any unit."""
-    angles = pitch_roll_deg(np.asarray(up, dtype=np.float64))
-    usual, anyhow = 1.0, 1.0
-    for angle, (middle, spread) in zip(angles, _HELD_DEG, strict=True):
-        usual *= np.exp(-0.5 * ((angle - middle) / spread) ** 2) / spread
-        anyhow *= np.exp(-0.5 * ((angle - middle) / _HELD_ANYHOW_DEG) ** 2) / _HELD_ANYHOW_DEG
-    return float((1 - _HELD_ANYHOW) * usual + _HELD_ANYHOW * anyhow)
 
 
 def _checked_against_told(bodies: TakeUp | None, look: Look | None, told: Sequence[Evidence]) -> list[str]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...pipeline.camera import PRIOR_FOCAL, PRIOR_FOCAL_SPREAD
 from ...pipeline.errors import InputError
-from .lines import Fit, directions, fits, tangent
+from .lines import Fit, directions, fits, support, tangent
 from .segments import Segments, segments_of
 
 TOLD_SPREAD = 0.02  # of a focal length that somebody knows
@@ -18,6 +18,7 @@ _FLOOR_DEG = (
     0.30,
 )  # pitch and roll that no number of lines makes surer: distortion, walls out of plumb
 _LEAST_GAIN = 60.0
+_LEAST_SECOND = 15.0  # that the second of the three directions explains
 _WIDEST_DEG = 4.0
 # How often an answer of so much gain is quite wrong (more than 5 degrees off), on photographs.
 _FAILURES = ((100.0, 0.06), (200.0, 0.03), (np.inf, 0.004))
@@ -83,6 +84,8 @@ def up_from_images(
     best = found[0]
     if best.gain < _LEAST_GAIN:
         return Unknown("the straight lines do not run along upright walls and level edges")
+    if np.sort(support(segments, best))[-2] < _LEAST_SECOND:
+        return Unknown("nearly all straight lines run along one direction, which does not tell up")
     covariance = _covariance(best, found[1:])
     error = float(np.degrees(np.sqrt(np.trace(covariance))))
     if error > _WIDEST_DEG:

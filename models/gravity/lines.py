@@ -16,6 +16,7 @@ import numpy as np
 
 from ...pipeline.camera import PRIOR_FOCAL, PRIOR_FOCAL_SPREAD
 from ...pipeline.rotations import from_columns, unit
+from .held import held
 from .segments import Segments
 
 _CENTRE_SPREAD = 0.007  # of a principal point about the image's middle
@@ -95,15 +96,24 @@ def fits(
             key=lambda fit: fit.gain,
         )
         found.append(best)
-    found.sort(key=lambda fit: -(fit.gain + _log_body(fit.up, body)))
+    found.sort(key=lambda fit: -(fit.gain + _log_before(fit.up, body)))
     chance = _chance(segments)
     polished = [_polished(segments, chance, fit, focal) for fit in found[:_POLISHED]]
-    polished.sort(key=lambda fit: -(fit.gain + _log_body(fit.up, body)))
+    polished.sort(key=lambda fit: -(fit.gain + _log_before(fit.up, body)))
     distinct: list[Fit] = []
     for fit in polished:
         if all(_angle_deg(fit.up, other.up) > _APART_DEG for other in distinct):
             distinct.append(fit)
     return distinct
+
+
+def support(segments: Segments, fit: Fit) -> np.ndarray:
+    """(3,) by how much the gain falls without each of the directions."""
+    share = _likelihood(segments, fit) * _SHARES
+    clutter = (1 - _SHARES.sum()) * _chance(segments)
+    whole = share.sum(axis=1) + clutter
+    without = np.maximum(whole[:, None] - share, 1e-12) + _SHARES * _chance(segments)[:, None]
+    return np.log(whole[:, None] / without).T @ segments.weight
 
 
 def directions(segments: Segments, fit: Fit) -> np.ndarray:
@@ -162,7 +172,7 @@ def _modes(
         part = slice(start, start + 256)
         density = _density(segments, _sine(segments, ups[part], focal, np.zeros(2)))
         gain[part] = np.log1p(_SHARES[0] * (density / chance - 1)) @ segments.weight
-    gain += np.array([_log_body(up, body) for up in ups]) if body else 0.0
+    gain += np.array([_log_before(up, body) for up in ups])
     chosen: list[np.ndarray] = []
     for row in np.argsort(-gain):
         if all(_angle_deg(ups[row], other) > _APART_DEG for other in chosen):
@@ -240,8 +250,13 @@ def _moved(fit: Fit, change: np.ndarray) -> Fit:
     )
 
 
+def _log_before(up: np.ndarray, body: tuple[np.ndarray, float] | None) -> float:
+    """What speaks for an up before any line, on the scale of gains: how cameras are held, and the skeletons, which are
+    sometimes quite wrong."""
+    return _DESIGN * (float(np.log(held(up) + 1e-9)) + _log_body(up, body))
+
+
 def _log_body(up: np.ndarray, body: tuple[np.ndarray, float] | None) -> float:
-    """Log of how likely the skeletons' up is so far off; they are sometimes quite wrong."""
     if body is None:
         return 0.0
     ratio = _angle_deg(up, body[0]) / max(body[1], 1.0)

@@ -10,10 +10,11 @@ import numpy as np
 
 from ...pipeline.camera import Look
 from ...pipeline.rotations import angle_deg, unit
-from .fusion import IMAGE, held
+from .fusion import IMAGE
+from .held import held
 
 _LOST_DEG_PER_S = 12.0  # how fast a camera's up may go elsewhere where no image says anything
-_OUTLIER_DEG = 4.0  # looks this far from the line between their neighbours count half
+_OUTLIER_DEG = 4.0  # looks this far from the middle of their neighbours count half
 _CONTRADICTION = 3.0  # combined errors, median over the frames
 _BODY_FAILURE = 0.10  # of fusion.py
 
@@ -67,14 +68,14 @@ def _between(looks: Sequence[tuple[float, Look]], time_s: np.ndarray) -> tuple[n
     at = np.array([time for time, _ in looks])
     ups = np.array([look.up for _, look in looks])
     own = np.array([look.error_deg for _, look in looks])
-    if len(at) > 2:  # one look that is quite another than both neighbours is taken for less
-        line = unit(ups[:-2] + ((at[1:-1] - at[:-2]) / (at[2:] - at[:-2]))[:, None] * (ups[2:] - ups[:-2]))
-        off = angle_deg(ups[1:-1], line)
-        trust = 1 / (1 + (off / _OUTLIER_DEG) ** 2)
-        ups[1:-1] = unit(trust[:, None] * ups[1:-1] + (1 - trust)[:, None] * line)
+    unsteady = 1.0
+    if len(at) > 2:  # a look that is quite another than its neighbours' middle is taken for less
+        near = np.clip(np.arange(len(at))[:, None] + np.arange(-2, 3), 0, len(at) - 1)
+        usual = unit(np.median(ups[near], axis=1))
+        off = angle_deg(ups, usual)
+        trust = 1 / (1 + (off / _OUTLIER_DEG) ** 4)[:, None]
+        ups = unit(trust * ups + (1 - trust) * usual)
         unsteady = float(np.median(off))
-    else:
-        unsteady = 1.0
     up = unit(np.stack([np.interp(time_s, at, ups[:, axis]) for axis in range(3)], axis=-1))
     nearest = np.abs(time_s[:, None] - at).min(axis=1)
     outside = np.maximum(np.maximum(at[0] - time_s, time_s - at[-1]), 0.0)

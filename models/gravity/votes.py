@@ -85,7 +85,7 @@ def take_up(
         sources.append(direction("frames", votes.up, votes.error_deg))
     if not sources:
         return TakeUp(votes.up, float("nan"), float("nan"), {}, votes)
-    information = sum(source.information for source in sources)
+    information = np.sum([source.information for source in sources], axis=0)
     fused = _fused(sources)
     across = np.eye(3) - np.outer(fused, fused)
     parts = {source.name: float(np.trace(across @ source.information)) for source in sources}

@@ -25,7 +25,9 @@ _OF_SUFFIX: dict[str, tuple[Mutation, ...]] = {
     ".mp4": (integer,),
     ".onnx": (integer,),
     ".parquet": (integer,),
-    **dict.fromkeys((".csv", ".trc", ".bvh", ".txt", ".sensors", ".toml", ".asf", ".amc"), TEXT),
+    **dict.fromkeys(
+        (".csv", ".trc", ".bvh", ".txt", ".sensors", ".toml", ".asf", ".amc", ".yml", ".yaml", ".xml"), TEXT
+    ),
 }
 
 

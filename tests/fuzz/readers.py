@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from fuzz.mutations import mutated
-from golden import worlds
+from golden import cameras, worlds
 from golden.bodies import Person
 from golden.catalogue import CATALOGUE
 from golden.trainings import TINY
@@ -295,6 +295,17 @@ def _read_study(path: Path) -> object:
     return page
 
 
+def _read_camera(path: Path) -> object:
+    """Whichever camera of the file, to the video's size, and what is seen through it."""
+    from pcnet3d.pipeline.camera_file import _cameras, read_camera
+    from pcnet3d.pipeline.intrinsics import undistorted
+
+    for name in _cameras(path):
+        camera = read_camera(path, name, (1920, 1080))
+        assert not np.isinf(undistorted([[0, 0], [960, 500], [np.nan, 1], [1919, 1079]], camera)).any()
+    return read_camera(path, name)
+
+
 OTHERS = {
     "manifest": Reader(_manifest, _read_manifest),
     "take of a study": Reader(_summary, _read_study),
@@ -310,6 +321,7 @@ OTHERS = {
     "training data": Reader(_clips, _read_clips),
     "training split": Reader(_split, _read_split),
     "truth": Reader(_truth, _read_truth),
+    **{f"camera file, {form}": Reader(write, _read_camera) for form, write in cameras.WRITERS.items()},
 }
 
 # Real files by adapter, in the data folder.

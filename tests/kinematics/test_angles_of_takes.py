@@ -266,10 +266,18 @@ def test_the_report_counts_what_is_inside_and_what_is_refused():
     assert row["inside"] == pytest.approx(2 / 3)
     assert row["refused"] == {3: 0.25}
     results = {
-        "pcnet3d": "0", "lifter": "x", "seed": 0, "flip": False,
-        "sets": {"S": {"levelled": {"m": 1}, "frames": 4, "methods": {"m": {"knee": row}}}},
+        "pcnet3d": "0", "lifter": "x", "seed": 0, "flip": False, "bed": "wild",
+        "sets": {
+            "S": {"levelled": {"m": 1}, "frames": 4, "methods": {"m": {"knee": row}}, "motions": {"m": {
+                "walking": {"frames": 2, **{name: {"rmse": 3.0, "mae": 2.0} for name in module.MOTION_ANGLES}},
+                "squatting": {"frames": 0, **{name: {"rmse": 7.0, "mae": 7.0} for name in module.MOTION_ANGLES}},
+            }}},
+        },
     }  # fmt: skip
-    assert "| knee | 5.9 | 5.9 |" in as_markdown(results)
+    text = as_markdown(results)
+    assert "| knee | 5.9 | 5.9 |" in text
+    assert "| S | walking | 2 | m | 3.0 / 2.0 |" in text
+    assert "squatting" not in text  # in no frame
 
 
 def test_a_perfect_lift_has_no_error():
@@ -286,3 +294,25 @@ def test_a_perfect_lift_has_no_error():
     level = level_static(seen.truth, *load_rectifier("geometric").rotation(seen.truth), seen.keypoints.times)
     assert table["levelled"] == {"geometric": 1}
     assert level.up_error_deg[0] > 0
+    walking = table["motions"]["geometric"]["walking"]
+    assert walking["frames"] == seen.motion["walking"].sum() > 30
+    assert walking["knee_flexion"]["rmse"] < 1e-3
+    assert walking["trunk_lean_sagittal"]["rmse"] > 0.1  # up is the geometric rectifier's
+
+
+def test_errors_of_a_motion_are_those_of_its_frames():
+    from pcnet3d.models import load_rectifier
+    from pcnet3d.models.mocap import Clip
+    from pcnet3d.models.testbed import LiftedTake, see
+
+    walk = walker(seconds=8)
+    seen = see(Clip("09_01", "09", "asfamc", 30.0, walk.world.astype(np.float32)), 0)
+    walking = seen.motion["walking"]
+    joints = seen.truth.copy()
+    joints[~walking, H36M17.index("l_ankle")] += 0.2
+    take = LiftedTake(seen.keypoints.with_(joints=joints, frame=CAMERA.with_(unit="arbitrary")), seen)
+    table = one_set([load_rectifier("geometric")], "S", [take], 1)
+    figures = table["motions"]["geometric"]["walking"]["knee_flexion"]
+    assert (
+        0 <= figures["mae"] <= figures["rmse"] < 0.5 * table["methods"]["geometric"]["knee_flexion"]["rmse"]
+    )

@@ -7,8 +7,8 @@ import pytest
 
 from pcnet3d.examples.walker import walker
 from pcnet3d.models import evaluate as evaluate_module
-from pcnet3d.models import swap_evaluate
-from pcnet3d.models.mocap import Clip
+from pcnet3d.models import evaluation_sets, swap_evaluate
+from pcnet3d.models.mocap import Clip, read_clips
 from pcnet3d.models.noise2d import Noise
 from pcnet3d.models.swap_evaluate import Made, Tally, own_swaps, put_in
 from pcnet3d.models.testbed import see
@@ -85,7 +85,7 @@ def test_a_miss_of_rows_or_kind_is_a_miss():
 
 
 def test_the_command_writes_a_report(tmp_path, monkeypatch, clip):
-    monkeypatch.setattr(swap_evaluate, "read_clips", lambda subjects: (clip,))
+    monkeypatch.setattr(evaluation_sets, "read_clips", lambda subjects: (clip,))
     evaluate_module.evaluate(tmp_path / "out", swaps=True)
     results = json.loads((tmp_path / "out" / "evaluation.json").read_text())
     assert set(results["anywhere"]) == {
@@ -107,7 +107,7 @@ def test_options_that_have_no_part_in_it_are_refused(tmp_path, wrong):
 @pytest.mark.data
 def test_few_false_ones_and_few_missed_on_validation_subjects(data):
     """Loose bounds on people that the constants were chosen by: docs/swaps.md has the figures."""
-    clips = swap_evaluate.read_clips("val", data)[:4]
+    clips = read_clips("val", data)[:4]
     tallies, _ = swap_evaluate.one_set("val", clips, "pcnet3d", 0, False)
     for tally in tallies.values():
         figures = tally.figures()

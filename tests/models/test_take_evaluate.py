@@ -8,7 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from pcnet3d.models import evaluate as evaluate_module
-from pcnet3d.models import take_cameras, take_evaluate
+from pcnet3d.models import evaluation_sets, take_cameras
 from pcnet3d.models.geometric import Geometric
 from pcnet3d.models.mocap import Clip
 from pcnet3d.models.take_acceleration import accelerations, over_takes, take_scores
@@ -271,8 +271,8 @@ def test_a_take_with_gaps_has_errors_but_no_acceleration(standing):
 def tiny(standing, monkeypatch):
     """Two takes as all the data there is."""
     clips = (clip_of(standing), clip_of(standing, 45, "03_02"))
-    monkeypatch.setattr(take_evaluate, "read_clips", lambda subjects: clips)
-    monkeypatch.setattr(take_evaluate, "lifted_takes", lambda subjects, seed, **_: map(taken, clips))
+    monkeypatch.setattr(evaluation_sets, "read_clips", lambda subjects: clips)
+    monkeypatch.setattr(evaluation_sets, "lifted_takes", lambda subjects, seed, **_: map(taken, clips))
     monkeypatch.setattr(take_cameras, "lift", lambda keypoints, *_, **__: keypoints.with_(
         joints=clips[0].joints - clips[0].joints[:, :1], frame=CAMERA.with_(unit="arbitrary")
     ))  # fmt: skip

@@ -5,12 +5,12 @@ import json
 import numpy as np
 import pytest
 
-from pcnet3d.models import load_rectifier
+from pcnet3d.models import evaluation_sets, load_rectifier
 from pcnet3d.models import testbed as module
-from pcnet3d.models.evaluate import Figure, evaluate, lifter_figures, rectifier_figures
+from pcnet3d.models.evaluate import Figure, evaluate, groups, lifter_figures, rectifier_figures
 from pcnet3d.models.lifter import Network
-from pcnet3d.models.mocap import Clip
-from pcnet3d.models.testbed import LiftedTake, lifted_takes, see, write_takes
+from pcnet3d.models.mocap import Clip, read_clips
+from pcnet3d.models.testbed import BEDS, LiftedTake, lifted_takes, see, write_takes
 from pcnet3d.pipeline import CAMERA, H36M17, InputError
 from pcnet3d.pipeline.canonical import body_axes
 from pcnet3d.pipeline.rotations import geodesic_deg
@@ -58,11 +58,11 @@ def test_truth_fits_itself():
 
 
 def test_a_perfect_lift_has_no_error():
-    figures = lifter_figures([taken()], lying=False)
+    figures = lifter_figures([taken()], "upright")
     assert figures["counts"] == {"frames": 50, "not lifted": 0, "takes": 1}
     for per in ("frame", "take"):
         assert all(figure.p95 < 1e-2 for figure in figures[per].values())
-    assert lifter_figures([taken()], lying=True)["counts"]["frames"] == 0
+    assert lifter_figures([taken()], "lying")["counts"]["frames"] == 0
 
 
 def test_depth_lateral_and_vertical_tell_errors_apart():
@@ -72,13 +72,13 @@ def test_depth_lateral_and_vertical_tell_errors_apart():
         axes = take.seen.R_camera_from_ray[..., row] if row == 2 else take.seen.R_camera_from_ray[..., 0]
         error[:, H36M17.index("l_wrist")] = 0.017 * axes
         lifted = take.lifted.with_(joints=take.seen.truth + error)
-        figures = lifter_figures([LiftedTake(lifted, take.seen)], lying=False)["frame"]
+        figures = lifter_figures([LiftedTake(lifted, take.seen)], "upright")["frame"]
         assert figures[name].mean == pytest.approx(1.0, abs=0.2)  # 17 mm at one of 17 joints
         assert figures["depth" if name == "lateral" else "lateral"].mean < 0.4
 
 
 def test_geometric_on_true_joints_of_a_straight_person_is_right():
-    figures = rectifier_figures(load_rectifier("geometric"), [taken()], lying=False)
+    figures = rectifier_figures(load_rectifier("geometric"), [taken()], "upright")
     assert figures["rotation, true joints"].p95 < 0.5
     assert figures["tilt, lifted joints"].p95 < 0.5
 
@@ -99,6 +99,36 @@ def test_no_take_is_lifted_by_who_saw_its_subject(subjects, trained_on, fine, mo
     else:
         with pytest.raises(InputError, match="never saw"):
             next(lifted_takes(subjects))
+
+
+def test_typical_takes_show_the_same_person_to_other_cameras():
+    wild, typical = (see(clip(), 0, views=BEDS[bed]) for bed in ("wild", "typical"))
+    np.testing.assert_array_equal(wild.keypoints.joints, see(clip(), 0).keypoints.joints)  # the default
+    np.testing.assert_array_equal(
+        typical.keypoints.joints, see(clip(), 0, views=BEDS["typical"]).keypoints.joints
+    )
+    assert not np.allclose(wild.R_camera_from_world, typical.R_camera_from_world)
+    world = [take.truth @ take.R_camera_from_world for take in (wild, typical)]
+    np.testing.assert_allclose(*world, atol=1e-6)
+    pitch = [
+        np.degrees(np.arcsin(-see(clip(f"09_{i}"), 0, views=BEDS["typical"]).R_camera_from_world[2, 2]))
+        for i in range(20)
+    ]
+    assert -5.01 <= min(pitch) <= max(pitch) <= 25.01
+
+
+def test_only_the_clips_asked_for(monkeypatch):
+    monkeypatch.setattr(module, "read_clips", lambda subjects, folder: (clip(), clip("accad-m1_x")))
+    (take,) = lifted_takes("val", only=lambda one: one.name.startswith("accad"))
+    assert take.seen.clip == "accad-m1_x"
+
+
+def test_a_take_knows_what_its_person_does():
+    motion = see(clip(frames=30), 0).motion  # half a metre in a second
+    assert motion["standing"].sum() == motion["squatting"].sum() == 0
+    faster = clip(frames=30)
+    faster.joints[..., 1] -= np.linspace(0, 0.7, 30)[:, None]
+    assert see(faster, 0).motion["walking"].all()
 
 
 def test_the_command_writes_plain_arrays(tmp_path, monkeypatch):
@@ -126,18 +156,54 @@ def test_lifted_takes_of_unseen_subjects(data):
     np.testing.assert_array_equal(takes[0].lifted.joints, again.lifted.joints)
     R, _ = load_rectifier("geometric").rotation(takes[0].lifted.joints)
     assert np.nanmedian(geodesic_deg(R, takes[0].seen.R_camera_from_body)) < 45
-    figures = lifter_figures(takes, lying=False)["frame"]
+    figures = lifter_figures(takes, "upright")["frame"]
     assert figures["PA-MPJPE"].mean <= figures["MPJPE"].mean < 60
 
 
 def test_evaluate_writes_tables_and_json(tmp_path, monkeypatch, capsys):
-    from pcnet3d.models import evaluate as evaluate_module
-
-    monkeypatch.setattr(evaluate_module, "lifted_takes", lambda subjects, seed, **_: [taken(lift_error=0.01)])
+    monkeypatch.setattr(evaluation_sets, "lifted_takes", lambda subjects, seed, **_: [taken(lift_error=0.01)])
+    monkeypatch.setattr(evaluation_sets, "read_clips", lambda subjects: (clip(),))
     evaluate(tmp_path / "out")
     text = (tmp_path / "out" / "evaluation.md").read_text()
-    assert "HDM05 lying (0 frames)" in text
-    assert "| CMU test (50 frames) |" in text
+    assert "| HDM05 upright (50 frames) |" in text
+    assert "| CMU test upright (50 frames) |" in text
+    assert "HDM05 lying" not in text  # nobody lies
     content = json.loads((tmp_path / "out" / "evaluation.json").read_text())
-    assert content["focal assumed"]["CMU test"]["lifter"]["frame"]["MPJPE"]["mean"] > 0
+    for bed in ("wild", "typical"):
+        figures = content["beds"][bed]["focal assumed"]["CMU test upright"]
+        assert figures["lifter"]["frame"]["MPJPE"]["mean"] > 0
     assert text in capsys.readouterr().out
+
+
+def test_a_motion_has_a_row_of_its_own():
+    faster = clip(frames=40)
+    faster.joints[..., 1] -= np.linspace(0, 0.9, 40)[:, None]
+    seen = see(faster, 0)
+    joints = seen.truth.copy()
+    joints[~seen.motion["walking"]] += 1.0
+    take = LiftedTake(seen.keypoints.with_(joints=joints, frame=CAMERA.with_(unit="arbitrary")), seen)
+    rows = groups(load_rectifier("geometric"), [take, taken()])
+    assert set(rows) == {"upright", "walking"}
+    assert rows["walking"]["lifter"]["counts"]["frames"] == seen.motion["walking"].sum()
+    assert rows["walking"]["lifter"]["frame"]["MPJPE"].p95 < 1e-2
+    assert "rectifier" not in rows["walking"]
+
+
+@pytest.mark.parametrize("asked", [{"bed": "typical"}, {"sets": "val"}])
+@pytest.mark.parametrize("other", [{"real_take": True}, {"data": "mocap.npz"}])
+def test_beds_and_sets_are_of_our_own_motion_capture(tmp_path, asked, other):
+    with pytest.raises(InputError, match="--bed and --sets"):
+        evaluate(tmp_path / "out", **asked, **other)
+
+
+@pytest.mark.data
+def test_validation_sets_stand_apart(data):
+    cmu, accad = evaluation_sets.evaluation_sets("val", "typical")
+    names = [{clip.name for clip in one.clips()} for one in (cmu, accad)]
+    assert not names[0] & names[1]
+    assert names[0] | names[1] == {clip.name for clip in read_clips("val")}
+    assert {clip.subject for clip in accad.clips()} == {"accad-m1"} or all("m1" in name for name in names[1])
+    take = next(accad.takes(0))
+    assert take.seen.clip in names[1]
+    again = see(next(clip for clip in accad.clips() if clip.name == take.seen.clip), 0, views=BEDS["typical"])
+    np.testing.assert_array_equal(take.seen.keypoints.joints, again.keypoints.joints)

@@ -89,6 +89,36 @@ def test_a_low_pelvis(standing, share, name):
     assert of(low + np.array([0, 0, 5.0])) == {name}  # wherever the floor is
 
 
+def low_with_feet(standing, ahead_m):
+    """Thighs forward and level, the feet 0.4 m under the hips and so far ahead of them."""
+    pose = standing.copy()
+    ahead = np.sign(standing[0, H36M17.index("nose"), 0] - standing[0, H36M17.index("head"), 0]) * np.array(
+        [1, 0, 0]
+    )
+    for side in "lr":
+        hip = pose[:, H36M17.index(f"{side}_hip")]
+        pose[:, H36M17.index(f"{side}_knee")] = hip + 0.42 * ahead
+        pose[:, H36M17.index(f"{side}_ankle")] = hip + ahead_m * ahead - np.array([0, 0, 0.4])
+    return pose
+
+
+def test_whose_weight_is_behind_the_feet_sits(standing):
+    assert of(low_with_feet(standing, 0.35)) == {"sitting"}
+    assert of(low_with_feet(standing, 0.02)) == {"squatting"}
+
+
+def test_sitting_down_and_standing_up_count_as_sitting(standing):
+    """A second on each side of the frames on the seat."""
+    joints = np.concatenate([standing, standing, low_with_feet(standing, 0.35), standing, standing])
+    mask = motion_classes(joints, FPS)["sitting"]
+    first, last = np.flatnonzero(mask)[[0, -1]]
+    assert first == pytest.approx(
+        120 - FPS, abs=8
+    )  # the jump into the seat blurs the speed by a quarter of a second
+    assert last == pytest.approx(180 + FPS, abs=8)
+    assert mask[first : last + 1].all()
+
+
 @pytest.mark.parametrize("wrist", ["l_wrist", "r_wrist"])
 def test_one_wrist_over_the_head_is_enough(standing, wrist):
     standing[:, H36M17.index(wrist), 2] = standing[:, H36M17.index("head"), 2] + 0.05

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from pcnet3d.examples.walker import walker
+from pcnet3d.models import evaluation_sets
 from pcnet3d.models import pcnet_evaluate as module
 from pcnet3d.models.geometric import Geometric
 from pcnet3d.models.mocap import Clip
@@ -18,10 +19,8 @@ def clip():
 
 @pytest.fixture
 def results(clip, monkeypatch):
-    monkeypatch.setattr(module, "read_clips", lambda subjects: (clip,))
-    monkeypatch.setattr(
-        module, "lifted", lambda subjects, seed, lifter: module.clean_takes([clip], "wide", seed)
-    )
+    monkeypatch.setattr(evaluation_sets, "read_clips", lambda subjects: (clip,))
+    monkeypatch.setattr(module, "lifted", lambda of, seed, lifter: module.clean_takes([clip], "wide", seed))
     return module.rectifier_tables([Geometric()])
 
 
@@ -58,7 +57,7 @@ def test_a_lifted_take_has_the_classes_of_its_clip(clip, monkeypatch):
     from pcnet3d.models import testbed
 
     monkeypatch.setattr(testbed, "read_clips", lambda subjects, folder: (clip,))
-    take = module.lifted("test")[0]
+    take = module.lifted(evaluation_sets.evaluation_sets()[0])[0]
     expected = motion_classes(clip.joints, clip.fps)
     for name in CLASSES:
         assert (take.motion[name] == expected[name]).mean() > 0.99, name

@@ -1,0 +1,218 @@
+"""A camera's intrinsics, and points and images as an ideal pinhole camera in its place would have seen them.
+
+Pixels are OpenCV's: x right, y down, the centre of the upper left pixel at (0, 0). The distortion models are OpenCV's
+as well: polynomial (Brown-Conrady, rational, thin prism) and fisheye (Kannala-Brandt).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from .errors import InputError
+
+_COUNTS = (0, 4, 5, 8, 12)  # of OpenCV's polynomial coefficients; its 14 are of a tilted sensor
+_FOCAL = (0.2, 20.0)  # focal length over the longer side of the image: fisheye lenses to telephoto lenses
+_PIXEL_ASPECT = 2.0  # the most that one focal length may be over the other: anamorphic video has 1.46
+_SAME_ASPECT = 0.01  # by which the aspect of two images may differ: video is cut to even or round numbers
+_STEPS = 30  # of Newton's method; lenses take 3 to 8, the border of a fisheye's image 20
+_STEP = 1e-6  # of finite differences, of the focal length
+_ALONG = np.linspace(0, 1, 11)  # shares of the way from the axis to a ray at which the lens is looked at
+_MISSED = 1e-4  # of the focal length; a point that is missed by more is none that the lens can give
+
+
+@dataclass(frozen=True)
+class Intrinsics:
+    """What one camera does to a ray.
+
+    focal_px: (fx, fy). principal_point_px: (cx, cy). distortion: coefficients in OpenCV's order k1 k2 p1 p2 [k3 ...],
+    for a fisheye lens k1 k2 k3 k4; empty for none. image_size: (width, height) in pixels that these belong to, None
+    where nobody said. name: of the camera. source: the file it is from.
+    InputError, naming source and camera, for anything that no camera has.
+    """
+
+    focal_px: tuple[float, float]
+    principal_point_px: tuple[float, float]
+    distortion: tuple[float, ...] = ()
+    fisheye: bool = False
+    image_size: tuple[int, int] | None = None
+    name: str = ""
+    source: str = ""
+
+    def __post_init__(self) -> None:
+        (fx, fy), (cx, cy), count = self.focal_px, self.principal_point_px, len(self.distortion)
+        if not np.isfinite([fx, fy, cx, cy, *self.distortion]).all():
+            raise self._refused(
+                "finite numbers", f"{(fx, fy)}, {(cx, cy)} and distortion coefficients {self.distortion}"
+            )
+        counts = (0, 4) if self.fisheye else _COUNTS
+        if count not in counts:
+            kind = "fisheye" if self.fisheye else "distortion"
+            raise self._refused(f"{', '.join(map(str, counts))} {kind} coefficients", f"{count}")
+        if self.image_size is not None and min(self.image_size) < 1:
+            raise self._refused("an image of at least one pixel", f"{self.image_size}")
+        width, height = self.image_size or (2 * cx, 2 * cy)
+        if not (0 < cx < width and 0 < cy < height):
+            inside = (
+                f"inside the image of {width} x {height} pixels"
+                if self.image_size
+                else "in the image's middle"
+            )
+            raise self._refused(f"a principal point {inside}", f"({cx:g}, {cy:g})")
+        side = max(width, height)
+        if not (_FOCAL[0] * side < min(fx, fy) and max(fx, fy) < _FOCAL[1] * side):
+            raise self._refused(
+                f"focal lengths in pixels, near the image's longer side of {side:g}", f"{fx:g} and {fy:g}"
+            )
+        if max(fx, fy) > _PIXEL_ASPECT * min(fx, fy):
+            raise self._refused("nearly equal focal lengths in pixels", f"{fx:g} and {fy:g}")
+
+    @property
+    def matrix(self) -> np.ndarray:
+        """(3, 3) as OpenCV takes it: homogeneous pixels of a ray, before distortion."""
+        (fx, fy), (cx, cy) = self.focal_px, self.principal_point_px
+        return np.array([[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]])
+
+    @property
+    def pinhole_focal_px(self) -> float:
+        """The one focal length of the ideal camera that `undistorted` gives pixels of: the geometric mean of two."""
+        return float(np.sqrt(self.focal_px[0] * self.focal_px[1]))
+
+    def at_size(self, image_size: tuple[int, int]) -> Intrinsics:
+        """The same camera's with images of this width and height, scaled as a whole. InputError for an image of another
+        aspect, which was cut or turned in a way that nobody told. Intrinsics that belong to no size are taken to belong
+        to this one."""
+        if self.image_size in (None, image_size):
+            return replace(self, image_size=image_size)
+        (width, height), old = image_size, self.image_size or image_size
+        sx, sy = width / old[0], height / old[1]
+        if abs(sx / sy - 1) > _SAME_ASPECT:
+            turned = abs(width / old[1] * old[0] / height - 1) <= _SAME_ASPECT
+            raise self._refused(
+                f"a calibration of images like the video's, which has {width} x {height} pixels",
+                f"one of {old[0]} x {old[1]}; "
+                + (
+                    "the video was turned: turn the images of the calibration in the same way and repeat it"
+                    if turned
+                    else "calibrate with the camera's settings of this video"
+                ),
+            )
+        (fx, fy), (cx, cy) = self.focal_px, self.principal_point_px
+        # The image's border, not its first pixel's centre, stays where it is.
+        centre = ((cx + 0.5) * sx - 0.5, (cy + 0.5) * sy - 0.5)
+        return replace(self, focal_px=(fx * sx, fy * sy), principal_point_px=centre, image_size=image_size)
+
+    def _refused(self, expected: str, got: str) -> InputError:
+        camera = f"camera '{self.name}'" if self.name else "the camera"
+        return InputError(f"{self.source or 'Intrinsics'}: expected {expected} of {camera}, got {got}.")
+
+
+def undistorted(points_px: np.ndarray, intrinsics: Intrinsics) -> np.ndarray:
+    """(..., 2) pixels of a video as an ideal pinhole camera shows them, for (..., 2) pixels as they were filmed.
+
+    That camera has one focal length, `intrinsics.pinhole_focal_px`, and its principal point at (width / 2, height / 2):
+    what a lifter assumes. Its image is of the same size, and points of the filmed image's border may lie outside of it.
+    Missing points stay NaN, and points that the lens cannot have drawn there, such as those beyond the
+    range in which a polynomial rises or 90 degrees off a fisheye's axis, become NaN. InputError for intrinsics without
+    image size.
+    """
+    points = np.asarray(points_px, dtype=np.float64)
+    if points.shape[-1:] != (2,):
+        raise InputError(f"Expected pixels of shape (..., 2), got an array of shape {points.shape}.")
+    ideal = _ideal_matrix(intrinsics)
+    observed = (points.reshape(-1, 2) - intrinsics.principal_point_px) / intrinsics.focal_px
+    rays = np.full_like(observed, np.nan)
+    there = np.isfinite(observed).all(axis=1)
+    rays[there] = _rays(observed[there], intrinsics)
+    return (rays * ideal[0, 0] + ideal[:2, 2]).reshape(points.shape)
+
+
+def undistorted_image(image: np.ndarray, intrinsics: Intrinsics) -> np.ndarray:
+    """The image, (H, W) or (H, W, channels) uint8, as the ideal camera of `undistorted` shows it, of the same shape;
+    black where the camera saw nothing. InputError for an image of another size than the intrinsics'."""
+    import cv2
+
+    _ideal_matrix(intrinsics)
+    if image.shape[1::-1] != intrinsics.image_size:
+        width, height = image.shape[1::-1]
+        raise intrinsics._refused(
+            f"intrinsics for an image of {width} x {height}", f"{intrinsics.image_size}"
+        )
+    return cv2.remap(image, *_maps(intrinsics), interpolation=cv2.INTER_LINEAR)
+
+
+def _ideal_matrix(intrinsics: Intrinsics) -> np.ndarray:
+    if intrinsics.image_size is None:
+        raise intrinsics._refused("an image size", "none; give the video's")
+    focal, (width, height) = intrinsics.pinhole_focal_px, intrinsics.image_size
+    return np.array([[focal, 0.0, width / 2], [0.0, focal, height / 2], [0.0, 0.0, 1.0]])
+
+
+def _rays(observed: np.ndarray, intrinsics: Intrinsics) -> np.ndarray:
+    """(N, 2) rays x / z, y / z that the lens bends to the observed ones, NaN where there is none.
+
+    Newton's method, because cv2.undistortPoints stops after five steps of a slower one and cannot say that it failed.
+    From the observed ray it approaches the solution from one side, for lenses of either kind of distortion.
+    """
+    rays = observed.copy()
+    with np.errstate(all="ignore"):
+        for _ in range(_STEPS):
+            missed = observed - _bent(rays, intrinsics)
+            if not (np.abs(missed) > _STEP * _MISSED).any():
+                break
+            slopes = [
+                (_bent(rays + step, intrinsics) - _bent(rays - step, intrinsics)) / (2 * _STEP)
+                for step in np.eye(2) * _STEP
+            ]
+            (a, c), (b, d) = (slope.T for slope in slopes)
+            inverse = np.stack([np.stack([d, -b], axis=-1), np.stack([-c, a], axis=-1)], axis=-2)
+            rays += (inverse / (a * d - b * c)[:, None, None] @ missed[:, :, None])[:, :, 0]
+        met = (np.abs(observed - _bent(rays, intrinsics)) < _MISSED).all(axis=1)
+        # Where a polynomial no longer rises on the way to a ray, other rays meet the same point.
+        way = [np.linalg.norm(_bent(rays * share, intrinsics), axis=1) for share in _ALONG]
+        rising = (np.diff(way, axis=0) >= 0).all(axis=0)
+    rays[~(met & rising)] = np.nan
+    return rays
+
+
+def _bent(rays: np.ndarray, intrinsics: Intrinsics) -> np.ndarray:
+    """(N, 2) normalised image coordinates of (N, 2) rays, after the lens; the formulas of OpenCV's documentation."""
+    x, y = rays.T
+    r2 = x * x + y * y
+    if intrinsics.fisheye:
+        k1, k2, k3, k4 = _coefficients(intrinsics)
+        radius = np.sqrt(r2)
+        angle = np.arctan(radius)
+        square = angle * angle
+        bent = angle * (1 + square * (k1 + square * (k2 + square * (k3 + square * k4))))
+        return rays * np.where(radius > 0, bent / np.where(radius > 0, radius, 1), 1)[:, None]
+    k1, k2, p1, p2, k3, k4, k5, k6, s1, s2, s3, s4 = np.pad(
+        given := _coefficients(intrinsics), (0, 12 - len(given))
+    )
+    radial = (1 + r2 * (k1 + r2 * (k2 + r2 * k3))) / (1 + r2 * (k4 + r2 * (k5 + r2 * k6)))
+    return np.column_stack(
+        [
+            x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x) + r2 * (s1 + r2 * s2),
+            y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y + r2 * (s3 + r2 * s4),
+        ]
+    )
+
+
+def _coefficients(intrinsics: Intrinsics) -> np.ndarray:
+    return np.array(intrinsics.distortion or (0.0, 0.0, 0.0, 0.0))
+
+
+@lru_cache(maxsize=2)
+def _maps(intrinsics: Intrinsics) -> tuple[np.ndarray, np.ndarray]:
+    """Where each pixel of the ideal image comes from."""
+    import cv2
+
+    functions: Any = cv2.fisheye if intrinsics.fisheye else cv2
+    ideal, size = _ideal_matrix(intrinsics), intrinsics.image_size
+    coefficients = _coefficients(intrinsics)
+    return functions.initUndistortRectifyMap(
+        intrinsics.matrix, coefficients, np.eye(3), ideal, size, cv2.CV_32FC1
+    )

@@ -1,0 +1,76 @@
+"""How well images tell up and the focal length, on rendered rooms and streets whose cameras are known:
+
+    python tests/bench/bench_gravity_images.py [rooms and streets of each]
+
+Prints error against what is stated, the focal length where the camera is pitched, and what becomes of pictures that
+have no lines, or misleading ones.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from golden.rooms import KINDS, Room, no_lines, room, street
+from pcnet3d.models.gravity.images import ImageUp, Unknown, up_from_images
+from pcnet3d.pipeline.rotations import angle_deg
+
+_BOUND = float(np.sqrt(np.log(10)))  # 90 % bound over root mean square of an error in two dimensions
+_PITCHED_DEG = 10.0
+
+
+def judged(shown: Room, told: bool) -> tuple[float, ImageUp | Unknown, float]:
+    """Error in degrees (NaN without an answer), the answer, seconds."""
+    start = time.perf_counter()
+    answer = up_from_images([shown.image], shown.focal_px if told else None, [shown.boxes])
+    seconds = time.perf_counter() - start
+    error = float("nan") if isinstance(answer, Unknown) else float(angle_deg(answer.up, shown.up))
+    return error, answer, seconds
+
+
+def row(name: str, pictures: list[Room], told: bool) -> str:
+    results = [judged(shown, told) for shown in pictures]
+    errors = np.array([error for error, _, _ in results])
+    fine = np.isfinite(errors)
+    stated = np.array([a.error_deg if isinstance(a, ImageUp) else np.nan for _, a, _ in results])
+    inside = (errors <= _BOUND * stated)[fine].mean() if fine.any() else np.nan
+    ratio = np.array(
+        [
+            a.focal_px / shown.focal_px
+            for shown, (_, a, _) in zip(pictures, results, strict=True)
+            if isinstance(a, ImageUp) and abs(shown.pitch_deg) > _PITCHED_DEG
+        ]
+    )
+    focal = f"{100 * np.mean(np.abs(ratio - 1)):.1f} %" if len(ratio) else "-"
+    p50, p95 = np.quantile(errors[fine], (0.5, 0.95)) if fine.any() else (np.nan, np.nan)
+    mean = errors[fine].mean() if fine.any() else np.nan
+    cells = [
+        name, len(pictures), f"{100 * fine.mean():.0f} %", f"{p50:.2f}", f"{mean:.2f}", f"{p95:.2f}",
+        f"{np.nanmean(stated):.2f}" if fine.any() else "-", f"{100 * inside:.0f} %", focal,
+        f"{np.median([s for *_, s in results]):.2f}", int((errors > 5).sum()),
+    ]  # fmt: skip
+    return f"| {' | '.join(map(str, cells))} |"
+
+
+def main(count: int = 40) -> None:
+    cv2.setNumThreads(1)
+    print(
+        "| pictures | of | answered | p50 | mean | p95 | stated | inside 90 % | focal off | s | off by over 5 |"
+    )
+    print("| --- " * 11 + "|")
+    for kind, make in (("rooms", room), ("streets", street)):
+        pictures = [make(seed) for seed in range(count)]
+        print(row(f"{kind}, focal unknown", pictures, False), flush=True)
+        print(row(f"{kind}, focal told", pictures, True), flush=True)
+    for kind in KINDS:
+        print(row(kind, [no_lines(kind, seed) for seed in range(10)], False), flush=True)
+
+
+if __name__ == "__main__":
+    main(*map(int, sys.argv[1:2]))

@@ -1,0 +1,158 @@
+"""Up and focal length from rendered pictures whose cameras are known, and pictures that do not tell."""
+
+import numpy as np
+import pytest
+
+from golden.rooms import no_lines, room, street
+from pcnet3d.models.gravity.images import ImageUp, Unknown, up_from_images
+from pcnet3d.models.gravity.moving import with_looks
+from pcnet3d.models.gravity.view import before, moving_camera, static_camera
+from pcnet3d.pipeline import InputError
+from pcnet3d.pipeline.camera import Look
+from pcnet3d.pipeline.rotations import angle_deg
+
+SEEDS = (0, 4, 10)
+
+
+@pytest.fixture(scope="module")
+def streets():
+    return {seed: street(seed) for seed in SEEDS}
+
+
+def test_streets_tell_up(streets):
+    for shown in streets.values():
+        answer = up_from_images([shown.image], boxes=[shown.boxes])
+        assert isinstance(answer, ImageUp)
+        assert angle_deg(answer.up, shown.up) < 2.5
+        assert answer.error_deg < 2.5
+
+
+def test_several_images_of_one_camera_are_one_answer_of_the_same_error(streets):
+    shown = streets[4]
+    one = up_from_images([shown.image], boxes=[shown.boxes])
+    three = up_from_images([shown.image] * 3, boxes=[shown.boxes] * 3)
+    np.testing.assert_allclose(three.up, one.up, atol=1e-3)
+    assert three.error_deg == pytest.approx(one.error_deg, rel=0.05)  # the same lines three times are no news
+
+
+def test_a_told_focal_length_is_obeyed_and_an_impossible_one_refused(streets):
+    shown = streets[10]
+    answer = up_from_images([shown.image], shown.focal_px, [shown.boxes])
+    assert answer.focal_px == pytest.approx(shown.focal_px, rel=0.05)
+    with pytest.raises(InputError, match="focal length in pixels"):
+        up_from_images([shown.image], 0.8)
+
+
+@pytest.mark.parametrize("kind", ["grass", "clouds", "black", "one direction", "leaning trunks"])
+def test_pictures_that_do_not_tell_are_refused_in_words(kind):
+    answer = up_from_images([no_lines(kind, 1).image])
+    assert isinstance(answer, Unknown)
+    assert "line" in answer.reason
+
+
+@pytest.mark.parametrize(
+    ("images", "words"),
+    [
+        ([], "got none"),
+        ([np.zeros((40, 60, 3))], "uint8"),
+        ([np.zeros((40, 60, 4), np.uint8)], "RGB"),
+        ([np.zeros((40, 60), np.uint8), np.zeros((60, 40), np.uint8)], "one size"),
+    ],
+)
+def test_what_is_no_image_is_refused(images, words):
+    with pytest.raises(InputError, match=words):
+        up_from_images(images)
+
+
+def test_a_small_grey_image_is_no_crash():
+    assert isinstance(up_from_images([np.full((16, 24), 128, np.uint8)]), Unknown)
+
+
+def test_who_says_the_focal_length():
+    size = (1920, 1080)
+    assert before(size, 1500.0, 1400.0)[::2] == (1500.0, "told")
+    assert before(size, None, 1400.0)[::2] == (1400.0, "file")
+    focal, spread, source = before(size, None, None)
+    assert (focal, source) == (0.8 * 1920, "prior")
+    assert spread == pytest.approx(0.22)
+
+
+def test_a_camera_keeps_the_lines_of_its_first_image(streets):
+    shown = room(10)
+    found = static_camera({7: shown.image, 3: shown.image}, {7: shown.boxes, 3: shown.boxes})
+    (look,) = found.looks
+    assert look.frame == 3
+    assert len(look.ends) == len(look.runs_along)
+    height, width = shown.image.shape[:2]
+    assert (look.ends >= -1).all()
+    assert (look.ends <= [width + 1, height + 1]).all()
+    assert found.image_size == (width, height)
+    assert set(look.runs_along) <= {-1, 0, 1, 2}
+
+
+def test_a_moving_camera_says_why_it_knows_nothing():
+    grass = no_lines("grass", 0).image
+    found = moving_camera([(0, grass), (10, grass)], grass.shape[1::-1], {})
+    assert found.looks == ()
+    assert "line" in found.reason
+
+
+def look(time_s, up):
+    return time_s, Look(int(30 * time_s), up, np.radians(0.6) ** 2 * np.eye(3), 0.004)
+
+
+def ups(pitch_deg):
+    pitch = np.radians(pitch_deg)
+    return np.stack([0 * pitch, -np.cos(pitch), -np.sin(pitch)], axis=-1)
+
+
+def test_between_the_images_of_a_moving_camera_up_is_interpolated():
+    time_s = np.arange(120) / 30
+    true = ups(10 + 5 * time_s)
+    looks = [
+        (t, Look(int(30 * t), u, np.radians(0.6) ** 2 * np.eye(3), 0.004))
+        for t, u in zip(time_s[::10], true[::10], strict=True)
+    ]
+    leaning, error = ups(18 + 5 * time_s), np.full(120, 7.0)
+    up, found_error, shares, warnings = with_looks(leaning, error, time_s, (), looks)
+    assert not warnings
+    inside = slice(0, 111)
+    assert np.max(angle_deg(up, true)[inside]) < 0.5
+    assert np.max(found_error[inside]) < 2.0
+    assert shares["image"] > 0.9
+
+
+def test_where_no_image_tells_the_bodies_do():
+    time_s = np.arange(300) / 30
+    true, bodies = ups(np.full(300, 10.0)), ups(np.full(300, 14.0))
+    looks = [look(t, true[0]) for t in (0.0, 0.5, 1.0)]
+    up, error, _, _ = with_looks(bodies, np.full(300, 6.0), time_s, (), looks)
+    assert angle_deg(up[10], true[10]) < 0.5
+    assert angle_deg(up[-1], bodies[-1]) < 0.5
+    assert error[10] < 2 < error[-1] < 6.1
+
+
+def test_no_look_is_carried_over_a_seam():
+    time_s = np.arange(60) / 30
+    bodies = ups(np.concatenate([np.full(30, 10.0), np.full(30, 40.0)]))
+    looks = [look(0.5, ups(np.array(10.0)))]
+    up, _, _, _ = with_looks(bodies, np.full(60, 6.0), time_s, (30,), looks)
+    np.testing.assert_allclose(up[45], bodies[45], atol=1e-9)
+
+
+def test_one_look_that_is_quite_another_counts_less():
+    time_s = np.arange(90) / 30
+    true = ups(np.full(90, 10.0))
+    looks = [look(t, true[0]) for t in (0.0, 0.5, 1.0, 1.5, 2.0, 2.5)]
+    looks[3] = look(1.5, ups(np.array(40.0)))
+    up, _, _, _ = with_looks(true, np.full(90, 6.0), time_s, (), looks)
+    assert np.max(angle_deg(up, true)) < 2.0
+
+
+def test_images_of_a_moving_camera_win_over_leaning_bodies_with_a_warning():
+    time_s = np.arange(90) / 30
+    true = ups(np.full(90, 10.0))
+    looks = [look(t, true[0]) for t in (0.0, 1.0, 2.0, 2.9)]
+    up, _, _, (warning,) = with_looks(ups(np.full(90, 45.0)), np.full(90, 6.0), time_s, (), looks)
+    assert np.max(angle_deg(up, true)) < 0.5
+    assert "35 degrees" in warning

@@ -1,0 +1,111 @@
+"""The stage and the command that read a camera from a video's images."""
+
+import json
+import sys
+
+import cv2
+import numpy as np
+import pytest
+
+from golden.films import film_of
+from golden.rooms import no_lines, street
+from pcnet3d.adapters import video as videos
+from pcnet3d.pipeline import H36M17, PoseSequence, Take
+from pcnet3d.pipeline.camera import Camera, pitch_roll_deg
+from pcnet3d.pipeline.cli import main
+from pcnet3d.pipeline.frames import IMAGE
+from pcnet3d.pipeline.rotations import angle_deg
+from pcnet3d.stages.calibrate import Calibrate, _boxes, calibrate
+from pcnet3d.stages.calibrate_files import pitch_roll_sd_deg
+
+
+@pytest.fixture(scope="module")
+def shown():
+    return street(4)
+
+
+@pytest.fixture(scope="module")
+def video(shown, tmp_path_factory):
+    path = film_of(tmp_path_factory.mktemp("street") / "street.mp4", [shown.image] * 25)
+    (found,) = videos.read(path)
+    return found
+
+
+def command(monkeypatch, capsys, *words):
+    monkeypatch.setattr(sys, "argv", ["pcnet3d", "calibrate", *map(str, words)])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    said = capsys.readouterr()
+    return ended.value.code, said.out, said.err
+
+
+def test_the_stage_gives_the_camera_and_says_so(video, shown):
+    take = Calibrate()(Take("street", video=video))
+    assert isinstance(take.camera, Camera)
+    assert angle_deg(take.camera.looks[0].up, shown.up) < 2.5
+    assert any("By the straight lines" in event.text for event in take.events)
+    assert take.camera.focal_source in ("lines", "prior")
+
+
+def test_a_told_focal_length_stays(video):
+    take = Calibrate(focal_px=1234.0)(Take("street", video=video))
+    assert take.camera.focal_source == "told"
+    assert take.camera.focal_px == pytest.approx(1234, rel=0.05)
+
+
+def test_a_moving_camera_is_looked_at_every_tenth_frame(video):
+    found = calibrate(video, camera="moving")
+    assert [look.frame for look in found.looks] == [0, 10, 20]
+
+
+def test_people_are_left_out_along_their_limbs():
+    joints = np.random.default_rng(0).uniform(100, 300, (5, 17, 2))
+    joints[2] = np.nan
+    people = PoseSequence(joints, H36M17, IMAGE, frame_index=np.arange(5))
+    boxes = _boxes([people], [1, 2])
+    assert len(boxes[1]) > 17
+    assert len(boxes[2]) > 17  # of a frame beside it
+    inside = (boxes[1][:, :2] <= joints[1, 3]).all(axis=1) & (boxes[1][:, 2:] >= joints[1, 3]).all(axis=1)
+    assert inside.any()
+    assert _boxes([], [3])[3].shape == (0, 4)
+
+
+def test_the_command_on_a_video_and_on_images(video, shown, tmp_path, monkeypatch, capsys):
+    code, out, _ = command(monkeypatch, capsys, video.path, "--json", "--picture", tmp_path / "lines.png")
+    assert code == 0
+    found = json.loads(out)
+    assert found["sources"]["up"] == "lines"
+    assert abs(found["pitch_deg"] - shown.pitch_deg) < 2.5
+    assert found["pitch_deg_sd"] > 0.3
+    assert cv2.imread(str(tmp_path / "lines.png")).shape == shown.image.shape
+    cv2.imwrite(str(tmp_path / "one.png"), shown.image[:, :, ::-1])
+    code, out, _ = command(monkeypatch, capsys, tmp_path / "one.png")
+    assert code == 0
+    assert f"pitch {found['pitch_deg']:.0f}" in out or "pitch" in out
+
+
+def test_no_lines_are_exit_code_3(tmp_path, monkeypatch, capsys):
+    cv2.imwrite(str(tmp_path / "grass.png"), no_lines("grass", 0).image[:, :, ::-1])
+    code, out, _ = command(monkeypatch, capsys, tmp_path / "grass.png", "--json")
+    assert code == 3
+    assert json.loads(out)["pitch_deg"] is None
+    assert "line" in json.loads(out)["reason"]
+
+
+@pytest.mark.parametrize("content", [None, b"", b"not an image"])
+def test_what_is_no_image_gets_one_sentence(tmp_path, monkeypatch, capsys, content):
+    path = tmp_path / "x.png"
+    if content is not None:
+        path.write_bytes(content)
+    code, _, err = command(monkeypatch, capsys, path)
+    assert code == 2
+    assert err.startswith("pcnet3d: Expected an image")
+    assert err.count("\n") == 1
+
+
+def test_errors_of_pitch_and_roll_are_those_of_up(shown):
+    rng = np.random.default_rng(0)
+    covariance = np.diag(np.radians([0.5, 0.8, 0.6]) ** 2)
+    ups = shown.up + rng.multivariate_normal(np.zeros(3), covariance, 4000)
+    spread = pitch_roll_deg(ups).std(axis=0)
+    np.testing.assert_allclose(pitch_roll_sd_deg(shown.up, covariance), spread, rtol=0.1)
