@@ -18,8 +18,6 @@ _TREE = {
 }  # fmt: skip
 _CHILD = np.array(H36M17.indices(list(_TREE)))
 _PARENT = np.array(H36M17.indices(list(_TREE.values())))
-_LOWER = ("pelvis", *(f"{side}_{part}" for side in "lr" for part in ("hip", "knee", "ankle")))
-_UPPER = np.array([joint not in _LOWER for joint in H36M17.joints])
 STANDARD_SIZE_M = 3.9  # sum of the 16 bones of a person about 1.7 m tall
 
 
@@ -74,27 +72,6 @@ def resize(joints: np.ndarray, factors: np.ndarray) -> np.ndarray:
 def mirror(joints: np.ndarray) -> np.ndarray:
     """The mirror image of joints (..., 17, 3) in the plane x = 0, with left and right exchanged."""
     return joints[..., H36M17.mirror, :] * np.array([-1, 1, 1], dtype=joints.dtype)
-
-
-def combine(lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
-    """The legs and the way of one motion under the trunk, head and arms of another; both (..., T, 17, 3), +Z up.
-
-    The upper body is turned about the vertical in every frame until both motions' hips point the same way. A
-    motion whose hip axis is ever steeper than 60 degrees keeps its own upper body: it has no such way.
-    """
-    across = [_hip_axis(motion) for motion in (lower, upper)]
-    level = [np.hypot(a[..., 0], a[..., 1]) / np.linalg.norm(a, axis=-1) for a in across]
-    turn = np.arctan2(across[0][..., 1], across[0][..., 0]) - np.arctan2(across[1][..., 1], across[1][..., 0])
-    c, s = np.cos(turn)[..., None], np.sin(turn)[..., None]
-    pelvis = [H36M17.index("pelvis")]
-    x, y, z = np.moveaxis(upper - upper[..., pelvis, :], -1, 0)
-    turned = np.stack([c * x - s * y, s * x + c * y, z], axis=-1) + lower[..., pelvis, :]
-    fits = (np.minimum(*level) > 0.5).all(axis=-1)[..., None, None, None] & _UPPER[:, None]
-    return np.where(fits, turned, lower).astype(lower.dtype)
-
-
-def _hip_axis(joints: np.ndarray) -> np.ndarray:
-    return joints[..., H36M17.index("l_hip"), :] - joints[..., H36M17.index("r_hip"), :]
 
 
 def draw_factors(joints: np.ndarray, rng: np.random.Generator, bodies: BodyRange | None = None) -> np.ndarray:

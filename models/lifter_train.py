@@ -14,6 +14,7 @@ from torch import Tensor
 
 from ..pipeline.errors import InputError
 from ..pipeline.outputs import whole_file
+from .extras import needed_for
 from .lifter_features import CHANNELS
 from .lifter_net import LifterNet, NetConfig
 from .lifter_windows import Batch, Material, Windows
@@ -187,7 +188,9 @@ def check(net: torch.nn.Module, batches: dict[str, Batch]) -> dict[str, float]:
 def export(net: LifterNet, path: Path, **properties: object) -> None:
     """Write the network as ONNX: "features" (B, T, CHANNELS) -> "joints" (B, T, 17, 3), "sd" (B, T, 17, 2) and
     "velocity" (B, T, 17, 3), any B and T. properties: kept in the file's metadata; the run time needs `reach`."""
-    import onnx
+    with needed_for("The network is trained; writing it as ONNX"):
+        import onnx
+        import onnxscript  # noqa: F401  (torch's exporter needs it, and says so in many lines)
 
     batch, frames = torch.export.Dim("batch"), torch.export.Dim("frames")
     program = torch.onnx.export(

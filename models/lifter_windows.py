@@ -23,6 +23,7 @@ from .on_device.draw import Draw
 from .on_device.features import features, target
 from .on_device.keypoint_noise import Spoilt, detect
 from .on_device.poses import PoseRange, posed
+from .train_config import check_shares
 
 _FPS = (20.0, 60.0)
 _CAPTURED_FPS = 30.0
@@ -62,6 +63,12 @@ class Material:
     other_rates: float = 0.3
     focal_known: float = 0.3
     focal_estimated: float = 0.0
+
+    def __post_init__(self) -> None:
+        check_shares(
+            self, "unchanged", "mirrored", "real", "combined", "redefined", "typical", "pans", "derived",
+            "truncated", "occluded", "other_rates", "focal_known", "focal_estimated",
+        )  # fmt: skip
 
 
 class Batch(NamedTuple):
@@ -104,7 +111,7 @@ class Windows:
 
     @torch.no_grad()
     def batch(self, draw: Draw, count: int, frames: int) -> Batch:
-        """count windows of so many frames. ValueError when no clip is as long."""
+        """count windows of so many frames. InputError when no clip is as long."""
         material = self.material
         fps = (
             float(draw.log_uniform(_FPS, 1))
@@ -141,7 +148,10 @@ class Windows:
         room = self.lengths - 1 - (frames - 1) * step
         weights = torch.where(room >= 0, self.lengths, 0.0)
         if not bool((room >= 0).any()):
-            raise ValueError(f"no clip is as long as {frames} frames at {fps:.0f} fps")
+            raise InputError(
+                f"Expected a clip of {frames} frames at {fps:.0f} frames per second, but the longest lasts "
+                f"{float(self.lengths.max()) / _CAPTURED_FPS:.1f} s; shorten `lengths`."
+            )
         clip = draw.choice(weights, count)
         begin = draw.uniform((0.0, 1.0), count) * room[clip]
         begin = begin.floor() if step == 1.0 else begin

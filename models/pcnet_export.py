@@ -11,6 +11,7 @@ from torch import Tensor, nn
 from ..pipeline.errors import InputError
 from ..pipeline.layouts import H36M17
 from ..pipeline.outputs import whole_file
+from .extras import needed_for
 from .pcnet import JOINTS, PCNet, gram_schmidt
 
 _TOLERANCE = 1e-4
@@ -47,7 +48,9 @@ def export(deployed: Deployed, path: Path, **properties: object) -> None:
 
     properties: kept in the file's metadata. InputError, and no file, when onnxruntime answers something else.
     """
-    import onnx
+    with needed_for("The network is trained; writing it as ONNX"):
+        import onnx
+        import onnxscript  # noqa: F401  (torch's exporter needs it, and says so in many lines)
 
     batch = torch.export.Dim("batch")
     program = torch.onnx.export(

@@ -37,7 +37,7 @@ _VALIDATED = 10  # every so many of those to train on choose the best weights; t
 def mmfi(
     tree: Annotated[Path, typer.Argument(help="The data set's folder, with E01 to E04 in it.")],
     output: Annotated[Path, typer.Option("-o", "--output", help="Folder for networks and table.")],
-    steps: Annotated[int | None, typer.Option(help="Of training, instead of the config's.")] = None,
+    steps: Annotated[int | None, typer.Option(min=1, help="Of training, instead of the config's.")] = None,
     protocols: Annotated[
         list[str], typer.Option("--protocol", help="S1, S2 or S3, trained and tested; repeatable.")
     ] = ["S2", "S3"],  # noqa: B006 (typer copies it)
@@ -45,16 +45,23 @@ def mmfi(
     config: Annotated[
         Path | None, typer.Option(help="Another training config than models/mmfi.toml.")
     ] = None,
+    device: Annotated[str, typer.Option(help="auto (a GPU where there is one), cpu or cuda.")] = "auto",
+    threads: Annotated[int, typer.Option(min=1, help="CPU threads.")] = 4,
 ) -> None:
     """Train on MM-Fi by its protocols and print the paper's table."""
     with needed_for("Training"):
+        import torch
+
         from .pcnet_train import TrainConfig, train
+    torch.set_num_threads(threads)
     clips, notes = read_folder(tree, "mmfi")
     for note in notes:
         print(f"note: {note}")
     splits = {name: split_of(clips, name, activities) for name in dict.fromkeys(protocols)}
     source = config or Path(__file__).with_name("mmfi.toml")
-    content = load_toml(source, "a training config") | ({} if steps is None else {"steps": steps})
+    content = load_toml(source, "a training config")
+    if steps is not None:
+        content["schedule"] = {**content.get("schedule", {}), "steps": steps}
     output.mkdir(parents=True, exist_ok=True)
     write_mocap(output / "clips.npz", clips)
     runs = {}
@@ -66,7 +73,7 @@ def mmfi(
     for name, run in runs.items():
         counts = [f"{len(names)} {part}" for part, names in splits[name].items() if part != "by"]
         print(f"{name}: {', '.join(counts)} clips")
-        train(run, as_toml(run), output / name)
+        train(run, as_toml(run), output / name, device)
     rows = table(runs, output)
     text = as_markdown(rows, runs, activities)
     with whole_file(output / "mmfi.json") as partial:
@@ -101,7 +108,7 @@ def split_of(clips: Sequence[Clip], name: str, activities: Activities) -> dict[s
 def table(runs: dict[str, TrainConfig], output: Path) -> list[dict[str, Any]]:
     """A row for every test part and every network, GEOMETRIC first: Judged.row's figures of the exported network, the
     poses with what its residual head adds, and the share of the tested frames whose people it was trained on."""
-    from .pcnet_ablations import judge_net
+    from .pcnet_residual import judge_net
     from .pcnet_train import best_of, parts_of
 
     parts = {name: parts_of(run) for name, run in runs.items()}
@@ -136,9 +143,10 @@ def as_markdown(rows: Sequence[dict[str, Any]], runs: dict[str, TrainConfig], ac
         "# MM-Fi",
         "",
         f"Protocols of the data set's toolbox, activities {activities}, targets {run.targets}, the paper's views; "
-        f"{run.steps:,} steps of {run.batch:,} poses. Rotation is p50 / mean / p95, the others are means. MPJPE and "
-        "PA-MPJPE are of the pose with what the residual head adds, turned only is without; the scale is fitted "
-        "frame by frame, as in all tables here. The last column is what the paper's published code calls degrees.",
+        f"{run.schedule.steps:,} steps of {run.batch:,} poses. Rotation is p50 / mean / p95, the others are means. "
+        "MPJPE and PA-MPJPE are of the pose with what the residual head adds, turned only is without; the scale is "
+        "fitted frame by frame, as in all tables here. The last column is what the paper's published code calls "
+        "degrees.",
         "",
         _line(head),
         _line(["---"] * len(head)),

@@ -1,67 +1,44 @@
 """Trains 3DPCNet:  pcnet3d train models/pcnet.toml -o DIR
 
-One loop. The config file says everything; DIR gets pcnet.onnx, pcnet.pt (the best by validation), last.pt, the
-config and log.jsonl. The same command again goes on from last.pt, to the same numbers as without the break.
-On several GPUs, or CPU processes, which share every batch:
-
-    torchrun --nproc-per-node 4 -m pcnet3d.models.train models/pcnet.toml -o DIR
-
-log.jsonl is the run's curve: a JSON object a line with `step`, `s` (seconds since this start), `loss` (mean since the
-last line) and the validation's figures in degrees. pandas draws it:
-pandas.read_json("log.jsonl", lines=True).plot(x="step", y=["paper", "wide"])
+The config file says everything; DIR gets pcnet.onnx, the config, and what training.py keeps there.
 """
 
 from __future__ import annotations
 
-import json
 import math
-import time
-import zipfile
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from contextlib import ExitStack, contextmanager, nullcontext
-from copy import deepcopy
-from dataclasses import dataclass
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, TextIO
 
 import numpy as np
 import torch
-from pydantic import (
-    BaseModel,
-    ConfigDict,
-    Field,
-    NonNegativeFloat,
-    NonNegativeInt,
-    PositiveFloat,
-    PositiveInt,
-)
+from pydantic import BaseModel, ConfigDict, NonNegativeInt, PositiveInt
 
 from ..pipeline.errors import InputError
 from ..pipeline.outputs import whole_file
-from ..pipeline.progress import counted
 from ..pipeline.rotations import geodesic_deg
-from ..pipeline.unpacked import check_size
 from .mocap import Clip, Subjects, lying, read_clips
 from .mocap_parts import Parts, read_parts
-from .parallel import Ranks, ranks
+from .on_device.draw import Draw
 from .pcnet import NetConfig, PCNet
 from .pcnet_export import Deployed, export
+from .pcnet_frames import Frames, Mixture, TrainingFrames
 from .pcnet_losses import Truth, Weights, total
-from .pcnet_views import Frames, Mixture, Targets, Views, read_lifted, refuse_shared_subjects, seen, views
+from .pcnet_views import Lifted, Targets, View, read_lifted, refuse_shared_subjects, seen, views
 from .train_config import read_toml
+from .training import Schedule, State, device_of, fit, load_weights, optimisers_of
 
-_EVERY = 250  # steps between looks at the validation subjects
 _VALIDATION_FRAMES = 2000
-_HELD_OUT = ("val", "test", "hdm05")
+_VIEWS: tuple[View, ...] = ("paper", "wide")
+_HELD_OUT: tuple[Subjects, ...] = ("val", "test", "hdm05")
 
 
 class TrainConfig(BaseModel):
     """The whole of a training run.
 
-    kind: what `pcnet3d train` trains with this file.
+    kind: what `pcnet3d train` trains with this file. subjects: mocap.Subjects to train on.
     lifted: files of `pcnet3d testbed` with takes of train subjects, each lifted by a lifter that never saw them.
     lifted_val: the same of val subjects; with it, the best weights are the best on these.
+    symmetric: the shipped network's answer is averaged with that to the mirrored body.
     data, split: a file of `pcnet3d mocap` and one of its train, val and test subjects (mocap_parts), instead of the
         motion capture that the shipped network was trained on.
     targets: what the rotation leads to; "axes" is the paper's, for data whose people all face one way.
@@ -70,203 +47,60 @@ class TrainConfig(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
     kind: str = "pcnet"
     subjects: Subjects
-    lifted: tuple[Path, ...]
-    lifted_val: tuple[Path, ...]
-    seed: NonNegativeInt
-    steps: PositiveInt
-    batch: PositiveInt
-    rate: PositiveFloat  # highest learning rate, after `warmup` steps; then a cosine down to nothing
-    warmup: NonNegativeInt
-    weight_decay: NonNegativeFloat
-    average: float = Field(ge=0, lt=1)  # decay of the weights' moving average, which is what is kept
-    threads: PositiveInt
-    bf16: bool
-    symmetric: bool  # the shipped network's answer is averaged with that to the mirrored body
-    net: NetConfig
-    weights: Weights
-    mixture: Mixture
+    lifted: tuple[Path, ...] = ()
+    lifted_val: tuple[Path, ...] = ()
     data: Path | None = None
     split: Path | None = None
     targets: Targets = "body"
+    seed: NonNegativeInt
+    batch: PositiveInt
+    bf16: bool
+    symmetric: bool
+    schedule: Schedule
+    net: NetConfig
+    weights: Weights
+    mixture: Mixture
 
 
-@dataclass
-class State:
-    """Everything that a run needs to go on exactly: batches depend on the seed and the step only."""
-
-    net: PCNet
-    average: PCNet
-    optimiser: torch.optim.Optimizer
-    step: int = 0
-    best: float = math.inf
-
-    def save(self, path: Path, config: TrainConfig) -> None:
-        with whole_file(path) as partial:
-            torch.save(
-                {
-                    "config": config.model_dump_json(),
-                    "net": self.net.state_dict(),
-                    "average": self.average.state_dict(),
-                    "optimiser": self.optimiser.state_dict(),
-                    "step": self.step,
-                    "best": self.best,
-                },
-                partial,
-            )
-
-    def load(self, path: Path, config: TrainConfig) -> None:
-        """InputError when the checkpoint is damaged, of another network, or belongs to another config."""
-        with _reading(path) as saved:
-            if TrainConfig.model_validate_json(saved["config"]) != config:
-                raise InputError(
-                    f"{path} was made with another config; choose another -o DIR, or the config that it was made with."
-                )
-            self.net.load_state_dict(saved["net"])
-            self.average.load_state_dict(saved["average"])
-            self.optimiser.load_state_dict(saved["optimiser"])
-            self.step, self.best = saved["step"], saved["best"]
+def train_pcnet(config_file: Path, output: Path, device: str = "cpu", minutes: float | None = None) -> None:
+    """Run a config file, or the next piece of it. InputError when it is not what TrainConfig says, train and held-out
+    subjects overlap, or as of `fit`."""
+    train(read_config(config_file), config_file.read_text(encoding="utf-8"), output, device, minutes)
 
 
-@contextmanager
-def _reading(path: Path) -> Iterator[Any]:
-    """What torch saved there, unpickling nothing but tensors and plain values; InputError when it does not fit."""
-    remedy = "remove it to start anew, or choose another -o DIR"
-    try:
-        with zipfile.ZipFile(path) as archive:
-            check_size(
-                sum(entry.file_size for entry in archive.infolist()), path.stat().st_size, "a checkpoint"
-            )
-        saved = torch.load(path, weights_only=True, map_location="cpu")
-    except OSError as error:
-        raise InputError(f"Expected a checkpoint at {path}: {error.strerror}.") from None
-    except Exception:  # torch's errors have no common class but Exception, and advise to unpickle
-        raise InputError(f"{path} is damaged, or no checkpoint of a training; {remedy}.") from None
-    try:
-        yield saved
-    except InputError:
-        raise
-    except Exception as error:
-        reason = str(error).splitlines()[:2][-1].strip(" \t.")
-        raise InputError(f"{path} is no checkpoint of this network ({reason}); {remedy}.") from None
-
-
-def best_of(config: TrainConfig, folder: Path) -> PCNet:
-    """The network with a run's best weights by validation; InputError when they are not there or do not fit."""
-    net = PCNet(config.net)
-    with _reading(folder / "pcnet.pt") as saved:
-        net.load_state_dict(saved)
-    return net.eval()
-
-
-def train_pcnet(config_file: Path, output: Path) -> None:
-    """Run a config file. InputError when it is not what TrainConfig says, DIR holds another run, train and
-    held-out subjects overlap, or the loss stops being a number (the last good checkpoint stays)."""
-    train(read_config(config_file), config_file.read_text(encoding="utf-8"), output)
-
-
-def train(config: TrainConfig, text: str, output: Path) -> None:
-    """Run a config, in every process that torchrun started; text: the file it comes from, kept in DIR."""
-    torch.manual_seed(config.seed)
-    torch.set_num_threads(config.threads)
-    material, check = prepare(config)
-
-    with ranks() as here, ExitStack() as open_files:
-        net = PCNet(config.net).to(here.device)
-        net.bf16 = config.bf16
-        average = deepcopy(net).eval()
-        average.bf16 = False
-        state = State(net, average, optimiser_of(net, config))
-        output.mkdir(parents=True, exist_ok=True)
-        if (output / "last.pt").exists():
-            state.load(output / "last.pt", config)
-        log = None
-        if here.rank == 0:
-            with whole_file(output / "pcnet.toml") as partial:
-                partial.write_text(text, encoding="utf-8")
-            log = open_files.enter_context(open(output / "log.jsonl", "a", encoding="utf-8"))
-            if state.step:
-                print(f"goes on after step {state.step}")
-            print(
-                f"{sum(p.numel() for p in net.parameters()):,} parameters, "
-                f"{here.size} x {here.device.type}, seed {config.seed}"
-            )
-        run(state, config, lambda step: material.batch(np.random.default_rng([config.seed, step]), config.batch),
-            check, output, here, log)  # fmt: skip
-    if here.rank:
-        return
-    deployed = Deployed(best_of(config, output), config.symmetric)
-    calibrate(deployed, check.get("lifted", check["paper"]))
-    properties = {"trained_on": trained_on(config), "targets": config.targets, "network": config.net.net}
-    export(deployed, output / "pcnet.onnx", **properties)
-    print({key: round(figure, 2) for key, figure in look(deployed, check).items()}, flush=True)
-
-
-def run(
-    state: State,
-    config: TrainConfig,
-    make: Callable[[int], Frames],
-    check: dict[str, Frames],
-    output: Path,
-    here: Ranks,
-    log: TextIO | None,
+def train(
+    config: TrainConfig, text: str, output: Path, device: str = "cpu", minutes: float | None = None
 ) -> None:
-    """The loop: from state.step + 1 to config.steps. make(step) gives the step's Frames, the same in every process,
-    which takes its part of them; the sum of the parts' gradients is that of the whole batch. log: of rank 0."""
-    net, optimiser = state.net, state.optimiser
-    start, losses = time.perf_counter(), []
-    bar = counted("train", config.steps) if log else nullcontext(lambda done: None)
-    with ThreadPoolExecutor(1) as maker, bar as tell:
-        coming = maker.submit(make, state.step + 1)
-        for step in range(state.step + 1, config.steps + 1):
-            batch = coming.result()
-            if step < config.steps:
-                coming = maker.submit(make, step + 1)
-            part = here.part(len(batch.R))
-            joints, valid, truth, R = (torch.from_numpy(array[part]).to(here.device) for array in batch)
-            torch.manual_seed(config.seed + step + 1_000_003 * here.rank)  # for dropout
-            answer = net(joints, valid)
-            loss = total(net, answer, joints, Truth(truth, R, valid), config.weights)
-            loss = loss * (len(R) / len(batch.R))
-            optimiser.zero_grad(set_to_none=True)
-            loss.backward()
-            here.add_gradients(net.parameters())
-            value, norm = here.total(loss), torch.nn.utils.clip_grad_norm_(net.parameters(), 1.0).item()
-            _refuse_lost(value, norm, step, output)
-            losses.append(value)
-            for group in optimiser.param_groups:
-                group["lr"] = config.rate * schedule(step, config)
-            optimiser.step()
-            with torch.no_grad():
-                decay = min(config.average, step / (step + 10))
-                for kept, new in zip(state.average.parameters(), net.parameters(), strict=True):
-                    kept.lerp_(new, 1 - decay)
-            tell(step)
-            if log and (step % _EVERY == 0 or step == config.steps):
-                figures = look(Deployed(state.average, config.symmetric), check)
-                score = score_of(figures)
-                _refuse_lost(value, score, step, output)
-                line = {"step": step, "of": config.steps, "s": round(time.perf_counter() - start)}
-                line |= {"loss": float(np.mean(losses)), **figures}
-                losses.clear()
-                log.write(json.dumps(line) + "\n")
-                log.flush()
-                print({key: round(figure, 2) for key, figure in line.items()}, flush=True)
-                if score < state.best:
-                    state.best = score
-                    with whole_file(output / "pcnet.pt") as partial:
-                        torch.save(state.average.state_dict(), partial)
-                state.step = step
-                state.save(output / "last.pt", config)
+    """Run a config, or the next piece of it; text: the file it comes from, kept in DIR."""
+    on = device_of(device)
+    torch.manual_seed(config.seed)
+    frames, checks = prepare(config, on)
+    net = PCNet(config.net).to(on)
+    matrices = [p for p in net.encoder.parameters() if p.ndim == 2]
+    state = State(net, optimisers_of(net, config.schedule, matrices))
+    net.bf16 = config.bf16  # and not what is judged, state.average
+    output.mkdir(parents=True, exist_ok=True)
+    state.load(output, config, on)
+    with whole_file(output / "pcnet.toml") as partial:
+        partial.write_text(text, encoding="utf-8")
+    print(
+        f"{sum(p.numel() for p in net.parameters()):,} parameters, {on}, from step {state.step}", flush=True
+    )
 
+    def loss_of(step: int) -> torch.Tensor:
+        joints, valid, truth, R = frames.batch(Draw(config.seed, step, on), config.batch)
+        return total(net, net(joints, valid), joints, Truth(truth, R, valid), config.weights)
 
-def _refuse_lost(loss: float, figure: float, step: int, output: Path) -> None:
-    """InputError when the loss, or what depends on the weights, is no number any more."""
-    if math.isfinite(loss) and math.isfinite(figure):
-        return
-    last = output / "last.pt"
-    kept = f"the last good checkpoint, {last}, stays" if last.exists() else "there was no checkpoint yet"
-    what = f"The loss became {loss}" if not math.isfinite(loss) else f"Gradient or validation became {figure}"
-    raise InputError(f"{what} at step {step}; {kept}. Lower `rate`, or look at the data.")
+    def look(average: torch.nn.Module) -> dict[str, float]:
+        assert isinstance(average, PCNet)
+        return check(Deployed(average, config.symmetric), checks)
+
+    if fit(state, config, loss_of, look, output, minutes):
+        deployed = Deployed(best_of(config, output), config.symmetric).to(on)
+        calibrate(deployed, checks.get("lifted", checks["paper"]))
+        print({key: round(figure, 2) for key, figure in check(deployed, checks).items()}, flush=True)
+        properties = {"trained_on": _trained_on(config), "targets": config.targets, "network": config.net.net}
+        export(deployed, output / "pcnet.onnx", **properties)
 
 
 def read_config(path: Path) -> TrainConfig:
@@ -274,37 +108,27 @@ def read_config(path: Path) -> TrainConfig:
     return read_toml(path, TrainConfig)
 
 
-def optimiser_of(net: PCNet, config: TrainConfig) -> torch.optim.Optimizer:
-    """AdamW; no decay for biases, norms and positions."""
-    matrices = [p for p in net.parameters() if p.ndim == 2 and p.shape != (17, 17)]
-    others = [p for p in net.parameters() if p.ndim != 2 or p.shape == (17, 17)]
-    groups = [
-        {"params": matrices, "weight_decay": config.weight_decay},
-        {"params": others, "weight_decay": 0.0},
-    ]
-    return torch.optim.AdamW(groups, lr=config.rate, betas=(0.9, 0.98), fused=True)
+def best_of(config: TrainConfig, folder: Path) -> PCNet:
+    """The network with a run's best weights by validation; InputError when they are not there or do not fit."""
+    return load_weights(PCNet(config.net), folder / "best.pt")
 
 
-def schedule(step: int, config: TrainConfig) -> float:
-    """Share of the highest learning rate: a linear start, then half a cosine down to nothing."""
-    if step <= config.warmup:
-        return step / config.warmup
-    done = (step - config.warmup) / max(config.steps - config.warmup, 1)
-    return 0.5 * (1 + math.cos(math.pi * min(done, 1.0)))
-
-
-def prepare(config: TrainConfig) -> tuple[Views, dict[str, Frames]]:
+def prepare(config: TrainConfig, device: torch.device) -> tuple[TrainingFrames, dict[str, Frames]]:
     """What a config learns from, and what it is validated on. InputError when people of one part are in another."""
     parts = parts_of(config)
-    material = Views(parts.clips["train"], config.mixture, config.lifted, config.targets)
+    lifted = read_lifted(config.lifted) if config.lifted else None
     if parts.by == "subject":
-        names = [clip.name for clip in parts.clips["train"]]
-        names += material.lifted.clips if material.lifted else ()
+        names = [clip.name for clip in parts.clips["train"]] + list(lifted.clips if lifted else ())
         for part, clips in parts.clips.items():
             if part != "train":
                 refuse_shared_subjects(names, [clip.name for clip in clips], f"the {part} subjects")
-    everybody = parts.clips["train"] if config.data else read_clips("train") if config.lifted_val else ()
-    return material, validation(parts.clips["val"], config.lifted_val, everybody, config.targets)
+    lifted_val = read_lifted(config.lifted_val) if config.lifted_val else None
+    if lifted_val:
+        everybody = parts.clips["train"] if config.data else read_clips("train")
+        refuse_shared_subjects(lifted_val.clips, [clip.name for clip in everybody], "the validation's")
+    frames = TrainingFrames(parts.clips["train"], config.mixture, lifted, config.targets, device)
+    checks = validation(parts.clips["val"], lifted_val, config.targets)
+    return frames, {name: Frames(*(part.to(device) for part in check)) for name, check in checks.items()}
 
 
 def parts_of(config: TrainConfig) -> Parts:
@@ -314,7 +138,7 @@ def parts_of(config: TrainConfig) -> Parts:
     if (config.data is None) != (config.split is None):
         raise InputError("Expected `data` and `split` together: clips, and which of them to train on.")
     if config.data is None or config.split is None:
-        held_out = {part: read_clips(part) for part in _HELD_OUT}  # type: ignore[arg-type]
+        held_out = {str(part): read_clips(part) for part in _HELD_OUT}
         return Parts({"train": read_clips(config.subjects), **held_out}, "subject")
     parts = read_parts(config.data, config.split)
     if config.subjects != "train" or (parts.by == "clip" and (config.lifted or config.lifted_val)):
@@ -324,31 +148,30 @@ def parts_of(config: TrainConfig) -> Parts:
     return parts
 
 
-def trained_on(config: TrainConfig) -> str:
-    """The data of a training, in the words that the network's file keeps."""
+def _trained_on(config: TrainConfig) -> str:
     return f"{config.data.name}, {config.split.name}" if config.data and config.split else config.subjects
 
 
-def validation(
-    clips: Sequence[Clip], lifted: tuple[Path, ...], train: Sequence[Clip], targets: Targets
-) -> dict[str, Frames]:
-    """The same upright frames of the val subjects for every run: "paper", "wide" and, where given, "lifted".
-
-    InputError when lifted takes show people of `train`."""
+def validation(clips: Sequence[Clip], lifted: Lifted | None, targets: Targets) -> dict[str, Frames]:
+    """The same frames of the val subjects for every run: upright ones as "paper", "wide" and, where given, "lifted";
+    captured ones as "lying", where there are some."""
     rng = np.random.default_rng(1)
     world = np.concatenate([clip.joints for clip in clips])
-    world = _some(rng, world[~lying(world)])
-    check = {}
-    for view in ("paper", "wide"):
-        R = views(view, rng, len(world))
-        joints, fine = seen(world, R, targets)
-        check[view] = _whole(joints[fine], R[fine])
+    lies = lying(world)
+    upright = _some(rng, world[~lies])
+    checks = {view: _seen(rng, upright, view, targets) for view in _VIEWS}
     if lifted:
-        takes = read_lifted(lifted)
-        refuse_shared_subjects(takes.clips, [clip.name for clip in train], "the validation's")
-        rows = _some(rng, np.flatnonzero(~takes.lying))
-        check["lifted"] = _whole(takes.joints[rows], takes.R[rows])
-    return check
+        rows = _some(rng, np.flatnonzero(~lifted.lying))
+        checks["lifted"] = _whole(lifted.joints[rows], lifted.R[rows])
+    if lies.any():
+        checks["lying"] = _seen(rng, _some(rng, world[lies]), "paper", targets)
+    return checks
+
+
+def _seen(rng: np.random.Generator, world: np.ndarray, view: View, targets: Targets) -> Frames:
+    R = views(view, rng, len(world))
+    joints, fine = seen(world, R, targets)
+    return _whole(joints[fine], R[fine])
 
 
 def _some(rng: np.random.Generator, rows: np.ndarray) -> np.ndarray:
@@ -356,22 +179,18 @@ def _some(rng: np.random.Generator, rows: np.ndarray) -> np.ndarray:
 
 
 def _whole(joints: np.ndarray, R: np.ndarray) -> Frames:
-    valid = np.ones(joints.shape[:2], dtype=np.float32)
-    return Frames(joints.astype(np.float32), valid, joints.astype(np.float32), R.astype(np.float32))
+    shown, R_camera_from_body = (torch.from_numpy(array.astype(np.float32)) for array in (joints, R))
+    return Frames(shown, torch.ones(shown.shape[:2]), shown, R_camera_from_body)
 
 
-def look(deployed: Deployed, check: dict[str, Frames]) -> dict[str, float]:
-    """Mean rotation error in degrees on every part of the validation, and what the network expected it to be."""
+def check(deployed: Deployed, checks: dict[str, Frames]) -> dict[str, float]:
+    """Mean rotation error in degrees on every part of the validation, and what the network expected it to be; as the
+    "score", that on lifted frames where there are some, else on captured ones."""
     figures = {}
-    for name, frames in check.items():
+    for name, frames in checks.items():
         true, expected = _errors(deployed, frames)
         figures |= {name: float(true.mean()), f"{name}_expected": float(expected.mean())}
-    return figures
-
-
-def score_of(figures: dict[str, float]) -> float:
-    """What the best weights are the best by: the error on lifted frames where there are some, else captured ones."""
-    return figures.get("lifted", figures["paper"])
+    return figures | {"score": figures.get("lifted", figures["paper"])}
 
 
 def calibrate(deployed: Deployed, frames: Frames) -> None:
@@ -381,8 +200,7 @@ def calibrate(deployed: Deployed, frames: Frames) -> None:
         deployed.net.error[-1].bias += math.log(true.mean() / expected.mean())  # type: ignore[operator]
 
 
+@torch.no_grad()
 def _errors(deployed: Deployed, frames: Frames) -> tuple[np.ndarray, np.ndarray]:
-    device = next(deployed.parameters()).device
-    with torch.no_grad():
-        R, error_deg = deployed(*(torch.from_numpy(x).to(device) for x in (frames.joints, frames.valid)))
-    return geodesic_deg(R.double().cpu().numpy(), frames.R), error_deg.cpu().numpy()
+    R, error_deg = deployed(frames.joints, frames.valid)
+    return geodesic_deg(R.double().cpu().numpy(), frames.R.double().cpu().numpy()), error_deg.cpu().numpy()

@@ -28,16 +28,21 @@ def checked(content: dict[str, Any], model: type[Config], where: str) -> Config:
         raise InputError(f"{where}: {'.'.join(map(str, first['loc']))}: {first['msg']}.") from None
 
 
+def check_shares(config: object, *names: str) -> None:
+    """InputError when one of these numbers of a config is no share, between 0 and 1."""
+    if wrong := [name for name in names if not 0 <= getattr(config, name) <= 1]:
+        raise InputError(f"expected a share between 0 and 1 for {', '.join(wrong)}")
+
+
 def as_toml(config: BaseModel) -> str:
     """A config as the TOML text that it would be read from; what is None is left out, as TOML has no such value."""
-    content = config.model_dump(mode="json", exclude_none=True)
-    tables = {key: value for key, value in content.items() if isinstance(value, dict)}
-    lines = _lines({key: value for key, value in content.items() if key not in tables})
-    for name, table in tables.items():
-        lines += ["", f"[{name}]", *_lines(table)]
-    return "\n".join(lines) + "\n"
+    return "\n".join(_lines(config.model_dump(mode="json", exclude_none=True))) + "\n"
 
 
-def _lines(table: dict[str, Any]) -> list[str]:
+def _lines(table: dict[str, Any], name: str = "") -> list[str]:
+    tables = {key: value for key, value in table.items() if isinstance(value, dict)}
     # Numbers, truth values, strings and lists of them are written alike in JSON and TOML.
-    return [f"{key} = {json.dumps(value)}" for key, value in table.items()]
+    lines = [f"{key} = {json.dumps(value)}" for key, value in table.items() if key not in tables]
+    for key, value in tables.items():
+        lines += ["", f"[{name}{key}]", *_lines(value, f"{name}{key}.")]
+    return lines

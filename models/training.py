@@ -20,7 +20,7 @@ from contextlib import contextmanager
 from copy import deepcopy
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import IO, Any, TypeVar
 
 import numpy as np
 import torch
@@ -126,7 +126,7 @@ class State:
             if hashlib.sha256(content).hexdigest() != listed["sha256"]:
                 raise ValueError("its parts are not those it lists")
             before = type(config).model_validate_json(listed["config"])
-            saved = torch.load(io.BytesIO(content), weights_only=True, map_location=device)
+            saved = _unpickled(io.BytesIO(content), len(content), path, device)
             _refuse_another(before, config, int(saved["step"]), path)
             self.net.load_state_dict(saved["net"])
             self.average.load_state_dict(saved["average"])
@@ -168,13 +168,17 @@ def reading(path: Path) -> Iterator[Path]:
 def load_weights(net: Net, path: Path) -> Net:
     """A net with the weights that torch.save wrote there, unpickling nothing but tensors; InputError when they are not
     there or do not fit."""
-    with reading(path):
-        with zipfile.ZipFile(path) as archive:
-            check_size(
-                sum(entry.file_size for entry in archive.infolist()), path.stat().st_size, "a checkpoint"
-            )
-        net.load_state_dict(torch.load(path, weights_only=True, map_location="cpu"))
+    with reading(path), open(path, "rb") as file:
+        net.load_state_dict(_unpickled(file, path.stat().st_size, path, torch.device("cpu")))
     return net.eval()
+
+
+def _unpickled(file: IO[bytes], size: int, path: Path, device: torch.device) -> Any:
+    """What torch.save wrote: tensors and plain values, nothing else is unpickled, and no more than its size allows."""
+    with zipfile.ZipFile(file) as archive:
+        check_size(sum(entry.file_size for entry in archive.infolist()), size, f"a checkpoint at {path}")
+    file.seek(0)
+    return torch.load(file, weights_only=True, map_location=device)
 
 
 def device_of(name: str) -> torch.device:
@@ -247,20 +251,22 @@ def fit(
             state.step = step
             tell(step)
             over = minutes is not None and time.perf_counter() - start > 60 * minutes
-            if step % schedule.every and step != schedule.steps and not over:
+            if step % schedule.every == 0 or step == schedule.steps:
+                figures = look(state.average)
+                _refuse_lost(figures["score"], "A figure of the validation", step, output)
+                line = {"step": step, "of": schedule.steps, "s": round(time.perf_counter() - start)}
+                line |= {"loss": float(np.mean(losses)), **figures}
+                losses.clear()
+                log.write(json.dumps(line) + "\n")
+                log.flush()
+                print({key: round(value, 4) for key, value in line.items()}, flush=True)
+                if figures["score"] < state.best:
+                    state.best = figures["score"]
+                    with whole_file(output / "best.pt") as partial:
+                        torch.save(state.average.state_dict(), partial)
+            elif not over:
                 continue
-            figures = look(state.average)
-            _refuse_lost(figures["score"], "A figure of the validation", step, output)
-            line = {"step": step, "of": schedule.steps, "s": round(time.perf_counter() - start)}
-            line |= {"loss": float(np.mean(losses)), **figures}
-            losses.clear()
-            log.write(json.dumps(line) + "\n")
-            log.flush()
-            print({key: round(value, 4) for key, value in line.items()}, flush=True)
-            if figures["score"] < state.best:
-                state.best = figures["score"]
-                with whole_file(output / "best.pt") as partial:
-                    torch.save(state.average.state_dict(), partial)
+            # Where a piece ends between two looks there is none: it might choose other weights than a run in one piece.
             state.save(output, config)
             if over and step < schedule.steps:
                 print(

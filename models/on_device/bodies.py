@@ -51,7 +51,11 @@ def mirror(joints: Tensor) -> Tensor:
 
 
 def combine(lower: Tensor, upper: Tensor) -> Tensor:
-    """The legs and the path of one motion under the trunk, head and arms of another; both (..., T, 17, 3), +Z up."""
+    """The legs and the path of one motion under the trunk, head and arms of another; both (..., T, 17, 3), +Z up.
+
+    The upper body is turned about the vertical in every frame until both motions' hips point the same way. A motion
+    whose hip axis is ever steeper than 60 degrees keeps its own upper body: it has no such direction.
+    """
     hips = [
         motion[..., H36M17.index("l_hip"), :] - motion[..., H36M17.index("r_hip"), :]
         for motion in (lower, upper)

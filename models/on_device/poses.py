@@ -13,6 +13,7 @@ import torch
 from torch import Tensor
 
 from ...pipeline.layouts import H36M17
+from ..train_config import check_shares
 from .draw import Draw
 from .turning import across, from_vector, rotate, transpose, unit
 
@@ -21,6 +22,7 @@ _LIMBS = {
     for side in "lr"
     for kind, parts in (("leg", ("hip", "knee", "ankle")), ("arm", ("shoulder", "elbow", "wrist")))
 }
+_SWING_DEG = {"leg": 10.0, "arm": 20.0}
 _ABOVE_SPINE = ("thorax", "nose", "head", *(f"{s}_{p}" for s in "lr" for p in ("shoulder", "elbow", "wrist")))
 
 
@@ -29,17 +31,22 @@ class PoseRange:
     """What a window's poses are drawn from, as shares of the windows.
 
     exchanged: some limbs are those of another motion. sampled: some limbs move within anatomical limits. swung: trunk
-    above the spine and head turn further, by about 15 degrees. turned: the whole body is turned about any axis, by an
-    angle with a standard deviation of turned_deg, half of them on and on: leans, falls, lying. leaning: the whole body
-    leans about a horizontal axis by about 12 degrees.
+    above the spine and head turn further, by about 15 degrees. limbs_swung: arms turn further about the shoulders and
+    legs about the hips, by about 20 and 10 degrees; knees and elbows keep their angles. turned: the whole body is
+    turned about any axis, by an angle with a standard deviation of turned_deg, half of them on and on: leans, falls,
+    lying. leaning: the whole body leans about a horizontal axis by about 12 degrees.
     """
 
     exchanged: float = 0.0
     sampled: float = 0.0
     swung: float = 0.0
+    limbs_swung: float = 0.0
     turned: float = 0.0
     turned_deg: float = 57.0
     leaning: float = 0.0
+
+    def __post_init__(self) -> None:
+        check_shares(self, "exchanged", "sampled", "swung", "limbs_swung", "turned", "leaning")
 
 
 def posed(joints: Tensor, other: Tensor, draw: Draw, poses: PoseRange, fps: float) -> Tensor:
@@ -48,6 +55,8 @@ def posed(joints: Tensor, other: Tensor, draw: Draw, poses: PoseRange, fps: floa
     out = joints
     if poses.swung:
         out = _swung(out, draw, poses.swung, fps)
+    if poses.limbs_swung:
+        out = _limbs_swung(out, draw, poses.limbs_swung)
     if poses.exchanged or poses.sampled:
         out = _other_limbs(out, other, draw, poses, fps)
     if poses.turned or poses.leaning:
@@ -139,6 +148,16 @@ def _swung(joints: Tensor, draw: Draw, share: float, fps: float) -> Tensor:
     for about, moved in (("spine", _ABOVE_SPINE), ("thorax", ("nose", "head"))):
         vector = 0.26 * draw.normal(count, 1, 3, most=2).expand(-1, frames, -1)
         R = from_vector(vector * use)
+        rows, centre = H36M17.indices(moved), out[..., [H36M17.index(about)], :]
+        out[..., rows, :] = centre + rotate(R, out[..., rows, :] - centre)
+    return out
+
+
+def _limbs_swung(joints: Tensor, draw: Draw, share: float) -> Tensor:
+    out, use = joints.clone(), draw.share(share, len(joints))[:, None, None]
+    for (_, kind), (about, *moved) in _LIMBS.items():
+        vector = _SWING_DEG[kind] * draw.normal(len(joints), 1, 3, most=2) * use
+        R = from_vector(vector.deg2rad())
         rows, centre = H36M17.indices(moved), out[..., [H36M17.index(about)], :]
         out[..., rows, :] = centre + rotate(R, out[..., rows, :] - centre)
     return out

@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import os
 import shutil
+import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -147,20 +148,47 @@ def _read_lifter(path: Path) -> object:
     return lift(PoseSequence(flat, H36M17, IMAGE), (1000, 1000), model=str(path))
 
 
-def _checkpoint(folder: Path) -> Path:
+def _tiny() -> Any:
+    from pcnet3d.models.pcnet_train import TrainConfig
+
+    return TrainConfig.model_validate(tomllib.loads(TINY))
+
+
+def _weights(folder: Path) -> Path:
     import torch
 
     from pcnet3d.models.pcnet import PCNet
-    from pcnet3d.models.pcnet_train import read_config
 
-    torch.save(PCNet(read_config(_config(folder)).net).state_dict(), folder / "pcnet.pt")
-    return folder / "pcnet.pt"
+    torch.save(PCNet(_tiny().net).state_dict(), folder / "best.pt")
+    return folder / "best.pt"
+
+
+def _read_weights(path: Path) -> object:
+    from pcnet3d.models.pcnet_train import best_of
+
+    return best_of(_tiny(), path.parent)
+
+
+def _state() -> Any:
+    from pcnet3d.models.pcnet import PCNet
+    from pcnet3d.models.training import State, optimisers_of
+
+    net = PCNet(_tiny().net)
+    return State(net, optimisers_of(net, _tiny().schedule, ()))
+
+
+def _checkpoint(folder: Path) -> Path:
+    (folder / "run").mkdir()
+    _state().save(folder / "run", _tiny())
+    return folder / "run"
 
 
 def _read_checkpoint(path: Path) -> object:
-    from pcnet3d.models.pcnet_train import best_of, read_config
+    import torch
 
-    return best_of(read_config(path.parent / "tiny.toml"), path.parent)
+    state = _state()
+    state.load(path, _tiny(), torch.device("cpu"))
+    return state
 
 
 def _clips(folder: Path) -> Path:
@@ -288,6 +316,7 @@ OTHERS = {
     "run folder": Reader(_run, _read_run),
     "rectifier": Reader(_onnx("pcnet.onnx"), _read_rectifier),
     "lifter": Reader(_onnx("lifter.onnx"), _read_lifter),
+    "weights": Reader(_weights, _read_weights),
     "checkpoint": Reader(_checkpoint, _read_checkpoint),
     "training data": Reader(_clips, _read_clips),
     "training split": Reader(_split, _read_split),

@@ -1,7 +1,6 @@
 """Training and evaluation on a file of clips and a split of one's own; the paper's targets."""
 
 import json
-from dataclasses import asdict
 
 import numpy as np
 import pytest
@@ -11,18 +10,11 @@ from pcnet3d.models.evaluate import evaluate
 from pcnet3d.models.mocap import write_mocap
 from pcnet3d.models.mocap_parts import read_parts
 from pcnet3d.models.pcnet_evaluate import clean_takes
-from pcnet3d.models.pcnet_views import Mixture, Views, seen, views
+from pcnet3d.models.pcnet_views import seen, views
 from pcnet3d.pipeline import H36M17, InputError, rotate
 from pcnet3d.pipeline.rotations import transpose
 
 SPLIT = {"train": ["01", "02"], "val": ["03"], "test": ["04"]}
-PLAIN = Mixture(
-    lifted=0.0, wide=0.5, combined=0.0, swung=0.0, definitions_m=0.0, noisy=0.0, noise_m=0.0, missing=0.0, flipped=0.0,
-    roll_deg=0.0, unchanged=1.0,
-)  # fmt: skip
-PLAIN_TOML = "[mixture]\n" + "".join(
-    f"{name} = {json.dumps(value)}\n" for name, value in asdict(PLAIN).items()
-)
 
 
 @pytest.fixture
@@ -96,8 +88,13 @@ def test_axes_are_the_views_own_rotation(clip_of):
 @pytest.mark.parametrize("targets", ["body", "axes"])
 def test_batches_have_the_targets_asked_for(clip_of, targets):
     """Turned back by R everybody faces -x upright: left at -y, never mirrored to face +x."""
-    frames = Views([clip_of("01_1")], PLAIN, targets=targets).batch(np.random.default_rng(0), 200)
-    canonical = rotate(transpose(frames.R), frames.truth)
+    pytest.importorskip("torch", reason="training needs torch, the extra 'train'")
+    from pcnet3d.models.on_device.draw import Draw
+    from pcnet3d.models.pcnet_frames import Mixture, TrainingFrames
+
+    material = TrainingFrames([clip_of("01_1")], Mixture(wide=0.5), targets=targets)
+    _, _, truth, R = (part.double().numpy() for part in material.batch(Draw(0, 0), 200))
+    canonical = rotate(transpose(R), truth)
     assert (canonical[:, H36M17.index("l_shoulder"), 1] < -0.1).all()
     assert (canonical[:, H36M17.index("nose"), 0] < canonical[:, H36M17.index("thorax"), 0]).mean() > 0.9
     if targets == "axes":
@@ -176,7 +173,7 @@ def training(files, tmp_path, monkeypatch):
         ("symmetric = true", f'symmetric = false\ndata = "{clips}"\nsplit = "{split}"\ntargets = "axes"'),
         ('residual = "off"\nalign = true', 'residual = "free"'),
     )
-    text = text.partition("[mixture]")[0] + PLAIN_TOML
+    text = text.partition("[mixture]")[0] + "[mixture]\nwide = 0.5\n"
 
     def train(change=lambda text: text):
         (tmp_path / "own.toml").write_text(change(text))
@@ -207,6 +204,7 @@ def test_training_on_own_data(training):
         (lambda t: t.replace('subjects = "train"', 'subjects = "train-a"'), 'subjects = "train"'),
         (lambda t: t.replace("lifted = []", 'lifted = ["a.npz"]'), "Lifted takes"),
         (lambda t: t.replace("clips.npz", "clip.npz"), "found nothing"),
+        (lambda t: t + "[mixture.poses]\nturned = 0.1\n", "as they were recorded"),
     ],
 )
 def test_a_config_that_contradicts_itself_is_refused(training, tmp_path, change, words):

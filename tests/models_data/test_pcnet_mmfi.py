@@ -51,15 +51,15 @@ def test_the_table(tree, tmp_path, capsys):
     pytest.importorskip("onnxscript", reason="export needs onnxscript, the extra 'train'")
     from importlib.resources import files
 
+    from pcnet3d.models.pcnet_train import read_config
+
     text = files("pcnet3d.models").joinpath("mmfi.toml").read_text(encoding="utf-8")
-    tiny = (
-        text.replace("batch = 1024", "batch = 32")
-        .replace("threads = 4", "threads = 1")
-        .replace("[net]", '[net]\nnet = "mlp"\nwidth = 16\noutput = 8\nblocks = 1\n#')
+    tiny = text.replace("batch = 1024", "batch = 32").replace(
+        "[net]", '[net]\nnet = "mlp"\nwidth = 16\noutput = 8\nblocks = 1\n#'
     )
     (tmp_path / "tiny.toml").write_text(tiny, encoding="utf-8")
     out = tmp_path / "out"
-    mmfi(tree, out, steps=3, config=tmp_path / "tiny.toml")
+    mmfi(tree, out, steps=3, config=tmp_path / "tiny.toml", device="cpu", threads=1)
     assert (out / "mmfi.md").read_text() in capsys.readouterr().out
     rows = {(row["trained"], row["tested"]): row for row in json.loads((out / "mmfi.json").read_text())}
     assert set(rows) == {(a, b) for a in ("geometric", "S2", "S3") for b in ("S2", "S3")}
@@ -74,7 +74,8 @@ def test_the_table(tree, tmp_path, capsys):
     assert rows["geometric", "S2"]["rotation"]["mean"] < 15
     for trained in ("S2", "S3"):
         assert (out / trained / "pcnet.onnx").is_file()
-        assert 'targets = "axes"' in (out / trained / "pcnet.toml").read_text()
+        kept = read_config(out / trained / "pcnet.toml")
+        assert (kept.targets, kept.schedule.steps, kept.split) == ("axes", 3, out / f"{trained}.json")
 
 
 def test_the_config_is_the_papers():

@@ -1,5 +1,5 @@
-"""`pcnet3d train` from the command line, on a data folder as small as it gets: several processes train the same
-network as one, and what is wrong gets one sentence and exit code 2."""
+"""`pcnet3d train` from the command line, on a data folder as small as it gets: what is wrong gets one sentence and exit
+code 2."""
 
 import json
 import subprocess
@@ -9,14 +9,19 @@ import numpy as np
 import pytest
 
 from golden.trainings import tiny
-from pcnet3d.pipeline import H36M17, InputError, rotate
+from pcnet3d.pipeline import H36M17, rotate
 from pcnet3d.pipeline.cli import main
 
 torch = pytest.importorskip("torch", reason="training needs torch, the extra 'train'")
 pytest.importorskip("onnxscript", reason="export needs onnxscript, the extra 'train'")
 training = pytest.importorskip("pcnet3d.models.pcnet_train")
+from golden.checkpoints import read_checkpoint, replace_checkpoint, same, saved  # noqa: E402
 
-CONFIG = tiny(("steps = 6", "steps = 3"), ('residual = "off"\nalign = true', 'residual = "free"'))
+CONFIG = tiny(
+    ("steps = 6", "steps = 3"),
+    ("every = 2", "every = 3"),
+    ('residual = "off"\nalign = true', 'residual = "free"'),
+)
 
 
 def write_mocap(path, names, joints):
@@ -66,8 +71,8 @@ def command(monkeypatch, *words):
 def train(folder, monkeypatch, capsys):
     """Runs `pcnet3d train` in the folder -> exit code and stderr."""
 
-    def run(config="tiny.toml", output="out"):
-        code = command(monkeypatch, "train", config, "-o", output)
+    def run(config="tiny.toml", output="out", extra=()):
+        code = command(monkeypatch, "train", config, "-o", output, "--device", "cpu", *extra)
         return code, capsys.readouterr().err
 
     return run
@@ -90,47 +95,6 @@ def change(folder, before, after):
     (folder / "tiny.toml").write_text(text.replace(before, after))
 
 
-def test_two_processes_train_the_same_network_as_one(folder, train):
-    change(folder, "batch = 32", "batch = 33")  # not in equal parts
-    assert train(output="one") == (0, "")
-    words = ["--nproc-per-node", "2", "-m", "pcnet3d.models.train", "tiny.toml", "-o", "two"]
-    done = subprocess.run(
-        [sys.executable, "-m", "torch.distributed.run", "--standalone", *words],
-        capture_output=True, text=True, timeout=120,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    assert done.stdout.count("2 x cpu") == 1  # one process speaks for both
-    one, two = (torch.load(folder / run / "last.pt", weights_only=True) for run in ("one", "two"))
-    start = training.PCNet(training.read_config(folder / "tiny.toml").net).state_dict()
-    for key in ("net", "average"):
-        for name, value in one[key].items():
-            np.testing.assert_allclose(two[key][name], value, atol=1e-6, err_msg=name)
-    moved = max(float((one["net"][name] - value).abs().max()) for name, value in start.items())
-    assert moved > 1e-3  # they did learn
-    lines = [json.loads((folder / run / "log.jsonl").read_text()) for run in ("one", "two")]
-    assert lines[0]["loss"] == pytest.approx(lines[1]["loss"], rel=1e-4)
-    assert (folder / "two" / "pcnet.onnx").stat().st_size > 1000
-
-
-@pytest.mark.parametrize(("count", "size"), [(32, 2), (33, 2), (7, 4), (4, 4)])
-def test_processes_share_a_batch_without_gaps(count, size):
-    from pcnet3d.models.parallel import Ranks
-
-    parts = [Ranks(rank, size, torch.device("cpu")).part(count) for rank in range(size)]
-    rows = [row for part in parts for row in range(count)[part]]
-    assert rows == list(range(count))
-    assert all(range(count)[part] for part in parts)
-    with pytest.raises(InputError, match=f"each of {size} processes, got {size - 1}"):
-        Ranks(0, size, torch.device("cpu")).part(size - 1)
-
-
-@pytest.mark.parametrize("kind", ["lifter", "ablations"])
-def test_only_the_rectifier_trains_in_several_processes(folder, train, monkeypatch, kind):
-    monkeypatch.setenv("WORLD_SIZE", "2")
-    change(folder, 'kind = "pcnet"', f'kind = "{kind}"')
-    refused(train(), "only the kind 'pcnet'", kind)
-
-
 def test_a_checkpoint_of_another_shape(folder, train):
     """The config is the same, as after a change of the code."""
     assert train()[0] == 0
@@ -138,17 +102,16 @@ def test_a_checkpoint_of_another_shape(folder, train):
     change(folder, "width = 16", "width = 24")
     assert train(output="wide")[0] == 0
     (folder / "tiny.toml").write_text(text)
-    saved, other = (torch.load(folder / run / "last.pt", weights_only=True) for run in ("out", "wide"))
-    torch.save({**saved, "net": other["net"]}, folder / "out" / "last.pt")
-    refused(train(), "out/last.pt", "size mismatch", "remove it")
-    torch.save(saved, folder / "out" / "last.pt")
-    (folder / "out" / "pcnet.pt").write_bytes((folder / "wide" / "pcnet.pt").read_bytes())
-    refused(train(), "out/pcnet.pt", "size mismatch")
-    torch.save({"net": saved["net"]}, folder / "out" / "last.pt")
-    refused(train(), "out/last.pt", "config")
-    (folder / "out" / "pcnet.pt").unlink()
-    torch.save(saved, folder / "out" / "last.pt")
-    refused(train(), "out/pcnet.pt", "No such file")
+    here, other = (read_checkpoint(folder / run) for run in ("out", "wide"))
+    replace_checkpoint(folder / "out", saved({**here, "net": other["net"]}))
+    refused(train(), "out/checkpoint.json", "size mismatch", "remove it")
+    replace_checkpoint(folder / "out", saved({"net": here["net"]}))
+    refused(train(), "out/checkpoint.json", "step", "remove it")
+    replace_checkpoint(folder / "out", saved(here))
+    (folder / "out" / "best.pt").write_bytes((folder / "wide" / "best.pt").read_bytes())
+    refused(train(), "out/best.pt", "size mismatch")
+    (folder / "out" / "best.pt").unlink()
+    refused(train(), "out/best.pt", "No such file")
 
 
 class Pickled:
@@ -160,18 +123,29 @@ class Pickled:
         return os.system, ("touch was-here",)
 
 
-@pytest.mark.parametrize("what", ["cut", "pickled"])
+@pytest.mark.parametrize("what", ["cut", "missing", "list", "elsewhere", "pickled", "pickled by torch"])
 @pytest.mark.filterwarnings("ignore")
 def test_a_damaged_checkpoint_and_a_strangers_pickle(folder, train, what):
-    assert train()[0] == 0
-    last = folder / "out" / "last.pt"
-    if what == "cut":
-        last.write_bytes(last.read_bytes()[:3000])
-    else:
-        import pickle
+    import pickle
 
-        last.write_bytes(pickle.dumps(Pickled()))
-    refused(train(), "last.pt is damaged", "remove it")
+    assert train()[0] == 0
+    listing, part = folder / "out" / "checkpoint.json", folder / "out" / "checkpoint-3.0"
+    if what == "cut":
+        part.write_bytes(part.read_bytes()[:3000])
+    elif what == "missing":
+        part.unlink()
+    elif what == "list":
+        listing.write_text(listing.read_text()[:-9])
+    elif what == "elsewhere":
+        part.rename(folder / "checkpoint-3.0")
+        listing.write_text(listing.read_text().replace("checkpoint-3.0", "../checkpoint-3.0"))
+    elif what == "pickled":
+        replace_checkpoint(folder / "out", pickle.dumps(Pickled()))
+    else:
+        replace_checkpoint(folder / "out", saved({"net": Pickled()}))
+    refused(
+        train(), "out/checkpoint", *(() if what in ("missing", "elsewhere") else ("is damaged", "remove it"))
+    )
     assert not (folder / "was-here").exists()
 
 
@@ -186,24 +160,51 @@ def test_a_resume_with_another_config_loses_nothing(folder, train):
 def test_a_checkpoint_from_before_a_new_option_goes_on(folder, train):
     """An option that was not there has its default."""
     assert train()[0] == 0
-    saved = torch.load(folder / "out" / "last.pt", weights_only=True)
-    config = json.loads(saved["config"])
-    del config["targets"]
-    torch.save({**saved, "config": json.dumps(config)}, folder / "out" / "last.pt")
+    listing = folder / "out" / "checkpoint.json"
+    listed = json.loads(listing.read_text())
+    config = json.loads(listed["config"])
+    del config["targets"], config["mixture"]["poses"]["limbs_swung"]
+    listing.write_text(json.dumps({**listed, "config": json.dumps(config)}))
     assert train() == (0, "")
 
 
+def test_a_run_may_be_lengthened_until_it_cools_down(folder, train):
+    """Longer from the beginning or later, it comes to the same weights."""
+    change(folder, "steps = 3", "steps = 12")
+    change(folder, "cooldown = 0.5", "cooldown = 0.25")
+    assert train(output="whole")[0] == 0
+    change(folder, "steps = 12", "steps = 8")
+    for _ in range(3):
+        assert train(extra=("--minutes", "0"))[0] == 0
+    assert read_checkpoint(folder / "out")["step"] == 3
+    change(folder, "steps = 8", "steps = 12")
+    assert train()[0] == 0
+    one, other = (read_checkpoint(folder / run) for run in ("whole", "out"))
+    assert same(one["net"], other["net"])
+    assert same(one["optimisers"], other["optimisers"])
+    change(folder, "steps = 12", "steps = 20")
+    refused(train(), "cools down after 9", "cannot be changed")
+
+
+def test_a_device_that_is_not_here(folder, train):
+    refused(train(extra=("--device", "abacus")), "auto, cpu, cuda", "'abacus'")
+    if not torch.cuda.is_available():
+        refused(train(extra=("--device", "cuda")), "'cuda'")
+    assert not (folder / "out").exists()
+
+
 def test_a_rate_far_too_high_stops_the_training(folder, train):
-    change(folder, "rate = 1e-3", "rate = 1e6")
+    change(folder, "rate = 1e-3", "rate = 1e25")
     change(folder, "steps = 3", "steps = 60")
-    refused(train(), "The loss became nan at step", "no checkpoint yet", "Lower `rate`")
-    assert not (folder / "out" / "last.pt").exists()
+    change(folder, "every = 3", "every = 60")
+    refused(train(), "became nan at step", "no checkpoint yet", "Lower `rate`")
+    assert not (folder / "out" / "checkpoint.json").exists()
 
 
 @pytest.mark.parametrize("where", ["loss", "gradient", "validation"])
 def test_what_is_no_number_keeps_the_last_good_checkpoint(folder, train, monkeypatch, where):
-    monkeypatch.setattr(training, "_EVERY", 1)
-    broken = {"loss": "total", "gradient": "total", "validation": "look"}[where]
+    change(folder, "every = 3", "every = 1")
+    broken = {"loss": "total", "gradient": "total", "validation": "check"}[where]
     real, calls = getattr(training, broken), []
 
     def spoil(*args):
@@ -220,13 +221,13 @@ def test_what_is_no_number_keeps_the_last_good_checkpoint(folder, train, monkeyp
         )  # 0, with a slope of 0 x inf
 
     monkeypatch.setattr(training, broken, spoil)
-    refused(train(), "at step 3", "the last good checkpoint, out/last.pt, stays")
-    saved = torch.load(folder / "out" / "last.pt", weights_only=True)
-    assert saved["step"] == 2
-    assert all(torch.isfinite(value).all() for key in ("net", "average") for value in saved[key].values())
+    refused(train(), "at step 3", "the last good checkpoint, out/checkpoint.json, stays")
+    kept = read_checkpoint(folder / "out")
+    assert kept["step"] == 2
+    assert all(torch.isfinite(value).all() for key in ("net", "average") for value in kept[key].values())
     monkeypatch.setattr(training, broken, real)
     assert train()[0] == 0  # goes on from there
-    assert torch.load(folder / "out" / "last.pt", weights_only=True)["step"] == 3
+    assert read_checkpoint(folder / "out")["step"] == 3
 
 
 @pytest.mark.parametrize(
@@ -266,13 +267,15 @@ def test_motion_capture_with_a_nan(folder, train):
     [
         ("steps = 3", "steps = 0", ("tiny.toml", "steps")),
         ("batch = 32", "batch = 0", ("batch",)),
-        ("threads = 1", "threads = 0", ("threads",)),
+        ("bf16 = false", "bf16 = false\nthreads = 1", ("threads",)),
+        ("cooldown = 0.5", "cooldown = 0", ("schedule.cooldown",)),
+        ("[weights]", "[weights]\nposture = 1", ("weights.posture",)),
         ("rate = 1e-3", "rate = nan", ("rate",)),
         ("seed = 1", "seed = -1", ("seed",)),
         ("wide = 0.5", "wide = 7", ("mixture", "between 0 and 1", "wide")),
         ("width = 16", "width = 0", ("net", "width")),
         ('net = "mlp"', "heads = 3", ("net", "3 heads", "16")),
-        ('kind = "pcnet"', 'kind = "pcnett"', ("kind", "pcnett", "ablations")),
+        ('kind = "pcnet"', 'kind = "pcnett"', ("kind", "pcnett", "lifter, pcnet")),
         ("lifted = 0.0", "lifted = 0.5", ("lifted takes", "testbed")),
         ("lifted = []", 'lifted = ["none.npz"]', ("none.npz",)),
         ("lifted = []", 'lifted = ["data/cmu_mocap.npz"]', ("cmu_mocap.npz", "testbed")),
@@ -332,9 +335,7 @@ def test_bf16_learns_much_the_same(folder, train):
     assert train(output="single")[0] == 0
     change(folder, "bf16 = false", "bf16 = true")
     assert train(output="half")[0] == 0
-    one, other = (
-        torch.load(folder / run / "last.pt", weights_only=True)["net"] for run in ("single", "half")
-    )
+    one, other = (read_checkpoint(folder / run)["net"] for run in ("single", "half"))
     apart = max(float((one[name] - other[name]).abs().max()) for name in one)
     assert 0 < apart < 3 * 2 * 1e-3  # three steps of at most the rate, each way
     assert all(value.dtype == torch.float32 for value in other.values())
@@ -346,6 +347,8 @@ def test_a_bar_on_a_terminal_and_lines_of_the_log_elsewhere(folder):
     import os
 
     change(folder, "steps = 3", "steps = 40")
+    # What it learned in 40 steps and its mirror image cancel out nearly, which no export follows to the last digit.
+    change(folder, "symmetric = true", "symmetric = false")
     ours, theirs = pty.openpty()
     words = [
         sys.executable,

@@ -1,42 +1,49 @@
 """A training run as small as it gets: it writes what it should, resumes exactly, and refuses what it must."""
 
 import json
+import sys
 
 import numpy as np
 import pytest
 
-from golden.trainings import TINY
+from golden.takes import write_lifted
+from golden.trainings import TINY, tiny
 from pcnet3d.pipeline import InputError
 
 torch = pytest.importorskip("torch", reason="training needs torch, the extra 'train'")
 pytest.importorskip("onnxscript", reason="export needs onnxscript, the extra 'train'")
 module = pytest.importorskip("pcnet3d.models.pcnet_train")
+from golden.checkpoints import read_checkpoint, same  # noqa: E402
 
 
 @pytest.fixture
 def config(tmp_path, clips, monkeypatch):
     """A config file, with one clip for every part of the data."""
     monkeypatch.setattr(module, "read_clips", lambda part: clips[part])
-    monkeypatch.setattr(module, "_EVERY", 2)
     monkeypatch.setattr(module, "_VALIDATION_FRAMES", 40)
     path = tmp_path / "tiny.toml"
     path.write_text(TINY)
     return path
 
 
-def weights(path):
-    return torch.load(path, weights_only=True)
+@pytest.fixture
+def without_export(monkeypatch):
+    """Export takes seconds."""
+    monkeypatch.setattr(module, "export", lambda deployed, path, **said: path.write_bytes(b"slow"))
 
 
 def test_a_run_writes_the_network_its_log_and_its_config(config, tmp_path, capsys):
     module.train_pcnet(config, tmp_path / "out")
     names = {path.name for path in (tmp_path / "out").iterdir()}
-    assert names == {"pcnet.onnx", "pcnet.pt", "last.pt", "pcnet.toml", "log.jsonl"}
+    assert names == {
+        "pcnet.onnx", "best.pt", "checkpoint.json", "checkpoint-6.0", "pcnet.toml", "log.jsonl",
+    }  # fmt: skip
+    assert (tmp_path / "out" / "pcnet.toml").read_text() == TINY
     lines = [json.loads(line) for line in (tmp_path / "out" / "log.jsonl").read_text().splitlines()]
     assert [line["step"] for line in lines] == [2, 4, 6]
-    assert all(
-        np.isfinite(line[key]) for line in lines for key in ("loss", "paper", "wide", "paper_expected")
-    )
+    keys = ("loss", "paper", "wide", "paper_expected", "score")
+    assert all(np.isfinite(line[key]) for line in lines for key in keys)
+    assert all(line["score"] == line["paper"] for line in lines)
     from pcnet3d.models.pcnet_onnx import PCNetRectifier
 
     joints = np.random.default_rng(0).normal(0, 0.4, (5, 17, 3))
@@ -44,12 +51,47 @@ def test_a_run_writes_the_network_its_log_and_its_config(config, tmp_path, capsy
     assert "parameters" in capsys.readouterr().out
 
 
-def test_a_run_that_was_stopped_goes_on_to_the_same_weights(config, tmp_path, monkeypatch):
+def test_without_onnx_the_trained_network_waits_for_it(config, tmp_path, monkeypatch):
+    """As on a machine where nothing can be installed."""
+    with monkeypatch.context() as without:
+        without.setitem(sys.modules, "onnx", None)
+        with pytest.raises(InputError, match=r"trained.*needs onnx, which is not installed"):
+            module.train_pcnet(config, tmp_path / "out")
+    assert not (tmp_path / "out" / "pcnet.onnx").exists()
+    log = (tmp_path / "out" / "log.jsonl").read_text()
+    module.train_pcnet(config, tmp_path / "out")
+    assert (tmp_path / "out" / "pcnet.onnx").exists()
+    assert (tmp_path / "out" / "log.jsonl").read_text() == log  # it trained no step more
+
+
+def test_it_learns(config, tmp_path, without_export):
+    config.write_text(
+        tiny(("steps = 6", "steps = 60"), ("every = 2", "every = 20"), ("rate = 1e-3", "rate = 1e-2"))
+    )
+    module.train_pcnet(config, tmp_path / "out")
+    lines = [json.loads(line) for line in (tmp_path / "out" / "log.jsonl").read_text().splitlines()]
+    assert lines[-1]["paper"] < 0.7 * lines[0]["paper"]
+
+
+def test_a_run_in_pieces_comes_to_the_same_weights(config, tmp_path, without_export):
+    """minutes=0 stops after every step."""
+    module.train_pcnet(config, tmp_path / "whole")
+    for step in range(1, 7):
+        module.train_pcnet(config, tmp_path / "pieces", minutes=0)
+        assert read_checkpoint(tmp_path / "pieces")["step"] == step
+        assert (tmp_path / "pieces" / "pcnet.onnx").exists() == (step == 6)
+    one, other = (read_checkpoint(tmp_path / run) for run in ("whole", "pieces"))
+    assert same(one, other)
+    best = [torch.load(tmp_path / run / "best.pt", weights_only=True) for run in ("whole", "pieces")]
+    assert same(*best)
+
+
+def test_a_run_that_was_killed_goes_on_to_the_same_weights(config, tmp_path, monkeypatch, without_export):
     module.train_pcnet(config, tmp_path / "whole")
     save, stopped = module.State.save, []
 
-    def stop_after_two(self, path, config):
-        save(self, path, config)
+    def stop_after_two(self, folder, config):
+        save(self, folder, config)
         if self.step == 2 and not stopped:
             stopped.append(True)
             raise KeyboardInterrupt
@@ -58,44 +100,60 @@ def test_a_run_that_was_stopped_goes_on_to_the_same_weights(config, tmp_path, mo
     with pytest.raises(KeyboardInterrupt):
         module.train_pcnet(config, tmp_path / "broken")
     module.train_pcnet(config, tmp_path / "broken")
-    for file, key in (("last.pt", "net"), ("last.pt", "average"), ("pcnet.pt", None)):
-        one, other = (weights(tmp_path / run / file) for run in ("whole", "broken"))
-        one, other = (one[key], other[key]) if key else (one, other)
-        assert one.keys() == other.keys()
-        assert all(torch.equal(one[name], other[name]) for name in one)
+    assert same(read_checkpoint(tmp_path / "whole"), read_checkpoint(tmp_path / "broken"))
 
 
-def test_another_config_cannot_go_on(config, tmp_path):
+def test_bf16_is_for_training_and_not_for_judging(config, tmp_path, monkeypatch, without_export):
+    config.write_text(tiny(("bf16 = false", "bf16 = true")))
+    seen = []
+    check = module.check
+    monkeypatch.setattr(
+        module, "check", lambda deployed, checks: (seen.append(deployed.net.bf16), check(deployed, checks))[1]
+    )
+    total = module.total
+    monkeypatch.setattr(module, "total", lambda net, *rest: (seen.append(net.bf16), total(net, *rest))[1])
     module.train_pcnet(config, tmp_path / "out")
-    before = (tmp_path / "out" / "pcnet.pt").read_bytes()
-    config.write_text(TINY.replace("rate = 1e-3", "rate = 2e-3"))
-    with pytest.raises(InputError, match="another config"):
+    assert seen == [True, True, False] * 3 + [False]
+
+
+def test_the_best_are_the_best_on_lifted_frames_where_there_are_some(
+    config, tmp_path, standing, without_export
+):
+    lifted = write_lifted(tmp_path / "val.npz", standing, names=("07_01",))
+    config.write_text(tiny(("lifted_val = []", f'lifted_val = ["{lifted.as_posix()}"]')))
+    module.train_pcnet(config, tmp_path / "out")
+    lines = [json.loads(line) for line in (tmp_path / "out" / "log.jsonl").read_text().splitlines()]
+    assert all(line["score"] == line["lifted"] != line["paper"] for line in lines)
+    assert read_checkpoint(tmp_path / "out")["best"] == min(line["lifted"] for line in lines)
+
+
+def test_validation_of_people_who_are_trained_on_is_refused(config, tmp_path, standing):
+    lifted = write_lifted(tmp_path / "val.npz", standing, names=("01_01",))
+    config.write_text(tiny(("lifted_val = []", f'lifted_val = ["{lifted.as_posix()}"]')))
+    with pytest.raises(InputError, match=r"the validation's.*01"):
         module.train_pcnet(config, tmp_path / "out")
-    assert (tmp_path / "out" / "pcnet.pt").read_bytes() == before
-    assert "1e-3" in (tmp_path / "out" / "pcnet.toml").read_text()
 
 
-@pytest.mark.parametrize("content", [b"not a checkpoint", b""])
-def test_a_damaged_checkpoint_is_refused(config, tmp_path, content):
-    (tmp_path / "out").mkdir()
-    (tmp_path / "out" / "last.pt").write_bytes(content)
-    with pytest.raises(InputError, match=r"last\.pt"):
-        module.train_pcnet(config, tmp_path / "out")
+def test_the_expected_error_is_calibrated(config, clips):
+    """On average it is the true one."""
+    torch.manual_seed(0)
+    checks = module.validation(clips["val"], None, "body")
+    deployed = module.Deployed(module.PCNet(module.read_config(config).net).eval(), symmetric=True)
+    before = module.check(deployed, checks)
+    assert before["paper_expected"] != pytest.approx(before["paper"], rel=0.05)
+    module.calibrate(deployed, checks["paper"])
+    after = module.check(deployed, checks)
+    assert after["paper_expected"] == pytest.approx(after["paper"], rel=1e-3)
+    assert after["paper"] == before["paper"]
 
 
-def test_a_loss_that_is_no_number_stops_and_keeps_the_last_good_weights(config, tmp_path, monkeypatch):
-    calls, total = [], module.total
-
-    def broken(*args):
-        calls.append(1)
-        return total(*args) * (float("nan") if len(calls) == 4 else 1)
-
-    monkeypatch.setattr(module, "total", broken)
-    with pytest.raises(InputError, match="step 4"):
-        module.train_pcnet(config, tmp_path / "out")
-    saved = weights(tmp_path / "out" / "last.pt")
-    assert saved["step"] == 2
-    assert all(torch.isfinite(value).all() for value in saved["net"].values())
+def test_lying_people_of_the_validation_have_a_figure_of_their_own(config, clips):
+    standing = clips["val"][0]
+    assert set(module.validation([standing], None, "body")) == {"paper", "wide"}
+    lying = standing.joints[..., [0, 2, 1]] * np.float32([1, -1, 1])
+    both = [standing, module.Clip("07_02", "07", "asfamc", 30.0, lying)]
+    checks = module.validation(both, None, "body")
+    assert [len(checks[name].R) for name in ("paper", "wide", "lying")] == [40, 40, 40]
 
 
 @pytest.mark.parametrize("part", ["val", "test", "hdm05"])
@@ -107,42 +165,41 @@ def test_a_subject_in_train_and_elsewhere_is_refused(config, tmp_path, monkeypat
     assert not (tmp_path / "out").exists()
 
 
-def test_lifted_takes_of_a_test_subject_are_refused(config, tmp_path):
-    R = np.tile([[0, -1, 0], [0, 0, -1], [1, 0, 0]], (5, 1, 1))
-    joints = np.random.default_rng(0).normal(size=(5, 17, 3))
-    np.savez(
-        tmp_path / "t.npz",
-        lifted=joints,
-        truth=joints,
-        R_camera_from_body=R,
-        lying=np.zeros(len(R)),
-        clip=np.array(["03_01"]),
+def test_lifted_takes_of_a_test_subject_are_refused(config, tmp_path, standing):
+    lifted = write_lifted(tmp_path / "t.npz", standing, names=("03_01",))
+    config.write_text(
+        tiny(("lifted = []", f'lifted = ["{lifted.as_posix()}"]'), ("lifted = 0.0", "lifted = 0.5"))
     )
-    text = TINY.replace("lifted = []", f'lifted = ["{tmp_path / "t.npz"}"]').replace(
-        "lifted = 0.0", "lifted = 0.5"
-    )
-    config.write_text(text)
     with pytest.raises(InputError, match="test subjects"):
         module.train_pcnet(config, tmp_path / "out")
 
 
 @pytest.mark.parametrize(
-    ("change", "words"),
+    ("before", "after", "words"),
     [
-        (lambda text: text.replace("seed", "sede"), "sede|seed"),
-        (lambda text: text.replace('net = "mlp"', 'net = "cnn"'), "net.net"),
-        (lambda text: text.replace("wide = 0.5", "wider = 0.5"), "mixture"),
-        (lambda text: text + "]", "TOML"),
+        ("seed", "sede", "sede|seed"),
+        ('net = "mlp"', 'net = "cnn"', r"net\.net"),
+        ("blocks", "bloks", r"net\.bloks"),
+        ("wide = 0.5", "wider = 0.5", r"mixture\.wider"),
+        ("turned = 0.2", "turnt = 0.2", r"mixture\.poses\.turnt"),
+        ("[weights]", "[weights]\nregulr = 1", r"weights\.regulr"),
+        ("average", "avrage", r"schedule\.avrage|schedule\.average"),
+        ("steps = 6", "steps = 6]", "TOML"),
     ],
 )
-def test_a_wrong_config_is_refused_by_its_key(config, change, words):
-    config.write_text(change(TINY))
+def test_a_wrong_config_is_refused_by_its_key(config, before, after, words):
+    config.write_text(tiny((before, after)))
     with pytest.raises(InputError, match=words):
         module.read_config(config)
 
 
-def test_the_shipped_recipe_can_be_read():
+@pytest.mark.parametrize("name", ["pcnet", "paper", "mmfi"])
+def test_the_recipes_can_be_read_and_written(name, tmp_path):
     from importlib.resources import files
 
-    config = module.read_config(files("pcnet3d.models").joinpath("pcnet.toml"))
+    from pcnet3d.models.train_config import as_toml
+
+    config = module.read_config(files("pcnet3d.models").joinpath(f"{name}.toml"))
     assert config.subjects == "train"
+    (tmp_path / "again.toml").write_text(as_toml(config))
+    assert module.read_config(tmp_path / "again.toml") == config

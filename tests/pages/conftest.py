@@ -66,7 +66,7 @@ def _motion_capture(folder: Path) -> None:
         ],
     )
     (folder / "split.json").write_text(text_of("data", "json"))
-    (folder / "own.toml").write_text(text_of("data", "toml") + tiny())
+    (folder / "own.toml").write_text(text_of("training", "toml") + tiny())
     for name in ("FOLDER/01_walk.bvh", "lafan1/walk1_subject1.bvh", "lafan1/walk1_subject2.bvh"):
         (folder / name).parent.mkdir(exist_ok=True)
         worlds.bvh(folder / name, worlds.y_up(walks["01"].world), fps=30)

@@ -45,6 +45,8 @@ def test_what_is_not_run():
         "lifting: needs MotionBERT's repository and weights",
         "lifting: needs VideoPose3D's repository and weights",
         "plugins: needs the template installed; tests/plugin does that and runs it",
+        "training: needs a machine on which nothing is installed",
+        "training: needs the motion capture that the shipped networks were trained on, and hours",
     }
 
 
