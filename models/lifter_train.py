@@ -69,9 +69,24 @@ class TrainConfig(BaseModel):
 
 def train_lifter(config_file: Path, output: Path, device: str = "cpu", minutes: float | None = None) -> None:
     """Run a config file, or the next piece of it. InputError when it is not what TrainConfig says, or as of `fit`."""
-    config, on = read_config(config_file), device_of(device)
+    config = read_config(config_file)
+    best = run(config, output, device, minutes, config_file.read_text(encoding="utf-8"))
+    if best is not None:
+        export(best, output / "lifter.onnx", reach=config.net.reach, trained_on=_trained_on(config))
+
+
+def run(
+    config: TrainConfig,
+    output: Path,
+    device: str = "cpu",
+    minutes: float | None = None,
+    text: str | None = None,
+) -> LifterNet | None:
+    """A run, or the next piece of it: the network that did best, or None where the run is not done. text: the file that
+    the config comes from, kept beside the weights. InputError as of `fit`."""
+    on = device_of(device)
     torch.manual_seed(config.seed)
-    train, val = _clips(config)
+    train, val = clips_of(config)
     net = LifterNet(config.net)
     if config.start is not None:
         net = load_weights(net, config.start).train()
@@ -80,8 +95,9 @@ def train_lifter(config_file: Path, output: Path, device: str = "cpu", minutes: 
     state = State(net, optimisers_of(net, config.schedule, matrices))
     output.mkdir(parents=True, exist_ok=True)
     state.load(output, config, on)
-    with whole_file(output / "lifter.toml") as partial:
-        partial.write_text(config_file.read_text(encoding="utf-8"), encoding="utf-8")
+    if text is not None:
+        with whole_file(output / "lifter.toml") as partial:
+            partial.write_text(text, encoding="utf-8")
     parameters = sum(p.numel() for p in net.parameters())
     print(
         f"{parameters:,} parameters, reach {config.net.reach} frames, {on}, from step {state.step}",
@@ -96,9 +112,9 @@ def train_lifter(config_file: Path, output: Path, device: str = "cpu", minutes: 
             hidden = net.hidden(batch.x)
         return loss(net.answer(hidden), batch, config.weights)
 
-    if fit(state, config, loss_of, lambda average: check(average, checks), output, minutes):
-        best = load_weights(LifterNet(config.net), output / "best.pt")
-        export(best, output / "lifter.onnx", reach=config.net.reach, trained_on=_trained_on(config))
+    if not fit(state, config, loss_of, lambda average: check(average, checks), output, minutes):
+        return None
+    return load_weights(LifterNet(config.net), output / "best.pt")
 
 
 def read_config(path: Path) -> TrainConfig:
@@ -138,7 +154,7 @@ def _shape(config: TrainConfig, step: int) -> tuple[int, int]:
     return max(config.frames // length, 1), length
 
 
-def _clips(config: TrainConfig) -> tuple[tuple[Clip, ...], dict[str, tuple[Clip, ...]]]:
+def clips_of(config: TrainConfig) -> tuple[tuple[Clip, ...], dict[str, tuple[Clip, ...]]]:
     """Those to train on, and those to validate on by where they come from."""
     if config.data is not None and config.split is not None:
         parts = read_parts(config.data, config.split, ("train", "val"))
