@@ -59,6 +59,7 @@ def test_without_onnx_the_trained_network_waits_for_it(config, tmp_path, monkeyp
             module.train_pcnet(config, tmp_path / "out")
     assert not (tmp_path / "out" / "pcnet.onnx").exists()
     log = (tmp_path / "out" / "log.jsonl").read_text()
+    monkeypatch.setattr(module, "export", lambda deployed, path, **said: path.write_bytes(b"slow"))
     module.train_pcnet(config, tmp_path / "out")
     assert (tmp_path / "out" / "pcnet.onnx").exists()
     assert (tmp_path / "out" / "log.jsonl").read_text() == log  # it trained no step more

@@ -38,6 +38,8 @@ def test_what_is_not_run():
     assert {f"{block.page}: {block.reason}" for block in BLOCKS if block.reason} == {
         "README: installs packages from the network",
         "batch: needs a cluster; tests/batch starts one",
+        "camera: needs a video of a built place",
+        "camera: needs an image",
         "data: needs the MM-Fi data set, and hours",
         "detect: downloads networks",
         "hardening: minutes, and files of the repository",
