@@ -72,7 +72,8 @@ def figures(camera: Camera) -> dict[str, Any]:
 
 
 def pitch_roll_sd_deg(up: np.ndarray, covariance: np.ndarray) -> tuple[float, float]:
-    """Standard deviations of pitch and roll, to first order."""
+    """Standard deviations of pitch and roll, degrees, for up (3,) and its covariance (3, 3) in square radians; to first
+    order."""
     step = 1e-5
     slopes = np.stack(
         [(pitch_roll_deg(up + step * axis) - pitch_roll_deg(up)) / step for axis in np.eye(3)], axis=-1
