@@ -71,9 +71,16 @@ def errors(net: LifterNet, batches: dict[str, Batch]) -> dict[str, float]:
 def main(folder: Path, steps: int = 600) -> None:
     torch.set_num_threads(1)
     shipped = read_config(Path(__file__).resolve().parents[2] / "models" / "lifter.toml")
-    schedule = shipped.schedule.model_copy(update={"steps": steps, "cooldown": 0.4, "average": 0.99})
+    schedule = shipped.schedule.model_copy(
+        update={"steps": steps, "cooldown": 0.4, "average": 0.99, "every": steps}
+    )
     base = shipped.model_copy(
-        update={"schedule": schedule, "single": steps, "net": NetConfig(width=256, dilations=(1, 3, 1, 3))}
+        update={
+            "schedule": schedule,
+            "single": steps,
+            "frames": 2048,
+            "net": NetConfig(width=256, dilations=(1, 3, 1, 3)),
+        }
     )
     batches = tests_of(base)
     print(f"| | {' | '.join(batches)} |\n|{' --- |' * (len(batches) + 1)}")

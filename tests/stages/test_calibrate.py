@@ -10,14 +10,19 @@ import pytest
 from golden.films import film_of
 from golden.rooms import no_lines, street
 from pcnet3d.adapters import video as videos
+from pcnet3d.models.cameras import view_rotation
+from pcnet3d.models.gravity import geocalib
+from pcnet3d.models.gravity.geocalib import FieldsUp
 from pcnet3d.models.gravity.view import _boxes, camera_of
-from pcnet3d.pipeline import H36M17, PoseSequence, Take
+from pcnet3d.pipeline import H36M17, InputError, PoseSequence, Take
 from pcnet3d.pipeline.camera import Camera, pitch_roll_deg
 from pcnet3d.pipeline.cli import main
 from pcnet3d.pipeline.frames import IMAGE
+from pcnet3d.pipeline.intrinsics import undistorted
 from pcnet3d.pipeline.rotations import angle_deg
 from pcnet3d.stages.calibrate import Calibrate
 from pcnet3d.stages.calibrate_files import pitch_roll_sd_deg
+from pcnet3d.stages.lift import Lift
 
 
 @pytest.fixture(scope="module")
@@ -124,3 +129,78 @@ def test_errors_of_pitch_and_roll_are_those_of_up(shown):
     ups = shown.up + rng.multivariate_normal(np.zeros(3), covariance, 4000)
     spread = pitch_roll_deg(ups).std(axis=0)
     np.testing.assert_allclose(pitch_roll_sd_deg(shown.up, covariance), spread, rtol=0.1)
+
+
+CALIBRATION = """
+[cam01]
+name = "cam01"
+size = [{width}, {height}]
+matrix = [[{focal}, 0.0, {x}], [0.0, {focal}, {y}], [0.0, 0.0, 1.0]]
+distortions = [0.1, 0.0, 0.0, 0.0]
+rotation = [0.0, 0.0, 0.0]
+translation = [0.0, 0.0, 0.0]
+fisheye = false
+"""
+
+
+@pytest.fixture
+def calibration(video, tmp_path):
+    width, height = video.width, video.height
+    text = CALIBRATION.format(
+        width=width, height=height, focal=0.9 * max(width, height), x=width / 2, y=height / 2
+    )
+    (tmp_path / "Calib.toml").write_text(text)
+    return tmp_path / "Calib.toml"
+
+
+def test_a_calibrated_camera_has_the_files_focal_length_and_no_distortion_left(video, calibration):
+    take = Calibrate(camera_file=calibration, camera_name="cam01")(Take("street", video=video))
+    assert take.camera.focal_source == "told"
+    assert take.camera.focal_px == pytest.approx(0.9 * max(video.width, video.height), rel=0.05)
+    assert take.camera.intrinsics.name == "cam01"
+    with pytest.raises(InputError, match="not both"):
+        Calibrate(camera_file=calibration, focal_px=1000.0)(Take("street", video=video))
+
+
+def test_the_lifter_sees_undistorted_keypoints(video, calibration, monkeypatch):
+    joints = np.random.default_rng(0).uniform(0.2, 0.8, (30, 17, 2)) * [video.width, video.height]
+    keypoints = PoseSequence(joints, H36M17, IMAGE, time_s=np.arange(30) / 30, frame_index=np.arange(30))
+    take = Take("street", video=video, keypoints=keypoints)
+    take = Calibrate(camera_file=calibration)(take)
+    seen = []
+
+    class Lifter:
+        method = "none"
+
+        def lift(self, keypoints, size, focal_px, flip, video):
+            seen.append((keypoints, focal_px))
+            raise InputError("enough")
+
+    stage = Lift()
+    object.__setattr__(stage, "_opened", Lifter())
+    with pytest.raises(InputError, match="enough"):
+        stage(take)
+    ((given, focal_px),) = seen
+    np.testing.assert_allclose(given.joints, undistorted(joints, take.camera.intrinsics), atol=1e-3)
+    assert np.abs(given.joints - joints).max() > 2
+    assert focal_px == take.camera.focal_px
+
+
+def test_a_network_is_asked_where_lines_do_not_tell(tmp_path, monkeypatch, capsys):
+    asked = []
+
+    def answer(images, model, focal_px=None, focal_spread=None):
+        asked.append((len(images), model, focal_px))
+        up = view_rotation(np.array(0.0), np.array(12.0), np.array(3.0))[:, 2]
+        return FieldsUp(up, np.diag(np.radians([1.5, 0.7]) ** 2), 900.0, 70.0)
+
+    monkeypatch.setattr(geocalib, "up_from_network", answer)
+    cv2.imwrite(str(tmp_path / "grass.png"), no_lines("grass", 0).image[:, :, ::-1])
+    code, out, _ = command(
+        monkeypatch, capsys, tmp_path / "grass.png", "--gravity-network", "net.onnx", "--json"
+    )
+    assert code == 0
+    found = json.loads(out)
+    assert found["sources"] == {"focal": "network", "up": "network"}
+    assert found["pitch_deg"] == pytest.approx(12.0, abs=1e-6)
+    assert asked == [(1, "net.onnx", None)]
