@@ -12,6 +12,7 @@ from ..pipeline.angles import (
     MISSING,
     TOO_SHORT,
     UNDEFINED,
+    UNSEEN,
     UNTRUSTED,
     angles,
 )
@@ -43,12 +44,14 @@ def take_angles(
     error_deg: np.ndarray | None = None,
     up_error_deg: np.ndarray | None = None,
     noise: JointNoise | None = None,
+    unseen: np.ndarray | None = None,
 ) -> dict[str, AngleSeries]:
     """Every angle of pipeline.angles.ANGLES.
 
     joints, filtered: (T, 17, 3) relative to the pelvis, H36M17, any unit, before and after the low-pass; the angles are
     those of the second. Lifted ones in CAMERA axes: their noise is known in depth and across. R_source_from_body:
-    (T, 3, 3), NaN where a frame has none. error_deg, up_error_deg: (T,) of the rectification.
+    (T, 3, 3), NaN where a frame has none. error_deg, up_error_deg: (T,) of the rectification. unseen: (T, 17) joints
+    that are missing because nobody saw them.
     """
     turned = np.asarray(known(R_source_from_body).all(axis=1))
     # Angles between segments are the same in any axes, so a frame that cannot be turned keeps them.
@@ -62,6 +65,7 @@ def take_angles(
         up_error_deg = unknown if up_error_deg is None else up_error_deg
         sd = angle_sd(body, R_source_from_body, error_deg, up_error_deg, noise)
     there, left = known(joints), known(filtered)
+    hidden = np.zeros(there.shape, dtype=bool) if unseen is None else unseen & ~there
     out = {}
     for name, angle in ANGLES.items():
         rows = H36M17.indices(angle.joints)
@@ -70,8 +74,8 @@ def take_angles(
         undefined = np.isnan(values[name]) | (lifted & np.isnan(sd[name]))  # or a step away from here
         vague = sd[name] > MAX_SD_DEG
         reason = np.select(
-            [~seen, ~level, ~kept, undefined, vague],
-            [MISSING, UNTRUSTED, TOO_SHORT, UNDEFINED, UNTRUSTED],
+            [hidden[:, rows].any(axis=1), ~seen, ~level, ~kept, undefined, vague],
+            [UNSEEN, MISSING, UNTRUSTED, TOO_SHORT, UNDEFINED, UNTRUSTED],
             FINE,
         ).astype(np.int8)
         fine = reason == FINE

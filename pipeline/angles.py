@@ -27,8 +27,9 @@ REASONS = {
     2: "the limb is nearly straight the wrong way, or lies along the axis that the angle is measured about",
     3: "the frame is not levelled, or the angle's error is too large",
     4: "a gap, a seam, or a run too short for the filter",
+    5: "a joint is not in the image, or the detector does not see it",
 }
-FINE, MISSING, UNDEFINED, UNTRUSTED, TOO_SHORT = REASONS
+FINE, MISSING, UNDEFINED, UNTRUSTED, TOO_SHORT, UNSEEN = REASONS
 
 _STRAIGHT = np.sin(
     np.radians(20.0)

@@ -59,6 +59,7 @@ def joint_angles(poses: PoseSequence, rectified: Rectified, filtered: PoseSequen
         lifted=lifted,
         error_deg=rectified.error_deg,
         up_error_deg=rectified.up_error_deg,
+        unseen=poses.confidence == 0,
     )
     seams = breaks(source)
     columns = {}

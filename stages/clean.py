@@ -8,8 +8,11 @@ from typing import ClassVar
 import numpy as np
 
 from ..pipeline.errors import InputError
+from ..pipeline.layouts import H36M17
+from ..pipeline.pictures import shown_size
 from ..pipeline.pose import PoseSequence
 from ..pipeline.take import Event, Take
+from ..pipeline.visibility import in_words, unseen
 
 _MOST_ROWS = 5_000_000  # beyond this the frame numbers are wrong, not the recording long
 
@@ -40,7 +43,22 @@ class Clean:
             events.append(
                 Event("warning", f"{counts['values_missing']} joint positions are missing and stay so.")
             )
+        if take.keypoints is not None and poses.layout == H36M17:
+            size = shown_size(take.video) if take.video else None
+            hidden, out = unseen(take.keypoints, size, poses.frame_index, poses.times)
+            poses = without(poses, hidden)
+            events += [Event("warning", text) for text in in_words(hidden, out, poses.times)]
         return take.with_(poses=poses).saying(*events)
+
+
+def without(poses: PoseSequence, hidden: np.ndarray) -> PoseSequence:
+    """Poses whose joints that nobody saw, hidden (T, J), are missing, with a confidence of 0; counted."""
+    if not hidden.any():
+        return poses
+    return poses.with_(
+        joints=np.where(hidden[..., None], np.nan, poses.joints),
+        confidence=np.where(hidden, 0.0, poses.confidence),
+    ).noted("unseen", values=int(hidden.sum()))
 
 
 def clean(
