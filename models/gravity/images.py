@@ -13,15 +13,15 @@ from .lines import Fit, directions, fits, support, tangent
 from .segments import Segments, segments_of
 
 TOLD_SPREAD = 0.02  # of a focal length that somebody knows
-_FLOOR_DEG = (
-    0.55,
-    0.30,
-)  # pitch and roll that no number of lines makes surer: distortion, walls out of plumb
+# Pitch and roll that no number of lines makes surer: distortion, walls out of plumb.
+_FLOOR_DEG = (0.55, 0.30)
 _LEAST_GAIN = 60.0
-_LEAST_SECOND = 15.0  # that the second of the three directions explains
+_LEAST_SUPPORT = 15.0  # that a direction has to explain to count
 _WIDEST_DEG = 4.0
-# How often an answer of so much gain is quite wrong (more than 5 degrees off), on photographs.
+# How often an answer of so much gain is quite wrong (more than 5 degrees off), on photographs,
 _FAILURES = ((100.0, 0.06), (200.0, 0.03), (np.inf, 0.004))
+# and one by two directions only: a pattern on one plane, at any angle, looks like that.
+_FLAT_FAILURE = 0.15
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +84,8 @@ def up_from_images(
     best = found[0]
     if best.gain < _LEAST_GAIN:
         return Unknown("the straight lines do not run along upright walls and level edges")
-    if np.sort(support(segments, best))[-2] < _LEAST_SECOND:
+    third, second, _ = np.sort(support(segments, best))
+    if second < _LEAST_SUPPORT:
         return Unknown("nearly all straight lines run along one direction, which does not tell up")
     covariance = _covariance(best, found[1:])
     error = float(np.degrees(np.sqrt(np.trace(covariance))))
@@ -97,7 +98,10 @@ def up_from_images(
         focal_px=best.focal * side,
         focal_sd_px=float(best.focal * side * np.sqrt(best.covariance[2, 2])),
         gain=best.gain,
-        failure=next(rate for most, rate in _FAILURES if best.gain <= most),
+        failure=max(
+            next(rate for most, rate in _FAILURES if best.gain <= most),
+            _FLAT_FAILURE if third < _LEAST_SUPPORT else 0.0,
+        ),
         segments=segments,
         runs_along=directions(segments, best),
         heading=best.heading,

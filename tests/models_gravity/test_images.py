@@ -50,6 +50,16 @@ def test_pictures_that_do_not_tell_are_refused_in_words(kind):
     assert "line" in answer.reason
 
 
+def test_a_pattern_on_one_plane_is_believed_less_than_a_room(streets):
+    """Only the bodies can tell that a plaid hangs askew; an answer by three directions is no such thing."""
+    for seed in (1, 5):
+        flat = up_from_images([no_lines("diagonal pattern", seed).image])
+        assert isinstance(flat, ImageUp)
+        assert flat.failure > 0.1
+    shown = streets[4]
+    assert up_from_images([shown.image], boxes=[shown.boxes]).failure < 0.05
+
+
 @pytest.mark.parametrize(
     ("images", "words"),
     [
