@@ -42,7 +42,7 @@ def test_lines_that_run_along_nothing_are_not_drawn():
     shown = drawn(image, camera, camera.looks[0])
     assert not image.any()
     green = np.abs(shown.astype(int) - (0, 158, 115)).max(axis=-1) < 40
-    assert green[8:14, 10].all()
+    assert green[7:12, 10].all()
     assert (shown[2:6, 2:6] == 64).all()
 
 
