@@ -204,6 +204,8 @@ def test_the_whole_report(data, tmp_path, monkeypatch, capsys):
     results = json.loads((tmp_path / "out" / "evaluation.json").read_text())
     assert list(results["lift"]["OpenPose"]) == ["cam01", "cam02", "cam03", "cam04", "mean"]
     assert 20 < results["lift"]["exact limbs"]["mean"]["pa_mm"] < 100
-    (method,) = results["standing"]
+    method, with_image = results["standing"]
+    assert with_image == f"{method}, with the image"
+    assert results["standing"][with_image]["mean"]["up_deg"] < 1.5  # of an image, whoever the keypoints are of
     assert 0 < results["level"][f"OpenPose, {method}"]["mean"]["up_deg"] < 30
     assert "| OpenPose | cam01 |" in capsys.readouterr().out
