@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import re
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -17,10 +18,15 @@ from ..pipeline.errors import InputError
 from ..pipeline.options import did_you_mean
 from ..pipeline.outputs import printable
 from ..pipeline.plan import planned
-from ..pipeline.reading import adapters
+from ..pipeline.reading import adapters, recognises
 
 LABELS = ("subject", "visit", "condition")
-VIDEOS = (".mp4", ".mov", ".m4v", ".avi", ".mkv", ".webm")
+VIDEOS = (
+    ".mp4", ".mov", ".m4v", ".avi", ".mkv", ".webm", ".wmv", ".flv", ".mpg", ".mpeg", ".ts", ".mts", ".m2ts",
+)  # fmt: skip
+# Of files that hold poses and hardly anything else, and names that estimators and people give to those of any kind.
+_POSES = (".npy", ".npz", ".pkl", ".pickle", ".mat", ".h5", ".hdf5", ".trc", ".c3d", ".bvh")
+_NAMED_POSES = re.compile(r"(?<![a-z])(x?3d|poses?|joints?|skeletons?|results?|predictions?)(?![a-z])")
 
 _NOT_A_TAKES = ("output", "force", "resume", "return")  # of `run`: the batch decides
 _ROLES = ("video", "poses", "keypoints")
@@ -62,7 +68,8 @@ def read_entries(source: Path, common: Mapping[str, str], outside: bool = False)
     A manifest's columns are `name`, `subject`, `visit`, `condition` and the options of `run`; an empty cell is not
     given, several values of a repeatable option stand between semicolons. Its paths are relative to its folder and
     stay inside it, unless `outside`. In a folder every video is a take, with `STEM.poses.*` and `STEM.keypoints.*`
-    beside it; where there is no video, every file that an adapter recognises as poses.
+    beside it; where there is no video, every file that an adapter recognises as poses. A file that looks like poses by
+    name or suffix and that no adapter recognises is a take too, which its run will refuse with the reason.
     A common option that a take has no use for, such as a detector where there are poses, is not given to it.
     InputError names the row and what is wrong with it, or a common option that no take has a use for; nothing is run
     then.
@@ -176,7 +183,8 @@ def _manifest(path: Path) -> Iterator[tuple[str, dict[str, str]]]:
 
 def _folder(folder: Path) -> Iterator[tuple[str, dict[str, str]]]:
     files = sorted(path for path in folder.iterdir() if not path.name.startswith("."))
-    videos = [path for path in files if path.suffix.lower() in VIDEOS and path.is_file()]
+    videos = [path for path in files if path.suffix.lower() in VIDEOS and not path.is_dir()]
+    beside_one: set[Path] = set()
     for video in videos:
         row = {"video": video.name}
         for role in ("poses", "keypoints"):
@@ -189,12 +197,24 @@ def _folder(folder: Path) -> Iterator[tuple[str, dict[str, str]]]:
                 )
             if beside:
                 row[role] = beside[0].name
+                beside_one.add(beside[0])
         yield str(video), row
-    if not videos:
-        known = adapters("poses").values()
-        for path in files:
-            if path.is_file() and any(adapter.sniff(path) for adapter in known):
-                yield str(path), {"poses": path.name}
+    alone = [path for path in files if path not in (*videos, *beside_one) and not path.is_dir()]
+    taken: Counter[str] = Counter(video.stem.casefold() for video in videos)
+    taken.update(path.stem.casefold() for path in alone)
+    for path in alone:
+        given = {adapter.gives for adapter in adapters().values() if recognises(adapter, path)}
+        if "poses" in given and not videos:
+            yield str(path), {"poses": path.name}
+        elif not given and _looks_like_poses(path):
+            name = path.stem if taken[path.stem.casefold()] == 1 else path.name
+            yield str(path), {"name": name, "poses": path.name}
+
+
+def _looks_like_poses(path: Path) -> bool:
+    """By its suffix, or a file of data by its name."""
+    data = path.suffix.lower() in (".json", ".csv", ".txt", "")
+    return path.suffix.lower() in _POSES or (data and bool(_NAMED_POSES.search(path.stem.lower())))
 
 
 def _options(

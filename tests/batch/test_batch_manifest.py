@@ -204,6 +204,24 @@ def test_a_folder_without_videos_takes_files_of_poses(tmp_path, facing_camera):
         read_entries(Path(__file__).parent, {})
 
 
+def test_a_file_that_looks_like_a_take_and_cannot_be_read_is_one(tmp_path, facing_camera):
+    """A truncated and an empty X3D.npy, and others that no adapter recognises."""
+    whole = tmp_path / "good.npy"
+    np.save(whole, np.tile(facing_camera, (10, 1, 1)).astype(np.float32))
+    (tmp_path / "X3D.npy").write_bytes(whole.read_bytes()[:70])
+    for name in ("empty.npy", "results.json", "good.pkl", "walk.trc", "gone.mat"):
+        (tmp_path / name).write_bytes(b"")
+    for name in ("notes.txt", "settings.json", "photo.jpg", "presults.csv"):
+        (tmp_path / name).write_bytes(b"nothing")
+    entries = {entry.name: Path(entry.options["poses"][0]).name for entry in read_entries(tmp_path, {})}
+    assert entries == {
+        "good": "good.npy", "X3D": "X3D.npy", "empty": "empty.npy", "results": "results.json",
+        "good.pkl": "good.pkl", "walk": "walk.trc", "gone": "gone.mat",
+    }  # fmt: skip
+    (tmp_path / "v.mp4").write_bytes(b"")
+    assert {entry.name for entry in read_entries(tmp_path, {})} == {"v", *entries} - {"good"}
+
+
 def test_nothing_there(tmp_path):
     with pytest.raises(InputError, match="manifest or a folder"):
         read_entries(tmp_path / "none.csv", {})
