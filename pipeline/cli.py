@@ -18,10 +18,10 @@ from . import registry
 from .detections import interrupted_at
 from .errors import InputError
 from .intake import Sources
-from .job import run_files, run_people
+from .job import checkpoint_of, run_files, run_people
 from .options import pairs
 from .plan import planned
-from .progress import stages, tell, tell_people
+from .progress import stages, tell, tell_people, telling_of_kept
 from .reading import Missing, Parity, adapters
 from .swap_repair import Swaps
 
@@ -161,7 +161,9 @@ def run(
         options=pairs(option),
         keypoints_options=pairs(keypoints_option),
     )
-    with stages(["read", *(entry.use for entry in chosen.stages)]) as done:
+    names = ["read", *(entry.use for entry in chosen.stages)]
+    kept = checkpoint_of(output) if "detect" in names else None
+    with telling_of_kept(kept, resume), stages(names) as done:
         if person == "all":
             people = run_people(sources, output, chosen, force=force, done=done)
         else:

@@ -9,6 +9,7 @@ from typing import Any
 from .config import Recipe, load_recipe
 from .detections import KEYPOINTS
 from .errors import InputError
+from .job import checkpoint_of
 
 
 def planned(given: Mapping[str, Any]) -> Recipe:
@@ -87,11 +88,11 @@ def planned(given: Mapping[str, Any]) -> Recipe:
 
 
 def _checkpoint(output: Path) -> Path:
-    """What an interrupted run left; InputError when there is none."""
-    path = output / KEYPOINTS
-    if not path.is_file():
-        raise InputError(f"There is no interrupted run in {output} to go on with; leave --resume out.")
-    return path
+    """What an interrupted run left, beside its folder or in it; InputError when there is nothing."""
+    for path in (checkpoint_of(output), output / KEYPOINTS):
+        if path.is_file():
+            return path
+    raise InputError(f"There is no interrupted run in {output} to go on with; leave --resume out.")
 
 
 def _size(text: str) -> tuple[int, int]:

@@ -6,6 +6,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 
 from .people import PersonRun
 from .take import Take
@@ -89,6 +90,25 @@ def now_and_then(what: str, total: int | None) -> Iterator[Callable[[int], None]
             yield done
         return
     yield _lines(what, None)
+
+
+@contextmanager
+def telling_of_kept(checkpoint: Path | None, resumed: bool) -> Iterator[None]:
+    """Say what there is to go on from: before a run that would begin anew, and after one that failed. checkpoint: where
+    a run keeps what it has detected; None for one that detects nothing."""
+    if checkpoint is not None and checkpoint.is_file() and not resumed:
+        words = (
+            f"a run into this folder was interrupted, and what it had detected is kept in {checkpoint} until this one "
+            "has detected for a minute; --resume goes on from there"
+        )
+        print(f"note: {words}", file=sys.stderr)
+    try:
+        yield
+    except BaseException:
+        if checkpoint is not None and checkpoint.is_file():
+            words = "what was detected is kept; the same command with --resume goes on from there"
+            print(f"note: {words}", file=sys.stderr)
+        raise
 
 
 def tell(take: Take, who: str = "") -> None:
