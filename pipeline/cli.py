@@ -21,7 +21,7 @@ from .intake import Sources
 from .job import checkpoint_of, run_files, run_people
 from .options import pairs
 from .plan import planned
-from .progress import stages, tell, tell_people, telling_of_kept
+from .progress import conclude, stages, tell, tell_people, telling_of_kept
 from .reading import Missing, Parity, adapters
 from .swap_repair import Swaps
 
@@ -139,6 +139,13 @@ def run(
     recipe: Annotated[Path | None, typer.Option(help="Stages and their options, a TOML file.")] = None,
     no_frames: Annotated[bool, typer.Option("--no-frames", help="Keep pictures of the person out.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Replace a folder that is not ours.")] = False,
+    strict: Annotated[
+        bool,
+        typer.Option(
+            "--strict",
+            help="End with exit code 3 when the poses are suspicious, 4 when not usable or not levelled.",
+        ),
+    ] = False,
 ) -> None:
     """Turn a recorded video's keypoints and a lifter's poses into a rectified recording.
 
@@ -176,8 +183,14 @@ def run(
         tell(take)
     print(f"{output}: {', '.join(sorted(path.name for path in output.iterdir()))}")
     print(f"look at it with: pcnet3d view {shlex.quote(str(shown))}")
+    takes = (
+        {f"person {run.person}: ": run.take for run in people if run.take} if person == "all" else {"": take}
+    )
+    code = conclude(takes, strict)
     if person != "all" and interrupted_at(take) is not None:
         raise typer.Exit(130)
+    if code:
+        raise typer.Exit(code)
 
 
 @app.command()

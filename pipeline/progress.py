@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
+from .inspect import EXIT_CODES
 from .people import PersonRun
 from .take import Take
+from .verdict import verdict, verdict_words
 
 _SECONDS_A_LINE = 20.0
 
@@ -116,6 +118,34 @@ def tell(take: Take, who: str = "") -> None:
     for event in take.events:
         if event.kind in ("warning", "repair", "note"):
             print(f"{event.kind}: {who}{event.text}", file=sys.stderr)
+
+
+def conclude(takes: Mapping[str, Take], strict: bool) -> int:
+    """Print the last lines of a run, how far each take by its name can be trusted, and return the exit code: with
+    `strict` that of the worst take, as `trust` has it, else 0."""
+    worst = 0
+    for who, take in takes.items():
+        code, words = trust(take)
+        print(f"{who}{words}")
+        worst = max(worst, code)
+    if worst:
+        here = f"exit code {worst} as asked by --strict" if strict else f"exit code 0; {worst} with --strict"
+        print(f"not to be relied on without a look: {here}")
+    return worst if strict else 0
+
+
+def trust(take: Take) -> tuple[int, str]:
+    """How far a finished take can be trusted, as an exit code and in words: 4 unusable or not levelled, 3 suspicious, 0
+    neither. Its poses are judged as by `pcnet3d inspect`."""
+    findings = take.findings or ()
+    code, words = EXIT_CODES[verdict(findings)], [] if take.findings is None else [verdict_words(findings)]
+    if take.rectified is not None:
+        levelled = take.rectified.level_ok
+        code = code if levelled else EXIT_CODES["unusable"]
+        words.append(f"the take is {'' if levelled else 'not '}levelled")
+        if not levelled:
+            words[-1] += f": {take.rectified.level_reason}"
+    return code, "; ".join(words)
 
 
 def tell_people(runs: Sequence[PersonRun]) -> None:

@@ -28,7 +28,7 @@ VIDEOS = (
 _POSES = (".npy", ".npz", ".pkl", ".pickle", ".mat", ".h5", ".hdf5", ".trc", ".c3d", ".bvh")
 _NAMED_POSES = re.compile(r"(?<![a-z])(x?3d|poses?|joints?|skeletons?|results?|predictions?)(?![a-z])")
 
-_NOT_A_TAKES = ("output", "force", "resume", "return")  # of `run`: the batch decides
+_NOT_A_TAKES = ("output", "force", "resume", "strict", "return")  # of `run`: the batch decides
 _ROLES = ("video", "poses", "keypoints")
 _DECIDING = (*_ROLES, "recipe", "no_calibrate", "person")  # which stages a take has
 _LARGEST = 64 << 20  # bytes of a manifest; some 300,000 takes
