@@ -21,7 +21,7 @@ from .errors import InputError
 from .intake import Sources
 from .job import run_files, run_people
 from .options import pairs
-from .progress import stages, tell, tell_people
+from .progress import conclude, stages, tell, tell_people
 from .reading import Missing, Parity, adapters
 from .swap_repair import Swaps
 
@@ -225,6 +225,12 @@ def run(
         tell(take)
     print(f"{output}: {', '.join(sorted(path.name for path in output.iterdir()))}")
     print(f"look at it with: pcnet3d view {shlex.quote(str(shown))}")
+    if person == "all":
+        for each in people:
+            if each.take is not None:
+                conclude(each.take, f"person {each.person}: ")
+    else:
+        conclude(take)
     if person != "all" and interrupted_at(take) is not None:
         raise typer.Exit(130)
 

@@ -9,6 +9,7 @@ from contextlib import contextmanager
 
 from .people import PersonRun
 from .take import Take
+from .verdict import verdict_words
 
 _SECONDS_A_LINE = 20.0
 
@@ -96,6 +97,12 @@ def tell(take: Take, who: str = "") -> None:
     for event in take.events:
         if event.kind in ("warning", "repair", "note"):
             print(f"{event.kind}: {who}{event.text}", file=sys.stderr)
+
+
+def conclude(take: Take, who: str = "") -> None:
+    """What `pcnet3d inspect` says of the take's poses, for the last line of a run."""
+    if take.findings is not None:
+        print(f"{who}{verdict_words(take.findings)}")
 
 
 def tell_people(runs: Sequence[PersonRun]) -> None:

@@ -99,6 +99,7 @@ def _takes(rows: Rows) -> str:
     columns: dict[str, list[Cell]] = {
         "frames": [row.get("frames") for row in rows],
         "duration (s)": [row.get("duration_s") for row in rows],
+        "poses are": [row.get("verdict") or None for row in rows],
         "levelled": ["yes" if row.get("level_ok") else "no" for row in rows],
         "up known to within (°, 90 %)": [row.get("up_bound_deg") for row in rows],
         "expected rotation error (°)": [row.get("error_deg_mean") for row in rows],

@@ -48,7 +48,7 @@ def spread(name: str, values: np.ndarray, resolution: float = 0.0, shared: float
     if np.isfinite(error):
         result[error_key(f"mean_{name}")] = figure_of_error(error)
     if np.isfinite(sd) and sd > resolution:
-        result[f"sd_{name}"] = rounded(sd, digits)
+        result[f"sd_{name}"] = figure_of_error(sd)
     return result
 
 
@@ -93,9 +93,9 @@ def figure_of_error(error: float) -> float:
 
 
 def rounded(value: Any, error: float) -> float:
-    """The figure to the decimal that its error leaves: twice the error is at least one of it. Without one as
-    `figure`."""
+    """The figure to the decimal that its error leaves, whole numbers at least: twice the error is at least one of the
+    last digit. Without an error as `figure`."""
     if not (np.isfinite(error) and error > 0):
         return figure(value)
-    decimals = -int(np.floor(np.log10(2 * error)))
-    return float(f"{round(float(value), decimals):.10g}")
+    decimals = max(0, -int(np.floor(np.log10(2 * error))))
+    return round(float(value), decimals) + 0.0  # no -0

@@ -104,7 +104,14 @@ def walking(
     step_times = np.array([step.stop_s - step.start_s for step in every])
     of_side = {side: _times(every, side) for side in SIDES.values()}
     over_floor, of_sides = _lengths(filtered, walks)
-    errors = {side: _error(of_side, side, resolution) for side in SIDES.values()}
+    landing = _landing_error(
+        apart, walks, filtered.times, float(np.median(durations)), separation_sd(columns)
+    )
+    sides = [
+        (of_side[side].mean(), np.hypot(_error(of_side, side, resolution), np.sqrt(2) * landing))
+        for side in SIDES.values()
+    ]
+    few = min(map(len, of_side.values())) < 2
     cycles = {
         f"{side}_{part}": curves(f"{side}_{part}", spans[side])
         for part in _IN_STRIDES
@@ -119,14 +126,14 @@ def walking(
         **_cadence(durations, resolution),
         **spread("step_time_s", step_times, resolution),
         **spread("stride_time_s", durations, resolution),
-        **symmetry(*((of_side[side].mean(), errors[side]) for side in SIDES.values()), of="step_time_"),
+        **({} if few else symmetry(*sides, of="step_time_")),
         **over_floor,
         **basis(apart),
         **{
             words: {
                 "steps": len(of_side[side]),
                 "strides": len(spans[side]),
-                **spread("step_time_s", of_side[side], resolution),
+                **spread("step_time_s", of_side[side], resolution, np.sqrt(2) * landing),
                 "landings_s": figures(landings(walks, side)),
             }
             | of_sides[side]
@@ -187,6 +194,17 @@ def _cadence(durations: np.ndarray, resolution: float) -> dict[str, Any]:
 def _times(every: Sequence[Step], side: str) -> np.ndarray:
     """Durations of the steps that end when this foot lands."""
     return np.array([step.stop_s - step.start_s for step in every if step.side == side])
+
+
+def _landing_error(
+    apart: np.ndarray, walks: Sequence[Sequence[Step]], time_s: np.ndarray, stride_s: float, sd: float
+) -> float:
+    """Seconds by which the separation's noise moves the landings of one foot against those of the other: noise of the
+    walk's own rhythm shifts the turning point of a sine by its share of the amplitude, in radians. It is the same in
+    every step, so that strides keep their length and no number of steps makes it smaller."""
+    inside = np.any([(time_s >= walk[0].start_s) & (time_s <= walk[-1].stop_s) for walk in walks], axis=0)
+    low, high = np.nanpercentile(apart[inside], [5, 95])
+    return float(sd / ((high - low) / 2) * stride_s / (2 * np.pi))
 
 
 def _error(times: Mapping[str, np.ndarray], side: str, resolution: float) -> float:
