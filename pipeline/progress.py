@@ -129,8 +129,7 @@ def conclude(takes: Mapping[str, Take], strict: bool) -> int:
         print(f"{who}{words}")
         worst = max(worst, code)
     if worst:
-        here = f"exit code {worst} as asked by --strict" if strict else f"exit code 0; {worst} with --strict"
-        print(f"not to be relied on without a look: {here}")
+        print(f"exit code {worst}, as --strict asks" if strict else f"exit code 0; --strict makes it {worst}")
     return worst if strict else 0
 
 
