@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import time
 from array import array
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -17,6 +18,9 @@ from .cuts import Glance
 from .detection import Detector, Found
 from .tracking import Sighting, Tracker
 
+_KEEP_S = 60.0
+_KEEP_RARELY = 20  # times as long as the last writing took
+
 
 class _Rows:
     """What was found so far, in flat buffers: hours of video are many small arrays."""
@@ -25,6 +29,9 @@ class _Rows:
         self._joints = joints
         self._frame, self._person, self._time_s = array("q"), array("q"), array("d")
         self._xy, self._score, self._box = array("f"), array("f"), array("f")
+
+    def __len__(self) -> int:
+        return len(self._frame)
 
     def add(self, frame: int, time_s: float, person: int, found: Found) -> None:
         self._frame.append(frame)
@@ -90,6 +97,11 @@ class Search:
             source=source,
         )
 
+    @property
+    def people(self) -> bool:
+        """Whether anybody was found."""
+        return len(self._rows) > 0
+
     def take_up(self, resume: Detections) -> None:
         """Know what is known, and be in the state of after the last frame that was looked at."""
         scene = int(resume.cuts.max(initial=0))
@@ -117,9 +129,14 @@ class Search:
 
 
 def detect(
-    video: Video, detector: Detector, source: str = "", resume: Detections | None = None
+    video: Video,
+    detector: Detector,
+    source: str = "",
+    resume: Detections | None = None,
+    keep: Callable[[Detections], None] = lambda found: None,
 ) -> Detections:
-    """Everybody in a video. source: what a later run compares before it goes on with these.
+    """Everybody in a video. source: what a later run compares before it goes on with these. keep: called with what was
+    found so far, about every minute and at the end, once there is anybody.
 
     Ctrl-C ends it early: what was found so far comes back, with `frames_seen` less than `frames`. resume: such an
     answer to go on from; the result is the same as in one go. Memory grows by what was found alone. InputError when
@@ -133,10 +150,20 @@ def detect(
                 f"{resume.frames} frames, now {detector.method} on {total}); leave --resume out to begin anew."
             )
         search.take_up(resume)
+    keep_at = time.monotonic() + _KEEP_S
+    seen = total
     with interruptible() as asked, counted("detect", total) as count:
         for number, picture in pictures(video, search.seen):
             search.look(number, float(video.time_s[number]), picture)
             count(search.seen)
             if asked():
-                return search.detections(total, search.seen, source)
-    return search.detections(total, total, source)
+                seen = search.seen
+                break
+            if (start := time.monotonic()) >= keep_at and search.people:
+                keep(search.detections(total, search.seen, source))
+                # Hours of video take seconds to write, which is to be a small part of the time.
+                keep_at = time.monotonic() + max(_KEEP_S, _KEEP_RARELY * (time.monotonic() - start))
+    found = search.detections(total, seen, source)
+    if search.people:
+        keep(found)
+    return found

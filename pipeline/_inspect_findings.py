@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Literal
-
 import numpy as np
 
 from .anthropometry import implied_stature
@@ -12,9 +9,8 @@ from .checks import STATURES_M, UNSTEADY, bone_spread, chirality, empty_rows
 from .layouts import H36M17
 from .pose import PoseSequence
 from .swap_repair import told, wrong_rows
-from .swaps import Swap
-
-Weight = Literal["note", "suspicious", "unusable"]
+from .swaps import Swap, find_swaps
+from .verdict import Finding, Weight
 
 # Shares of rows from which a fault is suspicious, and from which nothing can be made of the take.
 _LOST = (0.1, 0.5)
@@ -33,17 +29,15 @@ _UP = {"camera": (0.0, -1.0, 0.0), "world": (0.0, 0.0, 1.0)}  # in the families'
 _AXES = "xyz"
 
 
-@dataclass(frozen=True)
-class Finding:
-    """One thing to know of a take. name: a short word for programs; text: a sentence with its evidence."""
-
-    weight: Weight
-    name: str
-    text: str
-
-
 def weighed(share: float, limits: tuple[float, float]) -> Weight:
     return "unusable" if share > limits[1] else "suspicious" if share > limits[0] else "note"
+
+
+def findings_of(poses: PoseSequence, source: PoseSequence | None = None) -> tuple[Finding, ...]:
+    """All that `pcnet3d inspect` would find in poses as a run has them. poses: as pose_findings takes them; source: the
+    same person as the adapter gives it, where there was a file."""
+    before = [] if source is None else source_findings(source)
+    return (*row_findings(poses), *before, *pose_findings(poses), *swap_findings(poses, find_swaps(poses)))
 
 
 def row_findings(source: PoseSequence) -> list[Finding]:

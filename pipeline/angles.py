@@ -14,7 +14,7 @@ segments do not change when the whole body is turned; those with `needs_gravity`
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -47,14 +47,37 @@ _ARM_TURN = 2.0
 class Angle:
     """One angle. words: what it is. positive: when it grows. joints: that it is made of. needs_gravity: whether it is
     taken against the vertical. centre_deg: its values lie within 180 of this, so that it is continuous where bodies
-    move, through 180 too."""
+    move, through 180 too. anatomy_deg: what no joint goes beyond; for segments against the vertical, none while the
+    trunk is upright."""
 
     words: str
     positive: str
     joints: tuple[str, ...]
     needs_gravity: bool = False
     centre_deg: float = 0.0
+    anatomy_deg: tuple[float, float] = (-np.inf, np.inf)
 
+
+# Degrees, by the end of an angle's name: the mean active range of healthy adults (American Academy of Orthopaedic
+# Surgeons, "Joint Motion: Method of Measuring and Recording", 1965: knee 0 to 135, elbow 0 to 150, hip -30 to 120 and
+# -30 to 45, shoulder -60 to 180, trunk 45 to either side, 80 forward) and up to 30 more for the supple and for segments
+# that 17 joints cannot tell apart: the hip is taken against the whole trunk, which bends too.
+_ANATOMY = {
+    "knee_flexion": (-20.0, 165.0),
+    "elbow_flexion": (-20.0, 165.0),
+    "hip_flexion": (-60.0, 165.0),
+    "hip_abduction": (-60.0, 80.0),
+    "shoulder_flexion": (-90.0, 210.0),
+    "shoulder_abduction": (-75.0, 90.0),
+    "shoulder_elevation": (0.0, 180.0),
+    "thigh_sagittal": (-60.0, 150.0),
+    "shank_sagittal": (-165.0, 120.0),
+    "upper_arm_sagittal": (-90.0, 210.0),
+    "trunk_lean_sagittal": (-60.0, 150.0),
+    "trunk_lean_frontal": (-90.0, 90.0),
+    "pelvis_obliquity": (-60.0, 60.0),
+    "thorax_pelvis_rotation": (-75.0, 75.0),
+}
 
 _HIPS, _SHOULDERS = ("r_hip", "l_hip"), ("r_shoulder", "l_shoulder")
 _PELVIS, _THORAX = ("pelvis", "thorax", *_HIPS), ("pelvis", "thorax", *_SHOULDERS)
@@ -115,7 +138,7 @@ def _definitions() -> dict[str, Angle]:
             ),
         }  # fmt: skip
         angles |= {f"{side}_{name}": angle for name, angle in of_side.items()}
-    return angles | {
+    angles |= {
         "trunk_lean_sagittal": Angle(
             "of the trunk line (pelvis to thorax) against the vertical, in the sagittal plane of BODY", "forward",
             _union(("pelvis", "thorax"), _FACING), True,
@@ -132,6 +155,10 @@ def _definitions() -> dict[str, Angle]:
             _union(_PELVIS, _THORAX),
         ),
     }  # fmt: skip
+    return {
+        name: replace(angle, anatomy_deg=_ANATOMY[name.removeprefix("r_").removeprefix("l_")])
+        for name, angle in angles.items()
+    }
 
 
 def _union(*parts: tuple[str, ...]) -> tuple[str, ...]:

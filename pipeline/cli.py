@@ -15,13 +15,13 @@ from typing import Annotated, Literal
 import typer
 
 from . import registry
-from .config import load_recipe
-from .detections import KEYPOINTS, interrupted_at
+from .detections import interrupted_at
 from .errors import InputError
 from .intake import Sources
-from .job import run_files, run_people
+from .job import checkpoint_of, run_files, run_people
 from .options import pairs
-from .progress import stages, tell, tell_people
+from .plan import planned
+from .progress import conclude, stages, tell, tell_people, telling_of_kept
 from .reading import Missing, Parity, adapters
 from .swap_repair import Swaps
 
@@ -139,64 +139,20 @@ def run(
     recipe: Annotated[Path | None, typer.Option(help="Stages and their options, a TOML file.")] = None,
     no_frames: Annotated[bool, typer.Option("--no-frames", help="Keep pictures of the person out.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Replace a folder that is not ours.")] = False,
+    strict: Annotated[
+        bool,
+        typer.Option(
+            "--strict",
+            help="End with exit code 3 when the poses are suspicious, 4 when not usable or not levelled.",
+        ),
+    ] = False,
 ) -> None:
     """Turn a recorded video's keypoints and a lifter's poses into a rectified recording.
 
     Without --poses the keypoints are lifted, by our own network or by --lifter; without --keypoints too, they are first
     detected in the video.
     """
-    chosen = load_recipe(recipe)
-    if poses is None:
-        chosen = chosen.starting_with("lift")
-    calibrated = video is not None and not no_calibrate
-    if calibrated:
-        chosen = chosen.starting_with("calibrate")
-    alone = poses is None and keypoints is None and video is not None
-    if alone:
-        chosen = chosen.starting_with("detect")
-    changes = {
-        "detect": {
-            "detector": detector,
-            "person_detector": person_detector,
-            "smooth_hz": smooth,
-            "resume": _checkpoint(output) if resume else None,
-            "person": person if alone and person != "all" else None,
-            "swaps": swaps if alone else None,
-            "fps": fps if alone else None,
-        },
-        "calibrate": {
-            "focal_px": focal if calibrated else None,
-            "camera": camera if calibrated else None,
-            "camera_file": camera_file,
-            "camera_name": camera_name,
-            "gravity_network": gravity_network,
-        },
-        "lift": {
-            "lifter": lifter,
-            "lifter_kind": lifter_kind,
-            "image_size": image_size and _size(image_size),
-            "focal_px": None if calibrated else focal,
-            "flip": flip or None,
-            "parity": None if poses is not None or parity == "refuse" else parity,
-        },
-        "scale": {"stature_m": stature},
-        "rectify": {
-            "rectifier": rectifier,
-            "camera": camera,
-            "gravity": gravity and _vector(gravity),
-            "pitch_deg": pitch,
-            "roll_deg": roll,
-        },
-        "trajectories": {"cutoff_hz": cutoff},
-        "export": {"also": tuple(also) if also else None},
-    }
-    for stage, options in changes.items():
-        given = {key: value for key, value in options.items() if value is not None}
-        if given and all(entry.use != stage for entry in chosen.stages):
-            raise InputError(f"{', '.join(given)} is for the stage '{stage}', which this run does not have.")
-        chosen = chosen.with_options(stage, **given)
-    if no_frames:
-        chosen = chosen.with_options("record", frames=False).with_options("report", frames=False)
+    chosen = planned(locals())
     sources = Sources(
         poses=poses,
         video=video,
@@ -212,7 +168,9 @@ def run(
         options=pairs(option),
         keypoints_options=pairs(keypoints_option),
     )
-    with stages(["read", *(entry.use for entry in chosen.stages)]) as done:
+    names = ["read", *(entry.use for entry in chosen.stages)]
+    kept = checkpoint_of(output) if "detect" in names else None
+    with telling_of_kept(kept, resume), stages(names) as done:
         if person == "all":
             people = run_people(sources, output, chosen, force=force, done=done)
         else:
@@ -225,8 +183,14 @@ def run(
         tell(take)
     print(f"{output}: {', '.join(sorted(path.name for path in output.iterdir()))}")
     print(f"look at it with: pcnet3d view {shlex.quote(str(shown))}")
+    takes = (
+        {f"person {run.person}: ": run.take for run in people if run.take} if person == "all" else {"": take}
+    )
+    code = conclude(takes, strict)
     if person != "all" and interrupted_at(take) is not None:
         raise typer.Exit(130)
+    if code:
+        raise typer.Exit(code)
 
 
 @app.command()
@@ -299,29 +263,6 @@ def list_(
     for row in rows:
         first, second, third = row.values()
         print(f"{first:<{wide[0]}}  {second:<{wide[1]}}  {' '.join(third.split())}".rstrip())
-
-
-def _checkpoint(output: Path) -> Path:
-    """What an interrupted run left; InputError when there is none."""
-    path = output / KEYPOINTS
-    if not path.is_file():
-        raise InputError(f"There is no interrupted run in {output} to go on with; leave --resume out.")
-    return path
-
-
-def _size(text: str) -> tuple[int, int]:
-    width, times, height = text.lower().partition("x")
-    if not (times and width.isdigit() and height.isdigit()):
-        raise InputError(f"Expected --image-size WIDTHxHEIGHT such as 1920x1080, got '{text}'.")
-    return int(width), int(height)
-
-
-def _vector(text: str) -> tuple[float, float, float]:
-    try:
-        x, y, z = map(float, text.split(","))
-    except ValueError:
-        raise InputError(f"Expected --gravity X,Y,Z such as 0,1,0, got '{text}'.") from None
-    return x, y, z
 
 
 def _add_commands(asked: set[str]) -> None:

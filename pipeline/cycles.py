@@ -19,6 +19,7 @@ POINTS = 101  # of a normalised cycle
 _ENDS = 0.1  # of the rise: where a repetition begins and ends
 _REST = 0.05  # of a movement's largest speed (Balasubramanian et al. 2015 cut movements so)
 _CONFIRMED = 0.25  # of a least change: how far a foot goes back behind a landing next to a take's end
+_BEYOND = 2.0  # standard deviations that this is too, or noise in standing makes a landing
 _STEP_S = (0.25, 1.5)  # shorter or longer is no step of one walk
 
 
@@ -71,7 +72,7 @@ def repetitions(
 
 
 def steps(
-    separation: np.ndarray, time_s: np.ndarray, least: float, seams: Sequence[int] = ()
+    separation: np.ndarray, time_s: np.ndarray, least: float, seams: Sequence[int] = (), noise: float = 0.0
 ) -> list[list[Step]]:
     """Walks, each a list of at least three steps in order.
 
@@ -79,14 +80,16 @@ def steps(
     about when it is farthest in front, as in Zeni, Richards & Higginson, Gait & Posture 27(4), 2008 (who take it
     against the sacrum): its time is early or late by a part of a step that is the same for all, so that durations
     hold. least: by how much the separation changes from step to step at least; behind the last landing before an end
-    it need not go back so far, or that landing would be lost with the step that the end cuts.
+    it need not go back so far, or that landing would be lost with the step that the end cuts. noise: the separation's
+    standard deviation, which it goes back by twice at least, or whoever stands still would land before the first step.
     """
+    confirmed = max(_CONFIRMED * least, _BEYOND * noise)
     walks: list[list[Step]] = []
     for piece in runs(np.isfinite(separation), time_s, seams):
         values, times = separation[piece], time_s[piece]
         landings = [
             (_summit(values if is_peak else -values, times, row), "r" if is_peak else "l")
-            for row, is_peak in _turns_and_ends(values, least)
+            for row, is_peak in _turns_and_ends(values, least, confirmed)
         ]
         walk: list[Step] = []
         for (start, _), (stop, side) in pairwise(landings):
@@ -121,6 +124,20 @@ def symmetry_index(right: float, left: float) -> float:
     return 100 * (right - left) / ((right + left) / 2) if right + left > 0 else float("nan")
 
 
+def symmetry_error(right: float, left: float, right_error: float, left_error: float) -> float:
+    """The index's standard error in per cent from those of both sides, which are taken for independent (first order);
+    NaN where one is."""
+    if not right + left > 0:
+        return float("nan")
+    return float(400 * np.hypot(left * right_error, right * left_error) / (right + left) ** 2)
+
+
+def landings(walks: Sequence[Sequence[Step]], side: str) -> list[float]:
+    """Seconds at which one foot lands: every step begins with a landing of the other foot and ends with one."""
+    starts = [walk[0].start_s for walk in walks if walk and walk[0].side != side]
+    return sorted({*starts, *(step.stop_s for walk in walks for step in walk if step.side == side)})
+
+
 def _turns(values: np.ndarray, least: float) -> list[tuple[int, bool]]:
     """Rows of peaks (True) and valleys (False), alternating, between which values (T,) change by `least` or more; the
     change before the first and behind the last is as large too."""
@@ -141,25 +158,25 @@ def _turns(values: np.ndarray, least: float) -> list[tuple[int, bool]]:
     return found
 
 
-def _turns_and_ends(values: np.ndarray, least: float) -> list[tuple[int, bool]]:
-    """The same, and one before and one behind them from which the values go back by a quarter of `least` only."""
+def _turns_and_ends(values: np.ndarray, least: float, confirmed: float) -> list[tuple[int, bool]]:
+    """The same, and one before and one behind them from which the values go back by `confirmed` only."""
     found = _turns(values, least)
     if not found:
         return found
-    behind = _end(values, *found[-1], least)
-    before = _end(values[::-1], len(values) - 1 - found[0][0], found[0][1], least)
+    behind = _end(values, *found[-1], least, confirmed)
+    before = _end(values[::-1], len(values) - 1 - found[0][0], found[0][1], least, confirmed)
     first = [] if before is None else [(len(values) - 1 - before, not found[0][1])]
     last = [] if behind is None else [(behind, not found[-1][1])]
     return [*first, *found, *last]
 
 
-def _end(values: np.ndarray, turn: int, is_peak: bool, least: float) -> int | None:
+def _end(values: np.ndarray, turn: int, is_peak: bool, least: float, confirmed: float) -> int | None:
     """The row of the turn behind the last one that is certain, if the values end sooner behind it than the next turn
     would come: whoever stands still after a walk takes no step more."""
     rise = -values[turn:] if is_peak else values[turn:]
     top = int(np.argmax(rise))
     cut = len(rise) - top <= top
-    certain = rise[top] - rise[0] >= least and rise[top] - rise[-1] >= _CONFIRMED * least
+    certain = rise[top] - rise[0] >= least and rise[top] - rise[-1] >= confirmed
     return turn + top if cut and certain else None
 
 

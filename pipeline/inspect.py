@@ -10,8 +10,8 @@ import numpy as np
 
 from ._inspect_agreement import Agreement, agreement
 from ._inspect_findings import (
-    Finding,
     depth_factor,
+    findings_of,
     pose_findings,
     row_findings,
     source_findings,
@@ -27,6 +27,9 @@ from .reading import choose_person, finished, read_all, read_sources
 from .swap_repair import as_frames
 from .swaps import Swap, find_swaps
 from .take import Video
+from .verdict import Finding, verdict
+
+__all__ = ["EXIT_CODES", "Inspection", "Person", "findings_of", "inspect"]
 
 EXIT_CODES = {"good": 0, "suspicious": 3, "unusable": 4}
 _POOR_FIT = 0.2  # 2D residual over the person's size; boxing and skating 0.05
@@ -55,8 +58,7 @@ class Person:
     @property
     def verdict(self) -> str:
         """The gravest finding: "good", "suspicious" or "unusable"."""
-        weights = {finding.weight for finding in self.findings}
-        return next((weight for weight in ("unusable", "suspicious") if weight in weights), "good")
+        return verdict(self.findings)
 
     def figures(self) -> dict[str, Any]:
         """Plain values; None where unknown. Spreads and shares are fractions."""

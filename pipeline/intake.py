@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from ._inspect_findings import findings_of
 from .checks import implausible
 from .errors import InputError
 from .joining import Clock, check_numbers, numbered_by, starting_at
@@ -182,6 +183,7 @@ def _joined(files: _Files, poses: PoseSequence | None, keypoints: PoseSequence |
         video=video,
         keypoints=keypoints,
         poses=poses,
+        findings=None if poses is None else findings_of(poses, _source(files, poses)),
         events=(
             *_repairs(lead),
             *(Event("warning", text) for text in (*clock.doubts(), *_doubts(lead))),
@@ -190,6 +192,12 @@ def _joined(files: _Files, poses: PoseSequence | None, keypoints: PoseSequence |
         ),
         inputs=_provenance(files, poses, keypoints),
     )
+
+
+def _source(files: _Files, poses: PoseSequence) -> PoseSequence | None:
+    """The person as the adapter gave it."""
+    people = files.poses.people if files.poses else ()
+    return next((one for one in people if one.person == poses.person), None)
 
 
 def _video_alone(files: _Files) -> Take:

@@ -9,16 +9,26 @@ from dataclasses import replace
 from pathlib import Path
 
 from .config import Recipe, load_recipe
+from .detections import KEYPOINTS
 from .errors import InputError
 from .intake import Person, Sources, open_people, open_take
-from .outputs import sign, whole_folder
+from .outputs import require_space, sign, whole_folder
 from .people import PersonRun, folder_names, write_index
 from .runner import run_together
 from .take import Take
 
 FEWEST_FRAMES = 10  # of a person who gets a run beside others; fewer cannot be levelled
 
+_FRAME_BYTES, _FIXED_BYTES = 5000, 1 << 22  # of a run without its video; 18,000 frames take 90 MB
+
 _WRITERS = ("detect", "record", "export", "report")  # stages that are told where the run's folder is
+
+
+def checkpoint_of(output: Path) -> Path:
+    """Where a run into that folder keeps what it has detected until it is complete; it stays when the run fails or is
+    killed."""
+    output = output.resolve()
+    return output.with_name(f".{output.name}.{KEYPOINTS}")
 
 
 def run_files(
@@ -33,9 +43,12 @@ def run_files(
 
     done: called with "read" and then each stage's name, and its seconds. Raises InputError.
     """
-    recipe = _checked(recipe or load_recipe())
+    kept = checkpoint_of(output)
+    recipe = _checked(recipe or load_recipe()).with_options("detect", checkpoint=kept)
     with whole_folder(output, force, _inputs(sources)) as folder:
-        return run_into(folder, sources, recipe, done)
+        take = run_into(folder, sources, recipe, done)
+    kept.unlink(missing_ok=True)
+    return take
 
 
 def run_into(
@@ -46,7 +59,20 @@ def run_into(
     start = time.perf_counter()
     take = open_take(sources)
     done("read", time.perf_counter() - start)
+    require_space(folder, bytes_needed(recipe, take), "The run")
     return pipeline(take, done)
+
+
+def bytes_needed(recipe: Recipe, *takes: Take) -> int:
+    """About how much a run will write, the video in its recordings counted."""
+    pictures = any(entry.use == "record" and entry.options.get("frames", True) for entry in recipe.stages)
+    needed = 0
+    for take in takes:
+        rows = take.keypoints if take.poses is None else take.poses
+        times = () if take.video is None else take.video.time_s
+        needed += _FIXED_BYTES + _FRAME_BYTES * len(times if rows is None else rows)
+        needed += take.video.path.stat().st_size if take.video and pictures else 0
+    return needed
 
 
 def run_people(
@@ -71,6 +97,7 @@ def run_people(
         people = [_long_enough(person) for person in open_people(sources)]
         done("read", time.perf_counter() - start)
         takes = {person: person.take for person in people if isinstance(person.take, Take)}
+        require_space(folder, bytes_needed(recipe, *takes.values()), "The run")
         folders = dict(zip(takes, folder_names([person.name for person in takes]), strict=True))
         pipelines = [_aimed(recipe, folder / name).build() for name in folders.values()]
         ended = dict(zip(takes, run_together(pipelines, list(takes.values()), done), strict=True))
@@ -102,7 +129,7 @@ def _ended(person: Person, end: Take | InputError, folder: str | None) -> Person
 
 def _checked(recipe: Recipe) -> Recipe:
     for entry in recipe.stages:
-        if entry.use in _WRITERS and "folder" in entry.options:
+        if entry.use in _WRITERS and entry.options.keys() & {"folder", "checkpoint"}:
             raise InputError(f"Stage '{entry.use}': the folder is the run's own (-o DIR), not the recipe's.")
     return recipe
 

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shutil
+import socket
 import tempfile
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
+from glob import escape
 from pathlib import Path
 
 from .errors import InputError
@@ -19,8 +22,9 @@ SUMMARY = "summary.json"
 @contextmanager
 def whole_file(path: Path) -> Iterator[Path]:
     """A temporary path beside `path`, with its suffix (some writers would add it); renamed to it when the block ends,
-    removed when it fails."""
-    partial = path.with_name(f".partial-{os.getpid()}-{path.name}")
+    removed when it fails, or at the next writing when its process was killed."""
+    _remove_dead(path.parent, ".partial-", f"-{path.name}")
+    partial = path.with_name(f".partial-{_us()}-{path.name}")
     try:
         yield partial
         os.replace(partial, path)
@@ -44,20 +48,33 @@ def refuse_unwritable_file(path: Path) -> None:
     refuse_unwritable(path.parent)
 
 
+def require_space(folder: Path, needed: int, what: str) -> None:
+    """InputError when the disk of a folder, which need not be there yet, has less than that many bytes left."""
+    there = next(place for place in (folder.absolute(), *folder.absolute().parents) if place.exists())
+    free = shutil.disk_usage(there).free
+    if free < needed:
+        raise InputError(
+            f"{what} needs about {needed / 1e6:.0f} MB and {there} has {free / 1e6:.0f} MB left; make room there or "
+            "choose another folder."
+        )
+
+
 @contextmanager
 def whole_folder(path: Path, force: bool = False, inputs: Iterable[Path] = ()) -> Iterator[Path]:
-    """A temporary folder that takes the place of `path` when the block ends and vanishes when it fails.
+    """A temporary folder that takes the place of `path` when the block ends and vanishes when it fails, or at the next
+    writing when its process was killed.
 
     Its summary.json is given (or becomes) the list of the run's files. An existing folder is replaced only when
     an earlier run of ours made all that is in it, or with `force`; never when it holds one of the `inputs` or the
     current directory. InputError otherwise, and where nothing can be written.
     """
     path = path.resolve()
+    _tidy_up(path)
     _check_replaceable(path, force, inputs)
     made = [parent for parent in path.parents if not parent.exists()]
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        partial = Path(tempfile.mkdtemp(prefix=f".{path.name}.partial-", dir=path.parent))
+        partial = Path(tempfile.mkdtemp(prefix=f".{path.name}.partial-{_us()}-", dir=path.parent))
         partial.chmod(0o777 & ~_umask())
     except OSError as error:
         _remove_empty(made)
@@ -79,7 +96,7 @@ def _exchange(new: Path, path: Path) -> None:
     if not path.exists():
         os.replace(new, path)
         return
-    old = Path(tempfile.mkdtemp(prefix=f".{path.name}.old-", dir=path.parent))
+    old = Path(tempfile.mkdtemp(prefix=f".{path.name}.old-{_us()}-", dir=path.parent))
     os.replace(path, old)
     try:
         os.replace(new, path)
@@ -87,6 +104,53 @@ def _exchange(new: Path, path: Path) -> None:
         os.replace(old, path)
         raise
     shutil.rmtree(old, ignore_errors=True)
+
+
+def _tidy_up(path: Path) -> None:
+    """Remove what killed processes left beside a folder, and put back what one had moved out of the way there."""
+    if not path.exists():
+        for old in _dead(path.parent, f".{path.name}.old-"):
+            if any(old.iterdir()):
+                os.replace(old, path)
+                break
+    for kind in ("partial", "old"):
+        _remove_dead(path.parent, f".{path.name}.{kind}-")
+
+
+def _us() -> str:
+    """This process, in the name of what it has not finished: its number and its machine."""
+    return f"{os.getpid()}@{re.sub('[^A-Za-z0-9.]', '_', socket.gethostname())}"
+
+
+def _remove_dead(folder: Path, prefix: str, suffix: str = "") -> None:
+    for left in _dead(folder, prefix, suffix):
+        if left.is_dir():
+            shutil.rmtree(left, ignore_errors=True)
+        else:
+            left.unlink(missing_ok=True)
+
+
+def _dead(folder: Path, prefix: str, suffix: str = "") -> list[Path]:
+    """What processes of this machine that are no more left unfinished; of other machines nobody can tell."""
+    here = _us().partition("@")[2]
+    found = []
+    for left in folder.glob(f"{escape(prefix)}*{escape(suffix)}"):
+        told = re.match(r"(\d+)@([A-Za-z0-9._]*)-", left.name.removeprefix(prefix))
+        if told and told[2] == here and not _alive(int(told[1])):
+            found.append(left)
+    return found
+
+
+def _alive(process: int) -> bool:
+    if os.name != "posix":  # where signal 0 would end it
+        return True
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except (OSError, OverflowError):  # somebody else's
+        return True
+    return True
 
 
 def _check_replaceable(path: Path, force: bool, inputs: Iterable[Path]) -> None:

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 
+from .inspect import EXIT_CODES
 from .people import PersonRun
 from .take import Take
+from .verdict import verdict, verdict_words
 
 _SECONDS_A_LINE = 20.0
 
@@ -91,11 +94,57 @@ def now_and_then(what: str, total: int | None) -> Iterator[Callable[[int], None]
     yield _lines(what, None)
 
 
+@contextmanager
+def telling_of_kept(checkpoint: Path | None, resumed: bool) -> Iterator[None]:
+    """Say what there is to go on from: before a run that would begin anew, and after one that failed. checkpoint: where
+    a run keeps what it has detected; None for one that detects nothing."""
+    if checkpoint is not None and checkpoint.is_file() and not resumed:
+        words = (
+            f"a run into this folder was interrupted, and what it had detected is kept in {checkpoint} until this one "
+            "has detected for a minute; --resume goes on from there"
+        )
+        print(f"note: {words}", file=sys.stderr)
+    try:
+        yield
+    except BaseException:
+        if checkpoint is not None and checkpoint.is_file():
+            words = "what was detected is kept; the same command with --resume goes on from there"
+            print(f"note: {words}", file=sys.stderr)
+        raise
+
+
 def tell(take: Take, who: str = "") -> None:
     """The take's warnings, repairs and notes, one line each."""
     for event in take.events:
         if event.kind in ("warning", "repair", "note"):
             print(f"{event.kind}: {who}{event.text}", file=sys.stderr)
+
+
+def conclude(takes: Mapping[str, Take], strict: bool) -> int:
+    """Print the last lines of a run, how far each take by its name can be trusted, and return the exit code: with
+    `strict` that of the worst take, as `trust` has it, else 0."""
+    worst = 0
+    for who, take in takes.items():
+        code, words = trust(take)
+        print(f"{who}{words}")
+        worst = max(worst, code)
+    if worst:
+        print(f"exit code {worst}, as --strict asks" if strict else f"exit code 0; --strict makes it {worst}")
+    return worst if strict else 0
+
+
+def trust(take: Take) -> tuple[int, str]:
+    """How far a finished take can be trusted, as an exit code and in words: 4 unusable or not levelled, 3 suspicious, 0
+    neither. Its poses are judged as by `pcnet3d inspect`."""
+    findings = take.findings or ()
+    code, words = EXIT_CODES[verdict(findings)], [] if take.findings is None else [verdict_words(findings)]
+    if take.rectified is not None:
+        levelled = take.rectified.level_ok
+        code = code if levelled else EXIT_CODES["unusable"]
+        words.append(f"the take is {'' if levelled else 'not '}levelled")
+        if not levelled:
+            words[-1] += f": {take.rectified.level_reason}"
+    return code, "; ".join(words)
 
 
 def tell_people(runs: Sequence[PersonRun]) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 
 from .camera import Camera
 from .pose import PoseSequence, Rectified
+from .verdict import Finding
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,6 +53,7 @@ class Take:
     keypoints: 2D joints in IMAGE, in the detector's own layout.
     camera: what the image and the user say about the camera.
     poses: 3D joints, H36M17 in CAMERA axes, relative to the pelvis.
+    findings: what `pcnet3d inspect` finds in the poses as they were read or lifted (pipeline/verdict.py).
     filtered: 3D joints in LEVEL after the low-pass filter that kinematics rest on; its history says which.
     kinematics: columns (T,) by name, every unit in the name (design.md section 7).
     measures: figures of the take as nested plain dicts, units in the keys.
@@ -63,6 +65,7 @@ class Take:
     keypoints: PoseSequence | None = None
     camera: Camera | None = None
     poses: PoseSequence | None = None
+    findings: tuple[Finding, ...] | None = None
     rectified: Rectified | None = None
     filtered: PoseSequence | None = None
     kinematics: dict[str, np.ndarray] | None = None

@@ -23,11 +23,13 @@ _OTHER = {"r": "l", "l": "r"}
 @dataclass(frozen=True, eq=False)
 class Lengths:
     """stride: (N,) of both feet's strides. step: (N,) by side, of the steps that end when that foot lands. speed: the
-    pelvis's way over all strides by the time that they take. In the unit of the places; NaN where one is missing."""
+    pelvis's way over all strides by the time that they take; speed_error: its standard error by the strides' own
+    speeds, NaN for fewer than three. In the unit of the places; NaN where one is missing."""
 
     stride: np.ndarray
     step: dict[str, np.ndarray]
     speed: float
+    speed_error: float
 
 
 def lengths(
@@ -55,4 +57,7 @@ def lengths(
         from_other = landed - resample(ankles[other], time_s, start_s, seams)
         step[side] = (from_other * unit(between(root, start_s, stop_s))).sum(axis=-1)
     speed = float(way[seen].sum() / duration[seen].sum()) if seen.any() else float("nan")
-    return Lengths(np.concatenate(stride), step, speed)
+    each = way[seen] / duration[seen]
+    # Strides of both feet overlap: half of them are independent.
+    error = float(each.std(ddof=1) / np.sqrt(len(each) / 2)) if len(each) >= 3 else float("nan")
+    return Lengths(np.concatenate(stride), step, speed, error)

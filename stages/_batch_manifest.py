@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import re
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -16,12 +17,20 @@ from ..pipeline.cli import run
 from ..pipeline.errors import InputError
 from ..pipeline.options import did_you_mean
 from ..pipeline.outputs import printable
-from ..pipeline.reading import adapters
+from ..pipeline.plan import planned
+from ..pipeline.reading import adapters, recognises
 
 LABELS = ("subject", "visit", "condition")
-VIDEOS = (".mp4", ".mov", ".m4v", ".avi", ".mkv", ".webm")
+VIDEOS = (
+    ".mp4", ".mov", ".m4v", ".avi", ".mkv", ".webm", ".wmv", ".flv", ".mpg", ".mpeg", ".ts", ".mts", ".m2ts",
+)  # fmt: skip
+# Of files that hold poses and hardly anything else, and names that estimators and people give to those of any kind.
+_POSES = (".npy", ".npz", ".pkl", ".pickle", ".mat", ".h5", ".hdf5", ".trc", ".c3d", ".bvh")
+_NAMED_POSES = re.compile(r"(?<![a-z])(x?3d|poses?|joints?|skeletons?|results?|predictions?)(?![a-z])")
 
-_NOT_A_TAKES = ("output", "force", "resume", "return")  # of `run`: the batch decides
+_NOT_A_TAKES = ("output", "force", "resume", "strict", "return")  # of `run`: the batch decides
+_ROLES = ("video", "poses", "keypoints")
+_DECIDING = (*_ROLES, "recipe", "no_calibrate", "person")  # which stages a take has
 _LARGEST = 64 << 20  # bytes of a manifest; some 300,000 takes
 _NO_NAME = re.compile(r'[\x00-\x1f\x7f/\\:*?"<>|]|^[.\s]|[.\s]$')
 _LONGEST = 100  # characters of a take's name, which becomes a folder's
@@ -59,8 +68,11 @@ def read_entries(source: Path, common: Mapping[str, str], outside: bool = False)
     A manifest's columns are `name`, `subject`, `visit`, `condition` and the options of `run`; an empty cell is not
     given, several values of a repeatable option stand between semicolons. Its paths are relative to its folder and
     stay inside it, unless `outside`. In a folder every video is a take, with `STEM.poses.*` and `STEM.keypoints.*`
-    beside it; where there is no video, every file that an adapter recognises as poses.
-    InputError names the row and what is wrong with it; nothing is run then.
+    beside it; where there is no video, every file that an adapter recognises as poses. A file that looks like poses by
+    name or suffix and that no adapter recognises is a take too, which its run will refuse with the reason.
+    A common option that a take has no use for, such as a detector where there are poses, is not given to it.
+    InputError names the row and what is wrong with it, or a common option that no take has a use for; nothing is run
+    then.
     """
     given = {_column(name, "--set"): value for name, value in common.items()}
     if wrong := given.keys() & {"name", *LABELS}:
@@ -73,14 +85,24 @@ def read_entries(source: Path, common: Mapping[str, str], outside: bool = False)
     if not rows:
         raise InputError(f"{source} names no take; {_wanted(source)}")
     entries = []
+    refused: dict[str, str] = {}  # common options so far without a take, and why
+    used: set[str] = set()
     for where, row in rows:
         own, own_files = _options(row, base, None if outside else base, where)
-        options = {**shared, **own}
+        for name in own:
+            if reason := _no_use(name, {**shared, **own}):
+                raise InputError(f"{where}: {reason}")
+        reasons = {name: _no_use(name, {**shared, **own}) for name in shared if name not in own}
+        used |= {name for name, reason in reasons.items() if not reason}
+        refused |= {name: reason for name, reason in reasons.items() if reason}
+        options = {**{name: shared[name] for name, reason in reasons.items() if not reason}, **own}
         files = tuple(
             option for option in options if option in (own_files if option in own else shared_files)
         )
         name = row.get("name") or _stem(options, where)
         entries.append(Entry(name, options, files, {label: row.get(label, "") for label in LABELS}))
+    for name in refused.keys() - used:
+        raise InputError(f"--set {name}: no take has a use for it; of the last one: {refused[name]}")
     _check_names(entries, [where for where, _ in rows])
     return tuple(entries)
 
@@ -104,6 +126,27 @@ def _column(name: str, where: str) -> str:
     if column not in known:
         raise InputError(f"{where}: there is no column '{printable(name)}'; {did_you_mean(column, known)}")
     return column
+
+
+def _no_use(name: str, options: Mapping[str, tuple[str, ...]]) -> str:
+    """Why `run` would refuse one of a take's options because of what the take is; empty where it takes it."""
+    given = {key: options[key] for key in _DECIDING if key in options}
+    given |= {role: ("a file",) for role in _ROLES if role in given}  # which one does not matter
+    return _refusal(name, options[name], tuple(given.items()))
+
+
+@cache
+def _refusal(name: str, values: tuple[str, ...], others: tuple[tuple[str, tuple[str, ...]], ...]) -> str:
+    try:
+        planned({key: _value(key, texts) for key, texts in ((name, values), *others)})
+    except InputError as error:
+        return str(error)
+    return ""
+
+
+def _value(name: str, texts: tuple[str, ...]) -> Any:
+    hint = _run_options()[name]
+    return TypeAdapter(hint).validate_python(list(texts) if _has(hint, list) else texts[0])
 
 
 def _manifest(path: Path) -> Iterator[tuple[str, dict[str, str]]]:
@@ -140,7 +183,8 @@ def _manifest(path: Path) -> Iterator[tuple[str, dict[str, str]]]:
 
 def _folder(folder: Path) -> Iterator[tuple[str, dict[str, str]]]:
     files = sorted(path for path in folder.iterdir() if not path.name.startswith("."))
-    videos = [path for path in files if path.suffix.lower() in VIDEOS and path.is_file()]
+    videos = [path for path in files if path.suffix.lower() in VIDEOS and not path.is_dir()]
+    beside_one: set[Path] = set()
     for video in videos:
         row = {"video": video.name}
         for role in ("poses", "keypoints"):
@@ -153,12 +197,24 @@ def _folder(folder: Path) -> Iterator[tuple[str, dict[str, str]]]:
                 )
             if beside:
                 row[role] = beside[0].name
+                beside_one.add(beside[0])
         yield str(video), row
-    if not videos:
-        known = adapters("poses").values()
-        for path in files:
-            if path.is_file() and any(adapter.sniff(path) for adapter in known):
-                yield str(path), {"poses": path.name}
+    alone = [path for path in files if path not in (*videos, *beside_one) and not path.is_dir()]
+    taken: Counter[str] = Counter(video.stem.casefold() for video in videos)
+    taken.update(path.stem.casefold() for path in alone)
+    for path in alone:
+        given = {adapter.gives for adapter in adapters().values() if recognises(adapter, path)}
+        if "poses" in given and not videos:
+            yield str(path), {"poses": path.name}
+        elif not given and _looks_like_poses(path):
+            name = path.stem if taken[path.stem.casefold()] == 1 else path.name
+            yield str(path), {"name": name, "poses": path.name}
+
+
+def _looks_like_poses(path: Path) -> bool:
+    """By its suffix, or a file of data by its name."""
+    data = path.suffix.lower() in (".json", ".csv", ".txt", "")
+    return path.suffix.lower() in _POSES or (data and bool(_NAMED_POSES.search(path.stem.lower())))
 
 
 def _options(
@@ -207,7 +263,7 @@ def _found(cell: str, base: Path, inside: Path | None, where: str) -> Path:
 
 
 def _stem(options: Mapping[str, tuple[str, ...]], where: str) -> str:
-    for role in ("video", "poses", "keypoints"):
+    for role in _ROLES:
         if role in options:
             return Path(options[role][0]).stem
     raise InputError(f"{where}: expected a video, poses or keypoints, found none of them.")

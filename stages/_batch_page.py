@@ -18,15 +18,16 @@ _OTHERS = {
     "walking.steps": "steps",
     "walking.mean_stride_time_s": "stride (s)",
     "walking.step_time_symmetry_index_percent": "symmetry of step times (%)",
-    "squats.count": "squats",
-    "squats.mean_rise_deg": "depth of a squat (°)",
-    "squats.mean_duration_s": "duration of a squat (s)",
+    "knee_bends.count": "knee bends",
+    "knee_bends.squats": "of them squats",
+    "knee_bends.mean_rise_deg": "depth of a knee bend (°)",
+    "knee_bends.mean_duration_s": "duration of a knee bend (s)",
     "arm_raises.right.count": "raises of the right arm",
     "arm_raises.left.count": "raises of the left arm",
     "arm_raises.right.mean_rise_deg": "right arm rises by (°)",
     "arm_raises.left.mean_rise_deg": "left arm rises by (°)",
 }
-_COUNTS = ("steps", "count")
+_COUNTS = ("steps", "count", "squats")
 
 Rows = Sequence[Mapping[str, Any]]
 
@@ -98,6 +99,7 @@ def _takes(rows: Rows) -> str:
     columns: dict[str, list[Cell]] = {
         "frames": [row.get("frames") for row in rows],
         "duration (s)": [row.get("duration_s") for row in rows],
+        "poses are": [row.get("verdict") or None for row in rows],
         "levelled": ["yes" if row.get("level_ok") else "no" for row in rows],
         "up known to within (°, 90 %)": [row.get("up_bound_deg") for row in rows],
         "expected rotation error (°)": [row.get("error_deg_mean") for row in rows],

@@ -35,6 +35,7 @@ class _Figures(BaseModel, strict=True):
     report: _Words
     warnings: list[_Words]
     repairs: list[_Words]
+    verdict: _Words
     frames: int | None
     fps: float | None
     duration_s: float | None
@@ -70,6 +71,7 @@ def _figures(folder: Path, place: Path) -> dict[str, Any]:
         "report": (place / REPORT).as_posix() if (folder / REPORT).exists() else "",
         "warnings": summary.get("warnings", []),
         "repairs": summary.get("repairs", []),
+        "verdict": summary.get("verdict") or "",
         "frames": poses.get("frames"),
         "fps": poses.get("fps"),
         "duration_s": poses.get("duration_s"),
@@ -108,8 +110,20 @@ def write_table(rows: Sequence[Mapping[str, Any]], path: Path) -> None:
     import pyarrow as pa
     from pyarrow import parquet
 
-    words = ("name", "subject", "visit", "condition", "person", "state", "reason", "report", "unit", "method")
-    kinds: dict[str, Any] = dict.fromkeys((*words, "level_reason"), pa.string())
+    words = (
+        "name",
+        "subject",
+        "visit",
+        "condition",
+        "person",
+        "state",
+        "reason",
+        "report",
+        "unit",
+        "method",
+        "verdict",
+    )
+    kinds: dict[str, Any] = dict.fromkeys((*words, "verdict", "level_reason"), pa.string())
     kinds |= {"exit_code": pa.int64(), "frames": pa.int64(), "level_ok": pa.bool_()}
     kinds |= dict.fromkeys(("warnings", "repairs"), pa.list_(pa.string()))
     measures = dict.fromkeys(key for row in rows for key in row.get("measures", {}))
@@ -120,6 +134,7 @@ def write_table(rows: Sequence[Mapping[str, Any]], path: Path) -> None:
         "report",
         "warnings",
         "repairs",
+        "verdict",
         "frames",
         "fps",
         "duration_s",

@@ -23,7 +23,8 @@ from ..pipeline import registry
 from ..pipeline.config import load_recipe
 from ..pipeline.errors import InputError
 from ..pipeline.intake import sha256
-from ..pipeline.outputs import add_to_summary, printable, read_summary
+from ..pipeline.job import checkpoint_of
+from ..pipeline.outputs import add_to_summary, printable, read_summary, whole_file
 from ..pipeline.pose import package_version
 from ._batch_manifest import Entry
 from ._batch_study import figures
@@ -50,6 +51,11 @@ class Job:
     @property
     def log(self) -> Path:
         return self.output / "logs" / f"{self.entry.name}.txt"
+
+    @property
+    def begun(self) -> Path:
+        """Holds the key of the take as it was last begun, until it is done."""
+        return self.output / "locks" / f"{self.entry.name}.begun"
 
     @property
     def lock(self) -> Path:
@@ -101,11 +107,12 @@ def run_take(job: Job) -> Outcome:
             key = _key(job.entry, files)
             if kept.key == key:
                 return Outcome(name, "kept", seconds=kept.seconds, host=host, rows=figures(job.folder))
-            code, reason = _run(job)
+            code, reason = _run(job, _detected_before(job, key))
             seconds = round(time.perf_counter() - start, 2)
             if code:
                 _tidy(job.folder)
                 return Outcome(name, "failed", code, reason, seconds, host)
+            job.begun.unlink(missing_ok=True)
             add_to_summary(job.folder, **{_KEY: {"key": key, "files": files, "seconds": seconds}})
             job.log.unlink(missing_ok=True)
             return Outcome(name, "done", seconds=seconds, host=host, rows=figures(job.folder))
@@ -167,6 +174,18 @@ def _key(entry: Entry, files: dict[str, dict[str, str]]) -> str:
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
+def _detected_before(job: Job, key: str) -> bool:
+    """Whether a run of the same take that failed or was killed has left what it had detected; what a run of another
+    left there is removed."""
+    kept = checkpoint_of(job.folder)
+    if job.begun.is_file() and job.begun.read_text(encoding="utf-8") == key:
+        return kept.is_file()
+    kept.unlink(missing_ok=True)
+    with whole_file(job.begun) as partial:
+        partial.write_text(key, encoding="utf-8")
+    return False
+
+
 def _tidy(folder: Path) -> None:
     """Remove what killed runs left beside the take's folder; nobody else is at work there, for the lock is ours."""
     for kind in ("partial", "old"):
@@ -191,9 +210,10 @@ def stop_takes() -> None:
             _kill(child)
 
 
-def _run(job: Job) -> tuple[int, str]:
+def _run(job: Job, resume: bool) -> tuple[int, str]:
     """Exit code of the take's process and why it is not 0. Its words go to the log."""
     command = [sys.executable, "-P", "-m", "pcnet3d.stages._batch_child", "run", f"--output={job.folder}"]
+    command += ["--resume"] if resume else []
     # As many processes as there are cores: each computes with one thread, or they get in each other's way.
     threads = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
     with open(job.log, "wb") as log:

@@ -68,9 +68,9 @@ def spans(measures: dict[str, Any] | None) -> dict[tuple[str, str], np.ndarray]:
 
 
 def _spans(measures: dict[str, Any]) -> Iterator[tuple[str, str, np.ndarray]]:
-    squats, raises, walking = (measures.get(name) or {} for name in ("squats", "arm_raises", "walking"))
-    for angle in squats.get("cycles", {}):
-        yield "squats", angle, _starts_and_stops(squats)
+    bends, raises, walking = (measures.get(name) or {} for name in ("knee_bends", "arm_raises", "walking"))
+    for angle in bends.get("cycles", {}):
+        yield "knee bends", angle, _starts_and_stops(bends)
     for name, group in (measures.get("repetitions") or {}).items():
         yield "repetitions", name, _starts_and_stops(group)
     for side in ("right", "left"):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,6 +19,7 @@ from ._run_folder import Run
 if TYPE_CHECKING:
     import rerun.blueprint as rrb
 
+IMU_RECORDING = "imu.rrd"
 _AXES = {"x": "back", "y": "right", "z": "up", "norm": "norm"}
 _COLUMNS = {
     "r": "r", "rmse_mps2": "RMSE (m/s^2)", "gain": "gain", "lag_s": "own lag (ms)", "offset_mps2": "offset (m/s^2)",
@@ -70,25 +71,24 @@ class Comparison:
         }
 
 
-def as_markdown(run: Run, results: Sequence[Comparison], cutoff_hz: float) -> str:
-    """The tables in words and figures."""
-    lines = [f"# {run.name}: video against IMU", ""]
-    for result in results:
-        found = result.alignment
+def as_markdown(take: str, segments: Mapping[str, Mapping[str, Any]]) -> str:
+    """The tables in words and figures. segments: by name what `figures` gives, with the cut-off and None for NaN."""
+    lines = [f"# {take}: video against IMU", ""]
+    for name, of in segments.items():
         lines += [
-            f"## {result.segment}",
+            f"## {name}",
             "",
-            f"- {result.means}; {result.compared_s:.1f} s compared",
-            f"- both sides low-passed at {cutoff_hz:g} Hz; the IMU samples at {result.imu_hz:.4g} Hz",
-            f"- the IMU's stamps are {1000 * found.lag_s:.0f} ms later than the video's, its clock runs at "
-            f"{found.rate:.5f}, its heading differs by {found.heading_deg:.0f} degrees",
-            *(f"- **{warning}**" for warning in result.warnings),
+            f"- {of['pelvis']}; {of['compared_s']:.1f} s compared",
+            f"- both sides low-passed at {of['cutoff_hz']:g} Hz; the IMU samples at {of['imu_hz']:.4g} Hz",
+            f"- the IMU's stamps are {1000 * of['lag_s']:.0f} ms later than the video's, its clock runs at "
+            f"{of['clock_rate']:.5f}, its heading differs by {of['heading_deg']:.0f} degrees",
+            *(f"- **{warning}**" for warning in of["warnings"]),
             "",
             f"| method | {' | '.join(_COLUMNS.values())} |",
             f"|---{'|---' * len(_COLUMNS)}|",
         ]
-        for method, axes in result.agreement.items():
-            cells = [_cell(result, axes, figure) for figure in _COLUMNS]
+        for method, axes in of["methods"].items():
+            cells = [_cell(of["lag_s"], axes, figure) for figure in _COLUMNS]
             lines.append(f"| {method} | {' | '.join(cells)} |")
         lines.append("")
     lines += [
@@ -100,10 +100,10 @@ def as_markdown(run: Run, results: Sequence[Comparison], cutoff_hz: float) -> st
     return "\n".join(lines)
 
 
-def _cell(result: Comparison, axes: dict[str, dict[str, float]], figure: str) -> str:
-    values = [axes[axis].get(figure, np.nan) for axis in _AXES]
+def _cell(lag_s: float, axes: Mapping[str, Mapping[str, float | None]], figure: str) -> str:
+    values = np.array([axes[axis].get(figure) for axis in _AXES], dtype=float)
     if figure == "lag_s":
-        late = [1000 * (result.alignment.lag_s + value) for value in values]
+        late = 1000 * (lag_s + values)
         return " / ".join(f"{value:.0f}" if np.isfinite(value) else "?" for value in late)
     form = ".3f" if figure == "r" else ".2f"
     return " / ".join(format(value, form) for value in values if np.isfinite(value))
@@ -165,16 +165,24 @@ def _with_norm(values: np.ndarray) -> np.ndarray:
     return np.column_stack([centred, np.linalg.norm(centred, axis=-1)])
 
 
-def write_recording(run: Run, results: Sequence[Comparison], words: str, folder: Path, path: Path) -> None:
-    """All of the run's own recording, and the curves of both on its time axes under imu/<segment>/<axis>."""
+def write_recording(
+    run: Run, results: Sequence[Comparison], kept: Sequence[str], words: str, folder: Path, path: Path
+) -> None:
+    """All of the run's own recording, and the curves of both on its time axes under imu/<segment>/<axis>. kept:
+    segments whose curves are those of the recording that an earlier comparison left in the run's folder."""
     import rerun as rr
     from rerun.chunk import RrdReader
 
     recording = rr.RecordingStream("pcnet3d")
     clock = time_columns(run.frame_index, run.time_s)
     with whole_file(path) as partial:
-        recording.save(partial, default_blueprint=_blueprint(folder, results))
-        if (folder / RECORDING).is_file():
+        segments = [*kept, *(result.segment for result in results)]
+        recording.save(partial, default_blueprint=_blueprint(folder, segments))
+        if kept:
+            replaced = ["/imu/summary", *(f"/imu/{result.segment}/**" for result in results)]
+            before = RrdReader(folder / "imu" / IMU_RECORDING).stream()
+            recording.send_chunks(before.drop(content=replaced))
+        elif (folder / RECORDING).is_file():
             recording.send_chunks(RrdReader(folder / RECORDING).stream())
         recording.log("imu/summary", rr.TextDocument(words, media_type=rr.MediaType.MARKDOWN), static=True)
         for result in results:
@@ -194,21 +202,19 @@ def write_recording(run: Run, results: Sequence[Comparison], words: str, folder:
         recording.disconnect()
 
 
-def _blueprint(folder: Path, results: Sequence[Comparison]) -> rrb.Blueprint:
+def _blueprint(folder: Path, segments: Sequence[str]) -> rrb.Blueprint:
     """The video and LEVEL of the run's recording, where there is one, and a page of curves for each sensor."""
     import rerun.blueprint as rrb
 
     pages = [
         rrb.Vertical(
             *(
-                rrb.TimeSeriesView(
-                    origin=f"imu/{result.segment}/{axis}", name=f"{result.segment}: {name} (m/s^2)"
-                )
+                rrb.TimeSeriesView(origin=f"imu/{segment}/{axis}", name=f"{segment}: {name} (m/s^2)")
                 for axis, name in _AXES.items()
             ),
-            name=result.segment,
+            name=segment,
         )
-        for result in results
+        for segment in segments
     ]
     words = rrb.TextDocumentView(origin="imu/summary", name="Video against IMU")
     views: list[Any] = [rrb.Tabs(*pages), words]

@@ -9,6 +9,7 @@ import numpy as np
 from ..pipeline.camera import pitch_roll_deg
 from ..pipeline.pose import Rectified, Step
 from ..pipeline.take import Take
+from ..pipeline.verdict import verdict_words
 from ._record_up import shared_up
 
 
@@ -21,6 +22,7 @@ def summary_markdown(take: Take) -> str:
     lines = [
         f"### {take.name}",
         *_told(take, "warning", "#### ⚠ Warnings"),
+        *([] if take.findings is None else [f"**Verdict: {verdict_words(take.findings)}.**"]),
         "#### Rectification",
         f"- method: {rectified.method}",
         f"- levelled: {'yes' if rectified.level_ok else f'**no: {rectified.level_reason}**'}",

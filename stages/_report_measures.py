@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from ._measures_figures import error_key
 from ._report_charts import LEFT, MIDDLE, RIGHT, Curve, over_time
-from ._report_page import Cell, charts, facts, figure, heading, picture, small, table
+from ._report_page import Cell, Soft, charts, facts, figure, heading, picture, small, table
 from ._report_words import spoken
 
 _UNITS = {
@@ -16,9 +17,14 @@ _UNITS = {
     "_hz": "Hz", "_percent": "%", "_spm": "steps a minute",
 }  # fmt: skip
 _WORDS = {
-    "p05": "5th percentile", "p95": "95th percentile", "p05_p95": "range between them", "sd": "standard error",
+    "p05": "5th percentile", "p95": "95th percentile", "p05_p95": "range between them",
+    "sd": "stated standard deviation", "beyond_anatomy_frames": "frames beyond anatomy",
     "nan_share": "share without a value", "sparc_up": "SPARC up", "sparc_down": "SPARC down",
 }  # fmt: skip
+_ERRORS = (
+    "± is one standard deviation of the figure before it. Grey: a difference that lies within its error (90 %), or a "
+    "range with values that no joint reaches."
+)
 _MANY = 20  # a list of more is a curve, or too long for a table
 _SIDES = {"r_": ("right", RIGHT), "l_": ("left", LEFT)}
 
@@ -27,7 +33,7 @@ def measure_tables(measures: Mapping[str, Any] | None) -> str:
     """HTML of nested measures: what has curves over a cycle (lists `mean_deg` and `sd_deg`, 0 to 100 %) as charts, both
     sides in one; the rest as figures and tables. Each group of the first level has a heading; below, groups that hold
     no others are the rows of one table, and so are the members of a list of groups."""
-    return _group("take", measures or {}, level=2)
+    return small(_ERRORS) + _group("take", measures, level=2) if measures else ""
 
 
 def named(key: str) -> str:
@@ -47,7 +53,12 @@ def _group(name: str, group: Mapping[str, Any], level: int) -> str:
     flat = {key: value for key, value in groups.items() if level > 2 and not _holds_groups(value)}
     own = {key: value for key, value in group.items() if key not in groups}
     said = {key: value for key, value in own.items() if isinstance(value, str)}
-    pairs = [_pair(key, value) for key, value in own.items() if not (key in said or _is_curve(key, value))]
+    hidden = _hidden(own)
+    pairs = [
+        _pair(key, value, own.get(error_key(key)))
+        for key, value in own.items()
+        if not (key in said or key in hidden or _is_curve(key, value))
+    ]
     return (
         "".join(small(f"{named(key).capitalize()}: {value}.") for key, value in said.items())
         + facts(pairs)
@@ -80,19 +91,43 @@ def _is_curve(key: str, value: Any) -> bool:
     return key.startswith(("mean_", "sd_")) and isinstance(value, Sequence) and len(value) > _MANY
 
 
-def _pair(key: str, value: Any) -> tuple[str, str]:
-    """A figure that stands alone: its name, and it with its unit."""
+def _hidden(group: Mapping[str, Any]) -> set[str]:
+    """Keys that stand with another figure: its error, that it lies within it, and that nothing is missing."""
+    errors = {error_key(key) for key in group}
+    return {
+        key
+        for key, value in group.items()
+        if key in errors or key.endswith("within_error") or (key == "nan_share" and not value)
+    }
+
+
+def _pair(key: str, value: Any, error: Any = None) -> tuple[str, str]:
+    """A figure that stands alone: its name, and it with its error and unit."""
     words, unit = _words_and_unit(key)
     if isinstance(value, Sequence) and len(value) > _MANY:
         return words, _shown(value)
-    return words, f"{_shown(value)}{'' if unit.startswith('°') else ' '}{unit}".rstrip()
+    margin = "" if error is None else f" ± {_shown(error)}"
+    return words, f"{_shown(value)}{margin}{'' if unit.startswith('°') else ' '}{unit}".rstrip()
 
 
 def _rows(members: Mapping[str, Mapping[str, Any]]) -> str:
     """A table with a row for each member and a column for each of their figures."""
-    keys = dict.fromkeys(key for member in members.values() for key in member)
-    rows = [[named(name), *(_cell(member.get(key)) for key in keys)] for name, member in members.items()]
-    return table(("", *map(named, keys)), rows) if keys else ""
+    shown = dict.fromkeys(key for member in members.values() for key in member if key not in _hidden(member))
+    rows = [[named(name), *(_with_error(member, key) for key in shown)] for name, member in members.items()]
+    return table(("", *map(named, shown)), rows) if shown else ""
+
+
+def _with_error(member: Mapping[str, Any], key: str) -> Cell:
+    """A figure and its error, grey where it says nothing."""
+    value, error = member.get(key), member.get(error_key(key))
+    if key == "nan_share":
+        return f"{100 * (value or 0):.2g} %"
+    cell = _cell(value) if error is None else f"{_shown(value)} ± {_shown(error)}"
+    lies_within = key == "symmetry_index_percent" and member.get("within_error")
+    beyond = key.endswith("range_deg") or key in ("lowest_deg", "highest_deg", "p05_p95_deg")
+    if lies_within or (beyond and member.get("beyond_anatomy_frames")):
+        return Soft(cell if isinstance(cell, str) else _shown(value))
+    return cell
 
 
 def _cycles(members: Mapping[str, Mapping[str, Any]]) -> str:

@@ -94,7 +94,13 @@ class Link(NamedTuple):
     address: str
 
 
-Cell = str | float | int | Link | None
+class Soft(NamedTuple):
+    """Words in grey: a figure that says nothing by itself."""
+
+    words: str
+
+
+Cell = str | float | int | Link | Soft | None
 
 
 def text(words: object) -> str:
@@ -177,14 +183,14 @@ def _column(cells: Sequence[Cell]) -> tuple[list[str], bool]:
     decimals = 0 if largest >= 1000 else 1 if largest >= 10 else 2 if largest >= 1 else 3
     shown = [
         "–" if cell is None else f"{cell:z.{decimals}f}" if isinstance(cell, float)
-        else cell.words if isinstance(cell, Link) else str(cell)
+        else cell.words if isinstance(cell, Link | Soft) else str(cell)
         for cell in cells
     ]  # fmt: skip
     return shown, bool(numbers) and len(numbers) == sum(cell is not None for cell in cells)
 
 
 def _cell(tag: str, shown: str, right: bool, cell: Cell = None) -> str:
-    kind = "number" if right else "long" if len(shown) > 40 else ""
+    kind = "soft" if isinstance(cell, Soft) else "number" if right else "long" if len(shown) > 40 else ""
     words = f'<a href="{text(cell.address)}">{text(shown)}</a>' if isinstance(cell, Link) else text(shown)
     return f"<{tag}{f' class={kind}' if kind else ''}>{words}</{tag}>"
 

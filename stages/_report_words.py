@@ -11,6 +11,7 @@ from ..pipeline.angles import ANGLES, FINE, REASONS
 from ..pipeline.pose import Rectified, package_version
 from ..pipeline.rotations import known
 from ..pipeline.take import Take
+from ..pipeline.verdict import verdict
 from ._record_summary import standing, up_by_source
 from ._report_page import box, facts, listed, small, table
 
@@ -31,13 +32,16 @@ def at_a_glance(take: Take) -> str:
         ("Take", f"{len(poses)} frames, {seconds:.1f} s at {poses.fps:.4g} a second"),
         ("Rectified by", rectified.method),
         ("Frames rectified", f"{turned} of {len(poses)}"),
+        ("Poses are", "not judged" if take.findings is None else verdict(take.findings)),
         ("Levelled", "yes" if rectified.level_ok else "no"),
         ("Up is known to within (90 %)", up_bound(rectified)),
         ("Length", "metres" if poses.frame.metric else "no scale: arbitrary units (au)"),
     ]
     not_level = [] if rectified.level_ok else [f"The take could not be levelled: {rectified.level_reason}"]
+    doubts = [finding.text for finding in take.findings or () if finding.weight != "note"]
     return (
         facts(pairs)
+        + box(f"The poses are {verdict(take.findings or ())}", doubts, "warning")
         + box("Warnings", [*not_level, *_told(take, "warning")], "warning")
         + box("Repairs", _told(take, "repair"))
     )

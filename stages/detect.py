@@ -29,7 +29,8 @@ class Detect:
     "rtmdet". person: who, by number, or "largest"; without it the longest track. swaps: what to do about limbs that are
     exchanged for some frames. smooth_hz: low-pass of the keypoints, forwards and backwards; none without it, for the
     lifter was trained on what detectors give. fps: frame rate instead of the video's own. folder: where keypoints.npz
-    goes. resume: the keypoints.npz of an interrupted run to go on from."""
+    goes. checkpoint: a file for what was found so far, written every minute. resume: the file of an interrupted run to
+    go on from."""
 
     detector: str = "movenet"
     person_detector: str | None = None
@@ -39,6 +40,7 @@ class Detect:
     smooth_hz: float | None = None
     fps: float | None = None
     folder: Path | None = None
+    checkpoint: Path | None = None
     resume: Path | None = None
 
     name: ClassVar[str] = "detect"
@@ -52,7 +54,7 @@ class Detect:
         before = None if self.resume is None else load_detections(self.resume)
         digest = next((entry["sha256"] for entry in take.inputs if entry["role"] == "video"), None)
         source = f"{digest or sha256(take.video.path)} {package_version()}"
-        found = detect(take.video, detector, source, before)
+        found = detect(take.video, detector, source, before, self._keep)
         if not len(found.person):
             if found.frames_seen < found.frames:
                 raise KeyboardInterrupt
@@ -71,6 +73,10 @@ class Detect:
         keypoints = keypoints if self.smooth_hz is None else smoothed(keypoints, self.smooth_hz)
         take = take.with_(keypoints=keypoints)
         return take.saying(*_events(take, found, people, chosen), *swapped)
+
+    def _keep(self, found: Detections) -> None:
+        if self.checkpoint is not None:
+            found.save(self.checkpoint)
 
 
 def smoothed(keypoints: PoseSequence, cutoff_hz: float) -> PoseSequence:

@@ -17,6 +17,7 @@ from ..pipeline.outputs import SUMMARY, whole_file
 from ..pipeline.pose import Rectified, package_version
 from ..pipeline.rotations import angle_deg, known
 from ..pipeline.take import Take
+from ..pipeline.verdict import verdict
 from ._export_c3d import write_c3d
 from ._export_measures import write_measures
 from ._export_netcdf import write_netcdf
@@ -106,6 +107,8 @@ def summary(take: Take) -> dict[str, Any]:
         "warnings": [event.text for event in take.events if event.kind == "warning"],
         "repairs": [event.text for event in take.events if event.kind == "repair"],
         "notes": [event.text for event in take.events if event.kind == "note"],
+        "verdict": None if take.findings is None else verdict(take.findings),
+        "findings": [asdict(finding) for finding in take.findings or () if finding.weight != "note"],
         "poses": {
             "frames": len(poses),
             "first_frame": int(poses.frame_index[0]),

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import shlex
+import shutil
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -30,9 +31,10 @@ from ..pipeline.rotations import known
 from ..pipeline.signals import CUTOFF_HZ, check_cutoff, rate
 from ._imu_align import Alignment, Signal, agreement, align, heading_deg, turned
 from ._imu_motion import even_times, imu_signal, path_acceleration, still_pelvis
-from ._imu_output import Comparison, as_markdown, draw, write_recording
+from ._imu_output import IMU_RECORDING, Comparison, as_markdown, draw, write_recording
 from ._run_folder import Run, load_run, methods
 
+_FIGURES = "imu.json"
 _WEAK = 0.5  # a correlation over three axes below which the lag is not to be trusted
 _AMBIGUOUS = 0.9  # of the score: another lag that fits as well, as in a periodic motion
 _LEAST_S = 2.0  # of compared motion
@@ -69,7 +71,10 @@ def imu(
         list[str] | None, typer.Option("--option", "-O", help="KEY=VALUE for the IMUs' adapter; repeatable.")
     ] = None,
 ) -> None:
-    """Compare a run's accelerations with IMUs: lag, r and RMSE of each axis and of the norm."""
+    """Compare a run's accelerations with IMUs: lag, r and RMSE of each axis and of the norm.
+
+    Segments that were compared before stay beside the new ones; the same segment again takes its place.
+    """
     run = load_run(folder)
     options = pairs(option) | ({} if rate_hz is None else {"rate_hz": rate_hz})
     sensors, compared = read_imus(imu, segment or [], adapter, options)
@@ -81,29 +86,51 @@ def imu(
         )
         for name in compared
     ]
-    words = as_markdown(run, results, cutoff)
-    inputs = [{"file": file.name, "sha256": sha256(file)} for file in (*imu, *([root] if root else []))]
+    files = [*imu, *([root] if root else [])]
+    settings = {
+        "inputs": [{"file": file.name, "sha256": sha256(file)} for file in files],
+        "cutoff_hz": cutoff,
+        "search_s": search,
+        "offset_s": offset,
+    }
+    new = {result.segment: plain({**settings, **result.figures()}) for result in results}
+    kept = {name: figures for name, figures in _compared_before(folder).items() if name not in new}
+    segments = {**kept, **new}
+    words = as_markdown(run.name, segments)
     content = {
         "pcnet3d": package_version(),
         "what": f"comparison of {run.name} with IMUs",
         "take": run.name,
-        "inputs": inputs,
-        "cutoff_hz": cutoff,
-        "search_s": search,
-        "offset_s": offset,
-        "segments": {result.segment: result.figures() for result in results},
+        "segments": segments,
     }
-    with whole_folder(folder / "imu", inputs=(*imu, *([root] if root else []))) as partial:
-        text = json.dumps(plain(content), indent=1, allow_nan=False)
-        (partial / "imu.json").write_text(text + "\n", encoding="utf-8")
+    with whole_folder(folder / "imu", inputs=files) as partial:
+        text = json.dumps(content, indent=1, allow_nan=False)
+        (partial / _FIGURES).write_text(text + "\n", encoding="utf-8")
         (partial / "imu.md").write_text(words, encoding="utf-8")
+        for name in kept:
+            shutil.copy(folder / "imu" / f"{name}.png", partial)
         for result in results:
             draw(result, partial / f"{result.segment}.png")
-        write_recording(run, results, words, folder, partial / "imu.rrd")
+        write_recording(run, results, list(kept), words, folder, partial / IMU_RECORDING)
     add_to_list(folder, "imu")
     print(words)
     print(f"{folder / 'imu'}: {', '.join(sorted(file.name for file in (folder / 'imu').iterdir()))}")
-    print(f"look at it with: pcnet3d view {shlex.quote(str(folder / 'imu' / 'imu.rrd'))}")
+    print(f"look at it with: pcnet3d view {shlex.quote(str(folder / 'imu' / IMU_RECORDING))}")
+
+
+def _compared_before(folder: Path) -> dict[str, dict[str, Any]]:
+    """The figures of earlier comparisons with this run by segment, of this version and with all their files."""
+    try:
+        content = json.loads((folder / "imu" / _FIGURES).read_text(encoding="utf-8"))
+        if content["pcnet3d"] != package_version() or not (folder / "imu" / IMU_RECORDING).is_file():
+            return {}
+        return {
+            name: figures
+            for name, figures in content["segments"].items()
+            if name in SEGMENTS and (folder / "imu" / f"{name}.png").is_file()
+        }
+    except (OSError, ValueError, LookupError, TypeError, AttributeError):
+        return {}
 
 
 def read_imus(

@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 
 from ..models import load_lifter
 from ..pipeline.checks import implausible
+from ..pipeline.inspect import findings_of
 from ..pipeline.intrinsics import undistorted
 from ..pipeline.pictures import shown_size
 from ..pipeline.reading import Parity, guarded
@@ -64,7 +65,7 @@ class Lift:
             *(Event("note", text) for text in _focal(said)),
             *(Event("warning", text) for text in warnings),
         )
-        return take.with_(poses=poses).saying(*events)
+        return take.with_(poses=poses, findings=findings_of(poses)).saying(*events)
 
 
 def _who(said: dict[str, Any]) -> str:

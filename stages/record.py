@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
@@ -10,7 +9,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from ..pipeline.errors import InputError
-from ..pipeline.outputs import whole_file
+from ..pipeline.outputs import require_space, whole_file
 from ..pipeline.rotations import angle_deg, known
 from ..pipeline.take import Event, Take
 from ..pipeline.view import RECORDING
@@ -82,7 +81,9 @@ def record(take: Take, path: str | Path, frames: bool = True) -> tuple[Event, ..
     size = float(np.percentile(distance, 98)) if len(distance) else 1.0  # about half the person's height
 
     path = Path(path)
-    _require_space(path, take)
+    # Where the SDK cannot write even the beginning, it waits forever.
+    needed = _FIXED_BYTES + _FRAME_BYTES * len(poses) + (take.video.path.stat().st_size if take.video else 0)
+    require_space(path.parent, needed, "The recording")
     recording = rr.RecordingStream("pcnet3d")
     with whole_file(path) as partial, catch_and_log_exceptions(strict=True):
         try:
@@ -110,19 +111,6 @@ def record(take: Take, path: str | Path, frames: bool = True) -> tuple[Event, ..
             recording.disconnect()
         _require_end(partial, path)
     return events
-
-
-def _require_space(path: Path, take: Take) -> None:
-    """InputError when the disk has no room: where the SDK cannot write even the beginning, it waits forever."""
-    assert take.poses is not None
-    needed = _FIXED_BYTES + _FRAME_BYTES * len(take.poses)
-    needed += take.video.path.stat().st_size if take.video else 0
-    free = shutil.disk_usage(path.parent).free
-    if free < needed:
-        raise InputError(
-            f"The recording needs about {needed / 1e6:.0f} MB and {path.parent} has {free / 1e6:.0f} MB left; make "
-            "room there or choose another folder."
-        )
 
 
 def _require_end(partial: Path, path: Path) -> None:

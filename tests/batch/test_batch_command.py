@@ -257,6 +257,20 @@ def test_everybody_of_a_take_has_a_row(pcnet3d, tmp_path):
     assert "1 takes done (1 of them before)" in kept.stdout
 
 
+def test_a_folders_truncated_file_fails_with_its_reason(pcnet3d, tmp_path):
+    (tmp_path / "in").mkdir()
+    np.save(tmp_path / "in/X3D.npy", np.zeros((10, 17, 3), np.float32))
+    whole = (tmp_path / "in/X3D.npy").read_bytes()
+    (tmp_path / "in/X3D.npy").write_bytes(whole[:70])
+    (tmp_path / "in/empty.npy").write_bytes(b"")
+    result = pcnet3d("batch", tmp_path / "in", "-o", tmp_path / "out")
+    assert result.returncode == 2
+    assert "0 takes done (0 of them before), 2 failed" in result.stdout
+    reasons = {take["name"]: take["reason"] for take in status(tmp_path / "out")["takes"]}
+    assert "it is damaged or cut short" in reasons["X3D"]
+    assert "it is empty (0 bytes)" in reasons["empty"]
+
+
 def test_a_cluster_and_workers_at_once_are_refused(small, pcnet3d, tmp_path):
     refused(
         pcnet3d("batch", small, "-o", tmp_path / "o", "--dask", "tcp://x:1", "--workers", 2),

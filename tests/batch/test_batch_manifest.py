@@ -16,6 +16,8 @@ def study(tmp_path) -> Path:
     (tmp_path / "study").mkdir()
     for name in ("study/a.npy", "study/b.npy", "study/quick.toml", "outside.npy"):
         (tmp_path / name).write_bytes(b"")
+    recipe = '[[stages]]\nuse = "rectify"\n[[stages]]\nuse = "scale"\n[[stages]]\nuse = "export"\n'
+    (tmp_path / "study/quick.toml").write_text(recipe)
     return tmp_path / "study"
 
 
@@ -119,6 +121,64 @@ def test_common_options_are_checked_too(study, given):
         read_entries(manifest(study, "poses", "a.npy"), given)
 
 
+@pytest.fixture
+def mixed(study) -> Path:
+    """A manifest of a take with poses, one with keypoints and one with nothing but a video."""
+    for name in ("v.mp4", "k.json"):
+        (study / name).write_bytes(b"")
+    return manifest(
+        study, "name,video,poses,keypoints", "poses,,a.npy,", "both,v.mp4,,k.json", "video,v.mp4,,"
+    )
+
+
+@pytest.mark.parametrize(
+    ("given", "takes"),
+    [
+        ({"detector": "movenet"}, [2]),
+        ({"person-detector": "yolox"}, [2]),
+        ({"smooth": "6"}, [2]),
+        ({"lifter": "pcnet3d"}, [1, 2]),
+        ({"flip": "yes"}, [1, 2]),
+        ({"gravity-network": "geocalib"}, [1, 2]),
+        ({"adapter": "arrays"}, [0]),
+        ({"option": "pixel=true"}, [0]),
+        ({"keypoints-adapter": "alphapose"}, [1]),
+        ({"first-frame": "7"}, [0, 1]),
+        ({"stature": "1.8"}, [0, 1, 2]),
+        ({"camera": "moving"}, [0, 1, 2]),
+        ({"detector": "movenet", "stature": "1.8"}, [2]),
+    ],
+    ids=str,
+)
+def test_a_common_option_goes_to_the_takes_that_have_a_use_for_it(mixed, given, takes):
+    entries = read_entries(mixed, given)
+    column = next(iter(given)).replace("-", "_")
+    assert [number for number, entry in enumerate(entries) if column in entry.options] == takes
+    if "stature" in given:
+        assert all("stature" in entry.options for entry in entries)
+
+
+@pytest.mark.parametrize("given", [{"detector": "movenet"}, {"gravity-network": "geocalib"}, {"flip": "yes"}])
+def test_a_common_option_that_no_take_has_a_use_for_is_refused_before_the_first_take(study, given):
+    column = next(iter(given)).replace("-", "_")
+    with pytest.raises(
+        InputError, match=rf"--set {column}: no take has a use for it.*this run does not have"
+    ):
+        read_entries(manifest(study, "poses", "a.npy", "b.npy"), {"fps": "30", **given})
+
+
+def test_an_own_option_that_the_take_has_no_use_for_is_refused_with_its_line(study):
+    with pytest.raises(InputError, match=r"line 3: detector is for the stage 'detect'"):
+        read_entries(manifest(study, "poses,detector", "a.npy,", "b.npy,movenet"), {})
+
+
+def test_a_common_recipe_counts(study):
+    """It has no stage that a cut-off is for."""
+    common = {"recipe": str(study / "quick.toml"), "cutoff": "5"}
+    with pytest.raises(InputError, match=r"--set cutoff.*trajectories"):
+        read_entries(manifest(study, "poses", "a.npy"), common)
+
+
 def test_a_folder_of_videos_takes_what_lies_beside_each(tmp_path):
     for name in ("a.mp4", "b.MOV", "a.poses.npy", "a.keypoints.json", "notes.txt", ".hidden.mp4"):
         (tmp_path / name).write_bytes(b"")
@@ -142,6 +202,24 @@ def test_a_folder_without_videos_takes_files_of_poses(tmp_path, facing_camera):
     assert entry.name == "lifted"
     with pytest.raises(InputError, match="no take"):
         read_entries(Path(__file__).parent, {})
+
+
+def test_a_file_that_looks_like_a_take_and_cannot_be_read_is_one(tmp_path, facing_camera):
+    """A truncated and an empty X3D.npy, and others that no adapter recognises."""
+    whole = tmp_path / "good.npy"
+    np.save(whole, np.tile(facing_camera, (10, 1, 1)).astype(np.float32))
+    (tmp_path / "X3D.npy").write_bytes(whole.read_bytes()[:70])
+    for name in ("empty.npy", "results.json", "good.pkl", "walk.trc", "gone.mat"):
+        (tmp_path / name).write_bytes(b"")
+    for name in ("notes.txt", "settings.json", "photo.jpg", "presults.csv"):
+        (tmp_path / name).write_bytes(b"nothing")
+    entries = {entry.name: Path(entry.options["poses"][0]).name for entry in read_entries(tmp_path, {})}
+    assert entries == {
+        "good": "good.npy", "X3D": "X3D.npy", "empty": "empty.npy", "results": "results.json",
+        "good.pkl": "good.pkl", "walk": "walk.trc", "gone": "gone.mat",
+    }  # fmt: skip
+    (tmp_path / "v.mp4").write_bytes(b"")
+    assert {entry.name for entry in read_entries(tmp_path, {})} == {"v", *entries} - {"good"}
 
 
 def test_nothing_there(tmp_path):

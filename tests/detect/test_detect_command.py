@@ -4,6 +4,7 @@ import hashlib
 import http.server
 import json
 import resource
+import shutil
 import signal
 import socket
 import subprocess
@@ -20,7 +21,9 @@ from pcnet3d.models import detect_video, networks
 from pcnet3d.models.networks import MOVENET, Network, network_file
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.cli import main
+from pcnet3d.pipeline.detections import load_detections
 from pcnet3d.pipeline.outputs import whole_folder
+from pcnet3d.stages.export import Export
 
 
 def run(*words: object, monkeypatch, capsys) -> tuple[int, str]:
@@ -191,6 +194,86 @@ def test_a_full_disk(walk_film, toy, quick, tmp_path, limit):
     assert "Traceback" not in done.stderr
     assert not (tmp_path / "out").exists()
     assert not [left for left in tmp_path.iterdir() if ".partial-" in left.name]
+    kept = limit == 12_000
+    assert (tmp_path / ".out.keypoints.npz").exists() == kept
+    assert ("what was detected is kept; the same command with --resume" in done.stderr) == kept
+
+
+def test_room_is_asked_for_before_the_detection(walk_film, toy, tmp_path, call, monkeypatch):
+    monkeypatch.setattr(shutil, "disk_usage", lambda path: shutil._ntuple_diskusage(10**9, 10**9, 1000))
+    monkeypatch.setattr(detect_video, "pictures", lambda *_: pytest.fail("was detected before"))
+    code, said = call(walk_film.path, "--detector", toy, "-o", tmp_path / "out")
+    assert code == 2
+    assert "The run needs about 4 MB" in said
+    assert not (tmp_path / "out").exists()
+
+
+def _same(a: Path, b: Path) -> None:
+    with np.load(a / "poses.npz") as one, np.load(b / "poses.npz") as other:
+        for name in one.files:
+            np.testing.assert_array_equal(one[name], other[name])
+
+
+def _disk_full_at_the_export(monkeypatch) -> None:
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(Export, "__call__", full)
+
+
+def test_what_was_detected_survives_a_later_failure(walk_film, toy, quick, tmp_path, call, monkeypatch):
+    words = (walk_film.path, "--detector", toy, "--recipe", quick)
+    assert call(*words, "-o", tmp_path / "whole")[0] == 0
+    with monkeypatch.context() as patched:
+        _disk_full_at_the_export(patched)
+        first = call(*words, "-o", tmp_path / "part")
+    assert first[0] == 2
+    assert "--resume goes on from there" in first[1]
+    assert not (tmp_path / "part").exists()
+    monkeypatch.setattr(detect_video.Search, "look", lambda *_: pytest.fail("was detected again"))
+    assert call(*words, "-o", tmp_path / "part", "--resume")[0] == 0
+    _same(tmp_path / "part", tmp_path / "whole")
+    assert not [left.name for left in tmp_path.iterdir() if left.name.startswith(".")]
+
+
+def test_killed_and_resumed(walk_film, toy, quick, tmp_path, call):
+    words = [walk_film.path, "--detector", toy, "--recipe", quick]
+    script = """
+import os, signal
+from pcnet3d.models import detect_video
+from pcnet3d.pipeline.cli import main
+shown = detect_video.pictures
+def killing(video, first=0):
+    for number, picture in shown(video, first):
+        if number == 25:
+            os.kill(os.getpid(), signal.SIGKILL)
+        yield number, picture
+detect_video.pictures, detect_video._KEEP_S, detect_video._KEEP_RARELY = killing, 0.0, 0
+main()
+"""
+    out = tmp_path / "part"
+    end = subprocess.run([sys.executable, "-c", script, "run", *words, "-o", out], capture_output=True)
+    assert end.returncode == -signal.SIGKILL, end.stderr
+    assert load_detections(tmp_path / ".part.keypoints.npz").frames_seen == 25
+    assert [left for left in tmp_path.iterdir() if ".part.partial-" in left.name]
+    code, said = call(*words, "-o", out, "--resume")
+    assert code == 0, said
+    assert not [left.name for left in tmp_path.iterdir() if left.name.startswith(".")]
+    assert call(*words, "-o", tmp_path / "whole")[0] == 0
+    _same(out, tmp_path / "whole")
+
+
+def test_a_run_that_begins_anew_says_what_it_could_go_on_from(
+    walk_film, toy, quick, tmp_path, call, monkeypatch
+):
+    words = (walk_film.path, "--detector", toy, "--recipe", quick, "-o", tmp_path / "out")
+    with monkeypatch.context() as patched:
+        _disk_full_at_the_export(patched)
+        assert call(*words)[0] == 2
+    code, said = call(*words)
+    assert code == 0
+    assert "a run into this folder was interrupted" in said
+    assert "a run into this folder was interrupted" not in call(*words)[1]
 
 
 @pytest.fixture

@@ -1,6 +1,11 @@
 """Writing: all or nothing, and nobody else's folder."""
 
 import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
 
 import pytest
 
@@ -8,6 +13,7 @@ from pcnet3d.pipeline.errors import InputError
 from pcnet3d.pipeline.outputs import (
     refuse_unwritable,
     refuse_unwritable_file,
+    require_space,
     whole_file,
     whole_folder,
 )
@@ -128,3 +134,72 @@ def test_what_cannot_be_written_is_said_before_the_work_and_nothing_is_made(tmp_
     refuse_unwritable_file(tmp_path / "new" / "a.npz")
     refuse_unwritable_file(tmp_path / "file")  # replaced
     assert [p.name for p in tmp_path.iterdir()] == ["file"]
+
+
+def killed(tmp_path, block: str) -> None:
+    """A process that is killed while it writes."""
+    script = f"""
+import os, signal, sys
+from pathlib import Path
+from pcnet3d.pipeline import outputs
+out = Path(sys.argv[1])
+{block}
+"""
+    end = subprocess.run([sys.executable, "-c", script, tmp_path / "out"], capture_output=True, text=True)
+    assert end.returncode == -signal.SIGKILL, end.stderr
+
+
+_KILL = "os.kill(os.getpid(), signal.SIGKILL)"
+
+
+def test_what_a_killed_process_left_goes_with_the_next_writing(tmp_path):
+    killed(tmp_path, f"with outputs.whole_folder(out) as folder:\n    (folder / 'half').touch(); {_KILL}")
+    (left,) = tmp_path.iterdir()
+    others = left.name.replace("@", "@other."), left.name.replace(left.name.split("-")[1], f"{os.getpid()}@x")
+    for name in (*others, ".out.partial-older"):  # nobody can tell whose that is, or its process is at work
+        (tmp_path / name).mkdir()
+    run(tmp_path / "out", "first")
+    assert not left.exists()
+    assert {path.name for path in tmp_path.iterdir()} == {"out", *others, ".out.partial-older"}
+
+
+def test_a_process_that_is_at_work_keeps_its_partial_folder(tmp_path):
+    with whole_folder(tmp_path / "out") as folder:
+        with whole_folder(tmp_path / "out") as other:
+            assert other != folder
+        assert folder.is_dir()
+
+
+def test_a_file_that_a_killed_process_left_half_goes_too(tmp_path):
+    """It would make the folder somebody else's."""
+    run(tmp_path / "out", "first")
+    killed(tmp_path, f"with outputs.whole_file(out / 'summary.json') as f:\n    f.touch(); {_KILL}")
+    assert len(list((tmp_path / "out").iterdir())) == 3
+    with whole_file(tmp_path / "out" / "summary.json") as partial:
+        shutil.copy(tmp_path / "out" / "summary.json", partial)
+    assert sorted(p.name for p in (tmp_path / "out").iterdir()) == ["first", "summary.json"]
+
+
+def test_results_that_a_killed_process_moved_out_of_the_way_come_back(tmp_path):
+    run(tmp_path / "out", "first")
+    killed(
+        tmp_path,
+        "replace = os.replace\n"
+        f"outputs.os.replace = lambda a, b: {_KILL} if b == out and '.partial-' in str(a) else replace(a, b)\n"
+        "with outputs.whole_folder(out): pass",
+    )
+    assert not (tmp_path / "out").exists()
+    with pytest.raises(RuntimeError), whole_folder(tmp_path / "out"):
+        raise RuntimeError
+    assert [p.name for p in tmp_path.iterdir()] == ["out"]
+    assert (tmp_path / "out" / "first").read_text() == "first"
+
+
+def test_room_is_asked_for_on_the_disk_that_the_folder_will_be_on(tmp_path, monkeypatch):
+    asked = []
+    free = shutil._ntuple_diskusage(100, 50, 50)
+    monkeypatch.setattr(shutil, "disk_usage", lambda path: asked.append(path) or free)
+    require_space(tmp_path / "new" / "out", 50, "It")
+    with pytest.raises(InputError, match=r"It needs about 0 MB and .* choose another folder"):
+        require_space(tmp_path / "new" / "out", 51, "It")
+    assert asked == [tmp_path, tmp_path]

@@ -108,22 +108,22 @@ def test_a_moving_camera_changes_no_steps_but_paths_are_absent(walk):
 
 
 def test_one_squat_with_its_depth_and_times(walk, take):
-    squats = take.measures["squats"]
+    bends = take.measures["knee_bends"]
     knee, times = walk.angles_deg["r_knee_flexion_deg"], walk.time_s
     during = walk.during("squat")
     deep = times[during & (knee > knee[during].min() + 0.1 * np.ptp(knee[during]))]
-    assert squats["count"] == 1
-    assert squats["peak_deg"][0] == pytest.approx(knee[during].max(), abs=0.5)
-    assert squats["start_s"][0] == pytest.approx(deep[0], abs=0.04)
-    assert squats["stop_s"][0] == pytest.approx(deep[-1], abs=0.04)
+    assert bends["count"] == 1
+    assert bends["peak_deg"][0] == pytest.approx(knee[during].max(), abs=0.5)
+    assert bends["start_s"][0] == pytest.approx(deep[0], abs=0.04)
+    assert bends["stop_s"][0] == pytest.approx(deep[-1], abs=0.04)
     # Minimum-jerk steps, which the filter and the cut at 5 % of the speed change little.
-    assert squats["sparc_up"] == pytest.approx(-1.40, abs=0.03)
-    assert squats["log_dimensionless_jerk_down"] == pytest.approx(-4.42, abs=0.1)
-    assert set(squats["cycles"]) == {
+    assert bends["sparc_up"] == pytest.approx(-1.40, abs=0.03)
+    assert bends["log_dimensionless_jerk_down"] == pytest.approx(-4.42, abs=0.1)
+    assert set(bends["cycles"]) == {
         "r_knee_flexion", "l_knee_flexion", "r_hip_flexion", "l_hip_flexion", "trunk_lean_sagittal",
     }  # fmt: skip
-    curve = squats["cycles"]["r_knee_flexion"]
-    share = np.linspace(squats["start_s"][0], squats["stop_s"][0], 101)
+    curve = bends["cycles"]["r_knee_flexion"]
+    share = np.linspace(bends["start_s"][0], bends["stop_s"][0], 101)
     np.testing.assert_allclose(curve["mean_deg"], np.interp(share, times, knee), atol=0.6)
     assert (curve["count"], "sd_deg" in curve) == (1, False)
 
@@ -134,9 +134,9 @@ def test_knees_that_bend_together_in_a_step_make_no_squat(walk, take):
         landings = [t for words in ("right", "left") for t in take.measures["walking"][words]["landings_s"]]
         bumps = sum(80 * np.exp(-(((walk.time_s - landing) / 0.1) ** 2)) for landing in landings)
         bent[f"{side}_knee_flexion_deg"] = bent[f"{side}_knee_flexion_deg"] + bumps
-    squats = STAGES[3](take.with_(kinematics=bent)).measures["squats"]
-    assert squats["count"] == 1
-    assert squats["start_s"][0] > walk.phases_s["squat"][0]
+    bends = STAGES[3](take.with_(kinematics=bent)).measures["knee_bends"]
+    assert bends["count"] == 1
+    assert bends["start_s"][0] > walk.phases_s["squat"][0]
 
 
 def test_arms_go_up_in_the_squat_and_overhead(walk, take):
@@ -187,8 +187,8 @@ def test_missing_joints_make_figures_absent_with_a_reason(without):
     knee = found["range_of_motion"]["r_knee_flexion"]
     assert knee == {"reason": "fewer than 10 frames have this angle", "frames": 0, "nan_share": 1.0}
     assert found["symmetry"]["knee_flexion"] == {"reason": "one side has no range"}
-    assert "reason" in found["squats"]
-    assert "count" not in found["squats"]
+    assert "reason" in found["knee_bends"]
+    assert "count" not in found["knee_bends"]
     assert "both legs" in found["walking"]["reason"]
     assert found["arm_raises"]["right"]["count"] == 2
 
@@ -196,8 +196,8 @@ def test_missing_joints_make_figures_absent_with_a_reason(without):
 def test_a_gap_in_the_squat_is_counted_as_missing_and_no_squat(walk, without):
     rows = slice(*(int(30 * second) for second in np.add(walk.phases_s["squat"], (1.2, -1.2))))
     found = measured(without("r_ankle", rows)).measures
-    assert found["squats"]["count"] == 0
-    assert found["squats"]["nan_share"] == pytest.approx((rows.stop - rows.start) / len(walk), abs=0.02)
+    assert found["knee_bends"]["count"] == 0
+    assert found["knee_bends"]["nan_share"] == pytest.approx((rows.stop - rows.start) / len(walk), abs=0.02)
 
 
 def test_a_take_that_is_not_levelled_has_no_steps(take):
@@ -212,7 +212,7 @@ def test_a_take_of_a_few_frames_has_reasons_only(walk):
     )
     found = measured(short).measures
     assert all("reason" in entry for entry in found["range_of_motion"].values())
-    assert "reason" in found["squats"]
+    assert "reason" in found["knee_bends"]
     assert "reason" in found["walking"]
 
 
@@ -241,8 +241,8 @@ def test_the_table_holds_every_figure(take, tmp_path):
     assert len(found) == len(rows)
     measures = take.measures
     assert float(found["walking.cadence_spm", ""]) == measures["walking"]["cadence_spm"]
-    curve = measures["squats"]["cycles"]["r_knee_flexion"]["mean_deg"]
-    name = "squats.cycles.r_knee_flexion.mean_deg"
+    curve = measures["knee_bends"]["cycles"]["r_knee_flexion"]["mean_deg"]
+    name = "knee_bends.cycles.r_knee_flexion.mean_deg"
     assert [float(found[name, str(i)]) for i in range(101)] == curve
     assert found["symmetry.hip_abduction.reason", ""] == measures["symmetry"]["hip_abduction"]["reason"]
 
