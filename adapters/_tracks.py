@@ -17,6 +17,11 @@ from ..pipeline.pose import PoseSequence
 from ._json import numbers
 
 _REACH = 0.5  # of the body's size: how far a person's joints may have moved, on average, since last seen
+# Joints of one side that lie near each other in every pose: the bones of limbs, trunk, feet and face.
+_NEIGHBOURS = (
+    ("hip", "knee"), ("knee", "ankle"), ("ankle", "heel"), ("shoulder", "elbow"), ("elbow", "wrist"),
+    ("shoulder", "hip"), ("eye", "ear"),
+)  # fmt: skip
 _MEMORY = 30  # frames after which somebody who was lost counts as a new person
 
 
@@ -87,14 +92,39 @@ def sequences(
 
 
 def _layout(detections: Sequence[Detection], layouts: Iterable[Layout], where: str) -> Layout:
-    known = {len(layout): layout for layout in layouts}
+    known: dict[int, list[Layout]] = defaultdict(list)
+    for layout in layouts:
+        known[len(layout)].append(layout)
     counts = {len(detection.points) for detection in detections}
     if len(counts) != 1 or not counts <= known.keys():
-        expected = " or ".join(f"{count} joints ({layout.name})" for count, layout in known.items())
+        expected = " or ".join(
+            f"{count} joints ({', '.join(one.name for one in same)})" for count, same in known.items()
+        )
         raise InputError(
             f"{where}: expected people of {expected}, got {', '.join(map(str, sorted(counts)))} joints."
         )
-    return known[counts.pop()]
+    points = np.stack([np.where(one.found[:, None], one.points[:, :2], np.nan) for one in detections])
+    return likely_layout(points, known[counts.pop()])
+
+
+def likely_layout(points: np.ndarray, layouts: Sequence[Layout]) -> Layout:
+    """The layout in which the bones of bodies (N, J, 2 or 3) are shortest; in any other they join strange joints.
+
+    layouts: of J joints each, the usual one first. A joint that was not found is NaN.
+    """
+    if len(layouts) == 1:
+        return layouts[0]
+    lengths = []
+    for layout in layouts:
+        starts, ends = (
+            layout.indices([f"{side}_{pair[end]}" for side in "lr" for pair in _NEIGHBOURS]) for end in (0, 1)
+        )
+        bones = points[:, ends] - points[:, starts]
+        lengths.append(np.linalg.norm(bones, axis=-1))
+    means = [
+        length[np.isfinite(length)].mean() if np.isfinite(length).any() else np.inf for length in lengths
+    ]
+    return layouts[int(np.argmin(means))]
 
 
 def _sequence(rows: Sequence[Detection], layout: Layout, unknown: str, where: str) -> PoseSequence:
