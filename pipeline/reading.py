@@ -17,6 +17,7 @@ from .layouts import H36M17, remap
 from .options import call, did_you_mean
 from .outputs import printable
 from .pose import PoseSequence, Step, package_version
+from .rates import timed
 from .rotations import known, rotate
 from .sockets import Adapter
 
@@ -201,9 +202,7 @@ def finished(
     options = {"adapter": adapter.name, "file": printable(path.name), "person": poses.person}
     poses = poses.with_(history=(Step("read", package_version(), options), *poses.history))
     if fps is not None:
-        if not 0 < fps < 10_000:
-            raise InputError(f"Expected a frame rate in frames per second, got {fps}.")
-        poses = poses.with_(time_s=poses.frame_index / fps).noted("fps", given=fps)
+        poses = timed(poses, fps)
     if adapter.gives == "keypoints":
         return poses
     poses = remap(_missing(poses, path, missing), H36M17)
