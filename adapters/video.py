@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..pipeline._contents import in_words
 from ..pipeline.errors import InputError
 from ..pipeline.take import Video
 
@@ -64,7 +65,9 @@ def read(path: Path) -> tuple[Video]:
     stamps of their own.
     """
     if not sniff(path):
-        raise InputError(f"Expected a video in {path} ({reads.removeprefix('video: ')}), got something else.")
+        raise InputError(
+            f"Expected a video in {path} ({reads.removeprefix('video: ')}), got something else: {in_words(path)}."
+        )
     import av
     from av.error import FFmpegError
 
