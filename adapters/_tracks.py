@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -22,6 +22,7 @@ _NEIGHBOURS = (
     ("hip", "knee"), ("knee", "ankle"), ("ankle", "heel"), ("shoulder", "elbow"), ("elbow", "wrist"),
     ("shoulder", "hip"), ("eye", "ear"),
 )  # fmt: skip
+_MOST_IN_FRAME, _MOST_NAMES = 500, 5_000  # more than detectors find in a crowd, or trackers name in a day
 _MEMORY = 30  # frames after which somebody who was lost counts as a new person
 
 
@@ -46,6 +47,41 @@ class Detection:
     def size(self) -> float:
         """Diagonal, in pixels, of the box around the joints that were found."""
         return float(np.linalg.norm(np.ptp(self.points[self.found, :2], axis=0)))
+
+
+class Crowd:
+    """Who is in a file, counted while it is read, so that what is no recording of people is refused before it fills the
+    memory or takes hours to be joined."""
+
+    def __init__(self, where: str) -> None:
+        self._where = where
+        self._in_frame: Counter[int] = Counter()
+        self._names: set[str] = set()
+
+    def add(self, frame: int, person: str | None = None) -> None:
+        """One more person. InputError from 500 in a frame, or 5,000 by name, on."""
+        self._in_frame[frame] += 1
+        if person is not None:
+            self._names.add(person)
+        if self._in_frame[frame] > _MOST_IN_FRAME or len(self._names) > _MOST_NAMES:
+            many = (
+                f"{_MOST_IN_FRAME} people in a frame"
+                if len(self._names) <= _MOST_NAMES
+                else f"{_MOST_NAMES} people"
+            )
+            raise InputError(
+                f"{self._where}: expected at most {many}, got more by frame {frame}, where reading was stopped; keep "
+                "the people who are meant in the file, or raise the detector's threshold."
+            )
+
+
+def counted(detections: Iterable[Detection], where: str) -> list[Detection]:
+    """The detections in a list. InputError as soon as they are a `Crowd` too large."""
+    crowd, kept = Crowd(where), []
+    for detection in detections:
+        crowd.add(detection.frame, detection.person)
+        kept.append(detection)
+    return kept
 
 
 Seen = TypeVar("Seen", bound=Detection)

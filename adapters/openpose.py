@@ -15,7 +15,7 @@ from ..pipeline.layouts import BODY_25, BODY_25B, OPENPOSE18
 from ..pipeline.pose import PoseSequence
 from ._json import beginning, field
 from ._openpose import frame_files, people
-from ._tracks import Detection, sequences, triples
+from ._tracks import Detection, counted, sequences, triples
 
 name = "openpose"
 gives = "keypoints"
@@ -34,8 +34,8 @@ def read(path: Path) -> tuple[PoseSequence, ...]:
     A frame without a person has no row. Raises InputError when the folder holds no such files or those of
     several videos, and when a file is not OpenPose's.
     """
-    detections = []
-    for frame, person, where in people(path):
-        points = triples(field(person, "pose_keypoints_2d", where), where)
-        detections.append(Detection(frame, points))
-    return sequences(detections, (BODY_25, BODY_25B, OPENPOSE18), str(path))
+    found = (
+        Detection(frame, triples(field(person, "pose_keypoints_2d", where), where))
+        for frame, person, where in people(path)
+    )
+    return sequences(counted(found, str(path)), (BODY_25, BODY_25B, OPENPOSE18), str(path))

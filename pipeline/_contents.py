@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import zipfile
 from collections import Counter
+from importlib.util import find_spec
 from pathlib import Path
 from typing import IO
 
@@ -21,8 +22,8 @@ _KINDS = {  # by how files begin
     b"%PDF": "a PDF document",
     b"\x1f\x8b": "compressed with gzip; unpack it first",
     b"7z\xbc\xaf": "a 7z archive; unpack it first",
-    b"\x89HDF": "a file of HDF5",
 }
+_HDF5 = (b"MATLAB 7.3 MAT-file", b"\x89HDF\r\n")
 _MILLIMETRES = (500.0, 2500.0)  # how far a body's joints lie apart along an axis, crouching to standing
 _LISTED = 6  # entries of an archive or kinds of files in a folder that are named
 _SHOWN = 60  # characters of a text
@@ -49,6 +50,9 @@ def in_words(path: Path) -> str:
         return f"unreadable ({error.strerror or error})"
     except DAMAGE:
         return "damaged or cut short"
+    if start.startswith(_HDF5):
+        missing = "" if find_spec("h5py") else "; reading it needs h5py: pip install 'pcnet3d[hdf5]'"
+        return f"a file of MATLAB 7.3 or HDF5{missing}"
     known = (words for begins, words in _KINDS.items() if start.startswith(begins))
     return next(known, f"a file that begins with {start[:16]!r}")
 

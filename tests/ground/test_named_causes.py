@@ -114,3 +114,13 @@ def test_files_of_other_kinds_are_named(tmp_path, begins, said):
         video.read(path)
     with pytest.raises(InputError, match=said):
         read(path)
+
+
+def test_a_missing_package_is_named(tmp_path, monkeypatch):
+    path = tmp_path / "annot.mat"
+    path.write_bytes(b"MATLAB 7.3 MAT-file, Platform: GLNXA64" + bytes(600))
+    with pytest.raises(InputError, match=r"No adapter recognises .* it is a file of MATLAB 7.3 or HDF5[.]"):
+        read(path)
+    monkeypatch.setattr("pcnet3d.pipeline._contents.find_spec", lambda name: None)
+    with pytest.raises(InputError, match=r"MATLAB 7.3 .* pip install 'pcnet3d\[hdf5\]'"):
+        read(path)
