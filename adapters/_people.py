@@ -14,7 +14,7 @@ from ..pipeline.errors import InputError
 from ..pipeline.frames import Frame
 from ..pipeline.layouts import Layout
 from ..pipeline.pose import PoseSequence, Step, package_version
-from ._tracks import Detection, followed, saying_nothing
+from ._tracks import Crowd, Detection, followed, saying_nothing
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -28,14 +28,17 @@ class Bodies:
     """Bodies of one layout in the order of a file, collected in flat buffers while it is read."""
 
     def __init__(self, layout: Layout) -> None:
-        self._layout = layout
+        self.layout = layout
+        self._crowd = Crowd("The file of poses")
         self._frames, self._joints, self._scores, self._boxes = array("q"), array("f"), array("f"), array("f")
 
     def add(
         self, frame: int, joints: np.ndarray, scores: np.ndarray | None = None, box: np.ndarray | None = None
     ) -> None:
-        """joints (J, 3); scores (J,), None when unknown; box (4,) in the picture, x1, y1, x2, y2, None when unknown."""
-        count = len(self._layout)
+        """joints (J, 3); scores (J,), None when unknown; box (4,) in the picture, x1, y1, x2, y2, None when unknown.
+        InputError for too many people (`Crowd`)."""
+        self._crowd.add(frame)
+        count = len(self.layout)
         scores = np.full(count, np.nan) if scores is None else scores
         box = np.full(4, np.nan) if box is None else box
         self._frames.append(frame)
@@ -45,7 +48,7 @@ class Bodies:
     @property
     def joints(self) -> np.ndarray:
         """(bodies, J, 3) float32."""
-        return np.frombuffer(self._joints, np.float32).reshape(-1, len(self._layout), 3)
+        return np.frombuffer(self._joints, np.float32).reshape(-1, len(self.layout), 3)
 
     def sequences(
         self, frame: Frame, plane: tuple[int, int], where: str, placed: bool = False
@@ -79,7 +82,7 @@ class Bodies:
             people.append(
                 PoseSequence(
                     joints=self.joints[rows],
-                    layout=self._layout,
+                    layout=self.layout,
                     frame=frame,
                     confidence=own,
                     frame_index=frames[rows],

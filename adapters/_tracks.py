@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -17,6 +17,12 @@ from ..pipeline.pose import PoseSequence
 from ._json import numbers
 
 _REACH = 0.5  # of the body's size: how far a person's joints may have moved, on average, since last seen
+# Joints of one side that lie near each other in every pose: the bones of limbs, trunk, feet and face.
+_NEIGHBOURS = (
+    ("hip", "knee"), ("knee", "ankle"), ("ankle", "heel"), ("shoulder", "elbow"), ("elbow", "wrist"),
+    ("shoulder", "hip"), ("eye", "ear"),
+)  # fmt: skip
+_MOST_IN_FRAME, _MOST_NAMES = 500, 5_000  # more than detectors find in a crowd, or trackers name in a day
 _MEMORY = 30  # frames after which somebody who was lost counts as a new person
 
 
@@ -41,6 +47,41 @@ class Detection:
     def size(self) -> float:
         """Diagonal, in pixels, of the box around the joints that were found."""
         return float(np.linalg.norm(np.ptp(self.points[self.found, :2], axis=0)))
+
+
+class Crowd:
+    """Who is in a file, counted while it is read, so that what is no recording of people is refused before it fills the
+    memory or takes hours to be joined."""
+
+    def __init__(self, where: str) -> None:
+        self._where = where
+        self._in_frame: Counter[int] = Counter()
+        self._names: set[str] = set()
+
+    def add(self, frame: int, person: str | None = None) -> None:
+        """One more person. InputError from 500 in a frame, or 5,000 by name, on."""
+        self._in_frame[frame] += 1
+        if person is not None:
+            self._names.add(person)
+        if self._in_frame[frame] > _MOST_IN_FRAME or len(self._names) > _MOST_NAMES:
+            many = (
+                f"{_MOST_IN_FRAME} people in a frame"
+                if len(self._names) <= _MOST_NAMES
+                else f"{_MOST_NAMES} people"
+            )
+            raise InputError(
+                f"{self._where}: expected at most {many}, got more by frame {frame}, where reading was stopped; keep "
+                "the people who are meant in the file, or raise the detector's threshold."
+            )
+
+
+def counted(detections: Iterable[Detection], where: str) -> list[Detection]:
+    """The detections in a list. InputError as soon as they are a `Crowd` too large."""
+    crowd, kept = Crowd(where), []
+    for detection in detections:
+        crowd.add(detection.frame, detection.person)
+        kept.append(detection)
+    return kept
 
 
 Seen = TypeVar("Seen", bound=Detection)
@@ -87,14 +128,39 @@ def sequences(
 
 
 def _layout(detections: Sequence[Detection], layouts: Iterable[Layout], where: str) -> Layout:
-    known = {len(layout): layout for layout in layouts}
+    known: dict[int, list[Layout]] = defaultdict(list)
+    for layout in layouts:
+        known[len(layout)].append(layout)
     counts = {len(detection.points) for detection in detections}
     if len(counts) != 1 or not counts <= known.keys():
-        expected = " or ".join(f"{count} joints ({layout.name})" for count, layout in known.items())
+        expected = " or ".join(
+            f"{count} joints ({', '.join(one.name for one in same)})" for count, same in known.items()
+        )
         raise InputError(
             f"{where}: expected people of {expected}, got {', '.join(map(str, sorted(counts)))} joints."
         )
-    return known[counts.pop()]
+    points = np.stack([np.where(one.found[:, None], one.points[:, :2], np.nan) for one in detections])
+    return likely_layout(points, known[counts.pop()])
+
+
+def likely_layout(points: np.ndarray, layouts: Sequence[Layout]) -> Layout:
+    """The layout in which the bones of bodies (N, J, 2 or 3) are shortest; in any other they join strange joints.
+
+    layouts: of J joints each, the usual one first. A joint that was not found is NaN.
+    """
+    if len(layouts) == 1:
+        return layouts[0]
+    lengths = []
+    for layout in layouts:
+        starts, ends = (
+            layout.indices([f"{side}_{pair[end]}" for side in "lr" for pair in _NEIGHBOURS]) for end in (0, 1)
+        )
+        bones = points[:, ends] - points[:, starts]
+        lengths.append(np.linalg.norm(bones, axis=-1))
+    means = [
+        length[np.isfinite(length)].mean() if np.isfinite(length).any() else np.inf for length in lengths
+    ]
+    return layouts[int(np.argmin(means))]
 
 
 def _sequence(rows: Sequence[Detection], layout: Layout, unknown: str, where: str) -> PoseSequence:

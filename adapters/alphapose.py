@@ -10,6 +10,7 @@ image name and holds the 18 joints of OpenPose's COCO model, without `idx`. Join
 from __future__ import annotations
 
 import reprlib
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -18,8 +19,8 @@ import numpy as np
 from ..pipeline.errors import InputError
 from ..pipeline.layouts import COCO17, HALPE26, OPENPOSE18
 from ..pipeline.pose import PoseSequence
-from ._json import beginning, entries, field, first_detection, frame_number, load, numbers
-from ._tracks import Detection, sequences, triples
+from ._json import beginning, each, entries, field, first_detection, frame_number, load, numbers
+from ._tracks import Detection, counted, sequences, triples
 
 name = "alphapose"
 gives = "keypoints"
@@ -44,16 +45,18 @@ def read(path: Path, track: bool = False) -> tuple[PoseSequence, ...]:
     Scores above 1 are clipped and counted in the history. Raises InputError when the file is not AlphaPose's,
     when an image has no number, and when a person is in a frame twice because nobody was tracked.
     """
-    content = load(path, "AlphaPose results")
-    key = _bodies_key(content)
+    what, start = "AlphaPose results", beginning(path)
+    if not isinstance(start, list | dict):
+        start = load(path, what)  # says what is wrong with it
+    key = _bodies_key(start)
     if key is not None:
-        detections = _from_dict(content, key, track, path)
-        layouts = (OPENPOSE18,)
+        found, layouts = _from_dict(each(path, what), key, track, path), (OPENPOSE18,)
     else:
-        listed = enumerate(entries(content, str(path)))
-        detections = [_from_entry(entry, track, f"{path}, entry {i}") for i, entry in listed]
+        entries(start, str(path))
+        listed = enumerate(each(path, what))
+        found = (_from_entry(entry, track, f"{path}, entry {i}") for i, (_, entry) in listed)
         layouts = (COCO17, HALPE26)
-    return sequences(detections, layouts, str(path))
+    return sequences(counted(found, str(path)), layouts, str(path))
 
 
 def _from_entry(entry: Any, track: bool, where: str) -> Detection:
@@ -83,16 +86,14 @@ def _bodies_key(content: Any) -> str | None:
     )
 
 
-def _from_dict(images: dict[str, Any], key: str, track: bool, path: Path) -> list[Detection]:
-    detections = []
-    for image, content in images.items():
+def _from_dict(images: Iterable[tuple[str, Any]], key: str, track: bool, path: Path) -> Iterator[Detection]:
+    for image, content in images:
         where = f"{path}, image {image}"
         frame = frame_number(image, where)
         for body in entries(field(content, key, where), where):
             points = triples(field(body, _BODIES[key], where), where)
             _refuse_head_as_neck(points, where)
-            detections.append(Detection(frame, points, None if track else "0"))
-    return detections
+            yield Detection(frame, points, None if track else "0")
 
 
 def _refuse_head_as_neck(points: np.ndarray, where: str) -> None:

@@ -12,7 +12,7 @@ means that the joint is missing, the others say nothing about certainty, and the
 from __future__ import annotations
 
 import reprlib
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -21,8 +21,8 @@ import numpy as np
 from ..pipeline.errors import InputError
 from ..pipeline.layouts import COCO17, HALPE26
 from ..pipeline.pose import PoseSequence
-from ._json import beginning, entries, field, first_detection, frame_number, load
-from ._tracks import Detection, sequences, triples
+from ._json import beginning, each, entries, field, first_detection, frame_number, load
+from ._tracks import Detection, counted, sequences, triples
 
 name = "coco"
 gives = "keypoints"
@@ -55,9 +55,17 @@ def read(path: Path, track: bool = False) -> tuple[PoseSequence, ...]:
     Scores above 1 are clipped and counted in the history. Raises InputError when the file is neither form,
     when an image has no number, and when a track has two people in one frame.
     """
-    content, where = load(path, "COCO keypoints"), str(path)
-    found = _annotations(content, where) if isinstance(content, dict) else _results(content, where)
-    detections = [_detection(entry, frame, track, here) for entry, frame, here in found]
+    what, where = "COCO keypoints", str(path)
+    if isinstance(beginning(path), list):
+        found = _results((entry for _, entry in each(path, what)), where)
+    else:
+        content = load(path, what)
+        found = (
+            _annotations(content, where)
+            if isinstance(content, dict)
+            else _results(entries(content, where), where)
+        )
+    detections = counted((_detection(entry, frame, track, here) for entry, frame, here in found), where)
     flags = all(np.isin(one.points[:, 2], _FLAGS).all() for one in detections)
     if not flags:
         return sequences(detections, _LAYOUTS, where)
@@ -65,9 +73,9 @@ def read(path: Path, track: bool = False) -> tuple[PoseSequence, ...]:
     return tuple(poses.noted("scores", unknown="visibility flags") for poses in people)
 
 
-def _results(content: Any, where: str) -> Iterator[tuple[Any, int, str]]:
+def _results(listed: Iterable[Any], where: str) -> Iterator[tuple[Any, int, str]]:
     """Each entry with its frame and its place in the file."""
-    for i, entry in enumerate(entries(content, where)):
+    for i, entry in enumerate(listed):
         here = f"{where}, entry {i}"
         yield entry, frame_number(field(entry, "image_id", here), here), here
 

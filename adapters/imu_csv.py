@@ -35,7 +35,7 @@ def sniff(path: Path) -> bool:
             names = _names(file.read(_PEEK_BYTES).splitlines())
     except (OSError, ValueError):
         return False
-    return {*_FORCE, *_QUATERNION} <= set(names)
+    return set(_FORCE) <= set(names)
 
 
 def read(
@@ -57,7 +57,13 @@ def read(
     missing = [column for column in (*_FORCE, *_QUATERNION) if column not in names]
     if missing:
         raise InputError(
-            f"Expected columns {', '.join((*_FORCE, *_QUATERNION))} in {path}, got {', '.join(names) or 'none'}."
+            f"Expected columns {', '.join((*_FORCE, *_QUATERNION))} in {path}, got {', '.join(names) or 'none'}"
+            + (
+                "; accelerations in a sensor's own, turning axes say nothing of the world's without its orientation, "
+                "so export the quaternions too."
+                if set(missing) & set(_QUATERNION) and not set(missing) & set(_FORCE)
+                else "."
+            )
         )
     table = _table(path, lines, names)
     return (

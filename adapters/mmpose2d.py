@@ -20,7 +20,7 @@ from ..pipeline.layouts import COCO17, HALPE26
 from ..pipeline.pose import PoseSequence
 from ._json import field, numbers
 from ._mmpose import first_keypoints, frames
-from ._tracks import Detection, sequences
+from ._tracks import Detection, counted, sequences
 
 name = "mmpose2d"
 gives = "keypoints"
@@ -46,12 +46,12 @@ def read(path: Path) -> tuple[PoseSequence, ...]:
     are all alike, as some decoders write them, are unknown. Raises InputError when the file is not of this
     form, is 3D, or names joints of another order.
     """
-    detections = [
+    found = (
         Detection(frame, _points(person, here))
         for frame, people, here in frames(path, "MMPose's 2D results", _check_names)
         for person in people
-    ]
-    return sequences(detections, (COCO17, HALPE26), str(path))
+    )
+    return sequences(counted(found, str(path)), (COCO17, HALPE26), str(path))
 
 
 def _points(person: Any, where: str) -> np.ndarray:

@@ -55,8 +55,13 @@ def read(path: Path, pixel: bool = False, clip: int = 243) -> tuple[PoseSequence
     joints = load(path, _SHAPE)
     if _looks_like_pixels(joints) and not pixel:
         raise InputError(
-            f"{path}: expected MotionBERT's normalised coordinates, got values far beyond 2; pass "
-            "pixel=true (--option pixel=true) if the file comes from infer_wild.py --pixel."
+            f"{path}: expected MotionBERT's normalised coordinates, got values far beyond 2; "
+            + (
+                "if they are millimetres, read it with --adapter arrays -O layout=H36M17 -O frame=CAMERA -O unit=mm."
+                if not joints[:, H36M17.index("pelvis")].any()
+                else "pass pixel=true (--option pixel=true) if the file comes from infer_wild.py --pixel, or read it "
+                "with --adapter arrays -O layout=H36M17 -O frame=CAMERA -O unit=mm if they are millimetres."
+            )
         )
     if pixel and not _looks_like_pixels(joints):
         raise InputError(

@@ -1,28 +1,29 @@
 """A folder of OpenPose's --write_json: one `<video>_<number>_keypoints.json` a frame (formats.md 6).
 
-Each file holds {version, people: [{pose_keypoints_2d: x, y, score of every joint, ...}]}, BODY_25 or the 18
-joints of the COCO model. Frames count from 0; a frame without people has a file with an empty list. OpenPose
-writes 0, 0, 0 for a joint that it did not find, and does not follow people: they are joined frame by frame.
-Scores are in [0, 1] (doc/02_output.md of OpenPose).
+Each file holds {version, people: [{pose_keypoints_2d: x, y, score of every joint, ...}]}, BODY_25, BODY_25B or the 18
+joints of the COCO model; the first two have as many joints and are told apart by the lengths of the bones.
+Frames count from 0; a frame without people has a file with an empty list. OpenPose writes 0, 0, 0 for a joint that it
+did not find, and does not follow people: they are joined frame by frame. Scores are in [0, 1] (doc/02_output.md of
+OpenPose).
 """
 
 from __future__ import annotations
 
 from pathlib import Path
 
-from ..pipeline.layouts import BODY_25, OPENPOSE18
+from ..pipeline.layouts import BODY_25, BODY_25B, OPENPOSE18
 from ..pipeline.pose import PoseSequence
 from ._json import beginning, field
 from ._openpose import frame_files, people
-from ._tracks import Detection, sequences, triples
+from ._tracks import Detection, counted, sequences, triples
 
 name = "openpose"
 gives = "keypoints"
-reads = "folder of *_keypoints.json from OpenPose's --write_json, BODY_25 or COCO-18"
+reads = "folder of OpenPose's --write_json, one numbered file a frame: BODY_25, BODY_25B or COCO-18"
 
 
 def sniff(path: Path) -> bool:
-    first = next(frame_files(path), None)
+    first = next(iter(frame_files(path)), None)
     content = beginning(first) if first else None
     return isinstance(content, dict) and isinstance(content.get("people"), list)
 
@@ -33,8 +34,8 @@ def read(path: Path) -> tuple[PoseSequence, ...]:
     A frame without a person has no row. Raises InputError when the folder holds no such files or those of
     several videos, and when a file is not OpenPose's.
     """
-    detections = []
-    for frame, person, where in people(path):
-        points = triples(field(person, "pose_keypoints_2d", where), where)
-        detections.append(Detection(frame, points))
-    return sequences(detections, (BODY_25, OPENPOSE18), str(path))
+    found = (
+        Detection(frame, triples(field(person, "pose_keypoints_2d", where), where))
+        for frame, person, where in people(path)
+    )
+    return sequences(counted(found, str(path)), (BODY_25, BODY_25B, OPENPOSE18), str(path))

@@ -16,24 +16,25 @@ import numpy as np
 
 from ..pipeline.errors import InputError
 from ..pipeline.frames import CAMERA
-from ..pipeline.layouts import BODY_25, OPENPOSE18, Layout
+from ..pipeline.layouts import BODY_25, BODY_25B, OPENPOSE18
 from ..pipeline.pose import PoseSequence
 from ._json import beginning, numbers
 from ._openpose import frame_files, people
 from ._people import Bodies
+from ._tracks import likely_layout
 
 name = "openpose3d"
 gives = "poses"
 reads = "folder of *_keypoints.json from OpenPose's --3d --write_json, metres (option unit)"
 
 _FIELDS = ("pose_keypoints_3d", "body_keypoints_3d")
-_LAYOUTS = {len(layout): layout for layout in (BODY_25, OPENPOSE18)}
+_LAYOUTS = {25: (BODY_25, BODY_25B), 18: (OPENPOSE18,)}  # by the number of joints
 _PICTURE = (0, 1)
 _PEEKED = 100  # files; nobody may be there in the first ones
 
 
 def sniff(path: Path) -> bool:
-    for file, _ in zip(sorted(frame_files(path)), range(_PEEKED), strict=False):
+    for file, _ in zip(frame_files(path), range(_PEEKED), strict=False):
         content = beginning(file)
         listed = content.get("people") if isinstance(content, dict) else None
         if not isinstance(listed, list):
@@ -52,20 +53,16 @@ def read(path: Path, unit: str = "m") -> tuple[PoseSequence, ...]:
     Raises InputError when the folder holds no such files, those of several videos, or 2D results only.
     """
     found: Bodies | None = None
-    layout: Layout | None = None
     for frame, person, where in people(path):
         points = _points(person, where)
         if points is None:
             continue
-        layout = layout or _LAYOUTS.get(len(points))
-        if layout is None or len(points) != len(layout):
+        joints = np.where(points[:, 3:] > 0, points[:, :3], np.nan)
+        if len(points) not in _LAYOUTS or (found and len(points) != len(found.layout)):
             raise InputError(f"{where}: expected 25 or 18 joints, in all frames alike, got {len(points)}.")
-        found = found or Bodies(layout)
-        seen = points[:, 3] > 0
-        if seen.any():
-            found.add(
-                frame, np.where(seen[:, None], points[:, :3], np.nan), np.where(seen, points[:, 3], np.nan)
-            )
+        if np.isfinite(joints).any():
+            found = found or Bodies(likely_layout(joints[None], _LAYOUTS[len(points)]))
+            found.add(frame, joints, np.where(points[:, 3] > 0, points[:, 3], np.nan))
     if found is None:
         raise InputError(
             f"{path}: expected OpenPose's 3D results ({_FIELDS[0]}), found none; adapter openpose reads its 2D results."

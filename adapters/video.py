@@ -6,12 +6,14 @@ can make it open further files.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..pipeline._contents import in_words
 from ..pipeline.errors import InputError
 from ..pipeline.take import Video
 
@@ -23,6 +25,9 @@ gives = "video"
 reads = "video: MP4, MOV, MKV, WebM, AVI, WMV, FLV, MPEG (PS, TS, M2TS)"
 
 _FOCAL_35_MM = "camera.focal_length.35mm_equivalent"  # com.apple.quicktime.camera...
+_CAPTURE_RATE = re.compile(
+    r"capture[._-]?fps$", re.IGNORECASE
+)  # com.android.capture.fps of phones' slow motion
 _BOXES = (b"ftyp", b"moov", b"mdat", b"wide", b"free", b"skip")  # ISO base media, and QuickTime before it
 _STARTS = (
     b"\x1a\x45\xdf\xa3",  # Matroska, WebM
@@ -60,7 +65,9 @@ def read(path: Path) -> tuple[Video]:
     stamps of their own.
     """
     if not sniff(path):
-        raise InputError(f"Expected a video in {path} ({reads.removeprefix('video: ')}), got something else.")
+        raise InputError(
+            f"Expected a video in {path} ({reads.removeprefix('video: ')}), got something else: {in_words(path)}."
+        )
     import av
     from av.error import FFmpegError
 
@@ -101,6 +108,7 @@ def _described(container: InputContainer, path: Path) -> Video:
         # PyAV gives the display matrix's angle anticlockwise.
         rotation_deg=round(-first.rotation / 90) % 4 * 90,
         focal_px=_focal_px(container.metadata, max(stream.codec_context.width, stream.codec_context.height)),
+        capture_fps=_capture_fps({**container.metadata, **stream.metadata}),
     )
 
 
@@ -113,6 +121,18 @@ def _focal_px(metadata: Mapping[str, str], side: int) -> float | None:
             except ValueError:
                 return None
             return millimetres / 36.0 * side if 8 < millimetres < 1000 else None
+    return None
+
+
+def _capture_fps(metadata: Mapping[str, str]) -> float | None:
+    """The rate at which the camera took the frames, which phones write beside slow motion."""
+    for key, value in metadata.items():
+        if _CAPTURE_RATE.search(key):
+            try:
+                fps = float(value)
+            except ValueError:
+                return None
+            return fps if 1 <= fps <= 100_000 else None
     return None
 
 

@@ -5,14 +5,26 @@ from __future__ import annotations
 import json
 import zipfile
 from collections import Counter
+from importlib.util import find_spec
 from pathlib import Path
 from typing import IO
 
 import numpy as np
 
-from .arrays import DAMAGE
+from .arrays import DAMAGE, load
+from .errors import InputError
 
 _NPY, _ZIP = b"\x93NUMPY", b"PK"
+_KINDS = {  # by how files begin
+    b"GIF8": "a GIF; make a video of it (ffmpeg -i NAME.gif NAME.mp4), or save the recording itself as one",
+    b"\x89PNG": "a PNG image",
+    b"\xff\xd8\xff": "a JPEG image",
+    b"%PDF": "a PDF document",
+    b"\x1f\x8b": "compressed with gzip; unpack it first",
+    b"7z\xbc\xaf": "a 7z archive; unpack it first",
+}
+_HDF5 = (b"MATLAB 7.3 MAT-file", b"\x89HDF\r\n")
+_MILLIMETRES = (500.0, 2500.0)  # how far a body's joints lie apart along an axis, crouching to standing
 _LISTED = 6  # entries of an archive or kinds of files in a folder that are named
 _SHOWN = 60  # characters of a text
 _READ_JSON = 1 << 24  # a longer file is not read to find out whether it is whole
@@ -38,7 +50,33 @@ def in_words(path: Path) -> str:
         return f"unreadable ({error.strerror or error})"
     except DAMAGE:
         return "damaged or cut short"
-    return f"a file that begins with {start[:16]!r}"
+    if start.startswith(_HDF5):
+        missing = "" if find_spec("h5py") else "; reading it needs h5py: pip install 'pcnet3d[hdf5]'"
+        return f"a file of MATLAB 7.3 or HDF5{missing}"
+    known = (words for begins, words in _KINDS.items() if start.startswith(begins))
+    return next(known, f"a file that begins with {start[:16]!r}")
+
+
+def why_no_joints(path: Path) -> str:
+    """A sentence on an array of joints that no format has, such as one in millimetres; "" for anything else. Never
+    raises."""
+    try:
+        if not path.is_file():
+            return ""
+        joints = load(path)
+    except InputError:
+        return ""
+    if joints.ndim != 3 or joints.shape[2] not in (2, 3):
+        return ""
+    if not np.isfinite(joints).any():
+        return "Every coordinate in it is NaN: there are no poses in it."
+    size = float(np.nanmedian(np.ptp(joints, axis=1).max(axis=-1)))
+    if joints.shape[2] == 3 and _MILLIMETRES[0] < size < _MILLIMETRES[1]:
+        return (
+            f"A body in it measures {size:.0f}, as in millimetres: read it with --adapter arrays -O layout=H36M17 -O "
+            "frame=CAMERA -O unit=mm, or whichever layout and axes it has."
+        )
+    return ""
 
 
 def _folder(path: Path) -> str:

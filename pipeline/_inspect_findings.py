@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .anthropometry import implied_stature
-from .checks import STATURES_M, UNSTEADY, bone_spread, chirality, empty_rows
+from .checks import STATURES_M, UNSTEADY, bone_spread, chirality, empty_rows, upside_down
 from .layouts import H36M17
 from .pose import PoseSequence
 from .swap_repair import told, wrong_rows
@@ -25,7 +25,6 @@ _STILL, _MOVING = 1e-3, 0.02  # movement along an axis over the trunk
 _DEPTH = 1.5  # how many times too small depth is
 _ENOUGH_ROWS = 10
 _LIMBS = tuple(bone for bone in H36M17.bones if bone[1].endswith(("knee", "ankle", "elbow", "wrist")))
-_UP = {"camera": (0.0, -1.0, 0.0), "world": (0.0, 0.0, 1.0)}  # in the families' reference axes
 _AXES = "xyz"
 
 
@@ -130,7 +129,7 @@ def pose_findings(poses: PoseSequence) -> list[Finding]:
         *_sides(poses),
         *_left_right(poses),
         *_stature(poses),
-        *_upside_down(poses),
+        *_turned_over(poses),
         *_leaps(poses),
         *_seams(poses),
     ]
@@ -255,19 +254,8 @@ def _stature(poses: PoseSequence) -> list[Finding]:
     return [Finding(weight, "stature", text)]
 
 
-def _upside_down(poses: PoseSequence) -> list[Finding]:
-    joints = _complete(poses)
-    if not len(joints):
-        return []
-    up = poses.frame.basis @ _UP[poses.frame.family]
-    feet = joints[:, H36M17.indices(("l_ankle", "r_ankle"))].mean(axis=1)
-    share = float(((joints[:, H36M17.index("head")] - feet) @ up > 0).mean())
-    if share >= 0.2:
-        return []
-    text = (
-        f"The head is above the feet in {100 * share:.0f} % of the frames; is the vertical axis turned over?"
-    )
-    return [Finding("suspicious", "upside down", text)]
+def _turned_over(poses: PoseSequence) -> list[Finding]:
+    return [Finding("suspicious", "upside down", text) for text in upside_down(poses)]
 
 
 def _leaps(poses: PoseSequence) -> list[Finding]:

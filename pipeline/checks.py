@@ -17,6 +17,8 @@ _MIN_KNEE_BEND = 0.03  # of the leg's length; a straighter knee does not tell fr
 _SHORT_AXIS = 0.2  # trunk lengths; in a picture, hips or shoulders closer together are seen end-on
 _MIN_VOTES = 20  # frames that must vote before evidence counts as strong
 _STRONG = 0.2  # agreement at or below this contradicts
+_UP = {"camera": (0.0, -1.0, 0.0), "world": (0.0, 0.0, 1.0)}  # in the families' reference axes
+_TURNED_OVER = 0.8  # of the frames
 _ROWS = 4096  # judged at a time
 STATURES_M = (0.4, 2.6)
 UNSTEADY = 0.12  # bone-length spread beyond which poses are not to be believed (boxing 0.05, cycling 0.10)
@@ -157,9 +159,30 @@ def empty_rows(poses: PoseSequence) -> np.ndarray:
     return (spread == 0) & np.isfinite(poses.joints).all(axis=(1, 2))
 
 
+def upside_down(poses: PoseSequence) -> list[str]:
+    """A sentence where the head is well below the feet nearly all the time. poses: H36M17 in 3D, any axes."""
+    joints = poses.joints[np.isfinite(poses.joints).all(axis=(1, 2))].astype(np.float64)
+    if not len(joints) or poses.frame.family not in _UP:
+        return []
+    at = {
+        name: joints[:, poses.layout.index(name)]
+        for name in ("pelvis", "thorax", "head", "l_ankle", "r_ankle")
+    }
+    trunk = np.linalg.norm(at["thorax"] - at["pelvis"], axis=-1)
+    below = (at["l_ankle"] + at["r_ankle"]) / 2 - at["head"]
+    share = float((below @ (poses.frame.basis @ _UP[poses.frame.family]) > np.maximum(trunk, 1e-12)).mean())
+    if share < _TURNED_OVER:
+        return []
+    return [
+        f"The head is below the feet in {100 * share:.0f} % of the frames: the file's vertical axis seems to be turned "
+        "over. If its y points up, read it with --adapter arrays -O layout=H36M17 -O frame=GL_CAMERA (or Y_UP) -O "
+        "unit=m; otherwise the person stands on their hands, or the camera on its head."
+    ]
+
+
 def implausible(poses: PoseSequence) -> list[str]:
     """Warnings, in words, about what no person's skeleton does. poses: H36M17 in 3D."""
-    warnings = []
+    warnings = upside_down(poses)
     spread = bone_spread(poses)
     if spread > UNSTEADY:
         warnings.append(

@@ -38,6 +38,11 @@ SEGMENTS: dict[str, tuple[str, str, float]] = {
 }
 
 _UNITS = {"m/s^2": 1.0, "g": GRAVITY_MPS2, "mg": GRAVITY_MPS2 / 1000}
+# What columns that were read as w x y z may hold instead: where the true w, x, y and z are among them.
+_ORDERS = {"x y z w": [3, 0, 1, 2], "w z y x": [0, 3, 2, 1], "z y x w": [3, 2, 1, 0]}
+_OTHER_SIGNAL = (
+    "export the accelerometer's own signal (not linear or free acceleration) and check the quaternions' order"
+)
 _NEAR = (
     0.8,
     1.25,
@@ -112,16 +117,23 @@ def imu_from_samples(
         raise InputError(
             "Expected accelerations that include gravity, about 9.8 m/s^2 or 1 g at rest, and the orientations that "
             f"belong to them; the mean norm is {np.linalg.norm(force[rows], axis=-1).mean():.3g}, and the norm of the "
-            f"mean in the world {np.linalg.norm(mean):.3g}: export the accelerometer's own signal (not linear or free "
-            "acceleration) and check the quaternions' order."
+            f"mean in the world {np.linalg.norm(mean):.3g}: "
+            + (_order_that_fits(R_world_from_sensor, force) or _OTHER_SIGNAL)
+            + "."
         )
     inverted = _gravity_in(inverse)[1] < lean - _BETTER_DEG
     if inverted or lean > _LEAN_DEG:
-        hint = "check the quaternions' order"
-        if inverted:
+        vertical = int(np.abs(mean[:2]).argmax())
+        if _gravity_in(inverse)[1] <= _LEAN_DEG:
             hint = "their inverse fits better, so they seem to map the world into the sensor"
-        elif np.abs(mean[:2]).max() > 2 * abs(mean[2]):
-            hint = f"in their world {'xy'[int(np.abs(mean[:2]).argmax())]} seems to be the vertical"
+        elif order := _order_that_fits(R_world_from_sensor, force):
+            hint = order
+        elif inverted:
+            hint = "their inverse fits better, but not well: check the quaternions' order, and which way they map"
+        elif abs(mean[vertical]) > 2 * abs(mean[2]):
+            hint = f"in their world {'xy'[vertical]} seems to be the vertical"
+        else:
+            hint = "check the quaternions' order"
         raise InputError(
             "Expected orientations that map the sensor's axes into a world whose z points up; but with these, the mean "
             f"acceleration, which is gravity's, does not: {hint}."
@@ -135,6 +147,23 @@ def point_on(segment: str, joints: np.ndarray, share: float | None = None) -> np
     start, end, usual = SEGMENTS[segment]
     share = usual if share is None else share
     return (1 - share) * joints[:, H36M17.index(start)] + share * joints[:, H36M17.index(end)]
+
+
+def _order_that_fits(R_world_from_sensor: np.ndarray, force: np.ndarray) -> str:
+    """Which order of the quaternions' numbers would turn the mean force (T, 3) up, in words; "" for none."""
+    from scipy.spatial.transform import Rotation
+
+    rows = known(force) & known(R_world_from_sensor.reshape(-1, 9))
+    wxyz = np.roll(Rotation.from_matrix(R_world_from_sensor[rows]).as_quat(), 1, axis=-1)
+    leans = {}
+    for words, order in _ORDERS.items():
+        R = Rotation.from_quat(np.roll(wxyz[:, order], -1, axis=-1)).as_matrix()
+        for inverse, R_tried in (("", R), (", mapping the world into the sensor", transpose(R))):
+            leans[words + inverse] = _gravity_in(_in_world(R_tried, force[rows]).mean(axis=0))[1]
+    best = min(leans, key=leans.__getitem__)
+    if leans[best] > _LEAN_DEG:
+        return ""
+    return f"the quaternions' numbers seem to be {best}, not w x y z; put them into that order"
 
 
 def _gravity_in(mean: np.ndarray) -> tuple[str, float]:

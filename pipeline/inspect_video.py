@@ -10,6 +10,7 @@ from . import registry
 from .camera import pitch_roll_deg
 from .intake import read_video
 from .pictures import shown_size
+from .rates import rate_doubts
 from .take import Take, Video
 
 
@@ -31,6 +32,7 @@ class InspectedVideo:
         found: dict[str, Any] = {
             "file": str(video.path), "codec": video.codec, "width": width, "height": height,
             "rotation_deg": video.rotation_deg, "frames": len(video.time_s), "fps": video.fps,
+            "capture_fps": video.capture_fps,
             "duration_s": float(video.time_s[-1]), "pitch_deg": None, "roll_deg": None, "up_error_deg": None,
         }  # fmt: skip
         if camera is None:
@@ -55,6 +57,7 @@ class InspectedVideo:
         lines = [
             f"{said['file']}: video, {said['codec']}, {said['width']} x {said['height']} pixels{turned}",
             f"{said['frames']} frames, {said['fps']:.4g} a second, {said['duration_s']:.1f} s",
+            *rate_doubts(None, self.video),
             *(event.text for event in self.take.events),
         ]
         return "\n".join(lines)

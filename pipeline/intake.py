@@ -14,7 +14,18 @@ from .joining import Clock, check_numbers, numbered_by, starting_at
 from .options import call
 from .outputs import printable
 from .pose import PoseSequence
-from .reading import RANKS, Missing, Parity, check_guards, choose_person, find_adapter, finished, read_sources
+from .reading import (
+    RANKS,
+    Missing,
+    Parity,
+    check_guards,
+    choose_person,
+    exchanged,
+    find_adapter,
+    finished,
+    read_sources,
+    recognises,
+)
 from .sockets import Adapter
 from .swap_repair import Swaps, treated
 from .take import Event, Take, Video
@@ -254,6 +265,8 @@ def read_video(path: Path) -> Video:
             f"Expected a video file at {path}, found {'a folder' if path.is_dir() else 'nothing'} there."
         )
     adapter = find_adapter(path, "video", "video")
+    if not recognises(adapter, path) and (others := exchanged(path, "video")):
+        raise InputError(others)
     return call(adapter.read, path, what="Adapter 'video'", options={})[0]
 
 

@@ -9,9 +9,8 @@ import numpy as np
 
 from .errors import InputError
 from .pose import PoseSequence
+from .rates import check_fps, rate_doubts
 from .take import Video
-
-_FPS_TOLERANCE = 0.01
 
 
 def numbered_by(keypoints: PoseSequence, poses: PoseSequence, where: str) -> PoseSequence:
@@ -73,9 +72,7 @@ class Clock:
                 f"{len(self.video.time_s) - 1}; they do not belong together."
             )
         if self.fps is not None:
-            if not 0 < self.fps < 10_000:
-                raise InputError(f"Expected --fps in frames per second, got {self.fps:g}.")
-            return frames / self.fps
+            return frames / check_fps(self.fps)
         if self.video is not None:
             return self.video.time_s[frames]
         if self.other is None or self.other.time_s is None:
@@ -90,7 +87,6 @@ class Clock:
         return known + outside / self.other.fps
 
     def doubts(self) -> list[str]:
-        """In words, where the given rate contradicts the video's."""
-        if self.video is None or self.fps is None or abs(self.fps / self.video.fps - 1) <= _FPS_TOLERANCE:
-            return []
-        return [f"--fps {self.fps:g} is used although the video says {self.video.fps:g} frames per second."]
+        """In words, where the rate contradicts the video's, or without one the other sequence's."""
+        known = self.other is not None and self.other.time_s is not None and len(self.other) > 1
+        return rate_doubts(self.fps, self.video, self.other.fps if known and self.other else None)

@@ -136,6 +136,12 @@ BODY_25 = Layout(
     ("nose", "neck", *_R_ARM, *_L_ARM, "pelvis", *_R_LEG, *_L_LEG, "r_eye", "l_eye", "r_ear", "l_ear",
      "l_big_toe", "l_small_toe", "l_heel", "r_big_toe", "r_small_toe", "r_heel"),
 )  # fmt: skip
+# Its upper neck is where the skull begins, well above the shoulders: no thorax.
+BODY_25B = Layout(
+    "BODY_25B",
+    (*_COCO, "upper_neck", "head_top",
+     "l_big_toe", "l_small_toe", "l_heel", "r_big_toe", "r_small_toe", "r_heel"),
+)  # fmt: skip
 BLAZEPOSE33 = Layout(
     "BLAZEPOSE33",
     ("nose", "l_eye_inner", "l_eye", "l_eye_outer", "r_eye_inner", "r_eye", "r_eye_outer", "l_ear", "r_ear",
@@ -151,7 +157,7 @@ MPI3DHP17 = Layout(
 LAYOUTS = {
     layout.name: layout
     for layout in (
-        H36M17, H36M17_B, H36M17_C, COCO17, HALPE26, OPENPOSE18, BODY_25, BLAZEPOSE33, MPI3DHP17,
+        H36M17, H36M17_B, H36M17_C, COCO17, HALPE26, OPENPOSE18, BODY_25, BODY_25B, BLAZEPOSE33, MPI3DHP17,
     )
 }  # fmt: skip
 

@@ -9,7 +9,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 
 from . import registry
-from ._contents import in_words
+from ._contents import in_words, why_no_joints
 from .checks import chirality, empty_rows
 from .errors import InputError
 from .frames import CAMERA, change_frame
@@ -17,11 +17,18 @@ from .layouts import H36M17, remap
 from .options import call, did_you_mean
 from .outputs import printable
 from .pose import PoseSequence, Step, package_version
+from .rates import timed
 from .rotations import known, rotate
 from .sockets import Adapter
 
 Parity = Literal["refuse", "mirror", "swap", "swap-legs", "ignore"]
 Missing = Literal["refuse", "gap"]
+_WORDS = {  # what it is, and how a run is given it
+    "poses": ("3D poses", "give them with --poses"),
+    "keypoints": ("2D keypoints", "give them with --keypoints"),
+    "video": ("a video", "give it by itself, without an option's name before it"),
+    "imu": ("an inertial sensor's recording", "compare a finished run with it by pcnet3d imu"),
+}
 Gives = Literal["poses", "keypoints", "video", "imu"]
 
 
@@ -54,13 +61,26 @@ def find_adapter(path: Path, name: str = "auto", gives: str | None = None) -> Ad
     if len(fits) == 1:
         return fits[0]
     flag = "--keypoints-adapter" if gives == "keypoints" else "--adapter"
+    if why := why_no_joints(path):
+        raise InputError(f"{path} is {in_words(path)}. {why}")
     if fits:
         names = ", ".join(adapter.name for adapter in fits)
         raise InputError(f"{path} fits several adapters: {names}; name the right one with {flag}.")
+    if others := exchanged(path, gives):
+        raise InputError(others)
     raise InputError(
         f"No adapter recognises {path} as {gives or 'poses'}: it is {in_words(path)}. If it is one of "
         f"{', '.join(known)}, name it with {flag}."
     )
+
+
+def exchanged(path: Path, gives: str | None) -> str:
+    """A sentence that names what the file is when it is not what was expected, and how to give it; "" when unknown."""
+    others = [one for one in adapters().values() if one.gives != gives and recognises(one, path)]
+    if gives is None or not others:
+        return ""
+    what, how = _WORDS[others[0].gives]
+    return f"Expected {_WORDS[gives][0]} in {path}, got {what} ({others[0].name}); {how}."
 
 
 def recognises(adapter: Adapter, path: Path) -> bool:
@@ -123,13 +143,12 @@ def read_sources(
         return chosen, call(chosen.read, path, what=f"Adapter '{chosen.name}'", options=options)
     except InputError as error:
         said = str(error) if str(path) in str(error) else f"{path}: {error}"
-        others = [
-            other.name
-            for other in adapters(gives).values()
-            if other is not chosen and recognises(other, path)
-        ]
-        if adapter != "auto" and others:
-            said += f" It looks like a file for adapter {' or '.join(others)}."
+        others = [other for other in adapters().values() if other is not chosen and recognises(other, path)]
+        alike = [other.name for other in others if gives in (None, other.gives)]
+        if adapter != "auto" and alike:
+            said += f" It looks like a file for adapter {' or '.join(alike)}."
+        elif adapter != "auto" and others:
+            said += f" {exchanged(path, gives)}"
         raise InputError(said) from None
 
 
@@ -201,9 +220,7 @@ def finished(
     options = {"adapter": adapter.name, "file": printable(path.name), "person": poses.person}
     poses = poses.with_(history=(Step("read", package_version(), options), *poses.history))
     if fps is not None:
-        if not 0 < fps < 10_000:
-            raise InputError(f"Expected a frame rate in frames per second, got {fps}.")
-        poses = poses.with_(time_s=poses.frame_index / fps).noted("fps", given=fps)
+        poses = timed(poses, fps)
     if adapter.gives == "keypoints":
         return poses
     poses = remap(_missing(poses, path, missing), H36M17)

@@ -20,6 +20,7 @@ class Video:
     width, height: pixels as stored, before `rotation_deg` (0, 90, 180, 270; clockwise) is applied.
     time_s: (N,) time stamp of every frame in display order, from the first frame's 0.
     codec: name as FFmpeg writes it, such as "h264" or "mpeg4". focal_px: the focal length that the file states, about.
+    capture_fps: frames a second of the camera, where the file states it: more than are shown is slow motion.
     """
 
     path: Path
@@ -29,6 +30,7 @@ class Video:
     codec: str
     rotation_deg: int = 0
     focal_px: float | None = None
+    capture_fps: float | None = None
 
     @property
     def fps(self) -> float:

@@ -15,6 +15,7 @@ from ..pipeline.detections import KEYPOINTS, Detections, interrupted_at, load_de
 from ..pipeline.errors import InputError
 from ..pipeline.intake import sha256
 from ..pipeline.pose import PoseSequence, package_version
+from ..pipeline.rates import check_fps, rate_doubts, timed
 from ..pipeline.reading import choose_person
 from ..pipeline.signals import lowpass
 from ..pipeline.swap_repair import Swaps, treated
@@ -49,6 +50,8 @@ class Detect:
 
     def __call__(self, take: Take) -> Take:
         assert take.video is not None
+        if self.fps is not None:
+            check_fps(self.fps)  # before the minutes that detection takes
         persons = None if self.person_detector is None else network_file(self.person_detector)
         detector = load_detector(network_file(self.detector), persons, self.person_kind)
         before = None if self.resume is None else load_detections(self.resume)
@@ -67,12 +70,13 @@ class Detect:
             found.save(self.folder / KEYPOINTS)
         people = found.people()
         chosen = _longest(found, people) if self.person is None else _named(people, self.person, take.video)
-        keypoints = _timed(chosen, self.fps) if self.fps else chosen
+        keypoints = chosen if self.fps is None else timed(chosen, self.fps)
         _, keypoints, swapped = treated(None, keypoints, self.swaps)
         assert keypoints is not None
         keypoints = keypoints if self.smooth_hz is None else smoothed(keypoints, self.smooth_hz)
         take = take.with_(keypoints=keypoints)
-        return take.saying(*_events(take, found, people, chosen), *swapped)
+        doubts = [Event("warning", text) for text in rate_doubts(self.fps, take.video)]
+        return take.saying(*_events(take, found, people, chosen), *doubts, *swapped)
 
     def _keep(self, found: Detections) -> None:
         if self.checkpoint is not None:
@@ -101,12 +105,6 @@ def _longest(found: Detections, people: tuple[PoseSequence, ...]) -> PoseSequenc
 
 def _named(people: tuple[PoseSequence, ...], person: str, video: Video) -> PoseSequence:
     return choose_person(people, person, str(video.path))
-
-
-def _timed(keypoints: PoseSequence, fps: float) -> PoseSequence:
-    if not 0 < fps < 10_000:
-        raise InputError(f"Expected a frame rate in frames per second, got {fps:g}.")
-    return keypoints.with_(time_s=keypoints.frame_index / fps).noted("fps", given=fps)
 
 
 def _events(

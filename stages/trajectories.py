@@ -24,6 +24,7 @@ import numpy as np
 
 from ..pipeline.errors import InputError
 from ..pipeline.pose import PoseSequence, Rectified
+from ..pipeline.rates import pace_doubts
 from ..pipeline.rotations import known
 from ..pipeline.signals import (
     CUTOFF_HZ,
@@ -73,7 +74,11 @@ class Trajectories:
         if path.root is not None:
             columns |= trajectory(path, "root")
         events = [Event("note", _RELATIVE)] if take.rectified.camera == "moving" else []
-        return take.with_(kinematics=columns, filtered=path).saying(*events, *_told(path, self.filter))
+        return take.with_(kinematics=columns, filtered=path).saying(
+            *events,
+            *_told(path),
+            *(Event("warning", text) for text in pace_doubts(path)),
+        )
 
 
 def smooth(
@@ -89,14 +94,15 @@ def smooth(
     cutoff_hz: where half the power is left; None is 6 Hz, or no filter where the frame rate does not carry that;
         "auto" is the highest that residual analysis finds for any of the joints `moving`.
 
-    A joint is NaN in pieces too short for the filter. The history ends with what was done and its counts. InputError
-    for a cut-off at or above half the frame rate, and for a take too short to choose one from.
+    A joint is NaN in pieces too short for the filter. The history ends with what was done and its counts, or with the
+    warning that nothing was. InputError for a cut-off at or above half the frame rate, and for a take too short to
+    choose one from.
     """
     times, seams = level.times, breaks(level)
-    if cutoff_hz is None and not rate(times) > 2 * CUTOFF_HZ:
-        filter = "none"
     if filter == "none":
         return level.noted("low-pass filter", filter=filter)
+    if cutoff_hz is None and not rate(times) > 2 * CUTOFF_HZ:
+        return level.noted("low-pass filter", filter="none", warning=_unfiltered(level))
     if cutoff_hz == "auto":
         cutoff_hz = _chosen(level, moving)
     cutoff = CUTOFF_HZ if cutoff_hz is None else cutoff_hz
@@ -110,6 +116,13 @@ def smooth(
         cutoff_hz=cutoff,
         rows_resampled=uneven_rows(np.asarray(known(joints).any(axis=1)), times, seams),
         values_lost=int((known(joints) & ~known(result)).sum()),
+    )
+
+
+def _unfiltered(level: PoseSequence) -> str:
+    return (
+        f"{rate(level.times):.4g} frames a second do not carry a filter at {CUTOFF_HZ:g} Hz: paths are unfiltered, and "
+        "velocities and accelerations are those of the noise too."
     )
 
 
@@ -157,19 +170,13 @@ def _chosen(level: PoseSequence, moving: tuple[str, ...]) -> float:
     return float(np.nanmax(asked))
 
 
-def _told(path: PoseSequence, asked: Filter) -> list[Event]:
+def _told(path: PoseSequence) -> list[Event]:
     """What the filter did that a reader of the columns must know."""
     done = path.history[-1].options
     if len(path) == 1:
         return [Event("warning", "A single frame has no path: velocities and accelerations are missing.")]
-    if done["filter"] != asked:
-        return [
-            Event(
-                "warning",
-                f"{rate(path.times):.4g} frames a second do not carry a filter at {CUTOFF_HZ:g} Hz: paths are "
-                "unfiltered, and velocities and accelerations are those of the noise too.",
-            )
-        ]
+    if "warning" in done:
+        return [Event("warning", str(done["warning"]))]
     events = []
     if done.get("values_lost"):
         events.append(

@@ -8,7 +8,7 @@ import pytest
 from golden.lifters import openpose3d, openpose_joints
 from pcnet3d.adapters import read, read_all
 from pcnet3d.pipeline import H36M17, InputError
-from pcnet3d.pipeline.layouts import BODY_25, OPENPOSE18
+from pcnet3d.pipeline.layouts import BODY_25, BODY_25B, OPENPOSE18
 from pcnet3d.pipeline.reading import adapters
 
 FRAMES = 40
@@ -27,7 +27,7 @@ def alone(turning) -> list[list[np.ndarray]]:
 
 
 @pytest.mark.parametrize("name", ["pose_keypoints_3d", "body_keypoints_3d"])
-@pytest.mark.parametrize("layout", [BODY_25, OPENPOSE18], ids=lambda layout: layout.name)
+@pytest.mark.parametrize("layout", [BODY_25, BODY_25B, OPENPOSE18], ids=lambda layout: layout.name)
 def test_golden(save, turning, layout, name):
     frames = [[body] for body in openpose_joints(turning(FRAMES) + AWAY_M, layout)]
     folder = save([[], *frames], name)

@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 
+from golden.detections import between_shoulders
 from pcnet3d.adapters import alphapose, coco, mmpose2d
 from pcnet3d.adapters._json import _closed, beginning
 from pcnet3d.pipeline import InputError
@@ -52,7 +53,8 @@ def test_folder_and_nothing(tmp_path, adapter):
 
 @pytest.mark.parametrize("form", FORMS)
 def test_truncated_file_is_recognised_and_refused(write, moving, form):
-    path = write(form, {"0": moving(18 if form == "alphapose_open" else 17)})
+    person = between_shoulders(moving(18)) if form == "alphapose_open" else moving(17)
+    path = write(form, {"0": person})
     whole = path.read_bytes()
     for share in (0.7, 0.9):  # the demos' metadata, which tell nothing, take half of so short a file
         path.write_bytes(whole[: int(share * len(whole))])

@@ -5,8 +5,19 @@ import json
 import numpy as np
 import pytest
 
+from golden.detections import openpose as write_openpose
 from pcnet3d.adapters import openpose, read
 from pcnet3d.pipeline import InputError
+from pcnet3d.pipeline.layouts import BODY_25B, COCO17, remap
+
+# What OpenPose found of a man in one frame of Pose2Sim's demo (BSD-3-Clause), in BODY_25B.
+_REAL = (
+    (505, 432, 0.66), (516, 411, 0.61), (489, 405, 0.67), (521, 405, 0.13), (453, 400, 0.68),
+    (521, 495, 0.71), (384, 479, 0.67), (542, 610, 0.66), (300, 595, 0.69), (568, 721, 0.67),
+    (269, 716, 0.71), (479, 736, 0.68), (389, 726, 0.65), (458, 921, 0.64), (369, 899, 0.66),
+    (421, 1078, 0.67), (332, 1010, 0.66), (463, 463, 0.65), (516, 342, 0.69), (432, 1147, 0.68),
+    (447, 1141, 0.70), (400, 1094, 0.65), (326, 1062, 0.63), (311, 1047, 0.63), (332, 1026, 0.56),
+)  # fmt: skip
 
 
 def test_frames_are_sorted_by_number_and_may_be_empty(write, moving):
@@ -26,6 +37,29 @@ def test_numbers_without_leading_zeros(write, moving):
     np.testing.assert_array_equal(read(folder).frame_index, np.arange(12))
 
 
+@pytest.mark.parametrize(
+    "name", ["cam01.{:04d}.json", "{:06d}_cam1.json", "{}.json", "cam 2 b{:03d}_keypoints.json"]
+)
+def test_other_names(write, moving, name):
+    """Pose2Sim's and others'; the number that changes from file to file is the frame."""
+    folder = write("openpose", {"0": moving(25)})
+    for i, file in enumerate(sorted(folder.iterdir())):
+        file.rename(folder / name.format(i))
+    (folder / "notes.json").write_text("{}")
+    poses = read(folder)
+    assert poses.history[0].options["adapter"] == "openpose"
+    np.testing.assert_array_equal(poses.frame_index, np.arange(12))
+
+
+def test_body_25b_is_known_by_its_limbs(tmp_path):
+    frames, points = np.arange(3), np.array(_REAL)[None] + np.arange(3)[:, None, None] * [2, 1, 0]
+    poses = read(write_openpose(tmp_path, {"0": (frames, points)}))
+    assert poses.layout == BODY_25B
+    np.testing.assert_allclose(poses.joint("r_wrist"), points[:, COCO17.index("r_wrist"), :2])
+    shoulders = poses.joints[:, BODY_25B.indices(["l_shoulder", "r_shoulder"])].mean(axis=1)
+    np.testing.assert_allclose(remap(poses).joint("thorax"), shoulders)  # not the upper neck
+
+
 def test_other_files_beside_are_ignored(write, moving):
     folder = write("openpose", {"0": moving(25)})
     for other in ("._walk_000000000003_keypoints.json", "walk.avi", "notes.json"):
@@ -36,7 +70,7 @@ def test_other_files_beside_are_ignored(write, moving):
 @pytest.mark.parametrize("joints", [15, 24, 26])
 def test_other_models(write, moving, joints):
     with pytest.raises(
-        InputError, match=rf"25 joints \(BODY_25\) or 18 joints \(OPENPOSE18\), got {joints} "
+        InputError, match=rf"25 joints \(BODY_25, BODY_25B\) or 18 joints \(OPENPOSE18\), got {joints} "
     ):
         read(write("openpose", {"0": moving(joints)}))
 

@@ -129,3 +129,21 @@ def test_real_files(data, name, frames, size, codec):
     (clip,) = video.read(data / "video" / f"{name}.mp4")
     assert ((clip.width, clip.height), clip.codec, clip.rotation_deg) == (size, codec, 0)
     np.testing.assert_allclose(clip.time_s, np.arange(frames) / 30, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("stated", "found"), [("240", 240), ("119.880119", 119.880119), ("fast", None), ("0", None)]
+)
+def test_slow_motion_that_a_phone_tags(film, tmp_path, stated, found):
+    import av
+
+    plain, tagged = film(tmp_path / "plain.mp4", range(0, 330, 33)), tmp_path / "tagged.mp4"
+    with av.open(plain) as source, av.open(tagged, "w", options={"movflags": "use_metadata_tags"}) as target:
+        target.metadata["com.android.capture.fps"] = stated
+        stream = target.add_stream_from_template(source.streams.video[0])
+        for packet in source.demux(video=0):
+            if packet.dts is not None:
+                packet.stream = stream
+                target.mux(packet)
+    assert video.read(plain)[0].capture_fps is None
+    assert video.read(tagged)[0].capture_fps == found

@@ -62,6 +62,17 @@ def test_its_keypoints_can_be_given_again(walk_film, toy, quick, tmp_path, call)
         np.testing.assert_array_equal(a["source"], b["source"])
 
 
+def test_a_rate_against_the_videos_own_is_told(walk_film, toy, quick, tmp_path, call):
+    """Silent once where the keypoints were detected: a cadence of 197 instead of 98."""
+    words = (walk_film.path, "--detector", toy, "--recipe", quick)
+    code, said = call(*words, "--fps", 100, "-o", tmp_path / "a")
+    assert code == 0
+    assert "--fps 100 is used although the video says" in said
+    code, said = call(*words, "--fps", 3000, "-o", tmp_path / "b")
+    assert code == 2
+    assert "Expected a frame rate of 1 to 1000" in said
+
+
 def test_interrupted_and_resumed(walk_film, toy, quick, tmp_path, call, monkeypatch):
     words = (walk_film.path, "--detector", toy, "--recipe", quick)
     assert call(*words, "-o", tmp_path / "whole")[0] == 0

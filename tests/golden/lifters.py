@@ -105,7 +105,8 @@ def mmpose3d(folder: Path, frames: list[list[dict]], form: str = "inferencer") -
 
 def openpose_joints(bodies: np.ndarray, layout: Layout) -> np.ndarray:
     """(T, J, 3): the joints that H36M17 has where they are, others beside them."""
-    stand_ins = {"neck": "thorax", "l_eye": "nose", "r_eye": "nose", "l_ear": "head", "r_ear": "head"}
+    stand_ins = {"neck": "thorax", "upper_neck": "thorax", "head_top": "head"}
+    stand_ins |= {"l_eye": "nose", "r_eye": "nose", "l_ear": "head", "r_ear": "head"}
     names = [
         joint if joint in H36M17.joints else stand_ins.get(joint, f"{joint[0]}_ankle")
         for joint in layout.joints

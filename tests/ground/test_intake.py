@@ -74,7 +74,7 @@ def test_without_any_rate_it_says_so(lifted):
         open_take(Sources(lifted))
 
 
-@pytest.mark.parametrize("fps", [0, -5, float("nan")])
+@pytest.mark.parametrize("fps", [0, -5, 0.5, 3000, float("nan")])
 def test_a_rate_that_is_none_is_refused(lifted, fps):
     with pytest.raises(InputError, match="frames per second"):
         open_take(Sources(lifted, fps=fps))

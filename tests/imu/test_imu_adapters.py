@@ -170,3 +170,21 @@ def test_a_csv_without_a_clock_takes_the_rate_and_an_empty_cell_is_missing(walk,
     np.testing.assert_allclose(found.time_s, np.arange(len(imu.time_s)) / 100)
     assert np.isnan(found.force_mps2[6, 1])
     assert np.isfinite(np.delete(found.force_mps2, 6, axis=0)).all()
+
+
+@pytest.mark.parametrize("order", ["xyzw", "wzyx", "zyxw"])
+def test_another_order_of_the_quaternions_is_named(walk, order):
+    """As when columns x y z w are read as w x y z, which is what most tools of robotics write."""
+    sensor = strapped(walk, "r_forearm", PERFECT)
+    wxyz = np.roll(Rotation.from_matrix(sensor.R_world_from_sensor).as_quat(), 1, axis=-1)
+    misread = wxyz[:, ["wxyz".index(letter) for letter in order]]
+    R = Rotation.from_quat(np.roll(misread, -1, axis=-1)).as_matrix()
+    with pytest.raises(InputError, match=f"numbers seem to be {' '.join(order)}, not w x y z"):
+        imu_from_samples("r_forearm", sensor.time_s, sensor.force_mps2, R)
+
+
+def test_a_csv_without_orientations_says_what_it_lacks(tmp_path):
+    path = tmp_path / "imu.csv"
+    path.write_text("time_s,ax,ay,az\n0,0,0,9.8\n0.01,0,0,9.8\n")
+    with pytest.raises(InputError, match=r"got time_s, ax, ay, az; .* export the quaternions too"):
+        read_imus([path], ["r_forearm"])

@@ -186,7 +186,7 @@ def test_bad_input_has_words(made, segments, options, words):
 def test_what_is_no_run_and_no_imu_has_words(made, tmp_path):
     with pytest.raises(InputError, match="finished"):
         load_run(tmp_path)
-    with pytest.raises(InputError, match="imu_csv"):
+    with pytest.raises(InputError, match=r"inertial sensor.s recording .* got 3D poses"):
         imu(made / "run", imu=[made / "poses.npy"])
     with pytest.raises(InputError, match="--root"):
         imu(made / "run", imu=[made / "r_forearm.csv"], segment=["r_forearm"], root=made / "poses.npy")

@@ -187,6 +187,21 @@ def test_a_frame_rate_that_does_not_carry_the_usual_filter_is_said(facing_camera
         stage(facing_camera, 40, 10, cutoff_hz=6.0)
 
 
+def test_a_notebook_is_told_too_that_nothing_was_filtered(facing_camera):
+    level = PoseSequence(np.tile(facing_camera, (40, 1, 1)), H36M17, LEVEL, time_s=np.arange(40) / 10)
+    assert "do not carry a filter at 6 Hz" in smooth(level).history[-1].options["warning"]
+    assert "warning" not in smooth(level, filter="none").history[-1].options
+
+
+def test_slow_motion_is_told(facing_camera):
+    """A hand that takes half a minute from the hip to overhead."""
+    joints = np.tile(facing_camera, (400, 1, 1))
+    joints[:, H36M17.index("r_wrist"), 1] -= np.linspace(0, 1, 400)
+    body = PoseSequence(joints, H36M17, CAMERA.with_(origin="pelvis"), time_s=np.arange(400) / 12.5)
+    take = Trajectories()(Take("t", poses=body, rectified=rectify(body)))
+    assert "if this is slow motion" in warnings(take)
+
+
 def test_nothing_is_taken_across_a_refused_frame(facing_camera):
     joints = np.tile(facing_camera, (60, 1, 1))
     joints[30:, :, 0] += 0.2 * (np.arange(17) > 0)  # everything but the pelvis jumps
