@@ -32,7 +32,7 @@ def at_a_glance(take: Take) -> str:
         ("Take", f"{len(poses)} frames, {seconds:.1f} s at {poses.fps:.4g} a second"),
         ("Rectified by", rectified.method),
         ("Frames rectified", f"{turned} of {len(poses)}"),
-        ("Poses are", "not judged" if take.findings is None else verdict(take.findings)),
+        *([] if take.findings is None else [("Poses are", verdict(take.findings))]),
         ("Levelled", "yes" if rectified.level_ok else "no"),
         ("Up is known to within (90 %)", up_bound(rectified)),
         ("Length", "metres" if poses.frame.metric else "no scale: arbitrary units (au)"),

@@ -308,7 +308,7 @@ def seen_from(walk, heading_deg, flat=1.0):
 
 
 def test_a_walk_along_the_line_of_sight_is_said_to_be_uncountable():
-    walk = walker(seconds=6, turn_deg=0)
+    walk = walker(seconds=12, turn_deg=0)
     walking = measured(seen_from(walk, 0.0, flat=0.15)).measures["walking"]
     assert "steps" not in walking
     assert "line of sight" in walking["reason"]
