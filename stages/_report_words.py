@@ -16,7 +16,6 @@ from ._record_summary import standing, up_by_source
 from ._report_page import box, facts, listed, small, table
 
 BOUND = float(np.sqrt(np.log(10)))  # 90 % bound over root mean square of an error in two dimensions
-BAND = 1.645  # standard deviations to each side that hold nine in ten of a normal distribution
 _MOST = 40  # events of one kind
 _LONGEST = 240  # characters of an option's value
 
