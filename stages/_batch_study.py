@@ -22,7 +22,7 @@ REPORT = "report.html"
 QUALITY = ("up_error_deg", "up_bound_deg", "error_deg_mean", "bone_length_spread")
 
 _LIMIT = 1.96
-_NO_MEASURE = ("frames", "nan_share")  # what a measure rests on
+_NO_MEASURE = ("frames", "nan_share", "beyond_anatomy_frames")  # what a measure rests on
 
 
 _Words = Annotated[str, AfterValidator(printable)]
@@ -181,9 +181,7 @@ def changes(rows: Sequence[Mapping[str, Any]]) -> list[Change]:
     done = [
         row for row in rows if row.get("subject") and row.get("measures") and row["level_ok"] is not False
     ]
-    names = dict.fromkeys(
-        key for row in done for key in row["measures"] if key.split(".")[-1] not in _NO_MEASURE
-    )
+    names = dict.fromkeys(key for row in done for key in row["measures"] if not _rests_on(key.split(".")[-1]))
     for factor, other in (("visit", "condition"), ("condition", "visit")):
         levels = list(dict.fromkeys(row[factor] for row in done if row[factor]))
         for later in levels[1:]:
@@ -194,6 +192,11 @@ def changes(rows: Sequence[Mapping[str, Any]]) -> list[Change]:
                     limits = (bias - _LIMIT * sd, bias + _LIMIT * sd)
                     found.append(Change(factor, levels[0], later, name, len(off), bias, sd, *limits))
     return found
+
+
+def _rests_on(key: str) -> bool:
+    """Whether a figure says what a measure rests on or how wrong it is, and is none itself."""
+    return key in _NO_MEASURE or "_error_" in key
 
 
 def _differences(

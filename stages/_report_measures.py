@@ -25,6 +25,7 @@ _ERRORS = (
     "± is one standard deviation of the figure before it. Grey: a difference that lies within its error (90 %), or a "
     "range with values that no joint reaches."
 )
+_MOMENTS = ("start_s", "stop_s", "landings_s")
 _MANY = 20  # a list of more is a curve, or too long for a table
 _SIDES = {"r_": ("right", RIGHT), "l_": ("left", LEFT)}
 
@@ -106,15 +107,31 @@ def _pair(key: str, value: Any, error: Any = None) -> tuple[str, str]:
     words, unit = _words_and_unit(key)
     if isinstance(value, Sequence) and len(value) > _MANY:
         return words, _shown(value)
-    margin = "" if error is None else f" ± {_shown(error)}"
-    return words, f"{_shown(value)}{margin}{'' if unit.startswith('°') else ' '}{unit}".rstrip()
+    return words, f"{_both(key, value, error)}{'' if unit.startswith('°') else ' '}{unit}".rstrip()
 
 
 def _rows(members: Mapping[str, Mapping[str, Any]]) -> str:
     """A table with a row for each member and a column for each of their figures."""
     shown = dict.fromkeys(key for member in members.values() for key in member if key not in _hidden(member))
-    rows = [[named(name), *(_with_error(member, key) for key in shown)] for name, member in members.items()]
+    columns = [_whole([_with_error(member, key) for member in members.values()]) for key in shown]
+    rows = [[named(name), *cells] for name, *cells in zip(members, *columns, strict=True)]
     return table(("", *map(named, shown)), rows) if shown else ""
+
+
+def _whole(cells: list[Cell]) -> list[Cell]:
+    """A column of whole numbers without decimals: its figures end there."""
+    if all(cell.is_integer() for cell in cells if isinstance(cell, float)):
+        return [int(cell) if isinstance(cell, float) else cell for cell in cells]
+    return cells
+
+
+def _both(key: str, value: Any, error: Any) -> str:
+    """A figure, or each of a list, with its error; moments to a hundredth of a second, finer than frames."""
+    values = value if isinstance(value, list) and len(value) <= _MANY else [value]
+    errors = error if isinstance(error, list) else [error] * len(values)
+    shown = [f"{one:.2f}" if key in _MOMENTS and isinstance(one, float) else _shown(one) for one in values]
+    margins = ["" if off is None else f" ± {_shown(off)}" for off in errors]
+    return ", ".join(one + margin for one, margin in zip(shown, margins, strict=True))
 
 
 def _with_error(member: Mapping[str, Any], key: str) -> Cell:
@@ -122,7 +139,8 @@ def _with_error(member: Mapping[str, Any], key: str) -> Cell:
     value, error = member.get(key), member.get(error_key(key))
     if key == "nan_share":
         return f"{100 * (value or 0):.2g} %"
-    cell = _cell(value) if error is None else f"{_shown(value)} ± {_shown(error)}"
+    plain = error is None and not (key in _MOMENTS and isinstance(value, list))
+    cell = _cell(value) if plain else _both(key, value, error)
     lies_within = key == "symmetry_index_percent" and member.get("within_error")
     beyond = key.endswith("range_deg") or key in ("lowest_deg", "highest_deg", "p05_p95_deg")
     if lies_within or (beyond and member.get("beyond_anatomy_frames")):

@@ -16,7 +16,6 @@ from ._record_summary import standing, up_by_source
 from ._report_page import box, facts, listed, small, table
 
 BOUND = float(np.sqrt(np.log(10)))  # 90 % bound over root mean square of an error in two dimensions
-BAND = 1.645  # standard deviations to each side that hold nine in ten of a normal distribution
 _MOST = 40  # events of one kind
 _LONGEST = 240  # characters of an option's value
 
@@ -32,7 +31,7 @@ def at_a_glance(take: Take) -> str:
         ("Take", f"{len(poses)} frames, {seconds:.1f} s at {poses.fps:.4g} a second"),
         ("Rectified by", rectified.method),
         ("Frames rectified", f"{turned} of {len(poses)}"),
-        ("Poses are", "not judged" if take.findings is None else verdict(take.findings)),
+        *([] if take.findings is None else [("Poses are", verdict(take.findings))]),
         ("Levelled", "yes" if rectified.level_ok else "no"),
         ("Up is known to within (90 %)", up_bound(rectified)),
         ("Length", "metres" if poses.frame.metric else "no scale: arbitrary units (au)"),

@@ -18,12 +18,13 @@ from ..pipeline.pose import PoseSequence
 from ..pipeline.rotations import angle_deg, known, rotate
 from ..pipeline.take import Take
 from ._image_lines import WORDS, drawn
+from ._measures_figures import BAND
 from ._record_up import shared_up, voted
 from ._report_charts import LEFT, RIGHT, SLICES, SOFT, Curve, over_time, path, sides
 from ._report_measures import measure_tables
 from ._report_page import charts, figure, page, picture, small
 from ._report_pictures import key_figures, lines_jpeg, seen_by_camera
-from ._report_words import BAND, angle_table, at_a_glance, gravity_words, provenance, spoken, up_table
+from ._report_words import angle_table, at_a_glance, gravity_words, provenance, spoken, up_table
 
 REPORT = "report.html"
 

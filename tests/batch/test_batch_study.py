@@ -94,7 +94,10 @@ def test_nothing_is_said_of_fewer_than_two_subjects(rows):
 
 def test_what_a_measure_rests_on_is_no_measure(tmp_path):
     rows = [
-        {**row(s, v, 1.0), "measures": {"walking.frames": 5.0, "walking.nan_share": 0.0}}
+        {
+            **row(s, v, 1.0),
+            "measures": {"walking.frames": 5.0, "walking.nan_share": 0.0, "walking.cadence_error_spm": 1.0},
+        }
         for s in "ab"
         for v in "12"
     ]

@@ -7,10 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pcnet3d.examples.camera import aimed, camera_poses
 from pcnet3d.examples.walker import walker
 from pcnet3d.pipeline import H36M17, InputError, Pipeline, Take
 from pcnet3d.pipeline.angles import ANGLES, MIDLINE
 from pcnet3d.stages._export_measures import write_measures
+from pcnet3d.stages._measures_walking import walks_in
 from pcnet3d.stages._record_measures import measures_markdown
 from pcnet3d.stages.angles import Angles
 from pcnet3d.stages.measures import Measures
@@ -252,3 +254,123 @@ def test_the_text_of_the_recording_says_figures_and_reasons(take):
     for said in ("#### walking", "cadence spm: 111", "| knee flexion |", "both ranges are below 5 degrees"):
         assert said in text
     assert max(map(len, text.splitlines())) < 500  # no curves
+
+
+def columns_with(take, **changes):
+    return {**take.kinematics, **changes}
+
+
+@pytest.mark.parametrize(("sd_deg", "walks"), [(3.0, 1), (12.0, 0)])
+def test_steps_go_beyond_the_noise_that_the_legs_are_stated_with(sd_deg, walks):
+    time_s = np.arange(90) / 30
+    apart = 0.2 * np.sin(2 * np.pi * time_s)  # of a leg to either side: a shuffle, or nobody moves
+    columns = {
+        f"{side}_{bone}_sagittal{end}": np.full(90, value)
+        for side in "rl"
+        for bone in ("thigh", "shank")
+        for end, value in (("_deg", 0.0), ("_sd_deg", sd_deg))
+    }
+    assert len(walks_in(apart, time_s, (), columns)) == walks
+
+
+def test_no_cadence_from_fewer_than_three_strides(walk):
+    strikes = np.sort(np.concatenate(list(walk.heel_strikes_s.values())))
+    rows = slice(round(30 * (strikes[1] - 0.1)), round(30 * (strikes[4] + 0.25)))
+    part = walk.poses.with_(
+        joints=walk.poses.joints[rows],
+        confidence=None,
+        time_s=walk.poses.time_s[rows],
+        frame_index=walk.poses.frame_index[rows],
+        root=None if walk.poses.root is None else walk.poses.root[rows],
+    )
+    walking = measured(part).measures["walking"]
+    assert walking["counted"] == f"{walking['steps']} steps between {walking['steps'] + 1} landings"
+    assert walking["right"]["strides"] + walking["left"]["strides"] == 2
+    assert walking["cadence_reason"] == "fewer than 3 strides"
+    assert "cadence_spm" not in walking
+
+
+def test_cadence_and_its_error_have_the_digits_that_frames_leave(take):
+    walking = take.measures["walking"]
+    assert 0.1 < walking["cadence_error_spm"] < 2
+    assert walking["cadence_spm"] == round(walking["cadence_spm"], 1)
+    assert walking["mean_stride_time_s"] == round(walking["mean_stride_time_s"], 3)
+    # The walker's strides are all alike: what is left of their spread is the frames'.
+    assert "sd_stride_time_s" not in walking
+    assert walking["step_time_within_error"]
+
+
+def seen_from(walk, heading_deg, flat=1.0):
+    """The walker in CAMERA axes, metres, depth made `flat` of what it is."""
+    camera = aimed(walk.root.mean(axis=0), 6.0, heading_deg, 0.0, 0.0)
+    poses = camera_poses(walk, camera)
+    return poses.with_(joints=poses.joints * np.array([1.0, 1.0, flat], np.float32), root=None)
+
+
+def test_a_walk_along_the_line_of_sight_is_said_to_be_uncountable():
+    walk = walker(seconds=12, turn_deg=0)
+    walking = measured(seen_from(walk, 0.0, flat=0.15)).measures["walking"]
+    assert "steps" not in walking
+    assert "line of sight" in walking["reason"]
+    assert "film the walk from the side" in walking["reason"]
+    assert measured(seen_from(walk, 90.0)).measures["walking"]["steps"] >= 3
+
+
+def test_ten_frames_a_second_are_said_where_no_steps_are_found(walk):
+    still = np.repeat(walk.poses.joints[-1:], 60, axis=0)
+    poses = walk.poses.with_(
+        joints=still, confidence=None, time_s=np.arange(60) / 10, frame_index=np.arange(60), root=None
+    )
+    walking = measured(poses).measures["walking"]
+    assert "steps" not in walking
+    assert "10 frames per second" in walking["reason"]
+
+
+@pytest.mark.parametrize(("depth_deg", "squats"), [(55.0, 0), (80.0, 1)])
+def test_a_duck_is_a_knee_bend_and_no_squat(walk, take, depth_deg, squats):
+    """The boxer who ducks bends his knees by 55 degrees."""
+    squat = walk.during("squat")
+    share = depth_deg / walk.angles_deg["r_knee_flexion_deg"][squat].max()
+    shallow = columns_with(
+        take,
+        **{
+            f"{side}_knee_flexion_deg": take.kinematics[f"{side}_knee_flexion_deg"]
+            * np.where(squat, share, 0)
+            for side in "rl"
+        },
+        **{f"{side}_knee_flexion_sd_deg": np.full(len(walk), 8.0) for side in "rl"},
+    )
+    bends = STAGES[3](take.with_(kinematics=shallow)).measures["knee_bends"]
+    assert (bends["count"], bends["squats"]) == (1, squats)
+    assert bends["peak_deg"][0] == pytest.approx(depth_deg, abs=1)
+    assert bends["peak_error_deg"] == [8.0]
+    assert bends["mean_rise_error_deg"] == pytest.approx(8 * np.sqrt(2), abs=0.5)
+
+
+def test_no_repetition_within_its_noise(walk, take):
+    vague = columns_with(
+        take, **{f"{side}_shoulder_elevation_sd_deg": np.full(len(walk), 60.0) for side in "rl"}
+    )
+    assert STAGES[3](take.with_(kinematics=vague)).measures["arm_raises"]["right"]["count"] == 0
+
+
+def test_a_difference_of_the_sides_within_their_errors_is_said_to_be_none(walk, take):
+    def index(sd_deg):
+        changed = columns_with(
+            take, **{f"{side}_knee_flexion_sd_deg": np.full(len(walk), sd_deg) for side in "rl"}
+        )
+        changed["l_knee_flexion_deg"] = changed["l_knee_flexion_deg"] * 0.8
+        return STAGES[3](take.with_(kinematics=changed)).measures["symmetry"]["knee_flexion"]
+
+    assert not index(1.0)["within_error"]
+    assert index(10.0)["within_error"]
+    assert index(10.0)["symmetry_index_percent"] == pytest.approx(22, abs=2)
+    assert index(10.0)["symmetry_index_error_percent"] > 10 * index(1.0)["symmetry_index_error_percent"] * 0.9
+
+
+def test_ranges_beyond_anatomy_are_marked(walk, take):
+    turned = columns_with(take, l_elbow_flexion_deg=take.kinematics["l_elbow_flexion_deg"].copy())
+    turned["l_elbow_flexion_deg"][40:44] = -156.0  # as a lift of a cyclist had it
+    ranges = STAGES[3](take.with_(kinematics=turned)).measures["range_of_motion"]
+    assert ranges["l_elbow_flexion"]["beyond_anatomy_frames"] == 4
+    assert [name for name, entry in ranges.items() if "beyond_anatomy_frames" in entry] == ["l_elbow_flexion"]

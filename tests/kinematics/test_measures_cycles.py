@@ -3,7 +3,16 @@
 import numpy as np
 import pytest
 
-from pcnet3d.pipeline.cycles import POINTS, normalised, repetitions, steps, strides, symmetry_index
+from pcnet3d.pipeline.cycles import (
+    POINTS,
+    landings,
+    normalised,
+    repetitions,
+    steps,
+    strides,
+    symmetry_error,
+    symmetry_index,
+)
 from pcnet3d.pipeline.smoothness import log_dimensionless_jerk, path_length, sparc
 
 FPS = 30
@@ -120,6 +129,30 @@ def test_symmetry_index():
     assert symmetry_index(60, 40) == pytest.approx(40)
     assert symmetry_index(40, 60) == pytest.approx(-40)
     assert np.isnan(symmetry_index(0, 0))
+
+
+def test_the_error_of_the_symmetry_index_is_that_of_draws():
+    draws = np.random.default_rng(0).normal((60, 45), (1.5, 2.5), (20000, 2))
+    off = np.std([symmetry_index(right, left) for right, left in draws])
+    assert symmetry_error(60, 45, 1.5, 2.5) == pytest.approx(off, rel=0.03)
+    assert np.isnan(symmetry_error(60, 45, np.nan, 1))
+
+
+def test_every_step_lies_between_two_landings():
+    (walk,) = steps(np.sin(2 * np.pi * TIME[:80]), TIME[:80], 1.5)
+    both = landings([walk], "r") + landings([walk], "l")
+    assert len(both) == len(walk) + 1
+    np.testing.assert_allclose(np.sort(both), [walk[0].start_s, *(step.stop_s for step in walk)])
+
+
+def test_who_sways_before_the_walk_has_not_landed_yet():
+    """A sway of 0.15 in 0.4 s, then a walk; it is a landing only for who does not know that it is noise."""
+    sway, walk = 0.15 * np.sin(np.pi * TIME[:12] / 0.8) - 0.15, TIME[: 2 * FPS + 10]
+    apart = np.concatenate([sway, -0.4 + 0.4 * np.cos(2 * np.pi * walk)])
+    times = np.arange(len(apart)) / FPS
+    found = {noise: min(landings(steps(apart, times, 0.5, noise=noise), "r")) for noise in (0.0, 0.15)}
+    assert found[0.0] == pytest.approx(0.4, abs=0.04)
+    assert found[0.15] == pytest.approx(1.4, abs=0.04)
 
 
 @pytest.mark.parametrize("size", [1.0, 700.0])

@@ -46,7 +46,7 @@ def test_every_figure_is_there_once_under_its_name():
     assert cells[at + 3 : at + 11] == [
         "right knee flexion",
         "58.2",
-        "-1.00",
+        "-1",
         "240",
         "left knee flexion",
         "61.5",
@@ -76,6 +76,42 @@ def test_lists():
     assert "<dt>step times</dt><dd>0.51, 0.5 s</dd>" in said
     assert "40 values, in summary.json" in said
     assert re.findall(r"<figcaption>(.*?)</figcaption>", said) == ["Walk (m)"]
+
+
+def test_figures_stand_with_their_errors_and_are_grey_where_these_cover_them():
+    measures = {
+        "symmetry": {
+            "knee_flexion": {
+                "right_deg": 49.0,
+                "symmetry_index_percent": -19.0,
+                "symmetry_index_error_percent": 25.0,
+                "within_error": True,
+            },
+            "hip_flexion": {
+                "right_deg": 58.0,
+                "symmetry_index_percent": 45.0,
+                "symmetry_index_error_percent": 16.0,
+                "within_error": False,
+            },
+        },
+        "range_of_motion": {
+            "r_elbow_flexion": {"lowest_deg": -156.0, "beyond_anatomy_frames": 2, "nan_share": 0.5},
+            "l_elbow_flexion": {"lowest_deg": 15.0, "nan_share": 0.0},
+        },
+        "knee_bends": {"peak_deg": [57.0, 52.0], "peak_error_deg": [9.1, 8.5], "start_s": [0.96496, 2.0]},
+        "walking": {"cadence_spm": 98.0, "cadence_error_spm": 1.2, "frames": 98, "nan_share": 0.0},
+    }
+    said = measure_tables(measures)
+    assert "<td class=soft>-19 ± 25</td>" in said
+    assert "<td>45 ± 16</td>" in said
+    assert "<td class=soft>-156</td>" in said
+    assert "frames beyond anatomy" in said
+    assert "50 %" in said
+    assert "<dd>57 ± 9.1, 52 ± 8.5°</dd>" in said
+    assert "<dd>0.96, 2.00 s</dd>" in said
+    assert "<dd>98 ± 1.2 steps a minute</dd>" in said
+    for hidden in ("within", "symmetry index error", "cadence error", "0.000", "49.0"):
+        assert hidden not in said.split("Grey")[1].split("</p>", 1)[1]
 
 
 @pytest.mark.parametrize("nothing", [None, {}])
