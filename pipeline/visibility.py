@@ -62,7 +62,7 @@ def in_words(hidden: np.ndarray, out: np.ndarray, times: np.ndarray) -> list[str
             if not spans:
                 continue
             rows = np.concatenate([np.arange(a, b) for a, b in spans])
-            outside = out[np.ix_(rows, H36M17.indices(joints))].any(axis=1).mean() > 0.5
+            outside = out[rows][:, H36M17.indices(joints)].any(axis=1).mean() > 0.5
             why = "not in the image" if outside else "not seen by the detector"
             when = ", ".join(_when(a, b, times) for a, b in spans[:3]) + (", ..." if len(spans) > 3 else "")
             verb, they = ("are", "them") if name == part else ("is", "it")
