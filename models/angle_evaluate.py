@@ -18,8 +18,8 @@ from ..pipeline.progress import counted
 from ..pipeline.signals import CUTOFF_HZ
 from ..pipeline.sockets import Rectifier
 from .evaluation_sets import EvaluationSet, evaluation_sets
+from .gravity.levelling import level_static, why_not
 from .joint_noise import SD_90
-from .levelling import level_static, why_not
 from .metrics import Figure
 from .take_angles import AngleSeries, smoothed, take_angles
 from .testbed import LiftedTake

@@ -26,7 +26,7 @@ from ..pipeline.outputs import refuse_unwritable_file, whole_file
 from ..pipeline.pose import package_version
 from . import load_rectifier
 from .extras import needed_for
-from .live import LiveRectifier
+from .gravity.live import LiveRectifier
 from .metrics import plain
 from .pcnet_onnx import PCNetRectifier
 from .pcnet_quantise import quantise, rotation_change

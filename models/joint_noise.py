@@ -83,7 +83,8 @@ def limb_spread(joints: np.ndarray) -> np.ndarray:
 
 
 def heading_error(error_deg: np.ndarray, up_error_deg: np.ndarray) -> np.ndarray:
-    """(T,) the mean heading error in a rectification's error_deg, the part that is not up's (models/levelling.py)."""
+    """(T,) the mean heading error in a rectification's error_deg, the part that is not up's
+    (models/gravity/levelling.py)."""
     return np.sqrt(np.maximum(error_deg**2 - (_MEAN_OF_RMS * up_error_deg) ** 2, 0.0))
 
 

@@ -27,8 +27,8 @@ from ..pipeline.outputs import whole_file
 from ..pipeline.rotations import kabsch, known, rotate, transpose
 from ..pipeline.sockets import Rectifier
 from . import load_rectifier
+from .gravity.levelling import Levelled, level_static, why_not
 from .joint_noise import JOINTS, NOISE_FILE, SD_90, JointNoise, angle_sd, heading_error, limb_spread
-from .levelling import Levelled, level_static, why_not
 from .metrics import scaled
 from .take_angles import smoothed
 

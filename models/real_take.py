@@ -33,8 +33,8 @@ from ..pipeline.take import Video
 from .angle_evaluate import judge, spread
 from .detect_video import detect
 from .detectors import load_detector
+from .gravity.levelling import level_static, why_not
 from .gravity.view import camera_of
-from .levelling import level_static, why_not
 from .lifter import lift
 from .metrics import joint_error, procrustes_error, scaled
 from .mocap import data_folder

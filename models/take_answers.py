@@ -13,8 +13,8 @@ from ..pipeline.camera import Look
 from ..pipeline.pose import PoseSequence
 from ..pipeline.rotations import from_columns, transpose, unit
 from ..pipeline.sockets import Rectifier
+from .gravity.levelling import Levelled, level_static
 from .gravity.lines import tangent
-from .levelling import Levelled, level_static
 from .metrics import scaled
 
 CAMERA_AXES, TRUE_AXES = "camera axes", "true axes"

@@ -1,7 +1,7 @@
 """What one gravity a take is worth, where the truth is known:  pcnet3d evaluate --takes -o DIR
 
 Every take is seen by one camera that stands still; lifted, and with its real joints. Every rectifier answers twice:
-frame by frame, and with the take's one up (models/levelling.py). Errors, whether the stated errors hold, the
+frame by frame, and with the take's one up (models/gravity/levelling.py). Errors, whether the stated errors hold, the
 accelerations of wrists and ankles, and one take from eight cameras.
 """
 
@@ -21,7 +21,7 @@ from ..pipeline.rotations import angle_deg, geodesic_deg, rotate, transpose
 from ..pipeline.sockets import Rectifier
 from . import take_acceleration, take_cameras
 from .evaluation_sets import EvaluationSet, evaluation_sets
-from .levelling import level_static, why_not
+from .gravity.levelling import level_static, why_not
 from .metrics import Figure, joint_error
 from .mocap import Clip, lying
 from .take_answers import (

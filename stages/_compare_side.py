@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..models.levelling import level_frame
+from ..models.gravity.levelling import level_frame
 from ..models.metrics import relative
 from ..models.take_angles import smoothed, take_angles
 from ..pipeline.angles import ANGLES

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..models.detection import Found
-from ..models.live import LiveFrame
+from ..models.gravity.live import LiveFrame
 from ..pipeline.errors import InputError
 from ..pipeline.frames import BODY, CAMERA, IMAGE
 from ..pipeline.layouts import H36M17, Layout

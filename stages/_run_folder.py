@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..models import load_rectifier
-from ..models.levelling import level_moving, level_static
+from ..models.gravity.levelling import level_moving, level_static
 from ..pipeline.arrays import load_all
 from ..pipeline.errors import InputError
 from ..pipeline.outputs import SUMMARY

@@ -17,7 +17,7 @@ import typer
 from ..models.detect_video import Search
 from ..models.detection import Detector, Found
 from ..models.detectors import PersonKind, load_detector
-from ..models.live import LiveRectifier
+from ..models.gravity.live import LiveRectifier
 from ..models.live_lift import LiveLifter
 from ..models.networks import network_file
 from ..pipeline.config import load_recipe

@@ -11,8 +11,16 @@ import numpy as np
 from ..models import load_rectifier
 from ..models.cameras import view_rotation
 from ..models.gravity import Evidence, direction
-from ..models.levelling import WINDOW_S, Camera, Levelled, level_frame, level_moving, level_static, why_not
-from ..models.people import Seen, level_people
+from ..models.gravity.levelling import (
+    WINDOW_S,
+    Camera,
+    Levelled,
+    level_frame,
+    level_moving,
+    level_static,
+    why_not,
+)
+from ..models.gravity.people import Seen, level_people
 from ..pipeline.camera import Camera as View
 from ..pipeline.camera import Look
 from ..pipeline.canonical import R_world_from_body
@@ -90,8 +98,8 @@ def rectify(
     are the axes that the poses come in. Poses without time stamps count as 30 frames a second.
 
     camera, gravity, pitch_deg, roll_deg, window_s: of Rectify. view: what the images say (stages.calibrate). A static
-    camera has one up for the take, which every frame votes on (models/gravity.py), as does the floor under the feet
-    when the poses know where the person is (their root; models/floor.py); a moving one a smooth up, and LEVEL's
+    camera has one up for the take, which every frame votes on (models/gravity/votes.py), as does the floor under the feet
+    when the poses know where the person is (their root; models/gravity/floor.py); a moving one a smooth up, and LEVEL's
     heading is then the camera's, so that horizontal directions are relative to it.
 
     A frame with too few torso joints has a NaN rotation. A take that cannot be levelled has level_ok False and a
@@ -117,8 +125,8 @@ def rectify_together(
     """Several people of one recording in one LEVEL, whose -X is the camera's horizontal viewing direction reversed; of
     poses in a world's axes, that world's own. Arguments and errors of rectify.
 
-    A static camera's up is pooled over the people (models/people.py). Before a moving camera each person has their own
-    up, as each frame has, and the common heading.
+    A static camera's up is pooled over the people (models/gravity/people.py). Before a moving camera each person has
+    their own up, as each frame has, and the common heading.
     """
     found = _rectify(people, True, rectifier, camera, gravity, pitch_deg, roll_deg, window_s, view)
     return tuple(rectified for rectified, _ in found)

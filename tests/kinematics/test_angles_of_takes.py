@@ -9,9 +9,9 @@ from pcnet3d.examples.walker import walker
 from pcnet3d.models import angle_evaluate as module
 from pcnet3d.models.angle_evaluate import as_markdown, judge, one_set
 from pcnet3d.models.evaluate import evaluate
+from pcnet3d.models.gravity.levelling import level_static
 from pcnet3d.models.joint_noise import JOINTS, JointNoise, angle_sd, limb_spread, shipped_noise
 from pcnet3d.models.joint_noise_fit import Pair, modes_of, read_pairs, with_factors
-from pcnet3d.models.levelling import level_static
 from pcnet3d.models.take_angles import AngleSeries, smoothed, take_angles
 from pcnet3d.pipeline import CAMERA, H36M17, InputError, Take
 from pcnet3d.pipeline.angles import ANGLES, angles, near

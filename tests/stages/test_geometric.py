@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from pcnet3d.models import load_rectifier
-from pcnet3d.models.levelling import level_frame
+from pcnet3d.models.gravity.levelling import level_frame
 from pcnet3d.pipeline import CAMERA, H36M17, Y_UP, Z_UP, InputError, PoseSequence, change_frame
 from pcnet3d.pipeline.frames import GL_CAMERA, PC_CAMERA
 from pcnet3d.pipeline.rotations import angle_deg, geodesic_deg, rotate, transpose

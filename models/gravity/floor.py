@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..pipeline.anthropometry import implied_stature
-from ..pipeline.layouts import H36M17
-from ..pipeline.rotations import known
-from ..pipeline.signals import rate, runs
-from .gravity import Evidence
+from ...pipeline.anthropometry import implied_stature
+from ...pipeline.layouts import H36M17
+from ...pipeline.rotations import known
+from ...pipeline.signals import rate, runs
+from .votes import Evidence
 
 _STANCE_SPEED = 0.15  # statures per second below which an ankle stands
 _STANCE_S = 0.1  # the least that a stance lasts

@@ -12,13 +12,13 @@ from typing import Literal
 
 import numpy as np
 
-from ..pipeline.camera import Look
-from ..pipeline.canonical import LYING_DEG, trunk_lean_deg
-from ..pipeline.rotations import angle_deg, from_columns, known, unit
+from ...pipeline.camera import Look
+from ...pipeline.canonical import LYING_DEG, trunk_lean_deg
+from ...pipeline.rotations import angle_deg, from_columns, known, unit
 from .floor import floor_plane
-from .gravity import LEAN_DEG, RAYLEIGH_90, TILT_SHARE, UNKNOWN_DEG, Evidence, TakeUp, level_feet, take_up
-from .gravity.fusion import fused_up
-from .gravity.moving import with_looks
+from .fusion import fused_up
+from .moving import with_looks
+from .votes import LEAN_DEG, RAYLEIGH_90, TILT_SHARE, UNKNOWN_DEG, Evidence, TakeUp, level_feet, take_up
 
 Camera = Literal["static", "moving"]
 
@@ -83,7 +83,7 @@ def level_static(
     a rectifier's answer. others: what the user tells; look: what the image says; the feet are added here, on the
     floor that they stood on where the pelvis's own path root (T, 3), in the same axes and unit, is known, else
     against each other. seams: rows no smoothing crosses. shared: the up of all people before the camera
-    (models/people.py); then LEVEL's heading is the camera's."""
+    (models/gravity/people.py); then LEVEL's heading is the camera's."""
     votes = R_camera_from_body[:, :, 2]
     up, warnings = (
         (shared, ())

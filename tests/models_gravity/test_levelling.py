@@ -10,7 +10,14 @@ from pcnet3d.examples.walker import walker
 from pcnet3d.models import load_rectifier
 from pcnet3d.models.cameras import view_rotation
 from pcnet3d.models.gravity import direction
-from pcnet3d.models.levelling import HEADING_S, level_moving, level_static, sliding_up, upright, why_not
+from pcnet3d.models.gravity.levelling import (
+    HEADING_S,
+    level_moving,
+    level_static,
+    sliding_up,
+    upright,
+    why_not,
+)
 from pcnet3d.pipeline import H36M17, rotate
 from pcnet3d.pipeline.canonical import R_world_from_body
 from pcnet3d.pipeline.rotations import angle_deg, from_columns, geodesic_deg, unit

@@ -1,7 +1,7 @@
 """Rectification while the camera runs: one frame in, its rotation out, and an up that gets better with every frame.
 
-For a camera that stands still, as models.levelling.level_static is for a take that is complete. Causal: nothing that
-was said is taken back. After a cut, or once the camera was moved, begin a new LiveRectifier.
+For a camera that stands still, as models.gravity.levelling.level_static is for a take that is complete. Causal:
+nothing that was said is taken back. After a cut, or once the camera was moved, begin a new LiveRectifier.
 """
 
 from __future__ import annotations
@@ -11,13 +11,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..pipeline.errors import InputError
-from ..pipeline.layouts import H36M17
-from ..pipeline.rotations import known
-from ..pipeline.sockets import Rectifier
-from . import load_rectifier
-from .gravity import Evidence, TakeUp, take_up
+from ...pipeline.errors import InputError
+from ...pipeline.layouts import H36M17
+from ...pipeline.rotations import known
+from ...pipeline.sockets import Rectifier
+from .. import load_rectifier
 from .levelling import HEADING_S, level_left, rotation_error_deg, standing, trust
+from .votes import Evidence, TakeUp, take_up
 
 KEPT = 256  # votes; beyond it every second one is dropped, and from then on only every second frame votes
 _NEWS = 1 / 16  # of the votes kept, that must be new before all are pooled anew

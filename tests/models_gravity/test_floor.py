@@ -6,8 +6,8 @@ from scipy.spatial.transform import Rotation
 
 from pcnet3d.examples.camera import aimed, camera_poses
 from pcnet3d.examples.walker import walker
-from pcnet3d.models.floor import floor_plane, stances
 from pcnet3d.models.gravity import take_up
+from pcnet3d.models.gravity.floor import floor_plane, stances
 from pcnet3d.pipeline import CAMERA, H36M17, PoseSequence
 from pcnet3d.pipeline.rotations import angle_deg, rotate, unit
 from pcnet3d.stages import rectify

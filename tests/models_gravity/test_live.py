@@ -11,8 +11,8 @@ from pcnet3d.examples.camera import camera_poses, side_camera
 from pcnet3d.examples.walker import walker
 from pcnet3d.models import load_rectifier
 from pcnet3d.models.gravity import LEAN_DEG, direction
-from pcnet3d.models.levelling import HEADING_S, level_static
-from pcnet3d.models.live import KEPT, LiveRectifier
+from pcnet3d.models.gravity.levelling import HEADING_S, level_static
+from pcnet3d.models.gravity.live import KEPT, LiveRectifier
 from pcnet3d.models.metrics import relative
 from pcnet3d.models.testbed import lifted_takes
 from pcnet3d.pipeline import H36M17, InputError

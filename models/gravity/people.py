@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..pipeline.camera import Look
-from ..pipeline.rotations import angle_deg
-from .gravity import RAYLEIGH_90, Evidence, TakeUp, direction
-from .gravity.fusion import alone, decide
+from ...pipeline.camera import Look
+from ...pipeline.rotations import angle_deg
+from .fusion import alone, decide
 from .levelling import Levelled, level_static, static_up, why_not
+from .votes import RAYLEIGH_90, Evidence, TakeUp, direction
 
 _APART_DEG = 12.0  # a person's own up this far from the common one, and further than
 _APART_ERRORS = 3.0  # this many of its expected errors, is said
