@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, ClassVar
 
 from ..models import load_lifter
+from ..models.lifter import OwnLifter
+from ..pipeline.camera import Camera
 from ..pipeline.checks import implausible
 from ..pipeline.inspect import findings_of
 from ..pipeline.intrinsics import undistorted
@@ -51,8 +53,12 @@ class Lift:
             keypoints = keypoints.noted(
                 "undistort", camera=intrinsics.name, file=Path(intrinsics.source).name
             )
-        focal_px = self.focal_px or (take.camera.focal_px if take.camera else None)
+        focal_px, guessed = self._focal_px(take.camera)
         poses = self._opened.lift(keypoints, size, focal_px, self.flip, take.video)
+        if guessed:  # what phones usually have is no knowledge of this camera
+            last = poses.history[-1]
+            last = replace(last, options={**last.options, "focal_known": False})
+            poses = poses.with_(history=(*poses.history[:-1], last))
         said = poses.history[-1].options
         poses = guarded(poses, self.parity, f"The lift by {self._opened.method}")
         doubts = [str(step.options["warning"]) for step in poses.history if "warning" in step.options]
@@ -66,6 +72,15 @@ class Lift:
             *(Event("warning", text) for text in warnings),
         )
         return take.with_(poses=poses, findings=findings_of(poses)).saying(*events)
+
+    def _focal_px(self, camera: Camera | None) -> tuple[float | None, bool]:
+        """The focal length to lift with, in pixels, and whether it is a guess, which is good enough for our own lifter
+        only: others turn the whole body by it."""
+        if self.focal_px is not None or camera is None:
+            return self.focal_px, False
+        if camera.focal_source != "prior":
+            return camera.focal_px, False
+        return (camera.focal_px, True) if isinstance(self._opened, OwnLifter) else (None, False)
 
 
 def _who(said: dict[str, Any]) -> str:

@@ -90,9 +90,7 @@ def decide(bodies: TakeUp | None, look: Look | None, told: Sequence[Evidence] = 
             return Decision(tuple(told), True, tuple(warnings))
     if known_bodies is None or chi_square(known_bodies, look) <= _CONTRADICTION:
         return Decision((*told, image), True, tuple(warnings))
-    odds_image = _BODY_FAILURE * (1 - look.failure) * held(look.up)
-    odds_bodies = look.failure * (1 - _BODY_FAILURE) * held(known_bodies.up)
-    wins = odds_image > odds_bodies or bool(told)
+    wins = image_wins(look, known_bodies.up) or bool(told)
     apart = float(angle_deg(known_bodies.up, look.up))
     warnings.append(
         f"The image's {'lines' if look.source == 'lines' else 'network'} and the skeletons contradict each other about "
@@ -103,6 +101,13 @@ def decide(bodies: TakeUp | None, look: Look | None, told: Sequence[Evidence] = 
     if wins:
         return Decision((*told, image), bool(told), tuple(warnings))
     return Decision(tuple(told), True, tuple(warnings))
+
+
+def image_wins(look: Look, bodies_up: np.ndarray) -> bool:
+    """Whether the image is likelier right than bodies of another up (3,), one of the two being quite wrong."""
+    odds_image = _BODY_FAILURE * (1 - look.failure) * held(look.up)
+    odds_bodies = look.failure * (1 - _BODY_FAILURE) * held(bodies_up)
+    return odds_image > odds_bodies
 
 
 def chi_square(bodies: TakeUp, look: Look) -> float:

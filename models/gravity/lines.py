@@ -16,7 +16,7 @@ from functools import cache
 import numpy as np
 
 from ...pipeline.camera import PRIOR_FOCAL, PRIOR_FOCAL_SPREAD
-from ...pipeline.rotations import from_columns, unit
+from ...pipeline.rotations import angle_deg, from_columns, unit
 from .held import held
 from .segments import Segments
 
@@ -103,7 +103,7 @@ def fits(
     polished.sort(key=lambda fit: -(fit.gain + _log_before(fit.up, body)))
     distinct: list[Fit] = []
     for fit in polished:
-        if all(_angle_deg(fit.up, other.up) > _APART_DEG for other in distinct):
+        if all(angle_deg(fit.up, other.up) > _APART_DEG for other in distinct):
             distinct.append(fit)
     return distinct
 
@@ -185,7 +185,7 @@ def _modes(
         gain += _DESIGN * np.array([_log_body(up, body) for up in ups])
     chosen: list[np.ndarray] = []
     for row in np.argsort(-gain):
-        if all(_angle_deg(ups[row], other) > _APART_DEG for other in chosen):
+        if all(angle_deg(ups[row], other) > _APART_DEG for other in chosen):
             chosen.append(ups[row])
         if len(chosen) == _MODES:
             break
@@ -269,9 +269,5 @@ def _log_before(up: np.ndarray, body: tuple[np.ndarray, float] | None) -> float:
 def _log_body(up: np.ndarray, body: tuple[np.ndarray, float] | None) -> float:
     if body is None:
         return 0.0
-    ratio = _angle_deg(up, body[0]) / max(body[1], 1.0)
+    ratio = float(angle_deg(up, body[0])) / max(body[1], 1.0)
     return float(np.log(0.9 * np.exp(-(ratio**2)) + 0.1 * np.exp(-((ratio / 6) ** 2)) + 1e-6))
-
-
-def _angle_deg(a: np.ndarray, b: np.ndarray) -> float:
-    return float(np.degrees(np.arctan2(np.linalg.norm(np.cross(a, b)), a @ b)))

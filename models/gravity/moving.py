@@ -10,13 +10,11 @@ import numpy as np
 
 from ...pipeline.camera import Look
 from ...pipeline.rotations import angle_deg, unit
-from .fusion import IMAGE
-from .held import held
+from .fusion import IMAGE, image_wins
 
 _LOST_DEG_PER_S = 12.0  # how fast a camera's up may go elsewhere where no image says anything
 _OUTLIER_DEG = 4.0  # looks this far from the middle of their neighbours count half
 _CONTRADICTION = 3.0  # combined errors, median over the frames
-_BODY_FAILURE = 0.10  # of fusion.py
 
 
 def with_looks(
@@ -45,9 +43,7 @@ def with_looks(
     combined = np.hypot(up_error_deg, image_error)
     if both.any() and np.median(apart[both] / combined[both]) > _CONTRADICTION:
         middle = looks[len(looks) // 2][1]
-        odds_image = _BODY_FAILURE * (1 - middle.failure) * held(middle.up)
-        odds_bodies = middle.failure * (1 - _BODY_FAILURE) * held(unit(np.nanmean(up, axis=0)))
-        loser = 0 if odds_image > odds_bodies else 1
+        loser = 0 if image_wins(middle, unit(np.nanmean(up, axis=0))) else 1
         weights[loser] = np.where(both, 0.0, weights[loser])
         who = "image" if loser == 0 else "skeletons"
         warnings = (

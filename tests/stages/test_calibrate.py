@@ -14,7 +14,7 @@ from pcnet3d.models.cameras import view_rotation
 from pcnet3d.models.gravity import geocalib
 from pcnet3d.models.gravity.geocalib import FieldsUp
 from pcnet3d.models.gravity.view import _boxes, camera_of
-from pcnet3d.pipeline import H36M17, InputError, PoseSequence, Take
+from pcnet3d.pipeline import H36M17, InputError, PoseSequence, Take, Video
 from pcnet3d.pipeline.camera import Camera, pitch_roll_deg
 from pcnet3d.pipeline.cli import main
 from pcnet3d.pipeline.frames import IMAGE
@@ -204,3 +204,15 @@ def test_a_network_is_asked_where_lines_do_not_tell(tmp_path, monkeypatch, capsy
     assert found["sources"] == {"focal": "network", "up": "network"}
     assert found["pitch_deg"] == pytest.approx(12.0, abs=1e-6)
     assert asked == [(1, "net.onnx", None)]
+
+
+def test_a_guessed_focal_length_is_not_called_known(tmp_path):
+    video = Video(tmp_path / "none.mp4", 640, 480, np.arange(30) / 30, "h264")
+    joints = np.random.default_rng(0).uniform(150, 300, (1, 17, 2)) + np.arange(30)[:, None, None]
+    keypoints = PoseSequence(joints, H36M17, IMAGE, time_s=np.arange(30) / 30, frame_index=np.arange(30))
+    for source, known in (("prior", False), ("lines", True)):
+        camera = Camera((640, 480), 512.0, 100.0, source)
+        take = Lift(parity="ignore")(Take("t", video=video, keypoints=keypoints, camera=camera))
+        said = next(step.options for step in take.poses.history if step.name == "lift")
+        assert (said["focal_known"], said["focal_px"]) == (known, 512.0)
+        assert any("focal length is unknown" in event.text for event in take.events) == (not known)
