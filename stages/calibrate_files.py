@@ -116,5 +116,5 @@ def _image(path: Path) -> np.ndarray:
         raise InputError(f"Expected an image or a video at {path}: {error.strerror}.") from None
     image = cv2.imdecode(content, cv2.IMREAD_COLOR) if len(content) else None
     if image is None:
-        raise InputError(f"Expected an image (PNG, JPEG, ...) or one video, got {path}, which is neither.")
+        raise InputError(f"Expected an image (PNG, JPEG, ...), or one video alone; {path} is no image.")
     return np.ascontiguousarray(image[:, :, ::-1])
