@@ -13,23 +13,25 @@ from scipy.ndimage import gaussian_filter1d
 _STEPS_HZ = np.geomspace(0.7, 4.0, 60)  # as long as the steps of cycles.py
 _LEAST_ROWS = 4  # in a step: its square would not be seen to swing
 _DEPTH = 0.5  # of the square's swing over its mean: 1 when the sides change places wholly, less when one stays ahead
-_FEWEST = 2.0  # steps in a walk: a stride
-# Of a walk's rows, those that fit less those that do not: about 1 when people walk, below 0.5 when they hop or bow,
+_FEWEST = 3.0  # steps in a walk, as in cycles.steps
+# Agreement: of a walk's rows, those that fit less those that do not: about 1 when people walk, below 0.5 when they hop or bow,
 # which swing the square without alternating (CMU and ACCAD val subjects: hardly a walk between).
-_AGREED = 0.7
+AGREED = 0.7
 
 
-def alternation(vectors: np.ndarray, times: np.ndarray) -> np.ndarray:
+def alternation(vectors: np.ndarray, times: np.ndarray, agreed: float = AGREED) -> np.ndarray:
     """(T,) how well each row's sides fit the rhythm, from 1 (widest apart, as the rhythm has them) by 0 (crossing, or
     no walk) to -1 (widest apart, and exchanged).
 
     vectors: (T, M, D) from joints of one side to those of the other, NaN where missing. times: (T,) s, about evenly
-    spaced. A rhythm does not tell which side is the left: in each walk most rows are taken for right.
+    spaced. agreed: the least agreement for a walk. A rhythm does not tell which side is the left: in each walk most rows
+    are taken for right.
     """
     fits = np.zeros(len(times))
-    flat = np.nan_to_num(vectors).reshape(len(times), -1)
-    across = np.linalg.svd(flat, full_matrices=False)[2][0]  # the direction in which the sides are widest apart
-    swing = flat @ across
+    flat = np.nan_to_num(vectors.astype(np.float64)).reshape(len(times), -1)
+    swing = (
+        flat @ np.linalg.svd(flat, full_matrices=False)[2][0]
+    )  # along the direction in which they are longest
     frame_s = float(np.median(np.diff(times)))
     rates = [hz for hz in _STEPS_HZ if _LEAST_ROWS * frame_s <= 1 / hz <= np.ptp(times) / _FEWEST]
     if not rates or not swing.any():
@@ -46,12 +48,14 @@ def alternation(vectors: np.ndarray, times: np.ndarray) -> np.ndarray:
     for first, end in edges.reshape(-1, 2):
         walk = fits[first:end]
         agreement = float((walk * np.abs(walk)).sum() / (walk**2).sum())
-        if times[end - 1] - times[first] >= _FEWEST / hz and abs(agreement) >= _AGREED:
+        if times[end - 1] - times[first] >= _FEWEST / hz and abs(agreement) >= agreed:
             walks[first:end] = np.sign(agreement)
     return walks * fits
 
 
-def _rhythm(square: np.ndarray, times: np.ndarray, hz: float, frame_s: float) -> tuple[np.ndarray, np.ndarray]:
+def _rhythm(
+    square: np.ndarray, times: np.ndarray, hz: float, frame_s: float
+) -> tuple[np.ndarray, np.ndarray]:
     """(T,) mean of the square about each row, and the complex amplitude (T,) with which it swings at about hz, within
     a Gaussian window of a step's length as standard deviation."""
 
