@@ -49,8 +49,9 @@ class Made:
 
 @dataclass
 class Tally:
-    """Counts over takes. swaps: [put in, found] by kind and length. told: [found, of these right]; certain: the same of
-    those that are certain, and so repaired. cells: rows times kinds [put in, found, both]. false: by kind, in `frames` that nothing was done to."""
+    """Counts over takes. swaps: [put in, found] by kind and length. told: [found, of these right]; certain: the same
+    of those that are certain, and so repaired. cells: rows times kinds [put in, found, both]. false: by kind, in
+    `frames` that nothing was done to."""
 
     swaps: dict[tuple[str, tuple[int, int] | None], list[int]] = field(default_factory=dict)
     told: list[int] = field(default_factory=lambda: [0, 0])
@@ -68,12 +69,10 @@ class Tally:
             count[0] += 1
             count[1] += all(any(_same(a, b) for b in told) for a in mine)
         right = [any(_same(a, b) for a in spans) for b in told]
-        for counts, counted in (
-            (self.told, [True] * len(found)),
-            (self.certain, [one.certain for one in found]),
-        ):
-            counts[0] += sum(counted)
-            counts[1] += sum(np.logical_and(right, counted))
+        sure = [swap.certain for swap in found]
+        for tally, chosen in ((self.told, [True] * len(found)), (self.certain, sure)):
+            tally[0] += sum(chosen)
+            tally[1] += sum(a and b for a, b in zip(right, chosen, strict=True))
         truth, said = _cells(rows, spans), _cells(rows, told)
         for i, value in enumerate((len(truth), len(said), len(truth & said))):
             self.cells[i] += value
@@ -243,11 +242,13 @@ def as_markdown(results: dict[str, Any]) -> str:
         "",
         f"pcnet3d {results['pcnet3d']}, lifter {results['lifter']}, seed {results['seed']}, flip "
         f"{'on' if results['flip'] else 'off'}, {results['bed']} views. A swap is found when one of the same kind "
-        "overlaps with it by half of both together; certain ones are repaired. Shares in %; frames count once for each kind.",
+        "overlaps with it by half of both together; certain ones are repaired. Shares in %; "
+        "frames count once for each kind.",
         "",
         "## Anywhere in the take",
         "",
-        "| set | swaps | recall | precision | certain | precision of these | frames: recall | precision | false a minute, untouched |",
+        "| set | swaps | recall | precision | certain | precision of these | frames: recall | precision | "
+        "false a minute, untouched |",
         "| --- | --- | --- | --- | --- | --- | --- | --- | --- |",
     ]
     for name, row in results["anywhere"].items():
@@ -270,8 +271,8 @@ def as_markdown(results: dict[str, Any]) -> str:
         "Keypoints with runs of 8 frames on average, as the lifter was trained on. MPJPE of our lift in mm (p50 / "
         "mean / p95), one scale a take, in the frames with swaps.",
         "",
-        "| set | swaps | recall | precision | certain | precision of these | frames: recall | precision | lift without swaps | "
-        "with | put right |",
+        "| set | swaps | recall | precision | certain | precision of these | frames: recall | precision | "
+        "lift without swaps | with | put right |",
         "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |",
     ]
     for name, row in results["in profile"].items():

@@ -14,8 +14,8 @@ _STEPS_HZ = np.geomspace(0.7, 4.0, 60)  # as long as the steps of cycles.py
 _LEAST_ROWS = 4  # in a step: its square would not be seen to swing
 _DEPTH = 0.5  # of the square's swing over its mean: 1 when the sides change places wholly, less when one stays ahead
 _FEWEST = 3.0  # steps in a walk, as in cycles.steps
-# Agreement: of a walk's rows, those that fit less those that do not: about 1 when people walk, below 0.5 when they hop or bow,
-# which swing the square without alternating (CMU and ACCAD val subjects: hardly a walk between).
+# Agreement: the share of a walk's rows that fit, less that of those that do not. It is about 1 when people walk, below
+# 0.5 when they hop or bow, which swings the square without alternating (CMU and ACCAD val subjects: few between).
 AGREED = 0.7
 
 
@@ -24,8 +24,8 @@ def alternation(vectors: np.ndarray, times: np.ndarray, agreed: float = AGREED) 
     no walk) to -1 (widest apart, and exchanged).
 
     vectors: (T, M, D) from joints of one side to those of the other, NaN where missing. times: (T,) s, about evenly
-    spaced. agreed: the least agreement for a walk. A rhythm does not tell which side is the left: in each walk most rows
-    are taken for right.
+    spaced. agreed: the least agreement for a walk. A rhythm does not tell which side is the left: in each walk most
+    rows are taken for right.
     """
     fits = np.zeros(len(times))
     flat = np.nan_to_num(vectors.astype(np.float64)).reshape(len(times), -1)

@@ -27,15 +27,16 @@ from .pose import PoseSequence
 _LEG = ("hip", "knee", "ankle", "big_toe", "small_toe", "heel", "foot_index")
 _ARM = ("shoulder", "elbow", "wrist", "pinky", "index", "thumb")
 _TRUNK = ("l_hip", "r_hip", "l_shoulder", "r_shoulder")
-# Log-likelihood that each end of a run must gain to be believed. Depth is an estimator's guess, and noisy.
+# Log-likelihood that each end of a run must gain to be believed, also where the clip ends before it does. Depth is an
+# estimator's guess, and noisy.
 _PRICE, _DEPTH_PRICE = 3.0, 5.0
 _PER_SECOND = 0.5  # what wrong rows cost: of two halves of a take the shorter one is wrong
 _ANATOMY = 2.0  # a second, for each cue that says the opposite
 # A second, for a walker's sides that are widest apart and the wrong way round. Four times an anatomical cue: those are
 # noisy in every frame. With 16 swaps that are there were taken for the rhythm of a run (val subjects).
 _GAIT = 8.0
-# Vectors are weighed as if hardly independent; with twice the log-likelihood, the runs that are called 50 to 80 % probable
-# are right in about half of the cases, the others in 99 of 100 (CMU and ACCAD val subjects).
+# Vectors are weighed as if hardly independent; with twice the log-likelihood, the runs that are called 50 to 80 %
+# probable are right in about half of the cases, the others in 99 of 100 (CMU and ACCAD val subjects).
 _SHARPNESS = 2.0
 _CERTAIN = 10 / 11  # odds of ten to one
 _FLOOR = 0.01  # trunk lengths: joints are never expected more precisely
@@ -312,8 +313,9 @@ def _decoded(
         forward[t] = np.einsum("ij,ijk->jk", forward[t - 1], _weights(step))
         forward[t] /= forward[t].sum()
     path = np.zeros(rows, dtype=int)
-    path[-2:] = np.unravel_index(int(total.argmin()), total.shape)
-    backward = np.ones((count, count))
+    ending = np.broadcast_to(price[0], price.shape)  # or the part behind a change would be wrong more cheaply
+    path[-2:] = np.unravel_index(int((total + ending).argmin()), total.shape)
+    backward = _weights(ending)
     likely, turned = np.zeros((rows, states.shape[1])), np.zeros((rows, states.shape[1]))
     for t in range(rows - 1, 0, -1):
         both = forward[t] * backward / (forward[t] * backward).sum()
