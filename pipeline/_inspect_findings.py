@@ -5,7 +5,16 @@ from __future__ import annotations
 import numpy as np
 
 from .anthropometry import implied_stature
-from .checks import STATURES_M, UNSTEADY, bone_spread, chirality, empty_rows, upside_down
+from .checks import (
+    STATURES_M,
+    UNSTEADY,
+    bone_spread,
+    chirality,
+    empty_rows,
+    leaps,
+    movement,
+    upside_down,
+)
 from .layouts import H36M17
 from .pose import PoseSequence
 from .swap_repair import told, wrong_rows
@@ -19,7 +28,6 @@ _SWAPPED = (0.02, 1.0)
 _POOR_SPREAD = 0.09  # boxing 0.05, cycling 0.10
 _ADULTS_M = (1.0, 2.2)
 _SIDES = 1.4  # a right limb bone over the left one; monocular lifts of sound takes reach 1.24
-_LEAP = 0.4  # trunk lengths that the joints move on average from one frame to the next
 _PLANE = 0.03  # thickness of a body over its trunk
 _STILL, _MOVING = 1e-3, 0.02  # movement along an axis over the trunk
 _DEPTH = 1.5  # how many times too small depth is
@@ -259,7 +267,7 @@ def _turned_over(poses: PoseSequence) -> list[Finding]:
 
 
 def _leaps(poses: PoseSequence) -> list[Finding]:
-    rows = np.flatnonzero((_movement(poses) > _LEAP) & (np.diff(poses.frame_index) == 1)) + 1
+    rows = leaps(poses)
     if not len(rows):
         return []
     text = f"The whole pose leaps from one frame to the next at {len(rows)} rows, the first is row {rows[0]}."
@@ -271,16 +279,9 @@ def _seams(poses: PoseSequence) -> list[Finding]:
         return []
     rows = ", ".join(map(str, poses.seams[:5])) + (", ..." if len(poses.seams) > 5 else "")
     text = f"The estimator began a new clip at row {rows}"
-    moved = _movement(poses)
+    moved = movement(poses)
     steps = moved[np.array(poses.seams) - 1]
     if np.isfinite(steps).any():
         usual = max(float(np.nanmedian(moved)), 1e-12)
         text += f"; the pose steps there by up to {np.nanmax(steps) / usual:.1f} times its usual movement"
     return [Finding("note", "seams", f"{text}.")]
-
-
-def _movement(poses: PoseSequence) -> np.ndarray:
-    """(T-1,) mean movement of the joints from row to row in trunk lengths, NaN where a row is not complete."""
-    whole = _complete(poses)
-    trunk = max(_trunk(whole), 1e-12) if len(whole) else np.nan
-    return np.linalg.norm(np.diff(poses.joints.astype(np.float64), axis=0), axis=-1).mean(axis=1) / trunk

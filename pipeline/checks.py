@@ -20,6 +20,7 @@ _STRONG = 0.2  # agreement at or below this contradicts
 _UP = {"camera": (0.0, -1.0, 0.0), "world": (0.0, 0.0, 1.0)}  # in the families' reference axes
 _TURNED_OVER = 0.8  # of the frames
 _ROWS = 4096  # judged at a time
+_LEAP = 0.4  # trunk lengths that the joints move on average from one frame to the next
 STATURES_M = (0.4, 2.6)
 UNSTEADY = 0.12  # bone-length spread beyond which poses are not to be believed (boxing 0.05, cycling 0.10)
 
@@ -195,3 +196,20 @@ def implausible(poses: PoseSequence) -> list[str]:
             f"The limbs imply a stature of {stature:.3g} m; is the unit of the file really metres?"
         )
     return warnings
+
+
+def movement(poses: PoseSequence) -> np.ndarray:
+    """(T-1,) mean movement of the joints (relative to the pelvis) from row to row in trunk lengths, NaN where a row is
+    not complete."""
+    trunk = np.linalg.norm(poses.joint("thorax") - poses.joint("pelvis"), axis=-1)[_complete(poses)]
+    length = max(float(np.median(trunk)), 1e-12) if len(trunk) else np.nan
+    return np.linalg.norm(np.diff(poses.joints.astype(np.float64), axis=0), axis=-1).mean(axis=1) / length
+
+
+def leaps(poses: PoseSequence) -> np.ndarray:
+    """Rows (N,) at which the whole pose is somewhere else than one video frame before, as no person moves."""
+    return np.flatnonzero((movement(poses) > _LEAP) & (np.diff(poses.frame_index) == 1)) + 1
+
+
+def _complete(poses: PoseSequence) -> np.ndarray:
+    return np.asarray(np.isfinite(poses.joints).all(axis=(1, 2)))

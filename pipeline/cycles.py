@@ -20,6 +20,9 @@ _ENDS = 0.1  # of the rise: where a repetition begins and ends
 _REST = 0.05  # of a movement's largest speed (Balasubramanian et al. 2015 cut movements so)
 _CONFIRMED = 0.25  # of a least change: how far a foot goes back behind a landing next to a take's end
 _BEYOND = 2.0  # standard deviations that this is too, or noise in standing makes a landing
+_SIDEWAYS = (
+    2.0  # times farther apart sideways than in front: feet of a straddle or a jumping jack, not of a step
+)
 _STEP_S = (0.25, 1.5)  # shorter or longer is no step of one walk
 
 
@@ -72,7 +75,12 @@ def repetitions(
 
 
 def steps(
-    separation: np.ndarray, time_s: np.ndarray, least: float, seams: Sequence[int] = (), noise: float = 0.0
+    separation: np.ndarray,
+    time_s: np.ndarray,
+    least: float,
+    seams: Sequence[int] = (),
+    noise: float = 0.0,
+    aside: np.ndarray | None = None,
 ) -> list[list[Step]]:
     """Walks, each a list of at least three steps in order.
 
@@ -82,18 +90,27 @@ def steps(
     hold. least: by how much the separation changes from step to step at least; behind the last landing before an end
     it need not go back so far, or that landing would be lost with the step that the end cuts. noise: the separation's
     standard deviation, which it goes back by twice at least, or whoever stands still would land before the first step.
+    aside: (T,) how far the right ankle is to the right of the left one: where that is twice as much as the separation,
+    no foot lands in front of the other, and a walk ends.
     """
     confirmed = max(_CONFIRMED * least, _BEYOND * noise)
     walks: list[list[Step]] = []
+    straddles = np.zeros(len(time_s), dtype=bool)
+    if aside is not None:
+        straddles = np.abs(aside) > _SIDEWAYS * np.abs(separation)
     for piece in runs(np.isfinite(separation), time_s, seams):
         values, times = separation[piece], time_s[piece]
         landings = [
-            (_summit(values if is_peak else -values, times, row), "r" if is_peak else "l")
+            (
+                _summit(values if is_peak else -values, times, row),
+                "r" if is_peak else "l",
+                straddles[piece][row],
+            )
             for row, is_peak in _turns_and_ends(values, least, confirmed)
         ]
         walk: list[Step] = []
-        for (start, _), (stop, side) in pairwise(landings):
-            if _STEP_S[0] <= stop - start <= _STEP_S[1]:
+        for (start, _, wide), (stop, side, wide_too) in pairwise(landings):
+            if _STEP_S[0] <= stop - start <= _STEP_S[1] and not wide and not wide_too:
                 walk.append(Step(side, start, stop))
             else:
                 walks.append(walk)

@@ -36,8 +36,8 @@ _IN_STRIDES = ("hip_flexion", "knee_flexion", "shoulder_flexion", "elbow_flexion
 
 
 def separation(filtered: PoseSequence, rectified: Rectified) -> np.ndarray:
-    """(T,) how far the right ankle is in front of the left one along BODY's x, in lengths of a leg: no turn of the path
-    and no pan of the camera changes that."""
+    """(T, 2) how far the right ankle is in front of the left one and to its right, along BODY's axes, in lengths of a
+    leg: no turn of the path and no pan of the camera changes that."""
     R_body_from_level = transpose(rectified.R_source_from_body) @ rectified.R_source_from_level
     body = rotate(R_body_from_level, filtered.joints.astype(np.float64))
     at = {name: body[:, i] for i, name in enumerate(filtered.layout.joints)}
@@ -45,7 +45,8 @@ def separation(filtered: PoseSequence, rectified: Rectified) -> np.ndarray:
     legs = np.sum([np.linalg.norm(at[b] - at[a], axis=-1) for a, b in bones], axis=0)
     known = legs[np.isfinite(legs)]
     leg = np.median(known) / 2 if len(known) else np.nan
-    return (at["l_ankle"] - at["r_ankle"])[:, 0] / leg  # x is back
+    between = (at["r_ankle"] - at["l_ankle"])[:, :2] / leg
+    return between * (-1, 1)  # BODY's x is back, its y is right
 
 
 def separation_sd(columns: Mapping[str, np.ndarray]) -> float:
@@ -71,11 +72,11 @@ def least_step(apart: np.ndarray, sd: float) -> float:
 
 
 def walks_in(
-    apart: np.ndarray, time_s: np.ndarray, seams: Sequence[int], columns: Mapping[str, np.ndarray]
+    between: np.ndarray, time_s: np.ndarray, seams: Sequence[int], columns: Mapping[str, np.ndarray]
 ) -> list[list[Step]]:
-    """Of the separation (T,), with the noise that the columns state."""
-    sd = separation_sd(columns)
-    return steps(apart, time_s, least_step(apart, sd), seams, sd)
+    """Of the separation (T, 2), with the noise that the columns state."""
+    (apart, aside), sd = between.T, separation_sd(columns)
+    return steps(apart, time_s, least_step(apart, sd), seams, sd, aside)
 
 
 def walking(
@@ -87,8 +88,8 @@ def walking(
     rectified: Rectified,
     source: Frame,
 ) -> dict[str, Any]:
-    """The group `walking` (stages/measures.py). apart: the separation (T,). curves: of an angle over spans (N, 2).
-    source: the frame of the poses that were rectified."""
+    """The group `walking` (stages/measures.py). apart: the separation in front (T,). curves: of an angle over spans
+    (N, 2). source: the frame of the poses that were rectified."""
     if not rectified.level_ok:
         return {"reason": f"the take is not levelled: {rectified.level_reason}"}
     if np.isfinite(apart).sum() < FEWEST:

@@ -105,6 +105,8 @@ def _hidden(group: Mapping[str, Any]) -> set[str]:
 def _pair(key: str, value: Any, error: Any = None) -> tuple[str, str]:
     """A figure that stands alone: its name, and it with its error and unit."""
     words, unit = _words_and_unit(key)
+    if key == "nan_share":
+        return words, _percent(value)
     if isinstance(value, Sequence) and len(value) > _MANY:
         return words, _shown(value)
     return words, f"{_both(key, value, error)}{'' if unit.startswith('°') else ' '}{unit}".rstrip()
@@ -138,7 +140,7 @@ def _with_error(member: Mapping[str, Any], key: str) -> Cell:
     """A figure and its error, grey where it says nothing."""
     value, error = member.get(key), member.get(error_key(key))
     if key == "nan_share":
-        return f"{100 * (value or 0):.2g} %"
+        return _percent(value or 0)
     plain = error is None and not (key in _MOMENTS and isinstance(value, list))
     cell = _cell(value) if plain else _both(key, value, error)
     lies_within = key == "symmetry_index_percent" and member.get("within_error")
@@ -146,6 +148,10 @@ def _with_error(member: Mapping[str, Any], key: str) -> Cell:
     if lies_within or (beyond and member.get("beyond_anatomy_frames")):
         return Soft(cell if isinstance(cell, str) else _shown(value))
     return cell
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.2g} %"
 
 
 def _cycles(members: Mapping[str, Mapping[str, Any]]) -> str:

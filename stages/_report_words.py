@@ -118,7 +118,13 @@ def angle_table(columns: Mapping[str, np.ndarray]) -> str:
     if not rows:
         return ""
     reasons = "; ".join(f"{code}: {REASONS[code]}" for code in sorted(used & REASONS.keys()))
-    head = ("angle", "frames with a value", "median (°)", "standard error (°)", "frames without, by reason")
+    head = (
+        "angle",
+        "frames with a value",
+        "median (°)",
+        "stated standard deviation (°)",
+        "frames without, by reason",
+    )
     return table(head, rows) + (small(f"Reasons: {reasons}.") if reasons else "")
 
 

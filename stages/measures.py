@@ -106,8 +106,9 @@ def measures(
     """
     times, seams = filtered.times, breaks(filtered)
     take = _Columns(kinematics, times, seams)
-    apart = separation(filtered, rectified)
-    walks = walks_in(apart, times, seams, kinematics)
+    between = separation(filtered, rectified)
+    apart = between[:, 0]
+    walks = walks_in(between, times, seams, kinematics)
 
     def in_place(one: Repetition) -> bool:
         if any(step.start_s < one.stop_s and one.start_s < step.stop_s for walk in walks for step in walk):

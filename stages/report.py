@@ -99,7 +99,7 @@ def _angles(take: Take) -> str:
     return (
         small(
             "Orange: right. Blue, dashed: left. The band holds the true angle in nine of ten frames, if the stated "
-            f"standard error is right. Where a curve breaks off there is no value.{_thinned(take)}"
+            f"standard deviation is right. Where a curve breaks off there is no value.{_thinned(take)}"
         )
         + charts(figures)
         + angle_table(columns)

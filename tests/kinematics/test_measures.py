@@ -270,7 +270,8 @@ def test_steps_go_beyond_the_noise_that_the_legs_are_stated_with(sd_deg, walks):
         for bone in ("thigh", "shank")
         for end, value in (("_deg", 0.0), ("_sd_deg", sd_deg))
     }
-    assert len(walks_in(apart, time_s, (), columns)) == walks
+    between = np.column_stack([apart, np.zeros_like(apart)])
+    assert len(walks_in(between, time_s, (), columns)) == walks
 
 
 def test_no_cadence_from_fewer_than_three_strides(walk):

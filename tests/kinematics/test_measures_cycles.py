@@ -124,6 +124,14 @@ def test_no_steps_in_slow_sways_single_lunges_and_across_gaps():
     assert steps(gap, TIME, 0.5) == []
 
 
+def test_feet_apart_sideways_do_not_land():
+    """Jumping jacks were counted as steps: ankles 0.8 legs apart sideways, whose depths were off by 0.2."""
+    apart = 0.2 * np.sin(2 * np.pi * TIME)
+    assert steps(apart, TIME, 0.3, aside=np.full(len(TIME), 0.8)) == []
+    (walk,) = steps(apart, TIME, 0.3, aside=np.full(len(TIME), 0.3))
+    assert len(walk) > 3
+
+
 def test_symmetry_index():
     assert symmetry_index(50, 50) == 0
     assert symmetry_index(60, 40) == pytest.approx(40)
