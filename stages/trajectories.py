@@ -24,7 +24,7 @@ import numpy as np
 
 from ..pipeline.errors import InputError
 from ..pipeline.pose import PoseSequence, Rectified
-from ..pipeline.rates import pace_doubts
+from ..pipeline.rates import fall_doubts, pace_doubts
 from ..pipeline.rotations import known
 from ..pipeline.signals import (
     CUTOFF_HZ,
@@ -67,7 +67,8 @@ class Trajectories:
 
     def __call__(self, take: Take) -> Take:
         assert take.rectified is not None
-        path = smooth(_trusted(take.rectified), self.filter, self.cutoff_hz, self.joints)
+        level = _trusted(take.rectified)
+        path = smooth(level, self.filter, self.cutoff_hz, self.joints)
         columns = dict(take.kinematics or {})
         for joint in self.joints:
             columns |= trajectory(path, joint)
@@ -77,7 +78,7 @@ class Trajectories:
         return take.with_(kinematics=columns, filtered=path).saying(
             *events,
             *_told(path),
-            *(Event("warning", text) for text in pace_doubts(path)),
+            *(Event("warning", text) for text in fall_doubts(level) or pace_doubts(path)),
         )
 
 
