@@ -52,10 +52,11 @@ def falls(level: PoseSequence) -> np.ndarray:
         return np.empty(0)
     world = (level.joints + level.root[:, None]).astype(np.float64) / stature
     mass = sum(share for _, _, share, _ in _MASSES)
-    centre = sum(
+    parts = [
         share / mass * ((1 - along) * world[:, H36M17.index(a)] + along * world[:, H36M17.index(b)])
         for a, b, share, along in _MASSES
-    )
+    ]
+    centre = np.sum(parts, axis=0)
     lowest = world[:, H36M17.indices(("r_ankle", "l_ankle")), 2].min(axis=1)
     found = (_fall(centre[rows], level.times[rows]) for rows in _spells(lowest, level.seams))
     return np.array([fall for fall in found if fall is not None])

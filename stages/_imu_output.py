@@ -110,8 +110,8 @@ def as_markdown(take: str, segments: Mapping[str, Mapping[str, Any]]) -> str:
         lines.append("")
     lines += [
         "Each cell: back / right / up of LEVEL / norm (or the norm alone), the heading fitted to each method. RMSE is "
-        "without the means, whose difference is the offset (bias and tilt). Gain: the video's amplitude over the IMU's. Own lag: where "
-        "that axis alone fits best, ? where it does not.",
+        "without the means, whose difference is the offset (bias and tilt). Gain: the video's amplitude over the "
+        "IMU's. Own lag: where that axis alone fits best, ? where it does not.",
         "",
     ]
     return "\n".join(lines)
