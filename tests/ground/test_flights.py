@@ -5,32 +5,11 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from golden.jumps import STATURE_M, jumping, standing
 from pcnet3d.examples.walker import walker
 from pcnet3d.pipeline import H36M17, LEVEL, PoseSequence
 from pcnet3d.pipeline.flights import falls
 from pcnet3d.pipeline.rates import fall_doubts
-
-_STATURE_M = 1.7
-_HIGH_M = 0.35
-
-
-def standing() -> np.ndarray:
-    """(17, 3) metres, the pelvis as origin, z up."""
-    walk = walker(seconds=1.0, stature_m=_STATURE_M)
-    return walk.world[0] - walk.root[0]
-
-
-def jumps(slowed: float = 1.0, fps: float = 30.0, noise_m: float = 0.0) -> PoseSequence:
-    """Two jumps of 0.35 m from legs that do not bend: the pelvis stands at 0.9 m, flies and stands again."""
-    time_s = np.arange(0, 5 * slowed, 1 / fps)
-    real = time_s / slowed
-    half = np.sqrt(2 * _HIGH_M / 9.81)
-    z = 0.9 + sum(np.maximum(0.0, _HIGH_M - 9.81 / 2 * (real - at) ** 2) for at in (1.5, 3.3))
-    assert (z > 0.9).sum() > 4 * half * slowed * fps - 4
-    root = np.stack([0.3 * real, np.zeros_like(z), z], axis=-1)
-    joints = np.repeat(standing()[None], len(z), axis=0)
-    joints = joints + np.random.default_rng(3).normal(0, noise_m, joints.shape)
-    return PoseSequence(joints, H36M17, LEVEL, time_s=time_s, root=root)
 
 
 def squats(slowed: float = 1.0) -> PoseSequence:
@@ -46,9 +25,9 @@ def squats(slowed: float = 1.0) -> PoseSequence:
 @pytest.mark.parametrize("slowed", [1, 4, 8])
 @pytest.mark.parametrize("unit", [1.0, 300.0])
 def test_a_ballistic_path_falls_with_the_square_of_the_pace(slowed, unit):
-    poses = jumps(slowed)
+    poses = jumping(slowed)
     found = falls(poses.with_(joints=poses.joints * unit, root=poses.root * unit))
-    np.testing.assert_allclose(found, 9.81 / _STATURE_M / slowed**2, rtol=0.06)
+    np.testing.assert_allclose(found, 9.81 / STATURE_M / slowed**2, rtol=0.06)
     assert len(found) == 2
     doubts = fall_doubts(poses)
     assert len(doubts) == (slowed > 1)
@@ -58,11 +37,11 @@ def test_a_ballistic_path_falls_with_the_square_of_the_pace(slowed, unit):
 
 
 def test_the_right_rate_settles_it():
-    assert fall_doubts(jumps(8).with_(time_s=np.arange(len(jumps(8))) / 240)) == []
+    assert fall_doubts(jumping(8).with_(time_s=np.arange(len(jumping(8))) / 240)) == []
 
 
 def test_a_time_lapse_falls_too_fast():
-    poses = jumps(1, fps=60)
+    poses = jumping(1, fps=60)
     assert "--fps 60" in fall_doubts(poses.with_(time_s=np.arange(len(poses)) / 240))[0]
 
 
@@ -72,17 +51,17 @@ def test_a_squat_is_no_flight(slowed):
 
 
 def test_what_is_not_well_seen_says_nothing():
-    assert not len(falls(jumps(4, noise_m=0.1)))
-    assert not len(falls(jumps().with_(root=None)))
-    assert not len(falls(jumps(fps=8)))  # too few frames in the air
+    assert not len(falls(jumping(4, noise_m=0.1)))
+    assert not len(falls(jumping().with_(root=None)))
+    assert not len(falls(jumping(fps=8)))  # too few frames in the air
     walk = walker(seconds=6.0)
     poses = PoseSequence(
         walk.world - walk.root[:, None], H36M17, LEVEL, time_s=walk.time_s, root=walk.root.astype(np.float64)
     )
     assert not len(falls(poses))
-    gap = jumps(4).joints.copy()
+    gap = jumping(4).joints.copy()
     gap[::7] = np.nan
-    assert fall_doubts(jumps(4).with_(joints=gap)) == []
+    assert fall_doubts(jumping(4).with_(joints=gap)) == []
 
 
 @pytest.mark.data
