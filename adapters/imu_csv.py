@@ -3,7 +3,8 @@
 The first line names the columns, in any order and case; further columns are left alone:
     time_s   seconds; may be absent when the rate is given
     ax ay az specific force in the sensor's axes, m/s^2 or g (told apart by the mean norm, which is one g)
-    qw qx qy qz the rotation that maps the sensor's axes into a right-handed world whose z points up
+    qw qx qy qz the rotation that maps the sensor's axes into a right-handed world whose z points up; may be absent, and
+             then only the norm of the acceleration can be compared
 Commas, semicolons or tabs separate the cells; lines that begin with # are comments; an empty cell or "nan" is missing.
 """
 
@@ -21,7 +22,7 @@ from ._quaternions import rotations
 
 name = "imu_csv"
 gives = "imu"
-reads = "one IMU as CSV: time_s, ax ay az with gravity, quaternion qw qx qy qz to a world with z up"
+reads = "one IMU as CSV: time_s, ax ay az with gravity, quaternion qw qx qy qz to a world with z up (or none)"
 
 _FORCE = ("ax", "ay", "az")
 _QUATERNION = ("qw", "qx", "qy", "qz")
@@ -54,24 +55,16 @@ def read(
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"Expected an IMU's CSV file at {path}, which cannot be read: {error}.") from None
     names = _names(lines)
-    missing = [column for column in (*_FORCE, *_QUATERNION) if column not in names]
-    if missing:
-        raise InputError(
-            f"Expected columns {', '.join((*_FORCE, *_QUATERNION))} in {path}, got {', '.join(names) or 'none'}"
-            + (
-                "; accelerations in a sensor's own, turning axes say nothing of the world's without its orientation, "
-                "so export the quaternions too."
-                if set(missing) & set(_QUATERNION) and not set(missing) & set(_FORCE)
-                else "."
-            )
-        )
+    wanted = (*_FORCE, *(_QUATERNION if set(_QUATERNION) & set(names) else ()))
+    if not set(wanted) <= set(names):
+        raise InputError(f"Expected columns {', '.join(wanted)} in {path}, got {', '.join(names) or 'none'}.")
     table = _table(path, lines, names)
     return (
         imu_from_samples(
             "",
             _times(path, table, rate_hz),
             np.stack([table[column] for column in _FORCE], axis=-1),
-            _rotations(table, maps),
+            _rotations(table, maps) if "qw" in table else None,
         ),
     )
 

@@ -72,12 +72,12 @@ def segment_axes(walk: Walk, segment: str) -> np.ndarray:
 
 
 def write_csv(path: Path, imu: Imu) -> None:
-    """The table that adapter imu_csv reads: m/s^2, quaternion w x y z."""
+    """The table that adapter imu_csv reads: m/s^2, quaternion w x y z, which is left out where the sensor has none."""
     from scipy.spatial.transform import Rotation
 
-    wxyz = np.roll(Rotation.from_matrix(imu.R_world_from_sensor).as_quat(), 1, axis=-1)
-    table = np.column_stack([imu.time_s, imu.force_mps2, wxyz])
+    header, columns = "time_s,ax,ay,az", [imu.time_s, imu.force_mps2]
+    if imu.R_world_from_sensor is not None:
+        header += ",qw,qx,qy,qz"
+        columns.append(np.roll(Rotation.from_matrix(imu.R_world_from_sensor).as_quat(), 1, axis=-1))
     with whole_file(path) as partial:
-        np.savetxt(
-            partial, table, fmt="%.6f", delimiter=",", header="time_s,ax,ay,az,qw,qx,qy,qz", comments=""
-        )
+        np.savetxt(partial, np.column_stack(columns), fmt="%.6f", delimiter=",", header=header, comments="")

@@ -59,7 +59,7 @@ class Imu:
     time_s: (T,) strictly increasing seconds of the sensor's own clock.
     force_mps2: (T, 3) specific force in the sensor's axes; NaN where missing.
     R_world_from_sensor: (T, 3, 3), into right-handed axes with z up and any heading; sensors that are to be
-        subtracted from each other share the world.
+        subtracted from each other share the world. None where the file does not say, so that only the norm is known.
     notes: what was done or found while reading, in sentences.
 
     Raises InputError when shapes or order do not fit.
@@ -68,7 +68,7 @@ class Imu:
     segment: str
     time_s: np.ndarray
     force_mps2: np.ndarray
-    R_world_from_sensor: np.ndarray
+    R_world_from_sensor: np.ndarray | None
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
@@ -78,7 +78,7 @@ class Imu:
         for name, shape in (
             ("time_s", (rows,)),
             ("force_mps2", (rows, 3)),
-            ("R_world_from_sensor", (rows, 3, 3)),
+            *([] if self.R_world_from_sensor is None else [("R_world_from_sensor", (rows, 3, 3))]),
         ):
             array = np.array(getattr(self, name), dtype=np.float64)
             if array.shape != shape:
@@ -94,19 +94,36 @@ class Imu:
 
     @property
     def acceleration_mps2(self) -> np.ndarray:
-        """(T, 3) in the world, without gravity."""
+        """(T, 3) in the world, without gravity. InputError without an orientation."""
+        if self.R_world_from_sensor is None:
+            raise InputError(
+                f"Expected the orientation of the IMU on {self.segment or 'an unknown segment'}, its file has none; "
+                "export the quaternions too."
+            )
         return _in_world(self.R_world_from_sensor, self.force_mps2) - [0.0, 0.0, GRAVITY_MPS2]
 
 
 def imu_from_samples(
-    segment: str, time_s: np.ndarray, force: np.ndarray, R_world_from_sensor: np.ndarray
+    segment: str, time_s: np.ndarray, force: np.ndarray, R_world_from_sensor: np.ndarray | None
 ) -> Imu:
-    """An Imu from specific force (T, 3) in a unit that the norm of its mean in the world, which is one g, tells.
+    """An Imu from specific force (T, 3) in a unit that the norm of its mean in the world, which is one g, tells, or
+    the median of its norms where orientations are unknown.
 
     InputError when the norm fits no unit, when gravity was removed already, and when the orientations do not turn the
     mean specific force upwards, as the right ones do over any take: then they are the inverse, in another order, or
     of a world whose z is not up.
     """
+    if R_world_from_sensor is None:
+        norm = (
+            float(np.median(np.linalg.norm(force[known(force)], axis=-1))) if known(force).any() else np.nan
+        )
+        unit, _ = _gravity_in(np.array([0.0, 0.0, norm]))
+        if not unit:
+            raise InputError(
+                f"Expected accelerations that include gravity, about 9.8 m/s^2 or 1 g at rest, got {norm:.3g} in the "
+                "middle; export the accelerometer's own signal (not linear or free acceleration)."
+            )
+        return _in_mps2(segment, time_s, force, None, unit, norm)
     rows = known(force) & known(R_world_from_sensor.reshape(-1, 9))
     if not rows.any():
         raise InputError("Expected accelerations and orientations of an IMU, got no sample that has both.")
@@ -138,7 +155,18 @@ def imu_from_samples(
             "Expected orientations that map the sensor's axes into a world whose z points up; but with these, the mean "
             f"acceleration, which is gravity's, does not: {hint}."
         )
-    said = f"Accelerations were in {unit} (gravity is {np.linalg.norm(mean):.3g} in them) and are converted to m/s^2."
+    return _in_mps2(segment, time_s, force, R_world_from_sensor, unit, float(np.linalg.norm(mean)))
+
+
+def _in_mps2(
+    segment: str,
+    time_s: np.ndarray,
+    force: np.ndarray,
+    R_world_from_sensor: np.ndarray | None,
+    unit: str,
+    gravity: float,
+) -> Imu:
+    said = f"Accelerations were in {unit} (gravity is {gravity:.3g} in them) and are converted to m/s^2."
     return Imu(segment, time_s, force * _UNITS[unit], R_world_from_sensor, () if unit == "m/s^2" else (said,))
 
 

@@ -39,6 +39,7 @@ def planned(given: Mapping[str, Any]) -> Recipe:
 
     person, camera, focal, parity = (given.get(name) for name in ("person", "camera", "focal", "parity"))
     gravity, image_size, also = (given.get(name) for name in ("gravity", "image_size", "also"))
+    size = image_size and _size(image_size)
     changes = {
         "detect": {
             "detector": given.get("detector"),
@@ -59,11 +60,12 @@ def planned(given: Mapping[str, Any]) -> Recipe:
         "lift": {
             "lifter": given.get("lifter"),
             "lifter_kind": given.get("lifter_kind"),
-            "image_size": image_size and _size(image_size),
+            "image_size": size,
             "focal_px": None if calibrated else focal,
             "flip": given.get("flip") or None,
             "parity": None if poses is not None or parity == "refuse" else parity,
         },
+        "clean": {"image_size": size if any(entry.use == "clean" for entry in chosen.stages) else None},
         "scale": {"stature_m": given.get("stature")},
         "rectify": {
             "rectifier": given.get("rectifier"),

@@ -8,6 +8,7 @@ import numpy as np
 
 from .anthropometry import implied_stature
 from .errors import InputError
+from .flights import falls
 from .layouts import H36M17
 from .pose import PoseSequence
 from .signals import breaks, derivative
@@ -21,6 +22,8 @@ _ENDS = ("r_wrist", "l_wrist", "r_ankle", "l_ankle")
 # sprinters' feet and boxers' fists reach 5 to 7 (about 10 m/s); an arm raised in 5 s makes 0.2.
 _SPEEDS = (0.15, 8.0)
 _MOVES = 0.15  # statures: how far a hand or foot goes at least before slowness says anything
+_FALL = 9.81 / 1.7  # statures / s2 of an adult; of people 1.2 to 2 m tall it is within a fifth of the pace
+_PACE = 1.5  # times too slow, or too fast; slow motion is of twice and more
 _STEPS_PER_MIN = (40.0, 240.0)  # stroke patients walk at 45 and more, sprinters run at up to 300
 _STEP = 0.25  # legs: by how much the ankles' separation changes from step to step at least
 _FEWEST = 4  # steps
@@ -71,6 +74,24 @@ def timed(poses: PoseSequence, fps: float) -> PoseSequence:
     doubts = rate_doubts(fps, None, poses.fps if poses.time_s is not None and len(poses) > 1 else None)
     told = {"warning": doubts[0]} if doubts else {}
     return poses.with_(time_s=poses.frame_index / fps).noted("fps", given=fps, **told)
+
+
+def fall_doubts(level: PoseSequence) -> list[str]:
+    """In words, where a person in the air falls slower or faster than gravity pulls, as in slow motion.
+
+    level: as for `falls`; nothing is said where no flight is well seen.
+    """
+    found = falls(level)
+    slowed = np.sqrt(_FALL / np.median(found)) if len(found) else 1.0
+    if 1 / _PACE < slowed < _PACE:
+        return []
+    captured = float(f"{level.fps * slowed:.2g}")
+    what = f"slow motion of {slowed:.2g} times" if slowed > 1 else f"a time lapse of {1 / slowed:.2g} times"
+    return [
+        f"In {len(found)} flight{'s' * (len(found) > 1)}, with both feet off the ground, the body falls at "
+        f"{1 / slowed**2:.2g} of gravity, as in {what}: if the camera captured at about {captured:g} frames a second, "
+        f"give --fps {captured:g}; speeds, accelerations and durations depend on it."
+    ]
 
 
 def pace_doubts(path: PoseSequence) -> list[str]:

@@ -17,6 +17,7 @@ from pydantic import AfterValidator, BaseModel, ValidationError
 
 from ..pipeline.errors import InputError
 from ..pipeline.outputs import SUMMARY, printable, read_summary
+from ._measures_figures import of_length
 
 REPORT = "report.html"
 QUALITY = ("up_error_deg", "up_bound_deg", "error_deg_mean", "bone_length_spread")
@@ -175,7 +176,7 @@ def changes(rows: Sequence[Mapping[str, Any]]) -> list[Change]:
 
     A subject's takes of one visit and condition are averaged, then compared within each condition (or visit, for
     conditions), and these differences averaged, so that a subject counts once. Fewer than two subjects: no row.
-    Takes that could not be levelled have no say.
+    Takes that could not be levelled have no say, nor has the unknown unit of a take without a scale in its lengths.
     """
     found = []
     done = [
@@ -196,7 +197,7 @@ def changes(rows: Sequence[Mapping[str, Any]]) -> list[Change]:
 
 def _rests_on(key: str) -> bool:
     """Whether a figure says what a measure rests on or how wrong it is, and is none itself."""
-    return key in _NO_MEASURE or "_error_" in key
+    return key in _NO_MEASURE or "_error_" in key or key.endswith("_error")
 
 
 def _differences(
@@ -205,7 +206,7 @@ def _differences(
     """(subjects who have both,) of one measure."""
     cells: dict[tuple[str, str, str], list[float]] = {}
     for row in rows:
-        value = row["measures"].get(name)
+        value = None if of_length(name) and row["unit"] != "m" else row["measures"].get(name)
         if value is not None and row[factor] in (earlier, later):
             cells.setdefault((row["subject"], row[other], row[factor]), []).append(value)
     within: dict[str, list[float]] = {}

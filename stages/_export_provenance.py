@@ -18,7 +18,9 @@ def steps(take: Take) -> tuple[Step, ...]:
 
 
 def provenance(take: Take) -> dict[str, str]:
-    """Name and value of each line, one line of text each: version, take, inputs, axes, warnings, steps."""
+    """Name and value of each line, one line of text each: version, take, inputs, axes, unit of length ("m" or
+    "arbitrary"), warnings, steps."""
+    assert take.poses is not None
     assert take.rectified is not None
     rectified = take.rectified
     lines = {"pcnet3d": package_version(), "take": take.name}
@@ -26,6 +28,7 @@ def provenance(take: Take) -> dict[str, str]:
         told = {key: entry[key] for key in ("file", "sha256", "adapter") if key in entry}
         lines[f"input {entry.get('role', '')}"] = _listed(told)
     lines["axes"] = str(rectified.level.frame)
+    lines["length_unit"] = take.poses.frame.unit
     if rectified.level.root is not None:
         lines["root"] = "the pelvis, from the camera's centre or the world's origin"
     if rectified.camera == "moving":

@@ -1,4 +1,8 @@
-"""kinematics.parquet and kinematics.csv: one row a frame, every column's unit in its name."""
+"""kinematics.parquet and kinematics.csv: one row a frame, and the same names of columns for every source.
+
+Degrees and seconds end the names. Lengths are in metres, or in the source's own unit: which, says `length_unit` ("m" or
+"arbitrary") in the provenance, and in the parquet file `unit` in the metadata of each column.
+"""
 
 from __future__ import annotations
 
@@ -10,6 +14,7 @@ from typing import TYPE_CHECKING
 from ..pipeline.outputs import whole_file
 from ..pipeline.take import Take
 from ._export_provenance import provenance
+from .trajectories import unit_of
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -18,7 +23,7 @@ _ROWS = 1 << 14  # written at a time
 
 
 def write_parquet(take: Take, path: Path) -> None:
-    """kinematics.parquet; its schema's metadata are the provenance.
+    """kinematics.parquet; its schema's metadata are the provenance, a column's has its `unit`.
 
     They say `horizontal: relative to the camera` when the camera moves (stages/trajectories.py).
     """
@@ -56,10 +61,12 @@ def _parts(take: Take, missing_is_null: bool) -> Iterator[pa.Table]:
     assert take.poses is not None
     assert take.kinematics is not None
     columns = {"frame": take.poses.frame_index, "time_s": take.poses.times, **take.kinematics}
-    said = provenance(take)
+    said, length = provenance(take), take.poses.frame.unit
     for start in range(0, len(take.poses), _ROWS):
         rows = slice(start, start + _ROWS)
-        arrays = {
-            name: pa.array(values[rows], from_pandas=missing_is_null) for name, values in columns.items()
-        }
-        yield pa.table(arrays).replace_schema_metadata(said)
+        arrays = [pa.array(values[rows], from_pandas=missing_is_null) for values in columns.values()]
+        fields = [
+            pa.field(name, array.type, metadata={"unit": unit} if (unit := unit_of(name, length)) else None)
+            for name, array in zip(columns, arrays, strict=True)
+        ]
+        yield pa.table(arrays, schema=pa.schema(fields, metadata=said))

@@ -144,19 +144,29 @@ def agreement(video: np.ndarray, imu: np.ndarray, step_s: float) -> dict[str, di
     both = known(video) & known(imu)
     a, b = _centred(video, both), _centred(imu, both)
     offset = imu[both].mean(axis=0) - video[both].mean(axis=0)
-    a = np.column_stack([a, np.linalg.norm(a, axis=-1)])
-    b = np.column_stack([b, np.linalg.norm(b, axis=-1)])
-    result = {}
-    for i, name in enumerate(("x", "y", "z", "norm")):
-        result[name] = {
-            "r": _correlation(a[both, i], b[both, i]),
-            "rmse_mps2": float(np.sqrt(np.mean((a[both, i] - b[both, i]) ** 2))),
-            "gain": float(a[both, i].std() / max(b[both, i].std(), 1e-12)),
-            "lag_s": _own_lag(a[:, i], b[:, i], step_s),
-        }
-        if name != "norm":
-            result[name]["offset_mps2"] = float(offset[i])
-    return result
+    result = {
+        name: {**_agreement(a[:, i], b[:, i], step_s), "offset_mps2": float(offset[i])}
+        for i, name in enumerate("xyz")
+    }
+    return result | {"norm": _agreement(np.linalg.norm(a, axis=-1), np.linalg.norm(b, axis=-1), step_s)}
+
+
+def agreement_of_norms(video: np.ndarray, imu: np.ndarray, step_s: float) -> dict[str, dict[str, float]]:
+    """Of the third column of both alone (_imu_motion.as_vertical), by "norm": what `agreement` gives."""
+    both = known(video) & known(imu)
+    a, b = _centred(video, both)[:, 2], _centred(imu, both)[:, 2]
+    offset = imu[both, 2].mean() - video[both, 2].mean()
+    return {"norm": {**_agreement(a, b, step_s), "offset_mps2": float(offset)}}
+
+
+def _agreement(a: np.ndarray, b: np.ndarray, step_s: float) -> dict[str, float]:
+    both = np.isfinite(a) & np.isfinite(b)
+    return {
+        "r": _correlation(a[both], b[both]),
+        "rmse_mps2": float(np.sqrt(np.mean((a[both] - b[both]) ** 2))),
+        "gain": float(a[both].std() / max(b[both].std(), 1e-12)),
+        "lag_s": _own_lag(a, b, step_s),
+    }
 
 
 def _stamps(time_s: np.ndarray, lag_s: float, rate: float) -> np.ndarray:

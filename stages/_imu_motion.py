@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..pipeline.imu import Imu
+from ..pipeline.imu import GRAVITY_MPS2, Imu
 from ..pipeline.layouts import H36M17
 from ..pipeline.rotations import known
 from ..pipeline.signals import check_cutoff, derivative, lowpass, rate, runs
@@ -64,6 +64,19 @@ def imu_signal(imu: Imu, reference: Signal | None, cutoff_hz: float) -> Signal:
     if reference is not None:
         acceleration = acceleration - reference(imu.time_s)
     return Signal(imu.time_s, acceleration)
+
+
+def imu_norm(imu: Imu, cutoff_hz: float) -> Signal:
+    """The norm of the sensor's acceleration, gravity included, on the sensor's clock, as `as_vertical`."""
+    check_cutoff(cutoff_hz, imu.rate_hz)
+    return Signal(imu.time_s, lowpass(as_vertical(imu.force_mps2), imu.time_s, cutoff_hz))
+
+
+def as_vertical(force: np.ndarray) -> np.ndarray:
+    """(T, 3) whose z is the norm of specific force (T, 3) beyond standard gravity, so that norms are compared as
+    accelerations are; to first order it is the vertical acceleration."""
+    beyond = np.linalg.norm(force, axis=-1) - GRAVITY_MPS2
+    return beyond[:, None] * [0.0, 0.0, 1.0]
 
 
 def _smooth_path(

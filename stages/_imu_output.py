@@ -34,7 +34,8 @@ class Comparison:
 
     means: how the pelvis' own motion was dealt with, in words. compared_s: of motion known to both. video, imu: by
     method accelerations (N, 3), m/s^2, at time_s (N,) of the video's clock, in the method's axes (back, right, up).
-    agreement: by method and axis, of _imu_align.agreement. The run's own method is the last.
+    agreement: by method and axis, of _imu_align.agreement, or of the norm alone, which the curves then have as their
+    third column. The run's own method is the last.
     """
 
     segment: str
@@ -52,6 +53,17 @@ class Comparison:
     @property
     def own(self) -> str:
         return list(self.video)[-1]
+
+    @property
+    def axes(self) -> list[str]:
+        return list(self.agreement[self.own])
+
+    def curves(self, values: np.ndarray) -> np.ndarray:
+        """(N, len(axes)): values (N, 3) less their means, as they are compared, and their norm."""
+        centred = values - values[known(values)].mean(axis=0)
+        if self.axes == ["norm"]:
+            return centred[:, 2:]
+        return np.column_stack([centred, np.linalg.norm(centred, axis=-1)])
 
     def figures(self) -> dict[str, Any]:
         """Everything but the curves."""
@@ -81,7 +93,12 @@ def as_markdown(take: str, segments: Mapping[str, Mapping[str, Any]]) -> str:
             f"- {of['pelvis']}; {of['compared_s']:.1f} s compared",
             f"- both sides low-passed at {of['cutoff_hz']:g} Hz; the IMU samples at {of['imu_hz']:.4g} Hz",
             f"- the IMU's stamps are {1000 * of['lag_s']:.0f} ms later than the video's, its clock runs at "
-            f"{of['clock_rate']:.5f}, its heading differs by {of['heading_deg']:.0f} degrees",
+            f"{of['clock_rate']:.5f}"
+            + (
+                ""
+                if of["heading_deg"] is None
+                else f", its heading differs by {of['heading_deg']:.0f} degrees"
+            ),
             *(f"- **{warning}**" for warning in of["warnings"]),
             "",
             f"| method | {' | '.join(_COLUMNS.values())} |",
@@ -92,16 +109,16 @@ def as_markdown(take: str, segments: Mapping[str, Mapping[str, Any]]) -> str:
             lines.append(f"| {method} | {' | '.join(cells)} |")
         lines.append("")
     lines += [
-        "Each cell: back / right / up of LEVEL / norm, the heading fitted to each method. RMSE is without the means, "
-        "whose difference is the offset (bias and tilt). Gain: the video's amplitude over the IMU's. Own lag: where "
-        "that axis alone fits best, ? where it does not.",
+        "Each cell: back / right / up of LEVEL / norm (or the norm alone), the heading fitted to each method. RMSE is "
+        "without the means, whose difference is the offset (bias and tilt). Gain: the video's amplitude over the "
+        "IMU's. Own lag: where that axis alone fits best, ? where it does not.",
         "",
     ]
     return "\n".join(lines)
 
 
 def _cell(lag_s: float, axes: Mapping[str, Mapping[str, float | None]], figure: str) -> str:
-    values = np.array([axes[axis].get(figure) for axis in _AXES], dtype=float)
+    values = np.array([of.get(figure) for of in axes.values()], dtype=float)
     if figure == "lag_s":
         late = 1000 * (lag_s + values)
         return " / ".join(f"{value:.0f}" if np.isfinite(value) else "?" for value in late)
@@ -118,15 +135,15 @@ def draw(result: Comparison, path: Path) -> None:
     per_frame = f"{result.own} per frame"
     figure = Figure(figsize=(10, 8), dpi=110, layout="constrained")
     FigureCanvasAgg(figure)
-    panels = figure.subplots(4, 1, sharex=True)
+    panels = figure.subplots(len(result.axes), 1, sharex=True, squeeze=False)[:, 0]
     curves = [("IMU", result.imu[result.own], _IMU, 1.6), (result.own, result.video[result.own], _VIDEO, 1.2)]
     if per_frame in result.video:
         curves.insert(0, (per_frame, result.video[per_frame], _PER_FRAME, 0.8))
-    for panel, axis, i in zip(panels, _AXES, range(4), strict=True):
+    for i, (panel, axis) in enumerate(zip(panels, result.axes, strict=True)):
         for name, values, colour, width in curves:
             panel.plot(
                 result.time_s[rows],
-                _with_norm(values)[rows, i],
+                result.curves(values)[rows, i],
                 color=np.divide(colour, 255),
                 linewidth=width,
                 label=name,
@@ -138,8 +155,13 @@ def draw(result: Comparison, path: Path) -> None:
     panels[0].legend(loc="upper left", ncols=3, fontsize=9)
     panels[-1].set_xlabel("time of the video (s)")
     figure.suptitle(
-        f"{result.segment}: acceleration relative to the pelvis, "
-        f"lag {1000 * result.alignment.lag_s:.0f} ms, {result.compared_s:.1f} s compared"
+        f"{result.segment}: "
+        + (
+            "norm of acceleration with gravity"
+            if result.axes == ["norm"]
+            else "acceleration relative to the pelvis"
+        )
+        + f", lag {1000 * result.alignment.lag_s:.0f} ms, {result.compared_s:.1f} s compared"
     )
     with whole_file(path) as partial:
         figure.savefig(partial, format="png")
@@ -158,27 +180,24 @@ def _busiest(result: Comparison) -> slice:
     return slice(start, start + length)
 
 
-def _with_norm(values: np.ndarray) -> np.ndarray:
-    """(N, 4): values (N, 3) less their means, as they are compared, and their norm."""
-    rows = known(values)
-    centred = values - values[rows].mean(axis=0)
-    return np.column_stack([centred, np.linalg.norm(centred, axis=-1)])
-
-
 def write_recording(
-    run: Run, results: Sequence[Comparison], kept: Sequence[str], words: str, folder: Path, path: Path
+    run: Run,
+    results: Sequence[Comparison],
+    axes: Mapping[str, Sequence[str]],
+    words: str,
+    folder: Path,
+    path: Path,
 ) -> None:
-    """All of the run's own recording, and the curves of both on its time axes under imu/<segment>/<axis>. kept:
-    segments whose curves are those of the recording that an earlier comparison left in the run's folder."""
+    """All of the run's own recording, and the curves of both on its time axes under imu/<segment>/<axis>. axes: by
+    segment; the curves of those without a result are in the recording that an earlier comparison left in the folder."""
     import rerun as rr
     from rerun.chunk import RrdReader
 
     recording = rr.RecordingStream("pcnet3d")
     clock = time_columns(run.frame_index, run.time_s)
     with whole_file(path) as partial:
-        segments = [*kept, *(result.segment for result in results)]
-        recording.save(partial, default_blueprint=_blueprint(folder, segments))
-        if kept:
+        recording.save(partial, default_blueprint=_blueprint(folder, axes))
+        if len(axes) > len(results):
             replaced = ["/imu/summary", *(f"/imu/{result.segment}/**" for result in results)]
             before = RrdReader(folder / "imu" / IMU_RECORDING).stream()
             recording.send_chunks(before.drop(content=replaced))
@@ -187,10 +206,10 @@ def write_recording(
         recording.log("imu/summary", rr.TextDocument(words, media_type=rr.MediaType.MARKDOWN), static=True)
         for result in results:
             video, imu = (
-                _with_norm(Signal(result.time_s, side[result.own])(run.time_s))
+                result.curves(Signal(result.time_s, side[result.own])(run.time_s))
                 for side in (result.video, result.imu)
             )
-            for i, axis in enumerate(_AXES):
+            for i, axis in enumerate(result.axes):
                 entity = f"imu/{result.segment}/{axis}"
                 names = [f"IMU {_AXES[axis]} (m/s^2)", f"{result.own} {_AXES[axis]} (m/s^2)"]
                 look = rr.SeriesLines(names=names, colors=[_IMU, _VIDEO], widths=[2.0, 1.5])
@@ -202,19 +221,19 @@ def write_recording(
         recording.disconnect()
 
 
-def _blueprint(folder: Path, segments: Sequence[str]) -> rrb.Blueprint:
+def _blueprint(folder: Path, axes: Mapping[str, Sequence[str]]) -> rrb.Blueprint:
     """The video and LEVEL of the run's recording, where there is one, and a page of curves for each sensor."""
     import rerun.blueprint as rrb
 
     pages = [
         rrb.Vertical(
             *(
-                rrb.TimeSeriesView(origin=f"imu/{segment}/{axis}", name=f"{segment}: {name} (m/s^2)")
-                for axis, name in _AXES.items()
+                rrb.TimeSeriesView(origin=f"imu/{segment}/{axis}", name=f"{segment}: {_AXES[axis]} (m/s^2)")
+                for axis in shown
             ),
             name=segment,
         )
-        for segment in segments
+        for segment, shown in axes.items()
     ]
     words = rrb.TextDocumentView(origin="imu/summary", name="Video against IMU")
     views: list[Any] = [rrb.Tabs(*pages), words]

@@ -53,9 +53,16 @@ def spread(name: str, values: np.ndarray, resolution: float = 0.0, shared: float
 
 
 def error_key(key: str) -> str:
-    """`cadence_spm` as `cadence_error_spm`: the unit stays at the end."""
+    """`cadence_spm` as `cadence_error_spm`: the unit stays at the end. `walking_speed` as `walking_speed_error`."""
+    if of_length(key):
+        return f"{key}_error"
     words, _, unit = key.rpartition("_")
     return f"{words}_error_{unit}"
+
+
+def of_length(key: str) -> bool:
+    """Whether a figure is in the take's unit of length, or in that a second, which its key does not name."""
+    return key.removesuffix("_error").endswith(("_length", "_speed"))
 
 
 def with_error(key: str, value: float, error: float) -> dict[str, float]:

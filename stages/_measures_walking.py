@@ -228,10 +228,9 @@ def _lengths(filtered: PoseSequence, walks: list[list[Step]]) -> tuple[dict[str,
     found = lengths(root, ankles, filtered.times, walks, breaks(filtered))
     if np.isnan(found.speed):
         return {"lengths_reason": "the person's place is missing in every stride"}, nothing
-    length = "m" if filtered.frame.metric else "au"
     steps_of = {side: values[np.isfinite(values)] for side, values in found.step.items()}
     return {
-        **with_error(f"walking_speed_{length}ps", found.speed, found.speed_error),
-        **spread(f"stride_length_{length}", found.stride[np.isfinite(found.stride)]),
-        **spread(f"step_length_{length}", np.concatenate(list(steps_of.values()))),
-    }, {side: spread(f"step_length_{length}", values) for side, values in steps_of.items()}
+        **with_error("walking_speed", found.speed, found.speed_error),
+        **spread("stride_length", found.stride[np.isfinite(found.stride)]),
+        **spread("step_length", np.concatenate(list(steps_of.values()))),
+    }, {side: spread("step_length", values) for side, values in steps_of.items()}

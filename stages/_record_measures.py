@@ -8,10 +8,10 @@ from typing import Any
 _LONG = 8  # a list of more is in summary.json and measures.csv only
 
 
-def measures_markdown(measures: Mapping[str, Any]) -> str:
+def measures_markdown(measures: Mapping[str, Any], length: str) -> str:
     """A heading for each group, a table for its members, a line for each figure of its own; keys as they are, since
-    they carry the units. Curves over a cycle are left out."""
-    lines = ["Curves over a cycle are in summary.json and measures.csv."]
+    they carry the units but that of lengths, which is `length`. Curves over a cycle are left out."""
+    lines = [f"Unit of length: {length}. Curves over a cycle are in summary.json and measures.csv."]
     for name, group in measures.items():
         lines += ["", f"#### {_spoken(name)}", *_group(group)]
     return "\n".join(lines) + "\n"

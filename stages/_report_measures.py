@@ -1,4 +1,5 @@
-"""A take's measures as tables and charts, whatever they are called: names and units are those of their keys."""
+"""A take's measures as tables and charts, whatever they are called: names and units are those of their keys,
+but for lengths and speeds, which have the take's unit of length."""
 
 from __future__ import annotations
 
@@ -7,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ._measures_figures import error_key
+from ._measures_figures import error_key, of_length
 from ._report_charts import LEFT, MIDDLE, RIGHT, Curve, over_time
 from ._report_page import Cell, Soft, charts, facts, figure, heading, picture, small, table
 from ._report_words import spoken
@@ -30,11 +31,22 @@ _MANY = 20  # a list of more is a curve, or too long for a table
 _SIDES = {"r_": ("right", RIGHT), "l_": ("left", LEFT)}
 
 
-def measure_tables(measures: Mapping[str, Any] | None) -> str:
+def measure_tables(measures: Mapping[str, Any] | None, length: str = "m") -> str:
     """HTML of nested measures: what has curves over a cycle (lists `mean_deg` and `sd_deg`, 0 to 100 %) as charts, both
     sides in one; the rest as figures and tables. Each group of the first level has a heading; below, groups that hold
-    no others are the rows of one table, and so are the members of a list of groups."""
-    return small(_ERRORS) + _group("take", measures, level=2) if measures else ""
+    no others are the rows of one table, and so are the members of a list of groups. length: the unit of lengths, "m"
+    or "au"."""
+    return small(_ERRORS) + _group("take", _with_units(measures, length), level=2) if measures else ""
+
+
+def _with_units(value: Any, length: str) -> Any:
+    """The same with the unit in the keys of lengths and speeds too."""
+    if isinstance(value, list | tuple):
+        return [_with_units(item, length) for item in value]
+    if not isinstance(value, Mapping):
+        return value
+    suffixes = {key: f"_{length}{'ps' if 'speed' in key else ''}" if of_length(key) else "" for key in value}
+    return {key + suffixes[key]: _with_units(item, length) for key, item in value.items()}
 
 
 def named(key: str) -> str:

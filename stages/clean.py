@@ -22,10 +22,12 @@ _MOST_ROWS = 5_000_000  # beyond this the frame numbers are wrong, not the recor
 
 @dataclass(frozen=True)
 class Clean:
-    """The stage. Options as those of `clean`."""
+    """The stage. Options as those of `clean`; image_size: width and height in pixels, for a take without a video, whose
+    keypoints may lie outside."""
 
     max_gap_s: float = 0.2
     spike: float = 0.5
+    image_size: tuple[int, int] | None = None
 
     name: ClassVar[str] = "clean"
     needs: ClassVar[tuple[str, ...]] = ("poses",)
@@ -48,7 +50,7 @@ class Clean:
                 Event("warning", f"{counts['values_missing']} joint positions are missing and stay so.")
             )
         if take.keypoints is not None and poses.layout == H36M17:
-            size = shown_size(take.video) if take.video else None
+            size = shown_size(take.video) if take.video else self.image_size
             hidden, out = unseen(take.keypoints, size, poses.frame_index, poses.times)
             poses = without(poses, hidden)
             events += [Event("warning", text) for text in in_words(hidden, out, poses.times)]

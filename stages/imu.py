@@ -3,6 +3,9 @@
 A video shows motion relative to the pelvis only; an IMU feels all of it, and in walking the pelvis makes a third or
 more of a wrist's acceleration. So the pelvis' own is taken from the IMU's: that of a pelvis IMU in the same world, or
 of a known path of the root; without either, only the spans in which the pelvis stands still are compared.
+
+A sensor that does not know its orientation still tells the norm of its acceleration, gravity included. Then the norm
+of the video's is compared with it, of the run's own method alone.
 """
 
 from __future__ import annotations
@@ -21,7 +24,7 @@ import typer
 from ..models.metrics import plain
 from ..pipeline.errors import InputError
 from ..pipeline.frames import Z_UP, change_frame
-from ..pipeline.imu import SEGMENTS, Imu, point_on
+from ..pipeline.imu import GRAVITY_MPS2, SEGMENTS, Imu, point_on
 from ..pipeline.intake import sha256
 from ..pipeline.options import call, did_you_mean, pairs
 from ..pipeline.outputs import add_to_list, whole_folder
@@ -29,8 +32,8 @@ from ..pipeline.pose import package_version
 from ..pipeline.reading import adapters, find_adapter, recognises
 from ..pipeline.rotations import known
 from ..pipeline.signals import CUTOFF_HZ, check_cutoff, rate
-from ._imu_align import Alignment, Signal, agreement, align, heading_deg, turned
-from ._imu_motion import even_times, imu_signal, path_acceleration, still_pelvis
+from ._imu_align import Alignment, Signal, agreement, agreement_of_norms, align, heading_deg, turned
+from ._imu_motion import as_vertical, even_times, imu_norm, imu_signal, path_acceleration, still_pelvis
 from ._imu_output import IMU_RECORDING, Comparison, as_markdown, draw, write_recording
 from ._run_folder import Run, load_run, methods
 
@@ -111,7 +114,8 @@ def imu(
             shutil.copy(folder / "imu" / f"{name}.png", partial)
         for result in results:
             draw(result, partial / f"{result.segment}.png")
-        write_recording(run, results, list(kept), words, folder, partial / IMU_RECORDING)
+        axes = {name: list(next(iter(of["methods"].values()))) for name, of in segments.items()}
+        write_recording(run, results, axes, words, folder, partial / IMU_RECORDING)
     add_to_list(folder, "imu")
     print(words)
     print(f"{folder / 'imu'}: {', '.join(sorted(file.name for file in (folder / 'imu').iterdir()))}")
@@ -218,6 +222,8 @@ def compare(
     for all. The heading is each method's own. InputError when there is too little to compare.
     """
     check_cutoff(cutoff_hz, rate(run.time_s))
+    if sensor.R_world_from_sensor is None:
+        return _compare_norms(run, sensor, search_s, cutoff_hz, along)
     warnings = list(sensor.notes)
     reference = root
     means = "the path of the root is subtracted from the IMU"
@@ -242,12 +248,7 @@ def compare(
     }
     own = list(video)[-1]
     step_s = float(time_s[1] - time_s[0])
-    if known(video[own]).sum() * step_s < _LEAST_S:
-        raise InputError(
-            f"Expected at least {_LEAST_S:g} s of video to compare with the IMU on {sensor.segment}, got "
-            f"{known(video[own]).sum() * step_s:.1f} of {run.time_s[-1] - run.time_s[0]:.1f} s ({means}); "
-            "give a longer take, or an IMU on the pelvis."
-        )
+    _check_length(run, sensor, video[own], step_s, means)
     found = align(time_s, video[own], signal, search_s)
     at_video = signal(found.imu_time(time_s))
     imus = {name: turned(at_video, heading_deg(values, at_video)) for name, values in video.items()}
@@ -274,6 +275,58 @@ def compare(
     )
 
 
+def _compare_norms(
+    run: Run, sensor: Imu, search_s: float, cutoff_hz: float, along: float | None
+) -> Comparison:
+    """A sensor without orientation against the run's own method: the norms with gravity, carried as vertical."""
+    means = f"no orientation of the IMU on {sensor.segment} is given: only the norm, gravity included, is compared"
+    if not run.metric:
+        raise InputError(
+            f"Expected a run in metres ({means}), got one without a scale; run it again with --stature METRES, or "
+            "export the IMU's quaternions."
+        )
+    time_s = even_times(run.time_s, cutoff_hz)
+    path = point_on(sensor.segment, run.level, along)
+    rows = np.ones(len(time_s), dtype=bool)
+    if known(run.root).any():
+        path = path + run.root
+        means += "; the pelvis' own motion is that of the run's path"
+    else:
+        rows = still_pelvis(run.level, run.time_s, run.seams, time_s)
+        means += ", in the spans in which the pelvis stands still"
+    acceleration = path_acceleration(path, run.time_s, run.seams, time_s, cutoff_hz)
+    force = acceleration + np.array([0.0, 0.0, GRAVITY_MPS2])
+    video = np.where(rows[:, None], as_vertical(force), np.nan)
+    step_s = float(time_s[1] - time_s[0])
+    _check_length(run, sensor, video, step_s, means)
+    signal = imu_norm(sensor, cutoff_hz)
+    found = replace(align(time_s, video, signal, search_s), heading_deg=float("nan"))
+    felt = signal(found.imu_time(time_s))
+    return Comparison(
+        segment=sensor.segment,
+        means=means,
+        alignment=found,
+        imu_hz=sensor.rate_hz,
+        compared_s=float((known(video) & known(felt)).sum() * step_s),
+        metres_per_unit=1.0,
+        time_s=time_s,
+        video={run.method: video},
+        imu={run.method: felt},
+        agreement={run.method: agreement_of_norms(video, felt, step_s)},
+        warnings=(*sensor.notes, *_doubts(run, found)),
+    )
+
+
+def _check_length(run: Run, sensor: Imu, video: np.ndarray, step_s: float, means: str) -> None:
+    compared_s = known(video).sum() * step_s
+    if compared_s < _LEAST_S:
+        raise InputError(
+            f"Expected at least {_LEAST_S:g} s of video to compare with the IMU on {sensor.segment}, got "
+            f"{compared_s:.1f} of {run.time_s[-1] - run.time_s[0]:.1f} s ({means}); give a longer take, or an IMU on "
+            "the pelvis."
+        )
+
+
 def _size(values: np.ndarray, other: np.ndarray) -> float:
     both = known(values) & known(other)
     return float(np.sqrt(values[both].var(axis=0).sum()))
@@ -289,7 +342,7 @@ def _doubts(run: Run, found: Alignment) -> list[str]:
         )
     if found.score < _WEAK:
         doubts.append(
-            f"Video and IMU agree weakly (r {found.score:.2f} over three axes); lag and heading may be wrong. Is the "
+            f"Video and IMU agree weakly (r {found.score:.2f} over all axes); lag and heading may be wrong. Is the "
             "sensor on that segment and side, of this take, and within the search?"
         )
     elif found.runner_up > _AMBIGUOUS * found.score:

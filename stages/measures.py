@@ -76,7 +76,8 @@ def measures(
     source: Frame,
     repeated: Sequence[str] = (),
 ) -> dict[str, Any]:
-    """Nested figures, ready for JSON, units in the keys. What cannot be had is absent, and its group has a `reason`.
+    """Nested figures, ready for JSON. Units are in the keys; lengths and speeds have none there, for theirs is the
+    poses', metres or arbitrary. What cannot be had is absent, and its group has a `reason`.
 
     filtered: joints in LEVEL after the low-pass; rectified: where BODY's axes are from; kinematics: columns (T,) with
     the angles (stages.angles.joint_angles) and paths (stages.trajectories.trajectory); source: the frame of the poses
@@ -276,19 +277,19 @@ def _paths(take: _Columns, rectified: Rectified) -> dict[str, Any]:
         return {"reason": "the camera moves, and its turning about the vertical would be part of the way"}
     result: dict[str, Any] = {}
     for column in take.columns:
-        joint, x, unit = column.rpartition("_x_")
-        if not x or unit not in ("m", "au"):
+        joint = column.removesuffix("_x")
+        axes = [f"{joint}_{axis}" for axis in "xyz"]
+        if joint == column or not set(axes) <= set(take.columns):
             continue
-        points = np.stack([take.columns[f"{joint}_{axis}_{unit}"] for axis in "xyz"], axis=-1)
+        points = np.stack([take.columns[axis] for axis in axes], axis=-1)
         length, duration = path_length(points, take.times, take.seams)
         rests_on = basis(points.sum(axis=-1))
         if duration == 0:
             result[joint] = {"reason": "no two frames in a row have this joint", **rests_on}
             continue
-        per_second = {"m": "mean_speed_mps", "au": "mean_speed_aups"}[unit]
         result[joint] = {
-            f"path_length_{unit}": figure(length),
-            per_second: figure(length / duration),
+            "path_length": figure(length),
+            "mean_speed": figure(length / duration),
             "duration_s": figure(duration),
             **rests_on,
         }

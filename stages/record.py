@@ -100,7 +100,7 @@ def record(take: Take, path: str | Path, frames: bool = True) -> tuple[Event, ..
             log_events(recording, take.events, poses)
             texts = {"summary": summary_markdown(take)}
             if take.measures:
-                texts["measures"] = measures_markdown(take.measures)
+                texts["measures"] = measures_markdown(take.measures, poses.frame.unit)
             for entity, text in texts.items():
                 document = rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN)
                 recording.log(entity, document, static=True)

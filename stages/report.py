@@ -57,7 +57,7 @@ def report(take: Take, frames: bool = True) -> str:
         raise InputError("A report needs 3D poses and their rectification; run rectify first.")
     sections = [
         ("Key frames", _key_frames(take, frames)),
-        ("Measures", measure_tables(take.measures)),
+        ("Measures", measure_tables(take.measures, _unit(take.poses))),
         ("Joint angles", _angles(take)),
         ("Wrist paths before and after", _wrists(take)),
         ("Gravity", _gravity(take, frames)),

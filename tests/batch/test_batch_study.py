@@ -26,6 +26,17 @@ def test_a_take_that_could_not_be_levelled_has_no_say():
     assert (change.n, change.bias) == (2, 1.0)
 
 
+def test_lengths_of_a_take_without_a_scale_have_no_say():
+    name = "paths.r_wrist.path_length"
+    rows = [
+        {**row(s, v, 0.0), "unit": "arbitrary" if s == "c" else "m", "measures": {name: 1.0 + (v == "2")}}
+        for s in "abc"
+        for v in "12"
+    ]
+    (change,) = changes(rows)
+    assert (change.measure, change.n, change.bias) == (name, 2, 1.0)
+
+
 def test_limits_of_agreement_by_hand():
     rows = [row(f"s{i}", visit, value) for visit, values in (("one", (50, 60, 70)), ("two", (51, 63, 75)))
             for i, value in enumerate(values)]  # fmt: skip

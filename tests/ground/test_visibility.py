@@ -79,6 +79,17 @@ def test_without_an_image_size_only_scores_and_gaps_count():
     assert not judged(keypoints(points), None)[0].any()
 
 
+def test_without_a_video_the_border_is_that_of_the_told_size(facing_camera):
+    points = keypoints().joints.copy()
+    points[:, ANKLES, 1] = 479.9
+    bodies = np.tile(facing_camera, (FRAMES, 1, 1))
+    poses = PoseSequence(bodies, H36M17, CAMERA.with_(origin="pelvis"), None, TIMES, np.arange(FRAMES))
+    take = Take("cut", keypoints=keypoints(points), poses=poses)
+    for size, missing in ((SIZE, True), (None, False)):
+        done = Clean(image_size=size)(take)
+        assert np.isnan(done.poses.joints[:, ANKLES]).all() == missing
+
+
 def test_frames_without_keypoints_say_nothing():
     given = keypoints(np.full((FRAMES, 17, 2), -10.0))
     hidden, _ = unseen(given, SIZE, np.arange(FRAMES, 2 * FRAMES), TIMES + 3)

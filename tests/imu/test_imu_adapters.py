@@ -1,5 +1,7 @@
 """Files of IMUs and of TotalCapture, written here in the documented formats (formats.md 8.2) and read back."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -183,8 +185,23 @@ def test_another_order_of_the_quaternions_is_named(walk, order):
         imu_from_samples("r_forearm", sensor.time_s, sensor.force_mps2, R)
 
 
-def test_a_csv_without_orientations_says_what_it_lacks(tmp_path):
+@pytest.mark.parametrize("unit", [1.0, 1 / GRAVITY_MPS2])
+def test_a_csv_without_orientations_keeps_its_norm(walk, tmp_path, unit):
+    sensor = strapped(walk, "r_forearm")
     path = tmp_path / "imu.csv"
-    path.write_text("time_s,ax,ay,az\n0,0,0,9.8\n0.01,0,0,9.8\n")
-    with pytest.raises(InputError, match=r"got time_s, ax, ay, az; .* export the quaternions too"):
+    write_csv(path, replace(sensor, force_mps2=sensor.force_mps2 * unit, R_world_from_sensor=None))
+    found = read_imus([path], ["r_forearm"])[0]["r_forearm"]
+    assert found.R_world_from_sensor is None
+    np.testing.assert_allclose(found.force_mps2, sensor.force_mps2, atol=1e-4)
+    with pytest.raises(InputError, match="export the quaternions too"):
+        found.acceleration_mps2  # noqa: B018
+
+
+def test_a_norm_without_gravity_and_half_a_quaternion_are_refused(tmp_path):
+    path = tmp_path / "imu.csv"
+    path.write_text("time_s,ax,ay,az\n0,0,0,0.1\n0.01,0.1,0,0\n")
+    with pytest.raises(InputError, match="include gravity"):
+        read_imus([path], ["r_forearm"])
+    path.write_text("time_s,ax,ay,az,qw\n0,0,0,9.8,1\n0.01,0,0,9.8,1\n")
+    with pytest.raises(InputError, match=r"Expected columns .* qz"):
         read_imus([path], ["r_forearm"])

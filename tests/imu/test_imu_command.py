@@ -19,6 +19,7 @@ from pcnet3d.pipeline.imu import GRAVITY_MPS2
 from pcnet3d.pipeline.intake import Sources
 from pcnet3d.pipeline.job import run_files
 from pcnet3d.stages._run_folder import load_run
+from pcnet3d.stages.imu import compare as compare_with_run
 from pcnet3d.stages.imu import imu, read_imus
 
 RECIPE = Recipe(stages=[{"use": stage} for stage in ("rectify", "trajectories", "record", "export")])
@@ -154,6 +155,42 @@ def test_still_spans_of_a_longer_take(tmp_path):
     assert figures["lag_s"] == pytest.approx(0.137, abs=0.005)
     assert 2 < figures["compared_s"] < 7
     assert figures["methods"]["pcnet"]["norm"]["r"] > 0.99
+
+
+def test_without_an_orientation_the_norm_alone_is_compared(tmp_path):
+    walk = walker(seconds=14)
+    np.save(tmp_path / "poses.npy", camera_poses(walk, side_camera(walk)).joints)
+    run_files(Sources(poses=tmp_path / "poses.npy", adapter="videopose3d", fps=30), tmp_path / "run", RECIPE)
+    write_csv(tmp_path / "r_forearm.csv", replace(strapped(walk, "r_forearm"), R_world_from_sensor=None))
+    words = compare(tmp_path, "r_forearm")
+    assert "no orientation of the IMU on r_forearm is given: only the norm" in words
+    assert "its heading" not in words
+    figures = json.loads((tmp_path / "run/imu/imu.json").read_text())["segments"]["r_forearm"]
+    assert figures["lag_s"] == pytest.approx(0.137, abs=0.01)
+    assert list(figures["methods"]) == ["pcnet"]
+    assert list(figures["methods"]["pcnet"]) == ["norm"]
+    assert figures["methods"]["pcnet"]["norm"]["r"] > 0.98
+    assert {"/imu/r_forearm/norm"} == {
+        entity for entity in _entities(tmp_path / "run/imu/imu.rrd") if "/r_forearm/" in entity
+    }
+    assert (tmp_path / "run/imu/r_forearm.png").is_file()
+
+
+def test_the_norm_of_a_known_path_is_that_of_the_sensor(walk, made):
+    """The true path with its pelvis: what is left is the sensor's noise, bias and time of 137 ms."""
+    run = replace(
+        load_run(made / "run"), level=walk.world - walk.root[:, None], root=walk.root.astype(np.float64)
+    )
+    sensor = replace(strapped(walk, "r_forearm"), R_world_from_sensor=None)
+    found = compare_with_run(run, sensor)
+    of = found.agreement["pcnet"]["norm"]
+    assert found.alignment.lag_s == pytest.approx(0.137, abs=0.005)
+    assert of["r"] > 0.99
+    assert of["rmse_mps2"] < 0.3
+    assert of["gain"] == pytest.approx(1, abs=0.03)
+    without_a_scale = replace(run, metric=False)
+    with pytest.raises(InputError, match="--stature"):
+        compare_with_run(without_a_scale, sensor)
 
 
 def test_g_is_said_and_gives_the_same(compared, made, tmp_path):

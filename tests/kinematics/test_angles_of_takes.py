@@ -225,12 +225,12 @@ def test_the_stage_adds_its_columns_and_says_what_is_missing(camera_poses):
     joints[30:40, H36M17.index("r_wrist")] = np.nan
     poses = camera_poses.with_(joints=joints)
     rectified = rectify(poses, "geometric", gravity=(0, 1, 0))
-    old = {"r_wrist_x_m": np.zeros(len(poses))}
+    old = {"r_wrist_x": np.zeros(len(poses))}
     take = Take("t", poses=poses, rectified=rectified, filtered=smooth(rectified.level), kinematics=old)
     done = Angles()(take)
     assert done.kinematics is not None
     assert take.kinematics == old
-    assert "r_wrist_x_m" in done.kinematics
+    assert "r_wrist_x" in done.kinematics
     for name in ANGLES:
         for suffix in ("_deg", "_sd_deg", "_degps", "_reason"):
             assert done.kinematics[name + suffix].shape == (len(poses),)

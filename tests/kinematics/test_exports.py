@@ -195,7 +195,7 @@ def test_csv_is_the_parquet_with_a_head_of_provenance(take, tmp_path):
     for name in table.column_names:
         cells = np.array([float(row[name] or "nan") for row in rows])
         np.testing.assert_allclose(cells, np.array(table[name], dtype=float), rtol=1e-12)
-    assert {row["l_wrist_x_m"] for row in rows[20:25]} == {""}
+    assert {row["l_wrist_x"] for row in rows[20:25]} == {""}
 
 
 def test_a_moving_camera_is_told_in_every_head(take, tmp_path):
@@ -224,9 +224,9 @@ def test_netcdf_has_the_layout_of_movement(take, tmp_path):
 
 
 def test_what_was_filtered_and_measured_is_in_the_summary(take, tmp_path):
-    Export(tmp_path)(take.with_(measures={"r_wrist": {"path_length_m": 1.5}}))
+    Export(tmp_path)(take.with_(measures={"r_wrist": {"path_length": 1.5}}))
     summary = json.loads((tmp_path / "summary.json").read_text())
-    assert summary["measures"] == {"r_wrist": {"path_length_m": 1.5}}
+    assert summary["measures"] == {"r_wrist": {"path_length": 1.5}}
     assert summary["history"][-1]["name"] == "low-pass filter"
     assert summary["history"][-1]["options"]["cutoff_hz"] == 6.0
 

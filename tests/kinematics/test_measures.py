@@ -180,7 +180,7 @@ def test_paths_from_the_pelvis_and_the_way_of_the_pelvis(walk, take):
     paths = take.measures["paths"]
     for joint, points in (("r_wrist", walk.joint("r_wrist") - walk.root), ("root", walk.root)):
         length = np.linalg.norm(np.diff(points, axis=0), axis=-1).sum()
-        assert paths[joint]["path_length_m"] == pytest.approx(length, rel=0.01)
+        assert paths[joint]["path_length"] == pytest.approx(length, rel=0.01)
         assert paths[joint]["duration_s"] == pytest.approx(walk.time_s[-1], rel=1e-5)
 
 
@@ -250,7 +250,7 @@ def test_the_table_holds_every_figure(take, tmp_path):
 
 
 def test_the_text_of_the_recording_says_figures_and_reasons(take):
-    text = measures_markdown(take.measures)
+    text = measures_markdown(take.measures, "m")
     for said in ("#### walking", "cadence spm: 111", "| knee flexion |", "both ranges are below 5 degrees"):
         assert said in text
     assert max(map(len, text.splitlines())) < 500  # no curves

@@ -117,3 +117,13 @@ def test_figures_stand_with_their_errors_and_are_grey_where_these_cover_them():
 @pytest.mark.parametrize("nothing", [None, {}])
 def test_no_measures(nothing):
     assert measure_tables(nothing) == ""
+
+
+@pytest.mark.parametrize(("length", "per_second"), [("m", "m/s"), ("au", "au/s")])
+def test_lengths_and_speeds_have_the_unit_of_the_take(length, per_second):
+    paths = {"root": {"path_length": 4.5, "mean_speed": 1.25}}
+    walk = {"walking_speed": 1.25, "walking_speed_error": 0.02, "steps": 8}
+    said = measure_tables({"paths": paths, "walking": walk}, length)
+    assert f"path length ({length})" in said
+    assert f"mean speed ({per_second})" in said
+    assert f"1.25 ± 0.02 {per_second}" in said

@@ -59,17 +59,18 @@ def test_poses_npz_has_plain_arrays_that_agree_with_each_other(take, folder):
     assert np.nanmax(angle_deg(votes, arrays["R_source_from_level"][:, 2])) < 1  # one posture, one up
 
 
-def test_kinematics_has_a_row_a_frame_and_units_in_its_names(take, folder):
+def test_kinematics_has_a_row_a_frame_and_the_units_of_its_columns(take, folder):
     table = pq.read_table(folder / "kinematics.parquet")
     assert table.num_rows == len(take.poses)
     assert table["frame"].to_pylist() == list(range(4, 12))
-    unitless = [
-        name
-        for name in table.column_names
-        if not name.endswith(("_m", "_mps", "_mps2", "_s")) and name != "frame"
-    ]
-    assert unitless == []
-    wrist = np.array(table["r_wrist_x_m"])
+    assert table.schema.metadata[b"length_unit"] == b"m"
+    units = {field.name: (field.metadata or {}).get(b"unit", b"").decode() for field in table.schema}
+    assert [name for name, unit in units.items() if not unit] == ["frame"]
+    assert units["r_wrist_x"] == units["r_wrist_distance"] == "m"
+    assert units["l_ankle_vz"] == units["l_ankle_speed"] == "m/s"
+    assert units["r_wrist_acceleration"] == "m/s2"
+    assert units["time_s"] == "s"
+    wrist = np.array(table["r_wrist_x"])
     np.testing.assert_array_equal(wrist, take.filtered.joint("r_wrist")[:, 0])
     assert np.flatnonzero(np.isnan(wrist)).tolist() == [3, 5]  # missing, and refused by the rectifier
 
