@@ -18,7 +18,7 @@ import numpy as np
 from ..pipeline.frames import CAMERA
 from ..pipeline.pose import PoseSequence, package_version
 from ..pipeline.progress import counted
-from ..pipeline.swap_repair import repair_swaps
+from ..pipeline.swap_repair import repair_swaps, settled
 from ..pipeline.swaps import Kind, Swap, find_swaps, kinds
 from .cameras import WILD, ViewRange
 from .evaluation_sets import EvaluationSet, evaluation_sets
@@ -49,11 +49,13 @@ class Made:
 
 @dataclass
 class Tally:
-    """Counts over takes. swaps: [put in, found] by kind and length. told: [found, of these right]. cells: rows times
-    kinds [put in, found, both]. false: by kind, in `frames` that nothing was done to."""
+    """Counts over takes. swaps: [put in, found] by kind and length. told: [found, of these right]; certain: the same
+    of those that are certain, and so repaired. cells: rows times kinds [put in, found, both]. false: by kind, in
+    `frames` that nothing was done to."""
 
     swaps: dict[tuple[str, tuple[int, int] | None], list[int]] = field(default_factory=dict)
     told: list[int] = field(default_factory=lambda: [0, 0])
+    certain: list[int] = field(default_factory=lambda: [0, 0])
     cells: list[int] = field(default_factory=lambda: [0, 0, 0])
     false: dict[str, int] = field(default_factory=dict)
     frames: int = 0
@@ -66,8 +68,11 @@ class Tally:
             count = self.swaps.setdefault((one.name, one.length), [0, 0])
             count[0] += 1
             count[1] += all(any(_same(a, b) for b in told) for a in mine)
-        self.told[0] += len(told)
-        self.told[1] += sum(any(_same(a, b) for a in spans) for b in told)
+        right = [any(_same(a, b) for a in spans) for b in told]
+        sure = [swap.certain for swap in found]
+        for tally, chosen in ((self.told, [True] * len(found)), (self.certain, sure)):
+            tally[0] += sum(chosen)
+            tally[1] += sum(a and b for a, b in zip(right, chosen, strict=True))
         truth, said = _cells(rows, spans), _cells(rows, told)
         for i, value in enumerate((len(truth), len(said), len(truth & said))):
             self.cells[i] += value
@@ -83,6 +88,8 @@ class Tally:
         return {
             "recall": _share(found, put_in),
             "precision": _share(self.told[1], self.told[0]),
+            "certain": _share(self.certain[0], self.told[0]),
+            "certain_precision": _share(self.certain[1], self.certain[0]),
             "frame_recall": _share(self.cells[2], self.cells[0]),
             "frame_precision": _share(self.cells[2], self.cells[1]),
             "swaps": put_in,
@@ -181,7 +188,7 @@ def _profile(
     tally: Tally, right: SeenTake, swapped: SeenTake, lifted: PoseSequence, lifter: str | Path, flip: bool
 ) -> dict[str, np.ndarray]:
     """Adds one take with the noise's own swaps. -> errors of the lift in mm, one scale a take, in the frames that they
-    spoil: as if there were none, with them, and with what was found put right."""
+    spoil: as if there were none, with them, and as `--swaps repair` leaves them."""
     made = own_swaps(right.keypoints, swapped.keypoints)
     found = find_swaps(swapped.keypoints)
     tally.add(len(lifted), made, found)
@@ -192,7 +199,7 @@ def _profile(
     lifts = {"without swaps": lifted}
     for name, keypoints in (
         ("with swaps", swapped.keypoints),
-        ("put right", repair_swaps(swapped.keypoints, found)),
+        ("put right", repair_swaps(swapped.keypoints, settled(swapped.keypoints, found)[0])),
     ):
         lifts[name] = lift(keypoints, right.image_size, None, flip, lifter)
     return {
@@ -235,12 +242,14 @@ def as_markdown(results: dict[str, Any]) -> str:
         "",
         f"pcnet3d {results['pcnet3d']}, lifter {results['lifter']}, seed {results['seed']}, flip "
         f"{'on' if results['flip'] else 'off'}, {results['bed']} views. A swap is found when one of the same kind "
-        "overlaps with it by half of both together. Shares in %; frames count once for each kind.",
+        "overlaps with it by half of both together; certain ones are repaired. Shares in %; "
+        "frames count once for each kind.",
         "",
         "## Anywhere in the take",
         "",
-        "| set | swaps | recall | precision | frames: recall | precision | false a minute, untouched |",
-        "| --- | --- | --- | --- | --- | --- | --- |",
+        "| set | swaps | recall | precision | certain | precision of these | frames: recall | precision | "
+        "false a minute, untouched |",
+        "| --- | --- | --- | --- | --- | --- | --- | --- | --- |",
     ]
     for name, row in results["anywhere"].items():
         false = f"{row['false_per_minute']:.2f} in {row['untouched_minutes']:.1f} minutes"
@@ -262,8 +271,9 @@ def as_markdown(results: dict[str, Any]) -> str:
         "Keypoints with runs of 8 frames on average, as the lifter was trained on. MPJPE of our lift in mm (p50 / "
         "mean / p95), one scale a take, in the frames with swaps.",
         "",
-        "| set | swaps | recall | precision | frames: recall | precision | lift without swaps | with | put right |",
-        "| --- | --- | --- | --- | --- | --- | --- | --- | --- |",
+        "| set | swaps | recall | precision | certain | precision of these | frames: recall | precision | "
+        "lift without swaps | with | put right |",
+        "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |",
     ]
     for name, row in results["in profile"].items():
         errors = " | ".join(str(figure) for figure in row["lift"].values())
@@ -272,5 +282,5 @@ def as_markdown(results: dict[str, Any]) -> str:
 
 
 def _percents(row: dict[str, Any]) -> str:
-    names = ("recall", "precision", "frame_recall", "frame_precision")
+    names = ("recall", "precision", "certain", "certain_precision", "frame_recall", "frame_precision")
     return " | ".join(f"{100 * row[name]:.1f}" for name in names)

@@ -17,7 +17,7 @@ from .checks import (
 )
 from .layouts import H36M17
 from .pose import PoseSequence
-from .swap_repair import told, wrong_rows
+from .swap_repair import settled, told, wrong_rows
 from .swaps import Swap, find_swaps
 from .verdict import Finding, Weight
 
@@ -86,12 +86,14 @@ def row_findings(source: PoseSequence) -> list[Finding]:
 
 
 def swap_findings(source: PoseSequence, swaps: tuple[Swap, ...]) -> list[Finding]:
-    """Limbs that are exchanged, or mirrored in depth, for some rows."""
-    if not swaps:
-        return []
-    rows = int(wrong_rows(source, swaps).sum())
-    text = f"{rows} of {len(source)} rows look wrong: {told(source, swaps)}."
-    return [Finding(weighed(rows / len(source), _SWAPPED), "swaps", text)]
+    """Limbs that are exchanged, or mirrored in depth, for some rows. Those that a run would not repair are notes."""
+    swaps, doubts = settled(source, swaps)
+    found = [Finding("note", "swaps", f"Some rows look wrong: {doubt}.") for doubt in doubts]
+    if swaps:
+        rows = int(wrong_rows(source, swaps).sum())
+        text = f"{rows} of {len(source)} rows look wrong: {told(source, swaps)}."
+        found.insert(0, Finding(weighed(rows / len(source), _SWAPPED), "swaps", text))
+    return found
 
 
 def _incomplete(source: PoseSequence) -> int:

@@ -142,8 +142,9 @@ def inspect(
                 found.append(Finding("unusable", "refused", str(error)))
             else:
                 found += [*source_findings(source), *pose_findings(poses)]
-        swaps = find_swaps(poses or source) if poses or source.frame.dims == 2 else ()
-        found += swap_findings(source, swaps)
+        looked_at = poses if poses is not None else source
+        swaps = find_swaps(looked_at) if poses is not None or source.frame.dims == 2 else ()
+        found += swap_findings(looked_at, swaps)
         if poses is not None and keypoints is not None:
             fit = agreement(poses, tracks) if poses.frame.family == "camera" else None
             found.append(_fit_finding(fit, poses))

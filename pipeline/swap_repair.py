@@ -1,4 +1,8 @@
-"""What is done about swaps (swaps.py): told, put right, or masked."""
+"""What is done about swaps (swaps.py): told, put right, or masked.
+
+Only certain ones are touched, and only where putting them right makes the take better: joints must not move more, bones
+not change their length more, a walker's legs not alternate less.
+"""
 
 from __future__ import annotations
 
@@ -8,13 +12,16 @@ from typing import Any, Literal
 
 import numpy as np
 
+from .alternation import alternation
 from .pose import PoseSequence
-from .swaps import Swap, find_swaps, has_depth, kinds
+from .swaps import Swap, assumed_times, find_swaps, has_depth, kinds
 from .take import Event
 
 Swaps = Literal["report", "repair", "mask"]
 
 _MOST_RANGES = 8  # told of one kind
+_STRETCH = 1.1  # of 280 right repairs on CMU and ACCAD val subjects 3 are beyond, of 130 wrong ones 3 of 4
+_BONES = (("hip", "knee"), ("knee", "ankle"), ("shoulder", "elbow"), ("elbow", "wrist"))
 
 
 def repair_swaps(poses: PoseSequence, swaps: Iterable[Swap]) -> PoseSequence:
@@ -47,6 +54,8 @@ def as_frames(poses: PoseSequence, swaps: Iterable[Swap]) -> list[dict[str, Any]
         {
             **asdict(swap),
             "evidence": round(swap.evidence, 1),
+            "probability": round(swap.probability, 2),
+            "change": round(swap.change, 2),
             "first_frame": int(poses.frame_index[swap.first_row]),
             "last_frame": int(poses.frame_index[swap.last_row]),
         }
@@ -63,15 +72,77 @@ def wrong_rows(poses: PoseSequence, swaps: Iterable[Swap]) -> np.ndarray:
 
 
 def told(poses: PoseSequence, swaps: Iterable[Swap]) -> str:
-    """Each kind with its frames, such as "legs exchanged in frames 17-21, 53"; "" when there are none."""
+    """Each kind with its frames, such as "legs exchanged in frames 17-21, 53"; "" when there are none. Those that are
+    not certain come after, with what is not."""
     ranges: dict[str, list[str]] = {}
-    for swap in sorted(swaps, key=lambda swap: swap.first_row):
-        first, last = (int(poses.frame_index[row]) for row in (swap.first_row, swap.last_row))
-        ranges.setdefault(swap.kind, []).append(f"{first}" if first == last else f"{first}-{last}")
+    frames = [int(frame) for frame in poses.frame_index]
+    for swap in sorted(swaps, key=lambda swap: (not swap.certain, swap.one_sided, swap.first_row)):
+        first, last = frames[swap.first_row], frames[swap.last_row]
+        span = f"{first}" if first == last else f"{first}-{last}"
+        if swap.certain:
+            ranges.setdefault(f"{swap.kind} in frames", []).append(span)
+        elif swap.one_sided:
+            ends = [frames[row] for row in (swap.first_row, swap.last_row + 1) if 0 < row < len(poses)]
+            told = ranges.setdefault(f"{swap.kind} from or up to (which cannot be told) frames", [])
+            told += [f"{end}" for end in ends if f"{end}" not in told]
+        else:
+            ranges.setdefault(f"perhaps {swap.kind} in frames", []).append(span)
     return "; ".join(
-        f"{kind} in frames {', '.join(told[:_MOST_RANGES])}" + (", ..." if len(told) > _MOST_RANGES else "")
-        for kind, told in ranges.items()
+        f"{what} {', '.join(told[:_MOST_RANGES])}" + (", ..." if len(told) > _MOST_RANGES else "")
+        for what, told in ranges.items()
     )
+
+
+def settled(poses: PoseSequence, swaps: Iterable[Swap]) -> tuple[tuple[Swap, ...], tuple[str, ...]]:
+    """The swaps that are to be put right, and what to say of the others (see `told`): uncertain ones, and all of a kind
+    whose repair would make the take worse."""
+    swaps = tuple(swaps)
+    doubtful = [swap for swap in swaps if not swap.certain]
+    said = [f"{told(poses, doubtful)}; that is too uncertain to be changed"] if doubtful else []
+    kept: tuple[Swap, ...] = ()
+    for kind in dict.fromkeys(swap.kind for swap in swaps if swap.certain):
+        group = tuple(swap for swap in swaps if swap.kind == kind and swap.certain)
+        after = repair_swaps(poses, group)
+        if worse := worsened(poses, after):
+            said.append(
+                f"{told(poses, group)}, but after a repair {' and '.join(worse)}, so nothing is changed there"
+            )
+        else:
+            kept, poses = kept + group, after
+    return kept, tuple(said)
+
+
+def worsened(before: PoseSequence, after: PoseSequence) -> tuple[str, ...]:
+    """What a repair made worse, as clauses; () if nothing. before, after: the same take, joints changed places or depth
+    in some rows. At the ends of these rows joints and the lengths of bones leap less after a repair that is right."""
+    worse = []
+    old, new = _at_ends(before.joints, after.joints)
+    if new > old:
+        worse.append("joints would leap farther")
+    old, new = _at_ends(_lengths(before)[..., None], _lengths(after)[..., None])
+    if new > _STRETCH * old:
+        worse.append("bones would change their lengths more")
+    legs = kinds(before.layout, False)[0]
+    old = alternation(legs.vectors(before.joints), assumed_times(before)).sum()
+    new = alternation(legs.vectors(after.joints), assumed_times(after), agreed=0).sum()
+    if new < old / 2:
+        worse.append("the legs would not alternate as they do in a walk")
+    return tuple(worse)
+
+
+def _at_ends(before: np.ndarray, after: np.ndarray) -> tuple[float, float]:
+    """Of values (T, N, D) from row to row, the change where it is not the same in both, summed."""
+    old, new = (np.nan_to_num(np.linalg.norm(np.diff(x, axis=0), axis=-1)) for x in (before, after))
+    steps = ~np.isclose(old.sum(axis=1), new.sum(axis=1), rtol=1e-6, atol=0)
+    return float(old[steps].sum()), float(new[steps].sum())
+
+
+def _lengths(poses: PoseSequence) -> np.ndarray:
+    """(T, B) of limb bones."""
+    ends = [(f"{side}_{a}", f"{side}_{b}") for side in "lr" for a, b in _BONES]
+    bones = [poses.layout.indices(bone) for bone in ends if all(joint in poses.layout for joint in bone)]
+    bones = np.array(bones, dtype=int).reshape(-1, 2)
+    return np.linalg.norm(poses.joints[:, bones[:, 0]] - poses.joints[:, bones[:, 1]], axis=-1)
 
 
 def treated(
@@ -83,23 +154,33 @@ def treated(
     right: unless swaps are only told, they are missing in those frames.
     """
     events: list[Event] = []
-    if keypoints is not None and (swaps := find_swaps(keypoints)):
-        events.append(_event(keypoints, swaps, "keypoints", how))
-        if poses is not None:
+    if keypoints is not None:
+        keypoints, swaps, said = _treated(keypoints, "keypoints", how)
+        events += said
+        if poses is not None and swaps:
             frames = keypoints.frame_index[wrong_rows(keypoints, swaps)]
-            poses, said = _beside(poses, frames, how)
-            events.append(said)
-        keypoints = _treated(keypoints, swaps, how)
-    if poses is not None and (swaps := find_swaps(poses)):
-        events.append(_event(poses, swaps, "poses", how))
-        poses = _treated(poses, swaps, how)
+            poses, beside = _beside(poses, frames, how)
+            events.append(beside)
+    if poses is not None:
+        poses, _, said = _treated(poses, "poses", how)
+        events += said
     return poses, keypoints, tuple(events)
 
 
-def _treated(poses: PoseSequence, swaps: tuple[Swap, ...], how: Swaps) -> PoseSequence:
+def _treated(
+    poses: PoseSequence, what: str, how: Swaps
+) -> tuple[PoseSequence, tuple[Swap, ...], list[Event]]:
+    """Poses after treatment, the swaps that were treated or should be, and what to say."""
+    found = find_swaps(poses)
+    swaps, doubts = settled(poses, found)
+    events = [Event("warning", f"The {what} look wrong: {doubt}.") for doubt in doubts]
+    if swaps:
+        events.insert(0, _event(poses, swaps, what, how))
     if how == "report":
-        return poses.noted("swaps", found=as_frames(poses, swaps))
-    return repair_swaps(poses, swaps) if how == "repair" else mask_swaps(poses, swaps)
+        return poses.noted("swaps", found=as_frames(poses, found)) if found else poses, swaps, events
+    if not swaps:
+        return poses, swaps, events
+    return (repair_swaps if how == "repair" else mask_swaps)(poses, swaps), swaps, events
 
 
 def _event(poses: PoseSequence, swaps: tuple[Swap, ...], what: str, how: Swaps) -> Event:

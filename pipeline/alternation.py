@@ -1,0 +1,68 @@
+"""The rhythm in which a walker's legs, or arms, change places, read without knowing which one is the left.
+
+The vector from one side to the other swings to and fro once a stride. Its square is the same when the two are exchanged
+and swings once a step; half the phase of that is the phase of the stride. So a row shows whether its sides are as the
+rest of the walk has them, also where a crossing is too blurred to follow.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+
+_STEPS_HZ = np.geomspace(0.7, 4.0, 60)  # as long as the steps of cycles.py
+_LEAST_ROWS = 4  # in a step: its square would not be seen to swing
+_DEPTH = 0.5  # of the square's swing over its mean: 1 when the sides change places wholly, less when one stays ahead
+_FEWEST = 3.0  # steps in a walk, as in cycles.steps
+# Agreement: the share of a walk's rows that fit, less that of those that do not. It is about 1 when people walk, below
+# 0.5 when they hop or bow, which swings the square without alternating (CMU and ACCAD val subjects: few between).
+AGREED = 0.7
+
+
+def alternation(vectors: np.ndarray, times: np.ndarray, agreed: float = AGREED) -> np.ndarray:
+    """(T,) how well each row's sides fit the rhythm, from 1 (widest apart, as the rhythm has them) by 0 (crossing, or
+    no walk) to -1 (widest apart, and exchanged).
+
+    vectors: (T, M, D) from joints of one side to those of the other, NaN where missing. times: (T,) s, about evenly
+    spaced. agreed: the least agreement for a walk. A rhythm does not tell which side is the left: in each walk most
+    rows are taken for right.
+    """
+    fits = np.zeros(len(times))
+    flat = np.nan_to_num(vectors.astype(np.float64)).reshape(len(times), -1)
+    swing = (
+        flat @ np.linalg.svd(flat, full_matrices=False)[2][0]
+    )  # along the direction in which they are longest
+    frame_s = float(np.median(np.diff(times)))
+    rates = [hz for hz in _STEPS_HZ if _LEAST_ROWS * frame_s <= 1 / hz <= np.ptp(times) / _FEWEST]
+    if not rates or not swing.any():
+        return fits
+    hz = max(rates, key=lambda hz: float(np.abs(_rhythm(swing**2, times, hz, frame_s)[1]).sum()))
+    mean, turn = _rhythm(swing**2, times, hz, frame_s)
+    phase = np.pi * hz * times + np.unwrap(np.angle(turn)) / 2
+    known = mean > 0
+    fits[known] = np.cos(phase[known]) * swing[known] / np.sqrt(2 * mean[known])
+    fits = np.clip(fits, -1, 1)
+    walking = known & (2 * np.abs(turn) >= _DEPTH * mean)
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], walking, [0]]).astype(int)))
+    walks = np.zeros(len(times))
+    for first, end in edges.reshape(-1, 2):
+        walk = fits[first:end]
+        agreement = float((walk * np.abs(walk)).sum() / (walk**2).sum())
+        if times[end - 1] - times[first] >= _FEWEST / hz and abs(agreement) >= agreed:
+            walks[first:end] = np.sign(agreement)
+    return walks * fits
+
+
+def _rhythm(
+    square: np.ndarray, times: np.ndarray, hz: float, frame_s: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """(T,) mean of the square about each row, and the complex amplitude (T,) with which it swings at about hz, within
+    a Gaussian window of a step's length as standard deviation."""
+
+    def smooth(x: np.ndarray) -> np.ndarray:
+        return gaussian_filter1d(x, 1 / (hz * frame_s), mode="constant")
+
+    weight = smooth(np.ones(len(square)))
+    mean = smooth(square) / weight
+    swing = (square - mean) * np.exp(-2j * np.pi * hz * times)
+    return mean, (smooth(swing.real) + 1j * smooth(swing.imag)) / weight
