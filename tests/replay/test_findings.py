@@ -4,8 +4,6 @@ import pytest
 
 from replay.replay_findings import FINDINGS, NOT_HERE, Bench
 
-_OPEN = {1: "two frames that are exchanged are told as all the others"}
-
 
 @pytest.fixture(scope="module")
 def bench(data, tmp_path_factory) -> Bench:
@@ -13,13 +11,7 @@ def bench(data, tmp_path_factory) -> Bench:
 
 
 @pytest.mark.data
-@pytest.mark.parametrize(
-    "number",
-    [
-        pytest.param(number, marks=[pytest.mark.xfail(reason=_OPEN[number])] if number in _OPEN else [])
-        for number in FINDINGS
-    ],
-)
+@pytest.mark.parametrize("number", FINDINGS)
 def test_a_finding_stays_mended(bench, number):
     _, look = FINDINGS[number]
     said, right = look(bench)
