@@ -16,9 +16,9 @@ from typing import Literal
 import numpy as np
 
 from ..pipeline.errors import InputError
-from ..pipeline.imu import Imu, imu_from_samples
+from ..pipeline.motion.imu import Imu, imu_from_samples
 from ..pipeline.rotations import transpose
-from ._quaternions import rotations
+from .kit.quaternions import rotations
 
 name = "imu_csv"
 gives = "imu"
@@ -48,7 +48,7 @@ def read(
 
     rate_hz: samples a second, for a file without time_s. maps: which way the quaternions turn vectors.
     Raises InputError for missing columns, cells that are no numbers, a rate that contradicts the time stamps, and
-    signals that are no specific force with its orientation (pipeline/imu.py).
+    signals that are no specific force with its orientation (pipeline/motion/imu.py).
     """
     try:
         lines = [line for line in path.read_text(encoding="utf-8-sig").splitlines() if _content(line)]

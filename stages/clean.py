@@ -8,13 +8,13 @@ from typing import ClassVar
 
 import numpy as np
 
-from ..pipeline.checks import leaps
 from ..pipeline.errors import InputError
+from ..pipeline.files.video_frames import shown_size
 from ..pipeline.layouts import H36M17
-from ..pipeline.pictures import shown_size
+from ..pipeline.motion.checks import leaps
+from ..pipeline.motion.visibility import in_words, unseen
 from ..pipeline.pose import PoseSequence
 from ..pipeline.take import Event, Take
-from ..pipeline.visibility import in_words, unseen
 
 _STRAY_S = 0.2  # of frames that the whole pose leaps to and from
 _MOST_ROWS = 5_000_000  # beyond this the frame numbers are wrong, not the recording long

@@ -23,10 +23,8 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from ..pipeline.errors import InputError
-from ..pipeline.pose import PoseSequence, Rectified
-from ..pipeline.rates import fall_doubts, pace_doubts
-from ..pipeline.rotations import known
-from ..pipeline.signals import (
+from ..pipeline.motion.rates import fall_doubts, pace_doubts
+from ..pipeline.motion.signals import (
     CUTOFF_HZ,
     breaks,
     derivative,
@@ -36,6 +34,8 @@ from ..pipeline.signals import (
     savitzky_golay,
     uneven_rows,
 )
+from ..pipeline.pose import PoseSequence, Rectified
+from ..pipeline.rotations import known
 from ..pipeline.take import Event, Take
 
 Filter = Literal["butterworth", "savgol", "none"]
@@ -91,7 +91,7 @@ def smooth(
     moving: tuple[str, ...] = ("r_wrist", "l_wrist", "r_ankle", "l_ankle"),
 ) -> PoseSequence:
     """The same poses with the paths of every joint and of the root low-pass filtered, inside their unbroken pieces
-    (pipeline/signals.py).
+    (pipeline/motion/signals.py).
 
     filter: "butterworth" (two passes, order 4 together, no phase shift), "savgol" (Savitzky-Golay, order 3), "none".
     cutoff_hz: where half the power is left; None is 6 Hz, or no filter where the frame rate does not carry that;

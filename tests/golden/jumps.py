@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pcnet3d.examples.walker import walker
+from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import H36M17, LEVEL, PoseSequence
 
 STATURE_M = 1.7

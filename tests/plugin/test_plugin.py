@@ -13,8 +13,8 @@ import numpy as np
 import pyarrow.parquet as parquet
 import pytest
 
-from pcnet3d.examples.camera import camera_poses, side_camera
-from pcnet3d.examples.walker import walker
+from pcnet3d.examples.walker.camera import camera_poses, side_camera
+from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import H36M17
 
 ROOT = Path(__file__).parents[2]

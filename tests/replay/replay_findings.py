@@ -30,16 +30,16 @@ if __name__ == "__main__":  # pytest has tests/ on its path
 
 from golden import bodies, detections, jumps
 from pcnet3d.adapters import read
-from pcnet3d.examples.camera import aimed, camera_poses, side_camera
-from pcnet3d.examples.imu import Faults, strapped, write_csv
-from pcnet3d.examples.walker import walker
+from pcnet3d.examples.walker.camera import aimed, camera_poses, side_camera
+from pcnet3d.examples.walker.imu import Faults, strapped, write_csv
+from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import Pipeline, Take
 from pcnet3d.pipeline.cli import main
-from pcnet3d.pipeline.inspect import inspect
+from pcnet3d.pipeline.inspect.inspect import inspect
 from pcnet3d.pipeline.layouts import BODY_25B
-from pcnet3d.pipeline.rates import fall_doubts, pace_doubts
+from pcnet3d.pipeline.motion.rates import fall_doubts, pace_doubts
 from pcnet3d.stages.angles import Angles
-from pcnet3d.stages.measures import Measures
+from pcnet3d.stages.measures.stage import Measures
 from pcnet3d.stages.rectify import Rectify, rectify
 from pcnet3d.stages.trajectories import Trajectories, smooth
 
@@ -304,7 +304,7 @@ def full_disk(bench: Bench) -> Answer:
     _cut(bench.data / "video/walk_crop.mp4", words[0], 25)
     with (
         patch.object(shutil, "disk_usage", lambda path: full),
-        patch("pcnet3d.models.detect_video.pictures", side_effect=AssertionError("was detected before")),
+        patch("pcnet3d.models.detector.video.pictures", side_effect=AssertionError("was detected before")),
     ):
         code, said = bench.command("run", *words, "-o", bench.folder / "full")
     return said, code == 2 and "The run needs about" in said
@@ -319,7 +319,7 @@ def killed(bench: Bench) -> Answer:
     words = ["run", clip, "--detector", network, "--recipe", recipe, "-o", out]
     script = """
 import os, signal
-from pcnet3d.models import detect_video
+from pcnet3d.models.detector import video as detect_video
 from pcnet3d.pipeline.cli import main
 shown = detect_video.pictures
 def killing(video, first=0):
@@ -394,7 +394,7 @@ def quaternions(bench: Bench) -> Answer:
 def missing_packages(bench: Bench) -> Answer:
     path = bench.folder / "annot.mat"
     path.write_bytes(b"MATLAB 7.3 MAT-file, Platform: GLNXA64" + bytes(600))
-    with patch("pcnet3d.pipeline._contents.find_spec", lambda name: None):
+    with patch("pcnet3d.pipeline.reading.describe.find_spec", lambda name: None):
         _, said = bench.command("inspect", path)
     readme = (Path(__file__).parents[2] / "README.md").read_text()
     return said, "pcnet3d[hdf5]" in said and "pcnet3d[c3d]" in readme

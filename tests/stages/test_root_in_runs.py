@@ -7,9 +7,9 @@ import sys
 import numpy as np
 import pytest
 
-from pcnet3d.examples.camera import aimed
-from pcnet3d.examples.files import write_poses
-from pcnet3d.examples.walker import walker
+from pcnet3d.examples.walker.camera import aimed
+from pcnet3d.examples.walker.files import write_poses
+from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline.rotations import angle_deg, rotate, transpose
 
 PCNET3D = [sys.executable, "-c", "from pcnet3d.pipeline.cli import main; main()"]

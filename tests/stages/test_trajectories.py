@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from pcnet3d.pipeline import CAMERA, H36M17, LEVEL, InputError, PoseSequence, Take, rotate
-from pcnet3d.pipeline.signals import derivative
+from pcnet3d.pipeline.motion.signals import derivative
 from pcnet3d.stages import rectify
 from pcnet3d.stages.trajectories import Trajectories, smooth, trajectory, unit_of
 
