@@ -9,6 +9,10 @@ from functools import cache
 from pathlib import Path
 
 import pytest
+from typer.main import get_command
+
+from pcnet3d.pipeline.cli import app
+from pcnet3d.pipeline.motion.angles import ANGLES, REASONS
 
 ROOT = Path(__file__).parents[2]
 FOLDERS = ("pipeline", "adapters", "models", "stages", "examples", "tests", "docs")
@@ -30,7 +34,7 @@ FOLDER = re.compile(rf"(?<![\w./<-])((?:{'|'.join(FOLDERS)})/(?:\w+/?)+)(?![\w.*
 BARE = re.compile(r"`(\w+\.py)`")
 MODULE = re.compile(r"\bpcnet3d\.((?:pipeline|adapters|models|stages|examples)(?:\.\w+)+)")
 LINK = re.compile(r"\]\(([^)#\s]+)(?:#([^)\s]+))?\)|\]\(#([^)\s]+)\)")
-MADE = {"docs/api"}  # by `make api`
+MADE = {"docs/api", "evaluation.md", "DIR/mmfi.md", "mmfi.md", "imu.md"}  # by `make api` and by commands
 OTHERS = {"vis.py", "main_3dhp.py"}  # scripts of upstream repositories
 
 
@@ -78,10 +82,14 @@ def cited(text: str) -> Iterator[tuple[str, str]]:
 
 def test_sections_are_seen():
     """The expressions above find what they are to find."""
-    text = "(formats.md sections 7, 8.2 and 8.3; design.md 4), formats.md 2.3 to 2.5, [formats.md](formats.md) 1"
+    text = (
+        "(formats.md sections 7, 8.2 and 8.3; design.md 4), formats.md 2.3 to 2.5, [formats.md](formats.md) 1"
+    )
     wanted = {"formats.md": ["7", "8.2", "8.3", "2.3", "2.5", "1"], "design.md": ["4"]}
     for document, numbers in wanted.items():
-        assert [number for of, number in cited(text.replace("[formats.md](", "(")) if of == document] == numbers
+        assert [
+            number for of, number in cited(text.replace("[formats.md](", "(")) if of == document
+        ] == numbers
     assert {"11.5", "2.2", "9.1"} <= sections("formats.md") and "11.99" not in sections("formats.md")
     assert SOURCE.findall("in pipeline/pose.py, examples/no/such.toml.") == [
         "pipeline/pose.py",
@@ -105,8 +113,10 @@ def test_documents_exist(path):
     if path.name == UPSTREAM:
         return
     text = re.sub(r"https?://\S+", "", words(path))
-    made = {"evaluation.md", "DIR/mmfi.md", "mmfi.md", "ablations.md"}  # written by commands
-    assert [named for named in DOCUMENT.findall(text) if named not in made and not _is_document(named, path)] == []
+    named = set(DOCUMENT.findall(text)) - MADE
+    assert (
+        sorted(each for each in named if not each.startswith("doc/") and not _is_document(each, path)) == []
+    )
 
 
 @pytest.mark.parametrize("path", [*DOCUMENTS, *CODE, *CONFIGS], ids=name)
@@ -115,7 +125,7 @@ def test_source_files_exist(path):
         return
     text = re.sub(r"https?://\S+", "", words(path))
     named = {*SOURCE.findall(text), *(found.rstrip("/") for found in FOLDER.findall(text))} - MADE
-    assert sorted(each for each in named if not (ROOT / each).exists()) == []
+    assert sorted(each for each in named if "NAME" not in each and not (ROOT / each).exists()) == []
 
 
 @pytest.mark.parametrize("path", [path for path in DOCUMENTS if path.name != UPSTREAM], ids=name)
@@ -159,6 +169,31 @@ def test_every_page_says_who_needs_it():
     pages = [path for path in (ROOT / "docs").glob("*.md") if path.name != "README.md"]
     first = {page.name: page.read_text(encoding="utf-8").split("\n\n")[1] for page in pages}
     assert sorted(page for page, text in first.items() if not text.startswith("For whoever ")) == []
+
+
+def test_every_angle_and_reason_is_explained():
+    rows = (ROOT / "docs" / "angles.md").read_text(encoding="utf-8")
+    assert (
+        sorted(
+            name for name in {re.sub("^[rl]_", "", name) for name in ANGLES} if f"| `{name}` |" not in rows
+        )
+        == []
+    )
+    assert sorted(code for code in REASONS if f"\n| {code} | " not in rows) == []
+
+
+def test_every_option_of_a_run_is_in_the_design():
+    """And nothing else is."""
+    (section,) = re.findall(
+        r"Options of `run`.*?\n\n(.*?)\n\n", (ROOT / "docs/design.md").read_text(), re.DOTALL
+    )
+    told = set(re.findall(r"`(--?[\w-]+)", section))
+    run = get_command(app).commands["run"]  # type: ignore[attr-defined]
+    options = [
+        {*option.opts, *option.secondary_opts} for option in run.params if option.opts[0].startswith("-")
+    ]
+    assert [sorted(names) for names in options if not names & told] == []
+    assert sorted(told - set().union(*options)) == []
 
 
 def test_readme_and_cards_stay_short():
