@@ -19,7 +19,6 @@ FOLDERS = ("pipeline", "adapters", "models", "stages", "examples", "tests", "doc
 DOCUMENTS = [*ROOT.glob("*.md"), *(path for folder in FOLDERS for path in (ROOT / folder).rglob("*.md"))]
 CODE = [path for folder in FOLDERS for path in (ROOT / folder).rglob("*.py")]
 CONFIGS = [path for folder in FOLDERS for path in (ROOT / folder).rglob("*.toml")]
-NUMBERED = ("design.md", "formats.md")
 UPSTREAM = "formats.md"  # names the files of other repositories
 
 _NUMBER = r"\d+(?:\.\d+)?"
