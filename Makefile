@@ -29,7 +29,7 @@ audit: .venv-test/.installed
 
 # Every module by name: pdoc leaves out what a package's __all__ does not list.
 FLOORS := pipeline adapters models stages
-MODULES := $(FLOORS) $(subst /,.,$(basename $(foreach floor,$(FLOORS),$(sort $(wildcard $(floor)/[a-z]*.py $(floor)/[a-z]*/[a-z]*.py)))))
+MODULES := $(FLOORS) $(subst /,.,$(basename $(sort $(shell find $(FLOORS) -name '[a-z]*.py'))))
 
 api: .venv-test/.installed
 	.venv-test/bin/pdoc -o docs/api $(addprefix pcnet3d.,$(MODULES))

@@ -13,12 +13,12 @@ from pathlib import Path
 import numpy as np
 
 from ..pipeline.errors import InputError
+from ..pipeline.files.markers import Markers, Up
+from ..pipeline.files.skeletons import SMPL
 from ..pipeline.layouts import H36M17
-from ..pipeline.markers import Markers, Up
 from ..pipeline.pose import PoseSequence
-from ..pipeline.skeletons import SMPL
-from ._numpy import keys, load, load_all
-from ._world import poses_of
+from .kit.numpy import keys, load, load_all
+from .kit.world import poses_of
 
 name = "amass"
 gives = "poses"

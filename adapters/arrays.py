@@ -12,7 +12,7 @@ from ..pipeline.errors import InputError
 from ..pipeline.frames import FRAMES, Frame
 from ..pipeline.layouts import layout_named
 from ..pipeline.pose import PoseSequence
-from ._numpy import keys, load
+from .kit.numpy import keys, load
 
 name = "arrays"
 gives = "poses"

@@ -1,9 +1,9 @@
 """BVH: an animated skeleton with names, as motion capture programs export it (formats.md section 7).
 
 Y up unless the option `up` says z. The unit is not in the file: it is the one in which the legs are an adult's. Nose
-and top of the head are points of the head's own axes; pipeline/skeletons.py says how the 17 joints are made. A first
-frame in which nothing is turned is an added T-pose: it and the nine frames smoothed into it are left out. Which video
-frame a row is cannot be known.
+and top of the head are points of the head's own axes; pipeline/files/skeletons.py says how the 17 joints are made. A
+first frame in which nothing is turned is an added T-pose: it and the nine frames smoothed into it are left out. Which
+video frame a row is cannot be known.
 """
 
 from __future__ import annotations
@@ -12,13 +12,13 @@ from pathlib import Path
 
 import numpy as np
 
-from ..pipeline.bvh import read_motion
 from ..pipeline.errors import InputError
+from ..pipeline.files.bvh import read_motion
+from ..pipeline.files.markers import Up
+from ..pipeline.files.skeletons import UNITS
 from ..pipeline.layouts import H36M17
-from ..pipeline.markers import Up
 from ..pipeline.pose import PoseSequence
-from ..pipeline.skeletons import UNITS
-from ._world import check_upright, world
+from .kit.world import check_upright, world
 
 name = "bvh"
 gives = "poses"

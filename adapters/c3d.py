@@ -10,9 +10,9 @@ from __future__ import annotations
 from pathlib import Path
 
 from ..pipeline.errors import InputError
-from ..pipeline.markers import Up, read_c3d
+from ..pipeline.files.markers import Up, read_c3d
 from ..pipeline.pose import PoseSequence
-from ._world import poses_of
+from .kit.world import poses_of
 
 name = "c3d"
 gives = "poses"

@@ -21,8 +21,8 @@ import numpy as np
 from ..pipeline.errors import InputError
 from ..pipeline.layouts import COCO17, HALPE26
 from ..pipeline.pose import PoseSequence
-from ._json import beginning, each, entries, field, first_detection, frame_number, load
-from ._tracks import Detection, counted, sequences, triples
+from .kit.json import beginning, each, entries, field, first_detection, frame_number, load
+from .kit.tracks import Detection, counted, sequences, triples
 
 name = "coco"
 gives = "keypoints"

@@ -27,8 +27,8 @@ from ..pipeline.errors import InputError
 from ..pipeline.frames import CAMERA
 from ..pipeline.layouts import H36M17
 from ..pipeline.pose import PoseSequence
-from ._metric import FRAMES, check_metric, looks_metric
-from ._numpy import load, peek
+from .kit.metric import FRAMES, check_metric, looks_metric
+from .kit.numpy import load, peek
 
 name = "ddhpose"
 gives = "poses"

@@ -16,8 +16,8 @@ import numpy as np
 from ..pipeline.errors import InputError
 from ..pipeline.layouts import COCO17
 from ..pipeline.pose import PoseSequence
-from ._numpy import has_objects, load_objects
-from ._tracks import Detection, sequences
+from .kit.numpy import has_objects, load_objects
+from .kit.tracks import Detection, sequences
 
 name = "detectron"
 gives = "keypoints"

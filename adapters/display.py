@@ -22,9 +22,9 @@ from ..pipeline.frames import CAMERA
 from ..pipeline.layouts import H36M17
 from ..pipeline.pose import PoseSequence
 from ..pipeline.rotations import rotate, transpose
-from ._metric import FRAMES, check_metric, looks_metric
-from ._numpy import load, peek
-from ._quaternions import rotations
+from .kit.metric import FRAMES, check_metric, looks_metric
+from .kit.numpy import load, peek
+from .kit.quaternions import rotations
 
 name = "display"
 gives = "poses"

@@ -18,8 +18,8 @@ from ..pipeline.errors import InputError
 from ..pipeline.frames import Z_UP
 from ..pipeline.layouts import BLAZEPOSE33, remap
 from ..pipeline.pose import PoseSequence
-from ._numpy import load, peek
-from ._world import check_upright
+from .kit.numpy import load, peek
+from .kit.world import check_upright
 
 name = "freemocap"
 gives = "poses"

@@ -3,7 +3,8 @@
 The first line names the columns, in any order and case; further columns are left alone:
     time_s   seconds; may be absent when the rate is given
     ax ay az specific force in the sensor's axes, m/s^2 or g (told apart by the mean norm, which is one g)
-    qw qx qy qz the rotation that maps the sensor's axes into a right-handed world whose z points up
+    qw qx qy qz the rotation that maps the sensor's axes into a right-handed world whose z points up; may be absent, and
+             then only the norm of the acceleration can be compared
 Commas, semicolons or tabs separate the cells; lines that begin with # are comments; an empty cell or "nan" is missing.
 """
 
@@ -15,13 +16,13 @@ from typing import Literal
 import numpy as np
 
 from ..pipeline.errors import InputError
-from ..pipeline.imu import Imu, imu_from_samples
+from ..pipeline.motion.imu import Imu, imu_from_samples
 from ..pipeline.rotations import transpose
-from ._quaternions import rotations
+from .kit.quaternions import rotations
 
 name = "imu_csv"
 gives = "imu"
-reads = "one IMU as CSV: time_s, ax ay az with gravity, quaternion qw qx qy qz to a world with z up"
+reads = "one IMU as CSV: time_s, ax ay az with gravity, quaternion qw qx qy qz to a world with z up (or none)"
 
 _FORCE = ("ax", "ay", "az")
 _QUATERNION = ("qw", "qx", "qy", "qz")
@@ -47,31 +48,23 @@ def read(
 
     rate_hz: samples a second, for a file without time_s. maps: which way the quaternions turn vectors.
     Raises InputError for missing columns, cells that are no numbers, a rate that contradicts the time stamps, and
-    signals that are no specific force with its orientation (pipeline/imu.py).
+    signals that are no specific force with its orientation (pipeline/motion/imu.py).
     """
     try:
         lines = [line for line in path.read_text(encoding="utf-8-sig").splitlines() if _content(line)]
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"Expected an IMU's CSV file at {path}, which cannot be read: {error}.") from None
     names = _names(lines)
-    missing = [column for column in (*_FORCE, *_QUATERNION) if column not in names]
-    if missing:
-        raise InputError(
-            f"Expected columns {', '.join((*_FORCE, *_QUATERNION))} in {path}, got {', '.join(names) or 'none'}"
-            + (
-                "; accelerations in a sensor's own, turning axes say nothing of the world's without its orientation, "
-                "so export the quaternions too."
-                if set(missing) & set(_QUATERNION) and not set(missing) & set(_FORCE)
-                else "."
-            )
-        )
+    wanted = (*_FORCE, *(_QUATERNION if set(_QUATERNION) & set(names) else ()))
+    if not set(wanted) <= set(names):
+        raise InputError(f"Expected columns {', '.join(wanted)} in {path}, got {', '.join(names) or 'none'}.")
     table = _table(path, lines, names)
     return (
         imu_from_samples(
             "",
             _times(path, table, rate_hz),
             np.stack([table[column] for column in _FORCE], axis=-1),
-            _rotations(table, maps),
+            _rotations(table, maps) if "qw" in table else None,
         ),
     )
 

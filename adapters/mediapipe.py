@@ -23,9 +23,9 @@ from ..pipeline.errors import InputError
 from ..pipeline.frames import CAMERA
 from ..pipeline.layouts import BLAZEPOSE33
 from ..pipeline.pose import PoseSequence
-from ._json import beginning, each, frame_number, numbers
-from ._landmarks import COUNT, Body, is_table, seconds, table
-from ._people import Bodies
+from .kit.json import beginning, each, frame_number, numbers
+from .kit.landmarks import COUNT, Body, is_table, seconds, table
+from .kit.people import Bodies
 
 name = "mediapipe"
 gives = "poses"

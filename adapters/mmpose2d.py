@@ -18,9 +18,9 @@ import numpy as np
 from ..pipeline.errors import InputError
 from ..pipeline.layouts import COCO17, HALPE26
 from ..pipeline.pose import PoseSequence
-from ._json import field, numbers
-from ._mmpose import first_keypoints, frames
-from ._tracks import Detection, counted, sequences
+from .kit.json import field, numbers
+from .kit.mmpose import first_keypoints, frames
+from .kit.tracks import Detection, counted, sequences
 
 name = "mmpose2d"
 gives = "keypoints"

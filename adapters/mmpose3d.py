@@ -18,7 +18,7 @@ from pathlib import Path
 from ..pipeline.frames import Frame
 from ..pipeline.layouts import H36M17
 from ..pipeline.pose import PoseSequence
-from ._mmpose import bodies, rebase_said, recognised
+from .kit.mmpose import bodies, rebase_said, recognised
 
 name = "mmpose3d"
 gives = "poses"

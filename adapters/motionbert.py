@@ -17,7 +17,7 @@ from ..pipeline.errors import InputError
 from ..pipeline.frames import CAMERA
 from ..pipeline.layouts import H36M17
 from ..pipeline.pose import PoseSequence
-from ._numpy import load, peek
+from .kit.numpy import load, peek
 
 name = "motionbert"
 gives = "poses"

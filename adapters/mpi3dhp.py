@@ -19,7 +19,7 @@ from ..pipeline.errors import InputError
 from ..pipeline.frames import CAMERA
 from ..pipeline.layouts import MPI3DHP17
 from ..pipeline.pose import PoseSequence
-from ._matlab import keys, load, numbers
+from .kit.matlab import keys, load, numbers
 
 name = "mpi3dhp"
 gives = "poses"

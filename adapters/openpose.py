@@ -13,9 +13,9 @@ from pathlib import Path
 
 from ..pipeline.layouts import BODY_25, BODY_25B, OPENPOSE18
 from ..pipeline.pose import PoseSequence
-from ._json import beginning, field
-from ._openpose import frame_files, people
-from ._tracks import Detection, counted, sequences, triples
+from .kit.json import beginning, field
+from .kit.openpose import frame_files, people
+from .kit.tracks import Detection, counted, sequences, triples
 
 name = "openpose"
 gives = "keypoints"

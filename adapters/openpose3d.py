@@ -18,10 +18,10 @@ from ..pipeline.errors import InputError
 from ..pipeline.frames import CAMERA
 from ..pipeline.layouts import BODY_25, BODY_25B, OPENPOSE18
 from ..pipeline.pose import PoseSequence
-from ._json import beginning, numbers
-from ._openpose import frame_files, people
-from ._people import Bodies
-from ._tracks import likely_layout
+from .kit.json import beginning, numbers
+from .kit.openpose import frame_files, people
+from .kit.people import Bodies
+from .kit.tracks import likely_layout
 
 name = "openpose3d"
 gives = "poses"

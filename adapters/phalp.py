@@ -25,7 +25,7 @@ from ..pipeline.errors import InputError
 from ..pipeline.frames import CAMERA
 from ..pipeline.layouts import BODY_25
 from ..pipeline.pose import PoseSequence
-from ._pickles import beginning, load
+from .kit.pickles import beginning, load
 
 name = "phalp"
 gives = "poses"

@@ -21,7 +21,7 @@ from ..pipeline.errors import InputError
 from ..pipeline.frames import Frame
 from ..pipeline.layouts import COCO17, remap
 from ..pipeline.pose import PoseSequence
-from ._mmpose import bodies, rebase_said, recognised
+from .kit.mmpose import bodies, rebase_said, recognised
 
 name = "rtmw3d"
 gives = "poses"

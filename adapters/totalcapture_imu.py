@@ -14,8 +14,8 @@ import numpy as np
 
 from ..pipeline.errors import InputError
 from ..pipeline.frames import Y_UP, Z_UP
-from ..pipeline.imu import Imu, imu_from_samples
-from ._quaternions import rotations
+from ..pipeline.motion.imu import Imu, imu_from_samples
+from .kit.quaternions import rotations
 
 name = "totalcapture_imu"
 gives = "imu"

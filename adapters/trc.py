@@ -16,9 +16,9 @@ from pathlib import Path
 import numpy as np
 
 from ..pipeline.errors import InputError
-from ..pipeline.markers import Markers, Up, read_trc
+from ..pipeline.files.markers import Markers, Up, read_trc
 from ..pipeline.pose import PoseSequence
-from ._world import poses_of
+from .kit.world import poses_of
 
 name = "trc"
 gives = "poses"

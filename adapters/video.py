@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..pipeline._contents import in_words
 from ..pipeline.errors import InputError
+from ..pipeline.reading.describe import in_words
 from ..pipeline.take import Video
 
 if TYPE_CHECKING:

@@ -13,8 +13,8 @@ import numpy as np
 
 from ..pipeline.layouts import H36M17
 from ..pipeline.pose import PoseSequence
-from ._numpy import load, peek
-from ._tracks import Detection, sequences
+from .kit.numpy import load, peek
+from .kit.tracks import Detection, sequences
 
 name = "vis2d"
 gives = "keypoints"

@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 
 from pcnet3d.models import load_rectifier
-from pcnet3d.models.real_rectified import real_poses
+from pcnet3d.models.evaluation.real_rectified import real_poses
 from pcnet3d.pipeline.layouts import H36M17
 from pcnet3d.pipeline.rotations import rotate, transpose
 

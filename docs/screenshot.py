@@ -15,7 +15,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from pcnet3d.pipeline.view import QUIET, viewer_executable
+from pcnet3d.pipeline.files.viewer import QUIET, viewer_executable
 
 TOP_BAR = 37  # rows of pixels; it would speak of the machine that rendered the picture
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import typer
 
-from ..models.bench import rectify
+from ..models.evaluation.bench import rectify
 from .bench_pipeline import pipeline
 
 bench = typer.Typer(help="Measure speed and memory on this machine.", no_args_is_help=True)

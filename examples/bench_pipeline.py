@@ -20,14 +20,14 @@ from unittest.mock import patch
 import numpy as np
 import typer
 
-from ..models import detect_video
-from ..models.networks import network_file
-from ..models.onnx_file import OnnxFile
-from ..pipeline.config import load_recipe
-from ..pipeline.intake import Sources
-from ..pipeline.job import run_files
+from ..models.common.download import network_file
+from ..models.common.onnx import OnnxFile
+from ..models.detector import video as detect_video
+from ..pipeline.reading.take import Sources
+from ..pipeline.running.recipe import load_recipe
+from ..pipeline.running.run import run_files
 from ..pipeline.take import Video
-from .long_video import write_long_video
+from .walker.long_video import write_long_video
 
 _MEGABYTE = 2**20
 _PEAK_UNIT = 1 if sys.platform == "darwin" else 1024  # bytes of getrusage's ru_maxrss

@@ -11,16 +11,16 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from ..pipeline.config import load_recipe
-from ..pipeline.intake import Sources
-from ..pipeline.job import run_files
-from ..pipeline.outputs import SUMMARY, whole_folder
+from ..pipeline.files.atomic import SUMMARY, whole_folder
 from ..pipeline.pose import Rectified, package_version
-from ..pipeline.progress import stages, tell
+from ..pipeline.reading.take import Sources
 from ..pipeline.rotations import angle_deg
-from .camera import R_camera_from_body, side_camera
-from .files import write_files
-from .walker import walker
+from ..pipeline.running.progress import stages, tell
+from ..pipeline.running.recipe import load_recipe
+from ..pipeline.running.run import run_files
+from .walker.camera import R_camera_from_body, side_camera
+from .walker.files import write_files
+from .walker.walk import walker
 
 
 def demo(

@@ -9,8 +9,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from pcnet3d.examples.camera import camera_poses, side_camera
-from pcnet3d.examples.walker import walker
+from pcnet3d.examples.walker.camera import camera_poses, side_camera
+from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models import load_rectifier
 from pcnet3d.pipeline import H36M17, rotate
 from pcnet3d.pipeline.rotations import transpose

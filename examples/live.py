@@ -5,8 +5,8 @@ python live.py
 
 from __future__ import annotations
 
-from pcnet3d.examples.camera import camera_poses, side_camera
-from pcnet3d.examples.walker import walker
+from pcnet3d.examples.walker.camera import camera_poses, side_camera
+from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.gravity.live import LiveRectifier
 from pcnet3d.pipeline import H36M17, rotate
 from pcnet3d.pipeline.rotations import transpose

@@ -21,20 +21,26 @@ class Shipped:
         """One line; of weights also their size and the first 12 digits of their SHA-256, as every summary has them."""
         if self.file is None:
             return self.about
-        content = Path(__file__).with_name(self.file).read_bytes()
+        content = (Path(__file__).parent / self.file).read_bytes()
         return f"{self.about} ({len(content) / 1e6:.1f} MB, {hashlib.sha256(content).hexdigest()[:12]})"
 
 
 GEOMETRIC = Shipped("geometric", "rectifier", "the torso's own axes, the paper's baseline")
 PCNET = Shipped(
-    "pcnet", "rectifier", "the trained network, used unless told otherwise; models/pcnet.md", "pcnet.onnx"
+    "pcnet",
+    "rectifier",
+    "the trained network, used unless told otherwise; models/rectifier/card.md",
+    "rectifier/pcnet.onnx",
 )
 PAPER = Shipped(
     "paper",
     "rectifier",
     "the paper's network at its full size, in int8; steadier on real clips, slower",
-    "paper.onnx",
+    "rectifier/paper.onnx",
 )
 LIFTER = Shipped(
-    "pcnet3d", "lifter", "2D keypoints to 3D, used without --poses; models/lifter.md", "lifter.onnx"
+    "pcnet3d",
+    "lifter",
+    "2D keypoints to 3D, used without --poses; models/lifter/card.md",
+    "lifter/lifter.onnx",
 )

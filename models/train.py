@@ -11,13 +11,15 @@ from typing import Annotated
 
 import typer
 
-from ..pipeline.config import load_toml
 from ..pipeline.errors import InputError
-from .extras import needed_for
+from ..pipeline.running.recipe import load_toml
+from .common.extras import needed_for
 
 
 def train(
-    config: Annotated[Path, typer.Argument(help="What to train and how, e.g. models/lifter.toml.")],
+    config: Annotated[
+        Path, typer.Argument(help="What to train and how, e.g. models/lifter/training/lifter.toml.")
+    ],
     output: Annotated[Path, typer.Option("-o", "--output", help="Folder for weights, checkpoint and log.")],
     device: Annotated[str, typer.Option(help="auto (a GPU where there is one), cpu or cuda.")] = "auto",
     threads: Annotated[int, typer.Option(min=1, help="CPU threads.")] = 1,
@@ -29,8 +31,8 @@ def train(
     with needed_for("Training"):
         import torch
 
-        from .lifter_train import train_lifter
-        from .pcnet_train import train_pcnet
+        from .lifter.training.train import train_lifter
+        from .rectifier.training.train import train_pcnet
     trainers = {"lifter": train_lifter, "pcnet": train_pcnet}
     kind = _kind(config)
     if kind not in trainers:

@@ -1,12 +1,12 @@
 """The ground floor: what flows through pcnet3d and how it runs. Costs numpy and scipy to import."""
 
-from .config import load_recipe
 from .errors import InputError
 from .frames import BODY, CAMERA, IMAGE, LEVEL, Y_UP, Z_UP, Frame, change_frame
 from .layouts import H36M17, Layout, remap
 from .pose import PoseSequence, Rectified
 from .rotations import rotate
-from .runner import Pipeline
+from .running.recipe import load_recipe
+from .running.runner import Pipeline
 from .take import Event, Take, Video
 
 __all__ = [

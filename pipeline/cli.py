@@ -14,16 +14,16 @@ from typing import Annotated, Literal
 
 import typer
 
-from . import registry
-from .detections import interrupted_at
 from .errors import InputError
-from .intake import Sources
-from .job import checkpoint_of, run_files, run_people
-from .options import pairs
-from .plan import planned
-from .progress import conclude, stages, tell, tell_people, telling_of_kept
-from .reading import Missing, Parity, adapters
-from .swap_repair import Swaps
+from .files.detections import interrupted_at
+from .motion.swap_repair import Swaps
+from .plugins import registry
+from .plugins.options import pairs
+from .reading.load import Missing, Parity, adapters
+from .reading.take import Sources
+from .running.plan import planned
+from .running.progress import conclude, stages, tell, tell_people, telling_of_kept
+from .running.run import checkpoint_of, run_files, run_people
 
 app = typer.Typer(
     name="pcnet3d",
@@ -199,7 +199,7 @@ def view(
     web: Annotated[bool, typer.Option("--web", help="Serve it to a browser on this machine.")] = False,
 ) -> None:
     """Open a run's recording."""
-    from .view import view as open_recording
+    from .files.viewer import view as open_recording
 
     open_recording(folder, web)
 
@@ -220,11 +220,11 @@ def inspect(
     as_json: Annotated[bool, typer.Option("--json", help="For programs.")] = False,
 ) -> None:
     """Say what a file holds and what is wrong with it; exit code 0 good, 3 suspicious, 4 unusable, 2 unreadable."""
-    from .inspect import EXIT_CODES
-    from .inspect import inspect as inspected
+    from .inspect.inspect import EXIT_CODES
+    from .inspect.inspect import inspect as inspected
 
     if adapter == "auto" and adapters()["video"].sniff(file):
-        from .inspect_video import inspect_video
+        from .inspect.video import inspect_video
 
         seen = inspect_video(file)
         print(json.dumps(seen.figures(), indent=1) if as_json else seen)
@@ -232,7 +232,7 @@ def inspect(
     found = inspected(file, adapter, pairs(option), person=person, keypoints=keypoints, video=video)
     print(json.dumps(found.figures(), indent=1) if as_json else found)
     if plot is not None:
-        from ._inspect_picture import draw
+        from .inspect.picture import draw
 
         drawn = max(found.people, key=lambda one: (one.poses is not None, len(one.source))).poses
         if drawn is None:

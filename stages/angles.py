@@ -7,14 +7,14 @@ from typing import ClassVar
 
 import numpy as np
 
-from ..models.take_angles import take_angles
-from ..pipeline.angles import ANGLES, FINE, REASONS, near
+from ..models.angle_error.take_angles import take_angles
 from ..pipeline.errors import InputError
 from ..pipeline.frames import CAMERA, LEVEL, change_frame, require
 from ..pipeline.layouts import H36M17
+from ..pipeline.motion.angles import ANGLES, FINE, REASONS, near
+from ..pipeline.motion.signals import breaks, derivative
 from ..pipeline.pose import PoseSequence, Rectified
 from ..pipeline.rotations import rotate
-from ..pipeline.signals import breaks, derivative
 from ..pipeline.take import Event, Take
 
 
@@ -35,8 +35,8 @@ class Angles:
 
 
 def joint_angles(poses: PoseSequence, rectified: Rectified, filtered: PoseSequence) -> dict[str, np.ndarray]:
-    """Columns (T,) for every angle of pipeline.angles.ANGLES: `<angle>_deg`, `<angle>_sd_deg`, `<angle>_degps` and
-    `<angle>_reason` (int8, pipeline.angles.REASONS); where that is not 0 the others are NaN.
+    """Columns (T,) for every angle of pipeline.motion.angles.ANGLES: `<angle>_deg`, `<angle>_sd_deg`, `<angle>_degps`
+    and `<angle>_reason` (int8, pipeline.motion.angles.REASONS); where that is not 0 the others are NaN.
 
     poses: what was rectified; rectified: the answer; filtered: its `level` through the low-pass
     (stages.trajectories.smooth). Rates are derivatives of the angles inside unbroken runs. Poses in axes that know

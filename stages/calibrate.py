@@ -9,9 +9,9 @@ from typing import ClassVar, Literal
 
 from ..models.gravity.view import camera_of
 from ..pipeline.camera import Camera, pitch_roll_deg
-from ..pipeline.camera_file import read_camera
 from ..pipeline.errors import InputError
-from ..pipeline.pictures import shown_size
+from ..pipeline.files.camera_file import read_camera
+from ..pipeline.files.video_frames import shown_size
 from ..pipeline.pose import PoseSequence
 from ..pipeline.take import Event, Take, Video
 

@@ -3,26 +3,31 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import ClassVar
 
 import numpy as np
 
 from ..pipeline.errors import InputError
+from ..pipeline.files.video_frames import shown_size
 from ..pipeline.layouts import H36M17
-from ..pipeline.pictures import shown_size
+from ..pipeline.motion.checks import leaps
+from ..pipeline.motion.visibility import in_words, unseen
 from ..pipeline.pose import PoseSequence
 from ..pipeline.take import Event, Take
-from ..pipeline.visibility import in_words, unseen
 
+_STRAY_S = 0.2  # of frames that the whole pose leaps to and from
 _MOST_ROWS = 5_000_000  # beyond this the frame numbers are wrong, not the recording long
 
 
 @dataclass(frozen=True)
 class Clean:
-    """The stage. Options as those of `clean`."""
+    """The stage. Options as those of `clean`; image_size: width and height in pixels, for a take without a video, whose
+    keypoints may lie outside."""
 
     max_gap_s: float = 0.2
     spike: float = 0.5
+    image_size: tuple[int, int] | None = None
 
     name: ClassVar[str] = "clean"
     needs: ClassVar[tuple[str, ...]] = ("poses",)
@@ -36,6 +41,7 @@ class Clean:
         texts = {
             "rows_inserted": "{} frames that the estimator dropped were put back as gaps.",
             "spikes_removed": "{} single-frame jumps of a joint were removed.",
+            "strays_removed": "{} frames that stand alone between leaps of the whole pose were removed.",
             "values_filled": f"{{}} missing joint positions in gaps of up to {self.max_gap_s} s were interpolated.",
         }
         events += [Event("repair", text.format(counts[key])) for key, text in texts.items() if counts[key]]
@@ -44,7 +50,7 @@ class Clean:
                 Event("warning", f"{counts['values_missing']} joint positions are missing and stay so.")
             )
         if take.keypoints is not None and poses.layout == H36M17:
-            size = shown_size(take.video) if take.video else None
+            size = shown_size(take.video) if take.video else self.image_size
             hidden, out = unseen(take.keypoints, size, poses.frame_index, poses.times)
             poses = without(poses, hidden)
             events += [Event("warning", text) for text in in_words(hidden, out, poses.times)]
@@ -69,7 +75,8 @@ def clean(
     max_gap_s: gaps of a joint up to this long, in seconds, are interpolated (monotone cubic, never across a
         seam, never beyond the first or last sighting); 0 fills none.
     spike: a joint that jumps off the line between its neighbours in time by more than this many trunk lengths,
-        and three times further than they lie apart, for a single frame, is removed; 0 removes none.
+        and three times further than they lie apart, for a single frame, is removed; 0 removes none. Nor do frames
+        stay that the whole pose leaps to and from, or to at an end of a clip, within 0.2 s: they show somebody else.
     video_time_s: (V,) the video's time stamps, which rows put back take when the others have theirs from it.
 
     Returns the poses whose history ends with the counts. Raises InputError without time stamps, or when frame
@@ -77,6 +84,8 @@ def clean(
     """
     if max_gap_s < 0 or spike < 0:
         raise InputError(f"clean needs max_gap_s and spike of 0 or more, got {max_gap_s} and {spike}.")
+    strays = _strays(poses) if spike > 0 else np.zeros(len(poses), dtype=bool)
+    poses = poses.with_(joints=np.where(strays[:, None, None], np.nan, poses.joints))
     poses, inserted = _every_frame(poses, video_time_s)
     trunk = np.linalg.norm(poses.joint("thorax") - poses.joint("pelvis"), axis=-1)
     furthest = 0.0 if np.isnan(trunk).all() else spike * float(np.nanmedian(trunk))
@@ -95,6 +104,7 @@ def clean(
         spike=spike,
         rows_inserted=inserted,
         spikes_removed=int(spikes.sum()),
+        strays_removed=int(strays.sum()),
         values_filled=count,
         values_missing=int(np.isnan(filled).any(-1).sum()),
         seams=len(poses.seams),
@@ -146,6 +156,17 @@ def _spikes(points: np.ndarray, furthest: float, seams: tuple[int, ...]) -> np.n
     for seam in seams:
         spikes[max(seam - 1, 0) : seam + 1] = False
     return spikes
+
+
+def _strays(poses: PoseSequence) -> np.ndarray:
+    """(T,) True in pieces between leaps of the whole pose, or between one and a clip's end, that are so short."""
+    strays = np.zeros(len(poses), dtype=bool)
+    leapt = set(leaps(poses).tolist())
+    edges = sorted({0, len(poses), *poses.seams, *leapt}) if leapt else []
+    for start, stop in pairwise(edges):
+        alone = start in leapt or stop in leapt
+        strays[start:stop] = alone and poses.times[stop - 1] - poses.times[start] < _STRAY_S
+    return strays
 
 
 def _filled(

@@ -8,17 +8,17 @@ from typing import ClassVar
 
 import numpy as np
 
-from ..models.detect_video import detect
-from ..models.detectors import PersonKind, load_detector
-from ..models.networks import network_file
-from ..pipeline.detections import KEYPOINTS, Detections, interrupted_at, load_detections
+from ..models.common.download import network_file
+from ..models.detector.load import PersonKind, load_detector
+from ..models.detector.video import detect
 from ..pipeline.errors import InputError
-from ..pipeline.intake import sha256
+from ..pipeline.files.detections import KEYPOINTS, Detections, interrupted_at, load_detections
+from ..pipeline.motion.rates import check_fps, rate_doubts, timed
+from ..pipeline.motion.signals import lowpass
+from ..pipeline.motion.swap_repair import Swaps, treated
 from ..pipeline.pose import PoseSequence, package_version
-from ..pipeline.rates import check_fps, rate_doubts, timed
-from ..pipeline.reading import choose_person
-from ..pipeline.signals import lowpass
-from ..pipeline.swap_repair import Swaps, treated
+from ..pipeline.reading.load import choose_person
+from ..pipeline.reading.take import sha256
 from ..pipeline.take import Event, Take, Video
 
 _LISTED = 5  # people named in a note

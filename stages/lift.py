@@ -7,14 +7,14 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from ..models import load_lifter
-from ..models.lifter import OwnLifter
+from ..models.lifter.builtin import OwnLifter
 from ..pipeline.camera import Camera
-from ..pipeline.checks import implausible
-from ..pipeline.inspect import findings_of
+from ..pipeline.files.video_frames import shown_size
+from ..pipeline.inspect.inspect import findings_of
 from ..pipeline.intrinsics import undistorted
-from ..pipeline.pictures import shown_size
-from ..pipeline.reading import Parity, guarded
-from ..pipeline.sockets import Lifter
+from ..pipeline.motion.checks import implausible
+from ..pipeline.plugins.protocols import Lifter
+from ..pipeline.reading.load import Parity, guarded
 from ..pipeline.take import Event, Take
 
 

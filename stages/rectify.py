@@ -9,7 +9,6 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..models import load_rectifier
-from ..models.cameras import view_rotation
 from ..models.gravity import Evidence, direction
 from ..models.gravity.levelling import (
     WINDOW_S,
@@ -21,15 +20,16 @@ from ..models.gravity.levelling import (
     why_not,
 )
 from ..models.gravity.people import Seen, level_people
+from ..models.synthetic.cameras import view_rotation
 from ..pipeline.camera import Camera as View
 from ..pipeline.camera import Look
 from ..pipeline.canonical import R_world_from_body
 from ..pipeline.errors import InputError
 from ..pipeline.frames import BODY, CAMERA, LEVEL, Z_UP, Frame, change_frame
 from ..pipeline.layouts import H36M17
+from ..pipeline.plugins.protocols import Rectifier
 from ..pipeline.pose import PoseSequence, Rectified
 from ..pipeline.rotations import rotate, transpose
-from ..pipeline.sockets import Rectifier
 from ..pipeline.take import Event, Take
 
 _KNOWN_DEG = 1.0  # error of a camera's pitch, roll or gravity vector that the user states

@@ -36,7 +36,7 @@ class Scale:
             return take.saying(
                 Event(
                     "warning",
-                    "The source has no scale: lengths are in its own arbitrary units (_au). "
+                    "The source has no scale: lengths are in its own arbitrary units. "
                     "Give the person's height (--stature METRES) for metres.",
                 )
             )

@@ -23,10 +23,8 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from ..pipeline.errors import InputError
-from ..pipeline.pose import PoseSequence, Rectified
-from ..pipeline.rates import pace_doubts
-from ..pipeline.rotations import known
-from ..pipeline.signals import (
+from ..pipeline.motion.rates import fall_doubts, pace_doubts
+from ..pipeline.motion.signals import (
     CUTOFF_HZ,
     breaks,
     derivative,
@@ -36,6 +34,8 @@ from ..pipeline.signals import (
     savitzky_golay,
     uneven_rows,
 )
+from ..pipeline.pose import PoseSequence, Rectified
+from ..pipeline.rotations import known
 from ..pipeline.take import Event, Take
 
 Filter = Literal["butterworth", "savgol", "none"]
@@ -45,7 +45,9 @@ _RELATIVE = (
     "The camera moves, so x and y are relative to it: heights (z, vz, az) and distances hold, but its "
     "turning about the vertical cannot be told from the body's and enters vx, vy, ax, ay, speed and acceleration."
 )
-_SUFFIXES = {"m": ("m", "mps", "mps2"), "arbitrary": ("au", "aups", "aups2")}
+# Prefix of the axes' columns, name of the norm's, unit for a unit of length. Names are the same whatever the unit is.
+_QUANTITIES = (("", "distance", "{}"), ("v", "speed", "{}/s"), ("a", "acceleration", "{}/s2"))
+_UNITS = {"deg": "deg", "s": "s"}  # that are part of a column's name
 _FILTERS: dict[str, Callable[..., np.ndarray]] = {"butterworth": lowpass, "savgol": savitzky_golay}
 
 
@@ -67,7 +69,8 @@ class Trajectories:
 
     def __call__(self, take: Take) -> Take:
         assert take.rectified is not None
-        path = smooth(_trusted(take.rectified), self.filter, self.cutoff_hz, self.joints)
+        level = _trusted(take.rectified)
+        path = smooth(level, self.filter, self.cutoff_hz, self.joints)
         columns = dict(take.kinematics or {})
         for joint in self.joints:
             columns |= trajectory(path, joint)
@@ -77,7 +80,7 @@ class Trajectories:
         return take.with_(kinematics=columns, filtered=path).saying(
             *events,
             *_told(path),
-            *(Event("warning", text) for text in pace_doubts(path)),
+            *(Event("warning", text) for text in fall_doubts(level) or pace_doubts(path)),
         )
 
 
@@ -88,7 +91,7 @@ def smooth(
     moving: tuple[str, ...] = ("r_wrist", "l_wrist", "r_ankle", "l_ankle"),
 ) -> PoseSequence:
     """The same poses with the paths of every joint and of the root low-pass filtered, inside their unbroken pieces
-    (pipeline/signals.py).
+    (pipeline/motion/signals.py).
 
     filter: "butterworth" (two passes, order 4 together, no phase shift), "savgol" (Savitzky-Golay, order 3), "none".
     cutoff_hz: where half the power is left; None is 6 Hz, or no filter where the frame rate does not carry that;
@@ -127,31 +130,33 @@ def _unfiltered(level: PoseSequence) -> str:
 
 
 def trajectory(path: PoseSequence, joint: str) -> dict[str, np.ndarray]:
-    """Columns (T,) `<joint>_x_m`, `<joint>_vx_mps`, `<joint>_ax_mps2` for x, y and z, and their norms
-    `<joint>_distance_m` (from the pelvis), `<joint>_speed_mps` and `<joint>_acceleration_mps2`; or `_au`, `_aups`,
-    `_aups2` without a scale.
+    """Columns (T,) `<joint>_x`, `<joint>_vx`, `<joint>_ax` for x, y and z, and their norms `<joint>_distance` (from the
+    pelvis), `<joint>_speed` and `<joint>_acceleration`; in m, m/s and m/s2, or in the source's unit without a scale.
 
     joint: by name, or "root" of poses that have one, whose distance is that from where it is counted.
     path: poses in LEVEL, filtered (`smooth`) unless derivatives of noise are wanted. Derivatives are those of a cubic
     spline, never taken across a gap, a seam or dropped frames; NaN where they cannot be had. InputError
     for a unit that is neither metres nor arbitrary.
     """
-    if path.frame.unit not in _SUFFIXES:
+    if path.frame.unit not in ("m", "arbitrary"):
         raise InputError(f"Expected poses in metres or in arbitrary units, got {path.frame.unit}.")
     points = path.root if joint == "root" else None
     position = path.joint(joint).astype(np.float64) if points is None else points
     velocity, acceleration = (derivative(position, path.times, breaks(path), order) for order in (1, 2))
     columns = {}
-    for prefix, norm, unit, values in zip(
-        ("", "v", "a"),
-        ("distance", "speed", "acceleration"),
-        _SUFFIXES[path.frame.unit],
-        (position, velocity, acceleration),
-        strict=True,
-    ):
-        columns |= {f"{joint}_{prefix}{axis}_{unit}": values[:, i] for i, axis in enumerate("xyz")}
-        columns[f"{joint}_{norm}_{unit}"] = np.linalg.norm(values, axis=-1)
+    for (prefix, norm, _), values in zip(_QUANTITIES, (position, velocity, acceleration), strict=True):
+        columns |= {f"{joint}_{prefix}{axis}": values[:, i] for i, axis in enumerate("xyz")}
+        columns[f"{joint}_{norm}"] = np.linalg.norm(values, axis=-1)
     return columns
+
+
+def unit_of(column: str, length: str) -> str:
+    """The unit of a column of kinematics by its name, such as "m/s"; "" for none. length: the paths' unit."""
+    last = column.rpartition("_")[2]
+    for prefix, norm, unit in _QUANTITIES:
+        if last == norm or last in {prefix + axis for axis in "xyz"}:
+            return unit.format(length)
+    return _UNITS.get(last, "")
 
 
 def _trusted(rectified: Rectified) -> PoseSequence:

@@ -10,8 +10,8 @@ import numpy as np
 
 from ...pipeline.anthropometry import implied_stature
 from ...pipeline.layouts import H36M17
+from ...pipeline.motion.signals import rate, runs
 from ...pipeline.rotations import known
-from ...pipeline.signals import rate, runs
 from .votes import Evidence
 
 _STANCE_SPEED = 0.15  # statures per second below which an ankle stands

@@ -19,8 +19,8 @@ import numpy as np
 from ...pipeline.camera import PRIOR_FOCAL, PRIOR_FOCAL_SPREAD
 from ...pipeline.errors import InputError
 from ...pipeline.rotations import unit
-from ..networks import network_file
-from ..onnx_file import OnnxFile, open_onnx
+from ..common.download import network_file
+from ..common.onnx import OnnxFile, open_onnx
 from .images import TOLD_SPREAD
 from .lines import tangent
 

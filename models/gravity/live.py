@@ -13,9 +13,9 @@ import numpy as np
 
 from ...pipeline.errors import InputError
 from ...pipeline.layouts import H36M17
+from ...pipeline.plugins.protocols import Rectifier
 from ...pipeline.rotations import known
-from ...pipeline.sockets import Rectifier
-from .. import load_rectifier
+from ..rectifier.load import load_rectifier
 from .levelling import HEADING_S, level_left, rotation_error_deg, standing, trust
 from .votes import Evidence, TakeUp, take_up
 

@@ -10,11 +10,11 @@ from typing import Literal
 import numpy as np
 
 from ...pipeline.camera import PRIOR_FOCAL, PRIOR_FOCAL_SPREAD, Camera, FocalSource, Look
+from ...pipeline.files.video_frames import pictures, pictures_at, shown_size
 from ...pipeline.intrinsics import Intrinsics, undistorted, undistorted_image
-from ...pipeline.pictures import pictures, pictures_at, shown_size
 from ...pipeline.pose import PoseSequence
-from ...pipeline.progress import counted
 from ...pipeline.rotations import known
+from ...pipeline.running.progress import counted
 from ...pipeline.take import Video
 from .images import TOLD_SPREAD, ImageUp, Unknown, up_from_images
 from .lines import tangent
@@ -159,7 +159,7 @@ def _by_network(
     images: Sequence[np.ndarray], frame: int, found: Camera, network: str | Path | None
 ) -> Camera:
     """The camera with what a network says about up, where there is one; else as it is."""
-    from ..networks import GEOCALIB
+    from ..common.download import GEOCALIB
     from .geocalib import up_from_network
 
     if network is None and not GEOCALIB.is_there:

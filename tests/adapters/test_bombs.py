@@ -15,11 +15,13 @@ from scipy.io import loadmat, savemat
 
 from golden import worlds
 from golden.bodies import Person
-from pcnet3d.adapters import _json, _mat5, read
+from pcnet3d.adapters import read
+from pcnet3d.adapters.kit import json as _json
+from pcnet3d.adapters.kit import mat5 as _mat5
 from pcnet3d.pipeline import InputError, load_recipe
-from pcnet3d.pipeline.arrays import load, load_all
-from pcnet3d.pipeline.c3d import parse
-from pcnet3d.pipeline.unpacked import check_size
+from pcnet3d.pipeline.files.arrays import load, load_all
+from pcnet3d.pipeline.files.c3d import parse
+from pcnet3d.pipeline.files.unpacked import check_size
 
 MOST = 20_000_000  # bytes
 

@@ -6,8 +6,8 @@ import pytest
 
 from golden import table
 from golden.catalogue import CATALOGUE, Golden
-from pcnet3d.pipeline import registry
-from pcnet3d.pipeline.conformance import Facts
+from pcnet3d.pipeline.plugins import registry
+from pcnet3d.pipeline.reading.testing import Facts
 
 
 @pytest.fixture(scope="module")

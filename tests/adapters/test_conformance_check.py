@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from golden.bodies import turning
-from pcnet3d.pipeline import CAMERA, H36M17, InputError, PoseSequence, registry
-from pcnet3d.pipeline.conformance import Facts, check_adapter
-from pcnet3d.pipeline.reading import find_adapter
+from pcnet3d.pipeline import CAMERA, H36M17, InputError, PoseSequence
+from pcnet3d.pipeline.plugins import registry
+from pcnet3d.pipeline.reading.load import find_adapter
+from pcnet3d.pipeline.reading.testing import Facts, check_adapter
 
 
 @dataclass

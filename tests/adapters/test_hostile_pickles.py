@@ -9,8 +9,8 @@ import zlib
 import numpy as np
 import pytest
 
-from pcnet3d.adapters import _pickles
-from pcnet3d.adapters._pickles import load, loads
+from pcnet3d.adapters.kit import pickles as _pickles
+from pcnet3d.adapters.kit.pickles import load, loads
 from pcnet3d.pipeline import InputError
 
 HEAD, STOP = b"\x80\x04", b"."
@@ -51,7 +51,7 @@ FORBIDDEN = {
     "the loader of objects": HEAD + named("numpy._core.multiarray", "fromstring") + STOP,
     "a name of several parts": HEAD + named("numpy", "ndarray.tofile") + STOP,
     "a name on the stack": HEAD + b"\x8c\x02os\x8c\x06system\x93" + STOP,
-    "a class of our own": HEAD + named("pcnet3d.adapters._pickles", "_Array") + STOP,
+    "a class of our own": HEAD + named("pcnet3d.adapters.kit.pickles", "_Array") + STOP,
     "an object by its class": HEAD + b"(" + named("subprocess", "Popen") + b"o" + STOP,
     "an instance of old": HEAD + b"(isubprocess\nPopen\n" + STOP,
     "an extension's number": HEAD + b"\x82\x01" + STOP,

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from pcnet3d.adapters import arrays, ddhpose, motionbert, videopose3d
-from pcnet3d.adapters._numpy import keys, load, peek
+from pcnet3d.adapters.kit.numpy import keys, load, peek
 from pcnet3d.pipeline import InputError
 
 POSES = ("frames", 17, 3)

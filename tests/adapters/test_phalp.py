@@ -10,9 +10,9 @@ import pytest
 
 from golden import phalp
 from pcnet3d.adapters import read, read_all
-from pcnet3d.adapters._pickles import load
+from pcnet3d.adapters.kit.pickles import load
 from pcnet3d.pipeline import H36M17, InputError
-from pcnet3d.pipeline.reading import adapters
+from pcnet3d.pipeline.reading.load import adapters
 
 FRAMES = 40
 

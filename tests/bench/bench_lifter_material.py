@@ -2,9 +2,9 @@
 
     python tests/bench/bench_lifter_material.py DIR [steps]
 
-Trains a small network for single frames with everything that models/lifter.toml has, and one without each kind, all
-with the same steps and seed; prints MPJPE in mm on CMU val and ACCAD m1, as they are, with bodies turned about any axis
-(as people who lie and fall are), and without a nose. Stopped, the same command goes on.
+Trains a small network for single frames with everything that models/lifter/training/lifter.toml has, and one without
+each kind, all with the same steps and seed; prints MPJPE in mm on CMU val and ACCAD m1, as they are, with bodies
+turned about any axis (as people who lie and fall are), and without a nose. Stopped, the same command goes on.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ from pathlib import Path
 import numpy as np
 import torch
 
-from pcnet3d.models.lifter_net import LifterNet, NetConfig
-from pcnet3d.models.lifter_train import TrainConfig, clips_of, read_config, run
-from pcnet3d.models.lifter_windows import Batch, Material, Windows
-from pcnet3d.models.metrics import joint_error, scaled
-from pcnet3d.models.on_device.draw import Draw
-from pcnet3d.models.on_device.poses import PoseRange
-from pcnet3d.models.training import load_weights
+from pcnet3d.models.common.metrics import joint_error, scaled
+from pcnet3d.models.common.training import load_weights
+from pcnet3d.models.lifter.training.net import LifterNet, NetConfig
+from pcnet3d.models.lifter.training.train import TrainConfig, clips_of, read_config, run
+from pcnet3d.models.lifter.training.windows import Batch, Material, Windows
+from pcnet3d.models.synthetic.on_device.draw import Draw
+from pcnet3d.models.synthetic.on_device.poses import PoseRange
 
 WITHOUT: dict[str, dict[str, object]] = {
     "everything": {},

@@ -15,8 +15,8 @@ from pathlib import Path
 
 import numpy as np
 
-from pcnet3d.pipeline.intake import Sources
-from pcnet3d.pipeline.job import run_files
+from pcnet3d.pipeline.reading.take import Sources
+from pcnet3d.pipeline.running.run import run_files
 
 
 def write_inputs(folder: Path, frames: int) -> Sources:

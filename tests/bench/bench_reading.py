@@ -15,7 +15,7 @@ import tracemalloc
 from pathlib import Path
 
 from pcnet3d.adapters import read_all
-from pcnet3d.examples.walker import walker
+from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import PoseSequence
 
 _CLIP = 600  # frames that are written over and over

@@ -2,8 +2,8 @@
 
 import pytest
 
-from pcnet3d.examples.camera import Camera, side_camera
-from pcnet3d.examples.walker import Walk, walker
+from pcnet3d.examples.walker.camera import Camera, side_camera
+from pcnet3d.examples.walker.walk import Walk, walker
 
 
 @pytest.fixture(scope="module")

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from pcnet3d.examples.camera import Camera, R_camera_from_body, aimed, camera_poses
-from pcnet3d.examples.landmarks import halpe26
-from pcnet3d.examples.walker import walker
+from pcnet3d.examples.walker.camera import Camera, R_camera_from_body, aimed, camera_poses
+from pcnet3d.examples.walker.landmarks import halpe26
+from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import BODY, CAMERA, H36M17, change_frame, rotate
 from pcnet3d.pipeline.canonical import body_axes
 from pcnet3d.pipeline.rotations import transpose

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from pcnet3d.adapters import read
-from pcnet3d.examples.camera import R_camera_from_body, camera_poses
-from pcnet3d.examples.files import (
+from pcnet3d.examples.walker.camera import R_camera_from_body, camera_poses
+from pcnet3d.examples.walker.files import (
     UNDETECTED,
     ExampleFiles,
     write_files,
@@ -16,8 +16,8 @@ from pcnet3d.examples.files import (
     write_poses,
     write_video,
 )
-from pcnet3d.examples.landmarks import halpe26
-from pcnet3d.examples.walker import Walk, walker
+from pcnet3d.examples.walker.landmarks import halpe26
+from pcnet3d.examples.walker.walk import Walk, walker
 from pcnet3d.models import load_rectifier
 from pcnet3d.pipeline import H36M17
 from pcnet3d.pipeline.layouts import HALPE26

@@ -50,8 +50,8 @@ class Reader:
 
 def read_as_adapter(name: str, path: Path, options: dict[str, Any], rng: Random) -> object:
     """What `pcnet3d run` and `inspect` do with a file whose adapter is known, or with "auto" now and then."""
-    from pcnet3d.pipeline.options import call
-    from pcnet3d.pipeline.reading import adapters, find_adapter, read_all
+    from pcnet3d.pipeline.plugins.options import call
+    from pcnet3d.pipeline.reading.load import adapters, find_adapter, read_all
 
     adapter = adapters()[name]
     sniffed = adapter.sniff(path)
@@ -72,7 +72,7 @@ def read_as_adapter(name: str, path: Path, options: dict[str, Any], rng: Random)
 def _recipe(folder: Path) -> Path:
     from importlib.resources import files
 
-    shutil.copyfile(str(files("pcnet3d.pipeline").joinpath("default.toml")), folder / "recipe.toml")
+    shutil.copyfile(str(files("pcnet3d.pipeline.running").joinpath("default.toml")), folder / "recipe.toml")
     return folder / "recipe.toml"
 
 
@@ -88,15 +88,15 @@ def _config(folder: Path) -> Path:
 
 
 def _read_config(path: Path) -> object:
-    from pcnet3d.models.pcnet_train import read_config
+    from pcnet3d.models.rectifier.training.train import read_config
 
     return read_config(path)
 
 
 def _run(folder: Path) -> Path:
-    from pcnet3d.pipeline.config import Recipe
-    from pcnet3d.pipeline.intake import Sources
-    from pcnet3d.pipeline.job import run_files
+    from pcnet3d.pipeline.reading.take import Sources
+    from pcnet3d.pipeline.running.recipe import Recipe
+    from pcnet3d.pipeline.running.run import run_files
 
     np.save(folder / "poses.npy", Person().turning(90))
     stages = ("clean", "scale", "rectify", "trajectories", "angles", "measures", "export")
@@ -108,7 +108,7 @@ def _run(folder: Path) -> Path:
 
 
 def _read_run(path: Path) -> object:
-    from pcnet3d.stages._compare_side import load_side
+    from pcnet3d.stages.commands.compare.side import load_side
 
     return load_side(path)
 
@@ -126,8 +126,8 @@ def _onnx(name: str) -> Callable[[Path], Path]:
     def write(folder: Path) -> Path:
         from importlib.resources import files
 
-        shutil.copyfile(str(files("pcnet3d.models").joinpath(name)), folder / name)
-        return folder / name
+        shutil.copyfile(str(files("pcnet3d.models").joinpath(name)), folder / Path(name).name)
+        return folder / Path(name).name
 
     return write
 
@@ -139,7 +139,7 @@ def _read_rectifier(path: Path) -> object:
 
 
 def _read_lifter(path: Path) -> object:
-    from pcnet3d.models.lifter import _open, lift
+    from pcnet3d.models.lifter.builtin import _open, lift
     from pcnet3d.pipeline import H36M17, PoseSequence
     from pcnet3d.pipeline.frames import IMAGE
 
@@ -149,7 +149,7 @@ def _read_lifter(path: Path) -> object:
 
 
 def _tiny() -> Any:
-    from pcnet3d.models.pcnet_train import TrainConfig
+    from pcnet3d.models.rectifier.training.train import TrainConfig
 
     return TrainConfig.model_validate(tomllib.loads(TINY))
 
@@ -157,21 +157,21 @@ def _tiny() -> Any:
 def _weights(folder: Path) -> Path:
     import torch
 
-    from pcnet3d.models.pcnet import PCNet
+    from pcnet3d.models.rectifier.training.net import PCNet
 
     torch.save(PCNet(_tiny().net).state_dict(), folder / "best.pt")
     return folder / "best.pt"
 
 
 def _read_weights(path: Path) -> object:
-    from pcnet3d.models.pcnet_train import best_of
+    from pcnet3d.models.rectifier.training.train import best_of
 
     return best_of(_tiny(), path.parent)
 
 
 def _state() -> Any:
-    from pcnet3d.models.pcnet import PCNet
-    from pcnet3d.models.training import State, optimisers_of
+    from pcnet3d.models.common.training import State, optimisers_of
+    from pcnet3d.models.rectifier.training.net import PCNet
 
     net = PCNet(_tiny().net)
     return State(net, optimisers_of(net, _tiny().schedule, ()))
@@ -192,7 +192,7 @@ def _read_checkpoint(path: Path) -> object:
 
 
 def _clips(folder: Path) -> Path:
-    from pcnet3d.models.mocap import Clip, write_mocap
+    from pcnet3d.models.mocap.clips import Clip, write_mocap
 
     clips = [
         Clip(f"{i:02d}_01", f"{i:02d}", "max", 30.0, Person().standing(40).astype(np.float32))
@@ -205,7 +205,7 @@ def _clips(folder: Path) -> Path:
 
 
 def _read_clips(path: Path) -> object:
-    from pcnet3d.models.mocap_parts import read_parts
+    from pcnet3d.models.mocap.split import read_parts
 
     return read_parts(path, path.parent / "split.json", ("train", "val"))
 
@@ -225,7 +225,7 @@ def _truth(folder: Path) -> Path:
 
 
 def _read_truth(path: Path) -> object:
-    from pcnet3d.stages._compare_truth import read_truth
+    from pcnet3d.stages.commands.compare.truth import read_truth
 
     return read_truth(path)
 
@@ -252,7 +252,7 @@ def _run_keypoints(folder: Path) -> Path:
 
 
 def _read_run_keypoints(path: Path) -> object:
-    from pcnet3d.pipeline.detections import load_detections
+    from pcnet3d.pipeline.files.detections import load_detections
 
     return load_detections(path).people()
 
@@ -270,7 +270,7 @@ def _manifest(folder: Path) -> Path:
 
 
 def _read_manifest(path: Path) -> object:
-    from pcnet3d.stages._batch_manifest import read_entries
+    from pcnet3d.stages.commands.batch.manifest import read_entries
 
     entries = read_entries(path, {})
     for entry in entries:
@@ -281,9 +281,9 @@ def _read_manifest(path: Path) -> object:
 
 def _read_study(path: Path) -> object:
     """A finished take of a batch into the study's table and page."""
-    from pcnet3d.stages._batch_page import as_page
-    from pcnet3d.stages._batch_study import changes, figures, write_table
-    from pcnet3d.stages._batch_take import _kept
+    from pcnet3d.stages.commands.batch.page import as_page
+    from pcnet3d.stages.commands.batch.study import changes, figures, write_table
+    from pcnet3d.stages.commands.batch.take import _kept
 
     _kept(path)
     labels = {"name": "a", "condition": "", "state": "done", "exit_code": 0, "reason": ""}
@@ -297,7 +297,7 @@ def _read_study(path: Path) -> object:
 
 def _read_camera(path: Path) -> object:
     """Whichever camera of the file, to the video's size, and what is seen through it."""
-    from pcnet3d.pipeline.camera_file import _cameras, read_camera
+    from pcnet3d.pipeline.files.camera_file import _cameras, read_camera
     from pcnet3d.pipeline.intrinsics import undistorted
 
     for name in _cameras(path):
@@ -314,8 +314,8 @@ OTHERS = {
     "recipe": Reader(_recipe, _read_recipe),
     "training config": Reader(_config, _read_config),
     "run folder": Reader(_run, _read_run),
-    "rectifier": Reader(_onnx("pcnet.onnx"), _read_rectifier),
-    "lifter": Reader(_onnx("lifter.onnx"), _read_lifter),
+    "rectifier": Reader(_onnx("rectifier/pcnet.onnx"), _read_rectifier),
+    "lifter": Reader(_onnx("lifter/lifter.onnx"), _read_lifter),
     "weights": Reader(_weights, _read_weights),
     "checkpoint": Reader(_checkpoint, _read_checkpoint),
     "training data": Reader(_clips, _read_clips),

@@ -13,8 +13,8 @@ import numpy as np
 
 from golden import detections, films, landmarks, lifters, phalp, sensors, worlds
 from golden.bodies import Person
-from pcnet3d.examples.imu import strapped, write_csv
-from pcnet3d.examples.walker import walker
+from pcnet3d.examples.walker.imu import strapped, write_csv
+from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import H36M17
 from pcnet3d.pipeline.layouts import BODY_25
 

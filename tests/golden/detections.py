@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pcnet3d.pipeline.detections import KEYPOINTS, Detections
+from pcnet3d.pipeline.files.detections import KEYPOINTS, Detections
 from pcnet3d.pipeline.layouts import COCO17, OPENPOSE18
 
 Scene = dict[str, tuple[np.ndarray, np.ndarray]]

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pcnet3d.examples.camera import side_camera
-from pcnet3d.examples.landmarks import halpe26
-from pcnet3d.examples.walker import walker
+from pcnet3d.examples.walker.camera import side_camera
+from pcnet3d.examples.walker.landmarks import halpe26
+from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline.layouts import COCO17, HALPE26
 
 FRAMES, FPS, STEP = 60, 30, 4  # STEP: grey levels from picture to picture in the upper left corner

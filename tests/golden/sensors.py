@@ -5,7 +5,7 @@ from pathlib import Path
 from scipy.spatial.transform import Rotation
 
 from golden.worlds import R_Y_UP_FROM_Z_UP
-from pcnet3d.examples.imu import Faults, strapped
+from pcnet3d.examples.walker.imu import Faults, strapped
 
 PERFECT = Faults(0.0, (0.0, 0.0, 0.0), 0.0, 1.0, 0.0, 0.0, (30.0, -50.0, 110.0))
 

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from pcnet3d.examples.camera import camera_poses, side_camera
-from pcnet3d.examples.walker import walker
+from pcnet3d.examples.walker.camera import camera_poses, side_camera
+from pcnet3d.examples.walker.walk import walker
 
 CHEAP = ("rectify", "figures", "export")
 

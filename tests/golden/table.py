@@ -5,7 +5,7 @@ from tempfile import TemporaryDirectory
 
 from golden.bodies import Person
 from golden.catalogue import CATALOGUE, Golden
-from pcnet3d.pipeline.conformance import Facts, check_adapter
+from pcnet3d.pipeline.reading.testing import Facts, check_adapter
 
 DOCUMENT = Path(__file__).parents[2] / "docs" / "adapters.md"
 COLUMNS = (

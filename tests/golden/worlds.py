@@ -7,8 +7,8 @@ import pytest
 from scipy.io import savemat
 
 from pcnet3d.pipeline import H36M17, rotate
+from pcnet3d.pipeline.files.skeletons import SMPL
 from pcnet3d.pipeline.layouts import BLAZEPOSE33, MPI3DHP17
-from pcnet3d.pipeline.skeletons import SMPL
 
 # HALPE_26 of Pose2Sim, in its order; markers at other places than our joints are left to be derived.
 POSE2SIM = {

@@ -16,11 +16,11 @@ ROOT = Path(__file__).parents[2]
 MODULES = [
     path
     for folder in ("pipeline", "adapters", "models", "stages")
-    for path in sorted((ROOT / folder).glob("*.py"))
+    for path in sorted((ROOT / folder).rglob("*.py"))
     if path.name == "__init__.py" or not path.name.startswith("_")
 ]
 SHAPE = re.compile(r"\((?:\.{3}|[A-Z0-9]\w*|count|rows)(?:, ?[^()]*)?,?\)")
-SAID_BY_ADAPTER = {"sniff"}  # pipeline/sockets.py
+SAID_BY_ADAPTER = {"sniff"}  # pipeline/plugins/protocols.py
 
 
 def public(path: Path) -> Iterator[ast.FunctionDef | ast.ClassDef]:
@@ -42,14 +42,18 @@ def takes_or_gives_arrays(function: ast.FunctionDef) -> bool:
     return any("ndarray" in ast.unparse(each) for each in types if each is not None)
 
 
-@pytest.mark.parametrize("path", MODULES, ids=lambda path: f"{path.parent.name}.{path.stem}")
+@pytest.mark.parametrize(
+    "path", MODULES, ids=lambda path: ".".join(path.relative_to(ROOT).with_suffix("").parts)
+)
 def test_every_public_name_is_described(path):
     assert ast.get_docstring(ast.parse(path.read_text(encoding="utf-8")))
     silent = [node.name for node in public(path) if not ast.get_docstring(node)]
     assert not set(silent) - (SAID_BY_ADAPTER if path.parent.name == "adapters" else set())
 
 
-@pytest.mark.parametrize("path", MODULES, ids=lambda path: f"{path.parent.name}.{path.stem}")
+@pytest.mark.parametrize(
+    "path", MODULES, ids=lambda path: ".".join(path.relative_to(ROOT).with_suffix("").parts)
+)
 def test_arrays_have_shapes_and_refusals_are_told(path):
     shapeless = [
         f.name for f, words in functions(path) if takes_or_gives_arrays(f) and not SHAPE.search(words)

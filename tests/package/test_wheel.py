@@ -30,9 +30,9 @@ def metadata(wheel) -> Message:
 def test_everything_that_our_code_opens_is_there(names):
     """All modules, and beside them every network, card, config and table."""
     for folder in ("pipeline", "stages", "adapters", "models", "examples"):
-        for path in (ROOT / folder).iterdir():
-            if path.is_file():
-                assert f"pcnet3d/{folder}/{path.name}" in names
+        for path in (ROOT / folder).rglob("*"):
+            if path.is_file() and not {"plugin", "__pycache__"} & set(path.parts):
+                assert f"pcnet3d/{path.relative_to(ROOT)}" in names
 
 
 def test_nothing_else_is_there(names):

@@ -11,12 +11,12 @@ import pytest
 from golden import lifters, numbered, worlds
 from golden.trainings import tiny
 from pages.blocks import text_of
-from pcnet3d.examples.camera import Camera, camera_poses, side_camera
 from pcnet3d.examples.demo import demo
-from pcnet3d.examples.files import write_keypoints, write_poses
-from pcnet3d.examples.imu import Faults, strapped, write_csv
-from pcnet3d.examples.walker import Walk, walker
-from pcnet3d.models.mocap import Clip, write_mocap
+from pcnet3d.examples.walker.camera import Camera, camera_poses, side_camera
+from pcnet3d.examples.walker.files import write_keypoints, write_poses
+from pcnet3d.examples.walker.imu import Faults, strapped, write_csv
+from pcnet3d.examples.walker.walk import Walk, walker
+from pcnet3d.models.mocap.clips import Clip, write_mocap
 from pcnet3d.pipeline import H36M17
 
 SUBJECTS = ("01", "02", "05", "07", "09")

@@ -37,13 +37,13 @@ def test_what_is_not_run():
     """Nothing joins or leaves this list unseen."""
     assert {f"{block.page}: {block.reason}" for block in BLOCKS if block.reason} == {
         "README: installs packages from the network",
-        "batch: needs a cluster; tests/batch starts one",
+        "batch: needs a cluster; tests/stages/commands/batch starts one",
         "camera: needs a video of a built place",
         "camera: needs an image",
         "data: needs the MM-Fi data set, and hours",
         "detect: downloads networks",
-        "hardening: minutes, and files of the repository",
-        "lifting: needs networks that others publish; tests/models_lifters runs small ones of their forms",
+        "security: minutes, and files of the repository",
+        "lifting: needs networks that others publish; tests/models/lifter runs small ones of their forms",
         "lifting: needs MotionBERT's repository and weights",
         "lifting: needs VideoPose3D's repository and weights",
         "plugins: needs the template installed; tests/plugin does that and runs it",

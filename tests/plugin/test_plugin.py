@@ -13,8 +13,8 @@ import numpy as np
 import pyarrow.parquet as parquet
 import pytest
 
-from pcnet3d.examples.camera import camera_poses, side_camera
-from pcnet3d.examples.walker import walker
+from pcnet3d.examples.walker.camera import camera_poses, side_camera
+from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import H36M17
 
 ROOT = Path(__file__).parents[2]
@@ -99,12 +99,12 @@ def test_a_run_reads_by_its_adapter_and_goes_through_its_stage(fresh, exported, 
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
     assert summary["inputs"][0]["adapter"] == "acme"
     columns = parquet.read_table(tmp_path / "out" / "kinematics.parquet")
-    reach_m = columns["r_reach_m"].to_numpy()
+    reach_m = columns["r_reach"].to_numpy()
     with np.load(tmp_path / "out" / "poses.npz") as file:
         level = file["level"]
     wrist, shoulder = (level[:, H36M17.index(f"r_{joint}")] for joint in ("wrist", "shoulder"))
     np.testing.assert_allclose(reach_m, np.linalg.norm(wrist - shoulder, axis=-1), atol=0.03)
-    assert "l_reach_m" not in columns.column_names
+    assert "l_reach" not in columns.column_names
 
 
 def test_the_template_is_no_part_of_our_package(fresh):

@@ -47,7 +47,8 @@ def test_dropped_frames_come_back_as_rows_and_short_gaps_are_filled():
     np.testing.assert_allclose(cleaned.times, poses.times, atol=1e-12)
     np.testing.assert_allclose(cleaned.joints, poses.joints, atol=2e-3)
     assert counts(cleaned) == {
-        "rows_inserted": 3, "spikes_removed": 0, "values_filled": 3 * 17, "values_missing": 0, "seams": 0,
+        "rows_inserted": 3, "spikes_removed": 0, "strays_removed": 0, "values_filled": 3 * 17, "values_missing": 0,
+        "seams": 0,
     }  # fmt: skip
 
 
@@ -125,3 +126,26 @@ def test_the_stage_says_what_it_did():
     assert texts["repair"].startswith("1 missing")
     assert texts["warning"].startswith("20 joint")
     assert [event.row for event in take.events if event.kind == "seam"] == [30]
+
+
+@pytest.mark.parametrize("rows", [range(ROWS - 1, ROWS), range(2), range(20, 23)])
+def test_frames_of_somebody_else_are_removed(rows):
+    """A tracker's last frame on another person made a trunk lean by 104 degrees."""
+    poses = moving()
+    rows = np.array(rows)
+    joints = poses.joints.copy()
+    joints[rows] = -joints[rows]  # upside down: every joint is elsewhere
+    cleaned = clean(poses.with_(joints=joints))
+    assert counts(cleaned)["strays_removed"] == len(rows)
+    inside = rows[0] > 0 and rows[-1] < ROWS - 1
+    assert np.isfinite(cleaned.joints[rows]).all() == inside
+    np.testing.assert_allclose(
+        cleaned.joints[np.isfinite(cleaned.joints)], poses.joints[np.isfinite(cleaned.joints)], atol=5e-3
+    )
+
+
+def test_a_change_of_pose_that_stays_is_no_stray():
+    """Which half is wrong, nobody knows."""
+    joints = moving().joints.copy()
+    joints[ROWS // 2 :] *= -1
+    assert counts(clean(moving().with_(joints=joints)))["strays_removed"] == 0

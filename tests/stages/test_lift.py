@@ -6,13 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pcnet3d.examples.camera import camera_poses, side_camera
-from pcnet3d.examples.files import write_files
-from pcnet3d.examples.walker import walker
+from pcnet3d.examples.walker.camera import camera_poses, side_camera
+from pcnet3d.examples.walker.files import write_files
+from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import InputError, Take, load_recipe
-from pcnet3d.pipeline.intake import Sources, open_take
-from pcnet3d.pipeline.job import run_files
+from pcnet3d.pipeline.reading.take import Sources, open_take
 from pcnet3d.pipeline.rotations import kabsch, rotate
+from pcnet3d.pipeline.running.run import run_files
 from pcnet3d.stages.lift import Lift
 
 STATURE_M = 1.75
@@ -68,7 +68,7 @@ def test_the_videos_rotation_flag_turns_the_image_size(take, monkeypatch):
         sizes.append(image_size)
         raise InputError("seen")
 
-    monkeypatch.setattr("pcnet3d.models.lifter.lift", spy)
+    monkeypatch.setattr("pcnet3d.models.lifter.builtin.lift", spy)
     for rotation in (0, 90):
         turned = take.with_(video=replace(take.video, rotation_deg=rotation))
         with pytest.raises(InputError, match="seen"):

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from pcnet3d.examples.camera import R_camera_from_body, camera_poses, side_camera
-from pcnet3d.examples.walker import walker
+from pcnet3d.examples.walker.camera import R_camera_from_body, camera_poses, side_camera
+from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models import load_rectifier
 from pcnet3d.pipeline import H36M17, InputError
 from pcnet3d.pipeline.rotations import angle_deg, geodesic_deg

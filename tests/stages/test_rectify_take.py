@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from pcnet3d.examples.camera import R_camera_from_body as true_rotations
-from pcnet3d.examples.camera import aimed, camera_poses, side_camera
-from pcnet3d.examples.walker import walker
+from pcnet3d.examples.walker.camera import R_camera_from_body as true_rotations
+from pcnet3d.examples.walker.camera import aimed, camera_poses, side_camera
+from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.gravity import LEAN_DEG
 from pcnet3d.pipeline import CAMERA, H36M17, InputError, PoseSequence, Take, change_frame, rotate
 from pcnet3d.pipeline.frames import GL_CAMERA
-from pcnet3d.pipeline.intake import Sources
-from pcnet3d.pipeline.job import run_files
+from pcnet3d.pipeline.reading.take import Sources
 from pcnet3d.pipeline.rotations import angle_deg, geodesic_deg
+from pcnet3d.pipeline.running.run import run_files
 from pcnet3d.stages.rectify import Rectify, rectify
 
 RECTIFIERS = ("pcnet", "geometric")

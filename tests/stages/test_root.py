@@ -5,12 +5,22 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from pcnet3d.adapters import read
-from pcnet3d.examples.camera import aimed
-from pcnet3d.examples.walker import walker
-from pcnet3d.pipeline import BODY, CAMERA, H36M17, LEVEL, Y_UP, Z_UP, InputError, PoseSequence, change_frame
+from pcnet3d.examples.walker.camera import aimed
+from pcnet3d.examples.walker.walk import walker
+from pcnet3d.pipeline import (
+    BODY,
+    CAMERA,
+    H36M17,
+    LEVEL,
+    Y_UP,
+    Z_UP,
+    InputError,
+    PoseSequence,
+    change_frame,
+)
 from pcnet3d.pipeline.frames import GL_CAMERA
 from pcnet3d.pipeline.layouts import COCO17, remap
-from pcnet3d.pipeline.reading import repaired
+from pcnet3d.pipeline.reading.load import repaired
 from pcnet3d.stages.clean import clean
 from pcnet3d.stages.scale import scale
 

@@ -7,9 +7,9 @@ import sys
 import numpy as np
 import pytest
 
-from pcnet3d.examples.camera import aimed
-from pcnet3d.examples.files import write_poses
-from pcnet3d.examples.walker import walker
+from pcnet3d.examples.walker.camera import aimed
+from pcnet3d.examples.walker.files import write_poses
+from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline.rotations import angle_deg, rotate, transpose
 
 PCNET3D = [sys.executable, "-c", "from pcnet3d.pipeline.cli import main; main()"]
@@ -71,13 +71,13 @@ def test_level_and_root_are_places_in_the_cameras_room(placed, walk, camera):
 def test_the_walk_has_its_speed_and_lengths(placed, walk):
     found = placed[0]["measures"]["walking"]
     stride_m = walk.speed_mps * 120 / walk.cadence_spm
-    assert found["walking_speed_mps"] == pytest.approx(walk.speed_mps, rel=0.02)
-    assert found["mean_stride_length_m"] == pytest.approx(stride_m, rel=0.02)
-    assert found["mean_step_length_m"] == pytest.approx(stride_m / 2, rel=0.02)
+    assert found["walking_speed"] == pytest.approx(walk.speed_mps, rel=0.02)
+    assert found["mean_stride_length"] == pytest.approx(stride_m, rel=0.02)
+    assert found["mean_step_length"] == pytest.approx(stride_m / 2, rel=0.02)
     for side in ("right", "left"):
-        assert found[side]["mean_step_length_m"] == pytest.approx(stride_m / 2, rel=0.02)
+        assert found[side]["mean_step_length"] == pytest.approx(stride_m / 2, rel=0.02)
     way = np.linalg.norm(np.diff(walk.root, axis=0), axis=-1).sum()
-    assert placed[0]["measures"]["paths"]["root"]["path_length_m"] == pytest.approx(way, rel=0.02)
+    assert placed[0]["measures"]["paths"]["root"]["path_length"] == pytest.approx(way, rel=0.02)
 
 
 def test_exports_put_the_person_where_they_walked(placed):

@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from pcnet3d.pipeline import CAMERA, H36M17, LEVEL, InputError, PoseSequence, Take, rotate
-from pcnet3d.pipeline.signals import derivative
+from pcnet3d.pipeline.motion.signals import derivative
 from pcnet3d.stages import rectify
-from pcnet3d.stages.trajectories import Trajectories, smooth, trajectory
+from pcnet3d.stages.trajectories import Trajectories, smooth, trajectory, unit_of
 
 
 def test_a_pendulum_has_the_velocity_of_the_formula():
@@ -45,21 +45,36 @@ def test_no_velocity_across_dropped_frames():
     joints[6:] = 1
     index = np.r_[0:6, 40:46]
     poses = PoseSequence(joints, H36M17, LEVEL, time_s=index / 30, frame_index=index)
-    np.testing.assert_allclose(trajectory(poses, "r_wrist")["r_wrist_speed_mps"], 0, atol=1e-9)
+    np.testing.assert_allclose(trajectory(poses, "r_wrist")["r_wrist_speed"], 0, atol=1e-9)
+
+
+@pytest.mark.parametrize("unit", ["m", "arbitrary"])
+def test_names_are_the_same_in_every_unit(unit):
+    poses = PoseSequence(np.zeros((4, 17, 3)), H36M17, LEVEL.with_(unit=unit), time_s=np.arange(4) / 30)
+    columns = trajectory(poses, "r_wrist")
+    norms = ("distance", "speed", "acceleration")
+    assert list(columns) == [
+        f"r_wrist_{name}"
+        for prefix, norm in zip(("", "v", "a"), norms, strict=True)
+        for name in (*(prefix + axis for axis in "xyz"), norm)
+    ]
+    assert all(column.shape == (4,) for column in columns.values())
+    units = {name: unit_of(f"r_wrist_{name}", unit) for name in ("x", "vy", "az", *norms)}
+    assert list(units.values()) == [unit, f"{unit}/s", f"{unit}/s2", unit, f"{unit}/s", f"{unit}/s2"]
 
 
 @pytest.mark.parametrize(
-    ("unit", "names"),
+    ("column", "unit"),
     [
-        ("m", ["x_m", "vx_mps", "az_mps2", "distance_m", "speed_mps", "acceleration_mps2"]),
-        ("arbitrary", ["x_au", "vx_aups", "az_aups2", "distance_au", "speed_aups", "acceleration_aups2"]),
+        ("time_s", "s"),
+        ("r_knee_flexion_deg", "deg"),
+        ("r_knee_flexion_sd_deg", "deg"),
+        ("frame", ""),
+        ("x_reason", ""),
     ],
 )
-def test_the_unit_is_in_every_name(unit, names):
-    poses = PoseSequence(np.zeros((4, 17, 3)), H36M17, LEVEL.with_(unit=unit), time_s=np.arange(4) / 30)
-    columns = trajectory(poses, "r_wrist")
-    assert all(f"r_wrist_{name}" in columns for name in names)
-    assert all(column.shape == (4,) for column in columns.values())
+def test_units_of_other_columns_are_in_their_names(column, unit):
+    assert unit_of(column, "m") == unit
 
 
 def test_an_unknown_joint_is_refused():
@@ -80,11 +95,11 @@ def test_what_a_panning_camera_leaves_of_a_path():
         return trajectory(PoseSequence(joints, H36M17, LEVEL, time_s=time_s), "r_wrist")
 
     still, panning = columns(0 * pan), columns(pan)
-    for name in ("r_wrist_z_m", "r_wrist_vz_mps"):
+    for name in ("r_wrist_z", "r_wrist_vz"):
         np.testing.assert_allclose(panning[name], still[name], atol=1e-6)
-    np.testing.assert_allclose(np.hypot(panning["r_wrist_x_m"], panning["r_wrist_y_m"]), x, atol=1e-6)
-    np.testing.assert_allclose(panning["r_wrist_distance_m"], still["r_wrist_distance_m"], atol=1e-6)
-    false_mps = np.hypot(panning["r_wrist_vx_mps"], panning["r_wrist_vy_mps"])
+    np.testing.assert_allclose(np.hypot(panning["r_wrist_x"], panning["r_wrist_y"]), x, atol=1e-6)
+    np.testing.assert_allclose(panning["r_wrist_distance"], still["r_wrist_distance"], atol=1e-6)
+    false_mps = np.hypot(panning["r_wrist_vx"], panning["r_wrist_vy"])
     np.testing.assert_allclose(false_mps, 0.26, atol=0.005)
 
 
@@ -98,7 +113,7 @@ def test_no_rotation_changes_a_norm(seed):
         trajectory(PoseSequence(x, H36M17, LEVEL, time_s=time_s), "l_ankle")
         for x in (joints, rotate(Q, joints))
     )
-    for signal, x in (("distance_m", "x_m"), ("speed_mps", "vx_mps"), ("acceleration_mps2", "ax_mps2")):
+    for signal, x in (("distance", "x"), ("speed", "vx"), ("acceleration", "ax")):
         np.testing.assert_allclose(turned[f"l_ankle_{signal}"], straight[f"l_ankle_{signal}"], rtol=1e-4)
         axes = [straight[f"l_ankle_{x.replace('x', axis)}"] for axis in "xyz"]
         np.testing.assert_allclose(straight[f"l_ankle_{signal}"], np.linalg.norm(axes, axis=0), rtol=1e-9)
@@ -125,11 +140,11 @@ def test_columns_are_the_filtered_path_and_its_derivatives():
     middle = slice(60, 180)
     rate, time_s = 2 * np.pi, slow.times[middle]
     expected = (np.sin(rate * time_s), rate * np.cos(rate * time_s), -(rate**2) * np.sin(rate * time_s))
-    for name, values in zip(("x_m", "vx_mps", "ax_mps2"), expected, strict=True):
+    for name, values in zip(("x", "vx", "ax"), expected, strict=True):
         np.testing.assert_allclose(columns[f"l_ankle_{name}"][middle], 0.1 * values, atol=2e-3 * rate**2)
-    np.testing.assert_allclose(columns["l_ankle_speed_mps"], np.abs(columns["l_ankle_vx_mps"]), atol=1e-9)
+    np.testing.assert_allclose(columns["l_ankle_speed"], np.abs(columns["l_ankle_vx"]), atol=1e-9)
     fast = smooth(wave(20.0))
-    assert np.abs(trajectory(fast, "l_ankle")["l_ankle_x_m"][middle]).max() < 0.002
+    assert np.abs(trajectory(fast, "l_ankle")["l_ankle_x"][middle]).max() < 0.002
 
 
 @pytest.mark.parametrize(
@@ -166,23 +181,23 @@ def warnings(take: Take) -> str:
 
 def test_a_single_frame_has_no_path_and_says_so(facing_camera):
     take = stage(facing_camera, 1, 30)
-    assert np.isnan(take.kinematics["r_wrist_speed_mps"]).all()
+    assert np.isnan(take.kinematics["r_wrist_speed"]).all()
     assert warnings(take) == "A single frame has no path: velocities and accelerations are missing."
 
 
 def test_a_take_too_short_for_the_filter_has_nan_and_a_warning(facing_camera):
     take = stage(facing_camera, 8, 30)
-    assert np.isnan(take.kinematics["r_wrist_x_m"]).all()
+    assert np.isnan(take.kinematics["r_wrist_x"]).all()
     assert "too short for the 6 Hz filter" in warnings(take)
     kept = stage(facing_camera, 8, 30, filter="none")
-    assert np.isfinite(kept.kinematics["r_wrist_vx_mps"]).all()
+    assert np.isfinite(kept.kinematics["r_wrist_vx"]).all()
     assert not warnings(kept)
 
 
 def test_a_frame_rate_that_does_not_carry_the_usual_filter_is_said(facing_camera):
     take = stage(facing_camera, 40, 10)
     assert "10 frames a second do not carry" in warnings(take)
-    assert np.isfinite(take.kinematics["r_wrist_x_m"]).all()
+    assert np.isfinite(take.kinematics["r_wrist_x"]).all()
     with pytest.raises(InputError, match="Nyquist"):
         stage(facing_camera, 40, 10, cutoff_hz=6.0)
 
@@ -208,7 +223,7 @@ def test_nothing_is_taken_across_a_refused_frame(facing_camera):
     joints[30, H36M17.index("r_hip")] = np.nan
     poses = PoseSequence(joints, H36M17, CAMERA, time_s=np.arange(60) / 30)
     take = Trajectories()(Take("t", poses=poses, rectified=rectify(poses, "geometric")))
-    speed = take.kinematics["r_wrist_speed_mps"]
+    speed = take.kinematics["r_wrist_speed"]
     assert np.flatnonzero(np.isnan(speed)).tolist() == [30]
     np.testing.assert_allclose(np.delete(speed, 30), 0, atol=1e-4)
 
@@ -225,10 +240,10 @@ def test_the_root_moves_in_level_when_the_source_knows_its_place(facing_camera):
         rectified.R_source_from_level.T @ [0, 0, -1.2],
     )
     for axis, first, speed in zip("xyz", start, forward, strict=True):
-        np.testing.assert_allclose(columns[f"root_v{axis}_mps"], speed, atol=1e-3)
-        np.testing.assert_allclose(columns[f"root_{axis}_m"], first + speed * time_s, atol=1e-3)
+        np.testing.assert_allclose(columns[f"root_v{axis}"], speed, atol=1e-3)
+        np.testing.assert_allclose(columns[f"root_{axis}"], first + speed * time_s, atol=1e-3)
     still = poses.with_(joints=np.tile(facing_camera, (60, 1, 1)), frame=CAMERA)
     assert (
-        "root_x_m"
+        "root_x"
         not in Trajectories()(Take("t", poses=still, rectified=rectify(still, "geometric"))).kinematics
     )

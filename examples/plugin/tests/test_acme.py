@@ -6,10 +6,10 @@ from pcnet3d_acme.acme import HEADER
 from pcnet3d_acme.reach import Reach, reach
 
 from pcnet3d.adapters import read
-from pcnet3d.examples.camera import camera_poses, side_camera
-from pcnet3d.examples.walker import walker
+from pcnet3d.examples.walker.camera import camera_poses, side_camera
+from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import CAMERA, H36M17, InputError, PoseSequence
-from pcnet3d.pipeline.conformance import check_adapter
+from pcnet3d.pipeline.reading.testing import check_adapter
 
 
 @pytest.fixture(scope="module")

@@ -24,9 +24,8 @@ class Reach:
 
     def __call__(self, take: Take) -> Take:
         assert take.filtered is not None  # `needs` says so, and the runner has checked it
-        unit = "m" if take.filtered.frame.metric else "au"
         sides = "lr" if self.side == "both" else self.side
-        columns = {f"{side}_reach_{unit}": reach(take.filtered, side) for side in sides}
+        columns = {f"{side}_reach": reach(take.filtered, side) for side in sides}
         return take.with_(kinematics={**(take.kinematics or {}), **columns})
 
 

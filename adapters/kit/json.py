@@ -1,0 +1,217 @@
+"""JSON files of detectors and lifters: recognised, loaded and unpacked, with errors a user understands."""
+
+from __future__ import annotations
+
+import json
+import re
+import reprlib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+
+from ...pipeline.errors import InputError
+
+_PEEK_BYTES = 1 << 16  # more than the metadata that MMPose's demos write before the first frame
+_TOKEN = re.compile(r'"(?:[^"\\]|\\.)*"?|[\[\]{},]', re.DOTALL)
+_SUFFIX = re.compile(r"\.[A-Za-z][A-Za-z0-9]*$")
+_SPACE = re.compile(r"[ \t\r\n]*")
+_DECODER = json.JSONDecoder()
+_PIECE = 1 << 18
+_SMALL = 1 << 24  # bytes of a file that is read a second time to find what is wrong with it
+_MAX_FRAME = 1 << 53  # larger numbers are no video frames, and would not fit an int64
+
+
+def beginning(path: Path) -> Any:
+    """The first 64 KB of a JSON file as Python values, cut at a comma; None for anything else. Never raises."""
+    try:
+        if not path.is_file():
+            return None
+        with path.open("rb") as file:
+            text = file.read(_PEEK_BYTES).decode("utf-8-sig", errors="ignore")
+        return json.loads(_closed(text))
+    except (OSError, ValueError, RecursionError):
+        return None
+
+
+def first_detection(content: Any) -> dict[str, Any] | None:
+    """The first entry of a flat list of detections in images, as COCO defined it; None for anything else."""
+    entry = content[0] if isinstance(content, list) and content else None
+    return entry if isinstance(entry, dict) and {"image_id", "keypoints"} <= entry.keys() else None
+
+
+def _closed(text: str) -> str:
+    """The text up to its last comma, with the brackets that are open there closed; unchanged if none stays open."""
+    closers, comma = _scanned(text)
+    return text[:comma] + _scanned(text[:comma])[0] if closers else text
+
+
+def _scanned(text: str) -> tuple[str, int]:
+    """The brackets that would close what the text leaves open, and the place of its last comma (0 without)."""
+    closers: list[str] = []
+    comma = 0
+    for token in _TOKEN.finditer(text):
+        match token.group():
+            case "[":
+                closers.append("]")
+            case "{":
+                closers.append("}")
+            case "]" | "}" if closers:
+                closers.pop()
+            case ",":
+                comma = token.start()
+    return "".join(reversed(closers)), comma
+
+
+def load(path: Path, what: str) -> Any:
+    """The values of a whole JSON file. InputError, saying that `what` was expected, when it cannot be read."""
+    try:
+        text = path.read_bytes().decode("utf-8-sig")
+    except OSError as error:
+        raise InputError(f"Expected {what} at {path}: {error.strerror}.") from None
+    except UnicodeDecodeError:
+        raise InputError(f"Expected {what} in {path}, got bytes that are no UTF-8 text.") from None
+    if not text.strip():
+        raise InputError(f"Expected {what} in {path}, but the file is empty.")
+    try:
+        return json.loads(text)
+    except json.JSONDecodeError as error:
+        raise InputError(
+            f"Expected {what} in {path}, but its JSON breaks off or is damaged at line {error.lineno}, column "
+            f"{error.colno}; write or copy the file again."
+        ) from None
+    except (RecursionError, ValueError):  # nested too deeply; an integer of thousands of digits
+        raise InputError(f"Expected {what} in {path}, got JSON of a kind that no detector writes.") from None
+
+
+def each(path: Path, what: str) -> Iterator[tuple[str, Any]]:
+    """The elements of a long JSON file one after the other, so that it is never in memory as a whole.
+
+    A list gives ("", element) of each; an object gives (key, element) of each value that is a list,
+    and (key, value) of any other. InputError, saying that `what` was expected, when the file cannot be read.
+    """
+    try:
+        with path.open(encoding="utf-8-sig") as file:
+            yield from _elements(_Text(file))
+    except OSError as error:
+        raise InputError(f"Expected {what} at {path}: {error.strerror}.") from None
+    except UnicodeDecodeError:
+        raise InputError(f"Expected {what} in {path}, got bytes that are no UTF-8 text.") from None
+    except (RecursionError, ValueError):
+        if path.stat().st_size <= _SMALL:  # say where
+            raise InputError(
+                f"{path}: expected a list or an object, got {reprlib.repr(load(path, what))}."
+            ) from None
+        raise InputError(
+            f"Expected {what} in {path}, but its JSON breaks off or is damaged; write or copy the file again."
+        ) from None
+
+
+class _Text:
+    """A JSON text that is read piece by piece. ValueError where it is none."""
+
+    def __init__(self, file: IO[str]) -> None:
+        self._file, self._text, self._at = file, "", 0
+
+    def peek(self) -> str:
+        """The next character that is no white space, "" at the end."""
+        while True:
+            self._at = _SPACE.match(self._text, self._at).end()  # type: ignore[union-attr]  # matches always
+            if self._at < len(self._text) or not self._more():
+                return self._text[self._at : self._at + 1]
+
+    def take(self, *wanted: str) -> str:
+        found = self.peek()
+        if found not in wanted or not found:
+            raise ValueError(f"expected {wanted}")
+        self._at += 1
+        return found
+
+    def value(self) -> Any:
+        self.peek()
+        while True:
+            try:
+                value, end = _DECODER.raw_decode(self._text, self._at)
+            except json.JSONDecodeError:
+                if not self._more():
+                    raise
+                continue
+            if end < len(self._text) or not self._more():  # a number might go on
+                self._at = end
+                return value
+
+    def _more(self) -> bool:
+        """Twice what is left, so that a value of any length is decoded a few times only."""
+        piece = self._file.read(max(_PIECE, len(self._text) - self._at))
+        self._text, self._at = self._text[self._at :] + piece, 0
+        return bool(piece)
+
+
+def _elements(text: _Text) -> Iterator[tuple[str, Any]]:
+    if text.peek() == "[":
+        yield from _listed("", text)
+    elif text.take("{") and text.peek() != "}":
+        while True:
+            key = text.value()
+            text.take(":")
+            if text.peek() == "[":
+                yield from _listed(key, text)
+            else:
+                yield key, text.value()
+            if text.take(",", "}") == "}":
+                break
+    if text.peek():
+        raise ValueError("expected the end")
+
+
+def _listed(key: str, text: _Text) -> Iterator[tuple[str, Any]]:
+    text.take("[")
+    if text.peek() == "]":
+        text.take("]")
+        return
+    while True:
+        yield key, text.value()
+        if text.take(",", "]") == "]":
+            return
+
+
+def field(entry: Any, key: str, where: str) -> Any:
+    """entry[key]; InputError when the entry is no JSON object or lacks the key."""
+    if not isinstance(entry, dict) or key not in entry:
+        raise InputError(f"{where}: expected an object with '{key}', got {reprlib.repr(entry)}.")
+    return entry[key]
+
+
+def entries(values: Any, where: str) -> list[Any]:
+    """The values if they are a list; otherwise InputError."""
+    if not isinstance(values, list):
+        raise InputError(f"{where}: expected a list, got {reprlib.repr(values)}.")
+    return values
+
+
+def numbers(values: Any, where: str) -> np.ndarray:
+    """Nested lists as a float64 array, null as NaN; InputError for anything but finite numbers in equal lengths."""
+    try:
+        array = np.array(values, dtype=np.float64)
+    except (ValueError, TypeError, OverflowError):
+        array = np.array(np.inf)
+    if np.isinf(array).any():
+        raise InputError(
+            f"{where}: expected finite numbers in lists of equal length, got {reprlib.repr(values)}."
+        )
+    return array
+
+
+def frame_number(image: Any, where: str) -> int:
+    """The video frame of an image: the number itself, or the last number in a name such as "clip_0012.jpg"."""
+    number = image
+    if isinstance(image, str):
+        digits = re.findall(r"0*([0-9]+)", _SUFFIX.sub("", image))
+        number = int(digits[-1]) if digits and len(digits[-1]) < 20 else None
+    if not isinstance(number, int) or isinstance(number, bool) or not 0 <= number < _MAX_FRAME:
+        raise InputError(
+            f'{where}: expected an image that is numbered by its video frame, such as 12 or "12.jpg", '
+            f"got {reprlib.repr(image)}."
+        )
+    return number

@@ -1,0 +1,74 @@
+"""What lifters trained on Human3.6M in metres have in common: VideoPose3D and those that grew out of it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from ...pipeline.errors import InputError
+from ...pipeline.layouts import H36M17
+
+FRAMES: tuple[str, int, int] = ("frames", len(H36M17), 3)
+
+_TRUNK = ("pelvis", "spine", "thorax", "nose", "head")
+_LEGS = (("l_hip", "l_knee", "l_ankle"), ("r_hip", "r_knee", "r_ankle"))
+_STATURE_M = (1.0, 2.5)
+_ROOT_M = 0.1  # a pelvis that a network places at the origin without being forced to is off by less
+
+
+def looks_metric(joints: np.ndarray) -> bool:
+    """Whether joints (T, 17, 3) are bodies of human size in metres with the pelvis at the origin."""
+    # These lifters force the whole pelvis to 0 or nothing of it; MotionBERT forces the depth alone.
+    forced = joints[0, H36M17.index("pelvis")] == 0
+    all_or_none = bool(forced.all() or not forced.any())
+    return all_or_none and _human_size(_stature(joints)) and _root_offset(joints) < _ROOT_M
+
+
+def check_metric(path: Path, joints: np.ndarray, trajectory: bool = False) -> None:
+    """InputError unless joints (T, 17, 3) can be what such a lifter saves: metres in camera axes.
+
+    The pelvis is at the origin or, where `trajectory` allows it, the body is in front of the camera. After the
+    display rotation of these projects (camera_to_world, heights rebased to the lowest joint) it is neither:
+    that frame assumes the tilt of one Human3.6M camera (formats.md 2.2).
+    """
+    stature = _stature(joints)
+    if not _human_size(stature):
+        raise InputError(
+            f"{path}: expected a body in metres, got one of {stature:.4g} from ankle to head; "
+            "name the adapter that fits, or describe the array's unit with --adapter arrays."
+        )
+    offset = _root_offset(joints)
+    in_front = trajectory and not (joints[..., 2] <= 0).any()
+    if offset >= _ROOT_M and not in_front:
+        raise InputError(
+            f"{path}: expected camera axes with the pelvis at the origin{' or in front of the camera' * trajectory}, "
+            f"got a pelvis {offset:.2g} off; files made for display (D3DP's *_postprocess.npy, heights "
+            "rebased to 0) cannot be used: give the raw output, or name the adapter that fits."
+        )
+
+
+def _human_size(stature: float) -> bool:
+    """NaN, from a file without a single body in it, passes: the reader has a clearer word for that."""
+    return not (stature < _STATURE_M[0] or stature > _STATURE_M[1])
+
+
+def _stature(joints: np.ndarray) -> float:
+    """Length of trunk, head and one leg along the bones, median over the frames that have any; else NaN."""
+    left, right = (_length(joints, leg) for leg in _LEGS)
+    length = _length(joints, _TRUNK) + (left + right) / 2
+    length = length[length > 0]  # leaves out NaN, and failed frames filled with zeros
+    return float(np.median(length)) if len(length) else float("nan")
+
+
+def _length(joints: np.ndarray, chain: tuple[str, ...]) -> np.ndarray:
+    with np.errstate(invalid="ignore"):
+        bones = np.diff(joints[:, H36M17.indices(chain)].astype(np.float64), axis=1)
+    return np.linalg.norm(bones, axis=-1).sum(axis=-1)
+
+
+def _root_offset(joints: np.ndarray) -> float:
+    """Distance of the pelvis from the origin, median over the frames that have one."""
+    offset = np.linalg.norm(joints[:, H36M17.index("pelvis")], axis=-1)
+    offset = offset[np.isfinite(offset)]
+    return float(np.median(offset)) if len(offset) else 0.0

@@ -1,0 +1,62 @@
+"""Arrays out of strangers' .npy and .npz files (pipeline/files/arrays.py), as adapters look at them.
+
+Where a format stores Python objects, a reader that runs nothing takes them apart (adapters/kit/pickles.py).
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...pipeline.errors import InputError
+from ...pipeline.files.arrays import (
+    Shape,
+    damage_reported,
+    fits,
+    header,
+    in_words,
+    keys,
+    load,
+    load_all,
+    opened,
+)
+from .pickles import loads
+
+__all__ = ["Shape", "fits", "has_objects", "in_words", "keys", "load", "load_all", "load_objects", "peek"]
+
+
+def load_objects(path: Path, key: str) -> Any:
+    """The Python objects of an .npz's array `key`, as lists, dicts, texts, numbers and arrays; the one object of an
+    array of shape (). InputError for an array of anything else, and for objects that would have to be called.
+    """
+    where = f"{path}, array '{key}'"
+    with damage_reported(path), opened(path, key) as (stream, _):
+        shape, _, dtype = header(stream, where)
+        if not dtype.hasobject:
+            raise InputError(f"{where}: expected Python objects, got an array of shape {shape} of {dtype}.")
+        content = stream.read()
+    return loads(content, where)
+
+
+def has_objects(path: Path, *wanted: str) -> bool:
+    """Whether the file is an .npz with arrays of Python objects by these names. Never raises."""
+    try:
+        if not path.is_file() or not set(wanted) <= set(keys(path)):
+            return False
+        for key in wanted:
+            with damage_reported(path), opened(path, key) as (stream, _):
+                if not header(stream, str(path))[2].hasobject:
+                    return False
+    except InputError:
+        return False
+    return True
+
+
+def peek(path: Path, *shapes: Shape, key: str | None = None) -> np.ndarray | None:
+    """What `load` gives, or None where it would raise: for sniffing. Data of a wrong shape are never read."""
+    try:
+        return load(path, *shapes, key=key)
+    except InputError:
+        return None

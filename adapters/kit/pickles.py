@@ -1,0 +1,246 @@
+"""Pickles of arrays and plain containers, read without ever calling what they name.
+
+A pickle is a program that may import and call anything. Here every name but those below is refused, and these are
+stand-ins that only keep what they are given: arrays are then made from the bytes by numpy.frombuffer. joblib's files
+are pickles too, compressed by zlib or not, with the arrays' bytes between the instructions
+(joblib/numpy_pickle.py, NumpyArrayWrapper). numpy's own arrays of Python objects are pickles inside .npy and .npz.
+"""
+
+from __future__ import annotations
+
+import pickle
+import struct
+import zlib
+from collections.abc import Callable
+from io import BytesIO
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ...pipeline.errors import InputError
+from ...pipeline.files.unpacked import unpacked
+
+_ZLIB = b"\x78"
+_PEEK_BYTES = 1 << 16
+_NUMBERS = "biufSU"
+
+
+class _Dtype:
+    def __init__(self, text: str, *_: Any) -> None:
+        self.text, self.order = text, "="
+
+    def __setstate__(self, state: tuple[Any, ...]) -> None:
+        self.order = state[1]
+
+    @property
+    def numpy(self) -> np.dtype:
+        dtype = np.dtype(f"{self.order}{self.text}")
+        if dtype.kind not in _NUMBERS:
+            raise InputError(f"expected arrays of numbers, got one of {dtype}.")
+        return dtype
+
+
+class _Array:
+    """What numpy's own pickles make: `_reconstruct`, then a state of version, shape, dtype, order and bytes."""
+
+    def __init__(self, *_: Any) -> None:
+        self.state: Any = None
+
+    def __setstate__(self, state: tuple[Any, ...]) -> None:
+        self.state = state
+
+    @property
+    def numpy(self) -> Any:
+        """The array; one of Python objects as nested lists, which are still to be resolved."""
+        _, shape, dtype, fortran, raw = self.state
+        if dtype.text.startswith("O"):
+            return _nested(list(raw), shape)
+        return np.frombuffer(_bytes(raw), dtype.numpy).reshape(shape, order="F" if fortran else "C")
+
+
+def _nested(values: list[Any], shape: tuple[int, ...]) -> Any:
+    """Objects of an array of this shape, by rows, as lists in lists; the only one where the shape is ()."""
+    if len(values) != int(np.prod(shape, dtype=object)):
+        raise InputError(f"expected an array of shape {shape}, got {len(values)} objects.")
+    if len(shape) < 2 or not values:
+        return values if shape else values[0]
+    step = len(values) // max(shape[0], 1)
+    return [_nested(values[i * step : (i + 1) * step], shape[1:]) for i in range(shape[0])]
+
+
+def _bytes(raw: Any) -> Any:
+    return raw.encode("latin1") if isinstance(raw, str) else raw  # Python 2 wrote bytes as text
+
+
+class _Buffer:
+    """What numpy's pickles of protocol 5 make: `_frombuffer` of bytes, dtype, shape and order."""
+
+    def __init__(self, raw: Any, dtype: _Dtype, shape: tuple[int, ...], order: str, *_: Any) -> None:
+        self.raw, self.dtype, self.shape, self.order = raw, dtype, shape, order
+
+    @property
+    def numpy(self) -> np.ndarray:
+        if self.order not in ("C", "F"):
+            raise InputError(f"expected arrays stored by rows or columns, got order {self.order!r}.")
+        return np.frombuffer(self.raw, self.dtype.numpy).reshape(self.shape, order=self.order)  # type: ignore[arg-type]
+
+
+class _Scalar:
+    def __init__(self, dtype: _Dtype, raw: bytes) -> None:
+        self.dtype, self.raw = dtype, raw
+
+    @property
+    def numpy(self) -> Any:
+        return np.frombuffer(_bytes(self.raw), self.dtype.numpy)[0]
+
+
+class _Wrapped:
+    """joblib's: shape, order and dtype as attributes; the bytes follow in the file."""
+
+    raw = b""
+
+    @property
+    def numpy(self) -> np.ndarray:
+        said: dict[str, Any] = vars(self)
+        array = np.frombuffer(self.raw, said["dtype"].numpy)
+        return array.reshape(said["shape"], order="F" if said["order"] == "F" else "C")
+
+
+def _encoded(text: str, _: str) -> bytes:
+    return text.encode("latin1")
+
+
+_NAMES = {
+    ("numpy", "ndarray"): _Array,
+    ("numpy", "dtype"): _Dtype,
+    **{(f"numpy.{core}.multiarray", "_reconstruct"): _Array for core in ("core", "_core")},
+    **{(f"numpy.{core}.multiarray", "scalar"): _Scalar for core in ("core", "_core")},
+    ("joblib.numpy_pickle", "NumpyArrayWrapper"): _Wrapped,
+    **{(f"numpy.{core}.numeric", "_frombuffer"): _Buffer for core in ("core", "_core")},
+    ("_codecs", "encode"): _encoded,  # how old protocols write bytes
+    ("collections", "OrderedDict"): dict,
+}
+
+
+class _Reader(pickle._Unpickler):  # in Python, where the instruction that joblib extends can be replaced
+    dispatch: ClassVar[dict[int, Any]] = dict(pickle._Unpickler.dispatch)  # type: ignore[attr-defined]
+
+    def __init__(self, content: bytes) -> None:
+        self.stream = BytesIO(content)
+        self.size = len(content)
+        super().__init__(self.stream, encoding="latin1")  # the text of Python 2
+
+    def find_class(self, module: str, name: str) -> Any:
+        if (module, name) not in _NAMES:
+            raise InputError(
+                f"expected arrays and plain containers, got a pickle that asks for {module}.{name}; that could run a "
+                "stranger's code and is refused."
+            )
+        return _NAMES[module, name]
+
+    def get_extension(self, code: int) -> None:
+        raise InputError(
+            f"expected arrays and plain containers, got a pickle that asks for extension {code}."
+        )
+
+    def load_build(self) -> None:
+        made, state = self.stack[-2:]  # type: ignore[attr-defined]
+        # Of anything else, the state could change our own classes and functions.
+        if not isinstance(made, (_Array, _Dtype, _Wrapped)) or not isinstance(state, (tuple, dict)):
+            raise InputError(f"expected arrays and plain containers, got a pickle that changes {made!r:.60}.")
+        if isinstance(made, _Wrapped) != isinstance(state, dict):
+            raise InputError("expected arrays as numpy and joblib write them, got another state.")
+        super().load_build()  # type: ignore[misc]
+        if isinstance(made, _Wrapped):
+            said = vars(made)
+            if said.get("numpy_array_alignment_bytes") is not None:
+                self.stream.read(self.stream.read(1)[0])
+            count = int(np.prod([int(n) for n in said["shape"]], dtype=object))
+            made.raw = self.stream.read(count * said["dtype"].numpy.itemsize)
+
+    dispatch[pickle.BUILD[0]] = load_build
+
+    def load_bytearray8(self) -> None:
+        """Python's own takes the memory before it reads."""
+        (size,) = struct.unpack("<Q", self.read(8))  # type: ignore[attr-defined]
+        if size > self.size:
+            raise EOFError("it was cut short")
+        self.append(bytearray(self.read(size)))  # type: ignore[attr-defined]
+
+    dispatch[pickle.BYTEARRAY8[0]] = load_bytearray8
+
+
+def _bounded(load: Callable[[_Reader], None]) -> Callable[[_Reader], None]:
+    """The same instruction for integers of up to 64 bits: the hashes of larger ones can be made to collide."""
+
+    def bounded(reader: _Reader) -> None:
+        load(reader)
+        if reader.stack[-1].bit_length() > 64:  # type: ignore[attr-defined]
+            raise InputError("expected numbers of up to 64 bits, got a larger one.")
+
+    return bounded
+
+
+for _code in (pickle.INT, pickle.LONG, pickle.LONG1, pickle.LONG4):
+    _Reader.dispatch[_code[0]] = _bounded(_Reader.dispatch[_code[0]])
+
+
+def beginning(path: Path) -> bytes:
+    """The first 64 KB of a pickle, unpacked; empty for what cannot be read. Never raises."""
+    try:
+        if not path.is_file():
+            return b""
+        with path.open("rb") as file:
+            start = file.read(_PEEK_BYTES)
+        if start[:1] == _ZLIB:
+            start = zlib.decompressobj().decompress(start, _PEEK_BYTES)
+    except (OSError, zlib.error):
+        return b""
+    return start if start[:1] == pickle.PROTO else b""
+
+
+def load(path: Path) -> Any:
+    """What a pickle holds: dicts, lists, tuples, texts, numbers and arrays. InputError for anything else."""
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        raise InputError(f"Cannot read {path}: {error.strerror or error}.") from None
+    return loads(content, str(path))
+
+
+def loads(content: bytes, where: str) -> Any:
+    """The same of a pickle's bytes, zlib's or not."""
+    try:
+        if content[:1] == _ZLIB:
+            content = unpacked(content, "a pickle")
+        return _resolved(_Reader(content).load(), {})
+    except InputError as error:
+        raise error if where in str(error) else InputError(f"{where}: {error}") from None
+    except Exception as error:  # the parser raises whatever damaged bytes lead it to
+        raise InputError(
+            f"{where} is no pickle, is damaged or was cut short ({error!r}); write it again."
+        ) from None
+
+
+def _resolved(value: Any, done: dict[int, tuple[Any, Any]]) -> Any:
+    """The value with arrays in place of stand-ins. done: values and what was made of them by id, so that what a pickle
+    names twice is made once; a short one could otherwise name itself out of all memory."""
+    if id(value) not in done:
+        done[id(value)] = value, _made(value, done)
+    return done[id(value)][1]
+
+
+def _made(value: Any, done: dict[int, tuple[Any, Any]]) -> Any:
+    if isinstance(value, _Array):
+        held = value.numpy
+        return held if isinstance(held, np.ndarray) else _resolved(held, done)
+    if isinstance(value, (_Buffer, _Scalar, _Wrapped)):
+        return value.numpy
+    if isinstance(value, dict):
+        return {_resolved(key, done): _resolved(entry, done) for key, entry in value.items()}
+    if isinstance(value, (list, tuple)):
+        return type(value)(_resolved(entry, done) for entry in value)
+    if value is None or isinstance(value, (bool, int, float, str, bytes)):
+        return value
+    raise InputError(f"expected arrays and plain containers, got a {type(value).__name__}.")

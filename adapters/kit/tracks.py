@@ -1,0 +1,258 @@
+"""Detections, one person in one frame each, become one pose sequence a person."""
+
+from __future__ import annotations
+
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, TypeVar
+
+import numpy as np
+
+from ...pipeline.errors import InputError
+from ...pipeline.frames import IMAGE
+from ...pipeline.layouts import Layout
+from ...pipeline.pose import PoseSequence
+from .json import numbers
+
+_REACH = 0.5  # of the body's size: how far a person's joints may have moved, on average, since last seen
+# Joints of one side that lie near each other in every pose: the bones of limbs, trunk, feet and face.
+_NEIGHBOURS = (
+    ("hip", "knee"), ("knee", "ankle"), ("ankle", "heel"), ("shoulder", "elbow"), ("elbow", "wrist"),
+    ("shoulder", "hip"), ("eye", "ear"),
+)  # fmt: skip
+_MOST_IN_FRAME, _MOST_NAMES = 500, 5_000  # more than detectors find in a crowd, or trackers name in a day
+_MEMORY = 30  # frames after which somebody who was lost counts as a new person
+
+
+@dataclass(frozen=True, eq=False)
+class Detection:
+    """One person in one video frame.
+
+    points: (J, 3) float64, x and y in pixels and the detector's score (NaN without); 0, 0, 0 or NaN is no joint.
+    person: the detector's name of the person, None when it does not follow people from frame to frame.
+    """
+
+    frame: int
+    points: np.ndarray
+    person: str | None = None
+
+    @cached_property
+    def found(self) -> np.ndarray:
+        """(J,) whether the joint is there: neither NaN nor the detectors' 0, 0 with score 0 or none."""
+        return ~np.isnan(self.points[:, :2]).any(axis=1) & (np.nan_to_num(self.points) != 0).any(axis=1)
+
+    @cached_property
+    def size(self) -> float:
+        """Diagonal, in pixels, of the box around the joints that were found."""
+        return float(np.linalg.norm(np.ptp(self.points[self.found, :2], axis=0)))
+
+
+class Crowd:
+    """Who is in a file, counted while it is read, so that what is no recording of people is refused before it fills the
+    memory or takes hours to be joined."""
+
+    def __init__(self, where: str) -> None:
+        self._where = where
+        self._in_frame: Counter[int] = Counter()
+        self._names: set[str] = set()
+
+    def add(self, frame: int, person: str | None = None) -> None:
+        """One more person. InputError from 500 in a frame, or 5,000 by name, on."""
+        self._in_frame[frame] += 1
+        if person is not None:
+            self._names.add(person)
+        if self._in_frame[frame] > _MOST_IN_FRAME or len(self._names) > _MOST_NAMES:
+            many = (
+                f"{_MOST_IN_FRAME} people in a frame"
+                if len(self._names) <= _MOST_NAMES
+                else f"{_MOST_NAMES} people"
+            )
+            raise InputError(
+                f"{self._where}: expected at most {many}, got more by frame {frame}, where reading was stopped; keep "
+                "the people who are meant in the file, or raise the detector's threshold."
+            )
+
+
+def counted(detections: Iterable[Detection], where: str) -> list[Detection]:
+    """The detections in a list. InputError as soon as they are a `Crowd` too large."""
+    crowd, kept = Crowd(where), []
+    for detection in detections:
+        crowd.add(detection.frame, detection.person)
+        kept.append(detection)
+    return kept
+
+
+Seen = TypeVar("Seen", bound=Detection)
+
+
+def triples(flat: Any, where: str) -> np.ndarray:
+    """A list x, y, score, x, y, score, ... as points (J, 3); InputError for any other number of values."""
+    values = numbers(flat, where)
+    if values.ndim != 1 or len(values) % 3 or len(values) == 0:
+        raise InputError(
+            f"{where}: expected x, y and score of each joint in one list, got shape {values.shape}."
+        )
+    return values.reshape(-1, 3)
+
+
+def sequences(
+    detections: Sequence[Detection], layouts: Iterable[Layout], where: str
+) -> tuple[PoseSequence, ...]:
+    """One sequence a person in IMAGE, frames in order, people in the order in which they appear.
+
+    layouts: those that the format can hold, told apart by their number of joints.
+    People without names are told apart by `linked`; the history says so. A joint that was not found is NaN
+    with confidence NaN. Scores are taken for confidences, except that those outside [0, 1] are clipped, and
+    those that say nothing (`saying_nothing`) are NaN; the history tells both.
+    Raises InputError for nobody at all, another layout, coordinates that are no pixels, and a person who is
+    in a frame twice.
+    """
+    if not any(detection.found.any() for detection in detections):
+        raise InputError(f"{where}: no person was found in any frame.")
+    layout = _layout(detections, layouts, where)
+    points = np.concatenate([detection.points[detection.found] for detection in detections])
+    if np.abs(points[:, :2]).max() <= 1:
+        raise InputError(
+            f"{where}: expected pixels, got coordinates between -1 and 1; write them in pixels of the video "
+            "(OpenPose: --keypoint_scale 0)."
+        )
+    unknown = saying_nothing(points[:, 2])
+    tracked = all(detection.person is not None for detection in detections)
+    people: dict[str | None, list[Detection]] = defaultdict(list)
+    for detection in sorted(detections if tracked else linked(detections), key=lambda one: one.frame):
+        people[detection.person].append(detection)
+    tracks = tuple(_sequence(rows, layout, unknown, where) for rows in people.values())
+    return tracks if tracked else tuple(poses.noted("link people", method="nearest") for poses in tracks)
+
+
+def _layout(detections: Sequence[Detection], layouts: Iterable[Layout], where: str) -> Layout:
+    known: dict[int, list[Layout]] = defaultdict(list)
+    for layout in layouts:
+        known[len(layout)].append(layout)
+    counts = {len(detection.points) for detection in detections}
+    if len(counts) != 1 or not counts <= known.keys():
+        expected = " or ".join(
+            f"{count} joints ({', '.join(one.name for one in same)})" for count, same in known.items()
+        )
+        raise InputError(
+            f"{where}: expected people of {expected}, got {', '.join(map(str, sorted(counts)))} joints."
+        )
+    points = np.stack([np.where(one.found[:, None], one.points[:, :2], np.nan) for one in detections])
+    return likely_layout(points, known[counts.pop()])
+
+
+def likely_layout(points: np.ndarray, layouts: Sequence[Layout]) -> Layout:
+    """The layout in which the bones of bodies (N, J, 2 or 3) are shortest; in any other they join strange joints.
+
+    layouts: of J joints each, the usual one first. A joint that was not found is NaN.
+    """
+    if len(layouts) == 1:
+        return layouts[0]
+    lengths = []
+    for layout in layouts:
+        starts, ends = (
+            layout.indices([f"{side}_{pair[end]}" for side in "lr" for pair in _NEIGHBOURS]) for end in (0, 1)
+        )
+        bones = points[:, ends] - points[:, starts]
+        lengths.append(np.linalg.norm(bones, axis=-1))
+    means = [
+        length[np.isfinite(length)].mean() if np.isfinite(length).any() else np.inf for length in lengths
+    ]
+    return layouts[int(np.argmin(means))]
+
+
+def _sequence(rows: Sequence[Detection], layout: Layout, unknown: str, where: str) -> PoseSequence:
+    frames = np.array([row.frame for row in rows])
+    twice = frames[1:][np.diff(frames) == 0]
+    if len(twice):
+        raise InputError(
+            f"{where}: expected each person once a frame, got person {rows[0].person} more than once in frame "
+            f"{twice[0]}, so people are not tracked in this file; track them in the detector, or pass "
+            "track=true (--keypoints-option track=true) to join each one to the nearest of the frames before."
+        )
+    points = np.stack([np.where(row.found[:, None], row.points, np.nan) for row in rows])
+    scores = points[..., 2]
+    outside = (scores < 0) | (scores > 1)
+    poses = PoseSequence(
+        joints=points[..., :2],
+        layout=layout,
+        frame=IMAGE,
+        confidence=np.full_like(scores, np.nan) if unknown else np.clip(scores, 0, 1),
+        frame_index=frames,
+        person=str(rows[0].person),
+    )
+    if unknown:
+        return poses.noted("scores", unknown=unknown)
+    if outside.any():
+        return poses.noted("scores", clipped=int(outside.sum()), highest=float(np.nanmax(scores)))
+    return poses
+
+
+def saying_nothing(scores: np.ndarray) -> str:
+    """Why the scores of all joints of a file say nothing about any, such as "all are 1"; "" when they say something.
+
+    They say nothing when they are one number within [0, 1], the range of confidences, to which others are clipped.
+    """
+    known = scores[np.isfinite(scores)]
+    if len(known) < 2:
+        return ""
+    low, high = known.min(), known.max()
+    if np.clip(low, 0, 1) != np.clip(high, 0, 1):
+        return ""
+    return f"all are {low:g}" if low == high else f"all are {low:g} to {high:g}"
+
+
+def linked(detections: Iterable[Seen]) -> list[Seen]:
+    """The same detections with people named "0", "1", ... in order of appearance.
+
+    Where no frame holds more than one person, all are one. Otherwise each frame's people are joined to the
+    nearest ones seen in the last 30 frames, nearest pairs first; the distance is that of the joints found
+    both times, on average, and must stay below half the body's size (its box's diagonal). People who cross
+    may be exchanged: a tracker does better. A detection without a single joint is dropped.
+    """
+    frames: dict[int, list[Seen]] = defaultdict(list)
+    for detection in detections:
+        if detection.found.any():
+            frames[detection.frame].append(detection)
+    if all(len(people) == 1 for people in frames.values()):
+        return [replace(detection, person="0") for (detection,) in frames.values()]
+    return list(followed(people for _, people in sorted(frames.items())))
+
+
+def followed(frames: Iterable[Sequence[Seen]]) -> Iterator[Seen]:
+    """The same of frames one after the other, each somebody's detections, so that hours of video need no memory."""
+    last: list[Seen] = []  # everybody's last sighting; the place in the list is the name
+    for people in frames:
+        tracks = _nearest(last, people, people[0].frame)
+        for i, detection in enumerate(people):
+            track = tracks.get(i, len(last))
+            last[track : track + 1] = [detection]
+            yield replace(detection, person=str(track))
+
+
+def _nearest(last: Sequence[Detection], people: Sequence[Detection], frame: int) -> dict[int, int]:
+    """Which of the known tracks each person continues; people who begin a track are left out."""
+    pairs = sorted(
+        (distance, track, i)
+        for track, seen in enumerate(last)
+        if frame - seen.frame <= _MEMORY
+        for i, person in enumerate(people)
+        if (distance := _distance(seen, person)) < _REACH
+    )
+    tracks: dict[int, int] = {}
+    for _, track, i in pairs:
+        if i not in tracks and track not in tracks.values():
+            tracks[i] = track
+    return tracks
+
+
+def _distance(a: Detection, b: Detection) -> float:
+    """Mean distance of the joints found in both, over the size of the larger body; infinite without any."""
+    both = a.found & b.found
+    if not both.any():
+        return np.inf
+    step = np.linalg.norm((a.points - b.points)[both, :2], axis=1).mean()
+    size = max(a.size, b.size)
+    return step / size if size else np.inf

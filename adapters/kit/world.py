@@ -1,0 +1,103 @@
+"""What motion capture has in common: a world whose up is known, joints or markers under names in use."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+
+from ...pipeline.errors import InputError
+from ...pipeline.files.markers import Markers, Up
+from ...pipeline.files.skeletons import h36m17_named
+from ...pipeline.frames import UNITS, Y_UP, Z_UP, Frame
+from ...pipeline.layouts import H36M17, Layout, remap
+from ...pipeline.pose import PoseSequence
+from ...pipeline.rotations import known, rotate, transpose
+
+LENGTHS = tuple(unit for unit in UNITS if unit not in ("px", "arbitrary"))
+
+# Pose2Sim's and Sports2D's names of what they detect (HALPE_26, BODY_25, COCO_17; formats.md section 7).
+_MIDDLE = {
+    "hip": "pelvis",
+    "chip": "pelvis",
+    "midhip": "pelvis",
+    "neck": "neck",
+    "nose": "nose",
+    "head": "head",
+}
+_PAIRED = re.compile(r"([RL])(Hip|Knee|Ankle|Shoulder|Elbow|Wrist|Ear|Eye|BigToe|SmallToe|Heel)")
+_NEEDED = {
+    "nose",
+    *(f"{s}_{joint}" for s in "lr" for joint in ("hip", "knee", "ankle", "shoulder", "elbow", "wrist")),
+}
+
+
+def world(up: Up, unit: str) -> Frame:
+    """The world frame with that axis up; InputError for a unit that is no length."""
+    if unit not in LENGTHS:
+        raise InputError(f"Expected a unit of {', '.join(LENGTHS)}, got '{unit}'; say it with unit=.")
+    return (Y_UP if up == "y" else Z_UP).with_(unit=unit)
+
+
+def poses_of(found: Markers, where: str, unit: str | None, up: Up | None) -> PoseSequence:
+    """One person of named points, in the file's world and unit, with its times; frames count from the first row.
+
+    unit, up: instead of what the file says. InputError when the points are not joint centres under names in use, when
+    the unit is unknown, and when the person does not stand along the axis that the file's kind has up.
+    """
+    names = [_ours(name) for name in found.names]
+    layout, joints, made = _named(names, found)
+    poses = PoseSequence(
+        joints=joints,
+        layout=layout,
+        frame=world(up or found.up, unit or found.unit),
+        time_s=found.time_s,
+        frame_index=found.numbers - found.numbers[0],
+        frames_known=False,
+    )
+    if up is None:
+        check_upright(poses, where)
+    return poses.noted("markers", derived=made) if made else poses
+
+
+def _named(names: list[str], found: Markers) -> tuple[Layout, np.ndarray, list[str]]:
+    chosen = {name: i for i, name in reversed(list(enumerate(names)))}
+    if set(chosen) >= _NEEDED:
+        kept = {name: i for name, i in sorted(chosen.items(), key=lambda item: item[1]) if name in _KNOWN}
+        return Layout("markers", tuple(kept)), found.points[:, list(kept.values())], []
+    try:
+        joints = h36m17_named(found.points, found.names)
+    except InputError:
+        raise InputError(
+            "expected points at the joint centres (nose, hips, knees, ankles, shoulders, elbows, wrists, neck and "
+            f"head, under names in use), got {', '.join(found.names[:30])}; markers on the skin must be turned "
+            "into joint centres first."
+        ) from None
+    return H36M17, joints, ["nose = before the neck's end, as the shoulders face", "head = along the neck"]
+
+
+def _ours(name: str) -> str:
+    paired = _PAIRED.fullmatch(name)
+    if paired:
+        part = re.sub(r"(?<=[a-z])(?=[A-Z])", "_", paired[2]).lower()
+        return f"{paired[1].lower()}_{part}"
+    return _MIDDLE.get(name.lower(), name)
+
+
+_KNOWN = {*H36M17.joints, *_NEEDED, "neck"} | {
+    f"{s}_{part}" for s in "lr" for part in ("ear", "eye", "big_toe", "small_toe", "heel")
+}
+
+
+def check_upright(poses: PoseSequence, where: str) -> None:
+    """InputError unless, in the usual frame, the head lies above the ankles along the axis that is taken for up."""
+    joints = remap(poses, H36M17)
+    trunk = joints.joint("head") - (joints.joint("l_ankle") + joints.joint("r_ankle")) / 2
+    trunk = rotate(transpose(poses.frame.basis), trunk[known(trunk)])
+    if len(trunk) and np.median(trunk[:, 2] / np.linalg.norm(trunk, axis=1)) < 0.5:
+        axis = "y" if poses.frame.axes[1] == "up" else "z"
+        raise InputError(
+            f"{where}: expected a person who stands along +{axis}, the axis that is up in such files, but in most "
+            "frames the head is not above the feet; say which axis is up with up=y or up=z (--option up=z), which is "
+            "then believed."
+        )

@@ -1,0 +1,1 @@
+"""Stated errors of joint angles."""

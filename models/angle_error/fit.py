@@ -1,0 +1,177 @@
+"""Learns joint_noise.json on lifted takes with truth (files of pcnet3d testbed):
+
+    python -m pcnet3d.models.angle_error.fit train-a.npz train-b.npz --val val-0.npz --val val-1.npz
+
+Train subjects give the modes; validation subjects, lifted by the shipped lifter and levelled by the shipped rectifier,
+give what a frame's noise grows with and the angles' factors.
+"""
+
+from __future__ import annotations
+
+import json
+import zipfile
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+
+from ...pipeline.anthropometry import implied_stature
+from ...pipeline.errors import InputError
+from ...pipeline.files.atomic import whole_file
+from ...pipeline.layouts import H36M17
+from ...pipeline.motion.angles import ANGLES, MIDLINE, angles, near
+from ...pipeline.plugins.protocols import Rectifier
+from ...pipeline.rotations import kabsch, known, rotate, transpose
+from ..common.metrics import scaled
+from ..gravity.levelling import Levelled, level_static, why_not
+from ..rectifier.load import load_rectifier
+from .joint_noise import JOINTS, NOISE_FILE, SD_90, JointNoise, angle_sd, heading_error, limb_spread
+from .take_angles import smoothed
+
+_MODES = 24  # of 42: 95 % of the variance; the angles' factors hold the rest
+_FPS = 30.0  # of the testbed's takes
+_COVERED = 0.9
+
+
+@dataclass(frozen=True, eq=False)
+class Pair:
+    """One take through the filter. lifted, truth: (T, 17, 3) metres, CAMERA axes; raw: before the filter;
+    R_camera_from_body: (T, 3, 3), true; upright: (T,)."""
+
+    raw: np.ndarray
+    lifted: np.ndarray
+    truth: np.ndarray
+    R_camera_from_body: np.ndarray
+    upright: np.ndarray
+
+    @property
+    def time_s(self) -> np.ndarray:
+        return np.arange(len(self.raw)) / _FPS
+
+    def residual(self) -> np.ndarray:
+        """(T, 14, 3) what is left of the lift's error, in shares of stature, when each frame is brought closest to the
+        truth by a rotation and a shift."""
+        rows = H36M17.indices(JOINTS)
+        lifted, truth = (
+            x[:, rows] - x[:, rows].mean(axis=1, keepdims=True) for x in (self.lifted, self.truth)
+        )
+        return (rotate(kabsch(truth, lifted), lifted) - truth) / implied_stature(self.truth)
+
+
+def read_pairs(paths: Sequence[Path]) -> Iterator[Pair]:
+    """The takes of pcnet3d testbed's files; InputError for other files."""
+    for path in paths:
+        try:
+            with np.load(path, allow_pickle=False) as file:
+                names = ("lifted", "truth", "R_camera_from_body", "lying", "take_start")
+                lifted, truth, R, lying, start = (file[name] for name in names)
+        except (OSError, KeyError, ValueError, zipfile.BadZipFile) as error:
+            raise InputError(f"Expected a file of pcnet3d testbed at {path}: {error}.") from None
+        for begin, end in pairwise(start):
+            true = truth[begin:end].astype(np.float64)
+            raw = scaled(lifted[begin:end].astype(np.float64), true, "take")
+            time_s = np.arange(len(raw)) / _FPS
+            yield Pair(raw, smoothed(raw, time_s), smoothed(true, time_s), R[begin:end], ~lying[begin:end])
+
+
+def modes_of(pairs: Iterator[Pair]) -> np.ndarray:
+    """(K, 14, 3) the largest principal axes of the residuals, one root mean square long."""
+    errors = [pair.residual()[pair.upright] for pair in pairs]
+    flat = np.concatenate(errors).reshape(-1, 3 * len(JOINTS))
+    flat = flat[known(flat)]
+    variance, axes = np.linalg.eigh(flat.T @ flat / len(flat))
+    largest = np.argsort(variance)[::-1][:_MODES]
+    return (axes[:, largest] * np.sqrt(variance[largest])).T.reshape(_MODES, len(JOINTS), 3)
+
+
+def with_multiples(noise: JointNoise, pairs: Sequence[Pair], levels: Sequence[Levelled]) -> JointNoise:
+    """The same with what a frame's noise grows with, a least-squares fit of the logarithms."""
+    rows = []
+    for pair, level in zip(pairs, levels, strict=True):
+        size = np.sqrt((pair.residual() ** 2).sum(axis=(1, 2)))
+        heading = heading_error(level.error_deg, level.up_error_deg)
+        row = np.log(np.stack([heading, limb_spread(pair.lifted), size], axis=-1))
+        rows.append(row[pair.upright & known(row)])
+    x = np.concatenate(rows)
+    centre = x.mean(axis=0)
+    powers = np.linalg.lstsq(x[:, :2] - centre[:2], x[:, 2] - centre[2], rcond=None)[0]
+    usual_deg, usual_spread = np.exp(centre[:2])
+    size = np.sqrt(np.mean(np.exp(2 * (x[:, 2] - (x[:, :2] - centre[:2]) @ powers))))
+    return replace(
+        noise,
+        modes=noise.modes * size / np.sqrt((noise.modes**2).sum()),
+        usual_deg=float(usual_deg),
+        usual_spread=float(usual_spread),
+        powers=(float(powers[0]), float(powers[1])),
+    )
+
+
+def with_factors(noise: JointNoise, pairs: Sequence[Pair], levels: Sequence[Levelled]) -> JointNoise:
+    """The same with a factor an angle, one for both sides, so that 90 % of the errors lie within SD_90 of it."""
+    ratios: dict[str, list[np.ndarray]] = {}
+    for pair, level in zip(pairs, levels, strict=True):
+        R = level.R_camera_from_body
+        body = rotate(transpose(R), pair.lifted)
+        found, true = angles(body), angles(rotate(transpose(pair.R_camera_from_body), pair.truth))
+        sd = angle_sd(body, R, level.error_deg, level.up_error_deg, noise)
+        for name in ANGLES:
+            ratio = np.abs(near(found[name] - true[name], 0.0)) / sd[name]
+            ratios.setdefault(of_both(name), []).append(ratio[pair.upright & np.isfinite(ratio)])
+    factors = {
+        name: float(np.quantile(np.concatenate(parts), _COVERED)) / SD_90 for name, parts in ratios.items()
+    }
+    return replace(noise, factors={name: factors[of_both(name)] for name in ANGLES})
+
+
+def of_both(name: str) -> str:
+    """An angle's name without its side."""
+    return name if name in MIDLINE else name[2:]
+
+
+def fit(train: Sequence[Path], val: Sequence[Path], rectifier: Rectifier) -> JointNoise:
+    """The modes of the lifter's errors in the train files, and their sizes by the val files. InputError when no val
+    take can be levelled."""
+    noise = JointNoise(modes_of(read_pairs(train)))
+    pairs, levels = [], []
+    for pair in read_pairs(val):
+        level = level_static(pair.raw, *rectifier.rotation(pair.raw), pair.time_s)
+        if not why_not(level, pair.raw):
+            pairs.append(pair)
+            levels.append(level)
+    if not pairs:
+        raise InputError("Expected validation takes that can be levelled, got none.")
+    return with_factors(with_multiples(noise, pairs, levels), pairs, levels)
+
+
+def main(
+    train: Annotated[
+        list[Path], typer.Argument(help="Lifted train subjects, by lifters that never saw them.")
+    ],
+    val: Annotated[list[Path], typer.Option(help="Lifted validation subjects.")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="The file to write.")] = NOISE_FILE,
+) -> None:
+    """Learn the joints' noise."""
+    noise = fit(train, val, load_rectifier("pcnet"))
+    content = {
+        "joints": JOINTS,
+        "usual_deg": round(noise.usual_deg, 3),
+        "usual_spread": round(noise.usual_spread, 5),
+        "powers": [round(power, 3) for power in noise.powers],
+        "factors": {name: round(factor, 3) for name, factor in noise.factors.items()},
+        "modes": [[round(float(v), 6) for v in mode.ravel()] for mode in noise.modes],
+    }
+    with whole_file(output) as partial:
+        partial.write_text(json.dumps(content) + "\n", encoding="utf-8")
+    print(
+        f"{output}: usual {content['usual_deg']} deg, {content['usual_spread']}, powers {content['powers']}"
+    )
+    for name, factor in content["factors"].items():
+        print(f"  {name}: {factor}")
+
+
+if __name__ == "__main__":
+    typer.run(main)

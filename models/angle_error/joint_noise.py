@@ -1,0 +1,161 @@
+"""How wrong a lifter's joints are, and what that does to angles: stated standard deviations of
+models/angle_error/take_angles.py.
+
+The noise is a Gaussian over 14 joints at once (nose, head and spine enter no angle), in camera axes, so that depth may
+be worse than what the picture shows, and neighbouring joints err together; what turns or moves the whole body is no
+part of it. It is kept as its largest modes, each one standard deviation long. A frame's noise is a multiple of it: by
+the rectifier's own error there, and by how much the limbs' lengths differ from the take's (a limb that is lifted too
+short or too long lies wrong in depth). 2D confidences say no more than that and do not enter.
+
+joint_noise.json was learned by models/angle_error/fit.py: the modes on lifted train subjects, by lifters that never saw
+them; the multiples, and one factor an angle that makes nine in ten errors lie within 1.645 standard deviations, on
+lifted validation subjects (models/rectifier/card.md has the split).
+"""
+
+from __future__ import annotations
+
+import json
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from ...pipeline.anthropometry import implied_stature
+from ...pipeline.layouts import H36M17
+from ...pipeline.motion.angles import ANGLES, angles, near
+from ...pipeline.rotations import known, rotate, transpose
+from ...pipeline.running.cores import cores
+
+NOISE_FILE = Path(__file__).with_name("joint_noise.json")
+SD_90 = 1.645  # standard deviations of a Gaussian on each side that hold nine in ten
+JOINTS = tuple(name for name in H36M17.joints if name not in ("spine", "nose", "head"))
+_LIMBS = tuple(bone for bone in H36M17.bones if bone[1].endswith(("knee", "ankle", "elbow", "wrist")))
+_LEAST_SPREAD = 0.02  # of limb lengths, added so that a perfect frame is not believed without end
+_MEAN_OF_STD = float(np.sqrt(2 / np.pi))  # mean size over standard deviation of a Gaussian
+_MEAN_OF_RMS = float(np.sqrt(np.pi) / 2)  # mean over root mean square of a direction's error, two dimensions
+_ROWS = 4096  # frames at once: the intermediate arrays of `angles` then stay within the cache
+
+
+@dataclass(frozen=True, eq=False)
+class JointNoise:
+    """modes: (K, 14, 3) joints of JOINTS in shares of stature, camera axes x right, y down, z away. usual_deg and
+    usual_spread: heading error and limb spread of a frame whose noise is these modes; powers: how the noise grows with
+    each. factors: by angle, on the propagated standard deviation."""
+
+    modes: np.ndarray
+    usual_deg: float = 5.0
+    usual_spread: float = 0.06
+    powers: tuple[float, float] = (0.0, 0.0)
+    factors: dict[str, float] = field(default_factory=dict)
+
+    def scale(self, heading_deg: np.ndarray, spread: np.ndarray) -> np.ndarray:
+        """(T,) multiple of the modes in each frame; an unknown heading error or spread counts as the usual one."""
+        ratios = (heading_deg / self.usual_deg, spread / self.usual_spread)
+        ratios = [np.where(np.isfinite(ratio), ratio, 1.0) for ratio in ratios]
+        return ratios[0] ** self.powers[0] * ratios[1] ** self.powers[1]
+
+
+@cache
+def shipped_noise() -> JointNoise:
+    """What joint_noise.json holds."""
+    content = json.loads(NOISE_FILE.read_text(encoding="utf-8"))
+    return JointNoise(
+        modes=np.array(content["modes"]).reshape(-1, len(JOINTS), 3),
+        usual_deg=content["usual_deg"],
+        usual_spread=content["usual_spread"],
+        powers=tuple(content["powers"]),
+        factors=content["factors"],
+    )
+
+
+def limb_spread(joints: np.ndarray) -> np.ndarray:
+    """(T,) root mean square deviation of limb lengths from the take's medians, as a share; joints (T, 17, 3)."""
+    ends = np.array([H36M17.indices(bone) for bone in _LIMBS])
+    length = np.linalg.norm(joints[:, ends[:, 0]] - joints[:, ends[:, 1]], axis=-1)
+    seen = np.isfinite(length)
+    median = np.array(
+        [np.median(one[fine]) if fine.any() else np.nan for one, fine in zip(length.T, seen.T, strict=True)]
+    )
+    square = np.where(seen, (length / median - 1) ** 2, 0.0).sum(axis=1)
+    count = seen.sum(axis=1)
+    return np.where(count > 0, _LEAST_SPREAD + np.sqrt(square / np.maximum(count, 1)), np.nan)
+
+
+def heading_error(error_deg: np.ndarray, up_error_deg: np.ndarray) -> np.ndarray:
+    """(T,) the mean heading error in a rectification's error_deg, the part that is not up's
+    (models/gravity/levelling.py)."""
+    return np.sqrt(np.maximum(error_deg**2 - (_MEAN_OF_RMS * up_error_deg) ** 2, 0.0))
+
+
+def angle_sd(
+    body: np.ndarray,
+    R_camera_from_body: np.ndarray,
+    error_deg: np.ndarray,
+    up_error_deg: np.ndarray,
+    noise: JointNoise | None = None,
+) -> dict[str, np.ndarray]:
+    """{angle: (T,) stated standard deviation in degrees}, NaN where the angle is.
+
+    body: (T, 17, 3) in BODY; R_camera_from_body (T, 3, 3), NaN where unknown, and then only angles without gravity can
+    be had from joints in camera axes. error_deg, up_error_deg: of the rectification (T,).
+
+    Every mode of the joints' noise moves the body one standard deviation either way, as do a tilt to the front and to
+    the side and a turn of the heading; half the difference of the two angles is that mode's part, and the squares add.
+    """
+    noise = shipped_noise() if noise is None else noise
+    heading = heading_error(error_deg, up_error_deg)
+    size = noise.scale(heading, limb_spread(body)) * implied_stature(body)
+    turned = np.asarray(known(R_camera_from_body).all(axis=1))
+    R_body_from_camera = np.where(turned[:, None, None], transpose(R_camera_from_body), np.eye(3))
+    heading = np.where(np.isfinite(heading), heading, noise.usual_deg) / _MEAN_OF_STD
+    tilt = np.where(np.isfinite(up_error_deg), up_error_deg, 0.0) / np.sqrt(2)
+
+    def squares(rows: slice) -> dict[str, np.ndarray]:
+        return _squares(
+            body[rows], R_body_from_camera[rows], size[rows], tilt[rows], heading[rows], noise.modes
+        )
+
+    with ThreadPoolExecutor(cores()) as pool:
+        parts = list(pool.map(squares, (slice(start, start + _ROWS) for start in range(0, len(body), _ROWS))))
+    return {
+        name: noise.factors.get(name, 1.0) * np.sqrt(np.concatenate([part[name] for part in parts]))
+        for name in ANGLES
+    }
+
+
+def _squares(
+    body: np.ndarray,
+    R_body_from_camera: np.ndarray,
+    size: np.ndarray,
+    tilt_deg: np.ndarray,
+    heading_deg: np.ndarray,
+    modes: np.ndarray,
+) -> dict[str, np.ndarray]:
+    """{angle: (T,) variance in square degrees}."""
+    rows = H36M17.indices(JOINTS)
+    total = {name: np.zeros(len(body)) for name in ANGLES}
+
+    def add(plus: np.ndarray, minus: np.ndarray) -> None:
+        above, below = angles(plus), angles(minus)
+        for name in ANGLES:
+            total[name] += (near(above[name] - below[name], 0.0) / 2) ** 2
+
+    for mode in modes:
+        step = np.zeros_like(body)
+        step[:, rows] = rotate(R_body_from_camera, size[:, None, None] * mode)
+        add(body + step, body - step)
+    for axis, deg in ((0, tilt_deg), (1, tilt_deg), (2, heading_deg)):
+        add(_turned(body, axis, deg), _turned(body, axis, -deg))
+    return total
+
+
+def _turned(body: np.ndarray, axis: int, angle_deg: np.ndarray) -> np.ndarray:
+    """body (T, 17, 3) turned about one of its axes by (T,) degrees."""
+    a, b = (axis + 1) % 3, (axis + 2) % 3
+    cosine, sine = np.cos(np.radians(angle_deg))[:, None], np.sin(np.radians(angle_deg))[:, None]
+    out = body.copy()
+    out[..., a] = cosine * body[..., a] - sine * body[..., b]
+    out[..., b] = sine * body[..., a] + cosine * body[..., b]
+    return out

@@ -1,0 +1,1 @@
+"""What networks share: ONNX files, error measures, training, configuration files."""

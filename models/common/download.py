@@ -1,0 +1,164 @@
+"""Networks of others that are downloaded when they are first asked for by name, once, and checked by their SHA-256.
+
+The digests are those of the .onnx files as they lie at these addresses, or in the archives there (end2end.onnx).
+"""
+
+from __future__ import annotations
+
+import sys
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ...pipeline.errors import InputError
+from ...pipeline.plugins import registry
+
+_FOLDER = "pcnet3d"  # in the user's cache
+_SECONDS = 30  # without an answer, until a download is given up
+
+
+@dataclass(frozen=True)
+class Network:
+    """name: what the option --KIND takes. kind: detector, person-detector or gravity-network. url: of the .onnx file
+    or of a .zip that holds one. sha256, megabytes: of the .onnx file. licence: shown before a download."""
+
+    name: str
+    kind: str
+    about: str
+    url: str
+    sha256: str
+    megabytes: float
+    licence: str
+
+    @property
+    def what(self) -> str:
+        """One line for `pcnet3d list models`."""
+        return f"{self.about}; {self.licence} ({self.megabytes} MB, {self.sha256[:12]}, downloaded when first used)"
+
+    @property
+    def path(self) -> Path:
+        """Where the file lies, or is to be put by hand."""
+        import pooch
+
+        return Path(pooch.os_cache(_FOLDER)) / f"{self.name}.onnx"
+
+    @property
+    def is_there(self) -> bool:
+        """Whether a file lies there; `fetch` checks that it is the right one."""
+        return self.path.is_file()
+
+    def fetch(self) -> Path:
+        """The file, downloaded unless it is there. InputError in words when it cannot be had or is another file."""
+        import pooch
+        from requests.exceptions import RequestException
+
+        digest = f"sha256:{self.sha256}"
+        if not (self.path.is_file() and pooch.hashes.hash_matches(str(self.path), digest)):
+            said = f"downloading {self.name}, {self.megabytes} MB, from {self.url}; licence: {self.licence}"
+            print(said, file=sys.stderr)
+        pooch.get_logger().setLevel("WARNING")
+        downloader: Any = _download_onnx  # pooch's own type of these is that of processors
+        try:
+            return Path(
+                pooch.retrieve(
+                    self.url,
+                    digest,
+                    fname=self.path.name,
+                    path=self.path.parent,
+                    downloader=downloader,
+                )
+            )
+        except (RequestException, OSError, ValueError, zipfile.BadZipFile) as error:
+            reason = "it is another file" if isinstance(error, ValueError) else type(error).__name__
+            raise InputError(
+                f"The network '{self.name}' could not be downloaded from {self.url} ({reason}); get it elsewhere and "
+                f"put it at {self.path} (.onnx file, SHA-256 {self.sha256}), or give a file of your own with "
+                f"--{self.kind} FILE.onnx."
+            ) from None
+
+
+_OPENMMLAB = "https://download.openmmlab.com/mmpose/v1/projects/rtmposev1/onnx_sdk"
+_MODEL_HUB = "https://huggingface.co/Xenova"
+MOVENET = Network(
+    "movenet",
+    "detector",
+    "MoveNet Lightning, one person, 17 joints; used unless told otherwise",
+    f"{_MODEL_HUB}/movenet-singlepose-lightning/resolve/ed0f314bb7356fd1dbf1e4f52c2d40791bf6534f/onnx/model.onnx",
+    "1ad4f8d6c2f776a9967db3993c9ca740bc350104f9d37c151dc183fc29a464ad",
+    9.4,
+    "Apache-2.0",
+)
+MOVENET_THUNDER = Network(
+    "movenet-thunder",
+    "detector",
+    "MoveNet Thunder, one person, 17 joints; slower and better",
+    f"{_MODEL_HUB}/movenet-singlepose-thunder/resolve/38296077a99667cdad67af5096ce7eeb9b327453/onnx/model.onnx",
+    "3dca9f6e5f8a64dc9935a5be06fd8bf81bf01e696c9c05c6f2a650e0a401b763",
+    25.1,
+    "Apache-2.0",
+)
+RTMPOSE = Network(
+    "rtmpose",
+    "detector",
+    "RTMPose-m, 26 joints (Halpe); several people with --person-detector yolox",
+    f"{_OPENMMLAB}/rtmpose-m_simcc-body7_pt-body7-halpe26_700e-256x192-4d3e73dd_20230605.zip",
+    "26f3a19e61304a600dfb82d1001d41d24343b89fc70a33ffc84657e0b0bf2ecf",
+    55.7,
+    "Apache-2.0 (MMPose), trained on data sets with terms of their own",
+)
+YOLOX = Network(
+    "yolox",
+    "person-detector",
+    "YOLOX-tiny, boxes around people",
+    f"{_OPENMMLAB}/yolox_tiny_8xb8-300e_humanart-6f3252f9.zip",
+    "ceb11c07298f95c50d7c5abeb906d03340c85f23aa79e3e66966e7fb6c307250",
+    20.0,
+    "Apache-2.0 (MMPose), trained on COCO and Human-Art, the latter for non-commercial use",
+)
+GEOCALIB = Network(
+    "geocalib",
+    "gravity-network",
+    "GeoCalib's fields, which way is up and the focal length where no straight lines tell them",
+    "https://huggingface.co/mprib/geocalib-fields-onnx/resolve/main/geocalib_fields.onnx",
+    "a724447e1bf7138352e5e70bbe0f011e6fb02909edd3148a5d0f46e8d153ae7b",
+    118.2,
+    "Apache-2.0",
+)
+
+
+def network_file(name: str | Path) -> Path:
+    """The file of a network by its name, downloaded if need be, or the path that was given. InputError when there is
+    neither."""
+    points = registry.registered("models")
+    known = {}
+    if str(name) in points or not Path(name).is_file():
+        loaded = (registry.load("models", point) for point in points)
+        known = {model.name: model for model in loaded if isinstance(model, Network)}
+    if str(name) in known:
+        return known[str(name)].fetch()
+    if not Path(name).is_file():
+        raise InputError(
+            f"Expected an .onnx file or one of the networks {', '.join(known)}, got '{name}', which is neither."
+        )
+    return Path(name)
+
+
+def _download_onnx(url: str, output: str | Path, pooch_: Any) -> None:
+    """A downloader for pooch, which checks the digest of what it leaves at `output`: the .onnx file itself."""
+    import pooch
+
+    fetch = pooch.HTTPDownloader(timeout=_SECONDS)
+    if not url.endswith(".zip"):
+        fetch(url, str(output), pooch_)
+        return
+    archive_path = Path(f"{output}.zip")
+    try:
+        fetch(url, str(archive_path), pooch_)
+        with zipfile.ZipFile(archive_path) as archive:
+            held = [member for member in archive.infolist() if member.filename.endswith(".onnx")]
+            if len(held) != 1:
+                raise ValueError(f"{len(held)} .onnx files in {url}")
+            Path(output).write_bytes(archive.read(held[0]))
+    finally:
+        archive_path.unlink(missing_ok=True)

@@ -1,0 +1,72 @@
+"""Errors of 3D skeletons against truth; all joints (..., T, 17, 3) relative to the pelvis, in the same axes."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from ...pipeline.layouts import H36M17
+from ...pipeline.rotations import kabsch, rotate
+
+
+@dataclass(frozen=True)
+class Figure:
+    """Percentiles and mean over frames, or over takes (of each take's mean)."""
+
+    p50: float
+    mean: float
+    p95: float
+
+    @classmethod
+    def of(cls, values: np.ndarray) -> Figure:
+        values = values[np.isfinite(values)]
+        if len(values) == 0:
+            return cls(np.nan, np.nan, np.nan)
+        return cls(*(float(v) for v in (np.median(values), values.mean(), np.quantile(values, 0.95))))
+
+    def __str__(self) -> str:
+        return format(self, ".1f")
+
+    def __format__(self, digits: str) -> str:
+        """p50 / mean / p95, each with the given format."""
+        return " / ".join(format(value, digits or ".1f") for value in (self.p50, self.mean, self.p95))
+
+
+def plain(value: Any) -> Any:
+    """Nested figures as what JSON knows; NaN becomes null."""
+    if isinstance(value, float) and np.isnan(value):
+        return None
+    if isinstance(value, Figure):
+        return plain(asdict(value))
+    if isinstance(value, dict):
+        return {key: plain(part) for key, part in value.items()}
+    return [plain(part) for part in value] if isinstance(value, list | tuple) else value
+
+
+def relative(joints: np.ndarray) -> np.ndarray:
+    """joints (..., 17, 3) minus their pelvis."""
+    return joints - joints[..., [H36M17.index("pelvis")], :]
+
+
+def scaled(predicted: np.ndarray, truth: np.ndarray, per: str = "frame") -> np.ndarray:
+    """predicted (..., T, 17, 3) times the one factor that brings it closest to truth, per "frame" or per "take"
+    (T frames)."""
+    axes = (-2, -1) if per == "frame" else (-3, -2, -1)
+    valid = np.isfinite(predicted)
+    dot = np.sum(predicted * truth, axis=axes, where=valid, keepdims=True)
+    square = np.sum(predicted**2, axis=axes, where=valid, keepdims=True)
+    return predicted * (dot / np.where(square > 0, square, np.nan))
+
+
+def joint_error(predicted: np.ndarray, truth: np.ndarray) -> np.ndarray:
+    """(..., T) mean distance over the 17 joints, the pelvis included (MPJPE as usual, Ionescu et al. 2014)."""
+    return np.linalg.norm(predicted - truth, axis=-1).mean(axis=-1)
+
+
+def procrustes_error(predicted: np.ndarray, truth: np.ndarray) -> np.ndarray:
+    """(..., T) the same after the best rotation, shift and scale of every frame (PA-MPJPE)."""
+    a = truth - truth.mean(axis=-2, keepdims=True)
+    b = predicted - predicted.mean(axis=-2, keepdims=True)
+    return joint_error(scaled(rotate(kabsch(a, b), b), a), a)

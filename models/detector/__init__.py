@@ -1,0 +1,1 @@
+"""2D detectors: networks, crops, tracking, whole videos."""

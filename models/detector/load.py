@@ -1,0 +1,71 @@
+"""Opens networks that find people's joints in pictures; the kind is told by the network's inputs and outputs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Literal
+
+from ...pipeline.errors import InputError
+from ..common.onnx import OnnxFile, open_onnx
+from .blazepose import BlazePose, is_blazepose
+from .movenet import MoveNet, MultiMoveNet
+from .protocols import CropNetwork, Detector, Found
+from .rtmpose import SimCC
+from .topdown import Follower, TopDown
+from .yolox import PersonBoxes
+
+__all__ = ["Detector", "Found", "load_detector"]
+
+
+PersonKind = Literal["yolox", "rtmdet"]
+
+
+def load_detector(
+    detector: str | Path, person_detector: str | Path | None = None, person_kind: PersonKind = "yolox"
+) -> Detector:
+    """The detector in an .onnx file.
+
+    Known are MoveNet (one person, or up to six), RTMPose and other SimCC networks, and BlazePose's landmarks. One
+    that looks at a single person follows it through the picture, or gets everybody's box from `person_detector`, the
+    .onnx file of a YOLOX or RTMDet; `person_kind` says which, for their files look alike. InputError when there is no
+    such file or it is of another kind.
+    """
+    network = open_onnx(detector, "a network that finds joints in pictures")
+    opened = _joints(network)
+    if opened is None:
+        raise InputError(
+            f"{network.path} is no network that finds joints in pictures: expected MoveNet, SimCC outputs or "
+            f"BlazePose, got {network.looks}."
+        )
+    if isinstance(opened, MultiMoveNet):
+        if person_detector is not None:
+            raise InputError(f"{network.path} finds people by itself; leave --person-detector out.")
+        return opened
+    return (
+        Follower(opened)
+        if person_detector is None
+        else TopDown(opened, _persons(person_detector, person_kind))
+    )
+
+
+def _joints(network: OnnxFile) -> CropNetwork | MultiMoveNet | None:
+    if len(network.inputs) != 1:
+        return None
+    (image,) = network.inputs.values()
+    outputs = [shape[1:] for shape in network.outputs.values()]
+    if len(image) != 4:
+        return None
+    if image[1] == 3 and {"simcc_x", "simcc_y"} <= network.outputs.keys():
+        return SimCC(network)
+    if image[3] == 3 and outputs == [(1, 17, 3)]:
+        return MoveNet(network)
+    if image[3] == 3 and outputs == [(6, 56)]:
+        return MultiMoveNet(network)
+    return BlazePose(network) if is_blazepose(network) else None
+
+
+def _persons(path: str | Path, kind: PersonKind) -> PersonBoxes:
+    network = open_onnx(path, "a network that finds people")
+    if len(network.inputs) != 1:
+        raise InputError(f"{network.path} is no network that finds people: {network.looks}.")
+    return PersonBoxes(network, normalised=kind == "rtmdet")

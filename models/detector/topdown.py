@@ -1,0 +1,87 @@
+"""From a network that looks into a part of the picture to a detector: one person followed, or everybody in boxes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ...pipeline.layouts import Layout
+from .crops import fitted
+from .protocols import CropNetwork, Found, PersonNetwork
+
+_LOST = 0.3  # less sure than this, the person is no longer where it was
+_FOUND = 0.5  # as sure as this of a second look, somebody was found
+_HINT = 0.1  # as sure as this, a first look is worth a second
+_LOOKS = 3  # more, each closer than the one before
+
+
+class Follower:
+    """Detector of one person: looks where the person was, and all over the picture when there was none or it is lost.
+
+    A person much smaller than the picture is overlooked in all of it, so squares as wide as its shorter side are
+    searched as well.
+    """
+
+    def __init__(self, network: CropNetwork) -> None:
+        self._network = network
+        self.method = network.method
+        self.layout: Layout = network.layout
+
+    def people(self, picture: np.ndarray, before: Sequence[Found] = ()) -> tuple[Found, ...]:
+        """As Detector says; the first of `before` is followed."""
+        for person in before[:1]:
+            found = self._network.look(picture, self._network.next_crop(person))
+            if found.sure >= _LOST and _middle_inside(found, picture):
+                return (found,)
+        found = self._search(picture)
+        return (found,) if found is not None else ()
+
+    def _search(self, picture: np.ndarray) -> Found | None:
+        best = None
+        for window in _windows(picture):
+            found = self._network.look(picture, fitted(window, self._network.aspect))
+            for _ in range(_LOOKS):
+                if found.sure >= _HINT:
+                    found = self._network.look(picture, self._network.next_crop(found))
+            if found.sure < _FOUND or not _middle_inside(found, picture):
+                continue
+            if (
+                best is None or found.sure > best.sure
+            ):  # of equals that of the larger window, which shows all of it
+                best = found
+        return best
+
+
+class TopDown:
+    """Detector of everybody whom a network of people finds."""
+
+    def __init__(self, network: CropNetwork, persons: PersonNetwork) -> None:
+        self._network, self._persons = network, persons
+        self.method = f"{network.method}+{persons.method}"
+        self.layout: Layout = network.layout
+
+    def people(self, picture: np.ndarray, before: Sequence[Found] = ()) -> tuple[Found, ...]:
+        """As Detector says."""
+        network = self._network
+        crops = (fitted(box, network.aspect, network.room) for box in self._persons.boxes(picture))
+        found = (network.look(picture, crop) for crop in crops)
+        return tuple(person for person in found if person.sure >= _LOST)
+
+
+def _windows(picture: np.ndarray) -> list[np.ndarray]:
+    """Boxes (4,): the whole picture; and, unless it is square, squares along its longer side that half overlap."""
+    size = np.array(picture.shape[1::-1], dtype=float)
+    side, long = size.min(), int(size.argmax())
+    windows = [np.array([0, 0, *size])]
+    steps = int(np.ceil(2 * (size.max() / side - 1)))
+    for start in np.linspace(0, size.max() - side, steps + 1) if steps else ():
+        corner = np.zeros(2)
+        corner[long] = start
+        windows.append(np.concatenate([corner, corner + side]))
+    return windows
+
+
+def _middle_inside(found: Found, picture: np.ndarray) -> bool:
+    middle = (found.box[:2] + found.box[2:]) / 2
+    return bool((middle >= 0).all() and (middle < picture.shape[1::-1]).all())

@@ -1,0 +1,169 @@
+"""A detector over a whole video: people followed under their names, cuts noticed, stopped and taken up again."""
+
+from __future__ import annotations
+
+import time
+from array import array
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from ...pipeline.errors import InputError
+from ...pipeline.files.detections import Detections
+from ...pipeline.files.video_frames import pictures
+from ...pipeline.running.interrupt import interruptible
+from ...pipeline.running.progress import counted
+from ...pipeline.take import Video
+from .protocols import Detector, Found
+from .scene_cuts import Glance
+from .tracker import Sighting, Tracker
+
+_KEEP_S = 60.0
+_KEEP_RARELY = 20  # times as long as the last writing took
+
+
+class _Rows:
+    """What was found so far, in flat buffers: hours of video are many small arrays."""
+
+    def __init__(self, joints: int) -> None:
+        self._joints = joints
+        self._frame, self._person, self._time_s = array("q"), array("q"), array("d")
+        self._xy, self._score, self._box = array("f"), array("f"), array("f")
+
+    def __len__(self) -> int:
+        return len(self._frame)
+
+    def add(self, frame: int, time_s: float, person: int, found: Found) -> None:
+        self._frame.append(frame)
+        self._time_s.append(time_s)
+        self._person.append(person)
+        for buffer, values in ((self._xy, found.xy), (self._score, found.score), (self._box, found.box)):
+            buffer.frombytes(values.tobytes())
+
+    @property
+    def arrays(self) -> dict[str, np.ndarray]:
+        """Copies, by their names in Detections."""
+        return {
+            "frame_index": np.array(self._frame, np.int64),
+            "time_s": np.array(self._time_s, np.float64),
+            "person": np.array(self._person, np.int64),
+            "joints": np.array(self._xy, np.float32).reshape(-1, self._joints, 2),
+            "confidence": np.array(self._score, np.float32).reshape(-1, self._joints),
+            "box": np.array(self._box, np.float32).reshape(-1, 4),
+        }
+
+
+class Search:
+    """People followed under their names from picture to picture, cuts noticed; what was found so far.
+
+    cuts: frames that begin another scene. seen: frames up to the last picture.
+    """
+
+    def __init__(self, detector: Detector) -> None:
+        self.cuts: list[int] = []
+        self.seen = 0
+        self._detector = detector
+        self._rows = _Rows(len(detector.layout))
+        self._tracker = Tracker()
+        self._before: Sequence[Found] = ()
+        self._glance: Glance | None = None
+
+    def look(self, number: int, time_s: float, picture: np.ndarray) -> list[tuple[int, Found]]:
+        """The people in the next frame, each with the name it goes by."""
+        now = Glance.at(picture)
+        if self._glance is not None and self._glance.is_cut_to(now):
+            self.cuts.append(number)
+            self._tracker.cut()
+            self._before = ()
+        self._glance = now if self._glance is None or now.shows else self._glance
+        self._before = self._detector.people(picture, self._before)
+        named = list(zip(self._tracker.names(number, self._before), self._before, strict=True))
+        for name, person in named:
+            self._rows.add(number, time_s, name, person)
+        self.seen = number + 1
+        return named
+
+    def detections(self, frames: int, seen: int, source: str = "") -> Detections:
+        """All that was found in the first `seen` of so many frames. source: what a later run compares before it goes
+        on with these."""
+        return Detections(
+            **self._rows.arrays,
+            cuts=np.array(self.cuts, dtype=np.int64),
+            thumbnail=np.zeros((0, 0), np.uint8) if self._glance is None else self._glance.small,
+            frames=frames,
+            frames_seen=seen,
+            layout=self._detector.layout.name,
+            method=self._detector.method,
+            source=source,
+        )
+
+    @property
+    def people(self) -> bool:
+        """Whether anybody was found."""
+        return len(self._rows) > 0
+
+    def take_up(self, resume: Detections) -> None:
+        """Know what is known, and be in the state of after the last frame that was looked at."""
+        scene = int(resume.cuts.max(initial=0))
+        last: dict[int, Sighting] = {}
+        before = []
+        columns = (
+            resume.frame_index,
+            resume.time_s,
+            resume.person,
+            resume.joints,
+            resume.confidence,
+            resume.box,
+        )
+        for frame, time_s, person, xy, score, box in zip(*columns, strict=True):
+            found = Found(xy, score, box)
+            self._rows.add(frame, time_s, person, found)
+            if frame >= scene:
+                last.pop(person, None)
+                last[person] = Sighting(person, frame, found)
+            if frame == resume.frames_seen - 1:
+                before.append(found)
+        self._tracker = Tracker(list(last.values()), int(resume.person.max()) + 1)
+        self._before, self._glance = before, Glance(resume.thumbnail) if resume.thumbnail.size else None
+        self.cuts, self.seen = resume.cuts.tolist(), resume.frames_seen
+
+
+def detect(
+    video: Video,
+    detector: Detector,
+    source: str = "",
+    resume: Detections | None = None,
+    keep: Callable[[Detections], None] = lambda found: None,
+) -> Detections:
+    """Everybody in a video. source: what a later run compares before it goes on with these. keep: called with what was
+    found so far, about every minute and at the end, once there is anybody.
+
+    Ctrl-C ends it early: what was found so far comes back, with `frames_seen` less than `frames`. resume: such an
+    answer to go on from; the result is the same as in one go. Memory grows by what was found alone. InputError when
+    the video cannot be decoded, or `resume` is of something else.
+    """
+    search, total = Search(detector), len(video.time_s)
+    if resume is not None:
+        if (resume.source, resume.method, resume.frames) != (source, detector.method, total):
+            raise InputError(
+                f"What was detected before is of another video, detector or version ({resume.method} on "
+                f"{resume.frames} frames, now {detector.method} on {total}); leave --resume out to begin anew."
+            )
+        search.take_up(resume)
+    keep_at = time.monotonic() + _KEEP_S
+    seen = total
+    with interruptible() as asked, counted("detect", total) as count:
+        for number, picture in pictures(video, search.seen):
+            search.look(number, float(video.time_s[number]), picture)
+            count(search.seen)
+            if asked():
+                seen = search.seen
+                break
+            if (start := time.monotonic()) >= keep_at and search.people:
+                keep(search.detections(total, search.seen, source))
+                # Hours of video take seconds to write, which is to be a small part of the time.
+                keep_at = time.monotonic() + max(_KEEP_S, _KEEP_RARELY * (time.monotonic() - start))
+    found = search.detections(total, seen, source)
+    if search.people:
+        keep(found)
+    return found

@@ -1,0 +1,1 @@
+"""`pcnet3d evaluate` and the test beds."""

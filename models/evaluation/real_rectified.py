@@ -1,0 +1,139 @@
+"""Rectifiers on real lifters' output: consistency, not error, since nobody knows the truth.
+
+Two lifters of one video should show one body, a camera that stands still has one `up`, and people who stand or walk
+hold their trunk near it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from ...pipeline.frames import CAMERA
+from ...pipeline.layouts import BLAZEPOSE33, COCO17, H36M17, Layout, remap
+from ...pipeline.plugins.protocols import Rectifier
+from ...pipeline.pose import PoseSequence
+from ...pipeline.rotations import angle_deg, geodesic_deg, kabsch, rotate, transpose, unit
+from ..common.metrics import Figure, relative
+from ..lifter.builtin import lift
+from ..mocap.clips import data_folder
+from .real_clips import image_poses
+from .take_answers import Answer, answers, named
+
+_OURS = "pcnet3d on MoveNet"
+# clip, array in its file, the lifter's name and layout; the cameras stand still
+_LIFTED: tuple[tuple[str, str, str, Layout], ...] = (
+    ("boxing", "motionbert", "MotionBERT", H36M17),
+    ("boxing", "blazepose_world", "BlazePose", BLAZEPOSE33),
+    ("boxing", "movenet_kp2d", _OURS, COCO17),
+    ("walk_crop", "blazepose_world", "BlazePose", BLAZEPOSE33),
+    ("walk_crop", "movenet_kp2d", _OURS, COCO17),
+    ("demo_man", "blazepose_world", "BlazePose", BLAZEPOSE33),
+    ("demo_man", "movenet_kp2d", _OURS, COCO17),
+    ("mhformer_skating", "run_a", "MHFormer", H36M17),
+)
+_PAIRS = (
+    ("boxing", "MotionBERT", "BlazePose"),
+    ("boxing", _OURS, "BlazePose"),
+    ("walk_crop", _OURS, "BlazePose"),
+    ("demo_man", _OURS, "BlazePose"),
+)
+
+
+def real_poses(lifter: str = "pcnet3d") -> Iterator[tuple[str, str, np.ndarray, np.ndarray]]:
+    """(clip, lifter, joints (T, 17, 3) in CAMERA axes relative to the pelvis, the lifter's unit, time_s (T,)).
+
+    lifter: ours, for the clips of which there are 2D keypoints; their focal length is unknown.
+    """
+    for clip, array, name, layout in _LIFTED:
+        with np.load(data_folder() / "lifter" / f"{clip}.npz", allow_pickle=False) as file:
+            found, time_s = file[array], np.arange(len(file[array])) / float(file["fps"])
+            if name == _OURS:
+                width, height = (int(side) for side in file["image_size"])
+                poses = lift(image_poses(found, layout), (width, height), model=lifter)
+            else:
+                poses = remap(PoseSequence(found, layout, CAMERA.with_(unit="arbitrary")))
+        yield clip.removeprefix("mhformer_"), name, relative(poses.joints.astype(np.float64)), time_s
+
+
+def consistency(rectifiers: Sequence[Rectifier], lifter: str = "pcnet3d") -> dict[str, Any]:
+    """{"apart": {"clip: lifter, lifter": {axes: Figure}}, "up": {"clip, lifter": {method: Figure}}, "trunk": {"clip,
+    lifter": {method: {"lean": Figure, "bound"}}}}, degrees over frames.
+
+    apart: one lifter's body against the other's, before ("camera axes") and after each rectifier, frame by frame and
+        with one gravity a take: the rotation that brings one closest to the other. up: between a frame's up and the
+        take's mean of them. trunk: between pelvis to thorax and the take's one up; bound is what nine in ten takes'
+        up is said to stay under.
+    """
+    joints: dict[tuple[str, str], np.ndarray] = {}
+    found: dict[tuple[str, str], dict[str, dict[str, Answer]]] = {}
+    for clip, name, poses, time_s in real_poses(lifter):
+        joints[clip, name] = poses
+        found[clip, name] = answers(rectifiers, poses, time_s)
+    apart = {}
+    for clip, *pair in _PAIRS:
+        both = [(joints[clip, name], named(found[clip, name])) for name in pair]
+        figures = {"camera axes": Figure.of(_apart(*(poses for poses, _ in both)))}
+        for method in both[0][1]:
+            bodies = [rotate(transpose(said[method].R_camera_from_body), poses) for poses, said in both]
+            figures[method] = Figure.of(_apart(*bodies))
+        apart[f"{clip}: {', '.join(pair)}"] = figures
+    return {
+        "apart": apart,
+        "up": {
+            ", ".join(key): {
+                method: Figure.of(spread_deg(both["a frame"].R_camera_from_body[..., 2]))
+                for method, both in said.items()
+            }
+            for key, said in found.items()
+        },
+        "trunk": {
+            ", ".join(key): {method: _trunk(joints[key], both["a take"]) for method, both in said.items()}
+            for key, said in found.items()
+        },
+    }
+
+
+def spread_deg(up: np.ndarray) -> np.ndarray:
+    """(T,) degrees between each unit vector of up (T, 3) and their mean; NaN frames stay NaN."""
+    return angle_deg(up, np.broadcast_to(unit(np.nanmean(up, axis=0)), up.shape))
+
+
+def as_markdown(results: dict[str, Any]) -> str:
+    """The tables of what `evaluate --real` found."""
+    methods = list(next(iter(results["up"].values())))
+    lines = ["## Real clips: how far rectified bodies are apart, and how steady up is", ""]
+    lines += ["Degrees over frames, p50 / mean / p95.", ""]
+    lines += _table("two lifters of one video apart", results["apart"])
+    lines += _table("up against the take's mean up", results["up"])
+    trunks = {
+        name: {method: f"{row[method]['lean']}; {row[method]['bound']:.1f}" for method in methods}
+        for name, row in results["trunk"].items()
+    }
+    lines += _table("trunk against the take's up; its stated 90 % bound", trunks)
+    return "\n".join(lines)
+
+
+def _table(title: str, rows: dict[str, dict[str, Any]]) -> list[str]:
+    columns = list(next(iter(rows.values())))
+    lines = [f"| {title} | {' | '.join(columns)} |", "| --- |" + " --- |" * len(columns)]
+    return [*lines, *(f"| {name} | {' | '.join(map(str, row.values()))} |" for name, row in rows.items()), ""]
+
+
+def _trunk(joints: np.ndarray, take: Answer) -> dict[str, Any]:
+    """How far pelvis to thorax is from the take's up, and how far that is said to be off at most."""
+    assert take.R_camera_from_level is not None
+    assert take.levelled is not None
+    trunk = joints[:, H36M17.index("thorax")] - joints[:, H36M17.index("pelvis")]
+    up = np.broadcast_to(take.R_camera_from_level[:, 2], trunk.shape)
+    return {"lean": Figure.of(angle_deg(trunk, up)), "bound": float(np.median(take.levelled.up_bound_deg))}
+
+
+def _apart(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """(T,) degrees between two skeletons of the same frames; NaN where a joint of either is missing."""
+    seen = np.isfinite(a).all(axis=(1, 2)) & np.isfinite(b).all(axis=(1, 2))
+    out = np.full(len(a), np.nan)
+    out[seen] = geodesic_deg(kabsch(a[seen], b[seen]), np.eye(3))
+    return out

@@ -1,0 +1,387 @@
+"""The lifter and all that follows it on real videos with truth:  pcnet3d evaluate --real-take -o DIR
+
+A man who balances, seen by four calibrated cameras that stand still and lean: his limbs are known from all of them
+together (triangulated), and so is which way is up. Every camera is judged by itself, focal length unknown, on three
+kinds of 2D keypoints: found in the video, those that OpenPose found, and the truth seen through the camera. Then the
+same man standing still, of whom only up is known.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...pipeline.camera import Look
+from ...pipeline.canonical import R_world_from_body
+from ...pipeline.errors import InputError
+from ...pipeline.files.arrays import load_all
+from ...pipeline.files.video_frames import shown_size
+from ...pipeline.frames import IMAGE
+from ...pipeline.layouts import COCO17, H36M17, remap
+from ...pipeline.motion.angles import FINE
+from ...pipeline.plugins.protocols import Rectifier
+from ...pipeline.pose import PoseSequence, package_version
+from ...pipeline.reading.load import choose_person
+from ...pipeline.reading.take import read_video
+from ...pipeline.rotations import angle_deg, kabsch, rotate, transpose, unit
+from ...pipeline.take import Video
+from ..angle_error.take_angles import AngleSeries, smoothed, take_angles
+from ..common.metrics import joint_error, procrustes_error, scaled
+from ..detector.load import load_detector
+from ..detector.video import detect
+from ..gravity.levelling import level_static, why_not
+from ..gravity.view import camera_of
+from ..lifter.builtin import lift
+from ..mocap.clips import data_folder
+from .angles import judge, spread
+
+LIMBS = tuple(
+    f"{side}_{part}" for side in "rl" for part in ("hip", "knee", "ankle", "shoulder", "elbow", "wrist")
+)
+_LIMB_ROWS = H36M17.indices(LIMBS)
+_MOVING, _STANDING = "pose2sim", "pose2sim_static"  # folders of the data's README, under real/
+_DETECTOR = Path("models") / "movenet_lightning_int8.onnx"
+_KEYPOINTS = ("video, skeletons alone", "OpenPose", "exact limbs")
+_WITH_IMAGE = "video, with its image"  # its lines tell up and the focal length
+_LIFT_ANGLES = ("knee_flexion", "elbow_flexion")
+_LEANS = ("trunk_lean_sagittal", "trunk_lean_frontal")
+
+
+@dataclass(frozen=True, eq=False)
+class RealCamera:
+    """A camera of a real take. video: its file. up: (3,), against gravity, in the camera.
+    R_camera_from_world (3, 3), world +Z up, and t_m (3,): x_camera = R x_world + t; None where the take has no truth.
+    focal_px, principal_point_px: (2,). distortion: (4,) k1, k2, p1, p2 as in OpenCV."""
+
+    video: Path
+    up: np.ndarray
+    focal_px: np.ndarray
+    principal_point_px: np.ndarray
+    distortion: np.ndarray
+    R_camera_from_world: np.ndarray | None = None
+    t_m: np.ndarray | None = None
+
+    def project(self, joints_world: np.ndarray) -> np.ndarray:
+        """(..., 3) world, metres -> (..., 2) pixels, lens distortion included (Brown's model, as OpenCV has it)."""
+        assert self.R_camera_from_world is not None
+        assert self.t_m is not None
+        joints = rotate(self.R_camera_from_world, joints_world) + self.t_m
+        rays = joints[..., :2] / joints[..., 2:]
+        k1, k2, p1, p2 = self.distortion
+        x, y = rays[..., 0], rays[..., 1]
+        square = x**2 + y**2
+        radial = (1 + k1 * square + k2 * square**2)[..., None] * rays
+        tangential = [
+            2 * p1 * x * y + p2 * (square + 2 * x**2),
+            p1 * (square + 2 * y**2) + 2 * p2 * x * y,
+        ]
+        return (radial + np.stack(tangential, axis=-1)) * self.focal_px + self.principal_point_px
+
+
+@dataclass(frozen=True, eq=False)
+class RealTruth:
+    """limbs: (T, 12, 3) metres, joints LIMBS, world +Z up; row i is frame i of every video. openpose: by camera, its
+    keypoints (T, 17, 3), COCO17: x, y in pixels and score."""
+
+    limbs: np.ndarray
+    openpose: dict[str, np.ndarray]
+
+
+def read_cameras(folder: Path) -> dict[str, RealCamera]:
+    """The cameras of a real take by name, from its cameras.json. InputError when that is missing or says less."""
+    path = folder / "cameras.json"
+    try:
+        listed = json.loads(path.read_text(encoding="utf-8"))["cameras"]
+        return {
+            name: RealCamera(
+                video=folder / f"{name}.mp4",
+                up=unit(np.array(said["up_in_camera"], dtype=np.float64)),
+                **{
+                    key: np.array(said[key], dtype=np.float64)
+                    for key in ("focal_px", "principal_point_px", "distortion")
+                },
+                **{
+                    key: np.array(said[key], dtype=np.float64)
+                    for key in ("R_camera_from_world", "t_m")
+                    if key in said
+                },
+            )
+            for name, said in listed.items()
+        }
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+        raise InputError(
+            f"Expected the cameras of a real take in {path}, got {type(error).__name__}: {error}."
+        ) from None
+
+
+def read_truth(folder: Path, cameras: Sequence[str]) -> RealTruth:
+    """The truth of a real take, from its truth.npz. InputError when that is missing, damaged or lacks a limb."""
+    keys = {name: f"openpose_body25b_{name}" for name in cameras}
+    arrays = load_all(folder / "truth.npz", "joints", "joint_names", *keys.values())
+    names = [str(name) for name in arrays["joint_names"]]
+    if missing := [name for name in LIMBS if name not in names]:
+        raise InputError(
+            f"Expected the limbs' joints in {folder / 'truth.npz'}; {', '.join(missing)} missing."
+        )
+    return RealTruth(
+        limbs=arrays["joints"][:, [names.index(name) for name in LIMBS]].astype(np.float64),
+        # The first 17 joints of BODY_25B are COCO's, in its order.
+        openpose={name: arrays[key][:, : len(COCO17)].astype(np.float64) for name, key in keys.items()},
+    )
+
+
+def real_take_tables(
+    rectifiers: Sequence[Rectifier], lifter: str | Path = "pcnet3d", flip: bool = False
+) -> dict[str, Any]:
+    """Everything the report says. {"lift": {keypoints: {camera: row}}, "level": {"keypoints, method": {camera: row}},
+    "standing": {method: {camera: row}}}; the rows are lift_row's and level_row's, the last of each the mean over
+    cameras. InputError where the data is not."""
+    results: dict[str, Any] = {
+        "pcnet3d": package_version(), "lifter": str(lifter), "rectifiers": [r.method for r in rectifiers],
+        "flip": flip, "lift": {}, "level": {}, "standing": {},
+    }  # fmt: skip
+    folder = data_folder() / "real"
+    cameras = read_cameras(folder / _MOVING)
+    truth = read_truth(folder / _MOVING, list(cameras))
+    for name, camera in cameras.items():
+        video = read_video(camera.video)
+        if len(video.time_s) != len(truth.limbs):
+            raise InputError(
+                f"Expected {len(truth.limbs)} frames in {camera.video}, as in truth.npz; got {len(video.time_s)}."
+            )
+        given = openpose_keypoints(truth.openpose[name], video.time_s)
+        sources = (found_keypoints(video), given, exact_keypoints(camera, truth.limbs, given))
+        for kind, keypoints in zip(_KEYPOINTS, sources, strict=True):
+            poses = lift(remap(keypoints, H36M17), shown_size(video), flip=flip, model=lifter)
+            limbs = truth.limbs[poses.frame_index]
+            results["lift"].setdefault(kind, {})[name] = lift_row(poses, limbs)
+            for rectifier in rectifiers:
+                rows = results["level"].setdefault(f"{kind}, {rectifier.method}", {})
+                rows[name] = level_row(rectifier, poses, camera.up, limbs)
+        seen, poses = _with_image(video, sources[0], lifter, flip)
+        results["lift"].setdefault(_WITH_IMAGE, {})[name] = lift_row(poses, truth.limbs[poses.frame_index])
+        for rectifier in rectifiers:
+            rows = results["level"].setdefault(f"{_WITH_IMAGE}, {rectifier.method}", {})
+            rows[name] = level_row(rectifier, poses, camera.up, truth.limbs[poses.frame_index], seen)
+    for name, camera in read_cameras(folder / _STANDING).items():
+        video = read_video(camera.video)
+        keypoints = found_keypoints(video)
+        poses = lift(remap(keypoints, H36M17), shown_size(video), flip=flip, model=lifter)
+        seen, with_image = _with_image(video, keypoints, lifter, flip)
+        for rectifier in rectifiers:
+            rows = results["standing"].setdefault(rectifier.method, {})
+            rows[name] = level_row(rectifier, poses, camera.up)
+            rows = results["standing"].setdefault(f"{rectifier.method}, with the image", {})
+            rows[name] = level_row(rectifier, with_image, camera.up, look=seen)
+    for tables in (results["lift"], results["level"], results["standing"]):
+        for rows in tables.values():
+            rows["mean"] = mean_row(list(rows.values()))
+    return results
+
+
+def _with_image(
+    video: Video, keypoints: PoseSequence, lifter: str | Path, flip: bool
+) -> tuple[Look | None, PoseSequence]:
+    """What the video's images say about up, and the lift with the focal length that they tell, as a run does it."""
+    seen = camera_of(video, keypoints, (int(keypoints.frame_index[0]), int(keypoints.frame_index[-1])))
+    poses = lift(remap(keypoints, H36M17), shown_size(video), seen.focal_px, flip, lifter)
+    return (seen.looks[0] if seen.looks else None), poses
+
+
+def found_keypoints(video: Video) -> PoseSequence:
+    """COCO17 in IMAGE: whom the data's own detector sees for longest. InputError when it sees nobody."""
+    found = detect(video, load_detector(data_folder() / _DETECTOR))
+    if not len(found.person):
+        raise InputError(f"Expected a person in {video.path}, but {found.method} finds nobody.")
+    return choose_person(found.people(), "longest", str(video.path))
+
+
+def openpose_keypoints(keypoints: np.ndarray, time_s: np.ndarray) -> PoseSequence:
+    """COCO17 in IMAGE of keypoints (T, 17, 3), x, y and score; a joint that was not found has the score 0."""
+    joints = np.where(keypoints[..., 2:] > 0, keypoints[..., :2], np.nan)
+    confidence = np.clip(keypoints[..., 2], 0, 1)
+    return PoseSequence(joints, COCO17, IMAGE, confidence, time_s, np.arange(len(time_s)))
+
+
+def exact_keypoints(camera: RealCamera, limbs: np.ndarray, found: PoseSequence) -> PoseSequence:
+    """The same with the true limbs (T, 12, 3) as the camera sees them in place of those that were found. The five
+    points of the face stay: nobody knows their truth, and every detector gives some."""
+    joints, confidence = found.joints.copy(), found.confidence.copy()
+    rows = COCO17.indices(LIMBS)
+    joints[:, rows], confidence[:, rows] = camera.project(limbs), 1.0
+    return found.with_(joints=joints, confidence=confidence)
+
+
+def lift_row(poses: PoseSequence, limbs: np.ndarray) -> dict[str, Any]:
+    """A lift against true limbs (T, 12, 3), whichever way is up. pa_mm: mean distance of the 12 joints after the best
+    rotation, shift and scale of every frame. rigid_mm: both relative to the mid-hips, after the best rotation and scale
+    for the take. Then RMSE and MAE in degrees of _LIFT_ANGLES."""
+    lifted = poses.joints[:, _LIMB_ROWS].astype(np.float64)
+    one, other = about_hips(lifted), about_hips(limbs)
+    R_world_from_camera = kabsch(other.reshape(-1, 3), one.reshape(-1, 3))
+    turned = scaled(rotate(R_world_from_camera, one), other, "take")
+    found, true = (limb_angles(joints, None, poses.times) for joints in (lifted, limbs))
+    return {
+        "frames": len(limbs),
+        "pa_mm": _mean(1000 * procrustes_error(lifted, limbs)),
+        "rigid_mm": _mean(1000 * joint_error(turned, other)),
+        **angle_errors(found, true, _LIFT_ANGLES),
+    }
+
+
+def level_row(
+    rectifier: Rectifier,
+    poses: PoseSequence,
+    up: np.ndarray,
+    limbs: np.ndarray | None = None,
+    look: Look | None = None,
+) -> dict[str, Any]:
+    """One gravity for the take against the true up (3,), and the lift in LEVEL against true limbs (T, 12, 3) where they
+    are known. look: what the image says about up.
+
+    levelled: 1 unless the take is refused. up_deg: how far its up is off; stated_deg, bound_deg: root mean square error
+    and 90 % bound that were stated. level_mm: mean distance of the 12 joints to the truth, both relative to the
+    mid-hips, after the best heading and scale for the take, so that what is left is lean and pose. Then RMSE and MAE
+    in degrees of _LEANS, of a refused take too.
+    """
+    joints = poses.joints.astype(np.float64)
+    level = level_static(joints, *rectifier.rotation(poses.joints), poses.times, look=look)
+    ups = level.R_camera_from_body[..., 2]
+    row: dict[str, Any] = {
+        "frames": len(poses),
+        "levelled": float(not why_not(level, joints)),
+        "up_deg": _mean(angle_deg(ups, np.broadcast_to(up, ups.shape))),
+        "stated_deg": _mean(level.up_error_deg),
+        "bound_deg": _mean(level.up_bound_deg),
+    }
+    if limbs is None:
+        return row
+    lifted = joints[:, _LIMB_ROWS]
+    found = limb_angles(lifted, level.R_camera_from_body, poses.times)
+    return {
+        **row,
+        "level_mm": _mean(1000 * level_error(lifted, level.R_camera_from_level, limbs)),
+        **angle_errors(found, limb_angles(limbs, None, poses.times), _LEANS),
+    }
+
+
+def level_error(lifted: np.ndarray, R_camera_from_level: np.ndarray, limbs: np.ndarray) -> np.ndarray:
+    """(T,) metres, level_row's level_mm. lifted: (T, 12, 3), CAMERA axes; limbs: the truth, world +Z up."""
+    points, truth = rotate(transpose(R_camera_from_level), about_hips(lifted)), about_hips(limbs)
+    product = np.nansum(points[..., :, None] * truth[..., None, :], axis=(0, 1))  # level's axes x the world's
+    turn = np.arctan2(product[0, 1] - product[1, 0], product[0, 0] + product[1, 1])
+    c, s = np.cos(turn), np.sin(turn)
+    R_world_from_level = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    return joint_error(scaled(rotate(R_world_from_level, points), truth, "take"), truth)
+
+
+def limb_angles(
+    limbs: np.ndarray, R_source_from_body: np.ndarray | None, time_s: np.ndarray
+) -> dict[str, AngleSeries]:
+    """pipeline.motion.angles of joints LIMBS (T, 12, 3) alone, low-passed as in every other evaluation: pelvis and
+    thorax are the middles of hips and shoulders, so that both sides of a comparison mean the same by them. Without
+    rotations (T, 3, 3) the joints' own +Z is taken for up."""
+    whole = np.full((len(limbs), len(H36M17), 3), np.nan)
+    whole[:, _LIMB_ROWS] = about_hips(limbs)
+    for middle, part in (("pelvis", "hip"), ("thorax", "shoulder")):
+        whole[:, H36M17.index(middle)] = whole[:, H36M17.indices((f"r_{part}", f"l_{part}"))].mean(axis=1)
+    R = R_world_from_body(whole) if R_source_from_body is None else R_source_from_body
+    return take_angles(whole, smoothed(whole, time_s), R, lifted=False)
+
+
+def angle_errors(
+    found: dict[str, AngleSeries], true: dict[str, AngleSeries], names: Sequence[str]
+) -> dict[str, dict[str, float]]:
+    """{angle: {"rmse", "mae"}} in degrees over frames in which both sides are defined, left and right together."""
+    errors = {}
+    for name in names:
+        keys = [key for key in (name, f"r_{name}", f"l_{name}") if key in found]
+        error = np.concatenate([judge(found[key], true[key], found[key].reason == FINE)[0] for key in keys])
+        errors[name] = spread(error)
+    return errors
+
+
+def about_hips(limbs: np.ndarray) -> np.ndarray:
+    """Joints LIMBS (..., 12, 3) relative to the middle of the hips."""
+    hips = [LIMBS.index("r_hip"), LIMBS.index("l_hip")]
+    return limbs - limbs[..., hips, :].mean(axis=-2, keepdims=True)
+
+
+def mean_row(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """Rows with the same keys as one, the mean of each number."""
+    return {
+        key: mean_row([row[key] for row in rows])
+        if isinstance(value, dict)
+        else _mean(np.array([row[key] for row in rows], dtype=np.float64))
+        for key, value in rows[0].items()
+    }
+
+
+def _mean(values: np.ndarray) -> float:
+    values = values[np.isfinite(values)]
+    return float(values.mean()) if len(values) else float("nan")
+
+
+def as_markdown(results: dict[str, Any]) -> str:
+    """The report as a page of tables."""
+    lines = [
+        "# A real take",
+        "",
+        f"pcnet3d {results['pcnet3d']}, lifter {results['lifter']}, flip {'on' if results['flip'] else 'off'}; a man "
+        "who balances, each of four cameras by itself, focal length unknown. Keypoints: found in the video alone, "
+        "OpenPose's, or the true limbs as the camera sees them with OpenPose's face.",
+        "",
+        "## Lift",
+        "",
+        "Mean distance of the 12 limb joints, mm: PA, after the best rotation, shift and scale of every frame; rigid, "
+        "from the mid-hips, after one rotation and scale for the take. Angles: RMSE / MAE, degrees.",
+        "",
+        *_table(("keypoints", "camera", "PA", "rigid", "knee", "elbow"), results["lift"], _lift_cells),
+        "",
+        "## One gravity for the take",
+        "",
+        "Up: degrees off, root mean square error stated, and 90 % bound stated; in brackets where the take is refused. "
+        "LEVEL: as rigid, but with the up that was found and one true heading. Lean of the trunk: RMSE / MAE, degrees.",
+        "",
+        *_table(
+            ("keypoints, rectifier", "camera", "up", "stated", "bound", "LEVEL", "lean sagittal", "frontal"),
+            results["level"],
+            _level_cells,
+        ),
+        "",
+        "## The same man standing still, from the video alone",
+        "",
+        *_table(("rectifier", "camera", "up", "stated", "bound"), results["standing"], _up_cells),
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _table(
+    head: Sequence[str], tables: dict[str, dict[str, Any]], cells: Callable[[dict[str, Any]], list[str]]
+) -> list[str]:
+    lines = [f"| {' | '.join(head)} |", "| --- |" + " --- |" * (len(head) - 1)]
+    for label, rows in tables.items():
+        lines += [f"| {' | '.join([label, camera, *cells(row)])} |" for camera, row in rows.items()]
+    return lines
+
+
+def _lift_cells(row: dict[str, Any]) -> list[str]:
+    return [f"{row['pa_mm']:.0f}", f"{row['rigid_mm']:.0f}", *_errors(row, _LIFT_ANGLES)]
+
+
+def _level_cells(row: dict[str, Any]) -> list[str]:
+    return [*_up_cells(row), f"{row['level_mm']:.0f}", *_errors(row, _LEANS)]
+
+
+def _up_cells(row: dict[str, Any]) -> list[str]:
+    up, stated, bound = (f"{row[key]:.1f}" for key in ("up_deg", "stated_deg", "bound_deg"))
+    return [up if row["levelled"] else f"({up})", stated, bound]
+
+
+def _errors(row: dict[str, Any], names: Sequence[str]) -> list[str]:
+    return [f"{row[name]['rmse']:.1f} / {row[name]['mae']:.1f}" for name in names]

@@ -1,0 +1,56 @@
+"""Whom evaluations judge, and before what cameras."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from ..mocap.clips import Clip, Subjects, read_clips
+from .testbed import BEDS, Bed, LiftedTake, lifted_takes
+
+Sets = Literal["test", "val"]
+_ACCAD = "accad"  # what the names of ACCAD's clips begin with; those of CMU begin with a number
+
+
+@dataclass(frozen=True)
+class EvaluationSet:
+    """label: its name in tables. subjects: whose clips; accad: ACCAD's of them only, or the others only. bed: the
+    cameras that see them."""
+
+    label: str
+    subjects: Subjects
+    bed: Bed = "wild"
+    accad: bool | None = None
+
+    def clips(self) -> tuple[Clip, ...]:
+        """The motion capture of the set; InputError where the data is not."""
+        return tuple(clip for clip in read_clips(self.subjects) if self._has(clip))
+
+    def takes(
+        self, seed: int, lifter: str | Path = "pcnet3d", flip: bool = False, focal_known: bool = False
+    ) -> Iterator[LiftedTake]:
+        """The set's lifted takes (testbed.lifted_takes)."""
+        return lifted_takes(
+            self.subjects,
+            seed,
+            model=lifter,
+            flip=flip,
+            focal_known=focal_known,
+            views=BEDS[self.bed],
+            only=self._has,
+        )
+
+    def _has(self, clip: Clip) -> bool:
+        return self.accad is None or clip.name.startswith(_ACCAD) == self.accad
+
+
+def evaluation_sets(sets: Sets = "test", bed: Bed = "wild") -> tuple[EvaluationSet, ...]:
+    """Two sets of people whom no network saw: "test", those that figures are published of; "val", those that networks
+    and constants are chosen by."""
+    if sets == "test":
+        return EvaluationSet("CMU test", "test", bed), EvaluationSet("HDM05", "hdm05", bed)
+    return EvaluationSet("CMU val", "val", bed, accad=False), EvaluationSet(
+        "ACCAD m1", "val", bed, accad=True
+    )

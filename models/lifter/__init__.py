@@ -1,0 +1,1 @@
+"""Lifters: the built-in one, and other people's networks in ONNX files."""

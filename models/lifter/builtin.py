@@ -1,0 +1,143 @@
+"""2D keypoints become a 3D skeleton: the run time of the lifter, numpy and onnxruntime only.
+
+The network is convolutional in time, so a long take is lifted in chunks that overlap by the network's reach on each
+side; the result equals the one-pass result and has no seam.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...pipeline.errors import InputError
+from ...pipeline.frames import CAMERA
+from ...pipeline.layouts import H36M17, remap
+from ...pipeline.pose import PoseSequence
+from ...pipeline.rotations import known, rotate
+from ...pipeline.take import Video
+from ..common.onnx import session_of
+from .features import ASSUMED_FOCAL, features, flipped
+from .input import checked_size, long_gaps, on_grid, refuse_two_people
+
+KIND = "pcnet3d"
+CHUNK = 1024  # frames answered at a time
+
+
+def lift(
+    keypoints: PoseSequence,
+    image_size: tuple[int, int] | None,
+    focal_px: float | None = None,
+    flip: bool = False,
+    model: str | Path = "pcnet3d",
+) -> PoseSequence:
+    """Lift one person's 2D keypoints to 3D.
+
+    keypoints: H36M17 (remap first) in IMAGE, pixels; missing joints NaN. image_size: width and height in pixels.
+    focal_px: focal length in pixels; unknown, it is taken for the longer image side. flip: average with the lift
+    of the mirrored person, twice the time and a little better. model: "pcnet3d", the shipped one, or a file.
+    -> joints (T, 17, 3) in CAMERA axes relative to the pelvis, unit arbitrary, about the metres of a person 1.7 m
+    tall. The confidence is the keypoints'. Frames in a run of more than 15 without any joint are NaN; the history
+    counts them. Single missing joints are filled in from the others. Trained on 20 to 60 frames per second.
+    Raises InputError for another layout or frame, normalised coordinates, an unusable image size, or keypoints
+    that jump between two people.
+    """
+    if keypoints.layout.joints != H36M17.joints:
+        raise InputError(
+            f"Expected keypoints in {H36M17.name} to lift, got {keypoints.layout.name}; remap them first."
+        )
+    size = checked_size(keypoints, image_size, focal_px)
+    focal = float(focal_px) if focal_px is not None else ASSUMED_FOCAL * size.max()
+    pixels, confidence, rows = on_grid(keypoints)
+    refuse_two_people(pixels)
+    x, R_camera_from_ray = features(pixels, confidence, size, np.asarray(focal))
+    joints = run(x, model)
+    if flip:
+        mirrored = run(flipped(x), model)[:, H36M17.mirror] * np.array([-1, 1, 1], dtype=np.float32)
+        joints = (joints + mirrored) / 2
+    joints = rotate(R_camera_from_ray, joints.astype(np.float64))
+    unseen = long_gaps(np.any(known(pixels), axis=1))
+    joints = np.where(unseen[:, None, None], np.nan, joints)[rows]
+    return keypoints.with_(joints=joints, frame=CAMERA.with_(origin="pelvis", unit="arbitrary")).noted(
+        "lift",
+        model=OwnLifter(str(model)).method,
+        kind=KIND,
+        focal_px=round(focal, 1),
+        focal_known=focal_px is not None,
+        flip=flip,
+        frames_without_joints=int(unseen[rows].sum()),
+    )
+
+
+def run(x: np.ndarray, model: str | Path = "pcnet3d", chunk: int = CHUNK) -> np.ndarray:
+    """The network's answer (T, 17, 3) in the ray frame to features x (T, CHANNELS), in overlapping chunks."""
+    opened = network(model)
+    parts = []
+    for start in range(0, len(x), chunk):
+        first, last = max(start - opened.reach, 0), min(start + chunk + opened.reach, len(x))
+        (answer,) = opened.session.run(["joints"], {"features": x[None, first:last]})
+        parts.append(answer[0, start - first : start - first + min(chunk, len(x) - start)])
+    return np.concatenate(parts)
+
+
+@dataclass(frozen=True)
+class Network:
+    """A lifter's file, opened. digest: the first 12 digits of its SHA-256. reach: frames on each side that a
+    frame's answer depends on. trained_on: mocap.Subjects."""
+
+    session: Any
+    digest: str
+    reach: int
+    trained_on: str
+
+
+def network(model: str | Path = "pcnet3d") -> Network:
+    """The built-in lifter or that of a file; InputError when there is none, or it is something else."""
+    return _open(str(model))
+
+
+@cache
+def _open(model: str) -> Network:
+    path = files("pcnet3d.models.lifter").joinpath("lifter.onnx") if model == "pcnet3d" else Path(model)
+    if not path.is_file():
+        raise InputError(
+            f"Expected a lifter's .onnx file at {path}, found nothing there; 'pcnet3d' is built in."
+        )
+    try:
+        content = path.read_bytes()
+        session = session_of(content)
+        stated = session.get_modelmeta().custom_metadata_map
+    except Exception as error:  # onnxruntime's errors have no common class but Exception
+        raise InputError(f"Expected a lifter's .onnx file at {path}: {str(error).splitlines()[0]}.") from None
+    if not {"reach", "trained_on"} <= stated.keys():
+        raise InputError(
+            f"{path} is not a lifter of pcnet3d: it does not state its reach and training subjects."
+        )
+    digest = hashlib.sha256(content).hexdigest()[:12]
+    return Network(session, digest, int(stated["reach"]), stated["trained_on"])
+
+
+@dataclass(frozen=True)
+class OwnLifter:
+    """The built-in lifter, or a file of one trained here, as a pipeline.plugins.protocols.Lifter."""
+
+    model: str = "pcnet3d"
+
+    @property
+    def method(self) -> str:
+        return f"{Path(self.model).name}@{network(self.model).digest}"
+
+    def lift(
+        self,
+        keypoints: PoseSequence,
+        image_size: tuple[int, int] | None,
+        focal_px: float | None = None,
+        flip: bool = False,
+        video: Video | None = None,
+    ) -> PoseSequence:
+        return lift(remap(keypoints, H36M17), image_size, focal_px, flip, self.model)

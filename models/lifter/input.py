@@ -1,0 +1,95 @@
+"""What every lifter asks of 2D keypoints before it looks at them, and how it treats frames without any."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...pipeline.errors import InputError
+from ...pipeline.frames import IMAGE, require
+from ...pipeline.pose import PoseSequence
+from ...pipeline.rotations import known
+
+_GAP_FRAMES = 15  # without any joint for longer than this, frames are missing in 3D too
+_JUMP = 0.8  # of the body's longer side from one frame to the next: no person moves like that
+_MIN_JUMPS = 4  # scene cuts may explain fewer
+_MIN_JOINTS = 4  # seen in both frames, to call it the whole body
+_MAX_OUTSIDE = 0.5  # of the joints: detectors guess a few beyond the border, never most
+_NORMALISED = 4.0  # no picture is this few pixels wide
+
+
+def checked_size(
+    keypoints: PoseSequence, image_size: tuple[int, int] | None, focal_px: float | None
+) -> np.ndarray:
+    """(2,) width and height in pixels. InputError when keypoints, picture size and focal length cannot be right."""
+    require(keypoints.frame, IMAGE, "The lifter")
+    if keypoints.frame.unit != "px":
+        raise InputError(f"The lifter needs keypoints in pixels, got them in {keypoints.frame}.")
+    if image_size is None:
+        raise InputError(
+            "The lifter needs the picture's width and height in pixels; give the video or --image-size."
+        )
+    size = np.asarray(image_size, dtype=float)
+    if size.shape != (2,) or not np.isfinite(size).all() or (size < 2).any():
+        raise InputError(
+            f"Expected an image size of two numbers of pixels, width and height; got {image_size}."
+        )
+    if focal_px is not None and not 0.1 * size.max() < focal_px < 20 * size.max():
+        raise InputError(
+            f"Expected a focal length in pixels, near the picture's longer side of {size.max():.0f}; got {focal_px:g}."
+        )
+    coordinates = keypoints.joints[np.isfinite(keypoints.joints)]
+    if len(coordinates) == 0:
+        raise InputError("Expected keypoints to lift, but every joint of every frame is missing.")
+    if np.abs(coordinates).max() <= _NORMALISED:
+        raise InputError(
+            "Expected keypoints in pixels, but none is beyond "
+            f"{np.abs(coordinates).max():.2f}: they look normalised; multiply them back to pixels first."
+        )
+    shown = keypoints.joints[known(keypoints.joints)]
+    outside = ((shown < 0) | (shown > size)).any(axis=-1).mean()
+    if outside > _MAX_OUTSIDE:
+        raise InputError(
+            f"Expected keypoints inside a picture of {size[0]:.0f} x {size[1]:.0f} pixels, but {100 * outside:.0f} % "
+            "lie outside it; give the size of the picture that they were detected in."
+        )
+    return size
+
+
+def long_gaps(seen: np.ndarray) -> np.ndarray:
+    """(T,) True in runs of more than _GAP_FRAMES frames that are not seen."""
+    gaps = np.zeros(len(seen), dtype=bool)
+    edges = np.flatnonzero(np.diff(np.concatenate([[True], seen, [True]]).astype(int)))
+    for start, end in edges.reshape(-1, 2):
+        gaps[start:end] = end - start > _GAP_FRAMES
+    return gaps
+
+
+def on_grid(keypoints: PoseSequence) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Joints (N, J, 2) and confidence (N, J) of evenly spaced frames, NaN for those that are no row; and the rows'
+    places among them. A detector's file often leaves out the frames in which it found nobody."""
+    frame = keypoints.frame_index - keypoints.frame_index[0]
+    step = max(int(np.gcd.reduce(frame)), 1)
+    rows = frame // step
+    joints = np.full((rows[-1] + 1, *keypoints.joints.shape[1:]), np.nan)
+    confidence = np.full(joints.shape[:2], np.nan)
+    joints[rows] = keypoints.joints
+    confidence[rows] = keypoints.confidence
+    return joints, confidence, rows
+
+
+def refuse_two_people(joints: np.ndarray) -> None:
+    """InputError when the whole body lands somewhere else from one frame to the next, again and again.
+    joints: (T, J, 2) pixels."""
+    there = known(joints)
+    low, high = (np.where(there[..., None], joints, fill) for fill in (np.inf, -np.inf))
+    side = (high.max(axis=1) - low.min(axis=1)).max(axis=-1)
+    both = there[1:] & there[:-1]
+    usable = np.flatnonzero(both.sum(axis=1) >= _MIN_JOINTS)
+    step = np.where(both[..., None], np.diff(joints, axis=0), np.nan)[usable]
+    moved = np.linalg.norm(np.nanmedian(step, axis=1), axis=-1) if len(usable) else np.zeros(0)
+    jumps = int((moved > _JUMP * np.maximum(side[usable + 1], side[usable])).sum())
+    if jumps >= _MIN_JUMPS:
+        raise InputError(
+            f"Expected the keypoints of one person, but the whole body jumps to another place {jumps} times: two "
+            "people look mixed; choose one (--person), or lift each on their own."
+        )

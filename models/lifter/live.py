@@ -1,0 +1,55 @@
+"""The lifter while the camera runs: one frame's 2D keypoints in, that frame's skeleton out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from ...pipeline.frames import IMAGE
+from ...pipeline.layouts import H36M17, Layout, remap
+from ...pipeline.pose import PoseSequence
+from ...pipeline.rotations import known, rotate
+from .builtin import network, run
+from .features import ASSUMED_FOCAL, HALF_WINDOW, features
+
+
+class LiveLifter:
+    """Lifts the newest frame from what came before it; no frame is waited for.
+
+    The answer is the one that lifter.lift gives for the last frame of all so far. With frames on both sides, as in a
+    finished take, it is better: of what a frame's answer rests on, the half that is still to come is missing.
+    """
+
+    def __init__(
+        self,
+        layout: Layout,
+        image_size: tuple[int, int],
+        focal_px: float | None = None,
+        model: str | Path = "pcnet3d",
+    ) -> None:
+        """layout: of the keypoints that will come. image_size: width and height in pixels. focal_px, model: as in
+        lifter.lift."""
+        self._layout, self._model = layout, model
+        self._size = np.asarray(image_size, dtype=float)
+        self._focal = np.asarray(ASSUMED_FOCAL * self._size.max() if focal_px is None else focal_px)
+        window = network(model).reach + HALF_WINDOW + 1  # no answer rests on more
+        self._pixels = np.full((window, len(H36M17), 2), np.nan)
+        self._confidence = np.full((window, len(H36M17)), np.nan)
+        self._count = 0
+
+    def update(self, xy: np.ndarray, score: np.ndarray) -> np.ndarray:
+        """xy: (J, 2) pixels, NaN where missing. score: (J,) in [0, 1].
+
+        -> (17, 3), H36M17 in CAMERA axes relative to the pelvis, unit arbitrary; NaN for a frame without a joint.
+        """
+        seen = remap(PoseSequence(xy[None], self._layout, IMAGE, confidence=score[None]), H36M17)
+        for kept, new in ((self._pixels, seen.joints), (self._confidence, seen.confidence)):
+            kept[:-1] = kept[1:].copy()
+            kept[-1] = new[0]
+        self._count = min(self._count + 1, len(self._pixels))
+        if not known(seen.joints).any():
+            return np.full((len(H36M17), 3), np.nan)
+        last = slice(-self._count, None)
+        x, R_camera_from_ray = features(self._pixels[last], self._confidence[last], self._size, self._focal)
+        return rotate(R_camera_from_ray[-1], run(x, self._model)[-1].astype(np.float64))

@@ -1,0 +1,68 @@
+"""Opens lifters: the built-in one, or an .onnx file whose kind is told by its inputs and outputs, or by name."""
+
+from __future__ import annotations
+
+from ...pipeline.errors import InputError
+from ...pipeline.plugins.options import did_you_mean
+from ...pipeline.plugins.protocols import Lifter
+from ..common.onnx import OnnxFile, open_onnx
+from .blazepose import PictureLifter, is_picture_network
+from .builtin import KIND, OwnLifter
+from .scaling import KINDS
+from .sequence import SequenceLifter, channels_of, is_sequence_network, span_of
+
+_PICTURE = "blazepose"
+
+
+def load_lifter(name: str = "pcnet3d", kind: str | None = None) -> Lifter:
+    """A lifter by name: "pcnet3d", the built-in one; or the one in an .onnx file.
+
+    kind: "pcnet3d" (trained with this project), "blazepose" (looks at the pictures), or one of lifter_scaling.KINDS;
+    needed where the shapes of inputs and outputs leave it open, and refused where they contradict it.
+    InputError for an unknown name or kind and for a network that is no lifter.
+    """
+    known = (KIND, *KINDS, _PICTURE)
+    if kind is not None and kind not in known:
+        raise InputError(f"There is no kind of lifter '{kind}'; {did_you_mean(kind, known)}")
+    if name != "pcnet3d" and not name.endswith(".onnx"):
+        raise InputError(
+            f"There is no lifter '{name}'; expected 'pcnet3d', the built-in one, or the path of an .onnx file."
+        )
+    if name == "pcnet3d":
+        return _opened(OwnLifter(), KIND, kind)
+    network = open_onnx(name, "a lifter")
+    method = f"{network.path.name}@{network.digest}"
+    if {"reach", "trained_on"} <= network.session.get_modelmeta().custom_metadata_map.keys():
+        return _opened(OwnLifter(name), KIND, kind)
+    if is_picture_network(network):
+        return _opened(PictureLifter(network, method), _PICTURE, kind)
+    if is_sequence_network(network):
+        return _sequence_lifter(network, method, kind)
+    raise InputError(
+        f"{network.path} is no lifter: expected keypoints (1, frames, 17, 2 or 3) and poses (1, frames, 17, 3), a "
+        f"network of BlazePose's landmarks, or one trained with pcnet3d; got {network.looks}."
+    )
+
+
+def _sequence_lifter(network: OnnxFile, method: str, kind: str | None) -> Lifter:
+    channels = channels_of(network) or 0
+    if kind is None and channels == 2:
+        kinds = "; ".join(f"{name}: {one.about}" for name, one in KINDS.items())
+        raise InputError(
+            f"{network.path} does not say how its keypoints are scaled and ordered; name its kind with --lifter-kind "
+            f"({kinds})."
+        )
+    kind = kind or "motionbert"
+    if kind not in KINDS:
+        raise _contradiction(kind, "lifts sequences of keypoints", ", ".join(KINDS))
+    return SequenceLifter(network, method, kind, channels, span_of(network))
+
+
+def _opened(lifter: Lifter, found: str, kind: str | None) -> Lifter:
+    if kind not in (None, found):
+        raise _contradiction(kind, f"is of the kind {found}", found)
+    return lifter
+
+
+def _contradiction(kind: str, what: str, fitting: str) -> InputError:
+    return InputError(f"The lifter {what}, not {kind}; leave --lifter-kind out or pass {fitting}.")

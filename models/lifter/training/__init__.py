@@ -1,0 +1,1 @@
+"""The built-in lifter's network and its training (torch)."""

@@ -1,0 +1,226 @@
+"""Trains the lifter:  pcnet3d train models/lifter/training/lifter.toml -o DIR
+
+The config file says everything; DIR gets lifter.onnx, the config, and what training.py keeps there.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import torch
+from pydantic import BaseModel, ConfigDict, NonNegativeFloat, NonNegativeInt, PositiveInt
+from torch import Tensor
+
+from ....pipeline.errors import InputError
+from ....pipeline.files.atomic import whole_file
+from ...common.extras import needed_for
+from ...common.metrics import joint_error, procrustes_error, scaled
+from ...common.toml_config import read_toml
+from ...common.training import Schedule, State, device_of, fit, load_weights, optimisers_of
+from ...mocap.clips import Clip, Subjects, read_clips
+from ...mocap.split import read_parts
+from ...synthetic.on_device.draw import Draw
+from ..features import CHANNELS
+from .net import LifterNet, NetConfig
+from .windows import Batch, Material, Windows
+
+_CHECK_SEED = 1
+_CHECK_WINDOWS = (48, 81)  # windows and their frames, of every part of the validation
+
+
+class Weights(BaseModel):
+    """Of the loss's parts beside the mean distance of joints in metres: the error of their motion from frame to frame
+    (metres), of the stated velocities (metres a frame), and the negative log-likelihood of the stated deviations, which
+    teaches them and nothing else."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    motion: NonNegativeFloat = 0.5
+    velocity: NonNegativeFloat = 0.5
+    deviation: NonNegativeFloat = 0.005
+
+
+class TrainConfig(BaseModel):
+    """The whole of a training run.
+
+    subjects: "train", or one half of them for cross-fitted lifts. data, split: a file of `pcnet3d mocap` and one of
+    its train and val subjects (mocap_parts), instead of the motion capture that the shipped network was trained on.
+    start: weights of an earlier run of the same network (its best.pt) to begin with. The first `single` steps see
+    single frames, as many different people and views as there are frames, which teaches geometry several times faster;
+    then windows, `lengths` long and how often (the shares' sum does not matter), teach what time adds.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    kind: str = "lifter"
+    subjects: Subjects = "train"
+    data: Path | None = None
+    split: Path | None = None
+    start: Path | None = None
+    seed: NonNegativeInt
+    bf16: bool
+    frames: PositiveInt  # of a batch, all windows together
+    single: NonNegativeInt = 0
+    lengths: dict[int, float]
+    schedule: Schedule
+    net: NetConfig
+    weights: Weights = Weights()
+    material: Material
+
+
+def train_lifter(config_file: Path, output: Path, device: str = "cpu", minutes: float | None = None) -> None:
+    """Run a config file, or the next piece of it. InputError when it is not what TrainConfig says, or as of `fit`."""
+    config = read_config(config_file)
+    best = run(config, output, device, minutes, config_file.read_text(encoding="utf-8"))
+    if best is not None:
+        export(best, output / "lifter.onnx", reach=config.net.reach, trained_on=_trained_on(config))
+
+
+def run(
+    config: TrainConfig,
+    output: Path,
+    device: str = "cpu",
+    minutes: float | None = None,
+    text: str | None = None,
+) -> LifterNet | None:
+    """A run, or the next piece of it: the network that did best, or None where the run is not done. text: the file that
+    the config comes from, kept beside the weights. InputError as of `fit`."""
+    on = device_of(device)
+    torch.manual_seed(config.seed)
+    train, val = clips_of(config)
+    net = LifterNet(config.net)
+    if config.start is not None:
+        net = load_weights(net, config.start).train()
+    net = net.to(on)
+    matrices = [p for p in net.blocks.parameters() if p.ndim == 2]
+    state = State(net, optimisers_of(net, config.schedule, matrices))
+    output.mkdir(parents=True, exist_ok=True)
+    state.load(output, config, on)
+    if text is not None:
+        with whole_file(output / "lifter.toml") as partial:
+            partial.write_text(text, encoding="utf-8")
+    parameters = sum(p.numel() for p in net.parameters())
+    print(
+        f"{parameters:,} parameters, reach {config.net.reach} frames, {on}, from step {state.step}",
+        flush=True,
+    )
+    windows, checks = Windows(train, config.material, on), check_batches(val, on)
+
+    def loss_of(step: int) -> Tensor:
+        draw = Draw(config.seed, step, on)
+        batch = windows.batch(draw, *_shape(config, step))
+        with torch.autocast(on.type, torch.bfloat16, enabled=config.bf16):
+            hidden = net.hidden(batch.x)
+        return loss(net.answer(hidden), batch, config.weights)
+
+    if not fit(state, config, loss_of, lambda average: check(average, checks), output, minutes):
+        return None
+    return load_weights(LifterNet(config.net), output / "best.pt")
+
+
+def read_config(path: Path) -> TrainConfig:
+    """A training's TOML file. InputError for keys and values that it cannot have."""
+    config = read_toml(path, TrainConfig)
+    if (config.data is None) != (config.split is None):
+        raise InputError(
+            f"{path}: expected `data` and `split` together: clips, and which of them to train on."
+        )
+    if config.data is not None and config.subjects != "train":
+        raise InputError(f'{path}: with `data`, expected subjects = "train"; the split says who that is.')
+    return config
+
+
+def loss(answer: tuple[Tensor, Tensor, Tensor], truth: Batch, weights: Weights) -> Tensor:
+    """Mean distance of joints in metres, and what `Weights` says."""
+    joints, sd, velocity = answer
+    error = joints - truth.joints
+    total = error.norm(dim=-1).mean()
+    if error.shape[1] > 1:
+        total = total + weights.motion * error.diff(dim=1).norm(dim=-1).mean()
+        total = total + weights.velocity * (velocity - truth.velocity).norm(dim=-1).mean()
+    square = error.detach()[:, :, 1:] ** 2  # the pelvis is where it is
+    across, along = square[..., :2].mean(-1), square[..., 2]
+    sd_across, sd_along = sd[:, :, 1:].unbind(-1)
+    likelihood = (
+        2 * (sd_across.log() + across / (2 * sd_across**2)) + sd_along.log() + along / (2 * sd_along**2)
+    )
+    return total + weights.deviation * likelihood.mean()
+
+
+def _shape(config: TrainConfig, step: int) -> tuple[int, int]:
+    """Windows of a step's batch, and their frames."""
+    rng = np.random.default_rng([config.seed, step])
+    lengths, shares = (np.array(list(part)) for part in (config.lengths, config.lengths.values()))
+    length = 1 if step <= config.single else int(rng.choice(lengths, p=shares / shares.sum()))
+    return max(config.frames // length, 1), length
+
+
+def clips_of(config: TrainConfig) -> tuple[tuple[Clip, ...], dict[str, tuple[Clip, ...]]]:
+    """Those to train on, and those to validate on by where they come from."""
+    if config.data is not None and config.split is not None:
+        parts = read_parts(config.data, config.split, ("train", "val"))
+        return parts.clips["train"], {"val": parts.clips["val"]}
+    val = read_clips("val")
+    accad = tuple(clip for clip in val if clip.name.startswith("accad"))
+    others = tuple(clip for clip in val if not clip.name.startswith("accad"))
+    return read_clips(config.subjects), {name: c for name, c in (("cmu", others), ("accad", accad)) if c}
+
+
+def _trained_on(config: TrainConfig) -> str:
+    return f"{config.data.name}, {config.split.name}" if config.data and config.split else config.subjects
+
+
+def check_batches(parts: dict[str, tuple[Clip, ...]], device: torch.device) -> dict[str, Batch]:
+    """The same windows for every run, on the captured bodies, before typical cameras and before any."""
+    batches = {}
+    for name, clips in parts.items():
+        longest = max(map(len, clips))
+        for bed, typical in (("typical", 1.0), ("wild", 0.0)):
+            material = Material(unchanged=1.0, mirrored=0.0, other_rates=0.0, derived=0.3, typical=typical)
+            count, frames = _CHECK_WINDOWS
+            windows = Windows(clips, material, "cpu")
+            batch = windows.batch(Draw(_CHECK_SEED, 0), count, min(frames, longest))
+            batches[f"{name}_{bed}"] = Batch(*(part.to(device) for part in batch))
+    return batches
+
+
+@torch.no_grad()
+def check(net: torch.nn.Module, batches: dict[str, Batch]) -> dict[str, float]:
+    """MPJPE in mm of a standard body, the scale aligned in every frame, of every batch; their mean as the "score";
+    PA-MPJPE, and how large errors are against the stated deviations (root mean square; 1 is right)."""
+    figures: dict[str, float] = {}
+    pa, ratios = [], []
+    for name, batch in batches.items():
+        joints, sd, _ = net(batch.x)
+        answer, truth = (part.cpu().numpy().astype(np.float64) for part in (joints, batch.joints))
+        figures[name] = 1000 * float(joint_error(scaled(answer, truth), truth).mean())
+        pa.append(1000 * float(procrustes_error(answer, truth).mean()))
+        error = ((joints - batch.joints) ** 2)[:, :, 1:]
+        spread = torch.cat([sd[:, :, 1:, :1], sd[:, :, 1:, :1], sd[:, :, 1:, 1:]], dim=-1)
+        ratios.append(float((error / spread**2).mean().sqrt()))
+    return figures | {"score": float(np.mean(list(figures.values()))), "pa": float(np.mean(pa)),
+                      "error_over_sd": float(np.mean(ratios))}  # fmt: skip
+
+
+def export(net: LifterNet, path: Path, **properties: object) -> None:
+    """Write the network as ONNX: "features" (B, T, CHANNELS) -> "joints" (B, T, 17, 3), "sd" (B, T, 17, 2) and
+    "velocity" (B, T, 17, 3), any B and T. properties: kept in the file's metadata; the run time needs `reach`."""
+    with needed_for("The network is trained; writing it as ONNX"):
+        import onnx
+        import onnxscript  # noqa: F401  (torch's exporter needs it, and says so in many lines)
+
+    batch, frames = torch.export.Dim("batch"), torch.export.Dim("frames")
+    program = torch.onnx.export(
+        net.eval(),
+        (torch.zeros(2, 90, CHANNELS),),
+        input_names=["features"],
+        output_names=["joints", "sd", "velocity"],
+        dynamic_shapes=({0: batch, 1: frames},),
+        dynamo=True,
+        external_data=False,
+        verbose=False,
+    )
+    assert program is not None
+    model = program.model_proto
+    onnx.helper.set_model_props(model, {key: str(value) for key, value in properties.items()})
+    with whole_file(path) as partial:
+        onnx.save(model, str(partial))

@@ -1,0 +1,1 @@
+"""Motion capture: clips, their split, converters."""

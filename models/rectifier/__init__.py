@@ -1,0 +1,1 @@
+"""Rectifiers: the geometric one, and networks in ONNX files."""

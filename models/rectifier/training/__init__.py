@@ -1,0 +1,1 @@
+"""The rectifier's network and its training (torch)."""

@@ -1,0 +1,164 @@
+"""Training frames of 3DPCNet, made in torch on the device that trains: bodies seen from somewhere, one at a time.
+
+Two sources: motion capture, in other poses, on other bodies, from a random view, with joints missing or turned over in
+depth; and lifted takes of the test bed, made by lifters that never saw the person.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from ....pipeline.errors import InputError
+from ....pipeline.layouts import H36M17
+from ...common.toml_config import check_shares
+from ...mocap.clips import Clip
+from ...synthetic.bodies import BodyRange
+from ...synthetic.on_device.bodies import combine, proportions, redefined, vary
+from ...synthetic.on_device.draw import Draw
+from ...synthetic.on_device.joint_errors import flipped, noisy, present
+from ...synthetic.on_device.poses import PoseRange, posed
+from ...synthetic.on_device.turning import rotate
+from ...synthetic.on_device.views import about, seen, views
+from ...synthetic.views import Lifted, Targets
+
+_FPS = 30.0  # of poses that move; a single frame of them is taken
+
+
+@dataclass(frozen=True)
+class Mixture:
+    """Shares of a batch, and how far its bodies and joints are from the capture; the defaults change nothing.
+
+    lifted: share of lifted frames (of the files given to the training), roll_deg: the camera's roll added to them,
+    uniform. What follows is shares of the others. wide: seen from `wide` views. combined: with the upper body of
+    another frame. poses: of on_device.poses. Bodies that lean, crawl or lie keep the world's up as their truth.
+    unchanged, real, hips, shoulders: on the captured body; with bone lengths of one of the captured people; widths that
+    the others are drawn from (bodies.BodyRange). redefined: with joints as another source defines them, redefined_m
+    (metres, standard deviation) away. noisy: with Gaussian noise of up to noise_m, twice that in depth. flipped: with
+    limbs turned over in depth. missing: with missing joints; lifted frames too.
+    """
+
+    lifted: float = 0.0
+    roll_deg: float = 0.0
+    wide: float = 0.0
+    combined: float = 0.0
+    poses: PoseRange = field(default_factory=PoseRange)
+    unchanged: float = 1.0
+    real: float = 0.0
+    hips: tuple[float, float] = BodyRange.hips
+    shoulders: tuple[float, float] = BodyRange.shoulders
+    redefined: float = 0.0
+    redefined_m: float = 0.02
+    noisy: float = 0.0
+    noise_m: float = 0.03
+    flipped: float = 0.0
+    missing: float = 0.0
+
+    def __post_init__(self) -> None:
+        check_shares(
+            self,
+            "lifted",
+            "wide",
+            "combined",
+            "unchanged",
+            "real",
+            "redefined",
+            "noisy",
+            "flipped",
+            "missing",
+        )
+
+
+class Frames(NamedTuple):
+    """joints, truth: (B, 17, 3) CAMERA axes, relative to the pelvis; what the network gets (zeros where missing), and
+    the same without what spoilt it. valid: (B, 17), 1 or 0. R: (B, 3, 3) R_camera_from_body. All float32."""
+
+    joints: Tensor
+    valid: Tensor
+    truth: Tensor
+    R: Tensor
+
+
+class TrainingFrames:
+    """Random frames of clips and of lifted takes; the same draw gives the same batch."""
+
+    def __init__(
+        self,
+        clips: Sequence[Clip],
+        mixture: Mixture,
+        lifted: Lifted | None = None,
+        targets: Targets = "body",
+        device: torch.device | str = "cpu",
+    ) -> None:
+        """InputError when the mixture wants lifted frames and there are none, or turns bodies that targets "axes" take
+        as they were recorded."""
+        if mixture.lifted and lifted is None:
+            raise InputError(
+                "Expected files of lifted takes, for the mixture wants them; make some with pcnet3d testbed."
+            )
+        if targets == "axes" and (mixture.poses.turned or mixture.poses.leaning):
+            raise InputError(
+                'Expected bodies as they were recorded for targets = "axes"; leave turned and leaning out.'
+            )
+        self.device, self.mixture = torch.device(device), mixture
+        self.targets: Targets = targets
+        self.joints = torch.from_numpy(np.concatenate([clip.joints for clip in clips])).to(self.device)
+        self.people = proportions(clips).to(self.device)
+        # A body mirrored in x = 0 faces the other way, which only its own heading follows.
+        mirrored = 0.5 if targets == "body" else 0.0
+        self.bodies = BodyRange(
+            hips=mixture.hips, shoulders=mixture.shoulders, unchanged=mixture.unchanged, mirrored=mirrored
+        )
+        arrays = () if lifted is None else (lifted.joints, lifted.truth, lifted.R)
+        self.lifted = tuple(torch.from_numpy(array).to(self.device) for array in arrays)
+
+    @torch.no_grad()
+    def batch(self, draw: Draw, count: int) -> Frames:
+        """`count` frames, a little less where a frame has no heading."""
+        lifted = round(count * self.mixture.lifted)
+        parts = [self._captured(draw, count - lifted)] if count > lifted else []
+        if lifted:
+            parts.append(self._lifted(draw, lifted))
+        joints, truth, R = (torch.cat(tensors) for tensors in zip(*parts, strict=True))
+        valid = present(draw, len(joints), self.mixture.missing).float()
+        return Frames(joints * valid[..., None], valid, truth, R)
+
+    def _captured(self, draw: Draw, count: int) -> tuple[Tensor, Tensor, Tensor]:
+        mixture = self.mixture
+        motion = self._motion(draw, count)
+        mixed = round(mixture.combined * count)
+        if mixed:
+            motion = torch.cat([combine(motion[:mixed], self._motion(draw, mixed)), motion[mixed:]])
+        # Another order of the same frames: poses to take limbs from.
+        motion = posed(motion, motion.roll(1, 0), draw, mixture.poses, _FPS)
+        world = vary(motion, draw, self.bodies, self.people, mixture.real)
+        if mixture.redefined:
+            world = redefined(world, draw, mixture.redefined_m, mixture.redefined)
+        R = views(draw, count, mixture.wide)
+        truth, fine = seen(world[:, 0], R, self.targets)
+        truth, R = truth[fine], R[fine]
+        joints = flipped(truth, draw, mixture.flipped) if mixture.flipped else truth
+        if mixture.noisy:
+            joints = noisy(joints, draw, mixture.noisy, mixture.noise_m)
+        return joints, truth, R
+
+    def _motion(self, draw: Draw, count: int) -> Tensor:
+        """(count, 1, 17, 3) captured frames, drawn at random."""
+        return self.joints[draw.integers(len(self.joints), count)][:, None]
+
+    def _lifted(self, draw: Draw, count: int) -> tuple[Tensor, Tensor, Tensor]:
+        """Lifted frames, half of them mirrored left to right, before a camera that is rolled further."""
+        row = draw.integers(len(self.lifted[0]), count)
+        joints, truth, R = (part[row] for part in self.lifted)
+        across, body = R.new_tensor([-1.0, 1.0, 1.0]), R.new_tensor([1.0, -1.0, 1.0])
+        mirrored = draw.share(0.5, count, 1, 1)
+        other_side = H36M17.mirror.tolist()
+        joints, truth = (torch.where(mirrored, x[:, other_side] * across, x) for x in (joints, truth))
+        R = torch.where(mirrored, R * across[:, None] * body, R)
+        roll = about(2, draw.uniform((-self.mixture.roll_deg, self.mixture.roll_deg), count))
+        return rotate(roll, joints), rotate(roll, truth), roll @ R

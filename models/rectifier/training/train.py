@@ -1,0 +1,206 @@
+"""Trains 3DPCNet:  pcnet3d train models/rectifier/training/pcnet.toml -o DIR
+
+The config file says everything; DIR gets pcnet.onnx, the config, and what training.py keeps there.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import torch
+from pydantic import BaseModel, ConfigDict, NonNegativeInt, PositiveInt
+
+from ....pipeline.errors import InputError
+from ....pipeline.files.atomic import whole_file
+from ....pipeline.rotations import geodesic_deg
+from ...common.toml_config import read_toml
+from ...common.training import Schedule, State, device_of, fit, load_weights, optimisers_of
+from ...mocap.clips import Clip, Subjects, lying, read_clips
+from ...mocap.split import Parts, read_parts
+from ...synthetic.on_device.draw import Draw
+from ...synthetic.views import Lifted, Targets, View, read_lifted, refuse_shared_subjects, seen, views
+from .export import Deployed, export
+from .frames import Frames, Mixture, TrainingFrames
+from .losses import Truth, Weights, total
+from .net import NetConfig, PCNet
+
+_VALIDATION_FRAMES = 2000
+_VIEWS: tuple[View, ...] = ("paper", "wide")
+_HELD_OUT: tuple[Subjects, ...] = ("val", "test", "hdm05")
+
+
+class TrainConfig(BaseModel):
+    """The whole of a training run.
+
+    kind: what `pcnet3d train` trains with this file. subjects: mocap.Subjects to train on.
+    lifted: files of `pcnet3d testbed` with takes of train subjects, each lifted by a lifter that never saw them.
+    lifted_val: the same of val subjects; with it, the best weights are the best on these.
+    symmetric: the shipped network's answer is averaged with that to the mirrored body.
+    data, split: a file of `pcnet3d mocap` and one of its train, val and test subjects (mocap_parts), instead of the
+        motion capture that the shipped network was trained on.
+    targets: what the rotation leads to; "axes" is the paper's, for data whose people all face one way.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    kind: str = "pcnet"
+    subjects: Subjects
+    lifted: tuple[Path, ...] = ()
+    lifted_val: tuple[Path, ...] = ()
+    data: Path | None = None
+    split: Path | None = None
+    targets: Targets = "body"
+    seed: NonNegativeInt
+    batch: PositiveInt
+    bf16: bool
+    symmetric: bool
+    schedule: Schedule
+    net: NetConfig
+    weights: Weights
+    mixture: Mixture
+
+
+def train_pcnet(config_file: Path, output: Path, device: str = "cpu", minutes: float | None = None) -> None:
+    """Run a config file, or the next piece of it. InputError when it is not what TrainConfig says, train and held-out
+    subjects overlap, or as of `fit`."""
+    train(read_config(config_file), config_file.read_text(encoding="utf-8"), output, device, minutes)
+
+
+def train(
+    config: TrainConfig, text: str, output: Path, device: str = "cpu", minutes: float | None = None
+) -> None:
+    """Run a config, or the next piece of it; text: the file it comes from, kept in DIR."""
+    on = device_of(device)
+    torch.manual_seed(config.seed)
+    frames, checks = prepare(config, on)
+    net = PCNet(config.net).to(on)
+    matrices = [p for p in net.encoder.parameters() if p.ndim == 2]
+    state = State(net, optimisers_of(net, config.schedule, matrices))
+    net.bf16 = config.bf16  # and not what is judged, state.average
+    output.mkdir(parents=True, exist_ok=True)
+    state.load(output, config, on)
+    with whole_file(output / "pcnet.toml") as partial:
+        partial.write_text(text, encoding="utf-8")
+    print(
+        f"{sum(p.numel() for p in net.parameters()):,} parameters, {on}, from step {state.step}", flush=True
+    )
+
+    def loss_of(step: int) -> torch.Tensor:
+        joints, valid, truth, R = frames.batch(Draw(config.seed, step, on), config.batch)
+        return total(net, net(joints, valid), joints, Truth(truth, R, valid), config.weights)
+
+    def look(average: torch.nn.Module) -> dict[str, float]:
+        assert isinstance(average, PCNet)
+        return check(Deployed(average, config.symmetric), checks)
+
+    if fit(state, config, loss_of, look, output, minutes):
+        deployed = Deployed(best_of(config, output), config.symmetric).to(on)
+        calibrate(deployed, checks.get("lifted", checks["paper"]))
+        print({key: round(figure, 2) for key, figure in check(deployed, checks).items()}, flush=True)
+        properties = {"trained_on": _trained_on(config), "targets": config.targets, "network": config.net.net}
+        export(deployed, output / "pcnet.onnx", **properties)
+
+
+def read_config(path: Path) -> TrainConfig:
+    """A training's TOML file. InputError for keys and values that it cannot have."""
+    return read_toml(path, TrainConfig)
+
+
+def best_of(config: TrainConfig, folder: Path) -> PCNet:
+    """The network with a run's best weights by validation; InputError when they are not there or do not fit."""
+    return load_weights(PCNet(config.net), folder / "best.pt")
+
+
+def prepare(config: TrainConfig, device: torch.device) -> tuple[TrainingFrames, dict[str, Frames]]:
+    """What a config learns from, and what it is validated on. InputError when people of one part are in another."""
+    parts = parts_of(config)
+    lifted = read_lifted(config.lifted) if config.lifted else None
+    if parts.by == "subject":
+        names = [clip.name for clip in parts.clips["train"]] + list(lifted.clips if lifted else ())
+        for part, clips in parts.clips.items():
+            if part != "train":
+                refuse_shared_subjects(names, [clip.name for clip in clips], f"the {part} subjects")
+    lifted_val = read_lifted(config.lifted_val) if config.lifted_val else None
+    if lifted_val:
+        everybody = parts.clips["train"] if config.data else read_clips("train")
+        refuse_shared_subjects(lifted_val.clips, [clip.name for clip in everybody], "the validation's")
+    frames = TrainingFrames(parts.clips["train"], config.mixture, lifted, config.targets, device)
+    checks = validation(parts.clips["val"], lifted_val, config.targets)
+    return frames, {name: Frames(*(part.to(device) for part in check)) for name, check in checks.items()}
+
+
+def parts_of(config: TrainConfig) -> Parts:
+    """The clips to train on and those held out. InputError when the config's keys contradict each other."""
+    if config.targets == "axes" and (config.lifted or config.lifted_val):
+        raise InputError('Lifted takes know the target "body" only; leave them out, or set targets = "body".')
+    if (config.data is None) != (config.split is None):
+        raise InputError("Expected `data` and `split` together: clips, and which of them to train on.")
+    if config.data is None or config.split is None:
+        held_out = {str(part): read_clips(part) for part in _HELD_OUT}
+        return Parts({"train": read_clips(config.subjects), **held_out}, "subject")
+    parts = read_parts(config.data, config.split)
+    if config.subjects != "train" or (parts.by == "clip" and (config.lifted or config.lifted_val)):
+        raise InputError(
+            'With `data`, expected subjects = "train", and lifted takes only where the split lists subjects.'
+        )
+    return parts
+
+
+def _trained_on(config: TrainConfig) -> str:
+    return f"{config.data.name}, {config.split.name}" if config.data and config.split else config.subjects
+
+
+def validation(clips: Sequence[Clip], lifted: Lifted | None, targets: Targets) -> dict[str, Frames]:
+    """The same frames of the val subjects for every run: upright ones as "paper", "wide" and, where given, "lifted";
+    captured ones as "lying", where there are some."""
+    rng = np.random.default_rng(1)
+    world = np.concatenate([clip.joints for clip in clips])
+    lies = lying(world)
+    upright = _some(rng, world[~lies])
+    checks = {view: _seen(rng, upright, view, targets) for view in _VIEWS}
+    if lifted:
+        rows = _some(rng, np.flatnonzero(~lifted.lying))
+        checks["lifted"] = _whole(lifted.joints[rows], lifted.R[rows])
+    if lies.any():
+        checks["lying"] = _seen(rng, _some(rng, world[lies]), "paper", targets)
+    return checks
+
+
+def _seen(rng: np.random.Generator, world: np.ndarray, view: View, targets: Targets) -> Frames:
+    R = views(view, rng, len(world))
+    joints, fine = seen(world, R, targets)
+    return _whole(joints[fine], R[fine])
+
+
+def _some(rng: np.random.Generator, rows: np.ndarray) -> np.ndarray:
+    return rng.permutation(rows)[:_VALIDATION_FRAMES]
+
+
+def _whole(joints: np.ndarray, R: np.ndarray) -> Frames:
+    shown, R_camera_from_body = (torch.from_numpy(array.astype(np.float32)) for array in (joints, R))
+    return Frames(shown, torch.ones(shown.shape[:2]), shown, R_camera_from_body)
+
+
+def check(deployed: Deployed, checks: dict[str, Frames]) -> dict[str, float]:
+    """Mean rotation error in degrees on every part of the validation, and what the network expected it to be; as the
+    "score", that on lifted frames where there are some, else on captured ones."""
+    figures = {}
+    for name, frames in checks.items():
+        true, expected = _errors(deployed, frames)
+        figures |= {name: float(true.mean()), f"{name}_expected": float(expected.mean())}
+    return figures | {"score": figures.get("lifted", figures["paper"])}
+
+
+def calibrate(deployed: Deployed, frames: Frames) -> None:
+    """Scale the expected error so that its mean is the true mean on people that the training never saw."""
+    true, expected = _errors(deployed, frames)
+    with torch.no_grad():
+        deployed.net.error[-1].bias += math.log(true.mean() / expected.mean())  # type: ignore[operator]
+
+
+@torch.no_grad()
+def _errors(deployed: Deployed, frames: Frames) -> tuple[np.ndarray, np.ndarray]:
+    R, error_deg = deployed(frames.joints, frames.valid)
+    return geodesic_deg(R.double().cpu().numpy(), frames.R.double().cpu().numpy()), error_deg.cpu().numpy()

@@ -1,0 +1,1 @@
+"""Cameras, bodies and keypoint noise: synthetic views of motion capture."""

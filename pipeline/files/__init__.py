@@ -1,0 +1,1 @@
+"""Readers and writers of files that have nothing to do with one estimator."""

@@ -1,0 +1,192 @@
+"""Arrays out of strangers' .npy and .npz files: never unpickled, and checked before memory is taken for them."""
+
+from __future__ import annotations
+
+import lzma
+import math
+import struct
+import sys
+import tokenize
+import zipfile
+import zlib
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import IO
+
+import numpy as np
+
+from ..errors import InputError
+from .unpacked import check_size
+
+Shape = tuple[int | str, ...]  # a free axis has a name instead of a length
+
+_NPY, _ZIP = b"\x93NUMPY", b"PK"
+_HEADERS = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
+# What the parsers of zip archives and npy headers raise on damaged bytes.
+DAMAGE = (
+    ValueError, EOFError, LookupError, RuntimeError, MemoryError, SyntaxError, TypeError, OverflowError,
+    zipfile.BadZipFile, zlib.error, lzma.LZMAError, struct.error, tokenize.TokenError,
+)  # fmt: skip
+
+
+def keys(path: Path) -> tuple[str, ...]:
+    """Names of the arrays in an .npz archive; () for an .npy file, whose one array has no name."""
+    with damage_reported(path):
+        if not _is_archive(path):
+            return ()
+        with zipfile.ZipFile(path) as archive:
+            return tuple(name.removesuffix(".npy") for name in archive.namelist() if name.endswith(".npy"))
+
+
+def load(path: Path, *shapes: Shape, key: str | None = None) -> np.ndarray:
+    """The array of an .npy file, or the one named `key` of an .npz archive, in its own numeric dtype; (...,).
+
+    shapes: the shapes to accept, such as ("frames", 17, 3); none to accept any.
+    Raises InputError for a file that is empty, cut short, longer than its header says or no numpy file, for
+    a missing key, for Python objects (which would have to be unpickled), for anything but numbers, and for
+    another shape. The header is compared with the file's size before anything is allocated.
+    """
+    where = f"{path}" if key is None else f"{path}, array '{key}'"
+    with damage_reported(path), opened(path, key) as (stream, size):
+        shape, fortran_order, dtype = header(stream, where)
+        _check_kind(dtype, "fiu", where)
+        if shapes and not any(fits(shape, wanted) for wanted in shapes):
+            raise InputError(
+                f"{where}: expected an array of shape {' or '.join(map(in_words, shapes))}, got {shape}; "
+                "check that this is the right file and adapter."
+            )
+        if 0 in shape:
+            raise InputError(f"{where}: expected frames, got an array of shape {shape}, which holds none.")
+        return _data(stream, size, shape, fortran_order, dtype, where)
+
+
+def load_all(path: Path, *needed: str) -> dict[str, np.ndarray]:
+    """The arrays of an .npz archive by name, (...,): numbers, truth values and texts; with `needed`, only these.
+
+    Raises InputError as `load` does, and for an archive without one of the needed.
+    """
+    with damage_reported(path):
+        held = keys(path)
+        names = needed or held
+        if missing := [name for name in names if name not in held]:
+            raise InputError(
+                f"Expected an .npz file with the arrays {', '.join(needed)} at {path}; {', '.join(missing)} is missing."
+            )
+        _check_archive(path, names)
+        found = {}
+        for name in names:
+            where = f"{path}, array '{name}'"
+            with opened(path, name) as (stream, size):
+                shape, fortran_order, dtype = header(stream, where)
+                _check_kind(dtype, "fiubU", where)
+                found[name] = _data(stream, size, shape, fortran_order, dtype, where)
+        return found
+
+
+def header(stream: IO[bytes], where: str) -> tuple[tuple[int, ...], bool, np.dtype]:
+    """Shape, whether the first index runs fastest, and type of the array that follows. InputError for an
+    unknown version."""
+    version = np.lib.format.read_magic(stream)
+    if version not in _HEADERS:
+        raise InputError(
+            f"{where}: expected an array of plain numbers, got npy version {version}; save it anew."
+        )
+    shape, fortran_order, dtype = _HEADERS[version](stream)
+    return shape, fortran_order, dtype
+
+
+def _check_kind(dtype: np.dtype, kinds: str, where: str) -> None:
+    if dtype.hasobject:
+        raise InputError(
+            f"{where}: expected an array of numbers, got Python objects, which would have to be unpickled and "
+            "could run a stranger's code; save it as a plain float array."
+        )
+    if dtype.kind not in kinds:
+        raise InputError(f"{where}: expected an array of numbers, got {dtype}; save it as a float array.")
+
+
+def _data(
+    stream: IO[bytes], size: int, shape: tuple[int, ...], fortran_order: bool, dtype: np.dtype, where: str
+) -> np.ndarray:
+    """The numbers behind a header. InputError, before anything is allocated, when the file has not just as many."""
+    promised, held = math.prod(shape) * dtype.itemsize, size - stream.tell()
+    if promised != held or min(shape, default=0) < 0:
+        raise InputError(
+            f"{where}: its header promises {promised} bytes of data for shape {shape}, the file holds {held}; "
+            "it was cut short or is damaged, so write or copy it again."
+        )
+    if not promised:
+        return np.zeros(shape, dtype)
+    array = np.frombuffer(stream.read(), dtype)
+    if dtype.kind == "U" and array.view(dtype.str[0] + "u4").max(initial=0) > sys.maxunicode:
+        raise InputError(f"{where}: its texts hold what is no character; the file is damaged, copy it again.")
+    return array.reshape(shape, order="F" if fortran_order else "C")
+
+
+def fits(shape: tuple[int, ...], wanted: Shape) -> bool:
+    """Whether a shape is the wanted one, whose free axes have names."""
+    return len(shape) == len(wanted) and all(
+        isinstance(want, str) or want == got for want, got in zip(wanted, shape, strict=True)
+    )
+
+
+def in_words(wanted: Shape) -> str:
+    """The shape for an error message, such as (frames, 17, 3)."""
+    return f"({', '.join(map(str, wanted))}{',' * (len(wanted) == 1)})"
+
+
+def _is_archive(path: Path) -> bool:
+    """Whether a file is a zip archive rather than an .npy file; InputError when it is neither."""
+    if not path.is_file():
+        raise InputError(
+            f"Expected a numpy file at {path}, found {'a folder' if path.is_dir() else 'no file'}."
+        )
+    with path.open("rb") as file:
+        start = file.read(len(_NPY))
+    if not start:
+        raise InputError(f"{path} is empty (0 bytes); the program that wrote it did not finish.")
+    if start != _NPY and not start.startswith(_ZIP):
+        raise InputError(f"{path} is neither an .npy nor an .npz file; pickles are never read.")
+    return start != _NPY
+
+
+def _check_archive(path: Path, names: Iterable[str]) -> None:
+    """InputError when arrays of an archive are a bomb, many times as large as the file."""
+    with zipfile.ZipFile(path) as archive:
+        size = sum(archive.getinfo(f"{name}.npy").file_size for name in names)
+    check_size(size, path.stat().st_size, "an archive")
+
+
+@contextmanager
+def opened(path: Path, key: str | None) -> Iterator[tuple[IO[bytes], int]]:
+    """The bytes of one array in npy format, and how many there are. InputError when it is not there, or not single."""
+    if _is_archive(path):
+        held = keys(path)
+        listed = ", ".join(held) or "no numpy arrays"
+        if key is None:
+            raise InputError(f"Expected a single array (.npy) in {path}, got an archive with {listed}.")
+        if key not in held:
+            raise InputError(f"Expected an array '{key}' in {path}; it holds {listed}.")
+        _check_archive(path, (key,))
+        with zipfile.ZipFile(path) as archive, archive.open(f"{key}.npy") as stream:
+            yield stream, archive.getinfo(f"{key}.npy").file_size
+    elif key is not None:
+        raise InputError(f"{path} is an .npy file with one nameless array; leave out the key '{key}'.")
+    else:
+        with path.open("rb") as stream:
+            yield stream, path.stat().st_size
+
+
+@contextmanager
+def damage_reported(path: Path) -> Iterator[None]:
+    """What parsers of damaged bytes raise, as an InputError."""
+    try:
+        yield
+    except InputError:
+        raise
+    except OSError as error:
+        raise InputError(f"Cannot read {path}: {error.strerror or error}.") from None
+    except DAMAGE as error:
+        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise InputError(f"{path} is damaged or was cut short ({reason}); write or copy it again.") from None

@@ -1,0 +1,228 @@
+"""Writing without leaving half a file: everything gets a temporary name first and is renamed when complete."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+import socket
+import tempfile
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, suppress
+from glob import escape
+from pathlib import Path
+
+from ..errors import InputError
+from ..pose import package_version
+
+SUMMARY = "summary.json"
+
+
+@contextmanager
+def whole_file(path: Path) -> Iterator[Path]:
+    """A temporary path beside `path`, with its suffix (some writers would add it); renamed to it when the block ends,
+    removed when it fails, or at the next writing when its process was killed."""
+    _remove_dead(path.parent, ".partial-", f"-{path.name}")
+    partial = path.with_name(f".partial-{_us()}-{path.name}")
+    try:
+        yield partial
+        os.replace(partial, path)
+    finally:
+        partial.unlink(missing_ok=True)
+
+
+def refuse_unwritable(path: Path) -> None:
+    """InputError when no folder can be made at `path`, so that it is said before the work and not after it."""
+    there = next(folder for folder in (path.absolute(), *path.absolute().parents) if folder.exists())
+    if not there.is_dir():
+        raise InputError(f"Expected a folder to write into, but {there} is a file; choose another -o.")
+    if not os.access(there, os.W_OK | os.X_OK):
+        raise InputError(f"Cannot write into {there}: permission denied; choose another -o.")
+
+
+def refuse_unwritable_file(path: Path) -> None:
+    """InputError when no file can be written at `path`, whose folder need not be there yet."""
+    if path.is_dir():
+        raise InputError(f"Expected a file to write, but {path} is a folder; choose another -o.")
+    refuse_unwritable(path.parent)
+
+
+def require_space(folder: Path, needed: int, what: str) -> None:
+    """InputError when the disk of a folder, which need not be there yet, has less than that many bytes left."""
+    there = next(place for place in (folder.absolute(), *folder.absolute().parents) if place.exists())
+    free = shutil.disk_usage(there).free
+    if free < needed:
+        raise InputError(
+            f"{what} needs about {needed / 1e6:.0f} MB and {there} has {free / 1e6:.0f} MB left; make room there or "
+            "choose another folder."
+        )
+
+
+@contextmanager
+def whole_folder(path: Path, force: bool = False, inputs: Iterable[Path] = ()) -> Iterator[Path]:
+    """A temporary folder that takes the place of `path` when the block ends and vanishes when it fails, or at the next
+    writing when its process was killed.
+
+    Its summary.json is given (or becomes) the list of the run's files. An existing folder is replaced only when
+    an earlier run of ours made all that is in it, or with `force`; never when it holds one of the `inputs` or the
+    current directory. InputError otherwise, and where nothing can be written.
+    """
+    path = path.resolve()
+    _tidy_up(path)
+    _check_replaceable(path, force, inputs)
+    made = [parent for parent in path.parents if not parent.exists()]
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        partial = Path(tempfile.mkdtemp(prefix=f".{path.name}.partial-{_us()}-", dir=path.parent))
+        partial.chmod(0o777 & ~_umask())
+    except OSError as error:
+        _remove_empty(made)
+        raise InputError(
+            f"Cannot write into {path.parent}: {error.strerror}; choose another -o DIR."
+        ) from None
+    try:
+        yield partial
+        sign(partial)
+        _check_replaceable(path, force, inputs)  # somebody may have put something there meanwhile
+        _exchange(partial, path)
+    finally:
+        shutil.rmtree(partial, ignore_errors=True)
+        if not path.exists():
+            _remove_empty(made)
+
+
+def _exchange(new: Path, path: Path) -> None:
+    if not path.exists():
+        os.replace(new, path)
+        return
+    old = Path(tempfile.mkdtemp(prefix=f".{path.name}.old-{_us()}-", dir=path.parent))
+    os.replace(path, old)
+    try:
+        os.replace(new, path)
+    except BaseException:
+        os.replace(old, path)
+        raise
+    shutil.rmtree(old, ignore_errors=True)
+
+
+def _tidy_up(path: Path) -> None:
+    """Remove what killed processes left beside a folder, and put back what one had moved out of the way there."""
+    if not path.exists():
+        for old in _dead(path.parent, f".{path.name}.old-"):
+            if any(old.iterdir()):
+                os.replace(old, path)
+                break
+    for kind in ("partial", "old"):
+        _remove_dead(path.parent, f".{path.name}.{kind}-")
+
+
+def _us() -> str:
+    """This process, in the name of what it has not finished: its number and its machine."""
+    return f"{os.getpid()}@{re.sub('[^A-Za-z0-9.]', '_', socket.gethostname())}"
+
+
+def _remove_dead(folder: Path, prefix: str, suffix: str = "") -> None:
+    for left in _dead(folder, prefix, suffix):
+        if left.is_dir():
+            shutil.rmtree(left, ignore_errors=True)
+        else:
+            left.unlink(missing_ok=True)
+
+
+def _dead(folder: Path, prefix: str, suffix: str = "") -> list[Path]:
+    """What processes of this machine that are no more left unfinished; of other machines nobody can tell."""
+    here = _us().partition("@")[2]
+    found = []
+    for left in folder.glob(f"{escape(prefix)}*{escape(suffix)}"):
+        told = re.match(r"(\d+)@([A-Za-z0-9._]*)-", left.name.removeprefix(prefix))
+        if told and told[2] == here and not _alive(int(told[1])):
+            found.append(left)
+    return found
+
+
+def _alive(process: int) -> bool:
+    if os.name != "posix":  # where signal 0 would end it
+        return True
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except (OSError, OverflowError):  # somebody else's
+        return True
+    return True
+
+
+def _check_replaceable(path: Path, force: bool, inputs: Iterable[Path]) -> None:
+    """InputError unless `path` is free, empty, or ours to replace."""
+    for used in (Path.cwd(), *inputs):
+        if used.resolve().is_relative_to(path):
+            raise InputError(f"{path} holds {used}, which this run needs; choose another -o DIR.")
+    if path.is_dir():
+        if os.path.ismount(path):
+            raise InputError(
+                f"{path} is a mount point and cannot be replaced; choose a folder inside it for -o DIR."
+            )
+        if force or not any(path.iterdir()) or _ours(path):
+            return
+        raise InputError(
+            f"{path} holds files that pcnet3d did not make; choose another -o DIR, or pass --force to replace it all."
+        )
+    if path.exists():
+        raise InputError(f"Expected a folder to write into, but {path} is a file; choose another -o DIR.")
+
+
+def _ours(path: Path) -> bool:
+    """Whether everything in the folder, and in the runs inside it, is listed as the work of an earlier run."""
+    summary = _read(path / SUMMARY)
+    listed = "pcnet3d" in summary and {file.name for file in path.iterdir()} <= set(summary.get("files", ()))
+    return listed and all(_ours(run.parent) for run in path.glob(f"*/{SUMMARY}"))
+
+
+def read_summary(folder: Path) -> dict:
+    """A run's summary.json; empty where there is none."""
+    return _read(folder / SUMMARY)
+
+
+def add_to_summary(folder: Path, **entries: object) -> None:
+    """Put entries into a run's summary.json, which is there before and after."""
+    with whole_file(folder / SUMMARY) as partial:
+        partial.write_text(json.dumps({**read_summary(folder), **entries}, indent=1) + "\n", encoding="utf-8")
+
+
+def add_to_list(folder: Path, name: str) -> None:
+    """Note in a run's summary.json that this file or folder in it is ours too, so that a later run may replace it."""
+    add_to_summary(folder, files=sorted({*read_summary(folder).get("files", ()), name}))
+
+
+def sign(folder: Path) -> None:
+    """Add the list of the folder's files to its summary, so that a later run may replace them."""
+    summary = {"pcnet3d": package_version(), **_read(folder / SUMMARY)}
+    summary["files"] = sorted({SUMMARY, *(file.name for file in folder.iterdir())})
+    with whole_file(folder / SUMMARY) as partial:
+        partial.write_text(json.dumps(summary, indent=1) + "\n", encoding="utf-8")
+
+
+def _read(path: Path) -> dict:
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError):
+        return {}
+    return content if isinstance(content, dict) else {}
+
+
+def _remove_empty(folders: list[Path]) -> None:
+    for folder in folders:
+        with suppress(OSError):
+            folder.rmdir()
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask
+
+
+def printable(name: str) -> str:
+    """A file name in characters that every writer takes; those that are no text become question marks."""
+    return name.encode("utf-8", "replace").decode()

@@ -1,0 +1,121 @@
+"""BVH files (Biovision hierarchy): a skeleton with names, offsets and channels, then one line of numbers a frame.
+
+Euler channels are applied in their listed order, R = R_1 R_2 R_3, each about an axis of the joint (Meredith &
+Maddock, Motion Capture File Formats Explained, Univ. of Sheffield CS-01-11). Position channels stand in for OFFSET.
+Units are not in the file.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from ..errors import InputError
+from .skeletons import UNITS, Skeleton, h36m17_of_skeleton, leg_length, place, unit_by_legs
+
+_AXES = "XYZ"
+_T_POSE_FRAMES = 10  # CMU's BVH files begin with an added T-pose that was smoothed into the frames after it
+
+
+class Motion(NamedTuple):
+    """joints: (T, 17, 3) H36M17, metres, in the file's axes. unit: the file's, of UNITS. first: the file's frame in
+    the first row; those before it are an added T-pose and what was smoothed into it."""
+
+    joints: np.ndarray
+    fps: float
+    unit: str
+    first: int
+
+
+def read_motion(text: str, unit: str | None = None) -> Motion:
+    """The person of a BVH file, in the unit that fits the legs unless `unit` says it. InputError when none fits, when
+    the file is damaged, and when joints have names that are not in use."""
+    skeleton, channels, frames, fps = parse(text)
+    turning = [i for i, (joint, name) in enumerate(channels) if joint > 0 and name.endswith("rotation")]
+    posed = len(frames) > _T_POSE_FRAMES and np.abs(frames[0, turning]).max() < 1e-6
+    first = _T_POSE_FRAMES if posed else 0
+    rest = skeleton.rest
+    still = np.broadcast_to(np.eye(3), (1, len(rest), 3, 3))
+    if unit is None:
+        unit = unit_by_legs(leg_length(h36m17_of_skeleton(skeleton, rest[None], still)))
+    skeleton = replace(skeleton, offsets=skeleton.offsets * UNITS[unit])
+    joints, R = pose(skeleton, channels, frames[first:], UNITS[unit])
+    return Motion(h36m17_of_skeleton(skeleton, joints, R), fps, unit, first)
+
+
+def parse(text: str) -> tuple[Skeleton, list[tuple[int, str]], np.ndarray, float]:
+    """Skeleton (End Sites left out), channels as (joint, name) in the order of the numbers, numbers (T, channels) in
+    degrees and the file's unit, frames per second. InputError for what is no BVH."""
+    head, found, motion = text.partition("MOTION")
+    if not found or "HIERARCHY" not in head:
+        raise InputError("expected a BVH file with HIERARCHY and MOTION.")
+    names: list[str] = []
+    parents: list[int] = []
+    offsets: list[list[float]] = []
+    channels: list[tuple[int, str]] = []
+    open_joints: list[int] = []  # -1 for an End Site
+    coming = -1
+    try:
+        for line in head.splitlines():
+            words = line.split()
+            match words[:1]:
+                case ["ROOT" | "JOINT"]:
+                    parents.append(open_joints[-1] if open_joints else -1)
+                    coming = len(names)
+                    names.append(line.strip().partition(" ")[2].strip())
+                    offsets.append([0.0, 0.0, 0.0])
+                case ["End"]:
+                    coming = -1
+                case ["{"]:
+                    open_joints.append(coming)
+                case ["}"]:
+                    open_joints.pop()
+                case ["OFFSET"] if open_joints[-1] >= 0:
+                    offsets[open_joints[-1]] = [float(word) for word in words[1:4]]
+                case ["CHANNELS"]:
+                    channels += [(open_joints[-1], word) for word in words[2 : 2 + int(words[1])]]
+        count_line, time_line, *lines = (line for line in motion.splitlines() if line.strip())
+        count, frame_s = int(count_line.split()[-1]), float(time_line.split()[-1])
+        numbers = np.array(" ".join(lines).split(), dtype=float).reshape(-1, max(len(channels), 1))
+        skeleton = Skeleton(tuple(names), tuple(parents), np.array(offsets).reshape(-1, 3))
+    except (ValueError, IndexError) as error:
+        raise InputError(f"the BVH file is damaged: {error}.") from None
+    if len(numbers) != count or not (count and frame_s > 0 and np.isfinite(numbers).all()):
+        raise InputError(
+            f"expected {count} frames of {len(channels)} numbers, {frame_s} s each, got {len(numbers)}."
+        )
+    for joint in range(len(names)):
+        turns = [name for owner, name in channels if owner == joint and name.endswith("rotation")]
+        if len(turns) != len(set(turns)):
+            raise InputError(f"expected each rotation of '{names[joint]}' once, got {', '.join(turns)}.")
+    unknown = {name for _, name in channels} - {
+        f"{a}{kind}" for a in _AXES for kind in ("position", "rotation")
+    }
+    if unknown or parents.count(-1) != 1:
+        raise InputError(
+            f"expected one root and known channels, got {', '.join(sorted(unknown)) or 'several'}."
+        )
+    fps = 1 / frame_s
+    return skeleton, channels, numbers, round(fps) if abs(fps - round(fps)) < 0.005 * fps else fps
+
+
+def pose(
+    skeleton: Skeleton, channels: list[tuple[int, str]], frames: np.ndarray, metres: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Joints (T, J, 3) and R_world_from_joint (T, J, 3, 3) of frames (T, channels); the skeleton in metres already."""
+    from scipy.spatial.transform import Rotation
+
+    count = len(skeleton.names)
+    R = np.tile(np.eye(3), (len(frames), count, 1, 1))
+    offsets = np.tile(skeleton.offsets, (len(frames), 1, 1))
+    for joint in range(count):
+        mine = [i for i, (owner, _) in enumerate(channels) if owner == joint]
+        turns = [i for i in mine if channels[i][1].endswith("rotation")]
+        if turns:
+            order = "".join(channels[i][1][0] for i in turns)  # capitals: about the joint's own, turned axes
+            R[:, joint] = Rotation.from_euler(order, frames[:, turns], degrees=True).as_matrix()
+        for i in set(mine) - set(turns):
+            offsets[:, joint, _AXES.index(channels[i][1][0])] = frames[:, i] * metres
+    return place(skeleton, offsets[:, 0], R, offsets)

@@ -1,0 +1,109 @@
+"""Everybody whom a detector found in a video, frame by frame, in one .npz file that is a result and a checkpoint."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import InputError
+from ..frames import IMAGE
+from ..layouts import Layout, layout_named
+from ..pose import PoseSequence
+from ..take import Take
+from .arrays import load_all
+from .atomic import whole_file
+
+KEYPOINTS = "keypoints.npz"
+_NUMBERS = {  # dimensions, kind of dtype
+    "frame_index": (1, "i"), "time_s": (1, "f"), "person": (1, "i"), "joints": (3, "f"), "confidence": (2, "f"),
+    "box": (2, "f"), "cuts": (1, "i"), "thumbnail": (2, "u"), "frames": (0, "i"), "frames_seen": (0, "i"),
+}  # fmt: skip
+_WORDS = ("layout", "method", "source")
+
+
+@dataclass(frozen=True, eq=False)
+class Detections:
+    """One row for each person of each frame, frames in order.
+
+    frame_index, person: (N,) numbers of the video frame and of the person. time_s: (N,) seconds. joints: (N, J, 2)
+    pixels. confidence: (N, J) in [0, 1]. box: (N, 4) left, top, right, bottom. frames: of the video; the first
+    `frames_seen` of them were looked at. cuts: (C,) frames that begin another scene. thumbnail: the last frame that
+    showed anything, small. layout: name of the joints' layout. method: of the detector. source: what these rest on, by
+    hash; another run may only go on when its own is the same.
+    """
+
+    frame_index: np.ndarray
+    time_s: np.ndarray
+    person: np.ndarray
+    joints: np.ndarray
+    confidence: np.ndarray
+    box: np.ndarray
+    cuts: np.ndarray
+    thumbnail: np.ndarray
+    frames: int
+    frames_seen: int
+    layout: str
+    method: str
+    source: str
+
+    def people(self) -> tuple[PoseSequence, ...]:
+        """One sequence a person in IMAGE, in order of appearance."""
+        layout: Layout = layout_named(self.layout)
+        rows = {int(person): self.person == person for person in np.unique(self.person)}
+        return tuple(
+            PoseSequence(
+                joints=self.joints[mine],
+                layout=layout,
+                frame=IMAGE,
+                confidence=self.confidence[mine],
+                time_s=self.time_s[mine],
+                frame_index=self.frame_index[mine],
+                person=str(person),
+            ).noted(
+                "detect",
+                detector=self.method,
+                people=len(rows),
+                cuts=len(self.cuts),
+                frames_seen=self.frames_seen,
+                frames=self.frames,
+            )
+            for person, mine in rows.items()
+        )
+
+    def save(self, path: Path) -> None:
+        """Write them as plain arrays; all of the file or none."""
+        with whole_file(path) as partial:
+            np.savez_compressed(partial, **{field.name: getattr(self, field.name) for field in fields(self)})
+
+
+def load_detections(path: Path) -> Detections:
+    """What `save` wrote; InputError for anything else."""
+    found = {}
+    try:
+        held = load_all(path, *_NUMBERS, *_WORDS)
+        for name, (dimensions, kind) in _NUMBERS.items():
+            array = held[name]
+            if array.ndim != dimensions or array.dtype.kind != kind:
+                raise ValueError(f"array '{name}' is {array.dtype} of shape {array.shape}")
+            found[name] = array if dimensions else int(array)
+        found |= {name: str(held[name]) for name in _WORDS}
+        rows = {
+            len(found[name]) for name in ("frame_index", "time_s", "person", "joints", "confidence", "box")
+        }
+        if len(rows) != 1 or not found["joints"].shape[1:] == (len(layout_named(found["layout"])), 2):
+            raise ValueError("its arrays do not belong together")
+        if 0 in rows:
+            raise ValueError("it holds nobody")
+    except ValueError as error:
+        raise InputError(f"Expected 2D keypoints of a run ({KEYPOINTS}) at {path}: {error}.") from None
+    return Detections(**found)
+
+
+def interrupted_at(take: Take) -> int | None:
+    """The video frame before which detection was interrupted; None when it was not."""
+    for step in take.keypoints.history if take.keypoints else ():
+        if step.name == "detect" and step.options["frames_seen"] < step.options["frames"]:
+            return int(step.options["frames_seen"])
+    return None

@@ -1,0 +1,73 @@
+"""Points by name over time, as motion laboratories keep them: TRC and C3D files."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from ..errors import InputError
+from .c3d import parse, texts
+
+Up = Literal["y", "z"]
+
+
+@dataclass(frozen=True, eq=False)
+class Markers:
+    """points: (T, M, 3) in `unit`, NaN where missing. numbers: (T,) the frames' own numbers, from wherever the file
+    counts. up: the axis that is up, as such files usually have it or as this one says."""
+
+    names: list[str]
+    points: np.ndarray
+    time_s: np.ndarray
+    unit: str
+    up: Up
+    numbers: np.ndarray
+
+
+def check_c3d() -> None:
+    """InputError when ezc3d is not installed."""
+    if find_spec("ezc3d") is None:
+        raise InputError("C3D needs the package ezc3d; install it with: pip install 'pcnet3d[c3d]'.")
+
+
+def read_trc(path: Path) -> Markers:
+    """A TRC file as OpenSim and Pose2Sim write it (OpenSim's documentation, "Marker (.trc) Files"): +y is up.
+    InputError for what is none."""
+    try:
+        lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
+        keys, values = lines[1].split("\t"), lines[2].split("\t")
+        said = dict(zip((key.strip() for key in keys), (value.strip() for value in values), strict=False))
+        names = [name.strip() for name in lines[3].split("\t")[2:] if name.strip()]
+        cells = [line.split("\t") for line in lines[5:] if line.strip()]
+        width = 2 + 3 * len(names)
+        rows = [[float(cell.strip() or "nan") for cell in row[:width]] for row in cells]
+        table = np.array([row + [np.nan] * (width - len(row)) for row in rows]).reshape(len(rows), width)
+        points = table[:, 2:].reshape(len(table), len(names), 3)
+        unit = said["Units"]
+    except (OSError, IndexError, KeyError, ValueError) as error:
+        raise InputError(f"expected a TRC file of marker positions, separated by tabs: {error!r}.") from None
+    return Markers(names, points, table[:, 1], unit, "y", table[:, 0].astype(np.int64))
+
+
+def read_c3d(path: Path) -> Markers:
+    """The points of a C3D file, those of negative residual missing; +z is up, as in most laboratories, unless the
+    file's POINT Y_SCREEN says +Y (formats.md section 7). InputError for what is no C3D."""
+    try:
+        file = parse(path.read_bytes())
+    except (OSError, ValueError) as error:
+        raise InputError(f"expected a C3D file with points: {error}.") from None
+    said = {name: texts(file.parameters, f"POINT:{name}") for name in ("LABELS", "UNITS", "Y_SCREEN")}
+    names = said["LABELS"][: file.points.shape[1]]
+    if len(names) < file.points.shape[1] or not 0 < file.rate_hz < np.inf:
+        raise InputError(
+            f"expected a C3D file with a name for each of its {file.points.shape[1]} points and their rate, got "
+            f"{len(names)} names and {file.rate_hz:g} a second."
+        )
+    numbers = np.arange(len(file.points))
+    up = "y" if said["Y_SCREEN"][:1] == ["+Y"] else "z"
+    unit = "".join(said["UNITS"][:1]) or "mm"
+    return Markers(names, file.points.astype(np.float64), numbers / file.rate_hz, unit, up, numbers)

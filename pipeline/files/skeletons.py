@@ -1,0 +1,205 @@
+"""From an animated skeleton, with whatever names and joints it has, to the 17 joints of H36M17.
+
+Readers of skeleton files (BVH, ASF/AMC), markers and SMPL joints share this: joints at rest, turned frame by frame,
+found by their names.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..errors import InputError
+from ..layouts import H36M17
+from ..rotations import rotate, unit
+
+_LIMBS = ("hip", "knee", "ankle", "shoulder", "elbow", "wrist")
+# The joints where thigh, shank, foot, upper arm, forearm and hand begin, as the programs name them.
+_WORDS = (
+    ("upleg", "leg", "foot", "arm", "forearm", "hand"),  # MotionBuilder, Mixamo, most BVH of CMU
+    ("femur", "tibia", "foot", "humerus", "radius", "wrist"),  # ASF of CMU and HDM05
+    ("thigh", "shin", "foot", "shldr", "forearm", "hand"),  # Poser, Daz
+    ("thigh", "calf", "foot", "upperarm", "forearm", "hand"),  # 3ds Max Biped
+    ("thigh", "calf", "foot", "upperarm", "lowerarm", "hand"),  # Unreal
+    ("upperleg", "lowerleg", "foot", "upperarm", "lowerarm", "hand"),  # Unity
+    ("hip", "knee", "ankle", "shoulder", "elbow", "wrist"),  # SMPL and its kin
+)
+_SIDES = ({"l": "left{}", "r": "right{}"}, {"l": "l{}", "r": "r{}"}, {"l": "{}l", "r": "{}r"})
+_NECKS = ("lowerneck", "neck", "neck01", "neck1", "neckbase")
+
+# Points that no skeleton has, as in the motion capture that the shipped networks were trained on: in metres on the
+# head; the spine's share of the way from pelvis to neck, and the thorax' from the neck's lower end to its upper.
+_NOSE_FORWARD_M = 0.05
+_CROWN_UP_M = 0.13
+_SPINE = 0.43
+_THORAX = 0.25
+
+UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "inch": 0.0254, "asf": 0.0254 / 0.45}
+LEG_M = (0.6, 1.15)  # thigh and shank of an adult
+# The body of SMPL; SMPL-H and SMPL-X go on with hands and face (formats.md section 7).
+SMPL = (
+    "pelvis", "l_hip", "r_hip", "spine1", "l_knee", "r_knee", "spine2", "l_ankle", "r_ankle", "spine3", "l_toes",
+    "r_toes", "neck", "l_collar", "r_collar", "head", "l_shoulder", "r_shoulder", "l_elbow", "r_elbow", "l_wrist",
+    "r_wrist",
+)  # fmt: skip
+_SPINE_NAMES = ("spine", "spine1", "spine2", "spine3")
+
+
+@dataclass(frozen=True, eq=False)
+class Skeleton:
+    """names (J,); parents (J,), -1 for the root, every parent before its children; offsets (J, 3), a joint from its
+    parent in the pose at rest, where all joints' axes are those of the file."""
+
+    names: tuple[str, ...]
+    parents: tuple[int, ...]
+    offsets: np.ndarray
+
+    @property
+    def rest(self) -> np.ndarray:
+        """(J, 3) the joints at rest, the root at 0."""
+        return place(self, np.zeros((1, 3)), np.tile(np.eye(3), (1, len(self.names), 1, 1)))[0][0]
+
+
+def place(
+    skeleton: Skeleton, root: np.ndarray, R_parent_from_joint: np.ndarray, offsets: np.ndarray | None = None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Forward kinematics: root (T, 3), R_parent_from_joint (T, J, 3, 3) -> joints (T, J, 3) and their
+    R_world_from_joint (T, J, 3, 3). offsets: (T, J, 3) instead of the skeleton's, for joints that also slide."""
+    joints = np.empty((*R_parent_from_joint.shape[:2], 3))
+    R_world = np.empty_like(R_parent_from_joint)
+    for joint, parent in enumerate(skeleton.parents):
+        if parent < 0:
+            joints[:, joint], R_world[:, joint] = root, R_parent_from_joint[:, joint]
+            continue
+        offset = skeleton.offsets[joint] if offsets is None else offsets[:, joint]
+        step = rotate(R_world[:, parent], np.broadcast_to(offset, root.shape)[:, None])[:, 0]
+        joints[:, joint] = joints[:, parent] + step
+        R_world[:, joint] = R_world[:, parent] @ R_parent_from_joint[:, joint]
+    return joints, R_world
+
+
+def h36m17_of_skeleton(skeleton: Skeleton, joints: np.ndarray, R_world_from_joint: np.ndarray) -> np.ndarray:
+    """joints (T, J, 3) metres -> (T, 17, 3) H36M17, in the same axes. InputError naming what has no known name."""
+    named = match(skeleton.names)
+    rest = {joint: skeleton.rest[i] for joint, i in named.items()}
+    left = rest["l_hip"] - rest["r_hip"] + rest["l_shoulder"] - rest["r_shoulder"]
+    up = _nearest_axis(rest["neck"] - (rest["l_hip"] + rest["r_hip"]) / 2)
+    forward = _nearest_axis(np.cross(left, up))
+    R_head = R_world_from_joint[:, named["head"]]
+    chain, joint = [], skeleton.parents[named["neck"]]
+    while joint > 0 and skeleton.parents[joint] >= 0:
+        chain.insert(0, joint)
+        joint = skeleton.parents[joint]
+    return h36m17(
+        {joint: joints[:, i] for joint, i in named.items()},
+        joints[:, chain],
+        *np.moveaxis(rotate(R_head, np.stack([forward, up])), 1, 0),
+    )
+
+
+def h36m17(
+    points: Mapping[str, np.ndarray], spine: np.ndarray, forward: np.ndarray, up: np.ndarray
+) -> np.ndarray:
+    """(T, 17, 3) from points by name (T, 3): hips to wrists, and the neck's ends, "neck" below and "head" above.
+
+    spine: (T, S, 3) joints between pelvis and neck, from below; S may be 0. forward, up: (T, 3) the head's own axes.
+    pelvis is mid-hips, spine lies 43 % of the way along the back, thorax a quarter up the neck, nose 5 cm in front
+    of the neck's upper end and head (its top) 13 cm above that end.
+    """
+    hips = (points["l_hip"] + points["r_hip"]) / 2
+    made = {
+        "pelvis": hips,
+        "spine": _along(np.concatenate([hips[:, None], spine, points["neck"][:, None]], axis=1), _SPINE),
+        "thorax": (1 - _THORAX) * points["neck"] + _THORAX * points["head"],
+        "nose": points["head"] + _NOSE_FORWARD_M * forward,
+        "head": points["head"] + _CROWN_UP_M * up,
+    }
+    return np.stack([made.get(joint, points.get(joint)) for joint in H36M17.joints], axis=1)
+
+
+def h36m17_named(joints: np.ndarray, names: list[str] | None) -> np.ndarray:
+    """(T, 17, 3) from joints (T, J, 3) by their names, or by their order without names (17, or SMPL's 22 and more).
+
+    InputError when a joint has no known name.
+    """
+    if joints.ndim != 3 or joints.shape[-1] != 3 or (names is not None and len(names) != joints.shape[1]):
+        raise InputError(f"expected joints (T, J, 3), a name for each, got {joints.shape}.")
+    if names is None:
+        if joints.shape[1] == len(H36M17):
+            return joints
+        if joints.shape[1] < len(SMPL):
+            raise InputError(
+                f"expected 17 joints (H36M17) or SMPL's 22 and more, got {joints.shape[1]}; add an array joint_names."
+            )
+        names = [*SMPL, *(f"more{i}" for i in range(joints.shape[1] - len(SMPL)))]
+    if set(H36M17.joints) <= set(names):
+        return joints[:, [names.index(joint) for joint in H36M17.joints]]
+    points = {joint: joints[:, i] for joint, i in match(names).items()}
+    # Nothing says where the head looks: straight ahead, along the neck and across the shoulders.
+    up = unit(points["head"] - points["neck"])
+    forward = unit(np.cross(points["l_shoulder"] - points["r_shoulder"], up))
+    spine = [names.index(name) for name in _SPINE_NAMES if name in names]
+    return h36m17(points, joints[:, spine], forward, up)
+
+
+def match(names: Sequence[str]) -> dict[str, int]:
+    """Position of hips, knees, ankles, shoulders, elbows, wrists, "neck" and "head" in a list of names.
+
+    A name's case, separators and a prefix that all names share do not matter. InputError when a joint is not found.
+    """
+    plain = [re.sub(r"[^a-z0-9]", "", name.rpartition(":")[2].lower()) for name in names]
+    shared = len(os.path.commonprefix(plain))  # noqa: RUF071 (characters are meant, these are no paths)
+    at = {name[shared:]: i for i, name in reversed(list(enumerate(plain)))}
+    neck = next((name for name in _NECKS if name in at), None)
+    for words in _WORDS:
+        for sides in _SIDES:
+            wanted = {
+                f"{side}_{joint}": pattern.format(word)
+                for side, pattern in sides.items()
+                for joint, word in zip(_LIMBS, words, strict=True)
+            }
+            if neck and "head" in at and all(name in at for name in wanted.values()):
+                found = {joint: at[name] for joint, name in wanted.items()}
+                return found | {"neck": at[neck], "head": at["head"]}
+    raise InputError(
+        "Expected a skeleton with hips, knees, ankles, shoulders, elbows, wrists, neck and head under names in use, "
+        f"got {', '.join(names[:40])}."
+    )
+
+
+def _nearest_axis(v: np.ndarray) -> np.ndarray:
+    """The coordinate axis (3,) next to v: a pose at rest stands along the file's axes, its hips lean a little."""
+    axis = np.zeros(3)
+    axis[np.abs(v).argmax()] = np.sign(v[np.abs(v).argmax()])
+    return axis
+
+
+def _along(path: np.ndarray, share: float) -> np.ndarray:
+    """The point (T, 3) a share of the way along a path of points (T, P, 3), by the lengths of the first frame."""
+    length = np.linalg.norm(np.diff(path[0], axis=0), axis=-1)
+    before = np.concatenate([[0.0], np.cumsum(length)])
+    i = int(np.clip(np.searchsorted(before, share * before[-1], side="right") - 1, 0, len(length) - 1))
+    t = (share * before[-1] - before[i]) / max(length[i], 1e-9)
+    return (1 - t) * path[:, i] + t * path[:, i + 1]
+
+
+def unit_by_legs(leg: float) -> str:
+    """The unit in which a leg (thigh and shank) of that length is an adult's. InputError when none or several fit."""
+    fits = [name for name, metres in UNITS.items() if LEG_M[0] <= leg * metres <= LEG_M[1]]
+    if len(fits) != 1:
+        raise InputError(f"legs of {leg:.4g} fit no unit of {', '.join(UNITS)} alone; say which with --unit.")
+    return fits[0]
+
+
+def leg_length(joints: np.ndarray) -> float:
+    """Thigh and shank of joints (T, 17, 3), the median over frames and the mean of both sides."""
+    sides = []
+    for s in "lr":
+        hip, knee, ankle = (joints[:, H36M17.index(f"{s}_{part}")] for part in ("hip", "knee", "ankle"))
+        bones = (knee - hip, ankle - knee)
+        sides.append(sum(float(np.median(np.linalg.norm(bone, axis=-1))) for bone in bones))
+    return float(np.mean(sides))

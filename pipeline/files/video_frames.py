@@ -1,0 +1,69 @@
+"""The pictures of a video, as players show them, one after the other; however long it is, a few are held at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..errors import InputError
+from ..take import Video
+
+if TYPE_CHECKING:
+    from av import VideoFrame
+
+
+def pictures(video: Video, first: int = 0) -> Iterator[tuple[int, np.ndarray]]:
+    """(frame number, picture) from frame `first` on: (H, W, 3) uint8 RGB, the video's rotation obeyed.
+
+    Numbers count the rows of `video.time_s`; a frame that the decoder leaves out is left out here too. Before `first`
+    no more is decoded than lies between it and the key frame before it. InputError for a video that cannot be decoded.
+    """
+    import av
+    from av.error import FFmpegError
+
+    number = first
+    try:
+        with av.open(str(video.path), metadata_errors="ignore") as container:
+            stream = container.streams.video[0]
+            stream.thread_type = "AUTO"
+            tick = float(stream.time_base or 1)
+            start = next((frame.pts for frame in container.decode(stream) if frame.pts is not None), 0)
+            stamps = start + np.round(video.time_s / tick).astype(np.int64)
+            if first >= len(stamps):
+                return
+            container.seek(int(stamps[first]), stream=stream, backward=True)
+            for frame in container.decode(stream):
+                if frame.pts is None or frame.pts < stamps[first]:
+                    continue
+                number = int(np.searchsorted(stamps, frame.pts))
+                if number < len(stamps) and stamps[number] == frame.pts:
+                    yield number, _upright(frame, video.rotation_deg)
+    except FFmpegError as error:
+        raise InputError(
+            f"The video {video.path} cannot be decoded beyond frame {number}: {error.strerror}; it may be damaged: "
+            "copy it again, or rewrite it with ffmpeg."
+        ) from None
+
+
+def pictures_at(video: Video, frames: Iterable[int]) -> dict[int, np.ndarray]:
+    """The pictures (H, W, 3) uint8 RGB of these frame numbers; one that is not found is left out. InputError as for
+    `pictures`."""
+    found = {}
+    for wanted in sorted(frames):
+        number, picture = next(pictures(video, wanted), (None, None))
+        if number == wanted and picture is not None:
+            found[number] = picture
+    return found
+
+
+def shown_size(video: Video) -> tuple[int, int]:
+    """Width and height of the pictures, the video's rotation obeyed."""
+    turned = video.rotation_deg in (90, 270)
+    return (video.height, video.width) if turned else (video.width, video.height)
+
+
+def _upright(frame: VideoFrame, rotation_deg: int) -> np.ndarray:
+    picture = frame.to_ndarray(format="rgb24")
+    return np.ascontiguousarray(np.rot90(picture, -rotation_deg // 90)) if rotation_deg else picture

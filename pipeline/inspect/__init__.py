@@ -1,0 +1,1 @@
+"""`pcnet3d inspect`: what is wrong with poses, keypoints, or a video."""

@@ -1,0 +1,74 @@
+"""Whether 3D poses in camera axes fall onto 2D keypoints of the same recording, and at which shift in time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..pose import PoseSequence
+from ..reading.clock import numbered_by
+
+_JOINTS = tuple(
+    f"{side}_{part}" for side in "lr" for part in ("shoulder", "elbow", "wrist", "hip", "knee", "ankle")
+)
+_MOST_LAG = 30  # frames
+_FEWEST = 10  # frames in common below which a shift says nothing
+
+
+@dataclass(frozen=True)
+class Agreement:
+    """How well poses fall onto keypoints.
+
+    error: median over frames of the 2D residual after the best scale and shift of each frame, over the person's size
+        in the picture (root mean square distance of the joints from their middle). 0.05 is usual: scale and
+        shift are no perspective.
+    lag: frames to add to the poses' numbers for the smallest error, which is `error_at_lag`.
+    person: the keypoints' track. frames: in common without a lag.
+    """
+
+    person: str
+    frames: int
+    error: float
+    lag: int
+    error_at_lag: float
+
+
+def agreement(poses: PoseSequence, tracks: tuple[PoseSequence, ...]) -> Agreement | None:
+    """The track that fits best; None when there is none with enough frames and joints in common.
+
+    poses: H36M17 in CAMERA axes. Where they have no frame numbers, they take those of a track of equal length, and
+    otherwise count from 0.
+    """
+    found = [fit for track in tracks if (fit := _agreement(poses, track))]
+    return min(found, key=lambda fit: fit.error_at_lag, default=None)
+
+
+def _agreement(poses: PoseSequence, track: PoseSequence) -> Agreement | None:
+    if not poses.frames_known and len(poses) == len(track):
+        poses = numbered_by(track, poses, "")
+    names = [name for name in _JOINTS if name in track.layout]
+    flat = poses.joints[:, poses.layout.indices(names), :2].astype(np.float64)
+    points = track.joints[:, track.layout.indices(names)].astype(np.float64)
+    errors, frames = {}, 0
+    for lag in range(-_MOST_LAG, _MOST_LAG + 1):
+        _, rows, columns = np.intersect1d(poses.frame_index + lag, track.frame_index, return_indices=True)
+        residuals = _residuals(flat[rows], points[columns])
+        if lag == 0:
+            frames = len(residuals)
+        if len(residuals) >= _FEWEST:
+            errors[lag] = float(np.median(residuals))
+    if 0 not in errors:
+        return None
+    best = min(errors, key=lambda lag: (errors[lag], abs(lag)))
+    return Agreement(track.person, frames, errors[0], best, errors[best])
+
+
+def _residuals(flat: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """(N,) residual of every frame that is complete in both, over the size of its points. Both (T, J, 2)."""
+    whole = np.isfinite(flat).all(axis=(1, 2)) & np.isfinite(points).all(axis=(1, 2))
+    flat, points = (a[whole] - a[whole].mean(axis=1, keepdims=True) for a in (flat, points))
+    size = np.maximum((flat**2).sum(axis=(1, 2)), 1e-12)
+    scale = np.maximum((flat * points).sum(axis=(1, 2)) / size, 0)[:, None, None]
+    left_over = ((points - scale * flat) ** 2).sum(axis=(1, 2))
+    return np.sqrt(left_over / np.maximum((points**2).sum(axis=(1, 2)), 1e-12))

@@ -1,0 +1,224 @@
+"""What a file of poses is and what is wrong with it, before anything is computed: `pcnet3d inspect`."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..anthropometry import implied_stature
+from ..errors import InputError
+from ..motion.checks import Chirality, bone_spread, chirality
+from ..motion.swap_repair import as_frames
+from ..motion.swaps import Swap, find_swaps
+from ..pose import PoseSequence
+from ..reading.load import choose_person, finished, read_all, read_sources
+from ..reading.take import read_video
+from ..take import Video
+from ..verdict import Finding, verdict
+from .agreement import Agreement, agreement
+from .findings import (
+    depth_factor,
+    findings_of,
+    pose_findings,
+    row_findings,
+    source_findings,
+    spread_of_bones,
+    swap_findings,
+)
+
+__all__ = ["EXIT_CODES", "Inspection", "Person", "findings_of", "inspect"]
+
+EXIT_CODES = {"good": 0, "suspicious": 3, "unusable": 4}
+_POOR_FIT = 0.2  # 2D residual over the person's size; boxing and skating 0.05
+_BETTER = 0.9  # of the residual: a shift in time that fits better than that is meant
+
+
+@dataclass(frozen=True, eq=False)
+class Person:
+    """One person of a file.
+
+    source: as the adapter gives it. poses: the same as `read` would give it, left and right as they are; None for 2D
+    and where the reader refuses. agreement: with 2D keypoints, where they were given and fit. swaps: rows in which
+    limbs are exchanged or mirrored in depth.
+    """
+
+    source: PoseSequence
+    poses: PoseSequence | None
+    findings: tuple[Finding, ...]
+    agreement: Agreement | None = None
+    swaps: tuple[Swap, ...] = ()
+
+    @property
+    def chirality(self) -> Chirality | None:
+        return chirality(self.poses) if self.poses else None
+
+    @property
+    def verdict(self) -> str:
+        """The gravest finding: "good", "suspicious" or "unusable"."""
+        return verdict(self.findings)
+
+    def figures(self) -> dict[str, Any]:
+        """Plain values; None where unknown. Spreads and shares are fractions."""
+        source, poses = self.source, self.poses
+        return {
+            "person": source.person,
+            "verdict": self.verdict,
+            "layout": source.layout.name,
+            "frame": source.frame.name,
+            "axes": list(source.frame.axes),
+            "origin": source.frame.origin,
+            "unit": source.frame.unit,
+            "fps": None if source.time_s is None else _known(source.fps),
+            "rows": len(source),
+            "first_frame": int(source.frame_index[0]) if source.frames_known else None,
+            "last_frame": int(source.frame_index[-1]) if source.frames_known else None,
+            "seams": list(source.seams),
+            "bone_spread": _known(bone_spread(poses)) if poses else None,
+            "bone_spreads": spread_of_bones(poses) if poses else None,
+            "depth_factor": _known(depth_factor(poses)) if poses else None,
+            "stature_m": _known(implied_stature(poses.joints)) if poses and poses.frame.metric else None,
+            "left_and_right": _evidence(self.chirality),
+            "swaps": as_frames(source, self.swaps),
+            "keypoints": asdict(self.agreement) if self.agreement else None,
+            "findings": [asdict(finding) for finding in self.findings],
+        }
+
+
+@dataclass(frozen=True, eq=False)
+class Inspection:
+    """What `inspect` found. adapter: the name of the one that read the file."""
+
+    path: Path
+    adapter: str
+    people: tuple[Person, ...]
+
+    @property
+    def verdict(self) -> str:
+        """That of the worst person."""
+        return max((person.verdict for person in self.people), key=list(EXIT_CODES).index)
+
+    def figures(self) -> dict[str, Any]:
+        people = [person.figures() for person in self.people]
+        return {"file": self.path.name, "adapter": self.adapter, "verdict": self.verdict, "people": people}
+
+    def __str__(self) -> str:
+        people = f"{len(self.people)} people" if len(self.people) > 1 else "1 person"
+        lines = [f"{self.path}: {self.verdict}; adapter {self.adapter}, {people}"]
+        for person in self.people:
+            lines += ["", *_lines(person)]
+        return "\n".join(lines)
+
+
+def inspect(
+    path: Path,
+    adapter: str = "auto",
+    options: dict[str, Any] | None = None,
+    *,
+    person: str | None = None,
+    keypoints: Path | None = None,
+    video: Path | None = None,
+) -> Inspection:
+    """Read 3D poses or 2D keypoints as they are and look for what does not fit.
+
+    adapter, options: as for read_all. person: only this one, "longest" or "largest". keypoints, video: 2D of the same
+    recording, and the recording itself, to compare with. Raises InputError when a file cannot be read at all.
+    """
+    chosen, sources = read_sources(path, adapter, None, options or {})
+    if person is not None:
+        sources = (choose_person(sources, person, str(path)),)
+    tracks = () if keypoints is None else read_all(keypoints, gives="keypoints")
+    recording = None if video is None else read_video(video)
+    people = []
+    for source in sources:
+        found = [*row_findings(source), *_video_findings(source, recording)]
+        poses, fit = None, None
+        if source.frame.dims == 3:
+            try:
+                poses = finished(source, chosen, path, None, "ignore", "gap")
+            except InputError as error:
+                found.append(Finding("unusable", "refused", str(error)))
+            else:
+                found += [*source_findings(source), *pose_findings(poses)]
+        looked_at = poses if poses is not None else source
+        swaps = find_swaps(looked_at) if poses is not None or source.frame.dims == 2 else ()
+        found += swap_findings(looked_at, swaps)
+        if poses is not None and keypoints is not None:
+            fit = agreement(poses, tracks) if poses.frame.family == "camera" else None
+            found.append(_fit_finding(fit, poses))
+        people.append(Person(source, poses, tuple(found), fit, swaps))
+    return Inspection(path, chosen.name, tuple(people))
+
+
+def _video_findings(source: PoseSequence, video: Video | None) -> list[Finding]:
+    if video is None:
+        return []
+    frames, last = len(video.time_s), int(source.frame_index[-1])
+    if last >= frames:
+        text = f"The poses reach frame {last}, the video ends with frame {frames - 1}; they do not belong together."
+        return [Finding("suspicious", "video", text)]
+    if not source.frames_known and len(source) != frames:
+        text = f"{len(source)} rows without frame numbers for {frames} frames of the video: time may drift."
+        return [Finding("suspicious", "video", text)]
+    return [Finding("note", "video", f"{len(source)} rows for {frames} frames at {video.fps:g} a second.")]
+
+
+def _fit_finding(fit: Agreement | None, poses: PoseSequence) -> Finding:
+    if fit is None:
+        why = "too few frames or joints in common" if poses.frame.family == "camera" else "no camera's axes"
+        return Finding("note", "keypoints", f"Not compared with the keypoints: {why}.")
+    off = f"{100 * fit.error:.0f} % of the person's size over {fit.frames} frames of track {fit.person}"
+    if fit.lag and fit.error_at_lag < _BETTER * fit.error:
+        text = (
+            f"The poses fit the keypoints better {abs(fit.lag)} frames {'later' if fit.lag > 0 else 'earlier'}: "
+            f"{100 * fit.error_at_lag:.0f} % instead of {off}."
+        )
+        return Finding("suspicious", "time", text)
+    if fit.error > _POOR_FIT:
+        return Finding("suspicious", "reprojection", f"The poses miss the keypoints by {off}.")
+    return Finding("note", "reprojection", f"The poses meet the keypoints within {off}.")
+
+
+def _known(value: float) -> float | None:
+    return None if np.isnan(value) else float(value)
+
+
+def _evidence(found: Chirality | None) -> dict[str, Any] | None:
+    if found is None:
+        return None
+    values = {
+        key: _known(value) if isinstance(value, float) else value for key, value in asdict(found).items()
+    }
+    return {"verdict": found.verdict, **values}
+
+
+def _lines(person: Person) -> list[str]:
+    source, facts = person.source, person.figures()
+    frames = f"video frames {facts['first_frame']} to {facts['last_frame']}"
+    lines = [
+        f"person {source.person}: {person.verdict}",
+        f"  layout     {source.layout.name}",
+        f"  frame      {source.frame}",
+        f"  rows       {len(source)}, {frames if source.frames_known else 'frame numbers unknown'}",
+        f"  fps        {'unknown' if facts['fps'] is None else format(facts['fps'], '.4g')}",
+    ]
+    if person.poses is not None:
+        stature = facts["stature_m"]
+        lines += [
+            f"  stature    {'unknown, the file has no scale' if stature is None else f'{stature:.2f} m by its limbs'}",
+            f"  left/right {facts['left_and_right']['verdict']}: {person.chirality}",
+            f"  bones      {_percent(facts['bone_spread'])} mean spread of length; by bone:",
+            *_columns(facts["bone_spreads"]),
+        ]
+    return lines + [f"  {finding.weight + ':':<12}{finding.text}" for finding in person.findings]
+
+
+def _columns(spreads: dict[str, float]) -> list[str]:
+    cells = [f"{bone:<22}{_percent(spread):>5}" for bone, spread in spreads.items()]
+    return ["             " + "   ".join(cells[i : i + 3]) for i in range(0, len(cells), 3)]
+
+
+def _percent(share: float | None) -> str:
+    return "unknown" if share is None else f"{100 * share:.0f} %"

@@ -1,0 +1,57 @@
+"""Four frames of a skeleton from three sides, as a PNG."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import InputError
+from ..files.atomic import whole_file
+from ..layouts import H36M17
+from ..pose import PoseSequence
+from ..rotations import rotate
+
+_CELL, _HEADER = 260, 24  # pixels
+_FRAMES = 4
+# Right, up and away as one sees it, from the families' reference axes; in a world one looks north.
+_SEEN = {"camera": ((1, 0, 0), (0, -1, 0), (0, 0, 1)), "world": ((0, -1, 0), (0, 0, 1), (1, 0, 0))}
+_SIDES = {"front": (0, 1), "from the right": (2, 1), "from above": (0, 2)}  # what goes right, what goes up
+_COLOURS = {"l_": (178, 114, 0), "r_": (0, 94, 213)}  # blue and orange, BGR
+_MIDDLE = (110, 103, 96)
+
+
+def draw(poses: PoseSequence, path: Path) -> None:
+    """Write the picture. poses: H36M17 relative to the pelvis, in a camera's or world's axes.
+
+    The frames are spread evenly over the complete ones; the scale is the same in all. InputError when the file cannot
+    be written or is no .png, or no frame is complete.
+    """
+    import cv2
+
+    if path.suffix.lower() != ".png":
+        raise InputError(f"Expected a name that ends in .png for the picture, got {path}.")
+    rows = np.flatnonzero(np.isfinite(poses.joints).all(axis=(1, 2)))
+    if not len(rows):
+        raise InputError("There is no complete frame that could be drawn.")
+    rows = rows[np.linspace(0, len(rows) - 1, min(_FRAMES, len(rows))).round().astype(int)]
+    R_seen_from_source = np.array(_SEEN[poses.frame.family]) @ poses.frame.basis.T
+    seen = rotate(R_seen_from_source, poses.joints[rows])
+    reach = max(float(np.abs(seen).max()), 1e-12)
+    image = np.full((len(_SIDES) * _CELL + _HEADER, len(rows) * _CELL, 3), 255, dtype=np.uint8)
+    for column, row in enumerate(rows):
+        x = column * _CELL
+        text = f"row {row}: left blue, right orange" if column == 0 else f"row {row}"
+        cv2.putText(image, text, (x + 6, 16), cv2.FONT_HERSHEY_SIMPLEX, 0.42, (0, 0, 0), 1, cv2.LINE_AA)
+        for line, (side, axes) in enumerate(_SIDES.items()):
+            y = _HEADER + line * _CELL
+            cv2.rectangle(image, (x, y), (x + _CELL - 1, y + _CELL - 1), (225, 225, 225), 1)
+            cv2.putText(image, side, (x + 6, y + 16), cv2.FONT_HERSHEY_SIMPLEX, 0.42, _MIDDLE, 1, cv2.LINE_AA)
+            middle = np.array([x, y]) + _CELL / 2
+            points = middle + seen[column][:, axes] / reach * (_CELL / 2 - 18) * [1, -1]
+            for start, end in H36M17.bones:
+                a, b = (tuple(int(v) for v in points[H36M17.index(joint)].round()) for joint in (start, end))
+                cv2.line(image, a, b, _COLOURS.get(end[:2], _MIDDLE), 2, cv2.LINE_AA)
+    with whole_file(path) as partial:
+        if not cv2.imwrite(str(partial), image):
+            raise InputError(f"Cannot write {path}.")

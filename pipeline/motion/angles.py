@@ -1,0 +1,268 @@
+"""Joint and segment angles that 17 joints can give: definitions, signs and what they need. Pictures: docs/angles.md.
+
+Every angle is a function of one frame's joints in BODY (x back, y right, z up; design.md section 4). Angles between
+segments do not change when the whole body is turned; those with `needs_gravity` do.
+
+- A segment's two angles against a trunk frame are the first two of the Cardan sequence flexion, abduction, rotation,
+  which its long axis alone gives (hip: the joint coordinate system of Grood & Suntay 1983 and ISB, Wu et al. 2002).
+  The pelvis frame is the hip line and the trunk line (pelvis to thorax), the thorax frame the shoulder line and the
+  trunk line: 17 joints give no tilt of pelvis or thorax of their own.
+- Knee and elbow flexion are signed about an axis across the limb: the mediolateral reference where the limb is nearly
+  straight, the limb's own plane where it is clearly bent (_STRAIGHT). An unsigned angle of noisy joints never reads 0;
+  a plain projection reads too little when the thigh or upper arm is turned about itself.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..layouts import H36M17
+from ..rotations import unit
+
+REASONS = {
+    0: "fine",
+    1: "a joint is missing",
+    2: "the limb is nearly straight the wrong way, or lies along the axis that the angle is measured about",
+    3: "the frame is not levelled, or the angle's error is too large",
+    4: "a gap, a seam, or a run too short for the filter",
+    5: "a joint is not in the image, or the detector does not see it",
+}
+FINE, MISSING, UNDEFINED, UNTRUSTED, TOO_SHORT, UNSEEN = REASONS
+
+_STRAIGHT = np.sin(
+    np.radians(20.0)
+)  # a limb's own plane counts as much as the reference when it is bent by this
+_NO_AXIS = 0.05  # of a limb's axis, before it is made a unit vector; 0.34 for a straight leg in standing
+_ALONG = np.sin(
+    np.radians(15.0)
+)  # a segment within this of the axis that an angle turns about has no such angle
+# How far the elbow's reference axis follows the arm from the sagittal plane out to the side; the axis is undefined at
+# one direction of the upper arm: for 2 that is 39 degrees behind and 33 above the horizontal, which no arm reaches.
+_ARM_TURN = 2.0
+
+
+@dataclass(frozen=True)
+class Angle:
+    """One angle. words: what it is. positive: when it grows. joints: that it is made of. needs_gravity: whether it is
+    taken against the vertical. centre_deg: its values lie within 180 of this, so that it is continuous where bodies
+    move, through 180 too. anatomy_deg: what no joint goes beyond; for segments against the vertical, none while the
+    trunk is upright."""
+
+    words: str
+    positive: str
+    joints: tuple[str, ...]
+    needs_gravity: bool = False
+    centre_deg: float = 0.0
+    anatomy_deg: tuple[float, float] = (-np.inf, np.inf)
+
+
+# Degrees, by the end of an angle's name: the mean active range of healthy adults (American Academy of Orthopaedic
+# Surgeons, "Joint Motion: Method of Measuring and Recording", 1965: knee 0 to 135, elbow 0 to 150, hip -30 to 120 and
+# -30 to 45, shoulder -60 to 180, trunk 45 to either side, 80 forward) and up to 30 more for the supple and for segments
+# that 17 joints cannot tell apart: the hip is taken against the whole trunk, which bends too.
+_ANATOMY = {
+    "knee_flexion": (-20.0, 165.0),
+    "elbow_flexion": (-20.0, 165.0),
+    "hip_flexion": (-60.0, 165.0),
+    "hip_abduction": (-60.0, 80.0),
+    "shoulder_flexion": (-90.0, 210.0),
+    "shoulder_abduction": (-75.0, 90.0),
+    "shoulder_elevation": (0.0, 180.0),
+    "thigh_sagittal": (-60.0, 150.0),
+    "shank_sagittal": (-165.0, 120.0),
+    "upper_arm_sagittal": (-90.0, 210.0),
+    "trunk_lean_sagittal": (-60.0, 150.0),
+    "trunk_lean_frontal": (-90.0, 90.0),
+    "pelvis_obliquity": (-60.0, 60.0),
+    "thorax_pelvis_rotation": (-75.0, 75.0),
+}
+
+_HIPS, _SHOULDERS = ("r_hip", "l_hip"), ("r_shoulder", "l_shoulder")
+_PELVIS, _THORAX = ("pelvis", "thorax", *_HIPS), ("pelvis", "thorax", *_SHOULDERS)
+_FACING = (*_HIPS, *_SHOULDERS)
+
+
+def _definitions() -> dict[str, Angle]:
+    angles = {}
+    for side in ("r", "l"):
+        thigh, shank = (f"{side}_hip", f"{side}_knee"), (f"{side}_knee", f"{side}_ankle")
+        arm, forearm = (f"{side}_shoulder", f"{side}_elbow"), (f"{side}_elbow", f"{side}_wrist")
+        of_side = {
+            "knee_flexion": Angle(
+                "between thigh and shank, 0 when straight, about the hip line made square to the thigh",
+                "heel towards the buttock; negative is a knee bent back",
+                _union(thigh, shank, _HIPS),
+            ),
+            "elbow_flexion": Angle(
+                "between upper arm and forearm, 0 when straight, about the thorax's mediolateral axis carried along "
+                "with the upper arm",
+                "hand towards the shoulder; negative is an elbow bent back",
+                _union(arm, forearm, _THORAX),
+            ),
+            "hip_flexion": Angle(
+                "of the thigh against the trunk line about the hip line", "thigh forward",
+                _union(thigh, _PELVIS), centre_deg=45.0,
+            ),
+            "hip_abduction": Angle(
+                "of the thigh out of the plane square to the hip line", "thigh away from the midline",
+                _union(thigh, _HIPS),
+            ),
+            "shoulder_flexion": Angle(
+                "of the upper arm against the trunk line about the shoulder line", "arm forward and up",
+                _union(arm, _THORAX), centre_deg=60.0,
+            ),
+            "shoulder_abduction": Angle(
+                "of the upper arm out of the plane square to the shoulder line; 90 at most: an arm raised sideways "
+                "above that has a flexion near 180", "arm away from the midline",
+                _union(arm, _SHOULDERS),
+            ),
+            "shoulder_elevation": Angle(
+                "between upper arm and the trunk's downward line, in whichever plane: 0 hanging, 180 overhead",
+                "arm up",
+                _union(arm, _THORAX),
+            ),
+            "thigh_sagittal": Angle(
+                "of the thigh against the vertical, in the sagittal plane of BODY", "knee in front of the hip",
+                _union(thigh, _FACING), True, 45.0,
+            ),
+            "shank_sagittal": Angle(
+                "of the shank against the vertical, in the sagittal plane of BODY", "ankle in front of the knee",
+                _union(shank, _FACING), True, -45.0,
+            ),
+            "upper_arm_sagittal": Angle(
+                "of the upper arm against the vertical, in the sagittal plane of BODY",
+                "elbow in front of the shoulder",
+                _union(arm, _FACING), True, 60.0,
+            ),
+        }  # fmt: skip
+        angles |= {f"{side}_{name}": angle for name, angle in of_side.items()}
+    angles |= {
+        "trunk_lean_sagittal": Angle(
+            "of the trunk line (pelvis to thorax) against the vertical, in the sagittal plane of BODY", "forward",
+            _union(("pelvis", "thorax"), _FACING), True,
+        ),
+        "trunk_lean_frontal": Angle(
+            "of the trunk line out of the sagittal plane of BODY", "to the subject's right",
+            _union(("pelvis", "thorax"), _FACING), True,
+        ),
+        "pelvis_obliquity": Angle(
+            "of the hip line against the horizontal", "right hip higher", _HIPS, True
+        ),
+        "thorax_pelvis_rotation": Angle(
+            "of the shoulder line against the hip line about the trunk line", "thorax turned to the subject's left",
+            _union(_PELVIS, _THORAX),
+        ),
+    }  # fmt: skip
+    return {
+        name: replace(angle, anatomy_deg=_ANATOMY[name.removeprefix("r_").removeprefix("l_")])
+        for name, angle in angles.items()
+    }
+
+
+def _union(*parts: tuple[str, ...]) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(joint for part in parts for joint in part))
+
+
+ANGLES = _definitions()
+MIDLINE = tuple(name for name in ANGLES if name[1] != "_")  # those without a side
+MIRRORED_SIGN = (
+    "trunk_lean_frontal",
+    "pelvis_obliquity",
+    "thorax_pelvis_rotation",
+)  # change sign in a mirror
+
+
+def angles(body: np.ndarray) -> dict[str, np.ndarray]:
+    """(...,) degrees by name of ANGLES. body: (..., 17, 3), H36M17 in BODY, any unit and origin.
+
+    NaN where a joint is missing, or where the angle is not defined: a limb along its own axis of measurement.
+    Where only angles without `needs_gravity` matter the joints may be in any right-handed axes.
+    """
+    body = np.asarray(body, dtype=np.float64)
+    at = {name: body[..., i, :] for i, name in enumerate(H36M17.joints)}
+    trunk = unit(at["thorax"] - at["pelvis"])
+    hips, shoulders = (unit(at[f"r_{part}"] - at[f"l_{part}"]) for part in ("hip", "shoulder"))
+    thorax_forward = _square(np.cross(trunk, shoulders))
+    thorax_up = np.cross(shoulders, thorax_forward)
+    pelvis_forward = _square(np.cross(trunk, hips))
+    pelvis_up = np.cross(hips, pelvis_forward)
+    facing = np.isfinite(hips + shoulders).all(axis=-1)  # what BODY's heading rests on
+    of = {}
+    for side, out in (("r", 1.0), ("l", -1.0)):
+        thigh, shank = (
+            unit(at[f"{side}_{b}"] - at[f"{side}_{a}"]) for a, b in (("hip", "knee"), ("knee", "ankle"))
+        )
+        arm, forearm = (
+            unit(at[f"{side}_{b}"] - at[f"{side}_{a}"])
+            for a, b in (("shoulder", "elbow"), ("elbow", "wrist"))
+        )
+        lateral = np.maximum(out * _dot(arm, shoulders), 0.0)[..., None]
+        # Seen from the front, the arm's axis points to the right; out at the side, where that is the arm itself, to
+        # where the forearm of a raised arm turns about (for the left arm the mirror image: the opposite of up-back).
+        arm_axis = shoulders + out * _ARM_TURN * lateral * (thorax_up - thorax_forward) / np.sqrt(2)
+        of[f"{side}_knee_flexion"] = _hinge(thigh, shank, -hips)
+        of[f"{side}_elbow_flexion"] = _hinge(arm, forearm, arm_axis)
+        for joint, segment, frame in (
+            ("hip", thigh, (pelvis_forward, hips, pelvis_up)),
+            ("shoulder", arm, (thorax_forward, shoulders, thorax_up)),
+        ):
+            forward, right, up = (_dot(segment, axis) for axis in frame)
+            of[f"{side}_{joint}_flexion"] = _turn(forward, -up)
+            of[f"{side}_{joint}_abduction"] = _lift(out * right)
+            if joint == "shoulder":
+                of[f"{side}_shoulder_elevation"] = _degrees(np.hypot(forward, right), -up)
+        for name, segment in (("thigh", thigh), ("shank", shank), ("upper_arm", arm)):
+            of[f"{side}_{name}_sagittal"] = np.where(
+                facing, _turn(-segment[..., 0], -segment[..., 2]), np.nan
+            )
+    of["trunk_lean_sagittal"] = np.where(facing, _turn(-trunk[..., 0], trunk[..., 2]), np.nan)
+    of["trunk_lean_frontal"] = np.where(facing, _lift(trunk[..., 1]), np.nan)
+    of["pelvis_obliquity"] = _lift(hips[..., 2])
+    of["thorax_pelvis_rotation"] = _degrees(
+        _dot(np.cross(pelvis_forward, thorax_forward), trunk), _dot(pelvis_forward, thorax_forward)
+    )
+    return {name: near(of[name], angle.centre_deg) for name, angle in ANGLES.items()}
+
+
+def near(angle_deg: np.ndarray, centre_deg: np.ndarray | float) -> np.ndarray:
+    """The same directions (...,) as angles within 180 degrees of centre_deg."""
+    return centre_deg - np.mod(centre_deg - angle_deg + 180.0, 360.0) + 180.0
+
+
+def _hinge(upper: np.ndarray, lower: np.ndarray, reference: np.ndarray) -> np.ndarray:
+    """(...,) degrees that `lower` is turned from `upper` about the limb's axis; unit vectors (..., 3).
+
+    The axis is the normal of the limb's plane, as long as the sine of its bend, plus the reference made square to
+    `upper`, times _STRAIGHT: so the reference decides for a straight limb, the limb itself for a bent one.
+    """
+    normal = np.cross(upper, lower)
+    axis = normal + _STRAIGHT * (reference - _dot(reference, upper)[..., None] * upper)
+    length = np.linalg.norm(axis, axis=-1)
+    sine = _dot(normal, axis) / np.where(length > _NO_AXIS, length, np.nan)
+    return _degrees(sine, _dot(upper, lower))
+
+
+def _turn(ahead: np.ndarray, along: np.ndarray) -> np.ndarray:
+    """(...,) degrees of a unit vector's part in a plane; NaN when that part is short."""
+    return np.where(np.hypot(ahead, along) > _ALONG, _degrees(ahead, along), np.nan)
+
+
+def _lift(across: np.ndarray) -> np.ndarray:
+    """(...,) degrees of a unit vector out of a plane."""
+    return np.degrees(np.arcsin(np.clip(across, -1.0, 1.0)))
+
+
+def _square(v: np.ndarray) -> np.ndarray:
+    """The unit vector along a product of two unit vectors; NaN when those are nearly parallel."""
+    length = np.linalg.norm(v, axis=-1, keepdims=True)
+    return v / np.where(length > _ALONG, length, np.nan)
+
+
+def _degrees(sine: np.ndarray, cosine: np.ndarray) -> np.ndarray:
+    return np.degrees(np.arctan2(sine, cosine))
+
+
+def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    return np.einsum("...i,...i->...", a, b)

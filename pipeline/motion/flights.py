@@ -1,0 +1,96 @@
+"""People in the air: how fast they fall tells whether a take runs at real time.
+
+In flight nothing but gravity pulls, so the body's centre of mass falls at 9.81 m/s2 and drifts evenly, whatever the
+limbs do; shown k times too slowly it falls at 9.81 / k^2.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+
+from ..anthropometry import implied_stature
+from ..layouts import H36M17
+from ..pose import PoseSequence
+
+# Segment masses as shares of the body's, with the centre of mass at a share of the way from the first joint to the
+# second: Winter, Biomechanics and Motor Control of Human Movement, 4th ed. 2009, table 4.1 (after Dempster). Feet go
+# with the ankles.
+_MASSES = (
+    ("pelvis", "thorax", 0.578, 0.66),
+    *(
+        (f"{side}_{start}", f"{side}_{end}", mass, share)
+        for side in "rl"
+        for start, end, mass, share in (
+            ("shoulder", "elbow", 0.028, 0.436),
+            ("elbow", "wrist", 0.022, 0.682),
+            ("hip", "knee", 0.100, 0.433),
+            ("knee", "ankle", 0.0465, 0.433),
+            ("knee", "ankle", 0.0145, 1.0),
+        )
+    ),
+)
+_UP = 0.07  # statures by which both ankles are above their floor in the air; standing on the toes lifts them by 0.05
+_FEWEST = 6  # frames of a flight
+_TRIMMED = 0.1  # of the frames at either end, in which a foot may still push
+_NOISE = 0.04  # of the parabola's height: what the path may be off it
+_DRIFT = 0.25  # of the fall: how far sideways the path may bend
+_HEIGHT = 0.02  # statures, of the parabola
+_MIDDLE = 0.15  # of the flight's duration: how far from its middle the highest point may be
+
+
+def falls(level: PoseSequence) -> np.ndarray:
+    """How fast the body falls in each flight that is well seen, in statures / s2, (N,).
+
+    level: H36M17 in axes whose z is up, relative to the pelvis, with `root`, unfiltered; in any unit. Empty where
+    nothing says how high the person is, and where nobody flies: in flight both ankles are off the floor, and the
+    centre of mass rises and falls in a parabola, within noise.
+    """
+    stature = implied_stature(level.joints) if level.root is not None and len(level) else np.nan
+    if level.root is None or not stature > 0:
+        return np.empty(0)
+    world = (level.joints + level.root[:, None]).astype(np.float64) / stature
+    mass = sum(share for _, _, share, _ in _MASSES)
+    parts = [
+        share / mass * ((1 - along) * world[:, H36M17.index(a)] + along * world[:, H36M17.index(b)])
+        for a, b, share, along in _MASSES
+    ]
+    centre = np.sum(parts, axis=0)
+    lowest = world[:, H36M17.indices(("r_ankle", "l_ankle")), 2].min(axis=1)
+    found = (_fall(centre[rows], level.times[rows]) for rows in _spells(lowest, level.seams))
+    return np.array([fall for fall in found if fall is not None])
+
+
+def _spells(height: np.ndarray, seams: tuple[int, ...]) -> list[slice]:
+    """Rows in which a height (T,) is well above what it is for a fifth of its unbroken piece, between two lows."""
+    spells, edges = [], [0, *seams, len(height)]
+    for start, stop in pairwise(edges):
+        piece = height[start:stop]
+        if not np.isfinite(piece).any():
+            continue
+        up = piece > np.nanpercentile(piece, 20) + _UP
+        changes = np.flatnonzero(np.diff(up, prepend=False, append=False))
+        spells += [
+            slice(start + a, start + b)
+            for a, b in changes.reshape(-1, 2)
+            if a > 0 and b < len(piece) and b - a >= _FEWEST
+        ]
+    return spells
+
+
+def _fall(centre: np.ndarray, time_s: np.ndarray) -> float | None:
+    """The downward acceleration of a path (N, 3) that rises and falls; None where it is no parabola."""
+    inner = slice(int(_TRIMMED * len(centre)), len(centre) - int(_TRIMMED * len(centre)))
+    centre, time_s = centre[inner], time_s[inner] - time_s[inner].mean()
+    if not np.isfinite(centre).all():
+        return None
+    design = np.vander(time_s, 3)
+    weights = np.linalg.lstsq(design, centre, rcond=None)[0]
+    (*drift, bend), speed = 2 * weights[0], weights[1, 2]
+    duration = np.ptp(time_s)
+    height = -bend * duration**2 / 8
+    off = np.sqrt(((centre - design @ weights) ** 2).mean(axis=0))[2]
+    seen = height > _HEIGHT and off < _NOISE * height
+    falls = np.hypot(*drift) < _DRIFT * -bend and abs(speed / bend) < _MIDDLE * duration
+    return -float(bend) if seen and falls else None

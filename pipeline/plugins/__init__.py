@@ -1,0 +1,1 @@
+"""Entry points: the protocols that plugins follow, the registry that finds them, checks of options."""

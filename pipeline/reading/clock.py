@@ -1,0 +1,92 @@
+"""Putting files of one recording together: which video frame a row is, and at which second it was taken."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import InputError
+from ..motion.rates import check_fps, rate_doubts
+from ..pose import PoseSequence
+from ..take import Video
+
+
+def numbered_by(keypoints: PoseSequence, poses: PoseSequence, where: str) -> PoseSequence:
+    """The poses with the 2D file's frame numbers where they have none of their own. InputError if they cannot be."""
+    if poses.frames_known:
+        if not np.isin(poses.frame_index, keypoints.frame_index).any():
+            raise InputError(f"{where} have no video frame in common.")
+        return poses
+    if len(poses) != len(keypoints):
+        raise InputError(
+            f"{where} have {len(poses)} and {len(keypoints)} rows, and the poses carry no frame numbers to join them "
+            "by; give the 2D file that the lifter was run on, or leave --keypoints out."
+        )
+    return poses.with_(frame_index=keypoints.frame_index, frames_known=keypoints.frames_known).noted(
+        "frame numbers", source="keypoints"
+    )
+
+
+def starting_at(first_frame: int, sequence: PoseSequence) -> PoseSequence:
+    """The sequence with its first row at that video frame and the others as far from it as they were.
+    InputError for a negative frame."""
+    if first_frame < 0:
+        raise InputError(f"Expected the first row at video frame 0 or later, got {first_frame}.")
+    numbers = sequence.frame_index - sequence.frame_index[0] + first_frame
+    return sequence.with_(frame_index=numbers, frames_known=True).noted("frame numbers", first=first_frame)
+
+
+def check_numbers(sequence: PoseSequence, video: Video | None, path: Path) -> None:
+    """InputError when nothing says which of the video's frames the rows are, or there are no such frames."""
+    if video is None:
+        return
+    frames = len(video.time_s)
+    if not sequence.frames_known and len(sequence) != frames:
+        raise InputError(
+            f"{path} has {len(sequence)} rows without frame numbers, the video {frames} frames; give the "
+            "2D file that the lifter was run on (--keypoints), or --first-frame N if the rows are consecutive."
+        )
+    if sequence.frame_index[-1] >= frames:
+        raise InputError(
+            f"{path}, or the 2D file that numbers its rows, reaches video frame {sequence.frame_index[-1]}, but "
+            f"{video.path} ends with frame {frames - 1}; if its numbers begin with 1, pass --first-frame 0, otherwise "
+            "they do not belong together."
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Clock:
+    """Seconds of video frames: by the given rate, else the video's own stamps, else those of another sequence."""
+
+    video: Video | None
+    fps: float | None
+    other: PoseSequence | None
+
+    def seconds(self, frames: np.ndarray, path: Path) -> np.ndarray:
+        """(T,) seconds of these frames of the file at `path`; InputError when nothing tells the time."""
+        if self.video is not None and frames[-1] >= len(self.video.time_s):
+            raise InputError(
+                f"{path} reaches video frame {frames[-1]}, but {self.video.path} ends with frame "
+                f"{len(self.video.time_s) - 1}; they do not belong together."
+            )
+        if self.fps is not None:
+            return frames / check_fps(self.fps)
+        if self.video is not None:
+            return self.video.time_s[frames]
+        if self.other is None or self.other.time_s is None:
+            raise InputError(
+                f"Nothing says at which rate {path} was recorded: give --fps F, or the video itself."
+            )
+        if len(self.other) == 1:
+            return self.other.times + (frames - self.other.frame_index[0])
+        known = np.interp(frames, self.other.frame_index, self.other.times)
+        first, last = self.other.frame_index[[0, -1]]
+        outside = np.clip(frames - last, 0, None) + np.clip(frames - first, None, 0)
+        return known + outside / self.other.fps
+
+    def doubts(self) -> list[str]:
+        """In words, where the rate contradicts the video's, or without one the other sequence's."""
+        known = self.other is not None and self.other.time_s is not None and len(self.other) > 1
+        return rate_doubts(self.fps, self.video, self.other.fps if known and self.other else None)

@@ -1,0 +1,115 @@
+"""What a file holds, in words, for a user whose file no adapter recognises. Nothing is unpickled."""
+
+from __future__ import annotations
+
+import json
+import zipfile
+from collections import Counter
+from importlib.util import find_spec
+from pathlib import Path
+from typing import IO
+
+import numpy as np
+
+from ..errors import InputError
+from ..files.arrays import DAMAGE, load
+
+_NPY, _ZIP = b"\x93NUMPY", b"PK"
+_KINDS = {  # by how files begin
+    b"GIF8": "a GIF; make a video of it (ffmpeg -i NAME.gif NAME.mp4), or save the recording itself as one",
+    b"\x89PNG": "a PNG image",
+    b"\xff\xd8\xff": "a JPEG image",
+    b"%PDF": "a PDF document",
+    b"\x1f\x8b": "compressed with gzip; unpack it first",
+    b"7z\xbc\xaf": "a 7z archive; unpack it first",
+}
+_HDF5 = (b"MATLAB 7.3 MAT-file", b"\x89HDF\r\n")
+_MILLIMETRES = (500.0, 2500.0)  # how far a body's joints lie apart along an axis, crouching to standing
+_LISTED = 6  # entries of an archive or kinds of files in a folder that are named
+_SHOWN = 60  # characters of a text
+_READ_JSON = 1 << 24  # a longer file is not read to find out whether it is whole
+
+
+def in_words(path: Path) -> str:
+    """A clause such as "an array of shape (30, 16, 3), float32", to be read after "it is". Never raises."""
+    try:
+        if path.is_dir():
+            return _folder(path)
+        with path.open("rb") as file:
+            start = file.read(1 << 12)
+            file.seek(0)
+            if not start:
+                return "empty (0 bytes)"
+            if start.startswith(_NPY):
+                return _array(file)
+        if start.startswith(_ZIP) and path.suffix == ".npz":
+            return _archive(path)
+        if path.suffix.lower() == ".json":
+            return _json(path, start)
+    except OSError as error:
+        return f"unreadable ({error.strerror or error})"
+    except DAMAGE:
+        return "damaged or cut short"
+    if start.startswith(_HDF5):
+        missing = "" if find_spec("h5py") else "; reading it needs h5py: pip install 'pcnet3d[hdf5]'"
+        return f"a file of MATLAB 7.3 or HDF5{missing}"
+    known = (words for begins, words in _KINDS.items() if start.startswith(begins))
+    return next(known, f"a file that begins with {start[:16]!r}")
+
+
+def why_no_joints(path: Path) -> str:
+    """A sentence on an array of joints that no format has, such as one in millimetres; "" for anything else. Never
+    raises."""
+    try:
+        if not path.is_file():
+            return ""
+        joints = load(path)
+    except InputError:
+        return ""
+    if joints.ndim != 3 or joints.shape[2] not in (2, 3):
+        return ""
+    if not np.isfinite(joints).any():
+        return "Every coordinate in it is NaN: there are no poses in it."
+    size = float(np.nanmedian(np.ptp(joints, axis=1).max(axis=-1)))
+    if joints.shape[2] == 3 and _MILLIMETRES[0] < size < _MILLIMETRES[1]:
+        return (
+            f"A body in it measures {size:.0f}, as in millimetres: read it with --adapter arrays -O layout=H36M17 -O "
+            "frame=CAMERA -O unit=mm, or whichever layout and axes it has."
+        )
+    return ""
+
+
+def _folder(path: Path) -> str:
+    kinds = Counter(file.suffix or "no suffix" for file in path.iterdir() if file.is_file())
+    listed = ", ".join(f"{count} of {kind}" for kind, count in kinds.most_common(_LISTED))
+    return f"a folder of {listed}" if listed else "a folder without files"
+
+
+def _array(file: IO[bytes]) -> str:
+    version = np.lib.format.read_magic(file)
+    header = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+    shape, _, dtype = header(file)
+    what = "Python objects, which would have to be unpickled," if dtype.hasobject else str(dtype)
+    return f"an array of shape {shape}, {what}".rstrip(",")
+
+
+def _archive(path: Path) -> str:
+    with zipfile.ZipFile(path) as archive:
+        arrays = [name for name in archive.namelist() if name.endswith(".npy")]
+        listed = []
+        for name in arrays[:_LISTED]:
+            with archive.open(name) as file:
+                listed.append(f"'{name.removesuffix('.npy')}' ({_array(file)})")
+    more = f" and {len(arrays) - _LISTED} more" if len(arrays) > _LISTED else ""
+    return f"an archive with {', '.join(listed) or 'no arrays'}{more}"
+
+
+def _json(path: Path, start: bytes) -> str:
+    if path.stat().st_size <= _READ_JSON:
+        try:
+            json.loads(path.read_bytes().decode("utf-8-sig"))
+        except json.JSONDecodeError as error:
+            return f"JSON that breaks off or is damaged at line {error.lineno}, column {error.colno}"
+        except (ValueError, RecursionError):
+            return "no JSON that a detector or lifter writes"
+    return f"JSON that begins with {start.decode('utf-8', 'replace')[:_SHOWN]!r}"

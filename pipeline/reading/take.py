@@ -1,0 +1,330 @@
+"""Files become a take: video, keypoints and poses read, joined frame by frame, and put on one clock."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from ..errors import InputError
+from ..files.atomic import printable
+from ..inspect.findings import findings_of
+from ..motion.checks import implausible
+from ..motion.swap_repair import Swaps, treated
+from ..plugins.options import call
+from ..plugins.protocols import Adapter
+from ..pose import PoseSequence
+from ..take import Event, Take, Video
+from .clock import Clock, check_numbers, numbered_by, starting_at
+from .load import (
+    RANKS,
+    Missing,
+    Parity,
+    check_guards,
+    choose_person,
+    exchanged,
+    find_adapter,
+    finished,
+    read_sources,
+    recognises,
+)
+
+
+@dataclass(frozen=True)
+class Sources:
+    """What a user gave: files and how to read them. Poses, or keypoints that are to be lifted, or a video alone.
+
+    options, keypoints_options: the adapters' own. person: by the file's name, "longest" or "largest". first_frame:
+    the video frame of the file's first row; the others keep their distance to it. fps: frame rate; without it the
+    video's time stamps count. swaps: what to do about limbs that are exchanged, or mirrored in depth, for some frames.
+    """
+
+    poses: Path | None = None
+    video: Path | None = None
+    keypoints: Path | None = None
+    adapter: str = "auto"
+    keypoints_adapter: str = "auto"
+    person: str | None = None
+    fps: float | None = None
+    first_frame: int | None = None
+    parity: Parity = "refuse"
+    missing: Missing = "refuse"
+    swaps: Swaps = "report"
+    options: dict[str, Any] = field(default_factory=dict)
+    keypoints_options: dict[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class _File:
+    """One of the files, and everybody in it as its adapter gives them."""
+
+    path: Path
+    adapter: Adapter
+    people: tuple[PoseSequence, ...]
+
+    def finished(
+        self, person: PoseSequence, parity: Parity = "refuse", missing: Missing = "refuse"
+    ) -> PoseSequence:
+        return finished(person, self.adapter, self.path, None, parity, missing)
+
+
+@dataclass(frozen=True, eq=False)
+class _Files:
+    """All that the sources name, read. inputs: role, file name and hash of each."""
+
+    sources: Sources
+    poses: _File | None
+    keypoints: _File | None
+    video: Video | None
+    inputs: dict[str, dict[str, Any]]
+
+    @property
+    def lead(self) -> _File:
+        """Whose people, frame numbers and clock count: the poses', or without poses the keypoints'."""
+        lead = self.poses or self.keypoints
+        if lead is None:
+            raise InputError(
+                "Several people need a file that holds them, --poses or --keypoints; of a video alone a run without "
+                "--person all writes one, keypoints.npz."
+            )
+        return lead
+
+
+def open_take(sources: Sources) -> Take:
+    """Read everything and join it. Raises InputError when parts do not fit each other or there is no clock.
+
+    Without poses the keypoints lead: theirs are the frame numbers and the clock. Of a video alone the take has neither.
+    """
+    files = _read(sources)
+    if files.poses is None and files.keypoints is None:
+        return _video_alone(files)
+    poses = _poses(files)
+    keypoints = _keypoints(files, poses)
+    _check_person(sources.person, poses, keypoints)
+    return _joined(files, poses, keypoints)
+
+
+@dataclass(frozen=True, eq=False)
+class Person:
+    """One of several people: name and frames in the file, and the take or the reason why there is none."""
+
+    name: str
+    frames: int
+    take: Take | InputError
+
+
+def open_people(sources: Sources) -> tuple[Person, ...]:
+    """A take of everybody in the file of poses, or without one of keypoints; whoever cannot be read has a reason.
+
+    Keypoints beside poses belong to the person of the same name. Raises InputError when a file cannot be read at all,
+    and when the two files name other people.
+    """
+    files = _read(sources)
+    poses, keypoints = files.poses, files.keypoints
+    if poses and keypoints:
+        names = [sorted(one.person for one in file.people) for file in (poses, keypoints)]
+        if names[0] != names[1]:
+            raise InputError(
+                f"{poses.path} holds the people {', '.join(names[0])} and {keypoints.path} {', '.join(names[1])}, so "
+                "nothing says who is who; leave --keypoints out, or run one --person at a time."
+            )
+    tracks = {track.person: track for track in keypoints.people} if keypoints else {}
+    found = []
+    for one in files.lead.people:
+        try:
+            body = poses.finished(one, sources.parity, sources.missing) if poses else None
+            track = keypoints.finished(tracks[one.person]) if keypoints else None
+            take = _joined(files, body, track)
+            take = take.with_(name=f"{take.name}, person {printable(one.person)}")
+        except InputError as error:
+            take = error
+        found.append(Person(one.person, len(one), take))
+    return tuple(found)
+
+
+def _read(sources: Sources) -> _Files:
+    check_guards(sources.parity, sources.missing)
+    video = read_video(sources.video) if sources.video else None
+    poses = keypoints = None
+    if sources.poses:
+        poses = _File(sources.poses, *read_sources(sources.poses, sources.adapter, "poses", sources.options))
+    if sources.keypoints:
+        read = read_sources(
+            sources.keypoints, sources.keypoints_adapter, "keypoints", sources.keypoints_options
+        )
+        keypoints = _File(sources.keypoints, *read)
+    given = {"poses": sources.poses, "keypoints": sources.keypoints, "video": sources.video}
+    inputs = {
+        role: {"role": role, "file": printable(path.name), "sha256": sha256(path)}
+        for role, path in given.items()
+        if path is not None
+    }
+    return _Files(sources, poses, keypoints, video, inputs)
+
+
+def _joined(files: _Files, poses: PoseSequence | None, keypoints: PoseSequence | None) -> Take:
+    """One person's poses and keypoints on one clock."""
+    sources, video = files.sources, files.video
+    begins = min(int(one.frame_index[0]) for one in files.lead.people)  # one shift for everybody in the file
+    if poses is not None and sources.first_frame is not None and not poses.frames_known:
+        poses, begins = starting_at(sources.first_frame, poses), sources.first_frame
+    if poses is not None and keypoints is not None:
+        poses = numbered_by(keypoints, poses, f"{sources.poses} and {sources.keypoints}")
+    path = files.lead.path
+    lead = keypoints if poses is None else poses
+    assert lead is not None
+    if sources.first_frame is not None:
+        shift = sources.first_frame - begins
+        lead = starting_at(int(lead.frame_index[0]) + shift, lead)
+        if poses is not None and keypoints is not None and shift:
+            keypoints = starting_at(int(keypoints.frame_index[0]) + shift, keypoints)
+    check_numbers(lead, video, path)
+    clock = Clock(video, sources.fps, keypoints if lead.time_s is None else lead)
+    lead = lead.with_(time_s=clock.seconds(lead.frame_index, path))
+    if poses is None:
+        keypoints = lead
+    elif keypoints is not None and sources.keypoints:
+        clock = replace(clock, other=lead if keypoints.time_s is None else keypoints)
+        keypoints = keypoints.with_(time_s=clock.seconds(keypoints.frame_index, sources.keypoints))
+    poses = None if poses is None else lead
+    poses, keypoints, swapped = treated(poses, keypoints, sources.swaps)
+    return Take(
+        name=printable((sources.video or path).stem),
+        video=video,
+        keypoints=keypoints,
+        poses=poses,
+        findings=None if poses is None else findings_of(poses, _source(files, poses)),
+        events=(
+            *_repairs(lead),
+            *(Event("warning", text) for text in (*clock.doubts(), *_doubts(lead))),
+            *_coverage(lead, video),
+            *swapped,
+        ),
+        inputs=_provenance(files, poses, keypoints),
+    )
+
+
+def _source(files: _Files, poses: PoseSequence) -> PoseSequence | None:
+    """The person as the adapter gave it."""
+    people = files.poses.people if files.poses else ()
+    return next((one for one in people if one.person == poses.person), None)
+
+
+def _video_alone(files: _Files) -> Take:
+    """The take of a video in which the person is still to be found."""
+    if files.video is None:
+        raise InputError(
+            "Expected a video, 3D poses (--poses FILE) or 2D keypoints (--keypoints FILE), got none."
+        )
+    if files.sources.first_frame is not None:
+        raise InputError("--first-frame numbers the rows of a file, and there is none; leave it out.")
+    name = printable(files.video.path.stem)
+    return Take(name=name, video=files.video, inputs=_provenance(files, None, None))
+
+
+def _check_person(person: str | None, *found: PoseSequence | None) -> None:
+    """InputError when the person that was asked for is neither of those that were found."""
+    names = [poses.person for poses in found if poses is not None]
+    if person not in (None, *RANKS, *names):
+        raise InputError(f"There is no person '{person}' in these files; found {' and '.join(names)}.")
+
+
+def _poses(files: _Files) -> PoseSequence | None:
+    """The person's 3D poses, when there is a file of them."""
+    file, sources = files.poses, files.sources
+    if file is None:
+        return None
+    person = sources.person if len(file.people) > 1 else None
+    return file.finished(choose_person(file.people, person, str(file.path)), sources.parity, sources.missing)
+
+
+def _keypoints(files: _Files, poses: PoseSequence | None) -> PoseSequence | None:
+    """The person's 2D keypoints, when there is a file of them: the track that is named, alone, or fits the poses."""
+    file, sources = files.keypoints, files.sources
+    if file is None:
+        return None
+    tracks = file.people
+    if sources.person is None and len(tracks) > 1 and poses is not None and not poses.frames_known:
+        fitting = [track for track in tracks if len(track) == len(poses)]
+        if len(fitting) == 1:
+            return file.finished(fitting[0])
+        if sum(map(len, tracks)) == len(poses):
+            raise InputError(
+                f"{sources.poses} has {len(poses)} rows, as many as all {len(tracks)} people of {file.path} together: "
+                "the lifter took several people for one (MotionBERT without --focus); lift one person at a time."
+            )
+    person = sources.person if len(tracks) > 1 else None
+    return file.finished(choose_person(tracks, person, str(file.path)))
+
+
+def read_video(path: Path) -> Video:
+    """The video's description; InputError when it cannot be opened."""
+    if not path.is_file():
+        raise InputError(
+            f"Expected a video file at {path}, found {'a folder' if path.is_dir() else 'nothing'} there."
+        )
+    adapter = find_adapter(path, "video", "video")
+    if not recognises(adapter, path) and (others := exchanged(path, "video")):
+        raise InputError(others)
+    return call(adapter.read, path, what="Adapter 'video'", options={})[0]
+
+
+def _repairs(lead: PoseSequence) -> list[Event]:
+    """What was mended while reading because the user asked for it."""
+    events = []
+    for step in lead.history:
+        if step.name == "parity" and step.options.get("repair") not in (None, "ignore"):
+            events.append(
+                Event("repair", f"Left and right were put right as asked: {step.options['repair']}.")
+            )
+        if step.name == "missing":
+            counts = ", ".join(f"{count} {what}" for what, count in step.options.items() if count)
+            events.append(Event("repair", f"Taken for gaps as asked: {counts}."))
+    return events
+
+
+def _coverage(lead: PoseSequence, video: Video | None) -> list[Event]:
+    """A note when the data end well before the video does."""
+    if video is None or lead.frame_index[-1] >= 0.95 * (len(video.time_s) - 1):
+        return []
+    first, last = lead.frame_index[[0, -1]]
+    return [Event("note", f"The data cover video frames {first} to {last} of {len(video.time_s)}.")]
+
+
+def _doubts(lead: PoseSequence) -> list[str]:
+    """Warnings about data that were read but should not be believed as they are."""
+    warnings = [str(step.options["warning"]) for step in lead.history if "warning" in step.options]
+    if lead.frame.dims == 3:
+        warnings += implausible(lead)
+    if not lead.frames_known:
+        warnings.append(
+            "Nothing says which video frames the rows are; they are taken for consecutive ones from 0."
+        )
+    return warnings
+
+
+def _provenance(
+    files: _Files, poses: PoseSequence | None, keypoints: PoseSequence | None
+) -> tuple[dict[str, Any], ...]:
+    read = {"poses": poses, "keypoints": keypoints}
+    return tuple(
+        {**said, **(_reading(sequence) if (sequence := read.get(role)) else {"adapter": "video"})}
+        for role, said in files.inputs.items()
+    )
+
+
+def _reading(sequence: PoseSequence) -> dict[str, Any]:
+    steps = [asdict(step) for step in sequence.history]
+    return {"adapter": sequence.history[0].options["adapter"], "person": sequence.person, "history": steps}
+
+
+def sha256(path: Path) -> str:
+    """SHA-256 of a file, or of a folder's relative names and contents in sorted order."""
+    if path.is_file():
+        with open(path, "rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    digest = hashlib.sha256()
+    for part in sorted(p for p in path.rglob("*") if p.is_file()):
+        digest.update(f"{part.relative_to(path)}\0{sha256(part)}\n".encode())
+    return digest.hexdigest()

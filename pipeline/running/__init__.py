@@ -1,0 +1,1 @@
+"""Recipes, and what runs them: stages, people, progress, threads."""

@@ -1,0 +1,94 @@
+"""The runs of several people of one recording: a folder each, and the index over them."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..files.atomic import SUMMARY, whole_file
+from ..pose import package_version
+from ..take import Take
+
+_LONGEST = 60  # characters of a folder's name
+
+
+@dataclass(frozen=True, eq=False)
+class PersonRun:
+    """person, frames: name in the file and rows there. folder: name of their run's folder, and take: what it holds;
+    or reason: why there is none."""
+
+    person: str
+    frames: int
+    folder: str = ""
+    take: Take | None = None
+    reason: str = ""
+
+
+def folder_names(people: Sequence[str]) -> list[str]:
+    """A name for each person's folder that every file system takes, different from all others in any case."""
+    names: list[str] = []
+    for person in people:
+        safe = re.sub(r"[^A-Za-z0-9_-]+", "_", person)[:_LONGEST] or "_"
+        name, number = safe, 2
+        while name.lower() in (taken.lower() for taken in names):
+            name, number = f"{safe}_{number}", number + 1
+        names.append(name)
+    return names
+
+
+def write_index(runs: Sequence[PersonRun], folder: Path) -> None:
+    """summary.json of the folder that holds the runs: who is in which folder, who was left out and why, and the LEVEL
+    that they share."""
+    done = [(run, run.take) for run in runs if run.take is not None]
+    content = {
+        "pcnet3d": package_version(),
+        "people": [_entry(run, take) for run, take in done],
+        "left_out": [
+            {"person": run.person, "frames": run.frames, "reason": run.reason}
+            for run in runs
+            if run.take is None
+        ],
+        "level": _level([take for _, take in done]),
+    }
+    with whole_file(folder / SUMMARY) as partial:
+        partial.write_text(json.dumps(content, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+
+
+def _entry(run: PersonRun, take: Take) -> dict[str, Any]:
+    rows = take.poses if take.poses is not None else take.keypoints
+    assert rows is not None
+    level = take.rectified
+    return {
+        "person": run.person,
+        "folder": run.folder,
+        "frames": run.frames,
+        "first_frame": int(rows.frame_index[0]),
+        "last_frame": int(rows.frame_index[-1]),
+        "level_ok": level is not None and level.level_ok,
+        "warnings": sum(event.kind == "warning" for event in take.events),
+    }
+
+
+def _level(takes: Sequence[Take]) -> dict[str, Any] | None:
+    """The rotation that all share; None where everybody has their own."""
+    levels = [take.rectified for take in takes]
+    rotations = [level.R_source_from_level for level in levels if level is not None]
+    if not rotations or len(rotations) < len(takes) or any(R.ndim == 3 for R in rotations):
+        return None
+    if not np.isfinite(rotations[0]).all() or any((rotations[0] != R).any() for R in rotations):
+        return None
+    first = levels[0]
+    assert first is not None
+    bound = float(first.up_bound_deg[0])
+    return {
+        "heading": first.level_heading,
+        "R_source_from_level": rotations[0].tolist(),
+        "up_bound_deg": bound if np.isfinite(bound) else None,
+        "up_shares": first.up_shares,
+    }

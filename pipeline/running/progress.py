@@ -1,0 +1,156 @@
+"""What a job says on stderr: where it is (a bar on a terminal, else a line a stage or nothing), what it found."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+from ..inspect.inspect import EXIT_CODES
+from ..take import Take
+from ..verdict import verdict, verdict_words
+from .people import PersonRun
+
+_SECONDS_A_LINE = 20.0
+
+
+@contextmanager
+def stages(names: list[str]) -> Iterator[Callable[[str, float], None]]:
+    """A callback (stage, seconds) to be called after each of the named stages."""
+    if sys.stderr is None or not sys.stderr.isatty():
+        yield lambda stage, seconds: print(f"{stage}: {seconds:.2f} s", file=sys.stderr)
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+    columns = (TextColumn("{task.description:>12}"), BarColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(names[0], total=len(names))
+
+        def done(stage: str, seconds: float) -> None:
+            following = names[names.index(stage) + 1 :]
+            bar.update(task, advance=1, description=following[0] if following else "done")
+
+        yield done
+
+
+@contextmanager
+def counted(what: str, total: int) -> Iterator[Callable[[int], None]]:
+    """A callback (how many of the total are done): a bar with rate and time left on a terminal, elsewhere a line now
+    and then."""
+    if sys.stderr is None or not sys.stderr.isatty():
+        yield _lines(what, total)
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("{task.fields[rate]}"),
+        TimeRemainingColumn(),
+    )
+    # What is printed meanwhile goes above the bar, but a redirected stdout keeps its lines.
+    show = sys.stdout is not None and sys.stdout.isatty()
+    with Progress(*columns, console=Console(stderr=True), transient=True, redirect_stdout=show) as bar:
+        task = bar.add_task(what, total=total, rate="")
+
+        def done(count: int) -> None:
+            speed = bar.tasks[task].speed
+            bar.update(task, completed=count, rate=f"{speed:.1f}/s" if speed else "")
+
+        yield done
+
+
+def _lines(what: str, total: int | None) -> Callable[[int], None]:
+    start = said = time.monotonic()
+    first: int | None = None
+
+    def done(count: int) -> None:
+        nonlocal said, first
+        first = count if first is None else first
+        now = time.monotonic()
+        if now - said < _SECONDS_A_LINE or count == first:
+            return
+        said, rate = now, (count - first) / (now - start)
+        words = f"{what}: {count}, {rate:.1f}/s"
+        if total is not None:
+            words = f"{what}: {count} of {total}, {rate:.1f}/s, {(total - count) / rate / 60:.0f} min left"
+        print(words, file=sys.stderr)
+
+    return done
+
+
+@contextmanager
+def now_and_then(what: str, total: int | None) -> Iterator[Callable[[int], None]]:
+    """As `counted`; where nobody knows the total, a line now and then."""
+    if total is not None:
+        with counted(what, total) as done:
+            yield done
+        return
+    yield _lines(what, None)
+
+
+@contextmanager
+def telling_of_kept(checkpoint: Path | None, resumed: bool) -> Iterator[None]:
+    """Say what there is to go on from: before a run that would begin anew, and after one that failed. checkpoint: where
+    a run keeps what it has detected; None for one that detects nothing."""
+    if checkpoint is not None and checkpoint.is_file() and not resumed:
+        words = (
+            f"a run into this folder was interrupted, and what it had detected is kept in {checkpoint} until this one "
+            "has detected for a minute; --resume goes on from there"
+        )
+        print(f"note: {words}", file=sys.stderr)
+    try:
+        yield
+    except BaseException:
+        if checkpoint is not None and checkpoint.is_file():
+            words = "what was detected is kept; the same command with --resume goes on from there"
+            print(f"note: {words}", file=sys.stderr)
+        raise
+
+
+def tell(take: Take, who: str = "") -> None:
+    """The take's warnings, repairs and notes, one line each."""
+    for event in take.events:
+        if event.kind in ("warning", "repair", "note"):
+            print(f"{event.kind}: {who}{event.text}", file=sys.stderr)
+
+
+def conclude(takes: Mapping[str, Take], strict: bool) -> int:
+    """Print the last lines of a run, how far each take by its name can be trusted, and return the exit code: with
+    `strict` that of the worst take, as `trust` has it, else 0."""
+    worst = 0
+    for who, take in takes.items():
+        code, words = trust(take)
+        print(f"{who}{words}")
+        worst = max(worst, code)
+    if worst:
+        print(f"exit code {worst}, as --strict asks" if strict else f"exit code 0; --strict makes it {worst}")
+    return worst if strict else 0
+
+
+def trust(take: Take) -> tuple[int, str]:
+    """How far a finished take can be trusted, as an exit code and in words: 4 unusable or not levelled, 3 suspicious, 0
+    neither. Its poses are judged as by `pcnet3d inspect`."""
+    findings = take.findings or ()
+    code, words = EXIT_CODES[verdict(findings)], [] if take.findings is None else [verdict_words(findings)]
+    if take.rectified is not None:
+        levelled = take.rectified.level_ok
+        code = code if levelled else EXIT_CODES["unusable"]
+        words.append(f"the take is {'' if levelled else 'not '}levelled")
+        if not levelled:
+            words[-1] += f": {take.rectified.level_reason}"
+    return code, "; ".join(words)
+
+
+def tell_people(runs: Sequence[PersonRun]) -> None:
+    """The same of several people's, and who was left out."""
+    for run in runs:
+        if run.take is None:
+            print(f"warning: person {run.person} was left out: {run.reason}", file=sys.stderr)
+        else:
+            tell(run.take, f"person {run.person}: ")

@@ -1,0 +1,102 @@
+"""Recipes: which stages run, in which order, with which options; a TOML file or the default one."""
+
+from __future__ import annotations
+
+import tomllib
+from importlib.resources import files
+from importlib.resources.abc import Traversable
+from pathlib import Path, PureWindowsPath
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from ..errors import InputError
+from ..plugins import registry
+from ..plugins.options import call, did_you_mean
+from .runner import Pipeline
+
+
+class StageEntry(BaseModel):
+    """A stage by its registered name; every other key is an option of it."""
+
+    model_config = ConfigDict(extra="allow", frozen=True)
+    use: str
+
+    @property
+    def options(self) -> dict[str, Any]:
+        return self.model_extra or {}
+
+
+class Recipe(BaseModel):
+    """An ordered list of stages."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    stages: tuple[StageEntry, ...] = Field(min_length=1)
+
+    def with_options(self, stage: str, **options: Any) -> Recipe:
+        """A copy in which every stage of that name has these options; a recipe without it is left as it is."""
+        return Recipe(
+            stages=tuple(
+                StageEntry(**{**entry.model_dump(), **options}) if entry.use == stage else entry
+                for entry in self.stages
+            )
+        )
+
+    def starting_with(self, stage: str) -> Recipe:
+        """A copy whose first stage is this one; the same recipe when it has that stage already."""
+        if any(entry.use == stage for entry in self.stages):
+            return self
+        return Recipe(stages=(StageEntry(use=stage), *self.stages))
+
+    def build(self) -> Pipeline:
+        """The pipeline; InputError for an unknown stage or option, naming the nearest ones that exist."""
+        return Pipeline(
+            tuple(
+                call(registry.load("stages", entry.use), what=f"Stage '{entry.use}'", options=entry.options)
+                for entry in self.stages
+            )
+        )
+
+
+def load_toml(file: Path | Traversable, what: str) -> dict[str, Any]:
+    """The content of a TOML file. InputError, saying that `what` was expected, when there is none."""
+    try:
+        return tomllib.loads(file.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(f"Expected {what} at {file}: {error.strerror}.") from None
+    except ValueError as error:  # also bytes that are no text, and numbers of thousands of digits
+        raise InputError(f"Expected {what} in {file}, a TOML file: {error}.") from None
+    except RecursionError:
+        raise InputError(
+            f"Expected {what} in {file}, a TOML file, got one that is nested too deeply."
+        ) from None
+
+
+def load_recipe(path: str | Path | None = None) -> Recipe:
+    """The recipe in a TOML file, or the default one. InputError names the file and the key that is wrong."""
+    file = files("pcnet3d.pipeline.running").joinpath("default.toml") if path is None else Path(path)
+    content = load_toml(file, "a recipe")
+    for key in content:
+        if key not in Recipe.model_fields:
+            raise InputError(f"Recipe {path}: unknown key '{key}'; {did_you_mean(key, Recipe.model_fields)}")
+    try:
+        recipe = Recipe(**content)
+    except ValidationError as error:
+        first = error.errors()[0]
+        place = ".".join(str(part) for part in first["loc"])
+        raise InputError(f"Recipe {path}: {place}: {first['msg']}.") from None
+    for entry in recipe.stages:
+        for option, value in entry.options.items():
+            if isinstance(value, str) and _leads_out(value):
+                raise InputError(
+                    f"Recipe {path}: {entry.use}.{option} = '{value}' leads out of the folder; a recipe, which may be "
+                    "somebody else's, names files in the current folder only: put the file there, or name it on the "
+                    "command line."
+                )
+    return recipe
+
+
+def _leads_out(text: str) -> bool:
+    """Whether a text is a path that begins elsewhere or goes up, on any system."""
+    path = PureWindowsPath(text)  # knows both kinds of slashes
+    return bool(path.anchor) or ".." in path.parts or text.startswith("~")

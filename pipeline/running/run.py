@@ -1,0 +1,144 @@
+"""One run: files in, a folder of results out."""
+
+from __future__ import annotations
+
+import shutil
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+from ..errors import InputError
+from ..files.atomic import require_space, sign, whole_folder
+from ..files.detections import KEYPOINTS
+from ..reading.take import Person, Sources, open_people, open_take
+from ..take import Take
+from .people import PersonRun, folder_names, write_index
+from .recipe import Recipe, load_recipe
+from .runner import run_together
+
+FEWEST_FRAMES = 10  # of a person who gets a run beside others; fewer cannot be levelled
+
+_FRAME_BYTES, _FIXED_BYTES = 5000, 1 << 22  # of a run without its video; 18,000 frames take 90 MB
+
+_WRITERS = ("detect", "record", "export", "report")  # stages that are told where the run's folder is
+
+
+def checkpoint_of(output: Path) -> Path:
+    """Where a run into that folder keeps what it has detected until it is complete; it stays when the run fails or is
+    killed."""
+    output = output.resolve()
+    return output.with_name(f".{output.name}.{KEYPOINTS}")
+
+
+def run_files(
+    sources: Sources,
+    output: Path,
+    recipe: Recipe | None = None,
+    *,
+    force: bool = False,
+    done: Callable[[str, float], None] = lambda stage, seconds: None,
+) -> Take:
+    """Read the sources, run the recipe, leave its files in `output`; all of them or none.
+
+    done: called with "read" and then each stage's name, and its seconds. Raises InputError.
+    """
+    kept = checkpoint_of(output)
+    recipe = _checked(recipe or load_recipe()).with_options("detect", checkpoint=kept)
+    with whole_folder(output, force, _inputs(sources)) as folder:
+        take = run_into(folder, sources, recipe, done)
+    kept.unlink(missing_ok=True)
+    return take
+
+
+def run_into(
+    folder: Path, sources: Sources, recipe: Recipe, done: Callable[[str, float], None] = lambda stage, s: None
+) -> Take:
+    """`run_files` into a folder that is already there."""
+    pipeline = _aimed(recipe, folder).build()
+    start = time.perf_counter()
+    take = open_take(sources)
+    done("read", time.perf_counter() - start)
+    require_space(folder, bytes_needed(recipe, take), "The run")
+    return pipeline(take, done)
+
+
+def bytes_needed(recipe: Recipe, *takes: Take) -> int:
+    """About how much a run will write, the video in its recordings counted."""
+    pictures = any(entry.use == "record" and entry.options.get("frames", True) for entry in recipe.stages)
+    needed = 0
+    for take in takes:
+        rows = take.keypoints if take.poses is None else take.poses
+        times = () if take.video is None else take.video.time_s
+        needed += _FIXED_BYTES + _FRAME_BYTES * len(times if rows is None else rows)
+        needed += take.video.path.stat().st_size if take.video and pictures else 0
+    return needed
+
+
+def run_people(
+    sources: Sources,
+    output: Path,
+    recipe: Recipe | None = None,
+    *,
+    force: bool = False,
+    done: Callable[[str, float], None] = lambda stage, seconds: None,
+) -> tuple[PersonRun, ...]:
+    """A whole run of everybody in the sources, each in a folder of `output`, in one common LEVEL; all of it or none.
+
+    `output` gets a summary.json that lists the people, in the order of the answer. Who is seen too briefly, or refused
+    by a stage, is left out with the reason. done: as for run_files, each stage once for all. Raises InputError when
+    nobody is left.
+    """
+    recipe = _checked(recipe or load_recipe())
+    if any("stature_m" in entry.options for entry in recipe.stages if entry.use == "scale"):
+        raise InputError("A stature is one person's: leave it out, or run one --person at a time.")
+    with whole_folder(output, force, _inputs(sources)) as folder:
+        start = time.perf_counter()
+        people = [_long_enough(person) for person in open_people(sources)]
+        done("read", time.perf_counter() - start)
+        takes = {person: person.take for person in people if isinstance(person.take, Take)}
+        require_space(folder, bytes_needed(recipe, *takes.values()), "The run")
+        folders = dict(zip(takes, folder_names([person.name for person in takes]), strict=True))
+        pipelines = [_aimed(recipe, folder / name).build() for name in folders.values()]
+        ended = dict(zip(takes, run_together(pipelines, list(takes.values()), done), strict=True))
+        runs = tuple(_ended(person, ended.get(person, person.take), folders.get(person)) for person in people)
+        for person, name in folders.items():
+            if isinstance(ended[person], InputError):
+                shutil.rmtree(folder / name, ignore_errors=True)
+            else:
+                (folder / name).mkdir(exist_ok=True)
+                sign(folder / name)
+        if all(run.take is None for run in runs):
+            reasons = "; ".join(f"{run.person}: {run.reason.rstrip('.')}" for run in runs)
+            raise InputError(f"There is nobody to make a run of: {reasons}.")
+        write_index(runs, folder)
+        return runs
+
+
+def _long_enough(person: Person) -> Person:
+    if person.frames >= FEWEST_FRAMES:
+        return person
+    return replace(person, take=InputError(f"seen in {person.frames} frames; {FEWEST_FRAMES} are the least"))
+
+
+def _ended(person: Person, end: Take | InputError, folder: str | None) -> PersonRun:
+    if isinstance(end, InputError) or folder is None:
+        return PersonRun(person.name, person.frames, reason=str(end))
+    return PersonRun(person.name, person.frames, folder, end)
+
+
+def _checked(recipe: Recipe) -> Recipe:
+    for entry in recipe.stages:
+        if entry.use in _WRITERS and entry.options.keys() & {"folder", "checkpoint"}:
+            raise InputError(f"Stage '{entry.use}': the folder is the run's own (-o DIR), not the recipe's.")
+    return recipe
+
+
+def _inputs(sources: Sources) -> list[Path]:
+    return [path for path in (sources.poses, sources.keypoints, sources.video) if path]
+
+
+def _aimed(recipe: Recipe, folder: Path) -> Recipe:
+    for stage in _WRITERS:
+        recipe = recipe.with_options(stage, folder=folder)
+    return recipe

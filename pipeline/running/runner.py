@@ -1,0 +1,89 @@
+"""Runs stages over a take; a chain that cannot work is refused before any data is touched."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields
+from typing import Any
+
+from ..errors import InputError
+from ..plugins.protocols import SharedStage, Stage
+from ..take import Take
+
+
+@dataclass(frozen=True)
+class Pipeline:
+    """An ordered chain of stages."""
+
+    stages: tuple[Stage, ...]
+
+    def check(self, take: Take) -> None:
+        """Raise InputError when a stage needs something that neither the take nor a stage before it gives, or changes
+        something that an earlier stage has drawn conclusions from."""
+        known = {field.name for field in fields(Take)}
+        filled = {name for name in known if getattr(take, name) is not None}
+        for position, stage in enumerate(self.stages):
+            for earlier in self.stages[:position]:
+                for name in set(earlier.needs).intersection(stage.gives):
+                    if set(earlier.gives) != {name}:
+                        raise InputError(
+                            f"Stage '{stage.name}' would change {name} after '{earlier.name}' has used them; "
+                            f"put it before '{earlier.name}'."
+                        )
+            for name in stage.needs:
+                if name not in known:
+                    raise InputError(f"Stage '{stage.name}' needs '{name}', which no take has.")
+                if name not in filled:
+                    raise InputError(
+                        f"Stage '{stage.name}' needs {name}, which neither the input nor an earlier stage gives; "
+                        f"the order is {' > '.join(s.name for s in self.stages)}."
+                    )
+            filled.update(stage.gives)
+
+    def __call__(self, take: Take, done: Callable[[str, float], None] = lambda stage, seconds: None) -> Take:
+        """The take after every stage; `done(stage name, seconds)` is called after each."""
+        self.check(take)
+        for stage in self.stages:
+            start = time.perf_counter()
+            take = stage(take)
+            done(stage.name, time.perf_counter() - start)
+        return take
+
+
+def run_together(
+    pipelines: Sequence[Pipeline],
+    takes: Sequence[Take],
+    done: Callable[[str, float], None] = lambda stage, seconds: None,
+) -> list[Take | InputError]:
+    """Several people's takes, each through a pipeline of its own; all pipelines have the same stages.
+
+    All takes go through a stage before any goes on to the next, so that a SharedStage gets them at once. A take that a
+    stage refuses ends there, as that refusal. `done(stage name, seconds)` is called after each stage. InputError for a
+    chain that cannot work.
+    """
+    for pipeline, take in zip(pipelines, takes, strict=True):
+        pipeline.check(take)
+    results: list[Take | InputError] = list(takes)
+    for stages in zip(*(pipeline.stages for pipeline in pipelines), strict=True):
+        start = time.perf_counter()
+        going = {i: take for i, take in enumerate(results) if isinstance(take, Take)}
+        if isinstance(stages[0], SharedStage) and going:
+            results = _replaced(
+                results, dict(zip(going, stages[0].together(list(going.values())), strict=True))
+            )
+        else:
+            results = _replaced(results, {i: _tried(stages[i], take) for i, take in going.items()})
+        done(stages[0].name, time.perf_counter() - start)
+    return results
+
+
+def _tried(stage: Stage, take: Take) -> Take | InputError:
+    try:
+        return stage(take)
+    except InputError as error:
+        return error
+
+
+def _replaced(results: list[Take | InputError], new: dict[int, Any]) -> list[Take | InputError]:
+    return [new.get(i, result) for i, result in enumerate(results)]

@@ -1,0 +1,1 @@
+"""`pcnet3d batch`."""

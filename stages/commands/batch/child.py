@@ -1,0 +1,28 @@
+"""A take's own process: `pcnet3d` itself, which ends when whoever started it is gone."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import threading
+import time
+
+from ....pipeline.cli import main
+
+_TO_TIDY_UP_S = 5.0
+
+
+def _end_with_parent() -> None:
+    """Wait for the end of stdin, which nobody writes to, then leave as on SIGTERM, or at once if that does not help."""
+    while os.read(0, 4096):
+        pass
+    os.kill(os.getpid(), signal.SIGTERM)
+    time.sleep(_TO_TIDY_UP_S)
+    os._exit(128 + signal.SIGTERM)
+
+
+if __name__ == "__main__":
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    sys.argv[0] = "pcnet3d"
+    main()

@@ -1,0 +1,289 @@
+"""What a batch is to run: the rows of a manifest, or what lies in a folder, as options of `pcnet3d run`."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any, get_args, get_origin, get_type_hints
+
+from pydantic import TypeAdapter, ValidationError
+
+from ....pipeline.cli import run
+from ....pipeline.errors import InputError
+from ....pipeline.files.atomic import printable
+from ....pipeline.plugins.options import did_you_mean
+from ....pipeline.reading.load import adapters, recognises
+from ....pipeline.running.plan import planned
+
+LABELS = ("subject", "visit", "condition")
+VIDEOS = (
+    ".mp4", ".mov", ".m4v", ".avi", ".mkv", ".webm", ".wmv", ".flv", ".mpg", ".mpeg", ".ts", ".mts", ".m2ts",
+)  # fmt: skip
+# Of files that hold poses and hardly anything else, and names that estimators and people give to those of any kind.
+_POSES = (".npy", ".npz", ".pkl", ".pickle", ".mat", ".h5", ".hdf5", ".trc", ".c3d", ".bvh")
+_NAMED_POSES = re.compile(r"(?<![a-z])(x?3d|poses?|joints?|skeletons?|results?|predictions?)(?![a-z])")
+
+_NOT_A_TAKES = ("output", "force", "resume", "strict", "return")  # of `run`: the batch decides
+_ROLES = ("video", "poses", "keypoints")
+_DECIDING = (*_ROLES, "recipe", "no_calibrate", "person")  # which stages a take has
+_LARGEST = 64 << 20  # bytes of a manifest; some 300,000 takes
+_NO_NAME = re.compile(r'[\x00-\x1f\x7f/\\:*?"<>|]|^[.\s]|[.\s]$')
+_LONGEST = 100  # characters of a take's name, which becomes a folder's
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A take that is to be run.
+
+    options: of `pcnet3d run`, as text, paths absolute; more than one for those that are repeatable. files: which of
+    them are paths. labels: subject, visit and condition, empty where not given.
+    """
+
+    name: str
+    options: dict[str, tuple[str, ...]]
+    files: tuple[str, ...]
+    labels: dict[str, str]
+
+    @property
+    def arguments(self) -> list[str]:
+        """As on the command line, but for the output; a value stands in one word with its option, so that it may begin
+        with a dash."""
+        hints, words = _run_options(), []
+        for name, values in self.options.items():
+            flag = "--" + name.replace("_", "-")
+            if name == "video":
+                continue
+            words += [flag] if hints[name] is bool else [f"{flag}={value}" for value in values]
+        return [*words, "--", *self.options["video"]] if "video" in self.options else words
+
+
+def read_entries(source: Path, common: Mapping[str, str], outside: bool = False) -> tuple[Entry, ...]:
+    """The takes of a manifest, or of a folder. common: options of `run` for every take that does not say otherwise.
+
+    A manifest's columns are `name`, `subject`, `visit`, `condition` and the options of `run`; an empty cell is not
+    given, several values of a repeatable option stand between semicolons. Its paths are relative to its folder and
+    stay inside it, unless `outside`. In a folder every video is a take, with `STEM.poses.*` and `STEM.keypoints.*`
+    beside it; where there is no video, every file that an adapter recognises as poses. A file that looks like poses by
+    name or suffix and that no adapter recognises is a take too, which its run will refuse with the reason.
+    A common option that a take has no use for, such as a detector where there are poses, is not given to it.
+    InputError names the row and what is wrong with it, or a common option that no take has a use for; nothing is run
+    then.
+    """
+    given = {_column(name, "--set"): value for name, value in common.items()}
+    if wrong := given.keys() & {"name", *LABELS}:
+        raise InputError(f"--set {min(wrong)}: that is one take's own; write a manifest.")
+    shared, shared_files = _options(given, Path.cwd(), None, "--set")
+    if source.is_dir():
+        rows, base = list(_folder(source)), source
+    else:
+        rows, base = list(_manifest(source)), source.parent
+    if not rows:
+        raise InputError(f"{source} names no take; {_wanted(source)}")
+    entries = []
+    refused: dict[str, str] = {}  # common options so far without a take, and why
+    used: set[str] = set()
+    for where, row in rows:
+        own, own_files = _options(row, base, None if outside else base, where)
+        for name in own:
+            if reason := _no_use(name, {**shared, **own}):
+                raise InputError(f"{where}: {reason}")
+        reasons = {name: _no_use(name, {**shared, **own}) for name in shared if name not in own}
+        used |= {name for name, reason in reasons.items() if not reason}
+        refused |= {name: reason for name, reason in reasons.items() if reason}
+        options = {**{name: shared[name] for name, reason in reasons.items() if not reason}, **own}
+        files = tuple(
+            option for option in options if option in (own_files if option in own else shared_files)
+        )
+        name = row.get("name") or _stem(options, where)
+        entries.append(Entry(name, options, files, {label: row.get(label, "") for label in LABELS}))
+    for name in refused.keys() - used:
+        raise InputError(f"--set {name}: no take has a use for it; of the last one: {refused[name]}")
+    _check_names(entries, [where for where, _ in rows])
+    return tuple(entries)
+
+
+def _wanted(source: Path) -> str:
+    if source.is_dir():
+        return f"expected videos ({', '.join(VIDEOS)}) or files of 3D poses in it."
+    return "expected a line of column names and a line for each take."
+
+
+@cache
+def _run_options() -> dict[str, Any]:
+    """Type of every option of `run` that a take may have."""
+    return {name: hint for name, hint in get_type_hints(run).items() if name not in _NOT_A_TAKES}
+
+
+def _column(name: str, where: str) -> str:
+    """An option's name as Python writes it; InputError for one that is not known."""
+    column = name.strip().lower().lstrip("-").replace("-", "_")
+    known = {"name", *LABELS, *_run_options()}
+    if column not in known:
+        raise InputError(f"{where}: there is no column '{printable(name)}'; {did_you_mean(column, known)}")
+    return column
+
+
+def _no_use(name: str, options: Mapping[str, tuple[str, ...]]) -> str:
+    """Why `run` would refuse one of a take's options because of what the take is; empty where it takes it."""
+    given = {key: options[key] for key in _DECIDING if key in options}
+    given |= {role: ("a file",) for role in _ROLES if role in given}  # which one does not matter
+    return _refusal(name, options[name], tuple(given.items()))
+
+
+@cache
+def _refusal(name: str, values: tuple[str, ...], others: tuple[tuple[str, tuple[str, ...]], ...]) -> str:
+    try:
+        planned({key: _value(key, texts) for key, texts in ((name, values), *others)})
+    except InputError as error:
+        return str(error)
+    return ""
+
+
+def _value(name: str, texts: tuple[str, ...]) -> Any:
+    hint = _run_options()[name]
+    return TypeAdapter(hint).validate_python(list(texts) if _has(hint, list) else texts[0])
+
+
+def _manifest(path: Path) -> Iterator[tuple[str, dict[str, str]]]:
+    """Where it stands and what is in it, of every row."""
+    try:
+        if path.stat().st_size > _LARGEST:
+            raise InputError(f"{path} has more than {_LARGEST >> 20} MB, too many for a manifest; split it.")
+        with open(path, encoding="utf-8-sig", newline="") as file:
+            reader = csv.reader(file, strict=True)
+            header = next(reader, [])
+            if len(header) == 1 and ";" in header[0]:
+                raise InputError(
+                    f"{path}: expected commas between columns, found semicolons; save it with commas."
+                )
+            columns = [_column(name, str(path)) for name in header]
+            if twice := {name for name in columns if columns.count(name) > 1}:
+                raise InputError(f"{path}: the column '{min(twice)}' stands there twice; leave one.")
+            for cells in reader:
+                where = f"{path}, line {reader.line_num}"
+                if len(cells) > len(columns):
+                    raise InputError(
+                        f'{where}: expected {len(columns)} cells, found {len(cells)}; put " around commas.'
+                    )
+                row = {name: cell.strip() for name, cell in zip(columns, cells, strict=False)}
+                if any(row.values()):
+                    yield where, {name: cell for name, cell in row.items() if cell}
+    except OSError as error:
+        raise InputError(f"Expected a manifest or a folder at {path}: {error.strerror}.") from None
+    except UnicodeDecodeError:
+        raise InputError(f"Expected a manifest in UTF-8 at {path}; save it as CSV UTF-8.") from None
+    except csv.Error as error:
+        raise InputError(f"Expected a manifest as CSV at {path}: {error}.") from None
+
+
+def _folder(folder: Path) -> Iterator[tuple[str, dict[str, str]]]:
+    files = sorted(path for path in folder.iterdir() if not path.name.startswith("."))
+    videos = [path for path in files if path.suffix.lower() in VIDEOS and not path.is_dir()]
+    beside_one: set[Path] = set()
+    for video in videos:
+        row = {"video": video.name}
+        for role in ("poses", "keypoints"):
+            beside = [path for path in files if path.name.startswith(f"{video.stem}.{role}.")]
+            beside += [path for path in files if path.name == f"{video.stem}.{role}"]
+            if len(beside) > 1:
+                names = " and ".join(path.name for path in beside)
+                raise InputError(
+                    f"{video}: expected one file of {role}, found {names}; keep one, or write a manifest."
+                )
+            if beside:
+                row[role] = beside[0].name
+                beside_one.add(beside[0])
+        yield str(video), row
+    alone = [path for path in files if path not in (*videos, *beside_one) and not path.is_dir()]
+    taken: Counter[str] = Counter(video.stem.casefold() for video in videos)
+    taken.update(path.stem.casefold() for path in alone)
+    for path in alone:
+        given = {adapter.gives for adapter in adapters().values() if recognises(adapter, path)}
+        if "poses" in given and not videos:
+            yield str(path), {"poses": path.name}
+        elif not given and _looks_like_poses(path):
+            name = path.stem if taken[path.stem.casefold()] == 1 else path.name
+            yield str(path), {"name": name, "poses": path.name}
+
+
+def _looks_like_poses(path: Path) -> bool:
+    """By its suffix, or a file of data by its name."""
+    data = path.suffix.lower() in (".json", ".csv", ".txt", "")
+    return path.suffix.lower() in _POSES or (data and bool(_NAMED_POSES.search(path.stem.lower())))
+
+
+def _options(
+    row: Mapping[str, str], base: Path, inside: Path | None, where: str
+) -> tuple[dict[str, tuple[str, ...]], list[str]]:
+    """Options of `run`, checked by their types, and which of them are files. inside: the folder that no path leaves."""
+    options: dict[str, tuple[str, ...]] = {}
+    files = []
+    for name, cell in row.items():
+        if name in ("name", *LABELS):
+            continue
+        hint = _run_options()[name]
+        values = tuple(part.strip() for part in cell.split(";")) if _has(hint, list) else (cell,)
+        try:
+            value = TypeAdapter(hint).validate_python(list(values) if _has(hint, list) else cell)
+        except ValidationError as error:
+            raise InputError(f"{where}: {name}={printable(cell)}: {error.errors()[0]['msg']}.") from None
+        if hint is bool and not value:
+            continue
+        if _has(hint, Path) or cell.lower().endswith(".onnx"):
+            values = (str(_found(cell, base, inside, f"{where}: {name}")),)
+            files.append(name)
+        options[name] = values
+    return options, files
+
+
+def _has(hint: Any, kind: type) -> bool:
+    """Whether a type such as `Path | None` or `list[str] | None` is of that kind."""
+    return kind in (hint, get_origin(hint)) or any(_has(part, kind) for part in get_args(hint))
+
+
+def _found(cell: str, base: Path, inside: Path | None, where: str) -> Path:
+    try:
+        path = (base / cell).resolve()
+        there = path.exists()
+    except (OSError, ValueError) as error:  # too long a name, a zero byte, a ring of links
+        reason = error.strerror if isinstance(error, OSError) else error
+        raise InputError(f"{where}: '{printable(cell[:80])}' cannot be a path: {reason}.") from None
+    if inside is not None and not path.is_relative_to(inside.resolve()):
+        raise InputError(
+            f"{where}: {printable(cell)} is outside {inside.resolve()}; pass --outside if it may be."
+        )
+    if not there:
+        raise InputError(f"{where}: expected a file at {path}, found nothing there.")
+    return path
+
+
+def _stem(options: Mapping[str, tuple[str, ...]], where: str) -> str:
+    for role in _ROLES:
+        if role in options:
+            return Path(options[role][0]).stem
+    raise InputError(f"{where}: expected a video, poses or keypoints, found none of them.")
+
+
+def _check_names(entries: list[Entry], places: list[str]) -> None:
+    """InputError for a name that is no folder's, that two takes have, or for a take that stands there twice."""
+    names: dict[str, str] = {}
+    takes: dict[str, str] = {}
+    for entry, where in zip(entries, places, strict=True):
+        _stem(entry.options, where)
+        if _NO_NAME.search(entry.name) or len(entry.name) > _LONGEST:
+            raise InputError(
+                f"{where}: the name {entry.name!r} cannot be a folder's; give another in a column 'name'."
+            )
+        first = names.setdefault(entry.name.casefold(), where)
+        if first != where:
+            raise InputError(
+                f"{where}: the name '{entry.name}' is taken by {first}; give each take its own 'name'."
+            )
+        same = takes.setdefault(repr(sorted(entry.options.items())), where)
+        if same != where:
+            raise InputError(f"{where}: the same files and options as {same}; leave one out.")

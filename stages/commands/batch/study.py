@@ -1,0 +1,217 @@
+"""The study's table: a row for every take, and how the measures of a subject change from visit to visit.
+
+Limits of agreement: Bland & Altman, "Statistical methods for assessing agreement between two methods of clinical
+measurement", Lancet 1986: mean of the differences and 1.96 of their standard deviations to each side.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import fmean
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import AfterValidator, BaseModel, ValidationError
+
+from ....pipeline.errors import InputError
+from ....pipeline.files.atomic import SUMMARY, printable, read_summary
+from ...measures.figures import of_length
+
+REPORT = "report.html"
+QUALITY = ("up_error_deg", "up_bound_deg", "error_deg_mean", "bone_length_spread")
+
+_LIMIT = 1.96
+_NO_MEASURE = ("frames", "nan_share", "beyond_anatomy_frames")  # what a measure rests on
+
+
+_Words = Annotated[str, AfterValidator(printable)]
+
+
+class _Figures(BaseModel, strict=True):
+    """What the table says of a run; None where it does not say. report: its place, seen from the study's page."""
+
+    person: _Words
+    report: _Words
+    warnings: list[_Words]
+    repairs: list[_Words]
+    verdict: _Words
+    frames: int | None
+    fps: float | None
+    duration_s: float | None
+    unit: _Words
+    method: _Words
+    level_ok: bool | None
+    level_reason: _Words
+    up_error_deg: float | None
+    up_bound_deg: float | None
+    error_deg_mean: float | None
+    bone_length_spread: float | None
+    measures: dict[_Words, float]
+
+
+def figures(folder: Path) -> tuple[dict[str, Any], ...]:
+    """What the table says of a take's folder, a row for each person who has a run in it. InputError when a summary is
+    not as a run writes it."""
+    people = [
+        path.parent for path in sorted(folder.glob(f"*/{SUMMARY}")) if (path.parent / "poses.npz").exists()
+    ]
+    return tuple(_figures(run, run.relative_to(folder.parent.parent)) for run in people or [folder])
+
+
+def _figures(folder: Path, place: Path) -> dict[str, Any]:
+    """place: of the folder, seen from the study's page."""
+    summary = read_summary(folder)
+    parts = {name: summary.get(name) or {} for name in ("poses", "rectification", "measures")}
+    if wrong := [name for name, part in parts.items() if not isinstance(part, dict)]:
+        raise InputError(_damaged(folder, f"{wrong[0]} is no table"))
+    poses, rectified = parts["poses"], parts["rectification"]
+    found = {
+        "person": folder.name if len(place.parts) > 2 else "",
+        "report": (place / REPORT).as_posix() if (folder / REPORT).exists() else "",
+        "warnings": summary.get("warnings", []),
+        "repairs": summary.get("repairs", []),
+        "verdict": summary.get("verdict") or "",
+        "frames": poses.get("frames"),
+        "fps": poses.get("fps"),
+        "duration_s": poses.get("duration_s"),
+        "unit": poses.get("unit", ""),
+        "method": rectified.get("method", ""),
+        "level_ok": rectified.get("level_ok"),
+        "level_reason": rectified.get("level_reason", ""),
+        "up_error_deg": rectified.get("up_error_deg", rectified.get("up_error_deg_mean")),
+        "up_bound_deg": rectified.get("up_bound_deg", rectified.get("up_bound_deg_mean")),
+        "error_deg_mean": rectified.get("error_deg_mean"),
+        "bone_length_spread": poses.get("bone_length_spread"),
+        "measures": dict(_numbers(parts["measures"])),
+    }
+    try:
+        return _Figures.model_validate(found).model_dump()
+    except ValidationError as error:
+        first = error.errors()[0]
+        raise InputError(_damaged(folder, f"{'.'.join(map(str, first['loc']))}: {first['msg']}")) from None
+
+
+def _damaged(folder: Path, why: str) -> str:
+    return f"{folder / SUMMARY} is not as a run writes it ({printable(why)}); remove that folder to run the take again."
+
+
+def _numbers(group: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, float]]:
+    """The single figures, their keys joined by dots as in measures.csv; lists and words are left out."""
+    for key, value in group.items():
+        if isinstance(value, dict):
+            yield from _numbers(value, f"{above}{key}.")
+        elif isinstance(value, int | float) and not isinstance(value, bool):
+            yield f"{above}{key}", value
+
+
+def write_table(rows: Sequence[Mapping[str, Any]], path: Path) -> None:
+    """study.parquet: the columns of the rows, then a column for every measure of any; null where a take has none."""
+    import pyarrow as pa
+    from pyarrow import parquet
+
+    words = (
+        "name",
+        "subject",
+        "visit",
+        "condition",
+        "person",
+        "state",
+        "reason",
+        "report",
+        "unit",
+        "method",
+        "verdict",
+    )
+    kinds: dict[str, Any] = dict.fromkeys((*words, "verdict", "level_reason"), pa.string())
+    kinds |= {"exit_code": pa.int64(), "frames": pa.int64(), "level_ok": pa.bool_()}
+    kinds |= dict.fromkeys(("warnings", "repairs"), pa.list_(pa.string()))
+    measures = dict.fromkeys(key for row in rows for key in row.get("measures", {}))
+    order = [
+        *words[:6],
+        "exit_code",
+        "reason",
+        "report",
+        "warnings",
+        "repairs",
+        "verdict",
+        "frames",
+        "fps",
+        "duration_s",
+        "unit",
+    ]
+    order += ["method", "level_ok", "level_reason", *QUALITY]
+    columns = {
+        name: pa.array([row.get(name) for row in rows], type=kinds.get(name, pa.float64())) for name in order
+    }
+    columns |= {
+        name: pa.array([row.get("measures", {}).get(name) for row in rows], type=pa.float64())
+        for name in measures
+    }
+    parquet.write_table(pa.table(columns), path)
+
+
+@dataclass(frozen=True)
+class Change:
+    """Of a measure within subjects, from one visit or condition to another.
+
+    n: subjects who have both. bias: mean of the differences, later less earlier; sd: their standard deviation;
+    lower, upper: 95 % limits of agreement.
+    """
+
+    factor: str
+    earlier: str
+    later: str
+    measure: str
+    n: int
+    bias: float
+    sd: float
+    lower: float
+    upper: float
+
+
+def changes(rows: Sequence[Mapping[str, Any]]) -> list[Change]:
+    """Every visit against the first one, and every condition, in the order in which the manifest names them.
+
+    A subject's takes of one visit and condition are averaged, then compared within each condition (or visit, for
+    conditions), and these differences averaged, so that a subject counts once. Fewer than two subjects: no row.
+    Takes that could not be levelled have no say, nor has the unknown unit of a take without a scale in its lengths.
+    """
+    found = []
+    done = [
+        row for row in rows if row.get("subject") and row.get("measures") and row["level_ok"] is not False
+    ]
+    names = dict.fromkeys(key for row in done for key in row["measures"] if not _rests_on(key.split(".")[-1]))
+    for factor, other in (("visit", "condition"), ("condition", "visit")):
+        levels = list(dict.fromkeys(row[factor] for row in done if row[factor]))
+        for later in levels[1:]:
+            for name in names:
+                off = _differences(done, name, factor, other, levels[0], later)
+                if len(off) >= 2:
+                    bias, sd = float(off.mean()), float(off.std(ddof=1))
+                    limits = (bias - _LIMIT * sd, bias + _LIMIT * sd)
+                    found.append(Change(factor, levels[0], later, name, len(off), bias, sd, *limits))
+    return found
+
+
+def _rests_on(key: str) -> bool:
+    """Whether a figure says what a measure rests on or how wrong it is, and is none itself."""
+    return key in _NO_MEASURE or "_error_" in key or key.endswith("_error")
+
+
+def _differences(
+    rows: Sequence[Mapping[str, Any]], name: str, factor: str, other: str, earlier: str, later: str
+) -> np.ndarray:
+    """(subjects who have both,) of one measure."""
+    cells: dict[tuple[str, str, str], list[float]] = {}
+    for row in rows:
+        value = None if of_length(name) and row["unit"] != "m" else row["measures"].get(name)
+        if value is not None and row[factor] in (earlier, later):
+            cells.setdefault((row["subject"], row[other], row[factor]), []).append(value)
+    within: dict[str, list[float]] = {}
+    for subject, level, place in cells:
+        if place == earlier and (subject, level, later) in cells:
+            off = fmean(cells[subject, level, later]) - fmean(cells[subject, level, earlier])
+            within.setdefault(subject, []).append(off)
+    return np.array([fmean(off) for off in within.values()])

@@ -1,0 +1,96 @@
+"""The recording of a comparison: all skeletons in one LEVEL, and every angle of all, on the first run's clock."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from ....pipeline.files.atomic import whole_file
+from ...drawing.rerun_log import log_curves, log_skeleton
+from .align import turned
+from .page import COLOURS, Comparison, Pair
+from .side import Side, as_poses
+
+_REFERENCE = "#c8c8c8"  # on the viewer's dark ground
+_SHOWN = ("r_knee_flexion", "l_knee_flexion", "r_elbow_flexion", "l_elbow_flexion", "trunk_lean_sagittal")
+
+
+def write_recording(found: Comparison, words: str, path: Path) -> None:
+    """Entities: level/<i> (skeletons: bones tell the sides of the comparison apart, joints left and right),
+    angles/<angle>/<i>, the reference being 0, and summary. What lies outside the first run's time is left out."""
+    import rerun as rr
+    import rerun.blueprint as rrb
+
+    reference = found.reference
+    sides = [(reference, reference.level, 0.0, _REFERENCE)]
+    sides += [
+        (pair.side, _joints(pair), _shift(pair, reference), colour)
+        for pair, colour in zip(found.pairs, COLOURS, strict=False)
+    ]
+    clock, _, clock_shift, _ = sides[0] if reference.run else sides[1]
+    angles = list(dict.fromkeys([*(name for pair in found.pairs for name in pair.agreement), *_SHOWN]))
+    views = [
+        rrb.TimeSeriesView(origin=f"angles/{name}", name=f"{name} (deg)")
+        for name in [*_SHOWN, *(name for name in angles if name not in _SHOWN)]
+    ]
+    blueprint = rrb.Blueprint(
+        rrb.Horizontal(
+            rrb.Spatial3DView(
+                origin="level",
+                name=f"LEVEL: {', '.join(side.name for side, *_ in sides)}",
+                eye_controls=rrb.EyeControls3D(position=_eye(reference), look_target=(0, 0, 0)),
+            ),
+            rrb.Vertical(*views[: len(_SHOWN)]),
+            rrb.Vertical(
+                rrb.Tabs(*views[len(_SHOWN) :]) if len(views) > len(_SHOWN) else views[0],
+                rrb.TextDocumentView(origin="summary", name="Comparison"),
+            ),
+        ),
+        rrb.TimePanel(state="collapsed", timeline="video_time"),
+        collapse_panels=True,
+    )
+    recording = rr.RecordingStream("pcnet3d")
+    with whole_file(path) as partial:
+        recording.save(partial, default_blueprint=blueprint)
+        recording.send_recording_name(" and ".join(side.name for side, *_ in sides))
+        for i, (side, joints, shift, colour) in enumerate(sides):
+            times = clock.time_s + clock_shift - shift
+            poses = as_poses(side, side.joints_at(times, joints), clock.time_s, clock.frame_index)
+            entity, rgb = f"level/{i}", _rgb(colour)
+            log_skeleton(recording, entity, poses, radius=0.024 * _size(joints))
+            recording.log(f"{entity}/bones", rr.LineStrips3D.from_fields(colors=[rgb]), static=True)
+            for name in angles:
+                values = side.at(name, times)
+                log_curves(recording, f"angles/{name}/{i}", poses, values, [side.name], [rgb])
+        recording.log(
+            "summary", rr.TextDocument(f"```\n{words}\n```", media_type=rr.MediaType.MARKDOWN), static=True
+        )
+        recording.flush()
+        recording.disconnect()
+
+
+def _joints(pair: Pair) -> np.ndarray:
+    return pair.scale * turned(pair.side.level, pair.turn_deg)
+
+
+def _shift(pair: Pair, reference: Side) -> float:
+    """What is added to the side's time: takes of different motions begin together."""
+    return (
+        float(reference.time_s[0] - pair.side.time_s[0]) if pair.alignment is None else pair.alignment.shift_s
+    )
+
+
+def _size(joints: np.ndarray) -> float:
+    distance = np.linalg.norm(joints, axis=-1)
+    return float(np.nanpercentile(distance, 98)) if np.isfinite(distance).any() else 1.0
+
+
+def _eye(side: Side) -> np.ndarray:
+    """In front of the person, to the right and a little above."""
+    return _size(side.level) * np.array([-2.2, 1.1, 0.5])
+
+
+def _rgb(colour: str) -> tuple[int, int, int]:
+    red, green, blue = (int(colour[i : i + 2], 16) for i in (1, 3, 5))
+    return red, green, blue

@@ -1,0 +1,1 @@
+"""What report, comparison, batch page and recording draw with."""

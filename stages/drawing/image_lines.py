@@ -1,0 +1,64 @@
+"""The image's straight lines by direction, and the horizon, for pictures of how up was found."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...pipeline.camera import Camera, Look
+from ...pipeline.intrinsics import Intrinsics, undistorted_image
+
+# Green runs up; the two level directions and the horizon have colours that nothing else in a picture has.
+COLOURS = {0: (0, 158, 115), 1: (204, 121, 167), 2: (240, 228, 66)}
+HORIZON, UP = (255, 255, 255), (0, 158, 115)
+WORDS = "Green: lines taken for vertical; purple and yellow: for level, at right angles; white: the horizon."
+
+
+def ideal(image: np.ndarray, intrinsics: Intrinsics | None) -> np.ndarray:
+    """The frame without the distortion of a calibrated camera."""
+    return image if intrinsics is None else undistorted_image(image, intrinsics)
+
+
+def drawn(image: np.ndarray, camera: Camera, look: Look) -> np.ndarray:
+    """A copy of the frame (H, W, 3) uint8 RGB with its lines, the horizon and an arrow along up."""
+    import cv2
+
+    out = (
+        np.ascontiguousarray(ideal(image, camera.intrinsics)) // 2 + 64
+    )  # paler, so that the lines stand out
+    thick = max(1, round(max(image.shape[:2]) / 500))
+    for (start, end), along in zip(look.ends, look.runs_along, strict=True):
+        if along >= 0:
+            cv2.line(out, _pixel(start), _pixel(end), COLOURS[int(along)], thick, cv2.LINE_AA)
+    edge = horizon(camera, look)
+    if edge is not None:
+        cv2.line(out, _pixel(edge[0]), _pixel(edge[1]), HORIZON, thick + 1, cv2.LINE_AA)
+    foot, tip = up_arrow(camera, look)
+    cv2.arrowedLine(out, _pixel(foot), _pixel(tip), UP, 2 * thick, cv2.LINE_AA, tipLength=0.2)
+    return out
+
+
+def horizon(camera: Camera, look: Look) -> np.ndarray | None:
+    """(2, 2) pixels where the horizon enters and leaves the image; None when it lies outside."""
+    width, height = camera.image_size
+    x, y, z = look.up * (1, 1, camera.focal_px)  # a x + b y + c = 0 from the image's middle
+    places = []
+    for side in (-width / 2, width / 2):
+        if abs(y) > 1e-9 and abs(at := -(x * side + z) / y) <= height / 2:
+            places.append((side, at))
+    for side in (-height / 2, height / 2):
+        if abs(x) > 1e-9 and abs(at := -(y * side + z) / x) < width / 2:
+            places.append((at, side))
+    return np.array(places[:2]) + np.array([width, height]) / 2 if len(places) >= 2 else None
+
+
+def up_arrow(camera: Camera, look: Look) -> tuple[np.ndarray, np.ndarray]:
+    """Foot and tip (2,) pixels of an arrow from the image's middle to where up leads there."""
+    middle = np.array(camera.image_size) / 2
+    across = look.up[:2]
+    length = np.linalg.norm(across)
+    return middle, middle + (across / length if length > 1e-6 else 0 * across) * min(camera.image_size) * 0.2
+
+
+def _pixel(point: np.ndarray) -> tuple[int, int]:
+    x, y = np.round(point).astype(int)
+    return int(x), int(y)

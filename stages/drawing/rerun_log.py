@@ -1,0 +1,177 @@
+"""How each kind of data enters a recording: whole columns at once, looks once, nothing frame by frame."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...pipeline.frames import Frame
+from ...pipeline.layouts import Layout
+from ...pipeline.pose import PoseSequence
+from ...pipeline.take import Event
+from .rerun_video import Part
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+    import rerun as rr
+
+Colour = tuple[int, int, int]
+
+# Told apart by every common kind of colour vision: the sky blue and orange of Okabe and Ito's palette
+# ("Color Universal Design", 2008).
+LEFT, RIGHT, MIDDLE = (86, 180, 233), (230, 159, 0), (150, 150, 150)
+_AXES = {"back": (238, 102, 119), "right": (80, 190, 110), "up": (110, 140, 255)}  # of BODY: x, y, z
+_LEVELS = {"warning": "WARN", "repair": "INFO", "seam": "INFO", "note": "DEBUG"}
+_ROWS = 1 << 14  # of a skeleton that are sent at a time, nine minutes at 30 frames a second
+_LETTERS = {"away": "F", "toward": "B", "north": "F", "south": "B", "west": "L", "east": "R"}
+
+
+def time_columns(frame: np.ndarray, time_s: np.ndarray) -> list[rr.TimeColumn]:
+    """Both time axes for rows of data: video frame numbers (T,) and seconds (T,)."""
+    import rerun as rr
+
+    nanoseconds = np.round(time_s * 1e9).astype("timedelta64[ns]")
+    return [rr.TimeColumn("frame", sequence=frame), rr.TimeColumn("video_time", duration=nanoseconds)]
+
+
+def log_video(recording: rr.RecordingStream, parts: Iterable[Part], time_s: np.ndarray) -> None:
+    """The video's parts, each once it is there, and a reference to each of their frames; time_s: (N,)."""
+    import rerun as rr
+
+    first = 0
+    for number, part in enumerate(parts):
+        entity = f"video_parts/{number}"  # apart from "video", so that no view shows them by themselves
+        recording.log(entity, part.asset, static=True)
+        frames = np.arange(first, first + len(part.stamps_ns))
+        references = rr.VideoFrameReference.columns(
+            timestamp=part.stamps_ns, video_reference=[entity] * len(frames)
+        )
+        recording.send_columns("video", time_columns(frames, time_s[frames]), references)
+        recording.flush()  # so that no part waits in memory
+        first += len(frames)
+
+
+def log_skeleton(recording: rr.RecordingStream, entity: str, poses: PoseSequence, radius: float) -> None:
+    """`entity`/joints and `entity`/bones. radius: of a joint, in scene units or negative in screen points."""
+    log_looks(recording, entity, poses.layout, poses.frame, radius)
+    log_rows(recording, entity, poses)
+
+
+def log_looks(
+    recording: rr.RecordingStream, entity: str, layout: Layout, frame: Frame, radius: float
+) -> None:
+    """What stays the same of a skeleton: its axes, colours, names and radii."""
+    import rerun as rr
+
+    points, lines = (rr.Points3D, rr.LineStrips3D) if frame.dims == 3 else (rr.Points2D, rr.LineStrips2D)
+    if frame.dims == 3:
+        letters = [_LETTERS.get(word, word[0].upper()) for word in frame.axes]
+        recording.log(entity, getattr(rr.ViewCoordinates, "".join(letters)), static=True)
+    colours = [_colour(joint) for joint in layout.joints]
+    look = points.from_fields(colors=colours, radii=[radius], labels=layout.joints, show_labels=False)
+    recording.log(f"{entity}/joints", look, static=True)
+    look = lines.from_fields(colors=[_colour(*bone) for bone in layout.bones], radii=[0.55 * radius])
+    recording.log(f"{entity}/bones", look, static=True)
+
+
+def log_rows(recording: rr.RecordingStream, entity: str, poses: PoseSequence) -> None:
+    """Where a skeleton's joints and bones are at each of its times."""
+    import rerun as rr
+
+    layout, dims = poses.layout, poses.frame.dims
+    points, lines = (rr.Points3D, rr.LineStrips3D) if dims == 3 else (rr.Points2D, rr.LineStrips2D)
+    ends = np.array([layout.indices(bone) for bone in layout.bones])
+    for start in range(0, len(poses), _ROWS):
+        rows = slice(start, start + _ROWS)
+        joints, clock = poses.joints[rows], time_columns(poses.frame_index[rows], poses.times[rows])
+        columns = points.columns(positions=joints.reshape(-1, dims))
+        recording.send_columns(
+            f"{entity}/joints", clock, columns.partition(np.full(len(joints), len(layout)))
+        )
+        columns = lines.columns(strips=_segments(joints[:, ends]))
+        recording.send_columns(f"{entity}/bones", clock, columns.partition(np.full(len(joints), len(ends))))
+        if len(poses) > _ROWS:
+            recording.flush()  # or the columns of a long take pile up in memory
+
+
+def _colour(*joints: str) -> Colour:
+    """Of a joint, or of a bone by its ends: its side's; the middle's when it has no side or crosses over."""
+    sides = {joint[:2] for joint in joints} & {"l_", "r_"}
+    return MIDDLE if len(sides) != 1 else LEFT if sides == {"l_"} else RIGHT
+
+
+def _segments(ends: np.ndarray) -> pa.Array:
+    """ends (T, bones, 2, D) as an array of T x bones line strips in rerun's own storage type.
+
+    rerun's conversion from numpy makes a Python object of every strip: seconds for a long take.
+    """
+    import pyarrow as pa
+    import rerun as rr
+
+    batch = rr.components.LineStrip3DBatch if ends.shape[-1] == 3 else rr.components.LineStrip2DBatch
+    strips = batch._ARROW_DATATYPE
+    assert strips is not None
+    points = pa.FixedSizeListArray.from_arrays(pa.array(ends.reshape(-1)), type=strips.value_type)
+    starts = pa.array(np.arange(0, len(points) + 1, 2, dtype=np.int32))
+    return pa.ListArray.from_arrays(starts, points, type=strips)
+
+
+def log_axes(
+    recording: rr.RecordingStream,
+    entity: str,
+    axes: np.ndarray,
+    length: float,
+    clock: PoseSequence | None = None,
+) -> None:
+    """Arrows of that length from the pelvis along BODY's axes: the columns of a (3, 3), or of (T, 3, 3) on a clock."""
+    import rerun as rr
+
+    vectors = np.swapaxes(axes, -1, -2).reshape(-1, 3)
+    look = rr.Arrows3D.from_fields(
+        colors=list(_AXES.values()), labels=list(_AXES), show_labels=clock is None, radii=[0.07 * length]
+    )
+    recording.log(entity, look, static=True)
+    if clock is None:
+        recording.log(entity, rr.Arrows3D.from_fields(vectors=vectors), static=True)
+    else:
+        columns = rr.Arrows3D.columns(vectors=vectors).partition(np.full(len(clock), 3))
+        recording.send_columns(entity, time_columns(clock.frame_index, clock.times), columns)
+
+
+def log_curves(
+    recording: rr.RecordingStream,
+    entity: str,
+    clock: PoseSequence,
+    values: np.ndarray,
+    names: Sequence[str],
+    colours: Sequence[Colour],
+    width: float = 1.5,
+) -> None:
+    """One curve a name: values (T, len(names)), or (T,) for a single one."""
+    import rerun as rr
+
+    look = rr.SeriesLines(names=names, colors=colours, widths=[width] * len(names))
+    recording.log(entity, look, static=True)
+    columns = rr.Scalars.columns(scalars=values.reshape(-1)).partition(np.full(len(clock), len(names)))
+    recording.send_columns(entity, time_columns(clock.frame_index, clock.times), columns)
+    recording.flush()
+
+
+def log_events(recording: rr.RecordingStream, events: Sequence[Event], clock: PoseSequence) -> None:
+    """One line an event, at its frame; what concerns the whole take stands at the first."""
+    import rerun as rr
+
+    if not events:
+        return
+    ordered = sorted(events, key=lambda event: event.row or 0)
+    rows = [event.row or 0 for event in ordered]
+    recording.send_columns(
+        "events",
+        indexes=time_columns(clock.frame_index[rows], clock.times[rows]),
+        columns=rr.TextLog.columns(
+            text=[f"{event.kind}: {event.text}" for event in ordered],
+            level=[_LEVELS.get(event.kind, "INFO") for event in ordered],
+        ),
+    )

@@ -1,0 +1,1 @@
+"""The stage `export`: tables and formats of other programs."""

@@ -1,0 +1,52 @@
+"""markers.c3d: the joints as C3D points, through ezc3d (the extra `c3d`)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from textwrap import wrap
+
+import numpy as np
+
+from ...pipeline.files.atomic import whole_file
+from ...pipeline.files.markers import check_c3d
+from ...pipeline.frames import LEVEL
+from ...pipeline.take import Take
+from .markers import markers
+from .provenance import provenance
+
+_LONGEST, _MOST = 100, 255  # characters of a text, texts of a parameter: a C3D file counts both in one byte
+
+
+def write_c3d(take: Take, path: Path) -> None:
+    """Points in millimetres, x back, y right, z up, named as our joints; a missing one has the residual -1.
+
+    The group PCNET3D holds the provenance; POINT X_SCREEN and Y_SCREEN say which axes to draw to the right and up.
+    Raises as `markers` does.
+    """
+    check_c3d()
+    import ezc3d
+
+    found = markers(take, LEVEL)
+    points = 1000 * np.moveaxis(found.joints, 0, -1).swapaxes(0, 1)  # (3, M, N)
+    missing = np.isnan(points).any(axis=0, keepdims=True)
+    file = ezc3d.c3d()
+    point = file["parameters"]["POINT"]
+    point["UNITS"]["value"] = ["mm"]
+    point["RATE"]["value"] = [found.fps]
+    point["LABELS"]["value"] = list(found.names)
+    file["data"]["points"] = np.concatenate([points, np.ones_like(points[:1])])
+    file["data"]["meta_points"] = {
+        "residuals": np.where(missing, -1.0, 0.0),
+        "camera_masks": np.zeros((7, *points.shape[1:]), dtype=bool),
+    }
+    file.add_parameter("POINT", "X_SCREEN", ["-X"])
+    file.add_parameter("POINT", "Y_SCREEN", ["+Z"])
+    lines = [part for name, text in provenance(take).items() for part in _wrapped(f"{name}: {text}")]
+    file.add_parameter("PCNET3D", "PROVENANCE", lines[:_MOST])
+    with whole_file(path) as partial:
+        file.write(str(partial))
+
+
+def _wrapped(line: str) -> list[str]:
+    """A line in pieces of plain ASCII, those after the first indented."""
+    return wrap(line.encode("ascii", "backslashreplace").decode(), _LONGEST, subsequent_indent="  ")

@@ -1,0 +1,109 @@
+"""What OpenSim opens: the joints as a TRC file of markers, the joint angles as a MOT file of motion.
+
+Layouts: OpenSim's documentation, "Marker (.trc) Files" and "Motion (.mot) Files", and its readers
+OpenSim/Common/TRCFileAdapter.cpp and STOFileAdapter. A missing value is written "nan", which readers of every age
+take; an empty cell shifts the columns of some.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from ...pipeline.errors import InputError
+from ...pipeline.files.atomic import whole_file
+from ...pipeline.frames import LEVEL
+from ...pipeline.rotations import rotate
+from ...pipeline.take import Take
+from .markers import OPENSIM, markers
+from .provenance import provenance
+
+# Our angles that a coordinate of OpenSim's Rajagopal 2016 model measures the same way, and its sign.
+_COORDINATES = {
+    f"{side}_{angle}": (f"{coordinate}_{side}", sign)
+    for side in "rl"
+    for angle, coordinate, sign in (
+        ("knee_flexion", "knee_angle", 1),
+        ("hip_flexion", "hip_flexion", 1),
+        ("hip_abduction", "hip_adduction", -1),
+        ("elbow_flexion", "elbow_flex", 1),
+        ("shoulder_flexion", "arm_flex", 1),
+        ("shoulder_abduction", "arm_add", -1),
+    )
+}
+
+
+def write_trc(take: Take, path: Path) -> None:
+    """markers.trc: metres, x forward, y up, z right; markers are named as our joints. Raises as `markers` does."""
+    found = markers(take, OPENSIM)
+    rows, count = found.joints.shape[:2]
+    rate = f"{found.fps:.6f}"
+    labels = "\t".join(f"X{i}\tY{i}\tZ{i}" for i in range(1, count + 1))
+    values = [rate, rate, rows, count, "m", rate, 1, rows]
+    head = [
+        f"PathFileType\t4\t(X/Y/Z)\t{path.name}",
+        "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame\tOrigNumFrames",
+        "\t".join(map(str, values)),
+        "Frame#\tTime\t" + "\t\t\t".join(found.names) + "\t\t",
+        "\t\t" + labels,
+        "",
+    ]
+    body = np.column_stack([np.arange(1, rows + 1), found.time_s, found.joints.reshape(rows, -1)])
+    with whole_file(path) as partial:
+        _write(partial, head, body, ["%d", "%.6f", *["%.6f"] * (3 * count)])
+
+
+def write_mot(take: Take, path: Path) -> None:
+    """angles.mot: the joint angles in degrees over time in seconds.
+
+    Angles that OpenSim's Rajagopal model has as coordinates bear its names and signs, the others ours. Where the source
+    knows where the person is, in metres, the pelvis moves along that path: pelvis_tx, ty and tz, forward, up and right.
+    InputError when the take has no angles.
+    """
+    assert take.poses is not None
+    columns = take.kinematics or {}
+    angles = {
+        name.removesuffix("_deg"): values
+        for name, values in columns.items()
+        if name.endswith("_deg") and not name.endswith("_sd_deg")
+    }
+    if not angles:
+        raise InputError("MOT holds joint angles; put the stage 'angles' before 'export'.")
+    renamed = {name: _COORDINATES.get(name, (name, 1)) for name in angles}
+    notes = [
+        f"{ours} is {'-' * (sign < 0)}{theirs}" for ours, (theirs, sign) in renamed.items() if ours != theirs
+    ]
+    moves = _pelvis_moves(take)
+    if moves:
+        notes.append("pelvis_tx, pelvis_ty and pelvis_tz are metres, of the middle of the hips")
+    lines = [f"{name}: {text}" for name, text in provenance(take).items()]
+    head = [
+        path.name,
+        "version=1",
+        f"nRows={len(take.poses)}",
+        f"nColumns={len(angles) + len(moves) + 1}",
+        "inDegrees=yes",
+        *(line.replace("=", ":") for line in [*lines, *notes]),
+        "endheader",
+        "\t".join(["time", *moves, *(theirs for theirs, _ in renamed.values())]),
+    ]
+    signed = [sign * angles[name] for name, (_, sign) in renamed.items()]
+    with whole_file(path) as partial:
+        body = np.column_stack([take.poses.times, *moves.values(), *signed])
+        _write(partial, head, body, ["%.6f"] * body.shape[1])
+
+
+def _pelvis_moves(take: Take) -> dict[str, np.ndarray]:
+    """The root's path (T,) by the coordinates' names; empty when it is not known in metres."""
+    path = take.filtered
+    if path is None or path.root is None or path.frame.unit != "m":
+        return {}
+    place = rotate(OPENSIM.basis @ LEVEL.basis.T, path.root)
+    return {f"pelvis_t{axis}": place[:, i] for i, axis in enumerate("xyz")}
+
+
+def _write(path: Path, head: list[str], body: np.ndarray, formats: list[str]) -> None:
+    with open(path, "w", encoding="utf-8", newline="\n") as file:
+        file.write("\n".join(head) + "\n")
+        np.savetxt(file, body, fmt=formats, delimiter="\t")

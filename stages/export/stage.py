@@ -1,0 +1,188 @@
+"""The files of a run: poses.npz, kinematics.parquet, measures.csv and summary.json (design.md section 7), and others
+on request."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any, ClassVar, Literal
+
+import numpy as np
+
+from ...pipeline.files.atomic import SUMMARY, whole_file
+from ...pipeline.files.markers import check_c3d
+from ...pipeline.motion.checks import bone_spread
+from ...pipeline.pose import Rectified, package_version
+from ...pipeline.rotations import angle_deg, known
+from ...pipeline.take import Take
+from ...pipeline.verdict import verdict
+from ..record.summary import up_by_source
+from .c3d import write_c3d
+from .measures import write_measures
+from .netcdf import write_netcdf
+from .opensim import write_mot, write_trc
+from .provenance import steps
+from .tables import write_csv, write_parquet
+
+Format = Literal["csv", "trc", "mot", "c3d", "netcdf"]
+_WRITERS: dict[Format, tuple[str, Callable[[Take, Path], None]]] = {
+    "csv": ("kinematics.csv", write_csv),
+    "trc": ("markers.trc", write_trc),
+    "mot": ("angles.mot", write_mot),
+    "c3d": ("markers.c3d", write_c3d),
+    "netcdf": ("poses.nc", write_netcdf),
+}
+
+
+@dataclass(frozen=True)
+class Export:
+    """The stage. folder: where the files go. also: further formats, each of which becomes one more file."""
+
+    folder: Path
+    also: tuple[Format, ...] = ()
+
+    name: ClassVar[str] = "export"
+    needs: ClassVar[tuple[str, ...]] = ("poses", "rectified", "kinematics")
+    gives: ClassVar[tuple[str, ...]] = ()
+
+    def __post_init__(self) -> None:
+        if "c3d" in self.also:
+            check_c3d()  # before the work, not after it
+
+    def __call__(self, take: Take) -> Take:
+        self.folder.mkdir(parents=True, exist_ok=True)
+        write_poses(take, self.folder / "poses.npz")
+        write_parquet(take, self.folder / "kinematics.parquet")
+        if take.measures is not None:
+            write_measures(take, self.folder / "measures.csv")
+        for wanted in self.also:
+            name, write = _WRITERS[wanted]
+            write(take, self.folder / name)
+        text = json.dumps(summary(take), indent=1, allow_nan=False, default=str)
+        with whole_file(self.folder / SUMMARY) as partial:
+            partial.write_text(text + "\n", encoding="utf-8")
+        return take
+
+
+def write_poses(take: Take, path: Path) -> None:
+    """poses.npz: plain arrays `source`, `level`, `body` (T, 17, 3), the rotations between them, and how far to trust
+    them. `root` (T, 3) is the pelvis in the axes of `level`, from the camera's centre or the world's origin: `level` +
+    `root` are places in the room; NaN where the source does not know them. For a moving camera R_source_from_level is
+    (T, 3, 3), and back and right in `level` are relative to it."""
+    assert take.poses is not None
+    assert take.rectified is not None
+    rectified, root = take.rectified, take.rectified.level.root
+    with whole_file(path) as partial, open(partial, "wb") as file:
+        np.savez_compressed(
+            file,
+            source=take.poses.joints,
+            level=rectified.level.joints,
+            body=rectified.body.joints,
+            root=np.full((len(take.poses), 3), np.nan) if root is None else root,
+            R_source_from_body=rectified.R_source_from_body,
+            R_source_from_level=rectified.R_source_from_level,
+            error_deg=rectified.error_deg,
+            up_error_deg=rectified.up_error_deg,
+            up_bound_deg=rectified.up_bound_deg,
+            up_votes=rectified.up_votes,
+            time_s=take.poses.times,
+            frame_index=take.poses.frame_index,
+            joint_names=np.array(take.poses.layout.joints),
+            unit=np.array(take.poses.frame.unit),
+        )
+
+
+def summary(take: Take) -> dict[str, Any]:
+    """Provenance, warnings, repairs and the take's figures, ready for JSON (no NaN)."""
+    assert take.poses is not None
+    assert take.rectified is not None
+    poses, rectified = take.poses, take.rectified
+    deviation = angle_deg(rectified.up_votes, rectified.R_source_from_level[..., :, 2])
+    content = {
+        "pcnet3d": package_version(),
+        "take": take.name,
+        "inputs": take.inputs,
+        "warnings": [event.text for event in take.events if event.kind == "warning"],
+        "repairs": [event.text for event in take.events if event.kind == "repair"],
+        "notes": [event.text for event in take.events if event.kind == "note"],
+        "verdict": None if take.findings is None else verdict(take.findings),
+        "findings": [asdict(finding) for finding in take.findings or () if finding.weight != "note"],
+        "poses": {
+            "frames": len(poses),
+            "first_frame": int(poses.frame_index[0]),
+            "fps": poses.fps,
+            "duration_s": float(poses.times[-1] - poses.times[0]),
+            "source_frame": str(poses.frame),
+            "unit": poses.frame.unit,
+            "root_known": poses.root is not None,
+            "seams": list(poses.seams),
+            "bone_length_spread": bone_spread(poses),
+        },
+        "rectification": {
+            "method": rectified.method,
+            "camera": rectified.camera,
+            **_window(rectified),
+            "frames_rectified": int(known(rectified.R_source_from_body).all(axis=1).sum()),
+            "error_deg_mean": _mean(rectified.error_deg),
+            **_up("up_error_deg", rectified.up_error_deg, rectified.camera),
+            **_up("up_bound_deg", rectified.up_bound_deg, rectified.camera),
+            "up_shares": rectified.up_shares,
+            "up_by_source": up_by_source(take),
+            "vote_deviation_deg_mean": _mean(deviation),
+            "R_source_from_level": rectified.R_source_from_level.tolist(),
+            "level_heading": rectified.level_heading,
+            "level_ok": rectified.level_ok,
+            "level_reason": rectified.level_reason,
+        },
+        "camera": _camera(take),
+        "measures": take.measures,
+        "history": [asdict(step) for step in steps(take)],
+    }
+    return _plain(content)
+
+
+def _camera(take: Take) -> dict[str, Any] | None:
+    """The camera's focal length, and where it comes from."""
+    if take.camera is None:
+        return None
+    return {
+        "focal_px": take.camera.focal_px,
+        "focal_sd_px": take.camera.focal_sd_px,
+        "focal_source": take.camera.focal_source,
+        "image_size": list(take.camera.image_size),
+        "looks": len(take.camera.looks),
+        "no_up_reason": take.camera.reason,
+    }
+
+
+def _window(rectified: Rectified) -> dict[str, float]:
+    """Over how many seconds a moving camera's frames share their up, as the history tells."""
+    told = [step.options["window_s"] for step in rectified.body.history if "window_s" in step.options]
+    return {"window_s": told[-1]} if told else {}
+
+
+def _up(name: str, values: np.ndarray, camera: str) -> dict[str, float]:
+    """One figure for the take, or the mean and the largest of a moving camera's."""
+    mean = _mean(values)
+    if camera != "moving":
+        return {name: mean}
+    return {f"{name}_mean": mean, f"{name}_max": float(np.nanmax(values)) if np.isfinite(mean) else mean}
+
+
+def _mean(values: np.ndarray) -> float:
+    return float(np.nanmean(values)) if np.isfinite(values).any() else float("nan")
+
+
+def _plain(value: Any) -> Any:
+    """The same in types that JSON has; NaN and infinity become null."""
+    if isinstance(value, dict):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, float) and not np.isfinite(value):
+        return None
+    return value

@@ -1,0 +1,72 @@
+"""kinematics.parquet and kinematics.csv: one row a frame, and the same names of columns for every source.
+
+Degrees and seconds end the names. Lengths are in metres, or in the source's own unit: which, says `length_unit` ("m" or
+"arbitrary") in the provenance, and in the parquet file `unit` in the metadata of each column.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import chain
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ...pipeline.files.atomic import whole_file
+from ...pipeline.take import Take
+from ..trajectories import unit_of
+from .provenance import provenance
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+
+_ROWS = 1 << 14  # written at a time
+
+
+def write_parquet(take: Take, path: Path) -> None:
+    """kinematics.parquet; its schema's metadata are the provenance, a column's has its `unit`.
+
+    They say `horizontal: relative to the camera` when the camera moves (stages/trajectories.py).
+    """
+    import pyarrow.parquet as pq
+
+    parts = _parts(take, missing_is_null=False)
+    first = next(parts)
+    with whole_file(path) as partial, pq.ParquetWriter(partial, first.schema) as file:
+        for part in chain([first], parts):
+            file.write_table(part)
+
+
+def write_csv(take: Take, path: Path) -> None:
+    """kinematics.csv: lines of provenance that begin with "# ", a line of names, the rows; what is missing is empty.
+
+    Read it with `pandas.read_csv(path, comment="#")` or R's `read.csv(path, comment.char = "#")`.
+    """
+    from pyarrow import csv
+
+    head = "".join(f"# {name}: {text}\n" for name, text in provenance(take).items())
+    with whole_file(path) as partial, open(partial, "wb") as file:
+        file.write(head.encode())
+        parts = _parts(take, missing_is_null=True)
+        first = next(parts)
+        options = csv.WriteOptions(quoting_style="none")
+        with csv.CSVWriter(file, first.schema, write_options=options) as table:
+            for part in chain([first], parts):
+                table.write_table(part)
+
+
+def _parts(take: Take, missing_is_null: bool) -> Iterator[pa.Table]:
+    """The table, some minutes of the take at a time: hours of it would stand in memory twice."""
+    import pyarrow as pa
+
+    assert take.poses is not None
+    assert take.kinematics is not None
+    columns = {"frame": take.poses.frame_index, "time_s": take.poses.times, **take.kinematics}
+    said, length = provenance(take), take.poses.frame.unit
+    for start in range(0, len(take.poses), _ROWS):
+        rows = slice(start, start + _ROWS)
+        arrays = [pa.array(values[rows], from_pandas=missing_is_null) for values in columns.values()]
+        fields = [
+            pa.field(name, array.type, metadata={"unit": unit} if (unit := unit_of(name, length)) else None)
+            for name, array in zip(columns, arrays, strict=True)
+        ]
+        yield pa.table(arrays, schema=pa.schema(fields, metadata=said))

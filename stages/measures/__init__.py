@@ -1,0 +1,1 @@
+"""The stage `measures`: ranges, symmetry, repetitions, walking."""

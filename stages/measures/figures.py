@@ -1,0 +1,108 @@
+"""Figures of measures with their errors: every error is one standard deviation, and digits end where it begins."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from ...pipeline.motion.cycles import symmetry_error, symmetry_index
+
+BAND = 1.645  # standard deviations to each side that hold nine in ten of a normal distribution
+_FEWEST = 3  # values for a standard deviation
+_FRAME = float(
+    np.sqrt(2 / 12)
+)  # of a frame: standard deviation of a duration between two frames (uniform errors)
+
+
+def time_resolution(fps: float) -> float:
+    """Seconds: the standard deviation of one duration that frames bound, each of which is off by half of one at
+    most."""
+    return _FRAME / fps
+
+
+def basis(values: np.ndarray) -> dict[str, Any]:
+    """How many frames a figure rests on, and the share that has no value."""
+    known = np.isfinite(values)
+    return {"frames": int(known.sum()), "nan_share": figure(1 - known.mean())}
+
+
+def spread(name: str, values: np.ndarray, resolution: float = 0.0, shared: float = 0.0) -> dict[str, float]:
+    """Mean, its standard error `<name>_error_<unit>`, and the standard deviation of three values or more; nothing of
+    none.
+
+    resolution: the standard deviation with which one value is known, independent of the next; shared: the one that all
+    values have in common, NaN where unknown. The values' own is left out where it is not larger than the resolution:
+    then it is the measurement's, not the person's. Of fewer than three values their spread is not known, nor without
+    `shared` the error.
+    """
+    if not len(values):
+        return {}
+    shared = shared if np.isfinite(shared) else 0.0
+    sd = float(values.std(ddof=1)) if len(values) >= _FEWEST else float("nan")
+    own = max(sd, resolution) / np.sqrt(len(values)) if np.isfinite(sd) else 0.0
+    error = float(np.hypot(own, shared)) or float("nan")
+    digits = error if np.isfinite(error) else resolution
+    result = {f"mean_{name}": rounded(values.mean(), digits)}
+    if np.isfinite(error):
+        result[error_key(f"mean_{name}")] = figure_of_error(error)
+    if np.isfinite(sd) and sd > resolution:
+        result[f"sd_{name}"] = figure_of_error(sd)
+    return result
+
+
+def error_key(key: str) -> str:
+    """`cadence_spm` as `cadence_error_spm`: the unit stays at the end. `walking_speed` as `walking_speed_error`."""
+    if of_length(key):
+        return f"{key}_error"
+    words, _, unit = key.rpartition("_")
+    return f"{words}_error_{unit}"
+
+
+def of_length(key: str) -> bool:
+    """Whether a figure is in the take's unit of length, or in that a second, which its key does not name."""
+    return key.removesuffix("_error").endswith(("_length", "_speed"))
+
+
+def with_error(key: str, value: float, error: float) -> dict[str, float]:
+    """A figure and its standard error, which is left out where it is not known."""
+    known = {error_key(key): figure_of_error(error)} if np.isfinite(error) else {}
+    return {key: rounded(value, error), **known}
+
+
+def symmetry(right: tuple[float, float], left: tuple[float, float], of: str = "") -> dict[str, Any]:
+    """Symmetry index of two figures and their errors. `within_error`: no difference can be told, since zero lies in
+    the 90 % band about the index. of: what the keys begin with."""
+    index, error = symmetry_index(right[0], left[0]), symmetry_error(right[0], left[0], right[1], left[1])
+    if not np.isfinite(index):
+        return {}
+    told = {f"{of}within_error": bool(abs(index) <= BAND * error)} if np.isfinite(error) else {}
+    return {**with_error(f"{of}symmetry_index_percent", index, error), **told}
+
+
+def middle(name: str, values: np.ndarray) -> dict[str, float]:
+    return {name: figure(np.median(values))} if len(values) else {}
+
+
+def figures(values: Iterable[Any]) -> list[float]:
+    return [figure(value) for value in values]
+
+
+def figure(value: Any) -> float:
+    """As a Python number of six digits, for what no error is known of."""
+    return float(f"{value:.6g}")
+
+
+def figure_of_error(error: float) -> float:
+    """Two digits, as errors are stated (JCGM 100:2008, 7.2.6)."""
+    return float(f"{error:.2g}")
+
+
+def rounded(value: Any, error: float) -> float:
+    """The figure to the decimal that its error leaves, whole numbers at least: twice the error is at least one of the
+    last digit. Without an error as `figure`."""
+    if not (np.isfinite(error) and error > 0):
+        return figure(value)
+    decimals = max(0, -int(np.floor(np.log10(2 * error))))
+    return round(float(value), decimals) + 0.0  # no -0

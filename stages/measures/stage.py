@@ -1,0 +1,296 @@
+"""Figures of a take: ranges of motion, symmetry, repetitions, walking and paths, each with its error and what it rests
+on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ...pipeline.errors import InputError
+from ...pipeline.frames import Frame
+from ...pipeline.motion.angles import ANGLES, MIDLINE
+from ...pipeline.motion.cycles import Repetition, normalised, repetitions
+from ...pipeline.motion.signals import breaks, rate
+from ...pipeline.motion.smoothness import path_length
+from ...pipeline.plugins.options import did_you_mean
+from ...pipeline.pose import PoseSequence, Rectified
+from ...pipeline.take import Take
+from .figures import (
+    basis,
+    figure,
+    figure_of_error,
+    figures,
+    middle,
+    rounded,
+    spread,
+    symmetry,
+    time_resolution,
+    with_error,
+)
+from .walking import FEWEST, NOISE, SIDES, separation, walking, walks_in
+
+_NO_RANGE = 5.0  # degrees: below, noise makes the range, and a share of it says nothing
+_BEND, _RAISE, _ANY = 35.0, 50.0, 20.0  # degrees that a repetition rises by at least
+# Degrees of knee flexion from which a knee bend is a squat: a half squat is 70 to 100, a deep one more (Schoenfeld,
+# J Strength Cond Res 24(12), 2010, "Squatting kinematics and kinetics"); less is a partial one, or a duck.
+_SQUAT = 70.0
+_STAYS = (
+    0.4  # legs: by how much it changes in a knee bend at most; in walking both knees bend at every landing
+)
+_HALF = 0.5  # and both by this part of the largest change in the take
+_IN_BENDS = ("r_knee_flexion", "l_knee_flexion", "r_hip_flexion", "l_hip_flexion", "trunk_lean_sagittal")
+_IN_RAISES = ("shoulder_elevation", "shoulder_flexion", "elbow_flexion")
+
+
+@dataclass(frozen=True)
+class Measures:
+    """The stage. repeated: further angles whose repetitions are counted, such as "r_elbow_flexion"."""
+
+    repeated: tuple[str, ...] = ()
+
+    name: ClassVar[str] = "measures"
+    needs: ClassVar[tuple[str, ...]] = ("poses", "rectified", "filtered", "kinematics")
+    gives: ClassVar[tuple[str, ...]] = ("measures",)
+
+    def __post_init__(self) -> None:
+        for name in self.repeated:
+            if name not in ANGLES:
+                raise InputError(f"There is no angle '{name}' to count; {did_you_mean(name, ANGLES)}")
+
+    def __call__(self, take: Take) -> Take:
+        assert take.rectified is not None
+        assert take.filtered is not None
+        assert take.kinematics is not None
+        assert take.poses is not None
+        found = measures(take.filtered, take.rectified, take.kinematics, take.poses.frame, self.repeated)
+        return take.with_(measures=found)
+
+
+def measures(
+    filtered: PoseSequence,
+    rectified: Rectified,
+    kinematics: dict[str, np.ndarray],
+    source: Frame,
+    repeated: Sequence[str] = (),
+) -> dict[str, Any]:
+    """Nested figures, ready for JSON. Units are in the keys; lengths and speeds have none there, for theirs is the
+    poses', metres or arbitrary. What cannot be had is absent, and its group has a `reason`.
+
+    filtered: joints in LEVEL after the low-pass; rectified: where BODY's axes are from; kinematics: columns (T,) with
+    the angles (stages.angles.joint_angles) and paths (stages.trajectories.trajectory); source: the frame of the poses
+    that were rectified.
+
+    An `_error_` is one standard deviation of the figure beside it: of angles by what they are stated with, the errors
+    of two moments taken for independent; of means over steps, strides and repetitions by their spread, but by half of
+    a frame's length at least. Figures end with the digit that their error leaves.
+
+    range_of_motion: of each angle; p05_p95_deg leaves the highest and lowest twentieth of the frames out, which are
+        noise's, and sd_deg is the middle of the stated standard deviations. beyond_anatomy_frames: in how many frames
+        the angle is one that no joint reaches (pipeline.motion.angles). symmetry: of the right and left p05_p95_deg.
+    knee_bends: both knees bend and straighten together while the feet stay (rising from a seat and sitting down again
+        counts too); peak_deg is the less bent knee's; squats: how many reach 70 degrees. arm_raises: an arm goes up
+        and down in whichever plane. repetitions: of the angles `repeated`. A repetition rises by 35 (knees), 50 (arms)
+        or 20 degrees at least, by half of the largest change in the take, and by more than noise makes: twice the
+        standard deviation of a difference of two values.
+    walking: steps while the ankles pass each other, by as much and more than noise; no `steps` where they could not be
+        seen, and why. cadence is two steps in the middle one of the strides' durations, of three strides at least.
+        Speed and lengths are there where the source knows where the person is, else `lengths_reason`.
+    paths: lengths from the pelvis, and of the pelvis (root) where its way is known.
+
+    `frames` is how many frames a figure rests on, `nan_share` the share of the take's frames that have no value.
+    Smoothness (pipeline/motion/smoothness.py) is that of an angle's rate while it rises (up) and returns (down), the
+    middle one of all repetitions. Cycles are curves of 101 points over 0 to 100 % of a repetition or stride, mean and
+    standard deviation over those in which no frame is missing.
+    """
+    times, seams = filtered.times, breaks(filtered)
+    take = _Columns(kinematics, times, seams)
+    between = separation(filtered, rectified)
+    apart = between[:, 0]
+    walks = walks_in(between, times, seams, kinematics)
+
+    def in_place(one: Repetition) -> bool:
+        if any(step.start_s < one.stop_s and one.start_s < step.stop_s for walk in walks for step in walk):
+            return False
+        meanwhile = apart[(times >= one.start_s) & (times <= one.stop_s)]
+        meanwhile = meanwhile[np.isfinite(meanwhile)]
+        return not len(meanwhile) or float(np.ptp(meanwhile)) <= _STAYS
+
+    ranges = {name: _range(take, name) for name in ANGLES}
+    right, left = take("r_knee_flexion"), take("l_knee_flexion")
+    knees = np.minimum(right, left)
+    knees_sd = np.where(right < left, take.sd("r_knee_flexion"), take.sd("l_knee_flexion"))
+    bends = _repeats(take, knees, knees_sd, _BEND, _IN_BENDS, in_place)
+    if "peak_deg" in bends:
+        bends["squats"] = sum(peak >= _SQUAT for peak in bends["peak_deg"])
+    result: dict[str, Any] = {
+        "range_of_motion": ranges,
+        "symmetry": _symmetry(ranges),
+        "knee_bends": bends,
+    }
+    arms = {
+        words: _repeats(
+            take,
+            take(f"{side}_shoulder_elevation"),
+            take.sd(f"{side}_shoulder_elevation"),
+            _RAISE,
+            [f"{side}_{part}" for part in _IN_RAISES],
+        )
+        for words, side in SIDES.items()
+    }
+    cycles = {name: curve for arm in arms.values() for name, curve in arm.pop("cycles", {}).items()}
+    result["arm_raises"] = {**arms, "cycles": cycles} if cycles else arms
+    if repeated:
+        result["repetitions"] = {
+            name: _repeats(take, take(name), take.sd(name), _ANY, [name]) for name in repeated
+        }
+    result["walking"] = walking(apart, walks, kinematics, take.cycles, filtered, rectified, source)
+    result["paths"] = _paths(take, rectified)
+    return result
+
+
+@dataclass(frozen=True)
+class _Columns:
+    """The take's columns (T,) and its clock; an angle is NaN throughout where it is not among them."""
+
+    columns: dict[str, np.ndarray]
+    times: np.ndarray
+    seams: tuple[int, ...]
+
+    def __call__(self, angle: str) -> np.ndarray:
+        return self.columns.get(f"{angle}_deg", np.full(len(self.times), np.nan))
+
+    def sd(self, angle: str) -> np.ndarray:
+        return self.columns.get(f"{angle}_sd_deg", np.full(len(self.times), np.nan))
+
+    def cycles(self, angle: str, spans: np.ndarray) -> dict[str, Any]:
+        """Mean and standard deviation of an angle over spans (N, 2) in seconds; empty when none is whole."""
+        curves = normalised(self(angle), self.times, spans, self.seams)
+        if not len(curves):
+            return {}
+        spread = {"sd_deg": figures(curves.std(axis=0, ddof=1))} if len(curves) > 1 else {}
+        return {"count": len(curves), "mean_deg": figures(curves.mean(axis=0)), **spread}
+
+
+def _range(take: _Columns, name: str) -> dict[str, Any]:
+    values = take(name)
+    known = values[np.isfinite(values)]
+    if len(known) < FEWEST:
+        return {"reason": f"fewer than {FEWEST} frames have this angle", **basis(values)}
+    low, high = np.percentile(known, [5, 95])
+    sd = take.sd(name)
+    at_low, at_high = _middle_sd(sd[values <= low]), _middle_sd(sd[values >= high])
+    error = float(np.hypot(at_low, at_high))
+    least, most = ANGLES[name].anatomy_deg
+    beyond = int(((known < least) | (known > most)).sum())
+    return {
+        "lowest_deg": rounded(known.min(), at_low),
+        "highest_deg": rounded(known.max(), at_high),
+        "full_range_deg": rounded(known.max() - known.min(), error),
+        "p05_deg": rounded(low, at_low),
+        "p95_deg": rounded(high, at_high),
+        **with_error("p05_p95_deg", high - low, error),
+        **({"sd_deg": figure_of_error(_middle_sd(sd))} if np.isfinite(sd).any() else {}),
+        **({"beyond_anatomy_frames": beyond} if beyond else {}),
+        **basis(values),
+    }
+
+
+def _middle_sd(sd: np.ndarray) -> float:
+    known = sd[np.isfinite(sd)]
+    return float(np.median(known)) if len(known) else float("nan")
+
+
+def _symmetry(ranges: dict[str, dict[str, Any]]) -> dict[str, Any]:
+    formula = (
+        "100 (right - left) / ((right + left) / 2) of the ranges between the 5th and 95th percentile; "
+        "positive when the right is larger"
+    )
+    result: dict[str, Any] = {"formula": formula}
+    for name in dict.fromkeys(name[2:] for name in ANGLES if name not in MIDLINE):
+        sides = [ranges[f"{side}_{name}"] for side in SIDES.values()]
+        if any("p05_p95_deg" not in side for side in sides):
+            result[name] = {"reason": "one side has no range"}
+            continue
+        right, left = ((side["p05_p95_deg"], side.get("p05_p95_error_deg", np.nan)) for side in sides)
+        result[name] = {"right_deg": right[0], "left_deg": left[0]}
+        if max(right[0], left[0]) < _NO_RANGE:
+            result[name]["reason"] = f"both ranges are below {_NO_RANGE:g} degrees"
+        else:
+            result[name] |= symmetry(right, left)
+    return result
+
+
+def _repeats(
+    take: _Columns,
+    driver: np.ndarray,
+    sd: np.ndarray,
+    least: float,
+    shown: Iterable[str],
+    counts: Callable[[Repetition], bool] = lambda one: True,
+) -> dict[str, Any]:
+    """Of an angle (T,) that drives a movement, with its standard deviation (T,), and of those shown over the cycles of
+    repetitions that count."""
+    if np.isfinite(driver).sum() < FEWEST:
+        return {"reason": f"fewer than {FEWEST} frames have the angle", **basis(driver)}
+    whole = float(np.nanmax(driver) - np.nanmin(driver))
+    usual = _middle_sd(sd)
+    least = max(least, _HALF * whole, NOISE * usual if np.isfinite(usual) else 0.0)
+    found = [one for one in repetitions(driver, take.times, least, take.seams) if counts(one)]
+    result: dict[str, Any] = {"count": len(found), **basis(driver)}
+    if not found:
+        return result
+    spans = np.array([(one.start_s, one.stop_s) for one in found])
+    result |= {
+        "start_s": figures(spans[:, 0]),
+        "stop_s": figures(spans[:, 1]),
+        **_peaks(take, found, sd),
+        **spread("duration_s", spans[:, 1] - spans[:, 0], time_resolution(rate(take.times))),
+        **spread("rise_deg", np.array([one.rise for one in found]), shared=np.sqrt(2) * usual),
+        **_smoothness(found),
+    }
+    cycles = {name: take.cycles(name, spans) for name in shown}
+    return {**result, "cycles": {name: curve for name, curve in cycles.items() if curve}}
+
+
+def _peaks(take: _Columns, found: Sequence[Repetition], sd: np.ndarray) -> dict[str, list[float]]:
+    errors = [float(sd[np.searchsorted(take.times, one.peak_s)]) for one in found]
+    peaks = {"peak_deg": [rounded(one.peak, error) for one, error in zip(found, errors, strict=True)]}
+    if np.isfinite(errors).all():
+        peaks["peak_error_deg"] = [figure_of_error(error) for error in errors]
+    return peaks
+
+
+def _smoothness(found: list[Repetition]) -> dict[str, float]:
+    result: dict[str, float] = {}
+    for way in ("up", "down"):
+        for i, name in enumerate(("sparc", "log_dimensionless_jerk")):
+            values = np.array([getattr(one, way)[i] for one in found])
+            result |= middle(f"{name}_{way}", values[np.isfinite(values)])
+    return result
+
+
+def _paths(take: _Columns, rectified: Rectified) -> dict[str, Any]:
+    if rectified.camera == "moving":
+        return {"reason": "the camera moves, and its turning about the vertical would be part of the way"}
+    result: dict[str, Any] = {}
+    for column in take.columns:
+        joint = column.removesuffix("_x")
+        axes = [f"{joint}_{axis}" for axis in "xyz"]
+        if joint == column or not set(axes) <= set(take.columns):
+            continue
+        points = np.stack([take.columns[axis] for axis in axes], axis=-1)
+        length, duration = path_length(points, take.times, take.seams)
+        rests_on = basis(points.sum(axis=-1))
+        if duration == 0:
+            result[joint] = {"reason": "no two frames in a row have this joint", **rests_on}
+            continue
+        result[joint] = {
+            "path_length": figure(length),
+            "mean_speed": figure(length / duration),
+            "duration_s": figure(duration),
+            **rests_on,
+        }
+    return result or {"reason": "no paths were written; run trajectories first"}

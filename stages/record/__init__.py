@@ -1,0 +1,1 @@
+"""The stage `record`: a rerun recording."""

@@ -1,0 +1,98 @@
+"""The take's joint angles in a recording: both sides in one view, with the band that holds nine in ten errors."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...pipeline.motion.angles import ANGLES, MIDLINE
+from ...pipeline.pose import PoseSequence
+from ...pipeline.take import Take
+from ..drawing.rerun_log import LEFT, RIGHT, log_curves
+
+if TYPE_CHECKING:
+    import rerun as rr
+    import rerun.blueprint as rrb
+
+_GROUPS = {
+    "Knees": ("knee_flexion",),
+    "Elbows": ("elbow_flexion",),
+    "Hips": ("hip_flexion", "hip_abduction"),
+    "Shoulders": ("shoulder_flexion", "shoulder_abduction", "shoulder_elevation"),
+    "Trunk": MIDLINE,
+}
+_BAND = 1.645  # standard deviations that hold nine in ten
+_ONE = (110, 140, 255)  # colour of an angle without sides
+
+
+def angled(take: Take) -> bool:
+    """Whether the take has any angle that the recording shows."""
+    return any(_known(take, name) for group in _GROUPS.values() for name in group)
+
+
+def log_angles(recording: rr.RecordingStream, take: Take) -> None:
+    """angles/<angle>: one curve, or right and left; angles/<angle>/low and /high: the ends of the 90 % band, where the
+    standard deviation is stated. Rows are those of take.poses."""
+    assert take.poses is not None
+    for name in (name for group in _GROUPS.values() for name in group if _known(take, name)):
+        columns = take.kinematics or {}
+        parts = _parts(name)
+        colours = [_ONE] if len(parts) == 1 else [RIGHT, LEFT]
+        value = _stacked(columns, parts, "deg", take.poses)
+        log_curves(recording, f"angles/{name}", take.poses, value, [f"{p} (deg)" for p in parts], colours)
+        band = _BAND * _stacked(columns, parts, "sd_deg", take.poses)
+        if np.isfinite(band).any():
+            faint = [(red // 2, green // 2, blue // 2) for red, green, blue in colours]
+            for end, values in (("low", value - band), ("high", value + band)):
+                names = [f"{part}, {end} end of its 90 % band (deg)" for part in parts]
+                log_curves(recording, f"angles/{name}/{end}", take.poses, values, names, faint, width=0.75)
+
+
+def angle_views(take: Take) -> rrb.Container:
+    """A tab for each part of the body, with a view for each of its angles."""
+    import rerun.blueprint as rrb
+
+    tabs = []
+    for title, group in _GROUPS.items():
+        shown = [name for name in group if _known(take, name)]
+        # The viewer names the tab of a single view after the view, so its name must be short.
+        named = {name: title if len(shown) == 1 else _title(name) for name in shown}
+        views = [
+            rrb.TimeSeriesView(
+                origin=f"angles/{name}",
+                name=f"{words} (deg)",
+                plot_legend=rrb.PlotLegend(visible=False),  # the band's thin lines would fill it
+            )
+            for name, words in named.items()
+        ]
+        if views:
+            tabs.append(rrb.Vertical(*views, name=title) if len(views) > 1 else views[0])
+    return rrb.Tabs(*tabs, active_tab=0)
+
+
+def _title(name: str) -> str:
+    words = name.replace("_", " ").capitalize()
+    if name not in MIDLINE:
+        return f"{words}, right orange, left blue"
+    return f"{words}, positive: {ANGLES[name].positive}"
+
+
+def _parts(name: str) -> tuple[str, ...]:
+    return (name,) if name in MIDLINE else (f"r_{name}", f"l_{name}")
+
+
+def _known(take: Take, name: str) -> bool:
+    columns = take.kinematics or {}
+    return any(
+        f"{part}_deg" in columns and np.isfinite(columns[f"{part}_deg"]).any() for part in _parts(name)
+    )
+
+
+def _stacked(
+    columns: Mapping[str, np.ndarray], parts: tuple[str, ...], suffix: str, clock: PoseSequence
+) -> np.ndarray:
+    """(T, parts), NaN for what is not there."""
+    missing = np.full(len(clock), np.nan)
+    return np.stack([columns.get(f"{part}_{suffix}", missing) for part in parts], axis=1)

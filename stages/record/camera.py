@@ -1,0 +1,58 @@
+"""How the image told which way is up: one frame with its straight lines by direction and the horizon."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...pipeline.files.video_frames import pictures_at
+from ...pipeline.take import Take
+from ..drawing.image_lines import COLOURS, HORIZON, UP, horizon, ideal, up_arrow
+
+if TYPE_CHECKING:
+    import rerun as rr
+    import rerun.blueprint as rrb
+
+_QUALITY = 80  # of JPEG
+
+
+def looked(take: Take) -> bool:
+    """Whether an image told which way is up."""
+    return take.camera is not None and bool(take.camera.looks)
+
+
+def log_camera(recording: rr.RecordingStream, take: Take, frames: bool) -> None:
+    """camera/image, camera/lines, camera/horizon and camera/up; nothing where no image told up. frames: False leaves
+    the image out."""
+    import rerun as rr
+
+    if take.camera is None or not take.camera.looks:
+        return
+    look = take.camera.looks[0]
+    if frames and take.video is not None:
+        for image in pictures_at(take.video, [look.frame]).values():
+            recording.log(
+                "camera/image",
+                rr.Image(ideal(image, take.camera.intrinsics)).compress(jpeg_quality=_QUALITY),
+                static=True,
+            )
+    lines = look.ends[look.runs_along >= 0]
+    colours = [COLOURS[int(along)] for along in look.runs_along if along >= 0]
+    recording.log("camera/lines", rr.LineStrips2D(lines, colors=colours, radii=[-1.0]), static=True)
+    edge = horizon(take.camera, look)
+    if edge is not None:
+        recording.log("camera/horizon", rr.LineStrips2D([edge], colors=[HORIZON], radii=[-1.5]), static=True)
+    foot, tip = up_arrow(take.camera, look)
+    arrow = rr.Arrows2D(origins=[foot], vectors=[np.asarray(tip - foot)], colors=[UP], radii=[-2.0])
+    recording.log("camera/up", arrow, static=True)
+
+
+def camera_view(take: Take) -> rrb.View:
+    """The frame with its lines."""
+    import rerun.blueprint as rrb
+
+    assert take.camera is not None
+    width, height = take.camera.image_size
+    bounds = rrb.VisualBounds2D(x_range=(0, width), y_range=(0, height))
+    return rrb.Spatial2DView(origin="camera", name="Lines that tell up, horizon", visual_bounds=bounds)

@@ -1,0 +1,55 @@
+"""The take's measures as a text in the recording."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+_LONG = 8  # a list of more is in summary.json and measures.csv only
+
+
+def measures_markdown(measures: Mapping[str, Any], length: str) -> str:
+    """A heading for each group, a table for its members, a line for each figure of its own; keys as they are, since
+    they carry the units but that of lengths, which is `length`. Curves over a cycle are left out."""
+    lines = [f"Unit of length: {length}. Curves over a cycle are in summary.json and measures.csv."]
+    for name, group in measures.items():
+        lines += ["", f"#### {_spoken(name)}", *_group(group)]
+    return "\n".join(lines) + "\n"
+
+
+def _group(group: Mapping[str, Any]) -> list[str]:
+    members = {key: value for key, value in group.items() if isinstance(value, Mapping) and key != "cycles"}
+    own = {key: value for key, value in group.items() if not isinstance(value, Mapping) and _short(value)}
+    return [*(f"- {_spoken(key)}: {_said(value)}" for key, value in own.items()), *_table(members)]
+
+
+def _table(members: Mapping[str, Mapping[str, Any]]) -> list[str]:
+    keys = list(
+        dict.fromkeys(
+            key
+            for member in members.values()
+            for key, value in member.items()
+            if not isinstance(value, Mapping) and _short(value)
+        )
+    )
+    if not keys:
+        return []
+    rows = [
+        f"| {_spoken(name)} | {' | '.join(_said(member.get(key, '–')) for key in keys)} |"
+        for name, member in members.items()
+    ]
+    return ["", f"| | {' | '.join(map(_spoken, keys))} |", "|---" * (len(keys) + 1) + "|", *rows]
+
+
+def _short(value: Any) -> bool:
+    return not isinstance(value, list) or len(value) <= _LONG
+
+
+def _spoken(key: str) -> str:
+    return key.replace("_", " ")
+
+
+def _said(value: Any) -> str:
+    if isinstance(value, list):
+        return ", ".join(map(_said, value))
+    return f"{value:.4g}" if isinstance(value, float) else str(value)

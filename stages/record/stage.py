@@ -1,0 +1,156 @@
+"""The recording: everything about a take on one time axis, in one file for the rerun viewer."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, ClassVar
+
+import numpy as np
+
+from ...pipeline.errors import InputError
+from ...pipeline.files.atomic import require_space, whole_file
+from ...pipeline.files.viewer import RECORDING
+from ...pipeline.rotations import angle_deg, known
+from ...pipeline.take import Event, Take
+from ..drawing.rerun_log import log_axes, log_curves, log_events, log_skeleton, log_video
+from ..drawing.rerun_video import on_clock, viewable
+from .angles import log_angles
+from .camera import log_camera
+from .gaps import angles_with_gaps_marked, gaps_marked
+from .measures import measures_markdown
+from .summary import summary_markdown
+from .up import log_up, shared_up, voted
+from .views import blueprint
+from .walk import log_walk
+
+if TYPE_CHECKING:
+    import rerun as rr
+
+# For x, y and z: cool colours on the left, warm ones on the right (Okabe and Ito's palette).
+_WRISTS = {
+    "l_wrist": ((0, 114, 178), (86, 180, 233), (0, 158, 115)),
+    "r_wrist": ((213, 94, 0), (230, 159, 0), (204, 121, 167)),
+}
+_FRAME_BYTES, _FIXED_BYTES = 2048, 1 << 20  # of a recording without its video; 10,000 frames take 13 MB
+_END = b"RRF2FOOT"  # of the .rrd format, and 4 bytes after it
+_UP, _BOUND, _ERROR = (110, 140, 255), (150, 150, 150), (213, 94, 0)
+
+
+@dataclass(frozen=True)
+class Record:
+    """The stage. folder: where take.rrd goes. frames: False keeps every picture of the person out of it."""
+
+    folder: Path
+    frames: bool = True
+
+    name: ClassVar[str] = "record"
+    needs: ClassVar[tuple[str, ...]] = ("poses", "rectified")
+    gives: ClassVar[tuple[str, ...]] = ()
+
+    def __call__(self, take: Take) -> Take:
+        self.folder.mkdir(parents=True, exist_ok=True)
+        return take.saying(*record(take, self.folder / RECORDING, self.frames))
+
+
+def record(take: Take, path: str | Path, frames: bool = True) -> tuple[Event, ...]:
+    """Write a take into one rerun recording that opens with its own views.
+
+    Time axes: "frame", the number of the video's frame, and "video_time", its time stamp in seconds.
+    Entities: video (which frame of which of video_parts), video/keypoints; source (the skeleton in the axes it came
+    in, and the body's axes there), body, level; walk (LEVEL in the room, and the way over the floor); wrists/source,
+    wrists/level; rotation (expected errors, and how far each frame's vote on up is from the take's); tilt and up (the
+    votes as the camera's pitch and roll, and on the unit sphere); camera (the frame whose straight lines tell up, with
+    them and the horizon); angles/<angle> with the ends of its 90 % band;
+    events; summary; measures.
+    What the take lacks is left out, what is NaN stays NaN, and where a track has no rows for some frames, one row
+    of NaN ends what is shown.
+
+    frames: False leaves the video out. Returns events for what was done to the video. Raises InputError
+    without poses, rectified poses or time stamps, or when the video cannot be read.
+    """
+    import rerun as rr
+    from rerun.error_utils import catch_and_log_exceptions
+
+    poses = take.poses
+    if poses is None or take.rectified is None:
+        raise InputError("A recording needs 3D poses and their rectification; run rectify first.")
+    parts, events = viewable(take.video) if frames and take.video else (None, ())
+    take = take.saying(*events).with_(video=take.video if parts else None)
+    distance = np.linalg.norm(poses.joints[known(poses.joints)], axis=-1)
+    size = float(np.percentile(distance, 98)) if len(distance) else 1.0  # about half the person's height
+
+    path = Path(path)
+    # Where the SDK cannot write even the beginning, it waits forever.
+    needed = _FIXED_BYTES + _FRAME_BYTES * len(poses) + (take.video.path.stat().st_size if take.video else 0)
+    require_space(path.parent, needed, "The recording")
+    recording = rr.RecordingStream("pcnet3d")
+    with whole_file(path) as partial, catch_and_log_exceptions(strict=True):
+        try:
+            recording.save(partial, default_blueprint=blueprint(take, size))
+            recording.send_recording_name(take.name)
+            if take.video and parts:
+                log_video(recording, parts, on_clock(take.video, poses))
+            shown = gaps_marked(take)
+            _log_poses(recording, shown, size)
+            _log_rotation(recording, shown, size)
+            del shown
+            log_angles(recording, angles_with_gaps_marked(take))
+            log_camera(recording, take, frames)
+            log_events(recording, take.events, poses)
+            texts = {"summary": summary_markdown(take)}
+            if take.measures:
+                texts["measures"] = measures_markdown(take.measures, poses.frame.unit)
+            for entity, text in texts.items():
+                document = rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN)
+                recording.log(entity, document, static=True)
+            recording.flush()
+        except RuntimeError as error:
+            raise InputError(f"The recording {path} could not be written: {error}.") from None
+        finally:
+            recording.disconnect()
+        _require_end(partial, path)
+    return events
+
+
+def _require_end(partial: Path, path: Path) -> None:
+    """InputError when the recording's end is missing; the SDK only logs that the disk became full."""
+    with open(partial, "rb") as file:
+        file.seek(max(partial.stat().st_size - len(_END) - 4, 0))
+        if not file.read().startswith(_END):
+            raise InputError(f"The recording {path} could not be written to its end; is the disk full?")
+
+
+def _log_poses(recording: rr.RecordingStream, take: Take, size: float) -> None:
+    assert take.poses is not None
+    assert take.rectified is not None
+    if take.keypoints is not None:
+        log_skeleton(recording, "video/keypoints", take.keypoints, radius=-3.0)
+    skeletons = {"source": take.poses, "body": take.rectified.body, "level": take.rectified.level}
+    for entity, skeleton in skeletons.items():
+        log_skeleton(recording, entity, skeleton, radius=0.024 * size)
+    log_walk(recording, take.rectified, size)
+    for entity in ("source", "level"):
+        skeleton = skeletons[entity]
+        unit = skeleton.frame.unit if skeleton.frame.metric else "au"
+        for wrist, colours in _WRISTS.items():
+            names = [f"{wrist} {axis} ({unit})" for axis in "xyz"]
+            log_curves(recording, f"wrists/{entity}/{wrist}", skeleton, skeleton.joint(wrist), names, colours)
+
+
+def _log_rotation(recording: rr.RecordingStream, take: Take, size: float) -> None:
+    assert take.poses is not None
+    assert take.rectified is not None
+    rectified, length = take.rectified, 0.3 * size
+    log_axes(recording, "source/axes", length * rectified.R_source_from_body, length, clock=take.poses)
+    log_axes(recording, "body/axes", length * np.eye(3), length)
+    curves = {
+        "error": ("expected error (deg)", rectified.error_deg, _ERROR),
+        "up": ("vote off the take's up (deg)", angle_deg(rectified.up_votes, shared_up(rectified)), _UP),
+        "bound": ("90 % bound of up (deg)", rectified.up_bound_deg, _BOUND),
+    }
+    for entity, (name, values, colour) in curves.items():
+        if np.isfinite(values).any():
+            log_curves(recording, f"rotation/{entity}", take.poses, values, [name], [colour])
+    if voted(rectified):
+        log_up(recording, take)

@@ -1,0 +1,67 @@
+"""The person in LEVEL where they are in the room, and the way they take over the floor."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...pipeline.motion.signals import breaks, runs
+from ...pipeline.pose import PoseSequence, Rectified
+from ...pipeline.rotations import known
+from ..drawing.rerun_log import log_skeleton
+
+if TYPE_CHECKING:
+    import rerun as rr
+    import rerun.blueprint as rrb
+
+_PATH = (110, 140, 255)
+_EYE = (-1.6, 1.3, 0.7)  # from the middle of the way, in the reach of the scene
+
+
+def walked(rectified: Rectified) -> PoseSequence | None:
+    """LEVEL with every joint in the room, from the camera or the world's origin; None where that is not known."""
+    level = rectified.level
+    if level.root is None or not known(level.root).any():
+        return None
+    return level.with_(joints=level.joints + level.root[:, None], root=None)
+
+
+def log_walk(recording: rr.RecordingStream, rectified: Rectified, size: float) -> None:
+    """`walk`, the skeleton, and `walk/path`, the pelvis's way as a line on the floor."""
+    import rerun as rr
+
+    placed, level = walked(rectified), rectified.level
+    if placed is None or level.root is None:
+        return
+    log_skeleton(recording, "walk", placed, radius=0.024 * size)
+    path = level.root.copy()
+    path[:, 2] = floor(placed)
+    pieces = runs(np.asarray(known(path)) & np.asarray(known(level.root)), level.times, breaks(level))
+    strips = [path[piece] for piece in pieces]
+    look = rr.LineStrips3D(strips, colors=[_PATH] * len(strips), radii=[0.012 * size] * len(strips))
+    recording.log("walk/path", look, static=True)
+
+
+def walk_view(placed: PoseSequence, size: float) -> rrb.View:
+    """All of the way at once. size: about half the person's height."""
+    import rerun as rr
+    import rerun.blueprint as rrb
+
+    low, high = (np.nanpercentile(placed.joints, share, axis=(0, 1)) for share in (1, 99))
+    reach = max(size, 0.45 * float(np.linalg.norm(high - low)))
+    plane = rr.components.Plane3D.XY.with_distance(floor(placed))
+    middle = (low + high) / 2
+    return rrb.Spatial3DView(
+        origin="walk",
+        name="Through the room: LEVEL",
+        eye_controls=rrb.EyeControls3D(position=middle + reach * np.array(_EYE), look_target=middle),
+        line_grid=rrb.LineGrid3D(plane=plane, spacing=size / 2, color=(128, 128, 128, 110)),
+    )
+
+
+def floor(placed: PoseSequence) -> float:
+    """The height of the lowest ankles."""
+    ankles = placed.joints[:, placed.layout.indices(("l_ankle", "r_ankle")), 2]
+    ankles = ankles[np.isfinite(ankles)]
+    return float(np.percentile(ankles, 2)) if len(ankles) else float(np.nanmin(placed.joints[..., 2]))

@@ -1,0 +1,173 @@
+"""The key frames of a report: which they are, what the video shows there, and the skeletons beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from ...pipeline.files.video_frames import pictures_at
+from ...pipeline.frames import Frame
+from ...pipeline.layouts import Layout
+from ...pipeline.pose import PoseSequence
+from ...pipeline.rotations import known, rotate
+from ...pipeline.take import Take
+from ..drawing.charts import MIDDLE, side_colour
+from ..drawing.page import figure, picture, text
+
+_SIDE = 360  # pixels of a key frame's longer side
+_ROOM = 1.35  # around the person, in sizes of the keypoints' box
+_QUALITY = 82  # of JPEG
+
+
+def key_rows(body: PoseSequence, count: int = 6) -> list[int]:
+    """Rows that show what happens in a take: of each of `count` equal parts the one whose posture is farther from the
+    take's median posture than nine in ten of that part, so that neither rest nor an outlier is shown."""
+    joints = body.joints
+    seen = np.flatnonzero(known(joints).mean(axis=1) > 0.5)
+    if not len(seen):
+        return []
+    usual = np.nanmedian(joints[seen], axis=0)
+    rows = []
+    for part in np.array_split(seen, min(count, len(seen))):
+        off = np.nanmean(np.linalg.norm(joints[part] - usual, axis=-1), axis=-1)
+        rows.append(int(part[np.argsort(off)[int(0.9 * (len(part) - 1))]]))
+    return rows
+
+
+def key_figures(take: Take, pictures: bool) -> list[str]:
+    """A figure for each key frame: the video's picture with the 2D keypoints on it, beside the rectified skeleton.
+
+    pictures: False keeps every picture of the person out; then, as without a video, the keypoints alone are drawn, or
+    the skeleton as the camera saw it. Raises InputError when the video cannot be decoded.
+    """
+    assert take.rectified is not None
+    body = take.rectified.body
+    rows = key_rows(body)
+    images: dict[int, np.ndarray] = {}
+    if pictures and take.video is not None:
+        images = pictures_at(take.video, [int(body.frame_index[row]) for row in rows])
+    return [_key_figure(take, row, images.get(int(body.frame_index[row]))) for row in rows]
+
+
+def _key_figure(take: Take, row: int, image: np.ndarray | None) -> str:
+    assert take.poses is not None
+    assert take.rectified is not None
+    body = take.rectified.body
+    frame, joints = int(body.frame_index[row]), body.joints[row].astype(np.float64)
+    # BODY: back, right, up. From the front the person's right is on the left; from the right the face looks right.
+    rectified = {"from the front": joints[:, [1, 2]] * (-1, 1), "from the right": joints[:, [0, 2]] * (-1, 1)}
+    flat, layout = keypoints_at(take, frame)
+    if image is not None:
+        before = picture(
+            jpeg(image, flat, layout), "jpeg", f"Frame {frame} of the video with the 2D keypoints"
+        )
+    elif np.isfinite(flat).any():
+        drawn = skeletons({"2D keypoints": flat * (1, -1)}, layout)
+        before = picture(drawn, "svg", f"2D keypoints of frame {frame}")
+    else:
+        source = take.poses.joints[row].astype(np.float64)
+        source -= source[take.poses.layout.index("pelvis")]
+        seen = skeletons({"before": seen_by_camera(source, take.poses.frame)}, take.poses.layout)
+        before = picture(
+            seen, "svg", f"Skeleton of frame {frame} before rectification, as the camera sees it"
+        )
+    after = picture(
+        skeletons(rectified, body.layout), "svg", f"Rectified skeleton of frame {frame}, two views"
+    )
+    return figure([before, after], f"{body.times[row]:.2f} s", f"frame {frame}")
+
+
+def skeletons(views: Mapping[str, np.ndarray], layout: Layout) -> bytes:
+    """An SVG of one skeleton from several sides at one scale. views: (J, 2) points to the right and up, by name."""
+    seen = [points[known(points)] for points in views.values()]
+    wide = 200 if len(views) == 1 else 120
+    field = np.array([wide - 8.0, 174.0])
+    scale = min((field / np.maximum(np.ptp(points, axis=0), 1e-9)).min() for points in seen if len(points))
+    lines = []
+    for i, (name, points) in enumerate(views.items()):
+        middle = (np.nanmin(points, axis=0) + np.nanmax(points, axis=0)) / 2
+        at = (points - middle) * (scale, -scale) + (wide * (i + 0.5), 108)
+        lines.append(f'<text x="{wide * (i + 0.5):g}" y="13">{text(name)}</text>')
+        for bone in layout.bones:
+            (x_0, y_0), (x_1, y_1) = ends = at[layout.indices(bone)]
+            if known(ends).all():
+                where = f'x1="{x_0:.1f}" y1="{y_0:.1f}" x2="{x_1:.1f}" y2="{y_1:.1f}"'
+                lines.append(f'<line {where} stroke="{side_colour(*bone)}"/>')
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{wide * len(views)}" height="200" '
+        f'viewBox="0 0 {wide * len(views)} 200" stroke-width="4" stroke-linecap="round" fill="{MIDDLE}" '
+        f'font-family="Helvetica, Arial, sans-serif" font-size="13" text-anchor="middle">{"".join(lines)}</svg>'
+    ).encode()
+
+
+def keypoints_at(take: Take, frame: int) -> tuple[np.ndarray, Layout]:
+    """(J, 2) pixels of a video frame's 2D keypoints and their layout; NaN where there are none."""
+    assert take.poses is not None
+    if take.keypoints is None:
+        return np.full((len(take.poses.layout), 2), np.nan), take.poses.layout
+    row = np.flatnonzero(take.keypoints.frame_index == frame)
+    missing = np.full((len(take.keypoints.layout), 2), np.nan)
+    return (take.keypoints.joints[row[0]] if len(row) else missing), take.keypoints.layout
+
+
+def seen_by_camera(points: np.ndarray, frame: Frame) -> np.ndarray:
+    """(..., 2) of points (..., 3) from the pelvis, to the right and up, as the camera sees them; as one who looks
+    north does for a source with a world of its own."""
+    turned = rotate(frame.basis.T, points)
+    return turned[..., [0, 1]] * (1, -1) if frame.family == "camera" else turned[..., [1, 2]] * (-1, 1)
+
+
+def jpeg(image: np.ndarray, keypoints: np.ndarray, layout: Layout) -> bytes:
+    """A small JPEG of what is around the keypoints (J, 2), with these drawn on it; of all of the image (H, W, 3) RGB
+    when there are none."""
+    import cv2
+
+    corner, size = _crop(image.shape[1::-1], keypoints[known(keypoints)])
+    left, top = corner
+    part = np.ascontiguousarray(image[top : top + size[1], left : left + size[0]])
+    scale = _SIDE / max(size)
+    shape = (max(round(size[0] * scale), 1), max(round(size[1] * scale), 1))
+    small = np.ascontiguousarray(cv2.resize(part, shape, interpolation=cv2.INTER_AREA)[..., ::-1])
+    at = (keypoints + 0.5 - corner) * scale - 0.5
+    for bone in layout.bones:
+        ends = at[layout.indices(bone)]
+        if np.isfinite(ends).all():
+            start, end = (tuple(round(16 * float(c)) for c in point) for point in ends)
+            for colour, width in (((255, 255, 255), 4), (_bgr(side_colour(*bone)), 2)):
+                cv2.line(small, start, end, colour, width, cv2.LINE_AA, 4)
+    return _encoded(small)
+
+
+def lines_jpeg(image: np.ndarray) -> bytes:
+    """A JPEG of a whole image (H, W, 3) RGB, large enough that lines in it can be told apart."""
+    import cv2
+
+    scale = min(2 * _SIDE / max(image.shape[:2]), 1.0)
+    small = cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA)
+    return _encoded(np.ascontiguousarray(small[..., ::-1]))
+
+
+def _encoded(bgr: np.ndarray) -> bytes:
+    import cv2
+
+    done, content = cv2.imencode(".jpg", bgr, [cv2.IMWRITE_JPEG_QUALITY, _QUALITY])
+    assert done
+    return content.tobytes()
+
+
+def _crop(size: tuple[int, int], points: np.ndarray) -> tuple[np.ndarray, tuple[int, int]]:
+    """Corner and size of the square around points (N, 2) that lies in an image; all of it without points inside."""
+    whole = np.array(size)
+    inside = points[((points >= 0) & (points < whole)).all(axis=-1)]
+    if len(inside) < 2:
+        return np.zeros(2, dtype=int), size
+    low, high = inside.min(axis=0), inside.max(axis=0)
+    side = np.minimum(np.full(2, max(int(_ROOM * (high - low).max()), 32)), whole)
+    corner = np.clip(np.round((low + high - side) / 2), 0, whole - side).astype(int)
+    return corner, (int(side[0]), int(side[1]))
+
+
+def _bgr(colour: str) -> tuple[int, int, int]:
+    red, green, blue = (int(colour[i : i + 2], 16) for i in (1, 3, 5))
+    return blue, green, red

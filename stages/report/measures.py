@@ -1,0 +1,215 @@
+"""A take's measures as tables and charts, whatever they are called: names and units are those of their keys,
+but for lengths and speeds, which have the take's unit of length."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from ..drawing.charts import LEFT, MIDDLE, RIGHT, Curve, over_time
+from ..drawing.page import Cell, Soft, charts, facts, figure, heading, picture, small, table
+from ..measures.figures import error_key, of_length
+from .sections import spoken
+
+_UNITS = {
+    "_deg": "°", "_degps": "°/s", "_m": "m", "_mps": "m/s", "_mps2": "m/s²", "_au": "au", "_aups": "au/s", "_s": "s",
+    "_hz": "Hz", "_percent": "%", "_spm": "steps a minute",
+}  # fmt: skip
+_WORDS = {
+    "p05": "5th percentile", "p95": "95th percentile", "p05_p95": "range between them",
+    "sd": "stated standard deviation", "beyond_anatomy_frames": "frames beyond anatomy",
+    "nan_share": "share without a value", "sparc_up": "SPARC up", "sparc_down": "SPARC down",
+}  # fmt: skip
+_ERRORS = (
+    "± is one standard deviation of the figure before it. Grey: a difference that lies within its error (90 %), or a "
+    "range with values that no joint reaches."
+)
+_MOMENTS = ("start_s", "stop_s", "landings_s")
+_MANY = 20  # a list of more is a curve, or too long for a table
+_SIDES = {"r_": ("right", RIGHT), "l_": ("left", LEFT)}
+
+
+def measure_tables(measures: Mapping[str, Any] | None, length: str = "m") -> str:
+    """HTML of nested measures: what has curves over a cycle (lists `mean_deg` and `sd_deg`, 0 to 100 %) as charts, both
+    sides in one; the rest as figures and tables. Each group of the first level has a heading; below, groups that hold
+    no others are the rows of one table, and so are the members of a list of groups. length: the unit of lengths, "m"
+    or "au"."""
+    return small(_ERRORS) + _group("take", _with_units(measures, length), level=2) if measures else ""
+
+
+def _with_units(value: Any, length: str) -> Any:
+    """The same with the unit in the keys of lengths and speeds too."""
+    if isinstance(value, list | tuple):
+        return [_with_units(item, length) for item in value]
+    if not isinstance(value, Mapping):
+        return value
+    suffixes = {key: f"_{length}{'ps' if 'speed' in key else ''}" if of_length(key) else "" for key in value}
+    return {key + suffixes[key]: _with_units(item, length) for key, item in value.items()}
+
+
+def named(key: str) -> str:
+    """`range_of_motion_deg` as "range of motion (°)"."""
+    words, unit = _words_and_unit(key)
+    return f"{words} ({unit})" if unit else words
+
+
+def _words_and_unit(key: str) -> tuple[str, str]:
+    suffix = max((end for end in _UNITS if key.endswith(end)), key=len, default="")
+    name = key.removesuffix(suffix)
+    return _WORDS.get(name, spoken(name)), _UNITS.get(suffix, "")
+
+
+def _group(name: str, group: Mapping[str, Any], level: int) -> str:
+    groups = {key: members for key, value in group.items() if (members := _members(value)) is not None}
+    flat = {key: value for key, value in groups.items() if level > 2 and not _holds_groups(value)}
+    own = {key: value for key, value in group.items() if key not in groups}
+    said = {key: value for key, value in own.items() if isinstance(value, str)}
+    hidden = _hidden(own)
+    pairs = [
+        _pair(key, value, own.get(error_key(key)))
+        for key, value in own.items()
+        if not (key in said or key in hidden or _is_curve(key, value))
+    ]
+    return (
+        "".join(small(f"{named(key).capitalize()}: {value}.") for key, value in said.items())
+        + facts(pairs)
+        + _rows({key: value for key, value in flat.items() if not _has_curve(value)})
+        + _cycles({name: own, **flat})
+        + "".join(
+            heading(named(key), min(level + 1, 4)) + _group(key, value, level + 1)
+            for key, value in groups.items()
+            if key not in flat
+        )
+    )
+
+
+def _members(value: Any) -> Mapping[str, Any] | None:
+    """A group, or a list of groups as one that is named by numbers; None for anything else."""
+    if isinstance(value, list | tuple) and value and all(isinstance(item, Mapping) for item in value):
+        return {str(number): item for number, item in enumerate(value, 1)}
+    return value if isinstance(value, Mapping) else None
+
+
+def _holds_groups(group: Mapping[str, Any]) -> bool:
+    return any(_members(value) is not None for value in group.values())
+
+
+def _has_curve(group: Mapping[str, Any]) -> bool:
+    return any(_is_curve(key, value) for key, value in group.items())
+
+
+def _is_curve(key: str, value: Any) -> bool:
+    return key.startswith(("mean_", "sd_")) and isinstance(value, Sequence) and len(value) > _MANY
+
+
+def _hidden(group: Mapping[str, Any]) -> set[str]:
+    """Keys that stand with another figure: its error, that it lies within it, and that nothing is missing."""
+    errors = {error_key(key) for key in group}
+    return {
+        key
+        for key, value in group.items()
+        if key in errors or key.endswith("within_error") or (key == "nan_share" and not value)
+    }
+
+
+def _pair(key: str, value: Any, error: Any = None) -> tuple[str, str]:
+    """A figure that stands alone: its name, and it with its error and unit."""
+    words, unit = _words_and_unit(key)
+    if key == "nan_share":
+        return words, _percent(value)
+    if isinstance(value, Sequence) and len(value) > _MANY:
+        return words, _shown(value)
+    return words, f"{_both(key, value, error)}{'' if unit.startswith('°') else ' '}{unit}".rstrip()
+
+
+def _rows(members: Mapping[str, Mapping[str, Any]]) -> str:
+    """A table with a row for each member and a column for each of their figures."""
+    shown = dict.fromkeys(key for member in members.values() for key in member if key not in _hidden(member))
+    columns = [_whole([_with_error(member, key) for member in members.values()]) for key in shown]
+    rows = [[named(name), *cells] for name, *cells in zip(members, *columns, strict=True)]
+    return table(("", *map(named, shown)), rows) if shown else ""
+
+
+def _whole(cells: list[Cell]) -> list[Cell]:
+    """A column of whole numbers without decimals: its figures end there."""
+    if all(cell.is_integer() for cell in cells if isinstance(cell, float)):
+        return [int(cell) if isinstance(cell, float) else cell for cell in cells]
+    return cells
+
+
+def _both(key: str, value: Any, error: Any) -> str:
+    """A figure, or each of a list, with its error; moments to a hundredth of a second, finer than frames."""
+    values = value if isinstance(value, list) and len(value) <= _MANY else [value]
+    errors = error if isinstance(error, list) else [error] * len(values)
+    shown = [f"{one:.2f}" if key in _MOMENTS and isinstance(one, float) else _shown(one) for one in values]
+    margins = ["" if off is None else f" ± {_shown(off)}" for off in errors]
+    return ", ".join(one + margin for one, margin in zip(shown, margins, strict=True))
+
+
+def _with_error(member: Mapping[str, Any], key: str) -> Cell:
+    """A figure and its error, grey where it says nothing."""
+    value, error = member.get(key), member.get(error_key(key))
+    if key == "nan_share":
+        return _percent(value or 0)
+    plain = error is None and not (key in _MOMENTS and isinstance(value, list))
+    cell = _cell(value) if plain else _both(key, value, error)
+    lies_within = key == "symmetry_index_percent" and member.get("within_error")
+    beyond = key.endswith("range_deg") or key in ("lowest_deg", "highest_deg", "p05_p95_deg")
+    if lies_within or (beyond and member.get("beyond_anatomy_frames")):
+        return Soft(cell if isinstance(cell, str) else _shown(value))
+    return cell
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.2g} %"
+
+
+def _cycles(members: Mapping[str, Mapping[str, Any]]) -> str:
+    """A chart of the mean curve and its standard deviation for each member that has them, both sides in one."""
+    drawn: dict[tuple[str, str], list[tuple[Curve, str]]] = {}
+    for name, member in members.items():
+        side, colour = _SIDES.get(name[:2], (spoken(name), MIDDLE))
+        more = [f"{named(k)} {_shown(v)}" for k, v in member.items() if not isinstance(v, Sequence)]
+        words = f"{side}: {', '.join(more)}" if more else ""
+        for key, value in member.items():
+            if not (key.startswith("mean_") and _is_curve(key, value)):
+                continue
+            spread = member.get(f"sd{key.removeprefix('mean')}")
+            margin = None if spread is None else _numbers(spread)
+            curve = Curve(side, _numbers(value), colour, margin, dashed=name[:2] == "l_")
+            both = name[2:] if name[:2] in _SIDES else name
+            drawn.setdefault((both, key.removeprefix("mean_")), []).append((curve, words))
+    figures = []
+    for (name, unit), parts in drawn.items():
+        curves = [curve for curve, _ in parts]
+        title = named(f"{name}_{unit}").capitalize()
+        share = np.linspace(0, 100, len(curves[0].values))
+        svg = picture(over_time(curves, share, "cycle (%)"), "svg", f"{title} over a cycle")
+        about = "; ".join(words for _, words in parts if words)
+        band = "; band: one standard deviation" if any(curve.margin is not None for curve in curves) else ""
+        figures.append(figure([svg], title, f"Mean{f' ({about})' if about else ''}{band}."))
+    return charts(figures)
+
+
+def _numbers(values: Sequence[Any]) -> np.ndarray:
+    return np.array([np.nan if value is None else value for value in values], dtype=np.float64)
+
+
+def _shown(value: Any) -> str:
+    """Beside unlike things: each number with digits of its own."""
+    cell = _cell(value)
+    return "–" if cell is None else f"{cell:.4g}" if isinstance(cell, float) else str(cell)
+
+
+def _cell(value: Any) -> Cell:
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, float) and not np.isfinite(value):
+        return None
+    if value is None or isinstance(value, int | float | str):
+        return value
+    if len(value) > _MANY:
+        return f"{len(value)} values, in summary.json"
+    return ", ".join(f"{item:.4g}" if isinstance(item, float) else str(item) for item in value)

@@ -1,0 +1,226 @@
+"""The report: report.html, one page about a take to look at, print and hand on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import ClassVar
+
+import numpy as np
+
+from ...pipeline.camera import pitch_roll_deg
+from ...pipeline.errors import InputError
+from ...pipeline.files.atomic import whole_file
+from ...pipeline.files.video_frames import pictures_at
+from ...pipeline.motion.angles import ANGLES, MIDLINE
+from ...pipeline.pose import PoseSequence
+from ...pipeline.rotations import angle_deg, known, rotate
+from ...pipeline.take import Take
+from ..drawing.charts import LEFT, RIGHT, SLICES, SOFT, Curve, over_time, path, sides
+from ..drawing.image_lines import WORDS, drawn
+from ..drawing.page import charts, figure, page, picture, small
+from ..measures.figures import BAND
+from ..record.up import shared_up, voted
+from .key_frames import key_figures, lines_jpeg, seen_by_camera
+from .measures import measure_tables
+from .sections import angle_table, at_a_glance, gravity_words, provenance, spoken, up_table
+
+REPORT = "report.html"
+
+
+@dataclass(frozen=True)
+class Report:
+    """The stage. folder: where report.html goes. frames: False keeps every picture of the person out of it."""
+
+    folder: Path
+    frames: bool = True
+
+    name: ClassVar[str] = "report"
+    needs: ClassVar[tuple[str, ...]] = ("poses", "rectified")
+    gives: ClassVar[tuple[str, ...]] = ()
+
+    def __call__(self, take: Take) -> Take:
+        self.folder.mkdir(parents=True, exist_ok=True)
+        with whole_file(self.folder / REPORT) as partial:
+            partial.write_text(report(take, self.frames), encoding="utf-8")
+        return take
+
+
+def report(take: Take, frames: bool = True) -> str:
+    """A take as one HTML page that holds its pictures, runs no script and loads nothing.
+
+    What the take lacks (video, angles, measures, ...) is left out. frames: False leaves the video's pictures out.
+    Raises InputError without poses, rectified poses or time stamps, or when the video cannot be decoded.
+    """
+    if take.poses is None or take.rectified is None:
+        raise InputError("A report needs 3D poses and their rectification; run rectify first.")
+    sections = [
+        ("Key frames", _key_frames(take, frames)),
+        ("Measures", measure_tables(take.measures, _unit(take.poses))),
+        ("Joint angles", _angles(take)),
+        ("Wrist paths before and after", _wrists(take)),
+        ("Gravity", _gravity(take, frames)),
+        ("Where this comes from", provenance(take)),
+    ]
+    return page(take.name, at_a_glance(take), sections)
+
+
+def _key_frames(take: Take, frames: bool) -> str:
+    figures = key_figures(take, frames)
+    words = (
+        "One frame of each sixth of the take, chosen for its posture. Beside it the same instant turned upright and "
+        "facing you, and seen from its right side. Orange is the person's right, blue the left."
+    )
+    return small(words) + charts(figures) if figures else ""
+
+
+def _angles(take: Take) -> str:
+    assert take.poses is not None
+    columns, times = take.kinematics or {}, take.poses.times
+    figures = []
+    for name in dict.fromkeys(name if name in MIDLINE else name[2:] for name in ANGLES):
+        of = [name] if name in MIDLINE else [f"r_{name}", f"l_{name}"]
+        values = [columns.get(f"{part}_deg", np.full(len(times), np.nan)) for part in of]
+        if not np.isfinite(values).any():
+            continue
+        margins = [columns.get(f"{part}_sd_deg", np.full(len(times), np.nan)) * BAND for part in of]
+        curves = (
+            [Curve(name, values[0], margin=margins[0])]
+            if name in MIDLINE
+            else sides(values[1], values[0], left_margin=margins[1], right_margin=margins[0])
+        )
+        angle = ANGLES[of[0]]
+        title = f"{spoken(name).capitalize()} (°)"
+        svg = picture(over_time(curves, times), "svg", f"{title} over time")
+        figures.append(figure([svg], title, f"{angle.words}; positive: {angle.positive}."))
+    if not figures:
+        return ""
+    return (
+        small(
+            "Orange: right. Blue, dashed: left. The band holds the true angle in nine of ten frames, if the stated "
+            f"standard deviation is right. Where a curve breaks off there is no value.{_thinned(take)}"
+        )
+        + charts(figures)
+        + angle_table(columns)
+    )
+
+
+def _wrists(take: Take) -> str:
+    assert take.poses is not None
+    assert take.rectified is not None
+    before, after = take.poses, take.rectified.level
+    moving = take.rectified.camera == "moving"
+    heading = "each frame's camera's: front and right are relative to it" if moving else "one for the take"
+    return (
+        small(
+            "From the pelvis, unfiltered. Before: in the axes that the poses came in. After: in LEVEL, whose up is "
+            f"against gravity and whose heading is {heading}. Orange: right. Blue: left. The cross is the pelvis."
+        )
+        + charts(_ways(take), three=True)
+        + charts([*_components(before, "Before"), *_components(after, "After")], three=True)
+    )
+
+
+def _ways(take: Take) -> Iterator[str]:
+    """Both wrists' paths as lines: as the camera sees them, and in LEVEL; all at one scale."""
+    assert take.poses is not None
+    assert take.rectified is not None
+    before, level = (
+        _from_pelvis(poses, "r_wrist", "l_wrist") for poses in (take.poses, take.rectified.level)
+    )
+    views = {
+        "Before: camera's view": (seen_by_camera(before, take.poses.frame), "right and up are the picture's"),
+        "After: right side": (level[..., [0, 2]] * (-1, 1), "front is to the right"),
+        "After: from above": (level[..., [1, 0]] * (1, -1), "front is up, the right side to the right"),
+    }
+    boxes = {name: _box(points) for name, (points, _) in views.items()}
+    reach = max(reach for _, reach in boxes.values())
+    for name, (points, words) in views.items():
+        drawn = path(dict(zip((RIGHT, LEFT), points.swapaxes(0, 1), strict=True)), boxes[name][0], reach)
+        title = f"{name} ({_unit(take.poses)})"
+        yield figure([picture(drawn, "svg", f"Paths of both wrists: {title}")], title, f"{words}.")
+
+
+def _from_pelvis(poses: PoseSequence, *joints: str) -> np.ndarray:
+    """(T, len(joints), 3) of these joints."""
+    places = poses.joints[:, poses.layout.indices(joints)].astype(np.float64)
+    return places - poses.joint("pelvis")[:, None]
+
+
+def _box(points: np.ndarray) -> tuple[np.ndarray, float]:
+    """Centre (2,) of the square around points (..., 2), and half its side and a little more."""
+    points = points[known(points)]
+    if not len(points):
+        return np.zeros(2), 1e-3
+    low, high = points.min(axis=0), points.max(axis=0)
+    return (low + high) / 2, max(0.55 * float((high - low).max()), 1e-3)
+
+
+def _components(poses: PoseSequence, when: str) -> Iterator[str]:
+    left, right = _from_pelvis(poses, "l_wrist", "r_wrist").swapaxes(0, 1)
+    for i, (axis, word) in enumerate(zip("xyz", poses.frame.axes, strict=True)):
+        title = f"{when}: {axis}, {word} ({_unit(poses)})"
+        svg = over_time(sides(left[:, i], right[:, i]), poses.times)
+        yield figure([picture(svg, "svg", f"Wrists {title.lower()} over time")], title)
+
+
+def _gravity(take: Take, frames: bool) -> str:
+    assert take.poses is not None
+    assert take.rectified is not None
+    rectified, times = take.rectified, take.poses.times
+    figures = []
+    if voted(rectified):
+        to_camera = take.poses.frame.basis.T
+        votes, found = (
+            pitch_roll_deg(rotate(to_camera, up)) for up in (rectified.up_votes, shared_up(rectified))
+        )
+        # Where the camera looks steeply down, a small change of up is a large one of roll.
+        per_roll = 1 / np.maximum(np.cos(np.radians(found[:, 0])), 0.05)
+        for i, (name, per, words) in enumerate(
+            (
+                ("Camera's pitch (°)", np.ones(len(times)), "positive looks down"),
+                ("Camera's roll (°)", per_roll, "positive turns the picture's content counter-clockwise"),
+            )
+        ):
+            curves = [
+                Curve("each frame's vote", votes[:, i], SOFT, width=0.8),
+                Curve("take", found[:, i], LEFT, rectified.up_bound_deg * per, width=1.8),
+            ]
+            svg = picture(over_time(curves, times), "svg", f"{name} over time")
+            figures.append(figure([svg], name, f"{words}; band: 90 % bound."))
+    off = angle_deg(rectified.up_votes, shared_up(rectified))
+    for title, values, words in (
+        ("Votes off the take's up (°)", off, "angle between each frame's own idea of up and the take's."),
+        ("Expected error of the rotation (°)", rectified.error_deg, "of BODY, as the rectifier states it."),
+    ):
+        if np.isfinite(values).any():
+            svg = picture(over_time([Curve(title, values)], times), "svg", f"{title} over time")
+            figures.append(figure([svg], title, words))
+    return gravity_words(take) + up_table(take) + charts([*_lines(take, frames), *figures])
+
+
+def _lines(take: Take, frames: bool) -> Iterator[str]:
+    """The frame whose straight lines were looked at, with them and the horizon."""
+    if take.camera is None or not take.camera.looks or take.video is None or not frames:
+        return
+    look = take.camera.looks[0]
+    for image in pictures_at(take.video, [look.frame]).values():
+        shown = picture(
+            lines_jpeg(drawn(image, take.camera, look)), "jpeg", f"Straight lines of frame {look.frame}"
+        )
+        yield figure([shown], f"The image's lines, frame {look.frame}", WORDS)
+
+
+def _unit(poses: PoseSequence) -> str:
+    return poses.frame.unit if poses.frame.metric else "au"
+
+
+def _thinned(take: Take) -> str:
+    assert take.poses is not None
+    if len(take.poses) <= 2 * SLICES:
+        return ""
+    return (
+        f" The take is longer than the charts are wide: each of at most {SLICES} slices of time is filled "
+        "from its lowest to its highest value."
+    )

@@ -1,0 +1,103 @@
+"""JSON that cannot be read: one sentence that names the file, whatever is wrong with it."""
+
+import json
+
+import numpy as np
+import pytest
+
+from golden.detections import between_shoulders
+from pcnet3d.adapters import alphapose, coco, mmpose2d
+from pcnet3d.adapters.kit.json import _closed, beginning
+from pcnet3d.pipeline import InputError
+
+ADAPTERS = [alphapose, coco, mmpose2d]
+FORMS = {
+    "alphapose": alphapose, "alphapose_open": alphapose, "coco_results": coco, "coco_annotations": coco,
+    "mmpose_inferencer": mmpose2d, "mmpose_demo": mmpose2d,
+}  # fmt: skip
+BAD = {
+    "empty": (b"", "empty"),
+    "blank": (b" \n ", "empty"),
+    "not UTF-8": (b'[{"image_id": "\xff.jpg"}]', "UTF-8"),
+    "UTF-16": ("[]".encode("utf-16"), "UTF-8"),
+    "text": (b"hello", "line 1, column 1"),
+    "deeply nested": (b"[" * 50_000 + b"]" * 50_000, "no detector writes"),
+    "long integer": (b"[" + b"9" * 9000 + b"]", "no detector writes"),
+    "number": (b"3", "expected a list"),
+    "text value": (b'"a"', "expected a list"),
+    "list of numbers": (b"[1, 2]", "entry 0: expected an object with"),
+    "list of nothing": (b"[null]", "entry 0: expected an object with"),
+    "empty object": (b"{}", "expected"),
+    "other object": (b'{"images": 3, "instance_info": 3, "1.jpg": {"people": 3}}', "expected"),
+}
+
+
+@pytest.mark.parametrize("adapter", ADAPTERS, ids=lambda adapter: adapter.name)
+@pytest.mark.parametrize(("content", "message"), BAD.values(), ids=BAD.keys())
+def test_refused(tmp_path, adapter, content, message):
+    path = tmp_path / "results.json"
+    path.write_bytes(content)
+    with pytest.raises(InputError, match=message) as caught:
+        adapter.read(path)
+    assert str(path) in str(caught.value)
+    assert len(str(caught.value)) < 400 + len(str(path))
+
+
+@pytest.mark.parametrize("adapter", ADAPTERS, ids=lambda adapter: adapter.name)
+def test_folder_and_nothing(tmp_path, adapter):
+    for path in (tmp_path, tmp_path / "nothing.json"):
+        assert not adapter.sniff(path)
+        with pytest.raises(InputError, match="Expected"):
+            adapter.read(path)
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_truncated_file_is_recognised_and_refused(write, moving, form):
+    person = between_shoulders(moving(18)) if form == "alphapose_open" else moving(17)
+    path = write(form, {"0": person})
+    whole = path.read_bytes()
+    for share in (0.7, 0.9):  # the demos' metadata, which tell nothing, take half of so short a file
+        path.write_bytes(whole[: int(share * len(whole))])
+        assert FORMS[form].sniff(path)
+        with pytest.raises(InputError, match="breaks off or is damaged at line 1"):
+            FORMS[form].read(path)
+    path.write_bytes(whole[:-1])
+    with pytest.raises(InputError, match="breaks off"):
+        FORMS[form].read(path)
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_byte_order_mark_is_harmless(write, moving, form):
+    path = write(form, {"0": moving(18 if form == "alphapose_open" else 17)})
+    path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes())
+    assert FORMS[form].sniff(path)
+    if form != "alphapose_open":  # whose neck the fixture does not put between the shoulders
+        assert len(FORMS[form].read(path)[0]) == 12
+
+
+def test_any_beginning_of_json_can_be_closed():
+    """Wherever a file is cut, what is kept is JSON, and agrees with the whole as far as it goes."""
+    whole = {
+        "a": 'b, [c "d" {\\',
+        "e": [{"f": [1, 2.5, [3, {"g": None}]], "h": "i"}, {"f": [4, -5e3]}],
+        "j": True,
+    }
+    for text in (json.dumps(whole), json.dumps(whole, indent="\t")):
+        for length in range(text.index(",") + 20, len(text) + 1):
+            kept = json.loads(_closed(text[:length]))
+            assert kept["a"] == whole["a"]
+            assert list(kept) == list(whole)[: len(kept)]
+            values = [entry.get("f", [])[:2] for entry in kept.get("e", [])]
+            for value, entry in zip(values, whole["e"], strict=False):
+                assert value == entry["f"][: len(value)]
+        assert json.loads(_closed(text)) == whole
+
+
+def test_only_the_beginning_is_read(tmp_path):
+    path = tmp_path / "large.json"
+    path.write_text("[" + json.dumps({"image_id": 1, "keypoints": [0.5] * 51}) + (", " + "7" * 50) * 20_000)
+    assert path.stat().st_size > 1_000_000
+    content = beginning(path)
+    assert content[0]["image_id"] == 1
+    assert len(json.dumps(content)) <= 1 << 16
+    assert np.unique(content[1:]).tolist() == [int("7" * 50)]

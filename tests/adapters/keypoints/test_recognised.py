@@ -1,0 +1,119 @@
+"""Every 2D file and video is recognised by its own adapter alone, and comes back as it was written."""
+
+import numpy as np
+import pytest
+
+from golden.detections import between_shoulders
+from pcnet3d.adapters import read_all
+from pcnet3d.pipeline import IMAGE
+from pcnet3d.pipeline.layouts import BODY_25, COCO17, H36M17, HALPE26, OPENPOSE18
+from pcnet3d.pipeline.reading.load import adapters, find_adapter
+
+FORMS = [
+    ("alphapose", "alphapose", COCO17),
+    ("alphapose", "alphapose", HALPE26),
+    ("openpose", "openpose", BODY_25),
+    ("openpose", "openpose", OPENPOSE18),
+    ("coco_results", "coco", COCO17),
+    ("coco_results", "coco", HALPE26),
+    ("coco_tracks", "coco", COCO17),
+    ("coco_annotations", "coco", COCO17),
+    ("mmpose_inferencer", "mmpose2d", COCO17),
+    ("mmpose_inferencer", "mmpose2d", HALPE26),
+    ("mmpose_demo", "mmpose2d", COCO17),
+    ("mmpose_images", "mmpose2d", COCO17),
+    ("mmpose_images", "mmpose2d", HALPE26),
+    ("detectron", "detectron", COCO17),
+    ("vis2d", "vis2d", H36M17),
+    ("vis2d_scores", "vis2d", H36M17),
+]
+
+
+@pytest.mark.parametrize(("form", "adapter", "layout"), FORMS)
+def test_keypoints(write, moving, form, adapter, layout):
+    frames, points = moving(len(layout))
+    path = write(form, {"0": (frames, points)})
+    assert [name for name, each in adapters().items() if each.sniff(path)] == [adapter]
+
+    (poses,) = read_all(path, fps=25)
+    np.testing.assert_allclose(poses.joints, points[..., :2], atol=1e-4)
+    scores = np.nan * points[..., 2] if form == "vis2d" else points[..., 2]
+    np.testing.assert_allclose(poses.confidence, scores, atol=1e-6)
+    assert poses.frames_known
+    np.testing.assert_array_equal(poses.frame_index, frames)
+    np.testing.assert_allclose(poses.times, frames / 25)
+    assert (poses.layout, poses.frame) == (layout, IMAGE)
+    assert poses.history[0].options["adapter"] == adapter
+
+
+@pytest.mark.parametrize("form", ["alphapose_cmu", "alphapose_open"])
+def test_alphapose_dicts(write, moving, form):
+    frames, points = between_shoulders(moving(18))
+    path = write(form, {"0": (frames, points)})
+    assert [name for name, each in adapters().items() if each.sniff(path)] == ["alphapose"]
+    (poses,) = read_all(path)
+    np.testing.assert_allclose(poses.joints, points[..., :2], atol=1e-4)
+    assert poses.layout == OPENPOSE18
+
+
+@pytest.mark.parametrize(("form", "adapter", "layout"), FORMS)
+def test_two_people_and_gaps(write, moving, form, adapter, layout):
+    """The second person is missing at first, and for a while; the rows are those frames where she is."""
+    here, there = range(14), (*range(2, 5), *range(9, 14))
+    scene = {"0": moving(len(layout), here), "1": moving(len(layout), there, number=1)}
+    people = read_all(write(form, scene), gives="keypoints")
+    assert [poses.person for poses in people] == ["0", "1"]
+    for poses, (frames, points) in zip(people, scene.values(), strict=True):
+        rows = np.isfinite(poses.joints).all(axis=(1, 2))
+        if adapter != "vis2d":  # which has a row for every frame
+            assert rows.all()
+        np.testing.assert_array_equal(poses.frame_index[rows], frames)
+        np.testing.assert_allclose(poses.joints[rows], points[..., :2], atol=1e-4)
+
+
+@pytest.mark.parametrize(("form", "adapter", "layout"), FORMS)
+def test_missing_joint(write, moving, form, adapter, layout):
+    frames, points = moving(len(layout))
+    points[3, layout.index("r_wrist")] = 0
+    (poses,) = read_all(write(form, {"0": (frames, points)}), gives="keypoints")
+    missing = np.isnan(poses.joints).any(axis=-1)
+    assert missing[3, layout.index("r_wrist")]
+    assert missing.sum() == 1
+    assert np.isnan(poses.confidence[3, layout.index("r_wrist")])
+
+
+@pytest.mark.parametrize("name", ["clip.mp4", "clip.mkv", "clip.avi", "clip.ts"])
+def test_video(film, tmp_path, name):
+    path = film(tmp_path / name, range(0, 400, 40), codec="mpeg4" if name.endswith("avi") else "libx264")
+    assert [adapter for adapter, each in adapters().items() if each.sniff(path)] == ["video"]
+    assert find_adapter(path).gives == "video"
+
+
+NOISE = {
+    "empty": b"",
+    "binary": bytes(range(256)) * 40,
+    "text": b"The free world, ftyp moov mdat\n" * 40,
+    "not UTF-8": b'[{"image_id": "\xff\xfe.jpg"}]',
+    "deeply nested": b"[" * 100_000,
+    "deeply nested and closed": b"[" * 20_000 + b"]" * 20_000,
+    "deep with commas": b"[1," * 30_000,
+    "numbers": b"[1, 2, 3]",
+    "null": b"null",
+    "other objects": b'[{"image_id": 3}, {"frame_id": 1, "instances": {"a": 1}}]',
+    "instances of another kind": b'[{"frame_id": 1, "instances": [[1, 2]]}]',
+    "3D instances": b'[{"frame_id": 1, "instances": [{"keypoints": [[1, 2, 3], [4, 5, 6], [7, 8, 9]]}]}]',
+    "people of another kind": b'{"1.jpg": {"people": 3}, "images": 3, "annotations": {}, "instance_info": {}}',
+    "no objects": b'{"images": [1], "annotations": [2], "instance_info": [3]}',
+    "long integer": b'[{"image_id": ' + b"9" * 9000 + b"}]",
+}
+
+
+@pytest.mark.parametrize("noise", NOISE.values(), ids=NOISE.keys())
+def test_noise_is_nobodys(tmp_path, noise):
+    path = tmp_path / "noise.json"
+    path.write_bytes(noise)
+    folder = tmp_path / "frames"
+    folder.mkdir()
+    (folder / "walk_000000000000_keypoints.json").write_bytes(noise)
+    for place in (path, folder, tmp_path / "nothing"):
+        assert [name for name, each in adapters().items() if each.sniff(place)] == []

@@ -1,0 +1,45 @@
+"""Errors with known answers."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from pcnet3d.models.common.metrics import joint_error, procrustes_error, relative, scaled
+from pcnet3d.pipeline import rotate
+
+
+@pytest.fixture
+def truth():
+    return relative(np.random.default_rng(0).normal(size=(7, 17, 3)))
+
+
+def test_an_error_of_a_known_length(truth):
+    moved = truth.copy()
+    moved[:, 1:] += [0.03, 0.04, 0.0]
+    np.testing.assert_allclose(joint_error(moved, truth), 0.05 * 16 / 17)
+
+
+def test_scale_is_taken_out_per_frame_or_per_take(truth):
+    factors = np.linspace(0.5, 2, 7)[:, None, None]
+    np.testing.assert_allclose(joint_error(scaled(truth * factors, truth), truth), 0, atol=1e-12)
+    np.testing.assert_allclose(joint_error(scaled(truth * 3, truth, "take"), truth), 0, atol=1e-12)
+    assert joint_error(scaled(truth * factors, truth, "take"), truth).max() > 0.1
+
+
+def test_procrustes_takes_out_rotation_shift_and_scale_but_no_mirror(truth):
+    R = Rotation.from_rotvec([0.3, 2.0, -0.5]).as_matrix()
+    np.testing.assert_allclose(procrustes_error(rotate(R, truth) * 1.7 + 0.4, truth), 0, atol=1e-9)
+    assert procrustes_error(truth * [-1, 1, 1], truth).min() > 0.1
+
+
+def test_procrustes_is_never_above_the_aligned_error(truth):
+    noisy = truth + np.random.default_rng(1).normal(0, 0.1, truth.shape)
+    assert (procrustes_error(noisy, truth) <= joint_error(scaled(noisy, truth), truth) + 1e-3).all()
+
+
+def test_missing_frames_stay_missing(truth):
+    lifted = truth.copy()
+    lifted[2] = np.nan
+    for error in (joint_error(scaled(lifted, truth), truth), procrustes_error(lifted, truth)):
+        np.testing.assert_array_equal(np.isnan(error), np.arange(7) == 2)
+    assert np.isfinite(joint_error(scaled(lifted, truth, "take"), truth)[[0, 1, 3]]).all()

@@ -1,0 +1,383 @@
+"""`pcnet3d run VIDEO`: what it writes, Ctrl-C and --resume, networks by name, and what bad input gets."""
+
+import hashlib
+import http.server
+import json
+import resource
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import zipfile
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pcnet3d.models.common import download as networks
+from pcnet3d.models.common.download import MOVENET, Network, network_file
+from pcnet3d.models.detector import video as detect_video
+from pcnet3d.pipeline import InputError
+from pcnet3d.pipeline.cli import main
+from pcnet3d.pipeline.files.atomic import whole_folder
+from pcnet3d.pipeline.files.detections import load_detections
+from pcnet3d.stages.export.stage import Export
+
+
+def run(*words: object, monkeypatch, capsys) -> tuple[int, str]:
+    """Exit code and stderr of `pcnet3d run WORDS`."""
+    monkeypatch.setattr(sys, "argv", ["pcnet3d", "run", *map(str, words)])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    code = ended.value.code
+    return (0 if code is None else int(code)), capsys.readouterr().err
+
+
+@pytest.fixture
+def call(monkeypatch, capsys):
+    return partial(run, monkeypatch=monkeypatch, capsys=capsys)
+
+
+def test_a_video_alone_gives_everything(walk_film, toy, tmp_path, call):
+    code, said = call(walk_film.path, "--detector", toy, "-o", tmp_path / "out")
+    assert code == 0, said
+    summary = json.loads((tmp_path / "out/summary.json").read_text())
+    assert {"keypoints.npz", "poses.npz", "take.rrd", "report.html"} <= set(summary["files"])
+    assert [entry["role"] for entry in summary["inputs"]] == ["video"]
+    assert "The 2D keypoints were detected in the video by movenet@" in said
+    with np.load(tmp_path / "out/poses.npz") as poses:
+        np.testing.assert_array_equal(poses["frame_index"], np.arange(40))
+
+
+def test_its_keypoints_can_be_given_again(walk_film, toy, quick, tmp_path, call):
+    assert call(walk_film.path, "--detector", toy, "--recipe", quick, "-o", tmp_path / "a")[0] == 0
+    recipe = tmp_path / "rest.toml"
+    recipe.write_text(quick.read_text().replace('[[stages]]\nuse = "detect"\n', ""))
+    keypoints = tmp_path / "a/keypoints.npz"
+    code, said = call(walk_film.path, "--keypoints", keypoints, "--recipe", recipe, "-o", tmp_path / "b")
+    assert code == 0, said
+    with np.load(tmp_path / "a/poses.npz") as a, np.load(tmp_path / "b/poses.npz") as b:
+        np.testing.assert_array_equal(a["source"], b["source"])
+
+
+def test_a_rate_against_the_videos_own_is_told(walk_film, toy, quick, tmp_path, call):
+    """Silent once where the keypoints were detected: a cadence of 197 instead of 98."""
+    words = (walk_film.path, "--detector", toy, "--recipe", quick)
+    code, said = call(*words, "--fps", 100, "-o", tmp_path / "a")
+    assert code == 0
+    assert "--fps 100 is used although the video says" in said
+    code, said = call(*words, "--fps", 3000, "-o", tmp_path / "b")
+    assert code == 2
+    assert "Expected a frame rate of 1 to 1000" in said
+
+
+def test_interrupted_and_resumed(walk_film, toy, quick, tmp_path, call, monkeypatch):
+    words = (walk_film.path, "--detector", toy, "--recipe", quick)
+    assert call(*words, "-o", tmp_path / "whole")[0] == 0
+    shown = detect_video.pictures
+
+    def pressing(video, first=0):
+        for number, picture in shown(video, first):
+            if number == 25:
+                signal.raise_signal(signal.SIGINT)
+            yield number, picture
+
+    monkeypatch.setattr(detect_video, "pictures", pressing)
+    code, said = call(*words, "-o", tmp_path / "part")
+    assert code == 130
+    assert "Interrupted at frame 26 of 40; --resume goes on from there." in said
+    summary = json.loads((tmp_path / "part/summary.json").read_text())
+    assert any(text.startswith("Interrupted at frame 26") for text in summary["warnings"])
+    with np.load(tmp_path / "part/poses.npz") as poses:
+        assert len(poses["source"]) == 26
+    monkeypatch.setattr(detect_video, "pictures", shown)
+    assert call(*words, "-o", tmp_path / "part", "--resume")[0] == 0
+    with np.load(tmp_path / "part/poses.npz") as a, np.load(tmp_path / "whole/poses.npz") as b:
+        for name in b.files:
+            np.testing.assert_array_equal(a[name], b[name])
+    assert call(*words, "-o", tmp_path / "part", "--resume")[0] == 0  # nothing is left to detect
+
+
+def test_interrupted_before_anybody_was_found(film, toys, toy, quick, tmp_path, monkeypatch):
+    """Then there is nothing to keep."""
+    from pcnet3d.pipeline.reading.take import Sources
+    from pcnet3d.pipeline.running.recipe import load_recipe
+    from pcnet3d.pipeline.running.run import run_files
+
+    video = film([toys.scene(None)] * 5)
+    shown = detect_video.pictures
+
+    def pressing(video, first=0):
+        signal.raise_signal(signal.SIGINT)
+        yield from shown(video, first)
+
+    monkeypatch.setattr(detect_video, "pictures", pressing)
+    recipe = load_recipe(quick).with_options("detect", detector=str(toy))
+    with pytest.raises(KeyboardInterrupt):
+        run_files(Sources(video=video.path), tmp_path / "out", recipe)
+    assert not (tmp_path / "out").exists()
+
+
+def test_resume_without_an_interrupted_run(walk_film, toy, tmp_path, call):
+    code, said = call(walk_film.path, "--detector", toy, "-o", tmp_path / "out", "--resume")
+    assert code == 2
+    assert "There is no interrupted run in" in said
+
+
+def test_resume_with_another_video(walk_film, film, toys, toy, quick, tmp_path, call):
+    words = ("--detector", toy, "--recipe", quick, "-o", tmp_path / "out")
+    assert call(walk_film.path, *words)[0] == 0
+    before = (tmp_path / "out/summary.json").read_bytes()
+    other = film([toys.scene(box, seed=5) for box in toys.walking(40)], name="other.mp4")
+    code, said = call(other.path, *words, "--resume")
+    assert code == 2
+    assert "leave --resume out to begin anew" in said
+    assert (tmp_path / "out/summary.json").read_bytes() == before
+
+
+def _bad_videos(kind: str, video: Path, film, toys) -> Path:
+    if kind == "nobody":
+        return film([toys.scene(None)] * 5, name="nobody.mp4").path
+    path = video.with_name(f"bad.{'txt' if kind == 'extension' else 'mp4'}")
+    content = {
+        "truncated": video.read_bytes()[: len(video.read_bytes()) // 2],
+        "not a video": b"These are words. " * 100,
+        "empty": b"",
+    }.get(kind, video.read_bytes())
+    path.write_bytes(content)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("kind", "words"),
+    [
+        ("nobody", "Nobody was found in any of the 5 frames"),
+        ("truncated", "bad.mp4"),
+        ("not a video", "bad.mp4"),
+        ("empty", "bad.mp4"),
+    ],
+)
+def test_bad_videos(walk_film, film, toys, toy, tmp_path, call, kind, words):
+    path = _bad_videos(kind, walk_film.path, film, toys)
+    code, said = call(path, "--detector", toy, "-o", tmp_path / "out")
+    assert code == 2
+    assert words in said
+    assert "Traceback" not in said
+    assert not (tmp_path / "out").exists()
+    assert not [left for left in tmp_path.iterdir() if ".partial-" in left.name]
+
+
+def test_a_wrong_extension_does_not_matter(walk_film, film, toys, toy, quick, tmp_path, call):
+    path = _bad_videos("extension", walk_film.path, film, toys)
+    assert call(path, "--detector", toy, "--recipe", quick, "-o", tmp_path / "out")[0] == 0
+
+
+def test_a_detector_of_another_kind(walk_film, toys, tmp_path, call):
+    path = toys.constant_graph(
+        tmp_path / "other.onnx", (1, 3, 224, 224), {"class": np.zeros((1, 1000), np.float32)}
+    )
+    code, said = call(walk_film.path, "--detector", path, "-o", tmp_path / "out")
+    assert code == 2
+    assert "other.onnx is no network that finds joints in pictures" in said
+    assert not (tmp_path / "out").exists()
+
+
+def test_neither_file_nor_name(walk_film, tmp_path, call):
+    code, said = call(walk_film.path, "--detector", "movenett", "-o", tmp_path / "out")
+    assert code == 2
+    assert "one of the networks geocalib, movenet, movenet-thunder, rtmpose, yolox, got 'movenett'" in said
+
+
+@pytest.mark.parametrize("limit", [1_000, 12_000])
+def test_a_full_disk(walk_film, toy, quick, tmp_path, limit):
+    """No file may grow beyond a limit: first the keypoints cannot be written, then the poses."""
+    command = ["-c", "from pcnet3d.pipeline.cli import main; main()", "run", walk_film.path]
+    done = subprocess.run(
+        [sys.executable, *command, "--detector", toy, "--recipe", quick, "-o", tmp_path / "out"],
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)),
+        capture_output=True,
+        text=True,
+        timeout=100,
+    )
+    assert done.returncode == 2, done.stderr
+    assert "Traceback" not in done.stderr
+    assert not (tmp_path / "out").exists()
+    assert not [left for left in tmp_path.iterdir() if ".partial-" in left.name]
+    kept = limit == 12_000
+    assert (tmp_path / ".out.keypoints.npz").exists() == kept
+    assert ("what was detected is kept; the same command with --resume" in done.stderr) == kept
+
+
+def test_room_is_asked_for_before_the_detection(walk_film, toy, tmp_path, call, monkeypatch):
+    monkeypatch.setattr(shutil, "disk_usage", lambda path: shutil._ntuple_diskusage(10**9, 10**9, 1000))
+    monkeypatch.setattr(detect_video, "pictures", lambda *_: pytest.fail("was detected before"))
+    code, said = call(walk_film.path, "--detector", toy, "-o", tmp_path / "out")
+    assert code == 2
+    assert "The run needs about 4 MB" in said
+    assert not (tmp_path / "out").exists()
+
+
+def _same(a: Path, b: Path) -> None:
+    with np.load(a / "poses.npz") as one, np.load(b / "poses.npz") as other:
+        for name in one.files:
+            np.testing.assert_array_equal(one[name], other[name])
+
+
+def _disk_full_at_the_export(monkeypatch) -> None:
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(Export, "__call__", full)
+
+
+def test_what_was_detected_survives_a_later_failure(walk_film, toy, quick, tmp_path, call, monkeypatch):
+    words = (walk_film.path, "--detector", toy, "--recipe", quick)
+    assert call(*words, "-o", tmp_path / "whole")[0] == 0
+    with monkeypatch.context() as patched:
+        _disk_full_at_the_export(patched)
+        first = call(*words, "-o", tmp_path / "part")
+    assert first[0] == 2
+    assert "--resume goes on from there" in first[1]
+    assert not (tmp_path / "part").exists()
+    monkeypatch.setattr(detect_video.Search, "look", lambda *_: pytest.fail("was detected again"))
+    assert call(*words, "-o", tmp_path / "part", "--resume")[0] == 0
+    _same(tmp_path / "part", tmp_path / "whole")
+    assert not [left.name for left in tmp_path.iterdir() if left.name.startswith(".")]
+
+
+def test_killed_and_resumed(walk_film, toy, quick, tmp_path, call):
+    words = [walk_film.path, "--detector", toy, "--recipe", quick]
+    script = """
+import os, signal
+from pcnet3d.models.detector import video as detect_video
+from pcnet3d.pipeline.cli import main
+shown = detect_video.pictures
+def killing(video, first=0):
+    for number, picture in shown(video, first):
+        if number == 25:
+            os.kill(os.getpid(), signal.SIGKILL)
+        yield number, picture
+detect_video.pictures, detect_video._KEEP_S, detect_video._KEEP_RARELY = killing, 0.0, 0
+main()
+"""
+    out = tmp_path / "part"
+    end = subprocess.run([sys.executable, "-c", script, "run", *words, "-o", out], capture_output=True)
+    assert end.returncode == -signal.SIGKILL, end.stderr
+    assert load_detections(tmp_path / ".part.keypoints.npz").frames_seen == 25
+    assert [left for left in tmp_path.iterdir() if ".part.partial-" in left.name]
+    code, said = call(*words, "-o", out, "--resume")
+    assert code == 0, said
+    assert not [left.name for left in tmp_path.iterdir() if left.name.startswith(".")]
+    assert call(*words, "-o", tmp_path / "whole")[0] == 0
+    _same(out, tmp_path / "whole")
+
+
+def test_a_run_that_begins_anew_says_what_it_could_go_on_from(
+    walk_film, toy, quick, tmp_path, call, monkeypatch
+):
+    words = (walk_film.path, "--detector", toy, "--recipe", quick, "-o", tmp_path / "out")
+    with monkeypatch.context() as patched:
+        _disk_full_at_the_export(patched)
+        assert call(*words)[0] == 2
+    code, said = call(*words)
+    assert code == 0
+    assert "a run into this folder was interrupted" in said
+    assert "a run into this folder was interrupted" not in call(*words)[1]
+
+
+@pytest.fixture
+def served(tmp_path, toy, monkeypatch):
+    """An address that serves the toy as toy.onnx and in toy.zip, and the cache that downloads go to."""
+    folder = tmp_path / "served"
+    folder.mkdir()
+    (folder / "toy.onnx").write_bytes(toy.read_bytes())
+    with zipfile.ZipFile(folder / "toy.zip", "w") as archive:
+        archive.write(toy, "20230605/rtmpose_onnx/end2end.onnx")
+        archive.writestr("20230605/detail.json", "{}")
+    monkeypatch.setattr("pooch.os_cache", lambda name: tmp_path / "cache" / name)
+    handler = partial(http.server.SimpleHTTPRequestHandler, directory=str(folder))
+    handler.log_message = lambda *_: None
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        yield f"http://127.0.0.1:{server.server_port}"
+        server.shutdown()
+
+
+def _network(url: str, toy: Path, **changes: str) -> Network:
+    digest = hashlib.sha256(toy.read_bytes()).hexdigest()
+    return Network(**{
+        "name": "toy", "kind": "detector", "about": "a toy", "url": url, "sha256": digest,
+        "megabytes": 0.1, "licence": "MIT-0", **changes,
+    })  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ["toy.onnx", "toy.zip"])
+def test_a_network_is_downloaded_once_and_its_licence_shown(served, toy, capsys, name):
+    network = _network(f"{served}/{name}", toy)
+    assert network.fetch().read_bytes() == toy.read_bytes()
+    assert "licence: MIT-0" in capsys.readouterr().err
+    assert _network(f"{served}/gone", toy).fetch() == network.path
+    assert capsys.readouterr().err == ""
+    assert [path.name for path in network.path.parent.iterdir()] == ["toy.onnx"]
+
+
+@pytest.mark.parametrize(
+    ("name", "changes"), [("toy.onnx", {"sha256": "0" * 64}), ("gone.onnx", {}), ("gone.zip", {})]
+)
+def test_a_network_that_cannot_be_had(served, toy, name, changes):
+    network = _network(f"{served}/{name}", toy, **changes)
+    with pytest.raises(InputError) as raised:
+        network.fetch()
+    for part in (network.url, network.sha256, str(network.path), "--detector FILE.onnx"):
+        assert part in str(raised.value)
+    assert not network.path.exists()
+
+
+def test_without_a_network_one_sentence_says_what_to_do(walk_film, tmp_path, call, monkeypatch):
+    def refuse(*_, **__):
+        raise OSError("no network")
+
+    monkeypatch.setattr("pooch.os_cache", lambda name: tmp_path / "cache" / name)
+    monkeypatch.setattr(socket.socket, "connect", refuse)
+    monkeypatch.setattr(networks, "_download_onnx", refuse)
+    code, said = call(walk_film.path, "-o", tmp_path / "out")
+    assert code == 2
+    sentence = said.splitlines()[-1]
+    for part in (
+        MOVENET.url,
+        MOVENET.sha256,
+        str(tmp_path / "cache/pcnet3d/movenet.onnx"),
+        "--detector FILE.onnx",
+    ):
+        assert part in sentence
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_file_put_in_place_by_hand_is_taken(toy, tmp_path, monkeypatch):
+    """When it is the right one."""
+    monkeypatch.setattr("pooch.os_cache", lambda name: tmp_path / name)
+    network = _network("http://127.0.0.1:9/toy.onnx", toy)
+    network.path.parent.mkdir()
+    network.path.write_bytes(toy.read_bytes())
+    assert network.fetch() == network.path
+    assert network_file(toy) == toy
+
+
+def test_networks_are_listed(monkeypatch, capsys):
+    monkeypatch.setattr(sys, "argv", ["pcnet3d", "list", "models"])
+    with pytest.raises(SystemExit):
+        main()
+    lines = capsys.readouterr().out.splitlines()
+    (line,) = [line for line in lines if line.startswith("movenet ")]
+    assert "Apache-2.0" in line
+    assert MOVENET.sha256[:12] in line
+
+
+def test_the_checkpoint_is_ours_to_replace(walk_film, toy, quick, tmp_path, call):
+    assert call(walk_film.path, "--detector", toy, "--recipe", quick, "-o", tmp_path / "out")[0] == 0
+    with whole_folder(tmp_path / "out") as folder:
+        (folder / "anything").write_text("new")
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["anything", "summary.json"]

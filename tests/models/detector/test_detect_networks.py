@@ -1,0 +1,187 @@
+"""Networks that find joints: known answers of toy networks, what is refused, and the real ones on real video."""
+
+import numpy as np
+import pytest
+
+from pcnet3d.adapters.video import read
+from pcnet3d.models.detector.crops import Crop, around, fitted
+from pcnet3d.models.detector.load import load_detector
+from pcnet3d.pipeline import InputError
+from pcnet3d.pipeline.files.video_frames import pictures
+from pcnet3d.pipeline.layouts import BLAZEPOSE33, COCO17, HALPE26
+
+
+@pytest.mark.parametrize("kind", ["uint8", "int32", "float"])
+@pytest.mark.parametrize("side", [192, 256])
+def test_movenet_finds_the_joints_where_they_are(toys, tmp_path, kind, side):
+    detector = load_detector(toys.save_toy(tmp_path / "toy.onnx", getattr(toys, kind), side))
+    box = (120, 40, 180, 200)
+    (found,) = detector.people(toys.scene(box))
+    np.testing.assert_allclose(found.xy, toys.joints_of(box), atol=1.0)
+    np.testing.assert_allclose(found.score, 0.9, atol=1e-6)
+    assert detector.layout is COCO17
+    assert detector.method.startswith("movenet@")
+
+
+def test_a_small_person_in_a_wide_picture_is_searched_for(toys, toy):
+    """In all of the picture it is but a speck; a crop that follows it sees it as exactly as a large one."""
+    box = (1500, 300, 1516, 340)
+    (found,) = load_detector(toy).people(toys.scene(box, size=(1920, 360)))
+    np.testing.assert_allclose(found.xy, toys.joints_of(box), atol=0.5)
+
+
+def test_the_person_is_followed_and_found_again_when_lost(toys, toy):
+    detector = load_detector(toy)
+    box, elsewhere = (40, 40, 80, 140), (250, 100, 280, 190)
+    before = detector.people(toys.scene(box))
+    (found,) = detector.people(toys.scene(elsewhere), before)
+    np.testing.assert_allclose(found.xy, toys.joints_of(elsewhere), atol=1.0)
+    assert detector.people(toys.scene(None), before) == ()
+
+
+def test_multipose_keeps_the_sure_people(toys, tmp_path):
+    answer = np.zeros((1, 6, 56), np.float32)
+    for row, score in ((0, 0.8), (3, 0.6), (4, 0.1)):
+        answer[0, row, 0:51:3], answer[0, row, 1:51:3], answer[0, row, 2:51:3] = 0.5, 0.25 + row / 10, 0.7
+        answer[0, row, 55] = score
+    path = toys.constant_graph(tmp_path / "multi.onnx", (1, 256, 256, 3), {"output": answer})
+    people = load_detector(path).people(np.zeros((200, 200, 3), np.uint8))
+    np.testing.assert_allclose([one.xy[0] for one in people], [[50, 100], [110, 100]], atol=1)
+
+
+@pytest.mark.parametrize(("joints", "layout"), [(17, COCO17), (26, HALPE26), (133, COCO17)])
+def test_simcc_peaks_become_pixels(toys, tmp_path, joints, layout):
+    """Bins twice as fine as the input of 192 x 256; the whole picture of 300 x 400 is the crop."""
+    x, y = np.zeros((1, joints, 384), np.float32), np.zeros((1, joints, 512), np.float32)
+    columns, rows = np.arange(joints) + 100, np.arange(joints) + 200
+    x[0, np.arange(joints), columns], y[0, np.arange(joints), rows] = 0.9, 0.8
+    path = toys.constant_graph(tmp_path / "simcc.onnx", (1, 3, 256, 192), {"simcc_x": x, "simcc_y": y})
+    detector = load_detector(path)
+    assert detector.layout is layout
+    found = detector._network.look(np.zeros((400, 300, 3), np.uint8), Crop(0, 0, 300, 400))
+    expected = np.stack([columns / 384 * 300, rows / 512 * 400], axis=1)[: len(layout)]
+    np.testing.assert_allclose(found.xy, expected, rtol=1e-6)
+    np.testing.assert_allclose(found.score, 0.8)
+
+
+def test_simcc_of_another_number_of_joints(toys, tmp_path):
+    answers = {"simcc_x": np.zeros((1, 21, 384), np.float32), "simcc_y": np.zeros((1, 21, 512), np.float32)}
+    path = toys.constant_graph(tmp_path / "hand.onnx", (1, 3, 256, 192), answers)
+    with pytest.raises(InputError, match="17, 26, 133 joints of a person, got 21"):
+        load_detector(path)
+
+
+def test_blazepose_landmarks_become_pixels(toys, tmp_path):
+    points = np.zeros((39, 5), np.float32)
+    points[:, 0], points[:, 1], points[:, 3] = 128, np.arange(39) * 4, 3
+    points[34, :2] = (
+        128 + 64,
+        points[33, 1],
+    )  # the circle around the body has a radius of 64 of the 256 pixels
+    answers = {"landmarks": points.reshape(1, 195), "flag": np.array([[0.9]], np.float32)}
+    path = toys.constant_graph(tmp_path / "blaze.onnx", (1, 256, 256, 3), answers)
+    detector = load_detector(path)
+    found = detector._network.look(np.zeros((512, 512, 3), np.uint8), Crop(0, 0, 512, 512))
+    assert detector.layout is BLAZEPOSE33
+    np.testing.assert_allclose(found.xy, np.stack([np.full(33, 256), 8 * np.arange(33)], axis=1), atol=1e-3)
+    np.testing.assert_allclose(found.score, 1 / (1 + np.exp(-3)), rtol=1e-6)
+    np.testing.assert_allclose(found.box, [256 - 128, 264 - 128, 256 + 128, 264 + 128], atol=1e-3)
+    assert found.sure == pytest.approx(0.9)
+
+
+def _nms(boxes, scores, labels):
+    dets = np.concatenate([boxes, np.reshape(scores, (-1, 1))], axis=1)[None]
+    return {"dets": dets.astype(np.float32), "labels": np.array([labels], np.int64)}
+
+
+def test_people_come_from_the_boxes_of_a_person_detector(toys, toy, tmp_path):
+    """Two people at once, which the network of one person alone would mix; a dog and a doubtful box are left out. The
+    person detector's input is square, so its pixels are half those of the picture of 640 x 480."""
+    boxes = np.array([[100, 50, 160, 230], [400, 100, 460, 280], [300, 10, 360, 40], [0, 0, 50, 50]]) / 2
+    answers = _nms(boxes, [0.9, 0.8, 0.9, 0.1], [0, 0, 16, 0])
+    path = toys.constant_graph(tmp_path / "people.onnx", (1, 3, 320, 320), answers)
+    picture = toys.scene((100, 50, 160, 230), size=(640, 480))
+    picture[100:280, 400:460] = (250, 10, 10)
+    people = load_detector(toy, path).people(picture)
+    assert len(people) == 2
+    for found, box in zip(people, boxes * 2, strict=False):
+        np.testing.assert_allclose(found.xy, toys.joints_of(tuple(box)), atol=1.5)
+
+
+def test_boxes_without_suppression(toys, toy, tmp_path):
+    """YOLOX's own output for 64 x 64: 64 + 16 + 4 cells. One person, seen by two cells, in an input of half size."""
+    rows = np.zeros((84, 6), np.float32)
+    for cell, offset, score in ((64 + 4 * 1 + 2, 0.0, 0.9), (64 + 4 * 1 + 3, -1.0, 0.8)):
+        rows[cell] = [offset, 0.5, np.log(2), np.log(1), score, 1]  # centre (32, 24), 32 x 16 pixels
+    path = toys.constant_graph(tmp_path / "raw.onnx", (1, 3, 64, 64), {"output": rows[None]})
+    boxes = load_detector(toy, path)._persons.boxes(np.zeros((128, 128, 3), np.uint8))
+    np.testing.assert_allclose(boxes, [[32, 32, 96, 64]], atol=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("shape", "answers"),
+    [
+        ((1, 3, 224, 224), {"class": np.zeros((1, 1000), np.float32)}),
+        ((1, 17, 3), {"rotation": np.zeros((1, 3, 3), np.float32)}),
+        ((1, 192, 192, 3), {"output": np.zeros((1, 1, 21, 3), np.float32)}),
+    ],
+)
+def test_a_network_of_another_kind(toys, toy, tmp_path, shape, answers):
+    path = toys.constant_graph(tmp_path / "other.onnx", shape, answers)
+    with pytest.raises(
+        InputError, match=r"other\.onnx is no network that finds joints .*got inputs input \("
+    ):
+        load_detector(path)
+    with pytest.raises(InputError, match=r"other\.onnx is no network that finds people"):
+        load_detector(toy, path)
+
+
+@pytest.mark.parametrize("content", [b"", b"no network at all", None])
+def test_a_file_that_is_no_network(tmp_path, content):
+    path = tmp_path / "broken.onnx"
+    if content is not None:
+        path.write_bytes(content)
+    with pytest.raises(InputError, match=r"Expected a network that finds joints .*broken\.onnx"):
+        load_detector(path)
+
+
+@pytest.mark.parametrize("crop", [Crop(-30, -20, 90, 90), Crop(50, 10, 40, 60), Crop(400, 400, 10, 10)])
+def test_a_crop_that_reaches_beyond_the_picture(crop):
+    """Cut at its own size, every pixel is that of the picture, or the grey beyond."""
+    picture = np.random.default_rng(1).integers(0, 256, (80, 100, 3), dtype=np.uint8)
+    canvas = np.full((1000, 1000, 3), 7, np.uint8)
+    canvas[200:280, 200:300] = picture
+    expected = canvas[200 + crop.top :, 200 + crop.left :][: crop.height, : crop.width]
+    np.testing.assert_array_equal(crop.cut(picture, (crop.width, crop.height), fill=7), expected)
+
+
+def test_crops_around_boxes():
+    crop = fitted(np.array([10, 20, 30, 100]), 0.75, 1.25)
+    assert (crop.width, crop.height) == (75, 100)
+    assert (crop.left + crop.width / 2, crop.top + crop.height / 2) == pytest.approx((20, 60), abs=0.5)
+    assert around(np.array([5.0, 5.0]), 0, 0).width == 2
+
+
+@pytest.mark.data
+@pytest.mark.parametrize(
+    ("network", "key", "median", "p90"),
+    [
+        ("movenet_lightning_int8", "movenet_kp2d", 0.03, 0.06),
+        ("pose_landmark_lite", "blazepose_kp2d", 0.03, 0.2),
+    ],
+)
+def test_real_networks_on_real_video_agree_with_the_stored_ones(data, network, key, median, p90):
+    """Mean distance of sure joints over the body's height; the stored ones were made with other crops."""
+    detector = load_detector(data / f"models/{network}.onnx")
+    stored = np.load(data / "lifter/walk_crop.npz")[key]
+    (video,) = read(data / "video/walk_crop.mp4")
+    before, off = (), []
+    for number, picture in pictures(video):
+        before = detector.people(picture, before)
+        (found,) = before
+        sure = (found.score > 0.3) & (stored[number, :, 2] > 0.3)
+        step = np.linalg.norm(found.xy - stored[number, :, :2], axis=1)[sure].mean()
+        off.append(step / np.ptp(stored[number, :, 1]))
+    assert len(off) == len(stored)
+    assert np.median(off) < median
+    assert np.percentile(off, 90) < p90

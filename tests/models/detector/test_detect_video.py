@@ -1,0 +1,194 @@
+"""Detection over whole videos: where the person is, cuts, gaps, odd files, interrupted and taken up again."""
+
+import signal
+from dataclasses import fields
+
+import numpy as np
+import pytest
+
+from pcnet3d.adapters.keypoints import read as read_keypoints
+from pcnet3d.adapters.keypoints import sniff
+from pcnet3d.models.detector import video as detect_video
+from pcnet3d.models.detector.load import load_detector
+from pcnet3d.models.detector.protocols import Found
+from pcnet3d.models.detector.video import detect
+from pcnet3d.pipeline import InputError, Take
+from pcnet3d.pipeline.files.detections import Detections, interrupted_at, load_detections
+from pcnet3d.pipeline.layouts import COCO17
+from pcnet3d.stages.detect import Detect, smoothed
+
+
+def same(a: Detections, b: Detections) -> bool:
+    return all(np.array_equal(getattr(a, one.name), getattr(b, one.name)) for one in fields(Detections))
+
+
+def off(found: Detections, toys, boxes) -> float:
+    """Most pixels between what was found and what was drawn."""
+    drawn = np.stack([toys.joints_of(boxes[frame]) for frame in found.frame_index])
+    return float(np.abs(found.joints - drawn).max())
+
+
+@pytest.fixture
+def eventful(film, toys):
+    """Someone, a gap, a cut, nobody for long, someone again: 70 frames."""
+    boxes = toys.walking(70)
+    shown = [None if 10 <= i < 14 or 30 <= i < 40 else box for i, box in enumerate(boxes)]
+    return film([toys.scene(box, seed=int(i >= 22), size=(360, 240)) for i, box in enumerate(shown)])
+
+
+def test_one_person_is_found_in_every_frame(walk_film, toys, toy):
+    found = detect(walk_film, load_detector(toy))
+    (person,) = found.people()
+    assert off(found, toys, toys.walking(40)) < 1.5
+    assert person.person == "0"
+    np.testing.assert_array_equal(person.frame_index, np.arange(40))
+    np.testing.assert_array_equal(person.times, walk_film.time_s)
+    assert (found.frames, found.frames_seen, len(found.cuts)) == (40, 40, 0)
+
+
+def test_gaps_are_bridged_and_nobody_is_followed_over_a_cut(eventful, toy):
+    found = detect(eventful, load_detector(toy))
+    assert found.cuts.tolist() == [22]
+    assert [
+        (one.person, int(one.frame_index[0]), int(one.frame_index[-1]), len(one)) for one in found.people()
+    ] == [
+        ("0", 0, 21, 18),
+        ("1", 22, 69, 38),
+    ]
+
+
+@pytest.mark.parametrize("stop", [0, 5, 11, 13, 21, 22, 33, 68, 69])
+def test_interrupted_and_resumed_is_bitwise_the_same(eventful, toy, tmp_path, monkeypatch, stop):
+    whole = detect(eventful, load_detector(toy), "here")
+    shown = detect_video.pictures
+
+    def pressing(video, first=0):
+        for number, picture in shown(video, first):
+            if number == stop:
+                signal.raise_signal(signal.SIGINT)
+            yield number, picture
+
+    with monkeypatch.context() as patched:
+        patched.setattr(detect_video, "pictures", pressing)
+        part = detect(eventful, load_detector(toy), "here")
+    assert part.frames_seen == stop + 1
+    assert part.frame_index.max() <= stop
+    part.save(tmp_path / "part.npz")
+    resumed = detect(eventful, load_detector(toy), "here", load_detections(tmp_path / "part.npz"))
+    assert same(resumed, whole)
+
+
+def test_resuming_something_else_is_refused(walk_film, toy, toys, tmp_path):
+    found = detect(walk_film, load_detector(toy), "one video")
+    with pytest.raises(InputError, match="of another video, detector or version"):
+        detect(walk_film, load_detector(toy), "another", found)
+    other = load_detector(toys.save_toy(tmp_path / "other.onnx", toys.float))
+    with pytest.raises(InputError, match="of another video, detector or version"):
+        detect(walk_film, other, "one video", found)
+
+
+@pytest.mark.parametrize("size", [(321, 241), (64, 200), (33, 31)])
+def test_odd_sizes(film, toys, toy, size):
+    box = (0.3 * size[0], 0.2 * size[1], 0.6 * size[0], 0.9 * size[1])
+    box = tuple(float(round(side)) for side in box)
+    found = detect(film([toys.scene(box, size=size)] * 3), load_detector(toy))
+    assert off(found, toys, [box] * 3) < 1.5
+
+
+def test_a_video_of_one_frame(film, toys, toy):
+    found = detect(film([toys.scene((50, 50, 90, 200))]), load_detector(toy))
+    assert len(found.people()[0]) == 1
+
+
+@pytest.mark.parametrize("clockwise", [90, 180, 270])
+def test_rotation_by_metadata_is_obeyed(film, toys, toy, clockwise):
+    """The picture is stored turned; shown, the person is where it was drawn."""
+    box = (100.0, 30.0, 160.0, 220.0)
+    stored = np.rot90(toys.scene(box, size=(320, 240)), clockwise // 90)
+    video = film([np.ascontiguousarray(stored)] * 3, rotation=-clockwise)
+    assert video.rotation_deg == clockwise
+    assert off(detect(video, load_detector(toy)), toys, [box] * 3) < 1.5
+
+
+def test_uneven_time_stamps_are_the_videos(film, toys, toy):
+    stamps = [0, 10, 70, 80, 200, 210]
+    found = detect(film([toys.scene(box) for box in toys.walking(6)], stamps_ms=stamps), load_detector(toy))
+    np.testing.assert_allclose(found.people()[0].times, np.array(stamps) / 1000)
+    assert off(found, toys, toys.walking(6)) < 1.5
+
+
+def test_what_is_saved_is_read_again(walk_film, toy, tmp_path):
+    found = detect(walk_film, load_detector(toy), "source")
+    found.save(tmp_path / "keypoints.npz")
+    assert same(load_detections(tmp_path / "keypoints.npz"), found)
+    assert sniff(tmp_path / "keypoints.npz")
+    (person,) = read_keypoints(tmp_path / "keypoints.npz")
+    np.testing.assert_array_equal(person.joints, found.joints)
+
+
+@pytest.mark.parametrize("harm", ["cut", "text", "object", "joints", "empty"])
+def test_a_damaged_file_of_keypoints(walk_film, toy, tmp_path, harm):
+    path = tmp_path / "keypoints.npz"
+    detect(walk_film, load_detector(toy)).save(path)
+    with np.load(path) as held:
+        arrays = dict(held)
+    if harm == "cut":
+        path.write_bytes(path.read_bytes()[:-300])
+    elif harm == "text":
+        path.write_text("nothing of the kind")
+    elif harm == "empty":
+        np.savez(path)
+    else:
+        changes = {"object": {"box": np.array([{}])}, "joints": {"joints": arrays["joints"][:, :5]}}[harm]
+        np.savez(path, **{**arrays, **changes})
+    with pytest.raises(InputError, match=r"Expected 2D keypoints of a run \(keypoints.npz\) at"):
+        load_detections(path)
+
+
+class _Two:
+    """A detector that sees two people, one of them from frame 5 on, the smaller one first."""
+
+    method, layout = "two@0", COCO17
+
+    def __init__(self) -> None:
+        self._frame = -1
+
+    def people(self, picture, before=()):
+        self._frame += 1
+        rng = np.random.default_rng(0)
+        near = Found(200 + 60 * rng.random((17, 2)), np.full(17, 0.9), np.array([200, 200, 260, 260]))
+        far = Found(50 + 20 * rng.random((17, 2)), np.full(17, 0.9), np.array([50, 50, 70, 70]))
+        return (far, near) if self._frame >= 5 else (far,)
+
+
+def test_the_longest_track_is_taken_unless_another_is_named(walk_film, monkeypatch):
+    monkeypatch.setattr("pcnet3d.stages.detect.load_detector", lambda *_: _Two())
+    monkeypatch.setattr("pcnet3d.stages.detect.network_file", lambda name: name)
+    take = Take("walk", video=walk_film)
+    default = Detect()(take)
+    assert default.keypoints.person == "0"
+    assert "Of 2 people (frames in brackets) 0 (40), 1 (35), person 0 is taken" in default.events[1].text
+    assert interrupted_at(default) is None
+    other = Detect(person="1")(take).keypoints
+    assert (other.person, len(other)) == ("1", 35)
+    with pytest.raises(InputError, match="no person '7'"):
+        Detect(person="7")(take)
+
+
+def test_another_frame_rate(walk_film, toy):
+    take = Detect(detector=str(toy), fps=120)(Take("walk", video=walk_film))
+    np.testing.assert_allclose(take.keypoints.times, np.arange(40) / 120)
+
+
+def test_smoothing_takes_jitter_and_leaves_slow_motion(film, toys, toy):
+    keypoints = detect(film([toys.scene(box) for box in toys.walking(40)]), load_detector(toy)).people()[0]
+    slow = np.stack([40 + 3.0 * np.arange(40)] * 17, axis=1)
+    jitter = np.where(np.arange(40) % 2, 2.0, -2.0)[:, None]
+    noisy = keypoints.with_(joints=np.stack([slow + jitter, slow], axis=2))
+    calm = smoothed(noisy, 5.0)
+    np.testing.assert_allclose(calm.joints[8:-8, :, 0], slow[8:-8], atol=0.1)
+    gap = noisy.with_(joints=np.where((np.arange(40) == 20)[:, None, None], np.nan, noisy.joints))
+    missing = np.isnan(smoothed(gap, 5.0).joints).any(axis=(1, 2))
+    assert np.flatnonzero(missing).tolist() == [20]
+    with pytest.raises(InputError):
+        smoothed(noisy, 15.0)

@@ -1,0 +1,153 @@
+"""Where feet stood lies on the floor: known answers on a walker whose path and camera are known."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from pcnet3d.examples.walker.camera import aimed, camera_poses
+from pcnet3d.examples.walker.walk import walker
+from pcnet3d.models.gravity import take_up
+from pcnet3d.models.gravity.floor import floor_plane, stances
+from pcnet3d.pipeline import CAMERA, H36M17, PoseSequence
+from pcnet3d.pipeline.rotations import angle_deg, rotate, unit
+from pcnet3d.stages import rectify
+
+Z = np.array([0.0, 0.0, 1.0])
+
+
+@pytest.fixture(scope="module")
+def turning():
+    """A walk around a corner; its feet stand in two directions."""
+    return walker(seconds=10, turn_deg=-110)
+
+
+@pytest.fixture(scope="module")
+def straight():
+    return walker(seconds=10, turn_deg=0)
+
+
+def camera_of(walk):
+    return aimed(walk.root.mean(axis=0), 6, heading_deg=70, pitch_deg=25, roll_deg=6)
+
+
+def seen(walk):
+    camera = camera_of(walk)
+    return camera.points(walk.world), camera.up
+
+
+def leaning(up, degrees, about) -> np.ndarray:
+    return Rotation.from_rotvec(np.radians(degrees) * unit(np.asarray(about, dtype=float))).apply(up)
+
+
+def test_feet_stand_on_the_ground_where_the_walker_puts_them(turning):
+    places = stances(turning.world / turning.stature_m, Z, turning.time_s)
+    ankles = turning.world[:, H36M17.indices(("r_ankle", "l_ankle"))] / turning.stature_m
+    assert len(places) >= 8
+    assert np.ptp(places[:, 2]) < 0.03
+    assert places[:, 2].max() < ankles[..., 2].min() + 0.04
+
+
+def test_a_walk_around_a_corner_tells_up_whatever_the_votes_lean(turning):
+    joints, up = seen(turning)
+    for about in np.eye(3):
+        guess = leaning(up, 8, np.cross(up, about))
+        floor = floor_plane(joints, guess, turning.time_s)
+        fused = take_up(guess[None], np.array([12.0]), np.zeros(1), [floor])
+        assert angle_deg(guess, up) > 7.9
+        assert angle_deg(fused.up, up) < 1.5
+        assert fused.error_deg < 4
+        assert fused.shares["floor"] > 0.8
+
+
+def test_a_walk_along_a_line_tells_the_angle_along_it_only(straight):
+    """As on a tightrope; what feet apart tell about the angle across it is known worse than that along it."""
+    joints, up = seen(straight)
+    path = unit(joints[-1, 0] - joints[0, 0])
+    across = np.cross(up, path)
+    apart = floor_plane(joints, up, straight.time_s)
+    feet = H36M17.indices(("r_ankle", "l_ankle"))
+    rope = joints.copy()
+    rope[:, feet] -= (((joints[:, feet] - joints[:1, :1]) @ across)[..., None]) * across
+    floor = floor_plane(rope, up, straight.time_s)
+    assert across @ floor.information @ across < 0.01 * across @ apart.information @ across
+    assert across @ apart.information @ across < 0.2 * path @ apart.information @ path
+    for about, corrects in ((across, True), (path, False)):
+        guess = leaning(up, 8, about)
+        fused = take_up(guess[None], np.array([12.0]), np.zeros(1), [floor])
+        assert angle_deg(fused.up, up) < 1.5 if corrects else angle_deg(fused.up, up) > 7
+
+
+def test_it_turns_with_the_camera_and_knows_no_unit(turning):
+    joints, up = seen(turning)
+    Q = Rotation.random(random_state=1).as_matrix()
+    here = floor_plane(joints, up, turning.time_s)
+    there = floor_plane(1000 * rotate(Q, joints) + 5, Q @ up, turning.time_s)
+    np.testing.assert_allclose(there.information, Q @ here.information @ Q.T, rtol=1e-6, atol=1e-6)
+
+
+def test_noise_and_an_uneven_floor_widen_the_error(turning):
+    joints, up = seen(turning)
+    trace = [np.trace(floor_plane(joints, up, turning.time_s).information)]
+    rough = joints + 0.1 * np.sin(3 * joints[:, :1] @ np.array([1.0, 0.5, 2.0]))[..., None] * up
+    trace.append(np.trace(floor_plane(rough, up, turning.time_s).information))
+    assert trace[1] < 0.8 * trace[0]
+
+
+def test_stairs_are_no_floor(turning):
+    """Half a metre up for each metre ahead."""
+    joints, up = seen(turning)
+    ahead = unit(joints[-1, 0] - joints[0, 0])
+    climbing = joints + 0.5 * ((joints[:, :1] - joints[:1, :1]) @ ahead)[..., None] * up
+    assert floor_plane(climbing, up, turning.time_s) is None
+
+
+@pytest.mark.parametrize("change", ["no path", "gone", "short", "upside down"])
+def test_without_feet_in_several_places_there_is_no_floor(turning, change):
+    joints, up = seen(turning)
+    time_s = turning.time_s
+    if change == "no path":
+        joints = joints - joints[:, :1]
+        joints, time_s = joints[: len(joints) // 3], time_s[: len(time_s) // 3]  # on foot all the time
+    elif change == "gone":
+        joints = joints.copy()
+        joints[:, H36M17.indices(("r_ankle", "l_ankle"))] = np.nan
+    elif change == "short":
+        joints, time_s = joints[:2], time_s[:2]
+    else:
+        up = -up
+    assert floor_plane(joints, up, time_s) is None
+
+
+def test_missing_frames_are_left_out(turning):
+    joints, up = seen(turning)
+    joints = joints.copy()
+    joints[40:50] = np.nan
+    assert floor_plane(joints, up, turning.time_s) is not None
+
+
+@pytest.mark.parametrize("unit_", ["m", "mm"])
+def test_a_take_in_the_cameras_own_coordinates_is_levelled_by_the_floor(turning, unit_):
+    camera = camera_of(turning)
+    relative = camera_poses(turning, camera)
+    joints = camera.points(turning.world) * (1000 if unit_ == "mm" else 1)
+    placed = relative.with_(joints=joints, frame=CAMERA.with_(origin="camera", unit=unit_))
+    alone, floored = (rectify(poses, "geometric") for poses in (relative, placed))
+    errors = [angle_deg(r.R_source_from_level[:, 2], camera.up) for r in (alone, floored)]
+    assert errors[0] > 2  # the squat's lean
+    assert errors[1] < 1.5
+    assert floored.up_shares["floor"] > 0.3
+    assert "floor" not in alone.up_shares
+    assert sum(floored.up_shares.values()) == pytest.approx(1)
+    assert floored.up_error_deg[0] < alone.up_error_deg[0]
+
+
+def test_a_place_without_a_scale_or_that_never_changes_is_no_path(turning):
+    camera = camera_of(turning)
+    relative = camera_poses(turning, camera)
+    arbitrary = relative.with_(
+        joints=camera.points(turning.world), frame=CAMERA.with_(origin="camera", unit="arbitrary")
+    )
+    still = relative.with_(joints=relative.joints + 3.0, frame=CAMERA.with_(origin="camera"))
+    for poses in (arbitrary, still):
+        assert isinstance(poses, PoseSequence)
+        assert "floor" not in rectify(poses, "geometric").up_shares

@@ -1,0 +1,112 @@
+"""Who is heard about up, and who is believed when sources contradict each other."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from pcnet3d.models.gravity import direction, take_up
+from pcnet3d.models.gravity.fusion import IMAGE, chi_square, decide, fused_up
+from pcnet3d.models.gravity.held import held
+from pcnet3d.models.gravity.lines import tangent
+from pcnet3d.models.synthetic.cameras import view_rotation
+from pcnet3d.pipeline import InputError
+from pcnet3d.pipeline.camera import Look
+from pcnet3d.pipeline.rotations import angle_deg
+
+TIMES = np.arange(120) / 30
+
+
+def up_of(pitch, roll=0.0):
+    return view_rotation(np.array(0.0), np.array(float(pitch)), np.array(float(roll)))[:, 2]
+
+
+def look(pitch, roll=0.0, sd_deg=0.6, failure=0.004):
+    up = up_of(pitch, roll)
+    plane = tangent(up)
+    return Look(0, up, plane @ (np.radians(sd_deg) ** 2 * np.eye(2)) @ plane.T, failure)
+
+
+def votes(pitch, roll=0.0, scatter_deg=3.0):
+    turns = np.random.default_rng(0).normal(scale=np.radians(scatter_deg), size=(len(TIMES), 3))
+    return Rotation.from_rotvec(turns).apply(up_of(pitch, roll))
+
+
+def fused(bodies, image=None, told=()):
+    return fused_up(bodies, np.full(len(TIMES), 7.0), TIMES, (), image, told)
+
+
+def test_an_exact_image_and_vague_bodies_give_about_the_image():
+    found, warnings = fused(votes(16), look(12))
+    assert not warnings
+    assert angle_deg(found.up, up_of(12)) < 0.3
+    assert found.shares[IMAGE] > 0.9
+    assert found.error_deg < 1.0
+    assert found.pulls[IMAGE] > found.pulls["frames"]
+    assert angle_deg(found.own["frames"][0], up_of(16)) < 1.0
+
+
+def test_the_error_of_two_is_less_than_that_of_either():
+    found, _ = fused(votes(12), look(12, sd_deg=4.0))
+    alone = take_up(votes(12), np.full(len(TIMES), 7.0), TIMES)
+    assert found.error_deg < min(alone.error_deg, look(12, sd_deg=4.0).error_deg)
+
+
+def test_an_image_with_many_lines_wins_over_leaning_bodies_and_both_are_named():
+    found, (warning,) = fused(votes(50), look(20))
+    assert angle_deg(found.up, up_of(20)) < 0.1
+    assert found.shares == {IMAGE: 1.0}
+    assert "pitch 20" in warning
+    assert "The image is believed" in warning
+    assert angle_deg(found.own["frames"][0], up_of(50)) < 1.5  # still there to be shown
+
+
+@pytest.mark.parametrize("roll", [25, 30, 40])
+def test_a_diagonal_pattern_is_vetoed_by_the_bodies(roll):
+    found, (warning,) = fused(votes(10), look(10, roll))
+    assert angle_deg(found.up, up_of(10)) < 1.0
+    assert "The skeletons are believed" in warning
+
+
+def test_a_rolled_camera_is_no_contradiction_where_the_bodies_see_it_too():
+    found, warnings = fused(votes(20, 20), look(22, 26))
+    assert not warnings
+    assert angle_deg(found.up, up_of(22, 26)) < 0.5
+
+
+def test_chi_square_counts_errors():
+    bodies = take_up(votes(10), np.full(len(TIMES), 7.0), TIMES)
+    near, far = chi_square(bodies, look(12)), chi_square(bodies, look(30))
+    per_axis = bodies.error_deg / np.sqrt(2)
+    assert far == pytest.approx((angle_deg(bodies.up, up_of(30)) ** 2) / (per_axis**2 + 0.36), rel=0.05)
+    assert near < 13.8 < far
+
+
+def test_told_reaction_instead_of_gravity_is_refused_with_the_cause():
+    bodies = take_up(votes(10), np.full(len(TIMES), 7.0), TIMES)
+    for others in ((bodies, None), (None, look(10)), (bodies, look(10))):
+        with pytest.raises(InputError, match="negate it"):
+            decide(*others, [direction("gravity vector", -up_of(10), 1.0)])
+    with pytest.raises(InputError, match="pitch and roll"):
+        decide(bodies, None, [direction("gravity vector", up_of(10, 80), 1.0)])
+
+
+def test_told_gravity_that_is_off_is_believed_and_said():
+    found, warnings = fused(votes(10), look(10), [direction("gravity vector", up_of(40), 1.0)])
+    assert any("the skeletons" in text for text in warnings)
+    assert any("the image" in text for text in warnings)
+    assert angle_deg(found.up, up_of(40)) < 3
+    assert IMAGE not in found.shares
+
+
+def test_told_gravity_that_agrees_says_nothing():
+    assert fused(votes(12), look(11), [direction("gravity vector", up_of(10), 1.0)])[1] == ()
+
+
+def test_without_bodies_the_image_alone_answers():
+    found, warnings = fused(np.full((len(TIMES), 3), np.nan), look(10))
+    assert not warnings
+    assert angle_deg(found.up, up_of(10)) < 1e-3
+
+
+def test_how_cameras_are_held():
+    assert held(up_of(8)) > held(up_of(25)) > held(up_of(25, 15)) > held(up_of(25, 40)) > 0

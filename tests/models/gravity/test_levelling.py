@@ -1,0 +1,376 @@
+"""A take's rotations from a rectifier's frames: headings smoothed, moving cameras followed, drift reported."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from pcnet3d.examples.walker.walk import walker
+from pcnet3d.models import load_rectifier
+from pcnet3d.models.gravity import direction
+from pcnet3d.models.gravity.levelling import (
+    HEADING_S,
+    level_moving,
+    level_static,
+    sliding_up,
+    upright,
+    why_not,
+)
+from pcnet3d.models.synthetic.cameras import view_rotation
+from pcnet3d.pipeline import H36M17, rotate
+from pcnet3d.pipeline.canonical import R_world_from_body
+from pcnet3d.pipeline.rotations import angle_deg, from_columns, geodesic_deg, unit
+
+Z = np.array([0.0, 0.0, 1.0])
+seeds = st.integers(0, 2**32 - 1)
+
+
+def headed(heading_deg) -> np.ndarray:
+    """(T, 3, 3) of a person who stands upright about +z."""
+    return Rotation.from_rotvec(np.outer(np.radians(heading_deg), Z)).as_matrix()
+
+
+def heading_deg(R) -> np.ndarray:
+    return np.degrees(np.arctan2(R[:, 1, 0], R[:, 0, 0]))
+
+
+def smoothed(heading, time_s=None, error_deg=5.0, seams=()):
+    R = headed(heading)
+    time_s = np.arange(len(R)) / 30 if time_s is None else time_s
+    errors = np.broadcast_to(float(error_deg), len(R)) if np.ndim(error_deg) == 0 else error_deg
+    return upright(R, np.broadcast_to(Z, (len(R), 3)), errors, time_s, seams)
+
+
+def noise_about(R, scatter_deg, seed=0) -> np.ndarray:
+    turn = np.random.default_rng(seed).normal(scale=np.radians(scatter_deg), size=(len(R), 3))
+    return R @ Rotation.from_rotvec(turn).as_matrix()
+
+
+class Seen:
+    """The walker before a camera whose yaw, pitch and roll are functions of time, relative to the pelvis."""
+
+    def __init__(self, yaw=120.0, pitch=15.0, roll=5.0, **options):
+        self.walk = walker(**options)
+        time_s = self.walk.time_s
+        angles = [np.broadcast_to(a(time_s) if callable(a) else a, time_s.shape) for a in (yaw, pitch, roll)]
+        R_camera_from_world = view_rotation(*angles)
+        self.time_s = time_s
+        self.up = R_camera_from_world[:, :, 2]
+        self.joints = rotate(R_camera_from_world, self.walk.world - self.walk.world[:, :1])
+        self.R = R_camera_from_world @ R_world_from_body(self.walk.world)
+        self.error_deg = np.full(len(time_s), 6.0)
+
+    def static(self, R=None, others=()):
+        return level_static(self.joints, self.R if R is None else R, self.error_deg, self.time_s, (), others)
+
+    def moving(self, R=None):
+        return level_moving(self.R if R is None else R, self.error_deg, self.time_s)
+
+    def by(self, name):
+        """Turned by a rectifier: R and its expected error."""
+        R, error_deg = load_rectifier(name).rotation(self.joints)
+        return R, error_deg
+
+    @property
+    def R_level(self) -> np.ndarray:
+        """(T, 3, 3) the truth of R_camera_from_level by a camera's heading."""
+        back = unit(Z - (self.up @ Z)[:, None] * self.up)
+        return from_columns(back, np.cross(self.up, back), self.up)
+
+
+@pytest.fixture(scope="module")
+def seen():
+    return Seen()
+
+
+# --- headings
+
+
+@given(st.floats(-180, 180), st.floats(-180, 180), seeds)
+@settings(max_examples=25, deadline=None)
+def test_a_constant_heading_is_kept_exactly(heading, tilt_deg, seed):
+    rng = np.random.default_rng(seed)
+    time_s = np.cumsum(rng.uniform(0.01, 0.1, 40))
+    tilt = Rotation.from_rotvec(np.radians(tilt_deg) * np.array([0.6, 0.8, 0])).as_matrix()
+    R = tilt @ headed(np.full(40, heading))
+    out = upright(R, np.broadcast_to(tilt @ Z, (40, 3)), rng.uniform(1, 20, 40), time_s)
+    assert geodesic_deg(out, R).max() < 1e-5
+
+
+def test_headings_pass_through_180_degrees_without_a_jump():
+    heading = np.linspace(150, 210, 60)  # 170, 180, -170, ...
+    out = heading_deg(smoothed(heading))
+    assert np.abs((np.diff(out) + 180) % 360 - 180).max() < 1.1
+    middle = slice(15, -15)
+    np.testing.assert_allclose(out[middle] % 360, heading[middle], atol=0.01)
+
+
+def test_noise_in_the_heading_is_smoothed_by_the_stated_gaussian():
+    """White noise through a Gaussian of standard deviation s frames keeps 1 / (2 sqrt(pi) s) of its variance."""
+    noise = np.random.default_rng(0).normal(scale=5, size=3000)
+    left = heading_deg(smoothed(noise)).std() / noise.std()
+    assert left == pytest.approx((2 * np.sqrt(np.pi) * HEADING_S * 30) ** -0.5, rel=0.1)
+
+
+def test_no_smoothing_crosses_a_seam():
+    heading = np.repeat([0.0, 90.0], 30)
+    np.testing.assert_allclose(heading_deg(smoothed(heading, seams=(30,))), heading, atol=1e-9)
+    assert np.abs(heading_deg(smoothed(heading)) - heading).max() > 20
+
+
+def test_nan_stays_nan_and_does_not_spread():
+    heading = np.full(40, 25.0)
+    heading[[0, 11, 12, 39]] = np.nan
+    out = smoothed(heading)
+    assert np.array_equal(np.isnan(out).all(axis=(1, 2)), np.isnan(heading))
+    np.testing.assert_allclose(heading_deg(out)[~np.isnan(heading)], 25)
+
+
+def test_a_frame_that_expects_a_large_error_follows_its_neighbours():
+    heading, error_deg = np.zeros(31), np.full(31, 4.0)
+    heading[15] = 60
+    trusting = np.abs(heading_deg(smoothed(heading, error_deg=error_deg))).max()
+    error_deg[15] = 40
+    assert np.abs(heading_deg(smoothed(heading, error_deg=error_deg))).max() < 0.05 * trusting
+
+
+# --- a camera that stands still
+
+
+def test_the_truth_stays_the_truth(seen):
+    """Apart from the heading, which turns, and is smoothed with neighbours on one side at the ends."""
+    levelled = seen.static()
+    np.testing.assert_allclose(levelled.R_camera_from_body[:, :, 2], seen.up, atol=1e-9)
+    errors = geodesic_deg(levelled.R_camera_from_body, seen.R)
+    assert errors.max() < 1.5
+    assert errors[10:].max() < 0.3
+    assert angle_deg(levelled.R_camera_from_level[:, 2], seen.up[0]) < 1e-6
+
+
+def test_a_turned_camera_turns_the_answer_and_nothing_else(seen):
+    R = noise_about(seen.R, 6)
+    Q = Rotation.random(random_state=3).as_matrix()
+    straight = seen.static(R)
+    turned = level_static(rotate(Q, seen.joints), Q @ R, seen.error_deg, seen.time_s)
+    np.testing.assert_allclose(turned.R_camera_from_level, Q @ straight.R_camera_from_level, atol=1e-4)
+    np.testing.assert_allclose(turned.R_camera_from_body, Q @ straight.R_camera_from_body, atol=1e-4)
+    np.testing.assert_allclose(turned.error_deg, straight.error_deg, rtol=1e-3)
+
+
+def test_jitter_goes_and_body_is_upright_about_the_same_up_in_every_frame(seen):
+    R = noise_about(seen.R, 5)
+    levelled = seen.static(R)
+    ups = levelled.R_camera_from_body[:, :, 2]
+    np.testing.assert_allclose(ups, np.broadcast_to(ups[0], ups.shape), atol=1e-9)
+    errors = [geodesic_deg(rotations, seen.R).mean() for rotations in (R, levelled.R_camera_from_body)]
+    assert errors[1] < 0.4 * errors[0]
+
+
+def test_a_gravity_vector_pulls_by_its_weight(seen):
+    """Votes that all lean by 10 degrees, and a user who knows better, to within a degree."""
+    lean = Rotation.from_rotvec(np.radians(10) * unit(np.cross(seen.up[0], Z))).as_matrix()
+    alone, told = (
+        seen.static(lean @ seen.R, others) for others in ([], [direction("gravity", seen.up[0], 1)])
+    )
+    errors = [angle_deg(levelled.R_camera_from_level[:, 2], seen.up[0]) for levelled in (alone, told)]
+    assert errors[0] > 8
+    assert errors[1] < 1
+    assert told.up_error_deg[0] < 1
+    assert sum(told.shares.values()) == pytest.approx(1)
+    assert told.shares["gravity"] > 0.9
+
+
+def test_headings_that_alternate_are_said_to_be_wrong(seen):
+    """Two people's poses in one take: their up is the same, their headings are not."""
+    R = seen.R.copy()
+    R[1::2] = R[1::2] @ headed([140.0])
+    levelled = seen.static(R)
+    true = geodesic_deg(levelled.R_camera_from_body, R)
+    assert true.mean() > 50
+    assert levelled.error_deg.mean() == pytest.approx(true.mean(), rel=0.1)
+    assert seen.static().error_deg.max() < 7
+
+
+def test_a_rectifier_without_an_expected_error_gives_none(seen):
+    levelled = level_static(seen.joints, seen.R, np.full(len(seen.R), np.nan), seen.time_s)
+    assert np.isnan(levelled.error_deg).all()
+    assert np.isfinite(levelled.up_error_deg).all()
+
+
+@pytest.mark.parametrize("at", [0.3, 0.5, 0.8])
+@pytest.mark.parametrize("rectifier", ["truth", "pcnet"])
+def test_a_cut_is_reported_with_its_row_and_angle(seen, at, rectifier):
+    other = Seen(yaw=30, pitch=-10, roll=0)
+    row = round(at * len(seen.time_s))
+    joints = np.concatenate([seen.joints[:row], other.joints[row:]])
+    R, error_deg = np.concatenate([seen.R[:row], other.R[row:]]), seen.error_deg
+    if rectifier != "truth":
+        R, error_deg = load_rectifier(rectifier).rotation(joints)
+    levelled = level_static(joints, noise_about(R, 3), error_deg, seen.time_s)
+    assert abs(levelled.drift_at - row) <= 3
+    assert levelled.drift_deg == pytest.approx(angle_deg(seen.up[0], other.up[0]), abs=4)
+
+
+def test_a_cut_half_way_has_a_wide_error(seen):
+    other = Seen(yaw=30, pitch=-10, roll=0)
+    half = len(seen.time_s) // 2
+    levelled = seen.static(noise_about(np.concatenate([seen.R[:half], other.R[half:]]), 3))
+    true = angle_deg(levelled.R_camera_from_level[:, 2], np.concatenate([seen.up[:half], other.up[half:]]))
+    assert levelled.up_error_deg[0] == pytest.approx(np.sqrt(np.mean(true**2)), rel=0.5)
+    assert levelled.up_error_deg[0] > 2 * seen.static().up_error_deg[0]
+
+
+@pytest.mark.parametrize("rectifier", ["pcnet", "geometric"])
+def test_a_squat_is_no_cut(seen, rectifier):
+    levelled = level_static(seen.joints, *seen.by(rectifier), seen.time_s)
+    assert levelled.drift_at is None
+    assert np.isnan(levelled.drift_deg)
+
+
+def test_a_slow_drift_is_reported_too():
+    tilting = Seen(pitch=lambda t: -15 + 5 * t)
+    levelled = tilting.static(noise_about(tilting.R, 3))
+    assert levelled.drift_deg == pytest.approx(20, abs=4)  # between the means of the halves
+    assert 60 < levelled.drift_at < 180
+
+
+def test_a_take_without_a_vote_is_nan_and_not_levelled(seen):
+    nothing = np.full_like(seen.R, np.nan)
+    for levelled in (seen.static(nothing), seen.moving(nothing)):
+        assert np.isnan(levelled.R_camera_from_body).all()
+        assert np.isnan(levelled.R_camera_from_level).all()
+        assert np.isnan(levelled.up_error_deg).all()
+        assert "torso" in why_not(levelled, seen.joints)
+
+
+def lying_down(seen) -> np.ndarray:
+    """(T, 3, 3) the camera's axes turned so that the walker lies across the picture, 75 degrees from upright."""
+    across = np.cross(seen.up[0], [0.0, 0.0, 1.0])
+    return Rotation.from_rotvec(np.radians(75) * unit(across)).as_matrix()
+
+
+def test_a_person_who_lies_most_of_the_time_is_refused_in_words(seen):
+    """Even from a rectifier that has the truth; only who tells how the camera stands is believed."""
+    R_down = lying_down(seen)
+    for share, words in ((0.3, ""), (0.7, "the person lies")):
+        lies = np.arange(len(seen.R)) < share * len(seen.R)
+        joints = np.where(lies[:, None, None], rotate(R_down, seen.joints), seen.joints)
+        levelled = level_static(joints, seen.R, seen.error_deg, seen.time_s)
+        said = why_not(levelled, joints)
+        assert words in said if words else said == ""
+        moving = level_moving(seen.R, seen.error_deg, seen.time_s)
+        assert words in why_not(moving, joints)
+        told = level_static(
+            joints, seen.R, seen.error_deg, seen.time_s, (), [direction("told", seen.up[0], 1.0)]
+        )
+        assert why_not(told, joints) == ""
+
+
+def test_missing_shoulders_are_no_sign_of_lying(seen):
+    joints = seen.joints.copy()
+    joints[:, H36M17.indices(("l_shoulder", "r_shoulder"))] = np.nan
+    assert why_not(seen.static(), joints) == ""
+
+
+# --- a camera that moves
+
+
+@pytest.mark.parametrize(
+    ("yaw", "pitch", "roll"),
+    [
+        (lambda t: 100 + 15 * t, 10.0, 0.0),
+        (lambda t: 120 + 25 * np.sin(t), 15.0, -5.0),
+        (120.0, lambda t: 1.5 * t, lambda t: 5 - t),
+        (lambda t: 140 - 10 * t, lambda t: 5 * np.sin(2 * np.pi * t / 16), 3.0),
+    ],
+    ids=["pans", "pans to and fro", "tilts and rolls", "pans and tilts"],
+)
+@pytest.mark.parametrize("rectifier", ["truth with jitter", "pcnet"])
+def test_a_camera_that_pans_and_tilts_slowly_is_followed_without_steps(yaw, pitch, roll, rectifier):
+    moves = Seen(yaw, pitch, roll)
+    R = noise_about(moves.R, 4) if rectifier == "truth with jitter" else moves.by(rectifier)[0]
+    levelled = moves.moving(R)
+    tilt = angle_deg(levelled.R_camera_from_level[:, :, 2], moves.up)
+    assert tilt.mean() < 3
+    assert tilt.max() < 5
+    steps, true = (
+        geodesic_deg(rotations[1:], rotations[:-1]).max()
+        for rotations in (levelled.R_camera_from_level, moves.R_level)
+    )
+    assert steps < true + 0.1
+    assert levelled.heading == "camera"
+
+
+@pytest.mark.parametrize("seconds", [1, 3, 20])
+def test_a_camera_that_pitches_evenly_is_followed_without_lag_up_to_the_ends(seconds):
+    """4 degrees a second, over which a mean of the neighbours lags by 6 degrees at the ends."""
+    pitches = Seen(pitch=lambda t: -10 + 4 * t, seconds=seconds)
+    tilt = angle_deg(pitches.moving().R_camera_from_level[:, :, 2], pitches.up)
+    assert tilt.max() < 0.1
+
+
+@pytest.mark.parametrize("scatter_deg", [2, 8])
+def test_noise_at_the_ends_of_a_line_does_not_blow_up_and_is_stated(scatter_deg):
+    """At the ends a line is surer of nothing: its error there is larger, is said to be, and is no more than said. With
+    8 degrees about each axis a slope of 4 degrees a second is only half believed, so some of the mean's lag is back."""
+    pitches = Seen(pitch=lambda t: -10 + 4 * t)
+    ends, stated = [], []
+    for seed in range(30):
+        votes = noise_about(pitches.R, scatter_deg, seed)[:, :, 2]
+        up, error_deg = sliding_up(votes, pitches.error_deg, pitches.time_s, (), 2.0)
+        tilt, middle = angle_deg(up, pitches.up), len(up) // 2
+        ends.append(tilt[[0, -1]])
+        stated.append(error_deg[[0, -1]])
+        assert tilt[middle] < 0.4 * scatter_deg
+        assert error_deg[[0, -1]].min() > error_deg[middle]
+    rms = np.sqrt(np.mean(np.square(ends)))
+    assert rms < 0.7 * scatter_deg
+    assert rms < np.sqrt(np.mean(np.square(stated)))
+
+
+def test_a_line_through_a_few_votes_that_scatter_is_hardly_steeper_than_their_mean(seen):
+    """Half a second of independent votes, 8 degrees apart: a plain line is twice as far off at its ends as the mean."""
+    part = slice(0, 15)
+    off = []
+    for seed in range(60):
+        votes = noise_about(seen.R[part], 8, seed)[:, :, 2]
+        up, _ = sliding_up(votes, seen.error_deg[part], seen.time_s[part], (), 2.0)
+        off.append([angle_deg(up[[0, -1]], seen.up[0]), angle_deg(unit(votes.mean(axis=0)), seen.up[0])])
+    line, mean = (np.sqrt(np.mean(np.square([np.mean(o[i]) for o in off]))) for i in (0, 1))
+    assert line < 1.5 * mean
+
+
+def test_a_static_take_called_moving_agrees_with_the_static_answer(seen):
+    R, error_deg = seen.by("pcnet")
+    static = level_static(seen.joints, R, error_deg, seen.time_s)
+    moving = level_moving(R, error_deg, seen.time_s)
+    apart = angle_deg(moving.R_camera_from_level[:, :, 2], static.R_camera_from_level[:, 2])
+    assert apart.max() < 2
+    assert geodesic_deg(moving.R_camera_from_body, static.R_camera_from_body).max() < 2
+    np.testing.assert_allclose(moving.up_error_deg, static.up_error_deg, rtol=0.3)
+
+
+def test_votes_far_from_their_neighbours_do_not_pull_a_moving_camera(seen):
+    bad = seen.R.copy()
+    bad[50:56] = bad[50:56] @ Rotation.from_euler("x", 80, degrees=True).as_matrix()
+    levelled = seen.moving(bad)
+    assert angle_deg(levelled.R_camera_from_level[:, :, 2], seen.up).max() < 2
+    assert levelled.up_error_deg[53] > levelled.up_error_deg[-1]
+
+
+def test_a_gap_has_a_level_and_no_body(seen):
+    R = seen.R.copy()
+    R[100:120] = np.nan
+    levelled = seen.moving(R)
+    assert np.isnan(levelled.R_camera_from_body).any(axis=(1, 2)).nonzero()[0].tolist() == list(
+        range(100, 120)
+    )
+    assert geodesic_deg(levelled.R_camera_from_level, seen.R_level).max() < 0.1
+
+
+def test_a_camera_that_looks_straight_down_still_has_a_heading():
+    down = Seen(pitch=90.0, roll=0.0)
+    R = down.moving().R_camera_from_level
+    np.testing.assert_allclose(R @ np.swapaxes(R, 1, 2), np.broadcast_to(np.eye(3), R.shape), atol=1e-9)
+    np.testing.assert_allclose(np.linalg.det(R), 1)

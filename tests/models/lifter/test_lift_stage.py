@@ -1,0 +1,105 @@
+"""`pcnet3d run --lifter`: what the run says about another lifter, and what it refuses."""
+
+import json
+import sys
+
+import numpy as np
+import pytest
+
+from pcnet3d.examples.walker.camera import side_camera
+from pcnet3d.examples.walker.files import write_files
+from pcnet3d.examples.walker.walk import walker
+from pcnet3d.pipeline import InputError, load_recipe
+from pcnet3d.pipeline.cli import main
+from pcnet3d.pipeline.reading.take import Sources, open_take
+from pcnet3d.stages.lift import Lift
+
+ZERO = np.zeros((3, 3))
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory):
+    walk = walker(seconds=2)
+    return write_files(tmp_path_factory.mktemp("walk"), walk, side_camera(walk))
+
+
+@pytest.fixture(scope="module")
+def take(files):
+    return open_take(Sources(video=files.video, keypoints=files.keypoints))
+
+
+@pytest.fixture
+def pcnet3d(monkeypatch, capsys):
+    """pcnet3d(*arguments) -> exit code, stderr."""
+
+    def run(*arguments):
+        monkeypatch.setattr(sys, "argv", ["pcnet3d", *map(str, arguments)])
+        with pytest.raises(SystemExit) as ended:
+            main()
+        return ended.value.code, capsys.readouterr().err
+
+    return run
+
+
+def test_a_mirrored_network_is_refused_and_put_right_when_asked(per_frame, facing_camera, take):
+    good = per_frame(ZERO, facing_camera, name="good.onnx")
+    mirrored = per_frame(ZERO, facing_camera * [-1, 1, 1], name="mirrored.onnx")
+    expected = Lift(good)(take).poses
+    with pytest.raises(InputError, match=r"The lift by mirrored.onnx@.* mirrored .*--parity mirror"):
+        Lift(mirrored)(take)
+    np.testing.assert_allclose(Lift(mirrored, parity="mirror")(take).poses.joints, expected.joints, atol=1e-6)
+
+
+def test_the_bearing_is_told_until_the_focal_length_is_known(per_frame, facing_camera, take):
+    path = per_frame(ZERO, facing_camera)
+    unknown, known = (" ".join(e.text for e in Lift(path, focal_px=f)(take).events) for f in (None, 640.0))
+    assert "shifts the heading by about b" in unknown
+    assert "shifts the heading" not in known
+    whole = Lift(path, "motionbert-pixel", focal_px=640.0)(take)
+    assert any("the focal length is not used" in event.text for event in whole.events)
+
+
+def test_a_lift_that_is_no_skeleton_is_warned_of(per_frame, take):
+    events = Lift(per_frame(np.diag([1, 1, 0])), parity="ignore")(take).events
+    assert any("bone lengths vary" in event.text for event in events if event.kind == "warning")
+
+
+def test_filled_keypoints_are_a_counted_repair(per_frame, facing_camera, take):
+    pixels = take.keypoints.joints.copy()
+    pixels[5:9, take.keypoints.layout.index("l_wrist")] = np.nan
+    taken = take.with_(keypoints=take.keypoints.with_(joints=pixels))
+    (event,) = (e for e in Lift(per_frame(ZERO, facing_camera))(taken).events if "on a line" in e.text)
+    assert event.kind == "repair"
+    assert event.text.startswith("4 missing keypoints")
+
+
+def test_a_lifter_that_cannot_be_opened_ends_the_run_before_it_reads_anything(tmp_path):
+    recipe = load_recipe().starting_with("lift").with_options("lift", lifter=str(tmp_path / "none.onnx"))
+    with pytest.raises(InputError, match=r"none\.onnx"):
+        recipe.build()
+
+
+def test_run_with_a_lifter(files, per_frame, facing_camera, pcnet3d, tmp_path):
+    lifter = per_frame(ZERO, facing_camera, name="mine.onnx")
+    folder = tmp_path / "out"
+    arguments = ("run", files.video, "--keypoints", files.keypoints, "--lifter", lifter, "-o", folder)
+    code, said = pcnet3d(*arguments)
+    assert code == 0, said
+    assert "lift by mine.onnx@" in said
+    summary = json.loads((folder / "summary.json").read_text())
+    (step,) = (step for step in summary["history"] if step["name"] == "lift")
+    assert step["options"]["kind"] == "motionbert"
+
+
+@pytest.mark.parametrize("given", [["--lifter", "rectifier"], ["--lifter-kind", "coco"]])
+def test_a_network_of_another_kind_is_one_sentence_and_exit_code_2(files, pcnet3d, tmp_path, given):
+    from importlib.resources import files as package
+
+    given = [str(package("pcnet3d.models") / "pcnet.onnx") if text == "rectifier" else text for text in given]
+    folder = tmp_path / "out"
+    code, said = pcnet3d("run", files.video, "--keypoints", files.keypoints, *given, "-o", folder)
+    assert code == 2
+    assert said.startswith("pcnet3d: ")
+    assert "Traceback" not in said
+    assert said.count("\n") == 1
+    assert not folder.exists()

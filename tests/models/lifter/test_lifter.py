@@ -1,0 +1,181 @@
+"""The lifter's run time: what goes in, what comes out, and what is refused."""
+
+import numpy as np
+import pytest
+
+from pcnet3d.models.lifter.builtin import lift, network, run
+from pcnet3d.models.lifter.features import CHANNELS, HALF_WINDOW, features, flipped, ray_rotation
+from pcnet3d.pipeline import H36M17, IMAGE, InputError, PoseSequence
+from pcnet3d.pipeline.layouts import COCO17
+from pcnet3d.pipeline.rotations import geodesic_deg
+
+SIZE = (1920, 1080)
+FLAT = {
+    "pelvis": (0, 0), "r_hip": (-30, 0), "r_knee": (-35, 120), "r_ankle": (-40, 240),
+    "l_hip": (30, 0), "l_knee": (35, 120), "l_ankle": (40, 240), "spine": (0, -65), "thorax": (0, -135),
+    "nose": (0, -165), "head": (0, -210), "l_shoulder": (50, -130), "l_elbow": (65, -50), "l_wrist": (75, 20),
+    "r_shoulder": (-50, -130), "r_elbow": (-65, -50), "r_wrist": (-75, 20),
+}  # fmt: skip
+
+
+def person(frames=60, at=(960, 540), seed=0):
+    """(frames, 17, 2) pixels: someone who faces the camera and sways."""
+    rng = np.random.default_rng(seed)
+    flat = np.array([FLAT[name] for name in H36M17.joints], dtype=float)
+    sway = np.sin(np.arange(frames)[:, None, None] / 10 + rng.uniform(0, 6, (17, 2))) * 8
+    return flat + sway + np.array(at)
+
+
+def poses(pixels, **changes):
+    return PoseSequence(pixels, H36M17, IMAGE, frame_index=np.arange(len(pixels)), **changes)
+
+
+def test_a_facing_person_comes_out_upright_with_left_on_the_right():
+    lifted = lift(poses(person()), SIZE)
+    assert str(lifted.frame.unit) == "arbitrary"
+    np.testing.assert_array_equal(lifted.joint("pelvis"), 0)
+    trunk = (lifted.joint("thorax") - lifted.joint("pelvis")).mean(axis=0)
+    assert -trunk[1] > 0.9 * np.linalg.norm(trunk)
+    assert (lifted.joint("l_shoulder")[:, 0] > lifted.joint("r_shoulder")[:, 0]).all()
+    height = (lifted.joint("l_ankle") - lifted.joint("head"))[:, 1]
+    assert 1.2 < height.mean() < 2.0
+    assert lifted.history[-1].name == "lift"
+
+
+def test_chunks_make_no_seam():
+    x, _ = features(person(700), np.full((700, 17), np.nan), np.array(SIZE, dtype=float), np.array(1920.0))
+    whole = run(x, chunk=10_000)
+    for chunk in (100, 257):
+        np.testing.assert_allclose(run(x, chunk=chunk), whole, atol=1e-5)
+
+
+def test_far_frames_do_not_matter():
+    """What the stated reach promises: a frame's answer depends on frames near it only."""
+    pixels = person(900)
+    other = pixels.copy()
+    other[600:] += 100 * np.random.default_rng(0).normal(size=other[600:].shape)
+    a, b = (lift(poses(p), SIZE).joints for p in (pixels, other))
+    near = 600 - network().reach - HALF_WINDOW
+    np.testing.assert_allclose(a[:near], b[:near], atol=1e-5)
+    assert np.abs(a[600:] - b[600:]).max() > 0.01
+
+
+@pytest.mark.parametrize("frames", [1, 2, 5, 30])
+def test_any_number_of_frames(frames):
+    lifted = lift(poses(person(frames)), SIZE)
+    assert lifted.joints.shape == (frames, 17, 3)
+    assert np.isfinite(lifted.joints).all()
+
+
+def test_mirrored_person_gives_the_mirrored_skeleton_with_flip():
+    pixels = person(40, at=(700, 400))
+    mirrored = pixels[:, H36M17.mirror] * [-1, 1] + [SIZE[0], 0]
+    a = lift(poses(pixels), SIZE, flip=True).joints
+    b = lift(poses(mirrored), SIZE, flip=True).joints
+    np.testing.assert_allclose(b, a[:, H36M17.mirror] * [-1, 1, 1], atol=1e-5)
+
+
+def test_flipping_features_is_flipping_the_picture():
+    pixels = person(20, at=(500, 300))
+    mirrored = pixels[:, H36M17.mirror] * [-1, 1] + [SIZE[0], 0]
+    confidence = np.random.default_rng(0).uniform(size=(20, 17))
+    size, focal = np.array(SIZE, dtype=float), np.array(1500.0)
+    x, _ = features(pixels, confidence, size, focal)
+    y, _ = features(mirrored, confidence[:, H36M17.mirror], size, focal)
+    assert x.shape == (20, CHANNELS)
+    np.testing.assert_allclose(flipped(x), y, atol=1e-5)
+
+
+def test_picture_size_does_not_matter():
+    small = lift(poses(person(30)), SIZE).joints
+    large = lift(poses(person(30) * 2), (3840, 2160)).joints
+    np.testing.assert_allclose(large, small, atol=1e-4)
+
+
+def test_the_ray_to_the_body_turns_the_answer():
+    """The same picture of a person elsewhere: same skeleton in the ray frame, turned by the ray in the camera."""
+    size, focal = np.array(SIZE, dtype=float), np.array(1000.0)
+    middle = person(1)
+    rays = np.concatenate([(middle - size / 2) / focal, np.ones((1, 17, 1))], axis=-1)
+    x, straight = features(middle, np.full((1, 17), np.nan), size, focal)
+    R = ray_rotation(np.array([0.4, -0.2]))
+    moved = np.einsum("ij,tkj->tki", R, rays)
+    pixels = moved[..., :2] / moved[..., 2:] * focal + size / 2
+    y, turned = features(pixels, np.full((1, 17), np.nan), size, focal)
+    np.testing.assert_allclose(x[..., :34], y[..., :34], atol=0.03)
+    angle = np.degrees(np.arctan(np.hypot(0.4, 0.2)))
+    assert geodesic_deg(straight, turned)[0] == pytest.approx(angle, abs=1.0)
+
+
+def test_missing_joints_are_filled_from_the_others():
+    pixels = person()
+    pixels[:, H36M17.index("l_wrist")] = np.nan
+    pixels[20:30] = np.nan
+    lifted = lift(poses(pixels), SIZE)
+    assert np.isfinite(lifted.joints).all()
+    assert lifted.history[-1].options["frames_without_joints"] == 0
+
+
+def test_two_seconds_without_anybody_are_missing_and_counted():
+    pixels = person(150)
+    pixels[50:110] = np.nan
+    lifted = lift(poses(pixels), SIZE)
+    missing = np.isnan(lifted.joints).all(axis=(1, 2))
+    np.testing.assert_array_equal(np.flatnonzero(missing), np.arange(50, 110))
+    assert np.isfinite(lifted.joints[~missing]).all()
+    assert lifted.history[-1].options["frames_without_joints"] == 60
+
+
+def test_frames_that_a_file_leaves_out_count_as_frames():
+    pixels = person(60)
+    keep = np.r_[0:20, 28:60]
+    blank = pixels.copy()
+    blank[20:28] = np.nan
+    sparse = PoseSequence(pixels[keep], H36M17, IMAGE, frame_index=keep * 2 + 7)
+    np.testing.assert_allclose(lift(sparse, SIZE).joints, lift(poses(blank), SIZE).joints[keep], atol=1e-5)
+
+
+def test_confidences_and_clock_are_kept():
+    keypoints = poses(person(10), confidence=np.full((10, 17), 0.5), time_s=np.arange(10) / 25)
+    lifted = lift(keypoints, SIZE)
+    np.testing.assert_array_equal(lifted.confidence, keypoints.confidence)
+    np.testing.assert_array_equal(lifted.times, keypoints.times)
+
+
+def two_people():
+    pixels = person(60, at=(300, 540))
+    pixels[::2] = person(60, at=(1500, 540))[::2]
+    return poses(pixels)
+
+
+@pytest.mark.parametrize(
+    ("keypoints", "size", "options", "words"),
+    [
+        (lambda: PoseSequence(person(), COCO17, IMAGE), SIZE, {}, "COCO17.*remap"),
+        (lambda: poses(person() / 960 - 1), SIZE, {}, "look normalised"),
+        (lambda: poses(person()), None, {}, "width and height"),
+        (lambda: poses(person() * 3), SIZE, {}, "100 % lie outside"),
+        (lambda: poses(person()), (0, 1080), {}, "image size"),
+        (lambda: poses(person()), SIZE, {"focal_px": -5.0}, "focal length"),
+        (lambda: poses(person() * np.nan), SIZE, {}, "every joint of every frame is missing"),
+        (two_people, SIZE, {}, "two people look mixed"),
+        (lambda: poses(person()), SIZE, {"model": "nowhere.onnx"}, "nothing there"),
+        (lambda: poses(person()), SIZE, {"model": __file__}, "Expected a lifter's .onnx file"),
+    ],
+)
+def test_bad_input_is_refused_in_words(keypoints, size, options, words):
+    with pytest.raises(InputError, match=words):
+        lift(keypoints(), size, **options)
+
+
+def test_another_frame_is_refused():
+    from pcnet3d.pipeline import CAMERA
+
+    with pytest.raises(InputError, match="IMAGE"):
+        lift(PoseSequence(np.zeros((3, 17, 3)), H36M17, CAMERA), SIZE)
+
+
+def test_a_scene_cut_is_not_two_people():
+    pixels = person(60, at=(300, 540))
+    pixels[30:] = person(60, at=(1500, 540))[30:]
+    assert np.isfinite(lift(poses(pixels), SIZE).joints).all()

@@ -1,0 +1,308 @@
+"""Training windows of the lifter, and a training run as small as it gets."""
+
+import json
+
+import numpy as np
+import pytest
+
+from golden.trainings import LIFTER, tiny
+from pcnet3d.models.lifter.builtin import lift, network, run
+from pcnet3d.models.lifter.features import CHANNELS
+from pcnet3d.models.mocap.clips import Clip, write_mocap
+from pcnet3d.models.synthetic.bodies import STANDARD_SIZE_M, size_m
+from pcnet3d.pipeline import H36M17, IMAGE, InputError, PoseSequence
+
+torch = pytest.importorskip("torch", reason="training needs torch, the extra 'train'")
+pytest.importorskip("onnxscript", reason="export needs onnxscript, the extra 'train'")
+module = pytest.importorskip("pcnet3d.models.lifter.training.train")
+from golden.checkpoints import read_checkpoint, same  # noqa: E402
+from pcnet3d.models.lifter.training.windows import Batch, Material, Windows  # noqa: E402
+from pcnet3d.models.synthetic.on_device.draw import Draw  # noqa: E402
+from pcnet3d.models.synthetic.on_device.keypoint_noise import Spoilt, detect  # noqa: E402
+
+STILL = Material(unchanged=1.0, mirrored=0.0, other_rates=0.0)
+LEGS = H36M17.indices([f"{side}_{part}" for side in "lr" for part in ("knee", "ankle")])
+
+
+@pytest.fixture
+def clips():
+    """Three people of other proportions, who hardly move."""
+    rng = np.random.default_rng(0)
+    poses = rng.uniform([-0.4, -0.4, 0], [0.4, 0.4, 1.8], (3, 1, 17, 3)) + rng.normal(
+        0, 0.01, (3, 150, 17, 3)
+    )
+    poses[:, :, 0] = poses[:, :, H36M17.indices(("l_hip", "r_hip"))].mean(axis=2)
+    return tuple(
+        Clip(f"0{i}_01", f"0{i}", "asfamc", 30.0, joints.astype(np.float32)) for i, joints in enumerate(poses)
+    )
+
+
+@pytest.fixture
+def config(tmp_path, clips, monkeypatch):
+    """A config file; everybody is the same three people."""
+    monkeypatch.setattr(module, "read_clips", lambda subjects: clips)
+    monkeypatch.setattr(module, "_CHECK_WINDOWS", (4, 20))
+    (tmp_path / "tiny.toml").write_text(LIFTER)
+    return tmp_path / "tiny.toml"
+
+
+@pytest.fixture
+def without_export(monkeypatch):
+    """Export takes seconds."""
+    monkeypatch.setattr(module, "export", lambda net, path, **said: path.write_bytes(b"slow"))
+
+
+def batch(clips, material, count, frames, step=0):
+    return Batch(*(part.numpy() for part in Windows(clips, material).batch(Draw(3, step), count, frames)))
+
+
+@pytest.mark.parametrize(("count", "frames"), [(50, 1), (8, 30), (3, 150)])
+def test_windows_are_what_they_say(clips, count, frames):
+    x, joints, velocity = batch(clips, Material(other_rates=0.0, derived=0.5, pans=0.3), count, frames)
+    assert x.shape == (count, frames, CHANNELS)
+    assert joints.shape == velocity.shape == (count, frames, 17, 3)
+    assert x.dtype == joints.dtype == velocity.dtype == np.float32
+    assert np.isfinite(x).all()
+    np.testing.assert_array_equal(joints[..., 0, :], 0)
+    np.testing.assert_allclose(size_m(joints), STANDARD_SIZE_M, rtol=1e-4)
+    if frames == 1:
+        assert not velocity.any()  # of a single frame nothing is known, and nothing asked
+
+
+def test_the_same_draw_gives_the_same_windows(clips):
+    material = Material(combined=0.5, pans=0.5, truncated=0.5, occluded=0.5, derived=0.5)
+    one, again, other = (batch(clips, material, 4, 20, step) for step in (0, 0, 1))
+    assert all(np.array_equal(a, b) for a, b in zip(one, again, strict=True))
+    assert np.abs(one.joints - other.joints).max() > 0.1
+
+
+def test_the_image_shows_the_target(clips):
+    """x and y of the target are the image, up to perspective, noise and scale."""
+    x, joints, _ = batch(clips, STILL, 300, 1)
+    image = x[:, 0, :34].reshape(-1, 17, 2)
+    seen = x[:, 0, 51:68] > 0
+    use = seen & seen[:, :1]
+    correlation = np.corrcoef((image - image[:, :1])[use].ravel(), joints[:, 0, :, :2][use].ravel())[0, 1]
+    assert correlation > 0.9
+
+
+def test_combined_windows_have_other_upper_bodies(clips):
+    plain, mixed = (
+        batch(clips, Material(unchanged=1.0, mirrored=0.0, other_rates=0.0, combined=share), 60, 1).joints
+        for share in (0.0, 1.0)
+    )
+
+    def apart(joints, part):
+        left, right = (joints[:, 0, H36M17.index(f"{side}_{part}")] for side in "lr")
+        return np.linalg.norm(left - right, axis=-1)
+
+    linked, loose = (abs(np.corrcoef(apart(y, "knee"), apart(y, "wrist"))[0, 1]) for y in (plain, mixed))
+    assert linked > 0.4  # three people: who has these knees has these wrists
+    assert loose < 0.3
+
+
+def test_a_truncated_image_loses_the_legs_first_and_absent_joints_are_never_seen(facing_camera):
+    joints = torch.from_numpy(
+        np.tile(facing_camera + np.array([0, 0, 4.0]), (400, 5, 1, 1)).astype(np.float32)
+    )
+    pixels = joints[..., :2] / joints[..., 2:] * 1000 + 500
+
+    def lost(**spoilt):
+        keypoints, confidence = detect(pixels, joints, Draw(0, 0), Spoilt(**spoilt), 30.0)
+        assert not confidence[keypoints.isnan().any(-1)].any()
+        return keypoints.isnan().any(-1).float().mean((0, 1)).numpy()
+
+    plain, cut = lost(), lost(truncated=1.0)
+    assert (cut[LEGS] > plain[LEGS] + 0.2).all()
+    assert cut[H36M17.index("head")] < 0.3
+    absent = lost(absent={"nose": 1.0, "head": 0.5})
+    assert absent[H36M17.index("nose")] == 1
+    assert absent[H36M17.index("head")] == pytest.approx(0.5, abs=0.1)
+    occluded = lost(occluded=1.0) - plain
+    assert 0.02 < occluded[LEGS].mean() < 0.5
+    assert np.abs(occluded[H36M17.indices(("pelvis", "thorax", "l_hip", "r_shoulder"))]).max() < 0.05
+
+
+def test_windows_longer_than_every_clip_are_refused(clips):
+    with pytest.raises(InputError, match="151 frames"):
+        batch(clips, STILL, 2, 151)
+
+
+def test_clips_of_another_rate_are_refused(clips):
+    odd = Clip("07_01", "07", "asfamc", 60.0, clips[0].joints)
+    with pytest.raises(InputError, match="30 frames per second to train on, got 60"):
+        Windows([*clips, odd], STILL)
+
+
+def test_the_deviation_that_costs_least_is_the_true_one():
+    """Its weight teaches the deviations, and pulls at nothing else."""
+    torch.manual_seed(0)
+    joints = torch.zeros(50, 40, 17, 3)
+    error = torch.randn(joints.shape) * torch.tensor([0.02, 0.02, 0.05])
+    error[:, :, 0] = 0
+    truth = Batch(joints, joints, joints)
+    weights = module.Weights(motion=0.0, velocity=0.0, deviation=1.0)
+
+    def cost(across, along):
+        sd = torch.tensor([across, along]).expand(50, 40, 17, 2)
+        return float(module.loss((joints + error, sd, joints), truth, weights))
+
+    least = cost(0.02, 0.05)
+    assert all(least < cost(*other) for other in ((0.018, 0.05), (0.022, 0.05), (0.02, 0.045), (0.02, 0.055)))
+    answer = (joints + error).requires_grad_()
+    sd = torch.full((50, 40, 17, 2), 0.03)
+    slopes = [
+        torch.autograd.grad(
+            module.loss((answer, sd, joints), truth, weights.model_copy(update={"deviation": d})), answer
+        )[0]
+        for d in (0.0, 1.0)
+    ]
+    assert torch.equal(*slopes)
+
+
+def test_a_run_gives_a_network_that_the_run_time_answers_alike(config, tmp_path, capsys):
+    out = tmp_path / "out"
+    module.train_lifter(config, out)
+    assert {path.name for path in out.iterdir()} == {
+        "lifter.onnx", "best.pt", "checkpoint.json", "checkpoint-6.0", "lifter.toml", "log.jsonl",
+    }  # fmt: skip
+    lines = [json.loads(line) for line in (out / "log.jsonl").read_text().splitlines()]
+    assert [line["step"] for line in lines] == [2, 4, 6]
+    assert {"cmu_typical", "cmu_wild", "score", "pa", "error_over_sd", "loss"} < lines[0].keys()
+    assert "parameters" in capsys.readouterr().out
+
+    opened = network(out / "lifter.onnx")
+    assert (opened.reach, opened.trained_on) == (4, "train")
+    assert [output.name for output in opened.session.get_outputs()] == ["joints", "sd", "velocity"]
+    net = module.load_weights(module.LifterNet(module.read_config(config).net), out / "best.pt")
+    for frames in (1, 3, 40):
+        x = np.random.default_rng(0).normal(size=(frames, CHANNELS)).astype(np.float32)
+        with torch.no_grad():
+            expected = [part[0].numpy() for part in net(torch.from_numpy(x)[None])]
+        answers = opened.session.run(["joints", "sd", "velocity"], {"features": x[None]})
+        for answer, part in zip(answers, expected, strict=True):
+            np.testing.assert_allclose(answer[0], part, atol=1e-5)
+        np.testing.assert_allclose(run(x, out / "lifter.onnx"), expected[0], atol=1e-5)
+        np.testing.assert_allclose(run(x, out / "lifter.onnx", chunk=7), expected[0], atol=1e-5)
+    assert (answers[1] > 0).all()
+    flat = np.random.default_rng(0).uniform(300, 700, (12, 17, 2))
+    lifted = lift(PoseSequence(flat, H36M17, IMAGE), (1000, 1000), model=out / "lifter.onnx")
+    assert np.isfinite(lifted.joints).all()
+    assert run(x).shape == (40, 17, 3)  # the built-in one, whatever it answers beside joints
+
+
+def test_a_run_in_pieces_comes_to_the_same_weights(config, tmp_path, without_export):
+    """minutes=0 stops after every step."""
+    module.train_lifter(config, tmp_path / "whole")
+    for step in range(1, 7):
+        module.train_lifter(config, tmp_path / "pieces", minutes=0)
+        assert read_checkpoint(tmp_path / "pieces")["step"] == step
+        assert (tmp_path / "pieces" / "lifter.onnx").exists() == (step == 6)
+    assert same(*(read_checkpoint(tmp_path / run) for run in ("whole", "pieces")))
+    best = (torch.load(tmp_path / run / "best.pt", weights_only=True) for run in ("whole", "pieces"))
+    assert same(*best)
+
+
+def test_it_starts_with_the_weights_of_an_earlier_run(config, tmp_path, without_export):
+    module.train_lifter(config, tmp_path / "first")
+    start = (tmp_path / "first" / "best.pt").as_posix()
+    config.write_text(
+        tiny(("seed = 1", f'seed = 2\nstart = "{start}"'), ("rate = 1e-3", "rate = 1e-12"), text=LIFTER)
+    )
+    module.train_lifter(config, tmp_path / "second")
+    one, two = (torch.load(tmp_path / run / "best.pt", weights_only=True) for run in ("first", "second"))
+    for name, value in one.items():
+        torch.testing.assert_close(two[name], value, atol=1e-6, rtol=1e-5)
+    config.write_text(
+        tiny(("seed = 1", f'seed = 2\nstart = "{start}"'), ("width = 16", "width = 24"), text=LIFTER)
+    )
+    with pytest.raises(InputError, match=r"best\.pt.*size mismatch"):
+        module.train_lifter(config, tmp_path / "third")
+    assert not (tmp_path / "third").exists()
+
+
+@pytest.fixture
+def own(tmp_path, clips, monkeypatch):
+    """Trains on a file of clips and a split, the text changed; nothing else is read."""
+    monkeypatch.setenv("PCNET3D_DATA", str(tmp_path / "nowhere"))
+    monkeypatch.setattr(module, "_CHECK_WINDOWS", (4, 20))
+    write_mocap(tmp_path / "clips.npz", clips)
+    (tmp_path / "split.json").write_text(json.dumps({"train": ["00", "01"], "val": ["02"]}))
+    data, split = ((tmp_path / name).as_posix() for name in ("clips.npz", "split.json"))
+    text = tiny(("seed = 1", f'seed = 1\ndata = "{data}"\nsplit = "{split}"'), text=LIFTER)
+
+    def train(*changes):
+        (tmp_path / "own.toml").write_text(tiny(*changes, text=text))
+        module.train_lifter(tmp_path / "own.toml", tmp_path / "out")
+        return tmp_path / "out"
+
+    return train
+
+
+def test_training_on_own_data(own, monkeypatch):
+    said = {}
+    monkeypatch.setattr(module, "export", lambda net, path, **properties: said.update(properties))
+    out = own()
+    assert said == {"reach": 4, "trained_on": "clips.npz, split.json"}
+    figures = json.loads((out / "log.jsonl").read_text().splitlines()[-1])
+    assert {"val_typical", "val_wild"} < figures.keys()
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "words"),
+    [
+        ("split = ", "# split = ", "`data` and `split` together"),
+        ('subjects = "train"', 'subjects = "train-a"', 'subjects = "train"'),
+        ("clips.npz", "clip.npz", "found nothing"),
+        ("16 = 0.7", "999 = 0.7", "999 frames"),
+    ],
+)
+def test_own_data_that_cannot_be_trained_on_is_refused(own, before, after, words):
+    with pytest.raises(InputError, match=words):
+        own((before, after))
+
+
+def test_a_person_in_two_parts_is_refused(own, tmp_path):
+    (tmp_path / "split.json").write_text(json.dumps({"train": ["00", "02"], "val": ["02"]}))
+    with pytest.raises(InputError, match="02 is in train and val"):
+        own()
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "words"),
+    [
+        ("seed", "sede", "sede|seed"),
+        ("steps = 6", "steps = 'many'", r"schedule\.steps"),
+        ("warmup", "warm", r"schedule\.warm"),
+        ("width", "widht", r"net\.widht"),
+        ("[weights]", "[weights]\nmoton = 1", r"weights\.moton"),
+        ("pans", "pants", r"material\.pants"),
+        ("pans = 0.2", "pans = 20", "material.*between 0 and 1 for pans"),
+        ("sampled = 0.2", "sampled = -1", r"material\.poses.*between 0 and 1 for sampled"),
+        ("sampled", "smapled", r"material\.poses\.smapled"),
+        ('"train"', '"everybody"', "subjects"),
+        ("steps = 6", "steps = 6]", "TOML"),
+    ],
+)
+def test_a_wrong_config_is_refused_by_its_key(tmp_path, before, after, words):
+    from pcnet3d.models.train import train
+
+    (tmp_path / "c.toml").write_text(tiny((before, after), text=LIFTER))
+    with pytest.raises(InputError, match=words):
+        train(tmp_path / "c.toml", tmp_path / "out")
+
+
+def test_a_missing_config_is_refused(tmp_path):
+    from pcnet3d.models.train import train
+
+    with pytest.raises(InputError, match="Expected a training config"):
+        train(tmp_path / "none.toml", tmp_path / "out")
+
+
+def test_the_recipe_can_be_read():
+    from importlib.resources import files
+
+    config = module.read_config(files("pcnet3d.models.lifter.training").joinpath("lifter.toml"))
+    assert config.subjects == "train"
+    assert config.material.poses.turned > 0

@@ -1,0 +1,141 @@
+"""The exported network answers like torch, and its run time refuses what it cannot use."""
+
+import numpy as np
+import pytest
+
+from pcnet3d.models.rectifier import onnx as pcnet_onnx
+from pcnet3d.models.rectifier.onnx import PCNetRectifier, prepare
+from pcnet3d.pipeline import H36M17, InputError
+
+NETS = {"mlp": True, "hybrid": True, "gcn": False, "transformer": False}
+
+
+@pytest.fixture(scope="module")
+def exported(tmp_path_factory):
+    """{net: (torch network, file)} of small untrained networks."""
+    torch = pytest.importorskip("torch", reason="export needs torch, the extra 'train'")
+    pytest.importorskip("onnxscript", reason="export needs onnxscript, the extra 'train'")
+    from pcnet3d.models.rectifier.training.export import Deployed, export
+    from pcnet3d.models.rectifier.training.net import NetConfig, PCNet
+
+    torch.manual_seed(0)
+    made = {}
+    for net, align in NETS.items():
+        network = PCNet(
+            NetConfig(net=net, width=16, output=24, heads=2, residual="off" if align else "free", align=align)
+        )
+        torch.nn.init.normal_(network.rotation.weight, std=0.5)
+        path = tmp_path_factory.mktemp("onnx") / f"{net}.onnx"
+        deployed = Deployed(network, symmetric=align)
+        export(deployed, path, trained_on="nobody")
+        made[net] = (deployed.eval(), path)
+    return made
+
+
+@pytest.fixture
+def poses(facing_camera):
+    rng = np.random.default_rng(0)
+    joints = facing_camera + rng.normal(0, 0.05, (300, 17, 3))
+    return joints - joints[:, :1]
+
+
+@pytest.mark.parametrize("net", NETS)
+def test_it_answers_like_torch(exported, poses, net):
+    import torch
+
+    network, path = exported[net]
+    poses[5, H36M17.index("r_wrist")] = np.nan
+    R, error_deg = PCNetRectifier(path).rotation(poses)
+    joints, valid, usable = prepare(poses)
+    assert usable.all()
+    with torch.no_grad():
+        expected = network(torch.from_numpy(joints), torch.from_numpy(valid))
+    np.testing.assert_allclose(R, expected[0].numpy(), atol=1e-4)
+    np.testing.assert_allclose(error_deg, expected[1].numpy(), rtol=1e-4)
+
+
+def test_the_mirrored_body_gets_the_mirrored_answer(exported, poses):
+    """By construction where the file was exported as symmetric, and only there."""
+    across, body = np.diag([-1.0, 1, 1]), np.diag([1.0, -1, 1])
+    for net, symmetric in (("mlp", True), ("gcn", False)):
+        rectifier = PCNetRectifier(exported[net][1])
+        R, _ = rectifier.rotation(poses)
+        mirrored, _ = rectifier.rotation(poses[:, H36M17.mirror] * np.array([-1, 1, 1]))
+        assert np.allclose(mirrored, across @ R @ body, atol=1e-4) == symmetric
+
+
+def test_chunks_and_threads_do_not_matter(exported, poses, monkeypatch):
+    path = exported["hybrid"][1]
+    R, error_deg = PCNetRectifier(path).rotation(poses)
+    one = [PCNetRectifier(path, threads=1).rotation(poses[i : i + 1])[0][0] for i in range(0, 300, 60)]
+    np.testing.assert_allclose(one, R[::60], atol=1e-5)
+    monkeypatch.setattr(pcnet_onnx, "CHUNK", 7)
+    np.testing.assert_allclose(PCNetRectifier(path).rotation(poses)[1], error_deg, rtol=1e-4)
+
+
+def test_no_frames_and_no_usable_frames(exported, poses):
+    rectifier = PCNetRectifier(exported["mlp"][1])
+    assert rectifier.rotation(poses[:0])[0].shape == (0, 3, 3)
+    R, error_deg = rectifier.rotation(np.full((4, 17, 3), np.nan))
+    assert np.isnan(R).all()
+    assert np.isnan(error_deg).all()
+    assert np.isnan(
+        rectifier.rotation(np.zeros((2, 17, 3)))[0]
+    ).all()  # a failed frame that was filled with zeros
+
+
+@pytest.mark.parametrize(
+    ("missing", "fine"),
+    [
+        ((), True),
+        (("l_wrist", "r_ankle", "nose", "head", "spine"), True),
+        (("l_hip", "r_hip"), True),
+        (("pelvis",), True),
+        (("l_shoulder", "thorax"), False),
+        (("l_hip", "r_shoulder"), False),
+        (("pelvis", "l_hip"), False),
+    ],
+)
+def test_too_few_torso_joints_give_no_rotation(exported, poses, missing, fine):
+    poses[3, H36M17.indices(missing)] = np.nan
+    R, error_deg = PCNetRectifier(exported["mlp"][1]).rotation(poses[:6])
+    assert np.isfinite(R[[0, 1, 2, 4, 5]]).all()
+    assert np.isfinite(R[3]).all() == np.isfinite(error_deg[3]) == fine
+
+
+def test_a_missing_pelvis_is_the_middle_of_the_hips(exported, poses):
+    rectifier = PCNetRectifier(exported["mlp"][1])
+    lost = poses.copy()
+    poses[:, 0] = poses[:, H36M17.indices(("l_hip", "r_hip"))].mean(axis=1)
+    lost[:, 0] = np.nan
+    np.testing.assert_allclose(rectifier.rotation(lost)[0], rectifier.rotation(poses)[0], atol=1e-4)
+
+
+def test_input_stays_untouched(exported, poses):
+    before = poses.copy()
+    PCNetRectifier(exported["mlp"][1]).rotation(poses)
+    np.testing.assert_array_equal(poses, before)
+
+
+def test_the_method_names_the_weights(exported):
+    methods = {PCNetRectifier(path).method for _, path in exported.values()}
+    assert len(methods) == len(exported)
+    assert all(method.startswith("pcnet@") and len(method) == 18 for method in methods)
+
+
+def test_other_files_are_refused(tmp_path):
+    onnx = pytest.importorskip("onnx", reason="needs onnx, the extra 'train'")
+    with pytest.raises(InputError, match=r"none\.onnx"):
+        PCNetRectifier(tmp_path / "none.onnx")
+    (tmp_path / "text.onnx").write_text("not a network")
+    with pytest.raises(InputError, match=r"text\.onnx"):
+        PCNetRectifier(tmp_path / "text.onnx")
+    x = onnx.helper.make_tensor_value_info("features", onnx.TensorProto.FLOAT, ["batch", 72])
+    y = onnx.helper.make_tensor_value_info("joints", onnx.TensorProto.FLOAT, ["batch", 72])
+    graph = onnx.helper.make_graph(
+        [onnx.helper.make_node("Identity", ["features"], ["joints"])], "g", [x], [y]
+    )
+    model = onnx.helper.make_model(graph, opset_imports=[onnx.helper.make_opsetid("", 18)], ir_version=9)
+    onnx.save(model, str(tmp_path / "lifter.onnx"))
+    with pytest.raises(InputError, match="not a rectifier of pcnet3d"):
+        PCNetRectifier(tmp_path / "lifter.onnx")

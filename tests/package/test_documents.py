@@ -1,0 +1,200 @@
+"""What code and documents point at is there: documents, their numbered sections, source files, modules, links."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+
+import pytest
+from typer.main import get_command
+
+from pcnet3d.pipeline.cli import app
+from pcnet3d.pipeline.motion.angles import ANGLES, REASONS
+
+ROOT = Path(__file__).parents[2]
+FOLDERS = ("pipeline", "adapters", "models", "stages", "examples", "tests", "docs")
+DOCUMENTS = [*ROOT.glob("*.md"), *(path for folder in FOLDERS for path in (ROOT / folder).rglob("*.md"))]
+CODE = [path for folder in FOLDERS for path in (ROOT / folder).rglob("*.py")]
+CONFIGS = [path for folder in FOLDERS for path in (ROOT / folder).rglob("*.toml")]
+UPSTREAM = "formats.md"  # names the files of other repositories
+
+_NUMBER = r"\d+(?:\.\d+)?"
+SECTION = re.compile(
+    rf"(design|formats)\.md\)?,? (?:sections? )?({_NUMBER}(?:(?:, and|,| and| to) (?:section )?{_NUMBER}\b)*)"
+)
+DOCUMENT = re.compile(r"(?<![\w*/.-])((?:[\w.-]+/)*[\w-]+\.md)\b")
+SOURCE = re.compile(
+    rf"(?<![\w./<-])((?:{'|'.join(FOLDERS)})/[\w./-]*\w\.(?:py|toml|onnx|json|png|md|html|j2|css|js))\b"
+)
+FOLDER = re.compile(rf"(?<![\w./<-])((?:{'|'.join(FOLDERS)})/(?:\w+/?)+)(?![\w.*<-])")
+BARE = re.compile(r"`(\w+\.py)`")
+MODULE = re.compile(r"\bpcnet3d\.((?:pipeline|adapters|models|stages|examples)(?:\.\w+)+)")
+LINK = re.compile(r"\]\(([^)#\s]+)(?:#([^)\s]+))?\)|\]\(#([^)\s]+)\)")
+MADE = {"docs/api", "evaluation.md", "DIR/mmfi.md", "mmfi.md", "imu.md"}  # by `make api` and by commands
+OTHERS = {"vis.py", "main_3dhp.py"}  # scripts of upstream repositories
+
+
+def name(path: Path) -> str:
+    return path.relative_to(ROOT).as_posix()
+
+
+@cache
+def words(path: Path) -> str:
+    """A document, or the comments and docstrings of a module, in one line."""
+    text = path.read_text(encoding="utf-8")
+    if path.suffix == ".toml":
+        text = "\n".join(re.findall(r"#(.*)", text))
+    elif path.suffix == ".py":
+        strings = [
+            node.value.value
+            for node in ast.walk(ast.parse(text))
+            if isinstance(node, ast.Expr)
+            and isinstance(node.value, ast.Constant)
+            and isinstance(node.value.value, str)
+        ]
+        text = "\n".join([*strings, *re.findall(r"(?:^|\s)#\s?(.*)", text)])
+    return re.sub(r"\s+", " ", text)
+
+
+@cache
+def sections(document: str) -> frozenset[str]:
+    """Numbers of a document's headings, and of the entries of numbered lists below them ("11.5")."""
+    found, heading = set(), ""
+    for line in (ROOT / "docs" / document).read_text(encoding="utf-8").splitlines():
+        if titled := re.match(rf"##+ ({_NUMBER})\.? ", line):
+            heading = titled[1]
+            found.add(heading)
+        elif listed := re.match(r"(\d+)\. ", line):
+            found.add(f"{heading}.{listed[1]}")
+    return frozenset(found)
+
+
+def cited(text: str) -> Iterator[tuple[str, str]]:
+    """Document and number of every "design.md section N", "formats.md 2.2, 2.4 and 2.6"."""
+    for found in SECTION.finditer(text):
+        for number in re.findall(_NUMBER, found[2]):
+            yield f"{found[1]}.md", number
+
+
+def test_sections_are_seen():
+    """The expressions above find what they are to find."""
+    text = (
+        "(formats.md sections 7, 8.2 and 8.3; design.md 4), formats.md 2.3 to 2.5, [formats.md](formats.md) 1"
+    )
+    wanted = {"formats.md": ["7", "8.2", "8.3", "2.3", "2.5", "1"], "design.md": ["4"]}
+    for document, numbers in wanted.items():
+        assert [number for of, number in cited(text) if of == document] == numbers
+    assert {"11.5", "2.2", "9.1"} <= sections("formats.md")
+    assert "11.99" not in sections("formats.md")
+    assert SOURCE.findall("in pipeline/pose.py, examples/no/such.toml.") == [
+        "pipeline/pose.py",
+        "examples/no/such.toml",
+    ]
+    assert sum(1 for path in CODE for _ in cited(words(path))) > 60
+
+
+@pytest.mark.parametrize("path", [*DOCUMENTS, *CODE], ids=name)
+def test_sections_exist(path):
+    assert [f"{of} {number}" for of, number in cited(words(path)) if number not in sections(of)] == []
+
+
+def _is_document(named: str, beside: Path) -> bool:
+    places = (ROOT, ROOT / "docs", beside.parent)
+    return any((place / named).exists() for place in places)
+
+
+@pytest.mark.parametrize("path", [*DOCUMENTS, *CODE, *CONFIGS], ids=name)
+def test_documents_exist(path):
+    if path.name == UPSTREAM:
+        return
+    text = re.sub(r"https?://\S+", "", words(path))
+    named = set(DOCUMENT.findall(text)) - MADE
+    assert (
+        sorted(each for each in named if not each.startswith("doc/") and not _is_document(each, path)) == []
+    )
+
+
+@pytest.mark.parametrize("path", [*DOCUMENTS, *CODE, *CONFIGS], ids=name)
+def test_source_files_exist(path):
+    if path.name == UPSTREAM:
+        return
+    text = re.sub(r"https?://\S+", "", words(path))
+    named = {*SOURCE.findall(text), *(found.rstrip("/") for found in FOLDER.findall(text))} - MADE
+    assert sorted(each for each in named if "NAME" not in each and not (ROOT / each).exists()) == []
+
+
+@pytest.mark.parametrize("path", [path for path in DOCUMENTS if path.name != UPSTREAM], ids=name)
+def test_modules_exist(path):
+    """`spam.py` in a document is one of ours, and pcnet3d.models.spam is a module or a name in one."""
+    ours = {each.name for each in CODE} | OTHERS
+    assert sorted(set(BARE.findall(words(path))) - ours) == []
+    assert sorted(each for each in set(MODULE.findall(words(path))) if not _is_name(each)) == []
+
+
+def _is_name(dotted: str) -> bool:
+    place, *parts = ROOT / dotted.split(".")[0], *dotted.split(".")[1:]
+    while parts and (place / parts[0]).is_dir():
+        place /= parts.pop(0)
+    if parts and (place / f"{parts[0]}.py").exists():
+        place /= f"{parts.pop(0)}.py"
+    elif parts:
+        place /= "__init__.py"
+    return not parts or bool(re.search(rf"\b{parts[0]}\b", place.read_text(encoding="utf-8")))
+
+
+@pytest.mark.parametrize("path", DOCUMENTS, ids=name)
+def test_links_lead_somewhere(path):
+    for target, part, here in LINK.findall(path.read_text(encoding="utf-8")):
+        if target.startswith(("http:", "https:")):
+            continue
+        file = path.parent / target if target else path
+        assert file.exists(), target
+        if heading := part or here:
+            assert heading in anchors(file), f"{target}#{heading}"
+
+
+@cache
+def anchors(path: Path) -> frozenset[str]:
+    """Of a page's headings, as GitHub makes them."""
+    titles = re.findall(r"^#+ (.+)$", path.read_text(encoding="utf-8"), re.MULTILINE)
+    return frozenset(re.sub(r"[^\w\- ]", "", title.lower()).strip().replace(" ", "-") for title in titles)
+
+
+def test_every_page_says_who_needs_it():
+    pages = [path for path in (ROOT / "docs").glob("*.md") if path.name != "README.md"]
+    first = {page.name: page.read_text(encoding="utf-8").split("\n\n")[1] for page in pages}
+    assert sorted(page for page, text in first.items() if not text.startswith("For whoever ")) == []
+
+
+def test_every_angle_and_reason_is_explained():
+    rows = (ROOT / "docs" / "angles.md").read_text(encoding="utf-8")
+    assert (
+        sorted(
+            name for name in {re.sub("^[rl]_", "", name) for name in ANGLES} if f"| `{name}` |" not in rows
+        )
+        == []
+    )
+    assert sorted(code for code in REASONS if f"\n| {code} | " not in rows) == []
+
+
+def test_every_option_of_a_run_is_in_the_design():
+    """And nothing else is."""
+    (section,) = re.findall(
+        r"Options of `run`.*?\n\n(.*?)\n\n", (ROOT / "docs/design.md").read_text(), re.DOTALL
+    )
+    told = set(re.findall(r"`(--?[\w-]+)", section))
+    run = get_command(app).commands["run"]  # type: ignore[attr-defined]
+    options = [
+        {*option.opts, *option.secondary_opts} for option in run.params if option.opts[0].startswith("-")
+    ]
+    assert [sorted(names) for names in options if not names & told] == []
+    assert sorted(told - set().union(*options)) == []
+
+
+def test_readme_and_cards_stay_short():
+    longest = {"README.md": 90, "models/rectifier/card.md": 100, "models/lifter/card.md": 100}
+    lines = {each: len((ROOT / each).read_text(encoding="utf-8").splitlines()) for each in longest}
+    assert {each: count for each, count in lines.items() if count > longest[each]} == {}

@@ -1,0 +1,192 @@
+"""Calibration files: every program's gives the same camera, and what is refused is said in words."""
+
+import json
+
+import numpy as np
+import pytest
+
+from golden.cameras import COLMAP, DISTORTION, MATRIX, SIZE, WRITERS
+from pcnet3d.pipeline import InputError
+from pcnet3d.pipeline.files.camera_file import read_camera
+
+NAMES = {"Pose2Sim": "cam02", "Caliscope": "1", "Qualisys": "26580", "COLMAP": "5"}
+
+
+@pytest.fixture
+def written(tmp_path):
+    return lambda form: WRITERS[form](tmp_path)
+
+
+@pytest.mark.parametrize("form", [form for form in WRITERS if form != "COLMAP"])
+def test_every_program_writes_the_same_camera(form, written):
+    camera = read_camera(written(form), NAMES.get(form))
+    np.testing.assert_allclose(camera.matrix, MATRIX, rtol=1e-9)
+    coefficients = DISTORTION[: len(camera.distortion)]
+    np.testing.assert_allclose(camera.distortion, coefficients)
+    assert len(coefficients) == (4 if form == "Pose2Sim" else 5)
+    assert camera.image_size == (None if form == "PyYAML" else SIZE)
+    assert not camera.fisheye
+    assert camera.source.endswith(written(form).name)
+
+
+@pytest.mark.parametrize("number", range(len(COLMAP)))
+def test_colmaps_models_become_opencvs(number, written):
+    """COLMAP's pixels begin half a pixel earlier."""
+    model = list(COLMAP)[number]
+    _, focal, distortion = COLMAP[model]
+    camera = read_camera(written("COLMAP"), str(number + 1))
+    assert camera.focal_px == focal
+    assert camera.principal_point_px == (630, 365)
+    assert camera.distortion == pytest.approx(distortion)
+    assert camera.fisheye == (model == "OPENCV_FISHEYE")
+
+
+def test_a_fisheye_is_known_as_one(written, tmp_path):
+    assert read_camera(written("Caliscope"), "2").fisheye
+    text = WRITERS["ROS"](tmp_path).read_text()
+    path = tmp_path / "fisheye.yaml"
+    path.write_text(text.replace("plumb_bob", "equidistant").replace(", 0.010000]", "]"))
+    assert read_camera(path).fisheye
+
+
+def test_the_message_of_ros_is_read_as_well(tmp_path):
+    path = tmp_path / "message.yaml"
+    numbers = ", ".join(map(str, MATRIX.ravel()))
+    head = "header:\n  seq: 5\n  frame_id: left\nheight: 720\nwidth: 1280\ndistortion_model: plumb_bob\n"
+    path.write_text(f"{head}D: [-0.2, 0.1, 0.0, 0.0, 0.0]\nK: [{numbers}]\nbinning_x: 0\n---\nheight: 1\n")
+    camera = read_camera(path)
+    np.testing.assert_allclose(camera.matrix, MATRIX)
+    assert camera.image_size == SIZE
+
+
+@pytest.mark.parametrize(
+    ("form", "names"),
+    [
+        ("Pose2Sim", ["cam01", "cam02"]),
+        ("Caliscope", ["1", "2"]),
+        ("Qualisys", ["26578", "26580"]),
+        ("COLMAP", list("1234567")),
+    ],
+)
+def test_several_cameras_have_to_be_told_apart(form, names, written):
+    with pytest.raises(InputError, match=f"holds {len(names)} cameras; say which it is: {', '.join(names)}"):
+        read_camera(written(form))
+    with pytest.raises(InputError, match="holds no camera 'cam1'"):
+        read_camera(written(form), "cam1")
+
+
+def test_the_intrinsics_are_scaled_to_the_video(written):
+    path = written("OpenCV YAML")
+    half = read_camera(path, image_size=(640, 360))
+    assert half.image_size == (640, 360)
+    assert half.focal_px == (500, 505)
+    assert half.principal_point_px == pytest.approx((314.75, 182.25))  # borders, not first pixels, coincide
+    assert half.distortion == DISTORTION
+    assert half.at_size(SIZE).principal_point_px == pytest.approx((630, 365))
+
+
+def test_without_a_size_the_videos_is_believed(written):
+    assert read_camera(written("PyYAML"), image_size=(1920, 1080)).image_size == (1920, 1080)
+    with pytest.raises(
+        InputError, match=r"principal point inside the image of 600 x 300 .* got \(630, 365\)"
+    ):
+        read_camera(written("PyYAML"), image_size=(600, 300))
+
+
+@pytest.mark.parametrize(
+    ("size", "words"), [((720, 1280), "turned"), ((640, 480), "settings"), ((1280, 700), "settings")]
+)
+def test_a_video_of_another_aspect_is_refused(size, words, written):
+    with pytest.raises(InputError, match=f"{size[0]} x {size[1]} pixels .* one of 1280 x 720; .*{words}"):
+        read_camera(written("ROS"), image_size=size)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"cameraMatrix": [[12, 0, 640], [0, 12, 360], [0, 0, 1]]}, "focal lengths in pixels, .* 12 and 12"),
+        (
+            {"cameraMatrix": [[1000, 0, 640], [0, 400, 360], [0, 0, 1]]},
+            "nearly equal focal lengths .* got 1000 and 400",
+        ),
+        ({"cameraMatrix": [[1000, 0, -5], [0, 1000, 360], [0, 0, 1]]}, "principal point inside"),
+        (
+            {"cameraMatrix": [[1000, 90, 640], [0, 1000, 360], [0, 0, 1]]},
+            "fx 0 cx, 0 fy cy, 0 0 1, got 1000 90",
+        ),
+        ({"cameraMatrix": [[1000, 0, 0], [0, 1000, 0], [640, 360, 1]]}, "fx 0 cx, 0 fy cy, 0 0 1"),
+        ({"cameraMatrix": [[1000, 0, 640], [0, 1000, 360]]}, "9 finite numbers"),
+        ({"cameraMatrix": [[1000, 0, None], [0, 1000, 360], [0, 0, 1]]}, "9 finite numbers"),
+        ({"cameraMatrix": [[float("inf"), 0, 640], [0, 1000, 360], [0, 0, 1]]}, "9 finite numbers"),
+        ({"distCoeffs": [0.1, 0.2, 0.3]}, "0, 4, 5, 8, 12 distortion coefficients .* got 3"),
+        ({"distCoeffs": "rather bent"}, "finite numbers, got"),
+        ({"fisheye": True}, "0, 4 fisheye coefficients .* got 5"),
+        ({"image_size": [1280.5, 720]}, "whole pixels"),
+        ({"distortion_model": "double_sphere"}, "got 'double_sphere'"),
+    ],
+)
+def test_numbers_that_no_camera_has(change, words, written, tmp_path):
+    content = json.loads(written("tutorial JSON").read_text()) | change
+    path = tmp_path / "bad.json"
+    path.write_text(json.dumps(content))
+    with pytest.raises(InputError, match=words):
+        read_camera(path)
+
+
+@pytest.mark.parametrize("form", WRITERS)
+def test_a_file_that_was_cut_short(form, written):
+    path = written(form)
+    text = path.read_text()
+    path.write_text(text[: text.index("64640.0" if form == "Qualisys" else "1010") + 2])
+    with pytest.raises(InputError, match=str(path)):
+        read_camera(path, NAMES.get(form))
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (b"", "no camera matrix"),
+        (b"\x89PNG\r\n\x1a\n\0\0", "no UTF-8 text"),
+        (b"frame,x,y\n0,1,2\n", "none or is damaged"),
+        (b'{"image_id": 1, "keypoints": [1, 2, 3]}', "no camera matrix"),
+        (b'[{"image_id": 1}]', "none or is damaged"),
+        (b"[tool]\nname = 'x'\n", "no camera matrix"),
+        (b"<svg xmlns='http://www.w3.org/2000/svg'/>", "no camera matrix"),
+        (
+            b"<calibration><cameras><camera serial='1'><intrinsic/></camera></cameras></calibration>",
+            "1 finite number",
+        ),
+        (b"1 FOV 1280 720 1000 1000 640 360 0.9\n", "one of the models SIMPLE_PINHOLE"),
+        (b"1 PINHOLE 1280 720 1000 1000 640\n", "4 finite numbers"),
+        (
+            b"1 PINHOLE 1280 720 1000 1000 640 360\n1 PINHOLE 1280 720 900 900 640 360\n",
+            "different names, got 1, 1",
+        ),
+        (b"K: " + b"[" * 100_000, "none or is damaged"),
+        (b"K:\n  " + b"- " * 100_000, "9 finite numbers"),
+        (b"K: [1000, 0, 640\n", "never closed"),
+        (b"K: [1000, 0, 640]\nD\n", "line 2 of its YAML"),
+        (b'{"a":' * 100_000, "too deeply"),
+        (b"x" * (1 << 20) + b"x", "larger than"),
+    ],
+)
+def test_other_files_are_refused(content, words, tmp_path):
+    path = tmp_path / "file.txt"
+    path.write_bytes(content)
+    with pytest.raises(InputError, match=words):
+        read_camera(path)
+    with pytest.raises(InputError, match="No such file"):
+        read_camera(tmp_path / "nothing.yml")
+
+
+def test_nothing_in_a_file_is_run(tmp_path):
+    """A tag of Python's is a tag like any other; XML entities are not expanded."""
+    made = tmp_path / "made"
+    (tmp_path / "tag.yml").write_text(f"K: !!python/object/apply:os.mkdir ['{made}']\n")
+    with pytest.raises(InputError, match="9 finite numbers"):
+        read_camera(tmp_path / "tag.yml")
+    assert not made.exists()
+    bomb = '<!DOCTYPE x [<!ENTITY a "1 1 1"><!ENTITY b "&a;&a;&a;">]>'
+    (tmp_path / "bomb.xml").write_text(f"{bomb}<opencv_storage><K>&b;</K></opencv_storage>")
+    with pytest.raises(InputError, match="document type"):
+        read_camera(tmp_path / "bomb.xml")

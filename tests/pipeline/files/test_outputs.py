@@ -1,0 +1,205 @@
+"""Writing: all or nothing, and nobody else's folder."""
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+
+import pytest
+
+from pcnet3d.pipeline.errors import InputError
+from pcnet3d.pipeline.files.atomic import (
+    refuse_unwritable,
+    refuse_unwritable_file,
+    require_space,
+    whole_file,
+    whole_folder,
+)
+
+
+def test_a_failed_file_leaves_nothing_and_keeps_the_old_one(tmp_path):
+    path = tmp_path / "a.txt"
+    path.write_text("old")
+    with pytest.raises(RuntimeError), whole_file(path) as partial:  # noqa: PT012
+        partial.write_text("half")
+        raise RuntimeError
+    assert [p.name for p in tmp_path.iterdir()] == ["a.txt"]
+    assert path.read_text() == "old"
+
+
+def run(out, *names, **options):
+    with whole_folder(out, **options) as partial:
+        for name in names:
+            (partial / name).write_text(name)
+
+
+def test_a_failed_folder_leaves_the_old_one(tmp_path):
+    out = tmp_path / "out"
+    run(out, "first")
+    with pytest.raises(RuntimeError), whole_folder(out) as partial:  # noqa: PT012
+        (partial / "half").write_text("x")
+        raise RuntimeError
+    assert sorted(p.name for p in out.iterdir()) == ["first", "summary.json"]
+    assert [p.name for p in tmp_path.iterdir()] == ["out"]
+
+
+def test_a_failed_run_leaves_no_parents_that_it_made(tmp_path):
+    with pytest.raises(RuntimeError), whole_folder(tmp_path / "new" / "deep" / "out"):
+        raise RuntimeError
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_our_own_folder_is_replaced_whole(tmp_path):
+    out = tmp_path / "deep" / "out"
+    for name in ("first", "second"):
+        run(out, name)
+    assert sorted(p.name for p in out.iterdir()) == ["second", "summary.json"]
+    assert [p.name for p in out.parent.iterdir()] == ["out"]
+    assert json.loads((out / "summary.json").read_text())["files"] == ["second", "summary.json"]
+
+
+def test_a_link_to_a_folder_stays_a_link(tmp_path):
+    run(tmp_path / "disk", "first")
+    (tmp_path / "link").symlink_to(tmp_path / "disk")
+    run(tmp_path / "link", "second")
+    assert (tmp_path / "link").is_symlink()
+    assert sorted(p.name for p in (tmp_path / "disk").iterdir()) == ["second", "summary.json"]
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["disk", "link"]
+
+
+@pytest.mark.parametrize("summary", [None, "{}", "not json", "[]", '{"pcnet3d": "0"}'])
+def test_somebody_elses_folder_needs_force(tmp_path, summary):
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "thesis.txt").write_text("years of work")
+    if summary:
+        (out / "summary.json").write_text(summary)
+    with pytest.raises(InputError, match="--force"):
+        run(out)
+    assert (out / "thesis.txt").exists()
+    run(out, force=True)
+    assert not (out / "thesis.txt").exists()
+
+
+def test_a_file_put_beside_our_results_is_not_ours_to_delete(tmp_path):
+    run(tmp_path / "out", "first")
+    (tmp_path / "out" / "notes.txt").write_text("mine")
+    with pytest.raises(InputError, match="--force"):
+        run(tmp_path / "out", "second")
+    assert sorted(p.name for p in (tmp_path / "out").iterdir()) == ["first", "notes.txt", "summary.json"]
+
+
+def test_a_file_that_appears_during_the_run_is_kept(tmp_path):
+    out = tmp_path / "out"
+    with pytest.raises(InputError, match="--force"), whole_folder(out):  # noqa: PT012
+        out.mkdir()
+        (out / "mine.txt").write_text("x")
+    assert (out / "mine.txt").exists()
+
+
+def test_inputs_and_the_current_folder_are_never_replaced(tmp_path, monkeypatch):
+    (tmp_path / "X3D.npy").write_text("x")
+    with pytest.raises(InputError, match=r"X3D\.npy"):
+        run(tmp_path, force=True, inputs=[tmp_path / "X3D.npy"])
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InputError, match="another -o"):
+        run(tmp_path, force=True)
+    assert (tmp_path / "X3D.npy").exists()
+
+
+def test_a_file_in_the_way_is_refused_even_with_force(tmp_path):
+    (tmp_path / "out").write_text("x")
+    with pytest.raises(InputError, match="is a file"), whole_folder(tmp_path / "out", force=True):
+        pass
+
+
+def test_a_place_that_cannot_be_written_is_said(tmp_path):
+    (tmp_path / "file").write_text("x")
+    with pytest.raises(InputError, match="Cannot write"), whole_folder(tmp_path / "file" / "out"):
+        pass
+
+
+def test_what_cannot_be_written_is_said_before_the_work_and_nothing_is_made(tmp_path):
+    (tmp_path / "file").write_text("x")
+    for folder in (tmp_path / "file", tmp_path / "file" / "deep" / "out"):
+        with pytest.raises(InputError, match="is a file"):
+            refuse_unwritable(folder)
+        with pytest.raises(InputError, match="is a file"):
+            refuse_unwritable_file(folder / "a.npz")
+    with pytest.raises(InputError, match="is a folder"):
+        refuse_unwritable_file(tmp_path)
+    refuse_unwritable(tmp_path / "new" / "out")
+    refuse_unwritable_file(tmp_path / "new" / "a.npz")
+    refuse_unwritable_file(tmp_path / "file")  # replaced
+    assert [p.name for p in tmp_path.iterdir()] == ["file"]
+
+
+def killed(tmp_path, block: str) -> None:
+    """A process that is killed while it writes."""
+    script = f"""
+import os, signal, sys
+from pathlib import Path
+from pcnet3d.pipeline.files import atomic as outputs
+out = Path(sys.argv[1])
+{block}
+"""
+    end = subprocess.run([sys.executable, "-c", script, tmp_path / "out"], capture_output=True, text=True)
+    assert end.returncode == -signal.SIGKILL, end.stderr
+
+
+_KILL = "os.kill(os.getpid(), signal.SIGKILL)"
+
+
+def test_what_a_killed_process_left_goes_with_the_next_writing(tmp_path):
+    killed(tmp_path, f"with outputs.whole_folder(out) as folder:\n    (folder / 'half').touch(); {_KILL}")
+    (left,) = tmp_path.iterdir()
+    others = left.name.replace("@", "@other."), left.name.replace(left.name.split("-")[1], f"{os.getpid()}@x")
+    for name in (*others, ".out.partial-older"):  # nobody can tell whose that is, or its process is at work
+        (tmp_path / name).mkdir()
+    run(tmp_path / "out", "first")
+    assert not left.exists()
+    assert {path.name for path in tmp_path.iterdir()} == {"out", *others, ".out.partial-older"}
+
+
+def test_a_process_that_is_at_work_keeps_its_partial_folder(tmp_path):
+    with whole_folder(tmp_path / "out") as folder:
+        with whole_folder(tmp_path / "out") as other:
+            assert other != folder
+        assert folder.is_dir()
+
+
+def test_a_file_that_a_killed_process_left_half_goes_too(tmp_path):
+    """It would make the folder somebody else's."""
+    run(tmp_path / "out", "first")
+    killed(tmp_path, f"with outputs.whole_file(out / 'summary.json') as f:\n    f.touch(); {_KILL}")
+    assert len(list((tmp_path / "out").iterdir())) == 3
+    with whole_file(tmp_path / "out" / "summary.json") as partial:
+        shutil.copy(tmp_path / "out" / "summary.json", partial)
+    assert sorted(p.name for p in (tmp_path / "out").iterdir()) == ["first", "summary.json"]
+
+
+def test_results_that_a_killed_process_moved_out_of_the_way_come_back(tmp_path):
+    run(tmp_path / "out", "first")
+    killed(
+        tmp_path,
+        "replace = os.replace\n"
+        f"outputs.os.replace = lambda a, b: {_KILL} if b == out and '.partial-' in str(a) else replace(a, b)\n"
+        "with outputs.whole_folder(out): pass",
+    )
+    assert not (tmp_path / "out").exists()
+    with pytest.raises(RuntimeError), whole_folder(tmp_path / "out"):
+        raise RuntimeError
+    assert [p.name for p in tmp_path.iterdir()] == ["out"]
+    assert (tmp_path / "out" / "first").read_text() == "first"
+
+
+def test_room_is_asked_for_on_the_disk_that_the_folder_will_be_on(tmp_path, monkeypatch):
+    asked = []
+    free = shutil._ntuple_diskusage(100, 50, 50)
+    monkeypatch.setattr(shutil, "disk_usage", lambda path: asked.append(path) or free)
+    require_space(tmp_path / "new" / "out", 50, "It")
+    with pytest.raises(InputError, match=r"It needs about 0 MB and .* choose another folder"):
+        require_space(tmp_path / "new" / "out", 51, "It")
+    assert asked == [tmp_path, tmp_path]

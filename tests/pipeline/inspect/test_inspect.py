@@ -1,0 +1,357 @@
+"""`pcnet3d inspect`: a clean walker has no fault, and each fault that is put into it is found, alone."""
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from pcnet3d.pipeline import H36M17, InputError
+from pcnet3d.pipeline.inspect.findings import depth_factor, row_findings
+from pcnet3d.pipeline.inspect.inspect import _video_findings, inspect
+from pcnet3d.pipeline.take import Video
+
+PCNET3D = [sys.executable, "-c", "from pcnet3d.pipeline.cli import main; main()"]
+CAMERA = {"layout": "H36M17", "frame": "CAMERA", "unit": "m"}
+WORLD = CAMERA | {"frame": "Z_UP"}
+FRAMES, FPS = 90, 30
+DOWN, AWAY = 1, 2
+
+
+def about_x(points, angle):
+    """(T, 3) turned about the camera's x axis; a positive angle swings what hangs down away from the camera."""
+    x, y, z = points.T
+    return np.stack(
+        [x, y * np.cos(angle) - z * np.sin(angle), y * np.sin(angle) + z * np.cos(angle)], axis=-1
+    )
+
+
+def about_y(points, angle):
+    cos, sin = np.cos(angle), np.sin(angle)
+    turn = np.array([[cos, 0 * cos, sin], [0 * cos, 0 * cos + 1, 0 * cos], [-sin, 0 * cos, cos]])
+    return np.einsum("abt,tjb->tja", turn, points)
+
+
+@pytest.fixture
+def walker(facing_camera) -> np.ndarray:
+    """(90, 17, 3) metres, CAMERA: walks towards the camera, weaves from side to side, rigid bones."""
+    t = np.arange(FRAMES) / FPS
+    still = {name: np.tile(facing_camera[i], (FRAMES, 1)) for i, name in enumerate(H36M17.joints)}
+    joints = dict(still)
+    for side, phase in (("l", 0.0), ("r", np.pi)):
+        swing = 0.45 * np.sin(2 * np.pi * 0.9 * t + phase)
+        bend = 0.35 + 0.3 * np.cos(2 * np.pi * 0.9 * t + phase)
+        for (top, middle, end), first, second in (
+            (("hip", "knee", "ankle"), -swing, -swing + bend),
+            (("shoulder", "elbow", "wrist"), swing, swing - bend),
+        ):
+            top, middle, end = (f"{side}_{part}" for part in (top, middle, end))
+            joints[middle] = joints[top] + about_x(still[middle] - still[top], first)
+            joints[end] = joints[middle] + about_x(still[end] - still[middle], second)
+    body = np.stack([joints[name] for name in H36M17.joints], axis=1)
+    path = np.stack([0.2 * np.sin(t), 0.02 * np.sin(11 * t), 4 - 1.1 * t], axis=-1)
+    return about_y(body, 0.6 * np.sin(1.5 * t)) + path[:, None]
+
+
+def saved(tmp_path, joints, **beside):
+    path = tmp_path / "poses.npz"
+    beside = {"time_s": np.arange(len(joints)) / FPS, "frame_index": np.arange(len(joints))} | beside
+    np.savez(
+        path,
+        joints=np.asarray(joints, dtype=np.float32),
+        **{k: v for k, v in beside.items() if v is not None},
+    )
+    return path
+
+
+def looked_at(tmp_path, joints, options=CAMERA, **beside):
+    return inspect(saved(tmp_path, joints, **beside), "arrays", options)
+
+
+def faults(found):
+    """name -> weight of what is more than a note."""
+    return {f.name: f.weight for person in found.people for f in person.findings if f.weight != "note"}
+
+
+def test_a_clean_walker_is_good_and_described(walker, tmp_path):
+    found = looked_at(tmp_path, walker)
+    assert found.people[0].findings == ()
+    assert found.verdict == "good"
+    figures = found.people[0].figures()
+    assert (figures["layout"], figures["frame"], figures["unit"], figures["rows"]) == (
+        "H36M17",
+        "CAMERA",
+        "m",
+        FRAMES,
+    )
+    assert (figures["first_frame"], figures["last_frame"]) == (0, FRAMES - 1)
+    assert figures["fps"] == pytest.approx(FPS)
+    assert figures["stature_m"] == pytest.approx(1.7, abs=0.1)
+    assert figures["bone_spreads"]["r_hip-r_knee"] < 1e-3
+    assert "adapter arrays" in str(found)
+
+
+def test_what_the_file_does_not_say_is_a_note(walker, tmp_path):
+    found = looked_at(tmp_path, walker, time_s=None, frame_index=None)
+    assert [finding.name for finding in found.people[0].findings] == ["frame numbers", "fps"]
+    assert found.verdict == "good"
+
+
+def test_an_adapters_own_warning_is_passed_on(walker, tmp_path):
+    source = looked_at(tmp_path, walker).people[0].source
+    (finding,) = row_findings(source.noted("scale", warning="A stature was assumed."))
+    assert (finding.name, finding.text) == ("adapter", "A stature was assumed.")
+
+
+def without_a_fifth(joints):
+    joints[20:38] = np.nan
+    return joints
+
+
+def mostly_nan(joints):
+    joints[20:80] = np.nan
+    return joints
+
+
+def halted(joints):
+    joints[40:44] = joints[40]
+    return joints
+
+
+def frozen(joints):
+    joints[10:] = joints[10]
+    return joints
+
+
+def flat(joints):
+    joints[..., AWAY] = joints[:, :1, AWAY]
+    return joints
+
+
+def invented(joints):
+    joints[..., AWAY] = joints[0, :, AWAY]
+    return joints
+
+
+def flattened(joints):
+    return joints * [1.15, 1.15, 0.45]  # a little larger, or the stature would give it away too
+
+
+def rubber(joints):
+    pulse = 1 + 0.55 * np.sin(np.arange(FRAMES))[:, None]
+    for side in "lr":
+        for above, below in (("hip", "knee"), ("shoulder", "elbow"), ("knee", "ankle"), ("elbow", "wrist")):
+            start, end = (H36M17.index(f"{side}_{part}") for part in (above, below))
+            joints[:, end] = joints[:, start] + pulse * (joints[:, end] - joints[:, start])
+    return joints
+
+
+def one_long_arm(joints):
+    elbow, wrist = H36M17.index("r_elbow"), H36M17.index("r_wrist")
+    joints[:, wrist] += 0.6 * (joints[:, wrist] - joints[:, elbow])
+    return joints
+
+
+def mirrored(joints):
+    return joints * [-1, 1, 1]
+
+
+def legs_swapped(joints):
+    legs = H36M17.indices([f"{side}_{part}" for side in "lr" for part in ("hip", "knee", "ankle")])
+    joints[:, legs] = joints[:, H36M17.mirror[legs]]
+    return joints
+
+
+def millimetres(joints):
+    return joints * 1000
+
+
+def child(joints):
+    return joints * 0.5
+
+
+def turned_over(joints):
+    return joints * [-1, -1, 1]  # still right-handed, so left and right do not tell
+
+
+def leaping(joints):
+    joints[45:] = joints[45:] * [-1, 1, -1] + [0, 0, 2 * joints[45, 0, AWAY]]
+    return joints
+
+
+@pytest.mark.parametrize(
+    ("spoil", "name", "weight"),
+    [
+        (without_a_fifth, "gaps", "suspicious"),
+        (mostly_nan, "gaps", "unusable"),
+        (halted, "duplicates", "suspicious"),
+        (frozen, "duplicates", "unusable"),
+        (flattened, "flattened depth", "suspicious"),
+        (one_long_arm, "sides", "suspicious"),
+        (mirrored, "left and right", "unusable"),
+        (legs_swapped, "left and right", "unusable"),
+        (millimetres, "stature", "unusable"),
+        (child, "stature", "suspicious"),
+        (turned_over, "upside down", "suspicious"),
+        (leaping, "leaps", "suspicious"),
+    ],
+)
+def test_a_fault_is_found_alone(walker, tmp_path, spoil, name, weight):
+    found = looked_at(tmp_path, spoil(walker.copy()))
+    assert faults(found) == {name: weight}
+    assert found.verdict == weight
+
+
+@pytest.mark.parametrize(("spoil", "name"), [(flat, "flat"), (invented, "flat"), (rubber, "bones")])
+def test_a_fault_that_brings_others_with_it(walker, tmp_path, spoil, name):
+    found = looked_at(tmp_path, spoil(walker.copy()))
+    assert faults(found)[name] == "unusable"
+
+
+def test_frames_put_on_the_floor_one_by_one_are_found_and_a_take_put_there_once_is_not(walker, tmp_path):
+    world = walker @ np.array([[0, 0, 1], [-1, 0, 0], [0, -1, 0]]).T  # away, left, up
+    once = world - [0, 0, world[..., 2].min()]
+    assert faults(looked_at(tmp_path, once, WORLD)) == {}
+    rebased = world - [0, 0, 1] * world[..., 2].min(axis=1)[:, None, None]
+    assert faults(looked_at(tmp_path, rebased, WORLD)) == {"rebase": "suspicious"}
+
+
+def test_dropped_frames_are_counted_by_their_numbers(walker, tmp_path):
+    kept = np.r_[0:30, 45:FRAMES]
+    found = looked_at(tmp_path, walker[kept], time_s=kept / FPS, frame_index=kept)
+    assert faults(found) == {"gaps": "suspicious"}
+    assert "15 of 90 frames" in str(found)
+
+
+@pytest.mark.parametrize("factor", [1.0, 2.5])
+def test_the_depth_factor_is_that_by_which_depth_was_divided(walker, tmp_path, factor):
+    poses = looked_at(tmp_path, walker / [1, 1, factor]).people[0].poses
+    assert depth_factor(poses) == pytest.approx(factor, rel=0.12)
+
+
+def test_seams_are_told_with_their_step(walker, tmp_path):
+    walker[0, 0, AWAY] = 0
+    long = np.concatenate([walker] * 3) / 3
+    turned = np.concatenate([long[:243], long[243:] * [1, 1, 0.3]])
+    steps = []
+    for joints in (long, turned):
+        np.save(tmp_path / "X3D.npy", joints.astype(np.float32))
+        (person,) = inspect(tmp_path / "X3D.npy", "motionbert").people
+        text = next(finding.text for finding in person.findings if finding.name == "seams")
+        assert "at row 243;" in text
+        steps.append(float(text.split(" times ")[0].split()[-1]))
+    assert steps[0] < 2
+    assert steps[1] > 3
+
+
+def test_one_frame_is_described_without_faults(walker, tmp_path):
+    assert faults(looked_at(tmp_path, walker[:1])) == {}
+
+
+def test_the_videos_length_is_compared(walker, tmp_path):
+    (source,) = (person.source for person in looked_at(tmp_path, walker).people)
+    unnumbered = source.with_(frame_index=None, frames_known=False)
+
+    def told(poses, frames):
+        (finding,) = _video_findings(poses, Video(tmp_path, 640, 360, np.arange(frames) / FPS, "h264"))
+        return finding.weight
+
+    assert told(source, FRAMES) == told(source, FRAMES + 9) == told(unnumbered, FRAMES) == "note"
+    assert told(source, FRAMES - 1) == told(unnumbered, FRAMES + 9) == "suspicious"
+
+
+def pictured(tmp_path, joints, shift=0):
+    """What a pinhole sees of it, as one track of AlphaPose's, COCO-17, all frames `shift` later."""
+    names = ("nose", "nose", "nose", "nose", "nose", *(
+        f"{side}_{part}" for part in ("shoulder", "elbow", "wrist", "hip", "knee", "ankle") for side in "lr"
+    ))  # fmt: skip
+    seen = joints[:, H36M17.indices(names)]
+    points = 900 * seen[..., :2] / seen[..., 2:] + [640, 360]
+    rows = [np.column_stack([row, np.full(17, 0.9)]).ravel().tolist() for row in points]
+    content = [
+        {"image_id": f"{i + shift}.jpg", "category_id": 1, "keypoints": row, "score": 2.0, "idx": 1}
+        for i, row in enumerate(rows)
+    ]
+    (tmp_path / "alphapose-results.json").write_text(json.dumps(content))
+    return tmp_path / "alphapose-results.json"
+
+
+@pytest.mark.parametrize("shift", [0, 7])
+def test_keypoints_of_the_same_take_agree_and_a_shift_in_time_is_found(walker, tmp_path, shift):
+    keypoints = pictured(tmp_path, walker, shift)
+    found = inspect(saved(tmp_path, walker), "arrays", CAMERA, keypoints=keypoints)
+    fit = found.people[0].agreement
+    assert fit.lag == shift
+    assert fit.error_at_lag < 0.1
+    assert faults(found) == ({"time": "suspicious"} if shift else {})
+
+
+def test_keypoints_of_another_person_do_not_agree(walker, tmp_path):
+    keypoints = pictured(tmp_path, walker * [1, -1, 1])
+    found = inspect(saved(tmp_path, walker), "arrays", CAMERA, keypoints=keypoints)
+    assert faults(found) == {"reprojection": "suspicious"}
+
+
+def test_several_people_are_told_apart_and_one_can_be_asked_for(walker, tmp_path):
+    path = pictured(tmp_path, walker)
+    first = json.loads(path.read_text())
+    second = [detection | {"idx": 2} for detection in first[:40]]
+    path.write_text(json.dumps(first + second))
+    found = inspect(path)
+    assert {one.source.person: len(one.source) for one in found.people} == {"1": FRAMES, "2": 40}
+    assert "2 people" in str(found)
+    assert [one.source.person for one in inspect(path, person="2").people] == ["2"]
+
+
+def test_keypoints_alone_are_inspected_too(walker, tmp_path):
+    found = inspect(pictured(tmp_path, walker))
+    assert (found.adapter, found.people[0].poses, found.verdict) == ("alphapose", None, "good")
+
+
+def test_frames_that_are_all_lost_are_unusable_and_no_file_at_all_is_an_error(walker, tmp_path):
+    assert faults(looked_at(tmp_path, walker * 0))["refused"] == "unusable"
+    with pytest.raises(InputError, match="found nothing"):
+        inspect(tmp_path / "none.npy")
+
+
+def command(*arguments):
+    return subprocess.run(
+        [*PCNET3D, "inspect", *map(str, arguments)], capture_output=True, text=True, timeout=120
+    )
+
+
+def test_the_command_prints_json_draws_and_ends_with_the_verdicts_code(walker, tmp_path):
+    import cv2
+
+    options = [text for key, value in CAMERA.items() for text in ("-O", f"{key}={value}")]
+    good = command(
+        saved(tmp_path, walker), "--adapter", "arrays", *options, "--json", "--plot", tmp_path / "a.png"
+    )
+    assert good.returncode == 0, good.stderr
+    assert json.loads(good.stdout)["people"][0]["verdict"] == "good"
+    picture = cv2.imread(str(tmp_path / "a.png"))
+    assert picture is not None
+    assert picture.std() > 5
+    for spoil, code in ((halted, 3), (mirrored, 4)):
+        result = command(saved(tmp_path, spoil(walker.copy())), "--adapter", "arrays", *options)
+        assert result.returncode == code, result.stdout + result.stderr
+    (tmp_path / "no.npy").write_text("no poses")
+    assert command(tmp_path / "no.npy").returncode == 2
+
+
+@pytest.mark.data
+@pytest.mark.parametrize(
+    ("name", "verdict"), [("boxing", "good"), ("cycling", "suspicious"), ("broken", "unusable")]
+)
+def test_real_lifts_get_their_verdicts(data, name, verdict):
+    assert inspect(data / "native" / "motionbert" / f"{name}_X3D.npy").verdict == verdict
+
+
+@pytest.mark.data
+def test_a_real_lift_meets_the_keypoints_that_it_was_lifted_from(data):
+    folder = data / "native" / "motionbert"
+    found = inspect(folder / "boxing_X3D.npy", keypoints=folder / "boxing_alphapose-results.json")
+    fit = found.people[0].agreement
+    assert (fit.lag, fit.frames) == (0, 301)
+    assert fit.error < 0.08

@@ -1,0 +1,236 @@
+"""Joining files: the clock, the frame numbers and the person, from what each file knows."""
+
+import json
+
+import numpy as np
+import pytest
+
+from pcnet3d.adapters import read
+from pcnet3d.pipeline import InputError
+from pcnet3d.pipeline.reading.take import Sources, open_take, sha256
+
+ROWS = 30
+
+
+@pytest.fixture
+def lifted(tmp_path, facing_camera):
+    """An X3D.npy as MotionBERT writes it: rows without frame numbers, the root moving from depth 0."""
+    path = np.linspace(0, 0.3, ROWS)[:, None, None] * [1, 0, 0]
+    jitter = np.random.default_rng(0).normal(scale=0.002, size=(ROWS, 17, 3))
+    jitter[0, 0] = 0
+    np.save(tmp_path / "X3D.npy", (facing_camera * 0.8 + [0.1, 0.1, 0] + path + jitter).astype(np.float32))
+    return tmp_path / "X3D.npy"
+
+
+def alphapose(path, tracks: dict[int, list[int]]):
+    """An AlphaPose results list with COCO-17 detections of these people in these frames."""
+    rng = np.random.default_rng(1)
+    detections = [
+        {"image_id": f"{frame}.jpg", "category_id": 1, "keypoints": rng.uniform(1, 300, 51).tolist(), "score": 2.0,
+         "box": [0, 0, 9, 9], "idx": idx}
+        for idx, frames in tracks.items() for frame in frames
+    ]  # fmt: skip
+    path.write_text(json.dumps(sorted(detections, key=lambda d: int(d["image_id"][:-4]))))
+    return path
+
+
+def test_dropped_frames_get_their_numbers_from_the_2d_file(tmp_path, lifted):
+    frames = [f for f in range(ROWS + 2) if f not in (7, 8)]
+    take = open_take(Sources(lifted, keypoints=alphapose(tmp_path / "ap.json", {1: frames}), fps=25))
+    assert take.poses.frame_index.tolist() == frames
+    assert take.poses.frames_known
+    np.testing.assert_allclose(take.poses.times, np.array(frames) / 25)
+    np.testing.assert_allclose(take.keypoints.times, np.array(frames) / 25)
+
+
+def test_the_track_that_fits_is_taken_when_there_are_several(tmp_path, lifted):
+    path = alphapose(tmp_path / "ap.json", {3: list(range(ROWS)), 5: list(range(4))})
+    assert open_take(Sources(lifted, keypoints=path, fps=25)).keypoints.person == "3"
+
+
+def test_several_people_lifted_as_one_are_recognised(tmp_path, lifted):
+    path = alphapose(tmp_path / "ap.json", {1: list(range(20)), 2: list(range(10))})
+    with pytest.raises(InputError, match="several people for one"):
+        open_take(Sources(lifted, keypoints=path, fps=25))
+
+
+def test_two_tracks_that_fit_need_a_name(tmp_path, lifted):
+    path = alphapose(tmp_path / "ap.json", {1: list(range(ROWS)), 2: list(range(ROWS))})
+    with pytest.raises(InputError, match="--person"):
+        open_take(Sources(lifted, keypoints=path, fps=25))
+    assert open_take(Sources(lifted, keypoints=path, fps=25, person="2")).keypoints.person == "2"
+    with pytest.raises(InputError, match="no person '9'"):
+        open_take(Sources(lifted, keypoints=path, fps=25, person="9"))
+
+
+def test_lengths_that_differ_cannot_be_joined(tmp_path, lifted):
+    path = alphapose(tmp_path / "ap.json", {1: list(range(ROWS - 5))})
+    with pytest.raises(InputError, match="30 and 25 rows"):
+        open_take(Sources(lifted, keypoints=path, fps=25))
+
+
+def test_without_any_rate_it_says_so(lifted):
+    with pytest.raises(InputError, match="--fps"):
+        open_take(Sources(lifted))
+
+
+@pytest.mark.parametrize("fps", [0, -5, 0.5, 3000, float("nan")])
+def test_a_rate_that_is_none_is_refused(lifted, fps):
+    with pytest.raises(InputError, match="frames per second"):
+        open_take(Sources(lifted, fps=fps))
+
+
+def test_first_frame_numbers_the_rows(lifted):
+    take = open_take(Sources(lifted, fps=25, first_frame=100))
+    assert take.poses.frame_index.tolist() == list(range(100, 100 + ROWS))
+    assert take.poses.times[0] == 4
+
+
+def test_unknown_frame_numbers_are_admitted(lifted):
+    texts = [event.text for event in open_take(Sources(lifted, fps=25)).events]
+    assert any("which video frames" in text for text in texts)
+
+
+def test_unsteady_bones_are_announced_loudly(tmp_path, facing_camera):
+    rng = np.random.default_rng(2)
+    np.save(tmp_path / "X3D.npy", facing_camera * rng.uniform(0.6, 1.4, size=(ROWS, 17, 3)) + [0.2, 0.2, 0])
+    take = open_take(Sources(tmp_path / "X3D.npy", fps=25))
+    assert "NOT GOOD DATA" in take.events[0].text
+
+
+def test_rows_without_numbers_follow_first_frame_when_the_2d_file_is_longer(tmp_path, lifted):
+    path = alphapose(tmp_path / "ap.json", {1: list(range(ROWS + 50))})
+    take = open_take(Sources(lifted, keypoints=path, fps=25, first_frame=10))
+    assert take.poses.frame_index.tolist() == list(range(10, 10 + ROWS))
+    assert take.keypoints.frame_index[0] == 0
+
+
+def test_first_frame_shifts_numbers_that_begin_with_one(tmp_path):
+    frames = [f + 1 for f in range(ROWS + 1) if f != 7]
+    path = alphapose(tmp_path / "ap.json", {1: frames})
+    take = open_take(Sources(keypoints=path, fps=25, first_frame=0))
+    assert take.keypoints.frame_index.tolist() == [f - 1 for f in frames]
+
+
+def test_a_person_who_is_in_no_file_is_refused(tmp_path, lifted):
+    path = alphapose(tmp_path / "ap.json", {1: list(range(ROWS))})
+    with pytest.raises(InputError, match="no person '9'"):
+        open_take(Sources(lifted, keypoints=path, fps=25, person="9"))
+    with pytest.raises(InputError, match="no person '9'"):
+        open_take(Sources(lifted, fps=25, person="9"))
+
+
+def test_two_longest_people_need_a_name(tmp_path):
+    path = alphapose(tmp_path / "ap.json", {1: list(range(9)), 2: list(range(9)), 3: [0]})
+    with pytest.raises(InputError, match=r"1 \(9 frames\), 2 \(9 frames\)"):
+        open_take(Sources(keypoints=path, fps=25, person="longest"))
+
+
+@pytest.mark.parametrize(
+    ("spoil", "parity", "kinds"),
+    [
+        ([1, 1, 1], "mirror", {"repair", "warning"}),
+        ([-1, 1, 1], "mirror", {"repair"}),
+        ([-1, 1, 1], "ignore", {"warning"}),
+    ],
+)
+def test_what_was_asked_of_left_and_right_is_reported(lifted, spoil, parity, kinds):
+    np.save(lifted, np.load(lifted) * spoil)
+    events = open_take(Sources(lifted, fps=25, first_frame=0, parity=parity)).events
+    assert {event.kind for event in events if "left and right" in event.text.lower()} == kinds
+
+
+def test_gaps_taken_as_asked_are_counted(lifted):
+    joints = np.load(lifted)
+    joints[4:6] = np.nan
+    joints[9] = 0
+    np.save(lifted, joints)
+    events = open_take(Sources(lifted, fps=25, missing="gap", adapter="motionbert")).events
+    (text,) = [event.text for event in events if event.kind == "repair"]
+    assert "2 frames with NaN" in text
+    assert "1 frames with all joints" in text
+
+
+@pytest.mark.parametrize("option", [{"fps": "30"}, {"parity": "ignore"}, {"gives": "poses"}, {"path": "x"}])
+def test_the_adapters_options_are_not_the_readers(lifted, option):
+    with pytest.raises(InputError, match="no option"):
+        open_take(Sources(lifted, fps=25, options=option))
+
+
+@pytest.mark.parametrize("options", [{"parity": "mirorr"}, {"missing": "refused"}])
+def test_a_misspelt_guard_is_refused(lifted, options):
+    with pytest.raises(InputError, match="Expected"):
+        read(lifted, fps=25, **options)
+
+
+def test_millimetres_called_metres_are_doubted(tmp_path, facing_camera):
+    np.save(tmp_path / "a.npy", np.repeat(facing_camera[None] * 1000, ROWS, axis=0))
+    options = {"layout": "H36M17", "frame": "CAMERA", "unit": "m"}
+    events = open_take(Sources(tmp_path / "a.npy", adapter="arrays", fps=25, options=options)).events
+    assert any("stature" in event.text for event in events)
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "words"),
+    [
+        ("empty.npy", b"", "is empty"),
+        ("cut.json", b'[{"image_id": "1.jpg", "key', "breaks off"),
+        ("other.npy", None, r"an array of shape \(30, 16, 3\)"),
+    ],
+)
+def test_a_file_that_nobody_recognises_says_what_is_wrong_with_it(tmp_path, lifted, name, content, words):
+    if content is None:
+        np.save(tmp_path / name, np.load(lifted)[:, :16])
+    else:
+        (tmp_path / name).write_bytes(content)
+    gives = "keypoints" if name.endswith("json") else "poses"
+    with pytest.raises(InputError, match=words):
+        open_take(Sources(fps=25, **{gives: tmp_path / name}))
+
+
+@pytest.mark.parametrize(
+    ("name", "write", "words"),
+    [
+        (
+            "a.npz",
+            lambda path: np.savez(path, a=np.zeros((3, 4)), b=np.array("x")),
+            r"'a' \(an array of shape \(3, 4\)",
+        ),
+        ("a.npy", lambda path: np.save(path, [None]), "Python objects"),
+        ("a.npy", lambda path: path.write_bytes(b"\x93NUMPY\x01"), "damaged"),
+        ("a.npz", lambda path: path.write_bytes(b"PK\x03\x04"), "damaged"),
+        ("a.json", lambda path: path.write_text('{"poses": 3}'), "JSON that begins with '{\"poses"),
+        ("a.doc", lambda path: path.write_bytes(b"\xd0\xcf"), r"begins with b'\\xd0\\xcf'"),
+        ("a", lambda path: path.mkdir(), "a folder without files"),
+    ],
+)
+def test_a_file_that_nobody_recognises_is_described(tmp_path, name, write, words):
+    write(tmp_path / name)
+    with pytest.raises(InputError, match=f"it is .*{words}"):
+        read(tmp_path / name)
+
+
+def test_the_wrong_adapter_names_the_right_one(lifted):
+    with pytest.raises(InputError, match=r"X3D\.npy.* looks like a file for adapter motionbert\."):
+        read(lifted, "ddhpose")
+    with pytest.raises(InputError) as caught:
+        read(lifted, "motionbert", fps=-1)
+    assert "looks like" not in str(caught.value)
+
+
+def test_provenance_names_every_file_and_its_hash(tmp_path, lifted):
+    path = alphapose(tmp_path / "ap.json", {1: list(range(ROWS))})
+    inputs = open_take(Sources(lifted, keypoints=path, fps=25)).inputs
+    assert [(row["role"], row["file"], row["adapter"]) for row in inputs] == [
+        ("poses", "X3D.npy", "motionbert"),
+        ("keypoints", "ap.json", "alphapose"),
+    ]
+    assert inputs[0]["sha256"] == sha256(lifted)
+
+
+def test_a_folders_hash_follows_its_contents(tmp_path):
+    (tmp_path / "d").mkdir()
+    (tmp_path / "d" / "a").write_text("1")
+    first = sha256(tmp_path / "d")
+    (tmp_path / "d" / "a").write_text("2")
+    assert sha256(tmp_path / "d") != first

@@ -1,0 +1,126 @@
+"""Mistakes that users make with files, and whether the sentence they get names them."""
+
+import json
+
+import numpy as np
+import pytest
+
+from golden.films import film
+from pcnet3d.adapters import read, video
+from pcnet3d.pipeline import H36M17, InputError
+from pcnet3d.pipeline.motion.checks import implausible, upside_down
+from pcnet3d.pipeline.reading.take import Sources, open_take
+
+
+@pytest.fixture
+def bodies(facing_camera):
+    """(60, 17, 3) metres, pelvis at the origin, as many lifters write them."""
+    noise = np.random.default_rng(0).normal(0, 0.003, (60, 17, 3))
+    noise[:, 0] = 0
+    return (facing_camera + noise).astype(np.float32)
+
+
+@pytest.fixture
+def save(tmp_path):
+    def saved(joints: np.ndarray):
+        np.save(tmp_path / "X.npy", joints)
+        return tmp_path / "X.npy"
+
+    return saved
+
+
+@pytest.mark.parametrize("away", [0, 4000])
+def test_millimetres(save, bodies, away):
+    path = save(1000 * bodies + np.float32([0, 0, away]))
+    with pytest.raises(InputError, match=r"millimetres: read it with --adapter arrays .* unit=mm"):
+        read(path)
+    with pytest.raises(InputError, match="unit=mm"):
+        read(path, "motionbert")
+    mended = read(path, "arrays", layout="H36M17", frame="CAMERA", unit="mm")
+    np.testing.assert_allclose(mended.joints, bodies, atol=1e-3)
+
+
+def test_nothing_but_nan(save, bodies):
+    with pytest.raises(InputError, match="Every coordinate in it is NaN"):
+        read(save(np.full_like(bodies, np.nan)))
+
+
+def test_y_up(save, bodies):
+    path = save(bodies * np.float32([1, -1, -1]))
+    (said,) = upside_down(read(path, "motionbert"))
+    assert "frame=GL_CAMERA" in said
+    assert said in implausible(read(path, "motionbert"))
+    assert said in [event.text for event in open_take(Sources(path, adapter="motionbert", fps=30)).events]
+    assert upside_down(read(path, "arrays", layout="H36M17", frame="GL_CAMERA", unit="m")) == []
+
+
+def test_who_lies_or_bends_is_not_upside_down(save, bodies):
+    poses = read(save(bodies), "motionbert")
+    lying = poses.joints[..., [1, 0, 2]]  # head to the side
+    assert upside_down(poses.with_(joints=lying)) == []
+    bent = poses.joints.copy()
+    bent[:, H36M17.index("head")] = bent[:, H36M17.index("l_ankle")]
+    assert upside_down(poses.with_(joints=bent)) == []
+
+
+@pytest.fixture
+def keypoints(tmp_path):
+    one = {"category_id": 1, "keypoints": list(range(1, 52)), "score": 2.0, "idx": 1, "box": [0, 0, 9, 9]}
+    listed = [{"image_id": f"{i}.jpg", **one} for i in range(60)]
+    (tmp_path / "ap.json").write_text(json.dumps(listed))
+    return tmp_path / "ap.json"
+
+
+def test_exchanged_arguments(save, bodies, keypoints, tmp_path):
+    poses, clip = (
+        save(bodies + np.float32([0.1, 0, 0])),
+        tmp_path / "clip.mp4",
+    )  # as MotionBERT: depth 0 at first
+    film(clip, range(0, 330, 33))
+    for sources, said in (
+        (
+            Sources(poses=keypoints),
+            "Expected 3D poses in .* got 2D keypoints .alphapose.; give them with --keypoints",
+        ),
+        (
+            Sources(poses=keypoints, adapter="motionbert"),
+            "got 2D keypoints .alphapose.; give them with --keypoints",
+        ),
+        (Sources(poses=clip), "got a video .video.; give it by itself"),
+        (Sources(keypoints=clip), "got a video .video.; give it by itself"),
+        (
+            Sources(keypoints=poses),
+            "Expected 2D keypoints in .* got 3D poses .motionbert.; give them with --poses",
+        ),
+        (Sources(video=poses), "Expected a video in .* got 3D poses .motionbert.; give them with --poses"),
+        (Sources(video=keypoints), "Expected a video in .* got 2D keypoints"),
+    ):
+        with pytest.raises(InputError, match=said):
+            open_take(sources)
+
+
+@pytest.mark.parametrize(
+    ("begins", "said"),
+    [
+        (b"GIF89a", "a GIF; make a video of it"),
+        (b"\x89PNG\r\n", "a PNG image"),
+        (b"\x1f\x8b\x08", "gzip; unpack"),
+    ],
+)
+def test_files_of_other_kinds_are_named(tmp_path, begins, said):
+    path = tmp_path / "clip.gif"
+    path.write_bytes(begins + bytes(100))
+    with pytest.raises(InputError, match=said):
+        video.read(path)
+    with pytest.raises(InputError, match=said):
+        read(path)
+
+
+def test_a_missing_package_is_named(tmp_path, monkeypatch):
+    path = tmp_path / "annot.mat"
+    path.write_bytes(b"MATLAB 7.3 MAT-file, Platform: GLNXA64" + bytes(600))
+    with pytest.raises(InputError, match=r"No adapter recognises .* it is a file of MATLAB 7.3 or HDF5[.]"):
+        read(path)
+    monkeypatch.setattr("pcnet3d.pipeline.reading.describe.find_spec", lambda name: None)
+    with pytest.raises(InputError, match=r"MATLAB 7.3 .* pip install 'pcnet3d\[hdf5\]'"):
+        read(path)

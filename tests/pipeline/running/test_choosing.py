@@ -1,0 +1,57 @@
+"""Which of several people: by name, the longest, the largest."""
+
+import numpy as np
+import pytest
+
+from pcnet3d.adapters import read
+from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, Z_UP, InputError, PoseSequence
+from pcnet3d.pipeline.frames import PC_CAMERA, change_frame
+from pcnet3d.pipeline.reading.load import choose_person
+
+
+def person(name: str, size: float, frames: int = 5, frame=CAMERA, facing=None) -> PoseSequence:
+    joints = np.repeat(size * facing[None], frames, axis=0)[..., : frame.dims]
+    return PoseSequence(joints, H36M17, frame, person=name)
+
+
+@pytest.mark.parametrize("frame", [CAMERA, IMAGE])
+def test_largest(facing_camera, frame):
+    people = tuple(
+        person(str(i), size, frame=frame, facing=facing_camera) for i, size in enumerate((1, 3, 2))
+    )
+    assert choose_person(people, "largest", "x").person == "1"
+
+
+def test_largest_is_what_the_picture_shows_not_depth(facing_camera):
+    deep = facing_camera * [1, 1, 50]
+    people = (person("deep", 1, facing=deep), person("wide", 1.1, facing=facing_camera))
+    assert choose_person(people, "largest", "x").person == "wide"
+    turned = tuple(change_frame(one, PC_CAMERA) for one in people)
+    assert choose_person(turned, "largest", "x").person == "wide"
+
+
+def test_the_mean_over_frames_counts_and_missing_joints_do_not(facing_camera):
+    near = person("near", 2, frames=3, facing=facing_camera)
+    joints = near.joints.copy()
+    joints[:, H36M17.index("l_wrist")] = np.nan
+    joints[0] = np.nan
+    far = person("far", 1.5, frames=300, facing=facing_camera)
+    assert choose_person((near.with_(joints=joints), far), "largest", "x").person == "near"
+    assert choose_person((near, far), "longest", "x").person == "far"
+
+
+def test_a_world_has_no_picture(facing_camera):
+    with pytest.raises(InputError, match="world's axes"):
+        choose_person((person("a", 1, frame=Z_UP, facing=facing_camera),) * 2, "largest", "x")
+
+
+def test_from_a_file(mmpose):
+    path = mmpose(ghost=4)
+    assert read(path, person="longest", fps=30).person == "0"
+    assert read(mmpose(), person="largest", fps=30).person == "0"  # 1.75 m against 1.6 m
+    with pytest.raises(InputError, match="'longest' or 'largest'"):
+        read(path, fps=30)
+
+
+def test_the_others_may_be_broken(mmpose):
+    assert len(read(mmpose(mirrored=("1",)), person="0", fps=30)) == 90

@@ -1,0 +1,183 @@
+"""`--person all`: a run of each person in a folder of its own, all of it or none, and an index over them."""
+
+import json
+import sys
+
+import numpy as np
+import pytest
+
+from pcnet3d.pipeline import InputError, cli
+from pcnet3d.pipeline.files.atomic import SUMMARY
+from pcnet3d.pipeline.files.viewer import find_recording
+from pcnet3d.pipeline.reading.take import Sources, open_people, open_take
+from pcnet3d.pipeline.running.people import folder_names
+from pcnet3d.pipeline.running.recipe import Recipe, StageEntry
+from pcnet3d.pipeline.running.run import run_files, run_people
+
+STAGES = ("clean", "scale", "rectify", "trajectories", "export")
+
+
+@pytest.fixture
+def recipe() -> Recipe:
+    """What a run needs to write poses and tables; the geometric rectifier, for speed."""
+    return Recipe(stages=tuple(StageEntry(use=name) for name in STAGES)).with_options(
+        "rectify", rectifier="geometric"
+    )
+
+
+@pytest.fixture
+def done(mmpose, recipe, tmp_path):
+    output = tmp_path / "out"
+    return output, run_people(Sources(mmpose(ghost=4), fps=30), output, recipe)
+
+
+def test_a_whole_run_each_in_one_level(done, scene):
+    output, people = done
+    index = json.loads((output / SUMMARY).read_text())
+    assert [entry["folder"] for entry in index["people"]] == ["0", "1"]
+    assert [entry["first_frame"] for entry in index["people"]] == [0, 15]
+    assert sorted(path.name for path in output.iterdir()) == ["0", "1", SUMMARY] == sorted(index["files"])
+    levels = []
+    for entry in index["people"]:
+        summary = json.loads((output / entry["folder"] / SUMMARY).read_text())
+        assert set(summary["files"]) == {path.name for path in (output / entry["folder"]).iterdir()}
+        assert summary["poses"]["frames"] == entry["frames"]
+        assert summary["rectification"]["level_heading"] == "camera"
+        levels.append(np.load(output / entry["folder"] / "poses.npz")["R_source_from_level"])
+    np.testing.assert_array_equal(levels[0], levels[1])
+    np.testing.assert_allclose(index["level"]["R_source_from_level"], levels[0])
+    assert [run.take is not None for run in people] == [True, True, False]
+
+
+def test_who_is_hardly_seen_is_named_and_left_out(done):
+    output, people = done
+    (left_out,) = json.loads((output / SUMMARY).read_text())["left_out"]
+    assert (left_out["person"], left_out["frames"]) == ("2", 4)
+    assert "10 are the least" in left_out["reason"] == people[2].reason
+
+
+def test_a_broken_person_does_not_sink_the_others(mmpose, recipe, tmp_path):
+    path = mmpose(mirrored=("1",))
+    first, second = run_people(Sources(path, fps=30), tmp_path / "out", recipe)
+    assert first.take is not None
+    assert second.take is None
+    assert "mirrored" in second.reason
+    assert not (tmp_path / "out" / "1").exists()
+    # nor one who was not asked for
+    assert open_take(Sources(path, fps=30, person="0")).poses is not None
+
+
+def test_a_stage_that_refuses_one_person_leaves_nothing_of_theirs(mmpose, recipe, tmp_path, monkeypatch):
+    from pcnet3d.stages.export.stage import Export
+
+    export = Export.__call__
+
+    def refusing(self, take):
+        result = export(self, take)
+        if take.poses.person == "0":
+            raise InputError("no.")
+        return result
+
+    monkeypatch.setattr(Export, "__call__", refusing)
+    first, second = run_people(Sources(mmpose(), fps=30), tmp_path / "out", recipe)
+    assert (first.reason, second.reason) == ("no.", "")
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["1", SUMMARY]
+
+
+def test_nobody_left_is_an_error_and_leaves_no_folder(mmpose, recipe, tmp_path):
+    with pytest.raises(InputError, match=r"nobody.*0: .*mirrored.*1: "):
+        run_people(Sources(mmpose(mirrored=("0", "1")), fps=30), tmp_path / "out", recipe)
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_crash_leaves_the_old_folder(done, mmpose, recipe, monkeypatch):
+    output, _ = done
+    before = (output / SUMMARY).read_text()
+
+    def crash(*_):
+        raise RuntimeError
+
+    monkeypatch.setattr("pcnet3d.pipeline.running.run.write_index", crash)
+    with pytest.raises(RuntimeError):
+        run_people(Sources(mmpose(), fps=30), output, recipe)
+    assert (output / SUMMARY).read_text() == before
+    assert (output / "1" / "poses.npz").exists()
+    assert not list(output.parent.glob(".out*"))
+
+
+def test_the_folder_is_ours_to_replace_until_somebody_adds_to_it(done, mmpose, recipe):
+    output, _ = done
+    run_files(Sources(mmpose(), fps=30, person="1"), output, recipe)
+    assert not (output / "0").exists()
+    run_people(Sources(mmpose(), fps=30), output, recipe)
+    (output / "1" / "notes.txt").write_text("years of work")
+    with pytest.raises(InputError, match="--force"):
+        run_people(Sources(mmpose(), fps=30), output, recipe)
+    assert (output / "1" / "notes.txt").exists()
+
+
+def test_a_stature_is_one_persons(mmpose, recipe, tmp_path):
+    with pytest.raises(InputError, match="one person's"):
+        run_people(Sources(mmpose(), fps=30), tmp_path / "out", recipe.with_options("scale", stature_m=1.7))
+
+
+@pytest.mark.parametrize(
+    ("people", "folders"),
+    [
+        (["0", "12"], ["0", "12"]),
+        (["../../etc", "a/b", "a\\b"], ["_etc", "a_b", "a_b_2"]),
+        (["Ann", "ann", "ANN"], ["Ann", "ann_2", "ANN_3"]),
+        (["", ".", "summary.json"], ["_", "__2", "summary_json"]),
+        (["名前", "x" * 300], ["_", "x" * 60]),
+    ],
+)
+def test_folders_have_safe_names_of_their_own(people, folders):
+    assert folder_names(people) == folders
+
+
+def test_keypoints_go_with_the_person_of_the_same_name(mmpose, tmp_path):
+    path = mmpose()
+    listed = json.loads(path.read_text())
+    for frame in listed:
+        for person in frame["instances"]:
+            person["keypoints"] = [[500 + 100 * x, 300 - 100 * z] for x, _, z in person["keypoints"]]
+    keypoints = tmp_path / "keypoints.json"
+    keypoints.write_text(json.dumps(listed))
+    people = open_people(Sources(path, keypoints=keypoints, fps=30))
+    for person in people:
+        assert person.take.keypoints.person == person.name
+        np.testing.assert_array_equal(person.take.keypoints.frame_index, person.take.poses.frame_index)
+
+    keypoints.write_text(json.dumps([frame | {"instances": frame["instances"][:1]} for frame in listed]))
+    with pytest.raises(InputError, match="who is who"):
+        open_people(Sources(path, keypoints=keypoints, fps=30))
+
+
+def test_the_first_frame_is_the_files(mmpose):
+    people = open_people(Sources(mmpose(), fps=30, first_frame=100))
+    assert [person.take.poses.frame_index[0] for person in people] == [100, 115]
+    assert open_take(Sources(mmpose(), fps=30, first_frame=100, person="1")).poses.frame_index[0] == 115
+
+
+def test_the_command(mmpose, tmp_path, monkeypatch, capsys):
+    output = tmp_path / "out"
+    stages = "\n".join(f'[[stages]]\nuse = "{name}"' for name in STAGES)
+    (tmp_path / "short.toml").write_text(stages)
+    command = ["pcnet3d", "run", "--poses", str(mmpose(ghost=3)), "--fps", "30", "--person", "all"]
+    command += ["--rectifier", "geometric", "--recipe", str(tmp_path / "short.toml"), "-o", str(output)]
+    monkeypatch.setattr(sys, "argv", command)
+    with pytest.raises(SystemExit) as ended:
+        cli.main()
+    assert ended.value.code == 0
+    said = capsys.readouterr()
+    assert "person 2 was left out: seen in 3 frames" in said.err
+    assert "warning: person 0: " in said.err
+    assert f"pcnet3d view {output / '0'}" in said.out
+    (output / "0" / "take.rrd").write_bytes(b"")
+    with pytest.raises(InputError, match="view one"):
+        find_recording(output)
+
+
+def test_a_chain_that_cannot_work_is_refused_before_the_work(mmpose, tmp_path):
+    with pytest.raises(InputError, match="needs rectified"):
+        run_people(Sources(mmpose(), fps=30), tmp_path / "out", Recipe(stages=(StageEntry(use="angles"),)))

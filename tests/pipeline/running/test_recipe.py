@@ -1,0 +1,180 @@
+"""Recipes, options, registry and runner: wrong names are caught before any data is touched."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+import pytest
+
+from pcnet3d.pipeline import CAMERA, H36M17, InputError, Pipeline, PoseSequence, Take, load_recipe
+from pcnet3d.pipeline.plugins import registry
+from pcnet3d.pipeline.plugins.options import call
+
+
+def written(tmp_path, text):
+    path = tmp_path / "recipe.toml"
+    path.write_text(text)
+    return path
+
+
+def test_the_default_recipe_builds_and_its_options_can_be_changed():
+    recipe = load_recipe().with_options("clean", max_gap_s=0.5).with_options("export", folder="x")
+    pipeline = recipe.with_options("record", folder="x").with_options("report", folder="x").build()
+    names = [stage.name for stage in pipeline.stages]
+    assert names == [
+        "clean",
+        "scale",
+        "rectify",
+        "trajectories",
+        "angles",
+        "measures",
+        "record",
+        "export",
+        "report",
+    ]
+    assert pipeline.stages[0].max_gap_s == 0.5
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("stage = 1", ["'stage'", "did you mean stages"]),
+        ('[[stages]]\nuse = "clen"', ["'clen'", "did you mean clean"]),
+        ('[[stages]]\nuse = "clean"\nmax_gaps = 1', ["'max_gaps'", "did you mean max_gap_s"]),
+        ('[[stages]]\nuse = "clean"\nmax_gap_s = "long"', ["max_gap_s", "long", "number"]),
+        ('[[stages]]\nname = "clean"', ["use"]),
+        ("stages = 3", ["stages"]),
+        ("= nonsense", ["TOML"]),
+        ("stages = []", ["stages", "at least 1"]),
+    ],
+)
+def test_a_wrong_recipe_is_refused_with_the_nearest_right_word(tmp_path, text, words):
+    with pytest.raises(InputError) as error:
+        load_recipe(written(tmp_path, text)).build()
+    assert all(word in str(error.value) for word in words), error.value
+
+
+def test_a_recipe_that_is_not_there(tmp_path):
+    with pytest.raises(InputError, match=r"none\.toml"):
+        load_recipe(tmp_path / "none.toml")
+
+
+@dataclass(frozen=True)
+class Doubling:
+    name: ClassVar[str] = "doubling"
+    needs: ClassVar[tuple[str, ...]] = ("poses",)
+    gives: ClassVar[tuple[str, ...]] = ("rectified",)
+
+    def __call__(self, take: Take) -> Take:
+        return take.with_(poses=take.poses.with_(joints=take.poses.joints * 2))
+
+
+@dataclass(frozen=True)
+class Needing(Doubling):
+    name: ClassVar[str] = "needing"
+    needs: ClassVar[tuple[str, ...]] = ("rectified",)
+
+
+@dataclass(frozen=True)
+class Cleaning(Doubling):
+    name: ClassVar[str] = "cleaning"
+    gives: ClassVar[tuple[str, ...]] = ("poses",)
+
+
+@dataclass(frozen=True)
+class Impossible(Doubling):
+    name: ClassVar[str] = "impossible"
+    needs: ClassVar[tuple[str, ...]] = ("soul",)
+
+
+def test_the_runner_runs_in_order_and_reports():
+    poses = PoseSequence(np.ones((1, 17, 3)), H36M17, CAMERA)
+    said = []
+    take = Pipeline((Doubling(), Doubling()))(
+        Take("t", poses=poses), lambda stage, seconds: said.append(stage)
+    )
+    assert (take.poses.joints == 4).all()
+    assert (poses.joints == 1).all()
+    assert said == ["doubling", "doubling"]
+
+
+@pytest.mark.parametrize(
+    ("stages", "words"),
+    [
+        ((Needing(), Doubling()), ["'needing'", "rectified", "needing > doubling"]),
+        ((Impossible(),), ["soul"]),
+        ((Doubling(), Cleaning()), ["'cleaning' would change poses", "put it before 'doubling'"]),
+    ],
+)
+def test_the_runner_refuses_a_chain_before_touching_data(stages, words):
+    touched = []
+    poses = PoseSequence(np.ones((1, 17, 3)), H36M17, CAMERA)
+    with pytest.raises(InputError) as error:
+        Pipeline(stages)(Take("t", poses=poses), lambda stage, seconds: touched.append(stage))
+    assert all(word in str(error.value) for word in words)
+    assert touched == []
+
+
+def test_a_chain_whose_needs_are_given_by_an_earlier_stage_passes():
+    Pipeline((Doubling(), Needing())).check(
+        Take("t", poses=PoseSequence(np.ones((1, 17, 3)), H36M17, CAMERA))
+    )
+
+
+def reader(path, scale: float, pixel: bool = False) -> tuple:
+    return path, scale, pixel
+
+
+def test_options_from_text_become_what_the_signature_asks_for():
+    assert call(reader, "p", what="Adapter", options={"scale": "2.5", "pixel": "true"}) == ("p", 2.5, True)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"scale": 1, "pixels": 1}, ["'pixels'", "did you mean pixel"]),
+        ({"scale": "big"}, ["scale='big'"]),
+        ({}, ["needs the option scale"]),
+    ],
+)
+def test_wrong_options_are_refused(options, words):
+    with pytest.raises(InputError) as error:
+        call(reader, "p", what="Adapter 'x'", options=options)
+    assert all(word in str(error.value) for word in words)
+
+
+def test_unknown_names_in_the_registry_name_their_neighbours():
+    with pytest.raises(InputError, match="did you mean rectify"):
+        registry.load("stages", "rectifi")
+
+
+def test_two_packages_of_one_name_are_refused(monkeypatch):
+    from importlib.metadata import EntryPoint
+
+    twins = [EntryPoint("x", "a:A", "pcnet3d.stages"), EntryPoint("x", "b:B", "pcnet3d.stages")]
+    monkeypatch.setattr(registry, "entry_points", lambda group: twins)
+    registry.registered.cache_clear()
+    with pytest.raises(InputError, match="a:A and b:B"):
+        registry.registered("stages")
+    registry.registered.cache_clear()
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        "/etc/x.onnx",
+        "../x.onnx",
+        "a/../../x.onnx",
+        "C:\\\\x.onnx",
+        "\\\\\\\\host\\\\x",
+        "~/x.onnx",
+        "c:x.onnx",
+    ],
+)
+def test_paths_of_a_recipe_stay_in_the_folder(tmp_path, value):
+    path = tmp_path / "recipe.toml"
+    path.write_text(f'[[stages]]\nuse = "rectify"\nrectifier = "{value}"\n')
+    with pytest.raises(InputError, match=r"rectify\.rectifier = .* leads out of the folder"):
+        load_recipe(path)
+    path.write_text('[[stages]]\nuse = "rectify"\nrectifier = "mine/x..onnx"\n')
+    load_recipe(path)

@@ -1,0 +1,87 @@
+"""`pcnet3d run --strict`: an exit code that says how far a run can be trusted."""
+
+import json
+import sys
+
+import numpy as np
+import pytest
+
+from pcnet3d.examples.walker.camera import camera_poses, side_camera
+from pcnet3d.examples.walker.walk import walker
+from pcnet3d.pipeline.cli import main
+
+
+@pytest.fixture(scope="module")
+def joints() -> np.ndarray:
+    """(T, 17, 3) of the walker before a camera, until she stands still, digit for digit."""
+    walk = walker(seconds=4)
+    return camera_poses(walk, side_camera(walk)).joints[:54]
+
+
+def _as_it_is(joints):
+    return joints
+
+
+def _repeated(joints):
+    joints[10:40:3] = joints[9:39:3]
+    return joints
+
+
+def _flat(joints):
+    return joints * [1, 1, 1e-3]
+
+
+def _lying(joints):
+    return joints[..., [1, 0, 2]] * [1, -1, 1]
+
+
+def _short(joints):
+    return joints[:5]
+
+
+@pytest.fixture
+def run(joints, tmp_path, monkeypatch, capsys):
+    """run(change, *words): exit code, last line and the folder."""
+
+    def call(change, *words: str):
+        np.save(tmp_path / "poses.npy", change(joints.copy()))
+        recipe = tmp_path / "quick.toml"
+        recipe.write_text(
+            '[[stages]]\nuse = "rectify"\n[[stages]]\nuse = "trajectories"\n[[stages]]\nuse = "export"\n'
+        )
+        out = tmp_path / "out"
+        given = ["--poses", tmp_path / "poses.npy", "--adapter", "videopose3d", "--fps", 30, "-o", out]
+        monkeypatch.setattr(sys, "argv", ["pcnet3d", "run", *map(str, given), f"--recipe={recipe}", *words])
+        with pytest.raises(SystemExit) as ended:
+            main()
+        said = capsys.readouterr()
+        assert out.is_dir(), said.err
+        return ended.value.code or 0, said.out.splitlines()[-1], out
+
+    return call
+
+
+@pytest.mark.parametrize(
+    ("change", "code"), [(_as_it_is, 0), (_repeated, 3), (_flat, 4), (_lying, 4), (_short, 4)]
+)
+def test_strict_tells_by_the_exit_code_and_without_it_the_last_line_does(run, change, code, monkeypatch):
+    ended, last, out = run(change, "--strict", "--parity=ignore")
+    assert ended == code
+    assert code == 0 or last == f"exit code {code}, as --strict asks"
+    files = sorted(path.name for path in out.iterdir())
+    ended, last, out = run(change, "--parity=ignore")
+    assert ended == 0
+    assert code == 0 or last == f"exit code 0; --strict makes it {code}"
+    assert sorted(path.name for path in out.iterdir()) == files  # the results are there in any case
+    level_ok = json.loads((out / "summary.json").read_text())["rectification"]["level_ok"]
+    assert level_ok == (change not in (_lying, _short))
+
+
+@pytest.mark.parametrize("change", [_as_it_is, _repeated, _flat])
+def test_the_code_is_the_one_of_inspect(run, change, monkeypatch, tmp_path):
+    ended, _, _ = run(change, "--strict", "--parity=ignore")
+    file = str(tmp_path / "poses.npy")
+    monkeypatch.setattr(sys, "argv", ["pcnet3d", "inspect", file, "--adapter", "videopose3d"])
+    with pytest.raises(SystemExit) as inspected:
+        main()
+    assert inspected.value.code == ended

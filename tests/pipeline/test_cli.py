@@ -1,0 +1,328 @@
+"""The command line through a subprocess: what a user types, reads and gets back."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+PCNET3D = [sys.executable, "-c", "from pcnet3d.pipeline.cli import main; main()"]
+FILES = ["kinematics.parquet", "measures.csv", "poses.npz", "report.html", "summary.json", "take.rrd"]
+
+
+def pcnet3d(*arguments, cwd=None, env=None) -> subprocess.CompletedProcess:
+    return subprocess.run(
+        [*PCNET3D, *map(str, arguments)], capture_output=True, text=True, cwd=cwd, env=env, timeout=120
+    )
+
+
+@pytest.fixture
+def lifted(tmp_path, facing_camera) -> Path:
+    """What MotionBERT writes: the pelvis moves, and its depth is 0 in the first frame."""
+    jitter = np.random.default_rng(0).normal(scale=0.002, size=(30, 17, 3))
+    jitter[0, 0] = 0
+    np.save(tmp_path / "X3D.npy", (facing_camera * 0.8 + [0.1, 0.1, 0] + jitter).astype(np.float32))
+    return tmp_path / "X3D.npy"
+
+
+def alphapose(scale: float) -> str:
+    points = np.random.default_rng(0).uniform(0.1, 0.9, size=(20, 17, 3)) * [scale, scale, 1]
+    return json.dumps(
+        [
+            {
+                "image_id": f"{i}.jpg",
+                "category_id": 1,
+                "keypoints": row.ravel().tolist(),
+                "score": 1,
+                "idx": 1,
+            }
+            for i, row in enumerate(points)
+        ]
+    )
+
+
+def spoiled(lifted: Path, change) -> Path:
+    joints = np.load(lifted)
+    np.save(lifted, change(joints))
+    return lifted
+
+
+def nan_frame(joints):
+    joints[4] = np.nan
+    return joints
+
+
+def zero_frame(joints):
+    joints[4] = 0
+    return joints
+
+
+def infinite(joints):
+    joints[4, 3, 2] = np.inf
+    return joints
+
+
+def test_a_lifters_file_becomes_a_folder_of_results(lifted, tmp_path):
+    result = pcnet3d("run", "--poses", lifted, "--fps", 30, "-o", tmp_path / "out")
+    assert result.returncode == 0, result.stderr
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == FILES
+    assert "pcnet3d view" in result.stdout
+    assert "--stature" in result.stderr
+
+
+def test_a_second_run_replaces_the_first(lifted, tmp_path):
+    for _ in range(2):
+        assert pcnet3d("run", "--poses", lifted, "--fps", 30, "-o", tmp_path / "out").returncode == 0
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["X3D.npy", "out"]
+
+
+def test_stature_gives_metres_and_a_recipe_is_followed(lifted, tmp_path):
+    (tmp_path / "recipe.toml").write_text(
+        "".join(f'[[stages]]\nuse = "{name}"\n' for name in ("scale", "rectify", "trajectories", "export"))
+    )
+    arguments = ["--fps", 30, "--stature", 1.8, "--recipe", tmp_path / "recipe.toml"]
+    result = pcnet3d("run", "--poses", lifted, *arguments, "-o", tmp_path / "out")
+    assert result.returncode == 0, result.stderr
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
+        "kinematics.parquet", "poses.npz", "summary.json",
+    ]  # fmt: skip
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert summary["poses"]["unit"] == "m"
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda x: x[:, :16], ["17"]),
+        (lambda x: x[..., :2], ["3"]),
+        (lambda x: x[0], ["17"]),
+        (nan_frame, ["NaN", "row 4", "--missing gap"]),
+        (zero_frame, ["one point", "row 4", "--missing gap"]),
+        (infinite, ["infinite", "row 4", "r_ankle"]),
+        (lambda x: np.zeros_like(x), ["one point"]),
+        (lambda x: x.astype(object), ["object"]),
+        (lambda x: x * [-1, 1, 1], ["mirrored", "--parity mirror", "knees"]),
+    ],
+    ids=["joints", "dims", "one frame", "nan", "zeros", "inf", "all zeros", "objects", "mirrored"],
+)
+def test_bad_poses_get_a_sentence_and_exit_2(lifted, tmp_path, change, words):
+    spoiled(lifted, change)
+    result = pcnet3d("run", "--poses", lifted, "--adapter", "motionbert", "--fps", 30, "-o", tmp_path / "out")
+    expect_refusal(result, words)
+    assert [path.name for path in tmp_path.iterdir()] == ["X3D.npy"]
+
+
+def expect_refusal(result, words):
+    assert result.returncode == 2, (result.returncode, result.stderr)
+    assert "Traceback" not in result.stderr
+    assert len([line for line in result.stderr.splitlines() if line.startswith("pcnet3d: ")]) == 1
+    assert all(word in result.stderr for word in words), result.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--fps", 30], ["--poses", "--keypoints"]),
+        (["--poses", "X3D.npy", "--fps", 30, "--image-size", "640x360"], ["image_size", "'lift'"]),
+        (["--keypoints", "ap.json", "--fps", 30], ["--image-size"]),
+        (["--keypoints", "ap.json", "--fps", 30, "--image-size", "640"], ["640", "WIDTHxHEIGHT"]),
+        (["--keypoints", "unit.json", "--fps", 30, "--image-size", "640x360"], ["pixels"]),
+        (["--poses", "none.npy", "--fps", 30], ["none.npy"]),
+        (["--poses", "X3D.npy"], ["--fps"]),
+        (
+            ["--poses", "X3D.npy", "--fps", 30, "--adapter", "motionbird"],
+            ["motionbird", "did you mean motionbert"],
+        ),
+        (["--poses", "X3D.npy", "--fps", 30, "-O", "pixl=1"], ["pixl", "did you mean pixel"]),
+        (["--poses", "X3D.npy", "--fps", 30, "-O", "pixel"], ["KEY=VALUE"]),
+        (["--poses", "X3D.npy", "--fps", 30, "--rectifier", "magic"], ["magic", "geometric"]),
+        (["--poses", "X3D.npy", "--fps", 30, "--camera", "pan"], ["camera", "'pan'", "static", "moving"]),
+        (["--poses", "X3D.npy", "--fps", 30, "--gravity", "0,1"], ["--gravity X,Y,Z", "'0,1'"]),
+        (["--poses", "X3D.npy", "--fps", 30, "--gravity", "0,1,0", "--pitch", 3], ["not both"]),
+        (["--poses", "X3D.npy", "--fps", 30, "--recipe", "short.toml", "--camera", "moving"], ["'rectify'"]),
+        (["--poses", "X3D.npy", "--fps", 30, "--stature", 180], ["metres", "180"]),
+        (["--poses", "X3D.npy", "--fps", 30, "--recipe", "none.toml"], ["none.toml"]),
+        (["--poses", "notes.txt", "--fps", 30], ["notes.txt", "No adapter"]),
+        (["--poses", "empty.npy", "--fps", 30, "--adapter", "motionbert"], ["empty"]),
+        (["--poses", "cut.npy", "--fps", 30, "--adapter", "motionbert"], ["cut.npy"]),
+        (["--poses", "cut.npz", "--fps", 30, "--adapter", "videopose3d"], ["cut.npz"]),
+        (["--poses", "X3D.npy", "--fps", 30, "--keypoints", "odd.json"], ["odd.json"]),
+        (["video.mp4", "--poses", "X3D.npy"], ["video.mp4"]),
+        (["gone.mp4", "--poses", "X3D.npy"], ["gone.mp4"]),
+    ],
+)
+def test_bad_options_and_files_get_a_sentence_and_exit_2(lifted, tmp_path, arguments, words):
+    (tmp_path / "notes.txt").write_text("not poses")
+    (tmp_path / "short.toml").write_text('[[stages]]\nuse = "clean"\n')
+    (tmp_path / "empty.npy").write_bytes(b"")
+    (tmp_path / "cut.npy").write_bytes(lifted.read_bytes()[:500])
+    np.savez(tmp_path / "whole.npz", reconstruction=np.load(lifted))
+    (tmp_path / "cut.npz").write_bytes((tmp_path / "whole.npz").read_bytes()[:500])
+    (tmp_path / "ap.json").write_text(alphapose(scale=300))
+    (tmp_path / "unit.json").write_text(alphapose(scale=1))
+    (tmp_path / "odd.json").write_text('{"hello": [1, 2')
+    (tmp_path / "video.mp4").write_bytes(b"\0\0\0\x18ftypmp42 and then nothing")
+    before = sorted(path.name for path in tmp_path.iterdir())
+    expect_refusal(pcnet3d("run", *arguments, "-o", tmp_path / "out", cwd=tmp_path), words)
+    assert sorted(path.name for path in tmp_path.iterdir()) == before
+
+
+def test_somebody_elses_folder_is_left_alone(lifted, tmp_path):
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "thesis.txt").write_text("years")
+    expect_refusal(pcnet3d("run", "--poses", lifted, "--fps", 30, "-o", tmp_path / "out"), ["--force"])
+    result = pcnet3d("run", "--poses", lifted, "--fps", 30, "-o", tmp_path / "out", "--force")
+    assert result.returncode == 0
+    assert not (tmp_path / "out" / "thesis.txt").exists()
+
+
+@pytest.mark.skipif(
+    os.geteuid() == 0 and not Path("/proc").exists(), reason="needs a place root cannot write"
+)
+def test_a_place_that_cannot_be_written_is_said(lifted):
+    expect_refusal(
+        pcnet3d("run", "--poses", lifted, "--fps", 30, "-o", "/proc/nowhere/out"), ["Cannot write"]
+    )
+
+
+def test_a_run_ended_by_the_system_leaves_nothing(lifted, tmp_path):
+    """What a cluster's scheduler sends; the picture of a patient must not stay in a hidden folder."""
+    np.save(lifted, np.tile(np.load(lifted), (500, 1, 1)))
+    command = [*PCNET3D, "run", "--poses", str(lifted), "--adapter", "motionbert", "--fps", "30"]
+    with subprocess.Popen([*command, "-o", str(tmp_path / "out")], stderr=subprocess.PIPE, text=True) as run:
+        assert run.stderr is not None
+        run.stderr.readline()  # the reading is done: the run is under way
+        run.terminate()
+        assert run.wait(60) == 143
+    assert [path.name for path in tmp_path.iterdir()] == ["X3D.npy"]
+
+
+def test_a_name_that_the_terminal_cannot_show(lifted, tmp_path):
+    odd = lifted.rename(tmp_path / "Müller.npy")
+    plain = {**os.environ, "LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
+    command = [*PCNET3D, "run", "--poses", odd, "--fps", "30", "-o", tmp_path / "out"]
+    result = subprocess.run(command, capture_output=True, env=plain, timeout=120)
+    assert result.returncode == 0, result.stderr
+
+
+@pytest.mark.parametrize(
+    ("said", "share"),
+    [
+        (["--gravity", "-0.087,1,-0.1"], "gravity vector"),
+        (["--pitch", -5.7, "--roll", -5], "camera pitch and roll"),
+    ],
+)
+def test_a_camera_that_the_user_knows_wins_over_the_votes(lifted, tmp_path, said, share):
+    """The same camera told in both ways; the person seems to stand upright in the picture."""
+    result = pcnet3d("run", "--poses", lifted, "--fps", 30, *said, "--no-frames", "-o", tmp_path / "out")
+    assert result.returncode == 0, result.stderr
+    found = json.loads((tmp_path / "out" / "summary.json").read_text())["rectification"]
+    up = np.array(found["R_source_from_level"])[:, 2]
+    np.testing.assert_allclose(up, np.array([0.087, -1, 0.1]) / np.linalg.norm([0.087, 1, 0.1]), atol=0.03)
+    assert found["up_shares"][share] > 0.8
+    assert found["up_error_deg"] <= 1.01
+
+
+def test_a_moving_camera_through_the_command_line(lifted, tmp_path):
+    arguments = ["--rectifier", "geometric", "--camera", "moving"]
+    result = pcnet3d("run", "--poses", lifted, "--fps", 30, *arguments, "-o", tmp_path / "out")
+    assert result.returncode == 0, result.stderr
+    assert "relative to it" in result.stderr
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert summary["rectification"]["camera"] == "moving"
+    with np.load(tmp_path / "out" / "poses.npz") as file:
+        assert file["R_source_from_level"].shape == (30, 3, 3)
+
+
+def test_list_prints_one_line_an_adapter_and_json():
+    lines = pcnet3d("list", "adapters").stdout.splitlines()
+    rows = json.loads(pcnet3d("list", "adapters", "--json").stdout)
+    assert [line.split(maxsplit=2) for line in lines] == [list(row.values()) for row in rows]
+    assert all(list(row) == ["name", "gives", "reads"] for row in rows)
+    assert {"motionbert", "alphapose", "video"} <= {row["name"] for row in rows}
+    assert {row["name"] for row in json.loads(pcnet3d("list", "stages", "--json").stdout)} >= {
+        "clean",
+        "rectify",
+    }
+
+
+@pytest.mark.parametrize(
+    ("module", "words"),
+    [
+        ("import nothing_there\n", "nothing_there"),
+        ('name = "broken"\n', "it has no gives, reads, sniff, read"),
+    ],
+)
+def test_a_package_with_a_broken_adapter_does_not_keep_the_others_from_working(
+    lifted, tmp_path, module, words
+):
+    """Its folder is as an installed package's: a module and the metadata with its entry point."""
+    (tmp_path / "site" / "broken-1.0.dist-info").mkdir(parents=True)
+    (tmp_path / "site" / "broken.py").write_text(module)
+    metadata = {"METADATA": "Metadata-Version: 2.1\nName: broken\nVersion: 1.0\n"}
+    metadata["entry_points.txt"] = "[pcnet3d.adapters]\nbroken = broken\n"
+    for file, text in metadata.items():
+        (tmp_path / "site" / "broken-1.0.dist-info" / file).write_text(text)
+    beside = {**os.environ, "PYTHONPATH": str(tmp_path / "site")}
+
+    listed = pcnet3d("list", "adapters", env=beside)
+    assert listed.stdout == pcnet3d("list", "adapters").stdout
+    assert listed.stderr.count("\n") == 1
+    assert "warning: The adapter 'broken'" in listed.stderr
+    assert words in listed.stderr
+    result = pcnet3d("inspect", lifted, env=beside)
+    assert result.returncode in (0, 3), result.stderr
+    assert "motionbert" in result.stdout
+    named = pcnet3d("inspect", lifted, "--adapter", "broken", env=beside)
+    assert named.returncode == 2
+    assert "cannot be loaded" in named.stderr.splitlines()[-1]
+
+
+def test_list_models_names_what_can_be_asked_for():
+    from pcnet3d.models import load_rectifier
+    from pcnet3d.models.lifter.builtin import network
+
+    rows = {row["name"]: row for row in json.loads(pcnet3d("list", "models", "--json").stdout)}
+    lines = pcnet3d("list", "models").stdout.splitlines()
+    assert [line.split()[0] for line in lines] == list(rows)
+    rectifiers = [name for name, row in rows.items() if row["is"] == "rectifier"]
+    assert {load_rectifier(name).method.partition("@")[0] for name in rectifiers} == {"geometric", "pcnet"}
+    assert load_rectifier("pcnet").method.partition("@")[2] in rows["pcnet"]["what"]
+    lifters = [name for name, row in rows.items() if row["is"] == "lifter"]
+    assert all(network(name).digest in rows[name]["what"] for name in lifters)
+    assert lifters
+
+
+def test_view_without_a_recording(tmp_path):
+    expect_refusal(pcnet3d("view", tmp_path), ["take.rrd"])
+
+
+@pytest.mark.data
+@pytest.mark.parametrize(
+    ("poses", "keypoints", "adapter"),
+    [
+        ("motionbert/boxing_X3D.npy", "motionbert/boxing_alphapose-results.json", "motionbert"),
+        ("motionbert/cycling_X3D.npy", None, "motionbert"),
+        ("mhformer/skating", "mhformer/skating", "videopose3d"),
+    ],
+)
+def test_real_files_go_through(data, tmp_path, poses, keypoints, adapter):
+    more = ["--keypoints", data / "native" / keypoints] if keypoints else []
+    result = pcnet3d("run", "--poses", data / "native" / poses, *more, "--fps", 30, "-o", tmp_path / "out")
+    assert result.returncode == 0, result.stderr
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert summary["inputs"][0]["adapter"] == adapter
+    assert summary["rectification"]["level_ok"]
+    assert "NOT GOOD DATA" not in result.stderr
+
+
+@pytest.mark.data
+def test_a_broken_real_file_is_carried_with_a_loud_warning(data, tmp_path):
+    poses = data / "native" / "motionbert" / "broken_X3D.npy"
+    result = pcnet3d("run", "--poses", poses, "--fps", 25, "-o", tmp_path / "out")
+    assert result.returncode == 0, result.stderr
+    assert "THESE POSES ARE NOT GOOD DATA" in result.stderr
+    assert "NOT GOOD DATA" in json.loads((tmp_path / "out" / "summary.json").read_text())["warnings"][0]

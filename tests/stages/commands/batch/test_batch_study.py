@@ -1,0 +1,195 @@
+"""The study's table: changes within subjects with known answers, and what makes a take another one."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pcnet3d.pipeline import InputError
+from pcnet3d.pipeline.plugins import registry
+from pcnet3d.stages.commands.batch.manifest import Entry
+from pcnet3d.stages.commands.batch.study import changes, figures
+from pcnet3d.stages.commands.batch.take import _hashes, _kept, _key
+
+NAME = "range_of_motion.r_knee_flexion.p05_p95_deg"
+
+
+def row(subject, visit, value, condition=""):
+    labels = {"subject": subject, "visit": visit, "condition": condition}
+    return {**labels, "level_ok": True, "measures": {NAME: value}}
+
+
+def test_a_take_that_could_not_be_levelled_has_no_say():
+    rows = [row(s, v, 1.0 + (v == "2")) for s in "abc" for v in "12"]
+    rows[-1] |= {"level_ok": False, "measures": {NAME: 100.0}}
+    (change,) = changes(rows)
+    assert (change.n, change.bias) == (2, 1.0)
+
+
+def test_lengths_of_a_take_without_a_scale_have_no_say():
+    name = "paths.r_wrist.path_length"
+    rows = [
+        {**row(s, v, 0.0), "unit": "arbitrary" if s == "c" else "m", "measures": {name: 1.0 + (v == "2")}}
+        for s in "abc"
+        for v in "12"
+    ]
+    (change,) = changes(rows)
+    assert (change.measure, change.n, change.bias) == (name, 2, 1.0)
+
+
+def test_limits_of_agreement_by_hand():
+    rows = [row(f"s{i}", visit, value) for visit, values in (("one", (50, 60, 70)), ("two", (51, 63, 75)))
+            for i, value in enumerate(values)]  # fmt: skip
+    (change,) = changes(rows)
+    assert (change.factor, change.earlier, change.later, change.measure, change.n) == (
+        "visit",
+        "one",
+        "two",
+        NAME,
+        3,
+    )
+    assert change.bias == pytest.approx(3.0)
+    assert change.sd == pytest.approx(2.0)
+    assert (change.lower, change.upper) == pytest.approx((3 - 1.96 * 2, 3 + 1.96 * 2))
+
+
+def test_the_first_visit_is_the_one_that_the_manifest_names_first():
+    rows = [
+        row("a", "10", 1.0),
+        row("b", "10", 2.0),
+        row("a", "9", 5.0),
+        row("b", "9", 6.0),
+        row("a", "8", 0.0),
+    ]
+    (change,) = changes(rows)  # the third visit has one subject only
+    assert (change.earlier, change.later, change.bias, change.sd) == ("10", "9", 4.0, 0.0)
+
+
+def test_a_subject_counts_once_however_many_takes_there_are():
+    rows = [row("a", "1", 10.0)] * 5 + [
+        row("a", "1", 16.0),
+        row("a", "2", 13.0),
+        row("b", "1", 0.0),
+        row("b", "2", 4.0),
+    ]
+    (change,) = changes(rows)
+    assert change.n == 2
+    assert change.bias == pytest.approx(((13 - 11) + 4) / 2)
+
+
+def test_visits_are_compared_within_a_condition():
+    """Shod takes have 100 more; a subject who has them at one visit only does not change by 100."""
+    rows = [row(s, v, 10.0 * (v == "2"), "bare") for s in "ab" for v in "12"] + [row("a", "2", 110.0, "shod")]
+    assert [(c.factor, c.bias) for c in changes(rows)] == [("visit", 10.0)]
+    rows.append(row("b", "2", 114.0, "shod"))
+    found = {c.factor: c for c in changes(rows)}
+    assert found["visit"].bias == pytest.approx(10.0)
+    assert (found["condition"].bias, found["condition"].n) == (pytest.approx(102.0), 2)
+
+
+@pytest.mark.parametrize(
+    "rows",
+    [
+        [],
+        [row("a", "1", 1.0), row("a", "2", 2.0)],
+        [row("a", "1", 1.0), row("b", "2", 2.0)],
+        [row("", "1", 1.0), row("", "2", 2.0)] * 3,
+        [{"subject": "a", "visit": "1", "condition": ""}, {"subject": "b", "visit": "2", "condition": ""}],
+        [row("a", "1", None), row("a", "2", 2.0), row("b", "1", 1.0), row("b", "2", 1.0)],
+    ],
+    ids=["nothing", "one subject", "nobody twice", "nobody named", "failed", "missing"],
+)
+def test_nothing_is_said_of_fewer_than_two_subjects(rows):
+    assert changes(rows) == []
+
+
+def test_what_a_measure_rests_on_is_no_measure(tmp_path):
+    rows = [
+        {
+            **row(s, v, 1.0),
+            "measures": {"walking.frames": 5.0, "walking.nan_share": 0.0, "walking.cadence_error_spm": 1.0},
+        }
+        for s in "ab"
+        for v in "12"
+    ]
+    assert changes(rows) == []
+
+
+def test_figures_are_single_numbers_by_their_keys(tmp_path):
+    run = tmp_path / "takes" / "a"
+    run.mkdir(parents=True)
+    measures = {
+        "walking": {"steps": 3, "right": {"x_s": 0.5}, "landings_s": [1.0], "reason": "none"},
+        "none": None,
+    }
+    (run / "summary.json").write_text(json.dumps({"measures": measures, "warnings": ["careful"]}))
+    (found,) = figures(run)
+    assert found["measures"] == {"walking.steps": 3.0, "walking.right.x_s": 0.5}
+    assert found["warnings"] == ["careful"]
+    assert found["report"] == ""
+    (run / "report.html").write_text("")
+    assert figures(run)[0]["report"] == "takes/a/report.html"
+
+
+@pytest.mark.parametrize(
+    "summary",
+    [{"measures": [1]}, {"poses": "x"}, {"warnings": {"a": 1}}, {"poses": {"frames": "many"}}],
+    ids=["measures", "poses", "warnings", "frames"],
+)
+def test_a_summary_that_somebody_has_changed_has_words(tmp_path, summary):
+    run = tmp_path / "takes" / "a"
+    run.mkdir(parents=True)
+    (run / "summary.json").write_text(json.dumps(summary))
+    with pytest.raises(InputError, match=r"not as a run writes it.*remove that folder"):
+        figures(run)
+    (run / "summary.json").write_text(json.dumps({"batch": {"key": ["x"], "files": 3}}))
+    assert _kept(run).key == ""
+
+
+@pytest.fixture
+def entry(tmp_path) -> Entry:
+    (tmp_path / "a.npy").write_bytes(b"some poses")
+    return Entry("a", {"poses": (str(tmp_path / "a.npy"),), "fps": ("30",)}, ("poses",), {"subject": "s"})
+
+
+def key(entry: Entry) -> str:
+    return _key(entry, _hashes(entry, {}))
+
+
+def test_a_take_is_another_one_when_its_content_its_options_or_a_version_changes(
+    entry, tmp_path, monkeypatch
+):
+    first = key(entry)
+    assert key(replace(entry, name="b", labels={"subject": "t"})) == first
+    assert key(replace(entry, options={**entry.options, "fps": ("25",)})) != first
+    (tmp_path / "elsewhere").mkdir()
+    moved = (tmp_path / "a.npy").rename(tmp_path / "elsewhere" / "a.npy")
+    entry = replace(entry, options={**entry.options, "poses": (str(moved),)})
+    assert key(entry) == first
+    moved.write_bytes(b"other poses")
+    assert key(entry) != first
+    moved.write_bytes(b"some poses")
+    assert key(entry) == first
+    known = dict(registry.registered("stages"))
+    monkeypatch.setattr(registry, "registered", lambda group: {})
+    assert known
+    assert key(entry) != first
+
+
+def test_a_model_that_a_recipe_names_counts_too(entry, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    model, recipe = tmp_path / "m.onnx", tmp_path / "r.toml"
+    model.write_bytes(b"one")
+    recipe.write_text('[[stages]]\nuse = "rectify"\nrectifier = "m.onnx"\n')
+    options = {**entry.options, "recipe": (str(recipe),)}
+    entry = replace(entry, options=options, files=("poses", "recipe"))
+    first = key(entry)
+    model.write_bytes(b"two")
+    assert key(entry) != first
+
+
+def test_an_unchanged_file_is_not_read_again(entry, monkeypatch):
+    known = _hashes(entry, {})
+    monkeypatch.setattr("pcnet3d.stages.commands.batch.take.sha256", lambda path: np.nan)
+    assert _hashes(entry, known) == known

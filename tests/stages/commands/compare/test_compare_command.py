@@ -1,0 +1,231 @@
+"""`pcnet3d compare` from runs to table, page and recording: the walker from two cameras, and against its truth."""
+
+import json
+import shutil
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pcnet3d.examples.walker.walk import walker
+from pcnet3d.models.mocap.clips import Clip, write_mocap
+from pcnet3d.pipeline import InputError
+from pcnet3d.pipeline.motion.angles import ANGLES
+from pcnet3d.stages.commands.compare.align import correlated, size_ratio, turn_deg, turned
+from pcnet3d.stages.commands.compare.command import compare, compared
+from pcnet3d.stages.commands.compare.cycles import spans
+from pcnet3d.stages.commands.compare.side import load_side, named_apart
+from pcnet3d.stages.commands.compare.wrists import limbs_of
+
+LATE_S = 0.5
+
+
+@pytest.fixture(scope="module")
+def sides(runs):
+    return [load_side(runs / name) for name in ("side", "front")]
+
+
+@pytest.fixture(scope="module")
+def cameras(runs) -> dict:
+    compare([runs / "side", runs / "front"])
+    return json.loads((runs / "side/compare/compare.json").read_text())
+
+
+@pytest.fixture(scope="module")
+def against_truth(runs) -> dict:
+    """Motion capture at 120 a second that was started half a second later."""
+    world = walker(fps=120).world.astype(np.float32)[int(120 * LATE_S) :]
+    write_mocap(runs / "truth.npz", [Clip("a_1", "a", "asfamc", 120.0, world)])
+    compare([runs / "side"], truth=runs / "truth.npz", output=runs / "truth")
+    return json.loads((runs / "truth/compare.json").read_text())
+
+
+def test_two_cameras_give_the_same_angles(cameras):
+    pair = cameras["pairs"]["front"]
+    assert pair["alignment"]["shift_s"] == pytest.approx(0, abs=2e-3)
+    assert set(pair["angles"]) == set(ANGLES)
+    for name, angle in ANGLES.items():
+        assert pair["angles"][name]["rmse_deg"] < (3.0 if angle.needs_gravity else 0.1), name
+    assert abs(pair["turn_deg"]) < 10
+    assert pair["joints_mm"] < 40
+
+
+def test_view_consistency_is_what_rectification_gives(cameras):
+    spread, without = cameras["view_spread_deg"], cameras["view_spread_unrectified_deg"]
+    assert set(without) == {name for name, angle in ANGLES.items() if angle.needs_gravity}
+    assert spread["trunk_lean_sagittal"] < 0.5 * without["trunk_lean_sagittal"]
+    assert spread["r_knee_flexion"] < 0.1
+
+
+def test_cycles_are_cut_at_the_same_moments(cameras, sides):
+    raises = [c for c in cameras["pairs"]["front"]["cycles"] if c["kind"] == "arm raises"]
+    assert {c["angle"] for c in raises} >= {"r_shoulder_elevation", "l_shoulder_elevation"}
+    for cycle in raises:
+        assert cycle["difference_deg"] < 0.2
+        assert cycle["lower_deg"] <= 0.1
+        assert cycle["upper_deg"] >= -0.1
+    cut = spans(sides[0].measures)["arm raises", "r_shoulder_elevation"]
+    assert (cut[:, 1] > cut[:, 0]).all()
+
+
+def test_motion_capture_of_another_clock_and_rate(against_truth):
+    pair = against_truth["pairs"]["side"]
+    assert against_truth["reference"] == "motion capture"
+    assert pair["alignment"]["how"] == "cross-correlation"
+    assert pair["alignment"]["shift_s"] == pytest.approx(-LATE_S, abs=0.005)
+    for name, angle in ANGLES.items():
+        assert pair["angles"][name]["rmse_deg"] < (3.0 if angle.needs_gravity else 0.5), name
+    assert abs(pair["turn_deg"]) < 10  # both in LEVEL, whose heading is the take's
+    assert pair["joints_mm"] < 40
+
+
+def test_the_wrist_figure_tells_the_methods_apart(against_truth):
+    methods = against_truth["pairs"]["side"]["wrists"]["methods"]
+    assert list(methods) == [
+        "raw 2D", "camera axes", "geometric per frame", "pcnet per frame", "pcnet, take"
+    ]  # fmt: skip
+    for wrist in ("r_wrist", "l_wrist"):
+        take = methods["pcnet, take"][wrist]
+        assert take["back"]["r"] > 0.99
+        assert take["up"]["r"] > 0.99
+        assert take["up"]["rmse_mm"] < 40
+        size = against_truth["pairs"]["side"]["wrists"]["size_m"]
+        assert take["up"]["rmse_mm"] == pytest.approx(1000 * size * take["up"]["rmse"])
+        for other in ("camera axes", "geometric per frame"):
+            assert take["back"]["rmse"] < 0.5 * methods[other][wrist]["back"]["rmse"]
+        assert "back" not in methods["raw 2D"][wrist]
+        assert methods["raw 2D"][wrist]["up"]["r"] > 0.9
+
+
+def test_the_keypoints_are_those_of_the_run(runs, sides, walk):
+    from pcnet3d.examples.walker.camera import side_camera
+    from pcnet3d.pipeline import H36M17
+
+    pixels = limbs_of(runs / "side/take.rrd", sides[0].frame_index)
+    truth = side_camera(walk).project(walk.world)[:, H36M17.index("l_wrist")]
+    assert pixels.shape == (len(walk), 12, 2)
+    assert np.linalg.norm(pixels[:, 11] - truth, axis=-1).max() < 4
+    assert limbs_of(runs / "nothing.rrd", sides[0].frame_index) is None
+
+
+def test_files_and_page(cameras, against_truth, runs):
+    assert {f.name for f in (runs / "truth").iterdir()} == {
+        "compare.html", "compare.json", "compare.rrd", "summary.json",
+    }  # fmt: skip
+    assert "compare" in json.loads((runs / "side/summary.json").read_text())["files"]
+    page = (runs / "truth/compare.html").read_text()
+    for words in (
+        "Wrists against motion capture",
+        "Agreement of the angles",
+        "Cycles",
+        "raw 2D, right wrist",
+    ):
+        assert words in page
+    assert "View-consistency" in (runs / "side/compare/compare.html").read_text()
+    assert page.count('<div class="wide">') == 2  # to be scrolled on a phone, not shrunk
+    assert "<script" not in page
+    assert len(page) < 10e6
+
+
+def test_the_recording_has_both_skeletons_on_one_clock(cameras, runs, sides):
+    from rerun.chunk import RrdReader
+
+    batches = {
+        chunk.entity_path: chunk.to_record_batch()
+        for chunk in RrdReader(runs / "side/compare/compare.rrd").stream().to_chunks()
+        if not chunk.is_static
+    }
+    both = [batches[f"/level/{i}/joints"] for i in (0, 1)]
+    first, second = (np.array(b.column("Points3D:positions").to_pylist(), dtype=float) for b in both)
+    assert first.shape == (240, 17, 3)
+    np.testing.assert_allclose(first, sides[0].level, atol=1e-4)
+    assert np.linalg.norm(first - second, axis=-1).mean() < 0.04
+    knees = [
+        np.ravel(batches[f"/angles/r_knee_flexion/{i}"].column("Scalars:scalars").to_pylist()) for i in (0, 1)
+    ]
+    np.testing.assert_allclose(*(np.array(k, dtype=float) for k in knees), atol=0.2)
+
+
+def test_runs_of_one_recording_keep_their_stamps(sides):
+    twin = replace(sides[0], name="twin", time_s=sides[0].time_s + 0.0)
+    found = compared([sides[0], twin])
+    assert found.pairs[0].alignment.how == "time stamps"
+    assert found.pairs[0].alignment.shift_s == 0
+    assert found.pairs[0].agreement["r_knee_flexion"]["rmse_deg"] < 1e-6
+
+
+@pytest.mark.parametrize("late_s", [-1.7, 0.0123, 2.4])
+def test_a_shift_is_found_to_a_fraction_of_a_frame(sides, late_s):
+    moved = replace(sides[1], time_s=sides[1].time_s + late_s)
+    assert correlated(moved, sides[0], 0.0, 5.0).shift_s == pytest.approx(-late_s, abs=2e-3)
+
+
+def test_takes_of_different_motions_have_their_cycles_compared(sides):
+    rng = np.random.default_rng(0)
+    other = {name: rng.normal(0, 20, len(values)) for name, values in sides[1].angles.items()}
+    found = compared([sides[0], replace(sides[1], angles=other)])
+    assert found.pairs[0].alignment is None
+    assert found.pairs[0].agreement == {}
+    assert "different motions" in found.warnings[0]
+    still = {name: np.zeros(len(values)) for name, values in other.items()}
+    nothing = compared([sides[0], replace(sides[1], angles=still, measures=None)], align="cycles")
+    assert "nothing is compared" in nothing.warnings[-1]
+    visits = compared(sides, align="cycles").pairs[0]
+    assert not any("nothing is compared" in said for said in compared(sides, align="cycles").warnings)
+    assert visits.agreement == {}
+    assert max(c.agreement["difference_deg"] for c in visits.cycles if c.kind == "arm raises") < 0.5
+
+
+def test_heading_and_size_are_found(sides):
+    joints = sides[0].level
+    assert turn_deg(joints, turned(joints, 75.0)) == pytest.approx(75)
+    assert size_ratio(joints, 3 * joints) == pytest.approx(3)
+
+
+def test_names_that_are_alike_are_told_apart(sides):
+    assert [s.name for s in named_apart([sides[0], sides[0], sides[1]])] == ["side (1)", "side (2)", "front"]
+
+
+def test_bad_input_has_words(runs, sides, tmp_path):
+    with pytest.raises(InputError, match="two to 6"):
+        compare([runs / "side"])
+    with pytest.raises(InputError, match="finished"):
+        compare([runs / "side", tmp_path])
+    with pytest.raises(InputError, match="--truth"):
+        compare([runs / "side", runs / "front"], clip="a_1")
+    with pytest.raises(InputError, match="no file there"):
+        compare([runs / "side"], truth=Path("nothing.trc"))
+    for align in ("stamps", "correlate"):
+        with pytest.raises(InputError, match="--offset"):
+            compare([runs / "side", runs / "front"], align=align, offset=100.0)
+    (tmp_path / "mine.txt").write_text("mine")
+    with pytest.raises(InputError, match="did not make"):
+        compare([runs / "side", runs / "front"], output=tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["mine.txt"]
+
+
+def test_a_run_without_angles_has_words(runs, tmp_path):
+    import pyarrow.parquet as pq
+
+    for name in ("poses.npz", "summary.json"):
+        shutil.copy(runs / "side" / name, tmp_path)
+    table = pq.read_table(runs / "side/kinematics.parquet")
+    pq.write_table(table.drop_columns(["r_knee_flexion_deg"]), tmp_path / "kinematics.parquet")
+    with pytest.raises(InputError, match="r_knee_flexion"):
+        load_side(tmp_path)
+
+
+def test_the_command_line_ends_with_code_2(runs):
+    script = (
+        "import sys; from pcnet3d.pipeline.cli import main; sys.argv = ['pcnet3d', *sys.argv[1:]]; main()"
+    )
+    ended = subprocess.run(
+        [sys.executable, "-c", script, "compare", "side", "--truth", "nothing.trc"],
+        cwd=runs, capture_output=True, text=True,
+    )  # fmt: skip
+    assert ended.returncode == 2
+    assert "nothing.trc" in ended.stderr
+    assert "Traceback" not in ended.stderr

@@ -1,0 +1,119 @@
+"""Motion capture read from files that are written here."""
+
+import numpy as np
+import pytest
+
+from pcnet3d.models.mocap.clips import Clip, write_mocap
+from pcnet3d.pipeline import H36M17, InputError
+from pcnet3d.stages.commands.compare.truth import read_truth
+
+R_Y_UP_FROM_Z_UP = np.array([[0, 1, 0], [0, 0, 1], [1, 0, 0]], float)
+POSE2SIM = {
+    "Hip": "pelvis", "RHip": "r_hip", "RKnee": "r_knee", "RAnkle": "r_ankle", "LHip": "l_hip", "LKnee": "l_knee",
+    "LAnkle": "l_ankle", "Neck": "thorax", "Head": "head", "LShoulder": "l_shoulder", "LElbow": "l_elbow",
+    "LWrist": "l_wrist", "RShoulder": "r_shoulder", "RElbow": "r_elbow", "RWrist": "r_wrist",
+}  # fmt: skip
+
+
+def trc(names, points, fps=60.0, units="mm") -> str:
+    """points: (T, M, 3); a missing one has empty cells."""
+    head = [
+        "PathFileType\t4\t(X/Y/Z)\tx.trc",
+        "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame\tOrigNumFrames",
+        f"{fps}\t{fps}\t{len(points)}\t{len(names)}\t{units}\t{fps}\t1\t{len(points)}",
+        "Frame#\tTime\t" + "\t\t\t".join(names) + "\t\t",
+        "\t\t" + "\t".join(f"X{i}\tY{i}\tZ{i}" for i in range(1, len(names) + 1)),
+        "",
+    ]
+    rows = [
+        "\t".join([str(i + 1), f"{i / fps:.5f}", *("" if np.isnan(v) else f"{v:.4f}" for v in row.ravel())])
+        for i, row in enumerate(points)
+    ]
+    return "\n".join([*head, *rows]) + "\n"
+
+
+def distances(joints: np.ndarray) -> np.ndarray:
+    """(T, 17, 17), which no rotation changes."""
+    return np.linalg.norm(joints[:, :, None] - joints[:, None], axis=-1)
+
+
+@pytest.mark.parametrize("name", ["markers.trc", "markers.c3d"])
+def test_our_own_exports_come_back(runs, walk, name):
+    if name.endswith("c3d"):
+        pytest.importorskip("ezc3d")
+    poses = read_truth(runs / "side" / name)
+    assert poses.frame.name == "Z_UP"
+    np.testing.assert_allclose(poses.times, walk.time_s, atol=1e-4)
+    np.testing.assert_allclose(distances(poses.joints), distances(walk.world), atol=0.02)  # filtered
+    heights = poses.joint("r_wrist")[:, 2] - poses.joint("pelvis")[:, 2]
+    truth = walk.joint("r_wrist")[:, 2] - walk.root[:, 2]
+    assert np.abs(heights - truth).max() < 0.08
+
+
+def test_a_trc_of_other_names_in_millimetres_with_gaps(walk, tmp_path):
+    points = 1000 * walk.world[:, H36M17.indices(list(POSE2SIM.values()))] @ R_Y_UP_FROM_Z_UP.T
+    points[5, 3] = np.nan
+    (tmp_path / "x.trc").write_text(trc(list(POSE2SIM), points))
+    poses = read_truth(tmp_path / "x.trc")
+    assert poses.fps == pytest.approx(60, rel=1e-3)
+    assert np.isnan(poses.joint("r_ankle")[5]).all()
+    assert np.isfinite(poses.joint("r_ankle")[6:]).all()
+    np.testing.assert_allclose(poses.joint("l_wrist")[:, 2], walk.joint("l_wrist")[:, 2], atol=1e-4)
+    legs = [np.linalg.norm(j("l_knee") - j("l_hip"), axis=-1) for j in (poses.joint, walk.joint)]
+    np.testing.assert_allclose(*legs, atol=1e-4)
+
+
+def test_which_axis_is_up_is_checked_and_can_be_told(walk, tmp_path):
+    (tmp_path / "x.trc").write_text(trc(H36M17.joints, walk.world, units="m"))
+    with pytest.raises(InputError, match="--up"):
+        read_truth(tmp_path / "x.trc")
+    np.testing.assert_allclose(read_truth(tmp_path / "x.trc", up="z").joints, walk.world, atol=1e-4)
+
+
+def test_markers_on_the_skin_and_broken_files_have_words(walk, tmp_path):
+    (tmp_path / "x.trc").write_text(trc(["LASI", "RASI"], walk.world[:, :2]))
+    with pytest.raises(InputError, match=r"x\.trc: expected points at the joint centres"):
+        read_truth(tmp_path / "x.trc")
+    (tmp_path / "x.trc").write_text("not\na\ntrc\n")
+    with pytest.raises(InputError, match="TRC"):
+        read_truth(tmp_path / "x.trc")
+    (tmp_path / "x.trc").write_text(trc(H36M17.joints, walk.world, units="yard"))
+    with pytest.raises(InputError, match="yard"):
+        read_truth(tmp_path / "x.trc")
+    (tmp_path / "x.c3d").write_bytes(b"nothing")
+    (tmp_path / "x.npz").write_bytes(b"nothing")
+    (tmp_path / "x.bvh").write_text("nothing")
+    (tmp_path / "x.txt").write_text("nothing")
+    for name in ("x.c3d", "x.npz", "x.bvh", "x.txt", "missing.trc"):
+        with pytest.raises(InputError, match=name):
+            read_truth(tmp_path / name)
+
+
+def test_a_clip_of_several_by_its_name(walk, tmp_path):
+    world = walk.world.astype(np.float32)
+    clips = [
+        Clip(name, "a", "asfamc", 30.0, world[rows])
+        for name, rows in (("a_1", slice(60)), ("a_2", slice(90)))
+    ]
+    write_mocap(tmp_path / "x.npz", clips)
+    assert len(read_truth(tmp_path / "x.npz", clip="a_2")) == 90
+    with pytest.raises(InputError, match="2 clips"):
+        read_truth(tmp_path / "x.npz")
+    with pytest.raises(InputError, match="did you mean"):
+        read_truth(tmp_path / "x.npz", clip="a_3")
+
+
+def test_totalcaptures_positions(walk, tmp_path):
+    vicon = {
+        "Hips": "pelvis", "Spine1": "spine", "Neck": "thorax", "Head": "head",
+        **{f"{side}{theirs}": f"{side[0].lower()}_{ours}" for side in ("Right", "Left") for theirs, ours in (
+            ("UpLeg", "hip"), ("Leg", "knee"), ("Foot", "ankle"),
+            ("Arm", "shoulder"), ("ForeArm", "elbow"), ("Hand", "wrist"))},
+    }  # fmt: skip
+    inches = walk.world[:, H36M17.indices(list(vicon.values()))] @ R_Y_UP_FROM_Z_UP.T / 0.0254
+    lines = ["\t".join(vicon)]
+    lines += ["\t".join(" ".join(f"{v:.5f}" for v in point) for point in row) for row in inches]
+    (tmp_path / "gt_skel_gbl_pos.txt").write_text("\n".join(lines) + "\n")
+    poses = read_truth(tmp_path / "gt_skel_gbl_pos.txt")
+    assert poses.fps == pytest.approx(60)
+    np.testing.assert_allclose(poses.joint("l_elbow"), walk.joint("l_elbow"), atol=1e-4)

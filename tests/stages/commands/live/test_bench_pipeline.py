@@ -1,0 +1,40 @@
+"""The bench of the whole way says where all of the time went."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from pcnet3d.examples.bench_pipeline import _run
+from pcnet3d.examples.walker.long_video import write_long_video
+from pcnet3d.pipeline.reading.take import read_video
+
+
+def test_a_long_video_goes_there_and_back_without_a_jump(tmp_path):
+    import av
+
+    write_long_video(tmp_path / "long.mp4", 40)
+    video = read_video(tmp_path / "long.mp4")
+    assert len(video.time_s) == 1200
+    assert np.allclose(np.diff(video.time_s), 1 / 30, atol=1e-3)
+    with av.open(str(tmp_path / "long.mp4")) as container:
+        small = [
+            frame.reformat(width=64, height=36, format="gray").to_ndarray().astype(float)
+            for frame in container.decode(video=0)
+        ]
+    assert len(small) == 1200
+    steps = [np.abs(after - before).mean() for before, after in pairwise(small)]
+    assert max(steps) < 3  # grey levels on average; another picture of the walk is 10 and more away
+    np.testing.assert_allclose(small[480], small[0], atol=12)
+
+
+def test_shares_add_up(toy_detector, numbered_film):
+    measured = _run(numbered_film, toy_detector)
+    assert measured.frames == 60
+    assert sum(measured.seconds.values()) == pytest.approx(measured.wall_s, rel=0.1)
+    assert measured.seconds["2D network"] > 0
+    assert measured.seconds["decoding"] > 0
+    assert 0 < measured.own_share < 1
+    assert 0 < measured.arrays_mb < measured.peak_mb

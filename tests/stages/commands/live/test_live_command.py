@@ -1,0 +1,174 @@
+"""`pcnet3d live` on a file and on a pipe: what it knew at the time, what it makes of the take, and how it ends."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import time
+from itertools import count
+
+import numpy as np
+import pytest
+
+from pcnet3d.adapters import read_all
+from pcnet3d.pipeline import InputError
+from pcnet3d.stages.commands.live.command import live
+from pcnet3d.stages.commands.live.source import Incoming, Shot, Source, open_source
+
+PCNET3D = [sys.executable, "-c", "from pcnet3d.pipeline.cli import main; main()"]
+
+
+def logged(path, entity: str, component: str) -> tuple[np.ndarray, list]:
+    """Frame numbers and values of an entity, in order."""
+    from rerun.chunk import RrdReader
+
+    frames, values = [], []
+    for chunk in RrdReader(path).stream().to_chunks():
+        batch = chunk.to_record_batch()
+        if chunk.entity_path == f"/{entity}" and not chunk.is_static and component in batch.schema.names:
+            frames += batch.column("frame").to_pylist()
+            values += batch.column(component).to_pylist()
+    order = np.argsort(frames)
+    return np.array(frames)[order], [values[i] for i in order]
+
+
+@pytest.fixture(scope="module")
+def from_file(numbered_film, toy_detector, tmp_path_factory):
+    output = tmp_path_factory.mktemp("live") / "out"
+    live(str(numbered_film), output, detector=str(toy_detector), rectifier="geometric")
+    return output
+
+
+def test_every_frame_of_a_file_is_in_the_recording_with_its_keypoints(from_file, joints_px):
+    frames, positions = logged(from_file / "live.rrd", "video/keypoints/joints", "Points2D:positions")
+    assert frames.tolist() == list(range(60))
+    np.testing.assert_allclose(np.array(positions), joints_px, atol=0.01)
+    for entity in ("source", "body"):
+        frames, positions = logged(from_file / "live.rrd", f"{entity}/joints", "Points3D:positions")
+        assert frames.tolist() == list(range(60))
+        assert np.isfinite(np.array(positions)[1:]).all()
+
+
+def test_pictures_are_there_as_they_were_shown(from_file):
+    import av
+
+    frames, samples = logged(from_file / "live.rrd", "video", "VideoStream:sample")
+    assert frames.tolist() == list(range(60))
+    decoder = av.CodecContext.create("h264", "r")
+    pictures = []
+    for sample in samples:
+        pictures += decoder.decode(av.Packet(bytes(np.ravel(sample).astype(np.uint8))))
+    pictures += decoder.decode(None)
+    corners = [picture.to_ndarray(format="gray")[8:40, 8:40].mean() for picture in pictures]
+    np.testing.assert_allclose(corners, 8 + 4 * np.arange(60), atol=3)
+
+
+def test_the_take_is_then_processed_as_by_run(from_file, joints_px):
+    made = {path.name for path in from_file.iterdir()}
+    assert {"live.rrd", "take.rrd", "keypoints.npz", "poses.npz", "report.html", "summary.json"} <= made
+    assert "video.ts" not in made  # the file itself is there
+    (person,) = read_all(from_file / "keypoints.npz")
+    np.testing.assert_allclose(person.joints, joints_px, atol=0.01)
+    with np.load(from_file / "poses.npz") as poses:
+        assert poses["frame_index"].tolist() == list(range(60))
+
+
+def test_a_pipe_loses_no_frame_and_its_video_is_kept(numbered_film, toy_detector, tmp_path):
+    output = tmp_path / "out"
+    command = ["live", "-", "-o", str(output), "--detector", str(toy_detector), "--rectifier", "geometric"]
+    with numbered_film.open("rb") as pipe:
+        ended = subprocess.run([*PCNET3D, *command], stdin=pipe, capture_output=True, text=True)
+    assert ended.returncode == 0, ended.stderr
+    assert "60 frames" in ended.stderr
+    frames, _ = logged(output / "live.rrd", "body/joints", "Points3D:positions")
+    assert frames.tolist() == list(range(60))
+    assert (output / "video.ts").stat().st_size > 1000
+    with np.load(output / "poses.npz") as poses:
+        assert poses["frame_index"].tolist() == list(range(60))
+        np.testing.assert_allclose(poses["time_s"], np.arange(60) / 30, atol=1e-3)
+
+
+def test_ctrl_c_ends_the_take_and_it_is_processed(numbered_film, toy_detector, tmp_path):
+    output = tmp_path / "out"
+    command = ["live", "-", "-o", str(output), "--detector", str(toy_detector), "--no-frames"]
+    command += ["--rectifier", "geometric"]
+    with subprocess.Popen([*PCNET3D, *command], stdin=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        assert process.stdin is not None
+        assert process.stderr is not None
+        process.stdin.write(numbered_film.read_bytes())  # and no end
+        process.stdin.flush()
+        until = time.monotonic() + 60
+        while not any(tmp_path.glob(".out.partial-*/live.rrd")) and time.monotonic() < until:
+            time.sleep(0.1)
+        time.sleep(3)
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=60)
+    assert process.returncode == 0, errors
+    frames, _ = logged(output / "live.rrd", "body/joints", "Points3D:positions")
+    assert len(frames) >= 10
+    names = {path.name for path in output.iterdir()}
+    assert {"live.rrd", "take.rrd", "keypoints.npz"} <= names
+    assert "video.ts" not in names
+    assert logged(output / "live.rrd", "video", "VideoStream:sample")[1] == []
+
+
+def test_of_a_camera_that_is_too_fast_only_the_newest_picture_is_taken():
+    def camera():
+        for number in range(200):
+            time.sleep(0.001)
+            yield Shot(number, number / 1000, np.zeros((2, 2, 3), np.uint8))
+
+    incoming = Incoming(Source("camera", camera(), None, waits=False))
+    times = []
+    for expected, shot in zip(count(), incoming.until(lambda: False), strict=False):
+        assert shot.number == expected
+        times.append(shot.time_s)
+        time.sleep(0.02)
+    assert np.diff(times).min() > 0
+    assert len(times) + incoming.dropped == 200
+    assert incoming.dropped > 50
+    assert times[-1] == 0.199
+
+
+def test_a_source_that_gives_nothing_reaches_who_waits():
+    def camera():
+        raise InputError("The camera is gone.")
+        yield
+
+    with pytest.raises(InputError, match="gone"):
+        list(Incoming(Source("camera", camera(), None, waits=False)).until(lambda: False))
+
+
+def test_a_camera_that_is_pulled_out_ends_the_take_and_it_is_processed(
+    numbered_film, toy_detector, tmp_path, monkeypatch, capsys
+):
+    def camera():
+        yield from open_source(str(numbered_film)).shots
+        raise InputError("The camera is gone.")
+
+    came = Source("camera", camera(), None, waits=True)
+    monkeypatch.setattr("pcnet3d.stages.commands.live.command.open_source", lambda source: came)
+    live("0", tmp_path / "out", str(toy_detector), rectifier="geometric")
+    assert "warning: The camera is gone. What came before is kept." in capsys.readouterr().err
+    frames, _ = logged(tmp_path / "out" / "live.rrd", "body/joints", "Points3D:positions")
+    assert frames.tolist() == list(range(60))
+    with np.load(tmp_path / "out" / "poses.npz") as poses:
+        assert poses["frame_index"].tolist() == list(range(60))
+
+
+@pytest.mark.parametrize(
+    ("source", "words"),
+    [("file:///etc/passwd", "by its path"), ("nothing.mp4", "found nothing"), ("99", "no camera 99")],
+)
+def test_sources_that_are_none(source, words):
+    with pytest.raises(InputError, match=words):
+        next(open_source(source).shots)
+
+
+def test_a_pipe_that_is_no_video(toy_detector, tmp_path):
+    command = ["live", "-", "-o", str(tmp_path / "out"), "--detector", str(toy_detector)]
+    ended = subprocess.run([*PCNET3D, *command], input=b"no video" * 999, capture_output=True)
+    assert ended.returncode == 2
+    assert b"the pipe" in ended.stderr
+    assert not any(tmp_path.iterdir())

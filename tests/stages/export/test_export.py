@@ -1,0 +1,142 @@
+"""The files of a run, read back."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+
+from pcnet3d.pipeline import CAMERA, H36M17, PoseSequence, Take
+from pcnet3d.pipeline.rotations import angle_deg, rotate
+from pcnet3d.pipeline.take import Event
+from pcnet3d.stages.export.stage import Export
+from pcnet3d.stages.rectify import Rectify
+from pcnet3d.stages.trajectories import Trajectories
+
+
+@pytest.fixture
+def take(facing_camera) -> Take:
+    joints = np.repeat(facing_camera[None], 8, axis=0) * np.linspace(1, 1.1, 8)[:, None, None]
+    joints[3, H36M17.index("r_wrist")] = np.nan
+    joints[5, H36M17.index("r_hip")] = np.nan
+    poses = PoseSequence(joints, H36M17, CAMERA, time_s=np.arange(8) / 25, frame_index=np.arange(8) + 4)
+    poses = poses.noted("read", adapter="arrays")
+    inputs = ({"role": "poses", "file": "a.npy", "sha256": "0" * 64, "adapter": "arrays"},)
+    take = Take("t", poses=poses, inputs=inputs, events=(Event("warning", "careful"), Event("seam", "s", 3)))
+    return Trajectories(filter="none")(Rectify("geometric")(take))
+
+
+@pytest.fixture
+def folder(take, tmp_path):
+    Export(tmp_path / "out")(take)
+    return tmp_path / "out"
+
+
+def test_poses_npz_has_plain_arrays_that_agree_with_each_other(take, folder):
+    with np.load(folder / "poses.npz", allow_pickle=False) as file:
+        arrays = dict(file)
+    assert set(arrays) == {
+        "source", "level", "body", "R_source_from_body", "R_source_from_level", "root", "error_deg",
+        "up_error_deg", "up_bound_deg", "up_votes", "time_s", "frame_index", "joint_names", "unit",
+    }  # fmt: skip
+    np.testing.assert_array_equal(arrays["source"], take.poses.joints)
+    for name in ("body", "level"):
+        back = rotate(arrays[f"R_source_from_{name}"], arrays[name].astype(float))
+        centred = take.poses.joints - take.poses.joints[:, :1]
+        if name == "body":
+            assert np.isnan(back[5]).all()
+            back[5] = centred[5]
+        np.testing.assert_allclose(back, centred, atol=1e-5)
+    assert arrays["root"].shape == (8, 3)
+    assert np.isnan(arrays["root"]).all()
+    assert arrays["joint_names"].tolist() == list(H36M17.joints)
+    assert arrays["frame_index"].tolist() == list(range(4, 12))
+    assert arrays["up_error_deg"].shape == arrays["up_bound_deg"].shape == (8,)
+    assert (arrays["up_error_deg"] < arrays["up_bound_deg"]).all()
+    votes = arrays["up_votes"]
+    assert np.flatnonzero(np.isnan(votes).any(axis=1)).tolist() == [5]
+    assert np.nanmax(angle_deg(votes, arrays["R_source_from_level"][:, 2])) < 1  # one posture, one up
+
+
+def test_kinematics_has_a_row_a_frame_and_the_units_of_its_columns(take, folder):
+    table = pq.read_table(folder / "kinematics.parquet")
+    assert table.num_rows == len(take.poses)
+    assert table["frame"].to_pylist() == list(range(4, 12))
+    assert table.schema.metadata[b"length_unit"] == b"m"
+    units = {field.name: (field.metadata or {}).get(b"unit", b"").decode() for field in table.schema}
+    assert [name for name, unit in units.items() if not unit] == ["frame"]
+    assert units["r_wrist_x"] == units["r_wrist_distance"] == "m"
+    assert units["l_ankle_vz"] == units["l_ankle_speed"] == "m/s"
+    assert units["r_wrist_acceleration"] == "m/s2"
+    assert units["time_s"] == "s"
+    wrist = np.array(table["r_wrist_x"])
+    np.testing.assert_array_equal(wrist, take.filtered.joint("r_wrist")[:, 0])
+    assert np.flatnonzero(np.isnan(wrist)).tolist() == [3, 5]  # missing, and refused by the rectifier
+
+
+def test_summary_tells_where_everything_came_from(folder):
+    summary = json.loads((folder / "summary.json").read_text())
+    assert summary["warnings"][0] == "careful"
+    assert summary["inputs"][0]["sha256"] == "0" * 64
+    assert summary["poses"]["fps"] == pytest.approx(25)
+    assert summary["rectification"]["method"] == "geometric"
+    assert summary["rectification"]["frames_rectified"] == 7
+    assert summary["rectification"]["error_deg_mean"] is None
+    assert [step["name"] for step in summary["history"]] == ["read", "rectify", "low-pass filter"]
+    assert any("too few torso joints" in text for text in summary["warnings"])
+
+
+def rectification(folder) -> dict:
+    return json.loads((folder / "summary.json").read_text())["rectification"]
+
+
+def test_summary_of_a_static_camera_has_one_figure_of_its_up(take, folder):
+    found = rectification(folder)
+    assert found["camera"] == "static"
+    assert found["up_error_deg"] == pytest.approx(take.rectified.up_error_deg[0])
+    assert found["up_bound_deg"] == pytest.approx(take.rectified.up_bound_deg[0])
+    assert sum(found["up_shares"].values()) == pytest.approx(1)
+    assert found["vote_deviation_deg_mean"] < 1
+    assert "window_s" not in found
+    table = pq.read_table(folder / "kinematics.parquet")
+    assert b"horizontal" not in table.schema.metadata
+
+
+def test_a_moving_camera_is_marked_everywhere(take, tmp_path):
+    take = Rectify("geometric", camera="moving", window_s=0.5)(take)
+    Export(tmp_path / "out")(take)
+    found = rectification(tmp_path / "out")
+    assert found["camera"] == "moving"
+    assert found["window_s"] == 0.5
+    for name in ("up_error_deg", "up_bound_deg"):
+        values = getattr(take.rectified, name)
+        assert found[f"{name}_mean"] == pytest.approx(np.nanmean(values))
+        assert found[f"{name}_max"] == pytest.approx(np.nanmax(values))
+    metadata = pq.read_table(tmp_path / "out" / "kinematics.parquet").schema.metadata
+    assert metadata[b"horizontal"] == b"relative to the camera"
+    with np.load(tmp_path / "out" / "poses.npz") as file:
+        assert file["R_source_from_level"].shape == (8, 3, 3)
+
+
+def test_what_the_user_said_of_the_camera_is_in_the_history_and_the_shares(take, tmp_path):
+    Export(tmp_path / "out")(Rectify("geometric", pitch_deg=2.0)(take))
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    said = {step["name"]: step["options"] for step in summary["history"]}
+    assert said["rectify"]["pitch_deg"] == 2
+    assert summary["rectification"]["up_shares"]["camera pitch and roll"] > 0.5
+
+
+def test_no_figure_of_up_is_null_not_nan(take, tmp_path):
+    unknown = replace(take.rectified, up_error_deg=None, up_bound_deg=None, up_votes=None)
+    Export(tmp_path / "out")(take.with_(rectified=unknown))
+    found = rectification(tmp_path / "out")
+    assert found["up_error_deg"] is found["up_bound_deg"] is found["vote_deviation_deg_mean"] is None
+
+
+def test_no_partial_file_is_left(folder):
+    assert sorted(path.name for path in folder.iterdir()) == [
+        "kinematics.parquet",
+        "poses.npz",
+        "summary.json",
+    ]

@@ -1,0 +1,236 @@
+"""Files for other programs, read back by their own rules: nothing lost, axes and units as they say."""
+
+import csv
+import json
+from dataclasses import replace
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+
+from pcnet3d.pipeline import CAMERA, H36M17, InputError, PoseSequence, Take
+from pcnet3d.pipeline.take import Event
+from pcnet3d.stages.export.stage import Export
+from pcnet3d.stages.rectify import Rectify
+from pcnet3d.stages.trajectories import Trajectories
+
+ROWS, FPS = 60, 30.0
+TRC_KEYS = [
+    "DataRate", "CameraRate", "NumFrames", "NumMarkers", "Units", "OrigDataRate", "OrigDataStartFrame",
+    "OrigNumFrames",
+]  # fmt: skip
+
+
+def made(facing_camera, unit: str = "m", time_s: np.ndarray | None = None, walks: bool = False) -> Take:
+    """A person who waves the right hand; the left wrist is missing in rows 20 to 24."""
+    time_s = np.arange(ROWS) / FPS + 0.4 if time_s is None else time_s
+    joints = np.tile(facing_camera, (len(time_s), 1, 1))
+    joints[:, H36M17.index("r_wrist"), 0] += 0.1 * np.sin(2 * np.pi * time_s)
+    joints[20:25, H36M17.index("l_wrist")] = np.nan
+    frame = CAMERA.with_(unit=unit)
+    if walks:
+        joints[..., 2] += 6 - 1.3 * time_s[:, None]
+        frame = frame.with_(origin="camera")
+    index = np.arange(len(time_s)) + 12
+    poses = PoseSequence(joints, H36M17, frame, time_s=time_s, frame_index=index, person="Ann")
+    poses = poses.noted("read", adapter="arrays")
+    inputs = ({"role": "poses", "file": "a,\nb.npy", "sha256": "0" * 64, "adapter": "arrays"},)
+    take = Take("waving", poses=poses, inputs=inputs, events=(Event("warning", "careful, please"),))
+    take = Trajectories()(Rectify("geometric")(take))
+    bend = 20 + 10 * np.sin(time_s)
+    bend[3] = np.nan
+    angles = {
+        "r_knee_flexion_deg": bend,
+        "r_knee_flexion_sd_deg": 0 * bend + 4,
+        "l_hip_abduction_deg": bend / 2,
+    }
+    return take.with_(
+        kinematics={**take.kinematics, **angles, "r_knee_flexion_reason": np.zeros(len(bend), "i1")}
+    )
+
+
+@pytest.fixture
+def take(facing_camera) -> Take:
+    return made(facing_camera)
+
+
+def exported(take: Take, folder, *also: str):
+    Export(folder, also=also)(take)
+    return folder
+
+
+def read_trc(path):
+    """(T, M, 3), names, times, values of the header; by the rules of OpenSim's TRCFileAdapter."""
+    lines = path.read_text().splitlines()
+    assert lines[0].split("\t")[:3] == ["PathFileType", "4", "(X/Y/Z)"]
+    assert lines[1].split("\t") == TRC_KEYS
+    header = dict(zip(TRC_KEYS, lines[2].split("\t"), strict=True))
+    count = int(header["NumMarkers"])
+    labels = [label for label in lines[3].split("\t") if label]
+    assert labels[:2] == ["Frame#", "Time"]
+    assert len(labels) == count + 2
+    numbered = [f"{axis}{i}" for i in range(1, count + 1) for axis in "XYZ"]
+    assert [label for label in lines[4].split("\t") if label] == numbered
+    assert lines[5] == ""
+    rows = np.array([[float(cell) for cell in line.split("\t")] for line in lines[6:]])
+    assert rows.shape == (int(header["NumFrames"]), 2 + 3 * count)
+    assert rows[:, 0].tolist() == list(range(1, len(rows) + 1))
+    return rows[:, 2:].reshape(len(rows), count, 3), labels[2:], rows[:, 1], header
+
+
+def test_trc_is_the_filtered_skeleton_with_y_up_in_metres(take, tmp_path):
+    found, names, time_s, header = read_trc(exported(take, tmp_path, "trc") / "markers.trc")
+    assert names == list(H36M17.joints)
+    assert header["Units"] == "m"
+    assert float(header["DataRate"]) == pytest.approx(FPS)
+    np.testing.assert_allclose(time_s, take.poses.times, atol=1e-6)
+    level = take.filtered.joints
+    np.testing.assert_allclose(found, np.stack([-level[..., 0], level[..., 2], level[..., 1]], -1), atol=1e-6)
+    at = {name: found[0, i] for i, name in enumerate(names)}
+    assert at["head"][1] - at["pelvis"][1] > 0.5  # y is up
+    assert at["nose"][0] > at["thorax"][0] + 0.03  # x is forward
+    assert at["r_hip"][2] > at["l_hip"][2]  # z is right
+    assert np.isnan(found[20:25, names.index("l_wrist")]).all()
+    assert np.isnan(found).any(axis=(1, 2)).sum() == 5
+
+
+def test_a_person_who_walks_moves_through_the_trc(facing_camera, tmp_path):
+    take = made(facing_camera, walks=True)
+    found, names, time_s, _ = read_trc(exported(take, tmp_path, "trc") / "markers.trc")
+    pelvis = found[:, names.index("pelvis")]
+    forward = take.rectified.R_source_from_level.T @ [0, 0, -1.3]
+    speed = np.array([-forward[0], forward[2], forward[1]])
+    np.testing.assert_allclose(pelvis - pelvis[0], np.outer(time_s - time_s[0], speed), atol=2e-3)
+    np.testing.assert_allclose(
+        pelvis[0], take.filtered.root[0] @ [[-1, 0, 0], [0, 0, 1], [0, 1, 0]], atol=1e-5
+    )
+    assert speed[0] > 1.2
+
+
+def test_uneven_stamps_become_an_even_rate(facing_camera, tmp_path):
+    time_s = np.cumsum(np.random.default_rng(0).uniform(0.025, 0.042, 90))
+    take = made(facing_camera, time_s=time_s)
+    found, names, even_s, header = read_trc(exported(take, tmp_path, "trc") / "markers.trc")
+    np.testing.assert_allclose(np.diff(even_s), 1 / float(header["DataRate"]), atol=2e-6)
+    wrist = take.filtered.joint("r_wrist")[:, 1]
+    expected = np.interp(even_s, time_s, wrist)
+    np.testing.assert_allclose(found[:, names.index("r_wrist"), 2], expected, atol=2e-3)
+
+
+def test_c3d_round_trip(take, tmp_path):
+    ezc3d = pytest.importorskip("ezc3d", reason="the extra c3d is not installed")
+    file = ezc3d.c3d(str(exported(take, tmp_path, "c3d") / "markers.c3d"))
+    point = file["parameters"]["POINT"]
+    assert point["LABELS"]["value"] == list(H36M17.joints)
+    assert point["UNITS"]["value"] == ["mm"]
+    assert point["RATE"]["value"][0] == pytest.approx(FPS)
+    assert (point["X_SCREEN"]["value"], point["Y_SCREEN"]["value"]) == (["-X"], ["+Z"])
+    found = np.moveaxis(file["data"]["points"][:3], -1, 0).swapaxes(1, 2) / 1000
+    np.testing.assert_allclose(found, take.filtered.joints, atol=1e-6)
+    missing = np.isnan(take.filtered.joints).any(axis=-1).T
+    np.testing.assert_array_equal(file["data"]["meta_points"]["residuals"][0] < 0, missing)
+    assert any("sha256 000" in line for line in file["parameters"]["PCNET3D"]["PROVENANCE"]["value"])
+
+
+def test_c3d_takes_texts_of_any_length_and_script(take, tmp_path):
+    """A text of more than 255 characters makes a file that nothing opens."""
+    ezc3d = pytest.importorskip("ezc3d", reason="the extra c3d is not installed")
+    said = [Event("warning", text) for text in ("word " * 300, "x" * 400, "čeština")]
+    folder = exported(take.saying(*said).with_(name="Übung"), tmp_path, "c3d")
+    file = ezc3d.c3d(str(folder / "markers.c3d"))
+    lines = file["parameters"]["PCNET3D"]["PROVENANCE"]["value"]
+    assert sum(line.count("word") for line in lines) == 300
+    assert sum(line.count("x") for line in lines) >= 400
+    assert max(map(len, lines)) <= 100
+
+
+def test_c3d_without_its_package_is_refused_before_the_work(tmp_path, monkeypatch):
+    monkeypatch.setattr("pcnet3d.pipeline.files.markers.find_spec", lambda name: None)
+    with pytest.raises(InputError, match=r"pcnet3d\[c3d\]"):
+        Export(tmp_path, also=("c3d",))
+
+
+@pytest.mark.parametrize("form", ["trc", "c3d"])
+def test_markers_without_a_scale_are_refused(facing_camera, tmp_path, form):
+    if form == "c3d":
+        pytest.importorskip("ezc3d", reason="the extra c3d is not installed")
+    with pytest.raises(InputError, match="--stature"):
+        exported(made(facing_camera, unit="arbitrary"), tmp_path, form)
+
+
+def test_mot_bears_the_coordinates_of_a_model_where_they_mean_the_same(take, tmp_path):
+    lines = (exported(take, tmp_path, "mot") / "angles.mot").read_text().splitlines()
+    end = lines.index("endheader")
+    header = dict(line.split("=") for line in lines[:end] if "=" in line)
+    assert header == {"version": "1", "nRows": str(ROWS), "nColumns": "3", "inDegrees": "yes"}
+    assert lines[end + 1].split("\t") == ["time", "knee_angle_r", "hip_adduction_l"]
+    assert "l_hip_abduction is -hip_adduction_l" in lines
+    rows = np.array([[float(cell) for cell in line.split("\t")] for line in lines[end + 2 :]])
+    assert rows.shape == (ROWS, 3)
+    expected = take.kinematics["r_knee_flexion_deg"], -take.kinematics["l_hip_abduction_deg"]
+    np.testing.assert_allclose(rows, np.stack([take.poses.times, *expected], axis=-1), atol=1e-6)
+
+
+def test_mot_without_angles_is_refused(take, tmp_path):
+    only_paths = {name: values for name, values in take.kinematics.items() if "_deg" not in name}
+    with pytest.raises(InputError, match="'angles'"):
+        exported(take.with_(kinematics=only_paths), tmp_path, "mot")
+
+
+def test_csv_is_the_parquet_with_a_head_of_provenance(take, tmp_path):
+    folder = exported(take, tmp_path, "csv")
+    lines = (folder / "kinematics.csv").read_text().splitlines()
+    head = [line for line in lines if line.startswith("# ")]
+    assert lines[: len(head)] == head
+    told = dict(line[2:].split(": ", 1) for line in head)
+    assert told["take"] == "waving"
+    assert told["input poses"] == f"file a, b.npy, sha256 {'0' * 64}, adapter arrays"
+    assert told["axes"].startswith("LEVEL (x back, y right, z up")
+    assert told["warning 1"] == "careful, please"
+    assert any("low-pass filter" in text and "cutoff_hz 6.0" in text for text in told.values())
+    table = pq.read_table(folder / "kinematics.parquet")
+    assert {name.decode(): text.decode() for name, text in table.schema.metadata.items()} == told
+    rows = list(csv.DictReader(lines[len(head) :]))
+    assert list(rows[0]) == table.column_names
+    for name in table.column_names:
+        cells = np.array([float(row[name] or "nan") for row in rows])
+        np.testing.assert_allclose(cells, np.array(table[name], dtype=float), rtol=1e-12)
+    assert {row["l_wrist_x"] for row in rows[20:25]} == {""}
+
+
+def test_a_moving_camera_is_told_in_every_head(take, tmp_path):
+    moving = take.with_(rectified=replace(Rectify("geometric", camera="moving")(take).rectified))
+    text = (exported(moving, tmp_path, "csv") / "kinematics.csv").read_text()
+    assert "# horizontal: relative to the camera\n" in text
+
+
+def test_netcdf_has_the_layout_of_movement(take, tmp_path):
+    xarray = pytest.importorskip("xarray", reason="xarray is not installed")
+    with xarray.open_dataset(exported(take, tmp_path, "netcdf") / "poses.nc", engine="scipy") as data:
+        assert data.position.dims == ("time", "space", "keypoint", "individual")
+        assert data.confidence.dims == ("time", "keypoint", "individual")
+        assert data.space.values.tolist() == ["x", "y", "z"]
+        assert data.keypoint.values.tolist() == list(H36M17.joints)
+        assert data.individual.values.tolist() == ["Ann"]
+        expected = {"ds_type": "poses", "source_software": "pcnet3d", "time_unit": "seconds"}
+        assert {key: data.attrs[key] for key in expected} == expected
+        assert data.attrs["fps"] == pytest.approx(FPS)
+        assert json.loads(data.attrs["provenance"])["take"] == "waving"
+        np.testing.assert_allclose(data.time, take.poses.times)
+        level = take.rectified.level
+        np.testing.assert_array_equal(data.position.sel(individual="Ann", space="z"), level.joints[..., 2])
+        wrist = data.position.sel(individual="Ann", keypoint="l_wrist")
+        np.testing.assert_array_equal(wrist, level.joint("l_wrist"))
+
+
+def test_what_was_filtered_and_measured_is_in_the_summary(take, tmp_path):
+    Export(tmp_path)(take.with_(measures={"r_wrist": {"path_length": 1.5}}))
+    summary = json.loads((tmp_path / "summary.json").read_text())
+    assert summary["measures"] == {"r_wrist": {"path_length": 1.5}}
+    assert summary["history"][-1]["name"] == "low-pass filter"
+    assert summary["history"][-1]["options"]["cutoff_hz"] == 6.0
+
+
+def test_nothing_but_what_was_asked_for_is_written(take, tmp_path):
+    names = {path.name for path in exported(take, tmp_path, "trc", "netcdf").iterdir()}
+    assert names == {"poses.npz", "kinematics.parquet", "summary.json", "markers.trc", "poses.nc"}

@@ -1,0 +1,377 @@
+"""Measures of the walker against what it did, what is absent and why, their table, and the recording's share."""
+
+import csv
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pcnet3d.examples.walker.camera import aimed, camera_poses
+from pcnet3d.examples.walker.walk import walker
+from pcnet3d.pipeline import H36M17, InputError, Pipeline, Take
+from pcnet3d.pipeline.motion.angles import ANGLES, MIDLINE
+from pcnet3d.stages.angles import Angles
+from pcnet3d.stages.export.measures import write_measures
+from pcnet3d.stages.measures.stage import Measures
+from pcnet3d.stages.measures.walking import walks_in
+from pcnet3d.stages.record.measures import measures_markdown
+from pcnet3d.stages.rectify import Rectify
+from pcnet3d.stages.trajectories import Trajectories
+
+STAGES = (Rectify(), Trajectories(), Angles(), Measures(("r_elbow_flexion",)))
+
+
+def measured(poses, stages=STAGES):
+    return Pipeline(stages)(Take("walker", poses=poses))
+
+
+@pytest.fixture(scope="module")
+def walk():
+    return walker(seconds=12)
+
+
+@pytest.fixture(scope="module")
+def take(walk):
+    return measured(walk.poses)
+
+
+@pytest.fixture
+def without(walk):
+    """without(joint, rows): the walker's poses with that joint missing there."""
+
+    def make(joint, rows):
+        joints = walk.poses.joints.copy()
+        joints[rows, H36M17.index(joint)] = np.nan
+        return walk.poses.with_(joints=joints)
+
+    return make
+
+
+def test_ranges_of_motion_within_a_degree(walk, take):
+    made = walk.angles_deg
+    expected = {
+        f"{side}_{joint}_flexion": made[f"{side}_{joint}_flexion_deg"]
+        for side in "rl"
+        for joint in ("knee", "elbow", "hip", "shoulder")
+    } | {
+        "trunk_lean_sagittal": made["trunk_lean_deg"],
+        "thorax_pelvis_rotation": -2 * made["pelvis_turn_deg"],
+    }
+    for name, values in expected.items():
+        found = take.measures["range_of_motion"][name]
+        low, high = np.percentile(values, [5, 95])
+        for key, value in (
+            ("lowest_deg", values.min()),
+            ("highest_deg", values.max()),
+            ("full_range_deg", values.max() - values.min()),
+            ("p05_deg", low),
+            ("p95_deg", high),
+            ("p05_p95_deg", high - low),
+        ):
+            assert found[key] == pytest.approx(value, abs=1.0), (name, key)
+        assert (found["frames"], found["nan_share"]) == (len(walk), 0)
+
+
+@pytest.mark.parametrize(("fps", "turn_deg"), [(30, -45), (25, 0), (50, 90), (29.97, -160)])
+def test_cadence_within_one_per_cent_and_steps_at_their_times(fps, turn_deg):
+    walk = walker(fps=fps, seconds=12, turn_deg=turn_deg)
+    walking = measured(walk.poses).measures["walking"]
+    assert walking["cadence_spm"] == pytest.approx(walk.cadence_spm, rel=0.01)
+    assert walking["mean_step_time_s"] == pytest.approx(60 / walk.cadence_spm, rel=0.01)
+    assert abs(walking["step_time_symmetry_index_percent"]) < 2
+    for words, side in (("right", "r"), ("left", "l")):
+        strikes = walk.heel_strikes_s[side]
+        for landing in walking[words]["landings_s"]:
+            if landing < strikes[-1] + 0.1:
+                assert np.abs(strikes - landing).min() < 0.03
+    # Every strike at full speed but the first, which begins the first step or lies at the take's edge.
+    landings = sum(len(walking[words]["landings_s"]) for words in ("right", "left"))
+    assert landings >= sum(map(len, walk.heel_strikes_s.values())) - 2
+
+
+def test_a_moving_camera_changes_no_steps_but_paths_are_absent(walk):
+    steady = measured(walk.poses, STAGES[:3])
+    turns = np.radians(30 * np.sin(walk.time_s))
+    pan = np.zeros((len(walk), 3, 3))
+    pan[:, 0, 0] = pan[:, 1, 1] = np.cos(turns)
+    pan[:, 0, 1], pan[:, 1, 0], pan[:, 2, 2] = -np.sin(turns), np.sin(turns), 1
+    level = steady.rectified
+    moving = replace(level, R_source_from_level=level.R_source_from_level @ pan, camera="moving")
+    seen = np.einsum("tji,tnj->tni", pan, steady.filtered.joints)
+    found = STAGES[3](steady.with_(rectified=moving, filtered=steady.filtered.with_(joints=seen))).measures
+    expected = STAGES[3](steady).measures
+    for words in ("right", "left"):
+        np.testing.assert_allclose(
+            found["walking"][words]["landings_s"], expected["walking"][words]["landings_s"], atol=1e-4
+        )
+    assert set(found["paths"]) == {"reason"}
+    assert found["range_of_motion"] == expected["range_of_motion"]
+
+
+def test_one_squat_with_its_depth_and_times(walk, take):
+    bends = take.measures["knee_bends"]
+    knee, times = walk.angles_deg["r_knee_flexion_deg"], walk.time_s
+    during = walk.during("squat")
+    deep = times[during & (knee > knee[during].min() + 0.1 * np.ptp(knee[during]))]
+    assert bends["count"] == 1
+    assert bends["peak_deg"][0] == pytest.approx(knee[during].max(), abs=0.5)
+    assert bends["start_s"][0] == pytest.approx(deep[0], abs=0.04)
+    assert bends["stop_s"][0] == pytest.approx(deep[-1], abs=0.04)
+    # Minimum-jerk steps, which the filter and the cut at 5 % of the speed change little.
+    assert bends["sparc_up"] == pytest.approx(-1.40, abs=0.03)
+    assert bends["log_dimensionless_jerk_down"] == pytest.approx(-4.42, abs=0.1)
+    assert set(bends["cycles"]) == {
+        "r_knee_flexion", "l_knee_flexion", "r_hip_flexion", "l_hip_flexion", "trunk_lean_sagittal",
+    }  # fmt: skip
+    curve = bends["cycles"]["r_knee_flexion"]
+    share = np.linspace(bends["start_s"][0], bends["stop_s"][0], 101)
+    np.testing.assert_allclose(curve["mean_deg"], np.interp(share, times, knee), atol=0.6)
+    assert (curve["count"], "sd_deg" in curve) == (1, False)
+
+
+def test_knees_that_bend_together_in_a_step_make_no_squat(walk, take):
+    bent = dict(take.kinematics)
+    for side in "rl":  # a crouched walk: both knees beyond 60 degrees around every landing
+        landings = [t for words in ("right", "left") for t in take.measures["walking"][words]["landings_s"]]
+        bumps = sum(80 * np.exp(-(((walk.time_s - landing) / 0.1) ** 2)) for landing in landings)
+        bent[f"{side}_knee_flexion_deg"] = bent[f"{side}_knee_flexion_deg"] + bumps
+    bends = STAGES[3](take.with_(kinematics=bent)).measures["knee_bends"]
+    assert bends["count"] == 1
+    assert bends["start_s"][0] > walk.phases_s["squat"][0]
+
+
+def test_arms_go_up_in_the_squat_and_overhead(walk, take):
+    for side in ("right", "left"):
+        arm = take.measures["arm_raises"][side]
+        assert arm["count"] == 2
+        for start, stop, peak, phase in zip(
+            arm["start_s"], arm["stop_s"], arm["peak_deg"], ("squat", "arms"), strict=True
+        ):
+            low, high = walk.phases_s[phase]
+            assert low < start < stop < high
+            assert peak == pytest.approx(
+                walk.angles_deg["r_shoulder_flexion_deg"][walk.during(phase)].max(), abs=0.5
+            )
+    assert set(take.measures["arm_raises"]["cycles"]) >= {"r_shoulder_elevation", "l_shoulder_elevation"}
+
+
+def test_strides_carry_curves_with_their_spread(walk, take):
+    walking = take.measures["walking"]
+    for side, words in (("r", "right"), ("l", "left")):
+        curve = walking["cycles"][f"{side}_knee_flexion"]
+        assert curve["count"] == walking[words]["strides"] >= 2
+        assert np.max(curve["mean_deg"]) == pytest.approx(60, abs=1.5)
+        assert np.max(curve["sd_deg"]) < 3
+
+
+def test_symmetry_of_a_symmetric_person_and_of_a_stiff_leg(walk, take):
+    symmetry = take.measures["symmetry"]
+    assert abs(symmetry["knee_flexion"]["symmetry_index_percent"]) < 2
+    assert "below" in symmetry["hip_abduction"]["reason"]
+    assert set(symmetry) - {"formula"} == {name[2:] for name in ANGLES if name not in MIDLINE}
+    halved = dict(take.kinematics)
+    halved["l_knee_flexion_deg"] = halved["l_knee_flexion_deg"] / 2
+    stiff = STAGES[3](take.with_(kinematics=halved)).measures["symmetry"]["knee_flexion"]
+    assert stiff["symmetry_index_percent"] == pytest.approx(100 * (1 - 0.5) / 0.75, abs=2)
+
+
+def test_paths_from_the_pelvis_and_the_way_of_the_pelvis(walk, take):
+    paths = take.measures["paths"]
+    for joint, points in (("r_wrist", walk.joint("r_wrist") - walk.root), ("root", walk.root)):
+        length = np.linalg.norm(np.diff(points, axis=0), axis=-1).sum()
+        assert paths[joint]["path_length"] == pytest.approx(length, rel=0.01)
+        assert paths[joint]["duration_s"] == pytest.approx(walk.time_s[-1], rel=1e-5)
+
+
+def test_missing_joints_make_figures_absent_with_a_reason(without):
+    found = measured(without("r_knee", slice(None))).measures
+    knee = found["range_of_motion"]["r_knee_flexion"]
+    assert knee == {"reason": "fewer than 10 frames have this angle", "frames": 0, "nan_share": 1.0}
+    assert found["symmetry"]["knee_flexion"] == {"reason": "one side has no range"}
+    assert "reason" in found["knee_bends"]
+    assert "count" not in found["knee_bends"]
+    assert "both legs" in found["walking"]["reason"]
+    assert found["arm_raises"]["right"]["count"] == 2
+
+
+def test_a_gap_in_the_squat_is_counted_as_missing_and_no_squat(walk, without):
+    rows = slice(*(int(30 * second) for second in np.add(walk.phases_s["squat"], (1.2, -1.2))))
+    found = measured(without("r_ankle", rows)).measures
+    assert found["knee_bends"]["count"] == 0
+    assert found["knee_bends"]["nan_share"] == pytest.approx((rows.stop - rows.start) / len(walk), abs=0.02)
+
+
+def test_a_take_that_is_not_levelled_has_no_steps(take):
+    lying = replace(take.rectified, level_ok=False, level_reason="the person lies")
+    walking = STAGES[3](take.with_(rectified=lying)).measures["walking"]
+    assert walking == {"reason": "the take is not levelled: the person lies"}
+
+
+def test_a_take_of_a_few_frames_has_reasons_only(walk):
+    short = walk.poses.with_(
+        joints=walk.poses.joints[:4], confidence=None, time_s=walk.time_s[:4], frame_index=np.arange(4)
+    )
+    found = measured(short).measures
+    assert all("reason" in entry for entry in found["range_of_motion"].values())
+    assert "reason" in found["knee_bends"]
+    assert "reason" in found["walking"]
+
+
+def test_without_angles_there_are_reasons(take):
+    bare = {name: values for name, values in take.kinematics.items() if "_deg" not in name}
+    found = STAGES[3](take.with_(kinematics=bare)).measures
+    assert all("reason" in entry for entry in found["range_of_motion"].values())
+    assert "cadence_spm" in found["walking"]
+
+
+def test_ready_for_json_without_nan(take):
+    json.dumps(take.measures, allow_nan=False)
+
+
+def test_an_angle_that_is_none_is_refused():
+    with pytest.raises(InputError, match="did you mean r_elbow_flexion"):
+        Measures(("r_elbow_flexon",))
+
+
+def test_the_table_holds_every_figure(take, tmp_path):
+    write_measures(take, tmp_path / "measures.csv")
+    lines = (tmp_path / "measures.csv").read_text().splitlines()
+    assert lines[0].startswith("# pcnet3d: ")
+    rows = list(csv.DictReader(line for line in lines if not line.startswith("#")))
+    found = {(row["measure"], row["item"]): row["value"] for row in rows}
+    assert len(found) == len(rows)
+    measures = take.measures
+    assert float(found["walking.cadence_spm", ""]) == measures["walking"]["cadence_spm"]
+    curve = measures["knee_bends"]["cycles"]["r_knee_flexion"]["mean_deg"]
+    name = "knee_bends.cycles.r_knee_flexion.mean_deg"
+    assert [float(found[name, str(i)]) for i in range(101)] == curve
+    assert found["symmetry.hip_abduction.reason", ""] == measures["symmetry"]["hip_abduction"]["reason"]
+
+
+def test_the_text_of_the_recording_says_figures_and_reasons(take):
+    text = measures_markdown(take.measures, "m")
+    for said in ("#### walking", "cadence spm: 111", "| knee flexion |", "both ranges are below 5 degrees"):
+        assert said in text
+    assert max(map(len, text.splitlines())) < 500  # no curves
+
+
+def columns_with(take, **changes):
+    return {**take.kinematics, **changes}
+
+
+@pytest.mark.parametrize(("sd_deg", "walks"), [(3.0, 1), (12.0, 0)])
+def test_steps_go_beyond_the_noise_that_the_legs_are_stated_with(sd_deg, walks):
+    time_s = np.arange(90) / 30
+    apart = 0.2 * np.sin(2 * np.pi * time_s)  # of a leg to either side: a shuffle, or nobody moves
+    columns = {
+        f"{side}_{bone}_sagittal{end}": np.full(90, value)
+        for side in "rl"
+        for bone in ("thigh", "shank")
+        for end, value in (("_deg", 0.0), ("_sd_deg", sd_deg))
+    }
+    between = np.column_stack([apart, np.zeros_like(apart)])
+    assert len(walks_in(between, time_s, (), columns)) == walks
+
+
+def test_no_cadence_from_fewer_than_three_strides(walk):
+    strikes = np.sort(np.concatenate(list(walk.heel_strikes_s.values())))
+    rows = slice(round(30 * (strikes[1] - 0.1)), round(30 * (strikes[4] + 0.25)))
+    part = walk.poses.with_(
+        joints=walk.poses.joints[rows],
+        confidence=None,
+        time_s=walk.poses.time_s[rows],
+        frame_index=walk.poses.frame_index[rows],
+        root=None if walk.poses.root is None else walk.poses.root[rows],
+    )
+    walking = measured(part).measures["walking"]
+    assert walking["counted"] == f"{walking['steps']} steps between {walking['steps'] + 1} landings"
+    assert walking["right"]["strides"] + walking["left"]["strides"] == 2
+    assert walking["cadence_reason"] == "fewer than 3 strides"
+    assert "cadence_spm" not in walking
+
+
+def test_cadence_and_its_error_have_the_digits_that_frames_leave(take):
+    walking = take.measures["walking"]
+    assert 0.1 < walking["cadence_error_spm"] < 2
+    assert walking["cadence_spm"] == round(walking["cadence_spm"], 1)
+    assert walking["mean_stride_time_s"] == round(walking["mean_stride_time_s"], 3)
+    # The walker's strides are all alike: what is left of their spread is the frames'.
+    assert "sd_stride_time_s" not in walking
+    assert walking["step_time_within_error"]
+
+
+def seen_from(walk, heading_deg, flat=1.0):
+    """The walker in CAMERA axes, metres, depth made `flat` of what it is."""
+    camera = aimed(walk.root.mean(axis=0), 6.0, heading_deg, 0.0, 0.0)
+    poses = camera_poses(walk, camera)
+    return poses.with_(joints=poses.joints * np.array([1.0, 1.0, flat], np.float32), root=None)
+
+
+def test_a_walk_along_the_line_of_sight_is_said_to_be_uncountable():
+    walk = walker(seconds=12, turn_deg=0)
+    walking = measured(seen_from(walk, 0.0, flat=0.15)).measures["walking"]
+    assert "steps" not in walking
+    assert "line of sight" in walking["reason"]
+    assert "film the walk from the side" in walking["reason"]
+    assert measured(seen_from(walk, 90.0)).measures["walking"]["steps"] >= 3
+
+
+def test_ten_frames_a_second_are_said_where_no_steps_are_found(walk):
+    still = np.repeat(walk.poses.joints[-1:], 60, axis=0)
+    poses = walk.poses.with_(
+        joints=still, confidence=None, time_s=np.arange(60) / 10, frame_index=np.arange(60), root=None
+    )
+    walking = measured(poses).measures["walking"]
+    assert "steps" not in walking
+    assert "10 frames per second" in walking["reason"]
+
+
+@pytest.mark.parametrize(("depth_deg", "squats"), [(55.0, 0), (80.0, 1)])
+def test_a_duck_is_a_knee_bend_and_no_squat(walk, take, depth_deg, squats):
+    """The boxer who ducks bends his knees by 55 degrees."""
+    squat = walk.during("squat")
+    share = depth_deg / walk.angles_deg["r_knee_flexion_deg"][squat].max()
+    shallow = columns_with(
+        take,
+        **{
+            f"{side}_knee_flexion_deg": take.kinematics[f"{side}_knee_flexion_deg"]
+            * np.where(squat, share, 0)
+            for side in "rl"
+        },
+        **{f"{side}_knee_flexion_sd_deg": np.full(len(walk), 8.0) for side in "rl"},
+    )
+    bends = STAGES[3](take.with_(kinematics=shallow)).measures["knee_bends"]
+    assert (bends["count"], bends["squats"]) == (1, squats)
+    assert bends["peak_deg"][0] == pytest.approx(depth_deg, abs=1)
+    assert bends["peak_error_deg"] == [8.0]
+    assert bends["mean_rise_error_deg"] == pytest.approx(8 * np.sqrt(2), abs=0.5)
+
+
+def test_no_repetition_within_its_noise(walk, take):
+    vague = columns_with(
+        take, **{f"{side}_shoulder_elevation_sd_deg": np.full(len(walk), 60.0) for side in "rl"}
+    )
+    assert STAGES[3](take.with_(kinematics=vague)).measures["arm_raises"]["right"]["count"] == 0
+
+
+def test_a_difference_of_the_sides_within_their_errors_is_said_to_be_none(walk, take):
+    def index(sd_deg):
+        changed = columns_with(
+            take, **{f"{side}_knee_flexion_sd_deg": np.full(len(walk), sd_deg) for side in "rl"}
+        )
+        changed["l_knee_flexion_deg"] = changed["l_knee_flexion_deg"] * 0.8
+        return STAGES[3](take.with_(kinematics=changed)).measures["symmetry"]["knee_flexion"]
+
+    assert not index(1.0)["within_error"]
+    assert index(10.0)["within_error"]
+    assert index(10.0)["symmetry_index_percent"] == pytest.approx(22, abs=2)
+    assert index(10.0)["symmetry_index_error_percent"] > 10 * index(1.0)["symmetry_index_error_percent"] * 0.9
+
+
+def test_ranges_beyond_anatomy_are_marked(walk, take):
+    turned = columns_with(take, l_elbow_flexion_deg=take.kinematics["l_elbow_flexion_deg"].copy())
+    turned["l_elbow_flexion_deg"][40:44] = -156.0  # as a lift of a cyclist had it
+    ranges = STAGES[3](take.with_(kinematics=turned)).measures["range_of_motion"]
+    assert ranges["l_elbow_flexion"]["beyond_anatomy_frames"] == 4
+    assert [name for name, entry in ranges.items() if "beyond_anatomy_frames" in entry] == ["l_elbow_flexion"]

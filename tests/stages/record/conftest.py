@@ -1,0 +1,167 @@
+"""A take of a simple moving person whose rotations are known, its videos, and a reader of recordings."""
+
+from collections.abc import Callable, Iterator
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pcnet3d.pipeline import (
+    BODY,
+    CAMERA,
+    H36M17,
+    IMAGE,
+    LEVEL,
+    PoseSequence,
+    Rectified,
+    Take,
+    Video,
+    rotate,
+)
+from pcnet3d.pipeline.layouts import COCO17
+
+ROWS, FIRST, FPS = 12, 5, 25
+UPRIGHT = np.array(
+    [[0, -1, 0], [0, 0, -1], [1, 0, 0]], float
+)  # R_camera_from_body of a person facing the camera
+STANDING = {
+    "r_hip": (0, 0.1, 0), "r_knee": (0, 0.1, -0.45), "r_ankle": (0, 0.1, -0.9),
+    "l_hip": (0, -0.1, 0), "l_knee": (0, -0.1, -0.45), "l_ankle": (0, -0.1, -0.9),
+    "spine": (0, 0, 0.25), "thorax": (0, 0, 0.5), "nose": (-0.1, 0, 0.6), "head": (0, 0, 0.75),
+    "l_shoulder": (0, -0.2, 0.5), "l_elbow": (0, -0.25, 0.2), "l_wrist": (-0.2, -0.25, 0.1),
+    "r_shoulder": (0, 0.2, 0.5), "r_elbow": (0, 0.25, 0.2), "r_wrist": (-0.2, 0.25, 0.1),
+}  # fmt: skip
+
+
+@pytest.fixture(scope="session")
+def make_take() -> Callable[..., Take]:
+    """make_take(rows=12): frames 5, 6, ... of a 25 fps video; the person nods by known angles, and so do the votes."""
+
+    def make(rows: int = ROWS) -> Take:
+        time_s = (FIRST + np.arange(rows)) / FPS
+        body = np.tile([STANDING.get(joint, (0, 0, 0)) for joint in H36M17.joints], (rows, 1, 1)).astype(
+            float
+        )
+        body[:, H36M17.index("r_wrist"), 2] += 0.3 * np.sin(2 * np.pi * time_s)
+        lean = np.radians(np.linspace(0, 30, rows))
+        R_level_from_body = np.zeros((rows, 3, 3))  # about y, by the lean
+        R_level_from_body[:, 1, 1] = 1
+        R_level_from_body[:, 0, 0] = R_level_from_body[:, 2, 2] = np.cos(lean)
+        R_level_from_body[:, 0, 2], R_level_from_body[:, 2, 0] = np.sin(lean), -np.sin(lean)
+        clock = {"time_s": time_s, "frame_index": FIRST + np.arange(rows)}
+        R_source_from_body = UPRIGHT @ R_level_from_body
+        pixels = 40 + 20 * np.random.default_rng(0).random((rows, len(COCO17), 2))
+        rectified = Rectified(
+            body=PoseSequence(body, H36M17, BODY, **clock),
+            level=PoseSequence(rotate(R_level_from_body, body), H36M17, LEVEL, **clock),
+            R_source_from_body=R_source_from_body,
+            R_source_from_level=UPRIGHT,
+            error_deg=np.full(rows, np.nan),
+            method="geometric",
+            level_heading="median",
+            up_error_deg=np.full(rows, 3.0),
+            up_bound_deg=np.full(rows, 5.0),
+            up_votes=R_source_from_body[:, :, 2],
+            up_shares={"frames": 0.75, "feet": 0.25},
+        )
+        return Take(
+            name="nodding",
+            poses=PoseSequence(rotate(R_source_from_body, body), H36M17, CAMERA, **clock),
+            keypoints=PoseSequence(pixels, COCO17, IMAGE, **clock),
+            rectified=rectified,
+        )
+
+    return make
+
+
+@pytest.fixture
+def film(tmp_path: Path) -> Callable[..., Video]:
+    """film(codec="libx264", name="film.mp4", size=(64, 48), time_ms=..., bf=0, group=12, **options of the codec): a
+    bright spot that moves right, 8 pixels a frame, in the upper half of the picture; key frames are `group` frames
+    apart."""
+    import av
+
+    def make(
+        codec: str = "libx264",
+        name: str = "film.mp4",
+        size: tuple[int, int] = (64, 48),
+        time_ms=tuple(range(0, 800, 40)),
+        bf: int = 0,
+        group: int = 12,
+        **options: str,
+    ) -> Video:
+        path, tick = tmp_path / name, Fraction(1, 1000)
+        width, height = size
+        with av.open(path, "w") as container:
+            stream = container.add_stream(codec, rate=FPS, options=options)
+            stream.width, stream.height, stream.pix_fmt = width, height, "yuv420p"
+            stream.codec_context.time_base = tick
+            stream.codec_context.max_b_frames = bf
+            stream.codec_context.gop_size = group
+            for i, stamp in enumerate(time_ms):
+                picture = np.zeros((height, width, 3), np.uint8)
+                picture[2:10, 8 * i % width :][:, :8] = 255
+                frame = av.VideoFrame.from_ndarray(picture, "rgb24")
+                frame.pts, frame.time_base = stamp, tick
+                container.mux(stream.encode(frame))
+            container.mux(stream.encode())
+        name = {"libx264": "h264", "libx265": "hevc", "libvpx-vp9": "vp9"}.get(codec, codec)
+        return Video(path, width, height, np.array(time_ms) / 1000, name)
+
+    return make
+
+
+class Recording:
+    """What is in an .rrd file, by entity and component."""
+
+    def __init__(self, path: Path) -> None:
+        from rerun.chunk import RrdReader
+
+        reader = RrdReader(path)
+        self.chunks = reader.stream().to_chunks()
+        self.views = [
+            chunk for store in reader.blueprints() for chunk in reader.stream(store=store).to_chunks()
+        ]
+
+    @property
+    def entities(self) -> set[str]:
+        return {chunk.entity_path.strip("/") for chunk in self.chunks} - {"__properties"}
+
+    def batches(self, entity: str, component: str, static: bool) -> Iterator:
+        for chunk in self.chunks:
+            batch = chunk.to_record_batch()
+            if (
+                chunk.entity_path == f"/{entity}"
+                and chunk.is_static == static
+                and component in batch.schema.names
+            ):
+                yield batch
+
+    def static(self, entity: str, component: str) -> list:
+        (batch,) = self.batches(entity, component, static=True)
+        return batch.column(component)[0].as_py()
+
+    def over_time(self, entity: str, component: str) -> tuple[np.ndarray, np.ndarray, list]:
+        """Frame numbers (T,), nanoseconds (T,) and the values of each row; one chunk or it fails."""
+        (batch,) = self.batches(entity, component, static=False)
+        frame, video_time = (
+            batch.column(name).to_numpy(zero_copy_only=False) for name in ("frame", "video_time")
+        )
+        return frame, video_time.astype(np.int64), batch.column(component).to_pylist()
+
+    def blueprint(self, component: str) -> list:
+        """Every value of that component in the blueprint, such as the views' names."""
+        batches = [chunk.to_record_batch() for chunk in self.views]
+        return [
+            value
+            for batch in batches
+            if component in batch.schema.names
+            for row in batch.column(component).to_pylist()
+            for value in row
+        ]
+
+
+@pytest.fixture(scope="session")
+def read_rrd() -> Callable[[Path], Recording]:
+    return Recording

@@ -1,0 +1,79 @@
+"""Angles and measures in the recording."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pcnet3d.stages.record.stage import record
+
+ORIGIN = "ViewBlueprint:space_origin"
+
+
+@pytest.fixture
+def recorded(make_take, read_rrd, tmp_path):
+    """recorded(kinematics, **changes): a recording of the take with these columns."""
+
+    def make(kinematics, **changes):
+        record(make_take().with_(kinematics=kinematics, **changes), tmp_path / "take.rrd")
+        return read_rrd(tmp_path / "take.rrd")
+
+    return make
+
+
+def columns(**given):
+    rows = {"r_knee_flexion_deg": np.arange(12.0), "l_knee_flexion_deg": np.arange(12.0) * 2}
+    return {**rows, "r_knee_flexion_reason": np.zeros(12, "i1"), **given}
+
+
+def test_both_sides_of_an_angle_in_one_view(recorded):
+    recording = recorded(columns())
+    frame, _, values = recording.over_time("angles/knee_flexion", "Scalars:scalars")
+    np.testing.assert_array_equal(values, np.stack([np.arange(12), 2 * np.arange(12)], axis=1))
+    assert frame.tolist() == list(range(5, 17))[: len(frame)]
+    names = recording.static("angles/knee_flexion", "SeriesLines:names")
+    assert names == ["r_knee_flexion (deg)", "l_knee_flexion (deg)"]
+    assert "angles/knee_flexion" in recording.blueprint(ORIGIN)
+
+
+def test_the_band_where_it_is_stated(recorded):
+    assert "angles/knee_flexion/low" not in recorded(columns()).entities
+    recording = recorded(columns(r_knee_flexion_sd_deg=np.full(12, 2.0)))
+    low, high = (
+        np.array(recording.over_time(f"angles/knee_flexion/{end}", "Scalars:scalars")[2])
+        for end in ("low", "high")
+    )
+    np.testing.assert_allclose(low[:, 0], np.arange(12) - 3.29)
+    np.testing.assert_allclose(high[:, 0], np.arange(12) + 3.29)
+    assert np.isnan(low[:, 1]).all()
+
+
+def test_gaps_end_the_curves(make_take, read_rrd, tmp_path):
+    take = make_take()
+    kept = take.poses.frame_index.copy()
+    kept[6:] += 1  # one frame was dropped
+    poses = take.poses.with_(frame_index=kept, time_s=kept / 25)
+    body, level = (
+        part.with_(frame_index=kept, time_s=kept / 25) for part in (take.rectified.body, take.rectified.level)
+    )
+    rectified = replace(take.rectified, body=body, level=level)
+    take = take.with_(poses=poses, rectified=rectified, keypoints=None, kinematics=columns())
+    record(take, tmp_path / "take.rrd")
+    frame, _, values = read_rrd(tmp_path / "take.rrd").over_time("angles/knee_flexion", "Scalars:scalars")
+    assert frame.tolist() == list(range(5, 18))
+    assert np.flatnonzero(np.isnan(values).any(axis=1)).tolist() == [6]
+
+
+@pytest.mark.parametrize("kinematics", [None, {"r_knee_flexion_deg": np.full(12, np.nan)}])
+def test_no_angles_no_view(recorded, kinematics):
+    recording = recorded(kinematics)
+    assert not any(entity.startswith("angles") for entity in recording.entities)
+    assert not any(origin.startswith("angles") for origin in recording.blueprint(ORIGIN))
+
+
+def test_measures_as_text(recorded):
+    recording = recorded(columns(), measures={"walking": {"cadence_spm": 104.5, "reason": "none"}})
+    ((text,),) = [recording.static("measures", "TextDocument:text")]
+    assert "cadence spm: 104.5" in text
+    assert "measures" in recording.blueprint(ORIGIN)
+    assert "measures" not in recorded(columns()).entities

@@ -1,0 +1,79 @@
+"""The frame whose lines tell up: in the recording with the lines and the horizon, without the image where no picture of
+the person is wanted."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pcnet3d.models.synthetic.cameras import view_rotation
+from pcnet3d.pipeline.camera import Camera, Look
+from pcnet3d.stages.drawing.image_lines import drawn, horizon, up_arrow
+from pcnet3d.stages.record.stage import record
+from pcnet3d.stages.record.summary import up_by_source
+from pcnet3d.stages.report.stage import report
+
+SIZE = (64, 48)
+
+
+def looking(pitch_deg=10.0, roll_deg=0.0, focal_px=50.0):
+    up = view_rotation(np.array(0.0), np.array(pitch_deg), np.array(roll_deg))[:, 2]
+    ends = np.array([[[10.0, 5.0], [10.0, 30.0]], [[5.0, 20.0], [40.0, 21.0]], [[1.0, 1.0], [9.0, 7.0]]])
+    look = Look(3, up, np.radians(0.6) ** 2 * np.eye(3), 0.004, ends, np.array([0, 1, -1]))
+    return Camera(SIZE, focal_px, 2.0, "lines", (look,))
+
+
+def test_the_horizon_is_where_level_rays_meet_the_image():
+    for pitch, roll in ((0.0, 0.0), (15.0, 0.0), (-10.0, 20.0), (5.0, -40.0)):
+        camera = looking(pitch, roll)
+        edge = horizon(camera, camera.looks[0])
+        rays = np.concatenate([(edge - np.array(SIZE) / 2) / camera.focal_px, np.ones((2, 1))], axis=1)
+        np.testing.assert_allclose(rays @ camera.looks[0].up, 0, atol=1e-9)
+        assert ((edge >= -1e-9) & (edge <= np.array(SIZE) + 1e-9)).all()
+    assert horizon(looking(60.0), looking(60.0).looks[0]) is None
+    foot, tip = up_arrow(looking(10.0, 0.0), looking(10.0, 0.0).looks[0])
+    assert tip[1] < foot[1]
+    assert tip[0] == pytest.approx(foot[0])
+
+
+def test_lines_that_run_along_nothing_are_not_drawn():
+    camera = looking()
+    image = np.zeros((SIZE[1], SIZE[0], 3), np.uint8)
+    shown = drawn(image, camera, camera.looks[0])
+    assert not image.any()
+    green = np.abs(shown.astype(int) - (0, 158, 115)).max(axis=-1) < 40
+    assert green[7:12, 10].all()
+    assert (shown[2:6, 2:6] == 64).all()
+
+
+@pytest.mark.parametrize("frames", [True, False])
+def test_a_recording_shows_them(make_take, film, read_rrd, tmp_path, frames):
+    take = make_take().with_(video=film(), camera=looking())
+    record(take, tmp_path / "take.rrd", frames)
+    seen = read_rrd(tmp_path / "take.rrd")
+    assert len(seen.static("camera/lines", "LineStrips2D:strips")) == 2
+    assert ("camera/image" in seen.entities) == frames
+    assert any("Lines that tell up" in name for name in seen.blueprint("ViewBlueprint:display_name"))
+
+
+def test_a_take_without_a_look_has_none(make_take, read_rrd, tmp_path):
+    record(make_take().with_(camera=replace(looking(), looks=(), reason="grass")), tmp_path / "take.rrd")
+    assert "camera/lines" not in read_rrd(tmp_path / "take.rrd").entities
+
+
+def test_the_report_has_the_lines_and_what_each_source_says(make_take, film):
+    take = make_take().with_(video=film(), camera=looking())
+    up = take.camera.looks[0].up
+    take = take.with_(
+        rectified=replace(
+            take.rectified, up_own={"image": (up, 0.8), "frames": (up, 6.0)}, up_pulls={"image": 2.0}
+        )
+    )
+    rows = up_by_source(take)
+    assert rows["image"]["pitch_deg"] == pytest.approx(10.0)
+    assert rows["feet"] == {"share": 0.25}
+    page = report(take)
+    assert "The image&#x27;s lines, frame 3" in page or "The image's lines, frame 3" in page
+    assert "10.0 ± 1.2" in page
+    assert "10 ± 9" in page
+    assert "frame 3" not in report(take, frames=False).replace("frame 3,", "")

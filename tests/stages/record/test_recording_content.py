@@ -1,0 +1,346 @@
+"""The recording holds what the take holds, on both time axes, in a few whole columns."""
+
+import shutil
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pcnet3d.pipeline import Y_UP, Event, InputError, Pipeline, change_frame
+from pcnet3d.stages.record.stage import Record, record
+
+NAME, ORIGIN = "ViewBlueprint:display_name", "ViewBlueprint:space_origin"
+
+
+@pytest.fixture
+def taken(make_take, read_rrd, tmp_path):
+    """taken(**changes): the take with these changes, and its recording read back."""
+
+    def make(rows: int = 12, frames: bool = True, **changes):
+        take = make_take(rows).with_(**changes)
+        record(take, tmp_path / "take.rrd", frames)
+        return take, read_rrd(tmp_path / "take.rrd")
+
+    return make
+
+
+def same(values, expected):
+    np.testing.assert_array_equal(np.array(values, np.float32), expected)
+
+
+def test_skeletons_on_both_time_axes(taken):
+    take, recording = taken()
+    skeletons = {"source": take.poses, "body": take.rectified.body, "level": take.rectified.level}
+    for entity, poses in skeletons.items():
+        frame, nanoseconds, positions = recording.over_time(f"{entity}/joints", "Points3D:positions")
+        same(positions, poses.joints)
+        np.testing.assert_array_equal(frame, poses.frame_index)
+        np.testing.assert_array_equal(nanoseconds, np.round(poses.times * 1e9))
+        assert recording.static(f"{entity}/joints", "Points3D:labels") == list(poses.layout.joints)
+
+
+def test_bones_join_the_joints_they_name(taken):
+    take, recording = taken()
+    for entity, poses, archetype in (
+        ("body", take.rectified.body, "LineStrips3D"),
+        ("video/keypoints", take.keypoints, "LineStrips2D"),
+    ):
+        _, _, strips = recording.over_time(f"{entity}/bones", f"{archetype}:strips")
+        expected = [[poses.joint(end) for end in bone] for bone in poses.layout.bones]
+        same(strips, np.moveaxis(expected, 2, 0))
+
+
+def test_left_and_right_have_their_own_colours(taken):
+    take, recording = taken()
+    by_side = {}
+    for entity, archetype, layout in (
+        ("body", "3D", take.poses.layout),
+        ("video/keypoints", "2D", take.keypoints.layout),
+    ):
+        joints = recording.static(f"{entity}/joints", f"Points{archetype}:colors")
+        bones = recording.static(f"{entity}/bones", f"LineStrips{archetype}:colors")
+        for name, colour in zip(layout.joints, joints, strict=True):
+            by_side.setdefault(name[:2] if name[:2] in ("l_", "r_") else "", set()).add(colour)
+        for bone, colour in zip(layout.bones, bones, strict=True):
+            sides = {end[:2] for end in bone} & {"l_", "r_"}
+            by_side.setdefault(sides.pop() if len(sides) == 1 else "", set()).add(colour)
+    assert all(len(colours) == 1 for colours in by_side.values())
+    assert len(set.union(*by_side.values())) == 3
+
+
+def test_keypoints_in_pixels(taken):
+    take, recording = taken()
+    frame, _, positions = recording.over_time("video/keypoints/joints", "Points2D:positions")
+    same(positions, take.keypoints.joints)
+    np.testing.assert_array_equal(frame, take.keypoints.frame_index)
+
+
+def test_wrists_before_and_after_with_units(taken):
+    take, recording = taken()
+    for entity, poses in (("source", take.poses), ("level", take.rectified.level)):
+        for wrist in ("l_wrist", "r_wrist"):
+            _, _, values = recording.over_time(f"wrists/{entity}/{wrist}", "Scalars:scalars")
+            same(values, poses.joint(wrist))
+            names = recording.static(f"wrists/{entity}/{wrist}", "SeriesLines:names")
+            assert names == [f"{wrist} {axis} (m)" for axis in "xyz"]
+
+
+def test_unit_is_arbitrary_where_the_source_has_no_scale(make_take, read_rrd, tmp_path):
+    take = make_take()
+    unknown = {
+        name: poses.with_(frame=poses.frame.with_(unit="arbitrary"))
+        for name, poses in (
+            ("poses", take.poses),
+            ("body", take.rectified.body),
+            ("level", take.rectified.level),
+        )
+    }
+    poses = unknown.pop("poses")
+    record(take.with_(poses=poses, rectified=replace(take.rectified, **unknown)), tmp_path / "take.rrd")
+    recording = read_rrd(tmp_path / "take.rrd")
+    assert recording.static("wrists/level/l_wrist", "SeriesLines:names")[0] == "l_wrist x (au)"
+    assert "Wrists after: back, right, up (arbitrary units)" in recording.blueprint(NAME)
+
+
+def test_votes_are_off_by_the_known_lean_beside_their_bound(taken):
+    _, recording = taken()
+    _, _, values = recording.over_time("rotation/up", "Scalars:scalars")
+    np.testing.assert_allclose(np.ravel(values), np.linspace(0, 30, 12), atol=1e-6)
+    assert recording.static("rotation/up", "SeriesLines:names") == ["vote off the take's up (deg)"]
+    assert np.ravel(recording.over_time("rotation/bound", "Scalars:scalars")[2]).tolist() == [5] * 12
+
+
+def test_expected_error_only_where_the_rectifier_states_one(taken, make_take):
+    assert "rotation/error" not in taken()[1].entities
+    error = np.arange(12.0)
+    error[3] = np.nan
+    _, recording = taken(rectified=replace(make_take().rectified, error_deg=error))
+    _, _, values = recording.over_time("rotation/error", "Scalars:scalars")
+    np.testing.assert_array_equal(np.ravel(values), error)
+
+
+def test_axes_of_the_body(taken):
+    take, recording = taken()
+    back, right, up = np.array(recording.static("body/axes", "Arrows3D:vectors"))
+    length = np.linalg.norm(up)
+    np.testing.assert_allclose([back, right, up], length * np.eye(3), atol=1e-6)
+    assert recording.static("body/axes", "Arrows3D:labels") == ["back", "right", "up"]
+    _, _, arrows = recording.over_time("source/axes", "Arrows3D:vectors")
+    np.testing.assert_allclose(
+        arrows, length * np.swapaxes(take.rectified.R_source_from_body, 1, 2), atol=1e-6
+    )
+
+
+def test_axes_turn_with_the_poses_in_a_world_that_is_not_z_up(make_take, read_rrd, tmp_path):
+    take = make_take()
+    R_source_from_body = np.broadcast_to(Y_UP.basis, (12, 3, 3))
+    poses = change_frame(take.rectified.body, Y_UP.with_(origin="pelvis"), R_to_from_source=Y_UP.basis)
+    rectified = replace(take.rectified, R_source_from_body=R_source_from_body, R_source_from_level=Y_UP.basis)
+    record(take.with_(poses=poses, rectified=rectified), tmp_path / "take.rrd")
+    _, _, arrows = read_rrd(tmp_path / "take.rrd").over_time("source/axes", "Arrows3D:vectors")
+    up = np.array(arrows)[:, 2]
+    np.testing.assert_allclose(
+        up / np.linalg.norm(up, axis=1, keepdims=True), np.tile([0, 1, 0], (12, 1)), atol=1e-6
+    )
+
+
+def test_missing_joints_stay_missing(taken, make_take):
+    take = make_take()
+    joints = take.poses.joints.copy()
+    joints[4, take.poses.layout.index("l_wrist")] = np.nan
+    joints[7] = np.nan
+    poses = take.poses.with_(joints=joints)
+    R = take.rectified.R_source_from_body.copy()
+    R[7] = np.nan
+    rectified = replace(take.rectified, R_source_from_body=R, up_votes=R[:, :, 2])
+    _, recording = taken(poses=poses, rectified=rectified)
+    _, _, positions = recording.over_time("source/joints", "Points3D:positions")
+    same(positions, joints)
+    _, _, curve = recording.over_time("wrists/source/l_wrist", "Scalars:scalars")
+    assert np.flatnonzero(np.isnan(curve).any(axis=1)).tolist() == [4, 7]
+    _, _, deviation = recording.over_time("rotation/up", "Scalars:scalars")
+    assert np.flatnonzero(np.isnan(deviation)).tolist() == [7]
+
+
+def test_a_take_of_nothing_but_gaps_is_recorded(taken, make_take):
+    take = make_take()
+    nothing = np.full_like(take.poses.joints, np.nan)
+    rectified = replace(
+        take.rectified,
+        body=take.rectified.body.with_(joints=nothing),
+        level=take.rectified.level.with_(joints=nothing),
+        R_source_from_body=np.full((12, 3, 3), np.nan),
+        R_source_from_level=np.full((3, 3), np.nan),
+        up_votes=None,
+        up_bound_deg=None,
+    )
+    _, recording = taken(poses=take.poses.with_(joints=nothing), rectified=rectified)
+    assert np.isnan(recording.over_time("body/joints", "Points3D:positions")[2]).all()
+
+
+def test_gaps_end_what_is_shown(taken, make_take):
+    """Behind rows 2 (frame 7; frame 8 missing) and at the end, where the keypoints go on, a row of NaN."""
+    take = make_take()
+    kept = [0, 1, 2, 4, 5]
+    sparse = take.poses.with_(
+        joints=take.poses.joints[kept],
+        confidence=None,
+        frame_index=take.poses.frame_index[kept],
+        time_s=take.poses.times[kept],
+    )
+    rectified = replace(
+        take.rectified,
+        body=sparse.with_(joints=take.rectified.body.joints[kept], frame=take.rectified.body.frame),
+        level=sparse.with_(joints=take.rectified.level.joints[kept], frame=take.rectified.level.frame),
+        R_source_from_body=take.rectified.R_source_from_body[kept],
+        error_deg=np.full(5, np.nan),
+        up_error_deg=take.rectified.up_error_deg[kept],
+        up_bound_deg=take.rectified.up_bound_deg[kept],
+        up_votes=take.rectified.up_votes[kept],
+    )
+    events = (Event("seam", "new clip", row=3),)
+    _, recording = taken(poses=sparse, rectified=rectified, events=events)
+    frame, nanoseconds, positions = recording.over_time("body/joints", "Points3D:positions")
+    assert frame.tolist() == [5, 6, 7, 8, 9, 10, 11]
+    np.testing.assert_allclose(nanoseconds, frame / 25 * 1e9, atol=1)
+    assert np.flatnonzero(np.isnan(positions).any(axis=(1, 2))).tolist() == [3, 6]
+    for curve in ("rotation/up", "rotation/bound", "tilt/votes"):
+        values = np.array(recording.over_time(curve, "Scalars:scalars")[2])
+        assert np.flatnonzero(np.isnan(values).any(axis=1)).tolist() == [3, 6]
+    assert recording.over_time("video/keypoints/joints", "Points2D:positions")[0].tolist() == list(
+        range(5, 17)
+    )
+    assert recording.over_time("events", "TextLog:text")[0].tolist() == [9]  # row 3 of the take itself
+
+
+def test_moving_camera(taken, make_take):
+    take = make_take()
+    each = np.broadcast_to(take.rectified.R_source_from_level, (12, 3, 3))
+    _, recording = taken(rectified=replace(take.rectified, R_source_from_level=each))
+    values = np.ravel(recording.over_time("rotation/up", "Scalars:scalars")[2])
+    np.testing.assert_allclose(values, np.linspace(0, 30, 12), atol=1e-6)
+
+
+def test_events_stand_at_their_frames(taken):
+    events = (
+        Event("repair", "wrists exchanged", row=3),
+        Event("warning", "no scale"),
+        Event("seam", "new clip", row=1),
+    )
+    take, recording = taken(events=events)
+    frame, nanoseconds, texts = recording.over_time("events", "TextLog:text")
+    assert [text for (text,) in texts] == ["warning: no scale", "seam: new clip", "repair: wrists exchanged"]
+    assert frame.tolist() == take.poses.frame_index[[0, 1, 3]].tolist()
+    np.testing.assert_array_equal(nanoseconds, np.round(take.poses.times[[0, 1, 3]] * 1e9))
+    levels = [level for (level,) in recording.over_time("events", "TextLog:level")[2]]
+    assert levels == ["WARN", "INFO", "INFO"]
+
+
+def test_summary_puts_warnings_first(taken, make_take):
+    not_level = replace(make_take().rectified, level_ok=False, level_reason="the person lies")
+    inputs = ({"role": "poses", "file": "X3D.npy", "sha256": "abc", "adapter": "motionbert"},)
+    events = (Event("note", "a note"), Event("warning", "no scale"))
+    _, recording = taken(events=events, inputs=inputs, rectified=not_level)
+    ((text,), (media_type,)) = (
+        recording.static("summary", f"TextDocument:{part}") for part in ("text", "media_type")
+    )
+    assert media_type == "text/markdown"
+    assert text.index("no scale") < min(
+        text.index(word) for word in ("source axes", "method", "a note", "X3D.npy")
+    )
+    for said in (
+        "CAMERA (x right, y down, z away",
+        "geometric",
+        "heading of LEVEL: median",
+        "the person lies",
+    ):
+        assert said in text
+
+
+def test_views_follow_what_there_is(taken):
+    _, recording = taken()
+    curves = {"wrists/source", "wrists/level", "rotation", "tilt"}
+    assert set(recording.blueprint(ORIGIN)) == {"video", "source", "body", "level", "up", *curves, "summary"}
+    assert "2D keypoints" in recording.blueprint(NAME)
+    assert recording.blueprint("TimePanelBlueprint:timeline") == ["video_time"]
+    _, recording = taken(keypoints=None, events=(Event("note", "said"),))
+    assert "video" not in recording.blueprint(ORIGIN)
+    assert "events" in recording.blueprint(ORIGIN)
+    assert not any(entity.startswith("video") for entity in recording.entities)
+
+
+def test_eyes_stand_in_front_and_the_grid_under_the_ankles(taken):
+    _, recording = taken()
+    front = [eye for eye in recording.blueprint("EyeControls3D:position") if eye[0] < -1]
+    assert len(front) == 2  # the person faces -x in BODY and in LEVEL
+    (x, y, z, ground), *_ = recording.blueprint("LineGrid3D:plane")
+    assert (x, y, z) == (0, 0, 1)
+    assert ground == pytest.approx(-0.9, abs=0.12)
+
+
+def test_long_takes_are_quick_and_in_few_chunks(make_take, read_rrd, tmp_path):
+    take = make_take(10_000)
+    record(make_take(), tmp_path / "first.rrd")  # imports
+    start = time.perf_counter()
+    record(take, tmp_path / "take.rrd")
+    assert time.perf_counter() - start < 1.5
+    recording = read_rrd(tmp_path / "take.rrd")
+    assert sum(not chunk.is_static for chunk in recording.chunks) <= 20
+    assert len(recording.over_time("level/joints", "Points3D:positions")[0]) == 10_000
+
+
+def test_stage(make_take, read_rrd, tmp_path):
+    stage = Record(tmp_path / "new" / "folder")
+    take = make_take()
+    assert Pipeline((stage,))(take).events == ()
+    assert "body/joints" in read_rrd(tmp_path / "new" / "folder" / "take.rrd").entities
+    assert [file.name for file in stage.folder.iterdir()] == ["take.rrd"]
+    with pytest.raises(InputError, match="rectified"):
+        Pipeline((stage,))(take.with_(rectified=None))
+
+
+def test_nothing_is_left_when_it_fails(make_take, tmp_path):
+    take = make_take()
+    for broken in (take.with_(poses=None), take.with_(poses=take.poses.with_(time_s=None))):
+        with pytest.raises(InputError):
+            record(broken, tmp_path / "take.rrd")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_person_whose_place_is_known_walks_through_the_room(taken, make_take):
+    take = make_take()
+    root = np.stack([np.linspace(4, 2, 12), 0 * np.arange(12), 1 + 0 * np.arange(12)], axis=-1)
+    root[6] = np.nan
+    level = take.rectified.level.with_(root=root)
+    _, recording = taken(rectified=replace(take.rectified, level=level))
+    _, _, positions = recording.over_time("walk/joints", "Points3D:positions")
+    same(positions, (level.joints + root[:, None]).astype(np.float32))
+    strips = recording.static("walk/path", "LineStrips3D:strips")
+    same(
+        [point[:2] for strip in strips for point in strip],
+        np.delete(root, 6, axis=0)[:, :2].astype(np.float32),
+    )
+    assert len(strips) == 2
+    assert len({point[2] for strip in strips for point in strip}) == 1
+    assert "walk" in recording.blueprint(ORIGIN)
+
+
+def test_without_a_place_there_is_no_walk(taken):
+    _, recording = taken()
+    assert not any(entity.startswith("walk") for entity in recording.entities)
+    assert "walk" not in recording.blueprint(ORIGIN)
+
+
+def test_a_disk_without_room_is_told_before_the_work(make_take, tmp_path, monkeypatch):
+    monkeypatch.setattr(shutil, "disk_usage", lambda path: shutil._ntuple_diskusage(10**9, 10**9, 1000))
+    with pytest.raises(InputError, match=r"needs about 1 MB and .* has 0 MB left; make"):
+        record(make_take(), tmp_path / "take.rrd")
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_recording_that_was_cut_off_is_told(make_take, tmp_path, monkeypatch):
+    monkeypatch.setattr("pcnet3d.stages.record.stage._END", b"another end")
+    with pytest.raises(InputError, match="could not be written to its end; is the disk full"):
+        record(make_take(), tmp_path / "take.rrd")
+    assert not list(tmp_path.iterdir())

@@ -1,0 +1,193 @@
+"""Which way is up, how well that is known and what it rests on: as curves, on a sphere and in words."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pcnet3d.models.synthetic.cameras import view_rotation
+from pcnet3d.pipeline import CAMERA, Rectified, Take
+from pcnet3d.pipeline.camera import pitch_roll_deg
+from pcnet3d.pipeline.frames import GL_CAMERA, PC_CAMERA
+from pcnet3d.pipeline.rotations import angle_deg, rotate, unit
+from pcnet3d.stages.record import up as _record_up
+from pcnet3d.stages.record.stage import record
+from pcnet3d.stages.record.summary import summary_markdown
+from pcnet3d.stages.record.up import cap
+
+NAME, ORIGIN = "ViewBlueprint:display_name", "ViewBlueprint:space_origin"
+
+
+@pytest.fixture
+def recorded(make_take, read_rrd, tmp_path):
+    """recorded(rows=12, **changes): the recording of the take with these changes in its Rectified."""
+
+    def make(rows: int = 12, **changes):
+        take = make_take(rows)
+        record(take.with_(rectified=replace(take.rectified, **changes)), tmp_path / "take.rrd")
+        return read_rrd(tmp_path / "take.rrd")
+
+    return make
+
+
+def moving(rectified: Rectified, pitch_deg: np.ndarray) -> Rectified:
+    """The same with a camera that pitches."""
+    zero = np.zeros_like(pitch_deg)
+    levels = view_rotation(zero, pitch_deg, zero)
+    return replace(rectified, R_source_from_level=levels, camera="moving", level_heading="camera")
+
+
+def test_pitch_and_roll_are_those_of_the_camera():
+    rng = np.random.default_rng(0)
+    pitch, roll = rng.uniform(-80, 80, 50), rng.uniform(-170, 170, 50)
+    up = view_rotation(rng.uniform(0, 360, 50), pitch, roll)[:, :, 2]
+    np.testing.assert_allclose(pitch_roll_deg(up), np.stack([pitch, roll], -1), atol=1e-6)
+
+
+@pytest.mark.parametrize("frame", [CAMERA, GL_CAMERA, PC_CAMERA], ids=lambda frame: frame.name)
+def test_pitch_and_roll_do_not_depend_on_the_names_of_the_axes(make_take, read_rrd, tmp_path, frame):
+    take = make_take()
+    R = frame.basis @ view_rotation(*(np.array(angle) for angle in (40.0, 20.0, -8.0)))
+    votes = np.tile(R[:, 2], (12, 1))
+    take = take.with_(
+        poses=take.poses.with_(frame=frame),
+        rectified=replace(take.rectified, R_source_from_level=R, up_votes=votes),
+    )
+    record(take, tmp_path / "take.rrd")
+    for curve in ("votes", "take"):
+        _, _, values = read_rrd(tmp_path / "take.rrd").over_time(f"tilt/{curve}", "Scalars:scalars")
+        np.testing.assert_allclose(values, np.tile([20.0, -8.0], (12, 1)), atol=1e-6)
+    assert "looks down by 20.0 deg (pitch)" in summary_markdown(take)
+
+
+def test_the_votes_of_a_nodding_person_are_the_pitch_of_a_camera(recorded):
+    """The person leans back, away from the camera: as if it looked up."""
+    recording = recorded()
+    pitch, roll = np.array(recording.over_time("tilt/votes", "Scalars:scalars")[2]).T
+    np.testing.assert_allclose(pitch, -np.linspace(0, 30, 12), atol=1e-6)
+    np.testing.assert_allclose(roll, 0, atol=1e-6)
+    for curve, expected in (("take", 0), ("low", -5), ("high", 5)):
+        values = np.array(recording.over_time(f"tilt/{curve}", "Scalars:scalars")[2])
+        np.testing.assert_allclose(values, expected, atol=1e-6)
+
+
+def circle_of(recording, matrix: list) -> np.ndarray:
+    """(N, 3) the bound's circle where the viewer draws it; matrices are stored column by column."""
+    (strip,) = recording.static("up/bound", "LineStrips3D:strips")
+    return rotate(np.array(matrix).reshape(3, 3).T, np.array(strip))
+
+
+def test_the_bound_is_a_circle_on_the_sphere_about_the_arrow(recorded, make_take):
+    recording, up = recorded(), make_take().rectified.R_source_from_level[:, 2]
+    (matrix,) = recording.static("up/bound", "Transform3D:mat3x3")
+    circle = circle_of(recording, matrix)
+    np.testing.assert_allclose(np.linalg.norm(circle, axis=-1), 1, atol=1e-6)
+    np.testing.assert_allclose(angle_deg(circle, up), 5, atol=1e-4)
+    ((arrow,), (origin,)) = (
+        recording.static("up/take", f"Arrows3D:{part}") for part in ("vectors", "origins")
+    )
+    np.testing.assert_allclose([unit(np.array(arrow)), origin], [up, up], atol=1e-6)
+
+
+def test_with_a_moving_camera_circle_and_arrow_move(recorded, make_take):
+    rectified = moving(make_take().rectified, np.linspace(0, 20, 12))
+    bound = np.linspace(5, 9, 12)
+    recording = recorded(
+        R_source_from_level=rectified.R_source_from_level, camera="moving", up_bound_deg=bound
+    )
+    _, _, matrices = recording.over_time("up/bound", "Transform3D:mat3x3")
+    _, _, arrows = recording.over_time("up/take", "Arrows3D:vectors")
+    for i, up in enumerate(rectified.R_source_from_level[:, :, 2]):
+        np.testing.assert_allclose(angle_deg(circle_of(recording, matrices[i][0]), up), bound[i], atol=1e-4)
+        np.testing.assert_allclose(unit(np.array(arrows[i][0])), up, atol=1e-6)
+
+
+def test_all_votes_are_on_the_sphere_in_the_colours_of_their_time(recorded, make_take, monkeypatch):
+    votes = make_take().rectified.up_votes
+    recording = recorded()
+    np.testing.assert_allclose(recording.static("up/votes", "Points3D:positions"), votes, atol=1e-6)
+    assert len(set(recording.static("up/votes", "Points3D:colors"))) == 12
+    _, _, moment = recording.over_time("up/vote", "Points3D:positions")
+    np.testing.assert_allclose(np.array(moment)[:, 0], votes, atol=1e-6)
+    monkeypatch.setattr(_record_up, "_MOST_VOTES", 5)
+    thinned = recorded().static("up/votes", "Points3D:positions")
+    np.testing.assert_allclose(thinned, votes[::3], atol=1e-6)
+
+
+@pytest.mark.parametrize("spread_deg", [1.0, 15.0, 80.0])
+def test_the_part_of_the_sphere_that_is_shown_holds_nearly_all_votes(make_take, spread_deg):
+    take = make_take(200)
+    up = take.rectified.R_source_from_level[:, 2]
+    noise = np.radians(spread_deg / 2) * np.random.default_rng(0).normal(size=(200, 3))
+    take = take.with_(rectified=replace(take.rectified, up_votes=unit(up + noise)))
+    R_source_from_cap, reach_deg, step_deg = cap(take)
+    np.testing.assert_allclose(R_source_from_cap.T @ R_source_from_cap, np.eye(3), atol=1e-9)
+    assert np.linalg.det(R_source_from_cap) == pytest.approx(1)
+    np.testing.assert_allclose(R_source_from_cap, np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]]), atol=1e-9)
+    assert (angle_deg(take.rectified.up_votes, up) <= reach_deg).mean() >= (0.97 if reach_deg < 90 else 0.5)
+    assert reach_deg % step_deg == 0
+    assert reach_deg / step_deg <= 4
+
+
+def test_a_camera_that_looks_straight_down_has_a_sphere_too(make_take, tmp_path):
+    take = make_take()
+    R = np.array([[0.0, 1, 0], [1, 0, 0], [0, 0, -1]])
+    rectified = replace(take.rectified, R_source_from_level=R, up_votes=np.tile([0.0, 0, -1], (12, 1)))
+    take = take.with_(rectified=rectified)
+    assert np.isfinite(cap(take).R_source_from_cap).all()
+    record(take, tmp_path / "take.rrd")
+
+
+def test_without_votes_there_is_nothing_of_them(recorded):
+    recording = recorded(up_votes=None, up_bound_deg=np.zeros(12), camera="gravity")
+    assert not any(entity.split("/")[0] in ("up", "tilt") for entity in recording.entities)
+    assert "rotation/up" not in recording.entities
+    assert not {"up", "tilt"} & set(recording.blueprint(ORIGIN))
+
+
+def test_views_of_a_moving_camera_say_that_directions_are_relative(recorded, make_take):
+    changes = {
+        "R_source_from_level": moving(make_take().rectified, np.zeros(12)).R_source_from_level,
+        "camera": "moving",
+    }
+    names = recorded(**changes).blueprint(NAME)
+    assert "Wrists after: back, right (relative), up (m)" in names
+    assert not any("one heading" in name for name in names)
+    assert "Wrists after: back, right, up (m)" in recorded().blueprint(NAME)
+
+
+def told(take: Take, **changes) -> str:
+    assert take.rectified is not None
+    return summary_markdown(take.with_(rectified=replace(take.rectified, **changes)))
+
+
+def test_the_summary_says_how_well_up_is_known_and_what_it_rests_on(make_take):
+    text = told(make_take())
+    assert "up: known to within **5.0 deg** (90 %), rests on: frames 75 %, feet 25 %" in text
+    assert "looks down by 0.0 deg" in text
+    assert "relative to the camera" not in text
+
+
+def test_the_summary_of_a_tilted_camera(make_take):
+    R = view_rotation(*(np.array(angle) for angle in (30.0, -12.0, -7.0)))
+    text = told(make_take(), R_source_from_level=R)
+    assert "looks up by 12.0 deg (pitch)" in text
+    assert "turned clockwise by 7.0 deg (roll)" in text
+
+
+def test_the_summary_of_a_moving_camera(make_take):
+    take = make_take()
+    rectified = moving(take.rectified, np.zeros(12))
+    text = told(take.with_(rectified=rectified), up_bound_deg=np.linspace(5, 8, 12))
+    assert "within **5.0 to 8.0 deg** (90 %)" in text
+    assert "back and right are relative to the camera" in text
+
+
+def test_the_summary_of_a_take_that_is_not_level_claims_nothing(make_take):
+    text = told(make_take(), level_ok=False, level_reason="the person lies")
+    assert "**no: the person lies**" in text
+    assert "known to within" not in text
+
+
+def test_the_summary_of_a_source_that_knows_its_up(make_take):
+    assert "up: that of the source's own axes" in told(make_take(), camera="gravity", up_votes=None)

@@ -1,0 +1,83 @@
+"""Names that are HTML, of files, folders and people, on every page made of them: shown letter by letter, not obeyed."""
+
+import json
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+
+from pcnet3d.examples.walker.camera import aimed, side_camera
+from pcnet3d.examples.walker.files import halpe26
+from pcnet3d.examples.walker.walk import walker
+from pcnet3d.pipeline import load_recipe
+from pcnet3d.pipeline.reading.take import Sources
+from pcnet3d.pipeline.running.recipe import Recipe
+from pcnet3d.pipeline.running.run import run_files
+from pcnet3d.stages.commands.compare.command import compare
+
+PERSON = "<script>alert(1)</script>&quot;&lt;b&gt;\"'"
+FILE = "<img src=x onerror=alert(1)>&quot;\"'.json"
+FOLDERS = ("<svg onload=alert(1)>&amp;", "<b>front&#60;")
+
+
+class Page(HTMLParser):
+    def __init__(self, text: str) -> None:
+        super().__init__(convert_charrefs=True)
+        self.tags: list[tuple[str, dict[str, str | None]]] = []
+        self.words = ""
+        self.feed(text)
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append((tag, dict(attrs)))
+
+    def handle_data(self, data):
+        self.words += data
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory):
+    """Two runs in folders of such names, of a person and files of such names, and their comparison."""
+    walk = walker(seconds=4)
+    folder = tmp_path_factory.mktemp("names")
+    target = walk.root.mean(axis=0)
+    cameras = (side_camera(walk), aimed(target, 6.5, walk.heading_deg[-1] + 160, 8, -4))
+    stages = tuple(entry for entry in load_recipe().starting_with("lift").stages if entry.use != "record")
+    recipe = Recipe(stages=stages).with_options("lift", image_size=(1920, 1080))
+    for name, camera in zip(FOLDERS, cameras, strict=True):
+        (folder / f"of {name}").mkdir()
+        flat = folder / f"of {name}" / FILE
+        points = camera.project(halpe26(walk))
+        rows = np.concatenate([points, np.full_like(points[..., :1], 0.9)], axis=-1).reshape(len(points), -1)
+        entries = [
+            {"image_id": i, "category_id": 1, "keypoints": row.tolist(), "score": 1.0, "track_id": PERSON}
+            for i, row in enumerate(rows)
+        ]
+        flat.write_text(json.dumps(entries), encoding="utf-8")
+        run_files(Sources(keypoints=flat, fps=walk.fps), folder / name, recipe)
+    compare([folder / name for name in FOLDERS], output=folder / "compared")
+    return folder
+
+
+def harmless(page: Page) -> None:
+    assert not {tag for tag, _ in page.tags} & {"script", "iframe", "object", "embed", "base", "form", "link"}
+    for tag, attributes in page.tags:
+        assert not [name for name in attributes if name.startswith("on")]
+        for name in ("src", "href"):
+            assert (attributes.get(name) or "#").startswith(("data:image/", "#")), (tag, attributes)
+
+
+@pytest.mark.parametrize("folder", FOLDERS)
+def test_the_report_of_a_run(runs, folder):
+    page = Page((runs / folder / "report.html").read_text(encoding="utf-8"))
+    harmless(page)
+    assert FILE in page.words
+    assert PERSON in page.words
+    assert "svg" not in {tag for tag, _ in page.tags}  # charts are images
+
+
+def test_the_page_of_a_comparison(runs):
+    page = Page((runs / "compared" / "compare.html").read_text(encoding="utf-8"))
+    harmless(page)
+    for name in FOLDERS:
+        assert name in page.words
+    assert "svg" not in {tag for tag, _ in page.tags}

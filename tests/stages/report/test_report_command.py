@@ -1,0 +1,54 @@
+"""The report as part of a run."""
+
+import numpy as np
+import pytest
+
+from pcnet3d.examples.walker.camera import camera_poses, side_camera
+from pcnet3d.examples.walker.walk import walker
+from pcnet3d.pipeline import InputError, cli
+from pcnet3d.pipeline.reading.take import Sources
+from pcnet3d.pipeline.running.recipe import Recipe, load_recipe
+from pcnet3d.pipeline.running.run import run_files
+
+
+def recipe(**options) -> Recipe:
+    stages = [{"use": "rectify", "rectifier": "geometric"}, {"use": "report", **options}]
+    return Recipe(stages=stages)  # type: ignore[arg-type]
+
+
+@pytest.fixture
+def sources(film, tmp_path) -> Sources:
+    walk, lifted = walker(seconds=2.0), tmp_path / "poses.npy"
+    np.save(lifted, camera_poses(walk, side_camera(walk)).joints)
+    return Sources(poses=lifted, adapter="motionbert", video=film().path)
+
+
+def test_a_run_leaves_the_report_in_its_folder(sources, tmp_path):
+    run_files(sources, tmp_path / "out", recipe())
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {"report.html", "summary.json"}
+    assert "data:image/jpeg" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+
+
+def test_the_folder_is_the_runs_own(sources, tmp_path):
+    with pytest.raises(InputError, match="-o DIR"):
+        run_files(sources, tmp_path / "out", recipe(folder=str(tmp_path)))
+
+
+def test_the_report_is_the_last_stage_of_the_default_recipe():
+    assert load_recipe().stages[-1].use == "report"
+
+
+def test_no_frames_on_the_command_line_reaches_the_report(monkeypatch, tmp_path):
+    asked = {}
+
+    class EnoughError(Exception):
+        pass
+
+    def run(sources, output, chosen, **others):
+        asked.update({entry.use: entry.options for entry in chosen.stages})
+        raise EnoughError
+
+    monkeypatch.setattr(cli, "run_files", run)
+    with pytest.raises(EnoughError):
+        cli.run(output=tmp_path / "out", poses=tmp_path / "poses.npy", no_frames=True)
+    assert asked["report"] == asked["record"] == {"frames": False}

@@ -1,0 +1,274 @@
+"""What the report says and shows, without a browser."""
+
+import base64
+import re
+import time
+from dataclasses import replace
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+
+from pcnet3d.pipeline import BODY, H36M17, InputError, PoseSequence
+from pcnet3d.pipeline.motion.angles import ANGLES
+from pcnet3d.pipeline.take import Event
+from pcnet3d.stages.drawing.charts import LEFT, MIDDLE, RIGHT, SLICES, Curve, over_time, ranges
+from pcnet3d.stages.drawing.page import table
+from pcnet3d.stages.report.sections import angle_table
+from pcnet3d.stages.report.stage import Report, report
+
+
+class Page(HTMLParser):
+    """The tags with their attributes, and the words."""
+
+    def __init__(self, content: str) -> None:
+        super().__init__()
+        self.tags: list[tuple[str, dict[str, str | None]]] = []
+        self.words = ""
+        self.feed(content)
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append((tag, dict(attrs)))
+
+    def handle_data(self, data):
+        self.words += data
+
+    def images(self, kind: str = "") -> list[bytes]:
+        sources = [attributes["src"] or "" for tag, attributes in self.tags if tag == "img"]
+        assert all(source.startswith("data:image/") for source in sources)
+        return [base64.b64decode(s.partition(",")[2]) for s in sources if s.startswith(f"data:image/{kind}")]
+
+
+@pytest.fixture(scope="module")
+def content(walk_take) -> str:
+    return report(walk_take)
+
+
+def test_it_has_every_part_and_a_chart_for_every_angle(content):
+    page = Page(content)
+    headings = re.findall(r"<h2>(.*?)</h2>", content)
+    assert headings == [
+        "Key frames", "Joint angles", "Wrist paths before and after", "Gravity", "Where this comes from",
+    ]  # fmt: skip
+    titles = re.findall(r"<figcaption>(.*?)</figcaption>", content)
+    for name in ANGLES:
+        words = name.removeprefix("r_").removeprefix("l_").replace("_", " ").capitalize()
+        assert f"{words} (°)" in titles
+    assert {
+        f"{when} (m)" for when in ("Before: x, right", "Before: y, down", "After: x, back", "After: z, up")
+    } <= {*titles}
+    assert len(page.images("svg+xml")) >= len(titles)
+    assert "60 frames, 2.0 s at 30 a second" in page.words
+    assert "geometric" in page.words
+
+
+def test_it_stands_alone(content):
+    page = Page(content)
+    assert not [
+        tag for tag, _ in page.tags if tag in ("script", "link", "iframe", "object", "embed", "base", "form")
+    ]
+    for _, attributes in page.tags:
+        assert not [name for name in attributes if name.startswith("on")]
+        for name in ("src", "href"):
+            assert (attributes.get(name) or "#").startswith(("data:image/", "#"))
+    assert "url(" not in content
+    (policy,) = [a["content"] for tag, a in page.tags if tag == "meta" and a.get("http-equiv")]
+    assert "default-src 'none'" in policy
+    assert "http" not in policy
+
+
+def test_the_same_take_gives_the_same_file(walk_take, content):
+    assert report(walk_take) == content
+
+
+def test_texts_of_files_and_events_are_shown_not_obeyed(walk_take):
+    nasty = '<script>alert("x")</script><img src=x onerror=alert(1)>'
+    take = replace(walk_take, name=nasty).saying(
+        Event("warning", nasty), Event("repair", nasty), Event("note", nasty)
+    )
+    take = take.with_(
+        inputs=({"role": "poses", "file": nasty, "adapter": nasty, "sha256": nasty},),
+        filtered=take.filtered.noted(nasty, what=nasty),
+        rectified=replace(take.rectified, method=nasty, level_heading=nasty, up_shares={nasty: 1.0}),
+    )
+    page = Page(report(take))
+    tags = {tag for tag, _ in page.tags}
+    assert "script" not in tags
+    assert not [a for tag, a in page.tags if tag == "img" and not (a["src"] or "").startswith("data:")]
+    assert page.words.count(nasty) >= 10
+
+
+def test_warnings_come_before_the_first_picture(walk_take):
+    take = walk_take.saying(Event("warning", "the poses are odd"))
+    take = take.with_(rectified=replace(take.rectified, level_ok=False, level_reason="the person lies"))
+    said = report(take)
+    for words in ("the poses are odd", "could not be levelled: the person lies"):
+        assert 0 < said.index(words) < said.index("<img")
+
+
+def test_what_a_take_lacks_is_left_out(walk_take):
+    bare = walk_take.with_(kinematics=None, keypoints=None, filtered=None)
+    said = report(bare)
+    assert "Joint angles" not in said
+    assert "before rectification, as the camera sees it" in said  # in place of picture and keypoints
+    with pytest.raises(InputError, match="rectify"):
+        report(walk_take.with_(rectified=None))
+
+
+def test_a_take_that_nothing_is_known_of_still_has_a_report(walk_take):
+    nothing = np.full_like(walk_take.poses.joints, np.nan)
+    rectified = walk_take.rectified
+    take = walk_take.with_(
+        poses=walk_take.poses.with_(joints=nothing),
+        rectified=replace(
+            rectified,
+            body=rectified.body.with_(joints=nothing),
+            level=rectified.level.with_(joints=nothing),
+            R_source_from_body=np.full_like(rectified.R_source_from_body, np.nan),
+            level_ok=False,
+            level_reason="there is nothing",
+        ),
+        kinematics={
+            name: np.full(len(nothing), np.nan) for name in walk_take.kinematics if "reason" not in name
+        },
+        keypoints=None,
+    )
+    assert "there is nothing" in report(take)
+
+
+def test_a_single_frame(walk_take):
+    one = {"time_s": [0.0], "frame_index": [0]}
+    rectified = walk_take.rectified
+    first = {
+        name: PoseSequence(poses.joints[:1], H36M17, poses.frame, **one)
+        for name, poses in (("poses", walk_take.poses), ("body", rectified.body), ("level", rectified.level))
+    }
+    rectified = replace(
+        rectified,
+        body=first["body"],
+        level=first["level"],
+        **{
+            name: getattr(rectified, name)[:1]
+            for name in ("R_source_from_body", "error_deg", "up_error_deg", "up_bound_deg", "up_votes")
+        },
+    )
+    take = walk_take.with_(
+        poses=first["poses"], rectified=rectified, kinematics=None, filtered=None, keypoints=None
+    )
+    assert "1 frames" in report(take)
+
+
+def test_the_angle_table_counts_and_gives_reasons():
+    value = np.array([10.0, 20, 30, np.nan, np.nan, 40, 50, 60, 70, 80])
+    columns = {
+        "r_knee_flexion_deg": value,
+        "r_knee_flexion_sd_deg": np.where(np.isfinite(value), 2.5, np.nan),
+        "r_knee_flexion_reason": np.where(np.isfinite(value), 0, 1).astype(np.int8),
+    }
+    cells = re.findall(r"<t[hd][^>]*>(.*?)</t[hd]>", angle_table(columns))
+    assert cells[5:] == ["right knee flexion", "80 %", "45.0", "2.50", "1: 2"]
+    assert "1: a joint is missing" in angle_table(columns)
+    assert angle_table({}) == ""
+
+
+def test_a_table_escapes_and_aligns_its_columns():
+    made = table(("name", "a <b>", "share"), [("x", 1234.5, 0.1234), ("<i>", None, 0.5)])
+    assert "a &lt;b&gt;" in made
+    assert "&lt;i&gt;" in made
+    assert re.findall(r"<td class=number>(.*?)</td>", made) == ["1234", "0.123", "–", "0.500"]
+    assert table(("name",), []) == ""
+
+
+def test_long_curves_keep_their_extremes_and_their_gaps():
+    x = np.arange(18_000) / 30.0
+    values = np.sin(x)
+    values[7_003], values[12_345] = 9.0, -9.0
+    values[3_000:6_000] = np.nan
+    at, low, high = ranges(x, values)
+    assert len(at) <= SLICES
+    assert (np.nanmin(low), np.nanmax(high)) == (-9.0, 9.0)
+    gap = (at >= 100) & (at < 198)
+    assert np.isnan(low[gap]).all()
+    assert np.isfinite(low[~gap & ((at < 98) | (at > 201))]).all()
+    assert (low[np.isfinite(low)] <= high[np.isfinite(high)]).all()
+
+
+def test_a_gap_breaks_the_line():
+    """The line of a chart begins anew (M) behind every gap."""
+
+    def pieces(values):
+        drawn = over_time([Curve("a", values)], np.arange(float(len(values)))).decode()
+        line = re.search(r'<g id="line2d_\d+">\s*<path d="([^"]*)" clip-path[^>]*stroke: #3c434b', drawn)
+        return line.group(1).count("M")
+
+    wave = np.sin(np.arange(100.0))
+    assert pieces(wave) == 1
+    wave[40:50] = np.nan
+    assert pieces(wave) == 2
+
+
+def test_ten_minutes_are_quick_and_small(walk_take, film):
+    """18,000 frames: under 10 s of work and under 10 MB."""
+    times = 300
+
+    def tiled(poses):
+        rows = np.arange(times * len(poses))
+        return PoseSequence(
+            np.tile(poses.joints, (times, 1, 1)),
+            poses.layout,
+            poses.frame,
+            time_s=rows / 30,
+            frame_index=rows,
+        )
+
+    rectified, noise = walk_take.rectified, np.random.default_rng(0)
+    arrays = ("R_source_from_body", "error_deg", "up_error_deg", "up_bound_deg", "up_votes")
+    take = walk_take.with_(
+        poses=tiled(walk_take.poses),
+        keypoints=tiled(walk_take.keypoints),
+        filtered=None,
+        rectified=replace(
+            rectified,
+            body=tiled(rectified.body),
+            level=tiled(rectified.level),
+            **{name: np.concatenate([getattr(rectified, name)] * times) for name in arrays},
+        ),
+        kinematics={
+            name: np.tile(column, times)
+            + (noise.normal(0, 2, times * len(column)) if column.dtype.kind == "f" else 0)
+            for name, column in walk_take.kinematics.items()
+        },
+    )
+    assert len(take.poses) == 18_000
+    start = time.process_time()
+    said = report(take)
+    assert time.process_time() - start < 10
+    assert len(said.encode()) < 10e6
+    assert "to its highest value" in said  # that curves are thinned is said
+
+
+def test_the_stage_writes_the_file_and_changes_nothing(walk_take, tmp_path):
+    assert Report(folder=tmp_path / "out")(walk_take) is walk_take
+    assert [path.name for path in (tmp_path / "out").iterdir()] == ["report.html"]
+    assert (tmp_path / "out" / "report.html").read_text(encoding="utf-8") == report(walk_take)
+
+
+def test_body_is_seen_from_the_front_and_from_its_right(walk_take):
+    """In the drawing of a key frame the person's right is on the left from the front, and the face looks right."""
+    body = walk_take.rectified.body
+    assert body.frame.axes == BODY.axes
+    (drawn, *_) = re.findall(r'svg\+xml;base64,([^"]*)"[^>]*></div>', report(walk_take))
+    number = r'="([-\d.]+)" '
+    line = re.compile(f'x1{number}y1{number}x2{number}y2{number}stroke="(.*?)"')
+    lines = [
+        (np.array([float(x_0), float(x_1)]), colour)
+        for x_0, _, x_1, _, colour in line.findall(base64.b64decode(drawn).decode())
+    ]
+    front = {
+        side: np.mean([x for x, colour in lines if colour == side and x.max() < 120])
+        for side in (LEFT, RIGHT)
+    }
+    assert front[RIGHT] < front[LEFT]
+    trunk = [x for x, colour in lines if colour == MIDDLE and x.min() > 120]
+    (thorax, nose), (_, head) = trunk[-2:]
+    assert nose > (thorax + head) / 2

@@ -1,0 +1,161 @@
+"""The study's page: sorted by a click, escaped, readable on a telephone and on paper."""
+
+import base64
+import json
+
+import numpy as np
+import pytest
+
+from pcnet3d.stages.commands.batch.page import as_page
+from pcnet3d.stages.commands.batch.study import changes
+from pcnet3d.stages.drawing.page import Link, table
+
+EVIL = '<script>document.title = "run"</script><img src=x onerror="document.title = 1">'
+
+
+def study(subjects: int = 12) -> list[dict]:
+    """Two visits of each, with a name that is a script, one that cannot be broken, and a failed take."""
+    rng = np.random.default_rng(0)
+    names = ["r_knee_flexion", "l_knee_flexion", "r_elbow_flexion", "trunk_lean_sagittal"]
+    rows = []
+    for i in range(subjects):
+        for visit in ("before", "after"):
+            measures = {f"range_of_motion.{name}.p05_p95_deg": float(rng.uniform(5, 120)) for name in names}
+            row = {
+                "name": f"s{i}_{visit}",
+                "subject": f"s{i}",
+                "visit": visit,
+                "condition": "",
+                "state": "done",
+            }
+            row |= {"exit_code": 0, "reason": "", "person": "", "report": f"takes/s{i}_{visit}/report.html"}
+            row |= {
+                "warnings": ["careful"] * (i % 3),
+                "repairs": [],
+                "frames": 100 + 37 * i,
+                "duration_s": 3.3,
+            }
+            row |= {"level_ok": i != 4, "up_bound_deg": None if i == 5 else float(i), "error_deg_mean": 4.0}
+            rows.append(
+                {**row, "bone_length_spread": 0.03, "measures": {**measures, "walking.steps": float(i)}}
+            )
+    rows[-1] |= {"name": EVIL, "subject": EVIL, "visit": EVIL, "report": f"takes/{EVIL} #?/report.html"}
+    rows[-1]["warnings"], rows[1]["repairs"] = [EVIL], [EVIL]
+    rows[2]["name"] = "a_name_without_a_single_place_to_break_it_" * 2
+    failed = {**rows[-1], "name": "lost", "state": "failed", "exit_code": 2, "reason": EVIL, "person": ""}
+    return [
+        *rows,
+        {
+            key: failed[key]
+            for key in ("name", "subject", "visit", "condition", "state", "exit_code", "reason")
+        },
+    ]
+
+
+@pytest.fixture(scope="module")
+def content() -> str:
+    rows = study()
+    return as_page(EVIL, rows, changes(rows))
+
+
+def column(browser, section: str, number: int) -> list[str]:
+    rows = f"[...document.querySelectorAll('section')].find(s => s.querySelector('h2').textContent === '{section}')"
+    return browser.value(f"[...{rows}.querySelectorAll('tbody tr')].map(r => r.cells[{number}].textContent)")
+
+
+def click(browser, section: str, heading: str) -> None:
+    browser.value(
+        f"[...[...document.querySelectorAll('section')].find(s => s.querySelector('h2').textContent === '{section}')"
+        f".querySelectorAll('thead button')].find(b => b.textContent === '{heading}').click()"
+    )
+
+
+def test_a_click_on_a_heading_sorts_and_another_one_turns_it_round(content, opened):
+    browser = opened(content)
+    assert browser.complaints == []
+    click(browser, "Takes", "frames")
+    frames = [int(cell) for cell in column(browser, "Takes", 3)]
+    assert frames == sorted(frames)
+    assert len(set(frames)) == 12
+    click(browser, "Takes", "frames")
+    assert [int(cell) for cell in column(browser, "Takes", 3)] == sorted(frames, reverse=True)
+    for _ in range(2):  # what is not known comes last either way
+        click(browser, "Takes", "up known to within (°, 90 %)")
+        assert column(browser, "Takes", 6)[-2:] == ["–", "–"]
+    click(browser, "Takes", "subject")
+    subjects = column(browser, "Takes", 1)
+    assert subjects.index("s2") < subjects.index("s10")
+    assert browser.complaints == []
+
+
+def test_nothing_that_came_from_a_file_runs_or_loads(content, opened):
+    browser = opened(content)
+    browser.value("new Promise(done => setTimeout(done, 200))")
+    assert browser.value("document.title") == EVIL
+    assert browser.value("document.images.length") == 0
+    assert browser.value("document.scripts.length") == 1
+    assert [url.partition(":")[0] for url in browser.requested] == ["file"]
+    assert browser.complaints == []
+    assert EVIL in column(browser, "Takes", 0)
+    assert EVIL in column(browser, "Failed takes", 4)
+
+
+def test_the_pages_rule_lets_no_other_script_run(content, opened):
+    browser = opened(content.replace("</header>", "<script>document.title = 'run'</script></header>"))
+    assert browser.value("document.title") != "run"
+    assert len(browser.complaints) == 1
+
+
+def test_links_lead_to_the_reports_of_the_takes(content, opened):
+    browser = opened(content)
+    links = browser.value(
+        "[...document.querySelectorAll('tbody a')].map(a => [a.textContent, "
+        "decodeURIComponent(a.getAttribute('href')), new URL(a.href).hash, new URL(a.href).search])"
+    )
+    assert [EVIL, f"takes/{EVIL} #?/report.html", "", ""] in links
+    assert ["s3_after", "takes/s3_after/report.html", "", ""] in links
+    assert "lost" not in [words for words, *_ in links]
+
+
+@pytest.mark.parametrize("width", [1280, 390, 320])
+def test_it_fits(content, opened, width):
+    browser = opened(content, width)
+    assert browser.value("document.documentElement.scrollWidth") <= width
+    sizes = (
+        "[...document.querySelectorAll('p,td,th,small')].map(e => parseFloat(getComputedStyle(e).fontSize))"
+    )
+    assert browser.value(f"Math.min(...{sizes})") >= 13
+
+
+def test_it_prints(content, opened):
+    browser = opened(content)
+    pdf = base64.b64decode(browser.ask("Page.printToPDF", preferCSSPageSize=True)["data"])
+    assert 2 <= pdf.count(b"/Type /Page\n") <= 15
+
+
+def test_the_changes_are_those_of_the_rows():
+    rows = study()
+    found = changes(rows)
+    page = as_page("study", rows, found)
+    assert {change.n for change in found} == {
+        10
+    }  # of twelve: one has a visit of its own, one is not levelled
+    knee = next(
+        change for change in found if ".r_knee_flexion." in change.measure and change.later == "after"
+    )
+    line = page[page.index("range of right knee flexion (°)") :]
+    assert f">{knee.n}<" in line[:400]
+    assert f">{knee.bias:.1f}<" in line[:400]
+
+
+def test_a_study_of_nothing_but_failures_has_a_page():
+    page = as_page("study", study()[-1:], [])
+    assert "Failed takes" in page
+    assert "Ranges of motion" not in page
+    assert json.dumps("lost")[1:-1] in page
+
+
+def test_a_link_is_escaped():
+    shown = table(["a"], [[Link('<b>"', "x%22%3E?a=1&b=2")]])
+    assert '<a href="x%22%3E?a=1&amp;b=2">&lt;b&gt;&quot;</a>' in shown
+    assert "sortable" not in shown

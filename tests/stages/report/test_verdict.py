@@ -1,0 +1,76 @@
+"""What inspect says of poses stands in a run's last line, its report, recording, summary and the study's table."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pcnet3d.examples.walker.walk import walker
+from pcnet3d.pipeline import Pipeline, Take
+from pcnet3d.pipeline.inspect.inspect import findings_of, inspect
+from pcnet3d.pipeline.reading.take import Sources, open_take
+from pcnet3d.pipeline.running.progress import conclude
+from pcnet3d.pipeline.verdict import verdict
+from pcnet3d.stages.commands.batch.page import as_page
+from pcnet3d.stages.commands.batch.study import figures
+from pcnet3d.stages.export.stage import summary
+from pcnet3d.stages.record.summary import summary_markdown
+from pcnet3d.stages.rectify import Rectify
+from pcnet3d.stages.report.stage import report
+
+
+@pytest.fixture(scope="module")
+def takes():
+    """The walker, and the same with every other row a repeat of the one before."""
+    walk = walker(seconds=4).poses
+    shaking = np.random.default_rng(0).normal(
+        0, 1e-3, walk.joints.shape
+    )  # or it would stand still to the digit
+    walk = walk.with_(joints=walk.joints + shaking)
+    joints = walk.joints.copy()
+    joints[1::2] = joints[: len(joints) // 2 * 2 : 2]
+    made = {"good": walk, "bad": walk.with_(joints=joints)}
+    return {
+        name: Pipeline((Rectify(),))(Take(name, poses=poses, findings=findings_of(poses)))
+        for name, poses in made.items()
+    }
+
+
+def test_a_run_repeats_what_inspect_says(takes, capsys, tmp_path):
+    for name, take in takes.items():
+        word = verdict(take.findings)
+        assert (word == "good") == (name == "good")
+        conclude({"": take}, strict=False)
+        assert capsys.readouterr().out.startswith(f"the poses are {word}")
+        assert f"the poses are {word}" in summary_markdown(take)
+        page = report(take)
+        assert f"<dt>Poses are</dt><dd>{word}</dd>" in page
+        said = summary(take)
+        assert said["verdict"] == word
+        texts = [finding["text"] for finding in said["findings"]]
+        assert bool(texts) == (name == "bad")
+        assert all(text.split(":")[0][:20] in page for text in texts)
+        run = tmp_path / "takes" / name
+        run.mkdir(parents=True)
+        (run / "summary.json").write_text(json.dumps(said, default=str))
+        (row,) = figures(run)
+        assert row["verdict"] == word
+        labels = dict.fromkeys(("subject", "visit", "condition"), "")
+        shown = as_page("study", [{"name": name, "state": "done", **labels, **row}], [])
+        assert f"<td>{word}</td>" in shown
+
+
+def test_nothing_is_said_of_poses_that_nobody_looked_at(takes, capsys):
+    take = takes["good"].with_(findings=None)
+    conclude({"": take}, strict=False)
+    assert "poses are" not in capsys.readouterr().out
+    assert summary(take)["verdict"] is None
+    assert "Poses are" not in report(take)
+
+
+@pytest.mark.parametrize("name", ["boxing", "cycling"])
+def test_it_is_the_same_as_for_the_file(data: Path, name):
+    file = data / "native" / "motionbert" / f"{name}_X3D.npy"
+    take = open_take(Sources(poses=file, fps=30))
+    assert verdict(take.findings) == inspect(file).verdict

@@ -1,0 +1,324 @@
+"""Angles of takes: stated errors against simulated noise, reasons, columns, and what the shipped noise looks like."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pcnet3d.examples.walker.walk import walker
+from pcnet3d.models.angle_error.fit import Pair, modes_of, read_pairs, with_factors
+from pcnet3d.models.angle_error.joint_noise import (
+    JOINTS,
+    JointNoise,
+    angle_sd,
+    limb_spread,
+    shipped_noise,
+)
+from pcnet3d.models.angle_error.take_angles import AngleSeries, smoothed, take_angles
+from pcnet3d.models.evaluation import angles as module
+from pcnet3d.models.evaluation.angles import as_markdown, judge, one_set
+from pcnet3d.models.evaluation.evaluate import evaluate
+from pcnet3d.models.gravity.levelling import level_static
+from pcnet3d.pipeline import CAMERA, H36M17, InputError, Take
+from pcnet3d.pipeline.canonical import R_world_from_body
+from pcnet3d.pipeline.motion.angles import ANGLES, angles, near
+from pcnet3d.pipeline.rotations import rotate, transpose
+from pcnet3d.stages.angles import Angles, joint_angles
+from pcnet3d.stages.rectify import rectify
+from pcnet3d.stages.trajectories import smooth
+
+# The camera looks north, the walker's heading: BODY's back is towards the camera.
+R_CAMERA_FROM_WORLD = np.array([[0.0, -1, 0], [0, 0, -1], [1, 0, 0]])
+ROWS = H36M17.indices(JOINTS)
+
+
+@pytest.fixture(scope="module")
+def walk():
+    return walker(turn_deg=0.0)
+
+
+@pytest.fixture(scope="module")
+def seen(walk):
+    """(T, 17, 3) in CAMERA axes and (T, 3, 3) R_camera_from_body, the truth."""
+    joints = rotate(R_CAMERA_FROM_WORLD, walk.world - walk.root[:, None])
+    return joints, R_CAMERA_FROM_WORLD @ R_world_from_body(walk.world)
+
+
+@pytest.fixture(scope="module")
+def camera_poses(walk, seen):
+    return walk.poses.with_(joints=seen[0], frame=CAMERA.with_(origin="pelvis"))
+
+
+def taken(joints, R, **options):
+    times = np.arange(len(joints)) / 30
+    error = np.full(len(joints), 4.0)
+    options = {"error_deg": error, "up_error_deg": error / 2} | options
+    return take_angles(joints, smoothed(joints, times), R, **options)
+
+
+def some_noise(size=0.015):
+    modes = np.random.default_rng(3).normal(0, 1, (6, len(JOINTS), 3)) * (1, 1, 2)
+    return JointNoise(modes * size / np.sqrt(6))
+
+
+def test_stated_errors_are_those_of_simulated_noise(seen):
+    joints, R = (array[60:61].repeat(6000, 0) for array in seen)
+    noise = some_noise(0.006)
+    body = rotate(transpose(R), joints)
+    exact = np.zeros(len(body))
+    stated = angle_sd(body[:1], R[:1], exact[:1], exact[:1], noise)
+    drawn = np.einsum("tk,kji->tji", np.random.default_rng(4).normal(size=(len(body), 6)), noise.modes)
+    moved = joints.copy()
+    # The modes are shares of the stature that the limbs imply, which is the walker's own.
+    moved[:, ROWS] += 1.75 * drawn
+    found, true = angles(rotate(transpose(R), moved)), angles(body)
+    for name in ANGLES:
+        if "elevation" in name:  # near its least value an angle without sign is not Gaussian
+            continue
+        spread = np.nanstd(near(found[name] - true[name], 0))
+        assert stated[name][0] == pytest.approx(spread, rel=0.15, abs=0.1), name
+
+
+def test_errors_of_up_and_heading_reach_only_what_depends_on_them(seen):
+    joints, R = seen
+    body = rotate(transpose(R), joints)
+    still = JointNoise(np.zeros((1, len(JOINTS), 3)))
+    up, none = np.full(len(body), 5.0), np.zeros(len(body))
+    found = angle_sd(body, R, np.sqrt(np.pi) / 2 * up, up, still)  # all of the error is up's
+    for name, angle in ANGLES.items():
+        if not angle.needs_gravity:
+            np.testing.assert_allclose(found[name], 0, atol=1e-6, err_msg=name)
+    # A tilt to the front by 5 / sqrt(2) degrees, root mean square, tilts the trunk by as much.
+    np.testing.assert_allclose(found["trunk_lean_sagittal"], 5 / np.sqrt(2), atol=0.02)
+    exact = angle_sd(body, R, none, none, still)
+    assert all(np.nanmax(values) < 1e-6 for values in exact.values())
+
+
+def test_noise_follows_the_camera_around(seen):
+    """Depth is the camera's: seen from the side, the same body has other errors; and turning both changes nothing."""
+    joints, R = (array[:40] for array in seen)
+    deep = JointNoise(np.eye(3 * len(JOINTS)).reshape(-1, len(JOINTS), 3)[2::3] * 0.02)  # depth only
+    none = np.zeros(len(joints))
+    body = rotate(transpose(R), joints)
+    front = angle_sd(body, R, none, none, deep)
+    side = angle_sd(body, np.array([[0.0, 0, -1], [0, 1, 0], [1, 0, 0]]) @ R, none, none, deep)
+    assert np.median(front["r_knee_flexion"]) > 3 * np.median(
+        side["r_knee_flexion"]
+    )  # the walker bends in depth
+
+
+def test_a_frame_whose_limbs_change_length_is_trusted_less(seen):
+    joints, R = seen
+    odd = joints.copy()
+    odd[100, H36M17.index("r_wrist")] += (0, 0, 0.15)
+    spread = limb_spread(odd)
+    assert spread[100] > 3 * np.median(spread)
+    assert spread == pytest.approx(limb_spread(7 * odd))
+    noise = replace(some_noise(), powers=(0.4, 0.5))
+    zero = np.zeros(len(odd))
+    sd = angle_sd(rotate(transpose(R), odd), R, zero + 4, zero, noise)["l_knee_flexion"]
+    clean = angle_sd(rotate(transpose(R), joints), R, zero + 4, zero, noise)["l_knee_flexion"]
+    assert sd[100] > 1.3 * clean[100]
+
+
+def test_the_modes_are_those_of_the_lifter(seen):
+    """Noise that was put in comes out, whatever rigid rotation lies on top of it."""
+    from scipy.spatial.transform import Rotation
+
+    joints, R = (np.tile(array, (20, 1, 1)) for array in seen)
+    rng = np.random.default_rng(5)
+    wrong = joints.copy()
+    wrong[:, H36M17.index("r_wrist"), 2] += rng.normal(0, 0.05, len(joints))
+    wrong = rotate(Rotation.from_rotvec(np.radians(rng.normal(0, 5, (len(joints), 3)))).as_matrix(), wrong)
+    modes = modes_of(iter([Pair(wrong, wrong, joints, R, np.ones(len(joints), dtype=bool))]))
+    variance = (modes**2).sum(axis=0)
+    wrist = JOINTS.index("r_wrist")
+    assert np.sqrt(variance[wrist, 2]) == pytest.approx(0.05 / 1.75, rel=0.2)
+    assert variance[wrist].sum() > 0.75 * variance.sum()
+
+
+def test_factors_are_one_for_noise_that_is_what_it_says(seen):
+    """The noise of the modes, and no error of up: the propagated deviation covers as it is."""
+    joints, R = (np.tile(array[:120], (30, 1, 1)) for array in seen)
+    noise = some_noise(0.006)
+    wrong = joints.copy()
+    draws = np.random.default_rng(6).normal(size=(len(joints), 6))
+    wrong[:, ROWS] += 1.75 * np.einsum("tk,kji->tji", draws, noise.modes)
+    true_level = replace(
+        level_static(joints, R, np.full(len(joints), 4.0), np.arange(len(joints)) / 30),
+        R_camera_from_body=R,
+        error_deg=np.zeros(len(joints)),
+        up_error_deg=np.zeros(len(joints)),
+    )
+    pair = Pair(wrong, wrong, joints, R, np.ones(len(joints), dtype=bool))
+    factors = with_factors(noise, [pair], [true_level]).factors
+    for name in ("knee_flexion", "hip_flexion", "shank_sagittal", "shoulder_abduction"):
+        assert factors[f"r_{name}"] == factors[f"l_{name}"] == pytest.approx(1, abs=0.15), name
+
+
+def test_files_and_reports_that_are_not_there(tmp_path):
+    (tmp_path / "x.npz").write_bytes(b"nothing")
+    with pytest.raises(InputError, match="testbed"):
+        list(read_pairs([tmp_path / "x.npz"]))
+    with pytest.raises(InputError, match="one at a time"):
+        evaluate(tmp_path, takes=True, angles=True)
+    with pytest.raises(InputError, match="--angles judges takes"):
+        evaluate(tmp_path, angles=True, real=True)
+
+
+def test_shipped_noise_is_larger_in_depth_and_far_out():
+    noise = shipped_noise()
+    variance = (noise.modes**2).sum(axis=0)
+    limbs = [
+        JOINTS.index(f"{side}_{joint}") for side in "rl" for joint in ("knee", "ankle", "elbow", "wrist")
+    ]
+    assert (variance[limbs, 2] > 1.5 * variance[limbs, :2].max(axis=1)).all()
+    assert variance[JOINTS.index("r_wrist")].sum() > variance[JOINTS.index("r_shoulder")].sum()
+    assert set(noise.factors) == set(ANGLES)
+    assert all(0.5 < factor < 2 for factor in noise.factors.values())
+    assert all(power > 0 for power in noise.powers)
+
+
+def test_reasons(seen):
+    joints, R = seen[0].copy(), seen[1].copy()
+    joints[10, H36M17.index("r_ankle")] = np.nan
+    joints[50, H36M17.index("l_ankle")] = np.nan
+    joints[54, H36M17.index("l_ankle")] = np.nan  # three rows in between: too short for the filter
+    R[90] = np.nan
+    found = taken(joints, R)
+    assert found["r_knee_flexion"].reason[10] == 1
+    assert found["l_knee_flexion"].reason[50:55].tolist() == [1, 4, 4, 4, 1]
+    assert found["trunk_lean_sagittal"].reason[90] == 3
+    assert found["r_knee_flexion"].reason[90] == 0  # needs no gravity
+    for series in found.values():
+        assert series.reason.dtype == np.int8
+        assert (np.isnan(series.value_deg) == (series.reason != 0)).all()
+        assert (np.isnan(series.sd_deg) == (series.reason != 0)).all()
+    refused = taken(joints, R, level_ok=False)
+    assert {int(r) for r in refused["pelvis_obliquity"].reason} == {3}
+    assert refused["r_elbow_flexion"].reason[20] == 0
+    vague = taken(joints, R, noise=some_noise(0.3))
+    assert (vague["r_elbow_flexion"].reason[20:40] > 0).all()
+
+
+def test_an_arm_along_its_axis_has_a_reason(seen):
+    joints, R = seen[0][:60].copy(), seen[1][:60]
+    shoulder, elbow = (joints[:, H36M17.index(f"r_{joint}")] for joint in ("shoulder", "elbow"))
+    right = rotate(R, np.array([[0.0, 1, 0]]))[:, 0]
+    joints[:, H36M17.index("r_elbow")] = shoulder + np.linalg.norm(elbow - shoulder, axis=-1)[:, None] * right
+    found = taken(joints, R, noise=some_noise(0.001))
+    assert (found["r_shoulder_flexion"].reason == 2).all()
+    assert (found["r_shoulder_abduction"].reason == 0).all()
+
+
+def test_walker_through_the_stages_in_its_own_gravity(walk):
+    rectified = rectify(walk.poses)
+    columns = joint_angles(walk.poses, rectified, smooth(rectified.level))
+    inner = slice(10, -10)
+    for name in ("r_knee_flexion", "l_elbow_flexion", "r_hip_flexion", "l_shoulder_flexion"):
+        true = walk.angles_deg[f"{name}_deg"]
+        np.testing.assert_allclose(columns[f"{name}_deg"][inner], true[inner], atol=0.5, err_msg=name)
+        rate = walk.rates_degps[f"{name}_deg"]
+        assert np.abs(columns[f"{name}_degps"] - rate)[inner].max() < 0.06 * np.ptp(rate)
+        assert np.ptp(columns[f"{name}_deg"]) == pytest.approx(np.ptp(true), abs=1.0)
+    lean = walk.angles_deg["trunk_lean_deg"]
+    np.testing.assert_allclose(columns["trunk_lean_sagittal_deg"][inner], lean[inner], atol=0.5)
+    assert np.isnan(columns["r_knee_flexion_sd_deg"]).all()  # no lifter made these joints
+
+
+def test_the_stage_adds_its_columns_and_says_what_is_missing(camera_poses):
+    joints = camera_poses.joints.copy()
+    joints[30:40, H36M17.index("r_wrist")] = np.nan
+    poses = camera_poses.with_(joints=joints)
+    rectified = rectify(poses, "geometric", gravity=(0, 1, 0))
+    old = {"r_wrist_x": np.zeros(len(poses))}
+    take = Take("t", poses=poses, rectified=rectified, filtered=smooth(rectified.level), kinematics=old)
+    done = Angles()(take)
+    assert done.kinematics is not None
+    assert take.kinematics == old
+    assert "r_wrist_x" in done.kinematics
+    for name in ANGLES:
+        for suffix in ("_deg", "_sd_deg", "_degps", "_reason"):
+            assert done.kinematics[name + suffix].shape == (len(poses),)
+    assert (done.kinematics["r_elbow_flexion_reason"][30:40] == 1).all()
+    assert any("r_elbow_flexion (10)" in e.text and "a joint is missing" in e.text for e in done.events)
+    fine = done.kinematics["r_knee_flexion_reason"] == 0
+    assert (done.kinematics["r_knee_flexion_sd_deg"][fine] > 0.5).all()
+
+
+def test_rates_are_not_taken_where_an_angle_steps_around_or_a_seam_is(camera_poses):
+    poses = camera_poses.with_(seams=(100,))
+    rectified = rectify(poses, "geometric", gravity=(0, 1, 0))
+    level = rectified.level
+    jumped = level.joints.copy()
+    jumped[100:] = jumped[60]
+    columns = joint_angles(poses, rectified, level.with_(joints=jumped))
+    assert np.abs(columns["r_knee_flexion_degps"][100:]).max() < 1e-3
+
+
+def test_another_frame_is_refused(camera_poses):
+    rectified = rectify(camera_poses, "geometric", gravity=(0, 1, 0))
+    with pytest.raises(InputError):
+        joint_angles(camera_poses, rectified, rectified.body)
+
+
+def test_the_report_counts_what_is_inside_and_what_is_refused():
+    found = AngleSeries(
+        np.array([1.0, 10.0, np.nan, 179.0]), np.array([2.0, 2.0, np.nan, 2.0]), np.array([0, 0, 3, 0])
+    )
+    true = AngleSeries(np.array([0.0, 0.0, 0.0, -179.0]), np.full(4, np.nan), np.zeros(4, dtype=int))
+    row = module.row(*judge(found, true, np.ones(4, dtype=bool)))
+    assert row["rmse"] == pytest.approx(np.sqrt((1 + 100 + 4) / 3))  # 179 and -179 are 2 apart
+    assert row["inside"] == pytest.approx(2 / 3)
+    assert row["refused"] == {3: 0.25}
+    results = {
+        "pcnet3d": "0", "lifter": "x", "seed": 0, "flip": False, "bed": "wild",
+        "sets": {
+            "S": {"levelled": {"m": 1}, "frames": 4, "methods": {"m": {"knee": row}}, "motions": {"m": {
+                "walking": {"frames": 2, **{name: {"rmse": 3.0, "mae": 2.0} for name in module.MOTION_ANGLES}},
+                "squatting": {"frames": 0, **{name: {"rmse": 7.0, "mae": 7.0} for name in module.MOTION_ANGLES}},
+            }}},
+        },
+    }  # fmt: skip
+    text = as_markdown(results)
+    assert "| knee | 5.9 | 5.9 |" in text
+    assert "| S | walking | 2 | m | 3.0 / 2.0 |" in text
+    assert "squatting" not in text  # in no frame
+
+
+def test_a_perfect_lift_has_no_error():
+    from pcnet3d.models import load_rectifier
+    from pcnet3d.models.evaluation.testbed import LiftedTake, see
+    from pcnet3d.models.mocap.clips import Clip
+
+    walk = walker(seconds=4)
+    seen = see(Clip("09_01", "09", "asfamc", 30.0, walk.world.astype(np.float32)), 0)
+    take = LiftedTake(seen.keypoints.with_(joints=seen.truth, frame=CAMERA.with_(unit="arbitrary")), seen)
+    table = one_set([load_rectifier("geometric")], "S", [take], 1)
+    assert table["methods"]["geometric"]["knee_flexion"]["rmse"] < 1e-3
+    assert table["methods"]["geometric"]["knee_flexion"]["inside"] == 1
+    level = level_static(seen.truth, *load_rectifier("geometric").rotation(seen.truth), seen.keypoints.times)
+    assert table["levelled"] == {"geometric": 1}
+    assert level.up_error_deg[0] > 0
+    walking = table["motions"]["geometric"]["walking"]
+    assert walking["frames"] == seen.motion["walking"].sum() > 30
+    assert walking["knee_flexion"]["rmse"] < 1e-3
+    assert walking["trunk_lean_sagittal"]["rmse"] > 0.1  # up is the geometric rectifier's
+
+
+def test_errors_of_a_motion_are_those_of_its_frames():
+    from pcnet3d.models import load_rectifier
+    from pcnet3d.models.evaluation.testbed import LiftedTake, see
+    from pcnet3d.models.mocap.clips import Clip
+
+    walk = walker(seconds=8)
+    seen = see(Clip("09_01", "09", "asfamc", 30.0, walk.world.astype(np.float32)), 0)
+    walking = seen.motion["walking"]
+    joints = seen.truth.copy()
+    joints[~walking, H36M17.index("l_ankle")] += 0.2
+    take = LiftedTake(seen.keypoints.with_(joints=joints, frame=CAMERA.with_(unit="arbitrary")), seen)
+    table = one_set([load_rectifier("geometric")], "S", [take], 1)
+    figures = table["motions"]["geometric"]["walking"]["knee_flexion"]
+    assert (
+        0 <= figures["mae"] <= figures["rmse"] < 0.5 * table["methods"]["geometric"]["knee_flexion"]["rmse"]
+    )
