@@ -115,8 +115,7 @@ def _run(video: Path, detector: Path) -> Measured:
         wall_s = time.perf_counter() - start
     seconds["detect"] -= seconds["decoding"] + seconds["2D network"]
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * _PEAK_UNIT / _MEGABYTE
-    assert take.video is not None
-    return Measured(len(take.video.time_s), seconds, wall_s, peak, _array_bytes(take) / _MEGABYTE)
+    return Measured(len(take.need("video").time_s), seconds, wall_s, peak, _array_bytes(take) / _MEGABYTE)
 
 
 @contextmanager

@@ -45,9 +45,8 @@ class Lift:
         object.__setattr__(self, "_opened", load_lifter(self.lifter, self.lifter_kind))
 
     def __call__(self, take: Take) -> Take:
-        assert take.keypoints is not None
         size = self.image_size or (shown_size(take.video) if take.video else None)
-        keypoints, intrinsics = take.keypoints, take.camera.intrinsics if take.camera else None
+        keypoints, intrinsics = take.need("keypoints"), take.camera.intrinsics if take.camera else None
         if intrinsics is not None:
             keypoints = keypoints.with_(joints=undistorted(keypoints.joints, intrinsics))
             keypoints = keypoints.noted(

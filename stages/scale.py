@@ -28,10 +28,10 @@ class Scale:
     gives: ClassVar[tuple[str, ...]] = ("poses",)
 
     def __call__(self, take: Take) -> Take:
-        assert take.poses is not None
+        poses = take.need("poses")
         stature = self.stature_m if self.stature_m or not self.mean_adult else MEAN_STATURE_M
         if stature is None:
-            if take.poses.frame.metric:
+            if poses.frame.metric:
                 return take
             return take.saying(
                 Event(
@@ -40,7 +40,7 @@ class Scale:
                     "Give the person's height (--stature METRES) for metres.",
                 )
             )
-        poses = scale(take.poses, stature)
+        poses = scale(poses, stature)
         assumed = "" if self.stature_m else " (the mean adult's, assumed)"
         return take.with_(poses=poses).saying(
             Event(

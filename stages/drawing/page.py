@@ -140,7 +140,7 @@ def small(words: str) -> str:
     return f'<p class="soft">{text(words)}</p>\n'
 
 
-def listed(items: Iterable[str], ordered: bool = False) -> str:
+def bullets(items: Iterable[str], ordered: bool = False) -> str:
     tag = "ol" if ordered else "ul"
     lines = "".join(f"<li>{text(item)}</li>" for item in items)
     return f"<{tag}>{lines}</{tag}>\n" if lines else ""
@@ -148,10 +148,10 @@ def listed(items: Iterable[str], ordered: bool = False) -> str:
 
 def box(heading: str, items: Sequence[str], kind: Literal["plain", "warning"] = "plain") -> str:
     """A list that is not to be overlooked; nothing when it is empty."""
-    return f'<div class="box {kind}"><b>{text(heading)}</b>{listed(items)}</div>\n' if items else ""
+    return f'<div class="box {kind}"><b>{text(heading)}</b>{bullets(items)}</div>\n' if items else ""
 
 
-def facts(pairs: Iterable[tuple[str, str]]) -> str:
+def glance(pairs: Iterable[tuple[str, str]]) -> str:
     """What is said of a thing at a glance; nothing when nothing is."""
     cells = "".join(f"<div><dt>{text(name)}</dt><dd>{text(value)}</dd></div>" for name, value in pairs)
     return f'<dl class="facts">{cells}</dl>\n' if cells else ""

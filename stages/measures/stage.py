@@ -61,11 +61,13 @@ class Measures:
                 raise InputError(f"There is no angle '{name}' to count; {did_you_mean(name, ANGLES)}")
 
     def __call__(self, take: Take) -> Take:
-        assert take.rectified is not None
-        assert take.filtered is not None
-        assert take.kinematics is not None
-        assert take.poses is not None
-        found = measures(take.filtered, take.rectified, take.kinematics, take.poses.frame, self.repeated)
+        found = measures(
+            take.need("filtered"),
+            take.need("rectified"),
+            take.need("kinematics"),
+            take.need("poses").frame,
+            self.repeated,
+        )
         return take.with_(measures=found)
 
 

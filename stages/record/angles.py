@@ -35,19 +35,19 @@ def angled(take: Take) -> bool:
 def log_angles(recording: rr.RecordingStream, take: Take) -> None:
     """angles/<angle>: one curve, or right and left; angles/<angle>/low and /high: the ends of the 90 % band, where the
     standard deviation is stated. Rows are those of take.poses."""
-    assert take.poses is not None
+    poses = take.need("poses")
     for name in (name for group in _GROUPS.values() for name in group if _known(take, name)):
         columns = take.kinematics or {}
         parts = _parts(name)
         colours = [_ONE] if len(parts) == 1 else [RIGHT, LEFT]
-        value = _stacked(columns, parts, "deg", take.poses)
-        log_curves(recording, f"angles/{name}", take.poses, value, [f"{p} (deg)" for p in parts], colours)
-        band = _BAND * _stacked(columns, parts, "sd_deg", take.poses)
+        value = _stacked(columns, parts, "deg", poses)
+        log_curves(recording, f"angles/{name}", poses, value, [f"{p} (deg)" for p in parts], colours)
+        band = _BAND * _stacked(columns, parts, "sd_deg", poses)
         if np.isfinite(band).any():
             faint = [(red // 2, green // 2, blue // 2) for red, green, blue in colours]
             for end, values in (("low", value - band), ("high", value + band)):
                 names = [f"{part}, {end} end of its 90 % band (deg)" for part in parts]
-                log_curves(recording, f"angles/{name}/{end}", take.poses, values, names, faint, width=0.75)
+                log_curves(recording, f"angles/{name}/{end}", poses, values, names, faint, width=0.75)
 
 
 def angle_views(take: Take) -> rrb.Container:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..drawing.charts import LEFT, MIDDLE, RIGHT, Curve, over_time
-from ..drawing.page import Cell, Soft, charts, facts, figure, heading, picture, small, table
+from ..drawing.page import Cell, Soft, charts, figure, glance, heading, picture, small, table
 from ..measures.figures import error_key, of_length
 from .sections import spoken
 
@@ -74,7 +74,7 @@ def _group(name: str, group: Mapping[str, Any], level: int) -> str:
     ]
     return (
         "".join(small(f"{named(key).capitalize()}: {value}.") for key, value in said.items())
-        + facts(pairs)
+        + glance(pairs)
         + _rows({key: value for key, value in flat.items() if not _has_curve(value)})
         + _cycles({name: own, **flat})
         + "".join(

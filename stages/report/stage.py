@@ -18,10 +18,10 @@ from ...pipeline.pose import PoseSequence
 from ...pipeline.rotations import angle_deg, known, rotate
 from ...pipeline.take import Take
 from ..drawing.charts import LEFT, RIGHT, SLICES, SOFT, Curve, over_time, path, sides
+from ..drawing.facts import Facts, facts_of, shared_up, voted
 from ..drawing.image_lines import WORDS, drawn
 from ..drawing.page import charts, figure, page, picture, small
 from ..measures.figures import BAND
-from ..record.up import shared_up, voted
 from .key_frames import key_figures, lines_jpeg, seen_by_camera
 from .measures import measure_tables
 from .sections import angle_table, at_a_glance, gravity_words, provenance, spoken, up_table
@@ -55,15 +55,16 @@ def report(take: Take, frames: bool = True) -> str:
     """
     if take.poses is None or take.rectified is None:
         raise InputError("A report needs 3D poses and their rectification; run rectify first.")
+    facts = facts_of(take)
     sections = [
         ("Key frames", _key_frames(take, frames)),
-        ("Measures", measure_tables(take.measures, _unit(take.poses))),
+        ("Measures", measure_tables(take.measures, facts.length)),
         ("Joint angles", _angles(take)),
         ("Wrist paths before and after", _wrists(take)),
-        ("Gravity", _gravity(take, frames)),
-        ("Where this comes from", provenance(take)),
+        ("Gravity", _gravity(take, facts, frames)),
+        ("Where this comes from", provenance(facts, take)),
     ]
-    return page(take.name, at_a_glance(take), sections)
+    return page(take.name, at_a_glance(facts), sections)
 
 
 def _key_frames(take: Take, frames: bool) -> str:
@@ -76,8 +77,7 @@ def _key_frames(take: Take, frames: bool) -> str:
 
 
 def _angles(take: Take) -> str:
-    assert take.poses is not None
-    columns, times = take.kinematics or {}, take.poses.times
+    columns, times = take.kinematics or {}, take.need("poses").times
     figures = []
     for name in dict.fromkeys(name if name in MIDLINE else name[2:] for name in ANGLES):
         of = [name] if name in MIDLINE else [f"r_{name}", f"l_{name}"]
@@ -107,10 +107,9 @@ def _angles(take: Take) -> str:
 
 
 def _wrists(take: Take) -> str:
-    assert take.poses is not None
-    assert take.rectified is not None
-    before, after = take.poses, take.rectified.level
-    moving = take.rectified.camera == "moving"
+    rectified = take.need("rectified")
+    before, after = take.need("poses"), rectified.level
+    moving = rectified.camera == "moving"
     heading = "each frame's camera's: front and right are relative to it" if moving else "one for the take"
     return (
         small(
@@ -124,13 +123,10 @@ def _wrists(take: Take) -> str:
 
 def _ways(take: Take) -> Iterator[str]:
     """Both wrists' paths as lines: as the camera sees them, and in LEVEL; all at one scale."""
-    assert take.poses is not None
-    assert take.rectified is not None
-    before, level = (
-        _from_pelvis(poses, "r_wrist", "l_wrist") for poses in (take.poses, take.rectified.level)
-    )
+    source, rectified = take.need("poses"), take.need("rectified")
+    before, level = (_from_pelvis(poses, "r_wrist", "l_wrist") for poses in (source, rectified.level))
     views = {
-        "Before: camera's view": (seen_by_camera(before, take.poses.frame), "right and up are the picture's"),
+        "Before: camera's view": (seen_by_camera(before, source.frame), "right and up are the picture's"),
         "After: right side": (level[..., [0, 2]] * (-1, 1), "front is to the right"),
         "After: from above": (level[..., [1, 0]] * (1, -1), "front is up, the right side to the right"),
     }
@@ -138,7 +134,7 @@ def _ways(take: Take) -> Iterator[str]:
     reach = max(reach for _, reach in boxes.values())
     for name, (points, words) in views.items():
         drawn = path(dict(zip((RIGHT, LEFT), points.swapaxes(0, 1), strict=True)), boxes[name][0], reach)
-        title = f"{name} ({_unit(take.poses)})"
+        title = f"{name} ({_unit(source)})"
         yield figure([picture(drawn, "svg", f"Paths of both wrists: {title}")], title, f"{words}.")
 
 
@@ -165,13 +161,11 @@ def _components(poses: PoseSequence, when: str) -> Iterator[str]:
         yield figure([picture(svg, "svg", f"Wrists {title.lower()} over time")], title)
 
 
-def _gravity(take: Take, frames: bool) -> str:
-    assert take.poses is not None
-    assert take.rectified is not None
-    rectified, times = take.rectified, take.poses.times
-    figures = []
+def _gravity(take: Take, facts: Facts, frames: bool) -> str:
+    poses, rectified = take.need("poses"), take.need("rectified")
+    times, figures = poses.times, []
     if voted(rectified):
-        to_camera = take.poses.frame.basis.T
+        to_camera = poses.frame.basis.T
         votes, found = (
             pitch_roll_deg(rotate(to_camera, up)) for up in (rectified.up_votes, shared_up(rectified))
         )
@@ -197,7 +191,11 @@ def _gravity(take: Take, frames: bool) -> str:
         if np.isfinite(values).any():
             svg = picture(over_time([Curve(title, values)], times), "svg", f"{title} over time")
             figures.append(figure([svg], title, words))
-    return gravity_words(take) + up_table(take) + charts([*_lines(take, frames), *figures])
+    return (
+        gravity_words(facts)
+        + up_table(facts, take.camera is not None)
+        + charts([*_lines(take, frames), *figures])
+    )
 
 
 def _lines(take: Take, frames: bool) -> Iterator[str]:
@@ -217,8 +215,7 @@ def _unit(poses: PoseSequence) -> str:
 
 
 def _thinned(take: Take) -> str:
-    assert take.poses is not None
-    if len(take.poses) <= 2 * SLICES:
+    if len(take.need("poses")) <= 2 * SLICES:
         return ""
     return (
         f" The take is longer than the charts are wide: each of at most {SLICES} slices of time is filled "

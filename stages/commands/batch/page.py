@@ -8,7 +8,7 @@ from urllib.parse import quote
 
 from ....pipeline.motion.angles import ANGLES, MIDLINE
 from ....pipeline.pose import package_version
-from ...drawing.page import Cell, Link, box, facts, heading, page, small, table
+from ...drawing.page import Cell, Link, box, glance, heading, page, small, table
 from ...report.sections import spoken
 from .study import Change
 
@@ -58,7 +58,7 @@ def _head(rows: Rows, done: Rows, failed: Rows) -> str:
         f"{len(unsure)} takes could not be levelled, so what rests on the vertical is not to be believed: "
     )
     shown = ", ".join(unsure[:20]) + (" ..." if len(unsure) > 20 else "")
-    return facts([*told, ("pcnet3d", package_version())]) + box(
+    return glance([*told, ("pcnet3d", package_version())]) + box(
         "Warning", [words + shown] if unsure else [], "warning"
     )
 

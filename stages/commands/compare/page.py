@@ -14,11 +14,11 @@ from ...drawing.charts import Curve, over_time, svg
 from ...drawing.page import (
     Cell,
     box,
+    bullets,
     charts,
-    facts,
     figure,
+    glance,
     heading,
-    listed,
     page,
     picture,
     small,
@@ -90,7 +90,7 @@ def as_page(found: Comparison) -> str:
         ]
     sections.append(("View-consistency", _spread(found)))
     names = " and ".join([pair.side.name for pair in found.pairs] + [found.reference.name])
-    head = facts(
+    head = glance(
         [("Reference", f"{found.reference.name}: {found.reference.about}")]
         + [("Compared", f"{pair.side.name}: {pair.side.about}") for pair in found.pairs]
     )
@@ -116,7 +116,7 @@ def _together(found: Comparison) -> str:
     words = " and ".join(
         "unfiltered" if hz is None else f"{hz:g} Hz" for hz in sorted(cutoffs, key=lambda x: x or 0)
     )
-    return listed([*lines, f"Low-pass of the joints: {words}.", f"pcnet3d {package_version()}."])
+    return bullets([*lines, f"Low-pass of the joints: {words}.", f"pcnet3d {package_version()}."])
 
 
 def _agreement(pair: Pair, reference: Side) -> str:
