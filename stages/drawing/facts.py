@@ -178,7 +178,7 @@ def _sources(take: Take) -> dict[str, Source]:
         for name, (up, error_deg) in rectified.up_own.items()
         for pitch, roll in [pitch_roll_deg(to_camera @ up)]
     }
-    names = dict.fromkeys([*alone, *rectified.up_shares, *rectified.up_pulls])
+    names = dict.fromkeys([*rectified.up_shares, *alone, *rectified.up_pulls])
     return {
         name: Source(
             *alone.get(name, (None, None, None)),

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from html import escape
 
 import numpy as np
+from markupsafe import Markup
 
 from ...pipeline.files.video_frames import pictures_at
 from ...pipeline.frames import Frame
@@ -13,7 +15,7 @@ from ...pipeline.pose import PoseSequence
 from ...pipeline.rotations import known, rotate
 from ...pipeline.take import Take
 from ..drawing.charts import MIDDLE, side_colour
-from ..drawing.page import figure, picture, text
+from ..drawing.page import figure, picture
 
 _SIDE = 360  # pixels of a key frame's longer side
 _ROOM = 1.35  # around the person, in sizes of the keypoints' box
@@ -35,7 +37,7 @@ def key_rows(body: PoseSequence, count: int = 6) -> list[int]:
     return rows
 
 
-def key_figures(take: Take, pictures: bool) -> list[str]:
+def key_figures(take: Take, pictures: bool) -> list[Markup]:
     """A figure for each key frame: the video's picture with the 2D keypoints on it, beside the rectified skeleton.
 
     pictures: False keeps every picture of the person out; then, as without a video, the keypoints alone are drawn, or
@@ -49,7 +51,7 @@ def key_figures(take: Take, pictures: bool) -> list[str]:
     return [_key_figure(take, row, images.get(int(body.frame_index[row]))) for row in rows]
 
 
-def _key_figure(take: Take, row: int, image: np.ndarray | None) -> str:
+def _key_figure(take: Take, row: int, image: np.ndarray | None) -> Markup:
     poses = take.need("poses")
     body = take.need("rectified").body
     frame, joints = int(body.frame_index[row]), body.joints[row].astype(np.float64)
@@ -86,7 +88,7 @@ def skeletons(views: Mapping[str, np.ndarray], layout: Layout) -> bytes:
     for i, (name, points) in enumerate(views.items()):
         middle = (np.nanmin(points, axis=0) + np.nanmax(points, axis=0)) / 2
         at = (points - middle) * (scale, -scale) + (wide * (i + 0.5), 108)
-        lines.append(f'<text x="{wide * (i + 0.5):g}" y="13">{text(name)}</text>')
+        lines.append(f'<text x="{wide * (i + 0.5):g}" y="13">{escape(name)}</text>')
         for bone in layout.bones:
             (x_0, y_0), (x_1, y_1) = ends = at[layout.indices(bone)]
             if known(ends).all():

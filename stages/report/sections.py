@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from markupsafe import Markup
 
 from ...models.gravity import RAYLEIGH_90
 from ...pipeline.motion.angles import ANGLES, FINE, REASONS
@@ -18,7 +19,7 @@ _MOST = 40  # events of one kind
 _LONGEST = 240  # characters of an option's value
 
 
-def at_a_glance(facts: Facts) -> str:
+def at_a_glance(facts: Facts) -> Markup:
     """What stands under the title, then what is not to be overlooked."""
     pairs = [
         ("Take", f"{facts.frames} frames, {facts.duration_s:.1f} s at {facts.fps:.4g} a second"),
@@ -48,7 +49,7 @@ def up_bound(facts: Facts) -> str:
     return "not known" if facts.bound_words is None else f"{facts.bound_words.replace(' to', '° to')}°"
 
 
-def gravity_words(facts: Facts) -> str:
+def gravity_words(facts: Facts) -> Markup:
     """How the camera stands and what up rests on."""
     if facts.camera == "gravity":
         return small("The source's own axes say which way is up; nothing was estimated.")
@@ -68,7 +69,7 @@ def gravity_words(facts: Facts) -> str:
     return bullets(lines)
 
 
-def up_table(facts: Facts, image: bool) -> str:
+def up_table(facts: Facts, image: bool) -> Markup:
     """What each source says about the camera alone, with its 90 % bound, and how far it pulls the take's up; nothing of
     one source only, unless the image was looked at."""
     rows: list[list[str | float | None]] = []
@@ -78,7 +79,7 @@ def up_table(facts: Facts, image: bool) -> str:
         share = "not heard" if source.share is None else f"{100 * source.share:.0f} %"
         rows.append([name, *own, share, _rounded(source.pull_deg, 1.0)])
     head = ("source of up", "camera's pitch (°)", "camera's roll (°)", "share", "moves up by (°)")
-    return table(head, rows) if len(rows) > 1 or image else ""
+    return table(head, rows) if len(rows) > 1 or image else Markup("")
 
 
 def _rounded(value: float | None, bound: float | None) -> str | None:
@@ -89,7 +90,7 @@ def _rounded(value: float | None, bound: float | None) -> str | None:
     return f"{value:.{digits}f}" + (f" ± {bound:.{digits}f}" if bound != 1.0 else "")
 
 
-def angle_table(columns: Mapping[str, np.ndarray]) -> str:
+def angle_table(columns: Mapping[str, np.ndarray]) -> Markup:
     """In how many frames each angle is known and how well (medians), and why the others have none."""
     rows: list[list[str | float | None]] = []
     used: set[int] = set()
@@ -109,7 +110,7 @@ def angle_table(columns: Mapping[str, np.ndarray]) -> str:
         stated = float(np.median(error)) if len(error) else None
         rows.append([spoken(name), share, median, stated, why or "–"])
     if not rows:
-        return ""
+        return Markup("")
     reasons = "; ".join(f"{code}: {REASONS[code]}" for code in sorted(used & REASONS.keys()))
     head = (
         "angle",
@@ -127,7 +128,7 @@ def spoken(name: str) -> str:
     return side + (name[2:] if side else name).replace("_", " ")
 
 
-def provenance(facts: Facts, take: Take) -> str:
+def provenance(facts: Facts, take: Take) -> Markup:
     """What was read and what was done to it: files by their SHA-256, versions, options."""
     keys = ("role", "file", "adapter", "sha256")
     files = [tuple(str(entry.get(key, "–")) for key in keys) for entry in take.inputs]

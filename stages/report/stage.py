@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
+from markupsafe import Markup
 
 from ...pipeline.camera import pitch_roll_deg
 from ...pipeline.errors import InputError
@@ -67,16 +68,16 @@ def report(take: Take, frames: bool = True) -> str:
     return page(take.name, at_a_glance(facts), sections)
 
 
-def _key_frames(take: Take, frames: bool) -> str:
+def _key_frames(take: Take, frames: bool) -> Markup:
     figures = key_figures(take, frames)
     words = (
         "One frame of each sixth of the take, chosen for its posture. Beside it the same instant turned upright and "
         "facing you, and seen from its right side. Orange is the person's right, blue the left."
     )
-    return small(words) + charts(figures) if figures else ""
+    return small(words) + charts(figures) if figures else Markup("")
 
 
-def _angles(take: Take) -> str:
+def _angles(take: Take) -> Markup:
     columns, times = take.kinematics or {}, take.need("poses").times
     figures = []
     for name in dict.fromkeys(name if name in MIDLINE else name[2:] for name in ANGLES):
@@ -95,7 +96,7 @@ def _angles(take: Take) -> str:
         svg = picture(over_time(curves, times), "svg", f"{title} over time")
         figures.append(figure([svg], title, f"{angle.words}; positive: {angle.positive}."))
     if not figures:
-        return ""
+        return Markup("")
     return (
         small(
             "Orange: right. Blue, dashed: left. The band holds the true angle in nine of ten frames, if the stated "
@@ -106,7 +107,7 @@ def _angles(take: Take) -> str:
     )
 
 
-def _wrists(take: Take) -> str:
+def _wrists(take: Take) -> Markup:
     rectified = take.need("rectified")
     before, after = take.need("poses"), rectified.level
     moving = rectified.camera == "moving"
@@ -121,7 +122,7 @@ def _wrists(take: Take) -> str:
     )
 
 
-def _ways(take: Take) -> Iterator[str]:
+def _ways(take: Take) -> Iterator[Markup]:
     """Both wrists' paths as lines: as the camera sees them, and in LEVEL; all at one scale."""
     source, rectified = take.need("poses"), take.need("rectified")
     before, level = (_from_pelvis(poses, "r_wrist", "l_wrist") for poses in (source, rectified.level))
@@ -153,7 +154,7 @@ def _box(points: np.ndarray) -> tuple[np.ndarray, float]:
     return (low + high) / 2, max(0.55 * float((high - low).max()), 1e-3)
 
 
-def _components(poses: PoseSequence, when: str) -> Iterator[str]:
+def _components(poses: PoseSequence, when: str) -> Iterator[Markup]:
     left, right = _from_pelvis(poses, "l_wrist", "r_wrist").swapaxes(0, 1)
     for i, (axis, word) in enumerate(zip("xyz", poses.frame.axes, strict=True)):
         title = f"{when}: {axis}, {word} ({_unit(poses)})"
@@ -161,7 +162,7 @@ def _components(poses: PoseSequence, when: str) -> Iterator[str]:
         yield figure([picture(svg, "svg", f"Wrists {title.lower()} over time")], title)
 
 
-def _gravity(take: Take, facts: Facts, frames: bool) -> str:
+def _gravity(take: Take, facts: Facts, frames: bool) -> Markup:
     poses, rectified = take.need("poses"), take.need("rectified")
     times, figures = poses.times, []
     if voted(rectified):
@@ -198,7 +199,7 @@ def _gravity(take: Take, facts: Facts, frames: bool) -> str:
     )
 
 
-def _lines(take: Take, frames: bool) -> Iterator[str]:
+def _lines(take: Take, frames: bool) -> Iterator[Markup]:
     """The frame whose straight lines were looked at, with them and the horizon."""
     if take.camera is None or not take.camera.looks or take.video is None or not frames:
         return
