@@ -13,6 +13,7 @@ from ..pipeline.files.video_frames import shown_size
 from ..pipeline.inspect.inspect import findings_of
 from ..pipeline.intrinsics import undistorted
 from ..pipeline.motion.checks import implausible
+from ..pipeline.motion.visibility import seen_only
 from ..pipeline.plugins.protocols import Lifter
 from ..pipeline.reading.load import Parity, guarded
 from ..pipeline.take import Event, Take
@@ -52,6 +53,8 @@ class Lift:
             keypoints = keypoints.noted(
                 "undistort", camera=intrinsics.name, file=Path(intrinsics.source).name
             )
+        if isinstance(self._opened, OwnLifter) and keypoints.time_s is not None:
+            keypoints = seen_only(keypoints, size)
         focal_px, guessed = self._focal_px(take.camera)
         poses = self._opened.lift(keypoints, size, focal_px, self.flip, take.video)
         if guessed:  # what phones usually have is no knowledge of this camera
