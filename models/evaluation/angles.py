@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from ...pipeline.motion.angles import ANGLES, FINE, MIDLINE, REASONS, near
+from ...pipeline.motion.angles import ANGLES, FINE, REASONS, near, of_both
 from ...pipeline.motion.signals import CUTOFF_HZ
 from ...pipeline.plugins.protocols import Rectifier
 from ...pipeline.pose import package_version
@@ -89,7 +89,7 @@ def one_set(
                 )
                 rows = parts.setdefault(rectifier.method, {})
                 for name in ANGLES:
-                    both = name if name in MIDLINE else name[2:]
+                    both = of_both(name)
                     rows.setdefault(both, []).append(judge(found[name], truth[name], upright))
                     if both in MOTION_ANGLES:
                         for motion, use in motions.items():

@@ -9,8 +9,8 @@ from ...pipeline.plugins.registry import open_model
 
 
 def load_rectifier(name: str | Path) -> Rectifier:
-    """A rectifier by name, one of `pcnet3d list models`: "geometric"; "pcnet", the default; "paper", the published size;
-    another package's; or the network in an .onnx file.
+    """A rectifier by name, one of `pcnet3d list models`: "geometric"; "pcnet", the default; "paper", of the published
+    size; or another package's. Or the network in an .onnx file.
 
     InputError naming the nearest ones for an unknown name, and for a file that holds no rectifier.
     """

@@ -189,7 +189,7 @@ def test_a_detector_of_another_kind(walk_film, toys, tmp_path, call):
 def test_neither_file_nor_name(walk_film, tmp_path, call):
     code, said = call(walk_film.path, "--detector", "movenett", "-o", tmp_path / "out")
     assert code == 2
-    assert "one of the networks geocalib, movenet, movenet-thunder, rtmpose, yolox, got 'movenett'" in said
+    assert "no detector 'movenett'; did you mean movenet or movenet-thunder?" in said
 
 
 @pytest.mark.parametrize("limit", [1_000, 12_000])
