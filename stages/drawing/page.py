@@ -141,6 +141,7 @@ def small(words: str) -> str:
 
 
 def listed(items: Iterable[str], ordered: bool = False) -> str:
+    """An HTML list of texts, which are escaped; nothing when there are none."""
     tag = "ol" if ordered else "ul"
     lines = "".join(f"<li>{text(item)}</li>" for item in items)
     return f"<{tag}>{lines}</{tag}>\n" if lines else ""

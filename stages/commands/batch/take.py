@@ -83,8 +83,8 @@ class _Kept(BaseModel):
 
 
 def run_take(job: Job) -> Outcome:
-    """Do it, unless it is done; whatever goes wrong with it is in the outcome. Safe to call again, and at once from
-    several machines that share the disk."""
+    """Do it, unless it is done; whatever goes wrong with it, an InputError too, is in the outcome. Safe to call again,
+    and at once from several machines that share the disk."""
     from filelock import FileLock
 
     start = time.perf_counter()
