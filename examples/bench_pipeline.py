@@ -20,9 +20,9 @@ from unittest.mock import patch
 import numpy as np
 import typer
 
-from ..models.common.download import network_file
 from ..models.common.onnx import OnnxFile
 from ..models.detector import video as detect_video
+from ..pipeline.plugins.registry import open_model
 from ..pipeline.reading.take import Sources
 from ..pipeline.running.recipe import load_recipe
 from ..pipeline.running.run import run_files
@@ -44,7 +44,7 @@ def pipeline(
     ] = [1.0],  # noqa: B006 (typer copies it)
 ) -> None:
     """Measure a run on a video alone: decoding, the 2D network and our own stages, their shares, and the memory."""
-    file = network_file(detector)  # before any work, and downloaded outside the measurement
+    file = open_model("detectors", detector)  # before any work, and downloaded outside the measurement
     if video is not None:
         _print(_measured(video, file))
         return

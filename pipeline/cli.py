@@ -134,7 +134,9 @@ def run(
     ] = None,
     also: Annotated[
         list[str] | None,
-        typer.Option(help="Another file to write: csv, trc, mot, c3d or netcdf; repeatable."),
+        typer.Option(
+            help="Another file to write: a name of `pcnet3d list writers`, such as csv or c3d; repeatable."
+        ),
     ] = None,
     recipe: Annotated[Path | None, typer.Option(help="Stages and their options, a TOML file.")] = None,
     no_frames: Annotated[bool, typer.Option("--no-frames", help="Keep pictures of the person out.")] = False,
@@ -243,19 +245,11 @@ def inspect(
 
 @app.command(name="list")
 def list_(
-    what: Annotated[Literal["adapters", "stages", "models"], typer.Argument(help="What to list.")],
+    what: Annotated[Literal["adapters", "stages", "models", "writers"], typer.Argument(help="What to list.")],
     as_json: Annotated[bool, typer.Option("--json", help="For programs.")] = False,
 ) -> None:
     """List what is installed, one line each."""
-    if what == "adapters":
-        rows = [{"name": a.name, "gives": a.gives, "reads": a.reads} for a in adapters().values()]
-    elif what == "models":
-        rows = [{"name": m.name, "is": m.kind, "what": m.what} for m in registry.load_all("models").values()]
-    else:
-        rows = [
-            {"name": n, "needs": " ".join(s.needs), "gives": " ".join(s.gives)}
-            for n, s in registry.load_all("stages").items()
-        ]
+    rows = registry.listed(what)
     if as_json:
         print(json.dumps(rows, indent=1))
         return

@@ -8,7 +8,6 @@ from typing import ClassVar
 
 import numpy as np
 
-from ..models.common.download import network_file
 from ..models.detector.load import PersonKind, load_detector
 from ..models.detector.video import detect
 from ..pipeline.errors import InputError
@@ -52,8 +51,7 @@ class Detect:
         video = take.need("video")
         if self.fps is not None:
             check_fps(self.fps)  # before the minutes that detection takes
-        persons = None if self.person_detector is None else network_file(self.person_detector)
-        detector = load_detector(network_file(self.detector), persons, self.person_kind)
+        detector = load_detector(self.detector, self.person_detector, self.person_kind)
         before = None if self.resume is None else load_detections(self.resume)
         digest = next((entry["sha256"] for entry in take.inputs if entry["role"] == "video"), None)
         source = f"{digest or sha256(video.path)} {package_version()}"

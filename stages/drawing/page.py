@@ -68,7 +68,7 @@ def small(words: str) -> Markup:
 
 
 def bullets(items: Iterable[str], ordered: bool = False) -> Markup:
-    """A list, of numbers if ordered; nothing when it is empty."""
+    """An HTML list of texts, of numbers if ordered; nothing when there are none."""
     items = list(items)
     return _kit().bullets(items, ordered) if items else Markup("")
 

@@ -4,49 +4,39 @@ on request."""
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar
 
 import numpy as np
 
 from ...models.common.metrics import plain
 from ...pipeline.files.atomic import SUMMARY, whole_file
-from ...pipeline.files.markers import check_c3d
+from ...pipeline.plugins.protocols import CheckedWriter, Writer
+from ...pipeline.plugins.registry import load
 from ...pipeline.pose import Rectified, package_version
 from ...pipeline.take import Take
 from ..drawing.facts import Source, facts_of
-from .c3d import write_c3d
 from .measures import write_measures
-from .netcdf import write_netcdf
-from .opensim import write_mot, write_trc
-from .tables import write_csv, write_parquet
-
-Format = Literal["csv", "trc", "mot", "c3d", "netcdf"]
-_WRITERS: dict[Format, tuple[str, Callable[[Take, Path], None]]] = {
-    "csv": ("kinematics.csv", write_csv),
-    "trc": ("markers.trc", write_trc),
-    "mot": ("angles.mot", write_mot),
-    "c3d": ("markers.c3d", write_c3d),
-    "netcdf": ("poses.nc", write_netcdf),
-}
+from .tables import write_parquet
 
 
 @dataclass(frozen=True)
 class Export:
-    """The stage. folder: where the files go. also: further formats, each of which becomes one more file."""
+    """The stage. folder: where the files go. also: names of `pcnet3d list writers`, each of which becomes one more
+    file."""
 
     folder: Path
-    also: tuple[Format, ...] = ()
+    also: tuple[str, ...] = ()
 
     name: ClassVar[str] = "export"
     needs: ClassVar[tuple[str, ...]] = ("poses", "rectified", "kinematics")
     gives: ClassVar[tuple[str, ...]] = ()
 
     def __post_init__(self) -> None:
-        if "c3d" in self.also:
-            check_c3d()  # before the work, not after it
+        for writer in self._writers():
+            if isinstance(writer, CheckedWriter):
+                writer.check()
 
     def __call__(self, take: Take) -> Take:
         self.folder.mkdir(parents=True, exist_ok=True)
@@ -54,13 +44,15 @@ class Export:
         write_parquet(take, self.folder / "kinematics.parquet")
         if take.measures is not None:
             write_measures(take, self.folder / "measures.csv")
-        for wanted in self.also:
-            name, write = _WRITERS[wanted]
-            write(take, self.folder / name)
+        for writer in self._writers():
+            writer.write(take, self.folder / writer.file)
         text = json.dumps(summary(take), indent=1, allow_nan=False, default=str)
         with whole_file(self.folder / SUMMARY) as partial:
             partial.write_text(text + "\n", encoding="utf-8")
         return take
+
+    def _writers(self) -> list[Writer]:
+        return [load("writers", name) for name in self.also]
 
 
 def write_poses(take: Take, path: Path) -> None:

@@ -91,7 +91,8 @@ def _rounded(value: float | None, bound: float | None) -> str | None:
 
 
 def angle_table(columns: Mapping[str, np.ndarray]) -> Markup:
-    """In how many frames each angle is known and how well (medians), and why the others have none."""
+    """In how many frames each angle is known and how well (medians), and why the others have none. columns: (T,) of the
+    take's kinematics."""
     rows: list[list[str | float | None]] = []
     used: set[int] = set()
     for name in ANGLES:

@@ -14,7 +14,7 @@ from ...pipeline.camera import pitch_roll_deg
 from ...pipeline.errors import InputError
 from ...pipeline.files.atomic import whole_file
 from ...pipeline.files.video_frames import pictures_at
-from ...pipeline.motion.angles import ANGLES, MIDLINE
+from ...pipeline.motion.angles import ANGLES, MIDLINE, OF_BOTH, sides_of
 from ...pipeline.pose import PoseSequence
 from ...pipeline.rotations import angle_deg, known, rotate
 from ...pipeline.take import Take
@@ -80,8 +80,8 @@ def _key_frames(take: Take, frames: bool) -> Markup:
 def _angles(take: Take) -> Markup:
     columns, times = take.kinematics or {}, take.need("poses").times
     figures = []
-    for name in dict.fromkeys(name if name in MIDLINE else name[2:] for name in ANGLES):
-        of = [name] if name in MIDLINE else [f"r_{name}", f"l_{name}"]
+    for name in OF_BOTH:
+        of = sides_of(name)
         values = [columns.get(f"{part}_deg", np.full(len(times), np.nan)) for part in of]
         if not np.isfinite(values).any():
             continue

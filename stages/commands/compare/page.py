@@ -80,6 +80,7 @@ class Comparison:
 
 
 def as_page(found: Comparison) -> str:
+    """The comparison as one HTML page that needs no other file."""
     several = len(found.pairs) > 1
     sections = [("How they were brought together", _together(found))]
     for pair in found.pairs:
@@ -162,7 +163,8 @@ def _charts(pair: Pair, reference: Side) -> Markup:
 
 
 def bland_altman(values: np.ndarray, reference: np.ndarray, of: Mapping[str, float | int]) -> bytes:
-    """An SVG of the differences over the means, at most 350 of the frames, with the bias and the limits."""
+    """An SVG of the differences of two angles (T,) in degrees over their means, at most 350 of the frames, with the
+    bias and the limits. of: figures.agreement of the two."""
     off = near(values - reference, 0.0)
     rows = np.flatnonzero(np.isfinite(off))
     rows = rows[:: -(-len(rows) // _DOTS)]

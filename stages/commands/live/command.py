@@ -14,7 +14,6 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from ....models.common.download import network_file
 from ....models.detector.load import PersonKind, load_detector
 from ....models.detector.protocols import Detector, Found
 from ....models.detector.video import Search
@@ -62,7 +61,7 @@ def live(
     """
     shown = open_source(source)
     networks = _Networks(
-        load_detector(network_file(detector), person_detector and network_file(person_detector), person_kind),
+        load_detector(detector, person_detector, person_kind),
         rectifier,
         focal,
     )
