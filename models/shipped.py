@@ -9,7 +9,7 @@ from pathlib import Path
 
 @dataclass(frozen=True)
 class Shipped:
-    """name: what --rectifier or --lifter takes. kind: which of the two it is. file: of its weights, if it has some."""
+    """name: what rectify.rectifier or --lifter takes. kind: which of the two it is. file: of its weights, if it has some."""
 
     name: str
     kind: str
@@ -29,7 +29,7 @@ GEOMETRIC = Shipped("geometric", "rectifier", "the torso's own axes, the paper's
 PCNET = Shipped(
     "pcnet",
     "rectifier",
-    "the trained network, used unless told otherwise; models/rectifier/card.md",
+    "default rectifier, trained on motion capture; models/rectifier/card.md",
     "rectifier/pcnet.onnx",
 )
 PAPER = Shipped(

@@ -164,9 +164,9 @@ def see(
 def write_takes(
     subjects: Annotated[Subjects, typer.Argument(help="Whose takes.")],
     output: Annotated[Path, typer.Option("-o", "--output", help="The .npz file to write.")],
-    seed: Annotated[int, typer.Option(min=0, help="Of cameras and noise.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Random seed.")] = 0,
     lifter: Annotated[
-        str, typer.Option(help="The built-in one, or a file; one that never saw the subjects.")
+        str, typer.Option(help="pcnet3d (built-in), or an .onnx file; one that never saw the subjects.")
     ] = "pcnet3d",
     bodies: Annotated[bool, typer.Option("--bodies", help="Draw other proportions and mirror some.")] = False,
     bed: Annotated[

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any
 
 from ..errors import InputError
+from ..messages import say
 from .options import did_you_mean
 
 # What pcnet3d asks of an object before it is used (pipeline/plugins/protocols.py).
@@ -57,7 +57,7 @@ def load_all(group: str) -> dict[str, Any]:
         try:
             found[name] = load(group, name)
         except InputError as error:
-            print(f"warning: {error}", file=sys.stderr)
+            say("warning", str(error))
     return found
 
 

@@ -99,12 +99,12 @@ def test_stature_gives_metres_and_a_recipe_is_followed(lifted, tmp_path):
         (lambda x: x[:, :16], ["17"]),
         (lambda x: x[..., :2], ["3"]),
         (lambda x: x[0], ["17"]),
-        (nan_frame, ["NaN", "row 4", "--missing gap"]),
-        (zero_frame, ["one point", "row 4", "--missing gap"]),
+        (nan_frame, ["NaN", "row 4", "read.missing=gap"]),
+        (zero_frame, ["one point", "row 4", "read.missing=gap"]),
         (infinite, ["infinite", "row 4", "r_ankle"]),
         (lambda x: np.zeros_like(x), ["one point"]),
         (lambda x: x.astype(object), ["object"]),
-        (lambda x: x * [-1, 1, 1], ["mirrored", "--parity mirror", "knees"]),
+        (lambda x: x * [-1, 1, 1], ["mirrored", "--left-right mirror", "knees"]),
     ],
     ids=["joints", "dims", "one frame", "nan", "zeros", "inf", "all zeros", "objects", "mirrored"],
 )
@@ -126,7 +126,7 @@ def expect_refusal(result, words):
     ("arguments", "words"),
     [
         (["--fps", 30], ["--poses", "--keypoints"]),
-        (["--poses", "X3D.npy", "--fps", 30, "--image-size", "640x360"], ["image_size", "'lift'"]),
+        (["--poses", "X3D.npy", "--fps", 30, "--image-size", "640x360"], ["--image-size", "'lift'"]),
         (["--keypoints", "ap.json", "--fps", 30], ["--image-size"]),
         (["--keypoints", "ap.json", "--fps", 30, "--image-size", "640"], ["640", "WIDTHxHEIGHT"]),
         (["--keypoints", "unit.json", "--fps", 30, "--image-size", "640x360"], ["pixels"]),
@@ -138,7 +138,7 @@ def expect_refusal(result, words):
         ),
         (["--poses", "X3D.npy", "--fps", 30, "-O", "pixl=1"], ["pixl", "did you mean pixel"]),
         (["--poses", "X3D.npy", "--fps", 30, "-O", "pixel"], ["KEY=VALUE"]),
-        (["--poses", "X3D.npy", "--fps", 30, "--rectifier", "magic"], ["magic", "geometric"]),
+        (["--poses", "X3D.npy", "--fps", 30, "--set", "rectify.rectifier=magic"], ["magic", "geometric"]),
         (["--poses", "X3D.npy", "--fps", 30, "--camera", "pan"], ["camera", "'pan'", "static", "moving"]),
         (["--poses", "X3D.npy", "--fps", 30, "--gravity", "0,1"], ["--gravity X,Y,Z", "'0,1'"]),
         (["--poses", "X3D.npy", "--fps", 30, "--gravity", "0,1,0", "--pitch", 3], ["not both"]),
@@ -227,7 +227,7 @@ def test_a_camera_that_the_user_knows_wins_over_the_votes(lifted, tmp_path, said
 
 
 def test_a_moving_camera_through_the_command_line(lifted, tmp_path):
-    arguments = ["--rectifier", "geometric", "--camera", "moving"]
+    arguments = ["--set", "rectify.rectifier=geometric", "--camera", "moving"]
     result = pcnet3d("run", "--poses", lifted, "--fps", 30, *arguments, "-o", tmp_path / "out")
     assert result.returncode == 0, result.stderr
     assert "relative to it" in result.stderr
