@@ -9,7 +9,7 @@ from pathlib import Path
 
 @dataclass(frozen=True)
 class Shipped:
-    """name: what rectify.rectifier or --lifter takes. kind: which of the two it is. file: of its weights, if it has some."""
+    """name: what the option of its kind takes. kind: "rectifier" or "lifter". file: of its weights, if it has some."""
 
     name: str
     kind: str

@@ -85,8 +85,13 @@ def _loaded(name: str) -> Any:
         group.name = name
         return group
     alone = typer.Typer(add_completion=False)
-    alone.command(name=name, cls=_Command)(_with_detail(command))
+    alone.command(name=name, cls=_Command, help=_flowing(command.__doc__ or ""))(_with_detail(command))
     return get_command(alone)
+
+
+def _flowing(text: str) -> str:
+    """A docstring's paragraphs in one line each, which the help page then wraps by itself."""
+    return "\n\n".join(" ".join(part.split()) for part in signatures.cleandoc(text).split("\n\n"))
 
 
 def _summary(point: EntryPoint) -> str:

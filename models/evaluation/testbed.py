@@ -173,7 +173,7 @@ def write_takes(
         Bed, typer.Option(help="Cameras: steep, tilted and long lenses too, or as people film.")
     ] = "wild",
 ) -> None:
-    """Write lifted takes with their truth, for whoever trains or judges on them.
+    """Write lifted takes with ground truth for training and evaluation.
 
     One .npz of plain arrays, takes one after another: lifted, truth (N, 17, 3), R_camera_from_body (N, 3, 3),
     up (N, 3), lying (N,); take_start (C + 1,), clip, subject, source (C,).

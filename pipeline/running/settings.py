@@ -244,9 +244,8 @@ def _distributed(given: Mapping[str, Any]) -> dict[str, Any]:
         part, dot, key = name.partition(".")
         if part == READ:
             if key not in reading_options():
-                raise InputError(
-                    f"--set {name}: there is no such option; {did_you_mean(key, reading_options())}"
-                )
+                hint = f"it is {flag_of(key)}." if key in flags() else did_you_mean(key, reading_options())
+                raise InputError(f"--set {name}: there is no such option; {hint}")
             fields[key] = value
         elif part == KEYPOINTS and dot:
             keypoints[key] = value

@@ -136,6 +136,8 @@ def _column(name: str, where: str) -> str:
 def _no_use(name: str, options: Mapping[str, tuple[str, ...]]) -> str:
     """Why `run` would refuse one of a take's options because of what the take is; empty where it takes it."""
     given = {key: options[key] for key in _DECIDING if key in options}
+    if "video" not in given:
+        given.pop("calibrate", None)  # one for all takes, which this one has no use for
     given |= {role: ("a file",) for role in _ROLES if role in given}  # which one does not matter
     return _refusal(name, options[name], tuple(given.items()))
 
