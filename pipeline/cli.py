@@ -74,10 +74,10 @@ class _Commands(TyperGroup):
         name = args[0]
         if name not in _points() and not name.startswith("-"):
             raise InputError(f"There is no command '{name}'; {did_you_mean(name, _points())}")
-        return name, _loaded(name), args[1:]
+        return name, load_command(name), args[1:]
 
 
-def _loaded(name: str) -> Any:
+def load_command(name: str) -> Any:
     """The command itself; InputError when its package is broken."""
     command = _points()[name].load() if name in _OWN else registry.load("commands", name)
     if isinstance(command, typer.Typer):

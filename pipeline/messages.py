@@ -24,10 +24,12 @@ def set_detail(detail: Detail) -> None:
 
 
 def is_quiet() -> bool:
+    """Whether only errors and last lines are said."""
     return _detail == "quiet"
 
 
 def is_verbose() -> bool:
+    """Whether `debug` lines are said too."""
     return _detail == "verbose"
 
 

@@ -43,6 +43,7 @@ class Recipe(BaseModel):
         )
 
     def has(self, stage: str) -> bool:
+        """Whether a stage of that name is in it."""
         return any(entry.use == stage for entry in self.stages)
 
     def starting_with(self, stage: str) -> Recipe:

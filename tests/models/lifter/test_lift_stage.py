@@ -46,7 +46,7 @@ def test_a_mirrored_network_is_refused_and_put_right_when_asked(per_frame, facin
     good = per_frame(ZERO, facing_camera, name="good.onnx")
     mirrored = per_frame(ZERO, facing_camera * [-1, 1, 1], name="mirrored.onnx")
     expected = Lift(good)(take).poses
-    with pytest.raises(InputError, match=r"The lift by mirrored.onnx@.* mirrored .*--parity mirror"):
+    with pytest.raises(InputError, match=r"The lift by mirrored.onnx@.* mirrored .*--left-right mirror"):
         Lift(mirrored)(take)
     np.testing.assert_allclose(Lift(mirrored, parity="mirror")(take).poses.joints, expected.joints, atol=1e-6)
 
