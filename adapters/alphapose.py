@@ -73,7 +73,7 @@ def _person(idx: Any, where: str) -> str:
     if len(ids) != 1 or ids[0] % 1 != 0:
         raise InputError(
             f"{where}: expected one track number as idx, got {reprlib.repr(idx)}; pass track=true "
-            "(--keypoints-option track=true) to ignore idx and join people to the nearest of the frames before."
+            "(--set keypoints.track=true) to ignore idx and join people to the nearest of the frames before."
         )
     return f"{ids[0]:.0f}"
 

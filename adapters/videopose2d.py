@@ -78,9 +78,7 @@ def _entry(held: Any, what: str, key: str | None, where: str) -> tuple[str, Any]
     if key is None and len(held) == 1:
         return str(next(iter(held))), next(iter(held.values()))
     if key is None:
-        raise InputError(
-            f"{where} holds the {what}s {names}; choose one with {what}=NAME (--keypoints-option)."
-        )
+        raise InputError(f"{where} holds the {what}s {names}; choose one with --set keypoints.{what}=NAME.")
     if key not in held:
         raise InputError(f"{where} has no {what} '{key}'; it holds {names}.")
     return key, held[key]

@@ -23,9 +23,9 @@ import typer
 from ..models.common.onnx import OnnxFile
 from ..models.detector import video as detect_video
 from ..pipeline.plugins.registry import open_model
-from ..pipeline.reading.take import Sources
 from ..pipeline.running.recipe import load_recipe
 from ..pipeline.running.run import run_files
+from ..pipeline.running.settings import RunOptions
 from ..pipeline.take import Video
 from .walker.long_video import write_long_video
 
@@ -107,7 +107,7 @@ def _run(video: Path, detector: Path) -> Measured:
     with _timed(seconds), tempfile.TemporaryDirectory() as folder:
         start = time.perf_counter()
         take = run_files(
-            Sources(video=video),
+            RunOptions(video=video),
             Path(folder) / "out",
             recipe,
             done=lambda stage, taken: seconds.__setitem__(stage, taken),

@@ -13,11 +13,11 @@ import typer
 
 from ..pipeline.files.atomic import SUMMARY, whole_folder
 from ..pipeline.pose import Rectified, package_version
-from ..pipeline.reading.take import Sources
 from ..pipeline.rotations import angle_deg
 from ..pipeline.running.progress import stages, tell
 from ..pipeline.running.recipe import load_recipe
 from ..pipeline.running.run import run_files
+from ..pipeline.running.settings import Force, RunOptions
 from .walker.camera import R_camera_from_body, side_camera
 from .walker.files import write_files
 from .walker.walk import walker
@@ -27,7 +27,7 @@ def demo(
     output: Annotated[Path, typer.Option("-o", "--output", help="Folder for the results.")] = Path(
         "pcnet3d-demo"
     ),
-    force: Annotated[bool, typer.Option("--force", help="Replace folders that are not ours.")] = False,
+    force: Force = False,
 ) -> None:
     """Run the built-in example: a person walks, squats and raises both arms before a tilted camera."""
     inputs = Path(f"{output}-input")
@@ -43,8 +43,8 @@ def demo(
         made = {"pcnet3d": package_version(), "what": "input files of pcnet3d demo"}
         (folder / SUMMARY).write_text(json.dumps(made) + "\n", encoding="utf-8")
         done("example", time.perf_counter() - start)
-        sources = Sources(poses=files.poses, video=files.video, keypoints=files.keypoints)
-        take = run_files(sources, output, recipe, force=force, done=done)
+        options = RunOptions(poses=files.poses, video=files.video, keypoints=files.keypoints)
+        take = run_files(options, output, recipe, force=force, done=done)
     tell(take)
     truth = R_camera_from_body(walk, camera)[take.need("poses").frame_index]
     print(f"{inputs}: a video, 2D keypoints as AlphaPose and 3D poses as MotionBERT would write them")

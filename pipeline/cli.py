@@ -1,201 +1,200 @@
-"""The command line: run, view, inspect, list, and every command that a package registers."""
+"""The command line: the commands of this package, and every command that a package registers."""
 
 from __future__ import annotations
 
+import ast
+import inspect as signatures
 import io
 import json
 import os
-import shlex
 import signal
 import sys
 import traceback
+from collections.abc import Callable
+from functools import wraps
+from importlib.metadata import EntryPoint
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import typer
+from typer.core import TyperCommand, TyperGroup
+from typer.main import get_command, get_group
 
 from .errors import InputError
-from .files.detections import interrupted_at
-from .motion.swap_repair import Swaps
+from .messages import Detail, is_verbose, say, set_detail
 from .plugins import registry
-from .plugins.options import pairs
-from .reading.load import Missing, Parity, adapters
-from .reading.take import Sources
-from .running.plan import planned
-from .running.progress import conclude, stages, tell, tell_people, telling_of_kept
-from .running.run import checkpoint_of, run_files, run_people
+from .plugins.options import did_you_mean
+
+_OWN = {
+    "run": "pcnet3d.pipeline.running.command:run",
+    "inspect": "pcnet3d.pipeline.cli:inspect",
+    "view": "pcnet3d.pipeline.cli:view",
+    "list": "pcnet3d.pipeline.cli:list_",
+}
+_FOR_DEVELOPERS = ("bench", "evaluate", "mmfi", "mocap", "noise", "quantise", "testbed", "train")
+_HELP = {"help_option_names": ["-h", "--help"]}
+
+
+def _points() -> dict[str, EntryPoint]:
+    own = {name: EntryPoint(name, place, "pcnet3d.commands") for name, place in _OWN.items()}
+    return {**own, **registry.registered("commands")}
+
+
+class _Command(TyperCommand):
+    """A command that says how an option that has gone is given now."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        own = {flag for parameter in self.params for flag in parameter.opts}
+        if "--set" in own:
+            from .running.settings import MOVED
+
+            words = args[: args.index("--")] if "--" in args else args
+            for flag in (word.partition("=")[0] for word in words):
+                if flag in MOVED and flag not in own:
+                    raise InputError(f"{flag} is {MOVED[flag]} now.")
+        return super().parse_args(ctx, args)
+
+
+class _Commands(TyperGroup):
+    """Imports a command when it is asked for; the help page reads what commands are for in their source, for importing
+    all takes its time, and a package whose command cannot be loaded must not keep the others from working."""
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        return list(_points())
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        """A stand-in with the command's name and its line of help."""
+        point = _points().get(cmd_name)
+        if point is None:
+            return None
+        panel = "For developers" if cmd_name in _FOR_DEVELOPERS else None
+        return TyperCommand(cmd_name, help=_summary(point), rich_help_panel=panel)
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        name = args[0]
+        if name not in _points() and not name.startswith("-"):
+            raise InputError(f"There is no command '{name}'; {did_you_mean(name, _points())}")
+        return name, load_command(name), args[1:]
+
+
+def load_command(name: str) -> Any:
+    """The command itself; InputError when its package is broken."""
+    command = _points()[name].load() if name in _OWN else registry.load("commands", name)
+    if isinstance(command, typer.Typer):
+        group = get_group(command)
+        group.name = name
+        return group
+    alone = typer.Typer(add_completion=False)
+    alone.command(name=name, cls=_Command, help=_flowing(command.__doc__ or ""))(_with_detail(command))
+    return get_command(alone)
+
+
+def _flowing(text: str) -> str:
+    """A docstring's paragraphs in one line each, which the help page then wraps by itself."""
+    return "\n\n".join(" ".join(part.split()) for part in signatures.cleandoc(text).split("\n\n"))
+
+
+def _summary(point: EntryPoint) -> str:
+    """First paragraph of a function's docstring, or the help of a typer.Typer, out of the source; "" without one."""
+    source = _source(point.module)
+    for node in ast.parse(source).body:
+        if isinstance(node, ast.FunctionDef) and node.name == point.attr:
+            return (ast.get_docstring(node) or "").partition("\n\n")[0]
+        if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == point.attr:
+            words = [
+                word.value for word in ast.walk(node) if isinstance(word, ast.keyword) and word.arg == "help"
+            ]
+            return next((str(word.value) for word in words if isinstance(word, ast.Constant)), "")
+    return ""
+
+
+def _source(module: str) -> str:
+    """A module's source, found without importing the packages that it is in; "" where there is none."""
+    name, path = "", None
+    spec = None
+    for part in module.split("."):
+        name = f"{name}.{part}".lstrip(".")
+        specs = (finder.find_spec(name, path) for finder in sys.meta_path if hasattr(finder, "find_spec"))
+        spec = next((found for found in specs if found is not None), None)
+        if spec is None:
+            return ""
+        path = spec.submodule_search_locations
+    try:
+        return Path(spec.origin).read_text(encoding="utf-8") if spec and spec.origin else ""
+    except (OSError, ValueError):
+        return ""
+
+
+def _version(asked: bool) -> None:
+    if asked:
+        from .pose import package_version
+
+        print(f"pcnet3d {package_version()}")
+        raise typer.Exit
+
+
+def _detail_option(detail: Detail, hidden: bool = False) -> Any:
+    """-q or -v; it takes effect where it stands."""
+    words = {
+        "quiet": "Say errors and the last line only.",
+        "verbose": "Say what each stage is given and how long it takes.",
+    }
+
+    def asked(given: bool) -> None:
+        if given:
+            set_detail(detail)
+
+    return typer.Option(f"-{detail[0]}", f"--{detail}", callback=asked, hidden=hidden, help=words[detail])
+
+
+def _with_detail(function: Callable[..., Any]) -> Callable[..., Any]:
+    """The command with -q and -v, so that they may also stand behind its name."""
+    keyword = signatures.Parameter.KEYWORD_ONLY
+    own = [
+        each.replace(kind=keyword)
+        for each in signatures.signature(function, eval_str=True).parameters.values()
+    ]
+    details: tuple[Detail, Detail] = ("quiet", "verbose")
+    more = [
+        signatures.Parameter(
+            f"say_{detail}",
+            keyword,
+            default=False,
+            annotation=Annotated[bool, _detail_option(detail, hidden=True)],
+        )
+        for detail in details
+    ]
+
+    @wraps(function)
+    def command(**given: Any) -> Any:
+        return function(**{each.name: given[each.name] for each in own})
+
+    command.__signature__ = signatures.Signature([*own, *more])  # type: ignore[attr-defined]
+    command.__annotations__ = {each.name: each.annotation for each in (*own, *more)}
+    return command
+
 
 app = typer.Typer(
     name="pcnet3d",
+    cls=_Commands,
     help="Kinematics that mean the same thing from every camera.",
+    context_settings=_HELP,
     no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_enable=False,
 )
 
 
-@app.command()
-def run(
-    output: Annotated[Path, typer.Option("-o", "--output", help="Folder for the results.")],
-    video: Annotated[Path | None, typer.Argument(help="The recorded video.")] = None,
-    poses: Annotated[Path | None, typer.Option(help="3D poses of a lifter: a file or a folder.")] = None,
-    adapter: Annotated[str, typer.Option(help="Format of --poses; see `pcnet3d list adapters`.")] = "auto",
-    keypoints: Annotated[Path | None, typer.Option(help="2D keypoints: a file or a folder.")] = None,
-    keypoints_adapter: Annotated[str, typer.Option(help="Format of --keypoints.")] = "auto",
-    person: Annotated[
-        str | None,
-        typer.Option(
-            help="Which person, by the file's name; or 'longest', 'largest', 'all' (a folder each)."
-        ),
-    ] = None,
-    fps: Annotated[float | None, typer.Option(help="Frame rate, when there is no video to ask.")] = None,
-    first_frame: Annotated[int | None, typer.Option(help="Video frame of the first row.")] = None,
-    stature: Annotated[
-        float | None, typer.Option(help="The person's height in metres; sets the scale.")
-    ] = None,
-    detector: Annotated[
-        str | None,
-        typer.Option(
-            help="Network that finds joints in the video: a name of `pcnet3d list models`, or a file."
-        ),
-    ] = None,
-    person_detector: Annotated[
-        str | None, typer.Option(help="Network that finds people for the detector, by name or file.")
-    ] = None,
-    smooth: Annotated[
-        float | None, typer.Option(help="Low-pass of detected keypoints in Hz; none without it.")
-    ] = None,
-    resume: Annotated[
-        bool, typer.Option("--resume", help="Go on with the detection that was interrupted in this folder.")
+@app.callback()
+def _program(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version and exit.")
     ] = False,
-    lifter: Annotated[
-        str | None, typer.Option(help="pcnet3d, the built-in one, or an .onnx file; without --poses.")
-    ] = None,
-    lifter_kind: Annotated[
-        str | None, typer.Option(help="What --lifter is, such as motionbert, where the file does not say.")
-    ] = None,
-    image_size: Annotated[
-        str | None, typer.Option(help="WIDTHxHEIGHT in pixels, to lift keypoints without a video.")
-    ] = None,
-    focal: Annotated[float | None, typer.Option(help="Focal length in pixels, if known.")] = None,
-    flip: Annotated[
-        bool, typer.Option("--flip", help="Average the lift with that of the mirrored person.")
-    ] = False,
-    rectifier: Annotated[
-        str | None, typer.Option(help="geometric, pcnet, paper, or a trained .onnx file.")
-    ] = None,
-    camera: Annotated[
-        str | None, typer.Option(help="static, one that stands still (the default), or moving.")
-    ] = None,
-    gravity: Annotated[
-        str | None,
-        typer.Option(help="X,Y,Z: which way things fall, in the camera's axes (x right, y down, z away)."),
-    ] = None,
-    pitch: Annotated[
-        float | None,
-        typer.Option(help="By how many degrees the camera looks down, if known; no roll then counts as 0."),
-    ] = None,
-    roll: Annotated[
-        float | None,
-        typer.Option(help="By how many degrees the picture's content is turned counter-clockwise, if known."),
-    ] = None,
-    camera_file: Annotated[
-        Path | None,
-        typer.Option(help="A camera's calibration: OpenCV, ROS, COLMAP, Pose2Sim, Caliscope or Qualisys."),
-    ] = None,
-    camera_name: Annotated[str | None, typer.Option(help="Which camera of --camera-file.")] = None,
-    gravity_network: Annotated[
-        str | None,
-        typer.Option(
-            help="Network to ask where the image's lines do not tell up: geocalib, or an .onnx file."
-        ),
-    ] = None,
-    no_calibrate: Annotated[
-        bool,
-        typer.Option("--no-calibrate", help="Do not look for up and focal length in the video's images."),
-    ] = False,
-    parity: Annotated[Parity, typer.Option(help="What to do when left and right look exchanged.")] = "refuse",
-    missing: Annotated[Missing, typer.Option(help="What to do with NaN or all-zero poses.")] = "refuse",
-    swaps: Annotated[
-        Swaps,
-        typer.Option(help="What to do when limbs are exchanged, or mirrored in depth, for some frames."),
-    ] = "report",
-    option: Annotated[
-        list[str] | None, typer.Option("--option", "-O", help="KEY=VALUE for the poses' adapter; repeatable.")
-    ] = None,
-    keypoints_option: Annotated[
-        list[str] | None, typer.Option(help="KEY=VALUE for the keypoints' adapter.")
-    ] = None,
-    cutoff: Annotated[
-        str | None,
-        typer.Option(
-            help="Low-pass cut-off of paths in Hz (6 without it), or auto to have it chosen from the take."
-        ),
-    ] = None,
-    also: Annotated[
-        list[str] | None,
-        typer.Option(
-            help="Another file to write: a name of `pcnet3d list writers`, such as csv or c3d; repeatable."
-        ),
-    ] = None,
-    recipe: Annotated[Path | None, typer.Option(help="Stages and their options, a TOML file.")] = None,
-    no_frames: Annotated[bool, typer.Option("--no-frames", help="Keep pictures of the person out.")] = False,
-    force: Annotated[bool, typer.Option("--force", help="Replace a folder that is not ours.")] = False,
-    strict: Annotated[
-        bool,
-        typer.Option(
-            "--strict",
-            help="End with exit code 3 when the poses are suspicious, 4 when not usable or not levelled.",
-        ),
-    ] = False,
+    quiet: Annotated[bool, _detail_option("quiet")] = False,
+    verbose: Annotated[bool, _detail_option("verbose")] = False,
 ) -> None:
-    """Turn a recorded video's keypoints and a lifter's poses into a rectified recording.
-
-    Without --poses the keypoints are lifted, by our own network or by --lifter; without --keypoints too, they are first
-    detected in the video.
-    """
-    chosen = planned(locals())
-    sources = Sources(
-        poses=poses,
-        video=video,
-        keypoints=keypoints,
-        adapter=adapter,
-        keypoints_adapter=keypoints_adapter,
-        person=person,
-        fps=fps,
-        first_frame=first_frame,
-        parity=parity,
-        missing=missing,
-        swaps=swaps,
-        options=pairs(option),
-        keypoints_options=pairs(keypoints_option),
-    )
-    names = ["read", *(entry.use for entry in chosen.stages)]
-    kept = checkpoint_of(output) if "detect" in names else None
-    with telling_of_kept(kept, resume), stages(names) as done:
-        if person == "all":
-            people = run_people(sources, output, chosen, force=force, done=done)
-        else:
-            take = run_files(sources, output, chosen, force=force, done=done)
-    shown = output
-    if person == "all":
-        tell_people(people)
-        shown = output / next(run.folder for run in people if run.folder)
-    else:
-        tell(take)
-    print(f"{output}: {', '.join(sorted(path.name for path in output.iterdir()))}")
-    print(f"look at it with: pcnet3d view {shlex.quote(str(shown))}")
-    takes = (
-        {f"person {run.person}: ": run.take for run in people if run.take} if person == "all" else {"": take}
-    )
-    code = conclude(takes, strict)
-    if person != "all" and interrupted_at(take) is not None:
-        raise typer.Exit(130)
-    if code:
-        raise typer.Exit(code)
+    pass
 
 
-@app.command()
 def view(
     folder: Annotated[Path, typer.Argument(help="A run's folder.")],
     web: Annotated[bool, typer.Option("--web", help="Serve it to a browser on this machine.")] = False,
@@ -206,13 +205,10 @@ def view(
     open_recording(folder, web)
 
 
-@app.command()
 def inspect(
     file: Annotated[Path, typer.Argument(help="3D poses, 2D keypoints (a file or a folder), or a video.")],
     adapter: Annotated[str, typer.Option(help="Its format; see `pcnet3d list adapters`.")] = "auto",
-    person: Annotated[
-        str | None, typer.Option(help="Only this person, by the file's name, or 'longest' or 'largest'.")
-    ] = None,
+    person: Annotated[str | None, typer.Option(help="Person ID in the file, or longest, or largest.")] = None,
     keypoints: Annotated[Path | None, typer.Option(help="2D keypoints that the poses should fit.")] = None,
     video: Annotated[Path | None, typer.Option(help="The recording that the poses should fit.")] = None,
     option: Annotated[
@@ -224,6 +220,8 @@ def inspect(
     """Say what a file holds and what is wrong with it; exit code 0 good, 3 suspicious, 4 unusable, 2 unreadable."""
     from .inspect.inspect import EXIT_CODES
     from .inspect.inspect import inspect as inspected
+    from .plugins.options import pairs
+    from .reading.load import adapters
 
     if adapter == "auto" and adapters()["video"].sniff(file):
         from .inspect.video import inspect_video
@@ -243,7 +241,6 @@ def inspect(
     raise typer.Exit(EXIT_CODES[found.verdict])
 
 
-@app.command(name="list")
 def list_(
     what: Annotated[Literal["adapters", "stages", "models", "writers"], typer.Argument(help="What to list.")],
     as_json: Annotated[bool, typer.Option("--json", help="For programs.")] = False,
@@ -259,21 +256,6 @@ def list_(
         print(f"{first:<{wide[0]}}  {second:<{wide[1]}}  {' '.join(third.split())}".rstrip())
 
 
-def _add_commands(asked: set[str]) -> None:
-    """The commands that are asked for, or all for the help page. Importing them all takes its time, and a package
-    whose command cannot be loaded must not keep the others from working."""
-    known = registry.registered("commands")
-    for name in asked.intersection(known) or known:
-        try:
-            command = registry.load("commands", name)
-            if isinstance(command, typer.Typer):
-                app.add_typer(command, name=name)
-            else:
-                app.command(name=name)(command)
-        except InputError as error:
-            print(f"warning: {error}", file=sys.stderr)
-
-
 def main() -> None:
     """Entry point; exit codes of design.md section 7."""
     for stream in (sys.stdout, sys.stderr):
@@ -281,9 +263,11 @@ def main() -> None:
             stream.reconfigure(errors="backslashreplace")
     signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(128 + number))  # so that half-made files go
     try:
-        _add_commands(set(sys.argv[1:2]))
+        set_detail("normal")
         app(standalone_mode=True)
     except InputError as error:
+        if is_verbose():
+            traceback.print_exc()
         _fail(str(error), 2)
     except KeyboardInterrupt:
         _fail("interrupted", 130)
@@ -295,6 +279,6 @@ def main() -> None:
 
 
 def _fail(message: str, code: int) -> None:
-    print(f"pcnet3d: {message}", file=sys.stderr)
+    say("pcnet3d", message)
     sys.stderr.flush()
     os._exit(code) if code == 130 else sys.exit(code)

@@ -170,7 +170,7 @@ def _sequence(rows: Sequence[Detection], layout: Layout, unknown: str, where: st
         raise InputError(
             f"{where}: expected each person once a frame, got person {rows[0].person} more than once in frame "
             f"{twice[0]}, so people are not tracked in this file; track them in the detector, or pass "
-            "track=true (--keypoints-option track=true) to join each one to the nearest of the frames before."
+            "track=true (--set keypoints.track=true) to join each one to the nearest of the frames before."
         )
     points = np.stack([np.where(row.found[:, None], row.points, np.nan) for row in rows])
     scores = points[..., 2]

@@ -5,13 +5,13 @@ The digests are those of the .onnx files as they lie at these addresses, or in t
 
 from __future__ import annotations
 
-import sys
 import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from ...pipeline.errors import InputError
+from ...pipeline.messages import say
 
 _FOLDER = "pcnet3d"  # in the user's cache
 _SECONDS = 30  # without an answer, until a download is given up
@@ -56,7 +56,7 @@ class Network:
         digest = f"sha256:{self.sha256}"
         if not (self.path.is_file() and pooch.hashes.hash_matches(str(self.path), digest)):
             said = f"downloading {self.name}, {self.megabytes} MB, from {self.url}; licence: {self.licence}"
-            print(said, file=sys.stderr)
+            say("note", said)
         pooch.get_logger().setLevel("WARNING")
         downloader: Any = _download_onnx  # pooch's own type of these is that of processors
         try:
@@ -101,7 +101,7 @@ MOVENET_THUNDER = Network(
 RTMPOSE = Network(
     "rtmpose",
     "detector",
-    "RTMPose-m, 26 joints (Halpe); several people with --person-detector yolox",
+    "RTMPose-m, 26 joints (Halpe); several people with --set detect.person_detector=yolox",
     f"{_OPENMMLAB}/rtmpose-m_simcc-body7_pt-body7-halpe26_700e-256x192-4d3e73dd_20230605.zip",
     "26f3a19e61304a600dfb82d1001d41d24343b89fc70a33ffc84657e0b0bf2ecf",
     55.7,

@@ -47,7 +47,9 @@ def load_detector(
         )
     if isinstance(opened, MultiMoveNet):
         if person_detector is not None:
-            raise InputError(f"{network.path} finds people by itself; leave --person-detector out.")
+            raise InputError(
+                f"{network.path} finds people by itself; leave --set detect.person_detector out."
+            )
         return opened
     return (
         Follower(opened)

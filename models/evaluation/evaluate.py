@@ -54,8 +54,8 @@ def evaluate(
             "also pcnet."
         ),
     ] = None,
-    lifter: Annotated[str, typer.Option(help="The built-in one, or a file.")] = "pcnet3d",
-    seed: Annotated[int, typer.Option(min=0, help="Of cameras and noise.")] = 0,
+    lifter: Annotated[str, typer.Option(help="pcnet3d (built-in), or an .onnx file.")] = "pcnet3d",
+    seed: Annotated[int, typer.Option(min=0, help="Random seed.")] = 0,
     bed: Annotated[
         Bed | None,
         typer.Option(
@@ -76,7 +76,7 @@ def evaluate(
     ] = None,
     targets: Annotated[Targets, typer.Option(help="With --data: gravity and heading, or its axes.")] = "body",
     takes: Annotated[
-        bool, typer.Option("--takes", help="Judge one gravity a take instead of single frames.")
+        bool, typer.Option("--takes", help="Judge one gravity per take instead of single frames.")
     ] = False,
     angles: Annotated[
         bool, typer.Option("--angles", help="Judge joint angles and their stated errors.")

@@ -164,16 +164,16 @@ def see(
 def write_takes(
     subjects: Annotated[Subjects, typer.Argument(help="Whose takes.")],
     output: Annotated[Path, typer.Option("-o", "--output", help="The .npz file to write.")],
-    seed: Annotated[int, typer.Option(min=0, help="Of cameras and noise.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Random seed.")] = 0,
     lifter: Annotated[
-        str, typer.Option(help="The built-in one, or a file; one that never saw the subjects.")
+        str, typer.Option(help="pcnet3d (built-in), or an .onnx file; one that never saw the subjects.")
     ] = "pcnet3d",
     bodies: Annotated[bool, typer.Option("--bodies", help="Draw other proportions and mirror some.")] = False,
     bed: Annotated[
         Bed, typer.Option(help="Cameras: steep, tilted and long lenses too, or as people film.")
     ] = "wild",
 ) -> None:
-    """Write lifted takes with their truth, for whoever trains or judges on them.
+    """Write lifted takes with ground truth for training and evaluation.
 
     One .npz of plain arrays, takes one after another: lifted, truth (N, 17, 3), R_camera_from_body (N, 3, 3),
     up (N, 3), lying (N,); take_start (C + 1,), clip, subject, source (C,).

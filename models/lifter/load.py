@@ -51,7 +51,8 @@ def _sequence_lifter(network: OnnxFile, method: str, kind: str | None) -> Lifter
     if kind is None and channels == 2:
         kinds = "; ".join(f"{name}: {one.about}" for name, one in KINDS.items())
         raise InputError(
-            f"{network.path} does not say how its keypoints are scaled and ordered; name its kind with --lifter-kind "
+            f"{network.path} does not say how its keypoints are scaled and ordered; name its kind with "
+            "--set lift.lifter_kind "
             f"({kinds})."
         )
     kind = kind or "motionbert"
@@ -67,4 +68,4 @@ def _opened(lifter: Lifter, found: str, kind: str | None) -> Lifter:
 
 
 def _contradiction(kind: str, what: str, fitting: str) -> InputError:
-    return InputError(f"The lifter {what}, not {kind}; leave --lifter-kind out or pass {fitting}.")
+    return InputError(f"The lifter {what}, not {kind}; leave --set lift.lifter_kind out or pass {fitting}.")

@@ -249,8 +249,8 @@ def _left_right(poses: PoseSequence) -> list[Finding]:
     if evidence.verdict == "good":
         return []
     texts = {
-        "wrong": "The body is mirrored or its left and right are exchanged (--parity mirror or swap)",
-        "legs against arms": "Left and right of the legs contradict those of the arms (--parity swap-legs)",
+        "wrong": "The body is mirrored or its left and right are exchanged (--left-right mirror or swap)",
+        "legs against arms": "Left and right of the legs contradict those of the arms (--left-right swap-legs)",
         "doubtful": "Left and right are doubtful",
     }
     weight: Weight = "suspicious" if evidence.verdict == "doubtful" else "unusable"

@@ -5,9 +5,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Iterable
 from difflib import get_close_matches
-from typing import Any, get_type_hints
-
-from pydantic import TypeAdapter, ValidationError
+from typing import Any, get_args, get_origin, get_type_hints
 
 from ..errors import InputError
 
@@ -21,13 +19,13 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
     return f"known are {', '.join(known)}." if known else "none are known."
 
 
-def pairs(given: Iterable[str] | None) -> dict[str, str]:
+def pairs(given: Iterable[str] | None, flag: str = "--option") -> dict[str, str]:
     """Options as a command line gives them, KEY=VALUE each, by key; InputError for anything else."""
     found = {}
     for text in given or ():
         key, equals, value = text.partition("=")
         if not equals:
-            raise InputError(f"Expected KEY=VALUE after --option, got '{text}'.")
+            raise InputError(f"Expected KEY=VALUE after {flag}, got '{text}'.")
         found[key.strip()] = value
     return found
 
@@ -38,23 +36,48 @@ def call(function: Callable[..., Any], *args: Any, what: str, options: dict[str,
     Text values, as a command line gives them, become numbers and booleans where the signature asks for them.
     InputError for an unknown option, one that is missing, or a value of another type.
     """
-    parameters = list(inspect.signature(function).parameters.values())[len(args) :]
-    open_ended = any(parameter.kind is parameter.VAR_KEYWORD for parameter in parameters)
-    known = {parameter.name for parameter in parameters if parameter.kind is not parameter.VAR_KEYWORD}
-    hints = get_type_hints(function.__init__ if inspect.isclass(function) else function)
-    checked = {}
-    for name, value in options.items():
-        if name not in known and not open_ended:
-            raise InputError(f"{what} has no option '{name}'; {did_you_mean(name, known)}")
-        try:
-            checked[name] = TypeAdapter(hints[name]).validate_python(value) if name in hints else value
-        except ValidationError as error:
-            raise InputError(f"{what}: option {name}={value!r}: {error.errors()[0]['msg']}.") from None
+    given = checked(function, *args, what=what, options=options)
     missing = [
         parameter.name
-        for parameter in parameters
-        if parameter.default is parameter.empty and parameter.name in known and parameter.name not in checked
+        for parameter in _parameters(function, args)
+        if parameter.default is parameter.empty
+        and parameter.kind is not parameter.VAR_KEYWORD
+        and parameter.name not in given
     ]
     if missing:
         raise InputError(f"{what} needs the option{'s' * (len(missing) > 1)} {', '.join(missing)}.")
-    return function(*args, **checked)
+    return function(*args, **given)
+
+
+def checked(function: Callable[..., Any], *args: Any, what: str, options: dict[str, Any]) -> dict[str, Any]:
+    """The options in the types that the signature asks for; several values in one text stand between commas.
+    InputError for an unknown option or a value of another type."""
+    from pydantic import TypeAdapter, ValidationError
+
+    parameters = _parameters(function, args)
+    open_ended = any(parameter.kind is parameter.VAR_KEYWORD for parameter in parameters)
+    known = {parameter.name for parameter in parameters if parameter.kind is not parameter.VAR_KEYWORD}
+    hints = option_types(function)
+    found = {}
+    for name, value in options.items():
+        if name not in known and not open_ended:
+            raise InputError(f"{what} has no option '{name}'; {did_you_mean(name, known)}")
+        listed = value.split(",") if isinstance(value, str) and _is_tuple(hints.get(name)) else value
+        try:
+            found[name] = TypeAdapter(hints[name]).validate_python(listed) if name in hints else value
+        except ValidationError as error:
+            raise InputError(f"{what}: option {name}={value!r}: {error.errors()[0]['msg']}.") from None
+    return found
+
+
+def option_types(function: Callable[..., Any]) -> dict[str, Any]:
+    """The types of a function's or a class's options by name."""
+    return get_type_hints(function.__init__ if inspect.isclass(function) else function)
+
+
+def _parameters(function: Callable[..., Any], args: tuple[Any, ...]) -> list[inspect.Parameter]:
+    return list(inspect.signature(function).parameters.values())[len(args) :]
+
+
+def _is_tuple(hint: Any) -> bool:
+    return tuple in (get_origin(part) or part for part in (hint, *get_args(hint)))

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import sys
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import Any
 
 from ..errors import InputError
+from ..messages import say
 from .options import did_you_mean
 
 # What pcnet3d asks of an object before it is used (protocols.py), by the group it is registered in; of a model also
@@ -66,7 +66,7 @@ def load_all(group: str) -> dict[str, Any]:
         try:
             found[name] = load(group, name)
         except InputError as error:
-            print(f"warning: {error}", file=sys.stderr)
+            say("warning", str(error))
     return found
 
 

@@ -46,13 +46,13 @@ def check_numbers(sequence: PoseSequence, video: Video | None, path: Path) -> No
     if not sequence.frames_known and len(sequence) != frames:
         raise InputError(
             f"{path} has {len(sequence)} rows without frame numbers, the video {frames} frames; give the "
-            "2D file that the lifter was run on (--keypoints), or --first-frame N if the rows are consecutive."
+            "2D file that the lifter was run on (--keypoints), or --set read.first_frame=N if the rows are consecutive."
         )
     if sequence.frame_index[-1] >= frames:
         raise InputError(
             f"{path}, or the 2D file that numbers its rows, reaches video frame {sequence.frame_index[-1]}, but "
-            f"{video.path} ends with frame {frames - 1}; if its numbers begin with 1, pass --first-frame 0, otherwise "
-            "they do not belong together."
+            f"{video.path} ends with frame {frames - 1}; if its numbers begin with 1, pass "
+            "--set read.first_frame=0, otherwise they do not belong together."
         )
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import Any, Literal, get_args
 
@@ -12,6 +11,7 @@ from ..errors import InputError
 from ..files.atomic import printable
 from ..frames import CAMERA, change_frame
 from ..layouts import H36M17, remap
+from ..messages import say
 from ..motion.checks import chirality, empty_rows
 from ..motion.rates import timed
 from ..plugins import registry
@@ -60,7 +60,7 @@ def find_adapter(path: Path, name: str = "auto", gives: str | None = None) -> Ad
         fits = [adapter for adapter in fits if adapter.gives == "poses"] or fits
     if len(fits) == 1:
         return fits[0]
-    flag = "--keypoints-adapter" if gives == "keypoints" else "--adapter"
+    flag = "--set read.keypoints_adapter" if gives == "keypoints" else "--adapter"
     if why := why_no_joints(path):
         raise InputError(f"{path} is {in_words(path)}. {why}")
     if fits:
@@ -89,7 +89,7 @@ def recognises(adapter: Adapter, path: Path) -> bool:
     try:
         return adapter.sniff(path)
     except Exception as error:
-        print(f"warning: adapter '{adapter.name}' failed at {path}: {error!r}", file=sys.stderr)
+        say("warning", f"adapter '{adapter.name}' failed at {path}: {error!r}")
         return False
 
 
@@ -247,7 +247,7 @@ def _missing(poses: PoseSequence, path: Path, missing: Missing) -> PoseSequence:
         said = " and ".join(f"{count} {what}" for what, count in counts.items() if count)
         raise InputError(
             f"{path}: expected a pose in each of {len(poses)} frames, got {said} (first at row {first}); "
-            "pass --missing gap to take them for gaps."
+            "pass --set read.missing=gap to take them for gaps."
         )
     return poses.with_(joints=np.where(empty[:, None, None], np.nan, poses.joints)).noted("missing", **counts)
 
@@ -269,12 +269,13 @@ def guarded(poses: PoseSequence, parity: Parity, where: str) -> PoseSequence:
     if evidence.verdict == "legs against arms":
         raise InputError(
             f"{where}: left and right of the legs contradict those of the arms: {evidence}; "
-            "pass --parity swap-legs if the legs are in SPIN's order, or --parity ignore."
+            "pass --left-right swap-legs if the legs are in SPIN's order, or --left-right ignore."
         )
     if evidence.verdict == "wrong":
         raise InputError(
             f"{where}: the body is mirrored or its left and right are exchanged: {evidence}; "
-            "pass --parity mirror if the coordinates are mirrored, --parity swap if the names are, or --parity ignore."
+            "pass --left-right mirror if the coordinates are mirrored, --left-right swap if the names are, or "
+            "--left-right ignore."
         )
     if evidence.verdict == "doubtful":
         return poses.noted("parity", warning=f"left and right are doubtful: {evidence}")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -11,17 +11,17 @@ from ..errors import InputError
 from ..files.atomic import printable
 from ..inspect.findings import findings_of
 from ..motion.checks import implausible
-from ..motion.swap_repair import Swaps, treated
+from ..motion.swap_repair import treated
 from ..plugins.options import call
 from ..plugins.protocols import Adapter
 from ..pose import PoseSequence
+from ..running.settings import RunOptions
 from ..take import Event, Take, Video
 from .clock import Clock, check_numbers, numbered_by, starting_at
 from .load import (
     RANKS,
     Missing,
     Parity,
-    check_guards,
     choose_person,
     exchanged,
     find_adapter,
@@ -29,30 +29,6 @@ from .load import (
     read_sources,
     recognises,
 )
-
-
-@dataclass(frozen=True)
-class Sources:
-    """What a user gave: files and how to read them. Poses, or keypoints that are to be lifted, or a video alone.
-
-    options, keypoints_options: the adapters' own. person: by the file's name, "longest" or "largest". first_frame:
-    the video frame of the file's first row; the others keep their distance to it. fps: frame rate; without it the
-    video's time stamps count. swaps: what to do about limbs that are exchanged, or mirrored in depth, for some frames.
-    """
-
-    poses: Path | None = None
-    video: Path | None = None
-    keypoints: Path | None = None
-    adapter: str = "auto"
-    keypoints_adapter: str = "auto"
-    person: str | None = None
-    fps: float | None = None
-    first_frame: int | None = None
-    parity: Parity = "refuse"
-    missing: Missing = "refuse"
-    swaps: Swaps = "report"
-    options: dict[str, Any] = field(default_factory=dict)
-    keypoints_options: dict[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,9 +47,9 @@ class _File:
 
 @dataclass(frozen=True, eq=False)
 class _Files:
-    """All that the sources name, read. inputs: role, file name and hash of each."""
+    """All that the options name, read. inputs: role, file name and hash of each."""
 
-    sources: Sources
+    options: RunOptions
     poses: _File | None
     keypoints: _File | None
     video: Video | None
@@ -91,17 +67,17 @@ class _Files:
         return lead
 
 
-def open_take(sources: Sources) -> Take:
+def open_take(options: RunOptions) -> Take:
     """Read everything and join it. Raises InputError when parts do not fit each other or there is no clock.
 
     Without poses the keypoints lead: theirs are the frame numbers and the clock. Of a video alone the take has neither.
     """
-    files = _read(sources)
+    files = _read(options)
     if files.poses is None and files.keypoints is None:
         return _video_alone(files)
     poses = _poses(files)
     keypoints = _keypoints(files, poses)
-    _check_person(sources.person, poses, keypoints)
+    _check_person(options.person, poses, keypoints)
     return _joined(files, poses, keypoints)
 
 
@@ -114,13 +90,13 @@ class Person:
     take: Take | InputError
 
 
-def open_people(sources: Sources) -> tuple[Person, ...]:
+def open_people(options: RunOptions) -> tuple[Person, ...]:
     """A take of everybody in the file of poses, or without one of keypoints; whoever cannot be read has a reason.
 
     Keypoints beside poses belong to the person of the same name. Raises InputError when a file cannot be read at all,
     and when the two files name other people.
     """
-    files = _read(sources)
+    files = _read(options)
     poses, keypoints = files.poses, files.keypoints
     if poses and keypoints:
         names = [sorted(one.person for one in file.people) for file in (poses, keypoints)]
@@ -133,7 +109,7 @@ def open_people(sources: Sources) -> tuple[Person, ...]:
     found = []
     for one in files.lead.people:
         try:
-            body = poses.finished(one, sources.parity, sources.missing) if poses else None
+            body = poses.finished(one, options.left_right, options.missing) if poses else None
             track = keypoints.finished(tracks[one.person]) if keypoints else None
             take = _joined(files, body, track)
             take = take.with_(name=f"{take.name}, person {printable(one.person)}")
@@ -143,54 +119,53 @@ def open_people(sources: Sources) -> tuple[Person, ...]:
     return tuple(found)
 
 
-def _read(sources: Sources) -> _Files:
-    check_guards(sources.parity, sources.missing)
-    video = read_video(sources.video) if sources.video else None
+def _read(options: RunOptions) -> _Files:
+    video = read_video(options.video) if options.video else None
     poses = keypoints = None
-    if sources.poses:
-        poses = _File(sources.poses, *read_sources(sources.poses, sources.adapter, "poses", sources.options))
-    if sources.keypoints:
+    if options.poses:
+        poses = _File(options.poses, *read_sources(options.poses, options.adapter, "poses", options.options))
+    if options.keypoints:
         read = read_sources(
-            sources.keypoints, sources.keypoints_adapter, "keypoints", sources.keypoints_options
+            options.keypoints, options.keypoints_adapter, "keypoints", options.keypoints_options
         )
-        keypoints = _File(sources.keypoints, *read)
-    given = {"poses": sources.poses, "keypoints": sources.keypoints, "video": sources.video}
+        keypoints = _File(options.keypoints, *read)
+    given = {"poses": options.poses, "keypoints": options.keypoints, "video": options.video}
     inputs = {
         role: {"role": role, "file": printable(path.name), "sha256": sha256(path)}
         for role, path in given.items()
         if path is not None
     }
-    return _Files(sources, poses, keypoints, video, inputs)
+    return _Files(options, poses, keypoints, video, inputs)
 
 
 def _joined(files: _Files, poses: PoseSequence | None, keypoints: PoseSequence | None) -> Take:
     """One person's poses and keypoints on one clock."""
-    sources, video = files.sources, files.video
+    options, video = files.options, files.video
     begins = min(int(one.frame_index[0]) for one in files.lead.people)  # one shift for everybody in the file
-    if poses is not None and sources.first_frame is not None and not poses.frames_known:
-        poses, begins = starting_at(sources.first_frame, poses), sources.first_frame
+    if poses is not None and options.first_frame is not None and not poses.frames_known:
+        poses, begins = starting_at(options.first_frame, poses), options.first_frame
     if poses is not None and keypoints is not None:
-        poses = numbered_by(keypoints, poses, f"{sources.poses} and {sources.keypoints}")
+        poses = numbered_by(keypoints, poses, f"{options.poses} and {options.keypoints}")
     path = files.lead.path
     lead = keypoints if poses is None else poses
     assert lead is not None
-    if sources.first_frame is not None:
-        shift = sources.first_frame - begins
+    if options.first_frame is not None:
+        shift = options.first_frame - begins
         lead = starting_at(int(lead.frame_index[0]) + shift, lead)
         if poses is not None and keypoints is not None and shift:
             keypoints = starting_at(int(keypoints.frame_index[0]) + shift, keypoints)
     check_numbers(lead, video, path)
-    clock = Clock(video, sources.fps, keypoints if lead.time_s is None else lead)
+    clock = Clock(video, options.fps, keypoints if lead.time_s is None else lead)
     lead = lead.with_(time_s=clock.seconds(lead.frame_index, path))
     if poses is None:
         keypoints = lead
-    elif keypoints is not None and sources.keypoints:
+    elif keypoints is not None and options.keypoints:
         clock = replace(clock, other=lead if keypoints.time_s is None else keypoints)
-        keypoints = keypoints.with_(time_s=clock.seconds(keypoints.frame_index, sources.keypoints))
+        keypoints = keypoints.with_(time_s=clock.seconds(keypoints.frame_index, options.keypoints))
     poses = None if poses is None else lead
-    poses, keypoints, swapped = treated(poses, keypoints, sources.swaps)
+    poses, keypoints, swapped = treated(poses, keypoints, options.swaps)
     return Take(
-        name=printable((sources.video or path).stem),
+        name=printable((options.video or path).stem),
         video=video,
         keypoints=keypoints,
         poses=poses,
@@ -217,8 +192,10 @@ def _video_alone(files: _Files) -> Take:
         raise InputError(
             "Expected a video, 3D poses (--poses FILE) or 2D keypoints (--keypoints FILE), got none."
         )
-    if files.sources.first_frame is not None:
-        raise InputError("--first-frame numbers the rows of a file, and there is none; leave it out.")
+    if files.options.first_frame is not None:
+        raise InputError(
+            "--set read.first_frame numbers the rows of a file, and there is none; leave it out."
+        )
     name = printable(files.video.path.stem)
     return Take(name=name, video=files.video, inputs=_provenance(files, None, None))
 
@@ -232,29 +209,31 @@ def _check_person(person: str | None, *found: PoseSequence | None) -> None:
 
 def _poses(files: _Files) -> PoseSequence | None:
     """The person's 3D poses, when there is a file of them."""
-    file, sources = files.poses, files.sources
+    file, options = files.poses, files.options
     if file is None:
         return None
-    person = sources.person if len(file.people) > 1 else None
-    return file.finished(choose_person(file.people, person, str(file.path)), sources.parity, sources.missing)
+    person = options.person if len(file.people) > 1 else None
+    return file.finished(
+        choose_person(file.people, person, str(file.path)), options.left_right, options.missing
+    )
 
 
 def _keypoints(files: _Files, poses: PoseSequence | None) -> PoseSequence | None:
     """The person's 2D keypoints, when there is a file of them: the track that is named, alone, or fits the poses."""
-    file, sources = files.keypoints, files.sources
+    file, options = files.keypoints, files.options
     if file is None:
         return None
     tracks = file.people
-    if sources.person is None and len(tracks) > 1 and poses is not None and not poses.frames_known:
+    if options.person is None and len(tracks) > 1 and poses is not None and not poses.frames_known:
         fitting = [track for track in tracks if len(track) == len(poses)]
         if len(fitting) == 1:
             return file.finished(fitting[0])
         if sum(map(len, tracks)) == len(poses):
             raise InputError(
-                f"{sources.poses} has {len(poses)} rows, as many as all {len(tracks)} people of {file.path} together: "
+                f"{options.poses} has {len(poses)} rows, as many as all {len(tracks)} people of {file.path} together: "
                 "the lifter took several people for one (MotionBERT without --focus); lift one person at a time."
             )
-    person = sources.person if len(tracks) > 1 else None
+    person = options.person if len(tracks) > 1 else None
     return file.finished(choose_person(tracks, person, str(file.path)))
 
 

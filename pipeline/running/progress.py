@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from ..inspect.inspect import EXIT_CODES
+from ..messages import is_quiet, is_verbose, on_terminal, say
 from ..take import Take
 from ..verdict import verdict, verdict_words
 from .people import PersonRun
@@ -21,8 +22,8 @@ Item = TypeVar("Item")
 @contextmanager
 def stages(names: list[str]) -> Iterator[Callable[[str, float], None]]:
     """A callback (stage, seconds) to be called after each of the named stages."""
-    if sys.stderr is None or not sys.stderr.isatty():
-        yield lambda stage, seconds: print(f"{stage}: {seconds:.2f} s", file=sys.stderr)
+    if is_quiet() or is_verbose() or not on_terminal():
+        yield lambda stage, seconds: say(stage, f"{seconds:.2f} s")
         return
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
@@ -50,7 +51,7 @@ def each(items: Iterable[Item], what: str, total: int) -> Iterator[Item]:
 def counted(what: str, total: int) -> Iterator[Callable[[int], None]]:
     """A callback (how many of the total are done): a bar with rate and time left on a terminal, elsewhere a line now
     and then."""
-    if sys.stderr is None or not sys.stderr.isatty():
+    if is_quiet() or not on_terminal():
         yield _lines(what, total)
         return
     from rich.console import Console
@@ -86,10 +87,10 @@ def _lines(what: str, total: int | None) -> Callable[[int], None]:
         if now - said < _SECONDS_A_LINE or count == first:
             return
         said, rate = now, (count - first) / (now - start)
-        words = f"{what}: {count}, {rate:.1f}/s"
+        words = f"{count}, {rate:.1f}/s"
         if total is not None:
-            words = f"{what}: {count} of {total}, {rate:.1f}/s, {(total - count) / rate / 60:.0f} min left"
-        print(words, file=sys.stderr)
+            words = f"{count} of {total}, {rate:.1f}/s, {(total - count) / rate / 60:.0f} min left"
+        say(what, words)
 
     return done
 
@@ -113,13 +114,13 @@ def telling_of_kept(checkpoint: Path | None, resumed: bool) -> Iterator[None]:
             f"a run into this folder was interrupted, and what it had detected is kept in {checkpoint} until this one "
             "has detected for a minute; --resume goes on from there"
         )
-        print(f"note: {words}", file=sys.stderr)
+        say("note", words)
     try:
         yield
     except BaseException:
         if checkpoint is not None and checkpoint.is_file():
             words = "what was detected is kept; the same command with --resume goes on from there"
-            print(f"note: {words}", file=sys.stderr)
+            say("note", words)
         raise
 
 
@@ -127,7 +128,7 @@ def tell(take: Take, who: str = "") -> None:
     """The take's warnings, repairs and notes, one line each."""
     for event in take.events:
         if event.kind in ("warning", "repair", "note"):
-            print(f"{event.kind}: {who}{event.text}", file=sys.stderr)
+            say(event.kind, f"{who}{event.text}")
 
 
 def conclude(takes: Mapping[str, Take], strict: bool) -> int:
@@ -161,6 +162,6 @@ def tell_people(runs: Sequence[PersonRun]) -> None:
     """The same of several people's, and who was left out."""
     for run in runs:
         if run.take is None:
-            print(f"warning: person {run.person} was left out: {run.reason}", file=sys.stderr)
+            say("warning", f"person {run.person} was left out: {run.reason}")
         else:
             tell(run.take, f"person {run.person}: ")

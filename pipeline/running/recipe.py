@@ -42,11 +42,20 @@ class Recipe(BaseModel):
             )
         )
 
+    def has(self, stage: str) -> bool:
+        """Whether a stage of that name is in it."""
+        return any(entry.use == stage for entry in self.stages)
+
     def starting_with(self, stage: str) -> Recipe:
         """A copy whose first stage is this one; the same recipe when it has that stage already."""
-        if any(entry.use == stage for entry in self.stages):
-            return self
-        return Recipe(stages=(StageEntry(use=stage), *self.stages))
+        return self if self.has(stage) else Recipe(stages=(StageEntry(use=stage), *self.stages))
+
+    def without(self, stage: str) -> Recipe:
+        """A copy without that stage; InputError when it has no other."""
+        rest = tuple(entry for entry in self.stages if entry.use != stage)
+        if not rest:
+            raise InputError(f"'{stage}' is the only stage of this run; leave it in.")
+        return Recipe(stages=rest)
 
     def build(self) -> Pipeline:
         """The pipeline; InputError for an unknown stage or option, naming the nearest ones that exist."""

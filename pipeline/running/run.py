@@ -11,11 +11,12 @@ from pathlib import Path
 from ..errors import InputError
 from ..files.atomic import require_space, sign, whole_folder
 from ..files.detections import KEYPOINTS
-from ..reading.take import Person, Sources, open_people, open_take
+from ..reading.take import Person, open_people, open_take
 from ..take import Take
 from .people import PersonRun, folder_names, write_index
 from .recipe import Recipe, load_recipe
 from .runner import run_together
+from .settings import RunOptions
 
 FEWEST_FRAMES = 10  # of a person who gets a run beside others; fewer cannot be levelled
 
@@ -32,32 +33,35 @@ def checkpoint_of(output: Path) -> Path:
 
 
 def run_files(
-    sources: Sources,
+    options: RunOptions,
     output: Path,
     recipe: Recipe | None = None,
     *,
     force: bool = False,
     done: Callable[[str, float], None] = lambda stage, seconds: None,
 ) -> Take:
-    """Read the sources, run the recipe, leave its files in `output`; all of them or none.
+    """Read the files that the options name, run the recipe, leave its files in `output`; all of them or none.
 
     done: called with "read" and then each stage's name, and its seconds. Raises InputError.
     """
     kept = checkpoint_of(output)
     recipe = _checked(recipe or load_recipe()).with_options("detect", checkpoint=kept)
-    with whole_folder(output, force, _inputs(sources)) as folder:
-        take = run_into(folder, sources, recipe, done)
+    with whole_folder(output, force, _inputs(options)) as folder:
+        take = run_into(folder, options, recipe, done)
     kept.unlink(missing_ok=True)
     return take
 
 
 def run_into(
-    folder: Path, sources: Sources, recipe: Recipe, done: Callable[[str, float], None] = lambda stage, s: None
+    folder: Path,
+    options: RunOptions,
+    recipe: Recipe,
+    done: Callable[[str, float], None] = lambda stage, s: None,
 ) -> Take:
     """`run_files` into a folder that is already there."""
     pipeline = _aimed(recipe, folder).build()
     start = time.perf_counter()
-    take = open_take(sources)
+    take = open_take(options)
     done("read", time.perf_counter() - start)
     require_space(folder, bytes_needed(recipe, take), "The run")
     return pipeline(take, done)
@@ -76,14 +80,14 @@ def bytes_needed(recipe: Recipe, *takes: Take) -> int:
 
 
 def run_people(
-    sources: Sources,
+    options: RunOptions,
     output: Path,
     recipe: Recipe | None = None,
     *,
     force: bool = False,
     done: Callable[[str, float], None] = lambda stage, seconds: None,
 ) -> tuple[PersonRun, ...]:
-    """A whole run of everybody in the sources, each in a folder of `output`, in one common LEVEL; all of it or none.
+    """A whole run of everybody in the files, each in a folder of `output`, in one common LEVEL; all of it or none.
 
     `output` gets a summary.json that lists the people, in the order of the answer. Who is seen too briefly, or refused
     by a stage, is left out with the reason. done: as for run_files, each stage once for all. Raises InputError when
@@ -92,9 +96,9 @@ def run_people(
     recipe = _checked(recipe or load_recipe())
     if any("stature_m" in entry.options for entry in recipe.stages if entry.use == "scale"):
         raise InputError("A stature is one person's: leave it out, or run one --person at a time.")
-    with whole_folder(output, force, _inputs(sources)) as folder:
+    with whole_folder(output, force, _inputs(options)) as folder:
         start = time.perf_counter()
-        people = [_long_enough(person) for person in open_people(sources)]
+        people = [_long_enough(person) for person in open_people(options)]
         done("read", time.perf_counter() - start)
         takes = {person: person.take for person in people if isinstance(person.take, Take)}
         require_space(folder, bytes_needed(recipe, *takes.values()), "The run")
@@ -134,8 +138,8 @@ def _checked(recipe: Recipe) -> Recipe:
     return recipe
 
 
-def _inputs(sources: Sources) -> list[Path]:
-    return [path for path in (sources.poses, sources.keypoints, sources.video) if path]
+def _inputs(options: RunOptions) -> list[Path]:
+    return [path for path in (options.poses, options.keypoints, options.video) if path]
 
 
 def _aimed(recipe: Recipe, folder: Path) -> Recipe:

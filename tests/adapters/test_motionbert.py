@@ -108,7 +108,7 @@ def test_failed_frames_are_refused_or_gaps(x3d, relative, value):
         return joints
 
     path = x3d(fail)
-    with pytest.raises(InputError, match="--missing gap"):
+    with pytest.raises(InputError, match=r"--set read\.missing=gap"):
         read(path)
     poses = read(path, missing="gap")
     assert np.isnan(poses.joints[100:110]).all()

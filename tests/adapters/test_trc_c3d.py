@@ -55,7 +55,7 @@ def test_rows_that_are_left_out_keep_their_distance(markers, tmp_path):
 def test_empty_cells_are_gaps_that_are_asked_for(markers, tmp_path):
     markers[5, list(POSE2SIM).index("RWrist")] = np.nan
     path = trc(tmp_path / "x.trc", POSE2SIM, y_up(markers))
-    with pytest.raises(InputError, match="--missing gap"):
+    with pytest.raises(InputError, match=r"--set read\.missing=gap"):
         read(path)
     poses = read(path, missing="gap")
     assert np.isnan(poses.joint("r_wrist")[5]).all()

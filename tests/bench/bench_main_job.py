@@ -15,11 +15,11 @@ from pathlib import Path
 
 import numpy as np
 
-from pcnet3d.pipeline.reading.take import Sources
 from pcnet3d.pipeline.running.run import run_files
+from pcnet3d.pipeline.running.settings import RunOptions
 
 
-def write_inputs(folder: Path, frames: int) -> Sources:
+def write_inputs(folder: Path, frames: int) -> RunOptions:
     """A body that sways, as the files of an estimator."""
     rng = np.random.default_rng(0)
     time_s = np.arange(frames) / 30
@@ -39,7 +39,7 @@ def write_inputs(folder: Path, frames: int) -> Sources:
         for i in range(frames)
     ]  # fmt: skip
     (folder / "alphapose-results.json").write_text(json.dumps(detections))
-    return Sources(poses=folder / "X3D.npy", keypoints=folder / "alphapose-results.json", fps=30)
+    return RunOptions(poses=folder / "X3D.npy", keypoints=folder / "alphapose-results.json", fps=30)
 
 
 def seconds(command: list[str]) -> float:

@@ -94,16 +94,16 @@ def _read_config(path: Path) -> object:
 
 
 def _run(folder: Path) -> Path:
-    from pcnet3d.pipeline.reading.take import Sources
     from pcnet3d.pipeline.running.recipe import Recipe
     from pcnet3d.pipeline.running.run import run_files
+    from pcnet3d.pipeline.running.settings import RunOptions
 
     np.save(folder / "poses.npy", Person().turning(90))
     stages = ("clean", "scale", "rectify", "trajectories", "angles", "measures", "export")
     recipe = Recipe(stages=tuple({"use": stage} for stage in stages)).with_options(
         "rectify", rectifier="geometric"
     )
-    run_files(Sources(poses=folder / "poses.npy", adapter="videopose3d", fps=30), folder / "run", recipe)
+    run_files(RunOptions(poses=folder / "poses.npy", adapter="videopose3d", fps=30), folder / "run", recipe)
     return folder / "run"
 
 

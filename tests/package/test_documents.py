@@ -9,10 +9,10 @@ from functools import cache
 from pathlib import Path
 
 import pytest
-from typer.main import get_command
 
-from pcnet3d.pipeline.cli import app
+from pcnet3d.pipeline.cli import load_command
 from pcnet3d.pipeline.motion.angles import ANGLES, REASONS
+from pcnet3d.pipeline.running.settings import MOVED, reading_options
 
 ROOT = Path(__file__).parents[2]
 FOLDERS = ("pipeline", "adapters", "models", "stages", "examples", "tests", "docs")
@@ -186,12 +186,31 @@ def test_every_option_of_a_run_is_in_the_design():
         r"Options of `run`.*?\n\n(.*?)\n\n", (ROOT / "docs/design.md").read_text(), re.DOTALL
     )
     told = set(re.findall(r"`(--?[\w-]+)", section))
-    run = get_command(app).commands["run"]  # type: ignore[attr-defined]
     options = [
-        {*option.opts, *option.secondary_opts} for option in run.params if option.opts[0].startswith("-")
+        {*option.opts, *option.secondary_opts}
+        for option in load_command("run").params
+        if option.opts[0].startswith("-") and not option.hidden
     ]
     assert [sorted(names) for names in options if not names & told] == []
     assert sorted(told - set().union(*options)) == []
+
+
+def test_what_run_takes_by_set_is_in_the_design():
+    (section,) = re.findall(r"by `--set`.*?\n\n", (ROOT / "docs/design.md").read_text(), re.DOTALL)
+    assert [name for name in reading_options() if f"`{name}`" not in section] == []
+
+
+def test_no_document_names_an_option_that_has_moved():
+    """But for those that another command has under the same name."""
+    run = re.compile(r"pcnet3d (?:run|live|batch)\b[^\n`]*")
+    old = [
+        (name(path), flag)
+        for path in DOCUMENTS
+        for words in run.findall(path.read_text(encoding="utf-8"))
+        for flag in re.findall(r"--[a-z-]+", words)
+        if flag in MOVED
+    ]
+    assert old == []
 
 
 def test_readme_and_cards_stay_short():

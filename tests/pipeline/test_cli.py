@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from typer.main import get_command
 
 PCNET3D = [sys.executable, "-c", "from pcnet3d.pipeline.cli import main; main()"]
 FILES = ["kinematics.parquet", "measures.csv", "poses.npz", "report.html", "summary.json", "take.rrd"]
@@ -99,12 +100,12 @@ def test_stature_gives_metres_and_a_recipe_is_followed(lifted, tmp_path):
         (lambda x: x[:, :16], ["17"]),
         (lambda x: x[..., :2], ["3"]),
         (lambda x: x[0], ["17"]),
-        (nan_frame, ["NaN", "row 4", "--missing gap"]),
-        (zero_frame, ["one point", "row 4", "--missing gap"]),
+        (nan_frame, ["NaN", "row 4", "read.missing=gap"]),
+        (zero_frame, ["one point", "row 4", "read.missing=gap"]),
         (infinite, ["infinite", "row 4", "r_ankle"]),
         (lambda x: np.zeros_like(x), ["one point"]),
         (lambda x: x.astype(object), ["object"]),
-        (lambda x: x * [-1, 1, 1], ["mirrored", "--parity mirror", "knees"]),
+        (lambda x: x * [-1, 1, 1], ["mirrored", "--left-right mirror", "knees"]),
     ],
     ids=["joints", "dims", "one frame", "nan", "zeros", "inf", "all zeros", "objects", "mirrored"],
 )
@@ -126,7 +127,7 @@ def expect_refusal(result, words):
     ("arguments", "words"),
     [
         (["--fps", 30], ["--poses", "--keypoints"]),
-        (["--poses", "X3D.npy", "--fps", 30, "--image-size", "640x360"], ["image_size", "'lift'"]),
+        (["--poses", "X3D.npy", "--fps", 30, "--image-size", "640x360"], ["--image-size", "'lift'"]),
         (["--keypoints", "ap.json", "--fps", 30], ["--image-size"]),
         (["--keypoints", "ap.json", "--fps", 30, "--image-size", "640"], ["640", "WIDTHxHEIGHT"]),
         (["--keypoints", "unit.json", "--fps", 30, "--image-size", "640x360"], ["pixels"]),
@@ -138,7 +139,7 @@ def expect_refusal(result, words):
         ),
         (["--poses", "X3D.npy", "--fps", 30, "-O", "pixl=1"], ["pixl", "did you mean pixel"]),
         (["--poses", "X3D.npy", "--fps", 30, "-O", "pixel"], ["KEY=VALUE"]),
-        (["--poses", "X3D.npy", "--fps", 30, "--rectifier", "magic"], ["magic", "geometric"]),
+        (["--poses", "X3D.npy", "--fps", 30, "--set", "rectify.rectifier=magic"], ["magic", "geometric"]),
         (["--poses", "X3D.npy", "--fps", 30, "--camera", "pan"], ["camera", "'pan'", "static", "moving"]),
         (["--poses", "X3D.npy", "--fps", 30, "--gravity", "0,1"], ["--gravity X,Y,Z", "'0,1'"]),
         (["--poses", "X3D.npy", "--fps", 30, "--gravity", "0,1,0", "--pitch", 3], ["not both"]),
@@ -168,6 +169,87 @@ def test_bad_options_and_files_get_a_sentence_and_exit_2(lifted, tmp_path, argum
     before = sorted(path.name for path in tmp_path.iterdir())
     expect_refusal(pcnet3d("run", *arguments, "-o", tmp_path / "out", cwd=tmp_path), words)
     assert sorted(path.name for path in tmp_path.iterdir()) == before
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["run", "--parity", "mirror"], "--parity is --left-right now."),
+        (["run", "--cutoff=8"], "--cutoff is --set trajectories.cutoff_hz=VALUE now."),
+        (["run", "--no-calibrate"], "--no-calibrate is --set calibrate=off now."),
+        (["live", "0", "--rectifier", "pcnet"], "--rectifier is --set rectify.rectifier=VALUE now."),
+        (["runn"], "There is no command 'runn'; did you mean run"),
+    ],
+)
+def test_an_old_spelling_is_refused_with_the_new_one(arguments, said, tmp_path):
+    result = pcnet3d(*arguments, "-o", tmp_path / "out")
+    expect_refusal(result, [said])
+
+
+def test_the_help_page_costs_no_heavy_import():
+    asked = (
+        "import sys; sys.argv = ['pcnet3d', '--help']\nfrom pcnet3d.pipeline.cli import main\ntry: main()\n"
+    )
+    asked += (
+        "finally: print('heavy:', *{'numpy', 'scipy', 'pydantic', 'cv2', 'torch'}.intersection(sys.modules))"
+    )
+    said = subprocess.run([sys.executable, "-c", asked], capture_output=True, text=True, timeout=60).stdout
+    assert said.splitlines()[-1].strip() == "heavy:"
+    users, developers = said.split("For developers")
+    commands = [line.split()[1] for line in users.split("Commands")[1].splitlines() if line[2:3].isalpha()]
+    assert {"run", "inspect", "view", "list", "batch", "compare", "live", "demo"} <= set(commands)
+    for name in ("train", "evaluate", "testbed", "mocap", "mmfi", "bench", "quantise"):
+        assert f"│ {name} " in developers
+    assert all(flag in users for flag in ("--version", "-h", "--quiet", "--verbose", "--install-completion"))
+
+
+def test_the_help_page_says_of_each_command_what_its_own_says():
+    from pcnet3d.pipeline.cli import app, load_command
+
+    group = get_command(app)
+    for name in group.list_commands(None):  # type: ignore[attr-defined]
+        brief = group.get_command(None, name).help  # type: ignore[attr-defined]
+        assert brief, name
+        assert " ".join(brief.split()) == (load_command(name).help or "").partition("\n")[0]
+
+
+def test_a_run_has_about_two_dozen_options_in_panels():
+    from pcnet3d.pipeline.cli import load_command
+
+    shown = [
+        option for option in load_command("run").params if option.opts[0][0] == "-" and not option.hidden
+    ]
+    assert len(shown) <= 25
+    assert {option.rich_help_panel for option in shown} == {"Input", "Person", "Camera", "Repair", "Output"}
+    assert all(option.help for option in shown)
+
+
+def test_version_and_short_help():
+    from importlib.metadata import version
+
+    assert pcnet3d("--version").stdout == f"pcnet3d {version('pcnet3d')}\n"
+    assert "Usage: pcnet3d run" in pcnet3d("run", "-h").stdout.replace("python -c", "pcnet3d").replace(
+        "-c", "pcnet3d"
+    )
+
+
+@pytest.mark.parametrize("place", ["before", "behind"])
+def test_quiet_says_the_last_line_only(lifted, tmp_path, place):
+    (tmp_path / "short.toml").write_text('[[stages]]\nuse = "rectify"\n')
+    before, behind = (["-q"], []) if place == "before" else ([], ["-q"])
+    arguments = ["--poses", lifted, "--fps", 30, "--recipe", tmp_path / "short.toml", *behind]
+    result = pcnet3d(*before, "run", *arguments, "-o", tmp_path / "out")
+    assert result.returncode == 0
+    assert result.stderr == ""
+    assert "levelled" in result.stdout
+    assert "look at it with" not in result.stdout
+
+
+def test_verbose_says_what_each_stage_is_given(lifted, tmp_path):
+    (tmp_path / "short.toml").write_text('[[stages]]\nuse = "rectify"\n')
+    settings = ["--set", "rectify.rectifier=geometric", "--recipe", tmp_path / "short.toml", "-v"]
+    result = pcnet3d("run", "--poses", lifted, "--fps", 30, *settings, "-o", tmp_path / "out")
+    assert "rectify: rectifier=geometric" in result.stderr
 
 
 def test_somebody_elses_folder_is_left_alone(lifted, tmp_path):
@@ -227,7 +309,7 @@ def test_a_camera_that_the_user_knows_wins_over_the_votes(lifted, tmp_path, said
 
 
 def test_a_moving_camera_through_the_command_line(lifted, tmp_path):
-    arguments = ["--rectifier", "geometric", "--camera", "moving"]
+    arguments = ["--set", "rectify.rectifier=geometric", "--camera", "moving"]
     result = pcnet3d("run", "--poses", lifted, "--fps", 30, *arguments, "-o", tmp_path / "out")
     assert result.returncode == 0, result.stderr
     assert "relative to it" in result.stderr

@@ -113,7 +113,7 @@ class Bench:
     @property
     def walk_words(self) -> tuple[object, ...]:
         video = self.data / "video/walk_crop.mp4"
-        return video, "--keypoints", self.keypoints("walk_crop"), "--no-calibrate"
+        return video, "--keypoints", self.keypoints("walk_crop"), "--set", "calibrate=off"
 
     @property
     def walk(self) -> dict[str, Any]:
@@ -149,7 +149,7 @@ def swaps(bench: Bench) -> Answer:
     for frame in (_EXCHANGED, 65, 95):
         for left, right in _LEGS:
             points[frame, [left, right]] = points[frame, [right, left]]
-    words = (video, "--keypoints", bench.keypoints("walk_crop", points), "--no-calibrate")
+    words = (video, "--keypoints", bench.keypoints("walk_crop", points), "--set", "calibrate=off")
     told = [_exchanged(summary) for summary in (bench.walk, bench.run("exchanged", *words))]
     frames = [
         {

@@ -10,9 +10,10 @@ from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.files import write_files
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import InputError, Take, load_recipe
-from pcnet3d.pipeline.reading.take import Sources, open_take
+from pcnet3d.pipeline.reading.take import open_take
 from pcnet3d.pipeline.rotations import kabsch, rotate
 from pcnet3d.pipeline.running.run import run_files
+from pcnet3d.pipeline.running.settings import RunOptions
 from pcnet3d.stages.lift import Lift
 
 STATURE_M = 1.75
@@ -31,7 +32,7 @@ def files(walk, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def take(files) -> Take:
-    return open_take(Sources(video=files.video, keypoints=files.keypoints))
+    return open_take(RunOptions(video=files.video, keypoints=files.keypoints))
 
 
 def test_the_walker_is_recognised_from_his_keypoints(walk, take):
@@ -51,7 +52,7 @@ def test_the_walker_is_recognised_from_his_keypoints(walk, take):
 
 def test_a_run_from_video_and_keypoints_alone(files, tmp_path):
     recipe = load_recipe().starting_with("lift").with_options("scale", stature_m=STATURE_M)
-    lifted = run_files(Sources(video=files.video, keypoints=files.keypoints), tmp_path / "out", recipe)
+    lifted = run_files(RunOptions(video=files.video, keypoints=files.keypoints), tmp_path / "out", recipe)
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
     assert summary["rectification"]["level_ok"]
     assert [step["name"] for step in summary["history"]][-5:-1] == ["lift", "clean", "scale", "rectify"]

@@ -12,9 +12,9 @@ from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.gravity import LEAN_DEG
 from pcnet3d.pipeline import CAMERA, H36M17, InputError, PoseSequence, Take, change_frame, rotate
 from pcnet3d.pipeline.frames import GL_CAMERA
-from pcnet3d.pipeline.reading.take import Sources
 from pcnet3d.pipeline.rotations import angle_deg, geodesic_deg
 from pcnet3d.pipeline.running.run import run_files
+from pcnet3d.pipeline.running.settings import RunOptions
 from pcnet3d.stages.rectify import Rectify, rectify
 
 RECTIFIERS = ("pcnet", "geometric")
@@ -181,7 +181,7 @@ def test_a_run_tells(tmp_path, joints, mixed, cut, name, options, words):
         "cut": cut[0],
     }  # fmt: skip
     np.save(tmp_path / "poses.npy", takes[name])
-    sources = Sources(tmp_path / "poses.npy", adapter="arrays", options=MEANING, fps=30, **options)
+    sources = RunOptions(poses=tmp_path / "poses.npy", adapter="arrays", options=MEANING, fps=30, **options)
     take = run_files(sources, tmp_path / "out")
     assert words in " ".join(event.text for event in take.events)
     assert words in json.dumps(json.loads((tmp_path / "out" / "summary.json").read_text()))

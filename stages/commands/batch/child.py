@@ -1,4 +1,4 @@
-"""A take's own process: `pcnet3d` itself, which ends when whoever started it is gone."""
+"""A take's own process: exits when its parent dies."""
 
 from __future__ import annotations
 

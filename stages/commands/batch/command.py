@@ -6,7 +6,6 @@ import csv
 import json
 import os
 import socket
-import sys
 import time
 from collections.abc import Generator, Iterator, Sequence
 from contextlib import closing, contextmanager, nullcontext
@@ -18,10 +17,12 @@ import typer
 
 from ....pipeline.errors import InputError
 from ....pipeline.files.atomic import printable, refuse_unwritable, whole_file
+from ....pipeline.messages import result, say
 from ....pipeline.plugins.options import pairs
 from ....pipeline.pose import package_version
 from ....pipeline.running.cores import cores
 from ....pipeline.running.progress import counted
+from ....pipeline.running.settings import Output
 from .manifest import Entry, read_entries
 from .page import as_page
 from .pool import connected, on_cluster, on_this_machine
@@ -39,7 +40,7 @@ def batch(
     source: Annotated[
         Path, typer.Argument(help="A manifest (CSV, its columns are options of `run`), or a folder of takes.")
     ],
-    output: Annotated[Path, typer.Option("-o", "--output", help="Folder for the results.")],
+    output: Output,
     workers: Annotated[
         int | None, typer.Option(min=1, help="Takes at a time on this machine; as many as cores without it.")
     ] = None,
@@ -51,7 +52,10 @@ def batch(
     ] = None,
     common: Annotated[
         list[str] | None,
-        typer.Option("--set", help="OPTION=VALUE of `run` for every take that has no other; repeatable."),
+        typer.Option(
+            "--set",
+            help="OPTION=VALUE of `run`, or STAGE.KEY=VALUE, for every take that has no other; repeatable.",
+        ),
     ] = None,
     outside: Annotated[
         bool, typer.Option("--outside", help="Let paths of the manifest leave its folder.")
@@ -64,7 +68,7 @@ def batch(
     """
     if dask and workers:
         raise InputError("--workers is of this machine, --dask of a cluster; give one of them.")
-    entries = read_entries(source, pairs(common), outside)
+    entries = read_entries(source, pairs(common, "--set"), outside)
     output = output.resolve()
     with connected(dask) if dask else nullcontext() as client, _ours_alone(output):
         jobs = [Job(entry, output, timeout) for entry in entries]
@@ -80,12 +84,9 @@ def batch(
         e.name for e in entries
     }
     if strangers:
-        print(
-            f"note: {len(strangers)} takes in {output} are not in {source}, and not in the table",
-            file=sys.stderr,
-        )
+        say("note", f"{len(strangers)} takes in {output} are not in {source}, and not in the table")
+    result(f"look at {output / PAGE}")
     print(f"{output}: {len(outcomes) - len(failed)} takes done ({kept} of them before), {len(failed)} failed")
-    print(f"look at {output / PAGE}")
     if failed:
         raise typer.Exit(2)
 
@@ -156,7 +157,7 @@ def _run(
             for outcome in coming:
                 found[outcome.name] = outcome
                 if outcome.state == "failed":
-                    print(f"failed: {outcome.name}: {outcome.reason}", file=sys.stderr)
+                    say("failed", f"{outcome.name}: {outcome.reason}")
                 done(len(found))
                 if time.monotonic() - written > _SECONDS:
                     _write_status(jobs, found, failed_before, output, owner)

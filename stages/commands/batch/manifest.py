@@ -9,16 +9,15 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any, get_args, get_origin, get_type_hints
+from typing import Any
 
-from pydantic import TypeAdapter, ValidationError
-
-from ....pipeline.cli import run
 from ....pipeline.errors import InputError
 from ....pipeline.files.atomic import printable
+from ....pipeline.plugins import registry
 from ....pipeline.plugins.options import did_you_mean
 from ....pipeline.reading.load import adapters, recognises
-from ....pipeline.running.plan import planned
+from ....pipeline.running.plan import checked_setting, planned
+from ....pipeline.running.settings import MOVED, RunOptions, flag_of, flags, is_repeatable
 
 LABELS = ("subject", "visit", "condition")
 VIDEOS = (
@@ -28,9 +27,8 @@ VIDEOS = (
 _POSES = (".npy", ".npz", ".pkl", ".pickle", ".mat", ".h5", ".hdf5", ".trc", ".c3d", ".bvh")
 _NAMED_POSES = re.compile(r"(?<![a-z])(x?3d|poses?|joints?|skeletons?|results?|predictions?)(?![a-z])")
 
-_NOT_A_TAKES = ("output", "force", "resume", "strict", "return")  # of `run`: the batch decides
 _ROLES = ("video", "poses", "keypoints")
-_DECIDING = (*_ROLES, "recipe", "no_calibrate", "person")  # which stages a take has
+_DECIDING = (*_ROLES, "recipe", "calibrate", "person")  # which stages a take has
 _LARGEST = 64 << 20  # bytes of a manifest; some 300,000 takes
 _NO_NAME = re.compile(r'[\x00-\x1f\x7f/\\:*?"<>|]|^[.\s]|[.\s]$')
 _LONGEST = 100  # characters of a take's name, which becomes a folder's
@@ -53,12 +51,14 @@ class Entry:
     def arguments(self) -> list[str]:
         """As on the command line, but for the output; a value stands in one word with its option, so that it may begin
         with a dash."""
-        hints, words = _run_options(), []
+        words = []
         for name, values in self.options.items():
-            flag = "--" + name.replace("_", "-")
-            if name == "video":
-                continue
-            words += [flag] if hints[name] is bool else [f"{flag}={value}" for value in values]
+            if name not in flags():
+                words += [f"--set={name}={value}" for value in values]
+            elif name == "no_frames":
+                words.append(flag_of(name))
+            elif name != "video":
+                words += [f"{flag_of(name)}={value}" for value in values]
         return [*words, "--", *self.options["video"]] if "video" in self.options else words
 
 
@@ -113,24 +113,31 @@ def _wanted(source: Path) -> str:
     return "expected a line of column names and a line for each take."
 
 
-@cache
-def _run_options() -> dict[str, Any]:
-    """Type of every option of `run` that a take may have."""
-    return {name: hint for name, hint in get_type_hints(run).items() if name not in _NOT_A_TAKES}
-
-
 def _column(name: str, where: str) -> str:
-    """An option's name as Python writes it; InputError for one that is not known."""
-    column = name.strip().lower().lstrip("-").replace("-", "_")
-    known = {"name", *LABELS, *_run_options()}
+    """An option's name as Python writes it, or a setting as --set has it; InputError for one that is not known."""
+    column = name.strip().lstrip("-").replace("-", "_")
+    if "." in column or column in registry.registered("stages"):
+        return column
+    column = column.lower()
+    own = {flag_of(field).lstrip("-").replace("-", "_"): field for field in flags() if field != "settings"}
+    known = {"name", *LABELS, *own}
     if column not in known:
-        raise InputError(f"{where}: there is no column '{printable(name)}'; {did_you_mean(column, known)}")
-    return column
+        moved = (
+            MOVED.get("--" + column.replace("_", "-"), "")
+            .removeprefix("--set ")
+            .partition("=")[0]
+            .lstrip("-")
+        )
+        hint = f"it is '{moved}' now." if moved else did_you_mean(column, known)
+        raise InputError(f"{where}: there is no column '{printable(name)}'; {hint}")
+    return own.get(column, column)
 
 
 def _no_use(name: str, options: Mapping[str, tuple[str, ...]]) -> str:
     """Why `run` would refuse one of a take's options because of what the take is; empty where it takes it."""
     given = {key: options[key] for key in _DECIDING if key in options}
+    if "video" not in given:
+        given.pop("calibrate", None)  # one for all takes, which this one has no use for
     given |= {role: ("a file",) for role in _ROLES if role in given}  # which one does not matter
     return _refusal(name, options[name], tuple(given.items()))
 
@@ -138,15 +145,19 @@ def _no_use(name: str, options: Mapping[str, tuple[str, ...]]) -> str:
 @cache
 def _refusal(name: str, values: tuple[str, ...], others: tuple[tuple[str, tuple[str, ...]], ...]) -> str:
     try:
-        planned({key: _value(key, texts) for key, texts in ((name, values), *others)})
+        planned(_run_options({name: values, **dict(others)}))
     except InputError as error:
         return str(error)
     return ""
 
 
-def _value(name: str, texts: tuple[str, ...]) -> Any:
-    hint = _run_options()[name]
-    return TypeAdapter(hint).validate_python(list(texts) if _has(hint, list) else texts[0])
+def _run_options(texts: Mapping[str, tuple[str, ...]]) -> RunOptions:
+    """The options of a take as text, as those of a run; InputError for a value of another type."""
+    fields = {name: values for name, values in texts.items() if name in flags()}
+    return RunOptions(
+        settings={name: values[0] for name, values in texts.items() if name not in fields},
+        **{name: values if is_repeatable(name) else values[0] for name, values in fields.items()},
+    )
 
 
 def _manifest(path: Path) -> Iterator[tuple[str, dict[str, str]]]:
@@ -226,24 +237,27 @@ def _options(
     for name, cell in row.items():
         if name in ("name", *LABELS):
             continue
-        hint = _run_options()[name]
-        values = tuple(part.strip() for part in cell.split(";")) if _has(hint, list) else (cell,)
+        listed = name in flags() and is_repeatable(name)
+        values = tuple(part.strip() for part in cell.split(";")) if listed else (cell,)
         try:
-            value = TypeAdapter(hint).validate_python(list(values) if _has(hint, list) else cell)
-        except ValidationError as error:
-            raise InputError(f"{where}: {name}={printable(cell)}: {error.errors()[0]['msg']}.") from None
-        if hint is bool and not value:
+            value = _typed(name, values)
+        except InputError as error:
+            raise InputError(f"{where}: {error}") from None
+        if name in flags() and value is False:
             continue
-        if _has(hint, Path) or cell.lower().endswith(".onnx"):
+        if isinstance(value, Path) or cell.lower().endswith(".onnx"):
             values = (str(_found(cell, base, inside, f"{where}: {name}")),)
             files.append(name)
         options[name] = values
     return options, files
 
 
-def _has(hint: Any, kind: type) -> bool:
-    """Whether a type such as `Path | None` or `list[str] | None` is of that kind."""
-    return kind in (hint, get_origin(hint)) or any(_has(part, kind) for part in get_args(hint))
+def _typed(name: str, values: tuple[str, ...]) -> Any:
+    """The value of an option or a setting; InputError for one of another type, or that its stage does not know."""
+    given = _run_options({name: values})
+    if name in flags():
+        return getattr(given, name)
+    return checked_setting(name, values[0]) if "." in name and given.settings else values[0]
 
 
 def _found(cell: str, base: Path, inside: Path | None, where: str) -> Path:

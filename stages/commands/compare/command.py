@@ -17,6 +17,7 @@ from ....pipeline.files.viewer import RECORDING
 from ....pipeline.motion.angles import ANGLES
 from ....pipeline.pose import package_version
 from ....pipeline.reading.take import sha256
+from ....pipeline.running.settings import Force
 from .align import Alignment, correlated, size_ratio, stamped, turn_deg, turned
 from .cycles import cycles
 from .figures import agreement, view_spread
@@ -55,13 +56,13 @@ def compare(
         float, typer.Option(help="Seconds to add to the time of every run but the reference first.")
     ] = 0.0,
     search: Annotated[
-        float, typer.Option(min=0, help="Seconds around that in which the shift is sought.")
+        float, typer.Option(min=0, help="Search window for the time offset, in seconds.")
     ] = 5.0,
     output: Annotated[
         Path | None,
         typer.Option("-o", "--output", help="Folder for the results; `compare` in the first run's."),
     ] = None,
-    force: Annotated[bool, typer.Option("--force", help="Replace a folder that is not ours.")] = False,
+    force: Force = False,
 ) -> None:
     """Compare runs with each other or with motion capture: angles, limits of agreement, cycles, wrist paths."""
     if truth is None and any(given is not None for given in (clip, up, unit, rate)):

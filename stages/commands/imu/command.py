@@ -62,9 +62,7 @@ def imu(
         typer.Option(help="Motion capture of the same world and clock as the IMUs', for the pelvis' path."),
     ] = None,
     offset: Annotated[float, typer.Option(help="Seconds to add to the IMUs' time first.")] = 0.0,
-    search: Annotated[
-        float, typer.Option(min=0, help="Seconds around that in which the lag is sought.")
-    ] = 5.0,
+    search: Annotated[float, typer.Option(min=0, help="Search window for the lag, in seconds.")] = 5.0,
     cutoff: Annotated[float, typer.Option(help="Low-pass of both sides in Hz.")] = CUTOFF_HZ,
     along: Annotated[
         float | None,

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import shlex
-import sys
 from collections import Counter
 from collections.abc import Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 import typer
 
-from ....models.detector.load import PersonKind, load_detector
+from ....models.detector.load import load_detector
 from ....models.detector.protocols import Detector, Found
 from ....models.detector.video import Search
 from ....models.gravity.live import LiveRectifier
@@ -23,11 +22,14 @@ from ....pipeline.errors import InputError
 from ....pipeline.files.atomic import whole_folder
 from ....pipeline.files.detections import KEYPOINTS
 from ....pipeline.files.viewer import following
-from ....pipeline.reading.take import Sources
+from ....pipeline.messages import result, say
 from ....pipeline.running.interrupt import interruptible
+from ....pipeline.running.plan import planned
 from ....pipeline.running.progress import now_and_then, stages, tell
-from ....pipeline.running.recipe import load_recipe
 from ....pipeline.running.run import run_into
+from ....pipeline.running.settings import Force, Output, RunOptions, offering
+from ...detect import Detect
+from ...rectify import Rectify
 from .recording import live_recording
 from .source import Incoming, Source, open_source
 
@@ -36,58 +38,48 @@ _VIDEO = "video.ts"
 _LOST = 30  # frames without the person who is shown, after which another may be
 
 
+@offering(
+    "detector", "stature", "focal", "pitch", "roll", "gravity", "also", "no_frames", "recipe", "settings"
+)
 def live(
+    options: RunOptions,
     source: Annotated[
         str, typer.Argument(help="A camera's number or device, a URL, - for a pipe, or a video file.")
     ],
-    output: Annotated[Path, typer.Option("-o", "--output", help="Folder for the results.")],
-    detector: Annotated[str, typer.Option(help="As of `run`.")] = "movenet",
-    person_detector: Annotated[str | None, typer.Option(help="As of `run`.")] = None,
-    person_kind: Annotated[PersonKind, typer.Option(help="As of `run`.")] = "yolox",
-    focal: Annotated[float | None, typer.Option(help="Focal length in pixels.")] = None,
-    stature: Annotated[float | None, typer.Option(help="The person's height in metres.")] = None,
-    rectifier: Annotated[str, typer.Option(help="As of `run`.")] = "pcnet",
+    output: Output,
     view: Annotated[bool, typer.Option("--view", help="Open the viewer meanwhile.")] = False,
     web: Annotated[
         bool, typer.Option("--web", help="Show it meanwhile in a browser on this machine.")
     ] = False,
-    no_frames: Annotated[bool, typer.Option("--no-frames", help="Keep pictures of the person out.")] = False,
-    force: Annotated[bool, typer.Option("--force", help="Replace a folder that is not ours.")] = False,
+    force: Force = False,
 ) -> None:
-    """Record a person before a camera upright while it runs; Ctrl-C ends the take, which is then processed as by `run`.
+    """Process a live camera or stream; on Ctrl-C run the full pipeline on the recording.
 
-    A frame's pose rests on what came before it; no frame is waited for. Pictures of a camera that come too fast are
+    A frame's pose rests on what came before it; no frame is waited for. Images of a camera that come too fast are
     dropped, those of a pipe or a file wait.
     """
     shown = open_source(source)
-    networks = _Networks(
-        load_detector(detector, person_detector, person_kind),
-        rectifier,
-        focal,
-    )
+    networks = _networks(options.with_(video=Path(source)))
+    frames = not options.no_frames
     inputs = [] if shown.video is None else [shown.video.path]
     with whole_folder(output, force, inputs) as folder:
         watching = following(folder / LIVE, web) if view or web else nullcontext()
         with watching:
-            seen = _watch(shown, networks, folder, frames=not no_frames)
-        print(f"live: {seen.words}", file=sys.stderr)
-        if seen.sources is None:
+            seen = _watch(shown, networks, folder, frames)
+        say("live", seen.words)
+        if seen.files is None:
             raise InputError(
                 f"Nobody was found in {seen.words} of {shown.name} by {networks.detector.method}."
             )
-        recipe = load_recipe().starting_with("lift").with_options("rectify", rectifier=rectifier)
-        recipe = recipe.with_options("lift", image_size=seen.size, focal_px=focal)
-        recipe = recipe.with_options("scale", stature_m=stature)
-        if no_frames:
-            recipe = recipe.with_options("record", frames=False).with_options("report", frames=False)
+        others = {name: value for name, value in options.settings.items() if not name.startswith("detect.")}
+        recorded = options.with_(**seen.files, detector=None, image_size=seen.size, settings=others)
+        recipe = planned(recorded)
         try:
             with stages(["read", *(entry.use for entry in recipe.stages)]) as done:
-                tell(run_into(folder, seen.sources, recipe, done))
+                tell(run_into(folder, recorded, recipe, done))
         except (InputError, KeyboardInterrupt) as error:
-            print(
-                f"warning: recorded, but not processed as a take: {error or 'interrupted'}", file=sys.stderr
-            )
-    print(f"{output}: {', '.join(sorted(path.name for path in output.iterdir()))}")
+            say("warning", f"recorded, but not processed as a take: {error or 'interrupted'}")
+    result(f"{output}: {', '.join(sorted(path.name for path in output.iterdir()))}")
     print(f"look at it with: pcnet3d view {shlex.quote(str(output))}, or {shlex.quote(str(output / LIVE))}")
 
 
@@ -98,14 +90,22 @@ class _Networks:
     focal_px: float | None
 
 
+def _networks(options: RunOptions) -> _Networks:
+    """Those that a run with the source for its video would use."""
+    told = {entry.use: entry.options for entry in planned(options).stages}
+    detect, rectify = Detect(**told["detect"]), Rectify(**told.get("rectify", {}))
+    detector = load_detector(detect.detector, detect.person_detector, detect.person_kind)
+    return _Networks(detector, rectify.rectifier, options.focal)
+
+
 @dataclass(frozen=True)
 class _Seen:
-    """What was watched: in words, the picture's width and height, and the files it is processed from, if anybody was
-    there."""
+    """What was watched: in words, the image's width and height, and, if anybody was there, the RunOptions that name the
+    files and the person it is processed from."""
 
     words: str
     size: tuple[int, int]
-    sources: Sources | None
+    files: dict[str, Any] | None
 
 
 def _watch(shown: Source, networks: _Networks, folder: Path, frames: bool) -> _Seen:
@@ -136,19 +136,19 @@ def _watch(shown: Source, networks: _Networks, folder: Path, frames: bool) -> _S
             count(search.seen)
         recording.close()
     if incoming.broke is not None:
-        print(f"warning: {incoming.broke} What came before is kept.", file=sys.stderr)
+        say("warning", f"{incoming.broke} What came before is kept.")
     words = f"{search.seen} frames"
     if not shown.waits:
         words += f", {incoming.dropped} dropped to keep up"
     if not person.shown:
         return _Seen(words, size, None)
     search.detections(total or search.seen, search.seen).save(folder / KEYPOINTS)
-    sources = Sources(
-        keypoints=folder / KEYPOINTS,
-        video=shown.video.path if shown.video is not None else own_video,
-        person=str(person.shown.most_common(1)[0][0]),
-    )
-    return _Seen(words, size, sources)
+    files = {
+        "keypoints": folder / KEYPOINTS,
+        "video": shown.video.path if shown.video is not None else own_video,
+        "person": str(person.shown.most_common(1)[0][0]),
+    }
+    return _Seen(words, size, files)
 
 
 @dataclass

@@ -104,9 +104,9 @@ def test_interrupted_and_resumed(walk_film, toy, quick, tmp_path, call, monkeypa
 
 def test_interrupted_before_anybody_was_found(film, toys, toy, quick, tmp_path, monkeypatch):
     """Then there is nothing to keep."""
-    from pcnet3d.pipeline.reading.take import Sources
     from pcnet3d.pipeline.running.recipe import load_recipe
     from pcnet3d.pipeline.running.run import run_files
+    from pcnet3d.pipeline.running.settings import RunOptions
 
     video = film([toys.scene(None)] * 5)
     shown = detect_video.pictures
@@ -118,7 +118,7 @@ def test_interrupted_before_anybody_was_found(film, toys, toy, quick, tmp_path, 
     monkeypatch.setattr(detect_video, "pictures", pressing)
     recipe = load_recipe(quick).with_options("detect", detector=str(toy))
     with pytest.raises(KeyboardInterrupt):
-        run_files(Sources(video=video.path), tmp_path / "out", recipe)
+        run_files(RunOptions(video=video.path), tmp_path / "out", recipe)
     assert not (tmp_path / "out").exists()
 
 

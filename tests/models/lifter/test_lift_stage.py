@@ -11,7 +11,8 @@ from pcnet3d.examples.walker.files import write_files
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import InputError, load_recipe
 from pcnet3d.pipeline.cli import main
-from pcnet3d.pipeline.reading.take import Sources, open_take
+from pcnet3d.pipeline.reading.take import open_take
+from pcnet3d.pipeline.running.settings import RunOptions
 from pcnet3d.stages.lift import Lift
 
 ZERO = np.zeros((3, 3))
@@ -25,7 +26,7 @@ def files(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def take(files):
-    return open_take(Sources(video=files.video, keypoints=files.keypoints))
+    return open_take(RunOptions(video=files.video, keypoints=files.keypoints))
 
 
 @pytest.fixture
@@ -45,7 +46,7 @@ def test_a_mirrored_network_is_refused_and_put_right_when_asked(per_frame, facin
     good = per_frame(ZERO, facing_camera, name="good.onnx")
     mirrored = per_frame(ZERO, facing_camera * [-1, 1, 1], name="mirrored.onnx")
     expected = Lift(good)(take).poses
-    with pytest.raises(InputError, match=r"The lift by mirrored.onnx@.* mirrored .*--parity mirror"):
+    with pytest.raises(InputError, match=r"The lift by mirrored.onnx@.* mirrored .*--left-right mirror"):
         Lift(mirrored)(take)
     np.testing.assert_allclose(Lift(mirrored, parity="mirror")(take).poses.joints, expected.joints, atol=1e-6)
 
@@ -91,7 +92,7 @@ def test_run_with_a_lifter(files, per_frame, facing_camera, pcnet3d, tmp_path):
     assert step["options"]["kind"] == "motionbert"
 
 
-@pytest.mark.parametrize("given", [["--lifter", "rectifier"], ["--lifter-kind", "coco"]])
+@pytest.mark.parametrize("given", [["--lifter", "rectifier"], ["--set", "lift.lifter_kind=coco"]])
 def test_a_network_of_another_kind_is_one_sentence_and_exit_code_2(files, pcnet3d, tmp_path, given):
     from importlib.resources import files as package
 

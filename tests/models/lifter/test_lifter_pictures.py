@@ -11,8 +11,9 @@ from pcnet3d.models import load_lifter
 from pcnet3d.models.lifter.blazepose import crops_around
 from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, InputError, PoseSequence, remap
 from pcnet3d.pipeline.layouts import BLAZEPOSE33, COCO17
-from pcnet3d.pipeline.reading.take import Sources, open_take, read_video
+from pcnet3d.pipeline.reading.take import open_take, read_video
 from pcnet3d.pipeline.rotations import geodesic_deg, kabsch
+from pcnet3d.pipeline.running.settings import RunOptions
 
 RNG = np.random.default_rng(0)
 WORLD = RNG.normal(size=(33, 3)).round(2)
@@ -22,7 +23,7 @@ WORLD = RNG.normal(size=(33, 3)).round(2)
 def take(tmp_path_factory):
     walk = walker(seconds=1)
     files = write_files(tmp_path_factory.mktemp("walk"), walk, side_camera(walk))
-    return open_take(Sources(video=files.video, keypoints=files.keypoints))
+    return open_take(RunOptions(video=files.video, keypoints=files.keypoints))
 
 
 @pytest.fixture

@@ -153,7 +153,7 @@ def test_the_built_in_lifter():
 
 def test_what_does_not_say_its_kind_has_to_be_told(per_frame, convolution):
     for path in (per_frame([[1, 0, 0], [0, 1, 0]], frames=243), convolution(9)[0]):
-        with pytest.raises(InputError, match="--lifter-kind"):
+        with pytest.raises(InputError, match=r"lift\.lifter_kind"):
             load_lifter(path)
 
 

@@ -16,7 +16,8 @@ from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, Z_UP, PoseSequence
 from pcnet3d.pipeline.layouts import BLAZEPOSE33, COCO17, HALPE26, Layout
 from pcnet3d.pipeline.motion.swap_repair import mask_swaps, repair_swaps, told
 from pcnet3d.pipeline.motion.swaps import find_swaps, kinds
-from pcnet3d.pipeline.reading.take import Sources, open_take
+from pcnet3d.pipeline.reading.take import open_take
+from pcnet3d.pipeline.running.settings import RunOptions
 
 ARRAYS = {"layout": "H36M17", "frame": "CAMERA", "unit": "m"}
 OPTIONS = [
@@ -226,7 +227,7 @@ def test_told_merges_by_kind(poses):
 def test_a_take_is_changed_only_when_asked(tmp_path, poses, how, event):
     wrong = spoilt(poses, "legs exchanged", first=60, last=69)
     take = open_take(
-        Sources(saved(tmp_path / "poses.npz", wrong), adapter="arrays", options=ARRAYS, swaps=how)
+        RunOptions(poses=saved(tmp_path / "poses.npz", wrong), adapter="arrays", options=ARRAYS, swaps=how)
     )
     said = [one for one in take.events if "legs exchanged" in one.text]
     assert [one.kind for one in said] == [event]
@@ -255,7 +256,7 @@ def exchanged_file(path, first, last) -> Path:
 def test_poses_lifted_from_exchanged_keypoints_are_missing_not_mended(tmp_path, poses):
     poses_file = saved(tmp_path / "poses.npz", poses)
     keypoints = exchanged_file(tmp_path / "alphapose-results.json", 60, 69)
-    sources = Sources(poses_file, keypoints=keypoints, adapter="arrays", options=ARRAYS, fps=30)
+    sources = RunOptions(poses=poses_file, keypoints=keypoints, adapter="arrays", options=ARRAYS, fps=30)
     take = open_take(sources)
     assert np.isfinite(take.poses.joints).all()
     assert any("lifted again" in event.text for event in take.events)
@@ -269,7 +270,7 @@ def test_keypoints_are_put_right_before_they_are_lifted(tmp_path):
     """What the lift stage sees, is the file without the fault."""
     right = exchanged_file(tmp_path / "right.json", 0, -1)
     wrong = exchanged_file(tmp_path / "wrong.json", 60, 69)
-    takes = [open_take(Sources(keypoints=file, fps=30, swaps="repair")) for file in (right, wrong)]
+    takes = [open_take(RunOptions(keypoints=file, fps=30, swaps="repair")) for file in (right, wrong)]
     np.testing.assert_array_equal(takes[1].keypoints.joints, takes[0].keypoints.joints)
     assert [event.kind for event in takes[1].events if "exchanged" in event.text] == ["repair"]
 

@@ -7,7 +7,8 @@ import pytest
 
 from pcnet3d.adapters import read
 from pcnet3d.pipeline import InputError
-from pcnet3d.pipeline.reading.take import Sources, open_take, sha256
+from pcnet3d.pipeline.reading.take import open_take, sha256
+from pcnet3d.pipeline.running.settings import RunOptions
 
 ROWS = 30
 
@@ -36,7 +37,7 @@ def alphapose(path, tracks: dict[int, list[int]]):
 
 def test_dropped_frames_get_their_numbers_from_the_2d_file(tmp_path, lifted):
     frames = [f for f in range(ROWS + 2) if f not in (7, 8)]
-    take = open_take(Sources(lifted, keypoints=alphapose(tmp_path / "ap.json", {1: frames}), fps=25))
+    take = open_take(RunOptions(poses=lifted, keypoints=alphapose(tmp_path / "ap.json", {1: frames}), fps=25))
     assert take.poses.frame_index.tolist() == frames
     assert take.poses.frames_known
     np.testing.assert_allclose(take.poses.times, np.array(frames) / 25)
@@ -45,62 +46,62 @@ def test_dropped_frames_get_their_numbers_from_the_2d_file(tmp_path, lifted):
 
 def test_the_track_that_fits_is_taken_when_there_are_several(tmp_path, lifted):
     path = alphapose(tmp_path / "ap.json", {3: list(range(ROWS)), 5: list(range(4))})
-    assert open_take(Sources(lifted, keypoints=path, fps=25)).keypoints.person == "3"
+    assert open_take(RunOptions(poses=lifted, keypoints=path, fps=25)).keypoints.person == "3"
 
 
 def test_several_people_lifted_as_one_are_recognised(tmp_path, lifted):
     path = alphapose(tmp_path / "ap.json", {1: list(range(20)), 2: list(range(10))})
     with pytest.raises(InputError, match="several people for one"):
-        open_take(Sources(lifted, keypoints=path, fps=25))
+        open_take(RunOptions(poses=lifted, keypoints=path, fps=25))
 
 
 def test_two_tracks_that_fit_need_a_name(tmp_path, lifted):
     path = alphapose(tmp_path / "ap.json", {1: list(range(ROWS)), 2: list(range(ROWS))})
     with pytest.raises(InputError, match="--person"):
-        open_take(Sources(lifted, keypoints=path, fps=25))
-    assert open_take(Sources(lifted, keypoints=path, fps=25, person="2")).keypoints.person == "2"
+        open_take(RunOptions(poses=lifted, keypoints=path, fps=25))
+    assert open_take(RunOptions(poses=lifted, keypoints=path, fps=25, person="2")).keypoints.person == "2"
     with pytest.raises(InputError, match="no person '9'"):
-        open_take(Sources(lifted, keypoints=path, fps=25, person="9"))
+        open_take(RunOptions(poses=lifted, keypoints=path, fps=25, person="9"))
 
 
 def test_lengths_that_differ_cannot_be_joined(tmp_path, lifted):
     path = alphapose(tmp_path / "ap.json", {1: list(range(ROWS - 5))})
     with pytest.raises(InputError, match="30 and 25 rows"):
-        open_take(Sources(lifted, keypoints=path, fps=25))
+        open_take(RunOptions(poses=lifted, keypoints=path, fps=25))
 
 
 def test_without_any_rate_it_says_so(lifted):
     with pytest.raises(InputError, match="--fps"):
-        open_take(Sources(lifted))
+        open_take(RunOptions(poses=lifted))
 
 
 @pytest.mark.parametrize("fps", [0, -5, 0.5, 3000, float("nan")])
 def test_a_rate_that_is_none_is_refused(lifted, fps):
     with pytest.raises(InputError, match="frames per second"):
-        open_take(Sources(lifted, fps=fps))
+        open_take(RunOptions(poses=lifted, fps=fps))
 
 
 def test_first_frame_numbers_the_rows(lifted):
-    take = open_take(Sources(lifted, fps=25, first_frame=100))
+    take = open_take(RunOptions(poses=lifted, fps=25, first_frame=100))
     assert take.poses.frame_index.tolist() == list(range(100, 100 + ROWS))
     assert take.poses.times[0] == 4
 
 
 def test_unknown_frame_numbers_are_admitted(lifted):
-    texts = [event.text for event in open_take(Sources(lifted, fps=25)).events]
+    texts = [event.text for event in open_take(RunOptions(poses=lifted, fps=25)).events]
     assert any("which video frames" in text for text in texts)
 
 
 def test_unsteady_bones_are_announced_loudly(tmp_path, facing_camera):
     rng = np.random.default_rng(2)
     np.save(tmp_path / "X3D.npy", facing_camera * rng.uniform(0.6, 1.4, size=(ROWS, 17, 3)) + [0.2, 0.2, 0])
-    take = open_take(Sources(tmp_path / "X3D.npy", fps=25))
+    take = open_take(RunOptions(poses=tmp_path / "X3D.npy", fps=25))
     assert "NOT GOOD DATA" in take.events[0].text
 
 
 def test_rows_without_numbers_follow_first_frame_when_the_2d_file_is_longer(tmp_path, lifted):
     path = alphapose(tmp_path / "ap.json", {1: list(range(ROWS + 50))})
-    take = open_take(Sources(lifted, keypoints=path, fps=25, first_frame=10))
+    take = open_take(RunOptions(poses=lifted, keypoints=path, fps=25, first_frame=10))
     assert take.poses.frame_index.tolist() == list(range(10, 10 + ROWS))
     assert take.keypoints.frame_index[0] == 0
 
@@ -108,22 +109,22 @@ def test_rows_without_numbers_follow_first_frame_when_the_2d_file_is_longer(tmp_
 def test_first_frame_shifts_numbers_that_begin_with_one(tmp_path):
     frames = [f + 1 for f in range(ROWS + 1) if f != 7]
     path = alphapose(tmp_path / "ap.json", {1: frames})
-    take = open_take(Sources(keypoints=path, fps=25, first_frame=0))
+    take = open_take(RunOptions(keypoints=path, fps=25, first_frame=0))
     assert take.keypoints.frame_index.tolist() == [f - 1 for f in frames]
 
 
 def test_a_person_who_is_in_no_file_is_refused(tmp_path, lifted):
     path = alphapose(tmp_path / "ap.json", {1: list(range(ROWS))})
     with pytest.raises(InputError, match="no person '9'"):
-        open_take(Sources(lifted, keypoints=path, fps=25, person="9"))
+        open_take(RunOptions(poses=lifted, keypoints=path, fps=25, person="9"))
     with pytest.raises(InputError, match="no person '9'"):
-        open_take(Sources(lifted, fps=25, person="9"))
+        open_take(RunOptions(poses=lifted, fps=25, person="9"))
 
 
 def test_two_longest_people_need_a_name(tmp_path):
     path = alphapose(tmp_path / "ap.json", {1: list(range(9)), 2: list(range(9)), 3: [0]})
     with pytest.raises(InputError, match=r"1 \(9 frames\), 2 \(9 frames\)"):
-        open_take(Sources(keypoints=path, fps=25, person="longest"))
+        open_take(RunOptions(keypoints=path, fps=25, person="longest"))
 
 
 @pytest.mark.parametrize(
@@ -136,7 +137,7 @@ def test_two_longest_people_need_a_name(tmp_path):
 )
 def test_what_was_asked_of_left_and_right_is_reported(lifted, spoil, parity, kinds):
     np.save(lifted, np.load(lifted) * spoil)
-    events = open_take(Sources(lifted, fps=25, first_frame=0, parity=parity)).events
+    events = open_take(RunOptions(poses=lifted, fps=25, first_frame=0, left_right=parity)).events
     assert {event.kind for event in events if "left and right" in event.text.lower()} == kinds
 
 
@@ -145,7 +146,7 @@ def test_gaps_taken_as_asked_are_counted(lifted):
     joints[4:6] = np.nan
     joints[9] = 0
     np.save(lifted, joints)
-    events = open_take(Sources(lifted, fps=25, missing="gap", adapter="motionbert")).events
+    events = open_take(RunOptions(poses=lifted, fps=25, missing="gap", adapter="motionbert")).events
     (text,) = [event.text for event in events if event.kind == "repair"]
     assert "2 frames with NaN" in text
     assert "1 frames with all joints" in text
@@ -154,7 +155,7 @@ def test_gaps_taken_as_asked_are_counted(lifted):
 @pytest.mark.parametrize("option", [{"fps": "30"}, {"parity": "ignore"}, {"gives": "poses"}, {"path": "x"}])
 def test_the_adapters_options_are_not_the_readers(lifted, option):
     with pytest.raises(InputError, match="no option"):
-        open_take(Sources(lifted, fps=25, options=option))
+        open_take(RunOptions(poses=lifted, fps=25, options=option))
 
 
 @pytest.mark.parametrize("options", [{"parity": "mirorr"}, {"missing": "refused"}])
@@ -166,7 +167,7 @@ def test_a_misspelt_guard_is_refused(lifted, options):
 def test_millimetres_called_metres_are_doubted(tmp_path, facing_camera):
     np.save(tmp_path / "a.npy", np.repeat(facing_camera[None] * 1000, ROWS, axis=0))
     options = {"layout": "H36M17", "frame": "CAMERA", "unit": "m"}
-    events = open_take(Sources(tmp_path / "a.npy", adapter="arrays", fps=25, options=options)).events
+    events = open_take(RunOptions(poses=tmp_path / "a.npy", adapter="arrays", fps=25, options=options)).events
     assert any("stature" in event.text for event in events)
 
 
@@ -185,7 +186,7 @@ def test_a_file_that_nobody_recognises_says_what_is_wrong_with_it(tmp_path, lift
         (tmp_path / name).write_bytes(content)
     gives = "keypoints" if name.endswith("json") else "poses"
     with pytest.raises(InputError, match=words):
-        open_take(Sources(fps=25, **{gives: tmp_path / name}))
+        open_take(RunOptions(fps=25, **{gives: tmp_path / name}))
 
 
 @pytest.mark.parametrize(
@@ -220,7 +221,7 @@ def test_the_wrong_adapter_names_the_right_one(lifted):
 
 def test_provenance_names_every_file_and_its_hash(tmp_path, lifted):
     path = alphapose(tmp_path / "ap.json", {1: list(range(ROWS))})
-    inputs = open_take(Sources(lifted, keypoints=path, fps=25)).inputs
+    inputs = open_take(RunOptions(poses=lifted, keypoints=path, fps=25)).inputs
     assert [(row["role"], row["file"], row["adapter"]) for row in inputs] == [
         ("poses", "X3D.npy", "motionbert"),
         ("keypoints", "ap.json", "alphapose"),

@@ -9,7 +9,8 @@ from golden.films import film
 from pcnet3d.adapters import read, video
 from pcnet3d.pipeline import H36M17, InputError
 from pcnet3d.pipeline.motion.checks import implausible, upside_down
-from pcnet3d.pipeline.reading.take import Sources, open_take
+from pcnet3d.pipeline.reading.take import open_take
+from pcnet3d.pipeline.running.settings import RunOptions
 
 
 @pytest.fixture
@@ -50,7 +51,9 @@ def test_y_up(save, bodies):
     (said,) = upside_down(read(path, "motionbert"))
     assert "frame=GL_CAMERA" in said
     assert said in implausible(read(path, "motionbert"))
-    assert said in [event.text for event in open_take(Sources(path, adapter="motionbert", fps=30)).events]
+    assert said in [
+        event.text for event in open_take(RunOptions(poses=path, adapter="motionbert", fps=30)).events
+    ]
     assert upside_down(read(path, "arrays", layout="H36M17", frame="GL_CAMERA", unit="m")) == []
 
 
@@ -79,21 +82,21 @@ def test_exchanged_arguments(save, bodies, keypoints, tmp_path):
     film(clip, range(0, 330, 33))
     for sources, said in (
         (
-            Sources(poses=keypoints),
+            RunOptions(poses=keypoints),
             "Expected 3D poses in .* got 2D keypoints .alphapose.; give them with --keypoints",
         ),
         (
-            Sources(poses=keypoints, adapter="motionbert"),
+            RunOptions(poses=keypoints, adapter="motionbert"),
             "got 2D keypoints .alphapose.; give them with --keypoints",
         ),
-        (Sources(poses=clip), "got a video .video.; give it by itself"),
-        (Sources(keypoints=clip), "got a video .video.; give it by itself"),
+        (RunOptions(poses=clip), "got a video .video.; give it by itself"),
+        (RunOptions(keypoints=clip), "got a video .video.; give it by itself"),
         (
-            Sources(keypoints=poses),
+            RunOptions(keypoints=poses),
             "Expected 2D keypoints in .* got 3D poses .motionbert.; give them with --poses",
         ),
-        (Sources(video=poses), "Expected a video in .* got 3D poses .motionbert.; give them with --poses"),
-        (Sources(video=keypoints), "Expected a video in .* got 2D keypoints"),
+        (RunOptions(video=poses), "Expected a video in .* got 3D poses .motionbert.; give them with --poses"),
+        (RunOptions(video=keypoints), "Expected a video in .* got 2D keypoints"),
     ):
         with pytest.raises(InputError, match=said):
             open_take(sources)

@@ -9,10 +9,11 @@ import pytest
 from pcnet3d.pipeline import InputError, cli
 from pcnet3d.pipeline.files.atomic import SUMMARY
 from pcnet3d.pipeline.files.viewer import find_recording
-from pcnet3d.pipeline.reading.take import Sources, open_people, open_take
+from pcnet3d.pipeline.reading.take import open_people, open_take
 from pcnet3d.pipeline.running.people import folder_names
 from pcnet3d.pipeline.running.recipe import Recipe, StageEntry
 from pcnet3d.pipeline.running.run import run_files, run_people
+from pcnet3d.pipeline.running.settings import RunOptions
 
 STAGES = ("clean", "scale", "rectify", "trajectories", "export")
 
@@ -28,7 +29,7 @@ def recipe() -> Recipe:
 @pytest.fixture
 def done(mmpose, recipe, tmp_path):
     output = tmp_path / "out"
-    return output, run_people(Sources(mmpose(ghost=4), fps=30), output, recipe)
+    return output, run_people(RunOptions(poses=mmpose(ghost=4), fps=30), output, recipe)
 
 
 def test_a_whole_run_each_in_one_level(done, scene):
@@ -58,13 +59,13 @@ def test_who_is_hardly_seen_is_named_and_left_out(done):
 
 def test_a_broken_person_does_not_sink_the_others(mmpose, recipe, tmp_path):
     path = mmpose(mirrored=("1",))
-    first, second = run_people(Sources(path, fps=30), tmp_path / "out", recipe)
+    first, second = run_people(RunOptions(poses=path, fps=30), tmp_path / "out", recipe)
     assert first.take is not None
     assert second.take is None
     assert "mirrored" in second.reason
     assert not (tmp_path / "out" / "1").exists()
     # nor one who was not asked for
-    assert open_take(Sources(path, fps=30, person="0")).poses is not None
+    assert open_take(RunOptions(poses=path, fps=30, person="0")).poses is not None
 
 
 def test_a_stage_that_refuses_one_person_leaves_nothing_of_theirs(mmpose, recipe, tmp_path, monkeypatch):
@@ -79,14 +80,14 @@ def test_a_stage_that_refuses_one_person_leaves_nothing_of_theirs(mmpose, recipe
         return result
 
     monkeypatch.setattr(Export, "__call__", refusing)
-    first, second = run_people(Sources(mmpose(), fps=30), tmp_path / "out", recipe)
+    first, second = run_people(RunOptions(poses=mmpose(), fps=30), tmp_path / "out", recipe)
     assert (first.reason, second.reason) == ("no.", "")
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["1", SUMMARY]
 
 
 def test_nobody_left_is_an_error_and_leaves_no_folder(mmpose, recipe, tmp_path):
     with pytest.raises(InputError, match=r"nobody.*0: .*mirrored.*1: "):
-        run_people(Sources(mmpose(mirrored=("0", "1")), fps=30), tmp_path / "out", recipe)
+        run_people(RunOptions(poses=mmpose(mirrored=("0", "1")), fps=30), tmp_path / "out", recipe)
     assert not (tmp_path / "out").exists()
 
 
@@ -99,7 +100,7 @@ def test_a_crash_leaves_the_old_folder(done, mmpose, recipe, monkeypatch):
 
     monkeypatch.setattr("pcnet3d.pipeline.running.run.write_index", crash)
     with pytest.raises(RuntimeError):
-        run_people(Sources(mmpose(), fps=30), output, recipe)
+        run_people(RunOptions(poses=mmpose(), fps=30), output, recipe)
     assert (output / SUMMARY).read_text() == before
     assert (output / "1" / "poses.npz").exists()
     assert not list(output.parent.glob(".out*"))
@@ -107,18 +108,20 @@ def test_a_crash_leaves_the_old_folder(done, mmpose, recipe, monkeypatch):
 
 def test_the_folder_is_ours_to_replace_until_somebody_adds_to_it(done, mmpose, recipe):
     output, _ = done
-    run_files(Sources(mmpose(), fps=30, person="1"), output, recipe)
+    run_files(RunOptions(poses=mmpose(), fps=30, person="1"), output, recipe)
     assert not (output / "0").exists()
-    run_people(Sources(mmpose(), fps=30), output, recipe)
+    run_people(RunOptions(poses=mmpose(), fps=30), output, recipe)
     (output / "1" / "notes.txt").write_text("years of work")
     with pytest.raises(InputError, match="--force"):
-        run_people(Sources(mmpose(), fps=30), output, recipe)
+        run_people(RunOptions(poses=mmpose(), fps=30), output, recipe)
     assert (output / "1" / "notes.txt").exists()
 
 
 def test_a_stature_is_one_persons(mmpose, recipe, tmp_path):
     with pytest.raises(InputError, match="one person's"):
-        run_people(Sources(mmpose(), fps=30), tmp_path / "out", recipe.with_options("scale", stature_m=1.7))
+        run_people(
+            RunOptions(poses=mmpose(), fps=30), tmp_path / "out", recipe.with_options("scale", stature_m=1.7)
+        )
 
 
 @pytest.mark.parametrize(
@@ -143,20 +146,22 @@ def test_keypoints_go_with_the_person_of_the_same_name(mmpose, tmp_path):
             person["keypoints"] = [[500 + 100 * x, 300 - 100 * z] for x, _, z in person["keypoints"]]
     keypoints = tmp_path / "keypoints.json"
     keypoints.write_text(json.dumps(listed))
-    people = open_people(Sources(path, keypoints=keypoints, fps=30))
+    people = open_people(RunOptions(poses=path, keypoints=keypoints, fps=30))
     for person in people:
         assert person.take.keypoints.person == person.name
         np.testing.assert_array_equal(person.take.keypoints.frame_index, person.take.poses.frame_index)
 
     keypoints.write_text(json.dumps([frame | {"instances": frame["instances"][:1]} for frame in listed]))
     with pytest.raises(InputError, match="who is who"):
-        open_people(Sources(path, keypoints=keypoints, fps=30))
+        open_people(RunOptions(poses=path, keypoints=keypoints, fps=30))
 
 
 def test_the_first_frame_is_the_files(mmpose):
-    people = open_people(Sources(mmpose(), fps=30, first_frame=100))
+    people = open_people(RunOptions(poses=mmpose(), fps=30, first_frame=100))
     assert [person.take.poses.frame_index[0] for person in people] == [100, 115]
-    assert open_take(Sources(mmpose(), fps=30, first_frame=100, person="1")).poses.frame_index[0] == 115
+    assert (
+        open_take(RunOptions(poses=mmpose(), fps=30, first_frame=100, person="1")).poses.frame_index[0] == 115
+    )
 
 
 def test_the_command(mmpose, tmp_path, monkeypatch, capsys):
@@ -164,7 +169,14 @@ def test_the_command(mmpose, tmp_path, monkeypatch, capsys):
     stages = "\n".join(f'[[stages]]\nuse = "{name}"' for name in STAGES)
     (tmp_path / "short.toml").write_text(stages)
     command = ["pcnet3d", "run", "--poses", str(mmpose(ghost=3)), "--fps", "30", "--person", "all"]
-    command += ["--rectifier", "geometric", "--recipe", str(tmp_path / "short.toml"), "-o", str(output)]
+    command += [
+        "--set",
+        "rectify.rectifier=geometric",
+        "--recipe",
+        str(tmp_path / "short.toml"),
+        "-o",
+        str(output),
+    ]
     monkeypatch.setattr(sys, "argv", command)
     with pytest.raises(SystemExit) as ended:
         cli.main()
@@ -180,4 +192,6 @@ def test_the_command(mmpose, tmp_path, monkeypatch, capsys):
 
 def test_a_chain_that_cannot_work_is_refused_before_the_work(mmpose, tmp_path):
     with pytest.raises(InputError, match="needs rectified"):
-        run_people(Sources(mmpose(), fps=30), tmp_path / "out", Recipe(stages=(StageEntry(use="angles"),)))
+        run_people(
+            RunOptions(poses=mmpose(), fps=30), tmp_path / "out", Recipe(stages=(StageEntry(use="angles"),))
+        )

@@ -23,7 +23,7 @@ def run(tmp_path, facing_camera):
     (tmp_path / "recipe.toml").write_text(recipe)
 
     def run(*arguments) -> tuple[subprocess.CompletedProcess, Path]:
-        given = ["run", "--poses", tmp_path / "X3D.npy", "--fps", 30, "--rectifier", "geometric"]
+        given = ["run", "--poses", tmp_path / "X3D.npy", "--fps", 30, "--set", "rectify.rectifier=geometric"]
         given += ["--recipe", tmp_path / "recipe.toml", *arguments, "-o", tmp_path / "out"]
         result = subprocess.run([*PCNET3D, *map(str, given)], capture_output=True, text=True, timeout=120)
         return result, tmp_path / "out"
@@ -34,7 +34,7 @@ def run(tmp_path, facing_camera):
 def test_every_format_at_once(run):
     pytest.importorskip("ezc3d", reason="the extra c3d is not installed")
     formats = [argument for name in ("csv", "trc", "mot", "c3d", "netcdf") for argument in ("--also", name)]
-    result, folder = run(*formats, "--stature", 1.7, "--cutoff", "auto")
+    result, folder = run(*formats, "--stature", 1.7, "--set", "trajectories.cutoff_hz=auto")
     assert result.returncode == 0, result.stderr
     names = {path.name for path in folder.iterdir()}
     assert names >= {"kinematics.csv", "markers.trc", "angles.mot", "markers.c3d", "poses.nc"}
@@ -46,8 +46,8 @@ def test_every_format_at_once(run):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["--cutoff", 50], ["15 Hz", "got 50 Hz", "Nyquist"]),
-        (["--cutoff", "high"], ["cutoff_hz", "'high'"]),
+        (["--set", "trajectories.cutoff_hz=50"], ["15 Hz", "got 50 Hz", "Nyquist"]),
+        (["--set", "trajectories.cutoff_hz=high"], ["cutoff_hz", "'high'"]),
         (["--also", "bvh"], ["writer 'bvh'", "netcdf"]),
         (["--also", "trc"], ["metres", "--stature"]),
     ],

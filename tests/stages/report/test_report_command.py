@@ -5,10 +5,11 @@ import pytest
 
 from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.walk import walker
-from pcnet3d.pipeline import InputError, cli
-from pcnet3d.pipeline.reading.take import Sources
+from pcnet3d.pipeline import InputError
+from pcnet3d.pipeline.running import command
 from pcnet3d.pipeline.running.recipe import Recipe, load_recipe
 from pcnet3d.pipeline.running.run import run_files
+from pcnet3d.pipeline.running.settings import RunOptions
 
 
 def recipe(**options) -> Recipe:
@@ -17,10 +18,10 @@ def recipe(**options) -> Recipe:
 
 
 @pytest.fixture
-def sources(film, tmp_path) -> Sources:
+def sources(film, tmp_path) -> RunOptions:
     walk, lifted = walker(seconds=2.0), tmp_path / "poses.npy"
     np.save(lifted, camera_poses(walk, side_camera(walk)).joints)
-    return Sources(poses=lifted, adapter="motionbert", video=film().path)
+    return RunOptions(poses=lifted, adapter="motionbert", video=film().path)
 
 
 def test_a_run_leaves_the_report_in_its_folder(sources, tmp_path):
@@ -44,11 +45,11 @@ def test_no_frames_on_the_command_line_reaches_the_report(monkeypatch, tmp_path)
     class EnoughError(Exception):
         pass
 
-    def run(sources, output, chosen, **others):
+    def run(options, output, chosen, **others):
         asked.update({entry.use: entry.options for entry in chosen.stages})
         raise EnoughError
 
-    monkeypatch.setattr(cli, "run_files", run)
+    monkeypatch.setattr(command, "run_files", run)
     with pytest.raises(EnoughError):
-        cli.run(output=tmp_path / "out", poses=tmp_path / "poses.npy", no_frames=True)
+        command.run(output=tmp_path / "out", poses=tmp_path / "poses.npy", no_frames=True)
     assert asked["report"] == asked["record"] == {"frames": False}

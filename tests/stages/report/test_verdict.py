@@ -9,8 +9,9 @@ import pytest
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import Pipeline, Take
 from pcnet3d.pipeline.inspect.inspect import findings_of, inspect
-from pcnet3d.pipeline.reading.take import Sources, open_take
+from pcnet3d.pipeline.reading.take import open_take
 from pcnet3d.pipeline.running.progress import conclude
+from pcnet3d.pipeline.running.settings import RunOptions
 from pcnet3d.pipeline.verdict import verdict
 from pcnet3d.stages.commands.batch.page import as_page
 from pcnet3d.stages.commands.batch.study import figures
@@ -72,5 +73,5 @@ def test_nothing_is_said_of_poses_that_nobody_looked_at(takes, capsys):
 @pytest.mark.parametrize("name", ["boxing", "cycling"])
 def test_it_is_the_same_as_for_the_file(data: Path, name):
     file = data / "native" / "motionbert" / f"{name}_X3D.npy"
-    take = open_take(Sources(poses=file, fps=30))
+    take = open_take(RunOptions(poses=file, fps=30))
     assert verdict(take.findings) == inspect(file).verdict

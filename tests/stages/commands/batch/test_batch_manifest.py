@@ -28,7 +28,7 @@ def manifest(study: Path, *lines: str) -> Path:
 
 def test_every_option_of_a_run_is_a_column(study):
     lines = (
-        "name,subject,visit,condition,poses,fps,stature,no-frames,also,pitch,recipe,flip",
+        "name,subject,visit,condition,poses,fps,stature,no-frames,also,pitch,recipe,scale.mean_adult",
         "one,s1,first,barefoot,a.npy,30,1.8,yes,csv;trc,-5,quick.toml,no",
         ",,,,b.npy,,,,,,,",
     )
@@ -37,7 +37,7 @@ def test_every_option_of_a_run_is_a_column(study):
     assert one.labels == {"subject": "s1", "visit": "first", "condition": "barefoot"}
     assert set(one.arguments) == {
         f"--poses={study / 'a.npy'}", "--fps=30", "--stature=1.8", "--no-frames", "--also=csv", "--also=trc",
-        "--pitch=-5", f"--recipe={study / 'quick.toml'}", "--camera=moving",
+        "--pitch=-5", "--set=scale.mean_adult=no", f"--recipe={study / 'quick.toml'}", "--camera=moving",
     }  # fmt: skip
     assert set(one.files) == {"poses", "recipe"}
     assert two.name == "b"
@@ -67,11 +67,16 @@ def test_the_arguments_are_ones_that_run_takes(study, pcnet3d, tmp_path):
         (("poses,poses", "a.npy,b.npy"), ["'poses'", "twice"]),
         (("poses,fps", "a.npy,30,7"), ["line 2", "2 cells", "3"]),
         (("poses,fps", "a.npy,fast"), ["line 2", "fps=fast"]),
-        (("poses,parity", "a.npy,ignroe"), ["line 2", "parity=ignroe"]),
-        (("poses,no_frames", "a.npy,perhaps"), ["line 2", "no_frames=perhaps"]),
+        (("poses,left-right", "a.npy,ignroe"), ["line 2", "--left-right=ignroe"]),
+        (("poses,parity", "a.npy,ignore"), ["'parity'", "it is 'left-right' now"]),
+        (("poses,cutoff", "a.npy,5"), ["'cutoff'", "it is 'trajectories.cutoff_hz' now"]),
+        (("poses,trajectories.cutof_hz", "a.npy,5"), ["line 2", "did you mean cutoff_hz"]),
+        (("poses,trajectory.cutoff_hz", "a.npy,5"), ["line 2", "did you mean trajectories"]),
+        (("poses,clean.spike", "a.npy,wide"), ["line 2", "spike='wide'", "number"]),
+        (("poses,no_frames", "a.npy,perhaps"), ["line 2", "--no-frames=perhaps"]),
         (("poses", "a.npy", "none.npy"), ["line 3", "none.npy", "nothing there"]),
         (("poses,recipe", "a.npy,none.toml"), ["line 2", "none.toml"]),
-        (("poses,rectifier", "a.npy,none.onnx"), ["line 2", "none.onnx"]),
+        (("poses,rectify.rectifier", "a.npy,none.onnx"), ["line 2", "none.onnx"]),
         (("poses", "../outside.npy"), ["line 2", "--outside"]),
         (("poses", "/etc/passwd"), ["line 2", "--outside"]),
         (("poses,fps", "a.npy,30", "a.npy,25"), ["line 3", "name 'a'", "line 2"]),
@@ -135,15 +140,16 @@ def mixed(study) -> Path:
     ("given", "takes"),
     [
         ({"detector": "movenet"}, [2]),
-        ({"person-detector": "yolox"}, [2]),
-        ({"smooth": "6"}, [2]),
+        ({"detect.person_detector": "yolox"}, [2]),
+        ({"detect.smooth_hz": "6"}, [2]),
         ({"lifter": "pcnet3d"}, [1, 2]),
-        ({"flip": "yes"}, [1, 2]),
-        ({"gravity-network": "geocalib"}, [1, 2]),
+        ({"lift.flip": "yes"}, [1, 2]),
+        ({"calibrate.gravity_network": "geocalib"}, [1, 2]),
+        ({"calibrate": "off"}, [1, 2]),
         ({"adapter": "arrays"}, [0]),
         ({"option": "pixel=true"}, [0]),
-        ({"keypoints-adapter": "alphapose"}, [1]),
-        ({"first-frame": "7"}, [0, 1]),
+        ({"read.keypoints_adapter": "alphapose"}, [1]),
+        ({"read.first_frame": "7"}, [0, 1]),
         ({"stature": "1.8"}, [0, 1, 2]),
         ({"camera": "moving"}, [0, 1, 2]),
         ({"detector": "movenet", "stature": "1.8"}, [2]),
@@ -152,15 +158,17 @@ def mixed(study) -> Path:
 )
 def test_a_common_option_goes_to_the_takes_that_have_a_use_for_it(mixed, given, takes):
     entries = read_entries(mixed, given)
-    column = next(iter(given)).replace("-", "_")
+    column = {"option": "options"}.get(name := next(iter(given)), name)
     assert [number for number, entry in enumerate(entries) if column in entry.options] == takes
     if "stature" in given:
         assert all("stature" in entry.options for entry in entries)
 
 
-@pytest.mark.parametrize("given", [{"detector": "movenet"}, {"gravity-network": "geocalib"}, {"flip": "yes"}])
+@pytest.mark.parametrize(
+    "given", [{"detector": "movenet"}, {"calibrate.gravity_network": "geocalib"}, {"lift.flip": "yes"}]
+)
 def test_a_common_option_that_no_take_has_a_use_for_is_refused_before_the_first_take(study, given):
-    column = next(iter(given)).replace("-", "_")
+    column = next(iter(given))
     with pytest.raises(
         InputError, match=rf"--set {column}: no take has a use for it.*this run does not have"
     ):
@@ -168,14 +176,14 @@ def test_a_common_option_that_no_take_has_a_use_for_is_refused_before_the_first_
 
 
 def test_an_own_option_that_the_take_has_no_use_for_is_refused_with_its_line(study):
-    with pytest.raises(InputError, match=r"line 3: detector is for the stage 'detect'"):
+    with pytest.raises(InputError, match=r"line 3: --detector is for the stage 'detect'"):
         read_entries(manifest(study, "poses,detector", "a.npy,", "b.npy,movenet"), {})
 
 
 def test_a_common_recipe_counts(study):
     """It has no stage that a cut-off is for."""
-    common = {"recipe": str(study / "quick.toml"), "cutoff": "5"}
-    with pytest.raises(InputError, match=r"--set cutoff.*trajectories"):
+    common = {"recipe": str(study / "quick.toml"), "trajectories.cutoff_hz": "5"}
+    with pytest.raises(InputError, match=r"--set trajectories.*which this run does not have"):
         read_entries(manifest(study, "poses", "a.npy"), common)
 
 

@@ -9,9 +9,9 @@ from pcnet3d.examples.walker.camera import aimed, camera_poses, side_camera
 from pcnet3d.examples.walker.files import write_keypoints
 from pcnet3d.examples.walker.walk import Walk, walker
 from pcnet3d.pipeline import load_recipe
-from pcnet3d.pipeline.reading.take import Sources
 from pcnet3d.pipeline.running.recipe import Recipe
 from pcnet3d.pipeline.running.run import run_files
+from pcnet3d.pipeline.running.settings import RunOptions
 
 
 @pytest.fixture(scope="session")
@@ -32,6 +32,6 @@ def runs(walk, tmp_path_factory) -> Path:
         flat = folder / f"{name}.json"
         write_keypoints(flat, walk, camera, np.arange(len(walk)), 0.5, np.random.default_rng(i))
         poses = folder / f"{name}.npy"
-        sources = Sources(poses=poses, adapter="videopose3d", keypoints=flat, fps=30)
+        sources = RunOptions(poses=poses, adapter="videopose3d", keypoints=flat, fps=30)
         run_files(sources, folder / name, recipe)
     return folder

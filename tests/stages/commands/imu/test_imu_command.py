@@ -15,9 +15,9 @@ from pcnet3d.examples.walker.imu import Faults, strapped, write_csv
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.motion.imu import GRAVITY_MPS2
-from pcnet3d.pipeline.reading.take import Sources
 from pcnet3d.pipeline.running.recipe import Recipe
 from pcnet3d.pipeline.running.run import run_files
+from pcnet3d.pipeline.running.settings import RunOptions
 from pcnet3d.stages.commands.finished_run import load_run
 from pcnet3d.stages.commands.imu.command import compare as compare_with_run
 from pcnet3d.stages.commands.imu.command import imu, read_imus
@@ -36,7 +36,7 @@ def made(walk, tmp_path_factory) -> Path:
     """A folder with a finished run of clean video poses, and the files of three sensors."""
     folder = tmp_path_factory.mktemp("imu")
     np.save(folder / "poses.npy", camera_poses(walk, side_camera(walk)).joints)
-    run_files(Sources(poses=folder / "poses.npy", adapter="videopose3d", fps=30), folder / "run", RECIPE)
+    run_files(RunOptions(poses=folder / "poses.npy", adapter="videopose3d", fps=30), folder / "run", RECIPE)
     for seed, segment in enumerate(("r_forearm", "pelvis", "l_shank")):
         write_csv(folder / f"{segment}.csv", strapped(walk, segment, Faults(), seed=seed))
     return folder
@@ -148,7 +148,9 @@ def test_without_a_pelvis_imu_only_still_spans_are_compared(made):
 def test_still_spans_of_a_longer_take(tmp_path):
     walk = walker(seconds=14)
     np.save(tmp_path / "poses.npy", camera_poses(walk, side_camera(walk)).joints)
-    run_files(Sources(poses=tmp_path / "poses.npy", adapter="videopose3d", fps=30), tmp_path / "run", RECIPE)
+    run_files(
+        RunOptions(poses=tmp_path / "poses.npy", adapter="videopose3d", fps=30), tmp_path / "run", RECIPE
+    )
     write_csv(tmp_path / "r_forearm.csv", strapped(walk, "r_forearm"))
     assert "only spans in which the pelvis stands still" in compare(tmp_path, "r_forearm")
     figures = json.loads((tmp_path / "run/imu/imu.json").read_text())["segments"]["r_forearm"]
@@ -160,7 +162,9 @@ def test_still_spans_of_a_longer_take(tmp_path):
 def test_without_an_orientation_the_norm_alone_is_compared(tmp_path):
     walk = walker(seconds=14)
     np.save(tmp_path / "poses.npy", camera_poses(walk, side_camera(walk)).joints)
-    run_files(Sources(poses=tmp_path / "poses.npy", adapter="videopose3d", fps=30), tmp_path / "run", RECIPE)
+    run_files(
+        RunOptions(poses=tmp_path / "poses.npy", adapter="videopose3d", fps=30), tmp_path / "run", RECIPE
+    )
     write_csv(tmp_path / "r_forearm.csv", replace(strapped(walk, "r_forearm"), R_world_from_sensor=None))
     words = compare(tmp_path, "r_forearm")
     assert "no orientation of the IMU on r_forearm is given: only the norm" in words

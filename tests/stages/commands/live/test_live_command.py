@@ -17,6 +17,7 @@ from pcnet3d.stages.commands.live.command import live
 from pcnet3d.stages.commands.live.source import Incoming, Shot, Source, open_source
 
 PCNET3D = [sys.executable, "-c", "from pcnet3d.pipeline.cli import main; main()"]
+GEOMETRIC = ["rectify.rectifier=geometric"]
 
 
 def logged(path, entity: str, component: str) -> tuple[np.ndarray, list]:
@@ -36,7 +37,7 @@ def logged(path, entity: str, component: str) -> tuple[np.ndarray, list]:
 @pytest.fixture(scope="module")
 def from_file(numbered_film, toy_detector, tmp_path_factory):
     output = tmp_path_factory.mktemp("live") / "out"
-    live(str(numbered_film), output, detector=str(toy_detector), rectifier="geometric")
+    live(source=str(numbered_film), output=output, detector=str(toy_detector), settings=GEOMETRIC)
     return output
 
 
@@ -76,7 +77,16 @@ def test_the_take_is_then_processed_as_by_run(from_file, joints_px):
 
 def test_a_pipe_loses_no_frame_and_its_video_is_kept(numbered_film, toy_detector, tmp_path):
     output = tmp_path / "out"
-    command = ["live", "-", "-o", str(output), "--detector", str(toy_detector), "--rectifier", "geometric"]
+    command = [
+        "live",
+        "-",
+        "-o",
+        str(output),
+        "--detector",
+        str(toy_detector),
+        "--set",
+        "rectify.rectifier=geometric",
+    ]
     with numbered_film.open("rb") as pipe:
         ended = subprocess.run([*PCNET3D, *command], stdin=pipe, capture_output=True, text=True)
     assert ended.returncode == 0, ended.stderr
@@ -92,7 +102,7 @@ def test_a_pipe_loses_no_frame_and_its_video_is_kept(numbered_film, toy_detector
 def test_ctrl_c_ends_the_take_and_it_is_processed(numbered_film, toy_detector, tmp_path):
     output = tmp_path / "out"
     command = ["live", "-", "-o", str(output), "--detector", str(toy_detector), "--no-frames"]
-    command += ["--rectifier", "geometric"]
+    command += ["--set", "rectify.rectifier=geometric"]
     with subprocess.Popen([*PCNET3D, *command], stdin=subprocess.PIPE, stderr=subprocess.PIPE) as process:
         assert process.stdin is not None
         assert process.stderr is not None
@@ -149,7 +159,7 @@ def test_a_camera_that_is_pulled_out_ends_the_take_and_it_is_processed(
 
     came = Source("camera", camera(), None, waits=True)
     monkeypatch.setattr("pcnet3d.stages.commands.live.command.open_source", lambda source: came)
-    live("0", tmp_path / "out", str(toy_detector), rectifier="geometric")
+    live(source="0", output=tmp_path / "out", detector=str(toy_detector), settings=GEOMETRIC)
     assert "warning: The camera is gone. What came before is kept." in capsys.readouterr().err
     frames, _ = logged(tmp_path / "out" / "live.rrd", "body/joints", "Points3D:positions")
     assert frames.tolist() == list(range(60))

@@ -1,0 +1,64 @@
+"""What a command says besides its results, on stderr: wrapped and coloured on a terminal, plain lines elsewhere."""
+
+from __future__ import annotations
+
+import sys
+from typing import Literal
+
+Detail = Literal["quiet", "normal", "verbose"]
+
+_STYLES = {
+    "warning": "bold yellow",
+    "repair": "magenta",
+    "note": "cyan",
+    "failed": "bold red",
+    "pcnet3d": "bold red",
+}
+_detail: Detail = "normal"
+
+
+def set_detail(detail: Detail) -> None:
+    """How much this process says: "quiet", only errors and a command's last line; "verbose", also `debug` lines."""
+    global _detail
+    _detail = detail
+
+
+def is_quiet() -> bool:
+    """Whether only errors and last lines are said."""
+    return _detail == "quiet"
+
+
+def is_verbose() -> bool:
+    """Whether `debug` lines are said too."""
+    return _detail == "verbose"
+
+
+def on_terminal() -> bool:
+    """Whether stderr is a terminal."""
+    return sys.stderr is not None and sys.stderr.isatty()
+
+
+def say(kind: str, text: str) -> None:
+    """A line "KIND: TEXT" on stderr. kind: "warning", "repair", "note" or another word; "pcnet3d" and "failed" are
+    errors, which are said in any case."""
+    if is_quiet() and kind not in ("pcnet3d", "failed"):
+        return
+    if not on_terminal():
+        print(f"{kind}: {text}", file=sys.stderr)
+        return
+    from rich.console import Console
+    from rich.text import Text
+
+    Console(stderr=True).print(Text.assemble((f"{kind}: ", _STYLES.get(kind, "bold")), text))
+
+
+def debug(kind: str, text: str) -> None:
+    """As `say`, of what only somebody who looks for a fault wants to know."""
+    if is_verbose():
+        say(kind, text)
+
+
+def result(text: str) -> None:
+    """A line of a command's results on stdout that -q leaves out."""
+    if not is_quiet():
+        print(text)

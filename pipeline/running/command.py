@@ -1,0 +1,64 @@
+"""`pcnet3d run`: files or a video in, a folder of results out."""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+
+import typer
+
+from ..errors import InputError
+from ..files.detections import KEYPOINTS, interrupted_at
+from ..messages import debug, result
+from .plan import planned
+from .progress import conclude, stages, tell, tell_people, telling_of_kept
+from .recipe import Recipe
+from .run import checkpoint_of, run_files, run_people
+from .settings import Force, Output, Resume, RunOptions, Strict, offering
+
+
+@offering()
+def run(
+    options: RunOptions, output: Output, resume: Resume = False, strict: Strict = False, force: Force = False
+) -> None:
+    """Turn a recorded video, its keypoints or a lifter's poses into levelled kinematics.
+
+    Without --poses the keypoints are lifted, by the built-in lifter or --lifter; without --keypoints too, they are
+    first detected in the video.
+    """
+    chosen = planned(options)
+    detecting = chosen.has("detect")
+    if resume:
+        chosen = _resumed(chosen, output)
+    names = ["read", *(entry.use for entry in chosen.stages)]
+    for entry in chosen.stages:
+        debug(entry.use, ", ".join(f"{key}={value}" for key, value in entry.options.items()) or "defaults")
+    with telling_of_kept(checkpoint_of(output) if detecting else None, resume), stages(names) as done:
+        if options.person == "all":
+            people = run_people(options, output, chosen, force=force, done=done)
+            takes = {f"person {run.person}: ": run.take for run in people if run.take}
+            shown = output / next(run.folder for run in people if run.folder)
+        else:
+            take = run_files(options, output, chosen, force=force, done=done)
+            people, takes, shown = (), {"": take}, output
+    if people:
+        tell_people(people)
+    else:
+        tell(takes[""])
+    result(f"{output}: {', '.join(sorted(path.name for path in output.iterdir()))}")
+    result(f"look at it with: pcnet3d view {shlex.quote(str(shown))}")
+    code = conclude(takes, strict)
+    if not people and interrupted_at(takes[""]) is not None:
+        code = 130
+    if code:
+        raise typer.Exit(code)
+
+
+def _resumed(recipe: Recipe, output: Path) -> Recipe:
+    """The recipe that goes on from what an interrupted run left, beside its folder or in it."""
+    if not recipe.has("detect"):
+        raise InputError("--resume is for the stage 'detect', which this run does not have.")
+    for path in (checkpoint_of(output), output / KEYPOINTS):
+        if path.is_file():
+            return recipe.with_options("detect", resume=path)
+    raise InputError(f"There is no interrupted run in {output} to go on with; leave --resume out.")

@@ -1,0 +1,133 @@
+"""The options of a run: what each becomes, and what is refused in them."""
+
+from pathlib import Path
+
+import pytest
+from pydantic import ValidationError
+
+from pcnet3d.pipeline import InputError
+from pcnet3d.pipeline.running.plan import planned
+from pcnet3d.pipeline.running.settings import MOVED, RunOptions, flag_of, flags, reading_options
+
+VIDEO, POSES, KEYPOINTS = Path("v.mp4"), Path("p.npy"), Path("k.json")
+
+
+def told(**given) -> dict[str, dict]:
+    """The options of every stage of the run, those without any left out."""
+    return {entry.use: entry.options for entry in planned(RunOptions(**given)).stages if entry.options}
+
+
+def stages(**given) -> list[str]:
+    return [entry.use for entry in planned(RunOptions(**given)).stages]
+
+
+def test_what_is_given_decides_on_the_first_stages():
+    assert stages(poses=POSES)[0] == "clean"
+    assert stages(keypoints=KEYPOINTS)[:2] == ["lift", "clean"]
+    assert stages(keypoints=KEYPOINTS, video=VIDEO)[:3] == ["calibrate", "lift", "clean"]
+    assert stages(video=VIDEO)[:4] == ["detect", "calibrate", "lift", "clean"]
+
+
+def test_without_options_every_stage_has_its_own_defaults():
+    assert told(video=VIDEO) == told(poses=POSES) == told(keypoints=KEYPOINTS) == {}
+
+
+def test_an_option_goes_to_each_stage_that_it_is_for():
+    assert told(video=VIDEO, camera="moving") == {
+        "calibrate": {"camera": "moving"},
+        "rectify": {"camera": "moving"},
+    }
+    assert told(poses=POSES, camera="moving") == {"rectify": {"camera": "moving"}}
+    assert told(keypoints=KEYPOINTS, image_size="640x360") == {
+        "lift": {"image_size": (640, 360)},
+        "clean": {"image_size": (640, 360)},
+    }
+    assert told(poses=POSES, person="2", fps=30, swaps="repair") == {}
+    assert told(video=VIDEO, person="2", swaps="repair")["detect"] == {"person": "2", "swaps": "repair"}
+    assert told(poses=POSES, no_frames=True) == {"record": {"frames": False}, "report": {"frames": False}}
+
+
+def test_the_focal_length_is_of_the_camera_where_it_is_looked_for():
+    assert told(video=VIDEO, focal=900) == {"calibrate": {"focal_px": 900}}
+    assert told(video=VIDEO, focal=900, settings={"calibrate": "off"}) == {"lift": {"focal_px": 900}}
+    assert told(keypoints=KEYPOINTS, focal=900) == {"lift": {"focal_px": 900}}
+    with pytest.raises(InputError, match="--focal is for the stage 'lift'"):
+        planned(RunOptions(poses=POSES, focal=900))
+
+
+def test_settings_reach_their_stage_in_the_type_it_asks_for():
+    given = ["clean.spike=0.7", "lift.flip=yes", "measures.repeated=r_elbow_flexion,l_elbow_flexion"]
+    assert told(keypoints=KEYPOINTS, settings=[*given, "rectify.gravity=0,1,0"]) == {
+        "clean": {"spike": 0.7},
+        "lift": {"flip": True},
+        "measures": {"repeated": ("r_elbow_flexion", "l_elbow_flexion")},
+        "rectify": {"gravity": (0, 1, 0)},
+    }
+
+
+def test_settings_of_reading_are_fields():
+    options = RunOptions(settings=["read.missing=gap", "read.first_frame=7", "keypoints.track=true"])
+    assert (options.missing, options.first_frame) == ("gap", 7)
+    assert options.keypoints_options == {"track": "true"}
+    assert options.settings == {}
+
+
+@pytest.mark.parametrize(
+    ("setting", "words"),
+    [
+        ("rectfy.pitch_deg=3", ["no stage 'rectfy'", "did you mean rectify"]),
+        ("clean.spkie=3", ["'clean'", "'spkie'", "did you mean spike"]),
+        ("clean.spike=wide", ["'clean'", "spike='wide'", "number"]),
+        ("lift.flip=true", ["lift.flip", "'lift'", "this run does not have"]),
+        ("lift=off", ["lift=off", "'lift'", "this run does not have"]),
+        ("read.fps=30", ["read.fps", "it is --fps"]),
+        ("read.mising=gap", ["read.mising", "did you mean missing"]),
+        ("read.missing=gaps", ["read.missing=gaps", "'gap'"]),
+        ("keypoints.track=true", ["--keypoints"]),
+        ("stature=1.8", ["STAGE.KEY=VALUE", "stature is --stature"]),
+        ("stature", ["KEY=VALUE", "--set", "'stature'"]),
+    ],
+)
+def test_a_setting_that_cannot_be_used_is_refused_with_its_reason(setting, words):
+    with pytest.raises(InputError) as refused:
+        planned(RunOptions(poses=POSES, settings=[setting]))
+    assert all(word in str(refused.value) for word in words), refused.value
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"fps": "fast"}, ["--fps=fast", "number"]),
+        ({"left_right": "ignroe"}, ["--left-right=ignroe", "'ignore'"]),
+        ({"image_size": "640"}, ["WIDTHxHEIGHT", "'640'"]),
+        ({"gravity": "0,1"}, ["--gravity X,Y,Z", "'0,1'"]),
+        ({"ftps": 30}, ["'ftps'", "did you mean fps"]),
+    ],
+)
+def test_a_value_of_another_type_is_one_sentence(given, words):
+    with pytest.raises(InputError) as refused:
+        RunOptions(**given)
+    assert all(word in str(refused.value) for word in words), refused.value
+
+
+def test_options_do_not_change():
+    with pytest.raises(ValidationError):
+        RunOptions().fps = 30  # type: ignore[misc]
+
+
+def test_what_has_moved_has_gone_from_the_flags_and_is_somewhere_else():
+    assert not MOVED.keys() & {flag_of(name) for name in flags()}
+    stands_for = {"VALUE": "1", "FILE": "f", "KEY": "track"}
+    for old, new in MOVED.items():
+        if not new.startswith("--set "):
+            assert new in {flag_of(name) for name in flags()}, old
+            continue
+        name, _, value = new.removeprefix("--set ").partition("=")
+        stage, _, key = name.partition(".")
+        if stage == "read":
+            assert key in reading_options(), old
+        elif stage != "keypoints" and key:
+            from pcnet3d.pipeline.plugins import registry
+            from pcnet3d.pipeline.plugins.options import option_types
+
+            assert key in option_types(registry.load("stages", stage)), (old, stands_for.get(value))

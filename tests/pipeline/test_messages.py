@@ -1,0 +1,52 @@
+"""What a command says on stderr: plain lines, more or fewer, wrapped and marked on a terminal."""
+
+import io
+import re
+import sys
+
+import pytest
+
+from pcnet3d.pipeline import messages
+
+
+@pytest.fixture(autouse=True)
+def normal():
+    yield
+    messages.set_detail("normal")
+
+
+class Terminal(io.StringIO):
+    def isatty(self) -> bool:
+        return True
+
+
+@pytest.mark.parametrize(
+    ("detail", "kinds"),
+    [("quiet", ["pcnet3d"]), ("normal", ["pcnet3d", "note"]), ("verbose", ["pcnet3d", "note", "clean"])],
+)
+def test_how_much_is_said(detail, kinds, capsys):
+    messages.set_detail(detail)
+    messages.say("pcnet3d", "broken")
+    messages.say("note", "by the way")
+    messages.debug("clean", "defaults")
+    messages.result("a line of results")
+    said = capsys.readouterr()
+    assert [line.partition(":")[0] for line in said.err.splitlines()] == kinds
+    assert said.out == ("" if detail == "quiet" else "a line of results\n")
+
+
+def test_a_terminal_gets_wrapped_lines_whose_kinds_look_different(monkeypatch):
+    monkeypatch.setenv("COLUMNS", "40")
+    monkeypatch.setenv("TERM", "xterm-256color")
+    monkeypatch.delenv("NO_COLOR", raising=False)
+    said = {}
+    for kind in ("warning", "note"):
+        monkeypatch.setattr(sys, "stderr", Terminal())
+        messages.say(kind, "[1] the words of a long sentence " * 5)
+        said[kind] = sys.stderr.getvalue()  # type: ignore[attr-defined]
+        plain = re.sub(r"\x1b\[[\d;]*m", "", said[kind])
+        assert max(map(len, plain.splitlines())) <= 40
+        assert " ".join(plain.split()).count("[1] the words of a long sentence") == 5
+    styles = [re.match(r"\x1b\[[\d;]*m", words) for words in said.values()]
+    assert all(styles)
+    assert styles[0][0] != styles[1][0]  # type: ignore[index]
