@@ -23,9 +23,9 @@ import typer
 from ..models.common.onnx import OnnxFile
 from ..models.detector import video as detect_video
 from ..pipeline.plugins.registry import open_model
+from ..pipeline.reading.settings import RunOptions
 from ..pipeline.running.recipe import load_recipe
 from ..pipeline.running.run import run_files
-from ..pipeline.running.settings import RunOptions
 from ..pipeline.take import Video
 from .walker.long_video import write_long_video
 

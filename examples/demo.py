@@ -13,11 +13,11 @@ import typer
 
 from ..pipeline.files.atomic import SUMMARY, whole_folder
 from ..pipeline.pose import Rectified, package_version
+from ..pipeline.reading.settings import Force, RunOptions
 from ..pipeline.rotations import angle_deg
 from ..pipeline.running.progress import stages, tell
 from ..pipeline.running.recipe import load_recipe
 from ..pipeline.running.run import run_files
-from ..pipeline.running.settings import Force, RunOptions
 from .walker.camera import R_camera_from_body, side_camera
 from .walker.files import write_files
 from .walker.walk import walker

@@ -46,7 +46,7 @@ class _Command(TyperCommand):
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         own = {flag for parameter in self.params for flag in parameter.opts}
         if "--set" in own:
-            from .running.settings import MOVED
+            from .reading.settings import MOVED
 
             words = args[: args.index("--")] if "--" in args else args
             for flag in (word.partition("=")[0] for word in words):

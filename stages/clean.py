@@ -17,6 +17,7 @@ from ..pipeline.pose import PoseSequence
 from ..pipeline.take import Event, Take
 
 _STRAY_S = 0.2  # of frames that the whole pose leaps to and from
+_FEW = 0.1  # of the frames
 _MOST_ROWS = 5_000_000  # beyond this the frame numbers are wrong, not the recording long
 
 
@@ -160,14 +161,15 @@ def _spikes(points: np.ndarray, furthest: float, seams: tuple[int, ...]) -> np.n
 
 
 def _strays(poses: PoseSequence) -> np.ndarray:
-    """(T,) True in pieces between leaps of the whole pose, or between one and a clip's end, that are so short."""
+    """(T,) True in pieces between leaps of the whole pose, or between one and a clip's end, that are so short; nowhere
+    when they are many, for then nobody knows who is the person."""
     strays = np.zeros(len(poses), dtype=bool)
     leapt = set(leaps(poses).tolist())
     edges = sorted({0, len(poses), *poses.seams, *leapt}) if leapt else []
     for start, stop in pairwise(edges):
         alone = start in leapt or stop in leapt
         strays[start:stop] = alone and poses.times[stop - 1] - poses.times[start] < _STRAY_S
-    return strays
+    return strays if strays.mean() <= _FEW else np.zeros(len(poses), dtype=bool)
 
 
 def _filled(

@@ -15,7 +15,6 @@ from ..motion.swap_repair import treated
 from ..plugins.options import call
 from ..plugins.protocols import Adapter
 from ..pose import PoseSequence
-from ..running.settings import RunOptions
 from ..take import Event, Take, Video
 from .clock import Clock, check_numbers, numbered_by, starting_at
 from .load import (
@@ -29,6 +28,7 @@ from .load import (
     read_sources,
     recognises,
 )
+from .settings import RunOptions
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,11 +10,11 @@ import typer
 from ..errors import InputError
 from ..files.detections import KEYPOINTS, interrupted_at
 from ..messages import debug, result
+from ..reading.settings import Force, Output, Resume, RunOptions, Strict, offering
 from .plan import planned
 from .progress import conclude, stages, tell, tell_people, telling_of_kept
 from .recipe import Recipe
 from .run import checkpoint_of, run_files, run_people
-from .settings import Force, Output, Resume, RunOptions, Strict, offering
 
 
 @offering()

@@ -7,8 +7,8 @@ from typing import Any
 from ..errors import InputError
 from ..plugins import registry
 from ..plugins.options import checked
+from ..reading.settings import OFF, RunOptions, flag_of
 from .recipe import Recipe, load_recipe
-from .settings import OFF, RunOptions, flag_of
 
 
 def planned(options: RunOptions) -> Recipe:

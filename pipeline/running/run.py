@@ -11,12 +11,12 @@ from pathlib import Path
 from ..errors import InputError
 from ..files.atomic import require_space, sign, whole_folder
 from ..files.detections import KEYPOINTS
+from ..reading.settings import RunOptions
 from ..reading.take import Person, open_people, open_take
 from ..take import Take
 from .people import PersonRun, folder_names, write_index
 from .recipe import Recipe, load_recipe
 from .runner import run_together
-from .settings import RunOptions
 
 FEWEST_FRAMES = 10  # of a person who gets a run beside others; fewer cannot be levelled
 

@@ -15,8 +15,8 @@ from pathlib import Path
 
 import numpy as np
 
+from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.running.run import run_files
-from pcnet3d.pipeline.running.settings import RunOptions
 
 
 def write_inputs(folder: Path, frames: int) -> RunOptions:

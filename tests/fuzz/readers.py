@@ -94,9 +94,9 @@ def _read_config(path: Path) -> object:
 
 
 def _run(folder: Path) -> Path:
+    from pcnet3d.pipeline.reading.settings import RunOptions
     from pcnet3d.pipeline.running.recipe import Recipe
     from pcnet3d.pipeline.running.run import run_files
-    from pcnet3d.pipeline.running.settings import RunOptions
 
     np.save(folder / "poses.npy", Person().turning(90))
     stages = ("clean", "scale", "rectify", "trajectories", "angles", "measures", "export")

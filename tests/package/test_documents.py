@@ -12,7 +12,7 @@ import pytest
 
 from pcnet3d.pipeline.cli import load_command
 from pcnet3d.pipeline.motion.angles import ANGLES, REASONS
-from pcnet3d.pipeline.running.settings import MOVED, reading_options
+from pcnet3d.pipeline.reading.settings import MOVED, reading_options
 
 ROOT = Path(__file__).parents[2]
 FOLDERS = ("pipeline", "adapters", "models", "stages", "examples", "tests", "docs")

@@ -149,3 +149,9 @@ def test_a_change_of_pose_that_stays_is_no_stray():
     joints = moving().joints.copy()
     joints[ROWS // 2 :] *= -1
     assert counts(clean(moving().with_(joints=joints)))["strays_removed"] == 0
+
+
+def test_two_people_in_turns_are_left_as_they_are():
+    joints = moving().joints.copy()
+    joints[::2] *= -1
+    assert counts(clean(moving().with_(joints=joints)))["strays_removed"] == 0

@@ -12,9 +12,9 @@ from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.gravity import LEAN_DEG
 from pcnet3d.pipeline import CAMERA, H36M17, InputError, PoseSequence, Take, change_frame, rotate
 from pcnet3d.pipeline.frames import GL_CAMERA
+from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.rotations import angle_deg, geodesic_deg
 from pcnet3d.pipeline.running.run import run_files
-from pcnet3d.pipeline.running.settings import RunOptions
 from pcnet3d.stages.rectify import Rectify, rectify
 
 RECTIFIERS = ("pcnet", "geometric")

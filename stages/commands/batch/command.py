@@ -20,9 +20,9 @@ from ....pipeline.files.atomic import printable, refuse_unwritable, whole_file
 from ....pipeline.messages import result, say
 from ....pipeline.plugins.options import pairs
 from ....pipeline.pose import package_version
+from ....pipeline.reading.settings import Output
 from ....pipeline.running.cores import cores
 from ....pipeline.running.progress import counted
-from ....pipeline.running.settings import Output
 from .manifest import Entry, read_entries
 from .page import as_page
 from .pool import connected, on_cluster, on_this_machine

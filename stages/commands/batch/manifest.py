@@ -16,8 +16,8 @@ from ....pipeline.files.atomic import printable
 from ....pipeline.plugins import registry
 from ....pipeline.plugins.options import did_you_mean
 from ....pipeline.reading.load import adapters, recognises
+from ....pipeline.reading.settings import MOVED, RunOptions, flag_of, flags, is_repeatable
 from ....pipeline.running.plan import checked_setting, planned
-from ....pipeline.running.settings import MOVED, RunOptions, flag_of, flags, is_repeatable
 
 LABELS = ("subject", "visit", "condition")
 VIDEOS = (

@@ -16,8 +16,8 @@ from ....pipeline.files.atomic import add_to_list, whole_folder
 from ....pipeline.files.viewer import RECORDING
 from ....pipeline.motion.angles import ANGLES
 from ....pipeline.pose import package_version
+from ....pipeline.reading.settings import Force
 from ....pipeline.reading.take import sha256
-from ....pipeline.running.settings import Force
 from .align import Alignment, correlated, size_ratio, stamped, turn_deg, turned
 from .cycles import cycles
 from .figures import agreement, view_spread

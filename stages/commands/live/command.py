@@ -23,11 +23,11 @@ from ....pipeline.files.atomic import whole_folder
 from ....pipeline.files.detections import KEYPOINTS
 from ....pipeline.files.viewer import following
 from ....pipeline.messages import result, say
+from ....pipeline.reading.settings import Force, Output, RunOptions, offering
 from ....pipeline.running.interrupt import interruptible
 from ....pipeline.running.plan import planned
 from ....pipeline.running.progress import now_and_then, stages, tell
 from ....pipeline.running.run import run_into
-from ....pipeline.running.settings import Force, Output, RunOptions, offering
 from ...detect import Detect
 from ...rectify import Rectify
 from .recording import live_recording

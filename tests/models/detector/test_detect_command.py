@@ -104,9 +104,9 @@ def test_interrupted_and_resumed(walk_film, toy, quick, tmp_path, call, monkeypa
 
 def test_interrupted_before_anybody_was_found(film, toys, toy, quick, tmp_path, monkeypatch):
     """Then there is nothing to keep."""
+    from pcnet3d.pipeline.reading.settings import RunOptions
     from pcnet3d.pipeline.running.recipe import load_recipe
     from pcnet3d.pipeline.running.run import run_files
-    from pcnet3d.pipeline.running.settings import RunOptions
 
     video = film([toys.scene(None)] * 5)
     shown = detect_video.pictures

@@ -11,8 +11,8 @@ from pcnet3d.examples.walker.files import write_files
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import InputError, load_recipe
 from pcnet3d.pipeline.cli import main
+from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_take
-from pcnet3d.pipeline.running.settings import RunOptions
 from pcnet3d.stages.lift import Lift
 
 ZERO = np.zeros((3, 3))

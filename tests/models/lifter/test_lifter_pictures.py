@@ -11,9 +11,9 @@ from pcnet3d.models import load_lifter
 from pcnet3d.models.lifter.blazepose import crops_around
 from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, InputError, PoseSequence, remap
 from pcnet3d.pipeline.layouts import BLAZEPOSE33, COCO17
+from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_take, read_video
 from pcnet3d.pipeline.rotations import geodesic_deg, kabsch
-from pcnet3d.pipeline.running.settings import RunOptions
 
 RNG = np.random.default_rng(0)
 WORLD = RNG.normal(size=(33, 3)).round(2)

@@ -16,8 +16,8 @@ from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, Z_UP, PoseSequence
 from pcnet3d.pipeline.layouts import BLAZEPOSE33, COCO17, HALPE26, Layout
 from pcnet3d.pipeline.motion.swap_repair import mask_swaps, repair_swaps, told
 from pcnet3d.pipeline.motion.swaps import find_swaps, kinds
+from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_take
-from pcnet3d.pipeline.running.settings import RunOptions
 
 ARRAYS = {"layout": "H36M17", "frame": "CAMERA", "unit": "m"}
 OPTIONS = [

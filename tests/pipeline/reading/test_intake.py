@@ -7,8 +7,8 @@ import pytest
 
 from pcnet3d.adapters import read
 from pcnet3d.pipeline import InputError
+from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_take, sha256
-from pcnet3d.pipeline.running.settings import RunOptions
 
 ROWS = 30
 

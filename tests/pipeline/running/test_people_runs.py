@@ -9,11 +9,11 @@ import pytest
 from pcnet3d.pipeline import InputError, cli
 from pcnet3d.pipeline.files.atomic import SUMMARY
 from pcnet3d.pipeline.files.viewer import find_recording
+from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_people, open_take
 from pcnet3d.pipeline.running.people import folder_names
 from pcnet3d.pipeline.running.recipe import Recipe, StageEntry
 from pcnet3d.pipeline.running.run import run_files, run_people
-from pcnet3d.pipeline.running.settings import RunOptions
 
 STAGES = ("clean", "scale", "rectify", "trajectories", "export")
 

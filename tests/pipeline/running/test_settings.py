@@ -6,8 +6,8 @@ import pytest
 from pydantic import ValidationError
 
 from pcnet3d.pipeline import InputError
+from pcnet3d.pipeline.reading.settings import MOVED, RunOptions, flag_of, flags, reading_options
 from pcnet3d.pipeline.running.plan import planned
-from pcnet3d.pipeline.running.settings import MOVED, RunOptions, flag_of, flags, reading_options
 
 VIDEO, POSES, KEYPOINTS = Path("v.mp4"), Path("p.npy"), Path("k.json")
 

@@ -10,9 +10,9 @@ from pcnet3d.examples.walker.camera import aimed, side_camera
 from pcnet3d.examples.walker.files import halpe26
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import load_recipe
+from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.running.recipe import Recipe
 from pcnet3d.pipeline.running.run import run_files
-from pcnet3d.pipeline.running.settings import RunOptions
 from pcnet3d.stages.commands.compare.command import compare
 
 PERSON = "<script>alert(1)</script>&quot;&lt;b&gt;\"'"

@@ -6,10 +6,10 @@ import pytest
 from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import InputError
+from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.running import command
 from pcnet3d.pipeline.running.recipe import Recipe, load_recipe
 from pcnet3d.pipeline.running.run import run_files
-from pcnet3d.pipeline.running.settings import RunOptions
 
 
 def recipe(**options) -> Recipe:

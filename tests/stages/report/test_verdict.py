@@ -9,9 +9,9 @@ import pytest
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import Pipeline, Take
 from pcnet3d.pipeline.inspect.inspect import findings_of, inspect
+from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_take
 from pcnet3d.pipeline.running.progress import conclude
-from pcnet3d.pipeline.running.settings import RunOptions
 from pcnet3d.pipeline.verdict import verdict
 from pcnet3d.stages.commands.batch.page import as_page
 from pcnet3d.stages.commands.batch.study import figures

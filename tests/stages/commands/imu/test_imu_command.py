@@ -15,9 +15,9 @@ from pcnet3d.examples.walker.imu import Faults, strapped, write_csv
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.motion.imu import GRAVITY_MPS2
+from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.running.recipe import Recipe
 from pcnet3d.pipeline.running.run import run_files
-from pcnet3d.pipeline.running.settings import RunOptions
 from pcnet3d.stages.commands.finished_run import load_run
 from pcnet3d.stages.commands.imu.command import compare as compare_with_run
 from pcnet3d.stages.commands.imu.command import imu, read_imus

@@ -20,7 +20,7 @@ from typer.models import ParameterInfo
 from ..errors import InputError
 from ..motion.swap_repair import Swaps
 from ..plugins.options import did_you_mean, pairs
-from ..reading.load import Missing, Parity
+from .load import Missing, Parity
 
 OFF = "off"  # as the value of a whole stage: leave it out
 READ, KEYPOINTS = "read", "keypoints"  # not stages, but what --set names like them
