@@ -163,7 +163,6 @@ class _Two:
 
 def test_the_longest_track_is_taken_unless_another_is_named(walk_film, monkeypatch):
     monkeypatch.setattr("pcnet3d.stages.detect.load_detector", lambda *_: _Two())
-    monkeypatch.setattr("pcnet3d.stages.detect.network_file", lambda name: name)
     take = Take("walk", video=walk_film)
     default = Detect()(take)
     assert default.keypoints.person == "0"
