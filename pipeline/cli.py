@@ -37,7 +37,7 @@ _HELP = {"help_option_names": ["-h", "--help"]}
 
 def _points() -> dict[str, EntryPoint]:
     own = {name: EntryPoint(name, place, "pcnet3d.commands") for name, place in _OWN.items()}
-    return {**own, **registry.registered("commands")}
+    return {**own, **registry.registered("commands"), **own}
 
 
 class _Command(TyperCommand):
