@@ -20,9 +20,9 @@ from unittest.mock import patch
 import numpy as np
 import typer
 
-from ..models.common.download import network_file
 from ..models.common.onnx import OnnxFile
 from ..models.detector import video as detect_video
+from ..pipeline.plugins.registry import open_model
 from ..pipeline.running.recipe import load_recipe
 from ..pipeline.running.run import run_files
 from ..pipeline.running.settings import RunOptions
@@ -44,7 +44,7 @@ def pipeline(
     ] = [1.0],  # noqa: B006 (typer copies it)
 ) -> None:
     """Measure a run on a video alone: decoding, the 2D network and our own stages, their shares, and the memory."""
-    file = network_file(detector)  # before any work, and downloaded outside the measurement
+    file = open_model("detectors", detector)  # before any work, and downloaded outside the measurement
     if video is not None:
         _print(_measured(video, file))
         return
@@ -115,8 +115,7 @@ def _run(video: Path, detector: Path) -> Measured:
         wall_s = time.perf_counter() - start
     seconds["detect"] -= seconds["decoding"] + seconds["2D network"]
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * _PEAK_UNIT / _MEGABYTE
-    assert take.video is not None
-    return Measured(len(take.video.time_s), seconds, wall_s, peak, _array_bytes(take) / _MEGABYTE)
+    return Measured(len(take.need("video").time_s), seconds, wall_s, peak, _array_bytes(take) / _MEGABYTE)
 
 
 @contextmanager

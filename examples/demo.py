@@ -46,12 +46,10 @@ def demo(
         options = RunOptions(poses=files.poses, video=files.video, keypoints=files.keypoints)
         take = run_files(options, output, recipe, force=force, done=done)
     tell(take)
-    assert take.poses is not None
-    assert take.rectified is not None
-    truth = R_camera_from_body(walk, camera)[take.poses.frame_index]
+    truth = R_camera_from_body(walk, camera)[take.need("poses").frame_index]
     print(f"{inputs}: a video, 2D keypoints as AlphaPose and 3D poses as MotionBERT would write them")
     print(f"{output}: {', '.join(sorted(path.name for path in output.iterdir()))}")
-    print(_comparison(take.rectified, truth))
+    print(_comparison(take.need("rectified"), truth))
     video, poses, keypoints = (inputs / path.name for path in (files.video, files.poses, files.keypoints))
     print(
         f"the same by hand: pcnet3d run {video} --poses {poses} --keypoints {keypoints} "

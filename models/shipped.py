@@ -1,46 +1,43 @@
-"""What comes with the package, for `pcnet3d list models`."""
+"""The models that come with the package, registered by name in pyproject.toml as those of any other package are."""
 
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
+
+from .lifter.builtin import SHIPPED, OwnLifter
+from .rectifier.geometric import Geometric
 
 
 @dataclass(frozen=True)
 class Shipped:
-    """name: what the option of its kind takes. kind: "rectifier" or "lifter". file: of its weights, if it has some."""
+    """A model (pipeline.plugins.protocols.Model). about: one line. open: the object, or the path of its weights.
+    file: of its weights, if it has some."""
 
-    name: str
-    kind: str
     about: str
-    file: str | None = None
+    open: Callable[[], Any]
+    file: Path | None = None
 
     @property
     def what(self) -> str:
         """One line; of weights also their size and the first 12 digits of their SHA-256, as every summary has them."""
         if self.file is None:
             return self.about
-        content = (Path(__file__).parent / self.file).read_bytes()
+        content = self.file.read_bytes()
         return f"{self.about} ({len(content) / 1e6:.1f} MB, {hashlib.sha256(content).hexdigest()[:12]})"
 
 
-GEOMETRIC = Shipped("geometric", "rectifier", "the torso's own axes, the paper's baseline")
-PCNET = Shipped(
-    "pcnet",
-    "rectifier",
-    "default rectifier, trained on motion capture; models/rectifier/card.md",
-    "rectifier/pcnet.onnx",
+def _weights(about: str, name: str) -> Shipped:
+    file = Path(__file__).parent / "rectifier" / name
+    return Shipped(about, lambda: file, file)
+
+
+GEOMETRIC = Shipped("the torso's own axes, the paper's baseline", Geometric)
+PCNET = _weights("default rectifier, trained on motion capture; models/rectifier/card.md", "pcnet.onnx")
+PAPER = _weights(
+    "the paper's network at its full size, in int8; steadier on real clips, slower", "paper.onnx"
 )
-PAPER = Shipped(
-    "paper",
-    "rectifier",
-    "the paper's network at its full size, in int8; steadier on real clips, slower",
-    "rectifier/paper.onnx",
-)
-LIFTER = Shipped(
-    "pcnet3d",
-    "lifter",
-    "2D keypoints to 3D, used without --poses; models/lifter/card.md",
-    "lifter/lifter.onnx",
-)
+LIFTER = Shipped("2D keypoints to 3D, used without --poses; models/lifter/card.md", OwnLifter, SHIPPED)

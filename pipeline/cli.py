@@ -242,21 +242,11 @@ def inspect(
 
 
 def list_(
-    what: Annotated[Literal["adapters", "stages", "models"], typer.Argument(help="What to list.")],
+    what: Annotated[Literal["adapters", "stages", "models", "writers"], typer.Argument(help="What to list.")],
     as_json: Annotated[bool, typer.Option("--json", help="For programs.")] = False,
 ) -> None:
     """List what is installed, one line each."""
-    from .reading.load import adapters
-
-    if what == "adapters":
-        rows = [{"name": a.name, "gives": a.gives, "reads": a.reads} for a in adapters().values()]
-    elif what == "models":
-        rows = [{"name": m.name, "is": m.kind, "what": m.what} for m in registry.load_all("models").values()]
-    else:
-        rows = [
-            {"name": n, "needs": " ".join(s.needs), "gives": " ".join(s.gives)}
-            for n, s in registry.load_all("stages").items()
-        ]
+    rows = registry.listed(what)
     if as_json:
         print(json.dumps(rows, indent=1))
         return

@@ -176,7 +176,8 @@ class Rectified:
         degrees each moves it; up_own: what each says by itself, in the source's axes, and its error in degrees.
     method: "geometric" or "pcnet@<hash>".
     camera: "static", "moving", or "gravity" for a source that knows its own up.
-    level_heading: how LEVEL's heading was chosen: "median", "first second" or "camera".
+    level_heading: how LEVEL's heading was chosen: "median", "first second", "camera", "world", or "none"
+        where no frame has a heading.
     level_ok, level_reason: whether the take could be levelled, and in words why not.
     """
 

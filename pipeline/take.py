@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, overload
 
 import numpy as np
 
 from .camera import Camera
+from .errors import InputError
 from .pose import PoseSequence, Rectified
 from .verdict import Finding
 
@@ -77,6 +78,25 @@ class Take:
 
     def with_(self, **changes: Any) -> Take:
         return replace(self, **changes)
+
+    @overload
+    def need(self, what: Literal["poses", "keypoints", "filtered"]) -> PoseSequence: ...
+    @overload
+    def need(self, what: Literal["rectified"]) -> Rectified: ...
+    @overload
+    def need(self, what: Literal["kinematics"]) -> dict[str, np.ndarray]: ...
+    @overload
+    def need(self, what: Literal["video"]) -> Video: ...
+    @overload
+    def need(self, what: Literal["camera"]) -> Camera: ...
+    def need(self, what: str) -> Any:
+        """A field that has to be filled; InputError naming it where no stage has given it yet."""
+        value = getattr(self, what)
+        if value is None:
+            raise InputError(
+                f"Expected a take with {what}, got one without; run the stage that gives {what} first."
+            )
+        return value
 
     def saying(self, *events: Event) -> Take:
         """A copy with these events added."""

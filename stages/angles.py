@@ -27,10 +27,7 @@ class Angles:
     gives: ClassVar[tuple[str, ...]] = ("kinematics",)
 
     def __call__(self, take: Take) -> Take:
-        assert take.poses is not None
-        assert take.rectified is not None
-        assert take.filtered is not None
-        columns = joint_angles(take.poses, take.rectified, take.filtered)
+        columns = joint_angles(take.need("poses"), take.need("rectified"), take.need("filtered"))
         return take.with_(kinematics={**(take.kinematics or {}), **columns}).saying(*_events(columns))
 
 

@@ -33,9 +33,9 @@ class Calibrate:
     gives: ClassVar[tuple[str, ...]] = ("camera",)
 
     def __call__(self, take: Take) -> Take:
-        assert take.video is not None
+        video = take.need("video")
         poses = take.keypoints or take.poses
-        found = self._found(take.video, take.keypoints, _span(take.video, poses))
+        found = self._found(video, take.keypoints, _span(video, poses))
         return take.with_(camera=found).saying(*_events(found, self.camera))
 
     def together(self, takes: Sequence[Take]) -> list[Take]:

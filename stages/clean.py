@@ -34,8 +34,9 @@ class Clean:
     gives: ClassVar[tuple[str, ...]] = ("poses",)
 
     def __call__(self, take: Take) -> Take:
-        assert take.poses is not None
-        poses = clean(take.poses, self.max_gap_s, self.spike, take.video.time_s if take.video else None)
+        poses = clean(
+            take.need("poses"), self.max_gap_s, self.spike, take.video.time_s if take.video else None
+        )
         counts = poses.history[-1].options
         events = [Event("seam", "The estimator began a new clip here.", row) for row in poses.seams]
         texts = {

@@ -8,7 +8,6 @@ from typing import ClassVar
 
 import numpy as np
 
-from ..models.common.download import network_file
 from ..models.detector.load import PersonKind, load_detector
 from ..models.detector.video import detect
 from ..pipeline.errors import InputError
@@ -49,33 +48,32 @@ class Detect:
     gives: ClassVar[tuple[str, ...]] = ("keypoints",)
 
     def __call__(self, take: Take) -> Take:
-        assert take.video is not None
+        video = take.need("video")
         if self.fps is not None:
             check_fps(self.fps)  # before the minutes that detection takes
-        persons = None if self.person_detector is None else network_file(self.person_detector)
-        detector = load_detector(network_file(self.detector), persons, self.person_kind)
+        detector = load_detector(self.detector, self.person_detector, self.person_kind)
         before = None if self.resume is None else load_detections(self.resume)
         digest = next((entry["sha256"] for entry in take.inputs if entry["role"] == "video"), None)
-        source = f"{digest or sha256(take.video.path)} {package_version()}"
-        found = detect(take.video, detector, source, before, self._keep)
+        source = f"{digest or sha256(video.path)} {package_version()}"
+        found = detect(video, detector, source, before, self._keep)
         if not len(found.person):
             if found.frames_seen < found.frames:
                 raise KeyboardInterrupt
             raise InputError(
-                f"Nobody was found in any of the {found.frames} frames of {take.video.path} by {found.method}; give "
+                f"Nobody was found in any of the {found.frames} frames of {video.path} by {found.method}; give "
                 "another --detector, or check that the person is upright in the picture and large enough."
             )
         if self.folder is not None:
             self.folder.mkdir(parents=True, exist_ok=True)
             found.save(self.folder / KEYPOINTS)
         people = found.people()
-        chosen = _longest(found, people) if self.person is None else _named(people, self.person, take.video)
+        chosen = _longest(found, people) if self.person is None else _named(people, self.person, video)
         keypoints = chosen if self.fps is None else timed(chosen, self.fps)
         _, keypoints, swapped = treated(None, keypoints, self.swaps)
         assert keypoints is not None
         keypoints = keypoints if self.smooth_hz is None else smoothed(keypoints, self.smooth_hz)
         take = take.with_(keypoints=keypoints)
-        doubts = [Event("warning", text) for text in rate_doubts(self.fps, take.video)]
+        doubts = [Event("warning", text) for text in rate_doubts(self.fps, video)]
         return take.saying(*_events(take, found, people, chosen), *doubts, *swapped)
 
     def _keep(self, found: Detections) -> None:

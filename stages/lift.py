@@ -13,6 +13,7 @@ from ..pipeline.files.video_frames import shown_size
 from ..pipeline.inspect.inspect import findings_of
 from ..pipeline.intrinsics import undistorted
 from ..pipeline.motion.checks import implausible
+from ..pipeline.motion.visibility import seen_only
 from ..pipeline.plugins.protocols import Lifter
 from ..pipeline.reading.load import Parity, guarded
 from ..pipeline.take import Event, Take
@@ -45,14 +46,15 @@ class Lift:
         object.__setattr__(self, "_opened", load_lifter(self.lifter, self.lifter_kind))
 
     def __call__(self, take: Take) -> Take:
-        assert take.keypoints is not None
         size = self.image_size or (shown_size(take.video) if take.video else None)
-        keypoints, intrinsics = take.keypoints, take.camera.intrinsics if take.camera else None
+        keypoints, intrinsics = take.need("keypoints"), take.camera.intrinsics if take.camera else None
         if intrinsics is not None:
             keypoints = keypoints.with_(joints=undistorted(keypoints.joints, intrinsics))
             keypoints = keypoints.noted(
                 "undistort", camera=intrinsics.name, file=Path(intrinsics.source).name
             )
+        if isinstance(self._opened, OwnLifter) and keypoints.time_s is not None:
+            keypoints = seen_only(keypoints, size)
         focal_px, guessed = self._focal_px(take.camera)
         poses = self._opened.lift(keypoints, size, focal_px, self.flip, take.video)
         if guessed:  # what phones usually have is no knowledge of this camera

@@ -58,8 +58,7 @@ class Rectify:
     gives: ClassVar[tuple[str, ...]] = ("rectified",)
 
     def __call__(self, take: Take) -> Take:
-        assert take.poses is not None
-        ((rectified, events),) = _rectify([take.poses], False, view=take.camera, **vars(self))
+        ((rectified, events),) = _rectify([take.need("poses")], False, view=take.camera, **vars(self))
         return _filled(take, rectified, events)
 
     def together(self, takes: Sequence[Take]) -> list[Take]:

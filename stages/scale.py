@@ -10,28 +10,22 @@ from ..pipeline.errors import InputError
 from ..pipeline.pose import PoseSequence
 from ..pipeline.take import Event, Take
 
-# Mean adult height of the world, women and men of 18 to 19 born 1996: 1.59 and 1.71 m
-# (NCD Risk Factor Collaboration, "A century of trends in adult human height", eLife 2016).
-MEAN_STATURE_M = 1.65
-
 
 @dataclass(frozen=True)
 class Scale:
-    """The stage. stature_m: the person's height; mean_adult: assume the mean adult's. With neither, the source's
-    unit is kept, and said when it has no scale."""
+    """The stage. stature_m: the person's height in metres; without it the source's unit is kept, and said when it has
+    no scale."""
 
     stature_m: float | None = None
-    mean_adult: bool = False
 
     name: ClassVar[str] = "scale"
     needs: ClassVar[tuple[str, ...]] = ("poses",)
     gives: ClassVar[tuple[str, ...]] = ("poses",)
 
     def __call__(self, take: Take) -> Take:
-        assert take.poses is not None
-        stature = self.stature_m if self.stature_m or not self.mean_adult else MEAN_STATURE_M
-        if stature is None:
-            if take.poses.frame.metric:
+        poses = take.need("poses")
+        if self.stature_m is None:
+            if poses.frame.metric:
                 return take
             return take.saying(
                 Event(
@@ -40,12 +34,11 @@ class Scale:
                     "Give the person's height (--stature METRES) for metres.",
                 )
             )
-        poses = scale(take.poses, stature)
-        assumed = "" if self.stature_m else " (the mean adult's, assumed)"
+        poses = scale(poses, self.stature_m)
         return take.with_(poses=poses).saying(
             Event(
                 "repair",
-                f"Scaled by {poses.history[-1].options['factor']:.4g} to a stature of {stature} m{assumed}.",
+                f"Scaled by {poses.history[-1].options['factor']:.4g} to a stature of {self.stature_m} m.",
             )
         )
 

@@ -68,15 +68,15 @@ class Trajectories:
     gives: ClassVar[tuple[str, ...]] = ("kinematics", "filtered")
 
     def __call__(self, take: Take) -> Take:
-        assert take.rectified is not None
-        level = _trusted(take.rectified)
+        rectified = take.need("rectified")
+        level = _trusted(rectified)
         path = smooth(level, self.filter, self.cutoff_hz, self.joints)
         columns = dict(take.kinematics or {})
         for joint in self.joints:
             columns |= trajectory(path, joint)
         if path.root is not None:
             columns |= trajectory(path, "root")
-        events = [Event("note", _RELATIVE)] if take.rectified.camera == "moving" else []
+        events = [Event("note", _RELATIVE)] if rectified.camera == "moving" else []
         return take.with_(kinematics=columns, filtered=path).saying(
             *events,
             *_told(path),

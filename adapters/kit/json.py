@@ -191,7 +191,8 @@ def entries(values: Any, where: str) -> list[Any]:
 
 
 def numbers(values: Any, where: str) -> np.ndarray:
-    """Nested lists as a float64 array, null as NaN; InputError for anything but finite numbers in equal lengths."""
+    """Nested lists as a float64 array (...,), null as NaN; InputError for anything but finite numbers in equal
+    lengths."""
     try:
         array = np.array(values, dtype=np.float64)
     except (ValueError, TypeError, OverflowError):
@@ -204,7 +205,8 @@ def numbers(values: Any, where: str) -> np.ndarray:
 
 
 def frame_number(image: Any, where: str) -> int:
-    """The video frame of an image: the number itself, or the last number in a name such as "clip_0012.jpg"."""
+    """The video frame of an image: the number itself, or the last number in a name such as "clip_0012.jpg". InputError
+    for anything else."""
     number = image
     if isinstance(image, str):
         digits = re.findall(r"0*([0-9]+)", _SUFFIX.sub("", image))

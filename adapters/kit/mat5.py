@@ -43,7 +43,7 @@ def names(content: bytes) -> frozenset[str]:
 
 
 def arrays(content: bytes, wanted: tuple[str, ...]) -> dict[str, np.ndarray]:
-    """The wanted variables that are there: real numbers, or cells of them as an array of objects.
+    """The wanted variables that are there: real numbers (...,), or cells of them as an array (...,) of objects.
 
     ValueError, EOFError or zlib.error for a damaged file or other kinds of values; InputError for one that unpacks to
     many times its size.

@@ -33,7 +33,8 @@ def keys(path: Path) -> frozenset[str]:
 
 
 def load(path: Path, *names: str, what: str) -> dict[str, np.ndarray]:
-    """The arrays of these names, those that are there. InputError, saying that a .mat file of `what` was expected."""
+    """The arrays (...,) of these names, those that are there. InputError, saying that a .mat file of `what` was
+    expected."""
     try:
         start = _start(path)
         if start.startswith(_HDF5):
@@ -75,7 +76,7 @@ def _load_hdf5(path: Path, names: tuple[str, ...]) -> dict[str, np.ndarray]:
 
 
 def numbers(where: str, array: np.ndarray, *shapes: Shape) -> np.ndarray:
-    """The array as float64; InputError unless it is one of numbers of one of these shapes."""
+    """The array (...,) as float64; InputError unless it is one of numbers of one of these shapes."""
     if array.dtype.kind not in "fiu" or not any(fits(array.shape, shape) for shape in shapes):
         raise InputError(
             f"{where} of shape {' or '.join(map(in_words, shapes))}, got {array.shape} of {array.dtype}."

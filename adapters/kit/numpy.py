@@ -55,7 +55,8 @@ def has_objects(path: Path, *wanted: str) -> bool:
 
 
 def peek(path: Path, *shapes: Shape, key: str | None = None) -> np.ndarray | None:
-    """What `load` gives, or None where it would raise: for sniffing. Data of a wrong shape are never read."""
+    """What `load` gives, (...,) of one of the shapes, or None where it would raise: for sniffing. Data of a wrong shape
+    are never read."""
     try:
         return load(path, *shapes, key=key)
     except InputError:

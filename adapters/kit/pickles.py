@@ -210,7 +210,7 @@ def load(path: Path) -> Any:
 
 
 def loads(content: bytes, where: str) -> Any:
-    """The same of a pickle's bytes, zlib's or not."""
+    """The same of a pickle's bytes, zlib's or not. where: the file, for InputError as of `load`."""
     try:
         if content[:1] == _ZLIB:
             content = unpacked(content, "a pickle")

@@ -191,7 +191,8 @@ def _sequence(rows: Sequence[Detection], layout: Layout, unknown: str, where: st
 
 
 def saying_nothing(scores: np.ndarray) -> str:
-    """Why the scores of all joints of a file say nothing about any, such as "all are 1"; "" when they say something.
+    """Why the scores (...,) of all joints of a file say nothing about any, such as "all are 1"; "" when they say
+    something.
 
     They say nothing when they are one number within [0, 1], the range of confidences, to which others are clipped.
     """

@@ -23,7 +23,7 @@ from ...pipeline.anthropometry import implied_stature
 from ...pipeline.errors import InputError
 from ...pipeline.files.atomic import whole_file
 from ...pipeline.layouts import H36M17
-from ...pipeline.motion.angles import ANGLES, MIDLINE, angles, near
+from ...pipeline.motion.angles import ANGLES, angles, near, of_both
 from ...pipeline.plugins.protocols import Rectifier
 from ...pipeline.rotations import kabsch, known, rotate, transpose
 from ..common.metrics import scaled
@@ -125,11 +125,6 @@ def with_factors(noise: JointNoise, pairs: Sequence[Pair], levels: Sequence[Leve
         name: float(np.quantile(np.concatenate(parts), _COVERED)) / SD_90 for name, parts in ratios.items()
     }
     return replace(noise, factors={name: factors[of_both(name)] for name in ANGLES})
-
-
-def of_both(name: str) -> str:
-    """An angle's name without its side."""
-    return name if name in MIDLINE else name[2:]
 
 
 def fit(train: Sequence[Path], val: Sequence[Path], rectifier: Rectifier) -> JointNoise:

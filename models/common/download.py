@@ -12,7 +12,6 @@ from typing import Any
 
 from ...pipeline.errors import InputError
 from ...pipeline.messages import say
-from ...pipeline.plugins import registry
 
 _FOLDER = "pcnet3d"  # in the user's cache
 _SECONDS = 30  # without an answer, until a download is given up
@@ -20,8 +19,9 @@ _SECONDS = 30  # without an answer, until a download is given up
 
 @dataclass(frozen=True)
 class Network:
-    """name: what the option --KIND takes. kind: detector, person-detector or gravity-network. url: of the .onnx file
-    or of a .zip that holds one. sha256, megabytes: of the .onnx file. licence: shown before a download."""
+    """A model (pipeline.plugins.protocols.Model) that opens as its .onnx file. name: what the option --KIND takes.
+    kind: detector, person-detector or gravity-network. url: of the .onnx file or of a .zip that holds one. sha256,
+    megabytes: of the .onnx file. licence: shown before a download."""
 
     name: str
     kind: str
@@ -45,10 +45,10 @@ class Network:
 
     @property
     def is_there(self) -> bool:
-        """Whether a file lies there; `fetch` checks that it is the right one."""
+        """Whether a file lies there; `open` checks that it is the right one."""
         return self.path.is_file()
 
-    def fetch(self) -> Path:
+    def open(self) -> Path:
         """The file, downloaded unless it is there. InputError in words when it cannot be had or is another file."""
         import pooch
         from requests.exceptions import RequestException
@@ -125,23 +125,6 @@ GEOCALIB = Network(
     118.2,
     "Apache-2.0",
 )
-
-
-def network_file(name: str | Path) -> Path:
-    """The file of a network by its name, downloaded if need be, or the path that was given. InputError when there is
-    neither."""
-    points = registry.registered("models")
-    known = {}
-    if str(name) in points or not Path(name).is_file():
-        loaded = (registry.load("models", point) for point in points)
-        known = {model.name: model for model in loaded if isinstance(model, Network)}
-    if str(name) in known:
-        return known[str(name)].fetch()
-    if not Path(name).is_file():
-        raise InputError(
-            f"Expected an .onnx file or one of the networks {', '.join(known)}, got '{name}', which is neither."
-        )
-    return Path(name)
 
 
 def _download_onnx(url: str, output: str | Path, pooch_: Any) -> None:

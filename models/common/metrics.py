@@ -35,13 +35,15 @@ class Figure:
 
 
 def plain(value: Any) -> Any:
-    """Nested figures as what JSON knows; NaN becomes null."""
-    if isinstance(value, float) and np.isnan(value):
+    """Nested figures as what JSON knows; NaN and infinity become null."""
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, float) and not np.isfinite(value):
         return None
     if isinstance(value, Figure):
         return plain(asdict(value))
     if isinstance(value, dict):
-        return {key: plain(part) for key, part in value.items()}
+        return {str(key): plain(part) for key, part in value.items()}
     return [plain(part) for part in value] if isinstance(value, list | tuple) else value
 
 

@@ -6,10 +6,11 @@ from pathlib import Path
 from typing import Literal
 
 from ...pipeline.errors import InputError
+from ...pipeline.plugins.registry import open_model
 from ..common.onnx import OnnxFile, open_onnx
 from .blazepose import BlazePose, is_blazepose
 from .movenet import MoveNet, MultiMoveNet
-from .protocols import CropNetwork, Detector, Found
+from .protocols import CropNetwork, Detector, Found, PersonNetwork
 from .rtmpose import SimCC
 from .topdown import Follower, TopDown
 from .yolox import PersonBoxes
@@ -23,14 +24,21 @@ PersonKind = Literal["yolox", "rtmdet"]
 def load_detector(
     detector: str | Path, person_detector: str | Path | None = None, person_kind: PersonKind = "yolox"
 ) -> Detector:
-    """The detector in an .onnx file.
+    """The detector of a name of `pcnet3d list models`, downloaded if need be, or the one in an .onnx file.
 
-    Known are MoveNet (one person, or up to six), RTMPose and other SimCC networks, and BlazePose's landmarks. One
-    that looks at a single person follows it through the picture, or gets everybody's box from `person_detector`, the
-    .onnx file of a YOLOX or RTMDet; `person_kind` says which, for their files look alike. InputError when there is no
-    such file or it is of another kind.
+    Files may hold MoveNet (one person, or up to six), RTMPose and other SimCC networks, and BlazePose's landmarks. One
+    that looks at a single person follows it through the images, or gets everybody's box from `person_detector`, a name
+    or the .onnx file of a YOLOX or RTMDet; `person_kind` says which, for their files look alike. InputError when there
+    is no such name or file, or it is of another kind.
     """
-    network = open_onnx(detector, "a network that finds joints in pictures")
+    file = open_model("detectors", detector)
+    if not isinstance(file, Path):
+        if person_detector is not None:
+            raise InputError(
+                f"The detector '{detector}' finds people by itself; leave --person-detector out."
+            )
+        return file
+    network = open_onnx(file, "a network that finds joints in pictures")
     opened = _joints(network)
     if opened is None:
         raise InputError(
@@ -66,8 +74,11 @@ def _joints(network: OnnxFile) -> CropNetwork | MultiMoveNet | None:
     return BlazePose(network) if is_blazepose(network) else None
 
 
-def _persons(path: str | Path, kind: PersonKind) -> PersonBoxes:
-    network = open_onnx(path, "a network that finds people")
+def _persons(name: str | Path, kind: PersonKind) -> PersonNetwork:
+    opened = open_model("person_detectors", name)
+    if not isinstance(opened, Path):
+        return opened
+    network = open_onnx(opened, "a network that finds people")
     if len(network.inputs) != 1:
         raise InputError(f"{network.path} is no network that finds people: {network.looks}.")
     return PersonBoxes(network, normalised=kind == "rtmdet")

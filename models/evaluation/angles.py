@@ -12,16 +12,15 @@ from typing import Any
 
 import numpy as np
 
-from ...pipeline.motion.angles import ANGLES, FINE, MIDLINE, REASONS, near
+from ...pipeline.motion.angles import ANGLES, FINE, REASONS, near, of_both
 from ...pipeline.motion.signals import CUTOFF_HZ
 from ...pipeline.plugins.protocols import Rectifier
-from ...pipeline.pose import package_version
-from ...pipeline.running.progress import counted
+from ...pipeline.running.progress import each
 from ..angle_error.joint_noise import SD_90
 from ..angle_error.take_angles import AngleSeries, smoothed, take_angles
 from ..common.metrics import Figure
 from ..gravity.levelling import level_static, why_not
-from .sets import EvaluationSet, evaluation_sets
+from .sets import EvaluationSet, evaluation_sets, heading
 from .testbed import LiftedTake
 
 # What clinics film most, in rows of their own, and the angles that they ask about.
@@ -47,10 +46,7 @@ def angle_tables(
 ) -> dict[str, Any]:
     """Everything the report says: {"sets": {set: one_set's}}."""
     sets = sets or evaluation_sets()
-    results: dict[str, Any] = {
-        "pcnet3d": package_version(), "lifter": str(lifter), "seed": seed, "flip": flip, "bed": sets[0].bed,
-        "sets": {},
-    }  # fmt: skip
+    results: dict[str, Any] = {**heading(lifter, seed, flip, sets), "sets": {}}
     for one in sets:
         takes = one.takes(seed, lifter, flip)
         results["sets"][one.label] = one_set(rectifiers, one.label, takes, len(one.clips()))
@@ -66,36 +62,34 @@ def one_set(
     moving: dict[str, dict[str, dict[str, list[np.ndarray]]]] = {}
     counts: dict[str, int] = dict.fromkeys(MOTIONS, 0)
     frames, levelled = 0, {rectifier.method: 0 for rectifier in rectifiers}
-    with counted(f"{label} takes", total) as count:
-        for done, take in enumerate(takes):
-            truth = true_angles(take)
-            upright = ~take.seen.lying
-            frames += int(upright.sum())
-            motions = {motion: upright & take.seen.motion[motion] for motion in MOTIONS}
-            for motion, use in motions.items():
-                counts[motion] += int(use.sum())
-            for rectifier in rectifiers:
-                joints, time_s = take.lifted.joints, take.seen.keypoints.times
-                level = level_static(joints, *rectifier.rotation(joints), time_s)
-                fine = not why_not(level, joints)
-                levelled[rectifier.method] += fine
-                found = take_angles(
-                    joints,
-                    smoothed(joints, time_s),
-                    level.R_camera_from_body,
-                    level_ok=fine,
-                    error_deg=level.error_deg,
-                    up_error_deg=level.up_error_deg,
-                )
-                rows = parts.setdefault(rectifier.method, {})
-                for name in ANGLES:
-                    both = name if name in MIDLINE else name[2:]
-                    rows.setdefault(both, []).append(judge(found[name], truth[name], upright))
-                    if both in MOTION_ANGLES:
-                        for motion, use in motions.items():
-                            errors = moving.setdefault(rectifier.method, {}).setdefault(motion, {})
-                            errors.setdefault(both, []).append(judge(found[name], truth[name], use)[0])
-            count(done + 1)
+    for take in each(takes, f"{label} takes", total):
+        truth = true_angles(take)
+        upright = ~take.seen.lying
+        frames += int(upright.sum())
+        motions = {motion: upright & take.seen.motion[motion] for motion in MOTIONS}
+        for motion, use in motions.items():
+            counts[motion] += int(use.sum())
+        for rectifier in rectifiers:
+            joints, time_s = take.lifted.joints, take.seen.keypoints.times
+            level = level_static(joints, *rectifier.rotation(joints), time_s)
+            fine = not why_not(level, joints)
+            levelled[rectifier.method] += fine
+            found = take_angles(
+                joints,
+                smoothed(joints, time_s),
+                level.R_camera_from_body,
+                level_ok=fine,
+                error_deg=level.error_deg,
+                up_error_deg=level.up_error_deg,
+            )
+            rows = parts.setdefault(rectifier.method, {})
+            for name in ANGLES:
+                both = of_both(name)
+                rows.setdefault(both, []).append(judge(found[name], truth[name], upright))
+                if both in MOTION_ANGLES:
+                    for motion, use in motions.items():
+                        errors = moving.setdefault(rectifier.method, {}).setdefault(motion, {})
+                        errors.setdefault(both, []).append(judge(found[name], truth[name], use)[0])
     return {
         "levelled": levelled,
         "frames": frames,

@@ -26,6 +26,7 @@ from ...pipeline.files.atomic import refuse_unwritable_file, whole_file
 from ...pipeline.pose import package_version
 from ..common.extras import needed_for
 from ..common.metrics import plain
+from ..common.onnx import session_of
 from ..gravity.live import LiveRectifier
 from ..rectifier.load import load_rectifier
 from ..rectifier.onnx import PCNetRectifier
@@ -188,17 +189,12 @@ def _open(name: str, threads: int | None) -> PCNetRectifier:
 
 def _gemm_session() -> Any:
     """MatMul of a (_GEMM, _GEMM) pair, in one thread."""
-    import onnxruntime
     from onnx import TensorProto, helper
 
     a, b, c = (helper.make_tensor_value_info(name, TensorProto.FLOAT, [_GEMM, _GEMM]) for name in "abc")
     graph = helper.make_graph([helper.make_node("MatMul", ["a", "b"], ["c"])], "gemm", [a, b], [c])
     model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 18)], ir_version=9)
-    options = onnxruntime.SessionOptions()
-    options.intra_op_num_threads = 1
-    return onnxruntime.InferenceSession(
-        model.SerializeToString(), options, providers=["CPUExecutionProvider"]
-    )
+    return session_of(model.SerializeToString(), threads=1)
 
 
 def _gemm_rate(session: Any, threads: int) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 from ...pipeline.frames import CAMERA, IMAGE
 from ...pipeline.layouts import BLAZEPOSE33, COCO17, H36M17, HALPE26, Layout, remap
 from ...pipeline.pose import PoseSequence
-from ..common.metrics import procrustes_error, relative
+from ..common.metrics import Figure, procrustes_error, relative
 from ..lifter.builtin import lift
 from ..mocap.clips import data_folder
 from ..synthetic.bodies import STANDARD_SIZE_M, size_m
@@ -32,8 +32,6 @@ _LIMBS = H36M17.indices(
 
 def agreement(lifter: str = "pcnet3d", flip: bool = False) -> list[dict[str, Any]]:
     """PA-MPJPE over the twelve limb joints, mm of a standard body, of every pair of lifters on every clip."""
-    from .evaluate import Figure
-
     rows = []
     for clip, array, detector, layout, others in _CLIPS:
         with np.load(data_folder() / "lifter" / f"{clip}.npz", allow_pickle=False) as file:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
+from ...pipeline.pose import package_version
 from ..mocap.clips import Clip, Subjects, read_clips
 from .testbed import BEDS, Bed, LiftedTake, lifted_takes
 
@@ -54,3 +55,14 @@ def evaluation_sets(sets: Sets = "test", bed: Bed = "wild") -> tuple[EvaluationS
     return EvaluationSet("CMU val", "val", bed, accad=False), EvaluationSet(
         "ACCAD m1", "val", bed, accad=True
     )
+
+
+def heading(lifter: str | Path, seed: int, flip: bool, sets: Sequence[EvaluationSet]) -> dict[str, Any]:
+    """What every report on sets says first: versions and settings."""
+    return {
+        "pcnet3d": package_version(),
+        "lifter": str(lifter),
+        "seed": seed,
+        "flip": flip,
+        "bed": sets[0].bed,
+    }

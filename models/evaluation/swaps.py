@@ -18,14 +18,14 @@ import numpy as np
 from ...pipeline.frames import CAMERA
 from ...pipeline.motion.swap_repair import repair_swaps, settled
 from ...pipeline.motion.swaps import Kind, Swap, find_swaps, kinds
-from ...pipeline.pose import PoseSequence, package_version
-from ...pipeline.running.progress import counted
+from ...pipeline.pose import PoseSequence
+from ...pipeline.running.progress import each
 from ..common.metrics import Figure, joint_error, scaled
 from ..lifter.builtin import lift
 from ..mocap.clips import Clip
 from ..synthetic.cameras import WILD, ViewRange
 from ..synthetic.keypoint_noise import Noise
-from .sets import EvaluationSet, evaluation_sets
+from .sets import EvaluationSet, evaluation_sets, heading
 from .testbed import BEDS, MIN_FRAMES, SeenTake, see
 
 _LENGTHS = ((1, 1), (3, 10), (11, 30), (31, 60))
@@ -111,10 +111,7 @@ def swap_tables(
 ) -> dict[str, Any]:
     """Everything the report says, as nested dicts with Figures."""
     sets = sets or evaluation_sets()
-    results: dict[str, Any] = {
-        "pcnet3d": package_version(), "lifter": str(lifter), "seed": seed, "flip": flip,
-        "bed": sets[0].bed, "anywhere": {}, "in profile": {},
-    }  # fmt: skip
+    results: dict[str, Any] = {**heading(lifter, seed, flip, sets), "anywhere": {}, "in profile": {}}
     for one in sets:
         clips = [clip for clip in one.clips() if len(clip) >= MIN_FRAMES]
         tallies, profile = one_set(one.label, clips, lifter, seed, flip, BEDS[one.bed])
@@ -134,17 +131,15 @@ def one_set(
     """Tallies by input ("motion capture", "lifted", "keypoints"), and figures of the noise's own swaps."""
     tallies = {"motion capture": Tally(), "lifted": Tally(), "keypoints": Tally()}
     own, errors = Tally(), {"without swaps": [], "with swaps": [], "put right": []}
-    with counted(f"{label} takes", len(clips)) as count:
-        for number, clip in enumerate(clips):
-            take = see(clip, seed, noise=Noise(swap_rate=0.0), views=views)
-            lifted = lift(take.keypoints, take.image_size, None, flip, lifter)
-            clean = lifted.with_(joints=take.truth, frame=CAMERA, confidence=None, history=())
-            for name, poses in zip(tallies, (clean, lifted, take.keypoints), strict=True):
-                _judge(tallies[name], poses, number, seed)
-            swapped = see(clip, seed, views=views)
-            for name, values in _profile(own, take, swapped, lifted, lifter, flip).items():
-                errors[name].append(values)
-            count(number + 1)
+    for number, clip in enumerate(each(clips, f"{label} takes", len(clips))):
+        take = see(clip, seed, noise=Noise(swap_rate=0.0), views=views)
+        lifted = lift(take.keypoints, take.image_size, None, flip, lifter)
+        clean = lifted.with_(joints=take.truth, frame=CAMERA, confidence=None, history=())
+        for name, poses in zip(tallies, (clean, lifted, take.keypoints), strict=True):
+            _judge(tallies[name], poses, number, seed)
+        swapped = see(clip, seed, views=views)
+        for name, values in _profile(own, take, swapped, lifted, lifter, flip).items():
+            errors[name].append(values)
     figures = own.figures()
     figures["lift"] = {name: Figure.of(np.concatenate(values)) for name, values in errors.items()}
     return tallies, figures

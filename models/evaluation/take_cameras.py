@@ -12,7 +12,7 @@ import numpy as np
 from ...pipeline.canonical import trunk_lean_deg
 from ...pipeline.plugins.protocols import Rectifier
 from ...pipeline.rotations import rotate, transpose
-from ...pipeline.running.progress import counted
+from ...pipeline.running.progress import each
 from ..common.metrics import Figure
 from ..lifter.builtin import lift
 from ..mocap.clips import Clip
@@ -70,18 +70,16 @@ def camera_tables(
 ) -> dict[str, Any]:
     """{"takes": count, "lifted", "clean": {method: {"joints_mm", "lean_deg": Figure}}}, figures over the clips."""
     parts: dict[str, dict[str, list[tuple[float, float]]]] = {"lifted": {}, "clean": {}}
-    with counted(f"{CAMERAS} cameras", len(clips)) as count:
-        for done, clip in enumerate(clips):
-            seen_by: dict[str, dict[str, list[np.ndarray]]] = {"lifted": {}, "clean": {}}
-            for seen in around(clip, seed, views):
-                poses = lift(seen.keypoints, seen.image_size, flip=flip, model=lifter)
-                for kind, joints in (("lifted", joints_of(poses, seen.truth)), ("clean", seen.truth)):
-                    for name, points in positions(rectifiers, seen, joints).items():
-                        seen_by[kind].setdefault(name, []).append(points)
-            for kind, methods in seen_by.items():
-                for name, points in methods.items():
-                    parts[kind].setdefault(name, []).append(apart(np.stack(points)))
-            count(done + 1)
+    for clip in each(clips, f"{CAMERAS} cameras", len(clips)):
+        seen_by: dict[str, dict[str, list[np.ndarray]]] = {"lifted": {}, "clean": {}}
+        for seen in around(clip, seed, views):
+            poses = lift(seen.keypoints, seen.image_size, flip=flip, model=lifter)
+            for kind, joints in (("lifted", joints_of(poses, seen.truth)), ("clean", seen.truth)):
+                for name, points in positions(rectifiers, seen, joints).items():
+                    seen_by[kind].setdefault(name, []).append(points)
+        for kind, methods in seen_by.items():
+            for name, points in methods.items():
+                parts[kind].setdefault(name, []).append(apart(np.stack(points)))
     tables: dict[str, Any] = {"takes": len(clips)}
     for kind, methods in parts.items():
         tables[kind] = {

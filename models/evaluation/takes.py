@@ -16,14 +16,13 @@ from typing import Any
 import numpy as np
 
 from ...pipeline.plugins.protocols import Rectifier
-from ...pipeline.pose import package_version
 from ...pipeline.rotations import angle_deg, geodesic_deg, rotate, transpose
-from ...pipeline.running.progress import counted
+from ...pipeline.running.progress import each
 from ..common.metrics import Figure, joint_error
 from ..gravity.levelling import level_static, why_not
 from ..mocap.clips import Clip, lying
 from . import take_acceleration, take_cameras
-from .sets import EvaluationSet, evaluation_sets
+from .sets import EvaluationSet, evaluation_sets, heading
 from .take_answers import (
     CAMERA_AXES,
     TRUE_AXES,
@@ -70,10 +69,8 @@ def take_tables(
     """Everything the report says, as nested dicts with Figures."""
     sets = sets or evaluation_sets()
     clips = [one.clips() for one in sets]
-    results: dict[str, Any] = {
-        "pcnet3d": package_version(), "lifter": str(lifter), "rectifiers": [r.method for r in rectifiers],
-        "seed": seed, "flip": flip, "bed": sets[0].bed, "takes": {}, "acceleration": {},
-    }  # fmt: skip
+    results: dict[str, Any] = heading(lifter, seed, flip, sets)
+    results |= {"rectifiers": [r.method for r in rectifiers], "takes": {}, "acceleration": {}}
     for one, own in zip(sets, clips, strict=True):
         tables, signals = one_set(rectifiers, one.label, one.takes(seed, lifter, flip), len(own))
         results["takes"] |= tables
@@ -94,21 +91,19 @@ def one_set(
     }
     scores: dict[str, list[dict[str, Any]]] = {"lifted": [], "clean": []}
     gaps = {"lifted": 0, "clean": 0}
-    with counted(f"{label} takes", total) as count:
-        for done, take in enumerate(takes):
-            seen = take.seen
-            for kind, joints in (("lifted", joints_of(take.lifted, seen.truth)), ("clean", seen.truth)):
-                look = simulated_look(seen.up, 0, seen.clip)
-                both = named(answers(rectifiers, joints, seen.keypoints.times, look))
-                for name, answer in both.items():
-                    rows = judged[f"{label}, {kind}, {group_of(take)}"].setdefault(name, [])
-                    rows.append(judge(take, joints, answer))
-                if group_of(take) == _LONG:
-                    if np.isfinite(joints).all():
-                        scores[kind].append(signals(take, joints, both))
-                    else:
-                        gaps[kind] += 1
-            count(done + 1)
+    for take in each(takes, f"{label} takes", total):
+        seen = take.seen
+        for kind, joints in (("lifted", joints_of(take.lifted, seen.truth)), ("clean", seen.truth)):
+            look = simulated_look(seen.up, 0, seen.clip)
+            both = named(answers(rectifiers, joints, seen.keypoints.times, look))
+            for name, answer in both.items():
+                rows = judged[f"{label}, {kind}, {group_of(take)}"].setdefault(name, [])
+                rows.append(judge(take, joints, answer))
+            if group_of(take) == _LONG:
+                if np.isfinite(joints).all():
+                    scores[kind].append(signals(take, joints, both))
+                else:
+                    gaps[kind] += 1
     tables = {name: row(methods) for name, methods in judged.items() if methods}
     accelerated = {
         f"{label}, {kind}": {

@@ -18,8 +18,8 @@ import numpy as np
 
 from ...pipeline.camera import PRIOR_FOCAL, PRIOR_FOCAL_SPREAD
 from ...pipeline.errors import InputError
+from ...pipeline.plugins.registry import open_model
 from ...pipeline.rotations import unit
-from ..common.download import network_file
 from ..common.onnx import OnnxFile, open_onnx
 from .images import TOLD_SPREAD
 from .lines import tangent
@@ -81,7 +81,7 @@ def up_from_network(
     """Which way is up in images of one camera that stood still.
 
     images: (H, W, 3) RGB uint8, of one size, without lens distortion to speak of; one is enough, as the network's error
-    is the same in each. model: name of a downloaded network, or an .onnx file. focal_px, focal_spread: as of
+    is the same in each. model: name of a gravity network, or an .onnx file. focal_px, focal_spread: as of
     `up_from_fields`. InputError for images of other types or several sizes and for a file that is no such network.
     """
     sizes = {image.shape for image in images}
@@ -90,7 +90,7 @@ def up_from_network(
     ):
         said = ", ".join(sorted({f"{image.shape} {image.dtype}" for image in images})) or "none"
         raise InputError(f"Expected RGB images (height, width, 3) of uint8 of one size, got {said}.")
-    network = _open(network_file(model))
+    network = _open(open_model("gravity_networks", model))
     found = [up_from_fields(fields_of(network, image), focal_px, focal_spread) for image in images]
     return FieldsUp(
         up=unit(np.sum([one.up for one in found], axis=0)),

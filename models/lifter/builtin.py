@@ -6,10 +6,8 @@ side; the result equals the one-pass result and has no seam.
 
 from __future__ import annotations
 
-import hashlib
 from dataclasses import dataclass
 from functools import cache
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -21,11 +19,12 @@ from ...pipeline.layouts import H36M17, remap
 from ...pipeline.pose import PoseSequence
 from ...pipeline.rotations import known, rotate
 from ...pipeline.take import Video
-from ..common.onnx import session_of
+from ..common.onnx import open_onnx
 from .features import ASSUMED_FOCAL, features, flipped
 from .input import checked_size, long_gaps, on_grid, refuse_two_people
 
 KIND = "pcnet3d"
+SHIPPED = Path(__file__).parent / "lifter.onnx"  # the built-in lifter's weights
 CHUNK = 1024  # frames answered at a time
 
 
@@ -103,23 +102,13 @@ def network(model: str | Path = "pcnet3d") -> Network:
 
 @cache
 def _open(model: str) -> Network:
-    path = files("pcnet3d.models.lifter").joinpath("lifter.onnx") if model == "pcnet3d" else Path(model)
-    if not path.is_file():
-        raise InputError(
-            f"Expected a lifter's .onnx file at {path}, found nothing there; 'pcnet3d' is built in."
-        )
-    try:
-        content = path.read_bytes()
-        session = session_of(content)
-        stated = session.get_modelmeta().custom_metadata_map
-    except Exception as error:  # onnxruntime's errors have no common class but Exception
-        raise InputError(f"Expected a lifter's .onnx file at {path}: {str(error).splitlines()[0]}.") from None
+    opened = open_onnx(SHIPPED if model == "pcnet3d" else model, "a lifter")
+    stated = opened.session.get_modelmeta().custom_metadata_map
     if not {"reach", "trained_on"} <= stated.keys():
         raise InputError(
-            f"{path} is not a lifter of pcnet3d: it does not state its reach and training subjects."
+            f"{opened.path} is not a lifter of pcnet3d: it does not state its reach and training subjects."
         )
-    digest = hashlib.sha256(content).hexdigest()[:12]
-    return Network(session, digest, int(stated["reach"]), stated["trained_on"])
+    return Network(opened.session, opened.digest, int(stated["reach"]), stated["trained_on"])
 
 
 @dataclass(frozen=True)

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from ...pipeline.errors import InputError
 from ...pipeline.plugins.options import did_you_mean
 from ...pipeline.plugins.protocols import Lifter
+from ...pipeline.plugins.registry import open_model
 from ..common.onnx import OnnxFile, open_onnx
 from .blazepose import PictureLifter, is_picture_network
 from .builtin import KIND, OwnLifter
@@ -14,26 +17,25 @@ from .sequence import SequenceLifter, channels_of, is_sequence_network, span_of
 _PICTURE = "blazepose"
 
 
-def load_lifter(name: str = "pcnet3d", kind: str | None = None) -> Lifter:
-    """A lifter by name: "pcnet3d", the built-in one; or the one in an .onnx file.
+def load_lifter(name: str | Path = "pcnet3d", kind: str | None = None) -> Lifter:
+    """A lifter by name, one of `pcnet3d list models`: "pcnet3d", the built-in one, or another package's; or the one in
+    an .onnx file.
 
-    kind: "pcnet3d" (trained with this project), "blazepose" (looks at the pictures), or one of lifter_scaling.KINDS;
-    needed where the shapes of inputs and outputs leave it open, and refused where they contradict it.
+    kind: "pcnet3d" (trained with this project), "blazepose" (looks at the images), or one of `scaling.KINDS`; needed
+    where the shapes of inputs and outputs leave it open, and refused where they contradict it. A lifter of another
+    package is of the kind of its name.
     InputError for an unknown name or kind and for a network that is no lifter.
     """
     known = (KIND, *KINDS, _PICTURE)
-    if kind is not None and kind not in known:
-        raise InputError(f"There is no kind of lifter '{kind}'; {did_you_mean(kind, known)}")
-    if name != "pcnet3d" and not name.endswith(".onnx"):
-        raise InputError(
-            f"There is no lifter '{name}'; expected 'pcnet3d', the built-in one, or the path of an .onnx file."
-        )
-    if name == "pcnet3d":
-        return _opened(OwnLifter(), KIND, kind)
-    network = open_onnx(name, "a lifter")
+    if kind not in (None, name, *known):
+        raise InputError(f"There is no kind of lifter '{kind}'; {did_you_mean(str(kind), known)}")
+    opened = open_model("lifters", name)
+    if not isinstance(opened, Path):
+        return _opened(opened, str(name), kind)
+    network = open_onnx(opened, "a lifter")
     method = f"{network.path.name}@{network.digest}"
     if {"reach", "trained_on"} <= network.session.get_modelmeta().custom_metadata_map.keys():
-        return _opened(OwnLifter(name), KIND, kind)
+        return _opened(OwnLifter(str(opened)), KIND, kind)
     if is_picture_network(network):
         return _opened(PictureLifter(network, method), _PICTURE, kind)
     if is_sequence_network(network):

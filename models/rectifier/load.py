@@ -4,27 +4,17 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ...pipeline.errors import InputError
-from ...pipeline.plugins.options import did_you_mean
 from ...pipeline.plugins.protocols import Rectifier
-from .geometric import Geometric
-
-_WEIGHTS = {"pcnet": "pcnet.onnx", "paper": "paper.onnx"}
+from ...pipeline.plugins.registry import open_model
 
 
-def load_rectifier(name: str) -> Rectifier:
-    """A rectifier by name: "geometric"; "pcnet", the shipped network; "paper", the paper's at its full size; or the
-    one in an .onnx file.
+def load_rectifier(name: str | Path) -> Rectifier:
+    """A rectifier by name, one of `pcnet3d list models`: "geometric"; "pcnet", the default; "paper", of the published
+    size; or another package's. Or the network in an .onnx file.
 
-    InputError naming the known ones for anything else.
+    InputError naming the nearest ones for an unknown name, and for a file that holds no rectifier.
     """
-    if name == "geometric":
-        return Geometric()
-    if name not in _WEIGHTS and not name.endswith(".onnx"):
-        raise InputError(
-            f"There is no rectifier '{name}'; {did_you_mean(name, ('geometric', *_WEIGHTS))} A trained network of "
-            "yours is given as its .onnx file."
-        )
     from .onnx import PCNetRectifier
 
-    return PCNetRectifier(Path(__file__).parent / _WEIGHTS[name] if name in _WEIGHTS else name)
+    opened = open_model("rectifiers", name)
+    return PCNetRectifier(opened) if isinstance(opened, Path) else opened

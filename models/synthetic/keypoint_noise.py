@@ -13,19 +13,41 @@ The formula, for a person whose box has a longer side of s pixels (the height of
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from ...pipeline.layouts import H36M17
 
-_LEGS = ("hip", "knee", "ankle")
-_ARMS = ("shoulder", "elbow", "wrist")
+# What models/synthetic/on_device/keypoint_noise.py, the same formula in torch, shares.
+FAR_JOINTS = ("l_wrist", "r_wrist", "l_ankle", "r_ankle")
+HIDDEN_MISSING = 3.0  # times as often missing when hidden
 # What hides joints: thick lines between joints, with their radius in trunk lengths.
 SOLIDS = (
     ("pelvis", "thorax", 0.28), ("thorax", "head", 0.18),
     ("l_hip", "l_knee", 0.14), ("r_hip", "r_knee", 0.14), ("l_knee", "l_ankle", 0.10), ("r_knee", "r_ankle", 0.10),
 )  # fmt: skip
 HEAD_HEIGHT = (0.4, 1.0)  # from the middle of the ears to the top, over nose to top
+
+
+def _exchanged(*parts: str) -> list[int]:
+    order = list(range(len(H36M17)))
+    for part in parts:
+        left, right = H36M17.index(f"l_{part}"), H36M17.index(f"r_{part}")
+        order[left], order[right] = right, left
+    return order
+
+
+EXCHANGED_LIMBS = (
+    _exchanged("hip", "knee", "ankle"),
+    _exchanged("shoulder", "elbow", "wrist"),
+)  # orders of joints
+
+
+def confidence_of(miss: Any, hidden: Any, gaussian: Any) -> Any:
+    """A detector's score (..., J), before it is cut to [0.05, 1]; arrays of numpy or torch. miss: how far the joint is
+    off, in shares of the box. hidden: where it is. gaussian: of unit variance."""
+    return 0.9 - 5.0 * miss - 0.2 * hidden + 0.06 * gaussian
 
 
 @dataclass(frozen=True)
@@ -103,17 +125,13 @@ def detect(
     error += jump[..., None] * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
     keypoints = pixels + error * size
 
-    miss = np.linalg.norm(error, axis=-1)
-    confidence = 0.9 - 5.0 * miss - 0.2 * hidden + 0.06 * rng.standard_normal(hidden.shape)
+    confidence = confidence_of(np.linalg.norm(error, axis=-1), hidden, rng.standard_normal(hidden.shape))
     confidence = np.clip(confidence, 0.05, 1.0)
 
     swapped = in_profile(joints_camera, noise.profile_cosine)
-    for limb in (_LEGS, _ARMS):
+    for order in EXCHANGED_LIMBS:
         rate = noise.swap_rate * swapped * 30 / fps
         swap = _runs(rng, rate, noise.swap_run * fps / 30)[..., None]
-        left, right = (H36M17.indices([f"{side}_{part}" for part in limb]) for side in "lr")
-        order = np.arange(len(H36M17))
-        order[left + right] = right + left
         keypoints = np.where(swap[..., None], keypoints[..., order, :], keypoints)
         confidence = np.where(swap, confidence[..., order], confidence)
 
@@ -123,7 +141,7 @@ def detect(
         made = _derive(keypoints, height[..., None, None])
         keypoints = np.where(derived[..., None, None, None], made, keypoints)
 
-    rate = noise.missing_rate * np.where(hidden, 3.0, 1.0) * 30 / fps
+    rate = noise.missing_rate * np.where(hidden, HIDDEN_MISSING, 1.0) * 30 / fps
     lost = _runs(rng, rate, noise.missing_run * fps / 30, axis=-2)
     absent = _runs(rng, np.full((*lead, frames), noise.absent_rate * 30 / fps), noise.absent_run * fps / 30)
     lost |= absent[..., None]
@@ -152,7 +170,7 @@ def _derive(keypoints: np.ndarray, head_height: np.ndarray) -> np.ndarray:
 
 def _joint_factor(noise: Noise) -> np.ndarray:
     factor = np.ones(len(H36M17))
-    factor[H36M17.indices(("l_wrist", "r_wrist", "l_ankle", "r_ankle"))] = noise.far_joints
+    factor[H36M17.indices(FAR_JOINTS)] = noise.far_joints
     return factor
 
 

@@ -37,6 +37,8 @@ _AXES = "xyz"
 
 
 def weighed(share: float, limits: tuple[float, float]) -> Weight:
+    """How grave a finding about this share of rows is. limits: above the first it is suspicious, above the second
+    unusable."""
     return "unusable" if share > limits[1] else "suspicious" if share > limits[0] else "note"
 
 
@@ -103,7 +105,7 @@ def _incomplete(source: PoseSequence) -> int:
 
 
 def repeated_rows(source: PoseSequence) -> np.ndarray:
-    """Rows that are, digit for digit, the row before; failed rows of zeros do not count."""
+    """Rows (N,) that are, digit for digit, the row before; failed rows of zeros do not count."""
     same = (np.diff(source.joints, axis=0) == 0).all(axis=(1, 2))
     return np.flatnonzero(same & ~empty_rows(source)[1:]) + 1
 

@@ -45,11 +45,12 @@ _ARM_TURN = 2.0
 
 @dataclass(frozen=True)
 class Angle:
-    """One angle. words: what it is. positive: when it grows. joints: that it is made of. needs_gravity: whether it is
-    taken against the vertical. centre_deg: its values lie within 180 of this, so that it is continuous where bodies
-    move, through 180 too. anatomy_deg: what no joint goes beyond; for segments against the vertical, none while the
-    trunk is upright."""
+    """One angle. group: heading under which a recording shows it. words: what it is. positive: when it grows. joints:
+    that it is made of. needs_gravity: whether it is taken against the vertical. centre_deg: its values lie within 180
+    of this, so that it is continuous where bodies move, through 180 too. anatomy_deg: what no joint goes beyond; for
+    segments against the vertical, none while the trunk is upright."""
 
+    group: str
     words: str
     positive: str
     joints: tuple[str, ...]
@@ -91,47 +92,57 @@ def _definitions() -> dict[str, Angle]:
         arm, forearm = (f"{side}_shoulder", f"{side}_elbow"), (f"{side}_elbow", f"{side}_wrist")
         of_side = {
             "knee_flexion": Angle(
+                "Knees",
                 "between thigh and shank, 0 when straight, about the hip line made square to the thigh",
                 "heel towards the buttock; negative is a knee bent back",
                 _union(thigh, shank, _HIPS),
             ),
             "elbow_flexion": Angle(
+                "Elbows",
                 "between upper arm and forearm, 0 when straight, about the thorax's mediolateral axis carried along "
                 "with the upper arm",
                 "hand towards the shoulder; negative is an elbow bent back",
                 _union(arm, forearm, _THORAX),
             ),
             "hip_flexion": Angle(
+                "Hips",
                 "of the thigh against the trunk line about the hip line", "thigh forward",
                 _union(thigh, _PELVIS), centre_deg=45.0,
             ),
             "hip_abduction": Angle(
+                "Hips",
                 "of the thigh out of the plane square to the hip line", "thigh away from the midline",
                 _union(thigh, _HIPS),
             ),
             "shoulder_flexion": Angle(
+                "Shoulders",
                 "of the upper arm against the trunk line about the shoulder line", "arm forward and up",
                 _union(arm, _THORAX), centre_deg=60.0,
             ),
             "shoulder_abduction": Angle(
+                "Shoulders",
                 "of the upper arm out of the plane square to the shoulder line; 90 at most: an arm raised sideways "
                 "above that has a flexion near 180", "arm away from the midline",
                 _union(arm, _SHOULDERS),
             ),
             "shoulder_elevation": Angle(
+                "Shoulders",
                 "between upper arm and the trunk's downward line, in whichever plane: 0 hanging, 180 overhead",
                 "arm up",
                 _union(arm, _THORAX),
             ),
             "thigh_sagittal": Angle(
+                "Segments",
                 "of the thigh against the vertical, in the sagittal plane of BODY", "knee in front of the hip",
                 _union(thigh, _FACING), True, 45.0,
             ),
             "shank_sagittal": Angle(
+                "Segments",
                 "of the shank against the vertical, in the sagittal plane of BODY", "ankle in front of the knee",
                 _union(shank, _FACING), True, -45.0,
             ),
             "upper_arm_sagittal": Angle(
+                "Segments",
                 "of the upper arm against the vertical, in the sagittal plane of BODY",
                 "elbow in front of the shoulder",
                 _union(arm, _FACING), True, 60.0,
@@ -140,17 +151,21 @@ def _definitions() -> dict[str, Angle]:
         angles |= {f"{side}_{name}": angle for name, angle in of_side.items()}
     angles |= {
         "trunk_lean_sagittal": Angle(
+            "Trunk",
             "of the trunk line (pelvis to thorax) against the vertical, in the sagittal plane of BODY", "forward",
             _union(("pelvis", "thorax"), _FACING), True,
         ),
         "trunk_lean_frontal": Angle(
+            "Trunk",
             "of the trunk line out of the sagittal plane of BODY", "to the subject's right",
             _union(("pelvis", "thorax"), _FACING), True,
         ),
         "pelvis_obliquity": Angle(
+            "Trunk",
             "of the hip line against the horizontal", "right hip higher", _HIPS, True
         ),
         "thorax_pelvis_rotation": Angle(
+            "Trunk",
             "of the shoulder line against the hip line about the trunk line", "thorax turned to the subject's left",
             _union(_PELVIS, _THORAX),
         ),
@@ -172,6 +187,19 @@ MIRRORED_SIGN = (
     "pelvis_obliquity",
     "thorax_pelvis_rotation",
 )  # change sign in a mirror
+
+
+def of_both(name: str) -> str:
+    """An angle's name without its side."""
+    return name if name in MIDLINE else name[2:]
+
+
+def sides_of(both: str) -> tuple[str, ...]:
+    """The angles, right and left, that `of_both` gives one name; one of MIDLINE by itself."""
+    return (both,) if both in MIDLINE else (f"r_{both}", f"l_{both}")
+
+
+OF_BOTH = tuple(dict.fromkeys(map(of_both, ANGLES)))  # names without sides
 
 
 def angles(body: np.ndarray) -> dict[str, np.ndarray]:

@@ -199,8 +199,8 @@ def implausible(poses: PoseSequence) -> list[str]:
 
 
 def movement(poses: PoseSequence) -> np.ndarray:
-    """(T-1,) mean movement of the joints (relative to the pelvis) from row to row in trunk lengths, NaN where a row is
-    not complete."""
+    """Mean movement of the joints (T, 17, 3) relative to the pelvis, from row to row: (rows - 1,) trunk lengths, NaN
+    where a row is not complete."""
     trunk = np.linalg.norm(poses.joint("thorax") - poses.joint("pelvis"), axis=-1)[_complete(poses)]
     length = max(float(np.median(trunk)), 1e-12) if len(trunk) else np.nan
     return np.linalg.norm(np.diff(poses.joints.astype(np.float64), axis=0), axis=-1).mean(axis=1) / length

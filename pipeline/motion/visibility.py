@@ -50,6 +50,17 @@ def unseen(
     return _mostly(bad, times), _mostly(out & there[:, None], times)
 
 
+def seen_only(keypoints: PoseSequence, image_size: tuple[int, int] | None) -> PoseSequence:
+    """The keypoints in H36M17 without those that `unseen` names: missing, with a confidence of 0. A lifter that knows
+    what is missing does better without a detector's guesses at the border of the image."""
+    points = remap(keypoints, H36M17)
+    hidden, _ = unseen(keypoints, image_size, points.frame_index, points.times)
+    return points.with_(
+        joints=np.where(hidden[..., None], np.nan, points.joints),
+        confidence=np.where(hidden, 0.0, points.confidence),
+    )
+
+
 def in_words(hidden: np.ndarray, out: np.ndarray, times: np.ndarray) -> list[str]:
     """Sentences about what was not seen and when, for (T, 17) masks of `unseen` and times (T,)."""
     sentences = []

@@ -1,6 +1,6 @@
-"""What an adapter, a stage, a rectifier and a lifter must look like.
+"""What an adapter, a stage, a writer, a model, a rectifier and a lifter must look like.
 
-A module may be an adapter: it has the attributes.
+A module may be an adapter or a writer: it has the attributes.
 """
 
 from __future__ import annotations
@@ -57,6 +57,43 @@ class SharedStage(Stage, Protocol):
     """
 
     def together(self, takes: Sequence[Take]) -> Sequence[Take]: ...
+
+
+class Writer(Protocol):
+    """Writes one more file of a run, on `--also NAME`.
+
+    file: its name in the run's folder. what: one line for `pcnet3d list writers`.
+    write(take, path): writes it, whole or not at all; InputError when the take lacks what the file holds.
+    """
+
+    @property
+    def file(self) -> str: ...
+    @property
+    def what(self) -> str: ...
+    def write(self, take: Take, path: Path) -> None: ...
+
+
+@runtime_checkable
+class CheckedWriter(Writer, Protocol):
+    """A writer that may lack something, such as another package.
+
+    check(): InputError, before any of the run's work is done, when it cannot write.
+    """
+
+    def check(self) -> None: ...
+
+
+class Model(Protocol):
+    """A rectifier, lifter, detector, person detector or gravity network that is asked for by name.
+
+    what: one line for `pcnet3d list models`, which opens nothing.
+    open(): an object of the group's protocol (Rectifier and Lifter below, Detector and PersonNetwork in
+        models/detector/protocols.py), or the path of an .onnx file of a kind that pcnet3d opens. Raises InputError.
+    """
+
+    @property
+    def what(self) -> str: ...
+    def open(self) -> Any: ...
 
 
 class Rectifier(Protocol):

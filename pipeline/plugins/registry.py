@@ -1,32 +1,44 @@
-"""Adapters, stages, commands and models by name, found through entry points; a third party's package is found alike."""
+"""Everything that has a name, found through entry points; a third party's package is found alike."""
 
 from __future__ import annotations
 
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
 from typing import Any
 
 from ..errors import InputError
 from ..messages import say
 from .options import did_you_mean
 
-# What pcnet3d asks of an object before it is used (pipeline/plugins/protocols.py).
+# What pcnet3d asks of an object before it is used (protocols.py), by the group it is registered in; of a model also
+# what it asks of the object that the model opens as.
 _SOCKETS = {
     "adapters": ("name", "gives", "reads", "sniff", "read"),
     "stages": ("name", "needs", "gives", "__call__"),
-    "models": ("name", "kind", "what"),
+    "commands": ("__call__",),
+    "writers": ("file", "what", "write"),
 }
+_MODEL = ("what", "open")
+_OPENED = {
+    "rectifiers": ("method", "rotation"),
+    "lifters": ("method", "lift"),
+    "detectors": ("method", "layout", "people"),
+    "person_detectors": ("method", "boxes"),
+    "gravity_networks": (),
+}
+GROUPS = (*_SOCKETS, *_OPENED)
 
 
 @cache
 def registered(group: str) -> dict[str, EntryPoint]:
-    """The entry points of "adapters", "stages", "commands" or "models" by name; two of one name are refused."""
+    """The entry points of one of GROUPS by name; InputError where two packages use one name."""
     found: dict[str, EntryPoint] = {}
     for point in entry_points(group=f"pcnet3d.{group}"):
         other = found.setdefault(point.name, point)
         if other.value != point.value:
             raise InputError(
-                f"Two packages register {group[:-1]} '{point.name}': {other.value} and {point.value}; "
+                f"Two packages register {_one(group)} '{point.name}': {other.value} and {point.value}; "
                 "uninstall one of them."
             )
     return dict(sorted(found.items()))
@@ -37,15 +49,12 @@ def load(group: str, name: str) -> Any:
     or its package when it cannot be imported or lacks what every one of its group has."""
     points = registered(group)
     if name not in points:
-        raise InputError(f"There is no {group[:-1]} '{name}'; {did_you_mean(name, points)}")
+        raise InputError(f"There is no {_one(group)} '{name}'; {did_you_mean(name, points)}")
     try:
         loaded = points[name].load()
     except Exception as error:
-        raise _broken(group, points[name], str(error)) from error
-    missing = [attribute for attribute in _SOCKETS.get(group, ()) if not hasattr(loaded, attribute)]
-    if missing:
-        raise _broken(group, points[name], f"it has no {', '.join(missing)}")
-    return loaded
+        raise _broken(group, name, str(error)) from error
+    return _checked(group, name, loaded, _SOCKETS.get(group, _MODEL))
 
 
 @cache
@@ -61,8 +70,64 @@ def load_all(group: str) -> dict[str, Any]:
     return found
 
 
-def _broken(group: str, point: EntryPoint, reason: str) -> InputError:
+def open_model(group: str, name: str | Path) -> Any:
+    """The model of that name, opened: an object of its group's protocol, or the path of an .onnx file.
+
+    group: "rectifiers", "lifters", "detectors", "person_detectors" or "gravity_networks". name: of a registered model,
+    or a file of the user's, whose path is returned. InputError when there is neither, and when the model's package is
+    broken.
+    """
+    name_ = str(name)
+    if name_ not in registered(group):
+        if name_.endswith(".onnx") or Path(name).is_file():
+            return Path(name)
+        near = did_you_mean(name_, registered(group))
+        raise InputError(
+            f"There is no {_one(group)} '{name_}'; {near} A network of yours is given as its .onnx file."
+        )
+    model = load(group, name_)
+    try:
+        opened = model.open()
+    except InputError:
+        raise
+    except Exception as error:
+        raise _broken(group, name_, str(error)) from error
+    return opened if isinstance(opened, Path) else _checked(group, name_, opened, _OPENED[group])
+
+
+def listed(what: str) -> list[dict[str, str]]:
+    """Rows of `pcnet3d list WHAT`, each with three texts: of "adapters", "stages", "models" (of every kind) or
+    "writers"."""
+    if what == "models":
+        return [
+            {"name": name, "is": _one(group), "what": model.what}
+            for group in _OPENED
+            for name, model in load_all(group).items()
+        ]
+    loaded = load_all(what).items()
+    if what == "adapters":
+        return [{"name": name, "gives": adapter.gives, "reads": adapter.reads} for name, adapter in loaded]
+    if what == "writers":
+        return [{"name": name, "file": writer.file, "what": writer.what} for name, writer in loaded]
+    return [
+        {"name": n, "needs": " ".join(stage.needs), "gives": " ".join(stage.gives)} for n, stage in loaded
+    ]
+
+
+def _checked(group: str, name: str, loaded: Any, socket: tuple[str, ...]) -> Any:
+    missing = [attribute for attribute in socket if not hasattr(loaded, attribute)]
+    if missing:
+        raise _broken(group, name, f"it has no {', '.join(missing)}")
+    return loaded
+
+
+def _broken(group: str, name: str, reason: str) -> InputError:
     return InputError(
-        f"The {group[:-1]} '{point.name}' ({point.value}) cannot be loaded: {reason}; "
+        f"The {_one(group)} '{name}' ({registered(group)[name].value}) cannot be loaded: {reason}; "
         "repair or uninstall its package."
     )
+
+
+def _one(group: str) -> str:
+    """What one of the group is called."""
+    return group[:-1].replace("_", " ")

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import TypeVar
 
 from ..inspect.inspect import EXIT_CODES
 from ..messages import is_quiet, is_verbose, on_terminal, say
@@ -15,6 +16,7 @@ from ..verdict import verdict, verdict_words
 from .people import PersonRun
 
 _SECONDS_A_LINE = 20.0
+Item = TypeVar("Item")
 
 
 @contextmanager
@@ -35,6 +37,14 @@ def stages(names: list[str]) -> Iterator[Callable[[str, float], None]]:
             bar.update(task, advance=1, description=following[0] if following else "done")
 
         yield done
+
+
+def each(items: Iterable[Item], what: str, total: int) -> Iterator[Item]:
+    """The items one after another, while `counted` tells how many of the total are done."""
+    with counted(what, total) as done:
+        for number, item in enumerate(items, 1):
+            yield item
+            done(number)
 
 
 @contextmanager

@@ -169,7 +169,10 @@ class RunOptions(BaseModel):
     ] = "report"
     also: Annotated[
         tuple[str, ...],
-        _option(_OUTPUT, "Further file to write: csv, trc, mot, c3d or netcdf; repeatable."),
+        _option(
+            _OUTPUT,
+            "Further file to write: a name of `pcnet3d list writers`, such as csv or c3d; repeatable.",
+        ),
         To(("export.also",)),
     ] = ()
     no_frames: Annotated[

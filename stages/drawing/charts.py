@@ -56,7 +56,8 @@ class Curve:
 
 
 def sides(left: np.ndarray, right: np.ndarray, **margins: np.ndarray | None) -> list[Curve]:
-    """Both sides of one quantity in the colours that every chart has for them. margins: `left` and `right` bands."""
+    """Both sides (T,) of one quantity in the colours that every chart has for them. margins: left_margin, right_margin
+    (T,), by how much the band reaches to each side of the curve."""
     return [
         Curve("right", right, RIGHT, margins.get("right_margin")),
         Curve("left", left, LEFT, margins.get("left_margin"), dashed=True),

@@ -14,7 +14,7 @@ WORDS = "Green: lines taken for vertical; purple and yellow: for level, at right
 
 
 def ideal(image: np.ndarray, intrinsics: Intrinsics | None) -> np.ndarray:
-    """The frame without the distortion of a calibrated camera."""
+    """The frame (H, W, 3) without the distortion of a calibrated camera; as it is where there is none."""
     return image if intrinsics is None else undistorted_image(image, intrinsics)
 
 

@@ -20,8 +20,7 @@ def write_netcdf(take: Take, path: Path) -> None:
     """
     from scipy.io import netcdf_file
 
-    assert take.rectified is not None
-    level = take.rectified.level
+    level = take.need("rectified").level
     names = {"space": list("xyz"), "keypoint": list(level.layout.joints), "individual": [level.person]}
     with whole_file(path) as partial, netcdf_file(partial, "w", version=2) as file:
         file.createDimension("time", len(level))

@@ -61,7 +61,7 @@ def write_mot(take: Take, path: Path) -> None:
     knows where the person is, in metres, the pelvis moves along that path: pelvis_tx, ty and tz, forward, up and right.
     InputError when the take has no angles.
     """
-    assert take.poses is not None
+    poses = take.need("poses")
     columns = take.kinematics or {}
     angles = {
         name.removesuffix("_deg"): values
@@ -81,7 +81,7 @@ def write_mot(take: Take, path: Path) -> None:
     head = [
         path.name,
         "version=1",
-        f"nRows={len(take.poses)}",
+        f"nRows={len(poses)}",
         f"nColumns={len(angles) + len(moves) + 1}",
         "inDegrees=yes",
         *(line.replace("=", ":") for line in [*lines, *notes]),
@@ -90,7 +90,7 @@ def write_mot(take: Take, path: Path) -> None:
     ]
     signed = [sign * angles[name] for name, (_, sign) in renamed.items()]
     with whole_file(path) as partial:
-        body = np.column_stack([take.poses.times, *moves.values(), *signed])
+        body = np.column_stack([poses.times, *moves.values(), *signed])
         _write(partial, head, body, ["%.6f"] * body.shape[1])
 
 

@@ -4,52 +4,39 @@ on request."""
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar
 
 import numpy as np
 
+from ...models.common.metrics import plain
 from ...pipeline.files.atomic import SUMMARY, whole_file
-from ...pipeline.files.markers import check_c3d
-from ...pipeline.motion.checks import bone_spread
+from ...pipeline.plugins.protocols import CheckedWriter, Writer
+from ...pipeline.plugins.registry import load
 from ...pipeline.pose import Rectified, package_version
-from ...pipeline.rotations import angle_deg, known
 from ...pipeline.take import Take
-from ...pipeline.verdict import verdict
-from ..record.summary import up_by_source
-from .c3d import write_c3d
+from ..drawing.facts import Source, facts_of
 from .measures import write_measures
-from .netcdf import write_netcdf
-from .opensim import write_mot, write_trc
-from .provenance import steps
-from .tables import write_csv, write_parquet
-
-Format = Literal["csv", "trc", "mot", "c3d", "netcdf"]
-_WRITERS: dict[Format, tuple[str, Callable[[Take, Path], None]]] = {
-    "csv": ("kinematics.csv", write_csv),
-    "trc": ("markers.trc", write_trc),
-    "mot": ("angles.mot", write_mot),
-    "c3d": ("markers.c3d", write_c3d),
-    "netcdf": ("poses.nc", write_netcdf),
-}
+from .tables import write_parquet
 
 
 @dataclass(frozen=True)
 class Export:
-    """The stage. folder: where the files go. also: further formats, each of which becomes one more file."""
+    """The stage. folder: where the files go. also: names of `pcnet3d list writers`, each of which becomes one more
+    file."""
 
     folder: Path
-    also: tuple[Format, ...] = ()
+    also: tuple[str, ...] = ()
 
     name: ClassVar[str] = "export"
     needs: ClassVar[tuple[str, ...]] = ("poses", "rectified", "kinematics")
     gives: ClassVar[tuple[str, ...]] = ()
 
     def __post_init__(self) -> None:
-        if "c3d" in self.also:
-            check_c3d()  # before the work, not after it
+        for writer in self._writers():
+            if isinstance(writer, CheckedWriter):
+                writer.check()
 
     def __call__(self, take: Take) -> Take:
         self.folder.mkdir(parents=True, exist_ok=True)
@@ -57,13 +44,15 @@ class Export:
         write_parquet(take, self.folder / "kinematics.parquet")
         if take.measures is not None:
             write_measures(take, self.folder / "measures.csv")
-        for wanted in self.also:
-            name, write = _WRITERS[wanted]
-            write(take, self.folder / name)
+        for writer in self._writers():
+            writer.write(take, self.folder / writer.file)
         text = json.dumps(summary(take), indent=1, allow_nan=False, default=str)
         with whole_file(self.folder / SUMMARY) as partial:
             partial.write_text(text + "\n", encoding="utf-8")
         return take
+
+    def _writers(self) -> list[Writer]:
+        return [load("writers", name) for name in self.also]
 
 
 def write_poses(take: Take, path: Path) -> None:
@@ -71,76 +60,76 @@ def write_poses(take: Take, path: Path) -> None:
     them. `root` (T, 3) is the pelvis in the axes of `level`, from the camera's centre or the world's origin: `level` +
     `root` are places in the room; NaN where the source does not know them. For a moving camera R_source_from_level is
     (T, 3, 3), and back and right in `level` are relative to it."""
-    assert take.poses is not None
-    assert take.rectified is not None
-    rectified, root = take.rectified, take.rectified.level.root
+    poses = take.need("poses")
+    rectified, root = take.need("rectified"), take.need("rectified").level.root
     with whole_file(path) as partial, open(partial, "wb") as file:
         np.savez_compressed(
             file,
-            source=take.poses.joints,
+            source=poses.joints,
             level=rectified.level.joints,
             body=rectified.body.joints,
-            root=np.full((len(take.poses), 3), np.nan) if root is None else root,
+            root=np.full((len(poses), 3), np.nan) if root is None else root,
             R_source_from_body=rectified.R_source_from_body,
             R_source_from_level=rectified.R_source_from_level,
             error_deg=rectified.error_deg,
             up_error_deg=rectified.up_error_deg,
             up_bound_deg=rectified.up_bound_deg,
             up_votes=rectified.up_votes,
-            time_s=take.poses.times,
-            frame_index=take.poses.frame_index,
-            joint_names=np.array(take.poses.layout.joints),
-            unit=np.array(take.poses.frame.unit),
+            time_s=poses.times,
+            frame_index=poses.frame_index,
+            joint_names=np.array(poses.layout.joints),
+            unit=np.array(poses.frame.unit),
         )
 
 
 def summary(take: Take) -> dict[str, Any]:
     """Provenance, warnings, repairs and the take's figures, ready for JSON (no NaN)."""
-    assert take.poses is not None
-    assert take.rectified is not None
-    poses, rectified = take.poses, take.rectified
-    deviation = angle_deg(rectified.up_votes, rectified.R_source_from_level[..., :, 2])
+    facts, rectified = facts_of(take), take.need("rectified")
     content = {
         "pcnet3d": package_version(),
-        "take": take.name,
+        "take": facts.name,
         "inputs": take.inputs,
-        "warnings": [event.text for event in take.events if event.kind == "warning"],
-        "repairs": [event.text for event in take.events if event.kind == "repair"],
-        "notes": [event.text for event in take.events if event.kind == "note"],
-        "verdict": None if take.findings is None else verdict(take.findings),
-        "findings": [asdict(finding) for finding in take.findings or () if finding.weight != "note"],
+        "warnings": facts.warnings,
+        "repairs": facts.repairs,
+        "notes": facts.notes,
+        "verdict": facts.verdict,
+        "findings": [asdict(finding) for finding in facts.doubts],
         "poses": {
-            "frames": len(poses),
-            "first_frame": int(poses.frame_index[0]),
-            "fps": poses.fps,
-            "duration_s": float(poses.times[-1] - poses.times[0]),
-            "source_frame": str(poses.frame),
-            "unit": poses.frame.unit,
-            "root_known": poses.root is not None,
-            "seams": list(poses.seams),
-            "bone_length_spread": bone_spread(poses),
+            "frames": facts.frames,
+            "first_frame": facts.first_frame,
+            "fps": facts.fps,
+            "duration_s": facts.duration_s,
+            "source_frame": facts.axes,
+            "unit": facts.unit,
+            "root_known": facts.root_known,
+            "seams": list(take.need("poses").seams),
+            "bone_length_spread": facts.bone_length_spread,
         },
         "rectification": {
-            "method": rectified.method,
-            "camera": rectified.camera,
+            "method": facts.method,
+            "camera": facts.camera,
             **_window(rectified),
-            "frames_rectified": int(known(rectified.R_source_from_body).all(axis=1).sum()),
+            "frames_rectified": facts.turned,
             "error_deg_mean": _mean(rectified.error_deg),
-            **_up("up_error_deg", rectified.up_error_deg, rectified.camera),
-            **_up("up_bound_deg", rectified.up_bound_deg, rectified.camera),
+            **_up("up_error_deg", rectified.up_error_deg, facts.camera),
+            **_up("up_bound_deg", rectified.up_bound_deg, facts.camera),
             "up_shares": rectified.up_shares,
-            "up_by_source": up_by_source(take),
-            "vote_deviation_deg_mean": _mean(deviation),
+            "up_by_source": {name: _told(source) for name, source in facts.sources.items()},
+            "vote_deviation_deg_mean": facts.vote_deviation_deg,
             "R_source_from_level": rectified.R_source_from_level.tolist(),
-            "level_heading": rectified.level_heading,
-            "level_ok": rectified.level_ok,
-            "level_reason": rectified.level_reason,
+            "level_heading": facts.level_heading,
+            "level_ok": facts.level_ok,
+            "level_reason": facts.level_reason,
         },
         "camera": _camera(take),
         "measures": take.measures,
-        "history": [asdict(step) for step in steps(take)],
+        "history": [asdict(step) for step in facts.history],
     }
-    return _plain(content)
+    return plain(content)
+
+
+def _told(source: Source) -> dict[str, float]:
+    return {key: value for key, value in asdict(source).items() if value is not None}
 
 
 def _camera(take: Take) -> dict[str, Any] | None:
@@ -173,16 +162,3 @@ def _up(name: str, values: np.ndarray, camera: str) -> dict[str, float]:
 
 def _mean(values: np.ndarray) -> float:
     return float(np.nanmean(values)) if np.isfinite(values).any() else float("nan")
-
-
-def _plain(value: Any) -> Any:
-    """The same in types that JSON has; NaN and infinity become null."""
-    if isinstance(value, dict):
-        return {str(key): _plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
-    if isinstance(value, np.generic):
-        value = value.item()
-    if isinstance(value, float) and not np.isfinite(value):
-        return None
-    return value

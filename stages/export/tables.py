@@ -58,11 +58,10 @@ def _parts(take: Take, missing_is_null: bool) -> Iterator[pa.Table]:
     """The table, some minutes of the take at a time: hours of it would stand in memory twice."""
     import pyarrow as pa
 
-    assert take.poses is not None
-    assert take.kinematics is not None
-    columns = {"frame": take.poses.frame_index, "time_s": take.poses.times, **take.kinematics}
-    said, length = provenance(take), take.poses.frame.unit
-    for start in range(0, len(take.poses), _ROWS):
+    poses = take.need("poses")
+    columns = {"frame": poses.frame_index, "time_s": poses.times, **take.need("kinematics")}
+    said, length = provenance(take), poses.frame.unit
+    for start in range(0, len(poses), _ROWS):
         rows = slice(start, start + _ROWS)
         arrays = [pa.array(values[rows], from_pandas=missing_is_null) for values in columns.values()]
         fields = [

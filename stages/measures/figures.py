@@ -23,14 +23,14 @@ def time_resolution(fps: float) -> float:
 
 
 def basis(values: np.ndarray) -> dict[str, Any]:
-    """How many frames a figure rests on, and the share that has no value."""
+    """How many frames of (T,) a figure rests on, and the share that has no value."""
     known = np.isfinite(values)
     return {"frames": int(known.sum()), "nan_share": figure(1 - known.mean())}
 
 
 def spread(name: str, values: np.ndarray, resolution: float = 0.0, shared: float = 0.0) -> dict[str, float]:
-    """Mean, its standard error `<name>_error_<unit>`, and the standard deviation of three values or more; nothing of
-    none.
+    """Mean of (N,), its standard error `<name>_error_<unit>`, and the standard deviation of three values or more;
+    nothing of none.
 
     resolution: the standard deviation with which one value is known, independent of the next; shared: the one that all
     values have in common, NaN where unknown. The values' own is left out where it is not larger than the resolution:
@@ -82,10 +82,12 @@ def symmetry(right: tuple[float, float], left: tuple[float, float], of: str = ""
 
 
 def middle(name: str, values: np.ndarray) -> dict[str, float]:
+    """The median of (N,) by that name; nothing of none."""
     return {name: figure(np.median(values))} if len(values) else {}
 
 
 def figures(values: Iterable[Any]) -> list[float]:
+    """Each as `figure`."""
     return [figure(value) for value in values]
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from ...pipeline.errors import InputError
 from ...pipeline.frames import Frame
-from ...pipeline.motion.angles import ANGLES, MIDLINE
+from ...pipeline.motion.angles import ANGLES, MIDLINE, OF_BOTH
 from ...pipeline.motion.cycles import Repetition, normalised, repetitions
 from ...pipeline.motion.signals import breaks, rate
 from ...pipeline.motion.smoothness import path_length
@@ -61,11 +61,13 @@ class Measures:
                 raise InputError(f"There is no angle '{name}' to count; {did_you_mean(name, ANGLES)}")
 
     def __call__(self, take: Take) -> Take:
-        assert take.rectified is not None
-        assert take.filtered is not None
-        assert take.kinematics is not None
-        assert take.poses is not None
-        found = measures(take.filtered, take.rectified, take.kinematics, take.poses.frame, self.repeated)
+        found = measures(
+            take.need("filtered"),
+            take.need("rectified"),
+            take.need("kinematics"),
+            take.need("poses").frame,
+            self.repeated,
+        )
         return take.with_(measures=found)
 
 
@@ -209,7 +211,7 @@ def _symmetry(ranges: dict[str, dict[str, Any]]) -> dict[str, Any]:
         "positive when the right is larger"
     )
     result: dict[str, Any] = {"formula": formula}
-    for name in dict.fromkeys(name[2:] for name in ANGLES if name not in MIDLINE):
+    for name in (name for name in OF_BOTH if name not in MIDLINE):
         sides = [ranges[f"{side}_{name}"] for side in SIDES.values()]
         if any("p05_p95_deg" not in side for side in sides):
             result[name] = {"reason": "one side has no range"}

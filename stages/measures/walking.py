@@ -43,8 +43,9 @@ def separation(filtered: PoseSequence, rectified: Rectified) -> np.ndarray:
 
 
 def separation_sd(columns: Mapping[str, np.ndarray]) -> float:
-    """Median standard deviation of the separation, in lengths of a leg, by those that thighs and shanks are stated
-    with; 0 where none is stated. Both bones are half of a leg, and the four errors are taken for independent."""
+    """Median standard deviation of the separation, in lengths of a leg, by those that the columns (T,) state for thighs
+    and shanks in degrees; 0 where none is stated. Both bones are half of a leg, and the four errors are taken for
+    independent."""
     parts = [
         0.5 * np.cos(np.radians(columns[f"{name}_deg"])) * np.radians(columns[f"{name}_sd_deg"])
         for name in (f"{side}_{bone}_sagittal" for side in "rl" for bone in ("thigh", "shank"))
@@ -58,7 +59,8 @@ def separation_sd(columns: Mapping[str, np.ndarray]) -> float:
 
 
 def least_step(apart: np.ndarray, sd: float) -> float:
-    """Legs: by how much the separation changes from step to step at least."""
+    """By how much the separation changes from step to step at least. apart: (T,) the separation, sd: its standard
+    deviation; all in lengths of a leg. Infinite where too few frames are known."""
     if np.isfinite(apart).sum() < FEWEST:
         return float("inf")
     return max(_STRIDE, NOISE * sd, _HALF * float(np.nanmax(apart) - np.nanmin(apart)))
@@ -144,7 +146,8 @@ def uncountable(
     rectified: Rectified,
     source: Frame,
 ) -> list[str]:
-    """Why steps would not be seen if there were any; empty when they would."""
+    """Why steps would not be seen if there were any; empty when they would. apart: (T,) the separation in lengths of a
+    leg. columns: (T,) of the take's kinematics. source: the frame that the poses came in."""
     why = []
     off = sight_deg(rectified, source)
     if off < _SIGHT_DEG:

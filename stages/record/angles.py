@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...pipeline.motion.angles import ANGLES, MIDLINE
+from ...pipeline.motion.angles import ANGLES, MIDLINE, OF_BOTH, sides_of
 from ...pipeline.pose import PoseSequence
 from ...pipeline.take import Take
 from ..drawing.rerun_log import LEFT, RIGHT, log_curves
@@ -16,38 +16,34 @@ if TYPE_CHECKING:
     import rerun as rr
     import rerun.blueprint as rrb
 
-_GROUPS = {
-    "Knees": ("knee_flexion",),
-    "Elbows": ("elbow_flexion",),
-    "Hips": ("hip_flexion", "hip_abduction"),
-    "Shoulders": ("shoulder_flexion", "shoulder_abduction", "shoulder_elevation"),
-    "Trunk": MIDLINE,
-}
+_GROUPS: dict[str, list[str]] = {}
+for _name in OF_BOTH:
+    _GROUPS.setdefault(ANGLES[sides_of(_name)[0]].group, []).append(_name)
 _BAND = 1.645  # standard deviations that hold nine in ten
 _ONE = (110, 140, 255)  # colour of an angle without sides
 
 
 def angled(take: Take) -> bool:
     """Whether the take has any angle that the recording shows."""
-    return any(_known(take, name) for group in _GROUPS.values() for name in group)
+    return any(_known(take, name) for name in OF_BOTH)
 
 
 def log_angles(recording: rr.RecordingStream, take: Take) -> None:
     """angles/<angle>: one curve, or right and left; angles/<angle>/low and /high: the ends of the 90 % band, where the
     standard deviation is stated. Rows are those of take.poses."""
-    assert take.poses is not None
-    for name in (name for group in _GROUPS.values() for name in group if _known(take, name)):
+    poses = take.need("poses")
+    for name in (name for name in OF_BOTH if _known(take, name)):
         columns = take.kinematics or {}
-        parts = _parts(name)
+        parts = sides_of(name)
         colours = [_ONE] if len(parts) == 1 else [RIGHT, LEFT]
-        value = _stacked(columns, parts, "deg", take.poses)
-        log_curves(recording, f"angles/{name}", take.poses, value, [f"{p} (deg)" for p in parts], colours)
-        band = _BAND * _stacked(columns, parts, "sd_deg", take.poses)
+        value = _stacked(columns, parts, "deg", poses)
+        log_curves(recording, f"angles/{name}", poses, value, [f"{p} (deg)" for p in parts], colours)
+        band = _BAND * _stacked(columns, parts, "sd_deg", poses)
         if np.isfinite(band).any():
             faint = [(red // 2, green // 2, blue // 2) for red, green, blue in colours]
             for end, values in (("low", value - band), ("high", value + band)):
                 names = [f"{part}, {end} end of its 90 % band (deg)" for part in parts]
-                log_curves(recording, f"angles/{name}/{end}", take.poses, values, names, faint, width=0.75)
+                log_curves(recording, f"angles/{name}/{end}", poses, values, names, faint, width=0.75)
 
 
 def angle_views(take: Take) -> rrb.Container:
@@ -79,14 +75,10 @@ def _title(name: str) -> str:
     return f"{words}, positive: {ANGLES[name].positive}"
 
 
-def _parts(name: str) -> tuple[str, ...]:
-    return (name,) if name in MIDLINE else (f"r_{name}", f"l_{name}")
-
-
 def _known(take: Take, name: str) -> bool:
     columns = take.kinematics or {}
     return any(
-        f"{part}_deg" in columns and np.isfinite(columns[f"{part}_deg"]).any() for part in _parts(name)
+        f"{part}_deg" in columns and np.isfinite(columns[f"{part}_deg"]).any() for part in sides_of(name)
     )
 
 

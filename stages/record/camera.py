@@ -52,7 +52,6 @@ def camera_view(take: Take) -> rrb.View:
     """The frame with its lines."""
     import rerun.blueprint as rrb
 
-    assert take.camera is not None
-    width, height = take.camera.image_size
+    width, height = take.need("camera").image_size
     bounds = rrb.VisualBounds2D(x_range=(0, width), y_range=(0, height))
     return rrb.Spatial2DView(origin="camera", name="Lines that tell up, horizon", visual_bounds=bounds)

@@ -14,14 +14,13 @@ def gaps_marked(take: Take) -> Take:
     """The take's poses, keypoints and rectification with one row of NaN behind the last row before every gap, and
     behind the last row of all where the video or another of its tracks goes on. Its rows are no longer those that the
     take's events speak of."""
-    assert take.poses is not None
-    assert take.rectified is not None
-    keypoints, rectified, last = take.keypoints, take.rectified, _last(take)
-    behind = _before_gaps(take.poses, last) + 1
+    poses = take.need("poses")
+    keypoints, rectified, last = take.keypoints, take.need("rectified"), _last(take)
+    behind = _before_gaps(poses, last) + 1
     levels = rectified.R_source_from_level
     return take.with_(
         keypoints=keypoints and _marked(keypoints, _before_gaps(keypoints, last) + 1),
-        poses=_marked(take.poses, behind),
+        poses=_marked(poses, behind),
         kinematics=None,
         rectified=replace(
             rectified,
@@ -39,10 +38,10 @@ def gaps_marked(take: Take) -> Take:
 
 def angles_with_gaps_marked(take: Take) -> Take:
     """The same of the take's poses and angles alone: a long take's copies are not to be held all at once."""
-    assert take.poses is not None
-    behind = _before_gaps(take.poses, _last(take)) + 1
+    poses = take.need("poses")
+    behind = _before_gaps(poses, _last(take)) + 1
     return take.with_(
-        poses=_marked(take.poses, behind),
+        poses=_marked(poses, behind),
         kinematics={
             name: np.insert(values, behind, np.nan) if len(behind) else values
             for name, values in (take.kinematics or {}).items()

@@ -13,6 +13,7 @@ from ...pipeline.files.atomic import require_space, whole_file
 from ...pipeline.files.viewer import RECORDING
 from ...pipeline.rotations import angle_deg, known
 from ...pipeline.take import Event, Take
+from ..drawing.facts import shared_up, voted
 from ..drawing.rerun_log import log_axes, log_curves, log_events, log_skeleton, log_video
 from ..drawing.rerun_video import on_clock, viewable
 from .angles import log_angles
@@ -20,7 +21,7 @@ from .camera import log_camera
 from .gaps import angles_with_gaps_marked, gaps_marked
 from .measures import measures_markdown
 from .summary import summary_markdown
-from .up import log_up, shared_up, voted
+from .up import log_up
 from .views import blueprint
 from .walk import log_walk
 
@@ -122,14 +123,13 @@ def _require_end(partial: Path, path: Path) -> None:
 
 
 def _log_poses(recording: rr.RecordingStream, take: Take, size: float) -> None:
-    assert take.poses is not None
-    assert take.rectified is not None
+    rectified = take.need("rectified")
     if take.keypoints is not None:
         log_skeleton(recording, "video/keypoints", take.keypoints, radius=-3.0)
-    skeletons = {"source": take.poses, "body": take.rectified.body, "level": take.rectified.level}
+    skeletons = {"source": take.need("poses"), "body": rectified.body, "level": rectified.level}
     for entity, skeleton in skeletons.items():
         log_skeleton(recording, entity, skeleton, radius=0.024 * size)
-    log_walk(recording, take.rectified, size)
+    log_walk(recording, rectified, size)
     for entity in ("source", "level"):
         skeleton = skeletons[entity]
         unit = skeleton.frame.unit if skeleton.frame.metric else "au"
@@ -139,10 +139,9 @@ def _log_poses(recording: rr.RecordingStream, take: Take, size: float) -> None:
 
 
 def _log_rotation(recording: rr.RecordingStream, take: Take, size: float) -> None:
-    assert take.poses is not None
-    assert take.rectified is not None
-    rectified, length = take.rectified, 0.3 * size
-    log_axes(recording, "source/axes", length * rectified.R_source_from_body, length, clock=take.poses)
+    poses = take.need("poses")
+    rectified, length = take.need("rectified"), 0.3 * size
+    log_axes(recording, "source/axes", length * rectified.R_source_from_body, length, clock=poses)
     log_axes(recording, "body/axes", length * np.eye(3), length)
     curves = {
         "error": ("expected error (deg)", rectified.error_deg, _ERROR),
@@ -151,6 +150,6 @@ def _log_rotation(recording: rr.RecordingStream, take: Take, size: float) -> Non
     }
     for entity, (name, values, colour) in curves.items():
         if np.isfinite(values).any():
-            log_curves(recording, f"rotation/{entity}", take.poses, values, [name], [colour])
+            log_curves(recording, f"rotation/{entity}", poses, values, [name], [colour])
     if voted(rectified):
         log_up(recording, take)

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ...pipeline.camera import pitch_roll_deg
-from ...pipeline.pose import Rectified
 from ...pipeline.rotations import angle_deg, from_columns, known, rotate, unit
 from ...pipeline.take import Take
+from ..drawing.facts import shared_up
 from ..drawing.rerun_log import log_curves, time_columns
 
 if TYPE_CHECKING:
@@ -23,16 +23,6 @@ _TAKE, _VOTES = ((110, 140, 255), (230, 159, 0)), ((72, 92, 175), (155, 110, 15)
 _BOUND = ((85, 92, 125), (122, 104, 74))
 
 
-def shared_up(rectified: Rectified) -> np.ndarray:
-    """(T, 3) the up that BODY and LEVEL share, in the source's axes."""
-    return np.broadcast_to(rectified.R_source_from_level[..., :, 2], rectified.up_votes.shape)
-
-
-def voted(rectified: Rectified) -> bool:
-    """Whether frames voted on up, and what came of it is known."""
-    return bool((known(rectified.up_votes) & known(shared_up(rectified))).any())
-
-
 class Cap(NamedTuple):
     """The part of the unit sphere where the votes lie. R_source_from_cap: (3, 3), its middle is +z, the camera's
     viewing direction +y and the camera's right +x. reach_deg: from the middle, a multiple of step_deg."""
@@ -44,16 +34,15 @@ class Cap(NamedTuple):
 
 def cap(take: Take) -> Cap:
     """Where to look for a take's votes; some frames must have voted."""
-    assert take.poses is not None
-    assert take.rectified is not None
-    up, votes = shared_up(take.rectified), take.rectified.up_votes
+    rectified = take.need("rectified")
+    up, votes = shared_up(rectified), rectified.up_votes
     middle = unit(up[known(up)].mean(axis=0))
-    ahead, picture_up = rotate(take.poses.frame.basis, np.array([[0.0, 0, 1], [0, -1, 0]]))
+    ahead, picture_up = rotate(take.need("poses").frame.basis, np.array([[0.0, 0, 1], [0, -1, 0]]))
     if abs(ahead @ middle) > 0.98:
         ahead = picture_up
     ahead = unit(ahead - (ahead @ middle) * middle)
     spread = np.percentile(angle_deg(votes[known(votes)], middle), 98)
-    own = angle_deg(up, middle) + np.nan_to_num(take.rectified.up_bound_deg)
+    own = angle_deg(up, middle) + np.nan_to_num(rectified.up_bound_deg)
     reach = max(float(spread), float(np.nanmax(own)), 10.0)
     step = 10.0 if reach <= 40 else 30.0
     reach = min(step * np.ceil(reach / step), 90.0)
@@ -63,8 +52,6 @@ def cap(take: Take) -> Cap:
 def log_up(recording: rr.RecordingStream, take: Take) -> None:
     """tilt: pitch and roll of the camera by the votes and by the take, with the 90 % bound; up: the same on the unit
     sphere in the source's axes. Some frames must have voted."""
-    assert take.poses is not None
-    assert take.rectified is not None
     _log_tilt(recording, take)
     _log_votes(recording, take)
     _log_take(recording, take)
@@ -72,10 +59,9 @@ def log_up(recording: rr.RecordingStream, take: Take) -> None:
 
 
 def _log_tilt(recording: rr.RecordingStream, take: Take) -> None:
-    assert take.poses is not None
-    assert take.rectified is not None
-    rectified, both = take.rectified, ("pitch", "roll")
-    R_camera_from_source = take.poses.frame.basis.T
+    poses = take.need("poses")
+    rectified, both = take.need("rectified"), ("pitch", "roll")
+    R_camera_from_source = poses.frame.basis.T
     votes, found = (
         pitch_roll_deg(rotate(R_camera_from_source, up)) for up in (rectified.up_votes, shared_up(rectified))
     )
@@ -84,27 +70,26 @@ def _log_tilt(recording: rr.RecordingStream, take: Take) -> None:
     bound = rectified.up_bound_deg[:, None] * np.concatenate([np.ones_like(per_roll), per_roll], axis=-1)
     for edge, values in (("low", found - bound), ("high", found + bound)):
         names = [f"{angle}, {edge} end of its 90 % bound (deg)" for angle in both]
-        log_curves(recording, f"tilt/{edge}", take.poses, values, names, _BOUND, width=1.0)
+        log_curves(recording, f"tilt/{edge}", poses, values, names, _BOUND, width=1.0)
     names = [f"{angle}, votes (deg)" for angle in both]
-    log_curves(recording, "tilt/votes", take.poses, votes, names, _VOTES, width=1.0)
+    log_curves(recording, "tilt/votes", poses, votes, names, _VOTES, width=1.0)
     names = [f"{angle} of the camera (deg)" for angle in both]
-    log_curves(recording, "tilt/take", take.poses, found, names, _TAKE, width=2.0)
+    log_curves(recording, "tilt/take", poses, found, names, _TAKE, width=2.0)
 
 
 def _log_votes(recording: rr.RecordingStream, take: Take) -> None:
     """up/votes: all of them, early ones blue, late ones yellow; up/vote: that of the frame."""
     import rerun as rr
 
-    assert take.poses is not None
-    assert take.rectified is not None
-    votes = take.rectified.up_votes
+    poses = take.need("poses")
+    votes = take.need("rectified").up_votes
     rows = np.flatnonzero(known(votes))
     rows = rows[:: -(-len(rows) // _MOST_VOTES)]
     late = (rows / max(len(votes) - 1, 1))[:, None]
     colours = np.round(_EARLY + late * (_LATE - _EARLY)).astype(np.uint8)
     recording.log("up/votes", rr.Points3D(votes[rows], colors=colours, radii=[-2.0]), static=True)
     recording.log("up/vote", rr.Points3D.from_fields(colors=[_WHITE], radii=[-5.0]), static=True)
-    clock = time_columns(take.poses.frame_index, take.poses.times)
+    clock = time_columns(poses.frame_index, poses.times)
     recording.send_columns("up/vote", clock, rr.Points3D.columns(positions=votes))
 
 
@@ -112,9 +97,8 @@ def _log_take(recording: rr.RecordingStream, take: Take) -> None:
     """up/take: an arrow along the take's up, out of the sphere; up/bound: the circle in which it lies with 90 %."""
     import rerun as rr
 
-    assert take.poses is not None
-    assert take.rectified is not None
-    rectified = take.rectified
+    poses = take.need("poses")
+    rectified = take.need("rectified")
     around = np.linspace(0, 2 * np.pi, 73)
     circle = np.stack([np.cos(around), np.sin(around), np.ones(len(around))], axis=-1)
     recording.log("up/bound", rr.LineStrips3D([circle], colors=[_WHITE], radii=[-1.5]), static=True)
@@ -126,7 +110,7 @@ def _log_take(recording: rr.RecordingStream, take: Take) -> None:
     up = shared_up(rectified)
     length = 0.3 * np.sin(np.radians(cap(take).reach_deg))
     if rectified.R_source_from_level.ndim == 3:
-        clock = time_columns(take.poses.frame_index, take.poses.times)
+        clock = time_columns(poses.frame_index, poses.times)
         recording.send_columns("up/bound", clock, rr.Transform3D.columns(mat3x3=matrix))
         recording.send_columns("up/take", clock, rr.Arrows3D.columns(origins=up, vectors=length * up))
     else:
@@ -140,7 +124,6 @@ def _log_graticule(recording: rr.RecordingStream, take: Take) -> None:
     picture's up."""
     import rerun as rr
 
-    assert take.poses is not None
     R_source_from_cap, reach, step = cap(take)
     degrees = np.arange(step, reach + 1, step)
     azimuths = np.radians(np.arange(0, 360, 30))
@@ -157,7 +140,7 @@ def _log_graticule(recording: rr.RecordingStream, take: Take) -> None:
         rr.Points3D(where, labels=names, colors=[_MARK], radii=[-0.5], show_labels=True),
         static=True,
     )
-    picture_up = rotate(take.poses.frame.basis, np.array([[0.0, -1.0, 0.0]]))
+    picture_up = rotate(take.need("poses").frame.basis, np.array([[0.0, -1.0, 0.0]]))
     mark = rr.Points3D(picture_up, labels=["picture's up"], colors=[(238, 102, 119)], radii=[-4.0])
     recording.log("up/picture", mark, static=True)
 

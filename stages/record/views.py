@@ -8,9 +8,10 @@ import numpy as np
 
 from ...pipeline.rotations import known
 from ...pipeline.take import Take
+from ..drawing.facts import voted
 from .angles import angle_views, angled
 from .camera import camera_view, looked
-from .up import cap, voted
+from .up import cap
 from .walk import walk_view, walked
 
 if TYPE_CHECKING:
@@ -32,15 +33,14 @@ def blueprint(take: Take, size: float) -> rrb.Blueprint:
     """
     import rerun.blueprint as rrb
 
-    assert take.poses is not None
-    assert take.rectified is not None
-    source = take.poses.frame
+    rectified = take.need("rectified")
+    source = take.need("poses").frame
     unit = source.unit if source.metric else "arbitrary units"
-    after = "back, right, up" if take.rectified.camera != "moving" else "back, right (relative), up"
-    level = "one heading" if take.rectified.camera != "moving" else "camera's heading"
+    after = "back, right, up" if rectified.camera != "moving" else "back, right (relative), up"
+    level = "one heading" if rectified.camera != "moving" else "camera's heading"
     flat = {"Video": take.video, "2D keypoints": take.keypoints}
     title = " and ".join(name for name, part in flat.items() if part is not None)
-    votes, placed = voted(take.rectified), walked(take.rectified)
+    votes, placed = voted(rectified), walked(rectified)
     words: list[rrb.View] = [rrb.TextDocumentView(origin="summary", name="Summary")]
     if take.measures:
         words.append(rrb.TextDocumentView(origin="measures", name="Measures"))
@@ -106,10 +106,8 @@ def _person(entity: str, name: str, take: Take, size: float) -> rrb.View:
     import rerun as rr
     import rerun.blueprint as rrb
 
-    assert take.poses is not None
-    assert take.rectified is not None
-    rectified = take.rectified
-    poses = {"source": take.poses, "body": rectified.body, "level": rectified.level}[entity]
+    rectified = take.need("rectified")
+    poses = {"source": take.need("poses"), "body": rectified.body, "level": rectified.level}[entity]
     eye = size * poses.frame.basis @ np.array(_EYES[poses.frame.family])
     grid = rrb.LineGrid3D(False)
     if entity != "source":

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from html import escape
 
 import numpy as np
+from markupsafe import Markup
 
 from ...pipeline.files.video_frames import pictures_at
 from ...pipeline.frames import Frame
@@ -13,7 +15,7 @@ from ...pipeline.pose import PoseSequence
 from ...pipeline.rotations import known, rotate
 from ...pipeline.take import Take
 from ..drawing.charts import MIDDLE, side_colour
-from ..drawing.page import figure, picture, text
+from ..drawing.page import figure, picture
 
 _SIDE = 360  # pixels of a key frame's longer side
 _ROOM = 1.35  # around the person, in sizes of the keypoints' box
@@ -35,14 +37,13 @@ def key_rows(body: PoseSequence, count: int = 6) -> list[int]:
     return rows
 
 
-def key_figures(take: Take, pictures: bool) -> list[str]:
+def key_figures(take: Take, pictures: bool) -> list[Markup]:
     """A figure for each key frame: the video's picture with the 2D keypoints on it, beside the rectified skeleton.
 
     pictures: False keeps every picture of the person out; then, as without a video, the keypoints alone are drawn, or
     the skeleton as the camera saw it. Raises InputError when the video cannot be decoded.
     """
-    assert take.rectified is not None
-    body = take.rectified.body
+    body = take.need("rectified").body
     rows = key_rows(body)
     images: dict[int, np.ndarray] = {}
     if pictures and take.video is not None:
@@ -50,10 +51,9 @@ def key_figures(take: Take, pictures: bool) -> list[str]:
     return [_key_figure(take, row, images.get(int(body.frame_index[row]))) for row in rows]
 
 
-def _key_figure(take: Take, row: int, image: np.ndarray | None) -> str:
-    assert take.poses is not None
-    assert take.rectified is not None
-    body = take.rectified.body
+def _key_figure(take: Take, row: int, image: np.ndarray | None) -> Markup:
+    poses = take.need("poses")
+    body = take.need("rectified").body
     frame, joints = int(body.frame_index[row]), body.joints[row].astype(np.float64)
     # BODY: back, right, up. From the front the person's right is on the left; from the right the face looks right.
     rectified = {"from the front": joints[:, [1, 2]] * (-1, 1), "from the right": joints[:, [0, 2]] * (-1, 1)}
@@ -66,9 +66,9 @@ def _key_figure(take: Take, row: int, image: np.ndarray | None) -> str:
         drawn = skeletons({"2D keypoints": flat * (1, -1)}, layout)
         before = picture(drawn, "svg", f"2D keypoints of frame {frame}")
     else:
-        source = take.poses.joints[row].astype(np.float64)
-        source -= source[take.poses.layout.index("pelvis")]
-        seen = skeletons({"before": seen_by_camera(source, take.poses.frame)}, take.poses.layout)
+        source = poses.joints[row].astype(np.float64)
+        source -= source[poses.layout.index("pelvis")]
+        seen = skeletons({"before": seen_by_camera(source, poses.frame)}, poses.layout)
         before = picture(
             seen, "svg", f"Skeleton of frame {frame} before rectification, as the camera sees it"
         )
@@ -88,7 +88,7 @@ def skeletons(views: Mapping[str, np.ndarray], layout: Layout) -> bytes:
     for i, (name, points) in enumerate(views.items()):
         middle = (np.nanmin(points, axis=0) + np.nanmax(points, axis=0)) / 2
         at = (points - middle) * (scale, -scale) + (wide * (i + 0.5), 108)
-        lines.append(f'<text x="{wide * (i + 0.5):g}" y="13">{text(name)}</text>')
+        lines.append(f'<text x="{wide * (i + 0.5):g}" y="13">{escape(name)}</text>')
         for bone in layout.bones:
             (x_0, y_0), (x_1, y_1) = ends = at[layout.indices(bone)]
             if known(ends).all():
@@ -103,9 +103,9 @@ def skeletons(views: Mapping[str, np.ndarray], layout: Layout) -> bytes:
 
 def keypoints_at(take: Take, frame: int) -> tuple[np.ndarray, Layout]:
     """(J, 2) pixels of a video frame's 2D keypoints and their layout; NaN where there are none."""
-    assert take.poses is not None
+    poses = take.need("poses")
     if take.keypoints is None:
-        return np.full((len(take.poses.layout), 2), np.nan), take.poses.layout
+        return np.full((len(poses.layout), 2), np.nan), poses.layout
     row = np.flatnonzero(take.keypoints.frame_index == frame)
     missing = np.full((len(take.keypoints.layout), 2), np.nan)
     return (take.keypoints.joints[row[0]] if len(row) else missing), take.keypoints.layout

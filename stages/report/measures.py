@@ -7,9 +7,21 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from markupsafe import Markup
 
 from ..drawing.charts import LEFT, MIDDLE, RIGHT, Curve, over_time
-from ..drawing.page import Cell, Soft, charts, facts, figure, heading, picture, small, table
+from ..drawing.page import (
+    Cell,
+    Soft,
+    charts,
+    figure,
+    glance,
+    heading,
+    joined,
+    picture,
+    small,
+    table,
+)
 from ..measures.figures import error_key, of_length
 from .sections import spoken
 
@@ -31,12 +43,12 @@ _MANY = 20  # a list of more is a curve, or too long for a table
 _SIDES = {"r_": ("right", RIGHT), "l_": ("left", LEFT)}
 
 
-def measure_tables(measures: Mapping[str, Any] | None, length: str = "m") -> str:
+def measure_tables(measures: Mapping[str, Any] | None, length: str = "m") -> Markup:
     """HTML of nested measures: what has curves over a cycle (lists `mean_deg` and `sd_deg`, 0 to 100 %) as charts, both
     sides in one; the rest as figures and tables. Each group of the first level has a heading; below, groups that hold
     no others are the rows of one table, and so are the members of a list of groups. length: the unit of lengths, "m"
     or "au"."""
-    return small(_ERRORS) + _group("take", _with_units(measures, length), level=2) if measures else ""
+    return small(_ERRORS) + _group("take", _with_units(measures, length), level=2) if measures else Markup("")
 
 
 def _with_units(value: Any, length: str) -> Any:
@@ -61,7 +73,7 @@ def _words_and_unit(key: str) -> tuple[str, str]:
     return _WORDS.get(name, spoken(name)), _UNITS.get(suffix, "")
 
 
-def _group(name: str, group: Mapping[str, Any], level: int) -> str:
+def _group(name: str, group: Mapping[str, Any], level: int) -> Markup:
     groups = {key: members for key, value in group.items() if (members := _members(value)) is not None}
     flat = {key: value for key, value in groups.items() if level > 2 and not _holds_groups(value)}
     own = {key: value for key, value in group.items() if key not in groups}
@@ -73,11 +85,11 @@ def _group(name: str, group: Mapping[str, Any], level: int) -> str:
         if not (key in said or key in hidden or _is_curve(key, value))
     ]
     return (
-        "".join(small(f"{named(key).capitalize()}: {value}.") for key, value in said.items())
-        + facts(pairs)
+        joined(small(f"{named(key).capitalize()}: {value}.") for key, value in said.items())
+        + glance(pairs)
         + _rows({key: value for key, value in flat.items() if not _has_curve(value)})
         + _cycles({name: own, **flat})
-        + "".join(
+        + joined(
             heading(named(key), min(level + 1, 4)) + _group(key, value, level + 1)
             for key, value in groups.items()
             if key not in flat
@@ -124,12 +136,12 @@ def _pair(key: str, value: Any, error: Any = None) -> tuple[str, str]:
     return words, f"{_both(key, value, error)}{'' if unit.startswith('°') else ' '}{unit}".rstrip()
 
 
-def _rows(members: Mapping[str, Mapping[str, Any]]) -> str:
+def _rows(members: Mapping[str, Mapping[str, Any]]) -> Markup:
     """A table with a row for each member and a column for each of their figures."""
     shown = dict.fromkeys(key for member in members.values() for key in member if key not in _hidden(member))
     columns = [_whole([_with_error(member, key) for member in members.values()]) for key in shown]
     rows = [[named(name), *cells] for name, *cells in zip(members, *columns, strict=True)]
-    return table(("", *map(named, shown)), rows) if shown else ""
+    return table(("", *map(named, shown)), rows) if shown else Markup("")
 
 
 def _whole(cells: list[Cell]) -> list[Cell]:
@@ -166,7 +178,7 @@ def _percent(share: float) -> str:
     return f"{100 * share:.2g} %"
 
 
-def _cycles(members: Mapping[str, Mapping[str, Any]]) -> str:
+def _cycles(members: Mapping[str, Mapping[str, Any]]) -> Markup:
     """A chart of the mean curve and its standard deviation for each member that has them, both sides in one."""
     drawn: dict[tuple[str, str], list[tuple[Curve, str]]] = {}
     for name, member in members.items():

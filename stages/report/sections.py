@@ -6,86 +6,80 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from markupsafe import Markup
 
+from ...models.gravity import RAYLEIGH_90
 from ...pipeline.motion.angles import ANGLES, FINE, REASONS
-from ...pipeline.pose import Rectified, package_version
-from ...pipeline.rotations import known
+from ...pipeline.pose import package_version
 from ...pipeline.take import Take
-from ...pipeline.verdict import verdict
-from ..drawing.page import box, facts, listed, small, table
-from ..record.summary import standing, up_by_source
+from ..drawing.facts import Facts
+from ..drawing.page import box, bullets, glance, small, table
 
-BOUND = float(np.sqrt(np.log(10)))  # 90 % bound over root mean square of an error in two dimensions
 _MOST = 40  # events of one kind
 _LONGEST = 240  # characters of an option's value
 
 
-def at_a_glance(take: Take) -> str:
-    """The facts under the title, then what is not to be overlooked."""
-    assert take.poses is not None
-    assert take.rectified is not None
-    poses, rectified = take.poses, take.rectified
-    seconds = float(poses.times[-1] - poses.times[0])
-    turned = int(known(rectified.R_source_from_body).all(axis=1).sum())
+def at_a_glance(facts: Facts) -> Markup:
+    """What stands under the title, then what is not to be overlooked."""
     pairs = [
-        ("Take", f"{len(poses)} frames, {seconds:.1f} s at {poses.fps:.4g} a second"),
-        ("Rectified by", rectified.method),
-        ("Frames rectified", f"{turned} of {len(poses)}"),
-        *([] if take.findings is None else [("Poses are", verdict(take.findings))]),
-        ("Levelled", "yes" if rectified.level_ok else "no"),
-        ("Up is known to within (90 %)", up_bound(rectified)),
-        ("Length", "metres" if poses.frame.metric else "no scale: arbitrary units (au)"),
+        ("Take", f"{facts.frames} frames, {facts.duration_s:.1f} s at {facts.fps:.4g} a second"),
+        ("Rectified by", facts.method),
+        ("Frames rectified", f"{facts.turned} of {facts.frames}"),
+        *([] if facts.verdict is None else [("Poses are", facts.verdict)]),
+        ("Levelled", "yes" if facts.level_ok else "no"),
+        ("Up is known to within (90 %)", up_bound(facts)),
+        (
+            "Length",
+            {"m": "metres", "arbitrary": "no scale: arbitrary units (au)"}.get(facts.unit, facts.unit),
+        ),
     ]
-    not_level = [] if rectified.level_ok else [f"The take could not be levelled: {rectified.level_reason}"]
-    doubts = [finding.text for finding in take.findings or () if finding.weight != "note"]
+    not_level = [] if facts.level_ok else [f"The take could not be levelled: {facts.level_reason}"]
     return (
-        facts(pairs)
-        + box(f"The poses are {verdict(take.findings or ())}", doubts, "warning")
-        + box("Warnings", [*not_level, *_told(take, "warning")], "warning")
-        + box("Repairs", _told(take, "repair"))
+        glance(pairs)
+        + box(f"The poses are {facts.verdict}", [doubt.text for doubt in facts.doubts], "warning")
+        + box("Warnings", [*not_level, *_most(facts.warnings)], "warning")
+        + box("Repairs", _most(facts.repairs))
     )
 
 
-def up_bound(rectified: Rectified) -> str:
+def up_bound(facts: Facts) -> str:
     """The angle that nine in ten takes stay under, in words."""
-    bound = rectified.up_bound_deg[np.isfinite(rectified.up_bound_deg)]
-    if rectified.camera == "gravity":
+    if facts.camera == "gravity":
         return "the source knows its own up"
-    if not rectified.level_ok or not len(bound):
-        return "not known"
-    least, most = f"{bound.min():.1f}", f"{bound.max():.1f}"
-    return f"{most}°" if least == most else f"{least}° to {most}°"
+    return "not known" if facts.bound_words is None else f"{facts.bound_words.replace(' to', '° to')}°"
 
 
-def gravity_words(take: Take) -> str:
+def gravity_words(facts: Facts) -> Markup:
     """How the camera stands and what up rests on."""
-    assert take.rectified is not None
-    rectified = take.rectified
-    if rectified.camera == "gravity":
+    if facts.camera == "gravity":
         return small("The source's own axes say which way is up; nothing was estimated.")
-    error = rectified.error_deg[np.isfinite(rectified.error_deg)]
-    shares = [f"{name} {100 * share:.0f} %" for name, share in rectified.up_shares.items()]
-    moves = "moves, and up with it; back and right in LEVEL are relative to it"
+    relative = "; back and right in LEVEL are relative to it" if facts.camera == "moving" else ""
+    error = facts.error_deg
     lines = [
-        f"The camera {moves if rectified.camera == 'moving' else standing(take)}.",
-        f"Up is known to within (90 %): {up_bound(rectified)}.",
-        *([f"Up rests on: {', '.join(shares)}."] if shares else []),
-        f"Heading of LEVEL: {rectified.level_heading}.",
-        *([f"Expected error of a frame's whole rotation: {np.median(error):.1f}° (median)."] if len(error) else []),
-    ]  # fmt: skip
-    return listed(lines)
+        f"The camera {facts.camera_words}{relative}.",
+        f"Up is known to within (90 %): {up_bound(facts)}.",
+        *([f"Up rests on: {facts.shares_words}."] if facts.shares_words else []),
+        f"Heading of LEVEL: {facts.level_heading}.",
+        *(
+            [f"Expected error of a frame's whole rotation: {error:.1f}° (median)."]
+            if np.isfinite(error)
+            else []
+        ),
+    ]
+    return bullets(lines)
 
 
-def up_table(take: Take) -> str:
-    """What each source says about the camera by itself, with its 90 % bound, and how far it pulls the take's up."""
+def up_table(facts: Facts, image: bool) -> Markup:
+    """What each source says about the camera alone, with its 90 % bound, and how far it pulls the take's up; nothing of
+    one source only, unless the image was looked at."""
     rows: list[list[str | float | None]] = []
-    for name, row in up_by_source(take).items():
-        bound = BOUND * row["error_deg"] if "error_deg" in row else None
-        own = [_rounded(row.get(f"{angle}_deg"), bound) for angle in ("pitch", "roll")]
-        share = f"{100 * row['share']:.0f} %" if "share" in row else "not heard"
-        rows.append([name, *own, share, _rounded(row.get("pull_deg"), 1.0)])
+    for name, source in facts.sources.items():
+        bound = None if source.error_deg is None else RAYLEIGH_90 * source.error_deg
+        own = [_rounded(angle, bound) for angle in (source.pitch_deg, source.roll_deg)]
+        share = "not heard" if source.share is None else f"{100 * source.share:.0f} %"
+        rows.append([name, *own, share, _rounded(source.pull_deg, 1.0)])
     head = ("source of up", "camera's pitch (°)", "camera's roll (°)", "share", "moves up by (°)")
-    return table(head, rows) if len(rows) > 1 or take.camera else ""
+    return table(head, rows) if len(rows) > 1 or image else Markup("")
 
 
 def _rounded(value: float | None, bound: float | None) -> str | None:
@@ -96,8 +90,9 @@ def _rounded(value: float | None, bound: float | None) -> str | None:
     return f"{value:.{digits}f}" + (f" ± {bound:.{digits}f}" if bound != 1.0 else "")
 
 
-def angle_table(columns: Mapping[str, np.ndarray]) -> str:
-    """In how many frames each angle is known and how well (medians), and why the others have none."""
+def angle_table(columns: Mapping[str, np.ndarray]) -> Markup:
+    """In how many frames each angle is known and how well (medians), and why the others have none. columns: (T,) of the
+    take's kinematics."""
     rows: list[list[str | float | None]] = []
     used: set[int] = set()
     for name in ANGLES:
@@ -116,7 +111,7 @@ def angle_table(columns: Mapping[str, np.ndarray]) -> str:
         stated = float(np.median(error)) if len(error) else None
         rows.append([spoken(name), share, median, stated, why or "–"])
     if not rows:
-        return ""
+        return Markup("")
     reasons = "; ".join(f"{code}: {REASONS[code]}" for code in sorted(used & REASONS.keys()))
     head = (
         "angle",
@@ -134,16 +129,14 @@ def spoken(name: str) -> str:
     return side + (name[2:] if side else name).replace("_", " ")
 
 
-def provenance(take: Take) -> str:
+def provenance(facts: Facts, take: Take) -> Markup:
     """What was read and what was done to it: files by their SHA-256, versions, options."""
-    assert take.poses is not None
-    poses = take.poses
     keys = ("role", "file", "adapter", "sha256")
     files = [tuple(str(entry.get(key, "–")) for key in keys) for entry in take.inputs]
     about = [
         f"pcnet3d {package_version()}.",
-        f"Poses: video frames {poses.frame_index[0]} to {poses.frame_index[-1]}, person {poses.person}.",
-        f"Axes that the poses came in: {poses.frame}.",
+        f"Poses: video frames {facts.first_frame} to {facts.last_frame}, person {facts.person}.",
+        f"Axes that the poses came in: {facts.axes}.",
     ]
     if take.video is not None:
         video = take.video
@@ -151,25 +144,23 @@ def provenance(take: Take) -> str:
             f"Video: {video.width} x {video.height} pixels, {len(video.time_s)} frames at {video.fps:.4g} a second, "
             f"{video.codec}" + (f", turned by {video.rotation_deg}°." if video.rotation_deg else ".")
         )
-    if poses.seams:
-        times = ", ".join(f"{poses.times[seam]:.2f}" for seam in poses.seams[:_MOST])
+    if facts.seams_s:
+        times = ", ".join(f"{seam:.2f}" for seam in facts.seams_s[:_MOST])
         about.append(
-            f"Seams, where the estimator began anew, at {times}{' ...' if len(poses.seams) > _MOST else ''} s."
+            f"Seams, where the estimator began anew, at {times}{' ...' if len(facts.seams_s) > _MOST else ''} s."
         )
-    done = (take.filtered or take.rectified.level if take.rectified else poses).history
-    steps = [(step.name, step.version, _options(step.options)) for step in done]
+    steps = [(step.name, step.version, _options(step.options)) for step in facts.history]
     return (
-        listed(about)
+        bullets(about)
         + table(("input", "file", "read as", "SHA-256"), files)
-        + box("Notes", _told(take, "note"))
+        + box("Notes", _most(facts.notes))
         + table(("step", "version", "options and counts"), steps)
     )
 
 
-def _told(take: Take, kind: str) -> list[str]:
-    texts = [event.text for event in take.events if event.kind == kind]
+def _most(texts: tuple[str, ...]) -> list[str]:
     more = len(texts) - _MOST
-    return [*texts[:_MOST], f"and {more} more, in summary.json"] if more > 0 else texts
+    return [*texts[:_MOST], f"and {more} more, in summary.json"] if more > 0 else list(texts)
 
 
 def _options(options: Mapping[str, Any]) -> str:

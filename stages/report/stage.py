@@ -8,20 +8,21 @@ from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
+from markupsafe import Markup
 
 from ...pipeline.camera import pitch_roll_deg
 from ...pipeline.errors import InputError
 from ...pipeline.files.atomic import whole_file
 from ...pipeline.files.video_frames import pictures_at
-from ...pipeline.motion.angles import ANGLES, MIDLINE
+from ...pipeline.motion.angles import ANGLES, MIDLINE, OF_BOTH, sides_of
 from ...pipeline.pose import PoseSequence
 from ...pipeline.rotations import angle_deg, known, rotate
 from ...pipeline.take import Take
 from ..drawing.charts import LEFT, RIGHT, SLICES, SOFT, Curve, over_time, path, sides
+from ..drawing.facts import Facts, facts_of, shared_up, voted
 from ..drawing.image_lines import WORDS, drawn
 from ..drawing.page import charts, figure, page, picture, small
 from ..measures.figures import BAND
-from ..record.up import shared_up, voted
 from .key_frames import key_figures, lines_jpeg, seen_by_camera
 from .measures import measure_tables
 from .sections import angle_table, at_a_glance, gravity_words, provenance, spoken, up_table
@@ -55,32 +56,32 @@ def report(take: Take, frames: bool = True) -> str:
     """
     if take.poses is None or take.rectified is None:
         raise InputError("A report needs 3D poses and their rectification; run rectify first.")
+    facts = facts_of(take)
     sections = [
         ("Key frames", _key_frames(take, frames)),
-        ("Measures", measure_tables(take.measures, _unit(take.poses))),
+        ("Measures", measure_tables(take.measures, facts.length)),
         ("Joint angles", _angles(take)),
         ("Wrist paths before and after", _wrists(take)),
-        ("Gravity", _gravity(take, frames)),
-        ("Where this comes from", provenance(take)),
+        ("Gravity", _gravity(take, facts, frames)),
+        ("Where this comes from", provenance(facts, take)),
     ]
-    return page(take.name, at_a_glance(take), sections)
+    return page(take.name, at_a_glance(facts), sections)
 
 
-def _key_frames(take: Take, frames: bool) -> str:
+def _key_frames(take: Take, frames: bool) -> Markup:
     figures = key_figures(take, frames)
     words = (
         "One frame of each sixth of the take, chosen for its posture. Beside it the same instant turned upright and "
         "facing you, and seen from its right side. Orange is the person's right, blue the left."
     )
-    return small(words) + charts(figures) if figures else ""
+    return small(words) + charts(figures) if figures else Markup("")
 
 
-def _angles(take: Take) -> str:
-    assert take.poses is not None
-    columns, times = take.kinematics or {}, take.poses.times
+def _angles(take: Take) -> Markup:
+    columns, times = take.kinematics or {}, take.need("poses").times
     figures = []
-    for name in dict.fromkeys(name if name in MIDLINE else name[2:] for name in ANGLES):
-        of = [name] if name in MIDLINE else [f"r_{name}", f"l_{name}"]
+    for name in OF_BOTH:
+        of = sides_of(name)
         values = [columns.get(f"{part}_deg", np.full(len(times), np.nan)) for part in of]
         if not np.isfinite(values).any():
             continue
@@ -95,7 +96,7 @@ def _angles(take: Take) -> str:
         svg = picture(over_time(curves, times), "svg", f"{title} over time")
         figures.append(figure([svg], title, f"{angle.words}; positive: {angle.positive}."))
     if not figures:
-        return ""
+        return Markup("")
     return (
         small(
             "Orange: right. Blue, dashed: left. The band holds the true angle in nine of ten frames, if the stated "
@@ -106,11 +107,10 @@ def _angles(take: Take) -> str:
     )
 
 
-def _wrists(take: Take) -> str:
-    assert take.poses is not None
-    assert take.rectified is not None
-    before, after = take.poses, take.rectified.level
-    moving = take.rectified.camera == "moving"
+def _wrists(take: Take) -> Markup:
+    rectified = take.need("rectified")
+    before, after = take.need("poses"), rectified.level
+    moving = rectified.camera == "moving"
     heading = "each frame's camera's: front and right are relative to it" if moving else "one for the take"
     return (
         small(
@@ -122,15 +122,12 @@ def _wrists(take: Take) -> str:
     )
 
 
-def _ways(take: Take) -> Iterator[str]:
+def _ways(take: Take) -> Iterator[Markup]:
     """Both wrists' paths as lines: as the camera sees them, and in LEVEL; all at one scale."""
-    assert take.poses is not None
-    assert take.rectified is not None
-    before, level = (
-        _from_pelvis(poses, "r_wrist", "l_wrist") for poses in (take.poses, take.rectified.level)
-    )
+    source, rectified = take.need("poses"), take.need("rectified")
+    before, level = (_from_pelvis(poses, "r_wrist", "l_wrist") for poses in (source, rectified.level))
     views = {
-        "Before: camera's view": (seen_by_camera(before, take.poses.frame), "right and up are the picture's"),
+        "Before: camera's view": (seen_by_camera(before, source.frame), "right and up are the picture's"),
         "After: right side": (level[..., [0, 2]] * (-1, 1), "front is to the right"),
         "After: from above": (level[..., [1, 0]] * (1, -1), "front is up, the right side to the right"),
     }
@@ -138,7 +135,7 @@ def _ways(take: Take) -> Iterator[str]:
     reach = max(reach for _, reach in boxes.values())
     for name, (points, words) in views.items():
         drawn = path(dict(zip((RIGHT, LEFT), points.swapaxes(0, 1), strict=True)), boxes[name][0], reach)
-        title = f"{name} ({_unit(take.poses)})"
+        title = f"{name} ({_unit(source)})"
         yield figure([picture(drawn, "svg", f"Paths of both wrists: {title}")], title, f"{words}.")
 
 
@@ -157,7 +154,7 @@ def _box(points: np.ndarray) -> tuple[np.ndarray, float]:
     return (low + high) / 2, max(0.55 * float((high - low).max()), 1e-3)
 
 
-def _components(poses: PoseSequence, when: str) -> Iterator[str]:
+def _components(poses: PoseSequence, when: str) -> Iterator[Markup]:
     left, right = _from_pelvis(poses, "l_wrist", "r_wrist").swapaxes(0, 1)
     for i, (axis, word) in enumerate(zip("xyz", poses.frame.axes, strict=True)):
         title = f"{when}: {axis}, {word} ({_unit(poses)})"
@@ -165,13 +162,11 @@ def _components(poses: PoseSequence, when: str) -> Iterator[str]:
         yield figure([picture(svg, "svg", f"Wrists {title.lower()} over time")], title)
 
 
-def _gravity(take: Take, frames: bool) -> str:
-    assert take.poses is not None
-    assert take.rectified is not None
-    rectified, times = take.rectified, take.poses.times
-    figures = []
+def _gravity(take: Take, facts: Facts, frames: bool) -> Markup:
+    poses, rectified = take.need("poses"), take.need("rectified")
+    times, figures = poses.times, []
     if voted(rectified):
-        to_camera = take.poses.frame.basis.T
+        to_camera = poses.frame.basis.T
         votes, found = (
             pitch_roll_deg(rotate(to_camera, up)) for up in (rectified.up_votes, shared_up(rectified))
         )
@@ -197,10 +192,14 @@ def _gravity(take: Take, frames: bool) -> str:
         if np.isfinite(values).any():
             svg = picture(over_time([Curve(title, values)], times), "svg", f"{title} over time")
             figures.append(figure([svg], title, words))
-    return gravity_words(take) + up_table(take) + charts([*_lines(take, frames), *figures])
+    return (
+        gravity_words(facts)
+        + up_table(facts, take.camera is not None)
+        + charts([*_lines(take, frames), *figures])
+    )
 
 
-def _lines(take: Take, frames: bool) -> Iterator[str]:
+def _lines(take: Take, frames: bool) -> Iterator[Markup]:
     """The frame whose straight lines were looked at, with them and the horizon."""
     if take.camera is None or not take.camera.looks or take.video is None or not frames:
         return
@@ -217,8 +216,7 @@ def _unit(poses: PoseSequence) -> str:
 
 
 def _thinned(take: Take) -> str:
-    assert take.poses is not None
-    if len(take.poses) <= 2 * SLICES:
+    if len(take.need("poses")) <= 2 * SLICES:
         return ""
     return (
         f" The take is longer than the charts are wide: each of at most {SLICES} slices of time is filled "

@@ -89,13 +89,27 @@ def test_it_is_listed_beside_ours(fresh):
     assert {"acme", "motionbert"} <= rows.keys()
     assert rows["acme"]["gives"] == "poses"
     assert any(line.startswith("acme ") for line in run(fresh / "pcnet3d", "list", "adapters").splitlines())
-    assert any(line.startswith("reach ") for line in run(fresh / "pcnet3d", "list", "stages").splitlines())
+    for what, name in (("stages", "reach"), ("writers", "paths")):
+        assert any(line.startswith(f"{name} ") for line in run(fresh / "pcnet3d", "list", what).splitlines())
 
 
-def test_a_run_reads_by_its_adapter_and_goes_through_its_stage(fresh, exported, tmp_path):
+def test_a_run_reads_by_its_adapter_goes_through_its_stage_and_ends_with_its_writer(
+    fresh, exported, tmp_path
+):
     """The file is recognised by its content, and the file's own times are used."""
     recipe = TEMPLATE / "recipe.toml"
-    run(fresh / "pcnet3d", "run", "--poses", exported, "--recipe", recipe, "-o", tmp_path / "out")
+    run(
+        fresh / "pcnet3d",
+        "run",
+        "--poses",
+        exported,
+        "--recipe",
+        recipe,
+        "--also",
+        "paths",
+        "-o",
+        tmp_path / "out",
+    )
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
     assert summary["inputs"][0]["adapter"] == "acme"
     columns = parquet.read_table(tmp_path / "out" / "kinematics.parquet")
@@ -105,6 +119,8 @@ def test_a_run_reads_by_its_adapter_and_goes_through_its_stage(fresh, exported, 
     wrist, shoulder = (level[:, H36M17.index(f"r_{joint}")] for joint in ("wrist", "shoulder"))
     np.testing.assert_allclose(reach_m, np.linalg.norm(wrist - shoulder, axis=-1), atol=0.03)
     assert "l_reach" not in columns.column_names
+    paths = json.loads((tmp_path / "out" / "paths.json").read_text())["paths"]
+    np.testing.assert_allclose(paths["r_wrist"], wrist, atol=1e-6)
 
 
 def test_the_template_is_no_part_of_our_package(fresh):
@@ -118,7 +134,7 @@ def test_the_template_is_no_part_of_our_package(fresh):
     assert not [file for file in files if "acme" in file or "plugin/" in file]
 
 
-@pytest.mark.parametrize("file", ["acme.py", "reach.py"])
+@pytest.mark.parametrize("file", ["acme.py", "reach.py", "paths.py"])
 def test_the_page_shows_the_files_themselves(file):
     page = (ROOT / "docs" / "plugins.md").read_text()
     shown = re.findall(r"^```python\n(.*?)^```", page, re.MULTILINE | re.DOTALL)

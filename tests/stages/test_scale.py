@@ -43,13 +43,6 @@ def test_without_a_stature_the_unit_is_kept_and_said():
     assert Scale()(Take("t", poses=take.poses.with_(frame=CAMERA))).events == ()
 
 
-def test_an_assumed_stature_is_called_assumed():
-    take = Take("t", poses=PoseSequence(adult(1.0)[None], H36M17, ARBITRARY))
-    scaled = Scale(mean_adult=True)(take)
-    assert scaled.poses.frame.metric
-    assert "assumed" in scaled.events[0].text
-
-
 @pytest.mark.parametrize("stature", [0, 180, -1.8, float("nan")])
 def test_a_stature_in_other_units_is_refused(stature):
     with pytest.raises(InputError, match="metres"):

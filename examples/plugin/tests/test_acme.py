@@ -1,15 +1,19 @@
-"""The adapter on a golden file, and the stage on motion whose truth is known."""
+"""The adapter on a golden file, the stage and the writer on motion whose truth is known."""
+
+import json
 
 import numpy as np
 import pytest
 from pcnet3d_acme.acme import HEADER
+from pcnet3d_acme.paths import write
 from pcnet3d_acme.reach import Reach, reach
 
 from pcnet3d.adapters import read
 from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.walk import walker
-from pcnet3d.pipeline import CAMERA, H36M17, InputError, PoseSequence
+from pcnet3d.pipeline import CAMERA, H36M17, InputError, PoseSequence, Take
 from pcnet3d.pipeline.reading.testing import check_adapter
+from pcnet3d.stages import rectify
 
 
 @pytest.fixture(scope="module")
@@ -73,3 +77,15 @@ def test_reach_of_an_arm_that_is_stretched_out():
 def test_a_side_that_nobody_has():
     with pytest.raises(InputError, match="side l, r or both, got 'left'"):
         Reach("left")
+
+
+def test_paths_are_those_of_level(walk, tmp_path):
+    poses = camera_poses(walk, side_camera(walk))
+    joints = poses.joints.copy()
+    joints[2, H36M17.index("r_wrist")] = np.nan
+    rectified = rectify(poses.with_(joints=joints), rectifier="geometric")
+    write(Take("walk", rectified=rectified), tmp_path / "paths.json")
+    content = json.loads((tmp_path / "paths.json").read_text())
+    assert content["paths"]["r_wrist"][2] is None
+    np.testing.assert_allclose(content["paths"]["l_knee"], rectified.level.joint("l_knee"))
+    np.testing.assert_allclose(content["time_s"], walk.time_s)

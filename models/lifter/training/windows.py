@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -17,11 +18,11 @@ from ...mocap.clips import Clip
 from ...synthetic.bodies import BodyRange
 from ...synthetic.cameras import TYPICAL, ViewRange
 from ...synthetic.keypoint_noise import Noise
-from ...synthetic.on_device.bodies import combine, proportions, redefined, vary
+from ...synthetic.on_device.bodies import proportions, redefined
 from ...synthetic.on_device.cameras import place
 from ...synthetic.on_device.draw import Draw
 from ...synthetic.on_device.keypoint_noise import Spoilt, detect
-from ...synthetic.on_device.poses import PoseRange, posed
+from ...synthetic.on_device.motion import MOTION_SHARES, MotionRange, varied
 from ..features import ASSUMED_FOCAL
 from .features import features, target
 
@@ -31,28 +32,21 @@ _FOCAL_SPREAD = 0.2  # of the logarithm of a focal length that was estimated
 
 
 @dataclass(frozen=True)
-class Material:
-    """What windows are made of; shares are of the windows.
+class Material(MotionRange):
+    """What windows are made of, besides the fields of MotionRange; shares are of the windows.
 
-    limbs, trunk: spread of lengths, of bodies.BodyRange. real: share with the lengths of one of the captured people
-    (on_device.bodies.proportions). combined: share whose upper body comes from another motion. poses: of
-    on_device.poses. redefined: share with joints defined as another source would, redefined_m (metres, standard
-    deviation) away. typical: share before cameras as people use them, the others before any. pans: share whose camera
-    slowly follows the person. derived: share with pelvis, spine, thorax and head made as for COCO keypoints. quality,
-    truncated, occluded, absent: of on_device.keypoint_noise.Spoilt. other_rates: share of batches at another frame rate
-    than 30, between 20 and 60. focal_known, focal_estimated: share of windows whose focal length is told, exactly or
-    with an error; the others have the assumed one.
+    limbs, trunk: spread of lengths, mirrored: share of mirrored bodies, of bodies.BodyRange. typical: share before
+    cameras as people use them, the others before any. pans: share whose camera slowly follows the person. derived:
+    share with pelvis, spine, thorax and head made as for COCO keypoints. quality, truncated, occluded, absent: of
+    on_device.keypoint_noise.Spoilt. other_rates: share of batches at another frame rate than 30, between 20 and 60.
+    focal_known, focal_estimated: share of windows whose focal length is told, exactly or with an error; the others have
+    the assumed one.
     """
 
     limbs: float = 0.05
     trunk: float = 0.05
     unchanged: float = 0.3
     mirrored: float = 0.5
-    real: float = 0.0
-    combined: float = 0.0
-    poses: PoseRange = field(default_factory=PoseRange)
-    redefined: float = 0.0
-    redefined_m: float = 0.02
     typical: float = 0.0
     pans: float = 0.0
     derived: float = 0.0
@@ -66,7 +60,7 @@ class Material:
 
     def __post_init__(self) -> None:
         check_shares(
-            self, "unchanged", "mirrored", "real", "combined", "redefined", "typical", "pans", "derived",
+            self, *MOTION_SHARES, "mirrored", "typical", "pans", "derived",
             "truncated", "occluded", "other_rates", "focal_known", "focal_estimated",
         )  # fmt: skip
 
@@ -118,14 +112,8 @@ class Windows:
             if float(draw.uniform((0.0, 1.0), 1)) < material.other_rates
             else 30.0
         )
-        motion = self._motion(draw, count, frames, fps)
-        mixed = round(material.combined * count)
-        if mixed:
-            upper = self._motion(draw, mixed, frames, fps)
-            motion = torch.cat([combine(motion[:mixed], upper), motion[mixed:]])
-        # Another order of the same windows: a motion to take limbs from.
-        motion = posed(motion, motion.roll(1, 0), draw, material.poses, fps)
-        world = vary(motion, draw, self.bodies, self.people, material.real)
+        captured = partial(self._motion, draw, frames, fps)
+        world = varied(captured, count, draw, material, self.bodies, self.people, fps)
         cameras = place(world, draw, TYPICAL, ViewRange(pans=material.pans), material.typical)
         joints = cameras.to_camera(world)
         shown = joints
@@ -143,7 +131,7 @@ class Windows:
         assumed = ASSUMED_FOCAL * image_size.amax(-1)
         return torch.where(kind < known, focal_px, torch.where(kind < told, estimated, assumed))
 
-    def _motion(self, draw: Draw, count: int, frames: int, fps: float) -> Tensor:
+    def _motion(self, draw: Draw, frames: int, fps: float, count: int) -> Tensor:
         step = _CAPTURED_FPS / fps
         room = self.lengths - 1 - (frames - 1) * step
         weights = torch.where(room >= 0, self.lengths, 0.0)

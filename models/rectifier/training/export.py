@@ -12,6 +12,7 @@ from ....pipeline.errors import InputError
 from ....pipeline.files.atomic import whole_file
 from ....pipeline.layouts import H36M17
 from ...common.extras import needed_for
+from ...common.onnx import session_of
 from .net import JOINTS, PCNet, gram_schmidt
 
 _TOLERANCE = 1e-4
@@ -79,12 +80,10 @@ def export(deployed: Deployed, path: Path, **properties: object) -> None:
 def parity(deployed: Deployed, path: Path, count: int = 100) -> float:
     """Largest difference between torch and onnxruntime over random poses with missing joints; of the expected error,
     that of its logarithm."""
-    import onnxruntime
-
     rng = np.random.default_rng(0)
     valid = (rng.uniform(size=(count, JOINTS)) < 0.9).astype(np.float32)
     joints = rng.normal(0, 0.4, (count, JOINTS, 3)).astype(np.float32)
-    session = onnxruntime.InferenceSession(path.read_bytes(), providers=["CPUExecutionProvider"])
+    session = session_of(path.read_bytes())
     R, error_deg = (
         np.asarray(x) for x in session.run(["R", "error_deg"], {"joints": joints, "valid": valid})
     )

@@ -7,7 +7,8 @@ depth; and lifted takes of the test bed, made by lifters that never saw the pers
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -19,10 +20,10 @@ from ....pipeline.layouts import H36M17
 from ...common.toml_config import check_shares
 from ...mocap.clips import Clip
 from ...synthetic.bodies import BodyRange
-from ...synthetic.on_device.bodies import combine, proportions, redefined, vary
+from ...synthetic.on_device.bodies import proportions, redefined
 from ...synthetic.on_device.draw import Draw
 from ...synthetic.on_device.joint_errors import flipped, noisy, present
-from ...synthetic.on_device.poses import PoseRange, posed
+from ...synthetic.on_device.motion import MOTION_SHARES, MotionRange, varied
 from ...synthetic.on_device.turning import rotate
 from ...synthetic.on_device.views import about, seen, views
 from ...synthetic.views import Lifted, Targets
@@ -31,47 +32,28 @@ _FPS = 30.0  # of poses that move; a single frame of them is taken
 
 
 @dataclass(frozen=True)
-class Mixture:
+class Mixture(MotionRange):
     """Shares of a batch, and how far its bodies and joints are from the capture; the defaults change nothing.
 
     lifted: share of lifted frames (of the files given to the training), roll_deg: the camera's roll added to them,
-    uniform. What follows is shares of the others. wide: seen from `wide` views. combined: with the upper body of
-    another frame. poses: of on_device.poses. Bodies that lean, crawl or lie keep the world's up as their truth.
-    unchanged, real, hips, shoulders: on the captured body; with bone lengths of one of the captured people; widths that
-    the others are drawn from (bodies.BodyRange). redefined: with joints as another source defines them, redefined_m
-    (metres, standard deviation) away. noisy: with Gaussian noise of up to noise_m, twice that in depth. flipped: with
-    limbs turned over in depth. missing: with missing joints; lifted frames too.
+    uniform. What follows is shares of the others, as are the fields of MotionRange: bodies that lean, crawl or lie keep
+    the world's up as their truth. wide: seen from `wide` views. hips, shoulders: widths that bodies are drawn from
+    (bodies.BodyRange). noisy: with Gaussian noise of up to noise_m, twice that in depth. flipped: with limbs turned
+    over in depth. missing: with missing joints; lifted frames too.
     """
 
     lifted: float = 0.0
     roll_deg: float = 0.0
     wide: float = 0.0
-    combined: float = 0.0
-    poses: PoseRange = field(default_factory=PoseRange)
-    unchanged: float = 1.0
-    real: float = 0.0
     hips: tuple[float, float] = BodyRange.hips
     shoulders: tuple[float, float] = BodyRange.shoulders
-    redefined: float = 0.0
-    redefined_m: float = 0.02
     noisy: float = 0.0
     noise_m: float = 0.03
     flipped: float = 0.0
     missing: float = 0.0
 
     def __post_init__(self) -> None:
-        check_shares(
-            self,
-            "lifted",
-            "wide",
-            "combined",
-            "unchanged",
-            "real",
-            "redefined",
-            "noisy",
-            "flipped",
-            "missing",
-        )
+        check_shares(self, *MOTION_SHARES, "lifted", "wide", "noisy", "flipped", "missing")
 
 
 class Frames(NamedTuple):
@@ -130,13 +112,8 @@ class TrainingFrames:
 
     def _captured(self, draw: Draw, count: int) -> tuple[Tensor, Tensor, Tensor]:
         mixture = self.mixture
-        motion = self._motion(draw, count)
-        mixed = round(mixture.combined * count)
-        if mixed:
-            motion = torch.cat([combine(motion[:mixed], self._motion(draw, mixed)), motion[mixed:]])
-        # Another order of the same frames: poses to take limbs from.
-        motion = posed(motion, motion.roll(1, 0), draw, mixture.poses, _FPS)
-        world = vary(motion, draw, self.bodies, self.people, mixture.real)
+        captured = partial(self._motion, draw)
+        world = varied(captured, count, draw, mixture, self.bodies, self.people, _FPS)
         if mixture.redefined:
             world = redefined(world, draw, mixture.redefined_m, mixture.redefined)
         R = views(draw, count, mixture.wide)

@@ -9,7 +9,15 @@ import torch
 from torch import Tensor
 
 from ....pipeline.layouts import H36M17
-from ..keypoint_noise import HEAD_HEIGHT, SOLIDS, Noise
+from ..keypoint_noise import (
+    EXCHANGED_LIMBS,
+    FAR_JOINTS,
+    HEAD_HEIGHT,
+    HIDDEN_MISSING,
+    SOLIDS,
+    Noise,
+    confidence_of,
+)
 from .draw import Draw
 
 _GROUPS = (
@@ -75,7 +83,7 @@ def detect(
     size = (pixels.amax(2) - pixels.amin(2)).amax(-1)[..., None, None]
     hidden = hidden_joints(joints_camera)
     factor = torch.ones(joints, device=draw.device)
-    factor[H36M17.indices(("l_wrist", "r_wrist", "l_ankle", "r_ankle"))] = noise.far_joints
+    factor[H36M17.indices(FAR_JOINTS)] = noise.far_joints
     quality = (spoilt.quality * draw.normal(count, 1, 1, most=2)).exp()
     std = noise.std * quality * torch.where(hidden, noise.hidden, 1.0) * factor
     error = std[..., None] * _ar1(draw.normal(*pixels.shape), noise.correlation ** (30 / fps))
@@ -84,16 +92,13 @@ def detect(
     jump = torch.where(far, draw.uniform(noise.outlier_size, count, frames, joints), 0.0)
     error = error + jump[..., None] * torch.stack([angle.cos(), angle.sin()], dim=-1)
     keypoints = pixels + error * size
-    confidence = 0.9 - 5.0 * error.norm(dim=-1) - 0.2 * hidden + 0.06 * draw.normal(count, frames, joints)
-    confidence = confidence.clamp(0.05, 1.0)
+    confidence = confidence_of(error.norm(dim=-1), hidden, draw.normal(count, frames, joints)).clamp(
+        0.05, 1.0
+    )
 
     profile = in_profile(joints_camera, noise.profile_cosine)
-    for parts in (("hip", "knee", "ankle"), ("shoulder", "elbow", "wrist")):
+    for order in EXCHANGED_LIMBS:
         swap = draw.runs(noise.swap_rate * 30 / fps * profile, noise.swap_run * fps / 30) & profile
-        order = list(range(joints))
-        for part in parts:
-            left, right = H36M17.index(f"l_{part}"), H36M17.index(f"r_{part}")
-            order[left], order[right] = right, left
         keypoints = torch.where(swap[..., None, None], keypoints[..., order, :], keypoints)
         confidence = torch.where(swap[..., None], confidence[..., order], confidence)
 
@@ -101,7 +106,7 @@ def detect(
         made = derive(keypoints, draw.uniform(HEAD_HEIGHT, count)[:, None, None])
         keypoints = torch.where(draw.share(noise.derived, count)[:, None, None, None], made, keypoints)
 
-    rate = (noise.missing_rate * 30 / fps) * torch.where(hidden, 3.0, 1.0)
+    rate = (noise.missing_rate * 30 / fps) * torch.where(hidden, HIDDEN_MISSING, 1.0)
     lost = draw.runs(rate.transpose(1, 2), noise.missing_run * fps / 30).transpose(1, 2)
     nobody = torch.full((count, frames), noise.absent_rate * 30 / fps, device=draw.device)
     lost = lost | draw.runs(nobody, noise.absent_run * fps / 30)[..., None]

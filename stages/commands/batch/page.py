@@ -6,9 +6,11 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 from urllib.parse import quote
 
+from markupsafe import Markup
+
 from ....pipeline.motion.angles import ANGLES, MIDLINE
 from ....pipeline.pose import package_version
-from ...drawing.page import Cell, Link, box, facts, heading, page, small, table
+from ...drawing.page import Cell, Link, box, glance, heading, joined, page, small, table
 from ...report.sections import spoken
 from .study import Change
 
@@ -47,7 +49,7 @@ def as_page(title: str, rows: Rows, found: Sequence[Change]) -> str:
     return page(title, _head(rows, done, failed), sections)
 
 
-def _head(rows: Rows, done: Rows, failed: Rows) -> str:
+def _head(rows: Rows, done: Rows, failed: Rows) -> Markup:
     named = [
         (label, {row[label] for row in rows if row[label]}) for label in ("subject", "visit", "condition")
     ]
@@ -58,7 +60,7 @@ def _head(rows: Rows, done: Rows, failed: Rows) -> str:
         f"{len(unsure)} takes could not be levelled, so what rests on the vertical is not to be believed: "
     )
     shown = ", ".join(unsure[:20]) + (" ..." if len(unsure) > 20 else "")
-    return facts([*told, ("pcnet3d", package_version())]) + box(
+    return glance([*told, ("pcnet3d", package_version())]) + box(
         "Warning", [words + shown] if unsure else [], "warning"
     )
 
@@ -76,11 +78,11 @@ def _labels(rows: Rows) -> list[str]:
     return [label for label in ("subject", "visit", "condition") if any(row[label] for row in rows)]
 
 
-def _table(rows: Rows, columns: Mapping[str, Sequence[Cell]]) -> str:
+def _table(rows: Rows, columns: Mapping[str, Sequence[Cell]]) -> Markup:
     """The takes' names and labels, then the columns (head: a cell a take), but for empty ones."""
     kept = {head: cells for head, cells in columns.items() if any(cell is not None for cell in cells)}
     if not kept:
-        return ""
+        return Markup("")
     labels = _labels(rows)
     lines = [
         [_linked(row), *(row[label] or None for label in labels), *(cells[i] for cells in kept.values())]
@@ -89,13 +91,13 @@ def _table(rows: Rows, columns: Mapping[str, Sequence[Cell]]) -> str:
     return table(["take", *labels, *kept], lines, sortable=True)
 
 
-def _failed(rows: Rows) -> str:
+def _failed(rows: Rows) -> Markup:
     columns = {"exit code": [row["exit_code"] for row in rows], "why": [row["reason"] for row in rows]}
     words = "The whole log of each is logs/NAME.txt. The same command tries these again and leaves the others alone."
-    return _table(rows, columns) + small(words) if rows else ""
+    return _table(rows, columns) + small(words) if rows else Markup("")
 
 
-def _takes(rows: Rows) -> str:
+def _takes(rows: Rows) -> Markup:
     columns: dict[str, list[Cell]] = {
         "frames": [row.get("frames") for row in rows],
         "duration (s)": [row.get("duration_s") for row in rows],
@@ -108,14 +110,14 @@ def _takes(rows: Rows) -> str:
         "repairs": [len(row.get("repairs", ())) for row in rows],
     }
     words = "A take's name leads to its report. A click on a column's heading sorts by it."
-    return _table(rows, columns) + small(words) if rows else ""
+    return _table(rows, columns) + small(words) if rows else Markup("")
 
 
 def _percent(share: float | None) -> float | None:
     return None if share is None else 100 * share
 
 
-def _ranges(rows: Rows) -> str:
+def _ranges(rows: Rows) -> Markup:
     parts = {
         "right": [name for name in ANGLES if name.startswith("r_")],
         "left": [name for name in ANGLES if name.startswith("l_")],
@@ -131,11 +133,13 @@ def _ranges(rows: Rows) -> str:
         )
         for part, names in parts.items()
     }
-    shown = "".join(heading(part) + content for part, content in tables.items() if content)
-    return small("From the 5th to the 95th percentile of the frames, degrees.") + shown if shown else ""
+    shown = joined(heading(part) + content for part, content in tables.items() if content)
+    return (
+        small("From the 5th to the 95th percentile of the frames, degrees.") + shown if shown else Markup("")
+    )
 
 
-def _others(rows: Rows) -> str:
+def _others(rows: Rows) -> Markup:
     return _table(rows, {words: _of(rows, key) for key, words in _OTHERS.items()})
 
 
@@ -147,7 +151,7 @@ def _of(rows: Rows, measure: str) -> list[Cell]:
     ]
 
 
-def _told(rows: Rows) -> str:
+def _told(rows: Rows) -> Markup:
     lines: list[list[Cell]] = [
         [_linked(row), kind.removesuffix("s"), words]
         for row in rows
@@ -157,7 +161,7 @@ def _told(rows: Rows) -> str:
     return table(("take", "kind", "what"), lines, sortable=True)
 
 
-def _changes(found: Sequence[Change]) -> str:
+def _changes(found: Sequence[Change]) -> Markup:
     wanted = {_RANGE.format(name): f"range of {spoken(name)} (°)" for name in ANGLES} | _OTHERS
     tables = []
     for factor, earlier, later in dict.fromkeys((one.factor, one.earlier, one.later) for one in found):
@@ -174,4 +178,4 @@ def _changes(found: Sequence[Change]) -> str:
         "Limits of agreement: bias and 1.96 standard deviations of the differences to each side (Bland & Altman "
         "1986). With few subjects the limits themselves are uncertain. All measures are in changes.csv."
     )
-    return "".join(tables) + small(words) if tables else ""
+    return joined(tables) + small(words) if tables else Markup("")

@@ -29,7 +29,6 @@ from ....pipeline.running.run import checkpoint_of
 from .manifest import Entry
 from .study import figures
 
-_GROUPS = ("adapters", "stages", "commands", "models")
 _KEY = "batch"  # in a take's summary.json
 _TO_END_S = 5.0  # for a take that is asked to leave
 _TAIL = 64 << 10  # bytes of a log that are searched for its last words
@@ -84,8 +83,8 @@ class _Kept(BaseModel):
 
 
 def run_take(job: Job) -> Outcome:
-    """Do it, unless it is done; whatever goes wrong with it is in the outcome. Safe to call again, and at once from
-    several machines that share the disk."""
+    """Do it, unless it is done; whatever goes wrong with it, an InputError too, is in the outcome. Safe to call again,
+    and at once from several machines that share the disk."""
     from filelock import FileLock
 
     start = time.perf_counter()
@@ -166,7 +165,7 @@ def _key(entry: Entry, files: dict[str, dict[str, str]]) -> str:
         "files": {column: (file["file"], file["sha256"]) for column, file in files.items()},
         "versions": {
             point.dist.name: point.dist.version
-            for group in _GROUPS
+            for group in registry.GROUPS
             for point in registry.registered(group).values()
             if point.dist
         },

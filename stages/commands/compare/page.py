@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from markupsafe import Markup
 
 from ....pipeline.motion.angles import ANGLES, near
 from ....pipeline.pose import package_version
@@ -14,11 +15,12 @@ from ...drawing.charts import Curve, over_time, svg
 from ...drawing.page import (
     Cell,
     box,
+    bullets,
     charts,
-    facts,
     figure,
+    glance,
     heading,
-    listed,
+    joined,
     page,
     picture,
     small,
@@ -78,6 +80,7 @@ class Comparison:
 
 
 def as_page(found: Comparison) -> str:
+    """The comparison as one HTML page that needs no other file."""
     several = len(found.pairs) > 1
     sections = [("How they were brought together", _together(found))]
     for pair in found.pairs:
@@ -90,14 +93,14 @@ def as_page(found: Comparison) -> str:
         ]
     sections.append(("View-consistency", _spread(found)))
     names = " and ".join([pair.side.name for pair in found.pairs] + [found.reference.name])
-    head = facts(
+    head = glance(
         [("Reference", f"{found.reference.name}: {found.reference.about}")]
         + [("Compared", f"{pair.side.name}: {pair.side.about}") for pair in found.pairs]
     )
     return page(names, head + box("Warnings", list(found.warnings), "warning"), sections)
 
 
-def _together(found: Comparison) -> str:
+def _together(found: Comparison) -> Markup:
     lines = []
     for pair in found.pairs:
         how = pair.alignment
@@ -116,12 +119,12 @@ def _together(found: Comparison) -> str:
     words = " and ".join(
         "unfiltered" if hz is None else f"{hz:g} Hz" for hz in sorted(cutoffs, key=lambda x: x or 0)
     )
-    return listed([*lines, f"Low-pass of the joints: {words}.", f"pcnet3d {package_version()}."])
+    return bullets([*lines, f"Low-pass of the joints: {words}.", f"pcnet3d {package_version()}."])
 
 
-def _agreement(pair: Pair, reference: Side) -> str:
+def _agreement(pair: Pair, reference: Side) -> Markup:
     if not pair.agreement:
-        return ""
+        return Markup("")
     rows: list[list[Cell]] = []
     keys = ("bias_deg", "lower_deg", "upper_deg", "rmse_deg", "r", "slope", "rom_deg", "rom_reference_deg")
     for name, of in pair.agreement.items():
@@ -140,7 +143,7 @@ def _agreement(pair: Pair, reference: Side) -> str:
     )
 
 
-def _charts(pair: Pair, reference: Side) -> str:
+def _charts(pair: Pair, reference: Side) -> Markup:
     figures = []
     for name in pair.agreement:
         title = f"{spoken(name).capitalize()} (°)"
@@ -155,12 +158,13 @@ def _charts(pair: Pair, reference: Side) -> str:
             figure([off], f"{title}: difference", "Over the mean of both; lines: bias and limits.")
         )
     if not figures:
-        return ""
+        return Markup("")
     return small(f"Dark grey: {reference.name}. Orange: {pair.side.name}.") + charts(figures)
 
 
 def bland_altman(values: np.ndarray, reference: np.ndarray, of: Mapping[str, float | int]) -> bytes:
-    """An SVG of the differences over the means, at most 350 of the frames, with the bias and the limits."""
+    """An SVG of the differences of two angles (T,) in degrees over their means, at most 350 of the frames, with the
+    bias and the limits. of: figures.agreement of the two."""
     off = near(values - reference, 0.0)
     rows = np.flatnonzero(np.isfinite(off))
     rows = rows[:: -(-len(rows) // _DOTS)]
@@ -178,9 +182,9 @@ def bland_altman(values: np.ndarray, reference: np.ndarray, of: Mapping[str, flo
     return svg(plot, (4.1, 2.0), (0.115, 0.2, 0.865, 0.77))
 
 
-def _cycles(pair: Pair, reference: Side) -> str:
+def _cycles(pair: Pair, reference: Side) -> Markup:
     if not pair.cycles:
-        return ""
+        return Markup("")
     rows: list[list[Cell]] = []
     figures = []
     for found in pair.cycles:
@@ -220,9 +224,9 @@ def _cycles(pair: Pair, reference: Side) -> str:
     )
 
 
-def _spread(found: Comparison) -> str:
+def _spread(found: Comparison) -> Markup:
     if not found.spread:
-        return ""
+        return Markup("")
     rows: list[list[Cell]] = [
         [spoken(name), found.spread[name], _cell(found.spread_unrectified.get(name))]
         for name in ANGLES
@@ -234,9 +238,9 @@ def _spread(found: Comparison) -> str:
     )
 
 
-def _wrists(pair: Pair) -> str:
+def _wrists(pair: Pair) -> Markup:
     if pair.wrists is None:
-        return ""
+        return Markup("")
     rows: list[list[Cell]] = []
     for method, of in pair.wrists.agreement.items():
         for wrist in WRISTS:
@@ -246,9 +250,9 @@ def _wrists(pair: Pair) -> str:
     head = ["method", *(f"{key} {axis}" for key in ("r", "RMSE", "RMSE (mm)") for axis in AXES)]
     figures = [
         heading(spoken(wrist))
-        + '<div class="wide">'
+        + Markup('<div class="wide">')
         + figure([picture(draw(pair.wrists, wrist), "svg", f"{wrist} by every method")], "")
-        + "</div>"
+        + Markup("</div>")
         for wrist in WRISTS
     ]
     return (
@@ -259,7 +263,7 @@ def _wrists(pair: Pair) -> str:
             "faces it; 2D has no depth. No r along an axis on which the wrist hardly moves."
         )
         + table(head, rows)
-        + "".join(figures)
+        + joined(figures)
     )
 
 

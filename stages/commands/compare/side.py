@@ -33,9 +33,9 @@ class Side:
     """One side of a comparison.
 
     level: (T, 17, 3) relative to the pelvis, +z up, one heading for the take. angles, sd: (T,) degrees by name of
-    pipeline.motion.angles.ANGLES; sd is the stated standard error. measures: of stages.measures.stage. sources: what
-    was read, for telling takes of one recording. run, body, rectifier: the run's own arrays, its joints (T, 17, 3) in
-    BODY and the full name of its method; None for motion capture.
+    pipeline.motion.angles.ANGLES, NaN for an angle that the run lacks; sd is the stated standard error. measures: of
+    stages.measures.stage. sources: what was read, for telling takes of one recording. run, body, rectifier: the run's
+    own arrays, its joints (T, 17, 3) in BODY and the full name of its method; None for motion capture.
     """
 
     name: str
@@ -83,7 +83,7 @@ def load_side(folder: Path) -> Side:
         name: table[name].to_numpy().astype(np.float64) for name in table.column_names if "_deg" in name
     }
     missing = [name for name in ANGLES if f"{name}_deg" not in columns]
-    if missing or table.num_rows != len(run.time_s):
+    if len(missing) == len(ANGLES) or table.num_rows != len(run.time_s):
         raise InputError(
             f"Expected a run with joint angles in {folder}, and there are none of "
             f"{', '.join(missing[:3]) or 'its rows'}; "
@@ -96,6 +96,10 @@ def load_side(folder: Path) -> Side:
     )
     if run.camera == "moving":
         warnings.append(f"{folder.name} was seen by a moving camera: its heading is relative to that.")
+    if missing:  # made before this version of pcnet3d had these
+        warnings.append(
+            f"{folder.name} has no {', '.join(missing)}: only the other angles are compared; run it again to have all."
+        )
     return Side(
         name=folder.resolve().name,
         about=f"{run.name}, rectified by {method}, {len(run.time_s)} frames",
@@ -103,7 +107,7 @@ def load_side(folder: Path) -> Side:
         frame_index=run.frame_index,
         seams=run.seams,
         level=run.level,
-        angles={name: columns[f"{name}_deg"] for name in ANGLES},
+        angles={name: columns.get(f"{name}_deg", unknown) for name in ANGLES},
         sd={name: columns.get(f"{name}_sd_deg", unknown) for name in ANGLES},
         metric=run.metric,
         cutoff_hz=_cutoff(summary),

@@ -152,7 +152,8 @@ def agreement(video: np.ndarray, imu: np.ndarray, step_s: float) -> dict[str, di
 
 
 def agreement_of_norms(video: np.ndarray, imu: np.ndarray, step_s: float) -> dict[str, dict[str, float]]:
-    """Of the third column of both alone (_imu_motion.as_vertical), by "norm": what `agreement` gives."""
+    """Of the third column of both alone (motion.as_vertical), by "norm": what `agreement` gives. video, imu: (N, 3)
+    accelerations in m/s2, step_s apart, NaN where missing."""
     both = known(video) & known(imu)
     a, b = _centred(video, both)[:, 2], _centred(imu, both)[:, 2]
     offset = imu[both, 2].mean() - video[both, 2].mean()

@@ -13,7 +13,6 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from ....models.common.download import network_file
 from ....models.detector.load import load_detector
 from ....models.detector.protocols import Detector, Found
 from ....models.detector.video import Search
@@ -95,8 +94,7 @@ def _networks(options: RunOptions) -> _Networks:
     """Those that a run with the source for its video would use."""
     told = {entry.use: entry.options for entry in planned(options).stages}
     detect, rectify = Detect(**told["detect"]), Rectify(**told.get("rectify", {}))
-    person_detector = detect.person_detector and network_file(detect.person_detector)
-    detector = load_detector(network_file(detect.detector), person_detector, detect.person_kind)
+    detector = load_detector(detect.detector, detect.person_detector, detect.person_kind)
     return _Networks(detector, rectify.rectifier, options.focal)
 
 

@@ -18,12 +18,13 @@ import numpy as np
 import pytest
 
 from pcnet3d.models.common import download as networks
-from pcnet3d.models.common.download import MOVENET, Network, network_file
+from pcnet3d.models.common.download import MOVENET, Network
 from pcnet3d.models.detector import video as detect_video
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.cli import main
 from pcnet3d.pipeline.files.atomic import whole_folder
 from pcnet3d.pipeline.files.detections import load_detections
+from pcnet3d.pipeline.plugins.registry import open_model
 from pcnet3d.stages.export.stage import Export
 
 
@@ -188,7 +189,7 @@ def test_a_detector_of_another_kind(walk_film, toys, tmp_path, call):
 def test_neither_file_nor_name(walk_film, tmp_path, call):
     code, said = call(walk_film.path, "--detector", "movenett", "-o", tmp_path / "out")
     assert code == 2
-    assert "one of the networks geocalib, movenet, movenet-thunder, rtmpose, yolox, got 'movenett'" in said
+    assert "no detector 'movenett'; did you mean movenet or movenet-thunder?" in said
 
 
 @pytest.mark.parametrize("limit", [1_000, 12_000])
@@ -317,9 +318,9 @@ def _network(url: str, toy: Path, **changes: str) -> Network:
 @pytest.mark.parametrize("name", ["toy.onnx", "toy.zip"])
 def test_a_network_is_downloaded_once_and_its_licence_shown(served, toy, capsys, name):
     network = _network(f"{served}/{name}", toy)
-    assert network.fetch().read_bytes() == toy.read_bytes()
+    assert network.open().read_bytes() == toy.read_bytes()
     assert "licence: MIT-0" in capsys.readouterr().err
-    assert _network(f"{served}/gone", toy).fetch() == network.path
+    assert _network(f"{served}/gone", toy).open() == network.path
     assert capsys.readouterr().err == ""
     assert [path.name for path in network.path.parent.iterdir()] == ["toy.onnx"]
 
@@ -330,7 +331,7 @@ def test_a_network_is_downloaded_once_and_its_licence_shown(served, toy, capsys,
 def test_a_network_that_cannot_be_had(served, toy, name, changes):
     network = _network(f"{served}/{name}", toy, **changes)
     with pytest.raises(InputError) as raised:
-        network.fetch()
+        network.open()
     for part in (network.url, network.sha256, str(network.path), "--detector FILE.onnx"):
         assert part in str(raised.value)
     assert not network.path.exists()
@@ -362,8 +363,8 @@ def test_a_file_put_in_place_by_hand_is_taken(toy, tmp_path, monkeypatch):
     network = _network("http://127.0.0.1:9/toy.onnx", toy)
     network.path.parent.mkdir()
     network.path.write_bytes(toy.read_bytes())
-    assert network.fetch() == network.path
-    assert network_file(toy) == toy
+    assert network.open() == network.path
+    assert open_model("detectors", toy) == toy
 
 
 def test_networks_are_listed(monkeypatch, capsys):

@@ -6,7 +6,7 @@ import onnx
 import pytest
 from onnx import TensorProto, helper, numpy_helper
 
-from pcnet3d.models.common.download import GEOCALIB, network_file
+from pcnet3d.models.common.download import GEOCALIB
 from pcnet3d.models.gravity.geocalib import Fields, network_input, up_from_fields, up_from_network
 from pcnet3d.models.gravity.lines import tangent
 from pcnet3d.pipeline import InputError
@@ -266,6 +266,6 @@ def test_images_of_other_types_are_refused(images, tmp_path):
 
 
 def test_the_network_is_known_by_name(tmp_path, monkeypatch):
-    assert registry.load("models", "geocalib") is GEOCALIB
-    monkeypatch.setattr(type(GEOCALIB), "fetch", lambda self: tmp_path / f"{self.name}.onnx")
-    assert network_file("geocalib") == tmp_path / "geocalib.onnx"
+    assert registry.load("gravity_networks", "geocalib") is GEOCALIB
+    monkeypatch.setattr(type(GEOCALIB), "open", lambda self: tmp_path / f"{self.name}.onnx")
+    assert registry.open_model("gravity_networks", "geocalib") == tmp_path / "geocalib.onnx"

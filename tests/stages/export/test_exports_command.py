@@ -48,7 +48,7 @@ def test_every_format_at_once(run):
     [
         (["--set", "trajectories.cutoff_hz=50"], ["15 Hz", "got 50 Hz", "Nyquist"]),
         (["--set", "trajectories.cutoff_hz=high"], ["cutoff_hz", "'high'"]),
-        (["--also", "bvh"], ["also", "bvh"]),
+        (["--also", "bvh"], ["writer 'bvh'", "netcdf"]),
         (["--also", "trc"], ["metres", "--stature"]),
     ],
 )

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pcnet3d.pipeline.motion.angles import ANGLES, OF_BOTH
 from pcnet3d.stages.record.stage import record
 
 ORIGIN = "ViewBlueprint:space_origin"
@@ -34,6 +35,11 @@ def test_both_sides_of_an_angle_in_one_view(recorded):
     names = recording.static("angles/knee_flexion", "SeriesLines:names")
     assert names == ["r_knee_flexion (deg)", "l_knee_flexion (deg)"]
     assert "angles/knee_flexion" in recording.blueprint(ORIGIN)
+
+
+def test_every_angle_has_a_view_in_its_group(recorded):
+    blueprint = recorded({f"{name}_deg": np.arange(12.0) for name in ANGLES}).blueprint(ORIGIN)
+    assert {f"angles/{name}" for name in OF_BOTH} <= set(blueprint)
 
 
 def test_the_band_where_it_is_stated(recorded):

@@ -2,15 +2,16 @@
 the person is wanted."""
 
 from dataclasses import replace
+from html import unescape
 
 import numpy as np
 import pytest
 
 from pcnet3d.models.synthetic.cameras import view_rotation
 from pcnet3d.pipeline.camera import Camera, Look
+from pcnet3d.stages.drawing.facts import Source, facts_of
 from pcnet3d.stages.drawing.image_lines import drawn, horizon, up_arrow
 from pcnet3d.stages.record.stage import record
-from pcnet3d.stages.record.summary import up_by_source
 from pcnet3d.stages.report.stage import report
 
 SIZE = (64, 48)
@@ -69,11 +70,11 @@ def test_the_report_has_the_lines_and_what_each_source_says(make_take, film):
             take.rectified, up_own={"image": (up, 0.8), "frames": (up, 6.0)}, up_pulls={"image": 2.0}
         )
     )
-    rows = up_by_source(take)
-    assert rows["image"]["pitch_deg"] == pytest.approx(10.0)
-    assert rows["feet"] == {"share": 0.25}
+    rows = facts_of(take).sources
+    assert rows["image"].pitch_deg == pytest.approx(10.0)
+    assert rows["feet"] == Source(share=0.25)
     page = report(take)
-    assert "The image&#x27;s lines, frame 3" in page or "The image's lines, frame 3" in page
+    assert "The image's lines, frame 3" in unescape(page)
     assert "10.0 ± 1.2" in page
     assert "10 ± 9" in page
     assert "frame 3" not in report(take, frames=False).replace("frame 3,", "")

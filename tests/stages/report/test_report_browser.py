@@ -3,6 +3,7 @@
 import base64
 
 import pytest
+from markupsafe import Markup
 
 from pcnet3d.pipeline.take import Event
 from pcnet3d.stages.drawing.page import page
@@ -53,7 +54,7 @@ def test_a_script_that_came_in_after_all_would_not_run(opened):
     head = (
         '<script>document.title = "run"</script><img src="https://example.com/x.png"><p onclick="x()">y</p>'
     )
-    browser = opened(page("quiet", head, []))
+    browser = opened(page("quiet", Markup(head), []))
     browser.value("new Promise(done => setTimeout(done, 200))")
     assert browser.value("document.title") == "quiet"
     assert len(browser.complaints) >= 2

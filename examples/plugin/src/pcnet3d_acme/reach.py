@@ -23,9 +23,8 @@ class Reach:
             raise InputError(f"Stage 'reach': expected side l, r or both, got '{self.side}'.")
 
     def __call__(self, take: Take) -> Take:
-        assert take.filtered is not None  # `needs` says so, and the runner has checked it
         sides = "lr" if self.side == "both" else self.side
-        columns = {f"{side}_reach": reach(take.filtered, side) for side in sides}
+        columns = {f"{side}_reach": reach(take.need("filtered"), side) for side in sides}
         return take.with_(kinematics={**(take.kinematics or {}), **columns})
 
 

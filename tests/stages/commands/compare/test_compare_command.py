@@ -213,9 +213,29 @@ def test_a_run_without_angles_has_words(runs, tmp_path):
     for name in ("poses.npz", "summary.json"):
         shutil.copy(runs / "side" / name, tmp_path)
     table = pq.read_table(runs / "side/kinematics.parquet")
-    pq.write_table(table.drop_columns(["r_knee_flexion_deg"]), tmp_path / "kinematics.parquet")
+    of_angles = [name for name in table.column_names if "_deg" in name]
+    pq.write_table(table.drop_columns(of_angles), tmp_path / "kinematics.parquet")
     with pytest.raises(InputError, match="r_knee_flexion"):
         load_side(tmp_path)
+
+
+@pytest.mark.parametrize("first", [True, False])
+def test_an_older_run_without_an_angle_is_compared_in_the_others(runs, sides, tmp_path, first):
+    import pyarrow.parquet as pq
+
+    older = tmp_path / "older"
+    shutil.copytree(runs / "side", older)
+    table = pq.read_table(older / "kinematics.parquet")
+    lacking = [name for name in table.column_names if name.startswith("pelvis_obliquity")]
+    pq.write_table(table.drop_columns(lacking), older / "kinematics.parquet")
+    pair = [load_side(older), sides[1]]
+    found = compared(pair if first else pair[::-1])
+    (said,) = [warning for warning in found.warnings if "older" in warning]
+    assert said.startswith("older has no pelvis_obliquity: only the other angles are compared")
+    assert set(found.pairs[0].agreement) == set(ANGLES) - {"pelvis_obliquity"}
+    folders = [older, runs / "front"]
+    compare(folders if first else folders[::-1], output=tmp_path / "out")
+    assert said in (tmp_path / "out" / "compare.html").read_text()
 
 
 def test_the_command_line_ends_with_code_2(runs):

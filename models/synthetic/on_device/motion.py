@@ -1,0 +1,57 @@
+"""Motion of batches, of the lifter's windows and the rectifier's frames alike: captured motion, in other poses and on
+other bodies."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import torch
+from torch import Tensor
+
+from ..bodies import BodyRange
+from .bodies import combine, vary
+from .draw import Draw
+from .poses import PoseRange, posed
+
+
+@dataclass(frozen=True)
+class MotionRange:
+    """How far motion is from the capture; the defaults change nothing. Shares are of a batch.
+
+    combined: share whose upper body comes from another motion. poses: of on_device.poses. unchanged, real: share on the
+    captured body, and with the bone lengths of one of the captured people (on_device.bodies.proportions). redefined:
+    share with joints defined as another source would, redefined_m (metres, standard deviation) away.
+    """
+
+    combined: float = 0.0
+    poses: PoseRange = field(default_factory=PoseRange)
+    unchanged: float = 1.0
+    real: float = 0.0
+    redefined: float = 0.0
+    redefined_m: float = 0.02
+
+
+MOTION_SHARES = ("combined", "unchanged", "real", "redefined")  # the fields that check_shares looks at
+
+
+def varied(
+    captured: Callable[[int], Tensor],
+    count: int,
+    draw: Draw,
+    of: MotionRange,
+    bodies: BodyRange,
+    people: Tensor,
+    fps: float,
+) -> Tensor:
+    """(count, T, 17, 3) metres in the world: joints of captured(number) (number, T, 17, 3), changed by these shares.
+
+    bodies: what bodies are drawn from. people: (N, ...) of on_device.bodies.proportions. fps: of the motion.
+    """
+    motion = captured(count)
+    mixed = round(of.combined * count)
+    if mixed:
+        motion = torch.cat([combine(motion[:mixed], captured(mixed)), motion[mixed:]])
+    # Another order of the same motions: poses to take limbs from.
+    motion = posed(motion, motion.roll(1, 0), draw, of.poses, fps)
+    return vary(motion, draw, bodies, people, of.real)

@@ -1,0 +1,189 @@
+"""What is said about a take, once: summary.json, the recording's text and the report put it into their own words."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...pipeline.camera import pitch_roll_deg
+from ...pipeline.motion.checks import bone_spread
+from ...pipeline.pose import Rectified, Step
+from ...pipeline.rotations import angle_deg, known
+from ...pipeline.take import Take
+from ...pipeline.verdict import Finding, verdict
+
+_KINDS = ("warning", "repair", "note")
+
+
+@dataclass(frozen=True)
+class Source:
+    """What one source of up says. pitch_deg, roll_deg: of the camera by it alone, with error_deg, the root mean square;
+    None where it says nothing alone. share: its weight in the take's up, None when it was not heard. pull_deg: by how
+    much it moves that."""
+
+    pitch_deg: float | None = None
+    roll_deg: float | None = None
+    error_deg: float | None = None
+    share: float | None = None
+    pull_deg: float | None = None
+
+
+@dataclass(frozen=True)
+class Facts:
+    """Of one take. Angles in degrees, times in seconds; NaN where unknown.
+
+    frames, first_frame, last_frame, fps, duration_s, seams_s: of the poses. axes: those they came in. unit: of length,
+    "m" or "arbitrary". method, camera, level_heading, level_reason: of the rectification. turned: frames that have a
+    rotation. up_bound_deg: least and most of the 90 % bound, None where it is not stated. standing_deg: pitch and roll
+    of a camera that stands still, by the take's up; None for others. error_deg: median of the expected rotation errors.
+    vote_deviation_deg: mean angle between the frames' votes and the take's up. verdict, doubts: of the findings, None
+    and empty without. history: every step, oldest first, up to the filter that kinematics rest on.
+    """
+
+    name: str
+    frames: int
+    first_frame: int
+    last_frame: int
+    fps: float
+    duration_s: float
+    person: str
+    seams_s: tuple[float, ...]
+    bone_length_spread: float
+    axes: str
+    unit: str
+    root_known: bool
+    method: str
+    camera: str
+    turned: int
+    level_ok: bool
+    level_reason: str
+    level_heading: str
+    up_bound_deg: tuple[float, float] | None
+    standing_deg: tuple[float, float] | None
+    sources: dict[str, Source]
+    error_deg: float
+    vote_deviation_deg: float
+    verdict: str | None
+    doubts: tuple[Finding, ...]
+    warnings: tuple[str, ...]
+    repairs: tuple[str, ...]
+    notes: tuple[str, ...]
+    history: tuple[Step, ...]
+
+    @property
+    def length(self) -> str:
+        """The unit of length as it stands behind a figure."""
+        return self.unit if self.unit != "arbitrary" else "au"
+
+    @property
+    def camera_words(self) -> str:
+        """How the camera stands, behind "the camera"."""
+        if self.camera == "moving":
+            return "moves, and up with it"
+        if self.standing_deg is None:
+            return "stands still"
+        pitch, roll = self.standing_deg
+        return (
+            f"stands still, looks {'down' if pitch >= 0 else 'up'} by {abs(pitch):.1f} deg (pitch), what it sees is "
+            f"turned {'counter-' if roll >= 0 else ''}clockwise by {abs(roll):.1f} deg (roll)"
+        )
+
+    @property
+    def bound_words(self) -> str | None:
+        """The angle that nine in ten takes' up stays under, or the range of a moving camera's; None where the take is
+        not levelled or it is not stated."""
+        if not self.level_ok or self.up_bound_deg is None:
+            return None
+        least, most = (f"{bound:.1f}" for bound in self.up_bound_deg)
+        return most if least == most else f"{least} to {most}"
+
+    @property
+    def shares_words(self) -> str:
+        """What up rests on; empty where nothing was estimated."""
+        shares = {name: source.share for name, source in self.sources.items() if source.share is not None}
+        return ", ".join(f"{name} {100 * share:.0f} %" for name, share in shares.items())
+
+
+def facts_of(take: Take) -> Facts:
+    """The facts of a take that is rectified; InputError of one that is not."""
+    poses, rectified = take.need("poses"), take.need("rectified")
+    bound = rectified.up_bound_deg[np.isfinite(rectified.up_bound_deg)]
+    error = rectified.error_deg[np.isfinite(rectified.error_deg)]
+    off = angle_deg(rectified.up_votes, shared_up(rectified))
+    off = off[np.isfinite(off)]
+    told = {kind: tuple(event.text for event in take.events if event.kind == kind) for kind in _KINDS}
+    history = rectified.body.history
+    return Facts(
+        name=take.name,
+        frames=len(poses),
+        first_frame=int(poses.frame_index[0]),
+        last_frame=int(poses.frame_index[-1]),
+        fps=poses.fps,
+        duration_s=float(poses.times[-1] - poses.times[0]),
+        person=poses.person,
+        seams_s=tuple(float(poses.times[seam]) for seam in poses.seams),
+        bone_length_spread=bone_spread(poses),
+        axes=str(poses.frame),
+        unit=poses.frame.unit,
+        root_known=poses.root is not None,
+        method=rectified.method,
+        camera=rectified.camera,
+        turned=int(known(rectified.R_source_from_body).all(axis=1).sum()),
+        level_ok=rectified.level_ok,
+        level_reason=rectified.level_reason,
+        level_heading=rectified.level_heading,
+        up_bound_deg=(float(bound.min()), float(bound.max())) if len(bound) else None,
+        standing_deg=_standing(take),
+        sources=_sources(take),
+        error_deg=float(np.median(error)) if len(error) else float("nan"),
+        vote_deviation_deg=float(off.mean()) if len(off) else float("nan"),
+        verdict=None if take.findings is None else verdict(take.findings),
+        doubts=tuple(finding for finding in take.findings or () if finding.weight != "note"),
+        warnings=told["warning"],
+        repairs=told["repair"],
+        notes=told["note"],
+        history=history if take.filtered is None else (*history, take.filtered.history[-1]),
+    )
+
+
+def shared_up(rectified: Rectified) -> np.ndarray:
+    """(T, 3) the up that BODY and LEVEL share, in the source's axes."""
+    return np.broadcast_to(rectified.R_source_from_level[..., :, 2], rectified.up_votes.shape)
+
+
+def voted(rectified: Rectified) -> bool:
+    """Whether frames voted on up, and what came of it is known."""
+    return bool((known(rectified.up_votes) & known(shared_up(rectified))).any())
+
+
+def listed(options: Mapping[str, object]) -> str:
+    """Names and values in a line: "a 1, b 2"."""
+    return ", ".join(f"{key} {value}" for key, value in options.items())
+
+
+def _standing(take: Take) -> tuple[float, float] | None:
+    rectified = take.need("rectified")
+    if rectified.camera != "static":
+        return None
+    pitch, roll = pitch_roll_deg(take.need("poses").frame.basis.T @ shared_up(rectified)[0])
+    return (float(pitch), float(roll)) if np.isfinite(pitch) else None
+
+
+def _sources(take: Take) -> dict[str, Source]:
+    rectified, to_camera = take.need("rectified"), take.need("poses").frame.basis.T
+    alone = {
+        name: (float(pitch), float(roll), error_deg)
+        for name, (up, error_deg) in rectified.up_own.items()
+        for pitch, roll in [pitch_roll_deg(to_camera @ up)]
+    }
+    names = dict.fromkeys([*rectified.up_shares, *alone, *rectified.up_pulls])
+    return {
+        name: Source(
+            *alone.get(name, (None, None, None)),
+            share=rectified.up_shares.get(name),
+            pull_deg=rectified.up_pulls.get(name),
+        )
+        for name in names
+    }

@@ -1,0 +1,125 @@
+"""Models and writers that another package registers are listed, opened and used as the built-in ones are."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from pcnet3d.models import load_lifter, load_rectifier
+from pcnet3d.models.detector.load import load_detector
+from pcnet3d.pipeline import InputError
+from pcnet3d.pipeline.plugins import registry
+from pcnet3d.stages.export.stage import Export
+
+OBJECTS = {
+    "rectifiers": SimpleNamespace(method="toy@1", rotation=lambda joints: (np.eye(3), 0)),
+    "lifters": SimpleNamespace(method="toy@1", lift=lambda *_: None),
+    "detectors": SimpleNamespace(method="toy@1", layout=None, people=lambda *_: ()),
+    "person_detectors": SimpleNamespace(method="toy@1", boxes=lambda picture: np.zeros((0, 4))),
+}
+LOADERS = {"rectifiers": load_rectifier, "lifters": load_lifter, "detectors": load_detector}
+
+
+@pytest.fixture
+def register(monkeypatch):
+    """register(group, thing) installs a package that has it under the name "toy"."""
+    added = {}
+    monkeypatch.setattr(
+        registry,
+        "entry_points",
+        lambda group: [*entry_points(group=group), *added.get(group, ())],
+    )
+
+    def install(group, thing):
+        monkeypatch.setitem(sys.modules, "toy_package", SimpleNamespace(THING=thing))
+        added[f"pcnet3d.{group}"] = [EntryPoint("toy", "toy_package:THING", f"pcnet3d.{group}")]
+        forget()
+
+    def forget():
+        registry.registered.cache_clear()
+        registry.load_all.cache_clear()
+
+    yield install
+    added.clear()
+    forget()
+
+
+def model(opened):
+    return SimpleNamespace(what="a toy", open=lambda: opened)
+
+
+@pytest.mark.parametrize("group", LOADERS)
+def test_another_packages_model_is_listed_and_opened(register, group):
+    register(group, model(OBJECTS[group]))
+    kind = group.removesuffix("s")
+    assert {"name": "toy", "is": kind, "what": "a toy"} in registry.listed("models")
+    assert LOADERS[group]("toy") is OBJECTS[group]
+    with pytest.raises(InputError, match=rf"There is no {kind} 'toys'; did you mean toy.*\.onnx file"):
+        LOADERS[group]("toys")
+
+
+def test_another_packages_model_may_be_a_file(register):
+    weights = Path(str(load_rectifier("pcnet").path))
+    register("rectifiers", model(weights))
+    assert load_rectifier("toy").method == load_rectifier("pcnet").method
+
+
+@pytest.mark.parametrize(
+    ("thing", "words"),
+    [
+        (SimpleNamespace(what="a toy"), "it has no open"),
+        (model(SimpleNamespace(method="toy@1")), "it has no rotation"),
+        (SimpleNamespace(what="a toy", open=lambda: 1 / 0), "division by zero"),
+    ],
+)
+def test_a_broken_model_is_named(register, thing, words):
+    register("rectifiers", thing)
+    with pytest.raises(
+        InputError, match=rf"The rectifier 'toy' \(toy_package:THING\) cannot be loaded: {words}"
+    ):
+        load_rectifier("toy")
+
+
+def test_a_lifter_of_another_package_has_the_kind_of_its_name(register):
+    register("lifters", model(OBJECTS["lifters"]))
+    assert load_lifter("toy", "toy") is OBJECTS["lifters"]
+    with pytest.raises(InputError, match="of the kind toy, not motionbert"):
+        load_lifter("toy", "motionbert")
+
+
+def test_a_detector_of_another_package_takes_no_person_detector(register):
+    register("detectors", model(OBJECTS["detectors"]))
+    with pytest.raises(InputError, match="finds people by itself"):
+        load_detector("toy", "yolox")
+
+
+def test_another_packages_writer_is_checked_before_the_work(register, tmp_path):
+    register("writers", SimpleNamespace(file="toy.txt", what="a toy", write=lambda take, path: None))
+    assert {"name": "toy", "file": "toy.txt", "what": "a toy"} in registry.listed("writers")
+    Export(tmp_path, also=("toy",))
+
+    def check():
+        raise InputError("The toy needs batteries.")
+
+    register("writers", SimpleNamespace(file="toy.txt", what="a toy", write=lambda *_: None, check=check))
+    with pytest.raises(InputError, match="batteries"):
+        Export(tmp_path, also=("toy",))
+    with pytest.raises(InputError, match=r"There is no writer 'c3f'; did you mean c3d\?"):
+        Export(tmp_path, also=("c3f",))
+
+
+def test_listing_imports_nothing_heavy():
+    heavy = ("torch", "onnxruntime", "rerun", "cv2", "av", "matplotlib", "pyarrow")
+    program = (
+        "import sys\nfrom pcnet3d.pipeline.plugins.registry import listed\n"
+        "for what in ('adapters', 'stages', 'models', 'writers'):\n    assert listed(what)\n"
+        f"print(*set(sys.modules).intersection({heavy}))\n"
+    )
+    result = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60)
+    assert (result.returncode, result.stdout.strip()) == (0, ""), result.stderr
