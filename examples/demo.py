@@ -12,6 +12,7 @@ import numpy as np
 import typer
 
 from ..pipeline.files.atomic import SUMMARY, whole_folder
+from ..pipeline.messages import show
 from ..pipeline.pose import Rectified, package_version
 from ..pipeline.reading.settings import Force, RunOptions
 from ..pipeline.rotations import angle_deg
@@ -47,11 +48,11 @@ def demo(
         take = run_files(options, output, recipe, force=force, done=done)
     tell(take)
     truth = R_camera_from_body(walk, camera)[take.need("poses").frame_index]
-    print(f"{inputs}: a video, 2D keypoints as AlphaPose and 3D poses as MotionBERT would write them")
-    print(f"{output}: {', '.join(sorted(path.name for path in output.iterdir()))}")
-    print(_comparison(take.need("rectified"), truth))
+    show(f"{inputs}: a video, 2D keypoints as AlphaPose and 3D poses as MotionBERT would write them")
+    show(f"{output}: {', '.join(sorted(path.name for path in output.iterdir()))}")
+    show(_comparison(take.need("rectified"), truth))
     video, poses, keypoints = (inputs / path.name for path in (files.video, files.poses, files.keypoints))
-    print(
+    show(
         f"the same by hand: pcnet3d run {video} --poses {poses} --keypoints {keypoints} "
         f"--stature {walk.stature_m} -o DIR"
     )

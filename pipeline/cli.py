@@ -31,13 +31,13 @@ _OWN = {
     "view": "pcnet3d.pipeline.cli:view",
     "list": "pcnet3d.pipeline.cli:list_",
 }
-_FOR_DEVELOPERS = ("bench", "evaluate", "mmfi", "mocap", "noise", "quantise", "testbed", "train")
+_FOR_DEVELOPERS = ("bench", "evaluate", "mmfi", "mocap", "quantise", "testbed", "train")
 _HELP = {"help_option_names": ["-h", "--help"]}
 
 
 def _points() -> dict[str, EntryPoint]:
     own = {name: EntryPoint(name, place, "pcnet3d.commands") for name, place in _OWN.items()}
-    return {**own, **registry.registered("commands")}
+    return {**own, **registry.registered("commands"), **own}
 
 
 class _Command(TyperCommand):

@@ -58,7 +58,7 @@ def debug(kind: str, text: str) -> None:
         say(kind, text)
 
 
-def result(text: str) -> None:
+def show(text: str) -> None:
     """A line of a command's results on stdout that -q leaves out."""
     if not is_quiet():
         print(text)

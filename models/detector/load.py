@@ -35,7 +35,7 @@ def load_detector(
     if not isinstance(file, Path):
         if person_detector is not None:
             raise InputError(
-                f"The detector '{detector}' finds people by itself; leave --person-detector out."
+                f"The detector '{detector}' finds people by itself; leave --set detect.person_detector out."
             )
         return file
     network = open_onnx(file, "a network that finds joints in pictures")

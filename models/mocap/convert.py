@@ -17,6 +17,7 @@ import typer
 
 from ...pipeline.errors import InputError
 from ...pipeline.files.skeletons import UNITS
+from ...pipeline.messages import say
 from ...pipeline.plugins.options import did_you_mean
 from . import asfamc as mocap_asfamc
 from . import bvh as mocap_bvh
@@ -89,7 +90,7 @@ def mocap(
     clips, notes = read_folder(folder, format, How(unit, up, fps, subject))
     write_mocap(output, clips)
     for note in notes:
-        print(f"note: {note}", file=sys.stderr)
+        say("note", note)
     frames = sum(map(len, clips))
     people = Counter(clip.subject for clip in clips)
     print(f"{output}: {len(clips)} clips, {frames:,} frames, {frames / clips[0].fps / 60:.1f} min")

@@ -9,7 +9,7 @@ import typer
 
 from ..errors import InputError
 from ..files.detections import KEYPOINTS, interrupted_at
-from ..messages import debug, result
+from ..messages import debug, show
 from ..reading.settings import Force, Output, Resume, RunOptions, Strict, offering
 from .plan import planned
 from .progress import conclude, stages, tell, tell_people, telling_of_kept
@@ -45,8 +45,8 @@ def run(
         tell_people(people)
     else:
         tell(takes[""])
-    result(f"{output}: {', '.join(sorted(path.name for path in output.iterdir()))}")
-    result(f"look at it with: pcnet3d view {shlex.quote(str(shown))}")
+    show(f"{output}: {', '.join(sorted(path.name for path in output.iterdir()))}")
+    show(f"look at it with: pcnet3d view {shlex.quote(str(shown))}")
     code = conclude(takes, strict)
     if not people and interrupted_at(takes[""]) is not None:
         code = 130

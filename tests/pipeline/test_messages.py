@@ -29,7 +29,7 @@ def test_how_much_is_said(detail, kinds, capsys):
     messages.say("pcnet3d", "broken")
     messages.say("note", "by the way")
     messages.debug("clean", "defaults")
-    messages.result("a line of results")
+    messages.show("a line of results")
     said = capsys.readouterr()
     assert [line.partition(":")[0] for line in said.err.splitlines()] == kinds
     assert said.out == ("" if detail == "quiet" else "a line of results\n")

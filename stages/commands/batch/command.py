@@ -17,7 +17,7 @@ import typer
 
 from ....pipeline.errors import InputError
 from ....pipeline.files.atomic import printable, refuse_unwritable, whole_file
-from ....pipeline.messages import result, say
+from ....pipeline.messages import say, show
 from ....pipeline.plugins.options import pairs
 from ....pipeline.pose import package_version
 from ....pipeline.reading.settings import Output
@@ -85,7 +85,7 @@ def batch(
     }
     if strangers:
         say("note", f"{len(strangers)} takes in {output} are not in {source}, and not in the table")
-    result(f"look at {output / PAGE}")
+    show(f"look at {output / PAGE}")
     print(f"{output}: {len(outcomes) - len(failed)} takes done ({kept} of them before), {len(failed)} failed")
     if failed:
         raise typer.Exit(2)

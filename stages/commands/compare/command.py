@@ -14,6 +14,7 @@ from ....models.common.metrics import joint_error, plain
 from ....pipeline.errors import InputError
 from ....pipeline.files.atomic import add_to_list, whole_folder
 from ....pipeline.files.viewer import RECORDING
+from ....pipeline.messages import show
 from ....pipeline.motion.angles import ANGLES
 from ....pipeline.pose import package_version
 from ....pipeline.reading.settings import Force
@@ -96,7 +97,7 @@ def compare(
         write_recording(found, words, partial / "compare.rrd")
     if output is None:
         add_to_list(folders[0], "compare")
-    print(words)
+    show(words)
     print(f"{target}: {', '.join(sorted(file.name for file in target.iterdir()))}")
 
 

@@ -25,6 +25,7 @@ from ....models.common.metrics import plain
 from ....pipeline.errors import InputError
 from ....pipeline.files.atomic import add_to_list, whole_folder
 from ....pipeline.frames import Z_UP, change_frame
+from ....pipeline.messages import show
 from ....pipeline.motion.imu import GRAVITY_MPS2, SEGMENTS, Imu, point_on
 from ....pipeline.motion.signals import CUTOFF_HZ, check_cutoff, rate
 from ....pipeline.plugins.options import call, did_you_mean, pairs
@@ -115,8 +116,8 @@ def imu(
         axes = {name: list(next(iter(of["methods"].values()))) for name, of in segments.items()}
         write_recording(run, results, axes, words, folder, partial / IMU_RECORDING)
     add_to_list(folder, "imu")
-    print(words)
-    print(f"{folder / 'imu'}: {', '.join(sorted(file.name for file in (folder / 'imu').iterdir()))}")
+    show(words)
+    show(f"{folder / 'imu'}: {', '.join(sorted(file.name for file in (folder / 'imu').iterdir()))}")
     print(f"look at it with: pcnet3d view {shlex.quote(str(folder / 'imu' / IMU_RECORDING))}")
 
 

@@ -22,7 +22,7 @@ from ....pipeline.errors import InputError
 from ....pipeline.files.atomic import whole_folder
 from ....pipeline.files.detections import KEYPOINTS
 from ....pipeline.files.viewer import following
-from ....pipeline.messages import result, say
+from ....pipeline.messages import say, show
 from ....pipeline.reading.settings import Force, Output, RunOptions, offering
 from ....pipeline.running.interrupt import interruptible
 from ....pipeline.running.plan import planned
@@ -79,7 +79,7 @@ def live(
                 tell(run_into(folder, recorded, recipe, done))
         except (InputError, KeyboardInterrupt) as error:
             say("warning", f"recorded, but not processed as a take: {error or 'interrupted'}")
-    result(f"{output}: {', '.join(sorted(path.name for path in output.iterdir()))}")
+    show(f"{output}: {', '.join(sorted(path.name for path in output.iterdir()))}")
     print(f"look at it with: pcnet3d view {shlex.quote(str(output))}, or {shlex.quote(str(output / LIVE))}")
 
 

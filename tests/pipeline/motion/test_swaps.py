@@ -3,7 +3,6 @@
 import json
 import subprocess
 import sys
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -260,7 +259,7 @@ def test_poses_lifted_from_exchanged_keypoints_are_missing_not_mended(tmp_path, 
     take = open_take(sources)
     assert np.isfinite(take.poses.joints).all()
     assert any("lifted again" in event.text for event in take.events)
-    mended = open_take(replace(sources, swaps="repair"))
+    mended = open_take(sources.with_(swaps="repair"))
     assert np.isnan(mended.poses.joints[60:70]).all()
     assert np.isfinite(np.delete(mended.poses.joints, np.arange(60, 70), axis=0)).all()
     assert find_swaps(mended.keypoints) == ()

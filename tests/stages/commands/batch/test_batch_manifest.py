@@ -28,8 +28,8 @@ def manifest(study: Path, *lines: str) -> Path:
 
 def test_every_option_of_a_run_is_a_column(study):
     lines = (
-        "name,subject,visit,condition,poses,fps,stature,no-frames,also,pitch,recipe,scale.mean_adult",
-        "one,s1,first,barefoot,a.npy,30,1.8,yes,csv;trc,-5,quick.toml,no",
+        "name,subject,visit,condition,poses,fps,stature,no-frames,also,pitch,recipe,rectify.window_s",
+        "one,s1,first,barefoot,a.npy,30,1.8,yes,csv;trc,-5,quick.toml,0.5",
         ",,,,b.npy,,,,,,,",
     )
     one, two = read_entries(manifest(study, *lines), {"fps": "25", "camera": "moving"})
@@ -37,7 +37,7 @@ def test_every_option_of_a_run_is_a_column(study):
     assert one.labels == {"subject": "s1", "visit": "first", "condition": "barefoot"}
     assert set(one.arguments) == {
         f"--poses={study / 'a.npy'}", "--fps=30", "--stature=1.8", "--no-frames", "--also=csv", "--also=trc",
-        "--pitch=-5", "--set=scale.mean_adult=no", f"--recipe={study / 'quick.toml'}", "--camera=moving",
+        "--pitch=-5", "--set=rectify.window_s=0.5", f"--recipe={study / 'quick.toml'}", "--camera=moving",
     }  # fmt: skip
     assert set(one.files) == {"poses", "recipe"}
     assert two.name == "b"
