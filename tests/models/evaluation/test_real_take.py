@@ -206,8 +206,8 @@ def test_the_whole_report(data, tmp_path, monkeypatch, capsys):
     assert 20 < results["lift"]["exact limbs"]["mean"]["pa_mm"] < 100
     method, with_image = results["standing"]
     assert with_image == f"{method}, with the image"
-    assert (
-        results["standing"][with_image]["mean"]["up_deg"] < 1.5
-    )  # of an image, whoever the keypoints are of
+    # Of the image, whoever the keypoints are of, as long as these do not seem to stand upright before a usual camera.
+    off = [results["standing"][with_image][name]["up_deg"] for name in ("cam01", "cam02", "cam03")]
+    assert max(off) < 1.5
     assert 0 < results["level"][f"OpenPose, {method}"]["mean"]["up_deg"] < 30
     assert "| OpenPose | cam01 |" in capsys.readouterr().out
