@@ -21,11 +21,11 @@ BARS = (  # how a method's name begins and ends, what it is called, BGR
     ("camera axes", "camera axes", (170, 170, 170)),
     ("geometric, a frame", "geometric, frame by frame", (130, 190, 235)),
     ("pcnet, a frame", "network, frame by frame (the paper)", (52, 122, 226)),
-    ("pcnet, a take", "network, one gravity a take", (170, 105, 40)),
+    ("pcnet, a take", "network, one gravity per take", (170, 105, 40)),
 )
 LINES = (
     ("true axes", "the right rotation", (0, 0, 0)),
-    ("no motion", "saying that nothing moves", (70, 70, 200)),
+    ("no motion", "baseline: zero acceleration", (70, 70, 200)),
 )
 PANELS = (
     ("CMU test, lifted", "level", "Lifted from noisy 2D, against motion capture"),

@@ -221,7 +221,7 @@ def inspect(
     from .inspect.inspect import EXIT_CODES
     from .inspect.inspect import inspect as inspected
     from .plugins.options import pairs
-    from .reading.load import adapters
+    from .reading.find import adapters
 
     if adapter == "auto" and adapters()["video"].sniff(file):
         from .inspect.video import inspect_video

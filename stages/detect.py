@@ -16,7 +16,7 @@ from ..pipeline.motion.rates import check_fps, rate_doubts, timed
 from ..pipeline.motion.signals import lowpass
 from ..pipeline.motion.swap_repair import Swaps, treated
 from ..pipeline.pose import PoseSequence, package_version
-from ..pipeline.reading.load import choose_person
+from ..pipeline.reading.choose import choose_person
 from ..pipeline.reading.take import sha256
 from ..pipeline.take import Event, Take, Video
 

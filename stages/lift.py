@@ -15,7 +15,7 @@ from ..pipeline.intrinsics import undistorted
 from ..pipeline.motion.checks import implausible
 from ..pipeline.motion.visibility import seen_only
 from ..pipeline.plugins.protocols import Lifter
-from ..pipeline.reading.load import Parity, guarded
+from ..pipeline.reading.handedness import Parity, guarded
 from ..pipeline.take import Event, Take
 
 

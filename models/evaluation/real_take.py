@@ -26,7 +26,7 @@ from ...pipeline.layouts import COCO17, H36M17, remap
 from ...pipeline.motion.angles import FINE
 from ...pipeline.plugins.protocols import Rectifier
 from ...pipeline.pose import PoseSequence, package_version
-from ...pipeline.reading.load import choose_person
+from ...pipeline.reading.choose import choose_person
 from ...pipeline.reading.take import read_video
 from ...pipeline.rotations import angle_deg, kabsch, rotate, transpose, unit
 from ...pipeline.take import Video

@@ -14,7 +14,9 @@ from ..motion.checks import Chirality, bone_spread, chirality
 from ..motion.swap_repair import as_frames
 from ..motion.swaps import Swap, find_swaps
 from ..pose import PoseSequence
-from ..reading.load import choose_person, finished, read_all, read_sources
+from ..reading.choose import choose_person
+from ..reading.load import read_all, read_sources
+from ..reading.normalise import normalised
 from ..reading.take import read_video
 from ..take import Video
 from ..verdict import Finding, verdict
@@ -137,7 +139,7 @@ def inspect(
         poses, fit = None, None
         if source.frame.dims == 3:
             try:
-                poses = finished(source, chosen, path, None, "ignore", "gap")
+                poses = normalised(source, chosen, path, None, "ignore", "gap")
             except InputError as error:
                 found.append(Finding("unusable", "refused", str(error)))
             else:

@@ -20,7 +20,8 @@ from typer.models import ParameterInfo
 from ..errors import InputError
 from ..motion.swap_repair import Swaps
 from ..plugins.options import did_you_mean, pairs
-from .load import Missing, Parity
+from .handedness import Parity
+from .normalise import Missing
 
 OFF = "off"  # as the value of a whole stage: leave it out
 READ, KEYPOINTS = "read", "keypoints"  # not stages, but what --set names like them

@@ -16,18 +16,12 @@ from ..plugins.options import call
 from ..plugins.protocols import Adapter
 from ..pose import PoseSequence
 from ..take import Event, Take, Video
+from .choose import RANKS, choose_person
 from .clock import Clock, check_numbers, numbered_by, starting_at
-from .load import (
-    RANKS,
-    Missing,
-    Parity,
-    choose_person,
-    exchanged,
-    find_adapter,
-    finished,
-    read_sources,
-    recognises,
-)
+from .find import exchanged, find_adapter, recognises
+from .handedness import Parity
+from .load import read_sources
+from .normalise import Missing, normalised
 from .settings import RunOptions
 
 
@@ -39,10 +33,10 @@ class _File:
     adapter: Adapter
     people: tuple[PoseSequence, ...]
 
-    def finished(
+    def normalised(
         self, person: PoseSequence, parity: Parity = "refuse", missing: Missing = "refuse"
     ) -> PoseSequence:
-        return finished(person, self.adapter, self.path, None, parity, missing)
+        return normalised(person, self.adapter, self.path, None, parity, missing)
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,8 +103,8 @@ def open_people(options: RunOptions) -> tuple[Person, ...]:
     found = []
     for one in files.lead.people:
         try:
-            body = poses.finished(one, options.left_right, options.missing) if poses else None
-            track = keypoints.finished(tracks[one.person]) if keypoints else None
+            body = poses.normalised(one, options.left_right, options.missing) if poses else None
+            track = keypoints.normalised(tracks[one.person]) if keypoints else None
             take = _joined(files, body, track)
             take = take.with_(name=f"{take.name}, person {printable(one.person)}")
         except InputError as error:
@@ -213,7 +207,7 @@ def _poses(files: _Files) -> PoseSequence | None:
     if file is None:
         return None
     person = options.person if len(file.people) > 1 else None
-    return file.finished(
+    return file.normalised(
         choose_person(file.people, person, str(file.path)), options.left_right, options.missing
     )
 
@@ -227,14 +221,14 @@ def _keypoints(files: _Files, poses: PoseSequence | None) -> PoseSequence | None
     if options.person is None and len(tracks) > 1 and poses is not None and not poses.frames_known:
         fitting = [track for track in tracks if len(track) == len(poses)]
         if len(fitting) == 1:
-            return file.finished(fitting[0])
+            return file.normalised(fitting[0])
         if sum(map(len, tracks)) == len(poses):
             raise InputError(
                 f"{options.poses} has {len(poses)} rows, as many as all {len(tracks)} people of {file.path} together: "
                 "the lifter took several people for one (MotionBERT without --focus); lift one person at a time."
             )
     person = options.person if len(tracks) > 1 else None
-    return file.finished(choose_person(tracks, person, str(file.path)))
+    return file.normalised(choose_person(tracks, person, str(file.path)))
 
 
 def read_video(path: Path) -> Video:

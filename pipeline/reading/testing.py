@@ -24,7 +24,8 @@ from ..plugins.options import call
 from ..plugins.protocols import Adapter
 from ..pose import PoseSequence
 from ..take import Video
-from .load import Gives, find_adapter, finished
+from .find import Gives, find_adapter
+from .normalise import normalised
 
 _TYPES = {"poses": PoseSequence, "keypoints": PoseSequence, "video": Video, "imu": Imu}
 _GARBAGE = {
@@ -144,7 +145,7 @@ def _check_guard(
     adapter: Adapter, golden: Path, people: tuple[PoseSequence, ...], mirrored: tuple[PoseSequence, ...]
 ) -> None:
     def guarded(poses: PoseSequence) -> PoseSequence:
-        return finished(poses, adapter, golden, None, "refuse", "gap")
+        return normalised(poses, adapter, golden, None, "refuse", "gap")
 
     for poses in people:
         try:

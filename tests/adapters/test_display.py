@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 from golden.lifters import QUATERNION_XYZW, displayed, squatting
 from pcnet3d.adapters import read
 from pcnet3d.pipeline import InputError
-from pcnet3d.pipeline.reading.load import adapters
+from pcnet3d.pipeline.reading.find import adapters
 
 FRAMES = 300
 # formats.md 2.2: where the display puts the camera's right, down and forward, to three digits

@@ -10,7 +10,7 @@ from golden import lifters
 from golden.lifters import as_mmpose, box_of, instance
 from pcnet3d.adapters import mmpose3d, read, read_all
 from pcnet3d.pipeline import InputError
-from pcnet3d.pipeline.reading.load import adapters
+from pcnet3d.pipeline.reading.find import adapters
 
 FRAMES = 60
 

@@ -10,7 +10,7 @@ from golden.worlds import bvh, freemocap, inference_data, mpi, mpi_test, mpi_tra
 from pcnet3d.adapters import read
 from pcnet3d.pipeline import CAMERA, H36M17, Y_UP, Z_UP, InputError, change_frame
 from pcnet3d.pipeline.layouts import BLAZEPOSE33
-from pcnet3d.pipeline.reading.load import adapters
+from pcnet3d.pipeline.reading.find import adapters
 
 FRAMES = 40
 LIMBS = tuple(

@@ -9,7 +9,7 @@ from golden.lifters import openpose3d, openpose_joints
 from pcnet3d.adapters import read, read_all
 from pcnet3d.pipeline import H36M17, InputError
 from pcnet3d.pipeline.layouts import BODY_25, BODY_25B, OPENPOSE18
-from pcnet3d.pipeline.reading.load import adapters
+from pcnet3d.pipeline.reading.find import adapters
 
 FRAMES = 40
 AWAY_M = np.array([0.3, 0.1, 4.0])

@@ -12,7 +12,7 @@ from golden import phalp
 from pcnet3d.adapters import read, read_all
 from pcnet3d.adapters.kit.pickles import load
 from pcnet3d.pipeline import H36M17, InputError
-from pcnet3d.pipeline.reading.load import adapters
+from pcnet3d.pipeline.reading.find import adapters
 
 FRAMES = 40
 

@@ -6,7 +6,7 @@ import pytest
 from golden.worlds import POSE2SIM, c3d, trc, y_up
 from pcnet3d.adapters import read
 from pcnet3d.pipeline import H36M17, Y_UP, Z_UP, InputError, change_frame
-from pcnet3d.pipeline.reading.load import adapters
+from pcnet3d.pipeline.reading.find import adapters
 
 FRAMES = 40
 

@@ -15,7 +15,7 @@ from ....pipeline.errors import InputError
 from ....pipeline.files.atomic import printable
 from ....pipeline.plugins import registry
 from ....pipeline.plugins.options import did_you_mean
-from ....pipeline.reading.load import adapters, recognises
+from ....pipeline.reading.find import adapters, recognises
 from ....pipeline.reading.settings import MOVED, RunOptions, flag_of, flags, is_repeatable
 from ....pipeline.running.plan import checked_setting, planned
 

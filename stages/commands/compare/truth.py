@@ -19,7 +19,7 @@ from ....pipeline.frames import Z_UP, change_frame
 from ....pipeline.layouts import H36M17, remap
 from ....pipeline.plugins.options import did_you_mean
 from ....pipeline.pose import PoseSequence
-from ....pipeline.reading.load import adapters, recognises
+from ....pipeline.reading.find import adapters, recognises
 
 
 def read_truth(

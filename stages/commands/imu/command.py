@@ -30,7 +30,7 @@ from ....pipeline.motion.imu import GRAVITY_MPS2, SEGMENTS, Imu, point_on
 from ....pipeline.motion.signals import CUTOFF_HZ, check_cutoff, rate
 from ....pipeline.plugins.options import call, did_you_mean, pairs
 from ....pipeline.pose import package_version
-from ....pipeline.reading.load import adapters, find_adapter, recognises
+from ....pipeline.reading.find import adapters, find_adapter, recognises
 from ....pipeline.reading.take import sha256
 from ....pipeline.rotations import known
 from ..finished_run import Run, load_run, methods

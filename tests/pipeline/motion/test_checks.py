@@ -5,7 +5,7 @@ import pytest
 
 from pcnet3d.pipeline import CAMERA, H36M17, PoseSequence
 from pcnet3d.pipeline.motion.checks import bone_spread, chirality, empty_rows
-from pcnet3d.pipeline.reading.load import repaired
+from pcnet3d.pipeline.reading.handedness import repaired
 
 FRAMES = 40
 

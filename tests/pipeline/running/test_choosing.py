@@ -6,7 +6,7 @@ import pytest
 from pcnet3d.adapters import read
 from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, Z_UP, InputError, PoseSequence
 from pcnet3d.pipeline.frames import PC_CAMERA, change_frame
-from pcnet3d.pipeline.reading.load import choose_person
+from pcnet3d.pipeline.reading.choose import choose_person
 
 
 def person(name: str, size: float, frames: int = 5, frame=CAMERA, facing=None) -> PoseSequence:

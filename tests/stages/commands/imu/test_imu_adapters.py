@@ -13,7 +13,7 @@ from pcnet3d.examples.walker.imu import Faults, strapped, write_csv
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import H36M17, InputError, rotate
 from pcnet3d.pipeline.motion.imu import GRAVITY_MPS2, imu_from_samples, point_on
-from pcnet3d.pipeline.reading.load import find_adapter
+from pcnet3d.pipeline.reading.find import find_adapter
 from pcnet3d.stages.commands.imu.align import align
 from pcnet3d.stages.commands.imu.command import read_imus, root_acceleration
 from pcnet3d.stages.commands.imu.motion import even_times, imu_signal, path_acceleration

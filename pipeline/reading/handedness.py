@@ -1,0 +1,61 @@
+"""Whether left and right of a skeleton are right, and putting them right."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+
+from ..errors import InputError
+from ..motion.checks import chirality
+from ..pose import PoseSequence
+
+Parity = Literal["refuse", "mirror", "swap", "swap-legs", "ignore"]
+
+
+def guarded(poses: PoseSequence, parity: Parity, where: str) -> PoseSequence:
+    """The poses with left and right put right as asked; with "refuse", InputError when they are wrong.
+
+    poses: H36M17 in 3D. where: what they come from, for the error. A doubt goes into the history as a warning.
+    """
+    if parity != "refuse":
+        poses = repaired(poses, parity)
+        evidence = chirality(poses)
+        if evidence.verdict != "good":
+            poses = poses.noted(
+                "parity", warning=f"left and right are {evidence.verdict} as asked for: {evidence}"
+            )
+        return poses
+    evidence = chirality(poses)
+    if evidence.verdict == "legs against arms":
+        raise InputError(
+            f"{where}: left and right of the legs contradict those of the arms: {evidence}; "
+            "pass --left-right swap-legs if the legs are in SPIN's order, or --left-right ignore."
+        )
+    if evidence.verdict == "wrong":
+        raise InputError(
+            f"{where}: the body is mirrored or its left and right are exchanged: {evidence}; "
+            "pass --left-right mirror if the coordinates are mirrored, --left-right swap if the names are, or "
+            "--left-right ignore."
+        )
+    if evidence.verdict == "doubtful":
+        return poses.noted("parity", warning=f"left and right are doubtful: {evidence}")
+    return poses
+
+
+def repaired(poses: PoseSequence, parity: Parity) -> PoseSequence:
+    """Left and right put right as asked: "mirror" negates x, "swap" and "swap-legs" exchange joints' names."""
+    joints, root = poses.joints, poses.root
+    order = np.arange(len(poses.layout))
+    if parity == "ignore":
+        return poses
+    if parity == "mirror":
+        mirror = np.array([-1.0, 1.0, 1.0])
+        joints, root = joints * mirror, root if root is None else root * mirror
+    else:
+        legs = poses.layout.indices([f"{side}_{part}" for side in "lr" for part in ("hip", "knee", "ankle")])
+        swapped = legs if parity == "swap-legs" else order
+        order[swapped] = poses.layout.mirror[swapped]
+    return poses.with_(joints=joints[:, order], confidence=poses.confidence[:, order], root=root).noted(
+        "parity", repair=parity
+    )

@@ -1,0 +1,59 @@
+"""What an adapter read, in our joints and axes, relative to the pelvis."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from ..errors import InputError
+from ..files.atomic import printable
+from ..frames import CAMERA, change_frame
+from ..layouts import H36M17, remap
+from ..motion.checks import empty_rows
+from ..motion.rates import timed
+from ..plugins.protocols import Adapter
+from ..pose import PoseSequence, Step, package_version
+from .handedness import Parity, guarded
+
+Missing = Literal["refuse", "gap"]
+
+
+def normalised(
+    poses: PoseSequence, adapter: Adapter, path: Path, fps: float | None, parity: Parity, missing: Missing
+) -> PoseSequence:
+    """What an adapter read, as read_all gives it: remapped, relative to the pelvis, guarded. Raises InputError."""
+    options = {"adapter": adapter.name, "file": printable(path.name), "person": poses.person}
+    poses = poses.with_(history=(Step("read", package_version(), options), *poses.history))
+    if fps is not None:
+        poses = timed(poses, fps)
+    if adapter.gives == "keypoints":
+        return poses
+    poses = remap(_missing(poses, path, missing), H36M17)
+    own = CAMERA if poses.frame.family == "camera" else poses.frame
+    poses = change_frame(
+        poses, own.with_(origin="pelvis", unit="m" if poses.frame.metric else poses.frame.unit)
+    )
+    return guarded(poses, parity, f"{path} (adapter {adapter.name})")
+
+
+def _missing(poses: PoseSequence, path: Path, missing: Missing) -> PoseSequence:
+    empty, gone = empty_rows(poses), np.isnan(poses.joints).any(axis=(1, 2))
+    if empty.all():
+        raise InputError(
+            f"{path}: all {len(poses)} frames have every joint on one point; there are no poses in it."
+        )
+    if np.isnan(poses.joints).all():
+        raise InputError(f"{path}: every coordinate is NaN; there are no poses in it.")
+    if not (empty | gone).any():
+        return poses
+    counts = {"frames with NaN": int(gone.sum()), "frames with all joints on one point": int(empty.sum())}
+    if missing == "refuse":
+        first = int(np.argmax(empty | gone))
+        said = " and ".join(f"{count} {what}" for what, count in counts.items() if count)
+        raise InputError(
+            f"{path}: expected a pose in each of {len(poses)} frames, got {said} (first at row {first}); "
+            "pass --set read.missing=gap to take them for gaps."
+        )
+    return poses.with_(joints=np.where(empty[:, None, None], np.nan, poses.joints)).noted("missing", **counts)
