@@ -26,10 +26,10 @@ from ...pipeline.layouts import H36M17
 from ...pipeline.motion.angles import ANGLES, angles, near, of_both
 from ...pipeline.plugins.protocols import Rectifier
 from ...pipeline.rotations import kabsch, known, rotate, transpose
-from ..common.metrics import scaled
+from ..common.metrics import SD_90, scaled
 from ..gravity.levelling import Levelled, level_static, why_not
 from ..rectifier.load import load_rectifier
-from .joint_noise import JOINTS, NOISE_FILE, SD_90, JointNoise, angle_sd, heading_error, limb_spread
+from .joint_noise import JOINTS, NOISE_FILE, JointNoise, angle_sd, heading_error, limb_spread
 from .take_angles import smoothed
 
 _MODES = 24  # of 42: 95 % of the variance; the angles' factors hold the rest

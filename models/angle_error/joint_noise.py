@@ -29,7 +29,6 @@ from ...pipeline.rotations import known, rotate, transpose
 from ...pipeline.running.cores import cores
 
 NOISE_FILE = Path(__file__).with_name("joint_noise.json")
-SD_90 = 1.645  # standard deviations of a Gaussian on each side that hold nine in ten
 JOINTS = tuple(name for name in H36M17.joints if name not in ("spine", "nose", "head"))
 _LIMBS = tuple(bone for bone in H36M17.bones if bone[1].endswith(("knee", "ankle", "elbow", "wrist")))
 _LEAST_SPREAD = 0.02  # of limb lengths, added so that a perfect frame is not believed without end

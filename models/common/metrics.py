@@ -10,6 +10,11 @@ import numpy as np
 from ...pipeline.layouts import H36M17
 from ...pipeline.rotations import kabsch, rotate
 
+# What holds nine in ten: standard deviations of a Gaussian to each side, and, of a direction whose error is Gaussian
+# in two dimensions, the bound over the root mean square.
+SD_90 = 1.645
+RAYLEIGH_90 = float(np.sqrt(np.log(10)))
+
 
 @dataclass(frozen=True)
 class Figure:

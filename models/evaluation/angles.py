@@ -16,9 +16,8 @@ from ...pipeline.motion.angles import ANGLES, FINE, REASONS, near, of_both
 from ...pipeline.motion.signals import CUTOFF_HZ
 from ...pipeline.plugins.protocols import Rectifier
 from ...pipeline.running.progress import each
-from ..angle_error.joint_noise import SD_90
 from ..angle_error.take_angles import AngleSeries, smoothed, take_angles
-from ..common.metrics import Figure
+from ..common.metrics import SD_90, Figure
 from ..gravity.levelling import level_static, why_not
 from .sets import EvaluationSet, evaluation_sets, heading
 from .testbed import LiftedTake

@@ -14,6 +14,7 @@ import numpy as np
 from ...pipeline.anthropometry import implied_stature
 from ...pipeline.layouts import H36M17
 from ...pipeline.rotations import angle_deg, known, unit
+from ..common.metrics import RAYLEIGH_90
 
 # Root mean square tilt over the rotation error that is expected in a frame; and what a lifter leans with all its frames
 # at least. Both fitted on lifted takes of train and validation subjects, cut to 0.5 s and longer (docs/takes.md).
@@ -25,8 +26,6 @@ _OUTLIER_DEG = 5.0  # votes this far off count half
 _TURNS = 30  # of the reweighting, at most; it ends when the mean moves by less than
 _STILL = 1e-6
 _CORRELATED_S = 0.3  # votes nearer in time than this are never independent
-# 90 % bound over root mean square of a direction's error, when that is Gaussian in two dimensions
-RAYLEIGH_90 = float(np.sqrt(np.log(10)))
 _FEET_DEG = 12.0  # scatter of the line between lifted ankles about the level, one independent stance,
 _FEET_LEAN_DEG = 7.0  # and what all stances of a take share: the lifter's error in depth, uneven ground
 _STANCE_SPEED = 0.12  # statures per second that the ankles may move against each other in double support

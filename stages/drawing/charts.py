@@ -9,12 +9,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from . import palette
+from .palette import as_hex
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-# Blue and vermilion of Okabe and Ito's palette ("Color Universal Design", 2008), told apart by every common kind of
-# colour vision; the left is dashed too, for print without colour.
-LEFT, RIGHT, MIDDLE, SOFT = "#0072b2", "#d55e00", "#3c434b", "#9aa3ad"
+# The left is dashed too, for print without colour; on paper what has no side is darker.
+LEFT, RIGHT, MIDDLE, SOFT = as_hex(palette.LEFT), as_hex(palette.RIGHT), "#3c434b", "#9aa3ad"
 SLICES = 400  # of a long curve, about one a pixel
 
 _MOST_POINTS = 4000  # of a path

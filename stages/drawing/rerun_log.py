@@ -11,17 +11,13 @@ from ...pipeline.frames import Frame
 from ...pipeline.layouts import Layout
 from ...pipeline.pose import PoseSequence
 from ...pipeline.take import Event
+from .palette import LEFT, MIDDLE, RIGHT, Colour
 from .rerun_video import Part
 
 if TYPE_CHECKING:
     import pyarrow as pa
     import rerun as rr
 
-Colour = tuple[int, int, int]
-
-# Told apart by every common kind of colour vision: the sky blue and orange of Okabe and Ito's palette
-# ("Color Universal Design", 2008).
-LEFT, RIGHT, MIDDLE = (86, 180, 233), (230, 159, 0), (150, 150, 150)
 _AXES = {"back": (238, 102, 119), "right": (80, 190, 110), "up": (110, 140, 255)}  # of BODY: x, y, z
 _LEVELS = {"warning": "WARN", "repair": "INFO", "seam": "INFO", "note": "DEBUG"}
 _ROWS = 1 << 14  # of a skeleton that are sent at a time, nine minutes at 30 frames a second

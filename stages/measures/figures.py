@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from ...models.common.metrics import SD_90
 from ...pipeline.motion.cycles import symmetry_error, symmetry_index
 
-BAND = 1.645  # standard deviations to each side that hold nine in ten of a normal distribution
 _FEWEST = 3  # values for a standard deviation
 _FRAME = float(
     np.sqrt(2 / 12)
@@ -77,7 +77,7 @@ def symmetry(right: tuple[float, float], left: tuple[float, float], of: str = ""
     index, error = symmetry_index(right[0], left[0]), symmetry_error(right[0], left[0], right[1], left[1])
     if not np.isfinite(index):
         return {}
-    told = {f"{of}within_error": bool(abs(index) <= BAND * error)} if np.isfinite(error) else {}
+    told = {f"{of}within_error": bool(abs(index) <= SD_90 * error)} if np.isfinite(error) else {}
     return {**with_error(f"{of}symmetry_index_percent", index, error), **told}
 
 

@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...models.common.metrics import SD_90
 from ...pipeline.motion.angles import ANGLES, MIDLINE, OF_BOTH, sides_of
 from ...pipeline.pose import PoseSequence
 from ...pipeline.take import Take
-from ..drawing.rerun_log import LEFT, RIGHT, log_curves
+from ..drawing.palette import LEFT, RIGHT
+from ..drawing.rerun_log import log_curves
 
 if TYPE_CHECKING:
     import rerun as rr
@@ -19,7 +21,6 @@ if TYPE_CHECKING:
 _GROUPS: dict[str, list[str]] = {}
 for _name in OF_BOTH:
     _GROUPS.setdefault(ANGLES[sides_of(_name)[0]].group, []).append(_name)
-_BAND = 1.645  # standard deviations that hold nine in ten
 _ONE = (110, 140, 255)  # colour of an angle without sides
 
 
@@ -38,7 +39,7 @@ def log_angles(recording: rr.RecordingStream, take: Take) -> None:
         colours = [_ONE] if len(parts) == 1 else [RIGHT, LEFT]
         value = _stacked(columns, parts, "deg", poses)
         log_curves(recording, f"angles/{name}", poses, value, [f"{p} (deg)" for p in parts], colours)
-        band = _BAND * _stacked(columns, parts, "sd_deg", poses)
+        band = SD_90 * _stacked(columns, parts, "sd_deg", poses)
         if np.isfinite(band).any():
             faint = [(red // 2, green // 2, blue // 2) for red, green, blue in colours]
             for end, values in (("low", value - band), ("high", value + band)):

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from markupsafe import Markup
 
-from ...models.gravity import RAYLEIGH_90
+from ...models.common.metrics import RAYLEIGH_90
 from ...pipeline.motion.angles import ANGLES, FINE, REASONS
 from ...pipeline.pose import package_version
 from ...pipeline.take import Take

@@ -10,6 +10,7 @@ from typing import ClassVar
 import numpy as np
 from markupsafe import Markup
 
+from ...models.common.metrics import SD_90
 from ...pipeline.camera import pitch_roll_deg
 from ...pipeline.errors import InputError
 from ...pipeline.files.atomic import whole_file
@@ -22,7 +23,6 @@ from ..drawing.charts import LEFT, RIGHT, SLICES, SOFT, Curve, over_time, path, 
 from ..drawing.facts import Facts, facts_of, shared_up, voted
 from ..drawing.image_lines import WORDS, drawn
 from ..drawing.page import charts, figure, page, picture, small
-from ..measures.figures import BAND
 from .key_frames import key_figures, lines_jpeg, seen_by_camera
 from .measures import measure_tables
 from .sections import angle_table, at_a_glance, gravity_words, provenance, spoken, up_table
@@ -85,7 +85,7 @@ def _angles(take: Take) -> Markup:
         values = [columns.get(f"{part}_deg", np.full(len(times), np.nan)) for part in of]
         if not np.isfinite(values).any():
             continue
-        margins = [columns.get(f"{part}_sd_deg", np.full(len(times), np.nan)) * BAND for part in of]
+        margins = [columns.get(f"{part}_sd_deg", np.full(len(times), np.nan)) * SD_90 for part in of]
         curves = (
             [Curve(name, values[0], margin=margins[0])]
             if name in MIDLINE

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from ....models.common.metrics import SD_90
 from ....pipeline.motion.angles import near
 
-BAND = 1.645  # standard errors to each side that hold nine in ten of a normal distribution
 _LIMIT = 1.96
 _FEWEST = 10  # frames
 _MOVING_DEG = 0.5
@@ -52,7 +52,7 @@ def agreement(
     }
     stated = np.full(1, np.nan) if sd is None else sd[both]
     if np.isfinite(stated).any():
-        found["within_band"] = float((np.abs(off) <= BAND * stated)[np.isfinite(stated)].mean())
+        found["within_band"] = float((np.abs(off) <= SD_90 * stated)[np.isfinite(stated)].mean())
         found["stated_sd_deg"] = float(np.nanmedian(stated))
     return found
 

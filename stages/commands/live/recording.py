@@ -18,7 +18,8 @@ from ....pipeline.frames import BODY, CAMERA, IMAGE
 from ....pipeline.layouts import H36M17, Layout
 from ....pipeline.pose import PoseSequence
 from ....pipeline.rotations import rotate, transpose
-from ...drawing.rerun_log import LEFT, RIGHT, log_looks, log_rows
+from ...drawing.palette import LEFT, RIGHT
+from ...drawing.rerun_log import log_looks, log_rows
 from .source import Shot
 
 if TYPE_CHECKING:

@@ -1,0 +1,16 @@
+"""The colours of sides, everywhere the same: orange is the person's right, blue the left, grey what has no side.
+
+Near the vermilion and blue of Okabe and Ito's palette ("Color Universal Design", 2008), told apart by every common
+kind of colour vision, in shades that stand out on white paper as well as in the viewer's dark window.
+"""
+
+Colour = tuple[int, int, int]
+
+LEFT: Colour = (31, 130, 200)
+RIGHT: Colour = (222, 100, 10)
+MIDDLE: Colour = (150, 150, 150)
+
+
+def as_hex(colour: Colour) -> str:
+    """For HTML and matplotlib."""
+    return "#{:02x}{:02x}{:02x}".format(*colour)
