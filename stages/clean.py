@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import ClassVar
 
 import numpy as np
@@ -11,13 +10,11 @@ import numpy as np
 from ..pipeline.errors import InputError
 from ..pipeline.files.video_frames import shown_size
 from ..pipeline.layouts import H36M17
-from ..pipeline.motion.checks import leaps
+from ..pipeline.motion.checks import strays_of
 from ..pipeline.motion.visibility import in_words, unseen
 from ..pipeline.pose import PoseSequence
 from ..pipeline.take import Event, Take
 
-_STRAY_S = 0.2  # of frames that the whole pose leaps to and from
-_FEW = 0.1  # of the frames
 _MOST_ROWS = 5_000_000  # beyond this the frame numbers are wrong, not the recording long
 
 
@@ -86,7 +83,7 @@ def clean(
     """
     if max_gap_s < 0 or spike < 0:
         raise InputError(f"clean needs max_gap_s and spike of 0 or more, got {max_gap_s} and {spike}.")
-    strays = _strays(poses) if spike > 0 else np.zeros(len(poses), dtype=bool)
+    strays = strays_of(poses) if spike > 0 else np.zeros(len(poses), dtype=bool)
     poses = poses.with_(joints=np.where(strays[:, None, None], np.nan, poses.joints))
     poses, inserted = _every_frame(poses, video_time_s)
     trunk = np.linalg.norm(poses.joint("thorax") - poses.joint("pelvis"), axis=-1)
@@ -158,18 +155,6 @@ def _spikes(points: np.ndarray, furthest: float, seams: tuple[int, ...]) -> np.n
     for seam in seams:
         spikes[max(seam - 1, 0) : seam + 1] = False
     return spikes
-
-
-def _strays(poses: PoseSequence) -> np.ndarray:
-    """(T,) True in pieces between leaps of the whole pose, or between one and a clip's end, that are so short; nowhere
-    when they are many, for then nobody knows who is the person."""
-    strays = np.zeros(len(poses), dtype=bool)
-    leapt = set(leaps(poses).tolist())
-    edges = sorted({0, len(poses), *poses.seams, *leapt}) if leapt else []
-    for start, stop in pairwise(edges):
-        alone = start in leapt or stop in leapt
-        strays[start:stop] = alone and poses.times[stop - 1] - poses.times[start] < _STRAY_S
-    return strays if strays.mean() <= _FEW else np.zeros(len(poses), dtype=bool)
 
 
 def _filled(

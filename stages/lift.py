@@ -6,15 +6,19 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, ClassVar
 
+import numpy as np
+
 from ..models import load_lifter
 from ..models.lifter.builtin import OwnLifter
 from ..pipeline.camera import Camera
 from ..pipeline.files.video_frames import shown_size
 from ..pipeline.inspect.inspect import findings_of
 from ..pipeline.intrinsics import undistorted
-from ..pipeline.motion.checks import implausible
+from ..pipeline.layouts import H36M17, remap
+from ..pipeline.motion.checks import implausible, strays_of
 from ..pipeline.motion.visibility import seen_only
 from ..pipeline.plugins.protocols import Lifter
+from ..pipeline.pose import PoseSequence
 from ..pipeline.reading.handedness import Parity, guarded
 from ..pipeline.take import Event, Take
 
@@ -54,7 +58,11 @@ class Lift:
                 "undistort", camera=intrinsics.name, file=Path(intrinsics.source).name
             )
         if isinstance(self._opened, OwnLifter) and keypoints.time_s is not None:
-            keypoints = seen_only(keypoints, size)
+            keypoints, strays = _without_strays(seen_only(keypoints, size), keypoints)
+            if strays:
+                frames = "1 frame" if strays == 1 else f"{strays} frames"
+                text = f"{frames} of 2D keypoints, between leaps of the whole person, left out of the lift."
+                take = take.saying(Event("repair", text))
         focal_px, guessed = self._focal_px(take.camera)
         poses = self._opened.lift(keypoints, size, focal_px, self.flip, take.video)
         if guessed:  # what phones usually have is no knowledge of this camera
@@ -83,6 +91,16 @@ class Lift:
         if camera.focal_source != "prior":
             return camera.focal_px, False
         return (camera.focal_px, True) if isinstance(self._opened, OwnLifter) else (None, False)
+
+
+def _without_strays(seen: PoseSequence, keypoints: PoseSequence) -> tuple[PoseSequence, int]:
+    """The keypoints that were seen, without frames that show somebody or something else; and how many those are."""
+    body = remap(keypoints, H36M17)
+    strays = strays_of(body.with_(joints=body.joints - body.joint("pelvis")[:, None]))
+    joints = np.where(strays[:, None, None], np.nan, seen.joints)
+    return seen.with_(joints=joints, confidence=np.where(strays[:, None], 0.0, seen.confidence)), int(
+        strays.sum()
+    )
 
 
 def _who(said: dict[str, Any]) -> str:

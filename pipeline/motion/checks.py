@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -20,6 +21,8 @@ _STRONG = 0.2  # agreement at or below this contradicts
 _UP = {"camera": (0.0, -1.0, 0.0), "world": (0.0, 0.0, 1.0)}  # in the families' reference axes
 _TURNED_OVER = 0.8  # of the frames
 _ROWS = 4096  # judged at a time
+_STRAY_S = 0.2  # of frames that the whole pose leaps to and from
+_FEW = 0.1  # of the frames
 _LEAP = 0.4  # trunk lengths that the joints move on average from one frame to the next
 STATURES_M = (0.4, 2.6)
 UNSTEADY = 0.12  # bone-length spread beyond which poses are not to be believed (boxing 0.05, cycling 0.10)
@@ -213,3 +216,15 @@ def leaps(poses: PoseSequence) -> np.ndarray:
 
 def _complete(poses: PoseSequence) -> np.ndarray:
     return np.asarray(np.isfinite(poses.joints).all(axis=(1, 2)))
+
+
+def strays_of(poses: PoseSequence) -> np.ndarray:
+    """(T,) True in pieces between leaps of the whole pose, or between one and a clip's end, that are so short; nowhere
+    when they are many, for then nobody knows who is the person."""
+    strays = np.zeros(len(poses), dtype=bool)
+    leapt = set(leaps(poses).tolist())
+    edges = sorted({0, len(poses), *poses.seams, *leapt}) if leapt else []
+    for start, stop in pairwise(edges):
+        alone = start in leapt or stop in leapt
+        strays[start:stop] = alone and poses.times[stop - 1] - poses.times[start] < _STRAY_S
+    return strays if strays.mean() <= _FEW else np.zeros(len(poses), dtype=bool)

@@ -96,3 +96,14 @@ def test_frames_without_keypoints_for_two_seconds_are_missing_and_counted(take):
     assert np.isnan(lifted.poses.joints[20:80]).all()
     assert np.isfinite(lifted.poses.joints[:20]).all()
     assert any(event.kind == "warning" and event.text.startswith("60 frames") for event in lifted.events)
+
+
+def test_a_frame_of_somebody_else_is_left_out_of_the_lift(take):
+    """A tracker's last frame on another person bent a trunk by 80 degrees."""
+    joints = take.keypoints.joints.copy()
+    middle = joints[-1].mean(axis=0)
+    joints[-1] = 2 * middle - joints[-1]  # upside down
+    spoilt = Lift()(take.with_(keypoints=take.keypoints.with_(joints=joints)))
+    assert any("1 frame of 2D keypoints" in event.text for event in spoilt.events)
+    trunk = spoilt.poses.joint("thorax") - spoilt.poses.joint("pelvis")
+    assert trunk[-1] @ trunk[-2] > 0.9 * np.linalg.norm(trunk[-1]) * np.linalg.norm(trunk[-2])
