@@ -3,7 +3,10 @@
     python -m pcnet3d.models.angle_error.fit train-a.npz train-b.npz --val val-0.npz --val val-1.npz
 
 Train subjects give the modes; validation subjects, lifted by the shipped lifter and levelled by the shipped rectifier,
-give what a frame's noise grows with and the angles' factors.
+give what a frame's noise grows with and the angles' factors. Without train files
+everything shipped stays, and angles that have no factor yet get one; `pcnet3d testbed val -o val.npz` writes the file:
+
+    python -m pcnet3d.models.angle_error.fit --val val.npz
 """
 
 from __future__ import annotations
@@ -29,7 +32,7 @@ from ...pipeline.rotations import kabsch, known, rotate, transpose
 from ..common.metrics import SD_90, scaled
 from ..gravity.levelling import Levelled, level_static, why_not
 from ..rectifier.load import load_rectifier
-from .joint_noise import JOINTS, NOISE_FILE, JointNoise, angle_sd, heading_error, limb_spread
+from .joint_noise import JOINTS, NOISE_FILE, JointNoise, angle_sd, heading_error, limb_spread, shipped_noise
 from .take_angles import smoothed
 
 _MODES = 24  # of 42: 95 % of the variance; the angles' factors hold the rest
@@ -128,9 +131,11 @@ def with_factors(noise: JointNoise, pairs: Sequence[Pair], levels: Sequence[Leve
 
 
 def fit(train: Sequence[Path], val: Sequence[Path], rectifier: Rectifier) -> JointNoise:
-    """The modes of the lifter's errors in the train files, and their sizes by the val files. InputError when no val
-    take can be levelled."""
-    noise = JointNoise(modes_of(read_pairs(train)))
+    """The modes of the lifter's errors in the train files, and their sizes and the angles' factors by the val files;
+    without train files the shipped noise, with factors of the angles that it has none for. InputError when no val take
+    can be levelled."""
+    shipped = shipped_noise()
+    noise = JointNoise(modes_of(read_pairs(train))) if train else replace(shipped, factors={})
     pairs, levels = [], []
     for pair in read_pairs(val):
         level = level_static(pair.raw, *rectifier.rotation(pair.raw), pair.time_s)
@@ -139,18 +144,21 @@ def fit(train: Sequence[Path], val: Sequence[Path], rectifier: Rectifier) -> Joi
             levels.append(level)
     if not pairs:
         raise InputError("Expected validation takes that can be levelled, got none.")
-    return with_factors(with_multiples(noise, pairs, levels), pairs, levels)
+    if train:
+        return with_factors(with_multiples(noise, pairs, levels), pairs, levels)
+    fitted = with_factors(noise, pairs, levels).factors
+    return replace(noise, factors={name: shipped.factors.get(name, fitted[name]) for name in ANGLES})
 
 
 def main(
-    train: Annotated[
-        list[Path], typer.Argument(help="Lifted train subjects, by lifters that never saw them.")
-    ],
     val: Annotated[list[Path], typer.Option(help="Lifted validation subjects.")],
+    train: Annotated[
+        list[Path] | None, typer.Argument(help="Lifted train subjects, by lifters that never saw them.")
+    ] = None,
     output: Annotated[Path, typer.Option("-o", "--output", help="The file to write.")] = NOISE_FILE,
 ) -> None:
     """Learn the joints' noise."""
-    noise = fit(train, val, load_rectifier("pcnet"))
+    noise = fit(train or (), val, load_rectifier("pcnet"))
     content = {
         "joints": JOINTS,
         "usual_deg": round(noise.usual_deg, 3),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import importlib.util
 import re
 from collections.abc import Iterator
 from functools import cache
@@ -12,6 +13,7 @@ import pytest
 
 from pcnet3d.pipeline.cli import load_command
 from pcnet3d.pipeline.motion.angles import ANGLES, REASONS
+from pcnet3d.pipeline.plugins import registry
 from pcnet3d.pipeline.reading.settings import MOVED, reading_options
 
 ROOT = Path(__file__).parents[2]
@@ -178,6 +180,32 @@ def test_every_angle_and_reason_is_explained():
         == []
     )
     assert sorted(code for code in REASONS if f"\n| {code} | " not in rows) == []
+
+
+def test_every_angle_is_drawn():
+    spec = importlib.util.spec_from_file_location("drawing", ROOT / "docs" / "angles.py")
+    assert spec is not None
+    assert spec.loader is not None
+    drawing = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(drawing)
+    drawn = {panel[0] for panel in drawing.PANELS}
+    assert drawn == {name for name in ANGLES if not name.startswith("l_")}, (
+        "add a panel to PANELS of docs/angles.py"
+    )
+
+
+def test_every_format_of_a_run_is_explained():
+    """By name in results.md, by name and file in design.md."""
+    (told,) = re.findall(r"`--also (\S+)` adds", (ROOT / "docs/results.md").read_text(encoding="utf-8"))
+    (line,) = re.findall(r"\| on request \|.*", (ROOT / "docs/design.md").read_text(encoding="utf-8"))
+    built_in = {
+        name: point.load().file
+        for name, point in registry.registered("writers").items()
+        if point.value.startswith("pcnet3d.")
+    }
+    assert set(told.split("|")) == set(built_in), "name it in `--also ...` of docs/results.md"
+    wanted = {*built_in, *built_in.values()}
+    assert sorted(each for each in wanted if f"`{each}`" not in line) == []
 
 
 def test_every_option_of_a_run_is_in_the_design():

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from pcnet3d.examples.walker.walk import walker
+from pcnet3d.models.angle_error import fit as fitting
 from pcnet3d.models.angle_error.fit import Pair, modes_of, read_pairs, with_factors
 from pcnet3d.models.angle_error.joint_noise import (
     JOINTS,
@@ -19,6 +20,7 @@ from pcnet3d.models.evaluation import angles as module
 from pcnet3d.models.evaluation.angles import as_markdown, judge, one_set
 from pcnet3d.models.evaluation.evaluate import evaluate
 from pcnet3d.models.gravity.levelling import level_static
+from pcnet3d.models.rectifier.load import load_rectifier
 from pcnet3d.pipeline import CAMERA, H36M17, InputError, Take
 from pcnet3d.pipeline.canonical import R_world_from_body
 from pcnet3d.pipeline.motion.angles import ANGLES, angles, near
@@ -156,6 +158,21 @@ def test_factors_are_one_for_noise_that_is_what_it_says(seen):
         assert factors[f"r_{name}"] == factors[f"l_{name}"] == pytest.approx(1, abs=0.15), name
 
 
+def test_a_new_angle_gets_a_factor_and_the_others_keep_theirs(seen, tmp_path, monkeypatch):
+    joints, R = seen
+    lifted = joints + np.random.default_rng(8).normal(0, 0.01, joints.shape)
+    arrays = {"lifted": lifted, "truth": joints, "R_camera_from_body": R, "take_start": [0, len(joints)]}
+    np.savez(tmp_path / "val.npz", **arrays, lying=np.zeros(len(joints), bool))
+    shipped = shipped_noise()
+    others = {name: factor for name, factor in shipped.factors.items() if name != "pelvis_obliquity"}
+    monkeypatch.setattr(fitting, "shipped_noise", lambda: replace(shipped, factors=others))
+    fitted = fitting.fit([], [tmp_path / "val.npz"], load_rectifier("geometric"))
+    assert fitted.factors.keys() == ANGLES.keys()
+    assert {name: fitted.factors[name] for name in others} == others
+    assert 0 < fitted.factors["pelvis_obliquity"] != shipped.factors["pelvis_obliquity"]
+    np.testing.assert_array_equal(fitted.modes, shipped.modes)
+
+
 def test_files_and_reports_that_are_not_there(tmp_path):
     (tmp_path / "x.npz").write_bytes(b"nothing")
     with pytest.raises(InputError, match="testbed"):
@@ -174,7 +191,7 @@ def test_shipped_noise_is_larger_in_depth_and_far_out():
     ]
     assert (variance[limbs, 2] > 1.5 * variance[limbs, :2].max(axis=1)).all()
     assert variance[JOINTS.index("r_wrist")].sum() > variance[JOINTS.index("r_shoulder")].sum()
-    assert set(noise.factors) == set(ANGLES), "fit it anew: python -m pcnet3d.models.angle_error.fit"
+    assert set(noise.factors) == set(ANGLES), "fit: python -m pcnet3d.models.angle_error.fit --val val.npz"
     assert {joint for angle in ANGLES.values() for joint in angle.joints} <= set(JOINTS)
     assert all(0.5 < factor < 2 for factor in noise.factors.values())
     assert all(power > 0 for power in noise.powers)

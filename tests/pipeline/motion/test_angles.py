@@ -7,7 +7,16 @@ from scipy.spatial.transform import Rotation
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import H36M17
 from pcnet3d.pipeline.canonical import R_world_from_body
-from pcnet3d.pipeline.motion.angles import ANGLES, MIDLINE, MIRRORED_SIGN, REASONS, angles, near
+from pcnet3d.pipeline.motion.angles import (
+    ANGLES,
+    MIDLINE,
+    MIRRORED_SIGN,
+    OF_BOTH,
+    REASONS,
+    angles,
+    near,
+    of_both,
+)
 from pcnet3d.pipeline.rotations import rotate, transpose
 
 FREE = [name for name, angle in ANGLES.items() if not angle.needs_gravity]
@@ -89,49 +98,53 @@ def test_every_angle_of_the_walker(walk, body):
             f"{side}_shank_sagittal": hip - lean - knee,
             f"{side}_upper_arm_sagittal": shoulder - lean,
         }
-    assert expected.keys() == found.keys()
+    assert found.keys() == expected.keys(), "say above what the walker's angle is"
     for name, values in expected.items():
         np.testing.assert_allclose(found[name], values, atol=0.5, err_msg=name)
 
 
-@pytest.mark.parametrize(
-    ("bones", "name", "expected"),
-    [
-        ({"r_ankle": between(DOWN, BACK, 70)}, "r_knee_flexion", 70),
-        ({"r_ankle": between(DOWN, FORWARD, 8)}, "r_knee_flexion", -8),  # bent back a little
-        ({"r_wrist": between(DOWN, FORWARD, 100)}, "r_elbow_flexion", 100),
-        ({"r_wrist": between(DOWN, BACK, 8)}, "r_elbow_flexion", -8),
-        ({"r_wrist": between(DOWN, -RIGHT, 90)}, "r_elbow_flexion", 90),  # hand on the belly
-        ({"r_elbow": RIGHT, "r_wrist": RIGHT}, "r_elbow_flexion", 0),  # T-pose
-        ({"r_elbow": RIGHT, "r_wrist": between(RIGHT, FORWARD, 90)}, "r_elbow_flexion", 90),
-        (
-            {"r_elbow": RIGHT, "r_wrist": between(RIGHT, UP, 15)},
-            "r_elbow_flexion",
-            13,
-        ),  # half of it is out of plane
-        ({"r_elbow": FORWARD, "r_wrist": between(FORWARD, UP, 40)}, "r_elbow_flexion", 40),
-        ({"r_knee": between(DOWN, FORWARD, 90)}, "r_hip_flexion", 90),
-        ({"r_knee": between(DOWN, BACK, 20)}, "r_hip_flexion", -20),
-        ({"r_knee": between(DOWN, RIGHT, 30)}, "r_hip_abduction", 30),
-        ({"r_elbow": between(DOWN, FORWARD, 178)}, "r_shoulder_flexion", 178),
-        ({"r_elbow": between(DOWN, FORWARD, 185)}, "r_shoulder_flexion", 185),
-        ({"r_elbow": between(DOWN, RIGHT, 80)}, "r_shoulder_abduction", 80),
-        ({"r_elbow": between(DOWN, RIGHT, 150)}, "r_shoulder_elevation", 150),
-        ({"spine": between(UP, FORWARD, 25), "thorax": between(UP, FORWARD, 25)}, "trunk_lean_sagittal", 25),
-        ({"spine": between(UP, RIGHT, 25), "thorax": between(UP, RIGHT, 25)}, "trunk_lean_frontal", 25),
-        ({"r_hip": between(RIGHT, UP, 5), "l_hip": between(-RIGHT, DOWN, 5)}, "pelvis_obliquity", 5),
-        (
-            {"r_shoulder": between(RIGHT, FORWARD, 30), "l_shoulder": between(-RIGHT, BACK, 30)},
-            "thorax_pelvis_rotation",
-            30,
-        ),
-        ({"r_knee": between(DOWN, FORWARD, 40)}, "r_thigh_sagittal", 40),
-        ({"r_ankle": between(DOWN, BACK, 40)}, "r_shank_sagittal", -40),
-        ({"r_elbow": between(DOWN, BACK, 40)}, "r_upper_arm_sagittal", -40),
-    ],
-)
+SIGNS = [
+    ({"r_ankle": between(DOWN, BACK, 70)}, "r_knee_flexion", 70),
+    ({"r_ankle": between(DOWN, FORWARD, 8)}, "r_knee_flexion", -8),  # bent back a little
+    ({"r_wrist": between(DOWN, FORWARD, 100)}, "r_elbow_flexion", 100),
+    ({"r_wrist": between(DOWN, BACK, 8)}, "r_elbow_flexion", -8),
+    ({"r_wrist": between(DOWN, -RIGHT, 90)}, "r_elbow_flexion", 90),  # hand on the belly
+    ({"r_elbow": RIGHT, "r_wrist": RIGHT}, "r_elbow_flexion", 0),  # T-pose
+    ({"r_elbow": RIGHT, "r_wrist": between(RIGHT, FORWARD, 90)}, "r_elbow_flexion", 90),
+    (
+        {"r_elbow": RIGHT, "r_wrist": between(RIGHT, UP, 15)},
+        "r_elbow_flexion",
+        13,
+    ),  # half of it is out of plane
+    ({"r_elbow": FORWARD, "r_wrist": between(FORWARD, UP, 40)}, "r_elbow_flexion", 40),
+    ({"r_knee": between(DOWN, FORWARD, 90)}, "r_hip_flexion", 90),
+    ({"r_knee": between(DOWN, BACK, 20)}, "r_hip_flexion", -20),
+    ({"r_knee": between(DOWN, RIGHT, 30)}, "r_hip_abduction", 30),
+    ({"r_elbow": between(DOWN, FORWARD, 178)}, "r_shoulder_flexion", 178),
+    ({"r_elbow": between(DOWN, FORWARD, 185)}, "r_shoulder_flexion", 185),
+    ({"r_elbow": between(DOWN, RIGHT, 80)}, "r_shoulder_abduction", 80),
+    ({"r_elbow": between(DOWN, RIGHT, 150)}, "r_shoulder_elevation", 150),
+    ({"spine": between(UP, FORWARD, 25), "thorax": between(UP, FORWARD, 25)}, "trunk_lean_sagittal", 25),
+    ({"spine": between(UP, RIGHT, 25), "thorax": between(UP, RIGHT, 25)}, "trunk_lean_frontal", 25),
+    ({"r_hip": between(RIGHT, UP, 5), "l_hip": between(-RIGHT, DOWN, 5)}, "pelvis_obliquity", 5),
+    (
+        {"r_shoulder": between(RIGHT, FORWARD, 30), "l_shoulder": between(-RIGHT, BACK, 30)},
+        "thorax_pelvis_rotation",
+        30,
+    ),
+    ({"r_knee": between(DOWN, FORWARD, 40)}, "r_thigh_sagittal", 40),
+    ({"r_ankle": between(DOWN, BACK, 40)}, "r_shank_sagittal", -40),
+    ({"r_elbow": between(DOWN, BACK, 40)}, "r_upper_arm_sagittal", -40),
+]
+
+
+@pytest.mark.parametrize(("bones", "name", "expected"), SIGNS)
 def test_signs_and_sizes(bones, name, expected):
     assert angles(standing(**bones))[name] == pytest.approx(expected, abs=1.0)
+
+
+def test_every_angle_has_a_known_sign_and_size():
+    assert {of_both(name) for _, name, _ in SIGNS} == set(OF_BOTH), "add it to SIGNS"
 
 
 def test_someone_who_stands_straight_has_no_angles():
@@ -147,7 +160,10 @@ def test_a_mirror_exchanges_the_sides():
         other = name if name in MIDLINE else {"r": "l", "l": "r"}[name[0]] + name[1:]
         sign = -1 if name in MIRRORED_SIGN else 1
         np.testing.assert_allclose(
-            near(seen[other] - sign * found[name], 0), 0 * found[name], atol=1e-9, err_msg=name
+            near(seen[other] - sign * found[name], 0),
+            0 * found[name],
+            atol=1e-9,
+            err_msg=f"{name}: does a mirror change its sign, as MIRRORED_SIGN says?",
         )
 
 

@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pcnet3d.pipeline.plugins import registry
+
 PCNET3D = [sys.executable, "-c", "from pcnet3d.pipeline.cli import main; main()"]
 
 
@@ -33,11 +35,12 @@ def run(tmp_path, facing_camera):
 
 def test_every_format_at_once(run):
     pytest.importorskip("ezc3d", reason="the extra c3d is not installed")
-    formats = [argument for name in ("csv", "trc", "mot", "c3d", "netcdf") for argument in ("--also", name)]
+    writers = {name: point.load() for name, point in registry.registered("writers").items()}
+    formats = [argument for name in writers for argument in ("--also", name)]
     result, folder = run(*formats, "--stature", 1.7, "--set", "trajectories.cutoff_hz=auto")
     assert result.returncode == 0, result.stderr
     names = {path.name for path in folder.iterdir()}
-    assert names >= {"kinematics.csv", "markers.trc", "angles.mot", "markers.c3d", "poses.nc"}
+    assert names >= {writer.file for writer in writers.values()}
     summary = json.loads((folder / "summary.json").read_text())
     assert set(summary["files"]) == names
     assert summary["history"][-1]["options"]["cutoff_hz"] < 15
