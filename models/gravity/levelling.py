@@ -26,7 +26,7 @@ HEADING_S = (
     0.07  # standard deviation of the Gaussian that smooths headings on the circle (val: longer lags on turns)
 )
 WINDOW_S = 2.0  # of a moving camera: standard deviation of the Gaussian in which frames vote on up
-_HEADING_SHARE = 0.57  # of a frame's expected rotation error, what is heading (lifted takes of val subjects)
+HEADING_SHARE = 0.57  # of a frame's expected rotation error, what is heading (lifted takes of val subjects)
 # Mean over root mean square of a direction's error in two dimensions.
 _MEAN_OF_RMS = float(np.sqrt(np.pi) / 2)
 _TURNING = 0.5  # mean resultant of the headings below which a take has no middle heading (design.md)
@@ -370,4 +370,4 @@ def rotation_error_deg(
     of two people in one take, or a turn quicker than the smoothing.
     """
     off = angle_deg(level_left(R_frame, R[..., :, 2]), -R[..., :, 1])
-    return np.hypot(_MEAN_OF_RMS * up_error_deg, np.maximum(_HEADING_SHARE * error_deg, off))
+    return np.hypot(_MEAN_OF_RMS * up_error_deg, np.maximum(HEADING_SHARE * error_deg, off))
