@@ -12,10 +12,10 @@ from ..models import load_lifter
 from ..models.lifter.builtin import OwnLifter
 from ..pipeline.camera import Camera
 from ..pipeline.files.video_frames import shown_size
-from ..pipeline.inspect.inspect import findings_of
 from ..pipeline.intrinsics import undistorted
 from ..pipeline.layouts import H36M17, remap
 from ..pipeline.motion.checks import implausible, strays_of
+from ..pipeline.motion.findings import findings_of
 from ..pipeline.motion.visibility import seen_only
 from ..pipeline.plugins.protocols import Lifter
 from ..pipeline.pose import PoseSequence

@@ -27,9 +27,6 @@ from .take_answers import CAMERA_AXES, TRUE_AXES, Answer, with_heading
 NO_MOTION = "no motion"
 PARTS = {part: H36M17.indices((f"l_{part}", f"r_{part}")) for part in ("wrist", "ankle")}
 _COLUMNS = [(part, direction) for part in PARTS for direction in ("vertical", "horizontal")]
-_TWO_PASSES = (
-    np.sqrt(2) - 1
-) ** 0.25  # a cut-off's shift when a second-order filter passes twice (Winter 2009)
 
 
 def accelerations(path: np.ndarray, time_s: np.ndarray) -> np.ndarray:

@@ -11,6 +11,14 @@ import numpy as np
 from ..anthropometry import implied_stature
 from ..errors import InputError
 from ..motion.checks import Chirality, bone_spread, chirality
+from ..motion.findings import (
+    depth_factor,
+    pose_findings,
+    row_findings,
+    source_findings,
+    spread_of_bones,
+    swap_findings,
+)
 from ..motion.swap_repair import as_frames
 from ..motion.swaps import Swap, find_swaps
 from ..pose import PoseSequence
@@ -21,17 +29,8 @@ from ..reading.take import read_video
 from ..take import Video
 from ..verdict import Finding, verdict
 from .agreement import Agreement, agreement
-from .findings import (
-    depth_factor,
-    findings_of,
-    pose_findings,
-    row_findings,
-    source_findings,
-    spread_of_bones,
-    swap_findings,
-)
 
-__all__ = ["EXIT_CODES", "Inspection", "Person", "findings_of", "inspect"]
+__all__ = ["EXIT_CODES", "Inspection", "Person", "inspect"]
 
 EXIT_CODES = {"good": 0, "suspicious": 3, "unusable": 4}
 _POOR_FIT = 0.2  # 2D residual over the person's size; boxing and skating 0.05

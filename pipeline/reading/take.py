@@ -9,8 +9,8 @@ from typing import Any
 
 from ..errors import InputError
 from ..files.atomic import printable
-from ..inspect.findings import findings_of
 from ..motion.checks import implausible
+from ..motion.findings import findings_of
 from ..motion.swap_repair import treated
 from ..plugins.options import call
 from ..plugins.protocols import Adapter

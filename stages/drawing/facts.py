@@ -10,7 +10,7 @@ import numpy as np
 from ...pipeline.camera import pitch_roll_deg
 from ...pipeline.motion.checks import bone_spread
 from ...pipeline.pose import Rectified, Step
-from ...pipeline.rotations import angle_deg, known
+from ...pipeline.rotations import angle_deg, known, rotate
 from ...pipeline.take import Take
 from ...pipeline.verdict import Finding, verdict
 
@@ -167,7 +167,7 @@ def _standing(take: Take) -> tuple[float, float] | None:
     rectified = take.need("rectified")
     if rectified.camera != "static":
         return None
-    pitch, roll = pitch_roll_deg(take.need("poses").frame.basis.T @ shared_up(rectified)[0])
+    pitch, roll = pitch_roll_deg(rotate(take.need("poses").frame.basis.T, shared_up(rectified)[:1])[0])
     return (float(pitch), float(roll)) if np.isfinite(pitch) else None
 
 
@@ -176,7 +176,7 @@ def _sources(take: Take) -> dict[str, Source]:
     alone = {
         name: (float(pitch), float(roll), error_deg)
         for name, (up, error_deg) in rectified.up_own.items()
-        for pitch, roll in [pitch_roll_deg(to_camera @ up)]
+        for pitch, roll in [pitch_roll_deg(rotate(to_camera, up[None])[0])]
     }
     names = dict.fromkeys([*rectified.up_shares, *alone, *rectified.up_pulls])
     return {

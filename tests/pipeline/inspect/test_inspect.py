@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from pcnet3d.pipeline import H36M17, InputError
-from pcnet3d.pipeline.inspect.findings import depth_factor, row_findings
 from pcnet3d.pipeline.inspect.inspect import _video_findings, inspect
+from pcnet3d.pipeline.motion.findings import depth_factor, row_findings
 from pcnet3d.pipeline.take import Video
 
 PCNET3D = [sys.executable, "-c", "from pcnet3d.pipeline.cli import main; main()"]

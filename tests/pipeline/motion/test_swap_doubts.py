@@ -6,9 +6,9 @@ import pytest
 from pcnet3d.examples.walker.camera import side_camera
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import H36M17, IMAGE, PoseSequence
-from pcnet3d.pipeline.inspect.findings import swap_findings
 from pcnet3d.pipeline.motion import swap_repair, swaps
 from pcnet3d.pipeline.motion.alternation import alternation
+from pcnet3d.pipeline.motion.findings import swap_findings
 from pcnet3d.pipeline.motion.swap_repair import settled, told, treated, worsened
 from pcnet3d.pipeline.motion.swaps import Swap, find_swaps, kinds
 

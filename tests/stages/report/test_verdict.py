@@ -8,7 +8,8 @@ import pytest
 
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import Pipeline, Take
-from pcnet3d.pipeline.inspect.inspect import findings_of, inspect
+from pcnet3d.pipeline.inspect.inspect import inspect
+from pcnet3d.pipeline.motion.findings import findings_of
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_take
 from pcnet3d.pipeline.running.progress import conclude

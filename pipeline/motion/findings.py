@@ -6,7 +6,9 @@ import numpy as np
 
 from ..anthropometry import implied_stature
 from ..layouts import H36M17
-from ..motion.checks import (
+from ..pose import PoseSequence
+from ..verdict import Finding, Weight
+from .checks import (
     STATURES_M,
     UNSTEADY,
     bone_spread,
@@ -16,10 +18,8 @@ from ..motion.checks import (
     movement,
     upside_down,
 )
-from ..motion.swap_repair import settled, told, wrong_rows
-from ..motion.swaps import Swap, find_swaps
-from ..pose import PoseSequence
-from ..verdict import Finding, Weight
+from .swap_repair import settled, told, wrong_rows
+from .swaps import Swap, find_swaps
 
 # Shares of rows from which a fault is suspicious, and from which nothing can be made of the take.
 _LOST = (0.1, 0.5)
