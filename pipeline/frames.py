@@ -162,9 +162,18 @@ def change_frame(poses: PoseSequence, to: Frame, R_to_from_source: np.ndarray | 
             joints -= joints[:, [poses.layout.index("pelvis")]]
         moved[rows] = rotate(matrix if matrix.ndim == 2 else matrix[rows], joints) * factor
     moved.setflags(write=False)
-    return poses.with_(joints=moved, frame=to, root=root).noted(
-        "change_frame", source=source.name, to=to.name
-    )
+    return poses.with_(
+        joints=moved, frame=to, root=root, covariance=turned_covariance(poses.covariance, matrix, factor)
+    ).noted("change_frame", source=source.name, to=to.name)
+
+
+def turned_covariance(covariance: np.ndarray | None, R: np.ndarray, factor: float = 1.0) -> np.ndarray | None:
+    """R C R^T factor^2 of covariances C (T, J, D, D) for R (D, D), or (T, D, D), one a frame; None stays None."""
+    if covariance is None:
+        return None
+    R = np.asarray(R, dtype=np.float32)
+    R = R if R.ndim == 2 else R[:, None]
+    return R @ covariance @ np.swapaxes(R, -1, -2) * np.float32(factor**2)
 
 
 def _place(poses: PoseSequence) -> np.ndarray | None:

@@ -50,6 +50,8 @@ class PoseSequence:
     history: what was done so far, oldest first.
     root: (T, D) float64 of joints relative to the pelvis: the pelvis in the same axes and unit, from a point that does
         not move (the camera, the world's origin); NaN where missing, None when the source does not know its place.
+    covariance: (T, J, D, D) float32 of each joint's error, in `frame` and its unit squared, as the lifter states it;
+        NaN where missing, None where nobody says.
 
     Raises InputError when shapes, ranges or order do not fit. Arrays are read-only.
     """
@@ -65,6 +67,7 @@ class PoseSequence:
     person: str = "0"
     history: tuple[Step, ...] = ()
     root: np.ndarray | None = None
+    covariance: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         joints = _owned(self.joints, np.float32)
@@ -105,6 +108,13 @@ class PoseSequence:
                 raise InputError(
                     f"Expected a root of shape {(rows, self.frame.dims)}, finite or NaN, got {arrays['root'].shape}."
                 )
+        if self.covariance is not None:
+            arrays["covariance"] = _owned(self.covariance, np.float32)
+            if arrays["covariance"].shape != (*joints.shape, self.frame.dims):
+                raise InputError(
+                    f"Expected covariances of shape {(*joints.shape, self.frame.dims)}, got "
+                    f"{arrays['covariance'].shape}."
+                )
         if any(not 0 < seam < rows for seam in self.seams):
             raise InputError(f"Expected seams at rows 1 to {rows - 1}, got {self.seams}.")
         for name, array in arrays.items():
@@ -134,7 +144,10 @@ class PoseSequence:
         return self.time_s
 
     def with_(self, **changes: Any) -> PoseSequence:
-        """A copy with other fields, checked again."""
+        """A copy with other fields, checked again. Other joints, axes or layouts leave no covariance unless one is
+        given: whoever moves the joints knows what becomes of their errors."""
+        if changes.keys() & {"joints", "layout", "frame"}:
+            changes.setdefault("covariance", None)
         return replace(self, **changes)
 
     def noted(self, step: str, **options: Any) -> PoseSequence:

@@ -8,6 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from ..models.angle_error.take_angles import take_angles
+from ..models.common.spread import stated_spread
 from ..pipeline.errors import InputError
 from ..pipeline.frames import CAMERA, LEVEL, change_frame, require
 from ..pipeline.layouts import H36M17
@@ -57,6 +58,7 @@ def joint_angles(poses: PoseSequence, rectified: Rectified, filtered: PoseSequen
         error_deg=rectified.error_deg,
         up_error_deg=rectified.up_error_deg,
         unseen=poses.confidence == 0,
+        stated=stated_spread(source),
     )
     seams = breaks(source)
     columns = {}

@@ -63,6 +63,7 @@ def without(poses: PoseSequence, hidden: np.ndarray) -> PoseSequence:
     return poses.with_(
         joints=np.where(hidden[..., None], np.nan, poses.joints),
         confidence=np.where(hidden, 0.0, poses.confidence),
+        covariance=poses.covariance,
     ).noted("unseen", values=int(hidden.sum()))
 
 
@@ -84,7 +85,9 @@ def clean(
     if max_gap_s < 0 or spike < 0:
         raise InputError(f"clean needs max_gap_s and spike of 0 or more, got {max_gap_s} and {spike}.")
     strays = strays_of(poses) if spike > 0 else np.zeros(len(poses), dtype=bool)
-    poses = poses.with_(joints=np.where(strays[:, None, None], np.nan, poses.joints))
+    poses = poses.with_(
+        joints=np.where(strays[:, None, None], np.nan, poses.joints), covariance=poses.covariance
+    )
     poses, inserted = _every_frame(poses, video_time_s)
     trunk = np.linalg.norm(poses.joint("thorax") - poses.joint("pelvis"), axis=-1)
     furthest = 0.0 if np.isnan(trunk).all() else spike * float(np.nanmedian(trunk))
@@ -97,7 +100,16 @@ def clean(
     spikes, filled, count = cleaned(poses.joints)
     root = None if poses.root is None else cleaned(poses.root[:, None])[1][:, 0]
     made = np.isnan(poses.joints).any(-1) | spikes
-    return poses.with_(joints=filled, root=root, confidence=np.where(made, np.nan, poses.confidence)).noted(
+    covariance = poses.covariance  # nobody states the error of what was filled in
+    covariance = (
+        None if covariance is None else np.where(made[..., None, None], np.float32(np.nan), covariance)
+    )
+    return poses.with_(
+        joints=filled,
+        root=root,
+        covariance=covariance,
+        confidence=np.where(made, np.nan, poses.confidence),
+    ).noted(
         "clean",
         max_gap_s=max_gap_s,
         spike=spike,
@@ -129,6 +141,13 @@ def _every_frame(poses: PoseSequence, video_time_s: np.ndarray | None) -> tuple[
     root = None if poses.root is None else np.full((frames, poses.root.shape[1]), np.nan)
     if root is not None:
         root[rows] = poses.root
+    covariance = (
+        None
+        if poses.covariance is None
+        else np.full((frames, *poses.covariance.shape[1:]), np.nan, np.float32)
+    )
+    if covariance is not None:
+        covariance[rows] = poses.covariance
     time_s = np.interp(every, index, times)
     if video_time_s is not None and len(video_time_s) > every[-1] and np.allclose(video_time_s[index], times):
         time_s = video_time_s[every]
@@ -138,6 +157,7 @@ def _every_frame(poses: PoseSequence, video_time_s: np.ndarray | None) -> tuple[
         frame_index=every,
         time_s=time_s,
         root=root,
+        covariance=covariance,
         seams=tuple(rows[list(poses.seams)]),
     )
     return padded, frames - len(poses)

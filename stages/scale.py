@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
+import numpy as np
+
 from ..pipeline.anthropometry import implied_stature
 from ..pipeline.errors import InputError
 from ..pipeline.pose import PoseSequence
@@ -56,6 +58,9 @@ def scale(poses: PoseSequence, stature_m: float) -> PoseSequence:
         raise InputError("No limb bone is ever complete, so the stature cannot set the scale.")
     factor = stature_m / implied
     root = None if poses.root is None else poses.root * factor
-    return poses.with_(joints=poses.joints * factor, root=root, frame=poses.frame.with_(unit="m")).noted(
-        "scale", stature_m=stature_m, factor=factor
-    )
+    return poses.with_(
+        joints=poses.joints * factor,
+        root=root,
+        covariance=None if poses.covariance is None else poses.covariance * np.float32(factor**2),
+        frame=poses.frame.with_(unit="m"),
+    ).noted("scale", stature_m=stature_m, factor=factor)

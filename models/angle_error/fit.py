@@ -43,13 +43,14 @@ _COVERED = 0.9
 @dataclass(frozen=True, eq=False)
 class Pair:
     """One take through the filter. lifted, truth: (T, 17, 3) metres, CAMERA axes; raw: before the filter;
-    R_camera_from_body: (T, 3, 3), true; upright: (T,)."""
+    R_camera_from_body: (T, 3, 3), true; upright: (T,); stated: (T,) the lifter's own error, NaN where unknown."""
 
     raw: np.ndarray
     lifted: np.ndarray
     truth: np.ndarray
     R_camera_from_body: np.ndarray
     upright: np.ndarray
+    stated: np.ndarray
 
     @property
     def time_s(self) -> np.ndarray:
@@ -72,13 +73,21 @@ def read_pairs(paths: Sequence[Path]) -> Iterator[Pair]:
             with np.load(path, allow_pickle=False) as file:
                 names = ("lifted", "truth", "R_camera_from_body", "lying", "take_start")
                 lifted, truth, R, lying, start = (file[name] for name in names)
+                stated = file["spread"] if "spread" in file else np.full(len(lifted), np.nan)
         except (OSError, KeyError, ValueError, zipfile.BadZipFile) as error:
             raise InputError(f"Expected a file of pcnet3d testbed at {path}: {error}.") from None
         for begin, end in pairwise(start):
             true = truth[begin:end].astype(np.float64)
             raw = scaled(lifted[begin:end].astype(np.float64), true, "take")
             time_s = np.arange(len(raw)) / _FPS
-            yield Pair(raw, smoothed(raw, time_s), smoothed(true, time_s), R[begin:end], ~lying[begin:end])
+            yield Pair(
+                raw,
+                smoothed(raw, time_s),
+                smoothed(true, time_s),
+                R[begin:end],
+                ~lying[begin:end],
+                stated[begin:end],
+            )
 
 
 def modes_of(pairs: Iterator[Pair]) -> np.ndarray:
@@ -97,19 +106,17 @@ def with_multiples(noise: JointNoise, pairs: Sequence[Pair], levels: Sequence[Le
     for pair, level in zip(pairs, levels, strict=True):
         size = np.sqrt((pair.residual() ** 2).sum(axis=(1, 2)))
         heading = heading_error(level.error_deg, level.up_error_deg)
-        row = np.log(np.stack([heading, limb_spread(pair.lifted), size], axis=-1))
+        row = np.log(np.stack([heading, limb_spread(pair.lifted), pair.stated, size], axis=-1))
         rows.append(row[pair.upright & known(row)])
     x = np.concatenate(rows)
     centre = x.mean(axis=0)
-    powers = np.linalg.lstsq(x[:, :2] - centre[:2], x[:, 2] - centre[2], rcond=None)[0]
-    usual_deg, usual_spread = np.exp(centre[:2])
-    size = np.sqrt(np.mean(np.exp(2 * (x[:, 2] - (x[:, :2] - centre[:2]) @ powers))))
+    powers = np.linalg.lstsq(x[:, :-1] - centre[:-1], x[:, -1] - centre[-1], rcond=None)[0]
+    size = np.sqrt(np.mean(np.exp(2 * (x[:, -1] - (x[:, :-1] - centre[:-1]) @ powers))))
     return replace(
         noise,
         modes=noise.modes * size / np.sqrt((noise.modes**2).sum()),
-        usual_deg=float(usual_deg),
-        usual_spread=float(usual_spread),
-        powers=(float(powers[0]), float(powers[1])),
+        usual=tuple(np.exp(centre[:-1]).tolist()),
+        powers=tuple(powers.tolist()),
     )
 
 
@@ -120,7 +127,7 @@ def with_factors(noise: JointNoise, pairs: Sequence[Pair], levels: Sequence[Leve
         R = level.R_camera_from_body
         body = rotate(transpose(R), pair.lifted)
         found, true = angles(body), angles(rotate(transpose(pair.R_camera_from_body), pair.truth))
-        sd = angle_sd(body, R, level.error_deg, level.up_error_deg, noise)
+        sd = angle_sd(body, R, level.error_deg, level.up_error_deg, noise, pair.stated)
         for name in ANGLES:
             ratio = np.abs(near(found[name] - true[name], 0.0)) / sd[name]
             ratios.setdefault(of_both(name), []).append(ratio[pair.upright & np.isfinite(ratio)])
@@ -161,17 +168,14 @@ def main(
     noise = fit(train or (), val, load_rectifier("pcnet"))
     content = {
         "joints": JOINTS,
-        "usual_deg": round(noise.usual_deg, 3),
-        "usual_spread": round(noise.usual_spread, 5),
+        "usual": [round(each, 5) for each in noise.usual],
         "powers": [round(power, 3) for power in noise.powers],
         "factors": {name: round(factor, 3) for name, factor in noise.factors.items()},
         "modes": [[round(float(v), 6) for v in mode.ravel()] for mode in noise.modes],
     }
     with whole_file(output) as partial:
         partial.write_text(json.dumps(content) + "\n", encoding="utf-8")
-    print(
-        f"{output}: usual {content['usual_deg']} deg, {content['usual_spread']}, powers {content['powers']}"
-    )
+    print(f"{output}: usual {content['usual']}, powers {content['powers']}")
     for name, factor in content["factors"].items():
         print(f"  {name}: {factor}")
 

@@ -4,8 +4,9 @@ models/angle_error/take_angles.py.
 The noise is a Gaussian over 14 joints at once (nose, head and spine enter no angle), in camera axes, so that depth may
 be worse than what the picture shows, and neighbouring joints err together; what turns or moves the whole body is no
 part of it. It is kept as its largest modes, each one standard deviation long. A frame's noise is a multiple of it: by
-the rectifier's own error there, and by how much the limbs' lengths differ from the take's (a limb that is lifted too
-short or too long lies wrong in depth). 2D confidences say no more than that and do not enter.
+the rectifier's own error there, by how much the limbs' lengths differ from the take's (a limb that is lifted too
+short or too long lies wrong in depth), and by what the lifter itself states, where it does. 2D confidences say no more
+than that and do not enter.
 
 joint_noise.json was learned by models/angle_error/fit.py: the modes on lifted train subjects, by lifters that never saw
 them; the multiples, and one factor an angle that makes nine in ten errors lie within 1.645 standard deviations, on
@@ -39,21 +40,19 @@ _ROWS = 4096  # frames at once: the intermediate arrays of `angles` then stay wi
 
 @dataclass(frozen=True, eq=False)
 class JointNoise:
-    """modes: (K, 14, 3) joints of JOINTS in shares of stature, camera axes x right, y down, z away. usual_deg and
-    usual_spread: heading error and limb spread of a frame whose noise is these modes; powers: how the noise grows with
+    """modes: (K, 14, 3) joints of JOINTS in shares of stature, camera axes x right, y down, z away. usual: heading error
+    in degrees, limb spread and stated spread of a frame whose noise is these modes; powers: how the noise grows with
     each. factors: by angle, on the propagated standard deviation."""
 
     modes: np.ndarray
-    usual_deg: float = 5.0
-    usual_spread: float = 0.06
-    powers: tuple[float, float] = (0.0, 0.0)
+    usual: tuple[float, float, float] = (5.0, 0.06, 0.016)
+    powers: tuple[float, float, float] = (0.0, 0.0, 0.0)
     factors: dict[str, float] = field(default_factory=dict)
 
-    def scale(self, heading_deg: np.ndarray, spread: np.ndarray) -> np.ndarray:
+    def scale(self, heading_deg: np.ndarray, limbs: np.ndarray, stated: np.ndarray) -> np.ndarray:
         """(T,) multiple of the modes in each frame; an unknown heading error or spread counts as the usual one."""
-        ratios = (heading_deg / self.usual_deg, spread / self.usual_spread)
-        ratios = [np.where(np.isfinite(ratio), ratio, 1.0) for ratio in ratios]
-        return ratios[0] ** self.powers[0] * ratios[1] ** self.powers[1]
+        ratios = np.stack([heading_deg, limbs, stated], axis=-1) / self.usual
+        return np.prod(np.where(np.isfinite(ratios), ratios, 1.0) ** self.powers, axis=-1)
 
 
 @cache
@@ -62,8 +61,7 @@ def shipped_noise() -> JointNoise:
     content = json.loads(NOISE_FILE.read_text(encoding="utf-8"))
     return JointNoise(
         modes=np.array(content["modes"]).reshape(-1, len(JOINTS), 3),
-        usual_deg=content["usual_deg"],
-        usual_spread=content["usual_spread"],
+        usual=tuple(content["usual"]),
         powers=tuple(content["powers"]),
         factors=content["factors"],
     )
@@ -94,21 +92,24 @@ def angle_sd(
     error_deg: np.ndarray,
     up_error_deg: np.ndarray,
     noise: JointNoise | None = None,
+    stated: np.ndarray | None = None,
 ) -> dict[str, np.ndarray]:
     """{angle: (T,) stated standard deviation in degrees}, NaN where the angle is.
 
     body: (T, 17, 3) in BODY; R_camera_from_body (T, 3, 3), NaN where unknown, and then only angles without gravity can
-    be had from joints in camera axes. error_deg, up_error_deg: of the rectification (T,).
+    be had from joints in camera axes. error_deg, up_error_deg: of the rectification (T,). stated: (T,) the lifter's
+    stated error (models/common/spread.py), None or NaN where it states none.
 
     Every mode of the joints' noise moves the body one standard deviation either way, as do a tilt to the front and to
     the side and a turn of the heading; half the difference of the two angles is that mode's part, and the squares add.
     """
     noise = shipped_noise() if noise is None else noise
     heading = heading_error(error_deg, up_error_deg)
-    size = noise.scale(heading, limb_spread(body)) * implied_stature(body)
+    stated = np.full(len(body), np.nan) if stated is None else stated
+    size = noise.scale(heading, limb_spread(body), stated) * implied_stature(body)
     turned = np.asarray(known(R_camera_from_body).all(axis=1))
     R_body_from_camera = np.where(turned[:, None, None], transpose(R_camera_from_body), np.eye(3))
-    heading = np.where(np.isfinite(heading), heading, noise.usual_deg) / _MEAN_OF_STD
+    heading = np.where(np.isfinite(heading), heading, noise.usual[0]) / _MEAN_OF_STD
     tilt = np.where(np.isfinite(up_error_deg), up_error_deg, 0.0) / np.sqrt(2)
 
     def squares(rows: slice) -> dict[str, np.ndarray]:

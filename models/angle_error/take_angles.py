@@ -46,13 +46,14 @@ def take_angles(
     up_error_deg: np.ndarray | None = None,
     noise: JointNoise | None = None,
     unseen: np.ndarray | None = None,
+    stated: np.ndarray | None = None,
 ) -> dict[str, AngleSeries]:
     """Every angle of pipeline.motion.angles.ANGLES.
 
     joints, filtered: (T, 17, 3) relative to the pelvis, H36M17, any unit, before and after the low-pass; the angles are
     those of the second. Lifted ones in CAMERA axes: their noise is known in depth and across. R_source_from_body:
     (T, 3, 3), NaN where a frame has none. error_deg, up_error_deg: (T,) of the rectification. unseen: (T, 17) joints
-    that are missing because nobody saw them.
+    that are missing because nobody saw them. stated: (T,) the lifter's own error, as of `angle_sd`.
     """
     turned = np.asarray(known(R_source_from_body).all(axis=1))
     # Angles between segments are the same in any axes, so a frame that cannot be turned keeps them.
@@ -64,7 +65,7 @@ def take_angles(
     if lifted:
         error_deg = unknown if error_deg is None else error_deg
         up_error_deg = unknown if up_error_deg is None else up_error_deg
-        sd = angle_sd(body, R_source_from_body, error_deg, up_error_deg, noise)
+        sd = angle_sd(body, R_source_from_body, error_deg, up_error_deg, noise, stated)
     there, left = known(joints), known(filtered)
     hidden = np.zeros(there.shape, dtype=bool) if unseen is None else unseen & ~there
     out = {}

@@ -18,6 +18,7 @@ from ...pipeline.plugins.protocols import Rectifier
 from ...pipeline.running.progress import each
 from ..angle_error.take_angles import AngleSeries, smoothed, take_angles
 from ..common.metrics import SD_90, Figure
+from ..common.spread import stated_spread
 from ..gravity.levelling import level_static, why_not
 from .sets import EvaluationSet, evaluation_sets, heading
 from .testbed import LiftedTake
@@ -80,6 +81,7 @@ def one_set(
                 level_ok=fine,
                 error_deg=level.error_deg,
                 up_error_deg=level.up_error_deg,
+                stated=stated_spread(take.lifted),
             )
             rows = parts.setdefault(rectifier.method, {})
             for name in ANGLES:

@@ -26,6 +26,7 @@ from ...pipeline.layouts import H36M17
 from ...pipeline.pose import PoseSequence
 from ...pipeline.rotations import rotate
 from ..common.metrics import relative
+from ..common.spread import stated_spread
 from ..lifter.builtin import lift, network
 from ..lifter.features import body_rays
 from ..mocap.clips import Clip, Subjects, lying, read_clips
@@ -176,7 +177,7 @@ def write_takes(
     """Write lifted takes with ground truth for training and evaluation.
 
     One .npz of plain arrays, takes one after another: lifted, truth (N, 17, 3), R_camera_from_body (N, 3, 3),
-    up (N, 3), lying (N,); take_start (C + 1,), clip, subject, source (C,).
+    up (N, 3), lying (N,), spread (N,), the lifter's stated error (models/common/spread.py); take_start (C + 1,), clip, subject, source (C,).
     """
     refuse_unwritable_file(output)
     drawn = BodyRange() if bodies else None
@@ -194,6 +195,7 @@ def write_takes(
             R_camera_from_body=np.concatenate([take.R_camera_from_body for take in seen]),
             up=np.concatenate([np.tile(take.up, (len(take.lying), 1)) for take in seen]),
             lying=np.concatenate([take.lying for take in seen]),
+            spread=np.concatenate([stated_spread(take.lifted) for take in takes]).astype(np.float32),
             take_start=np.cumsum([0, *frames]),
             clip=np.array([take.clip for take in seen]),
             subject=np.array([take.subject for take in seen]),

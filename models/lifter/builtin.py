@@ -41,7 +41,7 @@ def lift(
     focal_px: focal length in pixels; unknown, it is taken for the longer image side. flip: average with the lift
     of the mirrored person, twice the time and a little better. model: "pcnet3d", the shipped one, or a file.
     -> joints (T, 17, 3) in CAMERA axes relative to the pelvis, unit arbitrary, about the metres of a person 1.7 m
-    tall. The confidence is the keypoints'. Frames in a run of more than 15 without any joint are NaN; the history
+    tall. The confidence is the keypoints', the covariance the one that the network states. Frames in a run of more than 15 without any joint are NaN; the history
     counts them. Single missing joints are filled in from the others. Trained on 20 to 60 frames per second.
     Raises InputError for another layout or frame, normalised coordinates, an unusable image size, or keypoints
     that jump between two people.
@@ -55,14 +55,18 @@ def lift(
     pixels, confidence, rows = on_grid(keypoints)
     refuse_two_people(pixels)
     x, R_camera_from_ray = features(pixels, confidence, size, np.asarray(focal))
-    joints = run(x, model)
+    joints, sd = run(x, model)
     if flip:
-        mirrored = run(flipped(x), model)[:, H36M17.mirror] * np.array([-1, 1, 1], dtype=np.float32)
-        joints = (joints + mirrored) / 2
+        mirrored, mirrored_sd = run(flipped(x), model)
+        joints = (joints + mirrored[:, H36M17.mirror] * np.array([-1, 1, 1], dtype=np.float32)) / 2
+        sd = (sd + mirrored_sd[:, H36M17.mirror]) / 2
     joints = rotate(R_camera_from_ray, joints.astype(np.float64))
     unseen = long_gaps(np.any(known(pixels), axis=1))
     joints = np.where(unseen[:, None, None], np.nan, joints)[rows]
-    return keypoints.with_(joints=joints, frame=CAMERA.with_(origin="pelvis", unit="arbitrary")).noted(
+    covariance = np.where(unseen[rows, None, None, None], np.nan, _covariance(sd, R_camera_from_ray)[rows])
+    return keypoints.with_(
+        joints=joints, covariance=covariance, frame=CAMERA.with_(origin="pelvis", unit="arbitrary")
+    ).noted(
         "lift",
         model=OwnLifter(str(model)).method,
         kind=KIND,
@@ -73,15 +77,27 @@ def lift(
     )
 
 
-def run(x: np.ndarray, model: str | Path = "pcnet3d", chunk: int = CHUNK) -> np.ndarray:
-    """The network's answer (T, 17, 3) in the ray frame to features x (T, CHANNELS), in overlapping chunks."""
+def run(x: np.ndarray, model: str | Path = "pcnet3d", chunk: int = CHUNK) -> tuple[np.ndarray, np.ndarray]:
+    """The network's answer to features x (T, CHANNELS), in overlapping chunks: joints (T, 17, 3) in the ray frame, and
+    their standard deviations (T, 17, 2) across the ray (of one axis) and along it, in the same unit."""
     opened = network(model)
     parts = []
     for start in range(0, len(x), chunk):
         first, last = max(start - opened.reach, 0), min(start + chunk + opened.reach, len(x))
-        (answer,) = opened.session.run(["joints"], {"features": x[None, first:last]})
-        parts.append(answer[0, start - first : start - first + min(chunk, len(x) - start)])
-    return np.concatenate(parts)
+        answer = opened.session.run(["joints", "sd"], {"features": x[None, first:last]})
+        kept = slice(start - first, start - first + min(chunk, len(x) - start))
+        parts.append([each[0, kept] for each in answer])
+    joints, sd = (np.concatenate(each) for each in zip(*parts, strict=True))
+    return joints, sd
+
+
+def _covariance(sd: np.ndarray, R_camera_from_ray: np.ndarray) -> np.ndarray:
+    """(T, 17, 3, 3) in CAMERA axes of standard deviations (T, 17, 2) across and along the ray."""
+    along = R_camera_from_ray[:, None, :, 2, None] * R_camera_from_ray[:, None, None, :, 2]
+    across, depth = np.moveaxis(sd.astype(np.float64) ** 2, -1, 0)[..., None, None]
+    covariance = (across * np.eye(3) + (depth - across) * along).astype(np.float32)
+    covariance[:, H36M17.index("pelvis")] = 0  # what the joints are counted from
+    return covariance
 
 
 @dataclass(frozen=True)

@@ -52,4 +52,4 @@ class LiveLifter:
             return np.full((len(H36M17), 3), np.nan)
         last = slice(-self._count, None)
         x, R_camera_from_ray = features(self._pixels[last], self._confidence[last], self._size, self._focal)
-        return rotate(R_camera_from_ray[-1], run(x, self._model)[-1].astype(np.float64))
+        return rotate(R_camera_from_ray[-1], run(x, self._model)[0][-1].astype(np.float64))

@@ -116,3 +116,13 @@ def test_a_long_sequence_is_turned_like_its_parts():
     level = change_frame(poses, LEVEL, R)
     expected = rotate(R, poses.joints.astype(float) - poses.joints[:, :1])
     np.testing.assert_allclose(level.joints, expected, atol=1e-6)
+
+
+def test_covariances_turn_with_the_axes_and_scale_with_the_unit(poses):
+    rng = np.random.default_rng(0)
+    root = rng.normal(size=(*poses.joints.shape, 3))
+    covariance = root @ np.swapaxes(root, -1, -2)
+    stated = poses.with_(covariance=covariance)
+    turned = change_frame(stated, GL_CAMERA.with_(unit=poses.frame.unit, origin=poses.frame.origin))
+    flip = np.diag([1.0, -1.0, -1.0])
+    np.testing.assert_allclose(turned.covariance, flip @ covariance @ flip, rtol=1e-5, atol=1e-5)

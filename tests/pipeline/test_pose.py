@@ -108,3 +108,14 @@ def test_arrays_are_shared_only_where_nobody_can_change_them():
     assert joints.flags.writeable
     with pytest.raises(ValueError, match="read-only"):
         again.joints[0] = 1
+
+
+def test_other_joints_leave_no_covariance_unless_it_is_given():
+    poses = PoseSequence(np.zeros((4, 17, 3)), H36M17, CAMERA)
+    covariance = np.broadcast_to(np.eye(poses.frame.dims), (*poses.joints.shape, poses.frame.dims))
+    stated = poses.with_(covariance=covariance)
+    assert stated.with_(person="1").covariance is not None
+    assert stated.with_(joints=poses.joints * 2).covariance is None
+    assert stated.with_(joints=poses.joints * 2, covariance=4 * covariance).covariance[0, 0, 0, 0] == 4
+    with pytest.raises(InputError, match="covariances of shape"):
+        poses.with_(covariance=covariance[:, :3])

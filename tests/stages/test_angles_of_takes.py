@@ -116,11 +116,26 @@ def test_a_frame_whose_limbs_change_length_is_trusted_less(seen):
     spread = limb_spread(odd)
     assert spread[100] > 3 * np.median(spread)
     assert spread == pytest.approx(limb_spread(7 * odd))
-    noise = replace(some_noise(), powers=(0.4, 0.5))
+    noise = replace(some_noise(), powers=(0.4, 0.5, 0.0))
     zero = np.zeros(len(odd))
     sd = angle_sd(rotate(transpose(R), odd), R, zero + 4, zero, noise)["l_knee_flexion"]
     clean = angle_sd(rotate(transpose(R), joints), R, zero + 4, zero, noise)["l_knee_flexion"]
     assert sd[100] > 1.3 * clean[100]
+
+
+def test_a_lifter_that_is_unsure_widens_the_bars(seen):
+    joints, R = seen
+    noise = replace(some_noise(), powers=(0.0, 0.0, 1.0))
+    zero = np.zeros(len(joints))
+    bars = [
+        angle_sd(rotate(transpose(R), joints), R, zero, zero, noise, zero + times * noise.usual[2])[
+            "l_knee_flexion"
+        ]
+        for times in (1, 1.5)
+    ]
+    np.testing.assert_allclose(bars[1], 1.5 * bars[0], rtol=0.1)
+    unknown = angle_sd(rotate(transpose(R), joints), R, zero, zero, noise, zero + np.nan)["l_knee_flexion"]
+    np.testing.assert_array_equal(unknown, bars[0])
 
 
 def test_the_modes_are_those_of_the_lifter(seen):
@@ -132,7 +147,9 @@ def test_the_modes_are_those_of_the_lifter(seen):
     wrong = joints.copy()
     wrong[:, H36M17.index("r_wrist"), 2] += rng.normal(0, 0.05, len(joints))
     wrong = rotate(Rotation.from_rotvec(np.radians(rng.normal(0, 5, (len(joints), 3)))).as_matrix(), wrong)
-    modes = modes_of(iter([Pair(wrong, wrong, joints, R, np.ones(len(joints), dtype=bool))]))
+    modes = modes_of(
+        iter([Pair(wrong, wrong, joints, R, np.ones(len(joints), dtype=bool), np.full(len(joints), np.nan))])
+    )
     variance = (modes**2).sum(axis=0)
     wrist = JOINTS.index("r_wrist")
     assert np.sqrt(variance[wrist, 2]) == pytest.approx(0.05 / 1.75, rel=0.2)
@@ -152,7 +169,7 @@ def test_factors_are_one_for_noise_that_is_what_it_says(seen):
         error_deg=np.zeros(len(joints)),
         up_error_deg=np.zeros(len(joints)),
     )
-    pair = Pair(wrong, wrong, joints, R, np.ones(len(joints), dtype=bool))
+    pair = Pair(wrong, wrong, joints, R, np.ones(len(joints), dtype=bool), np.full(len(joints), np.nan))
     factors = with_factors(noise, [pair], [true_level]).factors
     for name in ("knee_flexion", "hip_flexion", "shank_sagittal", "shoulder_abduction"):
         assert factors[f"r_{name}"] == factors[f"l_{name}"] == pytest.approx(1, abs=0.15), name

@@ -44,9 +44,9 @@ def test_a_facing_person_comes_out_upright_with_left_on_the_right():
 
 def test_chunks_make_no_seam():
     x, _ = features(person(700), np.full((700, 17), np.nan), np.array(SIZE, dtype=float), np.array(1920.0))
-    whole = run(x, chunk=10_000)
+    whole = run(x, chunk=10_000)[0]
     for chunk in (100, 257):
-        np.testing.assert_allclose(run(x, chunk=chunk), whole, atol=1e-5)
+        np.testing.assert_allclose(run(x, chunk=chunk)[0], whole, atol=1e-5)
 
 
 def test_far_frames_do_not_matter():
@@ -179,3 +179,12 @@ def test_a_scene_cut_is_not_two_people():
     pixels = person(60, at=(300, 540))
     pixels[30:] = person(60, at=(1500, 540))[30:]
     assert np.isfinite(lift(poses(pixels), SIZE).joints).all()
+
+
+def test_the_stated_error_is_largest_along_the_ray_and_turns_with_it():
+    lifted = lift(poses(person(at=(300, 300))), SIZE, 1500.0)
+    ray = np.array([300 - 960, 300 - 540, 1500.0]) / np.linalg.norm([300 - 960, 300 - 540, 1500.0])
+    values, axes = np.linalg.eigh(lifted.covariance[30, H36M17.index("l_wrist")].astype(float))
+    assert values[2] > 2 * values[1] == pytest.approx(2 * values[0], rel=1e-3)
+    assert abs(axes[:, 2] @ ray) > 0.995
+    assert (lifted.covariance[:, H36M17.index("pelvis")] == 0).all()
