@@ -40,9 +40,9 @@ _ROWS = 4096  # frames at once: the intermediate arrays of `angles` then stay wi
 
 @dataclass(frozen=True, eq=False)
 class JointNoise:
-    """modes: (K, 14, 3) joints of JOINTS in shares of stature, camera axes x right, y down, z away. usual: heading error
-    in degrees, limb spread and stated spread of a frame whose noise is these modes; powers: how the noise grows with
-    each. factors: by angle, on the propagated standard deviation."""
+    """modes: (K, 14, 3) joints of JOINTS in shares of stature, camera axes x right, y down, z away. usual: heading
+    error in degrees, limb spread and stated spread of a frame whose noise is these modes; powers: how the noise grows
+    with each. factors: by angle, on the propagated standard deviation."""
 
     modes: np.ndarray
     usual: tuple[float, float, float] = (5.0, 0.06, 0.016)

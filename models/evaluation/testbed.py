@@ -177,7 +177,8 @@ def write_takes(
     """Write lifted takes with ground truth for training and evaluation.
 
     One .npz of plain arrays, takes one after another: lifted, truth (N, 17, 3), R_camera_from_body (N, 3, 3),
-    up (N, 3), lying (N,), spread (N,), the lifter's stated error (models/common/spread.py); take_start (C + 1,), clip, subject, source (C,).
+    up (N, 3), lying (N,), spread (N,), the lifter's stated error (models/common/spread.py); take_start (C + 1,),
+    clip, subject, source (C,).
     """
     refuse_unwritable_file(output)
     drawn = BodyRange() if bodies else None

@@ -41,8 +41,9 @@ def lift(
     focal_px: focal length in pixels; unknown, it is taken for the longer image side. flip: average with the lift
     of the mirrored person, twice the time and a little better. model: "pcnet3d", the shipped one, or a file.
     -> joints (T, 17, 3) in CAMERA axes relative to the pelvis, unit arbitrary, about the metres of a person 1.7 m
-    tall. The confidence is the keypoints', the covariance the one that the network states. Frames in a run of more than 15 without any joint are NaN; the history
-    counts them. Single missing joints are filled in from the others. Trained on 20 to 60 frames per second.
+    tall. The confidence is the keypoints', the covariance the one that the network states. Frames in a run of more than
+    15 without any joint are NaN; the history counts them. Single missing joints are filled in from the others. Trained
+    on 20 to 60 frames per second.
     Raises InputError for another layout or frame, normalised coordinates, an unusable image size, or keypoints
     that jump between two people.
     """
