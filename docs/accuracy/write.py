@@ -2,10 +2,10 @@
 
     python docs/accuracy/write.py [DIR/evaluation.json ...]
 
-The figures that documents quote are in figures.json, a block per evaluation, with its command, its date and the networks
-that it measured. An evaluation.json replaces the figures of its blocks; all others stay. Then accuracy.md is written from
-accuracy.md.j2, and what stands between `<!-- docs/accuracy/write.py: NAME -->` and `<!-- end -->` in other documents from
-the macro NAME of tables.md.j2. Words around the figures are not measured: read them again in `git diff`.
+The figures that documents quote are in figures.json, a block per evaluation, with its command, its date and the
+networks that it measured. An evaluation.json replaces the figures of its blocks; all others stay. Then accuracy.md is
+written from page.j2, and what stands between `<!-- docs/accuracy/write.py: NAME -->` and `<!-- end -->` in other
+documents from the macro NAME of tables.j2. Words around the figures are not measured: read them again.
 """
 
 from __future__ import annotations
@@ -29,7 +29,13 @@ from pcnet3d.pipeline.errors import InputError
 HERE = Path(__file__).parent
 FIGURES = HERE / "figures.json"
 ROOT = HERE.parents[1]
-MARKED = ("README.md", "docs/angles.md", "models/lifter/card.md")
+MARKED = (
+    "README.md",
+    "docs/angles.md",
+    "docs/lifting.md",
+    "models/lifter/card.md",
+    "models/rectifier/card.md",
+)
 _MARK = re.compile(r"(<!-- docs/accuracy/write\.py: (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
 
 
@@ -105,13 +111,21 @@ BLOCKS = {
             ),
         ),
     ),
-    "two_lifters": Block(
+    "rectifiers": Block(
         "pcnet3d evaluate --rectifier geometric --rectifier pcnet --rectifier paper --real",
         "real, rectified",
-        ("pcnet", "paper"),
+        ("lifter", "pcnet", "paper"),
         (
-            "real, rectified/apart/boxing: MotionBERT, BlazePose/camera axes/mean",
-            "real, rectified/apart/boxing: MotionBERT, BlazePose/*, a frame/mean",
+            "rectifiers/*/rows/*/frames",
+            "rectifiers/*/rows/*/rotation/*",
+            "rectifiers/pcnet/rows/*/expected/mean",
+            "rectifiers/pcnet/rows/*/spearman",
+            "real, rectified/apart/*/camera axes/*",
+            "real, rectified/apart/*/*, a frame/*",
+            "real, rectified/apart/*/pcnet, a take/*",
+            "real, rectified/up/*/*",
+            "real, rectified/trunk/*, pcnet3d on MoveNet/pcnet/*",
+            "real, rectified/trunk/*, BlazePose/pcnet/*",
         ),
     ),
 }
@@ -149,9 +163,15 @@ def updated(figures: dict[str, Any], evaluation: dict[str, Any]) -> dict[str, An
     names = [name for name, block in BLOCKS.items() if block.key in evaluation]
     if not names:
         commands = "; ".join(block.command for block in BLOCKS.values())
-        raise InputError(f"Expected an evaluation.json of one of these commands: {commands}; this is of none.")
-    if other := {key: evaluation[key] for key in _SETTING if evaluation.get(key, _SETTING[key]) != _SETTING[key]}:
-        raise InputError(f"The documents are about {_SETTING}, this evaluation about {other}; evaluate without it.")
+        raise InputError(
+            f"Expected an evaluation.json of one of these commands: {commands}; this is of none."
+        )
+    if other := {
+        key: evaluation[key] for key in _SETTING if evaluation.get(key, _SETTING[key]) != _SETTING[key]
+    }:
+        raise InputError(
+            f"The documents are about {_SETTING}, this evaluation about {other}; evaluate without it."
+        )
     measured = {method.partition("@")[2] for method in evaluation.get("networks", [])}
     content = json.dumps(evaluation)
     for name, digest in shipped().items():
@@ -190,7 +210,9 @@ def picked(tree: dict[str, Any], patterns: Sequence[str]) -> dict[str, Any]:
 
     found = inside(tree, "")
     if unused:
-        raise InputError(f"The documents quote {sorted(unused)[0]}, which this evaluation lacks; run it in full.")
+        raise InputError(
+            f"The documents quote {sorted(unused)[0]}, which this evaluation lacks; run it in full."
+        )
     return found
 
 
@@ -202,10 +224,12 @@ def pages(figures: dict[str, Any]) -> dict[str, str]:
     )  # fmt: skip
     kit.filters |= {f"d{digits}": f"{{:.{digits}f}}".format for digits in range(3)}
     kit.filters["percent"] = lambda share: f"{100 * share:.0f} %"
-    kit.filters["spread"] = lambda of: f"{of['p50']:.0f} / {of['mean']:.0f} / {of['p95']:.0f}"
+    kit.filters["spread"] = lambda of, digits=0: " / ".join(
+        f"{of[name]:.{digits}f}" for name in ("p50", "mean", "p95")
+    )
     words = {name: block["figures"] for name, block in figures.items()}
-    tables = kit.get_template("tables.md.j2").make_module(words)
-    texts = {"docs/accuracy.md": kit.get_template("accuracy.md.j2").render(words)}
+    tables = kit.get_template("tables.j2").make_module(words)
+    texts = {"docs/accuracy.md": kit.get_template("page.j2").render(words)}
     for name in MARKED:
         text = (ROOT / name).read_text(encoding="utf-8")
         texts[name] = _MARK.sub(lambda mark: f"{mark[1]}{getattr(tables, mark[2])()}{mark[3]}", text)
@@ -219,7 +243,9 @@ def main() -> None:
             figures = updated(figures, json.loads(Path(path).read_text(encoding="utf-8")))
     except InputError as error:
         sys.exit(f"{path}: {error}")
-    FIGURES.write_text(json.dumps(figures, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+    text = json.dumps(figures, indent=1, ensure_ascii=False)
+    text = re.sub(r"{[^{}]*}", lambda innermost: " ".join(innermost[0].split()), text)  # a line each
+    FIGURES.write_text(text + "\n", encoding="utf-8")
     for name, text in pages(figures).items():
         (ROOT / name).write_text(text, encoding="utf-8")
     print("\n".join(stale(figures)) or "All figures are of the shipped networks.")
