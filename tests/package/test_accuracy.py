@@ -28,11 +28,10 @@ FIGURES = json.loads(write.FIGURES.read_text(encoding="utf-8"))
 
 def evaluation() -> dict:
     """As `pcnet3d evaluate --real-take` writes it, the figures those of figures.json and some that nobody quotes."""
-    block = FIGURES["real_take"]
-    digest = block["networks"]["pcnet"]
-    content = json.dumps(block["figures"]).replace('pcnet"', f'pcnet@{digest}"')
-    content = content.replace('"pcnet,', f'"pcnet@{digest},')
-    networks = [f"pcnet3d@{block['networks']['lifter']}", f"pcnet@{digest}"]
+    shipped = write.shipped()
+    content = json.dumps(FIGURES["real_take"]["figures"])
+    content = re.sub(r'pcnet(?=[",])', f"pcnet@{shipped['pcnet']}", content)
+    networks = [f"pcnet3d@{shipped['lifter']}", f"pcnet@{shipped['pcnet']}"]
     return json.loads(content) | {"date": "2031-01-02", "networks": networks, "flip": False, "pcnet3d": "9.9"}
 
 
@@ -87,7 +86,7 @@ def test_an_evaluation_replaces_its_block_only():
     block = after.pop("real_take")
     assert after == {name: block for name, block in FIGURES.items() if name != "real_take"}
     assert block["date"] == "2031-01-02"
-    assert block["networks"] == FIGURES["real_take"]["networks"]
+    assert block["networks"] == {name: write.shipped()[name] for name in ("lifter", "pcnet")}
     wanted = copy.deepcopy(FIGURES["real_take"]["figures"])
     wanted["standing"]["geometric"]["mean"]["up_deg"] = 12.3457
     assert block["figures"] == wanted
