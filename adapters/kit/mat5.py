@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import zlib
 from collections.abc import Iterator
+from mmap import mmap
 from typing import NamedTuple
 
 import numpy as np
@@ -34,7 +35,7 @@ class _Matrix(NamedTuple):
     rest: memoryview
 
 
-def names(content: bytes) -> frozenset[str]:
+def names(content: bytes | mmap) -> frozenset[str]:
     """Of the variables. ValueError or zlib.error for a damaged file."""
     order = _order(content)
     return frozenset(
@@ -58,21 +59,21 @@ def arrays(content: bytes, wanted: tuple[str, ...]) -> dict[str, np.ndarray]:
     return found
 
 
-def _order(content: bytes) -> str:
+def _order(content: bytes | mmap) -> str:
     order = {b"IM": "<", b"MI": ">"}.get(content[126:_HEADER])
     if order is None:
         raise ValueError("its header is damaged")
     return order
 
 
-def _body(content: bytes) -> memoryview:
+def _body(content: bytes | mmap) -> memoryview:
     return memoryview(content)[_HEADER:]
 
 
 def _beginning(kind: int, data: memoryview) -> memoryview:
     """Of a variable: its first bytes, unpacked."""
     if kind == _COMPRESSED:
-        return memoryview(zlib.decompressobj().decompress(bytes(data), _START))[8:]
+        return memoryview(zlib.decompressobj().decompress(bytes(data[: 2 * _START]), _START))[8:]
     return data
 
 
