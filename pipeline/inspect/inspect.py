@@ -23,8 +23,7 @@ from ..motion.swap_repair import as_frames
 from ..motion.swaps import Swap, find_swaps
 from ..pose import PoseSequence
 from ..reading.choose import choose_person
-from ..reading.load import read_all, read_sources
-from ..reading.normalise import normalised
+from ..reading.load import load, read_all
 from ..reading.take import read_video
 from ..take import Video
 from ..verdict import Finding, verdict
@@ -127,9 +126,8 @@ def inspect(
     adapter, options: as for read_all. person: only this one, "longest" or "largest". keypoints, video: 2D of the same
     recording, and the recording itself, to compare with. Raises InputError when a file cannot be read at all.
     """
-    chosen, sources = read_sources(path, adapter, None, options or {})
-    if person is not None:
-        sources = (choose_person(sources, person, str(path)),)
+    read = load(path, adapter, None, options or {})
+    sources = read.people if person is None else (choose_person(read.people, person, str(path)),)
     tracks = () if keypoints is None else read_all(keypoints, gives="keypoints")
     recording = None if video is None else read_video(video)
     people = []
@@ -138,7 +136,7 @@ def inspect(
         poses, fit = None, None
         if source.frame.dims == 3:
             try:
-                poses = normalised(source, chosen, path, None, "ignore", "gap")
+                poses = read.normalised(source, parity="ignore", missing="gap")
             except InputError as error:
                 found.append(Finding("unusable", "refused", str(error)))
             else:
@@ -150,7 +148,7 @@ def inspect(
             fit = agreement(poses, tracks) if poses.frame.family == "camera" else None
             found.append(_fit_finding(fit, poses))
         people.append(Person(source, poses, tuple(found), fit, swaps))
-    return Inspection(path, chosen.name, tuple(people))
+    return Inspection(path, read.adapter.name, tuple(people))
 
 
 def _video_findings(source: PoseSequence, video: Video | None) -> list[Finding]:

@@ -27,8 +27,13 @@ def _json(path: Path) -> None:
 
 
 def _frames(path: Path) -> None:
-    entry = {"frame_id": 0, "instances": [{"keypoints": [[0.5, 0.5, 0.5]] * 17, "keypoint_scores": [1.0] * 17}]}
-    path.write_text(json.dumps({"meta_info": {}, "instance_info": [entry] * (LONG // len(json.dumps(entry)))}))
+    entry = {
+        "frame_id": 0,
+        "instances": [{"keypoints": [[0.5, 0.5, 0.5]] * 17, "keypoint_scores": [1.0] * 17}],
+    }
+    path.write_text(
+        json.dumps({"meta_info": {}, "instance_info": [entry] * (LONG // len(json.dumps(entry)))})
+    )
 
 
 def _csv(path: Path) -> None:
