@@ -16,6 +16,7 @@ from ..pipeline.errors import InputError
 from ..pipeline.files.markers import Markers, Up
 from ..pipeline.files.skeletons import SMPL
 from ..pipeline.layouts import H36M17
+from ..pipeline.messages import how_many
 from ..pipeline.pose import PoseSequence
 from .kit.numpy import keys, load, load_all
 from .kit.world import poses_of
@@ -66,5 +67,5 @@ def _names(path: Path, held: tuple[str, ...], count: int) -> list[str]:
     else:
         names = [*SMPL[:count], *(f"more{i}" for i in range(count - len(SMPL)))]
     if len(names) != count:
-        raise InputError(f"{path}: expected a name for each of {count} joints, got {len(names)}.")
+        raise InputError(f"{path}: expected a name for each of {how_many(count, 'joint')}, got {len(names)}.")
     return names

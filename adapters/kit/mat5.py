@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...pipeline.files.unpacked import unpacked
+from ...pipeline.messages import how_many
 
 _HEADER = 128
 _MATRIX, _COMPRESSED = 14, 15
@@ -114,7 +115,7 @@ def _numbers(matrix: _Matrix, order: str) -> np.ndarray:
         raise ValueError(f"'{matrix.name}' is no array of real numbers")
     values = np.frombuffer(data, order + _STORED[stored])
     if len(values) != math.prod(matrix.shape):
-        raise ValueError(f"'{matrix.name}' of shape {matrix.shape} has {len(values)} numbers")
+        raise ValueError(f"'{matrix.name}' of shape {matrix.shape} has {how_many(len(values), 'number')}")
     return values.astype(_CLASSES[matrix.kind]).reshape(matrix.shape, order="F")
 
 
@@ -124,7 +125,7 @@ def _cells(matrix: _Matrix, order: str) -> np.ndarray:
         for _, data in _elements(matrix.rest, order)
     ]
     if len(cells) != math.prod(matrix.shape):
-        raise ValueError(f"'{matrix.name}' of shape {matrix.shape} has {len(cells)} cells")
+        raise ValueError(f"'{matrix.name}' of shape {matrix.shape} has {how_many(len(cells), 'cell')}")
     found = np.empty(len(cells), dtype=object)
     found[:] = cells
     return found.reshape(matrix.shape, order="F")

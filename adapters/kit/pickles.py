@@ -20,6 +20,7 @@ import numpy as np
 
 from ...pipeline.errors import InputError
 from ...pipeline.files.unpacked import unpacked
+from ...pipeline.messages import how_many
 
 _ZLIB = b"\x78"
 _PEEK_BYTES = 1 << 16
@@ -62,7 +63,7 @@ class _Array:
 def _nested(values: list[Any], shape: tuple[int, ...]) -> Any:
     """Objects of an array of this shape, by rows, as lists in lists; the only one where the shape is ()."""
     if len(values) != int(np.prod(shape, dtype=object)):
-        raise InputError(f"expected an array of shape {shape}, got {len(values)} objects.")
+        raise InputError(f"expected an array of shape {shape}, got {how_many(len(values), 'object')}.")
     if len(shape) < 2 or not values:
         return values if shape else values[0]
     step = len(values) // max(shape[0], 1)

@@ -9,6 +9,7 @@ from typing import Any
 
 from ..errors import InputError
 from ..files.atomic import printable
+from ..messages import how_many
 from ..motion.checks import implausible
 from ..motion.findings import findings_of
 from ..motion.swap_repair import treated
@@ -19,6 +20,7 @@ from .choose import RANKS, choose_person
 from .clock import Clock, check_numbers, numbered_by, starting_at
 from .find import exchanged, find_adapter, recognises
 from .load import Source, load
+from .normalise import missing_in_words
 from .settings import RunOptions
 
 
@@ -206,7 +208,8 @@ def _keypoints(files: _Files, poses: PoseSequence | None) -> PoseSequence | None
             return file.normalised(fitting[0])
         if sum(map(len, tracks)) == len(poses):
             raise InputError(
-                f"{options.poses} has {len(poses)} rows, as many as all {len(tracks)} people of {file.path} together: "
+                f"{options.poses} has {how_many(len(poses), 'row')}, as many as all {len(tracks)} "
+                f"people of {file.path} together: "
                 "the lifter took several people for one (MotionBERT without --focus); lift one person at a time."
             )
     person = options.person if len(tracks) > 1 else None
@@ -234,7 +237,7 @@ def _repairs(lead: PoseSequence) -> list[Event]:
                 Event("repair", f"Left and right were put right as asked: {step.options['repair']}.")
             )
         if step.name == "missing":
-            counts = ", ".join(f"{count} {what}" for what, count in step.options.items() if count)
+            counts = ", ".join(missing_in_words(*each) for each in step.options.items() if each[1])
             events.append(Event("repair", f"Taken for gaps as asked: {counts}."))
     return events
 

@@ -149,7 +149,7 @@ def test_gaps_taken_as_asked_are_counted(lifted):
     events = open_take(RunOptions(poses=lifted, fps=25, missing="gap", adapter="motionbert")).events
     (text,) = [event.text for event in events if event.kind == "repair"]
     assert "2 frames with NaN" in text
-    assert "1 frames with all joints" in text
+    assert "1 frame with all joints" in text
 
 
 @pytest.mark.parametrize("option", [{"fps": "30"}, {"parity": "ignore"}, {"gives": "poses"}, {"path": "x"}])
