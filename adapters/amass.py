@@ -18,7 +18,7 @@ from ..pipeline.files.skeletons import SMPL
 from ..pipeline.layouts import H36M17
 from ..pipeline.messages import how_many
 from ..pipeline.pose import PoseSequence
-from .kit.numpy import keys, load, load_all
+from .kit.numpy import arrays_in, keys, load, load_all
 from .kit.world import poses_of
 
 name = "amass"
@@ -30,10 +30,7 @@ _PARAMETERS = {"poses", "trans", "betas"}
 
 
 def sniff(path: Path) -> bool:
-    try:
-        held = set(keys(path))
-    except InputError:
-        return False
+    held = arrays_in(path)
     return held >= _PARAMETERS or ("joints" in held and bool(held & set(_RATES)))
 
 

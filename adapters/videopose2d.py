@@ -50,7 +50,7 @@ def read(
     if not isinstance(cameras, list) or not 0 <= camera < len(cameras):
         count = len(cameras) if isinstance(cameras, list) else 0
         raise InputError(
-            f"{where}, video '{video}': expected one of {how_many(count, 'camera')}, from 0; got camera={camera}."
+            f"{where}, video '{video}': it has {how_many(count, 'camera')}, counted from 0; got camera={camera}."
         )
     points = np.asarray(cameras[camera]) if isinstance(cameras[camera], np.ndarray) else np.zeros(())
     layout = _LAYOUTS[said]

@@ -26,7 +26,18 @@ from .pickles import loads
 
 _PEEK_BYTES = 1 << 22
 
-__all__ = ["Shape", "fits", "has_objects", "in_words", "keys", "load", "load_all", "load_objects", "peek"]
+__all__ = [
+    "Shape",
+    "arrays_in",
+    "fits",
+    "has_objects",
+    "in_words",
+    "keys",
+    "load",
+    "load_all",
+    "load_objects",
+    "peek",
+]
 
 
 def load_objects(path: Path, key: str) -> Any:
@@ -42,10 +53,18 @@ def load_objects(path: Path, key: str) -> Any:
     return loads(content, where)
 
 
+def arrays_in(path: Path) -> set[str]:
+    """The names of the arrays in an .npz; none for any other file. Never raises."""
+    try:
+        return set(keys(path))
+    except InputError:
+        return set()
+
+
 def has_objects(path: Path, *wanted: str) -> bool:
     """Whether the file is an .npz with arrays of Python objects by these names. Never raises."""
     try:
-        if not path.is_file() or not set(wanted) <= set(keys(path)):
+        if not arrays_in(path) >= set(wanted):
             return False
         for key in wanted:
             with damage_reported(path), opened(path, key) as (stream, _):
