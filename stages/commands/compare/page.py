@@ -288,8 +288,8 @@ def as_text(found: Comparison) -> Iterator[str]:
         for cycle in pair.cycles:
             of = cycle.agreement
             yield (
-                f"{cycle.kind}, {cycle.angle}: {of['cycles']} and {how_many(of['cycles_reference'], 'cycle')}, range "
-                f"{of['rom_deg']:.1f} against {of['rom_reference_deg']:.1f} degrees"
+                f"{cycle.kind}, {cycle.angle}: {of['cycles']} and {how_many(int(of['cycles_reference']), 'cycle')}, "
+                f"range {of['rom_deg']:.1f} against {of['rom_reference_deg']:.1f} degrees"
             )
 
 
