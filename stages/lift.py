@@ -14,6 +14,7 @@ from ..pipeline.camera import Camera
 from ..pipeline.files.video_frames import shown_size
 from ..pipeline.intrinsics import undistorted
 from ..pipeline.layouts import H36M17, remap
+from ..pipeline.messages import how_many
 from ..pipeline.motion.checks import implausible, strays_of
 from ..pipeline.motion.findings import findings_of
 from ..pipeline.motion.visibility import seen_only
@@ -60,8 +61,10 @@ class Lift:
         if isinstance(self._opened, OwnLifter) and keypoints.time_s is not None:
             keypoints, strays = _without_strays(seen_only(keypoints, size), keypoints)
             if strays:
-                frames = "1 frame" if strays == 1 else f"{strays} frames"
-                text = f"{frames} of 2D keypoints, between leaps of the whole person, left out of the lift."
+                text = (
+                    f"{how_many(strays, 'frame')} of 2D keypoints, between leaps of the whole "
+                    "person, left out of the lift."
+                )
                 take = take.saying(Event("repair", text))
         focal_px, guessed = self._focal_px(take.camera)
         poses = self._opened.lift(keypoints, size, focal_px, self.flip, take.video)

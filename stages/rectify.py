@@ -27,6 +27,7 @@ from ..pipeline.canonical import R_world_from_body
 from ..pipeline.errors import InputError
 from ..pipeline.frames import BODY, CAMERA, LEVEL, Z_UP, Frame, change_frame
 from ..pipeline.layouts import H36M17
+from ..pipeline.messages import how_many
 from ..pipeline.plugins.protocols import Rectifier
 from ..pipeline.pose import PoseSequence, Rectified
 from ..pipeline.rotations import rotate, transpose
@@ -72,7 +73,10 @@ class Rectify:
 def _filled(take: Take, rectified: Rectified, events: list[Event]) -> Take:
     lost = int(np.isnan(rectified.R_source_from_body).any(axis=(1, 2)).sum())
     if lost:
-        text = f"{lost} of {len(rectified.body)} frames have too few torso joints to rectify."
+        text = (
+            f"{lost} of {how_many(len(rectified.body), 'frame')} "
+            f"{'has' if lost == 1 else 'have'} too few torso joints to rectify."
+        )
         events = [*events, Event("warning", text)]
     if not rectified.level_ok:
         events = [*events, Event("warning", f"The take could not be levelled: {rectified.level_reason}.")]

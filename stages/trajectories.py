@@ -23,6 +23,7 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from ..pipeline.errors import InputError
+from ..pipeline.messages import how_many
 from ..pipeline.motion.rates import fall_doubts, pace_doubts
 from ..pipeline.motion.signals import (
     CUTOFF_HZ,
@@ -187,7 +188,8 @@ def _told(path: PoseSequence) -> list[Event]:
         events.append(
             Event(
                 "warning",
-                f"{done['values_lost']} joint positions lie in unbroken pieces that are too short for the "
+                f"{how_many(done['values_lost'], 'joint position lies', 'joint positions lie')} in "
+                "unbroken pieces that are too short for the "
                 f"{done['cutoff_hz']:g} Hz filter; their paths, velocities and accelerations are missing.",
             )
         )
@@ -195,7 +197,8 @@ def _told(path: PoseSequence) -> list[Event]:
         events.append(
             Event(
                 "note",
-                f"The time stamps of {done['rows_resampled']} frames are not evenly spaced: paths were brought to even "
+                f"The time stamps of {how_many(done['rows_resampled'], 'frame')} are not evenly "
+                "spaced: paths were brought to even "
                 "ones for the filter, and back.",
             )
         )

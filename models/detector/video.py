@@ -11,6 +11,7 @@ import numpy as np
 from ...pipeline.errors import InputError
 from ...pipeline.files.detections import Detections
 from ...pipeline.files.video_frames import pictures
+from ...pipeline.messages import how_many
 from ...pipeline.running.interrupt import interruptible
 from ...pipeline.running.progress import counted
 from ...pipeline.take import Video
@@ -147,7 +148,8 @@ def detect(
         if (resume.source, resume.method, resume.frames) != (source, detector.method, total):
             raise InputError(
                 f"What was detected before is of another video, detector or version ({resume.method} on "
-                f"{resume.frames} frames, now {detector.method} on {total}); leave --resume out to begin anew."
+                f"{how_many(resume.frames, 'frame')}, now {detector.method} on {total}); leave "
+                "--resume out to begin anew."
             )
         search.take_up(resume)
     keep_at = time.monotonic() + _KEEP_S

@@ -11,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...pipeline.errors import InputError
+from ...pipeline.messages import how_many
 from ..common.onnx import OnnxFile
 from .crops import Crop
 
@@ -61,7 +62,8 @@ class PersonBoxes:
         corner, stride = _grid(self._size)
         if len(rows) != len(corner):
             raise InputError(
-                f"{self._network.path}: expected {len(corner)} cells of 8, 16 and 32 pixels, got {len(rows)}."
+                f"{self._network.path}: expected {how_many(len(corner), 'cell')} of 8, 16 and 32 pixels, "
+                f"got {len(rows)}."
             )
         centre = (rows[:, :2] + corner) * stride[:, None]
         half = np.exp(rows[:, 2:4]) * stride[:, None] / 2

@@ -20,6 +20,7 @@ from ...pipeline.errors import InputError
 from ...pipeline.files.atomic import refuse_unwritable, whole_file
 from ...pipeline.frames import IMAGE
 from ...pipeline.layouts import H36M17
+from ...pipeline.messages import how_many
 from ...pipeline.plugins.protocols import Rectifier
 from ...pipeline.pose import PoseSequence, package_version
 from ...pipeline.rotations import angle_deg, geodesic_deg, kabsch
@@ -351,7 +352,7 @@ def _lifter_lines(views: str, rectifier: str, rows: dict[str, Any]) -> list[str]
 
 def own_as_markdown(results: dict[str, Any]) -> str:
     """own_evaluation as a page."""
-    subjects = f"{len(results['subjects'])} subjects"
+    subjects = how_many(len(results["subjects"]), "subject")
     about = f"pcnet3d {results['pcnet3d']}, {results['data']}, {subjects}, targets {results['targets']}"
     return f"# Evaluation\n\n{about}, seed {results['seed']}.\n\n" + tables_as_markdown(results["rectifiers"])
 

@@ -23,6 +23,7 @@ from ...pipeline.files.arrays import load_all
 from ...pipeline.files.video_frames import shown_size
 from ...pipeline.frames import IMAGE
 from ...pipeline.layouts import COCO17, H36M17, remap
+from ...pipeline.messages import how_many
 from ...pipeline.motion.angles import FINE
 from ...pipeline.plugins.protocols import Rectifier
 from ...pipeline.pose import PoseSequence, package_version
@@ -152,7 +153,8 @@ def real_take_tables(
         video = read_video(camera.video)
         if len(video.time_s) != len(truth.limbs):
             raise InputError(
-                f"Expected {len(truth.limbs)} frames in {camera.video}, as in truth.npz; got {len(video.time_s)}."
+                f"Expected {how_many(len(truth.limbs), 'frame')} in {camera.video}, as in truth.npz; "
+                f"got {len(video.time_s)}."
             )
         given = openpose_keypoints(truth.openpose[name], video.time_s)
         sources = (found_keypoints(video), given, exact_keypoints(camera, truth.limbs, given))

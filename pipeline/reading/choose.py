@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..errors import InputError
+from ..messages import how_many
 from ..pose import PoseSequence
 from ..rotations import known, rotate
 
@@ -23,7 +24,7 @@ def choose_person(people: tuple[PoseSequence, ...], person: str | None, where: s
     if person is None and len(people) == 1:
         return people[0]
     names = {poses.person: poses for poses in people}
-    listed = ", ".join(f"{name} ({len(poses)} frames)" for name, poses in names.items())
+    listed = ", ".join(f"{name} ({how_many(len(poses), 'frame')})" for name, poses in names.items())
     if person is None:
         raise InputError(
             f"{where} holds {len(people)} people: {listed}; choose one with --person, or 'longest' or 'largest'."

@@ -11,6 +11,7 @@ from pathlib import Path
 from ..errors import InputError
 from ..files.atomic import require_space, sign, whole_folder
 from ..files.detections import KEYPOINTS
+from ..messages import how_many
 from ..reading.settings import RunOptions
 from ..reading.take import Person, open_people, open_take
 from ..take import Take
@@ -122,7 +123,9 @@ def run_people(
 def _long_enough(person: Person) -> Person:
     if person.frames >= FEWEST_FRAMES:
         return person
-    return replace(person, take=InputError(f"seen in {person.frames} frames; {FEWEST_FRAMES} are the least"))
+    return replace(
+        person, take=InputError(f"seen in {how_many(person.frames, 'frame')}; {FEWEST_FRAMES} are the least")
+    )
 
 
 def _ended(person: Person, end: Take | InputError, folder: str | None) -> PersonRun:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...pipeline.errors import InputError
+from ...pipeline.messages import how_many
 from ...pipeline.pose import PoseSequence
 from ...pipeline.take import Event, Video
 
@@ -63,7 +64,7 @@ def viewable(video: Video) -> tuple[Iterator[Part], tuple[Event, ...]]:
         parts = _own_parts(video)
         if parts is not None:
             return parts, ()
-        reason = f"the viewer cannot be given its {len(video.time_s)} frames as they are stored"
+        reason = f"the viewer cannot be given its {how_many(len(video.time_s), 'frame')} as they are stored"
     said = Event("note", f"The recording holds an H.264 copy of the video, because {reason}.")
     return transcoded(video), (said,)
 

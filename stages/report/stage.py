@@ -13,7 +13,7 @@ from markupsafe import Markup
 from ...models.common.metrics import SD_90
 from ...pipeline.camera import pitch_roll_deg
 from ...pipeline.errors import InputError
-from ...pipeline.files.atomic import whole_file
+from ...pipeline.files.atomic import REPORT, whole_file
 from ...pipeline.files.video_frames import pictures_at
 from ...pipeline.motion.angles import ANGLES, MIDLINE, OF_BOTH, sides_of
 from ...pipeline.pose import PoseSequence
@@ -26,8 +26,6 @@ from ..drawing.page import charts, figure, page, picture, small
 from .key_frames import key_figures, lines_jpeg, seen_by_camera
 from .measures import measure_tables
 from .sections import angle_table, at_a_glance, gravity_words, provenance, spoken, up_table
-
-REPORT = "report.html"
 
 
 @dataclass(frozen=True)

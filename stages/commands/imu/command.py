@@ -25,7 +25,7 @@ from ....models.common.metrics import plain
 from ....pipeline.errors import InputError
 from ....pipeline.files.atomic import add_to_list, whole_folder
 from ....pipeline.frames import Z_UP, change_frame
-from ....pipeline.messages import show
+from ....pipeline.messages import how_many, show
 from ....pipeline.motion.imu import GRAVITY_MPS2, SEGMENTS, Imu, point_on
 from ....pipeline.motion.signals import CUTOFF_HZ, check_cutoff, rate
 from ....pipeline.plugins.options import call, did_you_mean, pairs
@@ -162,7 +162,7 @@ def read_imus(
                 if len(segments) != len(files):
                     raise InputError(
                         f"{file} does not say where its sensor was: give one --segment for each --imu, in their order; "
-                        f"got {len(segments)} for {len(files)} files."
+                        f"got {len(segments)} for {how_many(len(files), 'file')}."
                     )
                 sensor = replace(sensor, segment=segments[place])
             found.append(sensor)

@@ -22,7 +22,7 @@ from ....pipeline.errors import InputError
 from ....pipeline.files.atomic import whole_folder
 from ....pipeline.files.detections import KEYPOINTS
 from ....pipeline.files.viewer import following
-from ....pipeline.messages import say, show
+from ....pipeline.messages import how_many, say, show
 from ....pipeline.reading.settings import Force, Output, RunOptions, offering
 from ....pipeline.running.interrupt import interruptible
 from ....pipeline.running.plan import planned
@@ -137,7 +137,7 @@ def _watch(shown: Source, networks: _Networks, folder: Path, frames: bool) -> _S
         recording.close()
     if incoming.broke is not None:
         say("warning", f"{incoming.broke} What came before is kept.")
-    words = f"{search.seen} frames"
+    words = how_many(search.seen, "frame")
     if not shown.waits:
         words += f", {incoming.dropped} dropped to keep up"
     if not person.shown:

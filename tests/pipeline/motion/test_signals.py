@@ -33,12 +33,11 @@ def gain(smooth, hz: float, fps: float, **options) -> float:
 
 
 @pytest.mark.parametrize("fps", [25, 30, 60, 120, 240])
-@pytest.mark.parametrize("order", [2, 4, 8])
-def test_two_passes_halve_the_power_at_the_cutoff(fps, order):
-    assert gain(lowpass, 6.0, fps, cutoff_hz=6.0, order=order) == pytest.approx(np.sqrt(0.5), abs=2e-3)
+def test_two_passes_halve_the_power_at_the_cutoff(fps):
+    assert gain(lowpass, 6.0, fps, cutoff_hz=6.0) == pytest.approx(np.sqrt(0.5), abs=2e-3)
     warped = np.tan(np.pi * 3 / fps) / np.tan(np.pi * 6 / fps)
-    designed = (np.sqrt(2) - 1) * warped**order  # Butterworth's formula, each pass with half of the order
-    assert gain(lowpass, 3.0, fps, cutoff_hz=6.0, order=order) == pytest.approx(1 / (1 + designed), abs=2e-3)
+    designed = (np.sqrt(2) - 1) * warped**4  # Butterworth's formula, each pass with half of the order
+    assert gain(lowpass, 3.0, fps, cutoff_hz=6.0) == pytest.approx(1 / (1 + designed), abs=2e-3)
 
 
 @pytest.mark.parametrize(("fps", "cutoff_hz"), [(30, 3), (30, 6), (60, 6), (120, 6), (120, 10), (240, 6)])
@@ -101,12 +100,6 @@ def test_a_cutoff_that_the_frame_rate_does_not_carry(cutoff_hz, fps):
 def test_a_cutoff_above_nyquist_names_both_numbers():
     with pytest.raises(InputError, match=r"15 Hz.*30 frames.*got 50 Hz"):
         lowpass(np.zeros(50), np.arange(50) / 30, cutoff_hz=50)
-
-
-@pytest.mark.parametrize("order", [0, 3, 5])
-def test_an_order_that_two_passes_cannot_share(order):
-    with pytest.raises(InputError, match="even order"):
-        lowpass(np.zeros(50), np.arange(50) / 30, order=order)
 
 
 def test_stamps_rounded_to_milliseconds_count_as_even():

@@ -155,7 +155,7 @@ def test_a_single_frame(walk_take):
     take = walk_take.with_(
         poses=first["poses"], rectified=rectified, kinematics=None, filtered=None, keypoints=None
     )
-    assert "1 frames" in report(take)
+    assert "1 frame," in report(take)
 
 
 def test_the_angle_table_counts_and_gives_reasons():
