@@ -30,7 +30,7 @@ from ...pipeline.motion.angles import ANGLES, angles, near, of_both
 from ...pipeline.plugins.protocols import Rectifier
 from ...pipeline.rotations import kabsch, known, rotate, transpose
 from ..common.metrics import SD_90, scaled
-from ..gravity.levelling import Levelled, level_static, why_not
+from ..gravity import Levelled, Seen, level_static, why_not
 from ..rectifier.load import load_rectifier
 from .joint_noise import JOINTS, NOISE_FILE, JointNoise, angle_sd, heading_error, limb_spread, shipped_noise
 from .take_angles import smoothed
@@ -138,7 +138,7 @@ def fit(train: Sequence[Path], val: Sequence[Path], rectifier: Rectifier) -> Joi
     noise = JointNoise(modes_of(read_pairs(train))) if train else replace(shipped, factors={})
     pairs, levels = [], []
     for pair in read_pairs(val):
-        level = level_static(pair.raw, *rectifier.rotation(pair.raw), pair.time_s)
+        level = level_static(Seen(pair.raw, *rectifier.rotation(pair.raw), pair.time_s))
         if not why_not(level, pair.raw):
             pairs.append(pair)
             levels.append(level)

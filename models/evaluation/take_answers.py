@@ -14,7 +14,7 @@ from ...pipeline.plugins.protocols import Rectifier
 from ...pipeline.pose import PoseSequence
 from ...pipeline.rotations import from_columns, transpose, unit
 from ..common.metrics import scaled
-from ..gravity.levelling import Levelled, level_static
+from ..gravity import Levelled, Seen, level_static
 from ..gravity.lines import tangent
 
 CAMERA_AXES, TRUE_AXES = "camera axes", "true axes"
@@ -54,11 +54,10 @@ def answers(
     both = {}
     for rectifier in rectifiers:
         R, error_deg = rectifier.rotation(joints)
-        levelled = level_static(joints, R, error_deg, time_s)
-        both[rectifier.method] = {"a frame": Answer(R, error_deg), "a take": _of_take(levelled)}
+        seen = Seen(joints, R, error_deg, time_s)
+        both[rectifier.method] = {"a frame": Answer(R, error_deg), "a take": _of_take(level_static(seen))}
         if look is not None:
-            levelled = level_static(joints, R, error_deg, time_s, look=look)
-            both[rectifier.method]["a take, with its image"] = _of_take(levelled)
+            both[rectifier.method]["a take, with its image"] = _of_take(level_static(seen, look=look))
     return both
 
 

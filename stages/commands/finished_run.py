@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ...models import load_rectifier
-from ...models.gravity.levelling import level_moving, level_static
+from ...models.gravity import Seen, level_moving, level_static
 from ...pipeline.errors import InputError
 from ...pipeline.files.arrays import load_all
 from ...pipeline.files.atomic import SUMMARY
@@ -86,10 +86,8 @@ def methods(run: Run) -> dict[str, np.ndarray]:
     if run.camera == "gravity":
         return {"source's own up": run.level}
     R_geometric, unknown = load_rectifier("geometric").rotation(run.source)
-    if run.camera == "moving":
-        levelled = level_moving(R_geometric, unknown, run.time_s, run.seams)
-    else:
-        levelled = level_static(run.source, R_geometric, unknown, run.time_s, run.seams)
+    seen = Seen(run.source, R_geometric, unknown, run.time_s, run.seams)
+    levelled = level_moving(seen) if run.camera == "moving" else level_static(seen)
     ways = {
         "geometric": (levelled.R_camera_from_level, R_geometric[..., 2]),
         run.method: (run.R_source_from_level, run.up_votes),
