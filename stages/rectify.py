@@ -43,7 +43,7 @@ class Rectify:
     rectifier: "pcnet", "paper", "geometric", or a trained network's .onnx file. camera: "static" for one that stands
     still during the take, "moving" for one that pans or is carried. gravity: which way things fall, in the camera's
     axes (x right, y down, z away). pitch_deg, roll_deg: of the camera, positive when it looks down, and when the
-    picture's content turns counter-clockwise. window_s: of a moving camera, how far in time frames share their up,
+    image's content turns counter-clockwise. window_s: of a moving camera, how far in time frames share their up,
     the standard deviation of a Gaussian.
     """
 

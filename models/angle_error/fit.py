@@ -28,7 +28,7 @@ from ...pipeline.files.atomic import whole_file
 from ...pipeline.layouts import H36M17
 from ...pipeline.motion.angles import ANGLES, angles, near, of_both
 from ...pipeline.plugins.protocols import Rectifier
-from ...pipeline.rotations import kabsch, known, rotate, transpose
+from ...pipeline.rotations import is_finite, kabsch, rotate, transpose
 from ..common.metrics import SD_90, scaled
 from ..gravity import Levelled, Seen, level_static, why_not
 from ..rectifier.load import load_rectifier
@@ -85,7 +85,7 @@ def modes_of(pairs: Iterator[Pair]) -> np.ndarray:
     """(K, 14, 3) the largest principal axes of the residuals, one root mean square long."""
     errors = [pair.residual()[pair.upright] for pair in pairs]
     flat = np.concatenate(errors).reshape(-1, 3 * len(JOINTS))
-    flat = flat[known(flat)]
+    flat = flat[is_finite(flat)]
     variance, axes = np.linalg.eigh(flat.T @ flat / len(flat))
     largest = np.argsort(variance)[::-1][:_MODES]
     return (axes[:, largest] * np.sqrt(variance[largest])).T.reshape(_MODES, len(JOINTS), 3)
@@ -98,7 +98,7 @@ def with_multiples(noise: JointNoise, pairs: Sequence[Pair], levels: Sequence[Le
         size = np.sqrt((pair.residual() ** 2).sum(axis=(1, 2)))
         heading = heading_error(level.error_deg, level.up_error_deg)
         row = np.log(np.stack([heading, limb_spread(pair.lifted), size], axis=-1))
-        rows.append(row[pair.upright & known(row)])
+        rows.append(row[pair.upright & is_finite(row)])
     x = np.concatenate(rows)
     centre = x.mean(axis=0)
     powers = np.linalg.lstsq(x[:, :2] - centre[:2], x[:, 2] - centre[2], rcond=None)[0]

@@ -19,7 +19,7 @@ from ..gravity.lines import tangent
 
 CAMERA_AXES, TRUE_AXES = "camera axes", "true axes"
 LOOK_DEG = np.array([0.6, 0.4])  # pitch and roll of up by an image: what rendered rooms give
-# A camera that nobody pitched or rolled, in front of the person: up is the picture's.
+# A camera that nobody pitched or rolled, in front of the person: up is the image's.
 _STRAIGHT = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
 
 
@@ -87,7 +87,7 @@ def constant(R_camera_from_level: np.ndarray, frames: int) -> Answer:
 
 
 def camera_axes(frames: int) -> Answer:
-    """No rectification: the picture's up is up."""
+    """No rectification: the image's up is up."""
     return constant(_STRAIGHT, frames)
 
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ...pipeline.camera import Look
-from ...pipeline.rotations import angle_deg, known, unit
+from ...pipeline.rotations import angle_deg, is_finite, unit
 from ..common.metrics import RAYLEIGH_90
 
 FRAMES, FEET, FLOOR, IMAGE = (
@@ -81,7 +81,7 @@ def fuse(sources: Sequence[Evidence]) -> TakeUp:
     pulls, own = {}, {}
     for source in sources:
         alone, others = _up_of([source]), [other for other in sources if other is not source]
-        if known(alone):
+        if is_finite(alone):
             own[source.name] = alone, _error_of([source], alone)
         if others:
             pulls[source.name] = float(angle_deg(up, _up_of(others)))

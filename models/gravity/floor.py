@@ -12,7 +12,7 @@ import numpy as np
 from ...pipeline.anthropometry import implied_stature
 from ...pipeline.layouts import H36M17
 from ...pipeline.motion.signals import rate, runs
-from ...pipeline.rotations import known, unit
+from ...pipeline.rotations import is_finite, unit
 from .evidence import FEET, FLOOR, Evidence
 from .seen import Seen
 from .votes import effective_number
@@ -35,7 +35,7 @@ _STANCE_LEVEL = 0.10  # that one may be higher than the other
 def of_feet(seen: Seen, up: np.ndarray) -> Evidence | None:
     """Of the floor that feet stood on where the root's path is known, else of feet against each other; None where
     neither tells. up: (3,) a first idea."""
-    if not known(up):
+    if not is_finite(up):
         return None
     floor = None if seen.root is None else floor_plane(seen.joints + seen.root[:, None], up, seen.time_s)
     return floor or level_feet(seen.joints, up, seen.time_s)
@@ -52,7 +52,7 @@ def floor_plane(joints: np.ndarray, up: np.ndarray, time_s: np.ndarray) -> Evide
     along it, and how far from one plane (stairs, a ladder) they were.
     """
     stature = implied_stature(joints)
-    if not (np.isfinite(stature) and known(up)):
+    if not (np.isfinite(stature) and is_finite(up)):
         return None
     places = stances(joints.astype(np.float64) / stature, up, time_s)
     count = len(places)
@@ -87,7 +87,7 @@ def stances(joints: np.ndarray, up: np.ndarray, time_s: np.ndarray) -> np.ndarra
         ankle = joints[:, H36M17.index(f"{side}_ankle")]
         below = (ankle - joints[:, H36M17.index("pelvis")]) @ up < -_BELOW
         speed = np.full(len(ankle), np.inf)
-        for piece in runs(known(ankle), time_s):
+        for piece in runs(is_finite(ankle), time_s):
             if piece.stop - piece.start > 2:
                 smooth = gaussian_filter1d(ankle[piece], 0.05 * fps, axis=0)
                 speed[piece] = np.linalg.norm(np.gradient(smooth, time_s[piece], axis=0), axis=-1)
@@ -124,7 +124,7 @@ def stance(joints: np.ndarray, up: np.ndarray, time_s: np.ndarray) -> tuple[np.n
     stature = implied_stature(joints)
     right, left = (joints[:, H36M17.index(f"{side}_ankle")].astype(np.float64) / stature for side in "rl")
     across = right - left
-    fine = known(across)
+    fine = is_finite(across)
     if fine.sum() < 5 or not np.isfinite(stature):
         return across, np.zeros(len(joints), dtype=bool)
     smooth = across.copy()

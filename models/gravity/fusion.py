@@ -14,7 +14,7 @@ import numpy as np
 
 from ...pipeline.camera import Look, pitch_roll_deg
 from ...pipeline.errors import InputError
-from ...pipeline.rotations import angle_deg, known, unit
+from ...pipeline.rotations import angle_deg, is_finite, unit
 from .evidence import IMAGE, Evidence, TakeUp, fuse, of_image
 from .held import held
 
@@ -58,7 +58,7 @@ def decide(bodies: TakeUp, told: Sequence[Evidence] = (), look: Look | None = No
     warnings = _warnings_of_told(bodies, said, look) if told else ()
     if look is None or (told and _disagree(said, look)):
         return Decision(told, True, warnings)
-    if not known(bodies.up) or chi_square(bodies, look) <= _CONTRADICTION:
+    if not is_finite(bodies.up) or chi_square(bodies, look) <= _CONTRADICTION:
         return Decision((*told, of_image(look)), True, warnings)
     image, sentence = settled(bodies, look, told=bool(told))
     others = (*told, of_image(look)) if image else told
@@ -93,7 +93,7 @@ def chi_square(bodies: TakeUp, look: Look) -> float:
 
 def _warnings_of_told(bodies: TakeUp, said: TakeUp, look: Look | None) -> tuple[str, ...]:
     """Where the user's gravity and the rest disagree."""
-    others: dict[str, TakeUp | Look] = {"the skeletons": bodies} if known(bodies.up) else {}
+    others: dict[str, TakeUp | Look] = {"the skeletons": bodies} if is_finite(bodies.up) else {}
     if look is not None:
         others["the image"] = look
     apart = {name: float(angle_deg(said.up, other.up)) for name, other in others.items()}

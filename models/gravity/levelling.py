@@ -13,7 +13,7 @@ import numpy as np
 
 from ...pipeline.camera import Look
 from ...pipeline.canonical import LYING_DEG, R_world_from_body, trunk_lean_deg
-from ...pipeline.rotations import angle_deg, from_columns, known, unit
+from ...pipeline.rotations import angle_deg, from_columns, is_finite, unit
 from .evidence import FEET, FLOOR, FRAMES, Evidence, TakeUp
 from .floor import of_feet
 from .fusion import fused_up
@@ -34,7 +34,7 @@ _TURNING = 0.5  # mean resultant of the headings below which a take has no middl
 _DRIFT_DEG = 12.0  # two parts of a take whose ups differ by more than this, and by three of their errors,
 _DRIFT_ERRORS = 3.0  # were not seen by a camera that stood still
 _FEWEST_FRAMES = 10
-_FROM_PICTURE_DEG = 60.0  # a take's up further from the picture's up than this is not believed
+_FROM_IMAGE_DEG = 60.0  # a take's up further from the image's up than this is not believed
 _SCATTER_DEG = 35.0  # median deviation of the frames' up from the take's up beyond which no up is stated
 _WIDEST_BOUND_DEG = 30.0  # 90 % bound of up beyond which no take is called level
 
@@ -127,10 +127,10 @@ def camera_frame(up: np.ndarray) -> np.ndarray:
     """R_camera_from_level (..., 3, 3) of the given up (..., 3) whose -X is the camera's horizontal viewing direction
     reversed, so that a person who faces the camera faces -X as in BODY (design.md section 4)."""
     view = np.broadcast_to(np.array([0.0, 0.0, 1.0]), up.shape)
-    picture_up = np.array([0.0, -1.0, 0.0])
-    # A camera that looks straight down has no horizontal direction of view; then the picture's top is ahead.
+    image_up = np.array([0.0, -1.0, 0.0])
+    # A camera that looks straight down has no horizontal direction of view; then the image's top is ahead.
     steep = np.abs((up * view).sum(-1, keepdims=True)) > 0.98
-    ahead = np.where(steep, picture_up, view)
+    ahead = np.where(steep, image_up, view)
     back = unit(ahead - (ahead * up).sum(-1, keepdims=True) * up)
     return from_columns(back, np.cross(up, back), up)
 
@@ -138,17 +138,17 @@ def camera_frame(up: np.ndarray) -> np.ndarray:
 def why_not(levelled: Levelled, joints: np.ndarray) -> str:
     """In words why a take of joints (T, 17, 3), in the camera's axes, could not be levelled, or "". Where up is known
     from elsewhere, only the heading can fail."""
-    fine = known(levelled.R_camera_from_body).all(axis=1)
+    fine = is_finite(levelled.R_camera_from_body).all(axis=1)
     if not fine.any():
         return "no frame has the torso joints that a rotation needs"
     if fine.sum() < _FEWEST_FRAMES:
         return f"only {fine.sum()} {'frame has' if fine.sum() == 1 else 'frames have'} a rotation"
     if sum(levelled.up.shares.get(source, 0.0) for source in (FRAMES, FEET, FLOOR)) < 0.5:
         return ""
-    voted = fine & known(levelled.votes)
+    voted = fine & is_finite(levelled.votes)
     ups = levelled.R_camera_from_body[:, :, 2]
     leans = float(angle_deg(unit(ups[fine].mean(axis=0)), np.array([0.0, -1.0, 0.0])))
-    if leans > _FROM_PICTURE_DEG:
+    if leans > _FROM_IMAGE_DEG:
         return f"its up is {leans:.0f} degrees from the picture's: the person lies or hangs, or the camera is turned"
     scatter = float(np.median(angle_deg(levelled.votes[voted], ups[voted])))
     if not scatter < _SCATTER_DEG:
@@ -168,10 +168,10 @@ def upright(seen: Seen, up: np.ndarray) -> np.ndarray:
     """(T, 3, 3) rotations with the given up (T, 3) and the frames' own headings, smoothed on the circle by a Gaussian
     of HEADING_S, weighted by 1 / error^2, never across a clip boundary. NaN stays NaN."""
     left = level_left(seen.R_camera_from_body, up)
-    fine = known(left) & known(up)
+    fine = is_finite(left) & is_finite(up)
     weights = np.where(fine, trust(seen.error_deg), 0.0)
     R = standing(smoothed(np.where(fine[:, None], left, 0.0), weights, seen, HEADING_S), up)
-    return np.where((fine & known(R[:, :, 1]))[:, None, None], R, np.nan)
+    return np.where((fine & is_finite(R[:, :, 1]))[:, None, None], R, np.nan)
 
 
 def level_left(R_camera_from_body: np.ndarray, up: np.ndarray) -> np.ndarray:
@@ -189,8 +189,8 @@ def standing(left: np.ndarray, up: np.ndarray) -> np.ndarray:
 def level_frame(R_camera_from_body: np.ndarray, up: np.ndarray, time_s: np.ndarray) -> tuple[np.ndarray, str]:
     """R_camera_from_level (3, 3): up (3,), and the circular median of the frames' headings, or of the first second's
     for a person who turns around (design.md section 4); and which. NaN without a heading."""
-    fine = known(R_camera_from_body).all(axis=1)
-    if not fine.any() or not known(up):
+    fine = is_finite(R_camera_from_body).all(axis=1)
+    if not fine.any() or not is_finite(up):
         return np.full((3, 3), np.nan), "none"
     side = unit(np.cross(up, np.eye(3)[np.argmin(np.abs(up))]))
     facing = -R_camera_from_body[fine, :, 0]
@@ -210,7 +210,7 @@ def drift(seen: Seen) -> tuple[float, int | None]:
     """How far apart the ups of two parts of a take are, and the row where the second begins; NaN and None when their
     own errors, or a change of posture, explain it. The parts are those whose means differ most for their lengths."""
     votes = seen.votes
-    rows = np.flatnonzero(known(votes))
+    rows = np.flatnonzero(is_finite(votes))
     count = len(rows)
     if count < 2 * _FEWEST_FRAMES:
         return float("nan"), None

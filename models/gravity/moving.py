@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from ...pipeline.camera import Look
-from ...pipeline.rotations import angle_deg, known, unit
+from ...pipeline.rotations import angle_deg, is_finite, unit
 from .evidence import FRAMES, IMAGE, TakeUp
 from .fusion import settled
 from .seen import Seen
@@ -31,7 +31,7 @@ def moving_up(seen: Seen, looks: Sequence[tuple[float, Look]] = (), window_s: fl
 def sliding_up(seen: Seen, window_s: float = WINDOW_S) -> TakeUp:
     """The bodies' up, (T, 3), from each frame's neighbours in time; two passes, the second with less weight for votes
     that are far from the first's answer. window_s: the reach of the Gaussian in which frames hear each other."""
-    fine = known(seen.votes)
+    fine = is_finite(seen.votes)
     votes = np.where(fine[:, None], seen.votes, 0.0)
     trusted = np.where(fine, trust(seen.error_deg), 0.0)
     up, _, _ = _local_line(votes, trusted, seen, window_s)
@@ -85,7 +85,7 @@ def with_looks(bodies: TakeUp, seen: Seen, looks: Sequence[tuple[float, Look]]) 
         inside = [(at, look) for at, look in looks if len(times) and times[0] - 0.2 <= at <= times[-1] + 0.2]
         if inside:
             ups[1, part], errors[1, part] = _between(inside, times)
-    fine = known(ups)
+    fine = is_finite(ups)
     weights = np.where(fine, 1 / errors**2, 0.0)
     both = fine.all(axis=0)
     warnings: tuple[str, ...] = ()

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...pipeline.rotations import angle_deg, known, unit
+from ...pipeline.rotations import angle_deg, is_finite, unit
 from .evidence import FRAMES, Evidence, TakeUp, direction, fuse
 
 # Root mean square tilt over the rotation error that is expected in a frame; and what a lifter leans with all its frames
@@ -40,7 +40,7 @@ class Votes:
     @property
     def evidence(self) -> list[Evidence]:
         """The one piece of evidence that the votes are together; none without votes."""
-        return [direction(FRAMES, self.up, self.error_deg)] if known(self.up) else []
+        return [direction(FRAMES, self.up, self.error_deg)] if is_finite(self.up) else []
 
 
 def take_up(
@@ -62,7 +62,7 @@ def pool(up: np.ndarray, error_deg: np.ndarray, time_s: np.ndarray) -> Votes:
 
     up (T, 3), unit vectors; error_deg and time_s (T,).
     """
-    fine = known(up)
+    fine = is_finite(up)
     weights = np.zeros(len(up))
     if not fine.any():
         return Votes(np.full(3, np.nan), float("nan"), weights, 0.0, float("nan"))

@@ -11,7 +11,7 @@ from ..plugins.protocols import Adapter
 from ..pose import PoseSequence
 from .choose import choose_person
 from .find import Gives, adapters, exchanged, find_adapter, recognises
-from .handedness import Parity
+from .handedness import Handedness
 from .normalise import Missing, normalised
 
 
@@ -21,7 +21,7 @@ def read_all(
     *,
     gives: Literal["poses", "keypoints"] | None = None,
     fps: float | None = None,
-    parity: Parity = "refuse",
+    parity: Handedness = "refuse",
     missing: Missing = "refuse",
     **options: Any,
 ) -> tuple[PoseSequence, ...]:
@@ -51,7 +51,7 @@ def read(
     *,
     gives: Literal["poses", "keypoints"] | None = None,
     fps: float | None = None,
-    parity: Parity = "refuse",
+    parity: Handedness = "refuse",
     missing: Missing = "refuse",
     **options: Any,
 ) -> PoseSequence:
@@ -88,7 +88,7 @@ def read_sources(
 def check_guards(parity: str, missing: str) -> None:
     """InputError for a guard that there is not."""
     for name, value, allowed in (
-        ("parity", parity, get_args(Parity)),
+        ("parity", parity, get_args(Handedness)),
         ("missing", missing, get_args(Missing)),
     ):
         if value not in allowed:

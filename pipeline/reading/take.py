@@ -19,7 +19,7 @@ from ..take import Event, Take, Video
 from .choose import RANKS, choose_person
 from .clock import Clock, check_numbers, numbered_by, starting_at
 from .find import exchanged, find_adapter, recognises
-from .handedness import Parity
+from .handedness import Handedness
 from .load import read_sources
 from .normalise import Missing, normalised
 from .settings import RunOptions
@@ -34,7 +34,7 @@ class _File:
     people: tuple[PoseSequence, ...]
 
     def normalised(
-        self, person: PoseSequence, parity: Parity = "refuse", missing: Missing = "refuse"
+        self, person: PoseSequence, parity: Handedness = "refuse", missing: Missing = "refuse"
     ) -> PoseSequence:
         return normalised(person, self.adapter, self.path, None, parity, missing)
 

@@ -265,7 +265,7 @@ def test_the_stage_adds_its_columns_and_says_what_is_missing(camera_poses):
     assert (done.kinematics["r_knee_flexion_sd_deg"][fine] > 0.5).all()
 
 
-def test_rates_are_not_taken_where_an_angle_steps_around_or_a_seam_is(camera_poses):
+def test_rates_are_not_taken_where_an_angle_steps_around_or_a_clip_boundary_is(camera_poses):
     poses = camera_poses.with_(seams=(100,))
     rectified = rectify(poses, "geometric", gravity=(0, 1, 0))
     level = rectified.level

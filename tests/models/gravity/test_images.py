@@ -1,4 +1,4 @@
-"""Up and focal length from rendered pictures whose cameras are known, and pictures that do not tell."""
+"""Up and focal length from rendered images whose cameras are known, and images that do not tell."""
 
 import numpy as np
 import pytest
@@ -46,7 +46,7 @@ def test_a_told_focal_length_is_obeyed_and_an_impossible_one_refused(streets):
 
 
 @pytest.mark.parametrize("kind", ["grass", "clouds", "black", "one direction", "leaning trunks"])
-def test_pictures_that_do_not_tell_are_refused_in_words(kind):
+def test_images_that_do_not_tell_are_refused_in_words(kind):
     answer = up_from_images([no_lines(kind, 1).image])
     assert isinstance(answer, Unknown)
     assert "line" in answer.reason
@@ -151,7 +151,7 @@ def test_where_no_image_tells_the_bodies_do():
     assert error[10] < 2 < error[-1] < 6.1
 
 
-def test_no_look_is_carried_over_a_seam():
+def test_no_look_is_carried_over_a_clip_boundary():
     time_s = np.arange(60) / 30
     bodies = ups(np.concatenate([np.full(30, 10.0), np.full(30, 40.0)]))
     looks = [look(0.5, ups(np.array(10.0)))]

@@ -117,7 +117,7 @@ def test_noise_in_the_heading_is_smoothed_by_the_stated_gaussian():
     assert left == pytest.approx((2 * np.sqrt(np.pi) * HEADING_S * 30) ** -0.5, rel=0.1)
 
 
-def test_no_smoothing_crosses_a_seam():
+def test_no_smoothing_crosses_a_clip_boundary():
     heading = np.repeat([0.0, 90.0], 30)
     np.testing.assert_allclose(heading_deg(smoothed(heading, seams=(30,))), heading, atol=1e-9)
     assert np.abs(heading_deg(smoothed(heading)) - heading).max() > 20
@@ -249,7 +249,7 @@ def test_a_take_without_a_vote_is_nan_and_not_levelled(seen):
 
 
 def lying_down(seen) -> np.ndarray:
-    """(T, 3, 3) the camera's axes turned so that the walker lies across the picture, 75 degrees from upright."""
+    """(T, 3, 3) the camera's axes turned so that the walker lies across the image, 75 degrees from upright."""
     across = np.cross(seen.up[0], [0.0, 0.0, 1.0])
     return Rotation.from_rotvec(np.radians(75) * unit(across)).as_matrix()
 
