@@ -7,8 +7,8 @@ and the likeliest states (Viterbi 1967) are those in which these vectors move on
 its velocity takes it, unless that is a leap; the distance from there over its usual one is judged by the Cauchy
 distribution, whose tails let a real jerk or a bad point pass. Every change of state has its price. Anatomy
 (checks.handedness_cues) and the rhythm of a walk (alternation.py) tip the scale where continuity leaves it open, and
-never alone. How probable a state is over all sequences (forward-backward) tells what is certain: that limbs changed places
-is often clear when it is not on which side of the change they are wrong.
+never alone. How probable a state is over all sequences (forward-backward) tells what is certain: that limbs changed
+places is often clear when it is not on which side of the change they are wrong.
 """
 
 from __future__ import annotations
