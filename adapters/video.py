@@ -52,7 +52,7 @@ def sniff(path: Path) -> bool:
 
 
 def read(path: Path) -> tuple[Video]:
-    """The file's first moving picture. time_s comes from the container, sorted into display order.
+    """The file's first moving image. time_s comes from the container, sorted into display order.
 
     Frames that an edit list cuts away are left out, as decoders do. rotation_deg is the clockwise turn that
     the display matrix asks for, (0, 90, 180 or 270). Only the first frame is decoded, to learn it.

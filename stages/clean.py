@@ -92,7 +92,7 @@ def clean(
     """One row for every video frame, without spikes, with short gaps filled; every repair is counted.
 
     max_gap_s: gaps of a joint up to this long, in seconds, are interpolated (monotone cubic, never across a
-        seam, never beyond the first or last sighting); 0 fills none.
+        clip boundary, never beyond the first or last sighting); 0 fills none.
     spike: a joint that jumps off the line between its neighbours in time by more than this many trunk lengths,
         and three times further than they lie apart, for a single frame, is removed; 0 removes none. Nor do frames
         stay that the whole pose leaps to and from, or to at an end of a clip, within 0.2 s: they show somebody else.

@@ -1,4 +1,4 @@
-"""Detecting: a video's pictures become one person's 2D keypoints."""
+"""Detecting: a video's images become one person's 2D keypoints."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ from ..pipeline.motion.findings import findings_of
 from ..pipeline.motion.visibility import seen_only
 from ..pipeline.plugins.protocols import Lifter
 from ..pipeline.pose import PoseSequence
-from ..pipeline.reading.handedness import Parity, guarded
+from ..pipeline.reading.handedness import Handedness, guarded
 from ..pipeline.take import Event, Take
 
 
@@ -29,7 +29,7 @@ class Lift:
     """The stage.
 
     lifter: "pcnet3d", the built-in one, or an .onnx file; lifter_kind: what that is, where its shapes leave it open
-    (models.load_lifter). image_size: the picture's width and height in pixels, for a take without a video;
+    (models.load_lifter). image_size: the image's width and height in pixels, for a take without a video;
     focal_px: the focal length, if known; flip: average with the lift of the mirrored person. parity: what to do when
     left and right of the lift look exchanged.
     """
@@ -39,7 +39,7 @@ class Lift:
     image_size: tuple[int, int] | None = None
     focal_px: float | None = None
     flip: bool = False
-    parity: Parity = "refuse"
+    parity: Handedness = "refuse"
     _opened: Lifter = field(init=False, repr=False, compare=False)
 
     name: ClassVar[str] = "lift"

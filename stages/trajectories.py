@@ -36,7 +36,7 @@ from ..pipeline.motion.signals import (
     uneven_rows,
 )
 from ..pipeline.pose import PoseSequence, Rectified
-from ..pipeline.rotations import known
+from ..pipeline.rotations import is_finite
 from ..pipeline.take import Event, Take
 
 Filter = Literal["butterworth", "savgol", "none"]
@@ -118,8 +118,8 @@ def smooth(
         "low-pass filter",
         filter=filter,
         cutoff_hz=cutoff,
-        rows_resampled=uneven_rows(np.asarray(known(joints).any(axis=1)), times, seams),
-        values_lost=int((known(joints) & ~known(result)).sum()),
+        rows_resampled=uneven_rows(np.asarray(is_finite(joints).any(axis=1)), times, seams),
+        values_lost=int((is_finite(joints) & ~is_finite(result)).sum()),
     )
 
 
@@ -136,7 +136,7 @@ def trajectory(path: PoseSequence, joint: str) -> dict[str, np.ndarray]:
 
     joint: by name, or "root" of poses that have one, whose distance is that from where it is counted.
     path: poses in LEVEL, filtered (`smooth`) unless derivatives of noise are wanted. Derivatives are those of a cubic
-    spline, never taken across a gap, a seam or dropped frames; NaN where they cannot be had. InputError
+    spline, never taken across a gap, a clip boundary or dropped frames; NaN where they cannot be had. InputError
     for a unit that is neither metres nor arbitrary.
     """
     if path.frame.unit not in ("m", "arbitrary"):
@@ -162,7 +162,7 @@ def unit_of(column: str, length: str) -> str:
 
 def _trusted(rectified: Rectified) -> PoseSequence:
     """LEVEL with the frames that could not be rectified missing, so that nothing is taken across them."""
-    refused = ~np.asarray(known(rectified.R_source_from_body).all(axis=-1))
+    refused = ~np.asarray(is_finite(rectified.R_source_from_body).all(axis=-1))
     return rectified.level.with_(joints=np.where(refused[:, None, None], np.nan, rectified.level.joints))
 
 

@@ -18,7 +18,7 @@ from ...pipeline.motion.angles import (
     angles,
 )
 from ...pipeline.motion.signals import CUTOFF_HZ, lowpass
-from ...pipeline.rotations import known, rotate, transpose
+from ...pipeline.rotations import is_finite, rotate, transpose
 from .joint_noise import JointNoise, angle_sd
 
 MAX_SD_DEG = 30.0  # a stated standard deviation beyond this says nothing about a joint
@@ -55,7 +55,7 @@ def take_angles(
     (T, 3, 3), NaN where a frame has none. error_deg, up_error_deg: (T,) of the rectification. unseen: (T, 17) joints
     that are missing because nobody saw them. stated: (T,) the lifter's own error, as of `angle_sd`.
     """
-    turned = np.asarray(known(R_source_from_body).all(axis=1))
+    turned = np.asarray(is_finite(R_source_from_body).all(axis=1))
     # Angles between segments are the same in any axes, so a frame that cannot be turned keeps them.
     R = np.where(turned[:, None, None], R_source_from_body, np.eye(3))
     body = rotate(transpose(R), filtered)
@@ -66,7 +66,7 @@ def take_angles(
         error_deg = unknown if error_deg is None else error_deg
         up_error_deg = unknown if up_error_deg is None else up_error_deg
         sd = angle_sd(body, R_source_from_body, error_deg, up_error_deg, noise, stated)
-    there, left = known(joints), known(filtered)
+    there, left = is_finite(joints), is_finite(filtered)
     hidden = np.zeros(there.shape, dtype=bool) if unseen is None else unseen & ~there
     out = {}
     for name, angle in ANGLES.items():

@@ -19,9 +19,8 @@ import typer
 from ...pipeline.rotations import angle_deg, unit
 from ..angle_error.fit import read_pairs
 from ..common.metrics import RAYLEIGH_90
-from ..gravity import LEAN_DEG, TILT_SHARE
+from ..gravity import LEAN_DEG, TILT_SHARE, take_up
 from ..gravity.levelling import HEADING_SHARE
-from ..gravity.votes import take_up
 from ..rectifier.load import load_rectifier
 
 _COVERED = 0.9

@@ -35,7 +35,7 @@ from ..angle_error.take_angles import AngleSeries, smoothed, take_angles
 from ..common.metrics import joint_error, procrustes_error, scaled
 from ..detector.load import load_detector
 from ..detector.video import detect
-from ..gravity.levelling import level_static, why_not
+from ..gravity import Seen, level_static, why_not
 from ..gravity.view import camera_of
 from ..lifter.builtin import lift
 from ..mocap.clips import data_folder
@@ -252,7 +252,7 @@ def level_row(
     in degrees of _LEANS, of a refused take too.
     """
     joints = poses.joints.astype(np.float64)
-    level = level_static(joints, *rectifier.rotation(poses.joints), poses.times, look=look)
+    level = level_static(Seen(joints, *rectifier.rotation(poses.joints), poses.times), look=look)
     ups = level.R_camera_from_body[..., 2]
     row: dict[str, Any] = {
         "frames": len(poses),

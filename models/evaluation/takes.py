@@ -19,7 +19,7 @@ from ...pipeline.plugins.protocols import Rectifier
 from ...pipeline.rotations import angle_deg, geodesic_deg, rotate, transpose
 from ...pipeline.running.progress import each
 from ..common.metrics import Figure, joint_error
-from ..gravity.levelling import level_static, why_not
+from ..gravity import Seen, level_static, why_not
 from ..mocap.clips import Clip, lying
 from . import take_acceleration, take_cameras
 from .sets import EvaluationSet, evaluation_sets, heading
@@ -202,7 +202,7 @@ def pooling_seconds(frames: int) -> float:
     joints = rng.normal(0, 0.3, (frames, 17, 3))
     error_deg, time_s = rng.uniform(4, 12, frames), np.arange(frames) / 30
     start = time.perf_counter()
-    level_static(joints, R, error_deg, time_s)
+    level_static(Seen(joints, R, error_deg, time_s))
     return time.perf_counter() - start
 
 

@@ -1,7 +1,7 @@
 """Signals over time: unbroken pieces, zero-phase low-pass filters, derivatives, and the choice of a cut-off.
 
-Nothing here ever looks across a missing row, a seam or a jump in time. Rows whose time stamps are not evenly spaced
-are brought to even ones by a cubic spline for the filter, and back.
+Nothing here ever looks across a missing row, a clip boundary or a jump in time. Rows whose time stamps are not evenly
+spaced are brought to even ones by a cubic spline for the filter, and back.
 
 Sources: Winter, Biomechanics and Motor Control of Human Movement, 4th ed. 2009, chapter 3 (low-pass filters, the
 correction for two passes, the idea of residual analysis); Schafer, "What Is a Savitzky-Golay Filter?", IEEE Signal
@@ -41,7 +41,7 @@ def rate(time_s: np.ndarray) -> float:
 
 def runs(valid: np.ndarray, time_s: np.ndarray, seams: Sequence[int] = ()) -> list[slice]:
     """The unbroken pieces of valid (T,) rows at time_s (T,), in order: none holds an invalid row, reaches across the
-    beginning of a seam's row, or across an interval of more than two and a half times the usual one."""
+    beginning of a row after a clip boundary, or across an interval of more than two and a half times the usual one."""
     steps = np.diff(time_s)
     jumps = np.flatnonzero(steps > _GAP * np.median(steps)) + 1 if len(steps) else np.zeros(0, dtype=int)
     changes = np.flatnonzero(np.diff(valid.astype(int))) + 1

@@ -10,10 +10,10 @@ from ..errors import InputError
 from ..motion.checks import chirality
 from ..pose import PoseSequence
 
-Parity = Literal["refuse", "mirror", "swap", "swap-legs", "ignore"]
+Handedness = Literal["refuse", "mirror", "swap", "swap-legs", "ignore"]
 
 
-def guarded(poses: PoseSequence, parity: Parity, where: str) -> PoseSequence:
+def guarded(poses: PoseSequence, parity: Handedness, where: str) -> PoseSequence:
     """The poses with left and right put right as asked; with "refuse", InputError when they are wrong.
 
     poses: H36M17 in 3D. where: what they come from, for the error. A doubt goes into the history as a warning.
@@ -43,7 +43,7 @@ def guarded(poses: PoseSequence, parity: Parity, where: str) -> PoseSequence:
     return poses
 
 
-def repaired(poses: PoseSequence, parity: Parity) -> PoseSequence:
+def repaired(poses: PoseSequence, parity: Handedness) -> PoseSequence:
     """Left and right put right as asked: "mirror" negates x, "swap" and "swap-legs" exchange joints' names."""
     joints, root = poses.joints, poses.root
     order = np.arange(len(poses.layout))

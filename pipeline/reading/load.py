@@ -12,7 +12,7 @@ from ..plugins.protocols import Adapter
 from ..pose import PoseSequence
 from .choose import choose_person
 from .find import Gives, adapters, exchanged, find_adapter, recognises
-from .handedness import Parity
+from .handedness import Handedness
 from .normalise import Missing, normalised
 
 
@@ -28,7 +28,7 @@ class Source:
         self,
         person: PoseSequence,
         fps: float | None = None,
-        parity: Parity = "refuse",
+        parity: Handedness = "refuse",
         missing: Missing = "refuse",
     ) -> PoseSequence:
         """One of the people, as read_all gives them."""
@@ -41,7 +41,7 @@ def read_all(
     *,
     gives: Literal["poses", "keypoints"] | None = None,
     fps: float | None = None,
-    parity: Parity = "refuse",
+    parity: Handedness = "refuse",
     missing: Missing = "refuse",
     **options: Any,
 ) -> tuple[PoseSequence, ...]:
@@ -71,7 +71,7 @@ def read(
     *,
     gives: Literal["poses", "keypoints"] | None = None,
     fps: float | None = None,
-    parity: Parity = "refuse",
+    parity: Handedness = "refuse",
     missing: Missing = "refuse",
     **options: Any,
 ) -> PoseSequence:
@@ -107,7 +107,7 @@ def load(path: Path, adapter: str, gives: Gives | None, options: dict[str, Any])
 def check_guards(parity: str, missing: str) -> None:
     """InputError for a guard that there is not."""
     for name, value, allowed in (
-        ("parity", parity, get_args(Parity)),
+        ("parity", parity, get_args(Handedness)),
         ("missing", missing, get_args(Missing)),
     ):
         if value not in allowed:

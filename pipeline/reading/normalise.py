@@ -16,13 +16,13 @@ from ..motion.checks import empty_rows
 from ..motion.rates import timed
 from ..plugins.protocols import Adapter
 from ..pose import PoseSequence, Step, package_version
-from .handedness import Parity, guarded
+from .handedness import Handedness, guarded
 
 Missing = Literal["refuse", "gap"]
 
 
 def normalised(
-    poses: PoseSequence, adapter: Adapter, path: Path, fps: float | None, parity: Parity, missing: Missing
+    poses: PoseSequence, adapter: Adapter, path: Path, fps: float | None, parity: Handedness, missing: Missing
 ) -> PoseSequence:
     """What an adapter read, as read_all gives it: remapped, relative to the pelvis, guarded. Raises InputError."""
     options = {"adapter": adapter.name, "file": printable(path.name), "person": poses.person}

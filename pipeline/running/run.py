@@ -70,13 +70,13 @@ def run_into(
 
 def bytes_needed(recipe: Recipe, *takes: Take) -> int:
     """About how much a run will write, the video in its recordings counted."""
-    pictures = any(entry.use == "record" and entry.options.get("frames", True) for entry in recipe.stages)
+    images = any(entry.use == "record" and entry.options.get("frames", True) for entry in recipe.stages)
     needed = 0
     for take in takes:
         rows = take.keypoints if take.poses is None else take.poses
         times = () if take.video is None else take.video.time_s
         needed += _FIXED_BYTES + _FRAME_BYTES * len(times if rows is None else rows)
-        needed += take.video.path.stat().st_size if take.video and pictures else 0
+        needed += take.video.path.stat().st_size if take.video and images else 0
     return needed
 
 

@@ -6,9 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+from pcnet3d.models.common.metrics import RAYLEIGH_90
 from pcnet3d.models.gravity import (
     LEAN_DEG,
-    RAYLEIGH_90,
     UNKNOWN_DEG,
     direction,
     effective_number,

@@ -67,7 +67,7 @@ def test_time_runs_either_way(smooth):
 
 @FILTERS
 def test_pieces_know_nothing_of_each_other(smooth):
-    """A gap, a seam and a jump in time: each piece is filtered as if it were alone."""
+    """A gap, a clip boundary and a jump in time: each piece is filtered as if it were alone."""
     rng = np.random.default_rng(1)
     x = rng.normal(size=(120, 3)) * 0.01 + np.repeat([0.0, 5.0, -3.0, 8.0], 30)[:, None]
     x[29] = np.nan
@@ -142,7 +142,7 @@ def test_runs_are_the_valid_rows_and_hold_no_break(valid, steps, seams):
             assert np.diff(time_s[piece]).max() <= 2.5 * np.median(np.diff(time_s))
 
 
-def test_breaks_are_seams_and_dropped_frames():
+def test_breaks_are_clip_boundaries_and_dropped_frames():
     index = np.r_[0:5, 9:12]
     poses = PoseSequence(
         np.zeros((8, 17, 3)), H36M17, LEVEL, time_s=index / 30, frame_index=index, seams=(2, 5)

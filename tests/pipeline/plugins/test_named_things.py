@@ -21,7 +21,7 @@ OBJECTS = {
     "rectifiers": SimpleNamespace(method="toy@1", rotation=lambda joints: (np.eye(3), 0)),
     "lifters": SimpleNamespace(method="toy@1", lift=lambda *_: None),
     "detectors": SimpleNamespace(method="toy@1", layout=None, people=lambda *_: ()),
-    "person_detectors": SimpleNamespace(method="toy@1", boxes=lambda picture: np.zeros((0, 4))),
+    "person_detectors": SimpleNamespace(method="toy@1", boxes=lambda image: np.zeros((0, 4))),
 }
 LOADERS = {"rectifiers": load_rectifier, "lifters": load_lifter, "detectors": load_detector}
 
