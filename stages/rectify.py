@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..models import load_rectifier
+from ..models.common.spread import stated_spread
 from ..models.gravity import (
     Evidence,
     Levelled,
@@ -26,7 +27,7 @@ from ..models.synthetic.cameras import view_rotation
 from ..pipeline.camera import Camera as View
 from ..pipeline.camera import Look
 from ..pipeline.errors import InputError
-from ..pipeline.frames import BODY, CAMERA, LEVEL, Z_UP, Frame, change_frame
+from ..pipeline.frames import BODY, CAMERA, LEVEL, Z_UP, Frame, change_frame, turned_covariance
 from ..pipeline.layouts import H36M17
 from ..pipeline.messages import how_many
 from ..pipeline.plugins.protocols import Rectifier
@@ -207,9 +208,8 @@ def _times(source: PoseSequence) -> np.ndarray:
 def _seen(source: PoseSequence, rectifier: Rectifier) -> Seen:
     poses = _in(source, CAMERA)
     R, error_deg = rectifier.rotation(poses.joints)
-    return Seen(
-        poses.joints, R, error_deg, _times(source), source.seams, poses.root, f"person {source.person}"
-    )
+    name, spread = f"person {source.person}", stated_spread(poses)
+    return Seen(poses.joints, R, error_deg, _times(source), source.seams, poses.root, name, spread)
 
 
 def _rectified(
@@ -235,7 +235,12 @@ def _rectified(
     body, level = (_canonical(R, source) for R in (R_source_from_body, R_source_from_level))
     return Rectified(
         body=noted.with_(joints=body, frame=BODY.with_(unit=unit_), root=None),
-        level=noted.with_(joints=level, frame=LEVEL.with_(unit=unit_), root=root),
+        level=noted.with_(
+            joints=level,
+            frame=LEVEL.with_(unit=unit_),
+            root=root,
+            covariance=turned_covariance(source.covariance, transpose(R_source_from_level)),
+        ),
         R_source_from_body=R_source_from_body,
         R_source_from_level=R_source_from_level,
         error_deg=levelled.error_deg,

@@ -145,7 +145,7 @@ def fit(train: Sequence[Path], val: Sequence[Path], rectifier: Rectifier) -> Joi
     noise = JointNoise(modes_of(read_pairs(train))) if train else replace(shipped, factors={})
     pairs, levels = [], []
     for pair in read_pairs(val):
-        level = level_static(Seen(pair.raw, *rectifier.rotation(pair.raw), pair.time_s))
+        level = level_static(Seen(pair.raw, *rectifier.rotation(pair.raw), pair.time_s, spread=pair.stated))
         if not why_not(level, pair.raw):
             pairs.append(pair)
             levels.append(level)

@@ -71,7 +71,9 @@ def one_set(
             counts[motion] += int(use.sum())
         for rectifier in rectifiers:
             joints, time_s = take.lifted.joints, take.seen.keypoints.times
-            level = level_static(Seen(joints, *rectifier.rotation(joints), time_s))
+            level = level_static(
+                Seen(joints, *rectifier.rotation(joints), time_s, spread=stated_spread(take.lifted))
+            )
             fine = not why_not(level, joints)
             levelled[rectifier.method] += fine
             found = take_angles(

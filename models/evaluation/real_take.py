@@ -33,6 +33,7 @@ from ...pipeline.rotations import angle_deg, kabsch, rotate, transpose, unit
 from ...pipeline.take import Video
 from ..angle_error.take_angles import AngleSeries, smoothed, take_angles
 from ..common.metrics import joint_error, procrustes_error, scaled
+from ..common.spread import stated_spread
 from ..detector.load import load_detector
 from ..detector.video import detect
 from ..gravity import Seen, level_static, why_not
@@ -252,7 +253,9 @@ def level_row(
     in degrees of _LEANS, of a refused take too.
     """
     joints = poses.joints.astype(np.float64)
-    level = level_static(Seen(joints, *rectifier.rotation(poses.joints), poses.times), look=look)
+    level = level_static(
+        Seen(joints, *rectifier.rotation(poses.joints), poses.times, spread=stated_spread(poses)), look=look
+    )
     ups = level.R_camera_from_body[..., 2]
     row: dict[str, Any] = {
         "frames": len(poses),

@@ -47,14 +47,18 @@ class Answer:
 
 
 def answers(
-    rectifiers: Sequence[Rectifier], joints: np.ndarray, time_s: np.ndarray, look: Look | None = None
+    rectifiers: Sequence[Rectifier],
+    joints: np.ndarray,
+    time_s: np.ndarray,
+    look: Look | None = None,
+    spread: np.ndarray | None = None,
 ) -> dict[str, dict[str, Answer]]:
     """{method: {"a frame", "a take": Answer}}. joints: (T, 17, 3), CAMERA axes relative to the pelvis, any unit. look:
-    what an image of the take says about up; with it also "a take, with its image"."""
+    what an image of the take says about up; with it also "a take, with its image". spread: of models.gravity.Seen."""
     both = {}
     for rectifier in rectifiers:
         R, error_deg = rectifier.rotation(joints)
-        seen = Seen(joints, R, error_deg, time_s)
+        seen = Seen(joints, R, error_deg, time_s, spread=spread)
         both[rectifier.method] = {"a frame": Answer(R, error_deg), "a take": _of_take(level_static(seen))}
         if look is not None:
             both[rectifier.method]["a take, with its image"] = _of_take(level_static(seen, look=look))

@@ -20,7 +20,7 @@ from .fusion import fused_up
 from .moving import WINDOW_S, moving_up
 from .seen import Seen
 from .smoothing import smoothed, trust
-from .votes import pool
+from .votes import USUAL_SPREAD, pool
 
 Camera = Literal["static", "moving"]
 
@@ -28,6 +28,8 @@ HEADING_S = (
     0.07  # standard deviation of the Gaussian that smooths headings on the circle (val: longer lags on turns)
 )
 HEADING_SHARE = 0.57  # of a frame's expected rotation error, what is heading (lifted takes of val subjects)
+# Mean error of a frame's heading where the lifter states the usual spread, and how it grows with that.
+STATED_HEADING_DEG, HEADING_POWER = 4.5, 0.4
 # Mean over root mean square of a direction's error in two dimensions.
 _MEAN_OF_RMS = float(np.sqrt(np.pi) / 2)
 _TURNING = 0.5  # mean resultant of the headings below which a take has no middle heading (design.md)
@@ -82,7 +84,7 @@ def level_static(seen: Seen, told: Sequence[Evidence] = (), look: Look | None = 
 
 def static_up(seen: Seen, told: Sequence[Evidence] = (), look: Look | None = None) -> TakeUp:
     """What the frames, the feet, the image and the user say about a static camera's up. Arguments of level_static."""
-    frames = pool(seen.votes, seen.error_deg, seen.time_s).evidence
+    frames = pool(seen.votes, seen.error_deg, seen.time_s, seen.spread).evidence
     first = fused_up(frames, told, look)
     feet = of_feet(seen, first.up)
     return fused_up([feet, *frames], told, look) if feet else first
@@ -104,7 +106,9 @@ def level(seen: Seen, up: TakeUp) -> Levelled:
     return Levelled(
         R,
         camera_frame(up.up),
-        rotation_error_deg(R, seen.R_camera_from_body, seen.error_deg, up.error_deg),
+        rotation_error_deg(
+            R, seen.R_camera_from_body, heading_error_deg(seen.error_deg, seen.spread), up.error_deg
+        ),
         up,
         seen.votes,
         "camera",
@@ -227,13 +231,22 @@ def drift(seen: Seen) -> tuple[float, int | None]:
     return (apart, int(parts[1][0])) if apart > max(_DRIFT_DEG, _DRIFT_ERRORS * own) else (float("nan"), None)
 
 
+def heading_error_deg(error_deg: np.ndarray | float, spread: np.ndarray | None = None) -> np.ndarray:
+    """(...,) expected error of a frame's heading, from error_deg (...,), its expected rotation error, or from spread
+    (...,), what the lifter states, where it does."""
+    share = np.asarray(HEADING_SHARE * error_deg)
+    if spread is None:
+        return share
+    return np.where(np.isfinite(spread), STATED_HEADING_DEG * (spread / USUAL_SPREAD) ** HEADING_POWER, share)
+
+
 def rotation_error_deg(
-    R: np.ndarray, R_frame: np.ndarray, error_deg: np.ndarray, up_error_deg: np.ndarray | float
+    R: np.ndarray, R_frame: np.ndarray, heading_deg: np.ndarray, up_error_deg: np.ndarray | float
 ) -> np.ndarray:
-    """(...,) expected error of R (..., 3, 3): that of up, and the heading's part of error_deg (...,), the frame's own.
+    """(...,) expected error of R (..., 3, 3): that of up, and heading_deg (...,), the frame's own heading's.
 
     Where the heading is further than that from the one of R_frame (..., 3, 3), the rectifier's, that counts: the poses
     of two people in one take, or a turn quicker than the smoothing.
     """
     off = angle_deg(level_left(R_frame, R[..., :, 2]), -R[..., :, 1])
-    return np.hypot(_MEAN_OF_RMS * up_error_deg, np.maximum(HEADING_SHARE * error_deg, off))
+    return np.hypot(_MEAN_OF_RMS * up_error_deg, np.maximum(heading_deg, off))

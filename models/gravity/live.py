@@ -17,7 +17,7 @@ from ...pipeline.plugins.protocols import Rectifier
 from ...pipeline.rotations import is_finite
 from ..rectifier.load import load_rectifier
 from .evidence import Evidence, TakeUp
-from .levelling import HEADING_S, level_left, rotation_error_deg, standing
+from .levelling import HEADING_S, heading_error_deg, level_left, rotation_error_deg, standing
 from .smoothing import trust
 from .votes import take_up
 
@@ -93,7 +93,7 @@ class LiveRectifier:
         self._vote(R_frame[:, 2], error_deg, time_s)
         R = self._standing(R_frame, error_deg, time_s)
         self._time_s = time_s
-        error = rotation_error_deg(R, R_frame, error_deg, self._up.error_deg)
+        error = rotation_error_deg(R, R_frame, heading_error_deg(error_deg), self._up.error_deg)
         return LiveFrame(R, float(error), self._up.up, float(self._up.error_deg), float(self._up.bound_deg))
 
     def _vote(self, up: np.ndarray, error_deg: float, time_s: float) -> None:

@@ -13,7 +13,7 @@ from .evidence import FRAMES, IMAGE, TakeUp
 from .fusion import settled
 from .seen import Seen
 from .smoothing import smoothed, trust
-from .votes import LEAN_DEG, TILT_SHARE, UNKNOWN_DEG
+from .votes import UNKNOWN_DEG, lean_square
 
 WINDOW_S = 2.0  # standard deviation of the Gaussian in which frames vote on up
 _VOTE_DEG = 10.0  # votes this far from their neighbours' mean count half
@@ -41,7 +41,12 @@ def sliding_up(seen: Seen, window_s: float = WINDOW_S) -> TakeUp:
     expected = np.where(np.isfinite(seen.error_deg), seen.error_deg, UNKNOWN_DEG)
     square = np.stack([np.where(fine, expected**2, 0.0), apart**2], axis=-1)
     mean, scatter = np.moveaxis(smoothed(square, trusted, seen, window_s), -1, 0)
-    shared = np.maximum(TILT_SHARE**2 * mean - scatter, LEAN_DEG**2)
+    spread = np.full(len(votes), np.nan)
+    if seen.spread is not None:
+        there = np.isfinite(seen.spread)
+        stated = np.where(there, seen.spread, 0.0)[:, None]
+        spread = smoothed(stated, np.where(there, trusted, 0.0), seen, window_s)[:, 0]
+    shared = lean_square(mean, scatter, spread)
     return TakeUp(up, np.sqrt(shared + scatter / looks + lag_deg**2), {FRAMES: 1.0})
 
 

@@ -14,7 +14,8 @@ class Seen:
     joints: (T, 17, 3) relative to the pelvis, any unit. R_camera_from_body: (T, 3, 3), NaN where a frame has too few
     torso joints. error_deg: (T,) expected rotation error of each, NaN where unknown. time_s: (T,) increasing. seams:
     rows that no smoothing crosses. root: (T, 3) the pelvis's own path where it is known, in the same unit. name: how
-    shares name the person among several.
+    shares name the person among several. spread: (T,) the lifter's stated error (models/common/spread.py), NaN or None
+    where it states none.
     """
 
     joints: np.ndarray
@@ -24,6 +25,7 @@ class Seen:
     seams: tuple[int, ...] = ()
     root: np.ndarray | None = None
     name: str = "person"
+    spread: np.ndarray | None = None
 
     @property
     def votes(self) -> np.ndarray:

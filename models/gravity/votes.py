@@ -18,6 +18,11 @@ from .evidence import FRAMES, Evidence, TakeUp, direction, fuse
 # at least. Both fitted on lifted takes of train and validation subjects, cut to 0.5 s and longer (docs/takes.md).
 TILT_SHARE = 0.85
 LEAN_DEG = 3.8
+# Where the lifter states its own error, that tells a take's lean better: in degrees, of a take with the usual stated
+# spread and the usual expected error. Fitted by its likelihood on lifted takes of validation subjects
+# (models/evaluation/gravity_constants.py).
+STATED_LEAN_DEG = 5.4
+USUAL_SPREAD, USUAL_DEG = 0.0155, 9.0
 UNKNOWN_DEG = 12.0  # expected error of a frame whose rectifier does not say
 
 _OUTLIER_DEG = 5.0  # votes this far off count half
@@ -51,7 +56,20 @@ def take_up(
     return fuse([*others, *pool(up, error_deg, time_s).evidence])
 
 
-def pool(up: np.ndarray, error_deg: np.ndarray, time_s: np.ndarray) -> Votes:
+def lean_square(
+    expected_square: np.ndarray | float, scatter_square: np.ndarray | float, spread: np.ndarray | float
+) -> np.ndarray:
+    """(...,) square of the error in degrees that votes on one up share. expected_square, scatter_square: mean squares
+    of their expected rotation errors and of their scatter, square degrees; spread: the lifter's stated error, NaN where
+    it states none: then what is expected beyond the scatter is shared, and LEAN_DEG at least."""
+    beyond = np.maximum(TILT_SHARE**2 * expected_square - scatter_square, LEAN_DEG**2)
+    stated = STATED_LEAN_DEG**2 * (spread / USUAL_SPREAD) ** 3 * expected_square / USUAL_DEG**2
+    return np.where(np.isfinite(spread), stated, beyond)
+
+
+def pool(
+    up: np.ndarray, error_deg: np.ndarray, time_s: np.ndarray, spread: np.ndarray | None = None
+) -> Votes:
     """Weighted robust mean on the sphere: weights 1 / error^2, votes further than a few degrees off count less
     (Cauchy's weights about the current mean). The error is what all votes share plus what is left of their scatter.
 
@@ -60,7 +78,7 @@ def pool(up: np.ndarray, error_deg: np.ndarray, time_s: np.ndarray) -> Votes:
     that were outvoted would move the mean: of a body that stands for one half and lies for the other, either may be
     right.
 
-    up (T, 3), unit vectors; error_deg and time_s (T,).
+    up (T, 3), unit vectors; error_deg and time_s (T,); spread: (T,) of Seen.
     """
     fine = is_finite(up)
     weights = np.zeros(len(up))
@@ -74,8 +92,9 @@ def pool(up: np.ndarray, error_deg: np.ndarray, time_s: np.ndarray) -> Votes:
     apart = _tangent_deg(votes, centre)
     scatter = float(np.sqrt(np.average((apart**2).sum(-1), weights=trust)))
     effective = effective_number(apart, time_s[fine], robust)
-    tilt = TILT_SHARE * float(np.sqrt(np.average(expected**2, weights=trust)))
-    shared = max(tilt**2 - scatter**2, LEAN_DEG**2)
+    stated = spread[fine] if spread is not None else np.array([])
+    usual = float(np.median(stated[np.isfinite(stated)])) if np.isfinite(stated).any() else float("nan")
+    shared = lean_square(float(np.average(expected**2, weights=trust)), scatter**2, usual)
     outvoted = float(np.nan_to_num(angle_deg(trust @ votes, centre), nan=90.0))
     error = float(np.sqrt(shared + max(scatter**2 / effective, outvoted**2)))
     return Votes(centre, error, weights, effective, scatter)

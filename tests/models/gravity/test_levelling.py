@@ -1,5 +1,7 @@
 """A take's rotations from a rectifier's frames: headings smoothed, moving cameras followed, drift reported."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -11,6 +13,7 @@ from pcnet3d.models import load_rectifier
 from pcnet3d.models.gravity import Seen, direction, level_moving, level_static, why_not
 from pcnet3d.models.gravity.levelling import HEADING_S, upright
 from pcnet3d.models.gravity.moving import sliding_up
+from pcnet3d.models.gravity.votes import STATED_LEAN_DEG, USUAL_SPREAD
 from pcnet3d.models.synthetic.cameras import view_rotation
 from pcnet3d.pipeline import H36M17, rotate
 from pcnet3d.pipeline.canonical import R_world_from_body
@@ -375,3 +378,15 @@ def test_a_camera_that_looks_straight_down_still_has_a_heading():
     R = down.moving().R_camera_from_level
     np.testing.assert_allclose(R @ np.swapaxes(R, 1, 2), np.broadcast_to(np.eye(3), R.shape), atol=1e-9)
     np.testing.assert_allclose(np.linalg.det(R), 1)
+
+
+@pytest.mark.parametrize("level", [level_static, level_moving])
+def test_a_lifter_that_is_unsure_widens_what_is_stated(level):
+    R, time_s = headed(np.zeros(90)), np.arange(90) / 30
+    usual, unsure = (
+        level(replace(seen_of(R, np.full(90, 9.0), time_s), spread=np.full(90, times * USUAL_SPREAD)))
+        for times in (1, 2)
+    )
+    np.testing.assert_allclose(usual.up_error_deg, STATED_LEAN_DEG, rtol=1e-6)
+    np.testing.assert_allclose(unsure.up_error_deg, 2**1.5 * STATED_LEAN_DEG, rtol=1e-6)
+    assert (unsure.error_deg > 1.5 * usual.error_deg).all()
