@@ -152,8 +152,11 @@ def change_frame(poses: PoseSequence, to: Frame, R_to_from_source: np.ndarray | 
     if source.origin != to.origin and to.origin != "pelvis":
         raise InputError(f"Points in {source} cannot become {to}: the way between the origins is not known.")
     root = poses.root if source.origin == to.origin else _place(poses)
+    covariance = poses.root_covariance
     if root is not None:
         root = rotate(matrix, root) * factor if matrix.ndim == 2 else None
+    if covariance is not None:
+        covariance = None if root is None else matrix @ covariance @ matrix.T * factor**2
     moved = np.empty(poses.joints.shape, np.float32)
     for start in range(0, len(poses), _ROWS):
         rows = slice(start, start + _ROWS)
@@ -162,7 +165,7 @@ def change_frame(poses: PoseSequence, to: Frame, R_to_from_source: np.ndarray | 
             joints -= joints[:, [poses.layout.index("pelvis")]]
         moved[rows] = rotate(matrix if matrix.ndim == 2 else matrix[rows], joints) * factor
     moved.setflags(write=False)
-    return poses.with_(joints=moved, frame=to, root=root).noted(
+    return poses.with_(joints=moved, frame=to, root=root, root_covariance=covariance).noted(
         "change_frame", source=source.name, to=to.name
     )
 

@@ -98,7 +98,7 @@ def rectify(
 
     camera, gravity, pitch_deg, roll_deg, window_s: of Rectify. view: what the images say (stages.calibrate). A static
     camera has one up for the take, which every frame votes on (models/gravity/votes.py), as does the floor under the
-    feet when the poses know where the person is (their root; models/gravity/floor.py); a moving one a smooth up, and
+    feet when the source knows where the person is (its root; models/gravity/floor.py); a moving one a smooth up, and
     LEVEL's heading is then the camera's, so that horizontal directions are relative to it.
 
     A frame with too few torso joints has a NaN rotation. A take that cannot be levelled has level_ok False and a
@@ -234,7 +234,7 @@ def _seen(source: PoseSequence, rectifier: Rectifier) -> Seen:
     poses = _in(source, CAMERA)
     R, error_deg = rectifier.rotation(poses.joints)
     name, times = f"person {source.person}", _times(source)
-    return Seen(name, poses.joints, R, error_deg, times, source.seams, poses.root)
+    return Seen(name, poses.joints, R, error_deg, times, source.seams, poses.measured_root)
 
 
 def _rectified(
@@ -252,13 +252,17 @@ def _rectified(
     reason = why_not(levelled, _in(source, reference).joints)
     noted = source.noted("rectify", method=method, camera=camera, level_heading=levelled.heading, **said)
     unit_ = source.frame.unit
-    root = source.root
+    root, covariance = source.root, source.root_covariance
+    if R_source_from_level.ndim == 3:
+        root = covariance = None
     if root is not None:
-        root = rotate(transpose(R_source_from_level), root) if R_source_from_level.ndim == 2 else None
+        root = rotate(transpose(R_source_from_level), root)
+    if covariance is not None:
+        covariance = transpose(R_source_from_level) @ covariance @ R_source_from_level
     body, level = (_canonical(R, source) for R in (R_source_from_body, R_source_from_level))
     return Rectified(
-        body=noted.with_(joints=body, frame=BODY.with_(unit=unit_), root=None),
-        level=noted.with_(joints=level, frame=LEVEL.with_(unit=unit_), root=root),
+        body=noted.with_(joints=body, frame=BODY.with_(unit=unit_), root=None, root_covariance=None),
+        level=noted.with_(joints=level, frame=LEVEL.with_(unit=unit_), root=root, root_covariance=covariance),
         R_source_from_body=R_source_from_body,
         R_source_from_level=R_source_from_level,
         error_deg=levelled.error_deg,

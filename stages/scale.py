@@ -55,7 +55,10 @@ def scale(poses: PoseSequence, stature_m: float) -> PoseSequence:
     if not implied > 0:
         raise InputError("No limb bone is ever complete, so the stature cannot set the scale.")
     factor = stature_m / implied
-    root = None if poses.root is None else poses.root * factor
-    return poses.with_(joints=poses.joints * factor, root=root, frame=poses.frame.with_(unit="m")).noted(
-        "scale", stature_m=stature_m, factor=factor
-    )
+    root, covariance = poses.root, poses.root_covariance
+    return poses.with_(
+        joints=poses.joints * factor,
+        root=None if root is None else root * factor,
+        root_covariance=None if covariance is None else covariance * factor**2,
+        frame=poses.frame.with_(unit="m"),
+    ).noted("scale", stature_m=stature_m, factor=factor)
