@@ -43,20 +43,31 @@ class Place:
         camera = self._camera(take)
         if reason := self._why_not(poses, keypoints, camera):
             return take.saying(_nowhere(reason))
-        assert keypoints is not None and camera is not None  # or there is a reason
+        assert keypoints is not None  # or there is a reason
+        assert camera is not None
         path = pelvis_path(poses, keypoints, camera)
         if path is None or not known(path.root).any():
             return take.saying(_nowhere("too few joints were seen"))
-        placed = poses.with_(root=path.root, root_covariance=path.covariance).noted(
+        placed = poses.with_(
+            joints=poses.joints / path.growth[:, None, None],
+            root=path.root,
+            root_covariance=path.covariance,
+        ).noted(
             "place",
             focal_px=round(camera.focal_px, 1),
             focal_source=camera.focal_source,
             focal_sd=round(path.focal_sd, 3),
             scale_sd=SCALE_SD,
             frames_placed=int(known(path.root).sum()),
-            size_evened=path.evened,
         )
-        return take.with_(poses=placed).saying(Event("note", _said(path, camera, poses.frame.unit)))
+        events = [Event("note", _said(path, camera, poses.frame.unit))]
+        grown = 100 * (path.growth.max() / path.growth.min() - 1)
+        if grown > 0:
+            text = (
+                f"The lifted body grew with its image, by {grown:.0f} % in all, and was brought to one size."
+            )
+            events.append(Event("repair", text))
+        return take.with_(poses=placed).saying(*events)
 
     def _camera(self, take: Take) -> Camera | None:
         """The take's, or what is told of it; None where not even the image's size is known."""

@@ -61,7 +61,7 @@ def evaluate(
     bed: Annotated[
         Bed | None,
         typer.Option(
-            help="Cameras: wild, steep and tilted with long lenses too, or typical, as people film. Default: wild, with "
+            help="Cameras: wild, steep and tilted with long lenses too, or typical, as people film. Default: wild, of "
             "--place typical; the lifter's figures are of both."
         ),
     ] = None,

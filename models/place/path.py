@@ -20,30 +20,27 @@ from .smoothing import covariances, smoothed
 
 # Every estimator puts nose, head and spine elsewhere, the detector and the lifter too.
 JOINTS = tuple(name for name in H36M17.joints if name not in ("spine", "nose", "head"))
-SCALE_SD = (
-    0.03  # of the distance: the error of the body's size, which moves the whole path to or from the camera
-)
+# Of the distance: the body's size, as a stature gives it, moves the whole path to or from the camera.
+SCALE_SD = 0.037
 _UNKNOWN_CONFIDENCE = 0.7  # as for the lifter
 _JOLT = 0.2  # statures^2 / s^3, power spectral density of the pelvis's acceleration
 _LASTS_S = 1.0  # of the errors of joints: so much of a take counts as one independent frame
 _STRAY = 3.0  # standard deviations off the path at which a frame's weight is halved
-_LONGEST_ERROR = (
-    0.25  # statures along any direction, of the frame's own error: beyond it a gap is not bridged
-)
-_GROWS = 0.05  # spread of the logarithm of the body's size beyond which it follows the image's; a lifter's is below 0.03
-_SIZE_S = 0.5  # over which the body's size is averaged before it is evened out
+_MOST = 0.25  # statures along any direction, of a frame's own error: a gap is not bridged beyond it
+_GROWS = 0.03  # spread of the logarithm of the body's size from which it may follow the image; the lifter's is smaller
+_SIZE_S = 0.5  # over which sizes are averaged
 
 
 @dataclass(frozen=True, eq=False)
 class PelvisPath:
     """root: (T, 3) the pelvis from the camera, CAMERA axes, in the joints' unit, NaN where it is not known. own: (T, 3,
-    3) covariance of each frame's own error. focal_sd: standard deviation of the focal length as a share of it. evened:
-    whether the body grew and shrank with its image and was brought to one size."""
+    3) covariance of each frame's own error. focal_sd: standard deviation of the focal length as a share of it. growth:
+    (T,) what the joints are to be divided by: the size of a body that follows its image over the usual one, else 1."""
 
     root: np.ndarray
     own: np.ndarray
     focal_sd: float
-    evened: bool
+    growth: np.ndarray
 
     @property
     def covariance(self) -> np.ndarray:
@@ -83,7 +80,8 @@ def _path(
     stature = implied_stature(joints)
     if not stature > 0 or len(joints) < 3:
         return None
-    body, evened = _evened(joints.astype(np.float64) / stature, time_s)
+    growth = _growth(joints.astype(np.float64), rays, time_s)
+    body = joints / (stature * growth)[:, None, None]
     use = H36M17.indices(JOINTS)
     trust = np.where(np.isfinite(confidence), confidence, _UNKNOWN_CONFIDENCE)[:, use] ** 2
     places, information = placed(rays[:, use].astype(np.float64), body[:, use], trust)
@@ -94,31 +92,46 @@ def _path(
     information = information * _weights(places - path, information)[:, None, None]
     path, factor = smoothed(places, information, time_s, _JOLT)
     own = covariances(factor)
-    lost = np.sqrt(np.linalg.eigvalsh(own)[:, -1]) > _LONGEST_ERROR
+    lost = np.sqrt(np.linalg.eigvalsh(own)[:, -1]) > _MOST
     return PelvisPath(
         root=np.where(lost[:, None], np.nan, path * stature),
         own=np.where(lost[:, None, None], np.nan, own * stature**2),
         focal_sd=focal_sd,
-        evened=evened,
+        growth=growth,
     )
 
 
-def _evened(joints: np.ndarray, time_s: np.ndarray) -> tuple[np.ndarray, bool]:
-    """The body (T, 17, 3) at one size where its own changes: lifters that see a crop let it grow with its image."""
+def _growth(joints: np.ndarray, rays: np.ndarray, time_s: np.ndarray) -> np.ndarray:
+    """(T,) size of the body over its usual one where it follows the image's, as with lifters that see a crop; else 1.
+
+    joints: (T, 17, 3); rays: (T, 17, 2). Bones have the body's size, and their image over what they are across the view
+    tells how near the body is: a body that grows as it comes nearer follows its image.
+    """
+    ends = np.array([H36M17.indices(bone) for bone in SEGMENTS])
+    bones, images = (points[:, ends[:, 1]] - points[:, ends[:, 0]] for points in (joints, rays))
+    length, apart = (np.linalg.norm(lines, axis=-1) for lines in (bones, images))
+    seen = np.isfinite(length) & np.isfinite(apart)
+    if seen.any(axis=1).sum() < 2:
+        return np.ones(len(joints))
+    usual = np.array(
+        [np.median(one[there]) if there.any() else 0.0 for one, there in zip(length.T, seen.T, strict=True)]
+    )
+    across = np.linalg.norm(bones[..., :2], axis=-1)
+    totals = (np.where(seen, lengths, 0.0).sum(axis=1) for lengths in (length, usual[None], apart, across))
+    whole, expected, image, flat = (np.where(seen.any(axis=1), total, np.nan) for total in totals)
+    size = _slow(whole / expected, time_s)
+    near = size + _slow(image / flat, time_s)
+    follows = ((size - size.mean()) * (near - near.mean())).mean() > 0.5 * near.var()
+    return np.exp(size - np.median(size)) if follows and size.std() > _GROWS else np.ones(len(joints))
+
+
+def _slow(ratio: np.ndarray, time_s: np.ndarray) -> np.ndarray:
+    """(T,) logarithm of a positive ratio, averaged over _SIZE_S; what is missing lies on a line."""
     from scipy.ndimage import gaussian_filter1d
 
-    ends = np.array([H36M17.indices(bone) for bone in SEGMENTS])
-    lengths = np.linalg.norm(joints[:, ends[:, 0]] - joints[:, ends[:, 1]], axis=-1)
-    seen = np.isfinite(lengths)
-    usual = np.nanmedian(lengths[:, seen.any(axis=0)], axis=0, keepdims=True)
-    seen, lengths = seen[:, seen.any(axis=0)], lengths[:, seen.any(axis=0)]
-    rows = np.flatnonzero(seen.any(axis=1))
-    size = np.where(seen, lengths, 0.0).sum(axis=1)[rows] / np.where(seen, usual, 0.0).sum(axis=1)[rows]
-    size = np.interp(time_s, time_s[rows], np.log(np.maximum(size, 1e-6)))
-    size = gaussian_filter1d(size, _SIZE_S * rate(time_s), mode="nearest")
-    if not size.std() > _GROWS:
-        return joints, False
-    return joints / np.exp(size - np.median(size))[:, None, None], True
+    there = ratio > 0
+    even = np.interp(time_s, time_s[there], np.log(ratio[there]))
+    return gaussian_filter1d(even, _SIZE_S * rate(time_s), mode="nearest")
 
 
 def _weights(off: np.ndarray, information: np.ndarray) -> np.ndarray:

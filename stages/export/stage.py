@@ -59,8 +59,8 @@ def write_poses(take: Take, path: Path) -> None:
     """poses.npz: plain arrays `source`, `level`, `body` (T, 17, 3), the rotations between them, and how far to trust
     them. `root` (T, 3) is the pelvis in the axes of `level`, from the camera's centre or the world's origin: `level` +
     `root` are places in the room; NaN where they are not known. `root_sd` (T, 3) is the standard deviation of its error
-    along these axes where it was estimated (stages/place.py), NaN where the source knew it. For a moving camera R_source_from_level is
-    (T, 3, 3), and back and right in `level` are relative to it."""
+    along these axes where it was estimated (stages/place.py), NaN where the source knew it. For a moving camera
+    R_source_from_level is (T, 3, 3), and back and right in `level` are relative to it."""
     poses = take.need("poses")
     rectified = take.need("rectified")
     root, sd = rectified.level.root, rectified.level.root_sd
