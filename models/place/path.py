@@ -25,6 +25,7 @@ SCALE_SD = 0.037
 _UNKNOWN_CONFIDENCE = 0.7  # as for the lifter
 _JOLT = 0.2  # statures^2 / s^3, power spectral density of the pelvis's acceleration
 _LASTS_S = 1.0  # of the errors of joints: so much of a take counts as one independent frame
+_ROUNDS = 3  # of weighing frames by how far they are off the path
 _STRAY = 3.0  # standard deviations off the path at which a frame's weight is halved
 _MOST = 0.25  # statures along any direction, of a frame's own error: a gap is not bridged beyond it
 _GROWS = 0.03  # spread of the logarithm of the body's size from which it may follow the image; the lifter's is smaller
@@ -88,9 +89,10 @@ def _path(
     information = information / max(_LASTS_S * rate(time_s), 1.0)
     if known(places).sum() < 2:
         return None
-    path, _ = smoothed(places, information, time_s, _JOLT)
-    information = information * _weights(places - path, information)[:, None, None]
     path, factor = smoothed(places, information, time_s, _JOLT)
+    for _ in range(_ROUNDS):
+        weights = _weights(places - path, information)
+        path, factor = smoothed(places, information * weights[:, None, None], time_s, _JOLT)
     own = covariances(factor)
     lost = np.sqrt(np.linalg.eigvalsh(own)[:, -1]) > _MOST
     return PelvisPath(
@@ -131,7 +133,10 @@ def _slow(ratio: np.ndarray, time_s: np.ndarray) -> np.ndarray:
 
     there = ratio > 0
     even = np.interp(time_s, time_s[there], np.log(ratio[there]))
-    return gaussian_filter1d(even, _SIZE_S * rate(time_s), mode="nearest")
+    sd = _SIZE_S * rate(time_s)
+    ends = min(int(4 * sd), len(even) - 1)
+    padded = np.pad(even, ends, mode="reflect", reflect_type="odd")  # a trend goes on beyond the ends
+    return gaussian_filter1d(padded, sd)[ends : ends + len(even)]
 
 
 def _weights(off: np.ndarray, information: np.ndarray) -> np.ndarray:
