@@ -10,9 +10,9 @@ from ...pipeline.anthropometry import SEGMENTS, implied_stature
 from ...pipeline.camera import Camera
 from ...pipeline.frames import CAMERA, require
 from ...pipeline.intrinsics import undistorted
-from ...pipeline.layouts import H36M17
+from ...pipeline.layouts import H36M17, remap
 from ...pipeline.motion.signals import rate
-from ...pipeline.motion.visibility import seen_only
+from ...pipeline.motion.visibility import unseen
 from ...pipeline.pose import PoseSequence
 from ...pipeline.rotations import known
 from .reprojection import placed
@@ -64,9 +64,10 @@ def pelvis_path(poses: PoseSequence, keypoints: PoseSequence, camera: Camera) ->
     require(poses.frame, CAMERA, "pelvis_path")
     if camera.intrinsics is not None:
         keypoints = keypoints.with_(joints=undistorted(keypoints.joints, camera.intrinsics))
-    seen = seen_only(keypoints, camera.image_size)
+    hidden, _ = unseen(keypoints, camera.image_size, poses.frame_index, poses.times)
+    seen = remap(keypoints, H36M17)
     rows = np.minimum(np.searchsorted(seen.frame_index, poses.frame_index), len(seen) - 1)
-    there = (seen.frame_index[rows] == poses.frame_index)[:, None]
+    there = (seen.frame_index[rows] == poses.frame_index)[:, None] & ~hidden
     rays = (seen.joints[rows] - np.array(camera.image_size) / 2) / camera.focal_px
     rays = np.where(there[..., None], rays, np.nan)
     focal_sd = camera.focal_sd_px / camera.focal_px

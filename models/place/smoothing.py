@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
+_ROOM = 100.0  # units that a place may be from the mean one: a weak prior, so that no gap is too long to be solved
 _BAND = 6  # values that a value is tied to: the three coordinates of the next two frames
 
 
@@ -17,23 +18,26 @@ def smoothed(
 ) -> tuple[np.ndarray, np.ndarray]:
     """The path (T, 3), and the factor of its information, from which `covariances` gets its error.
 
-    places: (T, 3), anything where the information (T, 3, 3) is zero; at least two frames must have some. time_s: (T,)
-    increasing. jolt: power spectral density of the acceleration, unit^2 / s^3. Gaps are bridged, and ends continued, at
-    an even velocity, with an error that grows.
+    places: (T, 3), of which the information (T, 3, 3) is zero where they are NaN; at least two frames must have some.
+    time_s: (T,) increasing. jolt: power spectral density of the acceleration, unit^2 / s^3. Gaps are bridged, and ends
+    continued, at an even velocity, with an error that grows.
     """
     from scipy.linalg import cho_solve_banded, cholesky_banded
 
     count = len(places)
+    middle = np.nanmean(places, axis=0)
     band = np.zeros((_BAND + 1, 3 * count))
     for i in range(3):
         for j in range(i + 1):
             band[i - j, j::3] = information[:, i, j]
     for offset, values in enumerate(_stiffness(time_s, jolt)):
         band[3 * offset] += np.repeat(values, 3)
-    right = np.einsum("tij,tj->ti", information, np.where(np.isfinite(places), places, 0.0))
+    band[0] += _ROOM**-2
+    off = np.where(np.isfinite(places), places - middle, 0.0)
+    right = np.einsum("tij,tj->ti", information, off)
     factor = cholesky_banded(band, lower=True)
     path = cho_solve_banded((factor, True), right.ravel()).reshape(count, 3)
-    return path, factor
+    return middle + path, factor
 
 
 def _stiffness(time_s: np.ndarray, jolt: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
