@@ -1,7 +1,8 @@
 """How well the pelvis's path before the camera is known, where the truth is:  pcnet3d evaluate --place -o DIR
 
 Every take is seen by one camera that stands still and lifted; the body is scaled as `--stature` would scale it, or, to
-tell the error of that scale from the rest, to its true size.
+tell the error of that scale from the rest, to its true size. Then the man of the real take (real_take.py), by each of
+its cameras and the keypoints that OpenPose found; his pelvis is taken for the middle of his hips.
 """
 
 from __future__ import annotations
@@ -16,13 +17,19 @@ import numpy as np
 
 from ...pipeline.anthropometry import implied_stature
 from ...pipeline.camera import PRIOR_FOCAL, PRIOR_FOCAL_SPREAD, Camera
-from ...pipeline.layouts import H36M17
+from ...pipeline.files.video_frames import shown_size
+from ...pipeline.frames import CAMERA, IMAGE
+from ...pipeline.intrinsics import Intrinsics, undistorted
+from ...pipeline.layouts import COCO17, H36M17, remap
 from ...pipeline.pose import PoseSequence
-from ...pipeline.rotations import known, unit
+from ...pipeline.reading.take import read_video
+from ...pipeline.rotations import known, rotate, unit
 from ...pipeline.running.progress import each
 from ..common.metrics import SD_90, Figure, scaled
 from ..lifter.builtin import lift
+from ..mocap.clips import data_folder
 from ..place.path import PelvisPath, pelvis_path
+from .real_take import LIMBS, MOVING, read_cameras, read_truth
 from .sets import EvaluationSet, evaluation_sets, heading
 from .testbed import SeenTake
 
@@ -61,8 +68,69 @@ def place_tables(
             for case in _CASES:
                 judged[case].append(_judged(take.seen, take.lifted, case, flip, lifter))
         results["places"][one.label] = {case: figures(takes) for case, takes in judged.items()}
+    results["real"] = real_places(lifter, flip)
     results["timing"] = {"frames": _TIMED, "seconds": placing_seconds(_TIMED)}
     return results
+
+
+def real_places(lifter: str | Path = "pcnet3d", flip: bool = False) -> dict[str, dict[str, Any]]:
+    """{camera: {case: figures}} of the real take: root mean square error in m, `still` after its mean is taken off, and
+    the share of frames whose error along the ray lies within 1.645 stated standard deviations."""
+    folder = data_folder() / "real" / MOVING
+    cameras = read_cameras(folder)
+    truth = read_truth(folder, list(cameras))
+    joints = np.full((len(truth.limbs), len(H36M17), 3), np.nan)
+    joints[:, H36M17.indices(LIMBS)] = truth.limbs
+    rows: dict[str, dict[str, Any]] = {}
+    for name, camera in cameras.items():
+        assert camera.R_camera_from_world is not None
+        assert camera.t_m is not None
+        video = read_video(camera.video)
+        size, times = shown_size(video), video.time_s[: len(joints)]
+        (fx, fy), (cx, cy) = camera.focal_px.tolist(), camera.principal_point_px.tolist()
+        lens = Intrinsics((fx, fy), (cx, cy), tuple(camera.distortion.tolist()), image_size=size)
+        score = truth.openpose[name][..., 2]
+        pixels = np.where(score[..., None] > 0, truth.openpose[name][..., :2], np.nan)
+        found = PoseSequence(pixels, COCO17, IMAGE, score.clip(0, 1), times, np.arange(len(times)))
+        guess = PRIOR_FOCAL * max(size)
+        views = {
+            KNOWN: Camera(size, lens.pinhole_focal_px, 0.0, "told", intrinsics=lens),
+            ASSUMED: Camera(size, guess, guess * PRIOR_FOCAL_SPREAD, "prior"),
+        }
+        true = _hips(rotate(camera.R_camera_from_world, joints) + camera.t_m)
+        rows[name] = {
+            case: _real(remap(found), view, implied_stature(joints), true, lifter, flip)
+            for case, view in views.items()
+        }
+    return rows
+
+
+def _real(
+    found: PoseSequence, view: Camera, stature: float, true: np.ndarray, lifter: str | Path, flip: bool
+) -> dict[str, float]:
+    """found: keypoints. true: (T, 3) the middle of the hips before the camera, metres."""
+    pixels = found.joints if view.intrinsics is None else undistorted(found.joints, view.intrinsics)
+    lifted = lift(found.with_(joints=pixels), view.image_size, view.focal_px, flip, lifter)
+    lifted = lifted.with_(joints=lifted.joints * (stature / implied_stature(lifted.joints)))
+    path = pelvis_path(lifted, found, view)
+    if path is None:
+        return {}
+    error, along = path.root + _hips(lifted.joints) - true, unit(true)
+    off, sd = (
+        (error * along).sum(axis=1),
+        np.sqrt(np.einsum("ti,tij,tj->t", along, path.covariance, along)),
+    )
+    there = known(error)
+    return {
+        "path": _rms(np.linalg.norm(error, axis=1)),
+        "still": _rms(np.linalg.norm(error - np.nanmean(error, axis=0), axis=1)),
+        "inside_along": float((np.abs(off[there]) <= SD_90 * sd[there]).mean()),
+    }
+
+
+def _hips(joints: np.ndarray) -> np.ndarray:
+    """(T, 3) the middle of the hips of (T, 17, 3)."""
+    return joints[:, H36M17.indices(("l_hip", "r_hip"))].mean(axis=1)
 
 
 def _judged(seen: SeenTake, lifted: PoseSequence, case: str, flip: bool, lifter: str | Path) -> Judged | None:
@@ -144,8 +212,6 @@ def _rms(values: np.ndarray) -> float:
 
 def placing_seconds(frames: int) -> float:
     """Seconds that pelvis_path takes on this machine for a take of a body that sways before the camera."""
-    from ...pipeline.frames import CAMERA, IMAGE
-
     rng = np.random.default_rng(0)
     body = rng.normal(0, 0.3, (17, 3)) * [1.0, 1.5, 0.5]
     joints = body - body[0] + rng.normal(0, 0.01, (frames, 17, 3))
@@ -187,4 +253,17 @@ def as_markdown(results: dict[str, Any]) -> str:
                 f"{100 * row['inside_across']:.1f} | {row['walks']} | {row['speed_percent']:.1f} | "
                 f"{row['speed_mps']:.3f} |"
             )
+    lines += [
+        "",
+        "The real take, keypoints by OpenPose: path and still in m, inside along the ray in per cent.",
+        "",
+        "| camera | case | path | still | inside |",
+        f"|{' --- |' * 5}",
+    ]
+    for name, cases in results["real"].items():
+        for case, row in cases.items():
+            found = (
+                f"{row['path']:.2f} | {row['still']:.2f} | {100 * row['inside_along']:.0f}" if row else "| |"
+            )
+            lines.append(f"| {name} | {case} | {found} |")
     return "\n".join(lines) + "\n"
