@@ -155,19 +155,10 @@ def _every_frame(poses: PoseSequence, video_time_s: np.ndarray | None) -> tuple[
         )
     every = np.arange(index[0], index[-1] + 1)
     rows = index - index[0]
-    joints = np.full((frames, *poses.joints.shape[1:]), np.nan)
-    confidence = np.full((frames, len(poses.layout)), np.nan)
-    joints[rows], confidence[rows] = poses.joints, poses.confidence
-    root = None if poses.root is None else np.full((frames, poses.root.shape[1]), np.nan)
-    if root is not None:
-        root[rows] = poses.root
-    covariance = (
-        None
-        if poses.covariance is None
-        else np.full((frames, *poses.covariance.shape[1:]), np.nan, np.float32)
+    joints, confidence, root, root_covariance, covariance = (
+        None if values is None else _spread(values, rows, frames)
+        for values in (poses.joints, poses.confidence, poses.root, poses.root_covariance, poses.covariance)
     )
-    if covariance is not None:
-        covariance[rows] = poses.covariance
     time_s = np.interp(every, index, times)
     if video_time_s is not None and len(video_time_s) > every[-1] and np.allclose(video_time_s[index], times):
         time_s = video_time_s[every]
@@ -177,10 +168,18 @@ def _every_frame(poses: PoseSequence, video_time_s: np.ndarray | None) -> tuple[
         frame_index=every,
         time_s=time_s,
         root=root,
+        root_covariance=root_covariance,
         covariance=covariance,
         seams=tuple(rows[list(poses.seams)]),
     )
     return padded, frames - len(poses)
+
+
+def _spread(values: np.ndarray, rows: np.ndarray, frames: int) -> np.ndarray:
+    """(frames, ...) the values in their rows, NaN in all others."""
+    result = np.full((frames, *values.shape[1:]), np.nan)
+    result[rows] = values
+    return result
 
 
 def _spikes(points: np.ndarray, furthest: float, seams: tuple[int, ...]) -> np.ndarray:

@@ -45,17 +45,18 @@ def guarded(poses: PoseSequence, parity: Handedness, where: str) -> PoseSequence
 
 def repaired(poses: PoseSequence, parity: Handedness) -> PoseSequence:
     """Left and right put right as asked: "mirror" negates x, "swap" and "swap-legs" exchange joints' names."""
-    joints, root = poses.joints, poses.root
+    joints, root, covariance = poses.joints, poses.root, poses.root_covariance
     order = np.arange(len(poses.layout))
     if parity == "ignore":
         return poses
     if parity == "mirror":
         mirror = np.array([-1.0, 1.0, 1.0])
         joints, root = joints * mirror, root if root is None else root * mirror
+        covariance = covariance if covariance is None else covariance * np.outer(mirror, mirror)
     else:
         legs = poses.layout.indices([f"{side}_{part}" for side in "lr" for part in ("hip", "knee", "ankle")])
         swapped = legs if parity == "swap-legs" else order
         order[swapped] = poses.layout.mirror[swapped]
-    return poses.with_(joints=joints[:, order], confidence=poses.confidence[:, order], root=root).noted(
-        "parity", repair=parity
-    )
+    return poses.with_(
+        joints=joints[:, order], confidence=poses.confidence[:, order], root=root, root_covariance=covariance
+    ).noted("parity", repair=parity)

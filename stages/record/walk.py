@@ -24,7 +24,7 @@ def walked(rectified: Rectified) -> PoseSequence | None:
     level = rectified.level
     if level.root is None or not is_finite(level.root).any():
         return None
-    return level.with_(joints=level.joints + level.root[:, None], root=None)
+    return level.with_(joints=level.joints + level.root[:, None], root=None, root_covariance=None)
 
 
 def log_walk(recording: rr.RecordingStream, rectified: Rectified, size: float) -> None:
