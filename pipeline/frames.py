@@ -152,11 +152,8 @@ def change_frame(poses: PoseSequence, to: Frame, R_to_from_source: np.ndarray | 
     if source.origin != to.origin and to.origin != "pelvis":
         raise InputError(f"Points in {source} cannot become {to}: the way between the origins is not known.")
     root = poses.root if source.origin == to.origin else _place(poses)
-    covariance = poses.root_covariance
     if root is not None:
         root = rotate(matrix, root) * factor if matrix.ndim == 2 else None
-    if covariance is not None:
-        covariance = None if root is None else matrix @ covariance @ matrix.T * factor**2
     moved = np.empty(poses.joints.shape, np.float32)
     for start in range(0, len(poses), _ROWS):
         rows = slice(start, start + _ROWS)
@@ -169,7 +166,7 @@ def change_frame(poses: PoseSequence, to: Frame, R_to_from_source: np.ndarray | 
         joints=moved,
         frame=to,
         root=root,
-        root_covariance=covariance,
+        root_covariance=None if root is None else turned_covariance(poses.root_covariance, matrix, factor),
         covariance=turned_covariance(poses.covariance, matrix, factor),
     ).noted("change_frame", source=source.name, to=to.name)
 
@@ -181,7 +178,16 @@ def turned_covariance(covariance: np.ndarray | None, R: np.ndarray, factor: floa
         return None
     R = np.asarray(R, dtype=covariance.dtype)
     R = R[:, None] if R.ndim == 3 and covariance.ndim == 4 else R
-    return R @ covariance @ np.swapaxes(R, -1, -2) * covariance.dtype.type(factor**2)
+    return scaled_covariance(R @ covariance @ np.swapaxes(R, -1, -2), factor)
+
+
+def scaled_covariance(covariance: np.ndarray | None, factor: float | np.ndarray) -> np.ndarray | None:
+    """Covariances (T, ..., D, D) of points times a factor, or one a frame (T,); in their own precision, None stays
+    None."""
+    if covariance is None:
+        return None
+    square = np.asarray(factor, dtype=covariance.dtype) ** 2
+    return covariance * square.reshape(square.shape + (1,) * (covariance.ndim - 1) * square.ndim)
 
 
 def _place(poses: PoseSequence) -> np.ndarray | None:

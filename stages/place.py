@@ -12,6 +12,7 @@ from ..models.place.path import SCALE_SD, PelvisPath, pelvis_path
 from ..pipeline.camera import Camera
 from ..pipeline.errors import InputError
 from ..pipeline.files.video_frames import shown_size
+from ..pipeline.frames import scaled_covariance
 from ..pipeline.pose import PoseSequence
 from ..pipeline.rotations import is_finite
 from ..pipeline.take import Event, Take
@@ -52,6 +53,7 @@ class Place:
             joints=poses.joints / path.growth[:, None, None],
             root=path.root,
             root_covariance=path.covariance,
+            covariance=scaled_covariance(poses.covariance, 1 / path.growth),
         ).noted(
             "place",
             focal_px=round(camera.focal_px, 1),

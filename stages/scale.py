@@ -5,10 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-import numpy as np
-
 from ..pipeline.anthropometry import implied_stature
 from ..pipeline.errors import InputError
+from ..pipeline.frames import scaled_covariance
 from ..pipeline.pose import PoseSequence
 from ..pipeline.take import Event, Take
 
@@ -57,11 +56,10 @@ def scale(poses: PoseSequence, stature_m: float) -> PoseSequence:
     if not implied > 0:
         raise InputError("No limb bone is ever complete, so the stature cannot set the scale.")
     factor = stature_m / implied
-    root, root_covariance, covariance = poses.root, poses.root_covariance, poses.covariance
     return poses.with_(
         joints=poses.joints * factor,
-        root=None if root is None else root * factor,
-        root_covariance=None if root_covariance is None else root_covariance * factor**2,
-        covariance=None if covariance is None else covariance * np.float32(factor**2),
+        root=None if poses.root is None else poses.root * factor,
+        root_covariance=scaled_covariance(poses.root_covariance, factor),
+        covariance=scaled_covariance(poses.covariance, factor),
         frame=poses.frame.with_(unit="m"),
     ).noted("scale", stature_m=stature_m, factor=factor)

@@ -1,4 +1,4 @@
-"""How well the pelvis's path before the camera is is_finite, where the truth is:  pcnet3d evaluate --place -o DIR
+"""How well the pelvis's path before the camera is known, where the truth is:  pcnet3d evaluate --place -o DIR
 
 Every take is seen by one camera that stands still and lifted; the body is scaled as `--stature` would scale it, or, to
 tell the error of that scale from the rest, to its true size. Then the man of the real take (real_take.py), by each of
