@@ -30,6 +30,8 @@ from ..rectifier.load import load_rectifier
 from ..synthetic.views import Targets
 from .angles import MOTIONS, angle_tables
 from .angles import as_markdown as angles_as_markdown
+from .gait import as_markdown as gait_as_markdown
+from .gait import gait_tables
 from .real_take import as_markdown as real_take_as_markdown
 from .real_take import real_take_tables
 from .rectifiers import as_markdown as tables_as_markdown
@@ -51,7 +53,7 @@ def evaluate(
         list[str] | None,
         typer.Option(
             help="A rectifier, or a network's .onnx file; repeatable. Default: geometric; takes, angles, real take: "
-            "also pcnet."
+            "also pcnet; gait: pcnet."
         ),
     ] = None,
     lifter: Annotated[str, typer.Option(help="pcnet3d (built-in), or an .onnx file.")] = "pcnet3d",
@@ -84,6 +86,9 @@ def evaluate(
     swaps: Annotated[
         bool, typer.Option("--swaps", help="Judge how exchanged limbs and overturned depth are found.")
     ] = False,
+    gait: Annotated[
+        bool, typer.Option("--gait", help="Judge contacts, steps and gait figures with their stated errors.")
+    ] = False,
     real_take: Annotated[
         bool, typer.Option("--real-take", help="Judge everything on real videos of four cameras, with truth.")
     ] = False,
@@ -93,10 +98,13 @@ def evaluate(
     With --data only the rectifiers are judged, on clean poses of that data. With --takes only they are, on takes of
     one camera that stands still: tilt, stated errors, accelerations, one take from eight cameras. With --angles joint
     angles are, on the same takes. With --swaps exchanged limbs and overturned depth are put into takes and looked for.
+    With --gait walks and runs of the same takes are measured: contacts, times, lengths, speed.
     With --real-take the way from the video to upright joints and angles is judged on a real take (real/ of the data).
     """
     refuse_unwritable(output)
-    reports = {"--takes": takes, "--angles": angles, "--swaps": swaps, "--real-take": real_take}
+    reports = {
+        "--takes": takes, "--angles": angles, "--swaps": swaps, "--gait": gait, "--real-take": real_take,
+    }  # fmt: skip
     asked = [flag for flag, given in reports.items() if given]
     if len(asked) > 1:
         raise InputError(f"{' and '.join(asked)} are reports of their own; ask for one at a time.")
@@ -109,8 +117,10 @@ def evaluate(
         )
     if swaps and rectifier:
         raise InputError("--swaps judges no rectifier; leave --rectifier out.")
+    if gait and len(rectifier or ()) > 1:
+        raise InputError("--gait judges with one rectifier; give --rectifier once.")
     rectifiers = [
-        load_rectifier(name) for name in rectifier or _DEFAULT[: 2 if takes or angles or real_take else 1]
+        load_rectifier(name) for name in rectifier or (_DEFAULT[-1:] if gait else ()) or _DEFAULT[: 2 if takes or angles or real_take else 1]
     ]
     if data is None and (split is not None or targets != "body"):
         raise InputError("--split and --targets are for --data FILE, a file of pcnet3d mocap.")
@@ -121,6 +131,8 @@ def evaluate(
         results = angle_tables(rectifiers, lifter, seed, flip, judged)
     elif swaps:
         results = swap_tables(lifter, seed, flip, judged)
+    elif gait:
+        results = gait_tables(rectifiers[0], lifter, seed, flip, judged)
     elif real_take:
         results = real_take_tables(rectifiers, lifter, flip)
     elif data is not None:
@@ -141,7 +153,7 @@ def evaluate(
     output.mkdir(parents=True, exist_ok=True)
     pages = {
         "--takes": takes_as_markdown, "--angles": angles_as_markdown, "--swaps": swaps_as_markdown,
-        "--real-take": real_take_as_markdown,
+        "--gait": gait_as_markdown, "--real-take": real_take_as_markdown,
     }  # fmt: skip
     page = pages[asked[0]] if asked else as_markdown if data is None else own_as_markdown
     text = page(results)
