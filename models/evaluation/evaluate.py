@@ -120,7 +120,10 @@ def evaluate(
     if gait and len(rectifier or ()) > 1:
         raise InputError("--gait judges with one rectifier; give --rectifier once.")
     rectifiers = [
-        load_rectifier(name) for name in rectifier or (_DEFAULT[-1:] if gait else ()) or _DEFAULT[: 2 if takes or angles or real_take else 1]
+        load_rectifier(name)
+        for name in rectifier
+        or (_DEFAULT[-1:] if gait else ())
+        or _DEFAULT[: 2 if takes or angles or real_take else 1]
     ]
     if data is None and (split is not None or targets != "body"):
         raise InputError("--split and --targets are for --data FILE, a file of pcnet3d mocap.")

@@ -23,7 +23,7 @@ from ...pipeline.running.progress import each
 from ..common.metrics import SD_90, Figure, relative
 from ..gait.contact import SIDES, contacts, leg_length
 from ..gait.errors import OF_LENGTH, mean_error
-from ..gait.events import Stance, stances
+from ..gait.events import ON_FLOOR, Stance, stances
 from ..gait.gait import Gait, Values, facing_deg, find_gait, length_values, time_values
 from ..gait.truth import true_contact
 from ..gravity.levelling import level_static, why_not
@@ -42,20 +42,21 @@ _FIGURES = (
 
 @dataclass(frozen=True)
 class Mean:
-    """A take's mean of one figure, found and true, of `count` values that were found; lengths in metres. leg: length of
-    a leg in metres. root_sd: of the pelvis path, metres."""
+    """A take's mean of one figure, found and true, of `count` values that were found; lengths in metres. gait: what was
+    found, "walking" or "running". leg: length of a leg in metres. root_sd: of the pelvis path, metres."""
 
     found: float
     true: float
     count: int
+    gait: str
     leg: float
     root_sd: float
 
     def sd(self, name: str) -> float:
         """The stated standard deviation, in the figure's unit."""
         if name not in OF_LENGTH:
-            return mean_error(name, self.count)
-        return self.leg * mean_error(name, self.count, root_sd=self.root_sd / self.leg)
+            return mean_error(self.gait, name, self.count)
+        return self.leg * mean_error(self.gait, name, self.count, self.root_sd / self.leg)
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,20 +121,20 @@ def judge(rectifier: Rectifier, take: LiftedTake, seed: int) -> JudgedGait | Non
     true_smooth = _smooth(seen.truth, time_s)
     R_world_from_body = seen.R_camera_from_world.T @ seen.R_camera_from_body
     true = find_gait(
-        rotate(transpose(seen.R_camera_from_body), true_smooth), time_s, feet=feet, facing_deg=facing_deg(R_world_from_body)
+        rotate(transpose(seen.R_camera_from_body), true_smooth),
+        time_s,
+        feet=feet,
+        facing_deg=facing_deg(R_world_from_body),
     )
     frames = [
-        np.stack([probability[side] > 0.5, _inside(feet[side], time_s)], axis=-1) for side in SIDES
+        np.stack([probability[side] > ON_FLOOR, _inside(feet[side], time_s)], axis=-1) for side in SIDES
     ]
-    kind = "none"
-    if true.walks:
-        kind = "running" if np.nanmedian(_both(time_values(true), "flight_time_s")) > 0 else "walking"
     events = {
         "initial contact": _events(found, true, "start_s"),
         "toe-off": _events(found, true, "stop_s"),
     }
     steps = (len(found.steps), len(true.steps))
-    judged = JudgedGait(kind, steps, np.concatenate(frames), events)
+    judged = JudgedGait(true.kind, steps, np.concatenate(frames), events)
     same = _of_both(found, true)
     if same is None:
         return judged
@@ -146,7 +147,7 @@ def judge(rectifier: Rectifier, take: LiftedTake, seed: int) -> JudgedGait | Non
         truth = rotate(seen.R_camera_from_world.T, true_smooth)
         true_values = {**time_values(same[1]), **_lengths(same[1], world[:, 0], truth, time_s)}
         sd = share * float(np.median(np.linalg.norm(path, axis=-1)))
-        judged.means[share] = _means(values, true_values, leg_length(smooth), sd)
+        judged.means[share] = _means(values, true_values, same[0].kind, leg_length(smooth), sd)
     return judged
 
 
@@ -226,12 +227,12 @@ def _both(values: Values, name: str) -> np.ndarray:
     return np.concatenate([values[name][side] for side in SIDES])
 
 
-def _means(found: Values, true: Values, leg: float, root_sd: float) -> dict[str, Mean]:
+def _means(found: Values, true: Values, gait: str, leg: float, root_sd: float) -> dict[str, Mean]:
     result = {}
     for name in _FIGURES:
         a, b = (values[np.isfinite(values)] for values in (_both(found, name), _both(true, name)))
         if len(a) and len(b):
-            result[name] = Mean(float(a.mean()), float(b.mean()), len(a), leg, root_sd)
+            result[name] = Mean(float(a.mean()), float(b.mean()), len(a), gait, leg, root_sd)
     return result
 
 
@@ -242,7 +243,10 @@ def one_kind(takes: Sequence[JudgedGait]) -> dict[str, Any]:
     result: dict[str, Any] = {
         "takes": len(takes),
         "steps": [sum(take.steps[i] for take in takes) for i in (0, 1)],
-        "contact": {"precision": float(both / frames[:, 0].sum()), "recall": float(both / frames[:, 1].sum())},
+        "contact": {
+            "precision": float(both / frames[:, 0].sum()),
+            "recall": float(both / frames[:, 1].sum()),
+        },
         "events": {},
         "figures": {},
     }

@@ -27,15 +27,19 @@ _LEAST = 1e-4  # of a part, in the figure's unit: none is without error
 _CUT = 4.0  # robust standard deviations: beyond, an error is cut to that before the parts are fitted
 
 
-def fit_errors(takes: Sequence[JudgedGait]) -> dict[str, dict[str, float]]:
-    """{figure: {"shared", "each", "root"}}; lengths and speeds in lengths of a leg."""
-    means: dict[str, list[Mean]] = {}
+def fit_errors(takes: Sequence[JudgedGait]) -> dict[str, dict[str, dict[str, float]]]:
+    """{"walking", "running": {figure: {"shared", "each", "root"}}} by the gait that was found; lengths and speeds in
+    lengths of a leg."""
+    means: dict[str, dict[str, list[Mean]]] = {"walking": {}, "running": {}}
     for take in takes:
         for share in ROOT_SHARES:
             for name, mean in take.means.get(share, {}).items():
                 if share == ROOT_SHARES[0] or name in OF_LENGTH:
-                    means.setdefault(name, []).append(mean)
-    return {name: _parts(name, found) for name, found in means.items()}
+                    means[mean.gait].setdefault(name, []).append(mean)
+    return {
+        gait: {name: _parts(name, found) for name, found in figures.items()}
+        for gait, figures in means.items()
+    }
 
 
 def _parts(name: str, means: Sequence[Mean]) -> dict[str, float]:
@@ -55,7 +59,11 @@ def _parts(name: str, means: Sequence[Mean]) -> dict[str, float]:
     def unlikely(logs: np.ndarray) -> float:
         return float(np.sum(np.log(variance(logs)) + cut**2 / variance(logs)))
 
-    bounds = [(np.log(_LEAST), np.log(100 * usual)), (np.log(_LEAST), np.log(100 * usual)), (np.log(_LEAST), 3.0)]
+    bounds = [
+        (np.log(_LEAST), np.log(100 * usual)),
+        (np.log(_LEAST), np.log(100 * usual)),
+        (np.log(_LEAST), 3.0),
+    ]
     found = minimize(unlikely, np.log([usual, usual, 0.5]), bounds=bounds, method="L-BFGS-B").x
     ratio = np.abs(error) / np.sqrt(variance(found))
     factor = float(np.quantile(ratio, _COVERED)) / SD_90

@@ -76,7 +76,9 @@ def window_features(
     beyond the ends of an unbroken piece its last values stand. body, time_s, seams: as those of `contacts`."""
     joints = body.astype(np.float64) / leg_length(body)
     names = (f"{side}_ankle", f"{_OTHER[side]}_ankle", f"{side}_knee")
-    legs = np.concatenate([joints[:, H36M17.index(name)] * (1 if side == "r" else _MIRROR) for name in names], axis=-1)
+    legs = np.concatenate(
+        [joints[:, H36M17.index(name)] * (1 if side == "r" else _MIRROR) for name in names], axis=-1
+    )
     result = np.full((len(legs), len(_OFFSETS_S) * legs.shape[1]), np.nan)
     for piece in runs(np.isfinite(legs).all(axis=1), time_s, seams):
         at_s = time_s[piece, None] + _OFFSETS_S

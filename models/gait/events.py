@@ -15,12 +15,15 @@ import numpy as np
 
 from ...pipeline.motion.signals import resample, runs
 
-_HALF = 0.5  # probability from which a foot counts as being on the floor
+ON_FLOOR = 0.6  # probability from which stances are as long as the true ones (validation subjects)
 _SHORTEST_S = 0.1  # a contact or a swing; a sprinter's stance
 _STEP_S = (0.2, 1.5)  # shorter or longer is no step of one walk
 _FEWEST = 3  # steps of a walk
 _TURNS_DEG = 30.0  # in one step
-_SIDEWAYS = 2.0  # times farther apart sideways than in front: feet of a straddle or a jumping jack, not of a step
+_BESIDE = 0.25  # of what a step changes: a foot that lands less in front of the other closes up to it
+_SIDEWAYS = (
+    2.0  # times farther apart sideways than in front: feet of a straddle or a jumping jack, not of a step
+)
 
 
 @dataclass(frozen=True)
@@ -59,7 +62,7 @@ class Stride:
 def stances(
     probability: Mapping[str, np.ndarray], time_s: np.ndarray, seams: Sequence[int] = ()
 ) -> dict[str, list[Stance]]:
-    """{side: stances in order} of probabilities (T,) by side at time_s (T,): where they pass a half, between rows.
+    """{side: stances in order} of probabilities (T,) by side at time_s (T,): where they pass 0.6, between rows.
     Contacts and swings of less than a tenth of a second count as none."""
     return {side: _stances(side, values, time_s, seams) for side, values in probability.items()}
 
@@ -69,10 +72,10 @@ def _stances(side: str, values: np.ndarray, time_s: np.ndarray, seams: Sequence[
     for piece in runs(np.isfinite(values), time_s, seams):
         p, t = values[piece], time_s[piece]
         turns = [
-            t[row] + (t[row + 1] - t[row]) * (_HALF - p[row]) / (p[row + 1] - p[row])
-            for row in np.flatnonzero(np.diff(p > _HALF))
+            t[row] + (t[row + 1] - t[row]) * (ON_FLOOR - p[row]) / (p[row + 1] - p[row])
+            for row in np.flatnonzero(np.diff(p > ON_FLOOR))
         ]
-        lands = bool(len(p)) and not p[0] > _HALF  # whether the first turn is an initial contact
+        lands = bool(len(p)) and not p[0] > ON_FLOOR  # whether the first turn is an initial contact
         while len(turns) > 1 and min(b - a for a, b in pairwise(turns)) < _SHORTEST_S:
             shortest = int(np.argmin(np.diff(turns)))
             del turns[shortest : shortest + 2]
@@ -91,7 +94,7 @@ def walks(
     facing_deg: np.ndarray | None = None,
 ) -> list[list[Step]]:
     """Each of at least three steps in order: feet that land in turn, 0.2 to 1.5 s after one another, each time on the
-    other side of the other foot. Standing and turning are no part of a walk.
+    other side of the other foot. Standing, turning and the last step, which closes up, are no part of a walk.
 
     feet: stances by side. between: (T, 2) how far the right ankle is in front of the left one and to its right, in
     lengths of a leg. least: by how much the first of that changes from landing to landing at least. Where the feet land
@@ -99,17 +102,23 @@ def walks(
     the person faces, in any still axes; a step in which that turns by 30 degrees or more ends a walk too.
     """
     lands = sorted(
-        (stance.start_s, stance.side) for side in feet.values() for stance in side if stance.start_s == stance.start_s
+        (stance.start_s, stance.side)
+        for side in feet.values()
+        for stance in side
+        if stance.start_s == stance.start_s
     )
     at = np.array([start for start, _ in lands])
     ahead, aside = resample(between, time_s, at, seams).T if len(at) else (np.zeros(0), np.zeros(0))
     straddles = np.abs(aside) > _SIDEWAYS * np.abs(ahead)
-    broken = np.array([_broken(time_s, a, b, seams) for a, b in pairwise(at)], dtype=bool)
+    seen = np.isfinite(between).all(axis=1)
+    broken = np.array([_broken(seen, time_s, a, b, seams) for a, b in pairwise(at)], dtype=bool)
     turned = np.zeros(len(broken))
     if facing_deg is not None and len(at):
         turned = np.abs(np.diff(_facing(facing_deg, time_s, at, seams)))
-    found: list[list[Step]] = []
-    walk: list[Step] = []
+    beside = np.zeros(len(lands), dtype=bool)  # whether a foot lands less in front than it was behind, by far
+    beside[1:] = np.abs(ahead[1:]) < _BESIDE * np.abs(np.diff(ahead))
+    found: list[list[tuple[Step, bool]]] = []
+    walk: list[tuple[Step, bool]] = []
     turn = 0.0  # which way the last step changed what is ahead: right foot forward is positive
     for i, ((start, side), (stop, other)) in enumerate(pairwise(lands)):
         change = float(ahead[i + 1] - ahead[i])
@@ -123,9 +132,17 @@ def walks(
             found.append(walk)
             walk = []
         if is_step:
-            walk.append(Step(other, start, stop))
+            walk.append((Step(other, start, stop), bool(beside[i + 1])))
             turn = change
-    return [walk for walk in [*found, walk] if len(walk) >= _FEWEST]
+    closed = (_without_closing(walk) for walk in [*found, walk])
+    return [walk for walk in closed if len(walk) >= _FEWEST]
+
+
+def _without_closing(walk: Sequence[tuple[Step, bool]]) -> list[Step]:
+    """Steps without those at the end in which a foot is put beside the other, to stand."""
+    while walk and walk[-1][1]:
+        walk = walk[:-1]
+    return [step for step, _ in walk]
 
 
 def _facing(facing_deg: np.ndarray, time_s: np.ndarray, at_s: np.ndarray, seams: Sequence[int]) -> np.ndarray:
@@ -138,13 +155,16 @@ def _facing(facing_deg: np.ndarray, time_s: np.ndarray, at_s: np.ndarray, seams:
     return result
 
 
-def _broken(time_s: np.ndarray, start_s: float, stop_s: float, seams: Sequence[int]) -> bool:
+def _broken(
+    seen: np.ndarray, time_s: np.ndarray, start_s: float, stop_s: float, seams: Sequence[int]
+) -> bool:
     inside = (time_s >= start_s) & (time_s <= stop_s)
-    return len(runs(inside, time_s, seams)) != 1
+    pieces = runs(inside & seen, time_s, seams)
+    return len(pieces) != 1 or pieces[0].stop - pieces[0].start != inside.sum()
 
 
 def strides(walks: Sequence[Sequence[Step]], feet: Mapping[str, Sequence[Stance]]) -> list[Stride]:
-    """Of every two steps in a row, in order of time, with the toe-offs that lie in them."""
+    """Of every two steps in a row, walk by walk, with the toe-offs that lie in them."""
     found = []
     for walk in walks:
         for one, two in pairwise(walk):
@@ -160,7 +180,7 @@ def strides(walks: Sequence[Sequence[Step]], feet: Mapping[str, Sequence[Stance]
                     one.stop_s,
                 )
             )
-    return sorted(found, key=lambda stride: stride.start_s)
+    return found
 
 
 def _off(feet: Sequence[Stance], after_s: float, before_s: float) -> float:
@@ -170,6 +190,6 @@ def _off(feet: Sequence[Stance], after_s: float, before_s: float) -> float:
 
 
 def contact_times(walks: Sequence[Sequence[Step]], side: str) -> list[float]:
-    """Seconds at which one foot lands: every step begins with an initial contact of the other foot and ends with one."""
+    """Seconds at which one foot lands: a step begins with an initial contact of the other foot and ends with one."""
     starts = [walk[0].start_s for walk in walks if walk[0].side != side]
     return sorted({*starts, *(step.stop_s for walk in walks for step in walk if step.side == side)})

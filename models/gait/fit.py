@@ -25,6 +25,7 @@ from ...pipeline.rotations import kabsch, rotate, transpose
 from ..common.metrics import relative, scaled
 from ..mocap.clips import Clip, Subjects, read_clips
 from .contact import CONTACT_FILE, SIDES, ContactNet, contacts, window_features
+from .events import ON_FLOOR
 from .truth import true_contact
 
 _TILT_DEG = 4.0  # of up about each horizontal axis, as a take's one gravity is off
@@ -42,13 +43,17 @@ def true_takes(paths: Sequence[Path], clips: Sequence[Clip]) -> Iterator[tuple[C
     for path in paths:
         try:
             with np.load(path, allow_pickle=False) as file:
-                lifted, truth, start, names = (file[name] for name in ("lifted", "truth", "take_start", "clip"))
+                lifted, truth, start, names = (
+                    file[name] for name in ("lifted", "truth", "take_start", "clip")
+                )
         except (OSError, KeyError, ValueError, zipfile.BadZipFile) as error:
             raise InputError(f"Expected a file of pcnet3d testbed at {path}: {error}.") from None
         for name, (begin, end) in zip(names, pairwise(start), strict=True):
             clip = by_name.get(str(name))
             if clip is None or len(clip) != end - begin:
-                raise InputError(f"Expected takes of the motion capture in PCNET3D_DATA in {path}, got {name}.")
+                raise InputError(
+                    f"Expected takes of the motion capture in PCNET3D_DATA in {path}, got {name}."
+                )
             true = truth[begin:end].astype(np.float64)
             world = relative(clip.joints.astype(np.float64))
             R_world_from_camera = kabsch(world.reshape(-1, 3), true.reshape(-1, 3))
@@ -114,7 +119,9 @@ def trained(features: np.ndarray, contact: np.ndarray, weight: np.ndarray, seed:
             loss.backward()
             optimiser.step()
             schedule.step()
-    hidden, hidden_bias, out, out_bias = (part.detach().numpy().astype(np.float64) for part in net.parameters())
+    hidden, hidden_bias, out, out_bias = (
+        part.detach().numpy().astype(np.float64) for part in net.parameters()
+    )
     return ContactNet(centre, scale, hidden.T, hidden_bias, out[0], float(out_bias[0]))
 
 
@@ -127,7 +134,7 @@ def scores(net: ContactNet, paths: Sequence[Path], clips: Sequence[Clip]) -> dic
         found = contacts(in_body(rotate(R_world_from_camera, lifted), time_s), time_s, net=net)
         for side in SIDES:
             known = np.isfinite(found[side])
-            said.append(found[side][known] > 0.5)
+            said.append(found[side][known] > ON_FLOOR)
             true.append(on_floor(spells[side], time_s)[known] > 0.5)
     yes, is_so = np.concatenate(said), np.concatenate(true)
     both = (yes & is_so).sum()
@@ -140,7 +147,9 @@ def scores(net: ContactNet, paths: Sequence[Path], clips: Sequence[Clip]) -> dic
 
 
 def main(
-    train: Annotated[list[Path], typer.Argument(help="Lifted train subjects, by lifters that never saw them.")],
+    train: Annotated[
+        list[Path], typer.Argument(help="Lifted train subjects, by lifters that never saw them.")
+    ],
     val: Annotated[list[Path], typer.Option(help="Lifted validation subjects.")],
     output: Annotated[Path, typer.Option("-o", "--output", help="The file to write.")] = CONTACT_FILE,
     seed: Annotated[int, typer.Option(min=0, help="Random seed.")] = 0,

@@ -28,6 +28,15 @@ class Gait:
         return [step for walk in self.walks for step in walk]
 
     @property
+    def kind(self) -> str:
+        """ "running" where most strides have flights, else "walking"; "none" without a walk."""
+        if not self.walks:
+            return "none"
+        flights = np.concatenate([*time_values(self)["flight_time_s"].values()])
+        flights = flights[np.isfinite(flights)]
+        return "running" if len(flights) and np.median(flights) > 0 else "walking"
+
+    @property
     def strides(self) -> list[Stride]:
         """Of all walks, in order."""
         return strides(self.walks, self.feet)
@@ -55,8 +64,8 @@ def find_gait(
 
 
 def separation(body: np.ndarray) -> np.ndarray:
-    """(T, 2) how far the right ankle is in front of the left one and to its right, in lengths of a leg. body: (T, 17, 3)
-    in BODY axes."""
+    """(T, 2) how far the right ankle is in front of the left one and to its right, in lengths of a leg. body: (T, 17,
+    3) in BODY axes."""
     between = body[:, H36M17.index("r_ankle"), :2] - body[:, H36M17.index("l_ankle"), :2]
     return between * (-1, 1) / leg_length(body)  # BODY's x is back, its y is right
 
@@ -103,16 +112,19 @@ def length_values(
     time_s: np.ndarray,
     seams: Sequence[int] = (),
 ) -> Values:
-    """{figure: {"r", "l": (N,)}}: step_length, stride_length, step_width and speed (parameters.lengths), in the unit
-    of the places. root: (T, 2) the pelvis over the floor or the belt; ankles: (T, 2) by side relative to it, in the same
-    axes."""
-    own = gait.strides
-    found = lengths(root, ankles, time_s, gait.steps, own, gait.feet, seams)
-    side_of = np.array([stride.side for stride in own])
-    per_stride = {"stride_length": found.stride, "step_width": found.width, "speed": found.speed}
+    """{figure: {"r", "l": (N,)}}: step_length, stride_length and step_width (parameters.lengths) in the unit of the
+    places, and walking_speed: each step by the mean time of all steps, so that its mean is distance by time. root:
+    (T, 2) the pelvis over the floor or the belt; ankles: (T, 2) by side relative to it, in the same axes."""
+    found = lengths(root, ankles, time_s, gait.walks, gait.feet, seams)
+    side_of = np.array([stride.side for stride in gait.strides])
+    usual_s = (
+        float(np.mean([step.stop_s - step.start_s for step in gait.steps])) if gait.steps else float("nan")
+    )
     return {
+        "walking_speed": {side: values / usual_s for side, values in found.step.items()},
         "step_length": found.step,
-        **{name: {side: values[side_of == side] for side in SIDES} for name, values in per_stride.items()},
+        "stride_length": {side: found.stride[side_of == side] for side in SIDES},
+        "step_width": {side: found.width[side_of == side] for side in SIDES},
     }
 
 
@@ -121,7 +133,6 @@ def over_belt(
     ankles: Mapping[str, np.ndarray],
     time_s: np.ndarray,
     gait: Gait,
-    leg: float,
     ahead: np.ndarray,
     told: float | None = None,
     seams: Sequence[int] = (),
@@ -130,11 +141,11 @@ def over_belt(
     and 0 where the feet stay.
 
     told: the belt's speed by its display, in units of length a second, which runs against where the person faces, ahead
-    (2,); None finds velocity and direction by the drift of the feet that stand. leg: length of a leg.
+    (2,); None finds velocity and direction by the drift of the feet that stand.
     """
     if told is not None:
         velocity = -told * ahead
     else:
-        found = belt_drift(root, ankles, time_s, gait.feet, leg, seams)
+        found = belt_drift(root, ankles, time_s, gait.feet, seams)
         velocity = np.zeros(2) if found is None else found
     return root - time_s[:, None] * velocity, float(np.hypot(*velocity))

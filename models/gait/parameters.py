@@ -14,12 +14,14 @@ import numpy as np
 
 from ...pipeline.motion.signals import resample
 from ...pipeline.rotations import unit
-from .events import Stance, Step, Stride
+from .events import Stance, Step, Stride, strides
 
 _OTHER = {"r": "l", "l": "r"}
 _FLAT = (0.2, 0.6)  # of a stance: the foot lies flat and its ankle moves least
 _FLAT_SAMPLES = 7
-_BELT = 0.4  # leg lengths a second: a stance foot that drifts more is carried by a belt
+_CARRIED = (
+    0.5  # of the speed at which feet go back under the body: less drift is the error of the path or the lift
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,12 +43,12 @@ class Times:
     single: np.ndarray
 
 
-def times(steps: Sequence[Step], strides: Sequence[Stride], side: str) -> Times:
+def times(steps: Sequence[Step], of_strides: Sequence[Stride], side: str) -> Times:
     """The times of one side's steps and strides."""
     own = np.array(
         [
             (s.start_s, s.stop_s, s.off_s, s.other_off_s, s.other_start_s)
-            for s in strides
+            for s in of_strides
             if s.side == side
         ],
         dtype=np.float64,
@@ -67,82 +69,92 @@ def times(steps: Sequence[Step], strides: Sequence[Stride], side: str) -> Times:
 @dataclass(frozen=True, eq=False)
 class Lengths:
     """In the unit of the places. step: (N,) by side, of the steps that end when that foot lands; stride: (M,) of both
-    feet's strides; width: (M,) of them. speed: (M,) of the pelvis over each stride. NaN where a place is missing."""
+    feet's strides, in the order of `strides` walk by walk; width: (M,) of them. NaN where a place is missing."""
 
     step: dict[str, np.ndarray]
     stride: np.ndarray
     width: np.ndarray
-    speed: np.ndarray
 
 
 def lengths(
     root: np.ndarray,
     ankles: Mapping[str, np.ndarray],
     time_s: np.ndarray,
-    steps: Sequence[Step],
-    strides: Sequence[Stride],
+    walks: Sequence[Sequence[Step]],
     feet: Mapping[str, Sequence[Stance]],
     seams: Sequence[int] = (),
 ) -> Lengths:
-    """Of steps and strides. root: (T, 2) the pelvis over the floor or the belt; ankles: (T, 2) by
+    """Of the steps of walks and of their strides. root: (T, 2) the pelvis over the floor or the belt; ankles: (T, 2) by
     side, relative to it.
 
-    A stride's length is between two places of the same foot, a step's from the other foot's place to this one's, along
-    the way that the pelvis takes over the strides about it; its width is the distance of the place between from the
-    line through a stride's two places (stride width of Huxham et al., Gait & Posture 23(2), 2006). Places are means
-    over the part of the stance in which the foot lies flat, so that the noise of single frames does not enter. Speed is
-    the pelvis's way in a straight line over a stride, by the time that it takes.
+    A foot's place is the mean over the part of its stance in which it lies flat, so that the noise of single frames
+    does not enter. A stride's length is between two places of the same foot, a step's from the other foot's place to
+    this one's, both along the way that the pelvis takes meanwhile and for a stride before and after; a stride's width
+    is how far to the side the other foot's place between lies from the middle of the two (in a straight walk that of
+    Huxham et al., Gait & Posture 23(2), 2006).
     """
     place = {side: _places(root + ankles[side], time_s, feet[side], seams) for side in "rl"}
-
-    def at(side: str, start_s: float) -> np.ndarray:
-        return place[side].get(start_s, np.full(2, np.nan))
-
-    def way(start_s: float, stop_s: float) -> np.ndarray:
-        both = resample(root, time_s, np.array([start_s, stop_s]), seams)
-        return both[1] - both[0]
-
-    ahead = {(s.side, s.stop_s): way(s.start_s, s.stop_s) for s in strides}
-    ahead |= {(_OTHER[s.side], s.other_start_s): ahead[s.side, s.stop_s] for s in strides}
     step: dict[str, list[float]] = {side: [] for side in "rl"}
-    for one in steps:
-        moved = at(one.side, one.stop_s) - at(_OTHER[one.side], one.start_s)
-        step[one.side].append(float(moved @ unit(ahead.get((one.side, one.stop_s), np.full(2, np.nan)))))
-    stride, width, speed = [], [], []
-    for s in strides:
-        before, between, after = at(s.side, s.start_s), at(_OTHER[s.side], s.other_start_s), at(s.side, s.stop_s)
-        along = after - before
-        x, y = unit(along)
-        stride.append(float(np.hypot(*along)))
-        width.append(abs(float((between - before) @ (-y, x))))
-        speed.append(float(np.hypot(*ahead[s.side, s.stop_s])) / (s.stop_s - s.start_s))
+    rows = []
+    for walk in walks:
+        for one in walk:
+            ahead = _ahead(root, time_s, walk, one.start_s, one.stop_s, seams)
+            step[one.side].append(
+                float((_at(place, one.side, one.stop_s) - _at(place, _OTHER[one.side], one.start_s)) @ ahead)
+            )
+        for s in strides([walk], feet):
+            x, y = _ahead(root, time_s, walk, s.start_s, s.stop_s, seams)
+            before, after = _at(place, s.side, s.start_s), _at(place, s.side, s.stop_s)
+            aside = (_at(place, _OTHER[s.side], s.other_start_s) - (before + after) / 2) @ (-y, x)
+            rows.append((float((after - before) @ (x, y)), abs(float(aside))))
     return Lengths(
-        {side: np.array(values) for side, values in step.items()}, np.array(stride), np.array(width), np.array(speed)
+        {side: np.array(values, dtype=np.float64) for side, values in step.items()},
+        *np.array(rows, dtype=np.float64).reshape(-1, 2).T,
     )
 
 
+def _at(place: Mapping[str, Mapping[float, np.ndarray]], side: str, start_s: float) -> np.ndarray:
+    return place[side].get(start_s, np.full(2, np.nan))
+
+
+def _ahead(
+    root: np.ndarray,
+    time_s: np.ndarray,
+    walk: Sequence[Step],
+    start_s: float,
+    stop_s: float,
+    seams: Sequence[int],
+) -> np.ndarray:
+    """(2,) the direction of the pelvis's way from a stride before start_s to a stride after stop_s, in the walk."""
+    stride_s = 2 * (walk[-1].stop_s - walk[0].start_s) / len(walk)
+    span = max(start_s - stride_s, walk[0].start_s), min(stop_s + stride_s, walk[-1].stop_s)
+    first, last = resample(root, time_s, np.array(span), seams)
+    return unit(last - first)
+
+
 def belt_drift(
-    path: np.ndarray,
+    root: np.ndarray,
     ankles: Mapping[str, np.ndarray],
     time_s: np.ndarray,
     feet: Mapping[str, Sequence[Stance]],
-    leg: float,
     seams: Sequence[int] = (),
 ) -> np.ndarray | None:
-    """(2,) the velocity at which feet on the floor are carried along, the mean over the stances; None where they stay,
-    which is below 0.4 lengths of a leg a second. path, ankles: as root and ankles of `lengths`."""
-    drifts = []
-    for side, stances in feet.items():
-        for stance in stances:
+    """(2,) the velocity at which feet that stand are carried along, the mean over the stances; None where they stay,
+    drifting by less than half as fast as they go back under the body. root, ankles: as those of `lengths`."""
+    drifts, backs = [], []
+    for side, of_side in feet.items():
+        for stance in of_side:
             at_s = stance.start_s + np.array(_FLAT) * (stance.stop_s - stance.start_s)
             if np.isfinite(at_s).all():
-                first, last = resample(path + ankles[side], time_s, at_s, seams)
-                drifts.append((last - first) / (at_s[1] - at_s[0]))
-    seen = np.array([drift for drift in drifts if np.isfinite(drift).all()])
-    if not len(seen):
+                first, last = resample(np.hstack([root + ankles[side], ankles[side]]), time_s, at_s, seams)
+                drift, back = np.split((last - first) / (at_s[1] - at_s[0]), 2)
+                if np.isfinite(drift).all():
+                    drifts.append(drift)
+                    backs.append(back)
+    if not drifts:
         return None
-    drift = seen.mean(axis=0)
-    return drift if np.hypot(*drift) > _BELT * leg else None
+    drift, back = np.mean(drifts, axis=0), np.mean(backs, axis=0)
+    return drift if np.hypot(*drift) > _CARRIED * np.hypot(*back) else None
 
 
 def _places(

@@ -1,6 +1,6 @@
 """When a foot of motion capture is on the floor: what contacts are learned from and judged by.
 
-The layout has one joint of the foot, the ankle, so that the foot itself is put below it. A foot rests where its ankle is
+The layout has one joint of the foot, the ankle, so the foot itself is put below it. A foot rests where its ankle is
 slower than 0.5 m/s and within 6 cm of that foot's own floor level. There it lies flat: its forefoot, the heads of the
 metatarsals, is 0.08 statures ahead of the ankle as the person faces, and 0.03 below it (a foot is 0.152 statures long
 and the ankle 0.039 high; Winter, Biomechanics and Motor Control of Human Movement, 4th ed. 2009, figure 4.1). The
@@ -29,7 +29,7 @@ _ON_ARC_M = 0.025
 
 
 def true_contact(joints: np.ndarray, time_s: np.ndarray) -> dict[str, np.ndarray]:
-    """{"r", "l": (N, 2) initial contact and toe-off in seconds}, in order; NaN where the take begins or ends in contact.
+    """{"r", "l": (N, 2) initial contact and toe-off in seconds}, in order; NaN where the take begins or ends so.
 
     joints: (T, 17, 3) metres, H36M17, a still world with +Z up and one level floor; time_s (T,).
     """
@@ -46,7 +46,10 @@ def _spells(ankle: np.ndarray, ahead: np.ndarray, stature: float, time_s: np.nda
     for rest in runs((speed < _RESTS_MPS) & (ankle[:, 2] < floor + _LOW_M), time_s):
         flat = rest.start + int(np.argmin(speed[rest]))
         off = _off(ankle, flat, ahead[flat], stature)
-        start, stop = _leaves(off[: flat + 1][::-1], time_s[: flat + 1][::-1]), _leaves(off[flat:], time_s[flat:])
+        start, stop = (
+            _leaves(off[: flat + 1][::-1], time_s[: flat + 1][::-1]),
+            _leaves(off[flat:], time_s[flat:]),
+        )
         if found and not start > found[-1][1]:  # another rest of the same contact
             found[-1][1] = stop if np.isnan(stop) or stop > found[-1][1] else found[-1][1]
         else:

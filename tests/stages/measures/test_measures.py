@@ -9,12 +9,13 @@ import pytest
 
 from pcnet3d.examples.walker.camera import aimed, camera_poses
 from pcnet3d.examples.walker.walk import walker
+from pcnet3d.models.gait.events import Stance, walks
 from pcnet3d.pipeline import H36M17, InputError, Pipeline, Take
 from pcnet3d.pipeline.motion.angles import ANGLES, MIDLINE
 from pcnet3d.stages.angles import Angles
 from pcnet3d.stages.export.measures import write_measures
 from pcnet3d.stages.measures.stage import Measures
-from pcnet3d.stages.measures.walking import walks_in
+from pcnet3d.stages.measures.walking import least_step
 from pcnet3d.stages.record.measures import measures_markdown
 from pcnet3d.stages.rectify import Rectify
 from pcnet3d.stages.trajectories import Trajectories
@@ -260,8 +261,8 @@ def columns_with(take, **changes):
     return {**take.kinematics, **changes}
 
 
-@pytest.mark.parametrize(("sd_deg", "walks"), [(3.0, 1), (12.0, 0)])
-def test_steps_go_beyond_the_noise_that_the_legs_are_stated_with(sd_deg, walks):
+@pytest.mark.parametrize(("sd_deg", "count"), [(3.0, 1), (12.0, 0)])
+def test_steps_go_beyond_the_noise_that_the_legs_are_stated_with(sd_deg, count):
     time_s = np.arange(90) / 30
     apart = 0.2 * np.sin(2 * np.pi * time_s)  # of a leg to either side: a shuffle, or nobody moves
     columns = {
@@ -270,8 +271,10 @@ def test_steps_go_beyond_the_noise_that_the_legs_are_stated_with(sd_deg, walks):
         for bone in ("thigh", "shank")
         for end, value in (("_deg", 0.0), ("_sd_deg", sd_deg))
     }
+    lands = [(0.25, "r"), (0.75, "l"), (1.25, "r"), (1.75, "l"), (2.25, "r"), (2.75, "l")]
+    feet = {one: [Stance(one, at, at + 0.6) for at, side in lands if side == one] for one in "rl"}
     between = np.column_stack([apart, np.zeros_like(apart)])
-    assert len(walks_in(between, time_s, (), columns)) == walks
+    assert len(walks(feet, between, time_s, least_step(columns))) == count
 
 
 def test_no_cadence_from_fewer_than_three_strides(walk):
