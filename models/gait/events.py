@@ -20,7 +20,6 @@ _SHORTEST_S = 0.1  # a contact or a swing; a sprinter's stance
 _STEP_S = (0.2, 1.5)  # shorter or longer is no step of one walk
 _FEWEST = 3  # steps of a walk
 _TURNS_DEG = 30.0  # in one step
-_BESIDE = 0.25  # of what a step changes: a foot that lands less in front of the other closes up to it
 _SIDEWAYS = (
     2.0  # times farther apart sideways than in front: feet of a straddle or a jumping jack, not of a step
 )
@@ -94,7 +93,7 @@ def walks(
     facing_deg: np.ndarray | None = None,
 ) -> list[list[Step]]:
     """Each of at least three steps in order: feet that land in turn, 0.2 to 1.5 s after one another, each time on the
-    other side of the other foot. Standing, turning and the last step, which closes up, are no part of a walk.
+    other side of the other foot. Standing, turning and the step with which the person stops are no part of a walk.
 
     feet: stances by side. between: (T, 2) how far the right ankle is in front of the left one and to its right, in
     lengths of a leg. least: by how much the first of that changes from landing to landing at least. Where the feet land
@@ -115,10 +114,8 @@ def walks(
     turned = np.zeros(len(broken))
     if facing_deg is not None and len(at):
         turned = np.abs(np.diff(_facing(facing_deg, time_s, at, seams)))
-    beside = np.zeros(len(lands), dtype=bool)  # whether a foot lands less in front than it was behind, by far
-    beside[1:] = np.abs(ahead[1:]) < _BESIDE * np.abs(np.diff(ahead))
-    found: list[list[tuple[Step, bool]]] = []
-    walk: list[tuple[Step, bool]] = []
+    found: list[list[Step]] = []
+    walk: list[Step] = []
     turn = 0.0  # which way the last step changed what is ahead: right foot forward is positive
     for i, ((start, side), (stop, other)) in enumerate(pairwise(lands)):
         change = float(ahead[i + 1] - ahead[i])
@@ -132,17 +129,20 @@ def walks(
             found.append(walk)
             walk = []
         if is_step:
-            walk.append((Step(other, start, stop), bool(beside[i + 1])))
+            walk.append(Step(other, start, stop))
             turn = change
-    closed = (_without_closing(walk) for walk in [*found, walk])
-    return [walk for walk in closed if len(walk) >= _FEWEST]
+    moving = (_without_stop(walk, feet, float(time_s[-1])) for walk in [*found, walk])
+    return [walk for walk in moving if len(walk) >= _FEWEST]
 
 
-def _without_closing(walk: Sequence[tuple[Step, bool]]) -> list[Step]:
-    """Steps without those at the end in which a foot is put beside the other, to stand."""
-    while walk and walk[-1][1]:
-        walk = walk[:-1]
-    return [step for step, _ in walk]
+def _without_stop(walk: list[Step], feet: Mapping[str, Sequence[Stance]], end_s: float) -> list[Step]:
+    """The walk without a last step behind which the foot stays for more than a stride: there the person stops."""
+    if len(walk) < 2:
+        return walk
+    last = walk[-1]
+    stays = next(stance.stop_s for stance in feet[last.side] if stance.start_s == last.stop_s)
+    stays = end_s if np.isnan(stays) else stays
+    return walk[:-1] if stays - last.stop_s > last.stop_s - walk[-2].start_s else walk
 
 
 def _facing(facing_deg: np.ndarray, time_s: np.ndarray, at_s: np.ndarray, seams: Sequence[int]) -> np.ndarray:

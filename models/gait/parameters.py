@@ -19,6 +19,7 @@ from .events import Stance, Step, Stride, strides
 _OTHER = {"r": "l", "l": "r"}
 _FLAT = (0.2, 0.6)  # of a stance: the foot lies flat and its ankle moves least
 _FLAT_SAMPLES = 7
+_LONGEST_S = 0.8  # of a stance, for that: who stops moves the feet later
 _CARRIED = (
     0.5  # of the speed at which feet go back under the body: less drift is the error of the path or the lift
 )
@@ -160,11 +161,12 @@ def belt_drift(
 def _places(
     path: np.ndarray, time_s: np.ndarray, feet: Sequence[Stance], seams: Sequence[int]
 ) -> dict[float, np.ndarray]:
-    """{initial contact: (2,) where the foot stands}; a stance that the take's end cuts goes on to there."""
+    """{initial contact: (2,) where the foot stands}; a stance that the take's end or a gap cuts goes on to the end."""
     found = {}
     for stance in feet:
         stop = stance.stop_s if stance.stop_s == stance.stop_s else float(time_s[-1])
         if stance.start_s == stance.start_s and stop > stance.start_s:
-            at_s = stance.start_s + np.linspace(*_FLAT, _FLAT_SAMPLES) * (stop - stance.start_s)
+            lasts = min(stop - stance.start_s, _LONGEST_S)
+            at_s = stance.start_s + np.linspace(*_FLAT, _FLAT_SAMPLES) * lasts
             found[stance.start_s] = resample(path, time_s, at_s, seams).mean(axis=0)
     return found

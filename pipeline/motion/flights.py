@@ -36,8 +36,6 @@ _UP = 0.07  # statures by which both ankles are above their floor in the air; st
 # The lower ankle passes that height so long after the feet have left the floor, and before they land (medians of 88
 # captured flights).
 _SINCE_S, _UNTIL_S = 0.008, 0.03
-    0.018  # after the feet have left the floor, and as long before they land (median of 88 captured flights)
-)
 _FEWEST = 6  # frames of a flight
 _TRIMMED = 0.1  # of the frames at either end, in which a foot may still push
 _NOISE = 0.04  # of the parabola's height: what the path may be off it

@@ -13,12 +13,12 @@ from .figures import figure_of_error, figures, rounded
 # What holds for nine in ten of 88 captured flights of train and validation subjects, against the feet's true contacts,
 # by 1.645: frames at either end, and how far the ankle is stretched.
 _TIME_SD_S = 0.026
-_HEIGHT_SD = 0.015  # statures
+_HEIGHT_SD = 0.013  # statures
 
 
 def jumps(rectified: Rectified, gait: Gait) -> dict[str, Any]:
-    """The group `jumps`: how many, when the feet leave the floor, flight times, and jump heights, by which the centre of
-    mass rises after that (pipeline/motion/flights.py). Flights of a run are none."""
+    """The group `jumps`: how many, when the feet leave the floor, flight times, and jump heights, by which the centre
+    of mass rises after that (pipeline/motion/flights.py). Flights of a run are none."""
     level = rectified.level
     if level.root is None:
         return {"reason": "where the person is in the room is not known, or the camera moves"}

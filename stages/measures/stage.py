@@ -1,5 +1,5 @@
-"""Figures of a take: ranges of motion, symmetry, repetitions, walking, jumps and paths, each with its error and what it rests
-on."""
+"""Figures of a take: ranges of motion, symmetry, repetitions, walking, jumps and paths, each with its error and what it
+rests on."""
 
 from __future__ import annotations
 

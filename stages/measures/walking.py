@@ -158,9 +158,9 @@ def walking(
 
 
 class _Means:
-    """Means of gait figures with their errors. gait: "walking" or "running". lifted: whether the poses state errors at all; of others only what
-    frames leave of times is. resolution: seconds, of one time between two frames. leg: length of a leg, root_sd: of the
-    pelvis path, in the poses' unit."""
+    """Means of gait figures with their errors. gait: "walking" or "running". lifted: whether the poses state errors at
+    all; of others only what frames leave of times is. resolution: seconds, of one time between two frames. leg: length
+    of a leg, root_sd: of the pelvis path, in the poses' unit."""
 
     def __init__(self, gait: str, lifted: bool, resolution: float, leg: float, root_sd: float) -> None:
         self.gait, self.lifted, self.resolution, self.leg, self.root_sd = (

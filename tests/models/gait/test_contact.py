@@ -70,7 +70,7 @@ def test_other_joints_are_refused(walk):
 
 def test_true_stances_of_the_walker_are_those_of_a_gait_laboratory(walk):
     found = true_contact(walk.world, walk.time_s)
-    lifted = true_contact(walk.world + (3.0, -2.0, 7.0), walk.time_s)
+    lifted = true_contact(walk.world + np.array([3.0, -2.0, 7.0]), walk.time_s)
     for side, strikes in walk.heel_strikes_s.items():
         start, stop = found[side].T
         np.testing.assert_allclose(lifted[side], found[side], atol=1e-6)
