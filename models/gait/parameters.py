@@ -19,6 +19,7 @@ from .events import Stance, Step, Stride, strides
 _OTHER = {"r": "l", "l": "r"}
 _FLAT = (0.2, 0.6)  # of a stance: the foot lies flat and its ankle moves least
 _FLAT_SAMPLES = 7
+_WAY_SAMPLES = 25
 _LONGEST_S = 0.8  # of a stance, for that: who stops moves the feet later
 _CARRIED = (
     0.5  # of the speed at which feet go back under the body: less drift is the error of the path or the lift
@@ -90,47 +91,55 @@ def lengths(
 
     A foot's place is the mean over the part of its stance in which it lies flat, so that the noise of single frames
     does not enter. A stride's length is between two places of the same foot, a step's from the other foot's place to
-    this one's, both along the way that the pelvis takes meanwhile and for a stride before and after; a stride's width
-    is how far to the side the other foot's place between lies from the middle of the two (in a straight walk that of
-    Huxham et al., Gait & Posture 23(2), 2006).
+    this one's, both along the way that the pelvis takes midway between them; a stride's width is how far to the side
+    the other foot's place between lies from the middle of the two (in a straight walk that of Huxham et al., Gait &
+    Posture 23(2), 2006).
     """
-    place = {side: _places(root + ankles[side], time_s, feet[side], seams) for side in "rl"}
+    stands = {side: _places(root + ankles[side], time_s, feet[side], seams) for side in "rl"}
     step: dict[str, list[float]] = {side: [] for side in "rl"}
     rows = []
+
+    def at(side: str, start_s: float) -> np.ndarray:
+        return stands[side].get(start_s, np.full(3, np.nan))
+
     for walk in walks:
         for one in walk:
-            ahead = _ahead(root, time_s, walk, one.start_s, one.stop_s, seams)
-            step[one.side].append(
-                float((_at(place, one.side, one.stop_s) - _at(place, _OTHER[one.side], one.start_s)) @ ahead)
+            moved, ahead = _between(
+                root, time_s, walk, at(_OTHER[one.side], one.start_s), at(one.side, one.stop_s), seams
             )
+            step[one.side].append(float(moved @ ahead))
         for s in strides([walk], feet):
-            x, y = _ahead(root, time_s, walk, s.start_s, s.stop_s, seams)
-            before, after = _at(place, s.side, s.start_s), _at(place, s.side, s.stop_s)
-            aside = (_at(place, _OTHER[s.side], s.other_start_s) - (before + after) / 2) @ (-y, x)
-            rows.append((float((after - before) @ (x, y)), abs(float(aside))))
+            before, after = at(s.side, s.start_s), at(s.side, s.stop_s)
+            moved, ahead = _between(root, time_s, walk, before, after, seams)
+            aside = (at(_OTHER[s.side], s.other_start_s) - (before + after) / 2)[:2] @ (-ahead[1], ahead[0])
+            rows.append((float(moved @ ahead), abs(float(aside))))
     return Lengths(
         {side: np.array(values, dtype=np.float64) for side, values in step.items()},
         *np.array(rows, dtype=np.float64).reshape(-1, 2).T,
     )
 
 
-def _at(place: Mapping[str, Mapping[float, np.ndarray]], side: str, start_s: float) -> np.ndarray:
-    return place[side].get(start_s, np.full(2, np.nan))
-
-
-def _ahead(
+def _between(
     root: np.ndarray,
     time_s: np.ndarray,
     walk: Sequence[Step],
-    start_s: float,
-    stop_s: float,
+    before: np.ndarray,
+    after: np.ndarray,
     seams: Sequence[int],
-) -> np.ndarray:
-    """(2,) the direction of the pelvis's way from a stride before start_s to a stride after stop_s, in the walk."""
-    stride_s = 2 * (walk[-1].stop_s - walk[0].start_s) / len(walk)
-    span = max(start_s - stride_s, walk[0].start_s), min(stop_s + stride_s, walk[-1].stop_s)
-    first, last = resample(root, time_s, np.array(span), seams)
-    return unit(last - first)
+) -> tuple[np.ndarray, np.ndarray]:
+    """(2,) from one place (x, y, time) to another, and (2,) the direction in which the pelvis goes midway, by a
+    parabola through its path of three strides about that, as far as the walk goes: a bend is followed, swaying and the
+    path's noise are not."""
+    middle, reach = (before[2] + after[2]) / 2, 3 * (walk[-1].stop_s - walk[0].start_s) / len(walk)
+    if not np.isfinite(middle):
+        return np.full(2, np.nan), np.full(2, np.nan)
+    span = max(middle - reach, walk[0].start_s), min(middle + reach, max(walk[-1].stop_s, after[2]))
+    at_s = np.linspace(*span, _WAY_SAMPLES)
+    path = resample(root, time_s, at_s, seams)
+    seen = np.isfinite(path).all(axis=1)
+    if seen.sum() < _WAY_SAMPLES / 2:
+        return np.full(2, np.nan), np.full(2, np.nan)
+    return (after - before)[:2], unit(np.polyfit(at_s[seen] - middle, path[seen], 2)[1])
 
 
 def belt_drift(
@@ -161,12 +170,13 @@ def belt_drift(
 def _places(
     path: np.ndarray, time_s: np.ndarray, feet: Sequence[Stance], seams: Sequence[int]
 ) -> dict[float, np.ndarray]:
-    """{initial contact: (2,) where the foot stands}; a stance that the take's end or a gap cuts goes on to the end."""
+    """{initial contact: (3,) where the foot stands, and when}; a stance that the take's end or a gap cuts goes on to the
+    end."""
     found = {}
     for stance in feet:
         stop = stance.stop_s if stance.stop_s == stance.stop_s else float(time_s[-1])
         if stance.start_s == stance.start_s and stop > stance.start_s:
             lasts = min(stop - stance.start_s, _LONGEST_S)
             at_s = stance.start_s + np.linspace(*_FLAT, _FLAT_SAMPLES) * lasts
-            found[stance.start_s] = resample(path, time_s, at_s, seams).mean(axis=0)
+            found[stance.start_s] = np.append(resample(path, time_s, at_s, seams).mean(axis=0), at_s.mean())
     return found
