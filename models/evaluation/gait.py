@@ -196,7 +196,7 @@ def _events(found: Gait, true: Gait, what: str) -> tuple[np.ndarray, int, int]:
             errors += [
                 off[i, k] for i, k in pairs if np.abs(off[:, k]).argmin() == i and abs(off[i, k]) < _SAME_S
             ]
-    return np.array(errors), *counts
+    return np.array(errors), counts[0], counts[1]
 
 
 def _of_both(found: Gait, true: Gait) -> tuple[Gait, Gait] | None:

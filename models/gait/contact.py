@@ -51,8 +51,10 @@ class ContactNet:
 def shipped_net() -> ContactNet:
     """What contact.json holds."""
     content = json.loads(CONTACT_FILE.read_text(encoding="utf-8"))
-    names = ("centre", "scale", "hidden", "hidden_bias", "out")
-    return ContactNet(*(np.array(content[name]) for name in names), content["out_bias"])
+    centre, scale, hidden, hidden_bias, out = (
+        np.array(content[name]) for name in ("centre", "scale", "hidden", "hidden_bias", "out")
+    )
+    return ContactNet(centre, scale, hidden, hidden_bias, out, content["out_bias"])
 
 
 def contacts(
@@ -80,7 +82,7 @@ def window_features(
         [joints[:, H36M17.index(name)] * (1 if side == "r" else _MIRROR) for name in names], axis=-1
     )
     result = np.full((len(legs), len(_OFFSETS_S) * legs.shape[1]), np.nan)
-    for piece in runs(np.isfinite(legs).all(axis=1), time_s, seams):
+    for piece in runs(np.asarray(np.isfinite(legs).all(axis=1)), time_s, seams):
         at_s = time_s[piece, None] + _OFFSETS_S
         columns = [np.interp(at_s, time_s[piece], legs[piece, i]) for i in range(legs.shape[1])]
         result[piece] = np.stack(columns, axis=-1).reshape(len(at_s), -1)

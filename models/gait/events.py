@@ -109,7 +109,7 @@ def walks(
     at = np.array([start for start, _ in lands])
     ahead, aside = resample(between, time_s, at, seams).T if len(at) else (np.zeros(0), np.zeros(0))
     straddles = np.abs(aside) > _SIDEWAYS * np.abs(ahead)
-    seen = np.isfinite(between).all(axis=1)
+    seen = np.asarray(np.isfinite(between).all(axis=1))
     broken = np.array([_broken(seen, time_s, a, b, seams) for a, b in pairwise(at)], dtype=bool)
     turned = np.zeros(len(broken))
     if facing_deg is not None and len(at):

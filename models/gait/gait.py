@@ -146,6 +146,8 @@ def over_belt(
     if told is not None:
         velocity = -told * ahead
     else:
-        found = belt_drift(root, ankles, time_s, gait.feet, seams)
+        landed = {(step.side, step.stop_s) for step in gait.steps}
+        walked = {side: [s for s in gait.feet[side] if (side, s.start_s) in landed] for side in SIDES}
+        found = belt_drift(root, ankles, time_s, walked, seams)
         velocity = np.zeros(2) if found is None else found
-    return root - time_s[:, None] * velocity, float(np.hypot(*velocity))
+    return root - time_s[:, None] * velocity, float(np.linalg.norm(velocity))

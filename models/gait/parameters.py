@@ -149,7 +149,7 @@ def belt_drift(
     feet: Mapping[str, Sequence[Stance]],
     seams: Sequence[int] = (),
 ) -> np.ndarray | None:
-    """(2,) the velocity at which feet that stand are carried along, the mean over the stances; None where they stay,
+    """(2,) the velocity at which feet that stand are carried along, the median of the stances; None where they stay,
     drifting by less than half as fast as they go back under the body. root, ankles: as those of `lengths`."""
     drifts, backs = [], []
     for side, of_side in feet.items():
@@ -163,15 +163,14 @@ def belt_drift(
                     backs.append(back)
     if not drifts:
         return None
-    drift, back = np.mean(drifts, axis=0), np.mean(backs, axis=0)
-    return drift if np.hypot(*drift) > _CARRIED * np.hypot(*back) else None
+    drift, back = np.median(drifts, axis=0), np.median(backs, axis=0)
+    return drift if np.linalg.norm(drift) > _CARRIED * np.linalg.norm(back) else None
 
 
 def _places(
     path: np.ndarray, time_s: np.ndarray, feet: Sequence[Stance], seams: Sequence[int]
 ) -> dict[float, np.ndarray]:
-    """{initial contact: (3,) where the foot stands, and when}; a stance that the take's end or a gap cuts goes on to the
-    end."""
+    """{initial contact: (3,) where the foot stands, and when}; a stance that is cut goes on to the take's end."""
     found = {}
     for stance in feet:
         stop = stance.stop_s if stance.stop_s == stance.stop_s else float(time_s[-1])

@@ -7,10 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from golden import jumps
 from pcnet3d.examples.walker.camera import aimed, camera_poses
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.gait.events import Stance, walks
-from pcnet3d.pipeline import H36M17, InputError, Pipeline, Take
+from pcnet3d.pipeline import H36M17, Z_UP, InputError, Pipeline, Take
 from pcnet3d.pipeline.motion.angles import ANGLES, MIDLINE
 from pcnet3d.stages.angles import Angles
 from pcnet3d.stages.export.measures import write_measures
@@ -378,3 +379,52 @@ def test_ranges_beyond_anatomy_are_marked(walk, take):
     ranges = STAGES[3](take.with_(kinematics=turned)).measures["range_of_motion"]
     assert ranges["l_elbow_flexion"]["beyond_anatomy_frames"] == 4
     assert [name for name, entry in ranges.items() if "beyond_anatomy_frames" in entry] == ["l_elbow_flexion"]
+
+
+def test_a_treadmill_by_the_drift_of_the_feet_and_by_what_is_told(walk):
+    straight = walker(seconds=12, turn_deg=0)
+    world = straight.world - straight.root[:, None] * (
+        1,
+        1,
+        0,
+    )  # the camera goes with the person, or the floor moves
+    on_belt = straight.poses.with_(joints=world)
+    found = measured(on_belt).measures["walking"]
+    assert found["belt"] == "by the drift of the feet that stand"
+    assert found["walking_speed"] == pytest.approx(straight.speed_mps, rel=0.05)
+    told = measured(on_belt, (*STAGES[:3], Measures(belt_speed=1.25))).measures["walking"]
+    assert (told["belt"], told["belt_speed"]) == ("told", 1.25)
+    assert told["walking_speed"] == pytest.approx(1.25, rel=0.03)
+    nowhere = measured(seen_from(straight, 90.0), (*STAGES[:3], Measures(belt_speed=1.25))).measures[
+        "walking"
+    ]
+    assert nowhere["mean_step_length"] == pytest.approx(1.25 * 60 / straight.cadence_spm, rel=0.05)
+    assert "belt" not in measured(straight.poses).measures["walking"]
+
+
+@pytest.mark.parametrize("speed", [0.0, -1.0, np.nan])
+def test_a_belt_that_does_not_run_is_refused(speed):
+    with pytest.raises(InputError, match="belt speed"):
+        Measures(belt_speed=speed)
+
+
+def test_walking_speed_lengths_and_phases_where_the_place_is_known(walk, take):
+    walking = take.measures["walking"]
+    assert walking["gait"] == "walking"
+    step_m = 60 * walk.speed_mps / walk.cadence_spm
+    assert walking["walking_speed"] == pytest.approx(walk.speed_mps, rel=0.02)
+    assert walking["mean_step_length"] == pytest.approx(step_m, rel=0.02)
+    assert walking["mean_stance_percent"] + walking["mean_swing_percent"] == pytest.approx(100, abs=1)
+    assert 55 < walking["mean_stance_percent"] < 68
+    assert walking["right"]["landings_s"][0] < walking["right"]["toe_offs_s"][0]
+
+
+def test_jumps_with_their_height_and_none_in_a_walk(take):
+    assert take.measures["jumps"] == {"count": 0}
+    jumping = jumps.jumping()
+    poses = jumping.with_(joints=jumping.joints + jumping.root[:, None], frame=Z_UP, root=None)
+    found = measured(poses).measures["jumps"]
+    assert found["count"] == 2
+    # Stiff legs leave the floor without stretching the ankle: they are seen from 0.12 m on, not from 0.09.
+    assert found["jump_height"] == pytest.approx([0.25, 0.25], abs=0.02)
+    assert found["flight_time_s"] == pytest.approx([0.47, 0.47], abs=0.03)
