@@ -98,7 +98,8 @@ def on_floor(spells: np.ndarray, time_s: np.ndarray) -> np.ndarray:
 
 
 def trained(features: np.ndarray, contact: np.ndarray, weight: np.ndarray, seed: int = 0) -> ContactNet:
-    """The network that says best (weighted cross-entropy) which of the frames are contacts."""
+    """The network that says best which of the frames are contacts. features (N, F), contact (N,) 0 or 1, weight (N,) in
+    the cross-entropy."""
     import torch
 
     torch.manual_seed(seed)

@@ -60,8 +60,8 @@ def body_joints(filtered: PoseSequence, rectified: Rectified) -> np.ndarray:
 def gait_of(
     body: np.ndarray, filtered: PoseSequence, rectified: Rectified, columns: Mapping[str, np.ndarray]
 ) -> Gait:
-    """Stances and walks of the joints in BODY axes, with steps beyond the noise that the columns state. Where the
-    camera moves, turns of the person are not told from the camera's and end no walk."""
+    """Stances and walks of the joints (T, 17, 3) in BODY axes, with steps beyond the noise that the columns (T,) state.
+    Where the camera moves, turns of the person are not told from the camera's and end no walk."""
     facing = None
     if rectified.camera != "moving":
         facing = facing_deg(transpose(rectified.R_source_from_level) @ rectified.R_source_from_body)
@@ -69,7 +69,8 @@ def gait_of(
 
 
 def least_step(columns: Mapping[str, np.ndarray]) -> float:
-    """By how much the ankles' separation changes from landing to landing at least, in lengths of a leg."""
+    """By how much the ankles' separation changes from landing to landing at least, in lengths of a leg, by the stated
+    standard deviations in the columns (T,)."""
     return max(LEAST_STEP, NOISE * separation_sd(columns))
 
 
