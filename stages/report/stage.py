@@ -59,7 +59,7 @@ def report(take: Take, frames: bool = True) -> str:
     facts = facts_of(take)
     sections = [
         ("Key frames", _key_frames(take, frames)),
-        *_measures(take.measures or {}, facts.length),
+        *measure_sections(take.measures or {}, facts.length),
         ("Joint angles", _angles(take)),
         ("Wrist paths before and after", _wrists(take)),
         ("Gravity", _gravity(take, facts, frames)),
@@ -68,7 +68,7 @@ def report(take: Take, frames: bool = True) -> str:
     return page(take.name, at_a_glance(facts), sections)
 
 
-def _measures(measures: Mapping[str, Any], length: str) -> list[tuple[str, Markup]]:
+def measure_sections(measures: Mapping[str, Any], length: str) -> list[tuple[str, Markup]]:
     """All measures; those of a gait, where there is one, in a section of their own before the others."""
     apart = ("walking",) if measures.get("walking", {}).get("steps") else ()
     own, rest = ({k: v for k, v in measures.items() if (k in apart) == is_gait} for is_gait in (True, False))
