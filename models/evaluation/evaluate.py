@@ -33,6 +33,8 @@ from ..rectifier.load import load_rectifier
 from ..synthetic.views import Targets
 from .angles import MOTIONS, angle_tables
 from .angles import as_markdown as angles_as_markdown
+from .gait import as_markdown as gait_as_markdown
+from .gait import gait_tables
 from .place import as_markdown as places_as_markdown
 from .place import place_tables
 from .real_take import as_markdown as real_take_as_markdown
@@ -56,7 +58,7 @@ def evaluate(
         list[str] | None,
         typer.Option(
             help="A rectifier, or a network's .onnx file; repeatable. Default: geometric; takes, angles, real take: "
-            "also pcnet."
+            "also pcnet; gait: pcnet."
         ),
     ] = None,
     lifter: Annotated[str, typer.Option(help="pcnet3d (built-in), or an .onnx file.")] = "pcnet3d",
@@ -92,6 +94,9 @@ def evaluate(
     place: Annotated[
         bool, typer.Option("--place", help="Judge the pelvis's path before the camera and its stated error.")
     ] = False,
+    gait: Annotated[
+        bool, typer.Option("--gait", help="Judge contacts, steps and gait figures with their stated errors.")
+    ] = False,
     real_take: Annotated[
         bool, typer.Option("--real-take", help="Judge everything on real videos of four cameras, with truth.")
     ] = False,
@@ -101,7 +106,8 @@ def evaluate(
     With --data only the rectifiers are judged, on clean poses of that data. With --takes only they are, on takes of
     one camera that stands still: tilt, stated errors, accelerations, one take from eight cameras. With --angles joint
     angles are, on the same takes. With --swaps exchanged limbs and overturned depth are put into takes and looked for.
-    With --place the pelvis path before the camera is judged. With --real-take the way from the video to upright joints
+    With --place the pelvis path before the camera is judged. With --gait walks and runs of the same takes are measured:
+    contacts, times, lengths, speed. With --real-take the way from the video to upright joints
     and angles is judged on a real take (real/ of the data).
     """
     refuse_unwritable(output)
@@ -110,6 +116,7 @@ def evaluate(
         "--angles": angles,
         "--swaps": swaps,
         "--place": place,
+        "--gait": gait,
         "--real-take": real_take,
     }
     asked = [flag for flag, given in reports.items() if given]
@@ -124,8 +131,13 @@ def evaluate(
         )
     if (swaps or place) and rectifier:
         raise InputError(f"{asked[0]} judges no rectifier; leave --rectifier out.")
+    if gait and len(rectifier or ()) > 1:
+        raise InputError("--gait judges with one rectifier; give --rectifier once.")
     rectifiers = [
-        load_rectifier(name) for name in rectifier or _DEFAULT[: 2 if takes or angles or real_take else 1]
+        load_rectifier(name)
+        for name in rectifier
+        or (_DEFAULT[-1:] if gait else ())
+        or _DEFAULT[: 2 if takes or angles or real_take else 1]
     ]
     if data is None and (split is not None or targets != "body"):
         raise InputError("--split and --targets are for --data FILE, a file of pcnet3d mocap.")
@@ -138,6 +150,8 @@ def evaluate(
         results = swap_tables(lifter, seed, flip, judged)
     elif place:
         results = place_tables(lifter, seed, flip, judged)
+    elif gait:
+        results = gait_tables(rectifiers[0], lifter, seed, flip, judged)
     elif real_take:
         results = real_take_tables(rectifiers, lifter, flip)
     elif data is not None:
@@ -159,7 +173,7 @@ def evaluate(
     output.mkdir(parents=True, exist_ok=True)
     pages = {
         "--takes": takes_as_markdown, "--angles": angles_as_markdown, "--swaps": swaps_as_markdown,
-        "--place": places_as_markdown, "--real-take": real_take_as_markdown,
+        "--place": places_as_markdown, "--gait": gait_as_markdown, "--real-take": real_take_as_markdown,
     }  # fmt: skip
     page = pages[asked[0]] if asked else as_markdown if data is None else own_as_markdown
     text = page(results)

@@ -62,7 +62,7 @@ def error_key(key: str) -> str:
 
 def of_length(key: str) -> bool:
     """Whether a figure is in the take's unit of length, or in that a second, which its key does not name."""
-    return key.removesuffix("_error").endswith(("_length", "_speed"))
+    return key.removesuffix("_error").endswith(("_length", "_width", "_height", "_speed"))
 
 
 def with_error(key: str, value: float, error: float) -> dict[str, float]:

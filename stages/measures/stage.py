@@ -1,5 +1,5 @@
-"""Figures of a take: ranges of motion, symmetry, repetitions, walking and paths, each with its error and what it rests
-on."""
+"""Figures of a take: ranges of motion, symmetry, repetitions, walking, jumps and paths, each with its error and what it
+rests on."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from ...models.gait.gait import separation
 from ...pipeline.errors import InputError
 from ...pipeline.frames import Frame
 from ...pipeline.motion.angles import ANGLES, MIDLINE, OF_BOTH
@@ -30,7 +31,8 @@ from .figures import (
     time_resolution,
     with_error,
 )
-from .walking import FEWEST, NOISE, SIDES, separation, walking, walks_in
+from .jumps import jumps
+from .walking import FEWEST, NOISE, SIDES, body_joints, gait_of, walking
 
 _NO_RANGE = 5.0  # degrees: below, noise makes the range, and a share of it says nothing
 _BEND, _RAISE, _ANY = 35.0, 50.0, 20.0  # degrees that a repetition rises by at least
@@ -47,9 +49,12 @@ _IN_RAISES = ("shoulder_elevation", "shoulder_flexion", "elbow_flexion")
 
 @dataclass(frozen=True)
 class Measures:
-    """The stage. repeated: further angles whose repetitions are counted, such as "r_elbow_flexion"."""
+    """The stage. repeated: further angles whose repetitions are counted, such as "r_elbow_flexion". belt_speed: of a
+    treadmill, in the take's unit of length a second (m/s); where it is not told, the feet that stand tell it, if the
+    pelvis path is known."""
 
     repeated: tuple[str, ...] = ()
+    belt_speed: float | None = None
 
     name: ClassVar[str] = "measures"
     needs: ClassVar[tuple[str, ...]] = ("poses", "rectified", "filtered", "kinematics")
@@ -59,6 +64,10 @@ class Measures:
         for name in self.repeated:
             if name not in ANGLES:
                 raise InputError(f"There is no angle '{name}' to count; {did_you_mean(name, ANGLES)}")
+        if self.belt_speed is not None and not 0 < self.belt_speed < np.inf:
+            raise InputError(
+                f"Expected a positive belt speed, got {self.belt_speed:g}; leave it out for a walk over the floor."
+            )
 
     def __call__(self, take: Take) -> Take:
         found = measures(
@@ -67,6 +76,7 @@ class Measures:
             take.need("kinematics"),
             take.need("poses").frame,
             self.repeated,
+            self.belt_speed,
         )
         return take.with_(measures=found)
 
@@ -77,17 +87,19 @@ def measures(
     kinematics: dict[str, np.ndarray],
     source: Frame,
     repeated: Sequence[str] = (),
+    belt_speed: float | None = None,
 ) -> dict[str, Any]:
     """Nested figures, ready for JSON. Units are in the keys; lengths and speeds have none there, for theirs is the
     poses', metres or arbitrary. What cannot be had is absent, and its group has a `reason`.
 
     filtered: joints in LEVEL after the low-pass; rectified: where BODY's axes are from; kinematics: columns (T,) with
     the angles (stages.angles.joint_angles) and paths (stages.trajectories.trajectory); source: the frame of the poses
-    that were rectified.
+    that were rectified; belt_speed: of a treadmill.
 
     An `_error_` is one standard deviation of the figure beside it: of angles by what they are stated with, the errors
-    of two moments taken for independent; of means over steps, strides and repetitions by their spread, but by half of
-    a frame's length at least. Figures end with the digit that their error leaves.
+    of two moments taken for independent; of means over repetitions by their spread, but by half of a frame's length at
+    least; of gait figures by what they were off on lifted walks with truth (models/gait/errors.py). Figures end with
+    the digit that their error leaves.
 
     range_of_motion: of each angle; p05_p95_deg leaves the highest and lowest twentieth of the frames out, which are
         noise's, and sd_deg is the middle of the stated standard deviations. beyond_anatomy_frames: in how many frames
@@ -97,9 +109,12 @@ def measures(
         and down in whichever plane. repetitions: of the angles `repeated`. A repetition rises by 35 (knees), 50 (arms)
         or 20 degrees at least, by half of the largest change in the take, and by more than noise makes: twice the
         standard deviation of a difference of two values.
-    walking: steps while the ankles pass each other, by as much and more than noise; no `steps` where they could not be
-        seen, and why. cadence is two steps in the middle one of the strides' durations, of three strides at least.
-        Speed and lengths are there where the source knows where the person is, else `lengths_reason`.
+    walking: steps and strides between the feet's initial contacts (models/gait), in walks of three steps or more
+        without turns; no `steps` where they could not be seen, and why. Cadence is a minute by the mean step time, of
+        three strides at least. Stance, swing and single support are shares of the stride, as is double support of a
+        walk; a run has a flight time instead. Speed, lengths and width are there where the pelvis path is known or the
+        belt's speed told, else `lengths_reason`.
+    jumps: flights in which the centre of mass falls freely, where the pelvis path is known.
     paths: lengths from the pelvis, and of the pelvis (root) where its way is known.
 
     `frames` is how many frames a figure rests on, `nan_share` the share of the take's frames that have no value.
@@ -109,12 +124,12 @@ def measures(
     """
     times, seams = filtered.times, breaks(filtered)
     take = _Columns(kinematics, times, seams)
-    between = separation(filtered, rectified)
-    apart = between[:, 0]
-    walks = walks_in(between, times, seams, kinematics)
+    body = body_joints(filtered, rectified)
+    gait = gait_of(body, filtered, rectified, kinematics)
+    apart = separation(body)[:, 0]
 
     def in_place(one: Repetition) -> bool:
-        if any(step.start_s < one.stop_s and one.start_s < step.stop_s for walk in walks for step in walk):
+        if any(step.start_s < one.stop_s and one.start_s < step.stop_s for step in gait.steps):
             return False
         meanwhile = apart[(times >= one.start_s) & (times <= one.stop_s)]
         meanwhile = meanwhile[np.isfinite(meanwhile)]
@@ -148,7 +163,8 @@ def measures(
         result["repetitions"] = {
             name: _repeats(take, take(name), take.sd(name), _ANY, [name]) for name in repeated
         }
-    result["walking"] = walking(apart, walks, kinematics, take.cycles, filtered, rectified, source)
+    result["walking"] = walking(body, gait, kinematics, take.cycles, filtered, rectified, source, belt_speed)
+    result["jumps"] = jumps(rectified, gait)
     result["paths"] = _paths(take, rectified)
     return result
 

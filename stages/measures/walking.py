@@ -1,46 +1,78 @@
-"""Walking: steps, cadence, times and lengths, each with its error, or why steps cannot be counted."""
+"""Walking and running: steps, times of the gait cycle, lengths and speed, each with its error, or why they cannot be
+had."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
+from ...models.gait.contact import leg_length
+from ...models.gait.errors import OF_LENGTH, each_error, mean_error
+from ...models.gait.events import contact_times
+from ...models.gait.gait import (
+    LEAST_STEP,
+    Gait,
+    Values,
+    facing_deg,
+    find_gait,
+    length_values,
+    over_belt,
+    separation,
+    time_values,
+)
 from ...pipeline.frames import Frame
 from ...pipeline.messages import how_many
-from ...pipeline.motion.cycles import Step, landings, steps, strides
 from ...pipeline.motion.signals import breaks, rate
-from ...pipeline.motion.walking import lengths
 from ...pipeline.pose import PoseSequence, Rectified
 from ...pipeline.rotations import rotate, transpose
-from .figures import basis, figures, spread, symmetry, time_resolution, with_error
+from .figures import (
+    basis,
+    error_key,
+    figure_of_error,
+    figures,
+    rounded,
+    symmetry,
+    time_resolution,
+    with_error,
+)
 
 FEWEST = 10  # frames
 NOISE = 2.0 * float(np.sqrt(2))  # standard deviations of a frame's value: twice that of a difference of two
 SIDES = {"right": "r", "left": "l"}
-_STRIDE = 0.25  # legs: by how much the ankles' separation changes from step to step at least
-_HALF = 0.5  # and by this part of the largest change in the take
 _STRIDES = 3  # for a cadence
 _SIGHT_DEG = 30.0  # off the line of sight: nearer to it, cos 30 = 87 % of a step and more is depth
 _SLOW_HZ = 12.0  # a quick step of 0.4 s has fewer than five frames below this
-_MEDIAN = float(np.sqrt(np.pi / 2))  # standard error of a median over that of a mean
+_BELT_SHARE = (
+    0.12  # of a belt's speed that the feet's drift tells: what lifted stances are off (validation subjects)
+)
 _IN_STRIDES = ("hip_flexion", "knee_flexion", "shoulder_flexion", "elbow_flexion")
+_PHASES = ("stance_percent", "swing_percent", "single_support_percent")
+_OF_BOTH = ("step_length", "stride_length", "step_width", "walking_speed")
 
 
-def separation(filtered: PoseSequence, rectified: Rectified) -> np.ndarray:
-    """(T, 2) how far the right ankle is in front of the left one and to its right, along BODY's axes, in lengths of a
-    leg: no turn of the path and no pan of the camera changes that."""
+def body_joints(filtered: PoseSequence, rectified: Rectified) -> np.ndarray:
+    """(T, 17, 3) the filtered joints in BODY axes: no turn of the path and no pan of the camera changes them."""
     R_body_from_level = transpose(rectified.R_source_from_body) @ rectified.R_source_from_level
-    body = rotate(R_body_from_level, filtered.joints.astype(np.float64))
-    at = {name: body[:, i] for i, name in enumerate(filtered.layout.joints)}
-    bones = [(f"{side}_{a}", f"{side}_{b}") for side in "rl" for a, b in pairwise(("hip", "knee", "ankle"))]
-    legs = np.sum([np.linalg.norm(at[b] - at[a], axis=-1) for a, b in bones], axis=0)
-    known = legs[np.isfinite(legs)]
-    leg = np.median(known) / 2 if len(known) else np.nan
-    between = (at["r_ankle"] - at["l_ankle"])[:, :2] / leg
-    return between * (-1, 1)  # BODY's x is back, its y is right
+    return rotate(R_body_from_level, filtered.joints.astype(np.float64))
+
+
+def gait_of(
+    body: np.ndarray, filtered: PoseSequence, rectified: Rectified, columns: Mapping[str, np.ndarray]
+) -> Gait:
+    """Stances and walks of the joints (T, 17, 3) in BODY axes, with steps beyond the noise that the columns (T,) state.
+    Where the camera moves, turns of the person are not told from the camera's and end no walk."""
+    facing = None
+    if rectified.camera != "moving":
+        facing = facing_deg(transpose(rectified.R_source_from_level) @ rectified.R_source_from_body)
+    return find_gait(body, filtered.times, breaks(filtered), facing_deg=facing, least=least_step(columns))
+
+
+def least_step(columns: Mapping[str, np.ndarray]) -> float:
+    """By how much the ankles' separation changes from landing to landing at least, in lengths of a leg, by the stated
+    standard deviations in the columns (T,)."""
+    return max(LEAST_STEP, NOISE * separation_sd(columns))
 
 
 def separation_sd(columns: Mapping[str, np.ndarray]) -> float:
@@ -59,84 +91,216 @@ def separation_sd(columns: Mapping[str, np.ndarray]) -> float:
     return float(np.median(known)) if len(known) else 0.0
 
 
-def least_step(apart: np.ndarray, sd: float) -> float:
-    """By how much the separation changes from step to step at least. apart: (T,) the separation, sd: its standard
-    deviation; all in lengths of a leg. Infinite where too few frames are known."""
-    if np.isfinite(apart).sum() < FEWEST:
-        return float("inf")
-    return max(_STRIDE, NOISE * sd, _HALF * float(np.nanmax(apart) - np.nanmin(apart)))
-
-
-def walks_in(
-    between: np.ndarray, time_s: np.ndarray, seams: Sequence[int], columns: Mapping[str, np.ndarray]
-) -> list[list[Step]]:
-    """Of the separation (T, 2), with the noise that the columns state."""
-    (apart, aside), sd = between.T, separation_sd(columns)
-    return steps(apart, time_s, least_step(apart, sd), seams, sd, aside)
-
-
 def walking(
-    apart: np.ndarray,
-    walks: list[list[Step]],
+    body: np.ndarray,
+    gait: Gait,
     columns: Mapping[str, np.ndarray],
     curves: Callable[[str, np.ndarray], dict[str, Any]],
     filtered: PoseSequence,
     rectified: Rectified,
     source: Frame,
+    belt_speed: float | None = None,
 ) -> dict[str, Any]:
-    """The group `walking` (stages/measures/stage.py). apart: the separation in front (T,). curves: of an angle over
-    spans (N, 2). source: the frame of the poses that were rectified."""
+    """The group `walking` (stages/measures/stage.py). body: joints in BODY axes. curves: of an angle over spans (N, 2).
+    source: the frame of the poses that were rectified. belt_speed: a treadmill's, where it is told, in the unit of the
+    poses a second."""
+    apart = separation(body)[:, 0]
     if not rectified.level_ok:
         return {"reason": f"the take is not levelled: {rectified.level_reason}"}
     if np.isfinite(apart).sum() < FEWEST:
         return {"reason": f"fewer than {FEWEST} frames have both legs", **basis(apart)}
-    if not walks:
+    if not gait.walks:
         if why := uncountable(apart, columns, filtered, rectified, source):
             return {"reason": f"steps cannot be counted: {'; '.join(why)}", **basis(apart)}
         return {"steps": 0, "reason": "no three steps in a row", **basis(apart)}
-    every = [step for walk in walks for step in walk]
-    spans = {side: strides(walks, side) for side in SIDES.values()}
-    durations = np.concatenate([np.diff(span, axis=1)[:, 0] for span in spans.values()])
-    resolution = time_resolution(rate(filtered.times))
-    step_times = np.array([step.stop_s - step.start_s for step in every])
-    of_side = {side: _times(every, side) for side in SIDES.values()}
-    over_floor, of_sides = _lengths(filtered, walks, rectified)
-    landing = _landing_error(
-        apart, walks, filtered.times, float(np.median(durations)), separation_sd(columns)
-    )
-    sides = [
-        (of_side[side].mean(), np.hypot(_error(of_side, side, resolution), np.sqrt(2) * landing))
+    lifted = any(name.endswith("_sd_deg") for name in columns)
+    root_sd, share = path_error(filtered, rectified, gait)
+    said = _Means(gait.kind, lifted, time_resolution(rate(filtered.times)), leg_length(body), root_sd)
+    values = time_values(gait)
+    phases = (*_PHASES, "flight_time_s" if gait.kind == "running" else "double_support_percent")
+    lengths, over_floor = _lengths(gait, filtered, rectified, belt_speed)
+    share = float(np.hypot(share, over_floor.pop("belt_share", 0.0)))
+    strides = gait.strides
+    spans = {
+        side: np.array([(s.start_s, s.stop_s) for s in strides if s.side == side]).reshape(-1, 2)
         for side in SIDES.values()
-    ]
-    few = min(map(len, of_side.values())) < 2
+    }
     cycles = {
         f"{side}_{part}": curves(f"{side}_{part}", spans[side])
         for part in _IN_STRIDES
         for side in SIDES.values()
     }
-    landed = len(every) + len(walks)
+    landed = len(gait.steps) + len(gait.walks)
+    sides = {
+        words: {
+            "steps": sum(step.side == side for step in gait.steps),
+            "strides": len(spans[side]),
+            **said(values, ("step_time_s", "stance_time_s", *phases), side),
+            **said(lengths, ("step_length",), side, share),
+            "landings_s": figures(contact_times(gait.walks, side)),
+            "toe_offs_s": figures(s.off_s for s in strides if s.side == side and np.isfinite(s.off_s)),
+        }
+        for words, side in SIDES.items()
+    }
     return {
-        "walks": len(walks),
-        "steps": len(every),
-        "counted": f"{how_many(len(every), 'step')} between {how_many(landed, 'landing')}"
-        + (f" in {len(walks)} walks" if len(walks) > 1 else ""),
-        **_cadence(durations, resolution),
-        **spread("step_time_s", step_times, resolution),
-        **spread("stride_time_s", durations, resolution),
-        **({} if few else symmetry(*sides, of="step_time_")),
+        "gait": gait.kind,
+        "walks": len(gait.walks),
+        "steps": len(gait.steps),
+        "counted": f"{how_many(len(gait.steps), 'step')} between {how_many(landed, 'landing')}"
+        + (f" in {len(gait.walks)} walks" if len(gait.walks) > 1 else ""),
+        **_cadence(said(values, ("step_time_s",), digits=False), len(strides)),
+        **said(values, ("step_time_s", "stride_time_s", "stance_time_s", "swing_time_s", *phases)),
+        **_symmetries(said, {**values, **lengths}),
         **over_floor,
+        **said(lengths, _OF_BOTH, share=share),
         **basis(apart),
-        **{
-            words: {
-                "steps": len(of_side[side]),
-                "strides": len(spans[side]),
-                **spread("step_time_s", of_side[side], resolution, np.sqrt(2) * landing),
-                "landings_s": figures(landings(walks, side)),
-            }
-            | of_sides[side]
-            for words, side in SIDES.items()
-        },
+        **sides,
         "cycles": {name: curve for name, curve in cycles.items() if curve},
+    }
+
+
+class _Means:
+    """Means of gait figures with their errors. gait: "walking" or "running". lifted: whether the poses state errors at
+    all; of others only what frames leave of times is. resolution: seconds, of one time between two frames. leg: length
+    of a leg, root_sd: of the pelvis path, in the poses' unit."""
+
+    def __init__(self, gait: str, lifted: bool, resolution: float, leg: float, root_sd: float) -> None:
+        self.gait, self.lifted, self.resolution, self.leg, self.root_sd = (
+            gait,
+            lifted,
+            resolution,
+            leg,
+            root_sd,
+        )
+
+    def error(self, name: str, count: int) -> float:
+        """Of the mean of `count` values; NaN where none is stated."""
+        if name in OF_LENGTH:
+            share = mean_error(self.gait, name, count, self.root_sd / self.leg)
+            return self.leg * share if self.lifted else float("nan")
+        if self.lifted:
+            return mean_error(self.gait, name, count)
+        return self.resolution / np.sqrt(count) if name.endswith("_time_s") else float("nan")
+
+    def single(self, name: str) -> float:
+        """What a spread of values has to exceed to be the person's."""
+        if not self.lifted:
+            return self.resolution if name.endswith("_time_s") else 0.0
+        return each_error(self.gait, name) * (self.leg if name in OF_LENGTH else 1.0)
+
+    def __call__(
+        self,
+        values: Values,
+        names: Sequence[str],
+        side: str | None = None,
+        share: float = 0.0,
+        digits: bool = True,
+    ) -> dict[str, float]:
+        """`mean_<name>` (walking_speed by its own name), its error, and the standard deviation of three values or more
+        where that is larger than one value's error. side: of one side only. share: of the mean, what may be wrong
+        in all values alike. digits: whether to round."""
+        result: dict[str, float] = {}
+        for name in names:
+            if name not in values:
+                continue
+            found = values[name][side] if side else _both(values, name)
+            found = found[np.isfinite(found)]
+            if not len(found):
+                continue
+            key = name if name == "walking_speed" else f"mean_{name}"
+            mean = float(found.mean())
+            error = float(np.hypot(self.error(name, len(found)), share * mean))
+            if not digits:
+                result |= {key: mean, error_key(key): error}
+                continue
+            result[key] = rounded(mean, error)
+            if np.isfinite(error):
+                result[error_key(key)] = figure_of_error(error)
+            sd = float(found.std(ddof=1)) if len(found) >= 3 else 0.0
+            if sd > self.single(name) and name != "walking_speed":
+                result[f"sd_{name}"] = figure_of_error(sd)
+        return result
+
+
+def _both(values: Values, name: str) -> np.ndarray:
+    return np.concatenate([values[name][side] for side in SIDES.values()])
+
+
+def _symmetries(said: _Means, values: Values) -> dict[str, Any]:
+    """Symmetry indices of the sides' step and stance times and step lengths, of two steps of each side or more."""
+    result: dict[str, Any] = {}
+    for name, of in (
+        ("step_time_s", "step_time_"),
+        ("stance_time_s", "stance_time_"),
+        ("step_length", "step_length_"),
+    ):
+        sides = [values[name][side] if name in values else np.zeros(0) for side in SIDES.values()]
+        sides = [found[np.isfinite(found)] for found in sides]
+        if min(map(len, sides)) >= 2:
+            pairs = [(float(found.mean()), said.error(name, len(found))) for found in sides]
+            result |= symmetry(pairs[0], pairs[1], of=of)
+    return result
+
+
+def _cadence(step_time: Mapping[str, float], strides: int) -> dict[str, Any]:
+    """Steps a minute by the mean step time."""
+    if strides < _STRIDES:
+        return {"cadence_reason": f"fewer than {_STRIDES} strides"}
+    mean = step_time["mean_step_time_s"]
+    return with_error("cadence_spm", 60 / mean, 60 / mean**2 * step_time["mean_step_time_error_s"])
+
+
+def path_error(filtered: PoseSequence, rectified: Rectified, gait: Gait) -> tuple[float, float]:
+    """Of a pelvis path that was estimated (stages/place.py): standard deviation of a place along the horizontal axis
+    where it is worst, in the poses' unit; and the share of lengths and speeds that may be wrong in all strides alike,
+    by the body's size and, as far as the person walks along the camera's axis, by the focal length; 0, 0 for others."""
+    told = [step.options for step in filtered.history if step.name == "place"]
+    if filtered.root is None or filtered.root_covariance is None or not told or not gait.walks:
+        return 0.0, 0.0
+    ahead = rectified.R_source_from_level[2]  # the camera's axis, in LEVEL
+    scale_sd, focal_sd = told[-1]["scale_sd"], told[-1]["focal_sd"]
+    depth = (filtered.root @ ahead)[:, None] * ahead
+    alike = sum(
+        sd**2 * at[:, :, None] * at[:, None, :] for sd, at in ((scale_sd, filtered.root), (focal_sd, depth))
+    )
+    own = (filtered.root_covariance - alike)[:, :2, :2]
+    own = own[np.isfinite(own).all(axis=(1, 2))]
+    if not len(own):
+        return 0.0, 0.0
+    root_sd = float(np.sqrt(np.median(np.maximum(np.linalg.eigvalsh(own)[:, -1], 0.0))))
+    times = filtered.times
+    inside = np.any([(times >= walk[0].start_s) & (times <= walk[-1].stop_s) for walk in gait.walks], axis=0)
+    velocity = np.gradient(filtered.root, times, axis=0)[inside]
+    velocity = velocity[np.isfinite(velocity).all(axis=1)]
+    along = ((velocity @ ahead) ** 2).sum() / max((velocity**2).sum(), 1e-12)
+    return root_sd, float(np.hypot(scale_sd, focal_sd * along))
+
+
+def _lengths(
+    gait: Gait, filtered: PoseSequence, rectified: Rectified, belt_speed: float | None
+) -> tuple[Values, dict[str, Any]]:
+    """Lengths and speed of the walks, and what is said of the belt or why there are none."""
+    if rectified.camera == "moving" or (filtered.root is None and belt_speed is None):
+        return {}, {"lengths_reason": "where the person is in the room is not known, or the camera moves"}
+    level, seams = filtered.joints.astype(np.float64), breaks(filtered)
+    ankles = {side: level[:, filtered.layout.index(f"{side}_ankle"), :2] for side in SIDES.values()}
+    root = np.zeros((len(level), 2)) if filtered.root is None else filtered.root[:, :2]
+    R_level_from_body = transpose(rectified.R_source_from_level) @ rectified.R_source_from_body
+    ahead = np.nanmean(-R_level_from_body[:, :2, 0], axis=0)
+    ahead = ahead / np.linalg.norm(ahead)
+    path, belt = over_belt(root, ankles, filtered.times, gait, ahead, belt_speed, seams)
+    values = length_values(gait, path, ankles, filtered.times, seams)
+    if not np.isfinite(_both(values, "step_length")).any():
+        return {}, {"lengths_reason": "the person's place is missing in every stride"}
+    if not belt:
+        return values, {}
+    told = belt_speed is not None
+    share = 0.0 if told else _BELT_SHARE
+    said = with_error("belt_speed", belt, share * belt or float("nan"))
+    return values, {
+        **said,
+        "belt": "told" if told else "by the drift of the feet that stand",
+        "belt_share": share,
     }
 
 
@@ -157,7 +321,7 @@ def uncountable(
             "other in depth, which one camera sees worst; film the walk from the side"
         )
     change, sd = float(np.nanmax(apart) - np.nanmin(apart)), separation_sd(columns)
-    if _STRIDE < change < NOISE * sd:
+    if LEAST_STEP < change < NOISE * sd:
         why.append(
             f"the ankles' separation changes by {change:.1f} leg lengths, which lies within its error "
             f"({NOISE * sd:.1f})"
@@ -177,76 +341,3 @@ def sight_deg(rectified: Rectified, source: Frame) -> float:
     along = np.abs(ahead @ source.basis[:, 2])  # CAMERA's z is away
     known = along[np.isfinite(along)]
     return float(np.degrees(np.arccos(min(1.0, np.median(known))))) if len(known) else float("nan")
-
-
-def _cadence(durations: np.ndarray, resolution: float) -> dict[str, Any]:
-    """Two steps in the middle one of the strides' durations."""
-    if len(durations) < _STRIDES:
-        return {"cadence_reason": f"fewer than {_STRIDES} strides"}
-    median = float(np.median(durations))
-    # Strides of both feet overlap: half of them are independent.
-    error = _MEDIAN * max(float(durations.std(ddof=1)), resolution) / np.sqrt(len(durations) / 2)
-    return with_error("cadence_spm", 120 / median, 120 / median**2 * error)
-
-
-def _times(every: Sequence[Step], side: str) -> np.ndarray:
-    """Durations of the steps that end when this foot lands."""
-    return np.array([step.stop_s - step.start_s for step in every if step.side == side])
-
-
-def _landing_error(
-    apart: np.ndarray, walks: Sequence[Sequence[Step]], time_s: np.ndarray, stride_s: float, sd: float
-) -> float:
-    """Seconds by which the separation's noise moves the landings of one foot against those of the other: noise of the
-    walk's own rhythm shifts the turning point of a sine by its share of the amplitude, in radians. It is the same in
-    every step, so that strides keep their length and no number of steps makes it smaller."""
-    inside = np.any([(time_s >= walk[0].start_s) & (time_s <= walk[-1].stop_s) for walk in walks], axis=0)
-    low, high = np.nanpercentile(apart[inside], [5, 95])
-    return float(sd / ((high - low) / 2) * stride_s / (2 * np.pi))
-
-
-def _error(times: Mapping[str, np.ndarray], side: str, resolution: float) -> float:
-    """Standard error of a side's mean step time; the spread within the sides is shared, for steps are few."""
-    free = sum(len(values) - 1 for values in times.values())
-    squares = sum(float(((values - values.mean()) ** 2).sum()) for values in times.values())
-    sd = np.sqrt(squares / free) if free else 0.0
-    return float(max(sd, resolution) / np.sqrt(len(times[side])))
-
-
-def _lengths(
-    filtered: PoseSequence, walks: list[list[Step]], rectified: Rectified
-) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Of the whole walk, and of each side by its letter; a reason where the person's place is not known."""
-    nothing: dict[str, Any] = {side: {} for side in SIDES.values()}
-    if filtered.root is None:
-        return {
-            "lengths_reason": "where the person is in the room is not known, or the camera moves"
-        }, nothing
-    root = filtered.root[:, :2]
-    ankles = {side: root + filtered.joint(f"{side}_ankle")[:, :2] for side in SIDES.values()}
-    found = lengths(root, ankles, filtered.times, walks, breaks(filtered))
-    if np.isnan(found.speed):
-        return {"lengths_reason": "the person's place is missing in every stride"}, nothing
-    steps_of = {side: values[np.isfinite(values)] for side, values in found.step.items()}
-    shared = found.speed * _shared_error(filtered, walks, rectified)
-    return {
-        **with_error("walking_speed", found.speed, float(np.hypot(found.speed_error, shared))),
-        **spread("stride_length", found.stride[np.isfinite(found.stride)]),
-        **spread("step_length", np.concatenate(list(steps_of.values()))),
-    }, {side: spread("step_length", values) for side, values in steps_of.items()}
-
-
-def _shared_error(filtered: PoseSequence, walks: list[list[Step]], rectified: Rectified) -> float:
-    """The share of a speed that may be wrong in all strides alike, where the pelvis's path was estimated: by the body's
-    size, and by the focal length as far as the person walks along the camera's axis; 0 for a measured path."""
-    told = [step.options for step in filtered.history if step.name == "place"]
-    if filtered.root is None or not told:
-        return 0.0
-    inside = np.any(
-        [(filtered.times >= walk[0].start_s) & (filtered.times <= walk[-1].stop_s) for walk in walks], axis=0
-    )
-    velocity = np.gradient(filtered.root, filtered.times, axis=0)[inside]
-    velocity = velocity[np.isfinite(velocity).all(axis=1)]
-    depth = velocity @ rectified.R_source_from_level[2]
-    along = (depth**2).sum() / max((velocity**2).sum(), 1e-12)
-    return float(np.hypot(told[-1]["scale_sd"], told[-1]["focal_sd"] * along))

@@ -38,7 +38,7 @@ _ERRORS = (
     "± is one standard deviation of the figure before it. Grey: a difference that lies within its error (90 %), or a "
     "range with values that no joint reaches."
 )
-_MOMENTS = ("start_s", "stop_s", "landings_s")
+_MOMENTS = ("start_s", "stop_s", "landings_s", "toe_offs_s")
 _MANY = 20  # a list of more is a curve, or too long for a table
 _SIDES = {"r_": ("right", RIGHT), "l_": ("left", LEFT)}
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from markupsafe import Markup
@@ -57,13 +57,21 @@ def report(take: Take, frames: bool = True) -> str:
     facts = facts_of(take)
     sections = [
         ("Key frames", _key_frames(take, frames)),
-        ("Measures", measure_tables(take.measures, facts.length)),
+        *measure_sections(take.measures or {}, facts.length),
         ("Joint angles", _angles(take)),
         ("Wrist paths before and after", _wrists(take)),
         ("Gravity", _gravity(take, facts, frames)),
         ("Where this comes from", provenance(facts, take)),
     ]
     return page(take.name, at_a_glance(facts), sections)
+
+
+def measure_sections(measures: Mapping[str, Any], length: str) -> list[tuple[str, Markup]]:
+    """All measures; those of a gait, where there is one, in a section of their own before the others."""
+    apart = ("walking",) if measures.get("walking", {}).get("steps") else ()
+    own, rest = ({k: v for k, v in measures.items() if (k in apart) == is_gait} for is_gait in (True, False))
+    sections = [("Gait", measure_tables(own, length))] if own else []
+    return [*sections, ("Measures", measure_tables(rest, length))]
 
 
 def _key_frames(take: Take, frames: bool) -> Markup:

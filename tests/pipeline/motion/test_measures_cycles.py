@@ -1,15 +1,12 @@
-"""Repetitions, steps, normalised curves and smoothness of signals whose answers are known."""
+"""Repetitions, normalised curves and smoothness of signals whose answers are known."""
 
 import numpy as np
 import pytest
 
 from pcnet3d.pipeline.motion.cycles import (
     POINTS,
-    landings,
     normalised,
     repetitions,
-    steps,
-    strides,
     symmetry_error,
     symmetry_index,
 )
@@ -93,45 +90,6 @@ def test_cycles_with_a_missing_row_are_left_out():
     assert normalised(gap, TIME, np.zeros((0, 2))).shape == (0, POINTS)
 
 
-def test_steps_of_a_limping_walk():
-    """The right foot lands 0.7 s after the left one, the left one 0.5 s after the right one."""
-    phase = np.interp(TIME, [0, *np.cumsum([0.7, 0.5] * 8)], np.arange(17))
-    (walk,) = steps(-np.cos(np.pi * phase), TIME, 0.5)
-    assert [step.side for step in walk[:4]] == ["l", "r", "l", "r"]
-    for step in walk:
-        expected = 0.7 if step.side == "r" else 0.5
-        assert step.stop_s - step.start_s == pytest.approx(expected, abs=0.02)
-    np.testing.assert_allclose(np.diff(strides([walk], "r")), 1.2, atol=0.02)
-    assert len(strides([walk], "r")) + len(strides([walk], "l")) == len(walk) - 1
-
-
-def test_a_landing_just_before_the_end_counts_once_the_foot_goes_back():
-    """One foot after the other every 0.5 s, from 0.25 s on; the take is cut behind the landing at 2.25 s."""
-    apart = np.sin(2 * np.pi * TIME)
-    for stop_s, count in ((2.3, 3), (2.45, 4), (2.6, 4)):
-        end = round(stop_s * FPS)
-        (walk,) = steps(apart[:end], TIME[:end], 1.5)
-        assert len(walk) == count
-        (mirrored,) = steps(-apart[:end][::-1], TIME[:end], 1.5)  # the same at the other end
-        assert len(mirrored) == count
-
-
-def test_no_steps_in_slow_sways_single_lunges_and_across_gaps():
-    assert steps(np.cos(np.pi * TIME / 2), TIME, 0.5) == []  # 2 s from foot to foot
-    assert steps(np.sin(2 * np.pi * TIME[:50]), TIME[:50], 0.5) == []  # three landings, two steps
-    gap = np.cos(2 * np.pi * TIME)
-    gap[5::30] = np.nan
-    assert steps(gap, TIME, 0.5) == []
-
-
-def test_feet_apart_sideways_do_not_land():
-    """Jumping jacks were counted as steps: ankles 0.8 legs apart sideways, whose depths were off by 0.2."""
-    apart = 0.2 * np.sin(2 * np.pi * TIME)
-    assert steps(apart, TIME, 0.3, aside=np.full(len(TIME), 0.8)) == []
-    (walk,) = steps(apart, TIME, 0.3, aside=np.full(len(TIME), 0.3))
-    assert len(walk) > 3
-
-
 def test_symmetry_index():
     assert symmetry_index(50, 50) == 0
     assert symmetry_index(60, 40) == pytest.approx(40)
@@ -144,23 +102,6 @@ def test_the_error_of_the_symmetry_index_is_that_of_draws():
     off = np.std([symmetry_index(right, left) for right, left in draws])
     assert symmetry_error(60, 45, 1.5, 2.5) == pytest.approx(off, rel=0.03)
     assert np.isnan(symmetry_error(60, 45, np.nan, 1))
-
-
-def test_every_step_lies_between_two_landings():
-    (walk,) = steps(np.sin(2 * np.pi * TIME[:80]), TIME[:80], 1.5)
-    both = landings([walk], "r") + landings([walk], "l")
-    assert len(both) == len(walk) + 1
-    np.testing.assert_allclose(np.sort(both), [walk[0].start_s, *(step.stop_s for step in walk)])
-
-
-def test_who_sways_before_the_walk_has_not_landed_yet():
-    """A sway of 0.15 in 0.4 s, then a walk; it is a landing only for who does not know that it is noise."""
-    sway, walk = 0.15 * np.sin(np.pi * TIME[:12] / 0.8) - 0.15, TIME[: 2 * FPS + 10]
-    apart = np.concatenate([sway, -0.4 + 0.4 * np.cos(2 * np.pi * walk)])
-    times = np.arange(len(apart)) / FPS
-    found = {noise: min(landings(steps(apart, times, 0.5, noise=noise), "r")) for noise in (0.0, 0.15)}
-    assert found[0.0] == pytest.approx(0.4, abs=0.04)
-    assert found[0.15] == pytest.approx(1.4, abs=0.04)
 
 
 @pytest.mark.parametrize("size", [1.0, 700.0])

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from pcnet3d.stages.report.measures import measure_tables, named
+from pcnet3d.stages.report.stage import measure_sections
 
 CURVE = np.linspace(0, 60, 101).tolist()
 MEASURES = {
@@ -127,3 +128,12 @@ def test_lengths_and_speeds_have_the_unit_of_the_take(length, per_second):
     assert f"path length ({length})" in said
     assert f"mean speed ({per_second})" in said
     assert f"1.25 ± 0.02 {per_second}" in said
+
+
+def test_a_gait_has_a_section_of_its_own_and_standing_has_none():
+    walked = {"walking": {"steps": 4, "mean_step_time_s": 0.6}, "jumps": {"count": 0}}
+    assert [title for title, _ in measure_sections(walked, "m")] == ["Gait", "Measures"]
+    (gait, rest) = (words for _, words in measure_sections(walked, "m"))
+    assert "step time" in gait
+    assert "step time" not in rest
+    assert [title for title, _ in measure_sections({"walking": {"steps": 0}}, "m")] == ["Measures"]

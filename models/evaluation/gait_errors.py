@@ -1,0 +1,101 @@
+"""Fit the stated errors of gait figures on validation subjects:  python -m pcnet3d.models.evaluation.gait_errors
+
+Every figure's error has three parts (models/gait/errors.py). They are those under which the errors of the takes' means
+are most likely, then times the factor that brings nine in ten errors within 1.645 standard deviations.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+
+from ...pipeline.files.atomic import whole_file
+from ..common.metrics import SD_90
+from ..gait.errors import ERROR_FILE, OF_LENGTH
+from ..rectifier.load import load_rectifier
+from .gait import ROOT_SHARES, JudgedGait, Mean, judged_takes
+from .sets import evaluation_sets
+from .testbed import BEDS
+
+_COVERED = 0.9
+_LEAST = 1e-4  # of a part, in the figure's unit: none is without error
+_CUT = 4.0  # robust standard deviations: beyond, an error is cut to that before the parts are fitted
+
+
+def fit_errors(takes: Sequence[JudgedGait]) -> dict[str, dict[str, dict[str, float]]]:
+    """{"walking", "running": {figure: {"shared", "each", "root"}}} by the gait that was found; lengths and speeds in
+    lengths of a leg."""
+    means: dict[str, dict[str, list[Mean]]] = {"walking": {}, "running": {}}
+    for take in takes:
+        for share in ROOT_SHARES:
+            for name, mean in take.means.get(share, {}).items():
+                if share == ROOT_SHARES[0] or name in OF_LENGTH:
+                    means[mean.gait].setdefault(name, []).append(mean)
+    return {
+        gait: {name: _parts(name, found) for name, found in figures.items()}
+        for gait, figures in means.items()
+    }
+
+
+def _parts(name: str, means: Sequence[Mean]) -> dict[str, float]:
+    from scipy.optimize import minimize
+
+    unit = np.array([mean.leg if name in OF_LENGTH else 1.0 for mean in means])
+    error = np.array([mean.found - mean.true for mean in means]) / unit
+    count = np.array([mean.count for mean in means])
+    root = np.array([mean.root_sd for mean in means]) / unit * (name in OF_LENGTH)
+    usual = 1.4826 * np.median(np.abs(error))
+    cut = np.clip(error, -_CUT * usual, _CUT * usual)
+
+    def variance(logs: np.ndarray) -> np.ndarray:
+        shared, single, path = np.exp(2 * logs)
+        return shared + single / count + path * root**2 / count
+
+    def unlikely(logs: np.ndarray) -> float:
+        return float(np.sum(np.log(variance(logs)) + cut**2 / variance(logs)))
+
+    bounds = [
+        (np.log(_LEAST), np.log(100 * usual)),
+        (np.log(_LEAST), np.log(100 * usual)),
+        (np.log(_LEAST), 3.0),
+    ]
+    found = minimize(unlikely, np.log([usual, usual, 0.5]), bounds=bounds, method="L-BFGS-B").x
+    ratio = np.abs(error) / np.sqrt(variance(found))
+    factor = float(np.quantile(ratio, _COVERED)) / SD_90
+    shared, single, path = factor * np.exp(found)
+    parts = {"shared": shared, "each": single, "root": path if name in OF_LENGTH else 0.0}
+    return {part: float(f"{value:.3g}") for part, value in parts.items()}
+
+
+def main(
+    output: Annotated[Path, typer.Option("-o", "--output", help="The file to write.")] = ERROR_FILE,
+    seeds: Annotated[int, typer.Option(min=1, help="Draws of cameras and noise, of every bed.")] = 2,
+) -> None:
+    """Fit the stated errors of gait figures on validation subjects."""
+    rectifier = load_rectifier("pcnet")
+    takes = [
+        take
+        for bed in BEDS
+        for seed in range(seeds)
+        for one in evaluation_sets("val", bed)
+        for take in judged_takes(rectifier, f"{one.label} {bed}", one.takes(seed), len(one.clips()), seed)
+        if take.kind != "none"
+    ]
+    figures = fit_errors(takes)
+    content = {
+        "made_by": "python -m pcnet3d.models.evaluation.gait_errors",
+        "fitted_on": f"{len(takes)} lifted walks and runs of CMU and ACCAD validation subjects",
+        "figures": figures,
+    }
+    with whole_file(output) as partial:
+        partial.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+    print(json.dumps(figures, indent=1))
+
+
+if __name__ == "__main__":
+    typer.run(main)

@@ -1,0 +1,1 @@
+"""Feet on the floor, and what a walk or a run is measured by."""

@@ -1,0 +1,101 @@
+"""How likely each foot is on the floor, from how the legs move relative to the pelvis.
+
+A foot on the floor goes back under the body as evenly as the body goes ahead, low and straight. A small network reads
+that from a window of 0.6 s of both legs, in BODY axes and lengths of a leg: no scale, no place in the room, no heading
+and no frame rate enters, so that a treadmill, a moving camera and a lifter without a place are all the same to it.
+
+contact.json was learned by models/gait/fit.py on motion capture of train subjects that lifters which never saw them
+had lifted, and on the motion capture itself; models/gait/truth.py says what a contact is there.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from functools import cache
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+
+from ...pipeline.errors import InputError
+from ...pipeline.layouts import H36M17
+from ...pipeline.motion.signals import runs
+
+CONTACT_FILE = Path(__file__).with_name("contact.json")
+SIDES = ("r", "l")
+_OTHER = {"r": "l", "l": "r"}
+_AHEAD_S = (0.033, 0.067, 0.1, 0.15, 0.2, 0.3)  # of the window, and as far back
+_OFFSETS_S = np.array([-s for s in reversed(_AHEAD_S)] + [0.0, *_AHEAD_S])
+_MIRROR = np.array([1.0, -1.0, 1.0])  # BODY's y is right
+
+
+@dataclass(frozen=True, eq=False)
+class ContactNet:
+    """One hidden layer. centre, scale: (F,) of the features; weights and biases: (F, H), (H,), (H,), scalar."""
+
+    centre: np.ndarray
+    scale: np.ndarray
+    hidden: np.ndarray
+    hidden_bias: np.ndarray
+    out: np.ndarray
+    out_bias: float
+
+    def probability(self, features: np.ndarray) -> np.ndarray:
+        """(N,) of features (N, F); NaN where any is."""
+        layer = np.tanh((features - self.centre) / self.scale @ self.hidden + self.hidden_bias)
+        return 1 / (1 + np.exp(-(layer @ self.out + self.out_bias)))
+
+
+@cache
+def shipped_net() -> ContactNet:
+    """What contact.json holds."""
+    content = json.loads(CONTACT_FILE.read_text(encoding="utf-8"))
+    centre, scale, hidden, hidden_bias, out = (
+        np.array(content[name]) for name in ("centre", "scale", "hidden", "hidden_bias", "out")
+    )
+    return ContactNet(centre, scale, hidden, hidden_bias, out, content["out_bias"])
+
+
+def contacts(
+    body: np.ndarray, time_s: np.ndarray, seams: tuple[int, ...] = (), net: ContactNet | None = None
+) -> dict[str, np.ndarray]:
+    """{"r", "l": (T,) probability that this foot is on the floor}; NaN where a leg is missing.
+
+    body: (T, 17, 3) H36M17 in BODY axes, relative to the pelvis, in any unit, through the usual 6 Hz low-pass; time_s:
+    (T,). Nothing is taken across a gap or the row of a seam. InputError for other joints.
+    """
+    if body.shape[1:] != (len(H36M17), 3):
+        raise InputError(f"Expected joints (T, 17, 3) of H36M17, got {body.shape}; map them to that layout.")
+    net = net or shipped_net()
+    return {side: net.probability(window_features(body, time_s, side, seams)) for side in SIDES}
+
+
+def window_features(
+    body: np.ndarray, time_s: np.ndarray, side: str, seams: tuple[int, ...] = ()
+) -> np.ndarray:
+    """(T, F) of one foot: both ankles and its knee over the window in lengths of a leg, mirrored for the left foot;
+    beyond the ends of an unbroken piece its last values stand. body, time_s, seams: as those of `contacts`."""
+    joints = body.astype(np.float64) / leg_length(body)
+    names = (f"{side}_ankle", f"{_OTHER[side]}_ankle", f"{side}_knee")
+    legs = np.concatenate(
+        [joints[:, H36M17.index(name)] * (1 if side == "r" else _MIRROR) for name in names], axis=-1
+    )
+    result = np.full((len(legs), len(_OFFSETS_S) * legs.shape[1]), np.nan)
+    for piece in runs(np.asarray(np.isfinite(legs).all(axis=1)), time_s, seams):
+        at_s = time_s[piece, None] + _OFFSETS_S
+        columns = [np.interp(at_s, time_s[piece], legs[piece, i]) for i in range(legs.shape[1])]
+        result[piece] = np.stack(columns, axis=-1).reshape(len(at_s), -1)
+    return result
+
+
+def leg_length(joints: np.ndarray) -> float:
+    """The median length of thigh and shank together, mean of both legs, in the unit of joints (T, 17, 3); NaN where no
+    frame has both legs."""
+    bones = [(f"{side}_{a}", f"{side}_{b}") for side in SIDES for a, b in pairwise(("hip", "knee", "ankle"))]
+    lengths = [
+        np.linalg.norm(joints[:, H36M17.index(b)] - joints[:, H36M17.index(a)], axis=-1) for a, b in bones
+    ]
+    both = np.sum(lengths, axis=0)
+    seen = both[np.isfinite(both)]
+    return float(np.median(seen)) / 2 if len(seen) else float("nan")

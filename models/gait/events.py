@@ -1,0 +1,195 @@
+"""Footfalls and walks: when feet land and leave, out of how likely each is on the floor.
+
+Initial contact and toe-off bound the stance of a foot, and toe-off and the next initial contact its swing (Perry &
+Burnfield, Gait Analysis, 2nd ed. 2010, chapter 1). A step is from the initial contact of one foot to that of the other,
+a stride from one foot's to its next (Hollman, McDade & Petersen, Gait & Posture 34(1), 2011).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from ...pipeline.motion.signals import resample, runs
+
+ON_FLOOR = 0.6  # probability from which stances are as long as the true ones (validation subjects)
+_SHORTEST_S = 0.1  # a contact or a swing; a sprinter's stance
+_STEP_S = (0.2, 1.5)  # shorter or longer is no step of one walk
+_FEWEST = 3  # steps of a walk
+_TURNS_DEG = 30.0  # in one step
+_SIDEWAYS = (
+    2.0  # times farther apart sideways than in front: feet of a straddle or a jumping jack, not of a step
+)
+
+
+@dataclass(frozen=True)
+class Stance:
+    """One foot on the floor. side: "r" or "l". start_s: initial contact, stop_s: toe-off; NaN where a gap or an end of
+    the take hides it."""
+
+    side: str
+    start_s: float
+    stop_s: float
+
+
+@dataclass(frozen=True)
+class Step:
+    """From one foot's initial contact to the other's. side: the foot that lands at stop_s."""
+
+    side: str
+    start_s: float
+    stop_s: float
+
+
+@dataclass(frozen=True)
+class Stride:
+    """From one foot's initial contact, start_s, to its next, stop_s. off_s: its toe-off between; other_off_s and
+    other_start_s: the other foot's toe-off after start_s (before it in a run), and its initial contact. NaN where
+    unseen."""
+
+    side: str
+    start_s: float
+    stop_s: float
+    off_s: float
+    other_off_s: float
+    other_start_s: float
+
+
+def stances(
+    probability: Mapping[str, np.ndarray], time_s: np.ndarray, seams: Sequence[int] = ()
+) -> dict[str, list[Stance]]:
+    """{side: stances in order} of probabilities (T,) by side at time_s (T,): where they pass 0.6, between rows.
+    Contacts and swings of less than a tenth of a second count as none."""
+    return {side: _stances(side, values, time_s, seams) for side, values in probability.items()}
+
+
+def _stances(side: str, values: np.ndarray, time_s: np.ndarray, seams: Sequence[int]) -> list[Stance]:
+    found = []
+    for piece in runs(np.isfinite(values), time_s, seams):
+        p, t = values[piece], time_s[piece]
+        turns = [
+            t[row] + (t[row + 1] - t[row]) * (ON_FLOOR - p[row]) / (p[row + 1] - p[row])
+            for row in np.flatnonzero(np.diff(p > ON_FLOOR))
+        ]
+        lands = bool(len(p)) and not p[0] > ON_FLOOR  # whether the first turn is an initial contact
+        while len(turns) > 1 and min(b - a for a, b in pairwise(turns)) < _SHORTEST_S:
+            shortest = int(np.argmin(np.diff(turns)))
+            del turns[shortest : shortest + 2]
+        edges = [*([] if lands else [np.nan]), *turns]
+        edges += [np.nan] if len(edges) % 2 else []
+        found += [Stance(side, float(a), float(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+    return found
+
+
+def walks(
+    feet: Mapping[str, Sequence[Stance]],
+    between: np.ndarray,
+    time_s: np.ndarray,
+    least: float,
+    seams: Sequence[int] = (),
+    facing_deg: np.ndarray | None = None,
+) -> list[list[Step]]:
+    """Each of at least three steps in order: feet that land in turn, 0.2 to 1.5 s after one another, each time on the
+    other side of the other foot. Standing, turning and the step with which the person stops are no part of a walk.
+
+    feet: stances by side. between: (T, 2) how far the right ankle is in front of the left one and to its right, in
+    lengths of a leg. least: by how much the first of that changes from landing to landing at least. Where the feet land
+    twice as far apart sideways as in front (a jumping jack), a walk ends; so it does at a gap. facing_deg: (T,) where
+    the person faces, in any still axes; a step in which that turns by 30 degrees or more ends a walk too.
+    """
+    lands = sorted(
+        (stance.start_s, stance.side)
+        for side in feet.values()
+        for stance in side
+        if stance.start_s == stance.start_s
+    )
+    at = np.array([start for start, _ in lands])
+    ahead, aside = resample(between, time_s, at, seams).T if len(at) else (np.zeros(0), np.zeros(0))
+    straddles = np.abs(aside) > _SIDEWAYS * np.abs(ahead)
+    seen = np.asarray(np.isfinite(between).all(axis=1))
+    broken = np.array([_broken(seen, time_s, a, b, seams) for a, b in pairwise(at)], dtype=bool)
+    turned = np.zeros(len(broken))
+    if facing_deg is not None and len(at):
+        turned = np.abs(np.diff(_facing(facing_deg, time_s, at, seams)))
+    found: list[list[Step]] = []
+    walk: list[Step] = []
+    turn = 0.0  # which way the last step changed what is ahead: right foot forward is positive
+    for i, ((start, side), (stop, other)) in enumerate(pairwise(lands)):
+        change = float(ahead[i + 1] - ahead[i])
+        is_step = (
+            side != other
+            and _STEP_S[0] <= stop - start <= _STEP_S[1]
+            and abs(change) >= least
+            and not (straddles[i] or straddles[i + 1] or broken[i] or turned[i] >= _TURNS_DEG)
+        )
+        if not is_step or (walk and change * turn > 0):
+            found.append(walk)
+            walk = []
+        if is_step:
+            walk.append(Step(other, start, stop))
+            turn = change
+    moving = (_without_stop(walk, feet, float(time_s[-1])) for walk in [*found, walk])
+    return [walk for walk in moving if len(walk) >= _FEWEST]
+
+
+def _without_stop(walk: list[Step], feet: Mapping[str, Sequence[Stance]], end_s: float) -> list[Step]:
+    """The walk without a last step behind which the foot stays for more than a stride: there the person stops."""
+    if len(walk) < 2:
+        return walk
+    last = walk[-1]
+    stays = next(stance.stop_s for stance in feet[last.side] if stance.start_s == last.stop_s)
+    stays = end_s if np.isnan(stays) else stays
+    return walk[:-1] if stays - last.stop_s > last.stop_s - walk[-2].start_s else walk
+
+
+def _facing(facing_deg: np.ndarray, time_s: np.ndarray, at_s: np.ndarray, seams: Sequence[int]) -> np.ndarray:
+    """facing_deg (T,) at other times (N,), without jumps by a whole turn."""
+    angle = np.radians(facing_deg)
+    x, y = resample(np.stack([np.cos(angle), np.sin(angle)], axis=-1), time_s, at_s, seams).T
+    known = np.isfinite(x)
+    result = np.full(len(at_s), np.nan)
+    result[known] = np.degrees(np.unwrap(np.arctan2(y[known], x[known])))
+    return result
+
+
+def _broken(
+    seen: np.ndarray, time_s: np.ndarray, start_s: float, stop_s: float, seams: Sequence[int]
+) -> bool:
+    inside = (time_s >= start_s) & (time_s <= stop_s)
+    pieces = runs(inside & seen, time_s, seams)
+    return len(pieces) != 1 or pieces[0].stop - pieces[0].start != inside.sum()
+
+
+def strides(walks: Sequence[Sequence[Step]], feet: Mapping[str, Sequence[Stance]]) -> list[Stride]:
+    """Of every two steps in a row, walk by walk, with the toe-offs that lie in them."""
+    found = []
+    for walk in walks:
+        for one, two in pairwise(walk):
+            side, other = two.side, one.side
+            # The other foot's stance before it lands at one.stop_s ends about when this foot lands.
+            found.append(
+                Stride(
+                    side,
+                    one.start_s,
+                    two.stop_s,
+                    _off(feet[side], one.start_s, two.stop_s),
+                    _off(feet[other], one.start_s - (one.stop_s - one.start_s), one.stop_s),
+                    one.stop_s,
+                )
+            )
+    return found
+
+
+def _off(feet: Sequence[Stance], after_s: float, before_s: float) -> float:
+    """The last toe-off between; NaN where there is none."""
+    offs = [stance.stop_s for stance in feet if after_s < stance.stop_s < before_s]
+    return offs[-1] if offs else float("nan")
+
+
+def contact_times(walks: Sequence[Sequence[Step]], side: str) -> list[float]:
+    """Seconds at which one foot lands: a step begins with an initial contact of the other foot and ends with one."""
+    starts = [walk[0].start_s for walk in walks if walk[0].side != side]
+    return sorted({*starts, *(step.stop_s for walk in walks for step in walk if step.side == side)})

@@ -1,0 +1,153 @@
+"""A take's walks and runs, found and measured: what the stage `measures` writes and evaluations judge."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...pipeline.layouts import H36M17
+from .contact import SIDES, contacts, leg_length
+from .events import Stance, Step, Stride, stances, strides, walks
+from .parameters import belt_drift, lengths, times
+
+LEAST_STEP = 0.25  # lengths of a leg: by how much the ankles' separation changes from step to step at least
+
+
+@dataclass(frozen=True, eq=False)
+class Gait:
+    """feet: stances by side "r" and "l", in walks and elsewhere. walks: of three steps or more, in order."""
+
+    feet: dict[str, list[Stance]]
+    walks: list[list[Step]]
+
+    @property
+    def steps(self) -> list[Step]:
+        """Of all walks, in order."""
+        return [step for walk in self.walks for step in walk]
+
+    @property
+    def kind(self) -> str:
+        """ "running" where most strides have flights, else "walking"; "none" without a walk."""
+        if not self.walks:
+            return "none"
+        flights = np.concatenate([*time_values(self)["flight_time_s"].values()])
+        flights = flights[np.isfinite(flights)]
+        return "running" if len(flights) and np.median(flights) > 0 else "walking"
+
+    @property
+    def strides(self) -> list[Stride]:
+        """Of all walks, in order."""
+        return strides(self.walks, self.feet)
+
+
+def find_gait(
+    body: np.ndarray,
+    time_s: np.ndarray,
+    seams: Sequence[int] = (),
+    *,
+    feet: dict[str, list[Stance]] | None = None,
+    facing_deg: np.ndarray | None = None,
+    least: float = LEAST_STEP,
+) -> Gait:
+    """The stances and walks of a take.
+
+    body: (T, 17, 3) H36M17 in BODY axes relative to the pelvis, through the usual 6 Hz low-pass; time_s: (T,). feet:
+    stances that are known otherwise, as of motion capture; None finds them. facing_deg: (T,) in still axes, None where
+    the camera moves, and then turns are not told from walks. least: a step's change of the ankles' separation in
+    lengths of a leg. InputError for other joints.
+    """
+    seams = tuple(seams)
+    feet = stances(contacts(body, time_s, seams), time_s, seams) if feet is None else feet
+    return Gait(feet, walks(feet, separation(body), time_s, least, seams, facing_deg))
+
+
+def separation(body: np.ndarray) -> np.ndarray:
+    """(T, 2) how far the right ankle is in front of the left one and to its right, in lengths of a leg. body: (T, 17,
+    3) in BODY axes."""
+    between = body[:, H36M17.index("r_ankle"), :2] - body[:, H36M17.index("l_ankle"), :2]
+    return between * (-1, 1) / leg_length(body)  # BODY's x is back, its y is right
+
+
+def facing_deg(R_level_from_body: np.ndarray) -> np.ndarray:
+    """(T,) where the person faces about LEVEL's z, by rotations (T, 3, 3)."""
+    return np.degrees(np.arctan2(-R_level_from_body[:, 1, 0], -R_level_from_body[:, 0, 0]))
+
+
+Values = dict[str, dict[str, np.ndarray]]
+
+
+def time_values(gait: Gait) -> Values:
+    """{figure: {"r", "l": (N,) of that side's steps or strides}}, NaN where an event is not seen.
+
+    step_time_s, stride_time_s, stance_time_s, swing_time_s; stance_percent, swing_percent, single_support_percent and
+    double_support_percent of the stride, the last both supports together, negative where the feet leave before the
+    other lands (a run); flight_time_s, of one flight, negative in a walk (parameters.times).
+    """
+    result: Values = {}
+    for side in SIDES:
+        of = times(gait.steps, gait.strides, side)
+        double = of.first_support + of.last_support
+        row = {
+            "step_time_s": of.step,
+            "stride_time_s": of.stride,
+            "stance_time_s": of.stance,
+            "swing_time_s": of.swing,
+            "stance_percent": 100 * of.stance / of.stride,
+            "swing_percent": 100 * of.swing / of.stride,
+            "single_support_percent": 100 * of.single / of.stride,
+            "double_support_percent": 100 * double / of.stride,
+            "flight_time_s": -double / 2,
+        }
+        for name, values in row.items():
+            result.setdefault(name, {})[side] = values
+    return result
+
+
+def length_values(
+    gait: Gait,
+    root: np.ndarray,
+    ankles: Mapping[str, np.ndarray],
+    time_s: np.ndarray,
+    seams: Sequence[int] = (),
+) -> Values:
+    """{figure: {"r", "l": (N,)}}: step_length, stride_length and step_width (parameters.lengths) in the unit of the
+    places, and walking_speed: each step by the mean time of all steps, so that its mean is distance by time. root:
+    (T, 2) the pelvis over the floor or the belt; ankles: (T, 2) by side relative to it, in the same axes."""
+    found = lengths(root, ankles, time_s, gait.walks, gait.feet, seams)
+    side_of = np.array([stride.side for stride in gait.strides])
+    usual_s = (
+        float(np.mean([step.stop_s - step.start_s for step in gait.steps])) if gait.steps else float("nan")
+    )
+    return {
+        "walking_speed": {side: values / usual_s for side, values in found.step.items()},
+        "step_length": found.step,
+        "stride_length": {side: found.stride[side_of == side] for side in SIDES},
+        "step_width": {side: found.width[side_of == side] for side in SIDES},
+    }
+
+
+def over_belt(
+    root: np.ndarray,
+    ankles: Mapping[str, np.ndarray],
+    time_s: np.ndarray,
+    gait: Gait,
+    ahead: np.ndarray,
+    told: float | None = None,
+    seams: Sequence[int] = (),
+) -> tuple[np.ndarray, float]:
+    """((T, 2), belt speed): the pelvis as the belt of a treadmill sees it, and how fast the belt runs; the same path
+    and 0 where the feet stay.
+
+    told: the belt's speed by its display, in units of length a second, which runs against where the person faces, ahead
+    (2,); None finds velocity and direction by the drift of the feet that stand.
+    """
+    if told is not None:
+        velocity = -told * ahead
+    else:
+        landed = {(step.side, step.stop_s) for step in gait.steps}
+        walked = {side: [s for s in gait.feet[side] if (side, s.start_s) in landed] for side in SIDES}
+        found = belt_drift(root, ankles, time_s, walked, seams)
+        velocity = np.zeros(2) if found is None else found
+    return root - time_s[:, None] * velocity, float(np.linalg.norm(velocity))

@@ -1,0 +1,181 @@
+"""What gait laboratories report of a walk or a run: times of the gait cycle, lengths, width, speed.
+
+Definitions: initial contact, toe-off, stance, swing, single and double support as in Perry & Burnfield, Gait Analysis,
+2nd ed. 2010, chapter 1; steps, strides, speed and cadence as in Hollman, McDade & Petersen, Gait & Posture 34(1), 2011;
+flight, and running as what has flights, as in Novacheck, Gait & Posture 7(1), 1998. A foot's place is its ankle's.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...pipeline.motion.signals import resample
+from ...pipeline.rotations import unit
+from .events import Stance, Step, Stride, strides
+
+_OTHER = {"r": "l", "l": "r"}
+_FLAT = (0.2, 0.6)  # of a stance: the foot lies flat and its ankle moves least
+_FLAT_SAMPLES = 7
+_WAY_SAMPLES = 25
+_LONGEST_S = 0.8  # of a stance, for that: who stops moves the feet later
+_CARRIED = (
+    0.5  # of the speed at which feet go back under the body: less drift is the error of the path or the lift
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Times:
+    """Of one side, in seconds; NaN where an event is not seen.
+
+    step: (N,) of the steps that end when this foot lands. stride, stance, swing: (M,) of this foot's strides.
+    first_support, last_support: (M,) from this foot's initial contact to the other's toe-off, and from the other's
+    initial contact to this one's toe-off: double support where positive, flight where negative. single: (M,) the other
+    foot's swing, when only this one bears the body; in a run, the stance.
+    """
+
+    step: np.ndarray
+    stride: np.ndarray
+    stance: np.ndarray
+    swing: np.ndarray
+    first_support: np.ndarray
+    last_support: np.ndarray
+    single: np.ndarray
+
+
+def times(steps: Sequence[Step], of_strides: Sequence[Stride], side: str) -> Times:
+    """The times of one side's steps and strides."""
+    own = np.array(
+        [
+            (s.start_s, s.stop_s, s.off_s, s.other_off_s, s.other_start_s)
+            for s in of_strides
+            if s.side == side
+        ],
+        dtype=np.float64,
+    ).reshape(-1, 5)
+    start, stop, off, other_off, other_start = own.T
+    first, last = other_off - start, off - other_start
+    return Times(
+        step=np.array([step.stop_s - step.start_s for step in steps if step.side == side], dtype=np.float64),
+        stride=stop - start,
+        stance=off - start,
+        swing=stop - off,
+        first_support=first,
+        last_support=last,
+        single=np.minimum(other_start, off) - np.maximum(other_off, start),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Lengths:
+    """In the unit of the places. step: (N,) by side, of the steps that end when that foot lands; stride: (M,) of both
+    feet's strides, in the order of `strides` walk by walk; width: (M,) of them. NaN where a place is missing."""
+
+    step: dict[str, np.ndarray]
+    stride: np.ndarray
+    width: np.ndarray
+
+
+def lengths(
+    root: np.ndarray,
+    ankles: Mapping[str, np.ndarray],
+    time_s: np.ndarray,
+    walks: Sequence[Sequence[Step]],
+    feet: Mapping[str, Sequence[Stance]],
+    seams: Sequence[int] = (),
+) -> Lengths:
+    """Of the steps of walks and of their strides. root: (T, 2) the pelvis over the floor or the belt; ankles: (T, 2) by
+    side, relative to it.
+
+    A foot's place is the mean over the part of its stance in which it lies flat, so that the noise of single frames
+    does not enter. A stride's length is between two places of the same foot, a step's from the other foot's place to
+    this one's, both along the way that the pelvis takes midway between them; a stride's width is how far to the side
+    the other foot's place between lies from the middle of the two (in a straight walk that of Huxham et al., Gait &
+    Posture 23(2), 2006).
+    """
+    stands = {side: _places(root + ankles[side], time_s, feet[side], seams) for side in "rl"}
+    step: dict[str, list[float]] = {side: [] for side in "rl"}
+    rows = []
+
+    def at(side: str, start_s: float) -> np.ndarray:
+        return stands[side].get(start_s, np.full(3, np.nan))
+
+    for walk in walks:
+        for one in walk:
+            moved, ahead = _between(
+                root, time_s, walk, at(_OTHER[one.side], one.start_s), at(one.side, one.stop_s), seams
+            )
+            step[one.side].append(float(moved @ ahead))
+        for s in strides([walk], feet):
+            before, after = at(s.side, s.start_s), at(s.side, s.stop_s)
+            moved, ahead = _between(root, time_s, walk, before, after, seams)
+            aside = (at(_OTHER[s.side], s.other_start_s) - (before + after) / 2)[:2] @ (-ahead[1], ahead[0])
+            rows.append((float(moved @ ahead), abs(float(aside))))
+    return Lengths(
+        {side: np.array(values, dtype=np.float64) for side, values in step.items()},
+        *np.array(rows, dtype=np.float64).reshape(-1, 2).T,
+    )
+
+
+def _between(
+    root: np.ndarray,
+    time_s: np.ndarray,
+    walk: Sequence[Step],
+    before: np.ndarray,
+    after: np.ndarray,
+    seams: Sequence[int],
+) -> tuple[np.ndarray, np.ndarray]:
+    """(2,) from one place (x, y, time) to another, and (2,) the direction in which the pelvis goes midway, by a
+    parabola through its path of three strides about that, as far as the walk goes: a bend is followed, swaying and the
+    path's noise are not."""
+    middle, reach = (before[2] + after[2]) / 2, 3 * (walk[-1].stop_s - walk[0].start_s) / len(walk)
+    if not np.isfinite(middle):
+        return np.full(2, np.nan), np.full(2, np.nan)
+    span = max(middle - reach, walk[0].start_s), min(middle + reach, max(walk[-1].stop_s, after[2]))
+    at_s = np.linspace(*span, _WAY_SAMPLES)
+    path = resample(root, time_s, at_s, seams)
+    seen = np.isfinite(path).all(axis=1)
+    if seen.sum() < _WAY_SAMPLES / 2:
+        return np.full(2, np.nan), np.full(2, np.nan)
+    return (after - before)[:2], unit(np.polyfit(at_s[seen] - middle, path[seen], 2)[1])
+
+
+def belt_drift(
+    root: np.ndarray,
+    ankles: Mapping[str, np.ndarray],
+    time_s: np.ndarray,
+    feet: Mapping[str, Sequence[Stance]],
+    seams: Sequence[int] = (),
+) -> np.ndarray | None:
+    """(2,) the velocity at which feet that stand are carried along, the median of the stances; None where they stay,
+    drifting by less than half as fast as they go back under the body. root, ankles: as those of `lengths`."""
+    drifts, backs = [], []
+    for side, of_side in feet.items():
+        for stance in of_side:
+            at_s = stance.start_s + np.array(_FLAT) * (stance.stop_s - stance.start_s)
+            if np.isfinite(at_s).all():
+                first, last = resample(np.hstack([root + ankles[side], ankles[side]]), time_s, at_s, seams)
+                drift, back = np.split((last - first) / (at_s[1] - at_s[0]), 2)
+                if np.isfinite(drift).all():
+                    drifts.append(drift)
+                    backs.append(back)
+    if not drifts:
+        return None
+    drift, back = np.median(drifts, axis=0), np.median(backs, axis=0)
+    return drift if np.linalg.norm(drift) > _CARRIED * np.linalg.norm(back) else None
+
+
+def _places(
+    path: np.ndarray, time_s: np.ndarray, feet: Sequence[Stance], seams: Sequence[int]
+) -> dict[float, np.ndarray]:
+    """{initial contact: (3,) where the foot stands, and when}; a stance that is cut goes on to the take's end."""
+    found = {}
+    for stance in feet:
+        stop = stance.stop_s if stance.stop_s == stance.stop_s else float(time_s[-1])
+        if stance.start_s == stance.start_s and stop > stance.start_s:
+            lasts = min(stop - stance.start_s, _LONGEST_S)
+            at_s = stance.start_s + np.linspace(*_FLAT, _FLAT_SAMPLES) * lasts
+            found[stance.start_s] = np.append(resample(path, time_s, at_s, seams).mean(axis=0), at_s.mean())
+    return found

@@ -1,0 +1,94 @@
+"""Stances, steps and walks out of probabilities and separations whose answers are known."""
+
+import numpy as np
+import pytest
+
+from pcnet3d.models.gait.events import Stance, contact_times, stances, strides, walks
+
+FPS = 30
+TIME = np.arange(8 * FPS) / FPS
+
+
+def limping(right_s=0.7, left_s=0.5, share=0.6, start_s=0.4):
+    """Stances and separation of a walk: the right foot lands right_s after the left one, the left one left_s after."""
+    stride = right_s + left_s
+    feet = {"r": [], "l": []}
+    for i in range(5):
+        at = start_s + i * stride
+        feet["l"].append(Stance("l", at, at + share * stride))
+        feet["r"].append(Stance("r", at + right_s, at + right_s + share * stride))
+    lands = sorted((s.start_s, 1.0 if s.side == "r" else -1.0) for side in feet.values() for s in side)
+    apart = np.interp(TIME, *np.array(lands).T)
+    return feet, np.column_stack([apart, np.zeros_like(apart)])
+
+
+def test_stances_begin_and_end_between_rows():
+    probability = np.clip(0.6 + 3 * np.sin(2 * np.pi * (TIME - 0.51)), 0, 1)
+    (found,) = stances({"r": probability}, TIME).values()
+    assert len(found) == 9
+    assert np.isnan([found[0].start_s, found[-1].stop_s]).all()
+    np.testing.assert_allclose([s.start_s % 1 for s in found[1:]], 0.51, atol=0.01)
+    np.testing.assert_allclose([s.stop_s % 1 for s in found[:-1]], 0.01, atol=0.01)
+
+
+def test_a_take_that_begins_and_ends_on_the_floor_hides_both_events():
+    (found,) = stances({"l": np.full(60, 0.9)}, TIME[:60]).values()
+    assert len(found) == 1
+    assert np.isnan([found[0].start_s, found[0].stop_s]).all()
+
+
+def test_a_flicker_is_no_event_and_a_gap_hides_them():
+    probability = np.where((TIME > 2) & (TIME < 4), 0.9, 0.1)
+    flicker = probability.copy()
+    flicker[90] = 0.1
+    assert stances({"r": flicker}, TIME) == stances({"r": probability}, TIME)
+    probability[70:80] = np.nan
+    (before, after) = stances({"r": probability}, TIME)["r"]
+    assert np.isnan(before.stop_s)
+    assert np.isnan(after.start_s)
+
+
+def test_steps_and_strides_of_a_limping_walk():
+    feet, between = limping()
+    (walk,) = walks(feet, between, TIME, 0.25)
+    assert [step.side for step in walk[:4]] == ["r", "l", "r", "l"]
+    for step in walk:
+        assert step.stop_s - step.start_s == pytest.approx(0.7 if step.side == "r" else 0.5)
+    own = strides([walk], feet)
+    assert len(own) == len(walk) - 1
+    for stride in own:
+        assert stride.stop_s - stride.start_s == pytest.approx(1.2)
+        assert stride.off_s - stride.start_s == pytest.approx(0.72)
+        double = 0.02 if stride.side == "l" else 0.22  # 0.72 s of stance less the other foot's step
+        assert stride.off_s - stride.other_start_s == pytest.approx(double)
+    both = contact_times([walk], "r") + contact_times([walk], "l")
+    np.testing.assert_allclose(np.sort(both), [walk[0].start_s, *(step.stop_s for step in walk)])
+
+
+def test_feet_apart_sideways_and_feet_that_do_not_pass_take_no_steps():
+    """Jumping jacks were counted as steps: ankles 0.8 legs apart sideways, whose depths were off by 0.2."""
+    feet, between = limping()
+    assert walks(feet, between * 0.2 + (0.0, 0.8), TIME, 0.25) == []
+    assert walks(feet, between * 0.1, TIME, 0.25) == []
+    assert walks(feet, np.abs(between), TIME, 0.25) == []
+
+
+def test_walks_end_at_gaps_long_pauses_and_turns():
+    feet, between = limping()
+    gap = between.copy()
+    gap[round(3.2 * FPS)] = np.nan
+    assert sum(map(len, walks(feet, gap, TIME, 0.25))) < sum(map(len, walks(feet, between, TIME, 0.25)))
+    assert walks(*limping(1.6, 1.6), TIME, 0.25) == []
+    turning = np.where(TIME < 3.4, 170.0, -170.0)  # by 20 degrees, across the half turn
+    assert len(walks(feet, between, TIME, 0.25, facing_deg=turning)) == 1
+    turning = np.where(TIME < 3.4, 0.0, 90.0)
+    first, second = walks(feet, between, TIME, 0.25, facing_deg=turning)
+    assert first[-1].stop_s < 3.4 < second[0].stop_s
+
+
+def test_two_steps_are_no_walk():
+    feet, between = limping()
+    few = {side: found[:2] for side, found in feet.items()}
+    assert len(walks(few, between, TIME, 0.25)) == 1
+    few["r"] = few["r"][:1]
+    assert walks(few, between, TIME, 0.25) == []

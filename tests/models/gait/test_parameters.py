@@ -1,0 +1,118 @@
+"""Times and lengths of a walker whose footprints, speed and cadence are known: straight, in a bend, on a belt."""
+
+import numpy as np
+import pytest
+
+from pcnet3d.examples.walker.walk import walker
+from pcnet3d.models.gait.errors import each_error, mean_error, shipped_errors
+from pcnet3d.models.gait.events import Stance, walks
+from pcnet3d.models.gait.gait import Gait, find_gait, length_values, over_belt, time_values
+
+FPS, SPEED, STEP_S, STANCE_S, WIDTH = 60, 1.2, 0.5, 0.62, 0.16
+TIME = np.arange(6 * FPS) / FPS
+
+
+def striding(bend_degps=0.0):
+    """(root (T, 2), ankles by side (T, 2) relative to it, gait): feet that stand still, each beside the pelvis's way
+    where the pelvis is 0.4 of a stance after the initial contact."""
+    heading = np.radians(bend_degps) * TIME
+    root = np.cumsum(SPEED / FPS * np.column_stack([np.cos(heading), np.sin(heading)]), axis=0)
+    feet, paths = {"r": [], "l": []}, {}
+    for side, first, aside in (("r", 0.3, -WIDTH / 2), ("l", 0.3 + STEP_S, WIDTH / 2)):
+        starts = np.arange(first, TIME[-1] - 1, 2 * STEP_S)
+        feet[side] = [Stance(side, float(s), float(s + STANCE_S)) for s in starts]
+        at = starts + 0.4 * STANCE_S
+        angle = np.radians(bend_degps) * at
+        place = np.column_stack([np.interp(at, TIME, root[:, i]) for i in range(2)])
+        place += aside * np.column_stack([-np.sin(angle), np.cos(angle)])
+        index = np.clip(np.searchsorted(starts, TIME, side="right") - 1, 0, None)
+        paths[side] = place[index] - root
+    separation = np.interp(
+        TIME,
+        *np.array(sorted((s.start_s, 1.0 if s.side == "r" else -1.0) for x in feet.values() for s in x)).T,
+    )
+    found = walks(feet, np.column_stack([separation, 0 * separation]), TIME, 0.25)
+    return root, paths, Gait(feet, found)
+
+
+def mean(values, name):
+    both = np.concatenate([values[name][side] for side in "rl"])
+    assert len(both) >= 6
+    return np.nanmean(both)
+
+
+def test_times_of_a_gait_cycle():
+    _, _, gait = striding()
+    values = time_values(gait)
+    assert gait.kind == "walking"
+    for name, known in {
+        "step_time_s": STEP_S,
+        "stride_time_s": 2 * STEP_S,
+        "stance_time_s": STANCE_S,
+        "swing_time_s": 2 * STEP_S - STANCE_S,
+        "stance_percent": 62,
+        "swing_percent": 38,
+        "single_support_percent": 38,
+        "double_support_percent": 24,
+        "flight_time_s": -0.12,
+    }.items():
+        assert mean(values, name) == pytest.approx(known, abs=1e-6), name
+
+
+def test_a_run_is_what_has_flights():
+    _, _, gait = striding()
+    short = {
+        side: [Stance(side, s.start_s, s.start_s + 0.4) for s in feet] for side, feet in gait.feet.items()
+    }
+    run = Gait(short, gait.walks)
+    assert run.kind == "running"
+    assert mean(time_values(run), "flight_time_s") == pytest.approx(0.1)
+    assert mean(time_values(run), "single_support_percent") == pytest.approx(40)
+
+
+@pytest.mark.parametrize("bend_degps", [0.0, 25.0, -25.0])
+def test_lengths_width_and_speed(bend_degps):
+    root, ankles, gait = striding(bend_degps)
+    values = length_values(gait, root, ankles, TIME)
+    assert mean(values, "walking_speed") == pytest.approx(SPEED, rel=0.01)
+    assert mean(values, "step_length") == pytest.approx(SPEED * STEP_S, rel=0.01)
+    assert mean(values, "stride_length") == pytest.approx(2 * SPEED * STEP_S, rel=0.02)
+    assert mean(values, "step_width") == pytest.approx(WIDTH, abs=0.01)
+    for side in "rl":  # the foot on the inside of a bend takes no shorter steps
+        assert np.nanmean(values["step_length"][side]) == pytest.approx(SPEED * STEP_S, rel=0.015)
+
+
+def test_places_without_a_path_are_missing():
+    root, ankles, gait = striding()
+    root[:, 0] = np.nan
+    assert np.isnan(np.concatenate([*length_values(gait, root, ankles, TIME)["step_length"].values()])).all()
+
+
+def test_a_belt_is_found_by_the_feet_that_stand_on_it_and_told():
+    root, ankles, gait = striding()
+    assert over_belt(root, ankles, TIME, gait, np.array([1.0, 0.0]))[1] == 0
+    still = 0 * root  # on a treadmill
+    for told in (None, SPEED):
+        path, belt = over_belt(still, ankles, TIME, gait, np.array([1.0, 0.0]), told)
+        assert belt == pytest.approx(SPEED, rel=0.01)
+        values = length_values(gait, path, ankles, TIME)
+        assert mean(values, "walking_speed") == pytest.approx(SPEED, rel=0.01)
+        assert mean(values, "step_length") == pytest.approx(SPEED * STEP_S, rel=0.01)
+
+
+def test_errors_shrink_with_steps_and_grow_with_the_paths():
+    for gait in ("walking", "running"):
+        assert set(shipped_errors()[gait]) == set(time_values(striding()[2])) | {
+            "walking_speed", "step_length", "stride_length", "step_width",
+        }  # fmt: skip
+        assert mean_error(gait, "step_time_s", 20) < mean_error(gait, "step_time_s", 3)
+        assert mean_error(gait, "step_length", 3, 0.1) > mean_error(gait, "step_length", 3)
+        assert each_error(gait, "step_time_s") > 0
+
+
+def test_a_body_that_stands_has_no_walk():
+    walk = walker(seconds=2)
+    body = np.repeat((walk.world - walk.root[:, None])[-1:], 90, axis=0)
+    gait = find_gait(body, np.arange(90) / 30)
+    assert gait.walks == []
+    assert gait.kind == "none"
