@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, ClassVar
 
 import numpy as np
@@ -255,10 +256,13 @@ def _rectified(
     root = source.root
     if root is not None:
         root = rotate(transpose(R_source_from_level), root) if R_source_from_level.ndim == 2 else None
-    body, level = (_canonical(R, source) for R in (R_source_from_body, R_source_from_level))
+    body, level = (
+        noted.mapped(partial(_canonical, R), frame=frame.with_(unit=unit_), root=place)
+        for R, frame, place in ((R_source_from_body, BODY, None), (R_source_from_level, LEVEL, root))
+    )
     return Rectified(
-        body=noted.with_(joints=body, frame=BODY.with_(unit=unit_), root=None),
-        level=noted.with_(joints=level, frame=LEVEL.with_(unit=unit_), root=root),
+        body=body,
+        level=level,
         R_source_from_body=R_source_from_body,
         R_source_from_level=R_source_from_level,
         error_deg=levelled.error_deg,
@@ -345,5 +349,5 @@ def _apart_event(apart_deg: float) -> list[Event]:
     ]
 
 
-def _canonical(R_source_from_canonical: np.ndarray, poses: PoseSequence) -> np.ndarray:
-    return rotate(transpose(R_source_from_canonical), poses.joints.astype(np.float64))
+def _canonical(R_source_from_canonical: np.ndarray, points: np.ndarray) -> np.ndarray:
+    return rotate(transpose(R_source_from_canonical), points.astype(np.float64))

@@ -58,8 +58,8 @@ def scale(poses: PoseSequence, stature_m: float) -> PoseSequence:
         raise InputError("No limb bone is ever complete, so the stature cannot set the scale.")
     factor = stature_m / implied
     root = None if poses.root is None else poses.root * factor
-    return poses.with_(
-        joints=poses.joints * factor,
+    return poses.mapped(
+        lambda points: points * factor,
         root=root,
         covariance=None if poses.covariance is None else poses.covariance * np.float32(factor**2),
         frame=poses.frame.with_(unit="m"),

@@ -7,6 +7,7 @@ from typing import Literal
 import numpy as np
 
 from ..errors import InputError
+from ..layouts import FEET
 from ..motion.checks import chirality
 from ..pose import PoseSequence
 
@@ -45,17 +46,19 @@ def guarded(poses: PoseSequence, parity: Parity, where: str) -> PoseSequence:
 
 def repaired(poses: PoseSequence, parity: Parity) -> PoseSequence:
     """Left and right put right as asked: "mirror" negates x, "swap" and "swap-legs" exchange joints' names."""
-    joints, root = poses.joints, poses.root
+    joints, root, feet = poses.joints, poses.root, poses.feet
     order = np.arange(len(poses.layout))
     if parity == "ignore":
         return poses
     if parity == "mirror":
         mirror = np.array([-1.0, 1.0, 1.0])
         joints, root = joints * mirror, root if root is None else root * mirror
+        feet = feet if feet is None else feet * mirror
     else:
         legs = poses.layout.indices([f"{side}_{part}" for side in "lr" for part in ("hip", "knee", "ankle")])
         swapped = legs if parity == "swap-legs" else order
         order[swapped] = poses.layout.mirror[swapped]
-    return poses.with_(joints=joints[:, order], confidence=poses.confidence[:, order], root=root).noted(
-        "parity", repair=parity
-    )
+        feet = feet if feet is None else feet[:, FEET.mirror]
+    return poses.with_(
+        joints=joints[:, order], confidence=poses.confidence[:, order], root=root, feet=feet
+    ).noted("parity", repair=parity)

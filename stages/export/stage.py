@@ -12,6 +12,7 @@ import numpy as np
 
 from ...models.common.metrics import plain
 from ...pipeline.files.atomic import SUMMARY, whole_file
+from ...pipeline.layouts import FEET
 from ...pipeline.plugins.protocols import CheckedWriter, Writer
 from ...pipeline.plugins.registry import load
 from ...pipeline.pose import Rectified, package_version
@@ -58,10 +59,12 @@ class Export:
 def write_poses(take: Take, path: Path) -> None:
     """poses.npz: plain arrays `source`, `level`, `body` (T, 17, 3), the rotations between them, and how far to trust
     them. `root` (T, 3) is the pelvis in the axes of `level`, from the camera's centre or the world's origin: `level` +
-    `root` are places in the room; NaN where the source does not know them. For a moving camera R_source_from_level is
+    `root` are places in the room; NaN where the source does not know them. `feet` (T, 6, 3), named by `feet_names`, are heels
+    and toes in the axes of `level`, as `level` from the pelvis; NaN where the source has none. For a moving camera R_source_from_level is
     (T, 3, 3), and back and right in `level` are relative to it."""
     poses = take.need("poses")
-    rectified, root = take.need("rectified"), take.need("rectified").level.root
+    rectified = take.need("rectified")
+    root, feet = rectified.level.root, rectified.level.feet
     with whole_file(path) as partial, open(partial, "wb") as file:
         np.savez_compressed(
             file,
@@ -69,6 +72,7 @@ def write_poses(take: Take, path: Path) -> None:
             level=rectified.level.joints,
             body=rectified.body.joints,
             root=np.full((len(poses), 3), np.nan) if root is None else root,
+            feet=np.full((len(poses), len(FEET), 3), np.nan) if feet is None else feet,
             R_source_from_body=rectified.R_source_from_body,
             R_source_from_level=rectified.R_source_from_level,
             error_deg=rectified.error_deg,
@@ -78,6 +82,7 @@ def write_poses(take: Take, path: Path) -> None:
             time_s=poses.times,
             frame_index=poses.frame_index,
             joint_names=np.array(poses.layout.joints),
+            feet_names=np.array(FEET.joints),
             unit=np.array(poses.frame.unit),
         )
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...pipeline.layouts import with_feet
 from ...pipeline.motion.signals import breaks, runs
 from ...pipeline.pose import PoseSequence, Rectified
 from ...pipeline.rotations import known
@@ -24,7 +25,8 @@ def walked(rectified: Rectified) -> PoseSequence | None:
     level = rectified.level
     if level.root is None or not known(level.root).any():
         return None
-    return level.with_(joints=level.joints + level.root[:, None], root=None)
+    root = level.root[:, None]
+    return level.mapped(lambda points: points + root, root=None)
 
 
 def log_walk(recording: rr.RecordingStream, rectified: Rectified, size: float) -> None:
@@ -34,7 +36,7 @@ def log_walk(recording: rr.RecordingStream, rectified: Rectified, size: float) -
     placed, level = walked(rectified), rectified.level
     if placed is None or level.root is None:
         return
-    log_skeleton(recording, "walk", placed, radius=0.024 * size)
+    log_skeleton(recording, "walk", with_feet(placed), radius=0.024 * size)
     path = level.root.copy()
     path[:, 2] = floor(placed)
     pieces = runs(np.asarray(known(path)) & np.asarray(known(level.root)), level.times, breaks(level))
