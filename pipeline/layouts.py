@@ -174,6 +174,7 @@ LAYOUTS = {
 
 # Heels and toes, which ride along beside a layout that has none (PoseSequence.feet).
 FEET = Layout("FEET", tuple(f"{side}_{part}" for side in "rl" for part in ("big_toe", "small_toe", "heel")))
+FEET_ANKLES = tuple(f"{point[:2]}ankle" for point in FEET.joints)  # the ankle above each point
 
 
 def layout_named(name: str) -> Layout:
@@ -189,7 +190,8 @@ def remap(poses: PoseSequence, to: Layout = H36M17) -> PoseSequence:
 
     A joint that the source lacks is the mean of joints that it has, by the rules at the head of this file,
     and takes the least of their confidences; a NaN among them makes it NaN. The derived joints are named in
-    the history. Heels and toes of the source become the poses' `feet` where the layout has none. InputError when no rule gives a joint.
+    the history. Heels and toes of the source become the poses' `feet` where the layout has none. InputError when no
+    rule gives a joint.
     """
     source = poses.layout
     if source.joints == to.joints:

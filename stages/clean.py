@@ -9,7 +9,7 @@ import numpy as np
 
 from ..pipeline.errors import InputError
 from ..pipeline.files.video_frames import shown_size
-from ..pipeline.layouts import FEET, H36M17
+from ..pipeline.layouts import FEET_ANKLES, H36M17
 from ..pipeline.motion.checks import strays_of
 from ..pipeline.motion.visibility import in_words, unseen
 from ..pipeline.pose import PoseSequence
@@ -63,8 +63,7 @@ def without(poses: PoseSequence, hidden: np.ndarray) -> PoseSequence:
         return poses
     feet = poses.feet
     if feet is not None:
-        ankles = poses.layout.indices([f"{point[:2]}ankle" for point in FEET.joints])
-        feet = np.where(hidden[:, ankles, None], np.nan, feet)
+        feet = np.where(hidden[:, poses.layout.indices(FEET_ANKLES), None], np.nan, feet)
     return poses.with_(
         joints=np.where(hidden[..., None], np.nan, poses.joints),
         confidence=np.where(hidden, 0.0, poses.confidence),

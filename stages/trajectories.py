@@ -90,8 +90,8 @@ def smooth(
     cutoff_hz: Cutoff = None,
     moving: tuple[str, ...] = ("r_wrist", "l_wrist", "r_ankle", "l_ankle"),
 ) -> PoseSequence:
-    """The same poses with the paths of every joint, the feet and the root low-pass filtered, inside their unbroken pieces
-    (pipeline/motion/signals.py).
+    """The same poses with the paths of every joint, the feet and the root low-pass filtered, inside their unbroken
+    pieces (pipeline/motion/signals.py).
 
     filter: "butterworth" (two passes, order 4 together, no phase shift), "savgol" (Savitzky-Golay, order 3), "none".
     cutoff_hz: where half the power is left; None is 6 Hz, or no filter where the frame rate does not carry that;
@@ -115,7 +115,9 @@ def smooth(
     root = None if level.root is None else _FILTERS[filter](level.root, times, cutoff, seams)
     feet = level.feet
     if feet is not None:
-        feet = np.stack([_FILTERS[filter](points, times, cutoff, seams) for points in np.swapaxes(feet, 0, 1)], axis=1)
+        feet = np.stack(
+            [_FILTERS[filter](points, times, cutoff, seams) for points in np.swapaxes(feet, 0, 1)], axis=1
+        )
     return level.with_(joints=result, root=root, feet=feet).noted(
         "low-pass filter",
         filter=filter,

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...pipeline.layouts import FEET, H36M17
+from ...pipeline.layouts import FEET, FEET_ANKLES, H36M17
 from ...pipeline.motion.angles import (
     ANGLES,
     FINE,
@@ -78,7 +78,7 @@ def take_angles(
         values |= foot_angles(body, rotate(transpose(R), filtered_feet))
         there = np.concatenate([there, known(toes_completed(feet))], axis=1)
         left = np.concatenate([left, known(toes_completed(filtered_feet))], axis=1)
-        hidden = np.concatenate([hidden, np.zeros((len(joints), len(FEET)), dtype=bool)], axis=1)
+        hidden = np.concatenate([hidden, hidden[:, H36M17.indices(FEET_ANKLES)]], axis=1)
     out = {}
     for name, angle in defined.items():
         rows = [points.index(joint) for joint in angle.joints]

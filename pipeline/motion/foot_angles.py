@@ -7,7 +7,7 @@ small one. BlazePose's foot index, the tip of the foot's middle, stands for the 
   angle in the plane of shank and foot, without the rotation of the foot about itself. It is 0 where the foot's line is
   square to the shank. Heel and toes lie at other heights with every estimator, which shifts it by a constant of some
   degrees: compare changes.
-- Foot progression is taken against where the person faces (BODY), not against the path: most sources do not know a path.
+- Foot progression is taken against where the person faces (BODY), not against the path, which most sources do not know.
   For somebody who walks the way they face it is the clinical angle, toe-out positive.
 """
 
@@ -19,7 +19,9 @@ from ..layouts import FEET, H36M17
 from ..rotations import known, unit
 from .angles import ANGLES, Angle, of_both
 
-_FLAT = np.sin(np.radians(15.0))  # a foot nearer to the vertical than this points nowhere in the horizontal plane
+_FLAT = np.sin(
+    np.radians(15.0)
+)  # a foot nearer to the vertical than this points nowhere in the horizontal plane
 _FACING = ("r_hip", "l_hip", "r_shoulder", "l_shoulder")
 
 
@@ -27,7 +29,7 @@ def _definitions() -> dict[str, Angle]:
     angles = {}
     for side in ("r", "l"):
         foot = (f"{side}_heel", f"{side}_big_toe", f"{side}_small_toe")
-        # Active range of healthy adults: 20 up and 50 down (American Academy of Orthopaedic Surgeons, 1965), and 30 more.
+        # Active range of healthy adults: 20 up, 50 down (American Academy of Orthopaedic Surgeons, 1965), and 30 more.
         angles[f"{side}_ankle_dorsiflexion"] = Angle(
             "Feet",
             "between shank and foot (heel to toes), 0 when they are square to each other",

@@ -33,9 +33,9 @@ def repair_swaps(poses: PoseSequence, swaps: Iterable[Swap]) -> PoseSequence:
     for swap in swaps:
         way, rows = ways[swap.kind], slice(swap.first_row, swap.last_row + 1)
         joints[rows], confidence[rows] = way.applied(joints[rows]), way.applied(confidence[rows])
-    return poses.with_(
-        joints=joints, confidence=confidence, feet=_feet(poses, swaps, exchanged=True)
-    ).noted("swaps", repaired=as_frames(poses, swaps))
+    return poses.with_(joints=joints, confidence=confidence, feet=_feet(poses, swaps, exchanged=True)).noted(
+        "swaps", repaired=as_frames(poses, swaps)
+    )
 
 
 def mask_swaps(poses: PoseSequence, swaps: Iterable[Swap]) -> PoseSequence:

@@ -1,4 +1,5 @@
-"""The 17 joints, with heels and toes where the source has them, as a motion laboratory's markers: metres, one even rate, the person's own path where it is known."""
+"""The 17 joints, and heels and toes where the source has them, as a motion laboratory's markers: metres, one even rate,
+the person's own path where it is known."""
 
 from __future__ import annotations
 

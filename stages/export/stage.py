@@ -59,9 +59,9 @@ class Export:
 def write_poses(take: Take, path: Path) -> None:
     """poses.npz: plain arrays `source`, `level`, `body` (T, 17, 3), the rotations between them, and how far to trust
     them. `root` (T, 3) is the pelvis in the axes of `level`, from the camera's centre or the world's origin: `level` +
-    `root` are places in the room; NaN where the source does not know them. `feet` (T, 6, 3), named by `feet_names`, are heels
-    and toes in the axes of `level`, as `level` from the pelvis; NaN where the source has none. For a moving camera R_source_from_level is
-    (T, 3, 3), and back and right in `level` are relative to it."""
+    `root` are places in the room; NaN where the source does not know them. `feet` (T, 6, 3), named by `feet_names`, are
+    heels and toes in the axes of `level`, as `level` from the pelvis; NaN where the source has none. For a moving
+    camera R_source_from_level is (T, 3, 3), and back and right in `level` are relative to it."""
     poses = take.need("poses")
     rectified = take.need("rectified")
     root, feet = rectified.level.root, rectified.level.feet
