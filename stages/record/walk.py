@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...pipeline.layouts import with_feet
+from ...pipeline.layouts import FEET, with_feet
 from ...pipeline.motion.signals import breaks, runs
 from ...pipeline.pose import PoseSequence, Rectified
 from ...pipeline.rotations import known
@@ -63,7 +63,12 @@ def walk_view(placed: PoseSequence, size: float) -> rrb.View:
 
 
 def floor(placed: PoseSequence) -> float:
-    """The height of the lowest ankles."""
-    ankles = placed.joints[:, placed.layout.indices(("l_ankle", "r_ankle")), 2]
-    ankles = ankles[np.isfinite(ankles)]
-    return float(np.percentile(ankles, 2)) if len(ankles) else float(np.nanmin(placed.joints[..., 2]))
+    """The height of the lowest heels, toes and ankles, or without any of the lowest joint; NaN without joints."""
+    points = with_feet(placed)
+    low = [joint for joint in points.layout.joints if joint in FEET or joint.endswith("ankle")]
+    for rows in (points.layout.indices(low), slice(None)):
+        heights = points.joints[:, rows, 2]
+        heights = heights[np.isfinite(heights)]
+        if len(heights):
+            return float(np.percentile(heights, 2))
+    return float("nan")
