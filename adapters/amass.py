@@ -16,8 +16,9 @@ from ..pipeline.errors import InputError
 from ..pipeline.files.markers import Markers, Up
 from ..pipeline.files.skeletons import SMPL
 from ..pipeline.layouts import H36M17
+from ..pipeline.messages import how_many
 from ..pipeline.pose import PoseSequence
-from .kit.numpy import keys, load, load_all
+from .kit.numpy import arrays_in, keys, load, load_all
 from .kit.world import poses_of
 
 name = "amass"
@@ -29,10 +30,7 @@ _PARAMETERS = {"poses", "trans", "betas"}
 
 
 def sniff(path: Path) -> bool:
-    try:
-        held = set(keys(path))
-    except InputError:
-        return False
+    held = arrays_in(path)
     return held >= _PARAMETERS or ("joints" in held and bool(held & set(_RATES)))
 
 
@@ -66,5 +64,5 @@ def _names(path: Path, held: tuple[str, ...], count: int) -> list[str]:
     else:
         names = [*SMPL[:count], *(f"more{i}" for i in range(count - len(SMPL)))]
     if len(names) != count:
-        raise InputError(f"{path}: expected a name for each of {count} joints, got {len(names)}.")
+        raise InputError(f"{path}: expected a name for each of {how_many(count, 'joint')}, got {len(names)}.")
     return names

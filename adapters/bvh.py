@@ -18,6 +18,7 @@ from ..pipeline.files.markers import Up
 from ..pipeline.files.skeletons import UNITS
 from ..pipeline.layouts import H36M17
 from ..pipeline.pose import PoseSequence
+from .kit.beginning import first_bytes
 from .kit.world import check_upright, world
 
 name = "bvh"
@@ -28,13 +29,7 @@ _BEGINS = b"HIERARCHY"
 
 
 def sniff(path: Path) -> bool:
-    try:
-        if not path.is_file():
-            return False
-        with path.open("rb") as file:
-            return file.read(256).removeprefix(b"\xef\xbb\xbf").lstrip().startswith(_BEGINS)
-    except OSError:
-        return False
+    return first_bytes(path, 256).removeprefix(b"\xef\xbb\xbf").lstrip().startswith(_BEGINS)
 
 
 def read(path: Path, unit: str | None = None, up: Up | None = None) -> tuple[PoseSequence]:

@@ -26,6 +26,7 @@ import numpy as np
 from ..pipeline.errors import InputError
 from ..pipeline.frames import CAMERA
 from ..pipeline.layouts import H36M17
+from ..pipeline.messages import how_many
 from ..pipeline.pose import PoseSequence
 from .kit.metric import FRAMES, check_metric, looks_metric
 from .kit.numpy import load, peek
@@ -72,7 +73,7 @@ def read(path: Path, frames: int | None = None) -> tuple[PoseSequence]:
         proposals = _joined(path, proposals, frames)
     elif frames not in (None, proposals.shape[1]):
         raise InputError(
-            f"{path}: expected {frames} frames, as option frames says, got {proposals.shape[1]}."
+            f"{path}: expected {how_many(frames, 'frame')}, as option frames says, got {proposals.shape[1]}."
         )
     poses = PoseSequence(
         joints=proposals.mean(axis=0, dtype=np.float64),
@@ -99,13 +100,15 @@ def _joined(path: Path, clips: np.ndarray, frames: int | None) -> np.ndarray:
     count = clips.shape[1]
     if frames is None:
         raise InputError(
-            f"{path} holds {count} clips of {_CLIP} frames, the last of which overlaps the one before it or was filled "
+            f"{path} holds {how_many(count, 'clip')} of {_CLIP} frames, the last of which overlaps "
+            "the one before it or was filled "
             "up; pass frames=N (--option frames=N) with the number of frames of the video."
         )
     last = frames - (count - 1) * _CLIP
     if not 0 < last <= _CLIP:
         raise InputError(
-            f"{path} holds {count} clips of {_CLIP} frames, which make {(count - 1) * _CLIP + 1} to {count * _CLIP} "
+            f"{path} holds {how_many(count, 'clip')} of {_CLIP} frames, which make "
+            f"{(count - 1) * _CLIP + 1} to {count * _CLIP} "
             f"frames, got the option frames={frames}; give the number of frames of the video."
         )
     tail = clips[:, -1, :last] if count == 1 else clips[:, -1, _CLIP - last :]

@@ -15,6 +15,7 @@ import numpy as np
 
 from ..pipeline.errors import InputError
 from ..pipeline.layouts import COCO17
+from ..pipeline.messages import how_many
 from ..pipeline.pose import PoseSequence
 from .kit.numpy import has_objects, load_objects
 from .kit.tracks import Detection, sequences
@@ -41,7 +42,9 @@ def read(path: Path) -> tuple[PoseSequence, ...]:
         where = f"{path}, frame {frame}"
         classes = _list(entry, where)
         if len(classes) != 2:
-            raise InputError(f"{where}: expected [[], keypoints], got {len(classes)} entries.")
+            raise InputError(
+                f"{where}: expected [[], keypoints], got {how_many(len(classes), 'entry', 'entries')}."
+            )
         if len(classes[1]):
             people = _people(classes[1], where)
             detections += [Detection(frame, person[[_X, _Y, _PROBABILITY]].T) for person in people]

@@ -39,7 +39,10 @@ _STANDING_M = 0.2  # somebody's pelvis is higher above the lowest joint than tha
 
 def sniff(path: Path) -> bool:
     stored = peek(path, FRAMES, _ALL)
-    return stored is not None and _rebase(stored) is not None and looks_metric(_undone(stored))
+    if stored is None or not stored[..., 2].min() >= -_FLOOR_M:
+        return False
+    stored = load(path, FRAMES, _ALL)  # any row may be the one that touches the floor
+    return _rebase(stored) is not None and looks_metric(_undone(stored))
 
 
 def read(path: Path, undo: bool = False) -> tuple[PoseSequence]:

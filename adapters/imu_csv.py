@@ -18,6 +18,7 @@ import numpy as np
 from ..pipeline.errors import InputError
 from ..pipeline.motion.imu import Imu, imu_from_samples
 from ..pipeline.rotations import transpose
+from .kit.beginning import first_bytes
 from .kit.quaternions import rotations
 
 name = "imu_csv"
@@ -30,13 +31,9 @@ _PEEK_BYTES = 4096
 
 
 def sniff(path: Path) -> bool:
-    """Whether the first line names the columns of an IMU; only the beginning of the file is read."""
-    try:
-        with path.open(encoding="utf-8-sig") as file:
-            names = _names(file.read(_PEEK_BYTES).splitlines())
-    except (OSError, ValueError):
-        return False
-    return set(_FORCE) <= set(names)
+    """Whether the first line names the columns of an IMU."""
+    lines = first_bytes(path, _PEEK_BYTES).decode("utf-8-sig", errors="ignore").splitlines()
+    return set(_FORCE) <= set(_names(lines))
 
 
 def read(

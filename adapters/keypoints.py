@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ..pipeline.errors import InputError
 from ..pipeline.files.detections import load_detections
 from ..pipeline.pose import PoseSequence
-from .kit.numpy import keys
+from .kit.numpy import arrays_in
 
 name = "keypoints"
 gives = "keypoints"
@@ -16,10 +15,7 @@ reads = "keypoints.npz of a run of ours on a video alone"
 
 def sniff(path: Path) -> bool:
     """Whether the file is an archive with the arrays of `pipeline.files.detections`."""
-    try:
-        return path.is_file() and {"frames_seen", "thumbnail", "layout"} <= set(keys(path))
-    except (InputError, OSError):
-        return False
+    return arrays_in(path) >= {"frames_seen", "thumbnail", "layout"}
 
 
 def read(path: Path) -> tuple[PoseSequence, ...]:

@@ -5,7 +5,7 @@ landmark. JSON is a list of frames, or an object that holds one, and a frame has
 `world_landmarks`, `pose_world`, `poseWorldLandmarks`) of one person or of several, or is the 33 landmarks itself.
 
 World landmarks are metres in camera axes (z negative towards the camera), the middle of the hips at the origin of
-every frame, so that the body does not move through space. Image landmarks are shares of the picture's width and
+every frame, so that the body does not move through space. Image landmarks are shares of the image's width and
 height with a z that is no length: they are recognised and refused. Visibility is MediaPipe's own likelihood that a
 landmark is visible. A selfie video is often mirrored before MediaPipe sees it: left and right are then
 exchanged in a way that nothing in the file shows.
@@ -37,7 +37,7 @@ _FRAMES = ("frame", "frame_id", "frame_index", "frame_idx", "frame_number")
 _AXES = ("x", "y", "z", "visibility")
 _ROOT_M = 0.1  # the hips' middle is at the origin but for rounding
 _HIPS = BLAZEPOSE33.indices(["l_hip", "r_hip"])
-_PICTURE = (0, 1)
+_IMAGE_AXES = (0, 1)
 _IMAGE_REASON = (
     "image landmarks, whose x and y are shares of the picture's width and height and whose z is no length; save "
     "pose_world_landmarks instead of pose_landmarks"
@@ -83,7 +83,7 @@ def read(path: Path) -> tuple[PoseSequence, ...]:
             continue
         found.add(frame, joints, body.values[:, 3], body.box)
     _check_world(found.joints, path)
-    people = found.sequences(CAMERA.with_(origin="camera"), _PICTURE, str(path))
+    people = found.sequences(CAMERA.with_(origin="camera"), _IMAGE_AXES, str(path))
     return tuple(_timed(poses.with_(frames_known=frames_known), times) for poses in people)
 
 

@@ -25,7 +25,7 @@ gives = "poses"
 reads = "3D JSON of MMPose 1.x lifters, inferencer or demo, no known scale (with option metric: metres)"
 
 _AXES = Frame("MMPOSE3D", "camera", ("left", "away", "up"), origin="lowest joint")
-_PICTURE = (0, 2)  # left and up
+_IMAGE_AXES = (0, 2)  # left and up
 
 
 def sniff(path: Path) -> bool:
@@ -41,5 +41,5 @@ def read(path: Path, metric: bool = False) -> tuple[PoseSequence, ...]:
     is 2D.
     """
     axes = _AXES.with_(unit="m" if metric else "arbitrary")
-    people = bodies(path, "MMPose's 3D results", len(H36M17), H36M17).sequences(axes, _PICTURE, str(path))
+    people = bodies(path, "MMPose's 3D results", len(H36M17), H36M17).sequences(axes, _IMAGE_AXES, str(path))
     return tuple(rebase_said(poses) for poses in people)

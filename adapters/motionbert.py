@@ -46,7 +46,7 @@ def read(path: Path, pixel: bool = False, clip: int = 243) -> tuple[PoseSequence
 
     pixel: the file comes from `infer_wild.py --pixel`: x, y in pixels of the image, z in the same scale.
         A pixel is no length, so the unit is "arbitrary" here too.
-    clip: frames that the network saw at once (`--clip_len`); clips do not overlap, so a seam lies between.
+    clip: frames that the network saw at once (`--clip_len`); clips do not overlap, so a clip boundary lies between.
     Which video frames the rows belong to is unknown: frames without a detection are missing from the file.
     Raises InputError when the file is no such array or its values contradict `pixel`.
     """

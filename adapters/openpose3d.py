@@ -29,7 +29,7 @@ reads = "folder of *_keypoints.json from OpenPose's --3d --write_json, metres (o
 
 _FIELDS = ("pose_keypoints_3d", "body_keypoints_3d")
 _LAYOUTS = {25: (BODY_25, BODY_25B), 18: (OPENPOSE18,)}  # by the number of joints
-_PICTURE = (0, 1)
+_IMAGE_AXES = (0, 1)
 _PEEKED = 100  # files; nobody may be there in the first ones
 
 
@@ -67,7 +67,7 @@ def read(path: Path, unit: str = "m") -> tuple[PoseSequence, ...]:
         raise InputError(
             f"{path}: expected OpenPose's 3D results ({_FIELDS[0]}), found none; adapter openpose reads its 2D results."
         )
-    return found.sequences(CAMERA.with_(origin="camera", unit=unit), _PICTURE, str(path), placed=True)
+    return found.sequences(CAMERA.with_(origin="camera", unit=unit), _IMAGE_AXES, str(path), placed=True)
 
 
 def _flat(person: dict[str, Any]) -> Any:

@@ -2,7 +2,7 @@
 
 Keypoints are no lengths but places in the crop around the person: x and y in its pixels, z in 288 bins around the
 hips, 144 bins being 2.1744869 m. The demo wrote (-x, -z, -y), a rotation, and put each person's lowest joint at
-height 0 in every frame. So depth is metric and the picture's plane is not: its scale is the one that gives the
+height 0 in every frame. So depth is metric and the image's plane is not: its scale is the one that gives the
 body the stature of option stature_m, one for the whole take. A crop that changes its size breaks that; such poses
 are not to be trusted in metres. The 17 joints of COCO and the heels and toes, the first 23 of the 133, are used.
 
@@ -28,7 +28,7 @@ gives = "poses"
 reads = "JSON of RTMW3D's demo in MMPose, 133 joints, metres by a stature that is assumed (option stature_m)"
 
 _AXES = Frame("RTMW3D", "camera", ("left", "toward", "up"), origin="crop")
-_PICTURE = (0, 2)  # left and up
+_IMAGE_AXES = (0, 2)  # left and up
 _COUNT = 133
 _BIN_M = 2.1744869 / 144
 _STATURES_M = (0.4, 2.6)
@@ -41,13 +41,13 @@ def sniff(path: Path) -> bool:
 def read(path: Path, stature_m: float = 1.7) -> tuple[PoseSequence, ...]:
     """One sequence a person, joined from frame to frame by their boxes: COCO23, left, toward the camera, up, metres.
 
-    stature_m: of everybody in the file; it sets the scale of the picture's plane.
+    stature_m: of everybody in the file; it sets the scale of the image's plane.
     frame_index counts from 0; scores are maxima of bins, no probabilities, and those above 1 are clipped. Raises
     InputError when the file is not of this form or its depth alone is more than the body is tall.
     """
     if not _STATURES_M[0] <= stature_m <= _STATURES_M[1]:
         raise InputError(f"Expected stature_m of {_STATURES_M[0]} to {_STATURES_M[1]} m, got {stature_m:g}.")
-    people = bodies(path, "RTMW3D's results", _COUNT, COCO23).sequences(_AXES, _PICTURE, str(path))
+    people = bodies(path, "RTMW3D's results", _COUNT, COCO23).sequences(_AXES, _IMAGE_AXES, str(path))
     return tuple(_metric(rebase_said(poses), stature_m, path) for poses in people)
 
 
@@ -61,7 +61,7 @@ def _metric(poses: PoseSequence, stature_m: float, path: Path) -> PoseSequence:
         return implied_stature(remap(scaled(per_pixel)).joints) - stature_m
 
     flat = implied_stature(remap(poses.with_(joints=poses.joints * [1, 0, 1])).joints)
-    # Bones are at least as long as in the picture, so that the upper end is enough.
+    # Bones are at least as long as in the image, so that the upper end is enough.
     if not flat > 0 or excess(0) >= 0:
         raise InputError(
             f"{path}: expected RTMW3D's crop pixels and depth bins, got a body that is deeper than tall; is this file "

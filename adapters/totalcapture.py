@@ -14,6 +14,7 @@ from ..pipeline.errors import InputError
 from ..pipeline.frames import Y_UP
 from ..pipeline.layouts import H36M17
 from ..pipeline.pose import PoseSequence
+from .kit.beginning import first_bytes
 
 name = "totalcapture"
 gives = "poses"
@@ -35,15 +36,9 @@ _JOINTS: dict[str, tuple[str, ...]] = {
 
 
 def sniff(path: Path) -> bool:
-    """Whether the first line has the names of the joints that are needed; only that line is read."""
-    try:
-        if not path.is_file():
-            return False
-        with path.open(encoding="utf-8") as file:
-            names = file.readline(4096).split()
-    except (OSError, ValueError):
-        return False
-    return _needed() <= set(names)
+    """Whether the first line has the names of the joints that are needed."""
+    line = first_bytes(path, 4096).partition(b"\n")[0]
+    return _needed() <= set(line.decode(errors="ignore").split())
 
 
 def read(path: Path, rate_hz: float = _RATE_HZ) -> tuple[PoseSequence]:

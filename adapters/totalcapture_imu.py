@@ -15,6 +15,7 @@ import numpy as np
 from ..pipeline.errors import InputError
 from ..pipeline.frames import Y_UP, Z_UP
 from ..pipeline.motion.imu import Imu, imu_from_samples
+from .kit.beginning import first_bytes
 from .kit.quaternions import rotations
 
 name = "totalcapture_imu"
@@ -37,14 +38,13 @@ _NUMBERS = (7, 13)  # a sensor's line: quaternion and acceleration, and with gyr
 
 def sniff(path: Path) -> bool:
     """Whether the file is called .sensors and begins with two whole numbers and a frame's number, which is 1."""
-    try:
-        if path.suffix != ".sensors" or not path.is_file():
-            return False
-        with path.open(encoding="utf-8") as file:
-            first, second = (file.readline(200).split() for _ in range(2))
-    except (OSError, ValueError):
+    if path.suffix != ".sensors":
         return False
-    return len(first) == 2 and all(map(str.isdigit, first)) and second == ["1"]
+    first, _, rest = first_bytes(path, 400).partition(b"\n")
+    numbers = first.split()
+    return (
+        len(numbers) == 2 and all(map(bytes.isdigit, numbers)) and rest.partition(b"\n")[0].split() == [b"1"]
+    )
 
 
 def read(path: Path, reference: Path | None = None, rate_hz: float = _RATE_HZ) -> tuple[Imu, ...]:

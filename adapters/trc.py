@@ -18,6 +18,7 @@ import numpy as np
 from ..pipeline.errors import InputError
 from ..pipeline.files.markers import Markers, Up, read_trc
 from ..pipeline.pose import PoseSequence
+from .kit.beginning import first_bytes
 from .kit.world import poses_of
 
 name = "trc"
@@ -31,13 +32,7 @@ _ENOUGH = 20  # frames that say whether a depth is measured
 
 
 def sniff(path: Path) -> bool:
-    try:
-        if not path.is_file():
-            return False
-        with path.open("rb") as file:
-            return file.read(len(_BEGINS)) == _BEGINS
-    except OSError:
-        return False
+    return first_bytes(path, len(_BEGINS)) == _BEGINS
 
 
 def read(path: Path, unit: str | None = None, up: Up | None = None) -> tuple[PoseSequence]:

@@ -16,6 +16,7 @@ import numpy as np
 from ..pipeline.errors import InputError
 from ..pipeline.reading.describe import in_words
 from ..pipeline.take import Video
+from .kit.beginning import first_bytes
 
 if TYPE_CHECKING:
     from av.container import InputContainer
@@ -41,13 +42,7 @@ _SYNC_BYTES = ((0, 188), (4, 192))
 
 def sniff(path: Path) -> bool:
     """Whether the file begins like a video container; only its first bytes are read."""
-    try:
-        if not path.is_file():
-            return False
-        with path.open("rb") as file:
-            head = file.read(1024)
-    except OSError:
-        return False
+    head = first_bytes(path, 1024)
     return (
         (head[:1] == b"\0" and head[4:8] in _BOXES)
         or head.startswith(_STARTS)
@@ -57,7 +52,7 @@ def sniff(path: Path) -> bool:
 
 
 def read(path: Path) -> tuple[Video]:
-    """The file's first moving picture. time_s comes from the container, sorted into display order.
+    """The file's first moving image. time_s comes from the container, sorted into display order.
 
     Frames that an edit list cuts away are left out, as decoders do. rotation_deg is the clockwise turn that
     the display matrix asks for, (0, 90, 180 or 270). Only the first frame is decoded, to learn it.

@@ -15,6 +15,7 @@ import numpy as np
 
 from ..pipeline.errors import InputError
 from ..pipeline.layouts import COCO17, H36M17
+from ..pipeline.messages import how_many
 from ..pipeline.pose import PoseSequence
 from .kit.numpy import has_objects, load_objects
 from .kit.tracks import Detection, sequences
@@ -49,7 +50,7 @@ def read(
     if not isinstance(cameras, list) or not 0 <= camera < len(cameras):
         count = len(cameras) if isinstance(cameras, list) else 0
         raise InputError(
-            f"{where}, video '{video}': expected one of {count} cameras, from 0; got camera={camera}."
+            f"{where}, video '{video}': it has {how_many(count, 'camera')}, counted from 0; got camera={camera}."
         )
     points = np.asarray(cameras[camera]) if isinstance(cameras[camera], np.ndarray) else np.zeros(())
     layout = _LAYOUTS[said]

@@ -120,10 +120,10 @@ def _run(video: Path, detector: Path) -> Measured:
 
 @contextmanager
 def _timed(seconds: dict[str, float]) -> Iterator[None]:
-    """Adds up what decoding pictures and running 2D networks take, while the block runs."""
-    decode, run = detect_video.pictures, OnnxFile.run
+    """Adds up what decoding images and running 2D networks take, while the block runs."""
+    decode, run = detect_video.images_from, OnnxFile.run
 
-    def pictures(video: Video, first: int = 0) -> Iterator[tuple[int, np.ndarray]]:
+    def images_from(video: Video, first: int = 0) -> Iterator[tuple[int, np.ndarray]]:
         decoding = decode(video, first)
         while True:
             start = time.perf_counter()
@@ -141,7 +141,7 @@ def _timed(seconds: dict[str, float]) -> Iterator[None]:
             seconds["2D network"] += time.perf_counter() - start
 
     with (
-        patch.object(detect_video, "pictures", pictures),
+        patch.object(detect_video, "images_from", images_from),
         patch.object(OnnxFile, "run", timed_run),
     ):
         yield

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .layouts import H36M17
-from .rotations import angle_deg, from_columns, known, unit
+from .rotations import angle_deg, from_columns, is_finite, unit
 
 LYING_DEG = 60.0  # from the vertical, beyond which a trunk no longer tells which way is up
 _UP = np.array([0.0, 0.0, 1.0])
@@ -26,7 +26,7 @@ def body_axes(joints: np.ndarray, up: np.ndarray) -> np.ndarray:
     left = _axis(joints, "l_hip", "r_hip") + _axis(joints, "l_shoulder", "r_shoulder")
     left = unit(left - (left * up).sum(-1, keepdims=True) * up)
     R_source_from_body = from_columns(-np.cross(left, up), -left, up)
-    return np.where(known(left)[:, None, None], R_source_from_body, np.nan)
+    return np.where(is_finite(left)[:, None, None], R_source_from_body, np.nan)
 
 
 def R_world_from_body(joints: np.ndarray) -> np.ndarray:

@@ -232,7 +232,7 @@ def inspect(
     found = inspected(file, adapter, pairs(option), person=person, keypoints=keypoints, video=video)
     print(json.dumps(found.figures(), indent=1) if as_json else found)
     if plot is not None:
-        from .inspect.picture import draw
+        from .inspect.image import draw
 
         drawn = max(found.people, key=lambda one: (one.poses is not None, len(one.source))).poses
         if drawn is None:

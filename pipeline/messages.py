@@ -17,6 +17,12 @@ _STYLES = {
 _detail: Detail = "normal"
 
 
+def how_many(count: int, one: str, more: str = "") -> str:
+    """A count in a sentence: how_many(1, "row") is "1 row", and of 2 "2 rows". more: the words behind any other
+    count, where they are not `one` with an s."""
+    return f"{count} {one if count == 1 else more or one + 's'}"
+
+
 def set_detail(detail: Detail) -> None:
     """How much this process says: "quiet", only errors and a command's last line; "verbose", also `debug` lines."""
     global _detail

@@ -15,7 +15,7 @@ def transpose(R_a_from_b: np.ndarray) -> np.ndarray:
     return np.swapaxes(R_a_from_b, -1, -2)
 
 
-def known(x: np.ndarray) -> np.ndarray:
+def is_finite(x: np.ndarray) -> np.ndarray:
     """(...,) True where a point x (..., D) has all its coordinates."""
     return np.asarray(np.isfinite(x).all(axis=-1))
 
@@ -50,7 +50,7 @@ def kabsch(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
     Points that are NaN on either side are left out; fewer than three common points give NaN.
     """
-    valid = known(a) & known(b)
+    valid = is_finite(a) & is_finite(b)
     weight = valid[..., None].astype(float)
     count = np.maximum(weight.sum(-2, keepdims=True), 1)
     a = np.where(valid[..., None], a, 0.0)

@@ -10,6 +10,7 @@ import numpy as np
 from ..pipeline.errors import InputError
 from ..pipeline.files.video_frames import shown_size
 from ..pipeline.layouts import FEET_ANKLES, H36M17
+from ..pipeline.messages import how_many
 from ..pipeline.motion.checks import strays_of
 from ..pipeline.motion.visibility import in_words, unseen
 from ..pipeline.pose import PoseSequence
@@ -38,15 +39,33 @@ class Clean:
         counts = poses.history[-1].options
         events = [Event("seam", "The estimator began a new clip here.", row) for row in poses.seams]
         texts = {
-            "rows_inserted": "{} frames that the estimator dropped were put back as gaps.",
-            "spikes_removed": "{} single-frame jumps of a joint were removed.",
-            "strays_removed": "{} frames that stand alone between leaps of the whole pose were removed.",
-            "values_filled": f"{{}} missing joint positions in gaps of up to {self.max_gap_s} s were interpolated.",
+            "rows_inserted": ("frame", "that the estimator dropped", "put back as gaps"),
+            "spikes_removed": ("single-frame jump", "of a joint", "removed"),
+            "strays_removed": ("frame", "alone between leaps of the whole pose", "removed"),
+            "values_filled": (
+                "missing joint position",
+                f"in gaps of up to {self.max_gap_s} s",
+                "interpolated",
+            ),
         }
-        events += [Event("repair", text.format(counts[key])) for key, text in texts.items() if counts[key]]
+        events += [
+            Event(
+                "repair",
+                f"{how_many(counts[key], what)} {where} {'was' if counts[key] == 1 else 'were'} {done}.",
+            )
+            for key, (what, where, done) in texts.items()
+            if counts[key]
+        ]
         if counts["values_missing"]:
             events.append(
-                Event("warning", f"{counts['values_missing']} joint positions are missing and stay so.")
+                Event(
+                    "warning",
+                    how_many(
+                        counts["values_missing"],
+                        "joint position is missing and stays so.",
+                        "joint positions are missing and stay so.",
+                    ),
+                )
             )
         if take.keypoints is not None and poses.layout == H36M17:
             size = shown_size(take.video) if take.video else self.image_size
@@ -78,7 +97,7 @@ def clean(
     """One row for every video frame, without spikes, with short gaps filled; every repair is counted.
 
     max_gap_s: gaps of a joint up to this long, in seconds, are interpolated (monotone cubic, never across a
-        seam, never beyond the first or last sighting); 0 fills none.
+        clip boundary, never beyond the first or last sighting); 0 fills none.
     spike: a joint that jumps off the line between its neighbours in time by more than this many trunk lengths,
         and three times further than they lie apart, for a single frame, is removed; 0 removes none. Nor do frames
         stay that the whole pose leaps to and from, or to at an end of a clip, within 0.2 s: they show somebody else.
@@ -140,7 +159,8 @@ def _every_frame(poses: PoseSequence, video_time_s: np.ndarray | None) -> tuple[
         return poses, 0
     if frames > max(_MOST_ROWS, 2 * len(poses)):
         raise InputError(
-            f"Expected frame numbers of one recording, got {len(poses)} rows numbered {index[0]} to {index[-1]}; "
+            f"Expected frame numbers of one recording, got {how_many(len(poses), 'row')} numbered "
+            f"{index[0]} to {index[-1]}; "
             "check the frame numbers of the 2D file."
         )
     every = np.arange(index[0], index[-1] + 1)

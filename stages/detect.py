@@ -1,4 +1,4 @@
-"""Detecting: a video's pictures become one person's 2D keypoints."""
+"""Detecting: a video's images become one person's 2D keypoints."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from ..models.detector.load import PersonKind, load_detector
 from ..models.detector.video import detect
 from ..pipeline.errors import InputError
 from ..pipeline.files.detections import KEYPOINTS, Detections, interrupted_at, load_detections
+from ..pipeline.messages import how_many
 from ..pipeline.motion.rates import check_fps, rate_doubts, timed
 from ..pipeline.motion.signals import lowpass
 from ..pipeline.motion.swap_repair import Swaps, treated
@@ -60,7 +61,8 @@ class Detect:
             if found.frames_seen < found.frames:
                 raise KeyboardInterrupt
             raise InputError(
-                f"Nobody was found in any of the {found.frames} frames of {video.path} by {found.method}; give "
+                f"Nobody was found in any of the {how_many(found.frames, 'frame')} of {video.path} "
+                f"by {found.method}; give "
                 "another --detector, or check that the person is upright in the picture and large enough."
             )
         if self.folder is not None:
@@ -126,7 +128,8 @@ def _events(
         events.append(
             Event(
                 "warning",
-                f"The video changes to another scene {len(found.cuts)} times, at frame {at}; nobody is followed "
+                f"The video changes to another scene {how_many(len(found.cuts), 'time')}, at frame "
+                f"{at}; nobody is followed "
                 "from one scene to the next.",
             )
         )

@@ -14,12 +14,13 @@ from ..pipeline.camera import Camera
 from ..pipeline.files.video_frames import shown_size
 from ..pipeline.intrinsics import undistorted
 from ..pipeline.layouts import H36M17, remap
+from ..pipeline.messages import how_many
 from ..pipeline.motion.checks import implausible, strays_of
 from ..pipeline.motion.findings import findings_of
 from ..pipeline.motion.visibility import seen_only
 from ..pipeline.plugins.protocols import Lifter
 from ..pipeline.pose import PoseSequence
-from ..pipeline.reading.handedness import Parity, guarded
+from ..pipeline.reading.handedness import Handedness, guarded
 from ..pipeline.take import Event, Take
 
 
@@ -28,7 +29,7 @@ class Lift:
     """The stage.
 
     lifter: "pcnet3d", the built-in one, or an .onnx file; lifter_kind: what that is, where its shapes leave it open
-    (models.load_lifter). image_size: the picture's width and height in pixels, for a take without a video;
+    (models.load_lifter). image_size: the image's width and height in pixels, for a take without a video;
     focal_px: the focal length, if known; flip: average with the lift of the mirrored person. parity: what to do when
     left and right of the lift look exchanged.
     """
@@ -38,7 +39,7 @@ class Lift:
     image_size: tuple[int, int] | None = None
     focal_px: float | None = None
     flip: bool = False
-    parity: Parity = "refuse"
+    parity: Handedness = "refuse"
     _opened: Lifter = field(init=False, repr=False, compare=False)
 
     name: ClassVar[str] = "lift"
@@ -60,8 +61,10 @@ class Lift:
         if isinstance(self._opened, OwnLifter) and keypoints.time_s is not None:
             keypoints, strays = _without_strays(seen_only(keypoints, size), keypoints)
             if strays:
-                frames = "1 frame" if strays == 1 else f"{strays} frames"
-                text = f"{frames} of 2D keypoints, between leaps of the whole person, left out of the lift."
+                text = (
+                    f"{how_many(strays, 'frame')} of 2D keypoints, between leaps of the whole "
+                    "person, left out of the lift."
+                )
                 take = take.saying(Event("repair", text))
         focal_px, guessed = self._focal_px(take.camera)
         poses = self._opened.lift(keypoints, size, focal_px, self.flip, take.video)

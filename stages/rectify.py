@@ -10,24 +10,27 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..models import load_rectifier
-from ..models.gravity import Evidence, direction
-from ..models.gravity.levelling import (
-    WINDOW_S,
-    Camera,
+from ..models.common.spread import stated_spread
+from ..models.gravity import (
+    Evidence,
     Levelled,
-    level_frame,
+    Seen,
+    direction,
     level_moving,
+    level_people,
     level_static,
+    level_world,
     why_not,
 )
-from ..models.gravity.people import Seen, level_people
+from ..models.gravity.levelling import Camera
+from ..models.gravity.moving import WINDOW_S
 from ..models.synthetic.cameras import view_rotation
 from ..pipeline.camera import Camera as View
 from ..pipeline.camera import Look
-from ..pipeline.canonical import R_world_from_body
 from ..pipeline.errors import InputError
-from ..pipeline.frames import BODY, CAMERA, LEVEL, Z_UP, Frame, change_frame
+from ..pipeline.frames import BODY, CAMERA, LEVEL, Z_UP, Frame, change_frame, turned_covariance
 from ..pipeline.layouts import H36M17
+from ..pipeline.messages import how_many
 from ..pipeline.plugins.protocols import Rectifier
 from ..pipeline.pose import PoseSequence, Rectified
 from ..pipeline.rotations import rotate, transpose
@@ -43,7 +46,7 @@ class Rectify:
     rectifier: "pcnet", "paper", "geometric", or a trained network's .onnx file. camera: "static" for one that stands
     still during the take, "moving" for one that pans or is carried. gravity: which way things fall, in the camera's
     axes (x right, y down, z away). pitch_deg, roll_deg: of the camera, positive when it looks down, and when the
-    picture's content turns counter-clockwise. window_s: of a moving camera, how far in time frames share their up,
+    image's content turns counter-clockwise. window_s: of a moving camera, how far in time frames share their up,
     the standard deviation of a Gaussian.
     """
 
@@ -59,21 +62,24 @@ class Rectify:
     gives: ClassVar[tuple[str, ...]] = ("rectified",)
 
     def __call__(self, take: Take) -> Take:
-        ((rectified, events),) = _rectify([take.need("poses")], False, view=take.camera, **vars(self))
+        ((rectified, events),) = _rectify([take.need("poses")], self.rectifier, self, take.camera, False)
         return _filled(take, rectified, events)
 
     def together(self, takes: Sequence[Take]) -> list[Take]:
         """Several people of one recording, in one LEVEL (rectify_together)."""
         people = [take.poses for take in takes if take.poses is not None]
         view = next((take.camera for take in takes), None)
-        found = _rectify(people, True, view=view, **vars(self))
+        found = _rectify(people, self.rectifier, self, view, True)
         return [_filled(take, *each) for take, each in zip(takes, found, strict=True)]
 
 
 def _filled(take: Take, rectified: Rectified, events: list[Event]) -> Take:
     lost = int(np.isnan(rectified.R_source_from_body).any(axis=(1, 2)).sum())
     if lost:
-        text = f"{lost} of {len(rectified.body)} frames have too few torso joints to rectify."
+        text = (
+            f"{lost} of {how_many(len(rectified.body), 'frame')} "
+            f"{'has' if lost == 1 else 'have'} too few torso joints to rectify."
+        )
         events = [*events, Event("warning", text)]
     if not rectified.level_ok:
         events = [*events, Event("warning", f"The take could not be levelled: {rectified.level_reason}.")]
@@ -105,10 +111,8 @@ def rectify(
     A frame with too few torso joints has a NaN rotation. A take that cannot be levelled has level_ok False and a
     reason, and never raises. InputError for another layout or frame, and for a camera that is told twice how it leans.
     """
-    ((rectified, _),) = _rectify(
-        [poses], False, rectifier, camera, gravity, pitch_deg, roll_deg, window_s, view
-    )
-    return rectified
+    options = Rectify("", camera, gravity, pitch_deg, roll_deg, window_s)
+    return _rectify([poses], rectifier, options, view, together=False)[0][0]
 
 
 def rectify_together(
@@ -128,92 +132,63 @@ def rectify_together(
     A static camera's up is pooled over the people (models/gravity/people.py). Before a moving camera each person has
     their own up, as each frame has, and the common heading.
     """
-    found = _rectify(people, True, rectifier, camera, gravity, pitch_deg, roll_deg, window_s, view)
-    return tuple(rectified for rectified, _ in found)
+    options = Rectify("", camera, gravity, pitch_deg, roll_deg, window_s)
+    return tuple(rectified for rectified, _ in _rectify(people, rectifier, options, view, together=True))
 
 
 def _rectify(
     people: Sequence[PoseSequence],
-    together: bool,
     rectifier: str | Rectifier,
-    camera: Camera,
-    gravity: tuple[float, float, float] | None,
-    pitch_deg: float | None,
-    roll_deg: float | None,
-    window_s: float,
+    options: Rectify,
     view: View | None,
+    together: bool,
 ) -> list[tuple[Rectified, list[Event]]]:
     """Of each of the people, in the order given; together: in one LEVEL."""
-    if not 0 < window_s < np.inf:
-        raise InputError(f"Expected a window_s of more than 0 seconds, got {window_s:g}.")
-    told = _told(gravity, pitch_deg, roll_deg)
+    if not 0 < options.window_s < np.inf:
+        raise InputError(f"Expected a window_s of more than 0 seconds, got {options.window_s:g}.")
+    told = _told(options)
     sources = [_checked(poses) for poses in people]
     families = {source.frame.family for source in sources}
     if len(families) > 1:
         raise InputError("Expected people in one frame, got some in a camera's axes and some in a world's.")
-    said: dict[str, Any] = {"gravity": gravity, "pitch_deg": pitch_deg, "roll_deg": roll_deg}
-    if camera == "moving":
-        said["window_s"] = window_s
-    said = {name: value for name, value in said.items() if value is not None}
     if families == {"world"}:
-        if told or camera != "static":
+        if told or options.camera != "static":
             raise InputError(
                 f"These poses know their own gravity ({sources[0].frame}); leave camera, gravity, pitch and roll out."
             )
-        known_up = [_own_gravity(_in(source, Z_UP).joints, _times(source), together) for source in sources]
-        return [
-            (_rectified(source, Z_UP, levelled, "gravity", camera, said), [])
-            for source, levelled in zip(sources, known_up, strict=True)
-        ]
+        found = [level_world(_in(source, Z_UP).joints, _times(source), together) for source in sources]
+        reference, method = Z_UP, "gravity"
+    else:
+        chosen = _facing(rectifier)
+        seen = [_seen(source, chosen) for source in sources]
+        look = view.looks[0] if view and view.looks else None
+        if options.camera == "moving":
+            if told:
+                raise InputError("A moving camera has no one pitch, roll or gravity; leave them out.")
+            found = [
+                level_moving(one, _looks(view, source), options.window_s)
+                for one, source in zip(seen, sources, strict=True)
+            ]
+        elif together:
+            found = level_people(seen, told, look)
+        else:
+            found = [level_static(one, told, look) for one in seen]
+        reference, method = CAMERA, chosen.method
+    return [
+        (_rectified(source, reference, levelled, method, options), _events(levelled, source))
+        for source, levelled in zip(sources, found, strict=True)
+    ]
+
+
+def _facing(rectifier: str | Rectifier) -> Rectifier:
+    """The rectifier, loaded; InputError for one that does not tell where a body faces."""
     chosen = load_rectifier(rectifier) if isinstance(rectifier, str) else rectifier
     if getattr(chosen, "targets", "body") != "body":
         raise InputError(
             f"{rectifier} was trained on a data set's own axes, which do not tell where a body faces; choose a "
             'network trained with targets = "body".'
         )
-    if camera == "moving" and told:
-        raise InputError("A moving camera has no one pitch, roll or gravity; leave them out.")
-    seen = [_seen(source, chosen) for source in sources]
-    events: list[list[Event]] = [[] for _ in seen]
-    look = view.looks[0] if view and view.looks else None
-    if camera == "moving":
-        answers = [
-            level_moving(
-                one.R_camera_from_body, one.error_deg, one.time_s, one.seams, window_s, _looks(view, source)
-            )
-            for one, source in zip(seen, sources, strict=True)
-        ]
-    elif together:
-        found = level_people(seen, told, look)
-        answers = list(found.levelled)
-        events = [
-            [*_drift_event(levelled, source), *_apart_event(apart)]
-            for levelled, source, apart in zip(answers, sources, found.apart_deg, strict=True)
-        ]
-    else:
-        answers = [
-            level_static(
-                one.joints,
-                one.R_camera_from_body,
-                one.error_deg,
-                one.time_s,
-                one.seams,
-                told,
-                one.root,
-                None,
-                look,
-            )
-            for one in seen
-        ]
-        events = [_drift_event(levelled, source) for levelled, source in zip(answers, sources, strict=True)]
-    events = [
-        [*(Event("warning", text) for text in levelled.warnings), *happened]
-        for levelled, happened in zip(answers, events, strict=True)
-    ]
-    return [
-        (_rectified(source, CAMERA, levelled, chosen.method, camera, said), happened)
-        for source, levelled, happened in zip(sources, answers, events, strict=True)
-    ]
+    return chosen
 
 
 def _checked(poses: PoseSequence) -> PoseSequence:
@@ -234,35 +209,38 @@ def _times(source: PoseSequence) -> np.ndarray:
 def _seen(source: PoseSequence, rectifier: Rectifier) -> Seen:
     poses = _in(source, CAMERA)
     R, error_deg = rectifier.rotation(poses.joints)
-    name, times = f"person {source.person}", _times(source)
-    return Seen(name, poses.joints, R, error_deg, times, source.seams, poses.root)
+    name, spread = f"person {source.person}", stated_spread(poses)
+    return Seen(poses.joints, R, error_deg, _times(source), source.seams, poses.root, name, spread)
 
 
 def _rectified(
-    source: PoseSequence,
-    reference: Frame,
-    levelled: Levelled,
-    method: str,
-    camera: Camera,
-    said: dict[str, Any],
+    source: PoseSequence, reference: Frame, levelled: Levelled, method: str, options: Rectify
 ) -> Rectified:
-    """levelled: in the axes of `reference`, CAMERA or Z_UP. said: what the history notes besides."""
+    """levelled: in the axes of `reference`, CAMERA or Z_UP."""
     R_source_from_reference = source.frame.basis @ reference.basis.T
     R_source_from_body = R_source_from_reference @ levelled.R_camera_from_body
     R_source_from_level = R_source_from_reference @ levelled.R_camera_from_level
     reason = why_not(levelled, _in(source, reference).joints)
-    noted = source.noted("rectify", method=method, camera=camera, level_heading=levelled.heading, **said)
+    said: dict[str, Any] = {
+        "gravity": options.gravity, "pitch_deg": options.pitch_deg, "roll_deg": options.roll_deg,
+        "window_s": options.window_s if options.camera == "moving" else None,
+    }  # fmt: skip
+    said = {name: value for name, value in said.items() if value is not None}
+    noted = source.noted(
+        "rectify", method=method, camera=options.camera, level_heading=levelled.heading, **said
+    )
     unit_ = source.frame.unit
     root = source.root
     if root is not None:
         root = rotate(transpose(R_source_from_level), root) if R_source_from_level.ndim == 2 else None
-    body, level = (
-        noted.mapped(partial(_canonical, R), frame=frame.with_(unit=unit_), root=place)
-        for R, frame, place in ((R_source_from_body, BODY, None), (R_source_from_level, LEVEL, root))
-    )
     return Rectified(
-        body=body,
-        level=level,
+        body=noted.mapped(partial(_canonical, R_source_from_body), frame=BODY.with_(unit=unit_), root=None),
+        level=noted.mapped(
+            partial(_canonical, R_source_from_level),
+            frame=LEVEL.with_(unit=unit_),
+            root=root,
+            covariance=turned_covariance(source.covariance, transpose(R_source_from_level)),
+        ),
         R_source_from_body=R_source_from_body,
         R_source_from_level=R_source_from_level,
         error_deg=levelled.error_deg,
@@ -270,13 +248,13 @@ def _rectified(
         level_heading=levelled.heading,
         level_ok=not reason,
         level_reason=reason,
-        camera="gravity" if reference is Z_UP else camera,
+        camera="gravity" if reference is Z_UP else options.camera,
         up_error_deg=levelled.up_error_deg,
         up_bound_deg=levelled.up_bound_deg,
         up_votes=rotate(R_source_from_reference, levelled.votes),
-        up_shares=levelled.shares,
-        up_pulls=levelled.pulls,
-        up_own={name: (R_source_from_reference @ up, error) for name, (up, error) in levelled.own.items()},
+        up_shares=levelled.up.shares,
+        up_pulls=levelled.up.pulls,
+        up_own={name: (R_source_from_reference @ up, error) for name, (up, error) in levelled.up.own.items()},
     )
 
 
@@ -286,10 +264,9 @@ def _looks(view: View | None, source: PoseSequence) -> list[tuple[float, Look]]:
     return [(float(np.interp(look.frame, source.frame_index, _times(source))), look) for look in looks]
 
 
-def _told(
-    gravity: tuple[float, float, float] | None, pitch_deg: float | None, roll_deg: float | None
-) -> list[Evidence]:
+def _told(options: Rectify) -> list[Evidence]:
     """What the user says about the camera, as evidence on up."""
+    gravity, pitch_deg, roll_deg = options.gravity, options.pitch_deg, options.roll_deg
     if gravity is not None and (pitch_deg is not None or roll_deg is not None):
         raise InputError("Expected the camera's gravity, or its pitch and roll, not both.")
     if gravity is not None:
@@ -311,42 +288,23 @@ def _in(source: PoseSequence, reference: Frame) -> PoseSequence:
     return change_frame(source, reference.with_(origin="pelvis", unit=source.frame.unit))
 
 
-def _own_gravity(joints: np.ndarray, times: np.ndarray, together: bool) -> Levelled:
-    """Of joints in axes whose +z is up: nothing votes. together: LEVEL's heading is the world's, not the person's."""
-    up = np.array([0.0, 0.0, 1.0])
-    R = R_world_from_body(joints)
-    R_level, heading = (np.eye(3), "world") if together else level_frame(R, up, times)
-    exact, unknown = np.zeros(len(joints)), np.full(len(joints), np.nan)
-    votes = np.full((len(joints), 3), np.nan)
-    shares = {"the source's own axes": 1.0}
-    return Levelled(R, R_level, unknown, exact, exact, votes, shares, heading, float("nan"), None)
-
-
-def _drift_event(levelled: Levelled, poses: PoseSequence) -> list[Event]:
-    if levelled.drift_at is None:
-        return []
-    frame = int(poses.frame_index[levelled.drift_at])
-    return [
-        Event(
-            "warning",
-            f"The camera was taken for one that stands still, but the frames' ups before and after frame {frame} are "
-            f"{levelled.drift_deg:.0f} degrees apart: a cut, a moving camera (--camera moving), or a body that lies or "
-            "bends down for long.",
-            levelled.drift_at,
+def _events(levelled: Levelled, poses: PoseSequence) -> list[Event]:
+    """What the user is told about the take's up."""
+    events = [Event("warning", text) for text in levelled.up.warnings]
+    if (row := levelled.drift_at) is not None:
+        text = (
+            "The camera was taken for one that stands still, but the frames' ups before and after frame "
+            f"{poses.frame_index[row]} are {levelled.drift_deg:.0f} degrees apart: a cut, a moving camera (--camera "
+            "moving), or a body that lies or bends down for long."
         )
-    ]
-
-
-def _apart_event(apart_deg: float) -> list[Event]:
-    if np.isnan(apart_deg):
-        return []
-    return [
-        Event(
-            "warning",
-            f"This person's own up is {apart_deg:.0f} degrees from the one that all of the recording share: they "
-            "lean, bend down or lie for long, or the lifter tilted them.",
+        events.append(Event("warning", text, row))
+    if not np.isnan(levelled.apart_deg):
+        text = (
+            f"This person's own up is {levelled.apart_deg:.0f} degrees from the one that all of the recording share: "
+            "they lean, bend down or lie for long, or the lifter tilted them."
         )
-    ]
+        events.append(Event("warning", text))
+    return events
 
 
 def _canonical(R_source_from_canonical: np.ndarray, points: np.ndarray) -> np.ndarray:

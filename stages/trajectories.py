@@ -23,6 +23,7 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from ..pipeline.errors import InputError
+from ..pipeline.messages import how_many
 from ..pipeline.motion.rates import fall_doubts, pace_doubts
 from ..pipeline.motion.signals import (
     CUTOFF_HZ,
@@ -35,7 +36,7 @@ from ..pipeline.motion.signals import (
     uneven_rows,
 )
 from ..pipeline.pose import PoseSequence, Rectified
-from ..pipeline.rotations import known
+from ..pipeline.rotations import is_finite
 from ..pipeline.take import Event, Take
 
 Filter = Literal["butterworth", "savgol", "none"]
@@ -122,8 +123,8 @@ def smooth(
         "low-pass filter",
         filter=filter,
         cutoff_hz=cutoff,
-        rows_resampled=uneven_rows(np.asarray(known(joints).any(axis=1)), times, seams),
-        values_lost=int((known(joints) & ~known(result)).sum()),
+        rows_resampled=uneven_rows(np.asarray(is_finite(joints).any(axis=1)), times, seams),
+        values_lost=int((is_finite(joints) & ~is_finite(result)).sum()),
     )
 
 
@@ -140,7 +141,7 @@ def trajectory(path: PoseSequence, joint: str) -> dict[str, np.ndarray]:
 
     joint: by name, or "root" of poses that have one, whose distance is that from where it is counted.
     path: poses in LEVEL, filtered (`smooth`) unless derivatives of noise are wanted. Derivatives are those of a cubic
-    spline, never taken across a gap, a seam or dropped frames; NaN where they cannot be had. InputError
+    spline, never taken across a gap, a clip boundary or dropped frames; NaN where they cannot be had. InputError
     for a unit that is neither metres nor arbitrary.
     """
     if path.frame.unit not in ("m", "arbitrary"):
@@ -166,7 +167,7 @@ def unit_of(column: str, length: str) -> str:
 
 def _trusted(rectified: Rectified) -> PoseSequence:
     """LEVEL with the frames that could not be rectified missing, so that nothing is taken across them."""
-    refused = ~np.asarray(known(rectified.R_source_from_body).all(axis=-1))
+    refused = ~np.asarray(is_finite(rectified.R_source_from_body).all(axis=-1))
     return rectified.level.mapped(lambda points: np.where(refused[:, None, None], np.nan, points))
 
 
@@ -192,7 +193,8 @@ def _told(path: PoseSequence) -> list[Event]:
         events.append(
             Event(
                 "warning",
-                f"{done['values_lost']} joint positions lie in unbroken pieces that are too short for the "
+                f"{how_many(done['values_lost'], 'joint position lies', 'joint positions lie')} in "
+                "unbroken pieces that are too short for the "
                 f"{done['cutoff_hz']:g} Hz filter; their paths, velocities and accelerations are missing.",
             )
         )
@@ -200,7 +202,8 @@ def _told(path: PoseSequence) -> list[Event]:
         events.append(
             Event(
                 "note",
-                f"The time stamps of {done['rows_resampled']} frames are not evenly spaced: paths were brought to even "
+                f"The time stamps of {how_many(done['rows_resampled'], 'frame')} are not evenly "
+                "spaced: paths were brought to even "
                 "ones for the filter, and back.",
             )
         )

@@ -12,6 +12,7 @@ from typing import IO, Any
 import numpy as np
 
 from ...pipeline.errors import InputError
+from .beginning import first_bytes
 
 _PEEK_BYTES = 1 << 16  # more than the metadata that MMPose's demos write before the first frame
 _TOKEN = re.compile(r'"(?:[^"\\]|\\.)*"?|[\[\]{},]', re.DOTALL)
@@ -26,12 +27,8 @@ _MAX_FRAME = 1 << 53  # larger numbers are no video frames, and would not fit an
 def beginning(path: Path) -> Any:
     """The first 64 KB of a JSON file as Python values, cut at a comma; None for anything else. Never raises."""
     try:
-        if not path.is_file():
-            return None
-        with path.open("rb") as file:
-            text = file.read(_PEEK_BYTES).decode("utf-8-sig", errors="ignore")
-        return json.loads(_closed(text))
-    except (OSError, ValueError, RecursionError):
+        return json.loads(_closed(first_bytes(path, _PEEK_BYTES).decode("utf-8-sig", errors="ignore")))
+    except (ValueError, RecursionError):
         return None
 
 

@@ -36,7 +36,7 @@ class Body:
     """One person in one frame. values: (33, 4) x, y, z and visibility (NaN without).
 
     frame: the frame's number, None when the file does not say; time_s: seconds, None alike. box: (4,) in the
-    picture, None when unknown.
+    image, None when unknown.
     """
 
     values: np.ndarray

@@ -9,11 +9,13 @@ from __future__ import annotations
 import math
 import zlib
 from collections.abc import Iterator
+from mmap import mmap
 from typing import NamedTuple
 
 import numpy as np
 
 from ...pipeline.files.unpacked import unpacked
+from ...pipeline.messages import how_many
 
 _HEADER = 128
 _MATRIX, _COMPRESSED = 14, 15
@@ -34,7 +36,7 @@ class _Matrix(NamedTuple):
     rest: memoryview
 
 
-def names(content: bytes) -> frozenset[str]:
+def names(content: bytes | mmap) -> frozenset[str]:
     """Of the variables. ValueError or zlib.error for a damaged file."""
     order = _order(content)
     return frozenset(
@@ -58,21 +60,21 @@ def arrays(content: bytes, wanted: tuple[str, ...]) -> dict[str, np.ndarray]:
     return found
 
 
-def _order(content: bytes) -> str:
+def _order(content: bytes | mmap) -> str:
     order = {b"IM": "<", b"MI": ">"}.get(content[126:_HEADER])
     if order is None:
         raise ValueError("its header is damaged")
     return order
 
 
-def _body(content: bytes) -> memoryview:
+def _body(content: bytes | mmap) -> memoryview:
     return memoryview(content)[_HEADER:]
 
 
 def _beginning(kind: int, data: memoryview) -> memoryview:
     """Of a variable: its first bytes, unpacked."""
     if kind == _COMPRESSED:
-        return memoryview(zlib.decompressobj().decompress(bytes(data), _START))[8:]
+        return memoryview(zlib.decompressobj().decompress(bytes(data[: 2 * _START]), _START))[8:]
     return data
 
 
@@ -113,7 +115,7 @@ def _numbers(matrix: _Matrix, order: str) -> np.ndarray:
         raise ValueError(f"'{matrix.name}' is no array of real numbers")
     values = np.frombuffer(data, order + _STORED[stored])
     if len(values) != math.prod(matrix.shape):
-        raise ValueError(f"'{matrix.name}' of shape {matrix.shape} has {len(values)} numbers")
+        raise ValueError(f"'{matrix.name}' of shape {matrix.shape} has {how_many(len(values), 'number')}")
     return values.astype(_CLASSES[matrix.kind]).reshape(matrix.shape, order="F")
 
 
@@ -123,7 +125,7 @@ def _cells(matrix: _Matrix, order: str) -> np.ndarray:
         for _, data in _elements(matrix.rest, order)
     ]
     if len(cells) != math.prod(matrix.shape):
-        raise ValueError(f"'{matrix.name}' of shape {matrix.shape} has {len(cells)} cells")
+        raise ValueError(f"'{matrix.name}' of shape {matrix.shape} has {how_many(len(cells), 'cell')}")
     found = np.empty(len(cells), dtype=object)
     found[:] = cells
     return found.reshape(matrix.shape, order="F")

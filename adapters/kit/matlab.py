@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from mmap import ACCESS_READ, mmap
 from pathlib import Path
 
 import numpy as np
@@ -27,7 +28,8 @@ def keys(path: Path) -> frozenset[str]:
                 return frozenset(file)
         if not _start(path).startswith(_BEGINS):
             return frozenset()
-        return _mat5.names(path.read_bytes())
+        with path.open("rb") as file:  # only the pages with the variables' names are read
+            return _mat5.names(mmap(file.fileno(), 0, access=ACCESS_READ))
     except Exception:  # h5py raises whatever damaged bytes lead it to, or is missing
         return frozenset()
 

@@ -17,6 +17,7 @@ import numpy as np
 
 from ...pipeline.errors import InputError
 from ...pipeline.layouts import Layout
+from ...pipeline.messages import how_many
 from ...pipeline.pose import PoseSequence
 from .json import beginning, each, entries, field, frame_number, load, numbers
 from .people import Bodies
@@ -164,7 +165,9 @@ def rebase_said(poses: PoseSequence) -> PoseSequence:
     return poses.noted(
         "rebase",
         frames=rebased,
-        warning=f"The lowest joint was put at height 0 in {rebased} of {len(poses)} frames, and it was another one "
-        f"{changes} times: the file holds no vertical movement of the body as a whole. Poses relative to the pelvis "
+        warning=f"The lowest joint was put at height 0 in {rebased} of "
+        f"{how_many(len(poses), 'frame')}, and it was another one "
+        f"{how_many(changes, 'time')}: the file holds no vertical movement of the body as a whole. "
+        "Poses relative to the pelvis "
         "are unharmed; --disable-rebase-keypoint of MMPose leaves the heights as they were.",
     )

@@ -24,7 +24,20 @@ from ...pipeline.files.arrays import (
 )
 from .pickles import loads
 
-__all__ = ["Shape", "fits", "has_objects", "in_words", "keys", "load", "load_all", "load_objects", "peek"]
+_PEEK_BYTES = 1 << 22
+
+__all__ = [
+    "Shape",
+    "arrays_in",
+    "fits",
+    "has_objects",
+    "in_words",
+    "keys",
+    "load",
+    "load_all",
+    "load_objects",
+    "peek",
+]
 
 
 def load_objects(path: Path, key: str) -> Any:
@@ -40,10 +53,18 @@ def load_objects(path: Path, key: str) -> Any:
     return loads(content, where)
 
 
+def arrays_in(path: Path) -> set[str]:
+    """The names of the arrays in an .npz; none for any other file. Never raises."""
+    try:
+        return set(keys(path))
+    except InputError:
+        return set()
+
+
 def has_objects(path: Path, *wanted: str) -> bool:
     """Whether the file is an .npz with arrays of Python objects by these names. Never raises."""
     try:
-        if not path.is_file() or not set(wanted) <= set(keys(path)):
+        if not arrays_in(path) >= set(wanted):
             return False
         for key in wanted:
             with damage_reported(path), opened(path, key) as (stream, _):
@@ -55,9 +76,9 @@ def has_objects(path: Path, *wanted: str) -> bool:
 
 
 def peek(path: Path, *shapes: Shape, key: str | None = None) -> np.ndarray | None:
-    """What `load` gives, (...,) of one of the shapes, or None where it would raise: for sniffing. Data of a wrong shape
-    are never read."""
+    """The first rows of what `load` gives, (...,) of one of the shapes, or None where it would raise: for sniffing. At
+    most 4 MB are read, which are 20,000 rows of 17 joints; data of a wrong shape are never read."""
     try:
-        return load(path, *shapes, key=key)
+        return load(path, *shapes, key=key, limit=_PEEK_BYTES)
     except InputError:
         return None

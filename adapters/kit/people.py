@@ -19,7 +19,7 @@ from .tracks import Crowd, Detection, followed, saying_nothing
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class _Seen(Detection):
-    """A body by what it shows in the picture plane; row: its place among the bodies."""
+    """A body by what it shows in the image plane; row: its place among the bodies."""
 
     row: int
 
@@ -35,7 +35,7 @@ class Bodies:
     def add(
         self, frame: int, joints: np.ndarray, scores: np.ndarray | None = None, box: np.ndarray | None = None
     ) -> None:
-        """joints (J, 3); scores (J,), None when unknown; box (4,) in the picture, x1, y1, x2, y2, None when unknown.
+        """joints (J, 3); scores (J,), None when unknown; box (4,) in the image, x1, y1, x2, y2, None when unknown.
         InputError for too many people (`Crowd`)."""
         self._crowd.add(frame)
         count = len(self.layout)
@@ -55,7 +55,7 @@ class Bodies:
     ) -> tuple[PoseSequence, ...]:
         """One sequence a person in `frame`, rows in order of time, people in the order in which they appear.
 
-        plane: the two coordinates that the picture shows, by which people without boxes are told apart.
+        plane: the two coordinates that the image shows, by which people without boxes are told apart.
         placed: the joints say where in space the person is, not only the pose.
         People are joined from frame to frame by `_tracks.followed`; the history says by what. Scores that say nothing
         (`saying_nothing`) become NaN, others outside [0, 1] are clipped; the history tells both. InputError when
@@ -121,7 +121,7 @@ class Bodies:
 
 
 def _seen(frames: np.ndarray, points: np.ndarray) -> Iterator[list[_Seen]]:
-    """The bodies of each frame, in order of time; points (bodies, N, 2) are what each shows in the picture plane."""
+    """The bodies of each frame, in order of time; points (bodies, N, 2) are what each shows in the image plane."""
     ordered = np.argsort(frames, kind="stable").tolist()
     for frame, rows in groupby(ordered, key=frames.__getitem__):
         bodies = [

@@ -20,6 +20,8 @@ import numpy as np
 
 from ...pipeline.errors import InputError
 from ...pipeline.files.unpacked import unpacked
+from ...pipeline.messages import how_many
+from .beginning import first_bytes
 
 _ZLIB = b"\x78"
 _PEEK_BYTES = 1 << 16
@@ -62,7 +64,7 @@ class _Array:
 def _nested(values: list[Any], shape: tuple[int, ...]) -> Any:
     """Objects of an array of this shape, by rows, as lists in lists; the only one where the shape is ()."""
     if len(values) != int(np.prod(shape, dtype=object)):
-        raise InputError(f"expected an array of shape {shape}, got {len(values)} objects.")
+        raise InputError(f"expected an array of shape {shape}, got {how_many(len(values), 'object')}.")
     if len(shape) < 2 or not values:
         return values if shape else values[0]
     step = len(values) // max(shape[0], 1)
@@ -188,14 +190,11 @@ for _code in (pickle.INT, pickle.LONG, pickle.LONG1, pickle.LONG4):
 
 def beginning(path: Path) -> bytes:
     """The first 64 KB of a pickle, unpacked; empty for what cannot be read. Never raises."""
+    start = first_bytes(path, _PEEK_BYTES)
     try:
-        if not path.is_file():
-            return b""
-        with path.open("rb") as file:
-            start = file.read(_PEEK_BYTES)
         if start[:1] == _ZLIB:
             start = zlib.decompressobj().decompress(start, _PEEK_BYTES)
-    except (OSError, zlib.error):
+    except zlib.error:
         return b""
     return start if start[:1] == pickle.PROTO else b""
 

@@ -13,6 +13,7 @@ import numpy as np
 from ...pipeline.errors import InputError
 from ...pipeline.frames import IMAGE
 from ...pipeline.layouts import Layout
+from ...pipeline.messages import how_many
 from ...pipeline.pose import PoseSequence
 from .json import numbers
 
@@ -136,9 +137,9 @@ def _layout(detections: Sequence[Detection], layouts: Iterable[Layout], where: s
         expected = " or ".join(
             f"{count} joints ({', '.join(one.name for one in same)})" for count, same in known.items()
         )
-        raise InputError(
-            f"{where}: expected people of {expected}, got {', '.join(map(str, sorted(counts)))} joints."
-        )
+        *fewer, most = sorted(counts)
+        got = ", ".join([*map(str, fewer), how_many(most, "joint")])
+        raise InputError(f"{where}: expected people of {expected}, got {got}.")
     points = np.stack([np.where(one.found[:, None], one.points[:, :2], np.nan) for one in detections])
     return likely_layout(points, known[counts.pop()])
 

@@ -12,7 +12,7 @@ from ...pipeline.files.skeletons import h36m17_named
 from ...pipeline.frames import UNITS, Y_UP, Z_UP, Frame
 from ...pipeline.layouts import H36M17, Layout, remap
 from ...pipeline.pose import PoseSequence
-from ...pipeline.rotations import known, rotate, transpose
+from ...pipeline.rotations import is_finite, rotate, transpose
 
 LENGTHS = tuple(unit for unit in UNITS if unit not in ("px", "arbitrary"))
 
@@ -93,7 +93,7 @@ def check_upright(poses: PoseSequence, where: str) -> None:
     """InputError unless, in the usual frame, the head lies above the ankles along the axis that is taken for up."""
     joints = remap(poses, H36M17)
     trunk = joints.joint("head") - (joints.joint("l_ankle") + joints.joint("r_ankle")) / 2
-    trunk = rotate(transpose(poses.frame.basis), trunk[known(trunk)])
+    trunk = rotate(transpose(poses.frame.basis), trunk[is_finite(trunk)])
     if len(trunk) and np.median(trunk[:, 2] / np.linalg.norm(trunk, axis=1)) < 0.5:
         axis = "y" if poses.frame.axes[1] == "up" else "z"
         raise InputError(

@@ -12,8 +12,8 @@ import numpy as np
 from ...pipeline.files.atomic import whole_file
 from ...pipeline.layouts import H36M17
 from .camera import Camera, camera_poses
+from .image import images
 from .landmarks import halpe26
-from .picture import pictures
 from .walk import Walk
 
 UNDETECTED = (41, 42, 130, 197)  # video frames in which the example's detector finds nobody
@@ -101,8 +101,8 @@ def write_video(path: Path, walk: Walk, camera: Camera) -> None:
         stream = container.add_stream("libx264", rate=Fraction(walk.fps).limit_denominator(1001))
         stream.width, stream.height, stream.pix_fmt = camera.width, camera.height, "yuv420p"
         stream.options = {"crf": "21", "preset": "fast", "bf": "0"}
-        for picture in pictures(walk, camera):
-            container.mux(stream.encode(av.VideoFrame.from_ndarray(picture, format="rgb24")))
+        for image in images(walk, camera):
+            container.mux(stream.encode(av.VideoFrame.from_ndarray(image, format="rgb24")))
         container.mux(stream.encode())
 
 

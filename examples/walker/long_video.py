@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from .camera import side_camera
-from .picture import pictures
+from .image import images
 from .walk import walker
 
 
@@ -22,7 +22,7 @@ def write_long_video(path: Path, seconds: float) -> None:
 
     walk = walker()
     # As JPEG a hundredth of the memory: what reads the video afterwards may be what is measured.
-    there = [cv2.imencode(".jpg", picture)[1] for picture in pictures(walk, side_camera(walk))]
+    there = [cv2.imencode(".jpg", image)[1] for image in images(walk, side_camera(walk))]
     frames = round(seconds * walk.fps)
     with av.open(str(path), "w", format="mp4") as container:
         stream = container.add_stream("libx264", rate=Fraction(walk.fps).limit_denominator(1001))
@@ -31,9 +31,9 @@ def write_long_video(path: Path, seconds: float) -> None:
         packets = []
         for number, jpeg in enumerate([*there, *reversed(there)]):
             drawn = np.asarray(cv2.imdecode(jpeg, cv2.IMREAD_COLOR_RGB))
-            picture = av.VideoFrame.from_ndarray(drawn, format="rgb24")
-            picture.pts, picture.time_base = number, Fraction(1, 30)
-            packets += stream.encode(picture)
+            image = av.VideoFrame.from_ndarray(drawn, format="rgb24")
+            image.pts, image.time_base = number, Fraction(1, 30)
+            packets += stream.encode(image)
         packets += stream.encode()
         step = packets[1].pts - packets[0].pts
         contents = [(bytes(packet), packet.is_keyframe) for packet in packets]

@@ -28,9 +28,9 @@ from ...pipeline.files.atomic import whole_file
 from ...pipeline.layouts import H36M17
 from ...pipeline.motion.angles import ANGLES, angles, near, of_both
 from ...pipeline.plugins.protocols import Rectifier
-from ...pipeline.rotations import kabsch, known, rotate, transpose
+from ...pipeline.rotations import is_finite, kabsch, rotate, transpose
 from ..common.metrics import SD_90, scaled
-from ..gravity.levelling import Levelled, level_static, why_not
+from ..gravity import Levelled, Seen, level_static, why_not
 from ..rectifier.load import load_rectifier
 from .joint_noise import JOINTS, NOISE_FILE, JointNoise, angle_sd, heading_error, limb_spread, shipped_noise
 from .take_angles import smoothed
@@ -94,7 +94,7 @@ def modes_of(pairs: Iterator[Pair]) -> np.ndarray:
     """(K, 14, 3) the largest principal axes of the residuals, one root mean square long."""
     errors = [pair.residual()[pair.upright] for pair in pairs]
     flat = np.concatenate(errors).reshape(-1, 3 * len(JOINTS))
-    flat = flat[known(flat)]
+    flat = flat[is_finite(flat)]
     variance, axes = np.linalg.eigh(flat.T @ flat / len(flat))
     largest = np.argsort(variance)[::-1][:_MODES]
     return (axes[:, largest] * np.sqrt(variance[largest])).T.reshape(_MODES, len(JOINTS), 3)
@@ -107,7 +107,7 @@ def with_multiples(noise: JointNoise, pairs: Sequence[Pair], levels: Sequence[Le
         size = np.sqrt((pair.residual() ** 2).sum(axis=(1, 2)))
         heading = heading_error(level.error_deg, level.up_error_deg)
         row = np.log(np.stack([heading, limb_spread(pair.lifted), pair.stated, size], axis=-1))
-        rows.append(row[pair.upright & known(row)])
+        rows.append(row[pair.upright & is_finite(row)])
     x = np.concatenate(rows)
     centre = x.mean(axis=0)
     powers = np.linalg.lstsq(x[:, :-1] - centre[:-1], x[:, -1] - centre[-1], rcond=None)[0]
@@ -145,7 +145,7 @@ def fit(train: Sequence[Path], val: Sequence[Path], rectifier: Rectifier) -> Joi
     noise = JointNoise(modes_of(read_pairs(train))) if train else replace(shipped, factors={})
     pairs, levels = [], []
     for pair in read_pairs(val):
-        level = level_static(pair.raw, *rectifier.rotation(pair.raw), pair.time_s)
+        level = level_static(Seen(pair.raw, *rectifier.rotation(pair.raw), pair.time_s, spread=pair.stated))
         if not why_not(level, pair.raw):
             pairs.append(pair)
             levels.append(level)

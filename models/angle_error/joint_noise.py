@@ -2,7 +2,7 @@
 models/angle_error/take_angles.py.
 
 The noise is a Gaussian over 14 joints at once (nose, head and spine enter no angle), in camera axes, so that depth may
-be worse than what the picture shows, and neighbouring joints err together; what turns or moves the whole body is no
+be worse than what the image shows, and neighbouring joints err together; what turns or moves the whole body is no
 part of it. It is kept as its largest modes, each one standard deviation long. A frame's noise is a multiple of it: by
 the rectifier's own error there, by how much the limbs' lengths differ from the take's (a limb that is lifted too
 short or too long lies wrong in depth), and by what the lifter itself states, where it does. 2D confidences say no more
@@ -26,7 +26,7 @@ import numpy as np
 from ...pipeline.anthropometry import implied_stature
 from ...pipeline.layouts import H36M17
 from ...pipeline.motion.angles import ANGLES, angles, near
-from ...pipeline.rotations import known, rotate, transpose
+from ...pipeline.rotations import is_finite, rotate, transpose
 from ...pipeline.running.cores import cores
 
 NOISE_FILE = Path(__file__).with_name("joint_noise.json")
@@ -107,7 +107,7 @@ def angle_sd(
     heading = heading_error(error_deg, up_error_deg)
     stated = np.full(len(body), np.nan) if stated is None else stated
     size = noise.scale(heading, limb_spread(body), stated) * implied_stature(body)
-    turned = np.asarray(known(R_camera_from_body).all(axis=1))
+    turned = np.asarray(is_finite(R_camera_from_body).all(axis=1))
     R_body_from_camera = np.where(turned[:, None, None], transpose(R_camera_from_body), np.eye(3))
     heading = np.where(np.isfinite(heading), heading, noise.usual[0]) / _MEAN_OF_STD
     tilt = np.where(np.isfinite(up_error_deg), up_error_deg, 0.0) / np.sqrt(2)

@@ -19,7 +19,7 @@ from ...pipeline.motion.angles import (
 )
 from ...pipeline.motion.foot_angles import FOOT_ANGLES, foot_angles, toes_completed
 from ...pipeline.motion.signals import CUTOFF_HZ, lowpass
-from ...pipeline.rotations import known, rotate, transpose
+from ...pipeline.rotations import is_finite, rotate, transpose
 from .joint_noise import JointNoise, angle_sd
 
 MAX_SD_DEG = 30.0  # a stated standard deviation beyond this says nothing about a joint
@@ -59,7 +59,7 @@ def take_angles(
     that are missing because nobody saw them. stated: (T,) the lifter's own error, as of `angle_sd`. feet,
     filtered_feet: (T, 6, 3) in the order of FEET, where joints and filtered are.
     """
-    turned = np.asarray(known(R_source_from_body).all(axis=1))
+    turned = np.asarray(is_finite(R_source_from_body).all(axis=1))
     # Angles between segments are the same in any axes, so a frame that cannot be turned keeps them.
     R = np.where(turned[:, None, None], R_source_from_body, np.eye(3))
     body = rotate(transpose(R), filtered)
@@ -70,14 +70,14 @@ def take_angles(
         error_deg = unknown if error_deg is None else error_deg
         up_error_deg = unknown if up_error_deg is None else up_error_deg
         sd = angle_sd(body, R_source_from_body, error_deg, up_error_deg, noise, stated)
-    there, left = known(joints), known(filtered)
+    there, left = is_finite(joints), is_finite(filtered)
     hidden = np.zeros(there.shape, dtype=bool) if unseen is None else unseen & ~there
     defined, points = ANGLES, H36M17.joints
     if feet is not None and filtered_feet is not None:
         defined, points = ANGLES | FOOT_ANGLES, (*H36M17.joints, *FEET.joints)
         values |= foot_angles(body, rotate(transpose(R), filtered_feet))
-        there = np.concatenate([there, known(toes_completed(feet))], axis=1)
-        left = np.concatenate([left, known(toes_completed(filtered_feet))], axis=1)
+        there = np.concatenate([there, is_finite(toes_completed(feet))], axis=1)
+        left = np.concatenate([left, is_finite(toes_completed(filtered_feet))], axis=1)
         hidden = np.concatenate([hidden, hidden[:, H36M17.indices(FEET_ANKLES)]], axis=1)
     out = {}
     for name, angle in defined.items():

@@ -77,3 +77,13 @@ def procrustes_error(predicted: np.ndarray, truth: np.ndarray) -> np.ndarray:
     a = truth - truth.mean(axis=-2, keepdims=True)
     b = predicted - predicted.mean(axis=-2, keepdims=True)
     return joint_error(scaled(rotate(kabsch(a, b), b), a), a)
+
+
+def sorting(expected: np.ndarray, true: np.ndarray) -> float:
+    """Spearman's rank correlation of expected and true errors (N,), where both are known; NaN where all are alike."""
+    from scipy.stats import spearmanr
+
+    both = np.isfinite(expected) & np.isfinite(true)
+    if not both.any() or np.ptp(expected[both]) == 0:
+        return float("nan")
+    return float(spearmanr(expected[both], true[both])[0])  # type: ignore[arg-type]

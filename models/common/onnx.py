@@ -80,7 +80,7 @@ def session_of(content: bytes, threads: int = 0) -> Any:
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads = threads or cores()
     options.log_severity_level = 3
-    # Threads that wait for the next picture in a loop hold the cores that decode it.
+    # Threads that wait for the next image in a loop hold the cores that decode it.
     options.add_session_config_entry("session.intra_op.allow_spinning", "0")
     return onnxruntime.InferenceSession(content, options, providers=["CPUExecutionProvider"])
 

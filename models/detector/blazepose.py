@@ -1,4 +1,4 @@
-"""BlazePose's landmark network: 33 landmarks in the picture, with where to look in the next frame.
+"""BlazePose's landmark network: 33 landmarks in the image, with where to look in the next frame.
 
 As MediaPipe's pose_landmark_*.tflite after conversion: input (1, 256, 256, 3) RGB 0 to 1; outputs (1, 195), 39 points
 of x, y, z in pixels of the crop, visibility and presence before the sigmoid, of which 33 are landmarks and the next two
@@ -41,12 +41,12 @@ class BlazePose:
         self._landmarks, self._flag = shapes.index(_LANDMARKS), shapes.index(_FLAG)
         self.method = f"blazepose@{network.digest}"
 
-    def look(self, picture: np.ndarray, crop: Crop) -> Found:
+    def look(self, image: np.ndarray, crop: Crop) -> Found:
         """As CropNetwork says."""
-        image = crop.cut(picture, (self._side, self._side)).astype(np.float32) / 255
-        answers = self._network.run(image[None])
+        cropped = crop.cut(image, (self._side, self._side)).astype(np.float32) / 255
+        answers = self._network.run(cropped[None])
         points = answers[self._landmarks].reshape(_POINTS, 5)
-        xy = crop.in_picture(points[:, :2] / self._side)
+        xy = crop.in_image(points[:, :2] / self._side)
         score = 1 / (1 + np.exp(-np.clip(points[: len(self.layout), 3], -30, 30)))
         radius = np.linalg.norm(xy[_ON_CIRCLE] - xy[_CENTRE])
         box = np.concatenate([xy[_CENTRE] - radius, xy[_CENTRE] + radius])

@@ -1,4 +1,4 @@
-"""Parts of a picture as a network wants them, and where the network's answers lie in the picture."""
+"""Parts of an image as a network wants them, and where the network's answers lie in the image."""
 
 from __future__ import annotations
 
@@ -9,26 +9,26 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Crop:
-    """A rectangle of the picture in whole pixels; it may reach beyond the picture, which is black there."""
+    """A rectangle of the image in whole pixels; it may reach beyond the image, which is black there."""
 
     left: int
     top: int
     width: int
     height: int
 
-    def cut(self, picture: np.ndarray, size: tuple[int, int], fill: int = 0) -> np.ndarray:
-        """(size[1], size[0], 3) uint8: the part of a picture (H, W, 3), scaled to width and height `size`.
+    def cut(self, image: np.ndarray, size: tuple[int, int], fill: int = 0) -> np.ndarray:
+        """(size[1], size[0], 3) uint8: the part of an image (H, W, 3), scaled to width and height `size`.
 
-        fill: the grey beyond the picture.
+        fill: the grey beyond the image.
         """
         import cv2
 
-        height, width = picture.shape[:2]
+        height, width = image.shape[:2]
         left, right = max(self.left, 0), min(self.left + self.width, width)
         top, bottom = max(self.top, 0), min(self.top + self.height, height)
         if left >= right or top >= bottom:
             return np.full((size[1], size[0], 3), fill, dtype=np.uint8)
-        part = picture[top:bottom, left:right]
+        part = image[top:bottom, left:right]
         if (right - left, bottom - top) != (self.width, self.height):
             above, below = top - self.top, self.top + self.height - bottom
             before, after = left - self.left, self.left + self.width - right
@@ -37,8 +37,8 @@ class Crop:
         shrinks = self.width * self.height > size[0] * size[1]
         return cv2.resize(part, size, interpolation=cv2.INTER_AREA if shrinks else cv2.INTER_LINEAR)
 
-    def in_picture(self, shares: np.ndarray) -> np.ndarray:
-        """(..., 2) pixels of the picture from shares of the crop's width and height."""
+    def in_image(self, shares: np.ndarray) -> np.ndarray:
+        """(..., 2) pixels of the image from shares of the crop's width and height."""
         return shares * (self.width, self.height) + (self.left, self.top)
 
 

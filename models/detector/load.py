@@ -1,4 +1,4 @@
-"""Opens networks that find people's joints in pictures; the kind is told by the network's inputs and outputs."""
+"""Opens networks that find people's joints in images; the kind is told by the network's inputs and outputs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""MoveNet: 17 COCO joints straight from the picture; of one person, whom it follows, or of up to six.
+"""MoveNet: 17 COCO joints straight from the image; of one person, whom it follows, or of up to six.
 
 Inputs and outputs as on Google's model cards (movenet/singlepose/lightning, /thunder, movenet/multipose/lightning):
 (1, H, W, 3) RGB 0 to 255 -> (1, 1, 17, 3) y, x, score in shares of the input; or (1, 6, 56): 17 of those, then
@@ -38,10 +38,10 @@ class MoveNet:
         self._side = shape[1] or 192
         self.method = f"movenet@{network.digest}"
 
-    def look(self, picture: np.ndarray, crop: Crop) -> Found:
+    def look(self, image: np.ndarray, crop: Crop) -> Found:
         """As CropNetwork says."""
-        image = crop.cut(picture, (self._side, self._side)).astype(self._network.input_dtype)
-        return _person(crop, self._network.run(image[None])[0].reshape(17, 3))
+        cropped = crop.cut(image, (self._side, self._side)).astype(self._network.input_dtype)
+        return _person(crop, self._network.run(cropped[None])[0].reshape(17, 3))
 
     def next_crop(self, found: Found) -> Crop:
         """As CropNetwork says."""
@@ -61,14 +61,14 @@ class MultiMoveNet:
         self._network = network
         self.method = f"movenet-multipose@{network.digest}"
 
-    def people(self, picture: np.ndarray, before: Sequence[Found] = ()) -> tuple[Found, ...]:
+    def people(self, image: np.ndarray, before: Sequence[Found] = ()) -> tuple[Found, ...]:
         """As Detector says."""
-        height, width = picture.shape[:2]
+        height, width = image.shape[:2]
         scale = _MULTIPOSE_SIDE / max(height, width)
         size = (_stepped(width * scale), _stepped(height * scale))
         crop = Crop(0, 0, round(size[0] / scale), round(size[1] / scale))
-        image = crop.cut(picture, size).astype(self._network.input_dtype)
-        rows = self._network.run(image[None])[0][0]
+        cropped = crop.cut(image, size).astype(self._network.input_dtype)
+        rows = self._network.run(cropped[None])[0][0]
         return tuple(_person(crop, row[:51].reshape(17, 3)) for row in rows if row[55] > _SEEN)
 
 
@@ -78,6 +78,6 @@ def _stepped(side: float) -> int:
 
 def _person(crop: Crop, answer: np.ndarray) -> Found:
     """The person of an answer (17, 3): y, x in shares of the crop, score."""
-    xy, score = crop.in_picture(answer[:, 1::-1]), np.clip(answer[:, 2], 0, 1)
+    xy, score = crop.in_image(answer[:, 1::-1]), np.clip(answer[:, 2], 0, 1)
     seen = score > _SEEN
     return Found(xy, score, box_around(xy[seen] if seen.any() else xy), float(score[_TORSO].mean()))

@@ -1,4 +1,4 @@
-"""People and their joints in one picture: what networks that find them give, and what such networks look like."""
+"""People and their joints in one image: what networks that find them give, and what such networks look like."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .crops import Crop
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """One person in one picture, in pixels of the picture; read-only float32.
+    """One person in one image, in pixels of the image; read-only float32.
 
     xy: (J, 2) joints. score: (J,) in [0, 1]. box: (4,) left, top, right, bottom around the person.
     sure: in [0, 1], how much it looks like a person at all.
@@ -33,10 +33,10 @@ class Found:
 
 
 class Detector(Protocol):
-    """Finds people in pictures, and holds no state.
+    """Finds people in images, and holds no state.
 
     method: how results name it, such as "movenet@<hash>". layout: of the joints that it gives.
-    people(picture, before): everybody in a picture (H, W, 3) uint8 RGB. before: the people of the frame before, for
+    people(image, before): everybody in an image (H, W, 3) uint8 RGB. before: the people of the frame before, for
         networks that look where somebody was; empty at the first frame and after a cut.
     """
 
@@ -44,14 +44,14 @@ class Detector(Protocol):
     def method(self) -> str: ...
     @property
     def layout(self) -> Layout: ...
-    def people(self, picture: np.ndarray, before: Sequence[Found] = ()) -> tuple[Found, ...]: ...
+    def people(self, image: np.ndarray, before: Sequence[Found] = ()) -> tuple[Found, ...]: ...
 
 
 class CropNetwork(Protocol):
-    """A network that finds the joints of the person in a part of the picture.
+    """A network that finds the joints of the person in a part of the image.
 
     aspect: width over height of that part. room: its size over that of a box around the person.
-    look(picture, crop): what it takes for the person there, sure or not.
+    look(image, crop): what it takes for the person there, sure or not.
     next_crop(found): where to look in the next frame.
     """
 
@@ -62,13 +62,13 @@ class CropNetwork(Protocol):
     def method(self) -> str: ...
     @property
     def layout(self) -> Layout: ...
-    def look(self, picture: np.ndarray, crop: Crop) -> Found: ...
+    def look(self, image: np.ndarray, crop: Crop) -> Found: ...
     def next_crop(self, found: Found) -> Crop: ...
 
 
 class PersonNetwork(Protocol):
-    """A network that finds people. boxes(picture): (N, 4) left, top, right, bottom in pixels."""
+    """A network that finds people. boxes(image): (N, 4) left, top, right, bottom in pixels."""
 
     @property
     def method(self) -> str: ...
-    def boxes(self, picture: np.ndarray) -> np.ndarray: ...
+    def boxes(self, image: np.ndarray) -> np.ndarray: ...

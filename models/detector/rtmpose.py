@@ -44,15 +44,15 @@ class SimCC:
         self.layout: Layout = LAYOUTS[joints]
         self.method = f"simcc@{network.digest}"
 
-    def look(self, picture: np.ndarray, crop: Crop) -> Found:
+    def look(self, image: np.ndarray, crop: Crop) -> Found:
         """As CropNetwork says."""
-        image = (crop.cut(picture, self._size) - _MEAN) / _DEVIATION
+        cropped = (crop.cut(image, self._size) - _MEAN) / _DEVIATION
         bins = dict(
-            zip(self._network.outputs, self._network.run(image.transpose(2, 0, 1)[None]), strict=True)
+            zip(self._network.outputs, self._network.run(cropped.transpose(2, 0, 1)[None]), strict=True)
         )
         rows = [bins[name][0, : len(self.layout)] for name in ("simcc_x", "simcc_y")]
         shares = np.stack([row.argmax(axis=1) / row.shape[1] for row in rows], axis=1)
-        xy = crop.in_picture(shares)
+        xy = crop.in_image(shares)
         score = np.clip(np.minimum(*(row.max(axis=1) for row in rows)), 0, 1)
         seen = score > _SEEN
         return Found(xy, score, box_around(xy[seen] if seen.any() else xy), float(score.mean()))

@@ -6,14 +6,14 @@ import numpy as np
 
 _SIDE = 32
 _SAMPLES = 64  # a side, that are looked at: averaging all pixels would cost more than what follows
-_ALIKE = 0.6  # correlation of two small pictures below which they show different scenes
-_FLAT = 2.0  # deviation of grey values below which a picture shows nothing to compare
+_ALIKE = 0.6  # correlation of two small images below which they show different scenes
+_FLAT = 2.0  # deviation of grey values below which an image shows nothing to compare
 
 
 class Glance:
-    """What is kept of a picture to compare it with the next.
+    """What is kept of an image to compare it with the next.
 
-    small: (32, 32) uint8 grey values, whatever the picture's shape. shows: whether there is anything in it.
+    small: (32, 32) uint8 grey values, whatever the image's shape. shows: whether there is anything in it.
     """
 
     def __init__(self, small: np.ndarray) -> None:
@@ -24,15 +24,15 @@ class Glance:
         self._pattern = off / length if self.shows else off
 
     @classmethod
-    def at(cls, picture: np.ndarray) -> Glance:
-        """At a picture (H, W, 3) uint8."""
+    def at(cls, image: np.ndarray) -> Glance:
+        """At an image (H, W, 3) uint8."""
         import cv2
 
-        samples = cv2.resize(picture, (_SAMPLES, _SAMPLES), interpolation=cv2.INTER_NEAREST)
+        samples = cv2.resize(image, (_SAMPLES, _SAMPLES), interpolation=cv2.INTER_NEAREST)
         small = cv2.resize(samples, (_SIDE, _SIDE), interpolation=cv2.INTER_AREA)
         return cls(cv2.cvtColor(small, cv2.COLOR_RGB2GRAY))
 
     def is_cut_to(self, now: Glance) -> bool:
-        """Whether the next picture shows another scene. Brighter, darker or a flash is none; nor is a picture of one
+        """Whether the next image shows another scene. Brighter, darker or a flash is none; nor is an image of one
         colour, so whoever asks keeps the last that `shows` something."""
         return self.shows and now.shows and float(self._pattern @ now._pattern) < _ALIKE

@@ -1,4 +1,4 @@
-"""From a network that looks into a part of the picture to a detector: one person followed, or everybody in boxes."""
+"""From a network that looks into a part of the image to a detector: one person followed, or everybody in boxes."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ _LOOKS = 3  # more, each closer than the one before
 
 
 class Follower:
-    """Detector of one person: looks where the person was, and all over the picture when there was none or it is lost.
+    """Detector of one person: looks where the person was, and all over the image when there was none or it is lost.
 
-    A person much smaller than the picture is overlooked in all of it, so squares as wide as its shorter side are
+    A person much smaller than the image is overlooked in all of it, so squares as wide as its shorter side are
     searched as well.
     """
 
@@ -28,23 +28,23 @@ class Follower:
         self.method = network.method
         self.layout: Layout = network.layout
 
-    def people(self, picture: np.ndarray, before: Sequence[Found] = ()) -> tuple[Found, ...]:
+    def people(self, image: np.ndarray, before: Sequence[Found] = ()) -> tuple[Found, ...]:
         """As Detector says; the first of `before` is followed."""
         for person in before[:1]:
-            found = self._network.look(picture, self._network.next_crop(person))
-            if found.sure >= _LOST and _middle_inside(found, picture):
+            found = self._network.look(image, self._network.next_crop(person))
+            if found.sure >= _LOST and _middle_inside(found, image):
                 return (found,)
-        found = self._search(picture)
+        found = self._search(image)
         return (found,) if found is not None else ()
 
-    def _search(self, picture: np.ndarray) -> Found | None:
+    def _search(self, image: np.ndarray) -> Found | None:
         best = None
-        for window in _windows(picture):
-            found = self._network.look(picture, fitted(window, self._network.aspect))
+        for window in _windows(image):
+            found = self._network.look(image, fitted(window, self._network.aspect))
             for _ in range(_LOOKS):
                 if found.sure >= _HINT:
-                    found = self._network.look(picture, self._network.next_crop(found))
-            if found.sure < _FOUND or not _middle_inside(found, picture):
+                    found = self._network.look(image, self._network.next_crop(found))
+            if found.sure < _FOUND or not _middle_inside(found, image):
                 continue
             if (
                 best is None or found.sure > best.sure
@@ -61,17 +61,17 @@ class TopDown:
         self.method = f"{network.method}+{persons.method}"
         self.layout: Layout = network.layout
 
-    def people(self, picture: np.ndarray, before: Sequence[Found] = ()) -> tuple[Found, ...]:
+    def people(self, image: np.ndarray, before: Sequence[Found] = ()) -> tuple[Found, ...]:
         """As Detector says."""
         network = self._network
-        crops = (fitted(box, network.aspect, network.room) for box in self._persons.boxes(picture))
-        found = (network.look(picture, crop) for crop in crops)
+        crops = (fitted(box, network.aspect, network.room) for box in self._persons.boxes(image))
+        found = (network.look(image, crop) for crop in crops)
         return tuple(person for person in found if person.sure >= _LOST)
 
 
-def _windows(picture: np.ndarray) -> list[np.ndarray]:
-    """Boxes (4,): the whole picture; and, unless it is square, squares along its longer side that half overlap."""
-    size = np.array(picture.shape[1::-1], dtype=float)
+def _windows(image: np.ndarray) -> list[np.ndarray]:
+    """Boxes (4,): the whole image; and, unless it is square, squares along its longer side that half overlap."""
+    size = np.array(image.shape[1::-1], dtype=float)
     side, long = size.min(), int(size.argmax())
     windows = [np.array([0, 0, *size])]
     steps = int(np.ceil(2 * (size.max() / side - 1)))
@@ -82,6 +82,6 @@ def _windows(picture: np.ndarray) -> list[np.ndarray]:
     return windows
 
 
-def _middle_inside(found: Found, picture: np.ndarray) -> bool:
+def _middle_inside(found: Found, image: np.ndarray) -> bool:
     middle = (found.box[:2] + found.box[2:]) / 2
-    return bool((middle >= 0).all() and (middle < picture.shape[1::-1]).all())
+    return bool((middle >= 0).all() and (middle < image.shape[1::-1]).all())

@@ -10,7 +10,8 @@ import numpy as np
 
 from ...pipeline.errors import InputError
 from ...pipeline.files.detections import Detections
-from ...pipeline.files.video_frames import pictures
+from ...pipeline.files.video_frames import images_from
+from ...pipeline.messages import how_many
 from ...pipeline.running.interrupt import interruptible
 from ...pipeline.running.progress import counted
 from ...pipeline.take import Video
@@ -54,9 +55,9 @@ class _Rows:
 
 
 class Search:
-    """People followed under their names from picture to picture, cuts noticed; what was found so far.
+    """People followed under their names from image to image, cuts noticed; what was found so far.
 
-    cuts: frames that begin another scene. seen: frames up to the last picture.
+    cuts: frames that begin another scene. seen: frames up to the last image.
     """
 
     def __init__(self, detector: Detector) -> None:
@@ -68,15 +69,15 @@ class Search:
         self._before: Sequence[Found] = ()
         self._glance: Glance | None = None
 
-    def look(self, number: int, time_s: float, picture: np.ndarray) -> list[tuple[int, Found]]:
+    def look(self, number: int, time_s: float, image: np.ndarray) -> list[tuple[int, Found]]:
         """The people in the next frame, each with the name it goes by."""
-        now = Glance.at(picture)
+        now = Glance.at(image)
         if self._glance is not None and self._glance.is_cut_to(now):
             self.cuts.append(number)
             self._tracker.cut()
             self._before = ()
         self._glance = now if self._glance is None or now.shows else self._glance
-        self._before = self._detector.people(picture, self._before)
+        self._before = self._detector.people(image, self._before)
         named = list(zip(self._tracker.names(number, self._before), self._before, strict=True))
         for name, person in named:
             self._rows.add(number, time_s, name, person)
@@ -147,14 +148,15 @@ def detect(
         if (resume.source, resume.method, resume.frames) != (source, detector.method, total):
             raise InputError(
                 f"What was detected before is of another video, detector or version ({resume.method} on "
-                f"{resume.frames} frames, now {detector.method} on {total}); leave --resume out to begin anew."
+                f"{how_many(resume.frames, 'frame')}, now {detector.method} on {total}); leave "
+                "--resume out to begin anew."
             )
         search.take_up(resume)
     keep_at = time.monotonic() + _KEEP_S
     seen = total
     with interruptible() as asked, counted("detect", total) as count:
-        for number, picture in pictures(video, search.seen):
-            search.look(number, float(video.time_s[number]), picture)
+        for number, image in images_from(video, search.seen):
+            search.look(number, float(video.time_s[number]), image)
             count(search.seen)
             if asked():
                 seen = search.seen

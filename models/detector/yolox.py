@@ -11,11 +11,12 @@ from __future__ import annotations
 import numpy as np
 
 from ...pipeline.errors import InputError
+from ...pipeline.messages import how_many
 from ..common.onnx import OnnxFile
 from .crops import Crop
 
 _SIDE = 640  # pixels, where the network takes any
-_GREY = 114  # beyond the picture, as both were trained
+_GREY = 114  # beyond the image, as both were trained
 _MEAN = np.array([103.53, 116.28, 123.675], dtype=np.float32)
 _DEVIATION = np.array([57.375, 57.12, 58.395], dtype=np.float32)
 _STRIDES = (8, 16, 32)
@@ -39,19 +40,19 @@ class PersonBoxes:
         self._raw = not labels and (shapes[boxes[0]][2] or 5) > 5
         self.method = f"people@{network.digest}"
 
-    def boxes(self, picture: np.ndarray) -> np.ndarray:
+    def boxes(self, image: np.ndarray) -> np.ndarray:
         """As PersonNetwork says, best first."""
         width, height = self._size
-        scale = min(width / picture.shape[1], height / picture.shape[0])
+        scale = min(width / image.shape[1], height / image.shape[0])
         crop = Crop(0, 0, round(width / scale), round(height / scale))
-        image = crop.cut(picture, self._size, _GREY)[..., ::-1].astype(np.float32)
+        cropped = crop.cut(image, self._size, _GREY)[..., ::-1].astype(np.float32)
         if self._normalised:
-            image = (image - _MEAN) / _DEVIATION
-        answers = self._network.run(np.ascontiguousarray(image.transpose(2, 0, 1)[None]))
+            cropped = (cropped - _MEAN) / _DEVIATION
+        answers = self._network.run(np.ascontiguousarray(cropped.transpose(2, 0, 1)[None]))
         boxes, score = self._decoded(answers)
         boxes, score = boxes[score > _SURE], score[score > _SURE]
         corners = boxes.reshape(-1, 2, 2) / self._size
-        return _apart(crop.in_picture(corners).reshape(-1, 4), score)
+        return _apart(crop.in_image(corners).reshape(-1, 4), score)
 
     def _decoded(self, answers: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
         rows = answers[self._boxes][0].astype(np.float64)
@@ -61,7 +62,8 @@ class PersonBoxes:
         corner, stride = _grid(self._size)
         if len(rows) != len(corner):
             raise InputError(
-                f"{self._network.path}: expected {len(corner)} cells of 8, 16 and 32 pixels, got {len(rows)}."
+                f"{self._network.path}: expected {how_many(len(corner), 'cell')} of 8, 16 and 32 pixels, "
+                f"got {len(rows)}."
             )
         centre = (rows[:, :2] + corner) * stride[:, None]
         half = np.exp(rows[:, 2:4]) * stride[:, None] / 2

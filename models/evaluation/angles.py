@@ -19,7 +19,7 @@ from ...pipeline.running.progress import each
 from ..angle_error.take_angles import AngleSeries, smoothed, take_angles
 from ..common.metrics import SD_90, Figure
 from ..common.spread import stated_spread
-from ..gravity.levelling import level_static, why_not
+from ..gravity import Seen, level_static, why_not
 from .sets import EvaluationSet, evaluation_sets, heading
 from .testbed import LiftedTake
 
@@ -71,7 +71,9 @@ def one_set(
             counts[motion] += int(use.sum())
         for rectifier in rectifiers:
             joints, time_s = take.lifted.joints, take.seen.keypoints.times
-            level = level_static(joints, *rectifier.rotation(joints), time_s)
+            level = level_static(
+                Seen(joints, *rectifier.rotation(joints), time_s, spread=stated_spread(take.lifted))
+            )
             fine = not why_not(level, joints)
             levelled[rectifier.method] += fine
             found = take_angles(

@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Iterable, Sequence
+from datetime import date
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -19,11 +20,13 @@ from ...pipeline.errors import InputError
 from ...pipeline.files.atomic import refuse_unwritable, whole_file
 from ...pipeline.frames import IMAGE
 from ...pipeline.layouts import H36M17
+from ...pipeline.messages import how_many
 from ...pipeline.plugins.protocols import Rectifier
 from ...pipeline.pose import PoseSequence, package_version
 from ...pipeline.rotations import angle_deg, geodesic_deg, kabsch
 from ..common.metrics import Figure, joint_error, plain, procrustes_error, scaled
 from ..lifter.builtin import lift
+from ..lifter.load import load_lifter
 from ..mocap.clips import read_mocap
 from ..mocap.split import read_parts
 from ..rectifier.load import load_rectifier
@@ -138,6 +141,7 @@ def evaluate(
 
         results["real"] = agreement(lifter, flip)
         results["real, rectified"] = consistency(rectifiers, lifter)
+    results |= measured(lifter, rectifiers)
     output.mkdir(parents=True, exist_ok=True)
     pages = {
         "--takes": takes_as_markdown, "--angles": angles_as_markdown, "--swaps": swaps_as_markdown,
@@ -150,6 +154,12 @@ def evaluate(
     with whole_file(output / "evaluation.json") as partial:
         partial.write_text(json.dumps(plain(results), indent=1), encoding="utf-8")
     print(text)
+
+
+def measured(lifter: str, rectifiers: Sequence[Rectifier]) -> dict[str, Any]:
+    """When and of which networks the figures are: {"date": "2026-11-22", "networks": ["NAME@HASH", ...]}."""
+    methods = [load_lifter(lifter).method, *(each.method for each in rectifiers)]
+    return {"date": date.today().isoformat(), "networks": [name for name in methods if "@" in name]}
 
 
 def own_evaluation(
@@ -342,7 +352,7 @@ def _lifter_lines(views: str, rectifier: str, rows: dict[str, Any]) -> list[str]
 
 def own_as_markdown(results: dict[str, Any]) -> str:
     """own_evaluation as a page."""
-    subjects = f"{len(results['subjects'])} subjects"
+    subjects = how_many(len(results["subjects"]), "subject")
     about = f"pcnet3d {results['pcnet3d']}, {results['data']}, {subjects}, targets {results['targets']}"
     return f"# Evaluation\n\n{about}, seed {results['seed']}.\n\n" + tables_as_markdown(results["rectifiers"])
 

@@ -19,9 +19,9 @@ import typer
 from ...pipeline.rotations import angle_deg, unit
 from ..angle_error.fit import read_pairs
 from ..common.metrics import RAYLEIGH_90
-from ..gravity import LEAN_DEG, TILT_SHARE
-from ..gravity.levelling import HEADING_SHARE
-from ..gravity.votes import take_up
+from ..gravity import LEAN_DEG, TILT_SHARE, Votes, pool, take_up
+from ..gravity.levelling import HEADING_POWER, HEADING_SHARE, STATED_HEADING_DEG
+from ..gravity.votes import STATED_LEAN_DEG, USUAL_DEG, USUAL_SPREAD
 from ..rectifier.load import load_rectifier
 
 _COVERED = 0.9
@@ -31,11 +31,15 @@ _SHORTEST = 60  # frames, 2 s
 @dataclass(frozen=True)
 class Constants:
     """tilt_share, heading_share: root mean squares of a frame's tilt and heading over its expected rotation error.
-    lean_deg: what a lifter leans with all its frames at least, so that nine in ten takes lie inside their bound."""
+    lean_deg: what a lifter leans with all its frames at least, so that nine in ten takes lie inside their bound.
+    stated_lean_deg, stated_heading_deg, heading_power: the same where the lifter states its error."""
 
     tilt_share: float
     heading_share: float
     lean_deg: float
+    stated_lean_deg: float
+    stated_heading_deg: float
+    heading_power: float
 
 
 def share(error_deg: np.ndarray, expected_deg: np.ndarray) -> float:
@@ -52,10 +56,34 @@ def lean(tilt_deg: np.ndarray, stated_deg: np.ndarray, used_deg: float) -> float
     return float(np.quantile(needed, _COVERED))
 
 
+def stated_lean(
+    tilt_deg: np.ndarray, expected_square: np.ndarray, spread: np.ndarray, votes: Sequence[Votes]
+) -> float:
+    """STATED_LEAN_DEG of greatest likelihood, tilts (N,) being Rayleigh's, as are lengths of Gaussian errors in two
+    dimensions."""
+    from scipy.optimize import minimize_scalar
+
+    unit_square = (spread / USUAL_SPREAD) ** 3 * expected_square / USUAL_DEG**2
+    rest = np.array([one.scatter_deg**2 / one.effective for one in votes])
+
+    def cost(lean_deg: float) -> float:
+        square = lean_deg**2 * unit_square + rest
+        return float(np.mean(np.log(square) + tilt_deg**2 / square))
+
+    return float(minimize_scalar(cost, bounds=(0.5, 20), method="bounded").x)  # type: ignore[union-attr]
+
+
+def stated_heading(heading_deg: np.ndarray, spread: np.ndarray) -> tuple[float, float]:
+    """STATED_HEADING_DEG and HEADING_POWER: the power by least squares of the logarithms, then the mean."""
+    x, y = np.log(spread / USUAL_SPREAD), np.log(heading_deg + 1)
+    power = float(np.cov(x, y)[0, 1] / np.var(x))
+    return float(np.mean(heading_deg) / np.mean(np.exp(power * x))), power
+
+
 def constants(paths: Sequence[Path], rectifier: str = "pcnet") -> Constants:
     """Of lifted takes, upright and of 2 s at least, in files of pcnet3d testbed; InputError for other files."""
     network = load_rectifier(rectifier)
-    tilts, headings, expected, off, stated = [], [], [], [], []
+    tilts, headings, expected, off, stated, spreads, pooled = [], [], [], [], [], [], []
     for pair in read_pairs(paths):
         if len(pair.raw) < _SHORTEST or not pair.upright.all():
             continue
@@ -68,8 +96,18 @@ def constants(paths: Sequence[Path], rectifier: str = "pcnet") -> Constants:
         found = take_up(R[..., 2], error_deg, pair.time_s)
         off.append(float(angle_deg(found.up, unit(up.mean(axis=0)))))
         stated.append(found.error_deg)
+        spreads.append(pair.stated)
+        pooled.append(pool(R[..., 2], error_deg, pair.time_s))
     tilt, heading, said = (np.concatenate(parts) for parts in (tilts, headings, expected))
-    return Constants(share(tilt, said), share(heading, said), lean(np.array(off), np.array(stated), LEAN_DEG))
+    usual = np.array([np.median(each) for each in spreads])
+    square = np.array([np.mean(each**2) for each in expected])
+    return Constants(
+        share(tilt, said),
+        share(heading, said),
+        lean(np.array(off), np.array(stated), LEAN_DEG),
+        stated_lean(np.array(off), square, usual, pooled),
+        *stated_heading(heading, np.concatenate(spreads)),
+    )
 
 
 def show(
@@ -81,7 +119,10 @@ def show(
     for name, used, value in (
         ("models/gravity/votes.py TILT_SHARE", TILT_SHARE, found.tilt_share),
         ("models/gravity/votes.py LEAN_DEG", LEAN_DEG, found.lean_deg),
+        ("models/gravity/votes.py STATED_LEAN_DEG", STATED_LEAN_DEG, found.stated_lean_deg),
         ("models/gravity/levelling.py HEADING_SHARE", HEADING_SHARE, found.heading_share),
+        ("models/gravity/levelling.py STATED_HEADING_DEG", STATED_HEADING_DEG, found.stated_heading_deg),
+        ("models/gravity/levelling.py HEADING_POWER", HEADING_POWER, found.heading_power),
     ):
         print(f"{name}: {value:.2f}, in use {used:.2f}")
 

@@ -23,6 +23,7 @@ from ...pipeline.files.arrays import load_all
 from ...pipeline.files.video_frames import shown_size
 from ...pipeline.frames import IMAGE
 from ...pipeline.layouts import COCO17, H36M17, remap
+from ...pipeline.messages import how_many
 from ...pipeline.motion.angles import FINE
 from ...pipeline.plugins.protocols import Rectifier
 from ...pipeline.pose import PoseSequence, package_version
@@ -32,9 +33,10 @@ from ...pipeline.rotations import angle_deg, kabsch, rotate, transpose, unit
 from ...pipeline.take import Video
 from ..angle_error.take_angles import AngleSeries, smoothed, take_angles
 from ..common.metrics import joint_error, procrustes_error, scaled
+from ..common.spread import stated_spread
 from ..detector.load import load_detector
 from ..detector.video import detect
-from ..gravity.levelling import level_static, why_not
+from ..gravity import Seen, level_static, why_not
 from ..gravity.view import camera_of
 from ..lifter.builtin import lift
 from ..mocap.clips import data_folder
@@ -152,7 +154,8 @@ def real_take_tables(
         video = read_video(camera.video)
         if len(video.time_s) != len(truth.limbs):
             raise InputError(
-                f"Expected {len(truth.limbs)} frames in {camera.video}, as in truth.npz; got {len(video.time_s)}."
+                f"Expected {how_many(len(truth.limbs), 'frame')} in {camera.video}, as in truth.npz; "
+                f"got {len(video.time_s)}."
             )
         given = openpose_keypoints(truth.openpose[name], video.time_s)
         sources = (found_keypoints(video), given, exact_keypoints(camera, truth.limbs, given))
@@ -250,7 +253,9 @@ def level_row(
     in degrees of _LEANS, of a refused take too.
     """
     joints = poses.joints.astype(np.float64)
-    level = level_static(joints, *rectifier.rotation(poses.joints), poses.times, look=look)
+    level = level_static(
+        Seen(joints, *rectifier.rotation(poses.joints), poses.times, spread=stated_spread(poses)), look=look
+    )
     ups = level.R_camera_from_body[..., 2]
     row: dict[str, Any] = {
         "frames": len(poses),

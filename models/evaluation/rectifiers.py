@@ -17,7 +17,7 @@ import numpy as np
 from ...pipeline.layouts import H36M17
 from ...pipeline.plugins.protocols import Rectifier
 from ...pipeline.rotations import angle_deg, geodesic_deg, rotate, transpose
-from ..common.metrics import Figure, joint_error, procrustes_error, scaled
+from ..common.metrics import Figure, joint_error, procrustes_error, scaled, sorting
 from ..mocap.clips import Clip, lying
 from ..synthetic.views import Targets, View, seen, views
 from .motion_class import CLASSES, motion_classes
@@ -64,18 +64,13 @@ class Judged:
 
     def row(self, use: np.ndarray) -> dict[str, Any]:
         """Figures over the frames of a mask (N,)."""
-        from scipy.stats import spearmanr
-
         figures: dict[str, Any] = {
             "frames": int(use.sum()),
             "no answer": int(np.isnan(self.rotation[use]).sum()),
         }
         for name in ("rotation", "tilt", "mpjpe", "pa_mpjpe", "bones", "frobenius", "expected"):
             figures[name] = Figure.of(getattr(self, name)[use])
-        fine = use & np.isfinite(self.expected) & np.isfinite(self.rotation)
-        figures["spearman"] = float("nan")
-        if fine.any() and np.ptp(self.expected[fine]) > 0:
-            figures["spearman"] = float(spearmanr(self.expected[fine], self.rotation[fine])[0])  # type: ignore[arg-type]
+        figures["spearman"] = sorting(self.expected[use], self.rotation[use])
         return figures
 
 

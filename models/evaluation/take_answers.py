@@ -14,12 +14,12 @@ from ...pipeline.plugins.protocols import Rectifier
 from ...pipeline.pose import PoseSequence
 from ...pipeline.rotations import from_columns, transpose, unit
 from ..common.metrics import scaled
-from ..gravity.levelling import Levelled, level_static
+from ..gravity import Levelled, Seen, level_static
 from ..gravity.lines import tangent
 
 CAMERA_AXES, TRUE_AXES = "camera axes", "true axes"
 LOOK_DEG = np.array([0.6, 0.4])  # pitch and roll of up by an image: what rendered rooms give
-# A camera that nobody pitched or rolled, in front of the person: up is the picture's.
+# A camera that nobody pitched or rolled, in front of the person: up is the image's.
 _STRAIGHT = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
 
 
@@ -47,18 +47,21 @@ class Answer:
 
 
 def answers(
-    rectifiers: Sequence[Rectifier], joints: np.ndarray, time_s: np.ndarray, look: Look | None = None
+    rectifiers: Sequence[Rectifier],
+    joints: np.ndarray,
+    time_s: np.ndarray,
+    look: Look | None = None,
+    spread: np.ndarray | None = None,
 ) -> dict[str, dict[str, Answer]]:
     """{method: {"a frame", "a take": Answer}}. joints: (T, 17, 3), CAMERA axes relative to the pelvis, any unit. look:
-    what an image of the take says about up; with it also "a take, with its image"."""
+    what an image of the take says about up; with it also "a take, with its image". spread: of models.gravity.Seen."""
     both = {}
     for rectifier in rectifiers:
         R, error_deg = rectifier.rotation(joints)
-        levelled = level_static(joints, R, error_deg, time_s)
-        both[rectifier.method] = {"a frame": Answer(R, error_deg), "a take": _of_take(levelled)}
+        seen = Seen(joints, R, error_deg, time_s, spread=spread)
+        both[rectifier.method] = {"a frame": Answer(R, error_deg), "a take": _of_take(level_static(seen))}
         if look is not None:
-            levelled = level_static(joints, R, error_deg, time_s, look=look)
-            both[rectifier.method]["a take, with its image"] = _of_take(levelled)
+            both[rectifier.method]["a take, with its image"] = _of_take(level_static(seen, look=look))
     return both
 
 
@@ -88,7 +91,7 @@ def constant(R_camera_from_level: np.ndarray, frames: int) -> Answer:
 
 
 def camera_axes(frames: int) -> Answer:
-    """No rectification: the picture's up is up."""
+    """No rectification: the image's up is up."""
     return constant(_STRAIGHT, frames)
 
 

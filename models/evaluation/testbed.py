@@ -23,6 +23,7 @@ from ...pipeline.errors import InputError
 from ...pipeline.files.atomic import refuse_unwritable_file, whole_file
 from ...pipeline.frames import IMAGE
 from ...pipeline.layouts import H36M17
+from ...pipeline.messages import how_many
 from ...pipeline.pose import PoseSequence
 from ...pipeline.rotations import rotate
 from ..common.metrics import relative
@@ -202,4 +203,4 @@ def write_takes(
             subject=np.array([take.subject for take in seen]),
             source=np.array([take.source for take in seen]),
         )
-    print(f"{output}: {len(takes)} takes, {sum(frames):,} frames")
+    print(f"{output}: {how_many(len(takes), 'take')}, {sum(frames):,} frames")

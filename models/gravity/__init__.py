@@ -1,29 +1,30 @@
 """Which way is up: one answer from every source that knows something, with its error.
 
-`votes` pools the frames' votes; `floor` is what standing feet say; `images` reads up and the focal length from an
-image's straight lines (`segments` finds those, `lines` fits the directions of a built world to them), `geocalib` asks
-a network instead, `view` does it for a video; `fusion` fuses all or decides between them. `levelling` makes a take of
-a rectifier's frames, `moving` for a camera that moves, `people` for several people, `live` while the camera runs.
+`seen` is a person's frames and `evidence` what any source says about up: `votes` pools the frames', `floor` reads it
+off feet that stand, `images` off an image's straight lines (`segments` finds those, `lines` fits the directions of a
+built world to them), `geocalib` asks a network instead, `view` does it for a video. `fusion` fuses all or decides
+between them, `moving` does it for each frame of a camera that moves. `levelling` makes a take of it, `people` of
+several people, `live` while the camera runs.
 """
 
+from .evidence import Evidence, TakeUp, direction, fuse
+from .floor import level_feet, stance
+from .levelling import Levelled, level_moving, level_static, level_world, why_not
+from .people import level_people
+from .seen import Seen
 from .votes import (
     LEAN_DEG,
-    RAYLEIGH_90,
     TILT_SHARE,
     UNKNOWN_DEG,
-    Evidence,
-    TakeUp,
     Votes,
-    direction,
     effective_number,
-    level_feet,
     pool,
     robust_mean,
-    stance,
     take_up,
 )
 
 __all__ = [
-    "LEAN_DEG", "RAYLEIGH_90", "TILT_SHARE", "UNKNOWN_DEG", "Evidence", "TakeUp", "Votes", "direction",
-    "effective_number", "level_feet", "pool", "robust_mean", "stance", "take_up",
+    "LEAN_DEG", "TILT_SHARE", "UNKNOWN_DEG", "Evidence", "Levelled", "Seen", "TakeUp", "Votes", "direction",
+    "effective_number", "fuse", "level_feet", "level_moving", "level_people", "level_static", "level_world", "pool",
+    "robust_mean", "stance", "take_up", "why_not",
 ]  # fmt: skip

@@ -1,7 +1,8 @@
-"""The floor as evidence on up, where a source knows where the person is and not only how they stand.
+"""Feet that stand as evidence on up.
 
 A foot that stands does not move, so the places where feet stood over a take lie on the floor, and the normal of a level
-floor is up. Needs the root's true path: in poses relative to the pelvis feet that stand do move.
+floor is up. That needs the root's true path: in poses relative to the pelvis feet that stand do move. Without it two
+feet that stand at the same time are level with each other.
 """
 
 from __future__ import annotations
@@ -11,16 +12,33 @@ import numpy as np
 from ...pipeline.anthropometry import implied_stature
 from ...pipeline.layouts import H36M17
 from ...pipeline.motion.signals import rate, runs
-from ...pipeline.rotations import known
-from .votes import Evidence
+from ...pipeline.rotations import is_finite, unit
+from .evidence import FEET, FLOOR, Evidence
+from .seen import Seen
+from .votes import effective_number
 
-_STANCE_SPEED = 0.15  # statures per second below which an ankle stands
+_STANDS_SPEED = 0.15  # statures per second below which an ankle stands
 _STANCE_S = 0.1  # the least that a stance lasts
 _BELOW = 0.3  # statures that a foot is below the pelvis when it carries the body
 _HEIGHT = 0.015  # statures, scatter of ankles' heights above the floor from stance to stance, at least
 _SPREAD = 3.0  # times that scatter must feet have stood apart in a direction before they say how it rises
 _STEEP_DEG = 15.0  # what rises by more against the first idea of up is a flight of stairs
 _UNEVEN_DEG = 2.0  # a floor's slope, and a calibration's error, along either direction
+
+_FEET_DEG = 12.0  # scatter of the line between lifted ankles about the level, one independent stance,
+_FEET_LEAN_DEG = 7.0  # and what all stances of a take share: the lifter's error in depth, uneven ground
+_STANCE_SPEED = 0.12  # statures per second that the ankles may move against each other in double support
+_STANCE_APART = 0.12  # statures that they must be apart, and
+_STANCE_LEVEL = 0.10  # that one may be higher than the other
+
+
+def of_feet(seen: Seen, up: np.ndarray) -> Evidence | None:
+    """Of the floor that feet stood on where the root's path is known, else of feet against each other; None where
+    neither tells. up: (3,) a first idea."""
+    if not is_finite(up):
+        return None
+    floor = None if seen.root is None else floor_plane(seen.joints + seen.root[:, None], up, seen.time_s)
+    return floor or level_feet(seen.joints, up, seen.time_s)
 
 
 def floor_plane(joints: np.ndarray, up: np.ndarray, time_s: np.ndarray) -> Evidence | None:
@@ -34,7 +52,7 @@ def floor_plane(joints: np.ndarray, up: np.ndarray, time_s: np.ndarray) -> Evide
     along it, and how far from one plane (stairs, a ladder) they were.
     """
     stature = implied_stature(joints)
-    if not (np.isfinite(stature) and known(up)):
+    if not (np.isfinite(stature) and is_finite(up)):
         return None
     places = stances(joints.astype(np.float64) / stature, up, time_s)
     count = len(places)
@@ -52,7 +70,7 @@ def floor_plane(joints: np.ndarray, up: np.ndarray, time_s: np.ndarray) -> Evide
                 return None
             error = height**2 / (count * width) + np.radians(_UNEVEN_DEG) ** 2
             information += np.outer(axis, axis) / error
-    return Evidence("floor", information, np.zeros(3)) if information.any() else None
+    return Evidence(FLOOR, information, np.zeros(3)) if information.any() else None
 
 
 def stances(joints: np.ndarray, up: np.ndarray, time_s: np.ndarray) -> np.ndarray:
@@ -69,11 +87,51 @@ def stances(joints: np.ndarray, up: np.ndarray, time_s: np.ndarray) -> np.ndarra
         ankle = joints[:, H36M17.index(f"{side}_ankle")]
         below = (ankle - joints[:, H36M17.index("pelvis")]) @ up < -_BELOW
         speed = np.full(len(ankle), np.inf)
-        for piece in runs(known(ankle), time_s):
+        for piece in runs(is_finite(ankle), time_s):
             if piece.stop - piece.start > 2:
                 smooth = gaussian_filter1d(ankle[piece], 0.05 * fps, axis=0)
                 speed[piece] = np.linalg.norm(np.gradient(smooth, time_s[piece], axis=0), axis=-1)
-        for piece in runs(below & (speed < _STANCE_SPEED), time_s):
+        for piece in runs(below & (speed < _STANDS_SPEED), time_s):
             if piece.stop - piece.start >= max(_STANCE_S * fps, 2):
                 places.append(ankle[piece].mean(axis=0))
     return np.array(places).reshape(-1, 3)
+
+
+def level_feet(joints: np.ndarray, up: np.ndarray, time_s: np.ndarray) -> Evidence | None:
+    """In double support the line between the ankles is level: (right - left) . up = 0. None without such frames.
+
+    joints: (T, 17, 3) relative to the pelvis, any unit; up: (3,) a first idea, to tell stance from a kick;
+    time_s: (T,). Needs no path of the root: two feet on the ground do not move against each other.
+    """
+    across, use = stance(joints, up, time_s)
+    if use.sum() < 5:
+        return None
+    lines = unit(across[use])
+    stances = 1 + np.count_nonzero(np.diff(np.flatnonzero(use)) > 1)
+    seconds = use.sum() * float(np.median(np.diff(time_s)))
+    # Another stance, or another second, is another look, unless it shows the same.
+    rise = np.degrees(lines @ up)[:, None]
+    count = min(stances + seconds, effective_number(rise, time_s[use], np.ones(len(lines))))
+    error = np.radians(np.sqrt(_FEET_LEAN_DEG**2 + _FEET_DEG**2 / count))
+    information = lines.T @ lines / use.sum() / error**2
+    return Evidence(FEET, information, np.zeros(3))
+
+
+def stance(joints: np.ndarray, up: np.ndarray, time_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(T, 3) right minus left ankle in statures, and (T,) whether both feet seem to stand apart on the ground."""
+    from scipy.ndimage import gaussian_filter1d
+
+    stature = implied_stature(joints)
+    right, left = (joints[:, H36M17.index(f"{side}_ankle")].astype(np.float64) / stature for side in "rl")
+    across = right - left
+    fine = is_finite(across)
+    if fine.sum() < 5 or not np.isfinite(stature):
+        return across, np.zeros(len(joints), dtype=bool)
+    smooth = across.copy()
+    smooth[fine] = gaussian_filter1d(across[fine], 1.5, axis=0)
+    speed = np.full(len(joints), np.inf)
+    speed[fine] = np.linalg.norm(np.gradient(smooth[fine], time_s[fine], axis=0), axis=-1)
+    under = np.maximum(right @ up, left @ up) < -0.35  # both feet well below the pelvis
+    rise = np.abs(across @ up)
+    apart = np.linalg.norm(across, axis=-1)
+    return across, fine & (speed < _STANCE_SPEED) & (apart > _STANCE_APART) & (rise < _STANCE_LEVEL) & under

@@ -14,11 +14,10 @@ import numpy as np
 
 from ...pipeline.camera import Look, pitch_roll_deg
 from ...pipeline.errors import InputError
-from ...pipeline.rotations import angle_deg, unit
+from ...pipeline.rotations import angle_deg, is_finite, unit
+from .evidence import IMAGE, Evidence, TakeUp, fuse, of_image
 from .held import held
-from .votes import Evidence, TakeUp, error_of, take_up
 
-IMAGE = "image"
 _CONTRADICTION = 13.8  # chi-square of two degrees of freedom that chance exceeds once in a thousand
 _BODY_FAILURE = (
     0.10  # takes whose skeletons all lean by far more than they state: unusual poses, backs, bad lifts
@@ -38,76 +37,47 @@ class Decision:
     warnings: tuple[str, ...] = ()
 
 
-def fused_up(
-    votes: np.ndarray,
-    error_deg: np.ndarray,
-    time_s: np.ndarray,
-    others: Sequence[Evidence] = (),
-    look: Look | None = None,
-    told: Sequence[Evidence] = (),
-) -> tuple[TakeUp, tuple[str, ...]]:
-    """A static camera's up, and warnings in words. votes (T, 3), error_deg (T,), time_s (T,): the frames' own, as of
-    `votes.take_up`; others: what else the bodies tell (feet, floor). Raises InputError as `decide`."""
-    bodies = take_up(votes, error_deg, time_s, others)
-    if look is None and not told:
-        return bodies, ()
-    decision = decide(bodies, look, told)
-    if decision.bodies:
-        found = take_up(votes, error_deg, time_s, [*others, *decision.others])
-    else:
-        found = replace(alone(decision.others), votes=bodies.votes)
-    heard = {IMAGE: (look.up, look.error_deg)} if look else {}
-    return replace(found, own=bodies.own | heard | found.own), decision.warnings
+def fused_up(bodies: Sequence[Evidence], told: Sequence[Evidence] = (), look: Look | None = None) -> TakeUp:
+    """A static camera's up. bodies: what frames, feet and floor say; told: what the user says; look: what the image
+    says. Raises InputError as `decide`."""
+    found = alone = fuse(bodies)
+    decision = decide(alone, told, look)
+    if decision.others:
+        found = fuse([*(bodies if decision.bodies else ()), *decision.others])
+    image = {IMAGE: (look.up, look.error_deg)} if look else {}
+    return replace(found, own=alone.own | image | found.own, warnings=decision.warnings)
 
 
-def alone(evidence: Sequence[Evidence]) -> TakeUp:
-    """The up of evidence without any frames."""
-    return take_up(np.empty((0, 3)), np.empty(0), np.empty(0), evidence)
-
-
-def from_look(look: Look) -> Evidence:
-    """An image's answer as evidence on up."""
-    information = np.linalg.pinv(look.covariance, hermitian=True, rcond=1e-9)
-    # Along up itself nothing can be wrong; a finite number there keeps the fused direction a unit vector.
-    information = information + np.outer(look.up, look.up) * np.trace(information)
-    return Evidence(IMAGE, information, information @ look.up)
-
-
-def decide(bodies: TakeUp | None, look: Look | None, told: Sequence[Evidence] = ()) -> Decision:
-    """Who takes part in a take's up. bodies: what frames, feet and floor say together; None or without an up where they
-    say nothing. look: what the image says. told: what the user says.
+def decide(bodies: TakeUp, told: Sequence[Evidence] = (), look: Look | None = None) -> Decision:
+    """Who takes part in a take's up. bodies: what they say together, its up NaN where they say nothing. told: what the
+    user says. look: what the image says.
 
     InputError when the user tells a gravity more than 60 degrees from everything else.
     """
-    known_bodies = bodies if bodies is not None and np.isfinite(bodies.up).all() else None
-    warnings = _checked_against_told(known_bodies, look, told)
-    if look is None:
-        return Decision(tuple(told), True, tuple(warnings))
-    image = from_look(look)
-    if told:
-        apart = float(angle_deg(_up_of(told), look.up))
-        if apart > _TOLD_ERRORS * np.hypot(look.error_deg, _error_of(told)):
-            return Decision(tuple(told), True, tuple(warnings))
-    if known_bodies is None or chi_square(known_bodies, look) <= _CONTRADICTION:
-        return Decision((*told, image), True, tuple(warnings))
-    wins = image_wins(look, known_bodies.up) or bool(told)
-    apart = float(angle_deg(known_bodies.up, look.up))
-    warnings.append(
-        f"The image's {'lines' if look.source == 'lines' else 'network'} and the skeletons contradict each other about "
-        f"up by {apart:.0f} degrees: {_camera(look.up)} by the image (within {_bound(look.error_deg)}), "
-        f"{_camera(known_bodies.up)} by the skeletons (within {_bound(known_bodies.error_deg)}). "
-        + ("The image is believed." if wins else "The skeletons are believed.")
-    )
-    if wins:
-        return Decision((*told, image), bool(told), tuple(warnings))
-    return Decision(tuple(told), True, tuple(warnings))
+    told, said = tuple(told), fuse(told)
+    warnings = _warnings_of_told(bodies, said, look) if told else ()
+    if look is None or (told and _disagree(said, look)):
+        return Decision(told, True, warnings)
+    if not is_finite(bodies.up) or chi_square(bodies, look) <= _CONTRADICTION:
+        return Decision((*told, of_image(look)), True, warnings)
+    image, sentence = settled(bodies, look, told=bool(told))
+    others = (*told, of_image(look)) if image else told
+    return Decision(others, bool(told) or not image, (*warnings, sentence))
 
 
-def image_wins(look: Look, bodies_up: np.ndarray) -> bool:
-    """Whether the image is likelier right than bodies of another up (3,), one of the two being quite wrong."""
+def settled(bodies: TakeUp, look: Look, told: bool = False) -> tuple[bool, str]:
+    """Of an image and bodies that contradict each other, whether the image is believed, and that in words: the
+    likelier one, one of the two being quite wrong, or the image where the user's gravity agrees with it (told)."""
     odds_image = _BODY_FAILURE * (1 - look.failure) * held(look.up)
-    odds_bodies = look.failure * (1 - _BODY_FAILURE) * held(bodies_up)
-    return odds_image > odds_bodies
+    odds_bodies = look.failure * (1 - _BODY_FAILURE) * held(bodies.up)
+    image = told or odds_image > odds_bodies
+    seen_in = "lines" if look.source == "lines" else "network"
+    answers = f"{_words(look, 'the image')}, {_words(bodies, 'the skeletons')}"
+    return image, (
+        f"The image's {seen_in} and the skeletons contradict each other about up by "
+        f"{angle_deg(bodies.up, look.up):.0f} degrees: {answers}. "
+        f"The {'image is' if image else 'skeletons are'} believed."
+    )
 
 
 def chi_square(bodies: TakeUp, look: Look) -> float:
@@ -121,19 +91,17 @@ def chi_square(bodies: TakeUp, look: Look) -> float:
     return float(apart @ np.linalg.solve(across @ look.covariance @ across.T + per_axis * np.eye(2), apart))
 
 
-def _checked_against_told(bodies: TakeUp | None, look: Look | None, told: Sequence[Evidence]) -> list[str]:
-    """Warnings where the user's gravity and the rest disagree."""
-    if not told:
-        return []
-    up, error = _up_of(told), _error_of(told)
-    others = [("the skeletons", bodies.up, bodies.error_deg)] if bodies is not None else []
-    others += [("the image", look.up, look.error_deg)] if look is not None else []
-    apart = {name: float(angle_deg(up, other)) for name, other, _ in others}
+def _warnings_of_told(bodies: TakeUp, said: TakeUp, look: Look | None) -> tuple[str, ...]:
+    """Where the user's gravity and the rest disagree."""
+    others: dict[str, TakeUp | Look] = {"the skeletons": bodies} if is_finite(bodies.up) else {}
+    if look is not None:
+        others["the image"] = look
+    apart = {name: float(angle_deg(said.up, other.up)) for name, other in others.items()}
     if apart and min(apart.values()) > _TOLD_WIDEST_DEG:
-        said = " and ".join(f"{name} by {angle:.0f} degrees" for name, angle in apart.items())
+        contradicted = " and ".join(f"{name} by {angle:.0f} degrees" for name, angle in apart.items())
         upside_down = min(apart.values()) > 180 - _TOLD_WIDEST_DEG
         raise InputError(
-            f"The gravity that was told contradicts {said}"
+            f"The gravity that was told contradicts {contradicted}"
             + (
                 "; an accelerometer at rest reads the reaction, which points up: negate it."
                 if upside_down
@@ -141,26 +109,18 @@ def _checked_against_told(bodies: TakeUp | None, look: Look | None, told: Sequen
                 "pitch and roll in degrees; leave it out to have it estimated."
             )
         )
-    return [
+    return tuple(
         f"What was told about gravity and {name} are {apart[name]:.0f} degrees apart, more than their errors explain; "
         "what was told is believed."
-        for name, _, theirs in others
-        if apart[name] > _TOLD_ERRORS * np.hypot(error, theirs)
-    ]
+        for name, other in others.items()
+        if _disagree(said, other)
+    )
 
 
-def _up_of(told: Sequence[Evidence]) -> np.ndarray:
-    return unit(np.linalg.lstsq(sum(e.information for e in told), sum(e.vector for e in told), rcond=None)[0])
+def _disagree(said: TakeUp, other: TakeUp | Look) -> bool:
+    return bool(angle_deg(said.up, other.up) > _TOLD_ERRORS * np.hypot(said.error_deg, other.error_deg))
 
 
-def _error_of(told: Sequence[Evidence]) -> float:
-    return error_of(np.sum([e.information for e in told], axis=0), _up_of(told))
-
-
-def _camera(up: np.ndarray) -> str:
-    pitch, roll = pitch_roll_deg(np.asarray(up, dtype=np.float64))
-    return f"pitch {pitch:.0f}, roll {roll:.0f}"
-
-
-def _bound(error_deg: float) -> str:
-    return f"{max(1.5 * error_deg, 1):.0f}"
+def _words(answer: TakeUp | Look, who: str) -> str:
+    pitch, roll = pitch_roll_deg(np.asarray(answer.up, dtype=np.float64))
+    return f"pitch {pitch:.0f}, roll {roll:.0f} by {who} (within {max(1.5 * answer.error_deg, 1):.0f})"

@@ -3,7 +3,7 @@
 Many edges are vertical, and many of the others run along two horizontal directions at right angles (Coughlan and Yuille
 2003, "Manhattan world"). A hypothesis is a camera (up, focal length, principal point) and the heading of those two
 directions; it is scored by how much better it explains the segments' directions than chance does, chance being the
-image's own blurred histogram of directions, so that a picture full of stripes proves nothing by itself.
+image's own blurred histogram of directions, so that an image full of stripes proves nothing by itself.
 
 Everything is in CAMERA axes (x right, y down, z away); lengths in longer sides of the image, from its middle.
 """

@@ -14,10 +14,12 @@ import numpy as np
 from ...pipeline.errors import InputError
 from ...pipeline.layouts import H36M17
 from ...pipeline.plugins.protocols import Rectifier
-from ...pipeline.rotations import known
+from ...pipeline.rotations import is_finite
 from ..rectifier.load import load_rectifier
-from .levelling import HEADING_S, level_left, rotation_error_deg, standing, trust
-from .votes import Evidence, TakeUp, take_up
+from .evidence import Evidence, TakeUp
+from .levelling import HEADING_S, heading_error_deg, level_left, rotation_error_deg, standing
+from .smoothing import trust
+from .votes import take_up
 
 KEPT = 256  # votes; beyond it every second one is dropped, and from then on only every second frame votes
 _NEWS = 1 / 16  # of the votes kept, that must be new before all are pooled anew
@@ -91,11 +93,11 @@ class LiveRectifier:
         self._vote(R_frame[:, 2], error_deg, time_s)
         R = self._standing(R_frame, error_deg, time_s)
         self._time_s = time_s
-        error = rotation_error_deg(R, R_frame, error_deg, self._up.error_deg)
-        return LiveFrame(R, float(error), self._up.up, self._up.error_deg, self._up.bound_deg)
+        error = rotation_error_deg(R, R_frame, heading_error_deg(error_deg), self._up.error_deg)
+        return LiveFrame(R, float(error), self._up.up, float(self._up.error_deg), float(self._up.bound_deg))
 
     def _vote(self, up: np.ndarray, error_deg: float, time_s: float) -> None:
-        if not known(up):
+        if not is_finite(up):
             return
         self._seen += 1
         if (self._seen - 1) % self._every:
@@ -122,7 +124,7 @@ class LiveRectifier:
         """(3, 3) the frame upright, its heading an exponential mean over the last moments, on the circle."""
         self._left = self._left * np.exp(-(time_s - self._time_s) / HEADING_S)
         left = level_left(R_frame, self._up.up)
-        if not known(left):
+        if not is_finite(left):
             return np.full((3, 3), np.nan)
         self._left = self._left + trust(error_deg) * left
         return standing(self._left, self._up.up)

@@ -1,5 +1,4 @@
-"""Up of a camera that pans or is carried, from what its images say now and then and what the bodies say all the
-time."""
+"""Up of a camera that pans or is carried, from what the bodies say all the time and its images now and then."""
 
 from __future__ import annotations
 
@@ -9,54 +8,104 @@ from itertools import pairwise
 import numpy as np
 
 from ...pipeline.camera import Look
-from ...pipeline.rotations import angle_deg, unit
-from .fusion import IMAGE, image_wins
+from ...pipeline.rotations import angle_deg, is_finite, unit
+from .evidence import FRAMES, IMAGE, TakeUp
+from .fusion import settled
+from .seen import Seen
+from .smoothing import smoothed, trust
+from .votes import UNKNOWN_DEG, lean_square
 
+WINDOW_S = 2.0  # standard deviation of the Gaussian in which frames vote on up
+_VOTE_DEG = 10.0  # votes this far from their neighbours' mean count half
 _LOST_DEG_PER_S = 12.0  # how fast a camera's up may go elsewhere where no image says anything
-_OUTLIER_DEG = 4.0  # looks this far from the middle of their neighbours count half
+_LOOK_DEG = 4.0  # looks this far from the middle of their neighbours count half
 _CONTRADICTION = 3.0  # combined errors, median over the frames
 
 
-def with_looks(
-    up: np.ndarray,
-    up_error_deg: np.ndarray,
-    time_s: np.ndarray,
-    seams: Sequence[int],
-    looks: Sequence[tuple[float, Look]],
-) -> tuple[np.ndarray, np.ndarray, dict[str, float], tuple[str, ...]]:
-    """The bodies' up (T, 3) and its error (T,) together with the images', at times time_s (T,); no look is carried
-    over a seam. looks: each with its time. -> up, error, the shares of information by source, and warnings."""
-    image, image_error = np.full(up.shape, np.nan), np.full(len(up), np.inf)
-    for start, end in pairwise([0, *seams, len(up)]):
+def moving_up(seen: Seen, looks: Sequence[tuple[float, Look]] = (), window_s: float = WINDOW_S) -> TakeUp:
+    """The up (T, 3) of each frame. looks: what images say, each with its time in seconds; window_s: of sliding_up."""
+    bodies = sliding_up(seen, window_s)
+    return with_looks(bodies, seen, looks) if looks else bodies
+
+
+def sliding_up(seen: Seen, window_s: float = WINDOW_S) -> TakeUp:
+    """The bodies' up, (T, 3), from each frame's neighbours in time; two passes, the second with less weight for votes
+    that are far from the first's answer. window_s: the reach of the Gaussian in which frames hear each other."""
+    fine = is_finite(seen.votes)
+    votes = np.where(fine[:, None], seen.votes, 0.0)
+    trusted = np.where(fine, trust(seen.error_deg), 0.0)
+    up, _, _ = _local_line(votes, trusted, seen, window_s)
+    apart = np.where(fine, np.nan_to_num(angle_deg(votes, up)), 0.0)
+    weights = trusted / (1 + (apart / _VOTE_DEG) ** 2)
+    up, looks, lag_deg = _local_line(votes, weights, seen, window_s)
+    expected = np.where(np.isfinite(seen.error_deg), seen.error_deg, UNKNOWN_DEG)
+    square = np.stack([np.where(fine, expected**2, 0.0), apart**2], axis=-1)
+    mean, scatter = np.moveaxis(smoothed(square, trusted, seen, window_s), -1, 0)
+    spread = np.full(len(votes), np.nan)
+    if seen.spread is not None:
+        there = np.isfinite(seen.spread)
+        stated = np.where(there, seen.spread, 0.0)[:, None]
+        spread = smoothed(stated, np.where(there, trusted, 0.0), seen, window_s)[:, 0]
+    shared = lean_square(mean, scatter, spread)
+    return TakeUp(up, np.sqrt(shared + scatter / looks + lag_deg**2), {FRAMES: 1.0})
+
+
+def _local_line(
+    votes: np.ndarray, weights: np.ndarray, seen: Seen, window_s: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(T, 3) unit, at each frame the straight line in time through the votes (T, 3) around it, so that a camera that
+    turns evenly is followed without lag up to the take's ends; (T,) how many independent votes that is worth; and (T,)
+    how far in degrees it may lag after all.
+
+    A line through few votes that scatter swings at its ends, so its slope counts as far as it exceeds its own error
+    (shrunk by Wiener's factor, signal over signal and noise); what is left out of it is the lag. The normalised line
+    follows an arc to the second order of its angle.
+    """
+    times = seen.time_s[:, None]
+    square = (votes**2).sum(-1, keepdims=True)
+    columns = np.concatenate([votes, times * votes, times, times**2, square], axis=-1)
+    means = smoothed(columns, weights, seen, window_s)
+    vote, vote_time, middle, time_square, square = np.split(means, (3, 6, 7, 8), axis=-1)
+    spread = np.maximum(time_square - middle**2, 1e-6)  # of the window's frames in time, square seconds
+    slope = (vote_time - middle * vote) / spread
+    steep = (slope**2).sum(-1, keepdims=True)
+    scatter = np.maximum(square - (vote**2).sum(-1, keepdims=True) - steep * spread, 0)  # about the line
+    independent = 1 + np.sqrt(spread)  # votes within the window
+    error = scatter / independent / spread  # of the slope, squared
+    share = steep / np.maximum(steep + error, 1e-12)
+    off = times - middle
+    looks = independent / (1 + share**2 * off**2 / spread)
+    lag_deg = np.degrees((1 - share) * np.sqrt(steep) * np.abs(off))
+    return unit(vote + share * slope * off), looks[:, 0], lag_deg[:, 0]
+
+
+def with_looks(bodies: TakeUp, seen: Seen, looks: Sequence[tuple[float, Look]]) -> TakeUp:
+    """The bodies' up (T, 3) together with the images', each by 1 / error^2; no look is carried over a clip boundary.
+    Where they contradict each other, the loser only speaks where the winner does not."""
+    ups = np.stack([bodies.up, np.full(bodies.up.shape, np.nan)])
+    errors = np.stack([np.maximum(bodies.error_deg, 0.1), np.full(len(bodies.up), np.inf)])
+    for start, end in pairwise([0, *seen.seams, len(bodies.up)]):
         part = slice(start, end)
-        times = time_s[part]
+        times = seen.time_s[part]
         inside = [(at, look) for at, look in looks if len(times) and times[0] - 0.2 <= at <= times[-1] + 0.2]
         if inside:
-            image[part], image_error[part] = _between(inside, times)
-    both = np.isfinite(up).all(-1) & np.isfinite(image_error)
-    apart = angle_deg(up, image)
+            ups[1, part], errors[1, part] = _between(inside, times)
+    fine = is_finite(ups)
+    weights = np.where(fine, 1 / errors**2, 0.0)
+    both = fine.all(axis=0)
     warnings: tuple[str, ...] = ()
-    weights = [
-        np.where(np.isfinite(up).all(-1), 1 / np.maximum(up_error_deg, 0.1) ** 2, 0.0),
-        1 / image_error**2,
-    ]
-    combined = np.hypot(up_error_deg, image_error)
-    if both.any() and np.median(apart[both] / combined[both]) > _CONTRADICTION:
-        middle = looks[len(looks) // 2][1]
-        loser = 0 if image_wins(middle, unit(np.nanmean(up, axis=0))) else 1
-        weights[loser] = np.where(both, 0.0, weights[loser])
-        who = "image" if loser == 0 else "skeletons"
-        warnings = (
-            f"The images' lines and the skeletons contradict each other about up by {np.median(apart[both]):.0f} "
-            "degrees; "
-            f"the {who} {'is' if loser == 0 else 'are'} believed.",
-        )
-    total = weights[0] + weights[1]
-    sums = weights[0][:, None] * np.nan_to_num(up) + weights[1][:, None] * np.nan_to_num(image)
-    fused = np.where((total > 0)[:, None], unit(np.where((total > 0)[:, None], sums, 1.0)), np.nan)
-    error = np.sqrt(1 / np.where(total > 0, total, np.nan))
-    share = float(np.mean(weights[1][total > 0] / total[total > 0])) if (total > 0).any() else 0.0
-    return fused, error, {"frames": 1 - share, IMAGE: share}, warnings
+    apart = angle_deg(*ups)[both] / np.hypot(bodies.error_deg, errors[1])[both]
+    if both.any() and np.median(apart) > _CONTRADICTION:
+        usual = TakeUp(unit(np.nanmean(bodies.up, axis=0)), float(np.nanmedian(bodies.error_deg)))
+        image, sentence = settled(usual, looks[len(looks) // 2][1])
+        weights[0 if image else 1, both] = 0.0
+        warnings = (sentence,)
+    total = weights.sum(axis=0)
+    heard = total > 0
+    up = np.where(heard[:, None], unit((weights[..., None] * np.nan_to_num(ups)).sum(axis=0)), np.nan)
+    error_deg = np.sqrt(1 / np.where(heard, total, np.nan))
+    share = float(np.mean(weights[1, heard] / total[heard])) if heard.any() else 0.0
+    return TakeUp(up, error_deg, {FRAMES: 1 - share, IMAGE: share}, warnings=warnings)
 
 
 def _between(looks: Sequence[tuple[float, Look]], time_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -69,7 +118,7 @@ def _between(looks: Sequence[tuple[float, Look]], time_s: np.ndarray) -> tuple[n
         near = np.clip(np.arange(len(at))[:, None] + np.arange(-2, 3), 0, len(at) - 1)
         usual = unit(np.median(ups[near], axis=1))
         off = angle_deg(ups, usual)
-        trust = 1 / (1 + (off / _OUTLIER_DEG) ** 4)[:, None]
+        trust = 1 / (1 + (off / _LOOK_DEG) ** 4)[:, None]
         ups = unit(trust * ups + (1 - trust) * usual)
         unsteady = float(np.median(off))
     up = unit(np.stack([np.interp(time_s, at, ups[:, axis]) for axis in range(3)], axis=-1))

@@ -10,10 +10,10 @@ from typing import Literal
 import numpy as np
 
 from ...pipeline.camera import PRIOR_FOCAL, PRIOR_FOCAL_SPREAD, Camera, FocalSource, Look
-from ...pipeline.files.video_frames import pictures, pictures_at, shown_size
+from ...pipeline.files.video_frames import images_at, images_from, shown_size
 from ...pipeline.intrinsics import Intrinsics, undistorted, undistorted_image
 from ...pipeline.pose import PoseSequence
-from ...pipeline.rotations import known
+from ...pipeline.rotations import is_finite
 from ...pipeline.running.progress import counted
 from ...pipeline.take import Video
 from .images import TOLD_SPREAD, ImageUp, Unknown, up_from_images
@@ -69,7 +69,7 @@ def camera_of(
 
 
 def _images(video: Video, frames: Sequence[int], camera: str) -> Iterable[tuple[int, np.ndarray]]:
-    return pictures_at(video, frames).items() if camera == "static" else _every(video, frames)
+    return images_at(video, frames).items() if camera == "static" else _every(video, frames)
 
 
 def _every(video: Video, frames: Sequence[int]) -> Iterator[tuple[int, np.ndarray]]:
@@ -77,7 +77,7 @@ def _every(video: Video, frames: Sequence[int]) -> Iterator[tuple[int, np.ndarra
     wanted = set(frames)
     with counted("calibrate", len(frames)) as tell:
         done = 0
-        for number, image in pictures(video, frames[0]):
+        for number, image in images_from(video, frames[0]):
             if number > frames[-1]:
                 break
             if number in wanted:
@@ -91,15 +91,15 @@ def _boxes(people: Sequence[PoseSequence], frames: Sequence[int]) -> Boxes:
     person whose arms are out would hide half of the room."""
     boxes: dict[int, list[np.ndarray]] = {frame: [] for frame in frames}
     for poses in people:
-        rows = np.flatnonzero(known(poses.joints).any(axis=1))
+        rows = np.flatnonzero(is_finite(poses.joints).any(axis=1))
         for frame in frames if len(rows) else ():
             joints = poses.joints[rows[np.abs(poses.frame_index[rows] - frame).argmin()]]
-            seen = joints[known(joints)]
+            seen = joints[is_finite(joints)]
             reach = _REACH * float((seen.max(axis=0) - seen.min(axis=0)).max())
             lines = [joints[poses.layout.indices(bone)] for bone in poses.layout.bones]
             along = np.linspace(0, 1, _BOXES)[:, None]
             points = np.concatenate([seen, *(a + along * (b - a) for a, b in lines)])
-            points = points[known(points)]
+            points = points[is_finite(points)]
             boxes[frame].append(np.concatenate([points - reach, points + reach], axis=-1))
     return {frame: np.concatenate([np.zeros((0, 4)), *found]) for frame, found in boxes.items()}
 

@@ -1,4 +1,4 @@
-"""Lifters that look at the picture: BlazePose's landmark network, which gives world landmarks in metres.
+"""Lifters that look at the image: BlazePose's landmark network, which gives world landmarks in metres.
 
 Inputs and outputs as the MediaPipe repository's pose_landmark models have them: (1, 256, 256, 3) RGB 0 to 1 -> 33
 landmarks and 6 helpers as (1, 195): x, y, z in crop pixels, logits of visibility and presence; (1, 1) probability that
@@ -15,11 +15,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...pipeline.errors import InputError
-from ...pipeline.files.video_frames import pictures
+from ...pipeline.files.video_frames import images_from
 from ...pipeline.frames import CAMERA
 from ...pipeline.layouts import BLAZEPOSE33, H36M17, remap
 from ...pipeline.pose import PoseSequence
-from ...pipeline.rotations import known, rotate
+from ...pipeline.rotations import is_finite, rotate
 from ...pipeline.running.progress import counted
 from ...pipeline.take import Video
 from ..common.onnx import OnnxFile
@@ -44,21 +44,21 @@ class Crops:
 
     centre: np.ndarray
     side: np.ndarray
-    R_picture_from_crop: np.ndarray
+    R_image_from_crop: np.ndarray
 
-    def cut(self, row: int, picture: np.ndarray, side: int) -> np.ndarray:
-        """(side, side, 3) float32 in [0, 1] out of a picture (H, W, 3) uint8; black beyond it."""
+    def cut(self, row: int, image: np.ndarray, side: int) -> np.ndarray:
+        """(side, side, 3) float32 in [0, 1] out of an image (H, W, 3) uint8; black beyond it."""
         import cv2
 
-        turn = self.R_picture_from_crop[row] * self.side[row] / side
+        turn = self.R_image_from_crop[row] * self.side[row] / side
         shift = self.centre[row] - turn @ np.full(2, side / 2)
         how = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
-        part = cv2.warpAffine(picture, np.column_stack([turn, shift]), (side, side), flags=how)
+        part = cv2.warpAffine(image, np.column_stack([turn, shift]), (side, side), flags=how)
         return part.astype(np.float32) / 255
 
 
 @dataclass(frozen=True, eq=False)
-class PictureLifter:
+class ImageLifter:
     """A pipeline.plugins.protocols.Lifter of BlazePose's landmark network; visibility becomes the confidence."""
 
     network: OnnxFile
@@ -73,7 +73,7 @@ class PictureLifter:
         flip: bool = False,
         video: Video | None = None,
     ) -> PoseSequence:
-        """Keypoints say where to look. Frames without a picture, without any keypoint for more than 15 frames, or
+        """Keypoints say where to look. Frames without an image, without any keypoint for more than 15 frames, or
         where the network is not sure of a person, are NaN."""
         if video is None:
             raise InputError(f"The lifter {self.method} looks at the pictures; give the video.")
@@ -82,10 +82,10 @@ class PictureLifter:
         pixels, confidence, rows = on_grid(body)
         refuse_two_people(pixels)
         crops = crops_around(pixels, confidence, rows)
-        unseen = long_gaps(np.any(known(pixels), axis=1))[rows]
+        unseen = long_gaps(np.any(is_finite(pixels), axis=1))[rows]
         world, visibility = self._landmarks(video, keypoints.frame_index, crops, unseen, flip)
         turn = np.tile(np.eye(3), (len(rows), 1, 1))
-        turn[:, :2, :2] = crops.R_picture_from_crop
+        turn[:, :2, :2] = crops.R_image_from_crop
         joints, focal = from_ray(rotate(turn, world), crops.centre, size, focal_px)
         landmarks = keypoints.with_(
             joints=joints, confidence=visibility, layout=BLAZEPOSE33, frame=CAMERA.with_(origin="camera")
@@ -110,14 +110,14 @@ class PictureLifter:
         visibility = np.full((len(frames), _COUNT), np.nan)
         side = self.network.only_input[1] or _SIDE
         with counted("lift", len(frames)) as done:
-            for row, picture in _wanted(video, frames):
+            for row, image in _wanted(video, frames):
                 done(row)
                 if unseen[row]:
                     continue
-                image = crops.cut(row, picture, side)
-                found, joints, seen = self._look(image)
+                cropped = crops.cut(row, image, side)
+                found, joints, seen = self._look(cropped)
                 if flip:
-                    other, mirrored, seen_too = self._look(np.ascontiguousarray(image[:, ::-1]))
+                    other, mirrored, seen_too = self._look(np.ascontiguousarray(cropped[:, ::-1]))
                     mirror = BLAZEPOSE33.mirror
                     joints = (joints + mirrored[mirror] * np.array([-1, 1, 1])) / 2
                     found, seen = (found + other) / 2, (seen + seen_too[mirror]) / 2
@@ -134,7 +134,7 @@ class PictureLifter:
         return float(by_size[1].item()), world, 1 / (1 + np.exp(-logit))
 
 
-def is_picture_network(network: OnnxFile) -> bool:
+def is_image_network(network: OnnxFile) -> bool:
     """Whether an opened network is BlazePose's with world landmarks."""
     world = 3 * (_COUNT + _HELPERS)
     return is_blazepose(network) and any(shape[1:] == (world,) for shape in network.outputs.values())
@@ -142,7 +142,7 @@ def is_picture_network(network: OnnxFile) -> bool:
 
 def crops_around(pixels: np.ndarray, confidence: np.ndarray, rows: np.ndarray) -> Crops:
     """Where the person of H36M17 keypoints (N, 17, 2) and confidence (N, 17) is, at these rows."""
-    sure = known(pixels) & ~(confidence < _SCORE)
+    sure = is_finite(pixels) & ~(confidence < _SCORE)
     sure[:, _HEAD] = False
     points = filled(pixels)
     hips, shoulders = (
@@ -153,7 +153,7 @@ def crops_around(pixels: np.ndarray, confidence: np.ndarray, rows: np.ndarray) -
     frame, seen = np.arange(len(reach)), np.isfinite(reach)
     reach = np.interp(frame, frame[seen], reach[seen]) if seen.any() else np.ones(len(reach))
     right, up = (shoulders - hips)[rows].T * np.array([[1], [-1]])
-    lean = np.arctan2(right, up)  # of the trunk, clockwise in the picture
+    lean = np.arctan2(right, up)  # of the trunk, clockwise in the image
     R = np.stack(
         [np.stack([np.cos(lean), -np.sin(lean)], -1), np.stack([np.sin(lean), np.cos(lean)], -1)], axis=-2
     )
@@ -161,10 +161,10 @@ def crops_around(pixels: np.ndarray, confidence: np.ndarray, rows: np.ndarray) -
 
 
 def _wanted(video: Video, frames: np.ndarray) -> Iterator[tuple[int, np.ndarray]]:
-    """(row, picture) of these frame numbers, in order."""
+    """(row, image) of these frame numbers, in order."""
     row_of = {int(frame): row for row, frame in enumerate(frames)}
-    for number, picture in pictures(video, int(frames[0])):
+    for number, image in images_from(video, int(frames[0])):
         if number in row_of:
-            yield row_of[number], picture
+            yield row_of[number], image
         if number >= frames[-1]:
             return

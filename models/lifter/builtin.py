@@ -17,7 +17,7 @@ from ...pipeline.errors import InputError
 from ...pipeline.frames import CAMERA
 from ...pipeline.layouts import H36M17, remap
 from ...pipeline.pose import PoseSequence
-from ...pipeline.rotations import known, rotate
+from ...pipeline.rotations import is_finite, rotate
 from ...pipeline.take import Video
 from ..common.onnx import open_onnx
 from .features import ASSUMED_FOCAL, features, flipped
@@ -62,7 +62,7 @@ def lift(
         joints = (joints + mirrored[:, H36M17.mirror] * np.array([-1, 1, 1], dtype=np.float32)) / 2
         sd = (sd + mirrored_sd[:, H36M17.mirror]) / 2
     joints = rotate(R_camera_from_ray, joints.astype(np.float64))
-    unseen = long_gaps(np.any(known(pixels), axis=1))
+    unseen = long_gaps(np.any(is_finite(pixels), axis=1))
     joints = np.where(unseen[:, None, None], np.nan, joints)[rows]
     covariance = np.where(unseen[rows, None, None, None], np.nan, _covariance(sd, R_camera_from_ray)[rows])
     return keypoints.with_(

@@ -17,7 +17,7 @@ def from_ray(
 
     centre_px: (T, 2) pixels where the ray goes. image_size: (2,). The options are for the history: `bearing_deg` is
     the least and the greatest angle to the right at which the person stands, by which the heading is off when
-    nothing is turned; an unknown focal length is taken for the longer side of the picture there.
+    nothing is turned; an unknown focal length is taken for the longer side of the image there.
     """
     focal = ASSUMED_FOCAL * float(image_size.max()) if focal_px is None else focal_px
     rays = (centre_px - image_size / 2) / focal

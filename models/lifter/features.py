@@ -1,7 +1,7 @@
-"""What the lifter sees of 2D keypoints: picture size, place in the picture and size of the person taken out.
+"""What the lifter sees of 2D keypoints: image size, place in the image and size of the person taken out.
 
 Pixels become rays; each frame is turned so that the ray to the body's centre is the optical axis (the ray frame),
-because a person at the border of the picture is seen from another side than one in the middle; then the picture
+because a person at the border of the image is seen from another side than one in the middle; then the image
 is divided by the body's size, averaged over some seconds.
 """
 
@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...pipeline.layouts import H36M17
-from ...pipeline.rotations import known, rotate, transpose, unit
+from ...pipeline.rotations import is_finite, rotate, transpose, unit
 
 ASSUMED_FOCAL = 1.0  # of the longer image side: between phones (0.7-0.85) and normal lenses (1.2-2)
 HALF_WINDOW = 40  # frames on each side over which place and size are averaged
@@ -25,12 +25,12 @@ def features(
 
     keypoints: (..., T, 17, 2) pixels, NaN where missing. confidence: (..., T, 17), NaN where unknown.
     image_size: (..., 2) width, height. focal_px: (...,).
-    -> (..., T, CHANNELS) float32: x, y, confidence and presence of each joint, the body's way across the picture
+    -> (..., T, CHANNELS) float32: x, y, confidence and presence of each joint, the body's way across the image
     (2), its size against the averaged size, and the averaged size; and R_camera_from_ray (..., T, 3, 3).
     Any number of frames; a frame without joints is all zeros.
     """
     rays = (keypoints - image_size[..., None, None, :] / 2) / focal_px[..., None, None, None]
-    present = known(rays)
+    present = is_finite(rays)
     seen = np.any(present, axis=-1)
     centre = body_centre(rays)
     rays = np.where(present[..., None], rays, 0.0)
@@ -44,19 +44,19 @@ def features(
     way = (centre - np.stack([_averaged(centre[..., i], seen) for i in (0, 1)], axis=-1)) / mean_size[
         ..., None
     ]
-    picture = np.clip(turned / mean_size[..., None, None], -5, 5)
+    image = np.clip(turned / mean_size[..., None, None], -5, 5)
     trust = np.where(present, np.where(np.isnan(confidence), 0.7, confidence), 0.0)
     extra = np.stack(
         [*np.moveaxis(np.tanh(way / 4), -1, 0), size / mean_size - 1, np.log(mean_size) + 2], axis=-1
     )
-    flat = picture.reshape(*picture.shape[:-2], -1)
+    flat = image.reshape(*image.shape[:-2], -1)
     out = np.concatenate([flat, trust, present, np.where(seen[..., None], extra, 0.0)], axis=-1)
     return out.astype(np.float32), R_camera_from_ray
 
 
 def body_centre(points: np.ndarray) -> np.ndarray:
     """(..., T, 2) middle of the body of H36M17 points (..., T, 17, 2); frames without any take a neighbour's."""
-    present = known(points)
+    present = is_finite(points)
     return _filled(_centre(np.where(present[..., None], points, 0.0), present), np.any(present, axis=-1))
 
 
@@ -76,12 +76,12 @@ def ray_rotation(centre: np.ndarray) -> np.ndarray:
 def flipped(x: np.ndarray) -> np.ndarray:
     """Features (..., CHANNELS) of the mirrored person."""
     joints = len(H36M17)
-    picture = x[..., : 2 * joints].reshape(*x.shape[:-1], joints, 2)[..., H36M17.mirror, :]
-    picture = (picture * np.array([-1, 1], dtype=x.dtype)).reshape(*x.shape[:-1], -1)
+    image = x[..., : 2 * joints].reshape(*x.shape[:-1], joints, 2)[..., H36M17.mirror, :]
+    image = (image * np.array([-1, 1], dtype=x.dtype)).reshape(*x.shape[:-1], -1)
     trust = x[..., 2 * joints : 3 * joints][..., H36M17.mirror]
     present = x[..., 3 * joints : 4 * joints][..., H36M17.mirror]
     extra = x[..., 4 * joints :] * np.array([-1, 1, 1, 1], dtype=x.dtype)
-    return np.concatenate([picture, trust, present, extra], axis=-1)
+    return np.concatenate([image, trust, present, extra], axis=-1)
 
 
 def _turned(rays: np.ndarray, R_camera_from_ray: np.ndarray) -> np.ndarray:

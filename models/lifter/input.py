@@ -7,20 +7,20 @@ import numpy as np
 from ...pipeline.errors import InputError
 from ...pipeline.frames import IMAGE, require
 from ...pipeline.pose import PoseSequence
-from ...pipeline.rotations import known
+from ...pipeline.rotations import is_finite
 
 _GAP_FRAMES = 15  # without any joint for longer than this, frames are missing in 3D too
 _JUMP = 0.8  # of the body's longer side from one frame to the next: no person moves like that
 _MIN_JUMPS = 4  # scene cuts may explain fewer
 _MIN_JOINTS = 4  # seen in both frames, to call it the whole body
 _MAX_OUTSIDE = 0.5  # of the joints: detectors guess a few beyond the border, never most
-_NORMALISED = 4.0  # no picture is this few pixels wide
+_NORMALISED = 4.0  # no image is this few pixels wide
 
 
 def checked_size(
     keypoints: PoseSequence, image_size: tuple[int, int] | None, focal_px: float | None
 ) -> np.ndarray:
-    """(2,) width and height in pixels. InputError when keypoints, picture size and focal length cannot be right."""
+    """(2,) width and height in pixels. InputError when keypoints, image size and focal length cannot be right."""
     require(keypoints.frame, IMAGE, "The lifter")
     if keypoints.frame.unit != "px":
         raise InputError(f"The lifter needs keypoints in pixels, got them in {keypoints.frame}.")
@@ -45,7 +45,7 @@ def checked_size(
             "Expected keypoints in pixels, but none is beyond "
             f"{np.abs(coordinates).max():.2f}: they look normalised; multiply them back to pixels first."
         )
-    shown = keypoints.joints[known(keypoints.joints)]
+    shown = keypoints.joints[is_finite(keypoints.joints)]
     outside = ((shown < 0) | (shown > size)).any(axis=-1).mean()
     if outside > _MAX_OUTSIDE:
         raise InputError(
@@ -80,7 +80,7 @@ def on_grid(keypoints: PoseSequence) -> tuple[np.ndarray, np.ndarray, np.ndarray
 def refuse_two_people(joints: np.ndarray) -> None:
     """InputError when the whole body lands somewhere else from one frame to the next, again and again.
     joints: (T, J, 2) pixels."""
-    there = known(joints)
+    there = is_finite(joints)
     low, high = (np.where(there[..., None], joints, fill) for fill in (np.inf, -np.inf))
     side = (high.max(axis=1) - low.min(axis=1)).max(axis=-1)
     both = there[1:] & there[:-1]

@@ -9,7 +9,7 @@ import numpy as np
 from ...pipeline.frames import IMAGE
 from ...pipeline.layouts import H36M17, Layout, remap
 from ...pipeline.pose import PoseSequence
-from ...pipeline.rotations import known, rotate
+from ...pipeline.rotations import is_finite, rotate
 from .builtin import network, run
 from .features import ASSUMED_FOCAL, HALF_WINDOW, features
 
@@ -48,7 +48,7 @@ class LiveLifter:
             kept[:-1] = kept[1:].copy()
             kept[-1] = new[0]
         self._count = min(self._count + 1, len(self._pixels))
-        if not known(seen.joints).any():
+        if not is_finite(seen.joints).any():
             return np.full((len(H36M17), 3), np.nan)
         last = slice(-self._count, None)
         x, R_camera_from_ray = features(self._pixels[last], self._confidence[last], self._size, self._focal)

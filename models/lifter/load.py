@@ -9,12 +9,12 @@ from ...pipeline.plugins.options import did_you_mean
 from ...pipeline.plugins.protocols import Lifter
 from ...pipeline.plugins.registry import open_model
 from ..common.onnx import OnnxFile, open_onnx
-from .blazepose import PictureLifter, is_picture_network
+from .blazepose import ImageLifter, is_image_network
 from .builtin import KIND, OwnLifter
 from .scaling import KINDS
 from .sequence import SequenceLifter, channels_of, is_sequence_network, span_of
 
-_PICTURE = "blazepose"
+_BY_IMAGE = "blazepose"
 
 
 def load_lifter(name: str | Path = "pcnet3d", kind: str | None = None) -> Lifter:
@@ -26,7 +26,7 @@ def load_lifter(name: str | Path = "pcnet3d", kind: str | None = None) -> Lifter
     package is of the kind of its name.
     InputError for an unknown name or kind and for a network that is no lifter.
     """
-    known = (KIND, *KINDS, _PICTURE)
+    known = (KIND, *KINDS, _BY_IMAGE)
     if kind not in (None, name, *known):
         raise InputError(f"There is no kind of lifter '{kind}'; {did_you_mean(str(kind), known)}")
     opened = open_model("lifters", name)
@@ -36,8 +36,8 @@ def load_lifter(name: str | Path = "pcnet3d", kind: str | None = None) -> Lifter
     method = f"{network.path.name}@{network.digest}"
     if {"reach", "trained_on"} <= network.session.get_modelmeta().custom_metadata_map.keys():
         return _opened(OwnLifter(str(opened)), KIND, kind)
-    if is_picture_network(network):
-        return _opened(PictureLifter(network, method), _PICTURE, kind)
+    if is_image_network(network):
+        return _opened(ImageLifter(network, method), _BY_IMAGE, kind)
     if is_sequence_network(network):
         return _sequence_lifter(network, method, kind)
     raise InputError(

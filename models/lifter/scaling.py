@@ -41,12 +41,12 @@ def crop_scaled(pixels: np.ndarray, confidence: np.ndarray, image_size: np.ndarr
 
 
 def pixel_scaled(pixels: np.ndarray, confidence: np.ndarray, image_size: np.ndarray) -> np.ndarray:
-    """The picture's shorter side becomes [-1, 1], (T, J, 2): MotionBERT's infer_wild.py --pixel."""
+    """The image's shorter side becomes [-1, 1], (T, J, 2): MotionBERT's infer_wild.py --pixel."""
     return (pixels - image_size / 2) / (image_size.min() / 2)
 
 
 def screen_scaled(pixels: np.ndarray, confidence: np.ndarray, image_size: np.ndarray) -> np.ndarray:
-    """The picture's width becomes [-1, 1] and y keeps the aspect, (T, J, 2): VideoPose3D's
+    """The image's width becomes [-1, 1] and y keeps the aspect, (T, J, 2): VideoPose3D's
     normalize_screen_coordinates."""
     return (pixels - image_size / 2) / (image_size[0] / 2)
 

@@ -11,7 +11,7 @@ from ...pipeline.errors import InputError
 from ...pipeline.frames import CAMERA
 from ...pipeline.layouts import H36M17, remap
 from ...pipeline.pose import PoseSequence
-from ...pipeline.rotations import known
+from ...pipeline.rotations import is_finite
 from ...pipeline.take import Video
 from ..common.onnx import OnnxFile
 from .crop_rays import from_ray
@@ -61,7 +61,7 @@ class SequenceLifter:
         size = checked_size(keypoints, image_size, focal_px)
         pixels, confidence, rows = on_grid(remap(keypoints, kind.layout))
         refuse_two_people(pixels)
-        seen = known(pixels)
+        seen = is_finite(pixels)
         confidence = np.where(seen, np.where(np.isnan(confidence), 1.0, confidence), 0.0)
         x = kind.scaled(filled(pixels), confidence, size)
         if self.channels == 3:

@@ -5,9 +5,8 @@ pcnet3d mocap FOLDER -o clips.npz
 
 from __future__ import annotations
 
-import sys
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Literal
@@ -17,8 +16,9 @@ import typer
 
 from ...pipeline.errors import InputError
 from ...pipeline.files.skeletons import UNITS
-from ...pipeline.messages import say
+from ...pipeline.messages import how_many, say, show
 from ...pipeline.plugins.options import did_you_mean
+from ...pipeline.running.progress import each
 from . import asfamc as mocap_asfamc
 from . import bvh as mocap_bvh
 from . import joints as mocap_joints
@@ -93,8 +93,11 @@ def mocap(
         say("note", note)
     frames = sum(map(len, clips))
     people = Counter(clip.subject for clip in clips)
-    print(f"{output}: {len(clips)} clips, {frames:,} frames, {frames / clips[0].fps / 60:.1f} min")
-    print(f"{len(people)} subjects (clips): {', '.join(f'{who} ({n})' for who, n in sorted(people.items()))}")
+    minutes = frames / clips[0].fps / 60
+    show(f"{output}: {how_many(len(clips), 'clip')}, {frames:,} frames, {minutes:.1f} min")
+    print(
+        f"{how_many(len(people), 'subject')} (clips): {', '.join(f'{who} ({n})' for who, n in sorted(people.items()))}"
+    )
 
 
 def read_folder(folder: Path, format: str = "auto", how: How | None = None) -> tuple[list[Clip], list[str]]:
@@ -104,7 +107,7 @@ def read_folder(folder: Path, format: str = "auto", how: How | None = None) -> t
         raise InputError(f"Expected a folder of motion capture at {folder}, found nothing there.")
     name, files = _recognised(folder, format)
     read, notes, bad, clips = FORMATS[name], Counter(), [], {}
-    for file in _followed(files):
+    for file in each(files, "files", len(files)):
         try:
             found = read.read(file, folder if folder.is_dir() else folder.parent, how or How())
             if found.clip.name in clips:
@@ -120,7 +123,7 @@ def read_folder(folder: Path, format: str = "auto", how: How | None = None) -> t
             f"No file of {len(files)} in {folder} could be read as {name}; the first is {bad[0]}"
         )
     read.check(list(clips.values()))
-    said = [f"{note} ({count} of {len(files)} files)" for note, count in notes.items()]
+    said = [f"{note} ({count} of {how_many(len(files), 'file')})" for note, count in notes.items()]
     return list(clips.values()), said + [f"left out {sentence}" for sentence in bad]
 
 
@@ -150,18 +153,3 @@ def _recognised(folder: Path, format: str) -> tuple[str, list[Path]]:
     wanted = FORMATS if format == "auto" else (format,)
     kinds = ", ".join(FORMATS[name].files_are for name in wanted)
     raise InputError(f"Expected motion capture ({kinds}) in {folder}, found none.")
-
-
-def _followed(files: list[Path]) -> Iterator[Path]:
-    """The files, with a bar on a terminal and otherwise a line now and then."""
-    if sys.stderr.isatty():
-        from rich.console import Console
-        from rich.progress import track
-
-        yield from track(files, "read", console=Console(stderr=True), transient=True)
-        return
-    for i, file in enumerate(files):
-        if i % 100 == 0:
-            print(f"read {i} of {len(files)} files", file=sys.stderr)
-        yield file
-    print(f"read {len(files)} of {len(files)} files", file=sys.stderr)

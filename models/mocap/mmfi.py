@@ -21,6 +21,7 @@ from ...pipeline.files.arrays import load
 from ...pipeline.files.skeletons import leg_length
 from ...pipeline.frames import CAMERA, PC_CAMERA
 from ...pipeline.layouts import H36M17
+from ...pipeline.messages import how_many
 from ...pipeline.rotations import rotate
 from .clips import Clip
 from .common import Found, How, upright_share
@@ -97,7 +98,11 @@ def check(clips: Sequence[Clip]) -> None:
     joints = np.concatenate([clip.joints for clip in clips])
     seen = chirality(PoseSequence(joints, H36M17, Z_UP))
     right_hand = [moved_more(clip) == hand for clip in clips if (hand := _ONE_HAND.get(clip.name[-3:]))]
-    hands = "no action with one hand" if not right_hand else f"{sum(right_hand)} of {len(right_hand)} clips"
+    hands = (
+        "no action with one hand"
+        if not right_hand
+        else f"{sum(right_hand)} of {how_many(len(right_hand), 'clip')}"
+    )
     if seen.verdict in ("wrong", "legs against arms") or (right_hand and np.mean(right_hand) < 0.5):
         raise InputError(
             "Expected MM-Fi's joints in Human3.6M's order, right leg first, x right, y down, z away, but left and "

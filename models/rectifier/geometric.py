@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...pipeline.layouts import H36M17
-from ...pipeline.rotations import from_columns, known, unit
+from ...pipeline.rotations import from_columns, is_finite, unit
 
 
 class Geometric:
@@ -27,5 +27,5 @@ class Geometric:
         facing = unit(np.cross(shoulders, trunk))
         left = unit(shoulders)
         R_source_from_body = from_columns(-facing, -left, np.cross(facing, left))
-        whole = known(facing) & known(left)
+        whole = is_finite(facing) & is_finite(left)
         return np.where(whole[:, None, None], R_source_from_body, np.nan), np.full(len(joints), np.nan)

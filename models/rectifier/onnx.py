@@ -9,7 +9,7 @@ import numpy as np
 
 from ...pipeline.errors import InputError
 from ...pipeline.layouts import H36M17
-from ...pipeline.rotations import known
+from ...pipeline.rotations import is_finite
 from ...pipeline.running.cores import cores
 from ..common.onnx import open_onnx
 
@@ -74,9 +74,9 @@ def prepare(joints: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The network's input (T, 17, 3) and (T, 17), float32, and (T,) whether a frame has torso enough."""
     joints = np.array(joints, dtype=np.float32)
     pelvis = H36M17.index("pelvis")
-    lost = ~known(joints[:, pelvis])
+    lost = ~is_finite(joints[:, pelvis])
     joints[lost, pelvis] = joints[lost][:, H36M17.indices(("l_hip", "r_hip"))].mean(axis=1)
-    valid = known(joints)
+    valid = is_finite(joints)
     pair = {part: valid[:, H36M17.indices((f"l_{part}", f"r_{part}"))].all(1) for part in ("hip", "shoulder")}
     usable = (
         valid[:, pelvis]

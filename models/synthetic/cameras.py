@@ -1,7 +1,7 @@
 """Virtual pinhole cameras around motion capture, for many windows or one whole take at a time.
 
 Camera axes are CAMERA's: x right, y down, z away. Yaw is the heading of the view about the vertical, pitch is
-positive when the camera looks DOWN, roll is positive when the picture's content turns counter-clockwise.
+positive when the camera looks DOWN, roll is positive when the image's content turns counter-clockwise.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ class ViewRange:
 
     yaw_deg, pitch_deg, roll_deg: ranges, the convention above. focal: focal length over the longer image side (phones
     filming: 0.65-0.85; a 35 to 70 mm lens on full frame: 1 to 2). distance: over the smallest one at which
-    everything is in the picture. distance_m: in its place, metres along the viewing axis to the middle of the points,
-    but never nearer than that smallest one. margin: share of the half picture that stays empty at its border.
+    everything is in the image. distance_m: in its place, metres along the viewing axis to the middle of the points,
+    but never nearer than that smallest one. margin: share of the half image that stays empty at its border.
     pans: share of views whose camera slowly follows the person.
     """
 
@@ -89,10 +89,10 @@ def view_rotation(yaw_deg: np.ndarray, pitch_deg: np.ndarray, roll_deg: np.ndarr
 
 
 def place(joints_world: np.ndarray, rng: np.random.Generator, views: ViewRange | None = None) -> Cameras:
-    """One camera a window, somewhere from which every joint of every frame is inside the picture.
+    """One camera a window, somewhere from which every joint of every frame is inside the image.
 
     joints_world: (..., T, J, 3) metres, +Z up. The distance and then the sideways shift are drawn from the
-    exact intervals that keep everything inside, so the person may be anywhere in the picture.
+    exact intervals that keep everything inside, so the person may be anywhere in the image.
     """
     views = views or ViewRange()
     lead = joints_world.shape[:-3]

@@ -13,7 +13,7 @@ from ...pipeline.canonical import R_world_from_body
 from ...pipeline.errors import InputError
 from ...pipeline.files.arrays import load_all
 from ...pipeline.frames import CAMERA, PC_CAMERA
-from ...pipeline.rotations import known, rotate, transpose
+from ...pipeline.rotations import is_finite, rotate, transpose
 from ..common.metrics import relative
 
 View = Literal["paper", "wide"]
@@ -63,7 +63,7 @@ def seen(
     R = R_camera_from_body
     if targets == "body":
         R = R @ transpose(R_world_from_body(joints_world))
-    return rotate(R, relative(joints_world.astype(np.float64))), np.asarray(known(R).all(axis=-1))
+    return rotate(R, relative(joints_world.astype(np.float64))), np.asarray(is_finite(R).all(axis=-1))
 
 
 class Lifted(NamedTuple):
@@ -91,7 +91,7 @@ def read_lifted(paths: Iterable[Path]) -> Lifted:
         if [a.shape for a in one] != [(rows, 17, 3)] * 2 + [(rows, 3, 3)] or held["clip"].ndim != 1:
             raise InputError(f"Expected a file of pcnet3d testbed at {path}, got arrays of other shapes.")
         clips.extend(str(name) for name in held["clip"])
-        fine = known(one[0]).all(-1) & known(one[2]).all(-1)
+        fine = is_finite(one[0]).all(-1) & is_finite(one[2]).all(-1)
         a, b, rotation = (array[fine] for array in one)
         scale = (a * b).sum((-2, -1)) / np.maximum((b * b).sum((-2, -1)), 1e-9)
         joints.append(a)

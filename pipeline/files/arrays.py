@@ -39,10 +39,12 @@ def keys(path: Path) -> tuple[str, ...]:
             return tuple(name.removesuffix(".npy") for name in archive.namelist() if name.endswith(".npy"))
 
 
-def load(path: Path, *shapes: Shape, key: str | None = None) -> np.ndarray:
+def load(path: Path, *shapes: Shape, key: str | None = None, limit: int | None = None) -> np.ndarray:
     """The array of an .npy file, or the one named `key` of an .npz archive, in its own numeric dtype; (...,).
 
     shapes: the shapes to accept, such as ("frames", 17, 3); none to accept any.
+    limit: bytes of data to read at most, so that the array is cut to its first rows; one in Fortran order, whose rows
+    are spread over the file, is read whole.
     Raises InputError for a file that is empty, cut short, longer than its header says or no numpy file, for
     a missing key, for Python objects (which would have to be unpickled), for anything but numbers, and for
     another shape. The header is compared with the file's size before anything is allocated.
@@ -58,7 +60,7 @@ def load(path: Path, *shapes: Shape, key: str | None = None) -> np.ndarray:
             )
         if 0 in shape:
             raise InputError(f"{where}: expected frames, got an array of shape {shape}, which holds none.")
-        return _data(stream, size, shape, fortran_order, dtype, where)
+        return _data(stream, size, shape, fortran_order, dtype, where, limit)
 
 
 def load_all(path: Path, *needed: str) -> dict[str, np.ndarray]:
@@ -107,9 +109,16 @@ def _check_kind(dtype: np.dtype, kinds: str, where: str) -> None:
 
 
 def _data(
-    stream: IO[bytes], size: int, shape: tuple[int, ...], fortran_order: bool, dtype: np.dtype, where: str
+    stream: IO[bytes],
+    size: int,
+    shape: tuple[int, ...],
+    fortran_order: bool,
+    dtype: np.dtype,
+    where: str,
+    limit: int | None = None,
 ) -> np.ndarray:
-    """The numbers behind a header. InputError, before anything is allocated, when the file has not just as many."""
+    """The numbers behind a header, or the first rows of `load`'s limit. InputError, before anything is allocated, when
+    the file has not just as many as the header says."""
     promised, held = math.prod(shape) * dtype.itemsize, size - stream.tell()
     if promised != held or min(shape, default=0) < 0:
         raise InputError(
@@ -118,10 +127,24 @@ def _data(
         )
     if not promised:
         return np.zeros(shape, dtype)
-    array = np.frombuffer(stream.read(), dtype)
+    wanted = -1  # to the end, where an archive's checksum is compared
+    if limit is not None and not fortran_order:
+        shape = _beginning(shape, limit // dtype.itemsize)
+        wanted = math.prod(shape) * dtype.itemsize
+    array = np.frombuffer(stream.read(wanted), dtype)
     if dtype.kind == "U" and array.view(dtype.str[0] + "u4").max(initial=0) > sys.maxunicode:
         raise InputError(f"{where}: its texts hold what is no character; the file is damaged, copy it again.")
     return array.reshape(shape, order="F" if fortran_order else "C")
+
+
+def _beginning(shape: tuple[int, ...], count: int) -> tuple[int, ...]:
+    """The shape of the first rows, or of the first part of the first row, that hold at most `count` numbers."""
+    cut = list(shape)
+    for axis, length in enumerate(shape):
+        cut[axis] = min(length, max(1, count // math.prod(shape[axis + 1 :])))
+        if cut[axis] > 1:
+            break
+    return tuple(cut)
 
 
 def fits(shape: tuple[int, ...], wanted: Shape) -> bool:

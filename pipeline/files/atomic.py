@@ -16,7 +16,7 @@ from pathlib import Path
 from ..errors import InputError
 from ..pose import package_version
 
-SUMMARY = "summary.json"
+SUMMARY, REPORT = "summary.json", "report.html"
 
 
 @contextmanager

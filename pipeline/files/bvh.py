@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..errors import InputError
+from ..messages import how_many
 from .skeletons import UNITS, Skeleton, h36m17_of_skeleton, leg_length, place, unit_by_legs
 
 _AXES = "XYZ"
@@ -84,7 +85,8 @@ def parse(text: str) -> tuple[Skeleton, list[tuple[int, str]], np.ndarray, float
         raise InputError(f"the BVH file is damaged: {error}.") from None
     if len(numbers) != count or not (count and frame_s > 0 and np.isfinite(numbers).all()):
         raise InputError(
-            f"expected {count} frames of {len(channels)} numbers, {frame_s} s each, got {len(numbers)}."
+            f"expected {how_many(count, 'frame')} of {how_many(len(channels), 'number')}, {frame_s} "
+            f"s each, got {len(numbers)}."
         )
     for joint in range(len(names)):
         turns = [name for owner, name in channels if owner == joint and name.endswith("rotation")]

@@ -11,6 +11,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..messages import how_many
+
 _BLOCK = 512
 _INTEL, _DEC, _MIPS = 84, 85, 86  # the processor whose numbers the file has
 _ITEM = {-1: 1, 1: 1, 2: 2, 4: 4}  # bytes by a parameter's type: text, byte, integer, real
@@ -43,7 +45,8 @@ def parse(content: bytes) -> C3d:
     start, promised = (block - 1) * _BLOCK, frames * width * item
     if not count or not block or frames < 1 or len(content) < start + promised:
         raise ValueError(
-            f"its header promises {frames} frames of {count} points, {len(content)} bytes do not hold them"
+            f"its header promises {how_many(frames, 'frame')} of {how_many(count, 'point')}, "
+            f"{len(content)} bytes do not hold them"
         )
     data = content[start : start + promised]
     values = _reals(data, processor) if item == 4 else _integers(data, processor).astype(np.float32)

@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 
 from ..errors import InputError
+from ..messages import how_many
 from .c3d import parse, texts
 
 Up = Literal["y", "z"]
@@ -64,8 +65,9 @@ def read_c3d(path: Path) -> Markers:
     names = said["LABELS"][: file.points.shape[1]]
     if len(names) < file.points.shape[1] or not 0 < file.rate_hz < np.inf:
         raise InputError(
-            f"expected a C3D file with a name for each of its {file.points.shape[1]} points and their rate, got "
-            f"{len(names)} names and {file.rate_hz:g} a second."
+            "expected a C3D file with a name for each of its "
+            f"{how_many(file.points.shape[1], 'point')} and their rate, got "
+            f"{how_many(len(names), 'name')} and {file.rate_hz:g} a second."
         )
     numbers = np.arange(len(file.points))
     up = "y" if said["Y_SCREEN"][:1] == ["+Y"] else "z"

@@ -1,4 +1,4 @@
-"""The pictures of a video, as players show them, one after the other; however long it is, a few are held at a time."""
+"""The images of a video, as players show them, one after the other; however long it is, a few are held at a time."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from av import VideoFrame
 
 
-def pictures(video: Video, first: int = 0) -> Iterator[tuple[int, np.ndarray]]:
-    """(frame number, picture) from frame `first` on: (H, W, 3) uint8 RGB, the video's rotation obeyed.
+def images_from(video: Video, first: int = 0) -> Iterator[tuple[int, np.ndarray]]:
+    """(frame number, image) from frame `first` on: (H, W, 3) uint8 RGB, the video's rotation obeyed.
 
     Numbers count the rows of `video.time_s`; a frame that the decoder leaves out is left out here too. Before `first`
     no more is decoded than lies between it and the key frame before it. InputError for a video that cannot be decoded.
@@ -47,23 +47,23 @@ def pictures(video: Video, first: int = 0) -> Iterator[tuple[int, np.ndarray]]:
         ) from None
 
 
-def pictures_at(video: Video, frames: Iterable[int]) -> dict[int, np.ndarray]:
-    """The pictures (H, W, 3) uint8 RGB of these frame numbers; one that is not found is left out. InputError as for
-    `pictures`."""
+def images_at(video: Video, frames: Iterable[int]) -> dict[int, np.ndarray]:
+    """The images (H, W, 3) uint8 RGB of these frame numbers; one that is not found is left out. InputError as for
+    `images_from`."""
     found = {}
     for wanted in sorted(frames):
-        number, picture = next(pictures(video, wanted), (None, None))
-        if number == wanted and picture is not None:
-            found[number] = picture
+        number, image = next(images_from(video, wanted), (None, None))
+        if number == wanted and image is not None:
+            found[number] = image
     return found
 
 
 def shown_size(video: Video) -> tuple[int, int]:
-    """Width and height of the pictures, the video's rotation obeyed."""
+    """Width and height of the images, the video's rotation obeyed."""
     turned = video.rotation_deg in (90, 270)
     return (video.height, video.width) if turned else (video.width, video.height)
 
 
 def _upright(frame: VideoFrame, rotation_deg: int) -> np.ndarray:
-    picture = frame.to_ndarray(format="rgb24")
-    return np.ascontiguousarray(np.rot90(picture, -rotation_deg // 90)) if rotation_deg else picture
+    image = frame.to_ndarray(format="rgb24")
+    return np.ascontiguousarray(np.rot90(image, -rotation_deg // 90)) if rotation_deg else image

@@ -21,7 +21,7 @@ class Agreement:
     """How well poses fall onto keypoints.
 
     error: median over frames of the 2D residual after the best scale and shift of each frame, over the person's size
-        in the picture (root mean square distance of the joints from their middle). 0.05 is usual: scale and
+        in the image (root mean square distance of the joints from their middle). 0.05 is usual: scale and
         shift are no perspective.
     lag: frames to add to the poses' numbers for the smallest error, which is `error_at_lag`.
     person: the keypoints' track. frames: in common without a lag.

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..anthropometry import implied_stature
 from ..errors import InputError
+from ..messages import how_many
 from ..motion.checks import Chirality, bone_spread, chirality
 from ..motion.findings import (
     depth_factor,
@@ -23,8 +24,7 @@ from ..motion.swap_repair import as_frames
 from ..motion.swaps import Swap, find_swaps
 from ..pose import PoseSequence
 from ..reading.choose import choose_person
-from ..reading.load import read_all, read_sources
-from ..reading.normalise import normalised
+from ..reading.load import load, read_all
 from ..reading.take import read_video
 from ..take import Video
 from ..verdict import Finding, verdict
@@ -106,7 +106,7 @@ class Inspection:
         return {"file": self.path.name, "adapter": self.adapter, "verdict": self.verdict, "people": people}
 
     def __str__(self) -> str:
-        people = f"{len(self.people)} people" if len(self.people) > 1 else "1 person"
+        people = how_many(len(self.people), "person", "people")
         lines = [f"{self.path}: {self.verdict}; adapter {self.adapter}, {people}"]
         for person in self.people:
             lines += ["", *_lines(person)]
@@ -127,9 +127,8 @@ def inspect(
     adapter, options: as for read_all. person: only this one, "longest" or "largest". keypoints, video: 2D of the same
     recording, and the recording itself, to compare with. Raises InputError when a file cannot be read at all.
     """
-    chosen, sources = read_sources(path, adapter, None, options or {})
-    if person is not None:
-        sources = (choose_person(sources, person, str(path)),)
+    read = load(path, adapter, None, options or {})
+    sources = read.people if person is None else (choose_person(read.people, person, str(path)),)
     tracks = () if keypoints is None else read_all(keypoints, gives="keypoints")
     recording = None if video is None else read_video(video)
     people = []
@@ -138,7 +137,7 @@ def inspect(
         poses, fit = None, None
         if source.frame.dims == 3:
             try:
-                poses = normalised(source, chosen, path, None, "ignore", "gap")
+                poses = read.normalised(source, parity="ignore", missing="gap")
             except InputError as error:
                 found.append(Finding("unusable", "refused", str(error)))
             else:
@@ -150,7 +149,7 @@ def inspect(
             fit = agreement(poses, tracks) if poses.frame.family == "camera" else None
             found.append(_fit_finding(fit, poses))
         people.append(Person(source, poses, tuple(found), fit, swaps))
-    return Inspection(path, chosen.name, tuple(people))
+    return Inspection(path, read.adapter.name, tuple(people))
 
 
 def _video_findings(source: PoseSequence, video: Video | None) -> list[Finding]:
@@ -161,19 +160,29 @@ def _video_findings(source: PoseSequence, video: Video | None) -> list[Finding]:
         text = f"The poses reach frame {last}, the video ends with frame {frames - 1}; they do not belong together."
         return [Finding("suspicious", "video", text)]
     if not source.frames_known and len(source) != frames:
-        text = f"{len(source)} rows without frame numbers for {frames} frames of the video: time may drift."
+        text = (
+            f"{how_many(len(source), 'row')} without frame numbers for "
+            f"{how_many(frames, 'frame')} of the video: time may drift."
+        )
         return [Finding("suspicious", "video", text)]
-    return [Finding("note", "video", f"{len(source)} rows for {frames} frames at {video.fps:g} a second.")]
+    return [
+        Finding(
+            "note",
+            "video",
+            f"{how_many(len(source), 'row')} for {how_many(frames, 'frame')} at {video.fps:g} a second.",
+        )
+    ]
 
 
 def _fit_finding(fit: Agreement | None, poses: PoseSequence) -> Finding:
     if fit is None:
         why = "too few frames or joints in common" if poses.frame.family == "camera" else "no camera's axes"
         return Finding("note", "keypoints", f"Not compared with the keypoints: {why}.")
-    off = f"{100 * fit.error:.0f} % of the person's size over {fit.frames} frames of track {fit.person}"
+    off = f"{100 * fit.error:.0f} % of the person's size over {how_many(fit.frames, 'frame')} of track {fit.person}"
     if fit.lag and fit.error_at_lag < _BETTER * fit.error:
         text = (
-            f"The poses fit the keypoints better {abs(fit.lag)} frames {'later' if fit.lag > 0 else 'earlier'}: "
+            f"The poses fit the keypoints better {how_many(abs(fit.lag), 'frame')} "
+            f"{'later' if fit.lag > 0 else 'earlier'}: "
             f"{100 * fit.error_at_lag:.0f} % instead of {off}."
         )
         return Finding("suspicious", "time", text)

@@ -1,4 +1,4 @@
-"""Joint and segment angles that 17 joints can give: definitions, signs and what they need. Pictures: docs/angles.md.
+"""Joint and segment angles that 17 joints can give: definitions, signs and what they need. Images: docs/angles.md.
 
 Every angle is a function of one frame's joints in BODY (x back, y right, z up; design.md section 4). Angles between
 segments do not change when the whole body is turned; those with `needs_gravity` do.

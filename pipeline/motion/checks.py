@@ -15,7 +15,7 @@ from ..rotations import unit
 
 _LEGS = (("l_hip", "l_knee", "l_ankle"), ("r_hip", "r_knee", "r_ankle"))
 _MIN_KNEE_BEND = 0.03  # of the leg's length; a straighter knee does not tell front from back
-_SHORT_AXIS = 0.2  # trunk lengths; in a picture, hips or shoulders closer together are seen end-on
+_SHORT_AXIS = 0.2  # trunk lengths; in an image, hips or shoulders closer together are seen end-on
 _MIN_VOTES = 20  # frames that must vote before evidence counts as strong
 _STRONG = 0.2  # agreement at or below this contradicts
 _UP = {"camera": (0.0, -1.0, 0.0), "world": (0.0, 0.0, 1.0)}  # in the families' reference axes
@@ -79,7 +79,7 @@ def chirality(poses: PoseSequence) -> Chirality:
     out of other joints, as the history says, has no vote.
     """
     cues = np.concatenate(
-        [parity_cues(part, poses.layout) for part in _parts(without_made_nose(poses).joints)]
+        [handedness_cues(part, poses.layout) for part in _parts(without_made_nose(poses).joints)]
     )
     nose, knees, sides = cues[:, 0], cues[:, 1:3].ravel(), cues[:, 3]
     nose_share, nose_votes = _share(nose)
@@ -88,7 +88,7 @@ def chirality(poses: PoseSequence) -> Chirality:
     return Chirality(nose_share, knee_share, side_share, nose_votes, knee_votes, side_votes)
 
 
-def parity_cues(joints: np.ndarray, layout: Layout) -> np.ndarray:
+def handedness_cues(joints: np.ndarray, layout: Layout) -> np.ndarray:
     """(..., 4) cosines that are positive when left and right are as named: nose, left knee and right knee against
     forward, left of the hips against left of the shoulders. NaN where they do not tell; 2D has the last one only.
 
@@ -140,7 +140,7 @@ def _share(values: np.ndarray) -> tuple[float, int]:
 def bone_spread(poses: PoseSequence) -> float:
     """Mean over bones of the relative spread (std / mean) of bone length, each frame over its own size.
 
-    A person who walks towards the camera grows in an estimator's picture units, and that is fine; bones that
+    A person who walks towards the camera grows in an estimator's image units, and that is fine; bones that
     change against each other are not. 0.05 is usual, 0.09 is poor.
     """
     pairs = np.array([poses.layout.indices(bone) for bone in H36M17.bones])

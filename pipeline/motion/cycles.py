@@ -1,6 +1,7 @@
 """What repeats in a signal: repetitions of an angle, steps, and curves over a cycle of 0 to 100 %.
 
-Nothing here looks across a missing row, a seam or a jump in time. Times lie between rows where the signal says so.
+Nothing here looks across a missing row, a clip boundary or a jump in time. Times lie between rows where the signal
+says so.
 """
 
 from __future__ import annotations

@@ -6,6 +6,7 @@ import numpy as np
 
 from ..anthropometry import implied_stature
 from ..layouts import H36M17
+from ..messages import how_many
 from ..pose import PoseSequence
 from ..verdict import Finding, Weight
 from .checks import (
@@ -63,7 +64,8 @@ def row_findings(source: PoseSequence) -> list[Finding]:
             Finding(
                 weighed(lost / span, _LOST),
                 "gaps",
-                f"{lost} of {span} frames are not there: {absent} without a row (at most {longest} in a row), "
+                f"{lost} of {how_many(span, 'frame')} {'is' if lost == 1 else 'are'} not there: "
+                f"{absent} without a row (at most {longest} in a row), "
                 f"{gone} with NaN, {empty} with all joints on one point.",
             )
         )
@@ -73,7 +75,8 @@ def row_findings(source: PoseSequence) -> list[Finding]:
             Finding(
                 weighed(len(repeated) / len(source), _REPEATED),
                 "duplicates",
-                f"{len(repeated)} rows repeat the one before exactly, the first is row {repeated[0]}; speeds are wrong "
+                f"{how_many(len(repeated), 'row repeats', 'rows repeat')} the one before exactly, "
+                f"the first is row {repeated[0]}; speeds are wrong "
                 "there.",
             )
         )
@@ -93,7 +96,9 @@ def swap_findings(source: PoseSequence, swaps: tuple[Swap, ...]) -> list[Finding
     found = [Finding("note", "swaps", f"Some rows look wrong: {doubt}.") for doubt in doubts]
     if swaps:
         rows = int(wrong_rows(source, swaps).sum())
-        text = f"{rows} of {len(source)} rows look wrong: {told(source, swaps)}."
+        text = (
+            f"{rows} of {how_many(len(source), 'row')} look{'s' * (rows == 1)} wrong: {told(source, swaps)}."
+        )
         found.insert(0, Finding(weighed(rows / len(source), _SWAPPED), "swaps", text))
     return found
 
@@ -274,7 +279,10 @@ def _leaps(poses: PoseSequence) -> list[Finding]:
     rows = leaps(poses)
     if not len(rows):
         return []
-    text = f"The whole pose leaps from one frame to the next at {len(rows)} rows, the first is row {rows[0]}."
+    text = (
+        f"The whole pose leaps from one frame to the next at {how_many(len(rows), 'row')}, the "
+        f"first is row {rows[0]}."
+    )
     return [Finding("suspicious", "leaps", text)]
 
 

@@ -16,7 +16,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..layouts import FEET, H36M17
-from ..rotations import known, unit
+from ..rotations import is_finite, unit
 from .angles import ANGLES, Angle, of_both
 
 _FLAT = np.sin(
@@ -58,7 +58,7 @@ def toes_completed(feet: np.ndarray) -> np.ndarray:
     feet = np.array(feet, dtype=np.float64)
     for side in ("r", "l"):
         big, small = FEET.indices((f"{side}_big_toe", f"{side}_small_toe"))
-        if not known(feet[:, small]).any():
+        if not is_finite(feet[:, small]).any():
             feet[:, small] = feet[:, big]
     return feet
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..layouts import H36M17
-from ..rotations import angle_deg, known, rotate, transpose
+from ..rotations import angle_deg, is_finite, rotate, transpose
 from .signals import rate
 
 GRAVITY_MPS2 = 9.80665  # standard gravity (CGPM 1901)
@@ -115,7 +115,9 @@ def imu_from_samples(
     """
     if R_world_from_sensor is None:
         norm = (
-            float(np.median(np.linalg.norm(force[known(force)], axis=-1))) if known(force).any() else np.nan
+            float(np.median(np.linalg.norm(force[is_finite(force)], axis=-1)))
+            if is_finite(force).any()
+            else np.nan
         )
         unit, _ = _gravity_in(np.array([0.0, 0.0, norm]))
         if not unit:
@@ -124,7 +126,7 @@ def imu_from_samples(
                 "middle; export the accelerometer's own signal (not linear or free acceleration)."
             )
         return _in_mps2(segment, time_s, force, None, unit, norm)
-    rows = known(force) & known(R_world_from_sensor.reshape(-1, 9))
+    rows = is_finite(force) & is_finite(R_world_from_sensor.reshape(-1, 9))
     if not rows.any():
         raise InputError("Expected accelerations and orientations of an IMU, got no sample that has both.")
     mean = _in_world(R_world_from_sensor, force)[rows].mean(axis=0)
@@ -181,7 +183,7 @@ def _order_that_fits(R_world_from_sensor: np.ndarray, force: np.ndarray) -> str:
     """Which order of the quaternions' numbers would turn the mean force (T, 3) up, in words; "" for none."""
     from scipy.spatial.transform import Rotation
 
-    rows = known(force) & known(R_world_from_sensor.reshape(-1, 9))
+    rows = is_finite(force) & is_finite(R_world_from_sensor.reshape(-1, 9))
     wxyz = np.roll(Rotation.from_matrix(R_world_from_sensor[rows]).as_quat(), 1, axis=-1)
     leans = {}
     for words, order in _ORDERS.items():

@@ -1,7 +1,7 @@
 """Signals over time: unbroken pieces, zero-phase low-pass filters, derivatives, and the choice of a cut-off.
 
-Nothing here ever looks across a missing row, a seam or a jump in time. Rows whose time stamps are not evenly spaced
-are brought to even ones by a cubic spline for the filter, and back.
+Nothing here ever looks across a missing row, a clip boundary or a jump in time. Rows whose time stamps are not evenly
+spaced are brought to even ones by a cubic spline for the filter, and back.
 
 Sources: Winter, Biomechanics and Motor Control of Human Movement, 4th ed. 2009, chapter 3 (low-pass filters, the
 correction for two passes, the idea of residual analysis); Schafer, "What Is a Savitzky-Golay Filter?", IEEE Signal
@@ -22,6 +22,7 @@ CUTOFF_HZ = 6.0  # what Pose2Sim and Sports2D filter marker positions with, and 
 
 _GAP = 2.5  # an interval this many times the usual one is a gap: more than one frame was lost
 _STAMP_S = 0.6e-3  # stamps rounded to milliseconds lie this near to even ones
+_ORDER = 4  # of both passes of the Butterworth filter together
 _HALF_POWER = np.sqrt(0.5)  # gain at the cut-off
 
 
@@ -40,7 +41,7 @@ def rate(time_s: np.ndarray) -> float:
 
 def runs(valid: np.ndarray, time_s: np.ndarray, seams: Sequence[int] = ()) -> list[slice]:
     """The unbroken pieces of valid (T,) rows at time_s (T,), in order: none holds an invalid row, reaches across the
-    beginning of a seam's row, or across an interval of more than two and a half times the usual one."""
+    beginning of a row after a clip boundary, or across an interval of more than two and a half times the usual one."""
     steps = np.diff(time_s)
     jumps = np.flatnonzero(steps > _GAP * np.median(steps)) + 1 if len(steps) else np.zeros(0, dtype=int)
     changes = np.flatnonzero(np.diff(valid.astype(int))) + 1
@@ -80,25 +81,21 @@ def lowpass(
     time_s: np.ndarray,
     cutoff_hz: float = CUTOFF_HZ,
     seams: Sequence[int] = (),
-    order: int = 4,
 ) -> np.ndarray:
-    """x (T,) or (T, D) through a Butterworth filter forwards and backwards: no phase shift.
+    """x (T,) or (T, D) through a Butterworth filter of order 4 forwards and backwards: no phase shift.
 
-    order: of both passes together, so each has half of it. cutoff_hz: where both together let half the power
-    through; each pass is designed higher for that (Winter: by 0.802 for order 4; here on the warped
-    frequency). A row counts as missing when any of its values is NaN. Missing rows stay NaN, as do pieces shorter
-    than a cycle of the cut-off or than 3 (order / 2 + 1) + 1 rows, which the filter cannot settle on. A piece is
-    continued by its own point reflection at both ends, so its first and last rows are smoothed least.
-    InputError for a cut-off at or above Nyquist.
+    Each pass has half of the order. cutoff_hz: where both together let half the power through; each pass is designed
+    higher for that (Winter: by 0.802; here on the warped frequency). A row counts as missing when any of its values is
+    NaN. Missing rows stay NaN, as do pieces shorter than a cycle of the cut-off or than 10 rows, on which the filter
+    cannot settle. A piece is continued by its own point reflection at both ends, so its first and last rows are
+    smoothed least. InputError for a cut-off at or above Nyquist.
     """
     from scipy.signal import butter, sosfiltfilt
 
-    if order < 2 or order % 2:
-        raise InputError(f"Expected an even order of 2 or more, shared by two passes, got {order}.")
     fps = rate(time_s)
     check_cutoff(cutoff_hz, fps)
-    single = order // 2
-    warped = np.tan(np.pi * cutoff_hz / fps) / (np.sqrt(2) - 1) ** (1 / order)
+    single = _ORDER // 2
+    warped = np.tan(np.pi * cutoff_hz / fps) / (np.sqrt(2) - 1) ** (1 / _ORDER)
     sos = butter(single, fps / np.pi * np.arctan(warped), fs=fps, output="sos")
     pad = max(int(np.ceil(fps / cutoff_hz)), 3 * (single + 1))
     return _piecewise(
@@ -190,11 +187,11 @@ def residual_cutoff(x: np.ndarray, time_s: np.ndarray, seams: Sequence[int] = ()
     return float(cutoffs[np.argmin(residual - noise * taken + noise * kept)])
 
 
-def _white_noise(cutoffs: np.ndarray, fps: float, order: int = 4) -> tuple[np.ndarray, np.ndarray]:
+def _white_noise(cutoffs: np.ndarray, fps: float) -> tuple[np.ndarray, np.ndarray]:
     """Shares (N,) of white noise's power that `lowpass` takes away, and keeps, at each of the cut-offs (N,)."""
     hz = np.linspace(0, 0.4999, 2000) * fps
     ratio = np.tan(np.pi * hz / fps) / np.tan(np.pi * cutoffs[:, None] / fps)
-    gain = 1 / (1 + (np.sqrt(2) - 1) * ratio**order)  # of two passes, a half of the order each
+    gain = 1 / (1 + (np.sqrt(2) - 1) * ratio**_ORDER)  # of two passes, a half of the order each
     return ((1 - gain) ** 2).mean(axis=1), (gain**2).mean(axis=1)
 
 

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..rotations import known
+from ..rotations import is_finite
 from .signals import derivative, runs
 
 # Of the 2015 paper: the arc ends at this frequency, or at the last one with this share of the largest.
@@ -49,7 +49,7 @@ def log_dimensionless_jerk(speed: np.ndarray, fps: float) -> float:
 def path_length(points: np.ndarray, time_s: np.ndarray, seams: Sequence[int] = ()) -> tuple[float, float]:
     """How far points (T, D) go inside their unbroken pieces, in their unit, and how many seconds those pieces last."""
     length = duration = 0.0
-    for piece in runs(np.asarray(known(points)), time_s, seams):
+    for piece in runs(np.asarray(is_finite(points)), time_s, seams):
         length += float(np.linalg.norm(np.diff(points[piece], axis=0), axis=-1).sum())
         duration += float(time_s[piece][-1] - time_s[piece][0])
     return length, duration

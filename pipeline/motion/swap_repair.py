@@ -13,6 +13,7 @@ from typing import Any, Literal
 import numpy as np
 
 from ..layouts import FEET
+from ..messages import how_many
 from ..pose import PoseSequence
 from ..take import Event
 from .alternation import alternation
@@ -203,7 +204,7 @@ def _treated(
 
 
 def _event(poses: PoseSequence, swaps: tuple[Swap, ...], what: str, how: Swaps) -> Event:
-    found = f"{told(poses, swaps)} ({wrong_rows(poses, swaps).sum()} of {len(poses)} rows)"
+    found = f"{told(poses, swaps)} ({wrong_rows(poses, swaps).sum()} of {how_many(len(poses), 'row')})"
     if how == "report":
         return Event(
             "warning", f"The {what} look wrong: {found}; --swaps repair or --swaps mask changes that."
@@ -222,5 +223,9 @@ def _beside(poses: PoseSequence, frames: np.ndarray, how: Swaps) -> tuple[PoseSe
             "warning", f"{text}--poses and with --swaps repair the keypoints are lifted again."
         )
     masked = poses.mapped(lambda points: np.where(wrong[:, None, None], np.nan, points))
-    text = f"{wrong.sum()} poses were masked as asked, because the keypoints are exchanged there."
+    text = how_many(
+        int(wrong.sum()),
+        "pose was masked as asked, because the keypoints are exchanged there.",
+        "poses were masked as asked, because the keypoints are exchanged there.",
+    )
     return masked.noted("swaps", rows_masked=int(wrong.sum())), Event("repair", text)

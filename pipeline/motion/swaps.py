@@ -1,14 +1,14 @@
 """Left and right exchanged, or depth turned over, for some rows of a take: found by continuity.
 
 An estimator that takes the left leg for the right one makes both legs leap there and back; one that takes a limb's
-depth for its opposite makes it leap through the plane of the picture. Both only change the sign of vectors: from one
+depth for its opposite makes it leap through the plane of the image. Both only change the sign of vectors: from one
 limb to the other, or from a limb's root to its joints along the view. In which way a row is wrong is a hidden state,
 and the likeliest states (Viterbi 1967) are those in which these vectors move on steadily. A vector is expected where
 its velocity takes it, unless that is a leap; the distance from there over its usual one is judged by the Cauchy
 distribution, whose tails let a real jerk or a bad point pass. Every change of state has its price. Anatomy
-(checks.parity_cues) and the rhythm of a walk (alternation.py) tip the scale where continuity leaves it open, and never
-alone. How probable a state is over all sequences (forward-backward) tells what is certain: that limbs changed places
-is often clear when it is not on which side of the change they are wrong.
+(checks.handedness_cues) and the rhythm of a walk (alternation.py) tip the scale where continuity leaves it open, and
+never alone. How probable a state is over all sequences (forward-backward) tells what is certain: that limbs changed
+places is often clear when it is not on which side of the change they are wrong.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from ..frames import CAMERA
 from ..layouts import Layout
 from ..pose import PoseSequence
 from .alternation import alternation
-from .checks import parity_cues, without_made_nose
+from .checks import handedness_cues, without_made_nose
 
 _LEG = ("hip", "knee", "ankle", "big_toe", "small_toe", "heel", "foot_index")
 _ARM = ("shoulder", "elbow", "wrist", "pinky", "index", "thumb")
@@ -171,7 +171,7 @@ def _moved(swap: Swap, rows: int) -> Swap:
 
 
 def _clips(poses: PoseSequence) -> list[tuple[int, int]]:
-    """[first, last) of the stretches without a seam, a missing frame or an empty row."""
+    """[first, last) of the stretches without a clip boundary, a missing frame or an empty row."""
     step = np.diff(poses.frame_index)
     breaks = np.flatnonzero(step > np.median(step)) + 1 if len(step) else np.zeros(0, dtype=int)
     empty = np.flatnonzero(np.isnan(poses.joints).all(axis=(1, 2)))
@@ -267,7 +267,7 @@ def _median_norm(vectors: np.ndarray, floor: float) -> np.ndarray:
 
 def _anatomy(joints: np.ndarray, layout: Layout) -> np.ndarray:
     """(T,) how much the body looks like one with its left and right and its depth as they are; 0 where unknown."""
-    return np.nansum(parity_cues(joints, layout), axis=-1)
+    return np.nansum(handedness_cues(joints, layout), axis=-1)
 
 
 def _trunk(joints: np.ndarray, layout: Layout) -> float:

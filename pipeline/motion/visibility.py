@@ -10,7 +10,7 @@ import numpy as np
 
 from ..layouts import H36M17, remap
 from ..pose import PoseSequence
-from ..rotations import known
+from ..rotations import is_finite
 
 # Of a joint that was seen: MoveNet gives 0.02 to 0.2 to legs that are cut off, 0.3 and more to an arm behind the body.
 LEAST_SCORE = 0.25
@@ -46,7 +46,7 @@ def unseen(
     if image_size is not None:
         high = np.array(image_size) - 1 - _BORDER_PX
         out = ((points <= _BORDER_PX) | (points >= high)).any(axis=-1)
-    bad = (out | ~known(points) | (score < LEAST_SCORE)) & there[:, None]
+    bad = (out | ~is_finite(points) | (score < LEAST_SCORE)) & there[:, None]
     return _mostly(bad, times), _mostly(out & there[:, None], times)
 
 

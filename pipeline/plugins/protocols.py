@@ -110,7 +110,7 @@ class Rectifier(Protocol):
 
 
 class Lifter(Protocol):
-    """Turns one person's 2D keypoints, and the pictures where it looks at them, into 3D poses.
+    """Turns one person's 2D keypoints, and the images where it looks at them, into 3D poses.
 
     lift(keypoints, image_size, focal_px, flip, video): keypoints in IMAGE, pixels, in the detector's layout, missing
         joints NaN; image_size: width and height as the video is shown; focal_px: focal length in pixels, None when

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import InputError
+from ..messages import how_many
 from ..motion.rates import check_fps, rate_doubts
 from ..pose import PoseSequence
 from ..take import Video
@@ -21,7 +22,8 @@ def numbered_by(keypoints: PoseSequence, poses: PoseSequence, where: str) -> Pos
         return poses
     if len(poses) != len(keypoints):
         raise InputError(
-            f"{where} have {len(poses)} and {len(keypoints)} rows, and the poses carry no frame numbers to join them "
+            f"{where} have {len(poses)} and {how_many(len(keypoints), 'row')}, and the poses carry "
+            "no frame numbers to join them "
             "by; give the 2D file that the lifter was run on, or leave --keypoints out."
         )
     return poses.with_(frame_index=keypoints.frame_index, frames_known=keypoints.frames_known).noted(
@@ -45,7 +47,8 @@ def check_numbers(sequence: PoseSequence, video: Video | None, path: Path) -> No
     frames = len(video.time_s)
     if not sequence.frames_known and len(sequence) != frames:
         raise InputError(
-            f"{path} has {len(sequence)} rows without frame numbers, the video {frames} frames; give the "
+            f"{path} has {how_many(len(sequence), 'row')} without frame numbers, the video "
+            f"{how_many(frames, 'frame')}; give the "
             "2D file that the lifter was run on (--keypoints), or --set read.first_frame=N if the rows are consecutive."
         )
     if sequence.frame_index[-1] >= frames:

@@ -11,10 +11,10 @@ from ..layouts import FEET
 from ..motion.checks import chirality
 from ..pose import PoseSequence
 
-Parity = Literal["refuse", "mirror", "swap", "swap-legs", "ignore"]
+Handedness = Literal["refuse", "mirror", "swap", "swap-legs", "ignore"]
 
 
-def guarded(poses: PoseSequence, parity: Parity, where: str) -> PoseSequence:
+def guarded(poses: PoseSequence, parity: Handedness, where: str) -> PoseSequence:
     """The poses with left and right put right as asked; with "refuse", InputError when they are wrong.
 
     poses: H36M17 in 3D. where: what they come from, for the error. A doubt goes into the history as a warning.
@@ -44,7 +44,7 @@ def guarded(poses: PoseSequence, parity: Parity, where: str) -> PoseSequence:
     return poses
 
 
-def repaired(poses: PoseSequence, parity: Parity) -> PoseSequence:
+def repaired(poses: PoseSequence, parity: Handedness) -> PoseSequence:
     """Left and right put right as asked: "mirror" negates x, "swap" and "swap-legs" exchange joints' names."""
     joints, root, feet = poses.joints, poses.root, poses.feet
     order = np.arange(len(poses.layout))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, get_args
 
@@ -11,8 +12,27 @@ from ..plugins.protocols import Adapter
 from ..pose import PoseSequence
 from .choose import choose_person
 from .find import Gives, adapters, exchanged, find_adapter, recognises
-from .handedness import Parity
+from .handedness import Handedness
 from .normalise import Missing, normalised
+
+
+@dataclass(frozen=True, eq=False)
+class Source:
+    """A file or folder, its adapter, and everybody in it as the adapter gives them: in its own layout and frame."""
+
+    path: Path
+    adapter: Adapter
+    people: tuple[PoseSequence, ...]
+
+    def normalised(
+        self,
+        person: PoseSequence,
+        fps: float | None = None,
+        parity: Handedness = "refuse",
+        missing: Missing = "refuse",
+    ) -> PoseSequence:
+        """One of the people, as read_all gives them."""
+        return normalised(person, self.adapter, self.path, fps, parity, missing)
 
 
 def read_all(
@@ -21,7 +41,7 @@ def read_all(
     *,
     gives: Literal["poses", "keypoints"] | None = None,
     fps: float | None = None,
-    parity: Parity = "refuse",
+    parity: Handedness = "refuse",
     missing: Missing = "refuse",
     **options: Any,
 ) -> tuple[PoseSequence, ...]:
@@ -40,8 +60,8 @@ def read_all(
     InputError.
     """
     check_guards(parity, missing)
-    chosen, people = read_sources(Path(path), adapter, gives, options)
-    return tuple(normalised(person, chosen, Path(path), fps, parity, missing) for person in people)
+    source = load(Path(path), adapter, gives, options)
+    return tuple(source.normalised(person, fps, parity, missing) for person in source.people)
 
 
 def read(
@@ -51,7 +71,7 @@ def read(
     *,
     gives: Literal["poses", "keypoints"] | None = None,
     fps: float | None = None,
-    parity: Parity = "refuse",
+    parity: Handedness = "refuse",
     missing: Missing = "refuse",
     **options: Any,
 ) -> PoseSequence:
@@ -61,19 +81,18 @@ def read(
     several and none is named.
     """
     check_guards(parity, missing)
-    chosen, people = read_sources(Path(path), adapter, gives, options)
-    return normalised(choose_person(people, person, str(path)), chosen, Path(path), fps, parity, missing)
+    source = load(Path(path), adapter, gives, options)
+    return source.normalised(choose_person(source.people, person, str(path)), fps, parity, missing)
 
 
-def read_sources(
-    path: Path, adapter: str, gives: Gives | None, options: dict[str, Any]
-) -> tuple[Adapter, tuple[PoseSequence, ...]]:
-    """The adapter and what it gives, in the source's own layout and frame. InputError as for read_all."""
+def load(path: Path, adapter: str, gives: Gives | None, options: dict[str, Any]) -> Source:
+    """What is in a file, read by the adapter of that name, or with "auto" by the only one that recognises it.
+    InputError as for read_all."""
     chosen = find_adapter(path, adapter, gives)
     if chosen.gives not in ("poses", "keypoints"):
         raise InputError(f"{path} is a file of {chosen.gives}; expected one of poses or keypoints.")
     try:
-        return chosen, call(chosen.read, path, what=f"Adapter '{chosen.name}'", options=options)
+        return Source(path, chosen, call(chosen.read, path, what=f"Adapter '{chosen.name}'", options=options))
     except InputError as error:
         said = str(error) if str(path) in str(error) else f"{path}: {error}"
         others = [other for other in adapters().values() if other is not chosen and recognises(other, path)]
@@ -88,7 +107,7 @@ def read_sources(
 def check_guards(parity: str, missing: str) -> None:
     """InputError for a guard that there is not."""
     for name, value, allowed in (
-        ("parity", parity, get_args(Parity)),
+        ("parity", parity, get_args(Handedness)),
         ("missing", missing, get_args(Missing)),
     ):
         if value not in allowed:

@@ -11,17 +11,18 @@ from ..errors import InputError
 from ..files.atomic import printable
 from ..frames import CAMERA, change_frame
 from ..layouts import H36M17, remap
+from ..messages import how_many
 from ..motion.checks import empty_rows
 from ..motion.rates import timed
 from ..plugins.protocols import Adapter
 from ..pose import PoseSequence, Step, package_version
-from .handedness import Parity, guarded
+from .handedness import Handedness, guarded
 
 Missing = Literal["refuse", "gap"]
 
 
 def normalised(
-    poses: PoseSequence, adapter: Adapter, path: Path, fps: float | None, parity: Parity, missing: Missing
+    poses: PoseSequence, adapter: Adapter, path: Path, fps: float | None, parity: Handedness, missing: Missing
 ) -> PoseSequence:
     """What an adapter read, as read_all gives it: remapped, relative to the pelvis, guarded. Raises InputError."""
     options = {"adapter": adapter.name, "file": printable(path.name), "person": poses.person}
@@ -38,11 +39,17 @@ def normalised(
     return guarded(poses, parity, f"{path} (adapter {adapter.name})")
 
 
+def missing_in_words(what: str, count: int) -> str:
+    """One of the counts that the history's step "missing" holds, such as "2 frames with NaN"."""
+    return how_many(count, what.replace("frames", "frame", 1), what)
+
+
 def _missing(poses: PoseSequence, path: Path, missing: Missing) -> PoseSequence:
     empty, gone = empty_rows(poses), np.isnan(poses.joints).any(axis=(1, 2))
     if empty.all():
         raise InputError(
-            f"{path}: all {len(poses)} frames have every joint on one point; there are no poses in it."
+            f"{path}: each frame has every joint on one point ({how_many(len(poses), 'frame')}); "
+            "there are no poses in it."
         )
     if np.isnan(poses.joints).all():
         raise InputError(f"{path}: every coordinate is NaN; there are no poses in it.")
@@ -51,9 +58,9 @@ def _missing(poses: PoseSequence, path: Path, missing: Missing) -> PoseSequence:
     counts = {"frames with NaN": int(gone.sum()), "frames with all joints on one point": int(empty.sum())}
     if missing == "refuse":
         first = int(np.argmax(empty | gone))
-        said = " and ".join(f"{count} {what}" for what, count in counts.items() if count)
+        said = " and ".join(missing_in_words(what, count) for what, count in counts.items() if count)
         raise InputError(
-            f"{path}: expected a pose in each of {len(poses)} frames, got {said} (first at row {first}); "
+            f"{path}: expected a pose in each of {how_many(len(poses), 'frame')}, got {said} (first at row {first}); "
             "pass --set read.missing=gap to take them for gaps."
         )
     return poses.mapped(lambda points: np.where(empty[:, None, None], np.nan, points)).noted(

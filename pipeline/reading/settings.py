@@ -20,7 +20,7 @@ from typer.models import ParameterInfo
 from ..errors import InputError
 from ..motion.swap_repair import Swaps
 from ..plugins.options import did_you_mean, pairs
-from .handedness import Parity
+from .handedness import Handedness
 from .normalise import Missing
 
 OFF = "off"  # as the value of a whole stage: leave it out
@@ -157,7 +157,7 @@ class RunOptions(BaseModel):
         To(("rectify.gravity",)),
     ] = None
     left_right: Annotated[
-        Parity,
+        Handedness,
         _option(_REPAIR, "If the skeleton looks mirrored: refuse, mirror, swap, swap-legs, ignore."),
         To(too=("lift.parity",)),
     ] = "refuse"

@@ -9,34 +9,19 @@ from typing import Any
 
 from ..errors import InputError
 from ..files.atomic import printable
+from ..messages import how_many
 from ..motion.checks import implausible
 from ..motion.findings import findings_of
 from ..motion.swap_repair import treated
 from ..plugins.options import call
-from ..plugins.protocols import Adapter
 from ..pose import PoseSequence
 from ..take import Event, Take, Video
 from .choose import RANKS, choose_person
 from .clock import Clock, check_numbers, numbered_by, starting_at
 from .find import exchanged, find_adapter, recognises
-from .handedness import Parity
-from .load import read_sources
-from .normalise import Missing, normalised
+from .load import Source, load
+from .normalise import missing_in_words
 from .settings import RunOptions
-
-
-@dataclass(frozen=True, eq=False)
-class _File:
-    """One of the files, and everybody in it as its adapter gives them."""
-
-    path: Path
-    adapter: Adapter
-    people: tuple[PoseSequence, ...]
-
-    def normalised(
-        self, person: PoseSequence, parity: Parity = "refuse", missing: Missing = "refuse"
-    ) -> PoseSequence:
-        return normalised(person, self.adapter, self.path, None, parity, missing)
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,13 +29,13 @@ class _Files:
     """All that the options name, read. inputs: role, file name and hash of each."""
 
     options: RunOptions
-    poses: _File | None
-    keypoints: _File | None
+    poses: Source | None
+    keypoints: Source | None
     video: Video | None
     inputs: dict[str, dict[str, Any]]
 
     @property
-    def lead(self) -> _File:
+    def lead(self) -> Source:
         """Whose people, frame numbers and clock count: the poses', or without poses the keypoints'."""
         lead = self.poses or self.keypoints
         if lead is None:
@@ -103,7 +88,9 @@ def open_people(options: RunOptions) -> tuple[Person, ...]:
     found = []
     for one in files.lead.people:
         try:
-            body = poses.normalised(one, options.left_right, options.missing) if poses else None
+            body = (
+                poses.normalised(one, parity=options.left_right, missing=options.missing) if poses else None
+            )
             track = keypoints.normalised(tracks[one.person]) if keypoints else None
             take = _joined(files, body, track)
             take = take.with_(name=f"{take.name}, person {printable(one.person)}")
@@ -117,12 +104,10 @@ def _read(options: RunOptions) -> _Files:
     video = read_video(options.video) if options.video else None
     poses = keypoints = None
     if options.poses:
-        poses = _File(options.poses, *read_sources(options.poses, options.adapter, "poses", options.options))
+        poses = load(options.poses, options.adapter, "poses", options.options)
     if options.keypoints:
-        read = read_sources(
-            options.keypoints, options.keypoints_adapter, "keypoints", options.keypoints_options
-        )
-        keypoints = _File(options.keypoints, *read)
+        adapter, own = options.keypoints_adapter, options.keypoints_options
+        keypoints = load(options.keypoints, adapter, "keypoints", own)
     given = {"poses": options.poses, "keypoints": options.keypoints, "video": options.video}
     inputs = {
         role: {"role": role, "file": printable(path.name), "sha256": sha256(path)}
@@ -207,9 +192,8 @@ def _poses(files: _Files) -> PoseSequence | None:
     if file is None:
         return None
     person = options.person if len(file.people) > 1 else None
-    return file.normalised(
-        choose_person(file.people, person, str(file.path)), options.left_right, options.missing
-    )
+    chosen = choose_person(file.people, person, str(file.path))
+    return file.normalised(chosen, parity=options.left_right, missing=options.missing)
 
 
 def _keypoints(files: _Files, poses: PoseSequence | None) -> PoseSequence | None:
@@ -224,7 +208,8 @@ def _keypoints(files: _Files, poses: PoseSequence | None) -> PoseSequence | None
             return file.normalised(fitting[0])
         if sum(map(len, tracks)) == len(poses):
             raise InputError(
-                f"{options.poses} has {len(poses)} rows, as many as all {len(tracks)} people of {file.path} together: "
+                f"{options.poses} has {how_many(len(poses), 'row')}, as many as all {len(tracks)} "
+                f"people of {file.path} together: "
                 "the lifter took several people for one (MotionBERT without --focus); lift one person at a time."
             )
     person = options.person if len(tracks) > 1 else None
@@ -252,7 +237,7 @@ def _repairs(lead: PoseSequence) -> list[Event]:
                 Event("repair", f"Left and right were put right as asked: {step.options['repair']}.")
             )
         if step.name == "missing":
-            counts = ", ".join(f"{count} {what}" for what, count in step.options.items() if count)
+            counts = ", ".join(missing_in_words(*each) for each in step.options.items() if each[1])
             events.append(Event("repair", f"Taken for gaps as asked: {counts}."))
     return events
 

@@ -18,20 +18,21 @@ def planned(options: RunOptions) -> Recipe:
     asked about the camera. InputError for an option of a stage or a file that this run does not have, and for a
     setting that its stage does not know or of another type.
     """
+    alone = options.poses is None and options.keypoints is None and options.video is not None
+    _check_readers(options, alone)
+    goals = tuple(options.goals())
     chosen = load_recipe(options.recipe)
     if options.poses is None:
         chosen = chosen.starting_with("lift")
     if options.video is not None:
         chosen = chosen.starting_with("calibrate")
-    alone = options.poses is None and options.keypoints is None and options.video is not None
     if alone:
         chosen = chosen.starting_with("detect")
-    _check_readers(options, alone)
     for name, value in options.settings.items():
         if value == OFF and "." not in name:
             _require(chosen, name, f"{name}={OFF}")
             chosen = chosen.without(name)
-    for name, value, goal in options.goals():
+    for name, value, goal in goals:
         first = [place for place in goal.first if chosen.has(place.partition(".")[0])]
         if goal.first and not first:
             _require(chosen, goal.first[-1].partition(".")[0], flag_of(name))

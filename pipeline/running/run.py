@@ -11,6 +11,7 @@ from pathlib import Path
 from ..errors import InputError
 from ..files.atomic import require_space, sign, whole_folder
 from ..files.detections import KEYPOINTS
+from ..messages import how_many
 from ..reading.settings import RunOptions
 from ..reading.take import Person, open_people, open_take
 from ..take import Take
@@ -69,13 +70,13 @@ def run_into(
 
 def bytes_needed(recipe: Recipe, *takes: Take) -> int:
     """About how much a run will write, the video in its recordings counted."""
-    pictures = any(entry.use == "record" and entry.options.get("frames", True) for entry in recipe.stages)
+    images = any(entry.use == "record" and entry.options.get("frames", True) for entry in recipe.stages)
     needed = 0
     for take in takes:
         rows = take.keypoints if take.poses is None else take.poses
         times = () if take.video is None else take.video.time_s
         needed += _FIXED_BYTES + _FRAME_BYTES * len(times if rows is None else rows)
-        needed += take.video.path.stat().st_size if take.video and pictures else 0
+        needed += take.video.path.stat().st_size if take.video and images else 0
     return needed
 
 
@@ -122,7 +123,9 @@ def run_people(
 def _long_enough(person: Person) -> Person:
     if person.frames >= FEWEST_FRAMES:
         return person
-    return replace(person, take=InputError(f"seen in {person.frames} frames; {FEWEST_FRAMES} are the least"))
+    return replace(
+        person, take=InputError(f"seen in {how_many(person.frames, 'frame')}; {FEWEST_FRAMES} are the least")
+    )
 
 
 def _ended(person: Person, end: Take | InputError, folder: str | None) -> PersonRun:

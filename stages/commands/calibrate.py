@@ -14,7 +14,7 @@ from ...models.gravity.view import camera_of, static_camera
 from ...pipeline.camera import Camera, pitch_roll_deg
 from ...pipeline.errors import InputError
 from ...pipeline.files.atomic import whole_file
-from ...pipeline.files.video_frames import pictures_at
+from ...pipeline.files.video_frames import images_at
 from ..drawing.image_lines import drawn
 
 _SAYS = {"told": "as told", "file": "by the video file", "lines": "by the lines"}
@@ -100,7 +100,7 @@ def _looked(files: list[Path], focal: float | None, network: str | None) -> tupl
     if len(files) == 1 and videos.sniff(files[0]):
         (video,) = videos.read(files[0])
         found = camera_of(video, focal_px=focal, network=network)
-        shown = pictures_at(video, [look.frame for look in found.looks[:1]])
+        shown = images_at(video, [look.frame for look in found.looks[:1]])
         return found, next(iter(shown.values()), np.zeros((2, 2, 3), np.uint8))
     images = {number: _image(path) for number, path in enumerate(files)}
     return static_camera(images, {}, focal, network=network), images[0]

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 
 from ...models import load_rectifier
-from ...models.gravity.levelling import level_moving, level_static
+from ...models.gravity import Seen, level_moving, level_static
 from ...pipeline.errors import InputError
 from ...pipeline.files.arrays import load_all
 from ...pipeline.files.atomic import SUMMARY
-from ...pipeline.rotations import known, rotate, transpose
+from ...pipeline.rotations import is_finite, rotate, transpose
 
 # A camera taken as level: LEVEL's back, right and up in CAMERA axes for a person who faces it (design.md section 4).
 _R_CAMERA_FROM_UPRIGHT = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
@@ -86,10 +86,8 @@ def methods(run: Run) -> dict[str, np.ndarray]:
     if run.camera == "gravity":
         return {"source's own up": run.level}
     R_geometric, unknown = load_rectifier("geometric").rotation(run.source)
-    if run.camera == "moving":
-        levelled = level_moving(R_geometric, unknown, run.time_s, run.seams)
-    else:
-        levelled = level_static(run.source, R_geometric, unknown, run.time_s, run.seams)
+    seen = Seen(run.source, R_geometric, unknown, run.time_s, run.seams)
+    levelled = level_moving(seen) if run.camera == "moving" else level_static(seen)
     ways = {
         "geometric": (levelled.R_camera_from_level, R_geometric[..., 2]),
         run.method: (run.R_source_from_level, run.up_votes),
@@ -109,7 +107,7 @@ def _upright(up: np.ndarray) -> np.ndarray:
     axis = np.cross(up, [0.0, 0.0, 1.0])
     sine = np.linalg.norm(axis, axis=-1, keepdims=True)
     angle = np.arctan2(sine, up[:, 2:])
-    rows = known(up)
+    rows = is_finite(up)
     R = np.full((len(up), 3, 3), np.nan)
     R[rows] = Rotation.from_rotvec((axis * angle / np.maximum(sine, 1e-12))[rows]).as_matrix()
     return R

@@ -10,7 +10,7 @@ import numpy as np
 from ...pipeline.camera import pitch_roll_deg
 from ...pipeline.motion.checks import bone_spread
 from ...pipeline.pose import Rectified, Step
-from ...pipeline.rotations import angle_deg, known, rotate
+from ...pipeline.rotations import angle_deg, is_finite, rotate
 from ...pipeline.take import Take
 from ...pipeline.verdict import Finding, verdict
 
@@ -130,7 +130,7 @@ def facts_of(take: Take) -> Facts:
         root_known=poses.root is not None,
         method=rectified.method,
         camera=rectified.camera,
-        turned=int(known(rectified.R_source_from_body).all(axis=1).sum()),
+        turned=int(is_finite(rectified.R_source_from_body).all(axis=1).sum()),
         level_ok=rectified.level_ok,
         level_reason=rectified.level_reason,
         level_heading=rectified.level_heading,
@@ -155,7 +155,7 @@ def shared_up(rectified: Rectified) -> np.ndarray:
 
 def voted(rectified: Rectified) -> bool:
     """Whether frames voted on up, and what came of it is known."""
-    return bool((known(rectified.up_votes) & known(shared_up(rectified))).any())
+    return bool((is_finite(rectified.up_votes) & is_finite(shared_up(rectified))).any())
 
 
 def listed(options: Mapping[str, object]) -> str:

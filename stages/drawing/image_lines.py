@@ -1,4 +1,4 @@
-"""The image's straight lines by direction, and the horizon, for pictures of how up was found."""
+"""The image's straight lines by direction, and the horizon, for images of how up was found."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import numpy as np
 from ...pipeline.camera import Camera, Look
 from ...pipeline.intrinsics import Intrinsics, undistorted_image
 
-# Green runs up; the two level directions and the horizon have colours that nothing else in a picture has.
+# Green runs up; the two level directions and the horizon have colours that nothing else in an image has.
 COLOURS = {0: (0, 158, 115), 1: (204, 121, 167), 2: (240, 228, 66)}
 HORIZON, UP = (255, 255, 255), (0, 158, 115)
 WORDS = "Green: lines taken for vertical; purple and yellow: for level, at right angles; white: the horizon."

@@ -1,4 +1,4 @@
-"""A page of HTML that needs nothing but itself: pictures inside, no address of any other place, and no script but one
+"""A page of HTML that needs nothing but itself: images inside, no address of any other place, and no script but one
 of ours that sorts tables, where there are such."""
 
 from __future__ import annotations
@@ -118,12 +118,12 @@ def _cell(cell: Cell, shown: str, right: bool) -> tuple[str, str, str]:
 
 
 def picture(content: bytes, kind: Literal["svg", "jpeg", "png"], alt: str) -> Markup:
-    """An <img> that holds its picture. alt: what it shows, for those who cannot see it."""
+    """An <img> that holds its image. alt: what it shows, for those who cannot see it."""
     return _kit().picture(f"data:{_TYPES[kind]};base64,{b64encode(content).decode('ascii')}", alt)
 
 
 def figure(pictures: Sequence[Markup], title: str, caption: str = "") -> Markup:
-    """One picture, or several side by side, between its title and more words."""
+    """One image, or several side by side, between its title and more words."""
     return _kit().figure(pictures, title, caption)
 
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...pipeline.errors import InputError
+from ...pipeline.messages import how_many
 from ...pipeline.pose import PoseSequence
 from ...pipeline.take import Event, Video
 
@@ -63,7 +64,7 @@ def viewable(video: Video) -> tuple[Iterator[Part], tuple[Event, ...]]:
         parts = _own_parts(video)
         if parts is not None:
             return parts, ()
-        reason = f"the viewer cannot be given its {len(video.time_s)} frames as they are stored"
+        reason = f"the viewer cannot be given its {how_many(len(video.time_s), 'frame')} as they are stored"
     said = Event("note", f"The recording holds an H.264 copy of the video, because {reason}.")
     return transcoded(video), (said,)
 
@@ -123,7 +124,7 @@ def _starts(video: Video) -> list[int] | None:
 
 
 def _packets(video: Video) -> Iterator[Packet]:
-    """The packets of the video's pictures, in the order they are stored in."""
+    """The packets of the video's images, in the order they are stored in."""
     import av
     from av.error import FFmpegError
 
@@ -174,18 +175,18 @@ def transcoded(video: Video) -> Iterator[Part]:
     """
     import av
 
-    pictures = _upright(video)
-    picture = next(pictures, None)
-    if picture is None:
+    images = _upright(video)
+    image = next(images, None)
+    if image is None:
         raise InputError(f"Expected a video in {video.path}, found no frame that can be decoded.")
-    while picture is not None:
+    while image is not None:
         buffer = io.BytesIO()
         with av.open(buffer, "w", format="mp4") as target:
-            encoder, start = _encoder(target, picture, video.fps), picture.pts or 0
-            while picture is not None and buffer.tell() < PART_BYTES:
-                picture.pts = (picture.pts or 0) - start
-                target.mux(encoder.encode(picture))
-                picture = next(pictures, None)
+            encoder, start = _encoder(target, image, video.fps), image.pts or 0
+            while image is not None and buffer.tell() < PART_BYTES:
+                image.pts = (image.pts or 0) - start
+                target.mux(encoder.encode(image))
+                image = next(images, None)
             target.mux(encoder.encode(None))
         yield _mp4(buffer)
 
@@ -206,9 +207,9 @@ def _upright(video: Video) -> Iterator[VideoFrame]:
             stamps = np.round(video.time_s / float(_TICK)).astype(int).tolist()
             for frame, stamp in zip(source.decode(stream), stamps, strict=False):
                 graph.vpush(frame)
-                picture = graph.vpull()
-                picture.pts, picture.time_base = stamp, _TICK
-                yield picture
+                image = graph.vpull()
+                image.pts, image.time_base = stamp, _TICK
+                yield image
     except FFmpegError as error:
         raise _unreadable(video, error) from None
 
@@ -217,13 +218,13 @@ def _unreadable(video: Video, error: Exception) -> InputError:
     return InputError(f"The video {video.path} cannot be converted for the viewer: {error}.")
 
 
-def _encoder(target: OutputContainer, picture: VideoFrame, fps: float) -> VideoStream:
+def _encoder(target: OutputContainer, image: VideoFrame, fps: float) -> VideoStream:
     # No B-frames: they are decoded out of order. Short groups: the viewer seeks quickly. force-cfr: the stream
     # itself names the frame rate, not the tick; at "90k" frames a second the viewer's decoder never starts.
     options = {"crf": "20", "preset": "veryfast", "bf": "0", "g": "30", "x264-params": "force-cfr=1"}
     rate = Fraction(fps if np.isfinite(fps) else 30).limit_denominator(1001)
     stream = target.add_stream("libx264", rate=rate, options=options)
-    stream.width, stream.height, stream.pix_fmt = picture.width, picture.height, "yuv420p"
+    stream.width, stream.height, stream.pix_fmt = image.width, image.height, "yuv420p"
     stream.codec_context.time_base = _TICK
     return stream
 

@@ -11,7 +11,10 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ...models.common.metrics import plain
-from ...pipeline.files.atomic import SUMMARY, whole_file
+from ...pipeline.errors import InputError
+from ...pipeline.files.atomic import REPORT, SUMMARY, whole_file
+from ...pipeline.files.detections import KEYPOINTS
+from ...pipeline.files.viewer import RECORDING
 from ...pipeline.layouts import FEET
 from ...pipeline.plugins.protocols import CheckedWriter, Writer
 from ...pipeline.plugins.registry import load
@@ -21,11 +24,16 @@ from ..drawing.facts import Source, facts_of
 from .measures import write_measures
 from .tables import write_parquet
 
+# What runs write by themselves (design.md section 7), `live` included.
+RUN_FILES = (
+    "poses.npz", "kinematics.parquet", "measures.csv", SUMMARY, REPORT, RECORDING, KEYPOINTS, "live.rrd", "video.ts",
+)  # fmt: skip
+
 
 @dataclass(frozen=True)
 class Export:
     """The stage. folder: where the files go. also: names of `pcnet3d list writers`, each of which becomes one more
-    file."""
+    file; InputError for one that would replace another file of the run."""
 
     folder: Path
     also: tuple[str, ...] = ()
@@ -35,7 +43,14 @@ class Export:
     gives: ClassVar[tuple[str, ...]] = ()
 
     def __post_init__(self) -> None:
-        for writer in self._writers():
+        files = {file: "the run itself" for file in RUN_FILES}
+        for name, writer in self._writers().items():
+            other = files.setdefault(writer.file.casefold(), f"writer '{name}'")
+            if other != f"writer '{name}'":
+                raise InputError(
+                    f"Expected --also {name} to write a file of its own, got {writer.file}, which {other} writes; "
+                    f"leave --also {name} out."
+                )
             if isinstance(writer, CheckedWriter):
                 writer.check()
 
@@ -45,15 +60,15 @@ class Export:
         write_parquet(take, self.folder / "kinematics.parquet")
         if take.measures is not None:
             write_measures(take, self.folder / "measures.csv")
-        for writer in self._writers():
+        for writer in self._writers().values():
             writer.write(take, self.folder / writer.file)
         text = json.dumps(summary(take), indent=1, allow_nan=False, default=str)
         with whole_file(self.folder / SUMMARY) as partial:
             partial.write_text(text + "\n", encoding="utf-8")
         return take
 
-    def _writers(self) -> list[Writer]:
-        return [load("writers", name) for name in self.also]
+    def _writers(self) -> dict[str, Writer]:
+        return {name: load("writers", name) for name in self.also}
 
 
 def write_poses(take: Take, path: Path) -> None:

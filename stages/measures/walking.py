@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ...pipeline.frames import Frame
+from ...pipeline.messages import how_many
 from ...pipeline.motion.cycles import Step, landings, steps, strides
 from ...pipeline.motion.signals import breaks, rate
 from ...pipeline.motion.walking import lengths
@@ -117,7 +118,7 @@ def walking(
     return {
         "walks": len(walks),
         "steps": len(every),
-        "counted": f"{len(every)} steps between {landed} landings"
+        "counted": f"{how_many(len(every), 'step')} between {how_many(landed, 'landing')}"
         + (f" in {len(walks)} walks" if len(walks) > 1 else ""),
         **_cadence(durations, resolution),
         **spread("step_time_s", step_times, resolution),

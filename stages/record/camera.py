@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...pipeline.files.video_frames import pictures_at
+from ...pipeline.files.video_frames import images_at
 from ...pipeline.take import Take
 from ..drawing.image_lines import COLOURS, HORIZON, UP, horizon, ideal, up_arrow
 
@@ -31,7 +31,7 @@ def log_camera(recording: rr.RecordingStream, take: Take, frames: bool) -> None:
         return
     look = take.camera.looks[0]
     if frames and take.video is not None:
-        for image in pictures_at(take.video, [look.frame]).values():
+        for image in images_at(take.video, [look.frame]).values():
             recording.log(
                 "camera/image",
                 rr.Image(ideal(image, take.camera.intrinsics)).compress(jpeg_quality=_QUALITY),

@@ -12,7 +12,7 @@ from ...pipeline.errors import InputError
 from ...pipeline.files.atomic import require_space, whole_file
 from ...pipeline.files.viewer import RECORDING
 from ...pipeline.layouts import with_feet
-from ...pipeline.rotations import angle_deg, known
+from ...pipeline.rotations import angle_deg, is_finite
 from ...pipeline.take import Event, Take
 from ..drawing.facts import shared_up, voted
 from ..drawing.rerun_log import log_axes, log_curves, log_events, log_skeleton, log_video
@@ -41,7 +41,7 @@ _UP, _BOUND, _ERROR = (110, 140, 255), (150, 150, 150), (213, 94, 0)
 
 @dataclass(frozen=True)
 class Record:
-    """The stage. folder: where take.rrd goes. frames: False keeps every picture of the person out of it."""
+    """The stage. folder: where take.rrd goes. frames: False keeps every image of the person out of it."""
 
     folder: Path
     frames: bool = True
@@ -79,7 +79,7 @@ def record(take: Take, path: str | Path, frames: bool = True) -> tuple[Event, ..
         raise InputError("A recording needs 3D poses and their rectification; run rectify first.")
     parts, events = viewable(take.video) if frames and take.video else (None, ())
     take = take.saying(*events).with_(video=take.video if parts else None)
-    distance = np.linalg.norm(poses.joints[known(poses.joints)], axis=-1)
+    distance = np.linalg.norm(poses.joints[is_finite(poses.joints)], axis=-1)
     size = float(np.percentile(distance, 98)) if len(distance) else 1.0  # about half the person's height
 
     path = Path(path)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ...pipeline.camera import pitch_roll_deg
-from ...pipeline.rotations import angle_deg, from_columns, known, rotate, unit
+from ...pipeline.rotations import angle_deg, from_columns, is_finite, rotate, unit
 from ...pipeline.take import Take
 from ..drawing.facts import shared_up
 from ..drawing.rerun_log import log_curves, time_columns
@@ -36,12 +36,12 @@ def cap(take: Take) -> Cap:
     """Where to look for a take's votes; some frames must have voted."""
     rectified = take.need("rectified")
     up, votes = shared_up(rectified), rectified.up_votes
-    middle = unit(up[known(up)].mean(axis=0))
-    ahead, picture_up = rotate(take.need("poses").frame.basis, np.array([[0.0, 0, 1], [0, -1, 0]]))
+    middle = unit(up[is_finite(up)].mean(axis=0))
+    ahead, image_up = rotate(take.need("poses").frame.basis, np.array([[0.0, 0, 1], [0, -1, 0]]))
     if abs(ahead @ middle) > 0.98:
-        ahead = picture_up
+        ahead = image_up
     ahead = unit(ahead - (ahead @ middle) * middle)
-    spread = np.percentile(angle_deg(votes[known(votes)], middle), 98)
+    spread = np.percentile(angle_deg(votes[is_finite(votes)], middle), 98)
     own = angle_deg(up, middle) + np.nan_to_num(rectified.up_bound_deg)
     reach = max(float(spread), float(np.nanmax(own)), 10.0)
     step = 10.0 if reach <= 40 else 30.0
@@ -83,7 +83,7 @@ def _log_votes(recording: rr.RecordingStream, take: Take) -> None:
 
     poses = take.need("poses")
     votes = take.need("rectified").up_votes
-    rows = np.flatnonzero(known(votes))
+    rows = np.flatnonzero(is_finite(votes))
     rows = rows[:: -(-len(rows) // _MOST_VOTES)]
     late = (rows / max(len(votes) - 1, 1))[:, None]
     colours = np.round(_EARLY + late * (_LATE - _EARLY)).astype(np.uint8)
@@ -121,7 +121,7 @@ def _log_take(recording: rr.RecordingStream, take: Take) -> None:
 
 def _log_graticule(recording: rr.RecordingStream, take: Take) -> None:
     """up/grid: circles about the middle, and where the camera's axes point; up/picture: the
-    picture's up."""
+    image's up."""
     import rerun as rr
 
     R_source_from_cap, reach, step = cap(take)
@@ -140,8 +140,8 @@ def _log_graticule(recording: rr.RecordingStream, take: Take) -> None:
         rr.Points3D(where, labels=names, colors=[_MARK], radii=[-0.5], show_labels=True),
         static=True,
     )
-    picture_up = rotate(take.need("poses").frame.basis, np.array([[0.0, -1.0, 0.0]]))
-    mark = rr.Points3D(picture_up, labels=["picture's up"], colors=[(238, 102, 119)], radii=[-4.0])
+    image_up = rotate(take.need("poses").frame.basis, np.array([[0.0, -1.0, 0.0]]))
+    mark = rr.Points3D(image_up, labels=["picture's up"], colors=[(238, 102, 119)], radii=[-4.0])
     recording.log("up/picture", mark, static=True)
 
 

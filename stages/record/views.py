@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...pipeline.rotations import known
+from ...pipeline.rotations import is_finite
 from ...pipeline.take import Take
 from ..drawing.facts import voted
 from .angles import angle_views, angled
@@ -88,12 +88,12 @@ def blueprint(take: Take, size: float) -> rrb.Blueprint:
 
 
 def _bounds(take: Take) -> rrb.VisualBounds2D | None:
-    """All that the keypoints reach during the take, when there is no video whose picture gives the bounds."""
+    """All that the keypoints reach during the take, when there is no video whose image gives the bounds."""
     import rerun.blueprint as rrb
 
     if take.video is not None or take.keypoints is None:
         return None
-    pixels = take.keypoints.joints[known(take.keypoints.joints)]
+    pixels = take.keypoints.joints[is_finite(take.keypoints.joints)]
     if len(pixels) == 0:
         return None
     low, high = np.percentile(pixels, [0.5, 99.5], axis=0)

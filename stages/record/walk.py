@@ -9,7 +9,7 @@ import numpy as np
 from ...pipeline.layouts import FEET, with_feet
 from ...pipeline.motion.signals import breaks, runs
 from ...pipeline.pose import PoseSequence, Rectified
-from ...pipeline.rotations import known
+from ...pipeline.rotations import is_finite
 from ..drawing.rerun_log import log_skeleton
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ _EYE = (-1.6, 1.3, 0.7)  # from the middle of the way, in the reach of the scene
 def walked(rectified: Rectified) -> PoseSequence | None:
     """LEVEL with every joint in the room, from the camera or the world's origin; None where that is not known."""
     level = rectified.level
-    if level.root is None or not known(level.root).any():
+    if level.root is None or not is_finite(level.root).any():
         return None
     root = level.root[:, None]
     return level.mapped(lambda points: points + root, root=None)
@@ -39,7 +39,7 @@ def log_walk(recording: rr.RecordingStream, rectified: Rectified, size: float) -
     log_skeleton(recording, "walk", with_feet(placed), radius=0.024 * size)
     path = level.root.copy()
     path[:, 2] = floor(placed)
-    pieces = runs(np.asarray(known(path)) & np.asarray(known(level.root)), level.times, breaks(level))
+    pieces = runs(np.asarray(is_finite(path)) & np.asarray(is_finite(level.root)), level.times, breaks(level))
     strips = [path[piece] for piece in pieces]
     look = rr.LineStrips3D(strips, colors=[_PATH] * len(strips), radii=[0.012 * size] * len(strips))
     recording.log("walk/path", look, static=True)

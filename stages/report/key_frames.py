@@ -8,11 +8,11 @@ from html import escape
 import numpy as np
 from markupsafe import Markup
 
-from ...pipeline.files.video_frames import pictures_at
+from ...pipeline.files.video_frames import images_at
 from ...pipeline.frames import Frame
 from ...pipeline.layouts import Layout, with_feet
 from ...pipeline.pose import PoseSequence
-from ...pipeline.rotations import known, rotate
+from ...pipeline.rotations import is_finite, rotate
 from ...pipeline.take import Take
 from ..drawing.charts import MIDDLE, side_colour
 from ..drawing.page import figure, picture
@@ -26,7 +26,7 @@ def key_rows(body: PoseSequence, count: int = 6) -> list[int]:
     """Rows that show what happens in a take: of each of `count` equal parts the one whose posture is farther from the
     take's median posture than nine in ten of that part, so that neither rest nor an outlier is shown."""
     joints = body.joints
-    seen = np.flatnonzero(known(joints).mean(axis=1) > 0.5)
+    seen = np.flatnonzero(is_finite(joints).mean(axis=1) > 0.5)
     if not len(seen):
         return []
     usual = np.nanmedian(joints[seen], axis=0)
@@ -38,16 +38,16 @@ def key_rows(body: PoseSequence, count: int = 6) -> list[int]:
 
 
 def key_figures(take: Take, pictures: bool) -> list[Markup]:
-    """A figure for each key frame: the video's picture with the 2D keypoints on it, beside the rectified skeleton.
+    """A figure for each key frame: the video's image with the 2D keypoints on it, beside the rectified skeleton.
 
-    pictures: False keeps every picture of the person out; then, as without a video, the keypoints alone are drawn, or
+    pictures: False keeps every image of the person out; then, as without a video, the keypoints alone are drawn, or
     the skeleton as the camera saw it. Raises InputError when the video cannot be decoded.
     """
     body = take.need("rectified").body
     rows = key_rows(body)
     images: dict[int, np.ndarray] = {}
     if pictures and take.video is not None:
-        images = pictures_at(take.video, [int(body.frame_index[row]) for row in rows])
+        images = images_at(take.video, [int(body.frame_index[row]) for row in rows])
     return [_key_figure(take, row, images.get(int(body.frame_index[row]))) for row in rows]
 
 
@@ -80,7 +80,7 @@ def _key_figure(take: Take, row: int, image: np.ndarray | None) -> Markup:
 
 def skeletons(views: Mapping[str, np.ndarray], layout: Layout) -> bytes:
     """An SVG of one skeleton from several sides at one scale. views: (J, 2) points to the right and up, by name."""
-    seen = [points[known(points)] for points in views.values()]
+    seen = [points[is_finite(points)] for points in views.values()]
     wide = 200 if len(views) == 1 else 120
     field = np.array([wide - 8.0, 174.0])
     scale = min((field / np.maximum(np.ptp(points, axis=0), 1e-9)).min() for points in seen if len(points))
@@ -91,7 +91,7 @@ def skeletons(views: Mapping[str, np.ndarray], layout: Layout) -> bytes:
         lines.append(f'<text x="{wide * (i + 0.5):g}" y="13">{escape(name)}</text>')
         for bone in layout.bones:
             (x_0, y_0), (x_1, y_1) = ends = at[layout.indices(bone)]
-            if known(ends).all():
+            if is_finite(ends).all():
                 where = f'x1="{x_0:.1f}" y1="{y_0:.1f}" x2="{x_1:.1f}" y2="{y_1:.1f}"'
                 lines.append(f'<line {where} stroke="{side_colour(*bone)}"/>')
     return (
@@ -123,7 +123,7 @@ def jpeg(image: np.ndarray, keypoints: np.ndarray, layout: Layout) -> bytes:
     when there are none."""
     import cv2
 
-    corner, size = _crop(image.shape[1::-1], keypoints[known(keypoints)])
+    corner, size = _crop(image.shape[1::-1], keypoints[is_finite(keypoints)])
     left, top = corner
     part = np.ascontiguousarray(image[top : top + size[1], left : left + size[0]])
     scale = _SIDE / max(size)

@@ -9,6 +9,7 @@ import numpy as np
 from markupsafe import Markup
 
 from ...models.common.metrics import RAYLEIGH_90
+from ...pipeline.messages import how_many
 from ...pipeline.motion.angles import FINE, REASONS
 from ...pipeline.motion.foot_angles import ALL_ANGLES
 from ...pipeline.pose import package_version
@@ -23,7 +24,7 @@ _LONGEST = 240  # characters of an option's value
 def at_a_glance(facts: Facts) -> Markup:
     """What stands under the title, then what is not to be overlooked."""
     pairs = [
-        ("Take", f"{facts.frames} frames, {facts.duration_s:.1f} s at {facts.fps:.4g} a second"),
+        ("Take", f"{how_many(facts.frames, 'frame')}, {facts.duration_s:.1f} s at {facts.fps:.4g} a second"),
         ("Rectified by", facts.method),
         ("Frames rectified", f"{facts.turned} of {facts.frames}"),
         *([] if facts.verdict is None else [("Poses are", facts.verdict)]),
@@ -142,7 +143,8 @@ def provenance(facts: Facts, take: Take) -> Markup:
     if take.video is not None:
         video = take.video
         about.append(
-            f"Video: {video.width} x {video.height} pixels, {len(video.time_s)} frames at {video.fps:.4g} a second, "
+            f"Video: {video.width} x {video.height} pixels, {how_many(len(video.time_s), 'frame')} "
+            f"at {video.fps:.4g} a second, "
             f"{video.codec}" + (f", turned by {video.rotation_deg}°." if video.rotation_deg else ".")
         )
     if facts.seams_s:

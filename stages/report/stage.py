@@ -13,12 +13,12 @@ from markupsafe import Markup
 from ...models.common.metrics import SD_90
 from ...pipeline.camera import pitch_roll_deg
 from ...pipeline.errors import InputError
-from ...pipeline.files.atomic import whole_file
-from ...pipeline.files.video_frames import pictures_at
+from ...pipeline.files.atomic import REPORT, whole_file
+from ...pipeline.files.video_frames import images_at
 from ...pipeline.motion.angles import MIDLINE, sides_of
 from ...pipeline.motion.foot_angles import ALL_ANGLES, ALL_OF_BOTH
 from ...pipeline.pose import PoseSequence
-from ...pipeline.rotations import angle_deg, known, rotate
+from ...pipeline.rotations import angle_deg, is_finite, rotate
 from ...pipeline.take import Take
 from ..drawing.charts import LEFT, RIGHT, SLICES, SOFT, Curve, over_time, path, sides
 from ..drawing.facts import Facts, facts_of, shared_up, voted
@@ -28,12 +28,10 @@ from .key_frames import key_figures, lines_jpeg, seen_by_camera
 from .measures import measure_tables
 from .sections import angle_table, at_a_glance, gravity_words, provenance, spoken, up_table
 
-REPORT = "report.html"
-
 
 @dataclass(frozen=True)
 class Report:
-    """The stage. folder: where report.html goes. frames: False keeps every picture of the person out of it."""
+    """The stage. folder: where report.html goes. frames: False keeps every image of the person out of it."""
 
     folder: Path
     frames: bool = True
@@ -50,9 +48,9 @@ class Report:
 
 
 def report(take: Take, frames: bool = True) -> str:
-    """A take as one HTML page that holds its pictures, runs no script and loads nothing.
+    """A take as one HTML page that holds its images, runs no script and loads nothing.
 
-    What the take lacks (video, angles, measures, ...) is left out. frames: False leaves the video's pictures out.
+    What the take lacks (video, angles, measures, ...) is left out. frames: False leaves the video's images out.
     Raises InputError without poses, rectified poses or time stamps, or when the video cannot be decoded.
     """
     if take.poses is None or take.rectified is None:
@@ -148,7 +146,7 @@ def _from_pelvis(poses: PoseSequence, *joints: str) -> np.ndarray:
 
 def _box(points: np.ndarray) -> tuple[np.ndarray, float]:
     """Centre (2,) of the square around points (..., 2), and half its side and a little more."""
-    points = points[known(points)]
+    points = points[is_finite(points)]
     if not len(points):
         return np.zeros(2), 1e-3
     low, high = points.min(axis=0), points.max(axis=0)
@@ -205,7 +203,7 @@ def _lines(take: Take, frames: bool) -> Iterator[Markup]:
     if take.camera is None or not take.camera.looks or take.video is None or not frames:
         return
     look = take.camera.looks[0]
-    for image in pictures_at(take.video, [look.frame]).values():
+    for image in images_at(take.video, [look.frame]).values():
         shown = picture(
             lines_jpeg(drawn(image, take.camera, look)), "jpeg", f"Straight lines of frame {look.frame}"
         )

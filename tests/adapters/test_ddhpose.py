@@ -143,7 +143,7 @@ def test_failed_frames_are_refused_or_gaps(save, turning, value):
 def test_nan_in_one_proposal_spoils_the_mean(save, turning):
     stack = with_steps_and_proposals(turning(300), 2, 5)
     stack[-1, 3, 20, 5] = np.nan
-    with pytest.raises(InputError, match="got 1 frames"):
+    with pytest.raises(InputError, match="got 1 frame with NaN"):
         read(save(stack))
 
 

@@ -1,4 +1,4 @@
-"""MotionBERT's X3D.npy: clips of 243 whose first root depth is 0, in units of the picture (formats.md 2.1)."""
+"""MotionBERT's X3D.npy: clips of 243 whose first root depth is 0, in units of the image (formats.md 2.1)."""
 
 import numpy as np
 import pytest
@@ -72,7 +72,7 @@ def test_option_pixel_must_fit_the_values(x3d):
         read(x3d(), pixel=True)
 
 
-def test_person_in_the_middle_of_the_picture_is_still_motionbert(x3d, relative):
+def test_person_in_the_middle_of_the_image_is_still_motionbert(x3d, relative):
     """Its root is then as near to 0 as VideoPose3D's; the forced depth of the first frame tells."""
     near = relative + np.where(np.arange(FRAMES)[:, None, None] % 243, 0.01, [0.01, 0.01, 0])
     assert read(x3d(lambda _: near)).history[0].options["adapter"] == "motionbert"

@@ -77,7 +77,7 @@ def test_other_key(tmp_path, relative):
         read(tmp_path / "poses.npz", "videopose3d")
 
 
-def test_seams_of_a_lifter_that_works_in_clips(export):
+def test_clip_boundaries_of_a_lifter_that_works_in_clips(export):
     assert read(export(), clip=243).seams == (243,)
     with pytest.raises(InputError, match="clip"):
         read(export(), clip=0)

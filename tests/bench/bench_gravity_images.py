@@ -2,7 +2,7 @@
 
     python tests/bench/bench_gravity_images.py [rooms and streets of each]
 
-Prints error against what is stated, the focal length where the camera is pitched, and what becomes of pictures that
+Prints error against what is stated, the focal length where the camera is pitched, and what becomes of images that
 have no lines, or misleading ones.
 """
 
@@ -34,8 +34,8 @@ def judged(shown: Room, told: bool) -> tuple[float, ImageUp | Unknown, float]:
     return error, answer, seconds
 
 
-def row(name: str, pictures: list[Room], told: bool) -> str:
-    results = [judged(shown, told) for shown in pictures]
+def row(name: str, images: list[Room], told: bool) -> str:
+    results = [judged(shown, told) for shown in images]
     errors = np.array([error for error, _, _ in results])
     fine = np.isfinite(errors)
     stated = np.array([a.error_deg if isinstance(a, ImageUp) else np.nan for _, a, _ in results])
@@ -43,7 +43,7 @@ def row(name: str, pictures: list[Room], told: bool) -> str:
     ratio = np.array(
         [
             a.focal_px / shown.focal_px
-            for shown, (_, a, _) in zip(pictures, results, strict=True)
+            for shown, (_, a, _) in zip(images, results, strict=True)
             if isinstance(a, ImageUp) and abs(shown.pitch_deg) > _PITCHED_DEG
         ]
     )
@@ -51,7 +51,7 @@ def row(name: str, pictures: list[Room], told: bool) -> str:
     p50, p95 = np.quantile(errors[fine], (0.5, 0.95)) if fine.any() else (np.nan, np.nan)
     mean = errors[fine].mean() if fine.any() else np.nan
     cells = [
-        name, len(pictures), f"{100 * fine.mean():.0f} %", f"{p50:.2f}", f"{mean:.2f}", f"{p95:.2f}",
+        name, len(images), f"{100 * fine.mean():.0f} %", f"{p50:.2f}", f"{mean:.2f}", f"{p95:.2f}",
         f"{np.nanmean(stated):.2f}" if fine.any() else "-", f"{100 * inside:.0f} %", focal,
         f"{np.median([s for *_, s in results]):.2f}", int((errors > 5).sum()),
     ]  # fmt: skip
@@ -65,9 +65,9 @@ def main(count: int = 40) -> None:
     )
     print("| --- " * 11 + "|")
     for kind, make in (("rooms", room), ("streets", street)):
-        pictures = [make(seed) for seed in range(count)]
-        print(row(f"{kind}, focal unknown", pictures, False), flush=True)
-        print(row(f"{kind}, focal told", pictures, True), flush=True)
+        images = [make(seed) for seed in range(count)]
+        print(row(f"{kind}, focal unknown", images, False), flush=True)
+        print(row(f"{kind}, focal told", images, True), flush=True)
     for kind in KINDS:
         print(row(kind, [no_lines(kind, seed) for seed in range(10)], False), flush=True)
 

@@ -59,7 +59,7 @@ def test_points_round_trip(walk, camera):
     np.testing.assert_allclose(back, walk.world, atol=1e-12)
 
 
-def test_the_whole_body_is_in_the_picture_and_large_enough(walk, camera):
+def test_the_whole_body_is_in_the_image_and_large_enough(walk, camera):
     pixels = camera.project(halpe26(walk))
     assert (pixels > 10).all()
     assert (pixels < np.array([camera.width, camera.height]) - 10).all()

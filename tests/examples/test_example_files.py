@@ -90,7 +90,7 @@ def test_poses_file_is_laid_out_as_motionbert_does(tmp_path, walk, camera):
     assert np.abs(stored[..., :2]).max() == pytest.approx(1, abs=0.1)
 
 
-def test_a_longer_take_has_motionberts_seams(tmp_path, camera):
+def test_a_longer_take_has_motionberts_clip_boundaries(tmp_path, camera):
     walk = walker(seconds=12.0)
     rows = np.arange(len(walk))
     write_poses(tmp_path / "X3D.npy", walk, camera, rows, 0.005, rng())
@@ -150,11 +150,11 @@ def test_the_video_shows_the_take(files, walk, camera):
     # Joints of the near side are painted in its colour exactly where they project to, in every part of the take.
     pixels = camera.project(walk.world)
     for row in (5, 60, 130, 205):
-        picture = frames[row].to_ndarray(format="rgb24").astype(int)
-        assert picture.shape == (360, 640, 3)
+        image = frames[row].to_ndarray(format="rgb24").astype(int)
+        assert image.shape == (360, 640, 3)
         for joint in ("r_knee", "r_elbow"):
             x, y = np.round(pixels[row, H36M17.index(joint)]).astype(int)
-            red, _, blue = picture[y, x]
+            red, _, blue = image[y, x]
             assert red - blue > 60, (row, joint)
 
 

@@ -170,7 +170,7 @@ def mmpose_demo(folder: Path, scene: Scene) -> Path:
 
 
 def mmpose_images(folder: Path, scene: Scene) -> Path:
-    """As --out-dir of the inferencer leaves it, the pictures beside."""
+    """As --out-dir of the inferencer leaves it, the images beside."""
     for name in ("predictions", "visualizations"):
         (folder / "mmpose" / name).mkdir(parents=True)
     for frame in _instances(scene, first=0):

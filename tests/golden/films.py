@@ -20,13 +20,13 @@ def film(
             stream.options = {"bf": str(reordered)}
         if rotation is not None:
             stream.set_display_rotation(rotation)
-        pictures = []
+        images = []
         for i, stamp in enumerate(stamps_ms):
-            picture = av.VideoFrame.from_ndarray(np.full((48, 64, 3), 9 * i % 255, np.uint8), format="rgb24")
-            picture.pts, picture.time_base = stamp, Fraction(1, 1000)
-            pictures.append(picture)
-        for picture in (*pictures, None):
-            for packet in stream.encode(picture):
+            image = av.VideoFrame.from_ndarray(np.full((48, 64, 3), 9 * i % 255, np.uint8), format="rgb24")
+            image.pts, image.time_base = stamp, Fraction(1, 1000)
+            images.append(image)
+        for image in (*images, None):
+            for packet in stream.encode(image):
                 shift = int(first_ms / 1000 / packet.time_base)
                 packet.pts, packet.dts = packet.pts + shift, packet.dts + shift
                 container.mux(packet)

@@ -1,4 +1,4 @@
-"""Pictures whose straight lines say nothing about gravity, or nothing true."""
+"""Images whose straight lines say nothing about gravity, or nothing true."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Z = np.array([0, 0, 1.0])
 
 
 def no_lines(kind: str, seed: int) -> Room:
-    """A picture of one of KINDS; its camera, up and focal length are as true as a room's."""
+    """An image of one of KINDS; its camera, up and focal length are as true as a room's."""
     rng = np.random.default_rng([seed, 3, KINDS.index(kind)])
     tilt = angles(rng)
     paint, background = PAINTERS[kind]

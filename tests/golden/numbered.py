@@ -1,4 +1,4 @@
-"""A video of numbered pictures, and a detector that knows where the walker is in each of them."""
+"""A video of numbered images, and a detector that knows where the walker is in each of them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pcnet3d.examples.walker.landmarks import halpe26
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline.layouts import COCO17, HALPE26
 
-FRAMES, FPS, STEP = 60, 30, 4  # STEP: grey levels from picture to picture in the upper left corner
+FRAMES, FPS, STEP = 60, 30, 4  # STEP: grey levels from image to image in the upper left corner
 WIDTH, HEIGHT, PADDED = 640, 360, 400  # PADDED: what the network sees, whose sides go in steps
 
 
@@ -23,7 +23,7 @@ def joints_px() -> np.ndarray:
 
 
 def numbered_film(path: Path) -> Path:
-    """60 pictures of a floor, whose upper left corner tells their number by its brightness; H.264 in MPEG-TS, which
+    """60 images of a floor, whose upper left corner tells their number by its brightness; H.264 in MPEG-TS, which
     can be read from a pipe."""
     import av
 
@@ -33,9 +33,9 @@ def numbered_film(path: Path) -> Path:
         stream = container.add_stream("libx264", rate=FPS, options={"crf": "12", "bf": "0"})
         stream.width, stream.height, stream.pix_fmt = WIDTH, HEIGHT, "yuv420p"
         for number in range(FRAMES):
-            picture = np.repeat(floor[..., None], 3, axis=-1)
-            picture[:48, :48] = 8 + STEP * number
-            container.mux(stream.encode(av.VideoFrame.from_ndarray(picture, "rgb24")))
+            image = np.repeat(floor[..., None], 3, axis=-1)
+            image[:48, :48] = 8 + STEP * number
+            container.mux(stream.encode(av.VideoFrame.from_ndarray(image, "rgb24")))
         container.mux(stream.encode())
     return path
 

@@ -1,4 +1,4 @@
-"""Pictures of rooms with known cameras, as a photograph would show them, drawn from a seed."""
+"""Images of rooms with known cameras, as a photograph would show them, drawn from a seed."""
 
 from __future__ import annotations
 

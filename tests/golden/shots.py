@@ -1,4 +1,4 @@
-"""Pictures with their truth: who took them, how, and of whom."""
+"""Images with their truth: who took them, how, and of whom."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from golden.views import Canvas
 
 @dataclass(frozen=True, eq=False)
 class Room:
-    """A picture and its truth.
+    """An image and its truth.
 
     image: (H, W, 3) uint8 RGB. up: (3,) unit vector against gravity in camera axes (x right, y down, z away).
     focal_px: pixels. pitch_deg, roll_deg: as in models/synthetic/cameras.py. boxes: (N, 4) x0 y0 x1 y1 of the people,
@@ -40,7 +40,7 @@ def taken(
     """What the camera makes of a painted canvas, tilt being its pitch and roll in degrees."""
     view = canvas.view
     canvas.gain = lit(canvas.gain, rng)
-    image = through_lens(canvas.picture(), view, rng.uniform(-0.05, 0.05))
+    image = through_lens(canvas.image(), view, rng.uniform(-0.05, 0.05))
     boxes = np.array([paint_person(image, view, rng) for _ in range(people)]).reshape(-1, 4)
     boxes = boxes[np.isfinite(boxes).all(axis=1)]
     return Room(spoilt(image, rng), view.up, view.focal_px, *tilt, boxes, kind)

@@ -1,4 +1,4 @@
-"""What a real camera adds to a picture: people, the lens, motion, light, noise of the sensor, JPEG."""
+"""What a real camera adds to an image: people, the lens, motion, light, noise of the sensor, JPEG."""
 
 import cv2
 import numpy as np
@@ -60,15 +60,15 @@ def paint_person(image: np.ndarray, view: View, rng: np.random.Generator) -> np.
     return np.array([x0, y0, x0 + width, y0 + height], float) if width else np.full(4, np.nan)
 
 
-def through_lens(picture: np.ndarray, view: View, k1: float) -> np.ndarray:
-    """A canvas's picture with its margin -> (H, W, 3); an output point x shows what a pinhole has at x (1 + k1 r^2)."""
+def through_lens(image: np.ndarray, view: View, k1: float) -> np.ndarray:
+    """A canvas's image with its margin -> (H, W, 3); an output point x shows what a pinhole has at x (1 + k1 r^2)."""
     K = np.array([[view.focal_px, 0, 0], [0, view.focal_px, 0], [0, 0, 1.0]])
     source, shown = K.copy(), K.copy()
     source[:2, 2], shown[:2, 2] = view.centre + view.margin, view.centre
     maps = cv2.initUndistortRectifyMap(
         source, np.array([k1, 0, 0, 0]), np.eye(3), shown, view.size, cv2.CV_16SC2
     )
-    return cv2.remap(picture, *maps, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    return cv2.remap(image, *maps, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
 
 
 def lit(gain: np.ndarray, rng: np.random.Generator) -> np.ndarray:

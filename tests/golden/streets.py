@@ -1,4 +1,4 @@
-"""Pictures of streets and courtyards with known cameras, drawn from a seed."""
+"""Images of streets and courtyards with known cameras, drawn from a seed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Pinhole pictures of textured plane patches, painted from far to near; world axes in metres, +Z up."""
+"""Pinhole images of textured plane patches, painted from far to near; world axes in metres, +Z up."""
 
 from __future__ import annotations
 
@@ -114,7 +114,7 @@ class Canvas:
         self.gain = np.full((height, width), 128, np.uint8)
 
     def seen(self, corners: np.ndarray) -> np.ndarray:
-        """(n, 3) corners of a convex polygon, world -> (m, 2) canvas pixels; none where it is not in the picture."""
+        """(n, 3) corners of a convex polygon, world -> (m, 2) canvas pixels; none where it is not in the image."""
         points = clip_near(self.view.to_camera(corners))
         if len(points) < 3:
             return np.zeros((0, 2))
@@ -170,7 +170,7 @@ class Canvas:
         part = self.gain[y0:y1, x0:x1]
         part[:] = np.clip(part * (1 + cv2.blur(mask, (soft_px, soft_px))), 0, 255)
 
-    def picture(self) -> np.ndarray:
+    def image(self) -> np.ndarray:
         """(H, W, 3) uint8 RGB with the margin on every side."""
         height, width = self.gain.shape
         colour = cv2.resize(self.colour, (width, height), interpolation=cv2.INTER_AREA)

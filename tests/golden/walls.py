@@ -67,8 +67,8 @@ def door(canvas: Canvas, plane: Plane, rng, x: float, taste: Style) -> float:
     return width
 
 
-def pictures(canvas: Canvas, plane: Plane, rng, x: float) -> float:
-    """A picture or poster, some of them hung askew."""
+def images(canvas: Canvas, plane: Plane, rng, x: float) -> float:
+    """An image or poster, some of them hung askew."""
     width, height, y = rng.uniform(0.25, 1.1), rng.uniform(0.25, 1.0), rng.uniform(1.0, 1.5)
     turn = rng.normal(0, 2) if rng.random() < 0.3 else 0.0
     canvas.fill(plane.rect(x, y, x + width, y + height, turn), colour(rng, (0.05, 0.9)))
@@ -141,7 +141,7 @@ def wall(canvas: Canvas, rng, plane: Plane, length: float, height: float, taste:
             width, low = min(rng.uniform(0.7, 2.0), length - x - 0.2), rng.uniform(0.3, 1.0)
             panes(canvas, plane, rng, (x, low, x + width, rng.uniform(1.9, height - 0.2)), taste)
         elif kind == "picture":
-            width = pictures(canvas, plane, rng, x)
+            width = images(canvas, plane, rng, x)
         elif kind == "shelf":
             boxes, width = shelf(plane, normal, rng, x, rng.choice([0, 1.2]))
             out += boxes
@@ -176,7 +176,7 @@ def front(rng, taste: Style, storey: float, width: float):
 
     def details(canvas: Canvas, plane: Plane, across: float, height: float) -> None:
         if abs(across - width) > 1e-6 or not len(canvas.seen(plane.rect(0, 0, across, height))):
-            return  # a gable, or out of the picture
+            return  # a gable, or out of the image
         own = np.random.default_rng(seed)
         step = across / columns
         for y in np.arange(0.6, height, 0.3) if cladding == "boards" else ():

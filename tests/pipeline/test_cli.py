@@ -271,7 +271,7 @@ def test_a_place_that_cannot_be_written_is_said(lifted):
 
 
 def test_a_run_ended_by_the_system_leaves_nothing(lifted, tmp_path):
-    """What a cluster's scheduler sends; the picture of a patient must not stay in a hidden folder."""
+    """What a cluster's scheduler sends; the image of a patient must not stay in a hidden folder."""
     np.save(lifted, np.tile(np.load(lifted), (500, 1, 1)))
     command = [*PCNET3D, "run", "--poses", str(lifted), "--adapter", "motionbert", "--fps", "30"]
     with subprocess.Popen([*command, "-o", str(tmp_path / "out")], stderr=subprocess.PIPE, text=True) as run:
@@ -298,7 +298,7 @@ def test_a_name_that_the_terminal_cannot_show(lifted, tmp_path):
     ],
 )
 def test_a_camera_that_the_user_knows_wins_over_the_votes(lifted, tmp_path, said, share):
-    """The same camera told in both ways; the person seems to stand upright in the picture."""
+    """The same camera told in both ways; the person seems to stand upright in the image."""
     result = pcnet3d("run", "--poses", lifted, "--fps", 30, *said, "--no-frames", "-o", tmp_path / "out")
     assert result.returncode == 0, result.stderr
     found = json.loads((tmp_path / "out" / "summary.json").read_text())["rectification"]

@@ -35,6 +35,12 @@ def test_how_much_is_said(detail, kinds, capsys):
     assert said.out == ("" if detail == "quiet" else "a line of results\n")
 
 
+def test_a_count_of_one_is_singular():
+    assert [messages.how_many(count, "row") for count in (0, 1, 2)] == ["0 rows", "1 row", "2 rows"]
+    assert messages.how_many(1, "person", "people") == "1 person"
+    assert messages.how_many(2, "person", "people") == "2 people"
+
+
 def test_a_terminal_gets_wrapped_lines_whose_kinds_look_different(monkeypatch):
     monkeypatch.setenv("COLUMNS", "40")
     monkeypatch.setenv("TERM", "xterm-256color")

@@ -19,7 +19,7 @@ from pcnet3d.models.angle_error.take_angles import AngleSeries, smoothed, take_a
 from pcnet3d.models.evaluation import angles as module
 from pcnet3d.models.evaluation.angles import as_markdown, judge, one_set
 from pcnet3d.models.evaluation.evaluate import evaluate
-from pcnet3d.models.gravity.levelling import level_static
+from pcnet3d.models.gravity import Seen, level_static
 from pcnet3d.models.rectifier.load import load_rectifier
 from pcnet3d.pipeline import CAMERA, H36M17, InputError, Take
 from pcnet3d.pipeline.canonical import R_world_from_body
@@ -163,11 +163,12 @@ def test_factors_are_one_for_noise_that_is_what_it_says(seen):
     wrong = joints.copy()
     draws = np.random.default_rng(6).normal(size=(len(joints), 6))
     wrong[:, ROWS] += 1.75 * np.einsum("tk,kji->tji", draws, noise.modes)
+    level = level_static(Seen(joints, R, np.full(len(joints), 4.0), np.arange(len(joints)) / 30))
     true_level = replace(
-        level_static(joints, R, np.full(len(joints), 4.0), np.arange(len(joints)) / 30),
+        level,
         R_camera_from_body=R,
         error_deg=np.zeros(len(joints)),
-        up_error_deg=np.zeros(len(joints)),
+        up=replace(level.up, error_deg=0.0),
     )
     pair = Pair(wrong, wrong, joints, R, np.ones(len(joints), dtype=bool), np.full(len(joints), np.nan))
     factors = with_factors(noise, [pair], [true_level]).factors
@@ -281,7 +282,7 @@ def test_the_stage_adds_its_columns_and_says_what_is_missing(camera_poses):
     assert (done.kinematics["r_knee_flexion_sd_deg"][fine] > 0.5).all()
 
 
-def test_rates_are_not_taken_where_an_angle_steps_around_or_a_seam_is(camera_poses):
+def test_rates_are_not_taken_where_an_angle_steps_around_or_a_clip_boundary_is(camera_poses):
     poses = camera_poses.with_(seams=(100,))
     rectified = rectify(poses, "geometric", gravity=(0, 1, 0))
     level = rectified.level
@@ -332,7 +333,9 @@ def test_a_perfect_lift_has_no_error():
     table = one_set([load_rectifier("geometric")], "S", [take], 1)
     assert table["methods"]["geometric"]["knee_flexion"]["rmse"] < 1e-3
     assert table["methods"]["geometric"]["knee_flexion"]["inside"] == 1
-    level = level_static(seen.truth, *load_rectifier("geometric").rotation(seen.truth), seen.keypoints.times)
+    level = level_static(
+        Seen(seen.truth, *load_rectifier("geometric").rotation(seen.truth), seen.keypoints.times)
+    )
     assert table["levelled"] == {"geometric": 1}
     assert level.up_error_deg[0] > 0
     walking = table["motions"]["geometric"]["walking"]

@@ -63,7 +63,7 @@ def test_only_gaps_up_to_the_stated_length_are_filled(length, filled):
     assert counts(cleaned)["values_missing"] == length * (not filled)
 
 
-def test_nothing_is_invented_at_the_ends_or_across_a_seam():
+def test_nothing_is_invented_at_the_ends_or_across_a_clip_boundary():
     joints = moving().joints.copy()
     joints[:2, 3] = joints[-2:, 3] = joints[29:31, 3] = np.nan
     cleaned = clean(moving().with_(joints=joints, seams=(30,)))
@@ -83,7 +83,7 @@ def test_rows_put_back_into_a_video_of_variable_rate_take_its_own_stamps():
     np.testing.assert_allclose(clean(given, video_time_s=stamps).times, np.arange(ROWS) / 100)
 
 
-def test_a_seam_keeps_its_frame_when_rows_are_put_back():
+def test_a_clip_boundary_keeps_its_frame_when_rows_are_put_back():
     poses = moving()
     kept = np.delete(np.arange(ROWS), [5, 6])
     dropped = poses.with_(

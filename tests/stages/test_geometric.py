@@ -116,7 +116,7 @@ def test_a_person_who_turns_around_gets_the_heading_of_the_first_second():
 
 
 def test_ups_that_scatter_are_not_called_level(facing_camera):
-    """A body that turns over again and again, about a mean up that is the picture's."""
+    """A body that turns over again and again, about a mean up that is the image's."""
     R = Rotation.from_rotvec(np.radians(50) * np.stack([np.cos(a := np.arange(60.0)), 0 * a, np.sin(a)], -1))
     rectified = rectify(
         PoseSequence(rotate(R.as_matrix(), np.tile(facing_camera, (60, 1, 1))), H36M17, CAMERA), "geometric"
@@ -124,7 +124,7 @@ def test_ups_that_scatter_are_not_called_level(facing_camera):
     assert "scatter" in rectified.level_reason
 
 
-def test_a_person_who_lies_across_the_picture_is_not_called_level(facing_camera):
+def test_a_person_who_lies_across_the_image_is_not_called_level(facing_camera):
     motion = facing_camera + np.random.default_rng(0).normal(scale=0.01, size=(20, 17, 3))
     lying = rotate(Rotation.from_euler("z", 85, degrees=True).as_matrix(), motion)
     assert rectify(PoseSequence(motion, H36M17, CAMERA), "geometric").level_ok

@@ -145,7 +145,7 @@ def test_a_cut_half_way_is_said_and_has_a_wide_error(cut, camera, rectifier):
         assert "--camera moving" in said
 
 
-def test_a_cut_is_followed_by_a_moving_camera_and_parted_by_a_seam(cut, camera):
+def test_a_cut_is_followed_by_a_moving_camera_and_parted_by_a_clip_boundary(cut, camera):
     joints, other_up = cut
     ups = np.where((np.arange(240) < 120)[:, None], camera.up, other_up)
     poses = poses_of(joints)
@@ -211,7 +211,7 @@ def test_a_gravity_vector_wins_in_any_axes(walk, camera, joints):
 
 def test_pitch_and_roll_say_the_same_as_the_vector(joints, camera):
     """The example's camera looks down by 15 degrees and is rolled by 5, clockwise as seen from behind it, which turns
-    the picture's content the other way."""
+    the image's content the other way."""
     told = rectify(poses_of(joints), "geometric", pitch_deg=15, roll_deg=5)
     assert angle_deg(up_of(told), camera.up) < 0.5
     assert told.up_shares["camera pitch and roll"] > 0.9

@@ -29,14 +29,14 @@ def test_a_parabola_is_exact_at_any_spacing(speed, accel, steps):
     np.testing.assert_allclose(derivative(path, time_s, order=2)[:, 0], accel, atol=1e-7)
 
 
-def test_no_derivative_reaches_across_a_gap_or_a_seam():
+def test_no_derivative_reaches_across_a_gap_or_a_clip_boundary():
     time_s = np.arange(12.0)
     path = np.arange(12.0)[:, None].copy()
-    path[6:] += 100  # a step at the seam
+    path[6:] += 100  # a step at the clip boundary
     path[3] = np.nan
     speed = derivative(path, time_s, seams=(6,))[:, 0]
     np.testing.assert_allclose(speed[:3], 1)
-    assert np.isnan(speed[3:6]).all()  # the gap itself, and a run of two rows before the seam
+    assert np.isnan(speed[3:6]).all()  # the gap itself, and a run of two rows before the clip boundary
     np.testing.assert_allclose(speed[6:], 1)
 
 

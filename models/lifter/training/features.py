@@ -30,13 +30,13 @@ def features(
     path = (centre - torch.stack([_averaged(centre[..., i], seen) for i in (0, 1)], dim=-1)) / mean_size[
         ..., None
     ]
-    picture = (turned / mean_size[..., None, None]).clamp(-5, 5)
+    image = (turned / mean_size[..., None, None]).clamp(-5, 5)
     trust = torch.where(present, confidence.nan_to_num(nan=0.7), 0.0)
     extra = torch.cat(
         [(path / 4).tanh(), (size / mean_size - 1)[..., None], (mean_size.log() + 2)[..., None]], dim=-1
     )
     return torch.cat(
-        [picture.flatten(-2), trust, present.float(), extra * seen[..., None]], dim=-1
+        [image.flatten(-2), trust, present.float(), extra * seen[..., None]], dim=-1
     ), R_camera_from_ray
 
 

@@ -48,7 +48,7 @@ def view_rotation(yaw_deg: Tensor, pitch_deg: Tensor, roll_deg: Tensor) -> Tenso
 def place(
     joints_world: Tensor, draw: Draw, typical: ViewRange, wild: ViewRange, share_typical: float
 ) -> Cameras:
-    """One camera a window, somewhere from which every joint of every frame is inside the picture; a share of them from
+    """One camera a window, somewhere from which every joint of every frame is inside the image; a share of them from
     the one range, the rest from the other. joints_world: (B, T, J, 3) metres, +Z up."""
     count = len(joints_world)
     usual = draw.share(share_typical, count)

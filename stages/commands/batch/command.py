@@ -17,7 +17,7 @@ import typer
 
 from ....pipeline.errors import InputError
 from ....pipeline.files.atomic import printable, refuse_unwritable, whole_file
-from ....pipeline.messages import say, show
+from ....pipeline.messages import how_many, say, show
 from ....pipeline.plugins.options import pairs
 from ....pipeline.pose import package_version
 from ....pipeline.reading.settings import Output
@@ -84,9 +84,15 @@ def batch(
         e.name for e in entries
     }
     if strangers:
-        say("note", f"{len(strangers)} takes in {output} are not in {source}, and not in the table")
+        say(
+            "note",
+            f"{how_many(len(strangers), 'take')} in {output} "
+            f"{'is' if len(strangers) == 1 else 'are'} not in {source}, and not in the table",
+        )
     show(f"look at {output / PAGE}")
-    print(f"{output}: {len(outcomes) - len(failed)} takes done ({kept} of them before), {len(failed)} failed")
+    print(
+        f"{output}: {how_many(len(outcomes) - len(failed), 'take')} done ({kept} of them before), {len(failed)} failed"
+    )
     if failed:
         raise typer.Exit(2)
 

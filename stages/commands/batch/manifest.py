@@ -13,6 +13,7 @@ from typing import Any
 
 from ....pipeline.errors import InputError
 from ....pipeline.files.atomic import printable
+from ....pipeline.messages import how_many
 from ....pipeline.plugins import registry
 from ....pipeline.plugins.options import did_you_mean
 from ....pipeline.reading.find import adapters, recognises
@@ -179,7 +180,7 @@ def _manifest(path: Path) -> Iterator[tuple[str, dict[str, str]]]:
                 where = f"{path}, line {reader.line_num}"
                 if len(cells) > len(columns):
                     raise InputError(
-                        f'{where}: expected {len(columns)} cells, found {len(cells)}; put " around commas.'
+                        f'{where}: expected {how_many(len(columns), "cell")}, found {len(cells)}; put " around commas.'
                     )
                 row = {name: cell.strip() for name, cell in zip(columns, cells, strict=False)}
                 if any(row.values()):

@@ -8,6 +8,7 @@ from urllib.parse import quote
 
 from markupsafe import Markup
 
+from ....pipeline.messages import how_many
 from ....pipeline.motion.angles import ANGLES, MIDLINE
 from ....pipeline.pose import package_version
 from ...drawing.page import Cell, Link, box, glance, heading, joined, page, small, table
@@ -57,7 +58,8 @@ def _head(rows: Rows, done: Rows, failed: Rows) -> Markup:
     told += [(f"{label.capitalize()}s", str(len(names))) for label, names in named if names]
     unsure = [_name(row) for row in done if row.get("level_ok") is False]
     words = (
-        f"{len(unsure)} takes could not be levelled, so what rests on the vertical is not to be believed: "
+        f"{how_many(len(unsure), 'take')} could not be levelled, so what rests on the vertical "
+        "is not to be believed: "
     )
     shown = ", ".join(unsure[:20]) + (" ..." if len(unsure) > 20 else "")
     return glance([*told, ("pcnet3d", package_version())]) + box(

@@ -16,10 +16,9 @@ import numpy as np
 from pydantic import AfterValidator, BaseModel, ValidationError
 
 from ....pipeline.errors import InputError
-from ....pipeline.files.atomic import SUMMARY, printable, read_summary
+from ....pipeline.files.atomic import REPORT, SUMMARY, printable, read_summary
 from ...measures.figures import of_length
 
-REPORT = "report.html"
 QUALITY = ("up_error_deg", "up_bound_deg", "error_deg_mean", "bone_length_spread")
 
 _LIMIT = 1.96

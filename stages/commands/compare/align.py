@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ....pipeline.errors import InputError
-from ....pipeline.rotations import known, rotate
+from ....pipeline.rotations import is_finite, rotate
 from .side import Side
 
 # Angles that need neither gravity nor a heading, so that a wrong one of these does not shift the clock.
@@ -81,7 +81,7 @@ def correlated(side: Side, reference: Side, offset_s: float, search_s: float) ->
 
 def turn_deg(side: np.ndarray, reference: np.ndarray) -> float:
     """The turn about the vertical that brings joints (T, J, 3) nearest to others, +z up in both."""
-    both = known(side) & known(reference)
+    both = is_finite(side) & is_finite(reference)
     a, b = (joints[both][:, 0] + 1j * joints[both][:, 1] for joints in (side, reference))
     return float(np.degrees(np.angle(np.vdot(a, b))))
 
@@ -94,7 +94,7 @@ def turned(joints: np.ndarray, angle_deg: float) -> np.ndarray:
 
 def size_ratio(side: np.ndarray, reference: np.ndarray) -> float:
     """How many times larger joints (T, J, 3) about the pelvis are in the reference than in a side."""
-    both = known(side) & known(reference)
+    both = is_finite(side) & is_finite(reference)
     return float(np.sqrt((reference[both] ** 2).sum() / max(float((side[both] ** 2).sum()), 1e-12)))
 
 

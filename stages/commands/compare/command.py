@@ -14,7 +14,7 @@ from ....models.common.metrics import joint_error, plain
 from ....pipeline.errors import InputError
 from ....pipeline.files.atomic import add_to_list, whole_folder
 from ....pipeline.files.viewer import RECORDING
-from ....pipeline.messages import show
+from ....pipeline.messages import how_many, show
 from ....pipeline.motion.angles import ANGLES
 from ....pipeline.pose import package_version
 from ....pipeline.reading.settings import Force
@@ -78,7 +78,8 @@ def compare(
             )
         poses = read_truth(truth, clip, up, unit, rate)
         about = (
-            f"{truth.name}{f', clip {clip}' if clip else ''}, {len(poses)} frames, {poses.fps:.4g} a second"
+            f"{truth.name}{f', clip {clip}' if clip else ''}, {how_many(len(poses), 'frame')}, "
+            f"{poses.fps:.4g} a second"
         )
         sides = [truth_side(poses, about, cutoffs.pop()), *sides]
         entry = {"role": "motion capture", "file": truth.name, "sha256": sha256(truth)}

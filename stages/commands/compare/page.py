@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from markupsafe import Markup
 
+from ....pipeline.messages import how_many
 from ....pipeline.motion.angles import ANGLES, near
 from ....pipeline.pose import package_version
 from ...drawing.charts import Curve, over_time, svg
@@ -287,8 +288,8 @@ def as_text(found: Comparison) -> Iterator[str]:
         for cycle in pair.cycles:
             of = cycle.agreement
             yield (
-                f"{cycle.kind}, {cycle.angle}: {of['cycles']} and {of['cycles_reference']} cycles, range "
-                f"{of['rom_deg']:.1f} against {of['rom_reference_deg']:.1f} degrees"
+                f"{cycle.kind}, {cycle.angle}: {of['cycles']} and {how_many(int(of['cycles_reference']), 'cycle')}, "
+                f"range {of['rom_deg']:.1f} against {of['rom_reference_deg']:.1f} degrees"
             )
 
 

@@ -19,6 +19,7 @@ from ....pipeline.files.arrays import load
 from ....pipeline.files.atomic import SUMMARY
 from ....pipeline.frames import LEVEL
 from ....pipeline.layouts import H36M17
+from ....pipeline.messages import how_many
 from ....pipeline.motion.angles import ANGLES
 from ....pipeline.motion.signals import CUTOFF_HZ, breaks, resample
 from ....pipeline.pose import PoseSequence
@@ -102,7 +103,7 @@ def load_side(folder: Path) -> Side:
         )
     return Side(
         name=folder.resolve().name,
-        about=f"{run.name}, rectified by {method}, {len(run.time_s)} frames",
+        about=f"{run.name}, rectified by {method}, {how_many(len(run.time_s), 'frame')}",
         time_s=run.time_s,
         frame_index=run.frame_index,
         seams=run.seams,

@@ -16,7 +16,7 @@ import numpy as np
 from ....models import load_rectifier
 from ....pipeline.canonical import R_world_from_body
 from ....pipeline.layouts import H36M17
-from ....pipeline.rotations import known, rotate, transpose
+from ....pipeline.rotations import is_finite, rotate, transpose
 from ...drawing.charts import STYLE
 from ..finished_run import methods
 from .figures import correlation
@@ -57,7 +57,7 @@ def wrists(side: Side, truth: np.ndarray, keypoints: np.ndarray | None) -> Wrist
     if keypoints is not None:
         hips = [_LIMBS.index("r_hip"), _LIMBS.index("l_hip")]
         flat = keypoints - keypoints[:, hips].mean(axis=1, keepdims=True)
-        # A camera taken as level, in front of a person who faces it: the picture's left is the person's right.
+        # A camera taken as level, in front of a person who faces it: the image's left is the person's right.
         seen = np.stack([np.full(flat.shape[:2], np.nan), -flat[..., 0], -flat[..., 1]], axis=-1)
         tall = _size(
             seen, body[:, limbs], (2,)
@@ -93,7 +93,7 @@ def _ways(side: Side) -> dict[str, np.ndarray]:
 
 def _size(points: np.ndarray, others: np.ndarray, axes: tuple[int, ...]) -> tuple[float, float]:
     """Root mean square distances of points and others (T, N, 3) along these axes, where both are known."""
-    both = known(points[..., axes]) & known(others[..., axes])
+    both = is_finite(points[..., axes]) & is_finite(others[..., axes])
     return tuple(float(np.sqrt((x[..., axes][both] ** 2).sum(axis=-1).mean())) for x in (points, others))  # type: ignore[return-value]
 
 

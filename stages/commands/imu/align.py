@@ -14,7 +14,7 @@ import numpy as np
 
 from ....pipeline.errors import InputError
 from ....pipeline.motion.signals import runs
-from ....pipeline.rotations import known, rotate
+from ....pipeline.rotations import is_finite, rotate
 
 _SEARCH_HZ = 30.0  # of the first search; signals low-passed at 6 Hz lose nothing
 _RATES = 150  # clock rates tried on either side of 1
@@ -57,7 +57,7 @@ class Signal:
         self.time_s, self.values = time_s, values
         self._pieces = [
             (time_s[piece][0], time_s[piece][-1], CubicSpline(time_s[piece], values[piece]))
-            for piece in runs(known(values), time_s)
+            for piece in runs(is_finite(values), time_s)
             if piece.stop - piece.start >= 4
         ]
 
@@ -77,7 +77,7 @@ def align(time_s: np.ndarray, video: np.ndarray, imu: Signal, search_s: float) -
     """
     from scipy.optimize import minimize
 
-    felt = imu.values[known(imu.values)]
+    felt = imu.values[is_finite(imu.values)]
     if len(felt) and float(np.ptp(felt, axis=0).max()) < _LEAST_MPS2:
         raise InputError(
             "Expected an IMU whose acceleration changes, got one that stays the same throughout: it did not move, or "
@@ -93,7 +93,7 @@ def align(time_s: np.ndarray, video: np.ndarray, imu: Signal, search_s: float) -
     found = [search(rate) for rate in rates]
     lags, scores = found[count]
     if not np.isfinite(scores).any():
-        raise InputError(_no_overlap(time_s[known(video)], imu, search_s))
+        raise InputError(_no_overlap(time_s[is_finite(video)], imu, search_s))
 
     def fit(rate: float, lags: np.ndarray, scores: np.ndarray, free_rate: bool) -> tuple[float, float, float]:
         """Score, lag and rate at the top near a coarse peak."""
@@ -141,7 +141,7 @@ def agreement(video: np.ndarray, imu: np.ndarray, step_s: float) -> dict[str, di
     the IMU's less the video's. gain: the video's amplitude over the IMU's (ratio of standard deviations). lag_s:
     where that axis alone would correlate best, less the take's lag; NaN when its best is at the search's edge.
     """
-    both = known(video) & known(imu)
+    both = is_finite(video) & is_finite(imu)
     a, b = _centred(video, both), _centred(imu, both)
     offset = imu[both].mean(axis=0) - video[both].mean(axis=0)
     result = {
@@ -154,7 +154,7 @@ def agreement(video: np.ndarray, imu: np.ndarray, step_s: float) -> dict[str, di
 def agreement_of_norms(video: np.ndarray, imu: np.ndarray, step_s: float) -> dict[str, dict[str, float]]:
     """Of the third column of both alone (motion.as_vertical), by "norm": what `agreement` gives. video, imu: (N, 3)
     accelerations in m/s2, step_s apart, NaN where missing."""
-    both = known(video) & known(imu)
+    both = is_finite(video) & is_finite(imu)
     a, b = _centred(video, both)[:, 2], _centred(imu, both)[:, 2]
     offset = imu[both, 2].mean() - video[both, 2].mean()
     return {"norm": {**_agreement(a, b, step_s), "offset_mps2": float(offset)}}
@@ -176,7 +176,7 @@ def _stamps(time_s: np.ndarray, lag_s: float, rate: float) -> np.ndarray:
 
 def _score(video: np.ndarray, imu: np.ndarray) -> tuple[float, float]:
     """Correlation over three axes at the best heading, and that heading in degrees; -1 and NaN without overlap."""
-    both = known(video) & known(imu)
+    both = is_finite(video) & is_finite(imu)
     if both.sum() < 3:
         return -1.0, float("nan")
     a, b = video[both] - video[both].mean(axis=0), imu[both] - imu[both].mean(axis=0)
@@ -218,7 +218,7 @@ class _Search:
         return lags, np.where(enough, (np.abs(horizontal[: len(lags)]) + vertical) / energy, np.nan)
 
     def _spectra(self, values: np.ndarray) -> dict[str, np.ndarray]:
-        rows = known(values)
+        rows = is_finite(values)
         mean = values[rows].mean(axis=0) if rows.any() else 0.0
         x = np.where(rows[:, None], values - mean, 0.0)
         return {
@@ -272,7 +272,7 @@ def _own_lag(a: np.ndarray, b: np.ndarray, step_s: float) -> float:
 
 
 def _no_overlap(time_s: np.ndarray, imu: Signal, search_s: float) -> str:
-    held = imu.time_s[known(imu.values)]
+    held = imu.time_s[is_finite(imu.values)]
     said = f"from {held[0]:.6g} to {held[-1]:.6g} s" if len(held) else "nowhere"
     seen = f"from {time_s[0]:.6g} to {time_s[-1]:.6g} s" if len(time_s) else "nowhere"
     return (

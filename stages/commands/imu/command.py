@@ -25,14 +25,14 @@ from ....models.common.metrics import plain
 from ....pipeline.errors import InputError
 from ....pipeline.files.atomic import add_to_list, whole_folder
 from ....pipeline.frames import Z_UP, change_frame
-from ....pipeline.messages import show
+from ....pipeline.messages import how_many, show
 from ....pipeline.motion.imu import GRAVITY_MPS2, SEGMENTS, Imu, point_on
 from ....pipeline.motion.signals import CUTOFF_HZ, check_cutoff, rate
 from ....pipeline.plugins.options import call, did_you_mean, pairs
 from ....pipeline.pose import package_version
 from ....pipeline.reading.find import adapters, find_adapter, recognises
 from ....pipeline.reading.take import sha256
-from ....pipeline.rotations import known
+from ....pipeline.rotations import is_finite
 from ..finished_run import Run, load_run, methods
 from .align import Alignment, Signal, agreement, agreement_of_norms, align, heading_deg, turned
 from .motion import as_vertical, even_times, imu_norm, imu_signal, path_acceleration, still_pelvis
@@ -162,7 +162,7 @@ def read_imus(
                 if len(segments) != len(files):
                     raise InputError(
                         f"{file} does not say where its sensor was: give one --segment for each --imu, in their order; "
-                        f"got {len(segments)} for {len(files)} files."
+                        f"got {len(segments)} for {how_many(len(files), 'file')}."
                     )
                 sensor = replace(sensor, segment=segments[place])
             found.append(sensor)
@@ -264,7 +264,7 @@ def compare(
         means=means,
         alignment=found,
         imu_hz=sensor.rate_hz,
-        compared_s=float((known(video[own]) & known(at_video)).sum() * step_s),
+        compared_s=float((is_finite(video[own]) & is_finite(at_video)).sum() * step_s),
         metres_per_unit=scale,
         time_s=time_s,
         video=video,
@@ -287,7 +287,7 @@ def _compare_norms(
     time_s = even_times(run.time_s, cutoff_hz)
     path = point_on(sensor.segment, run.level, along)
     rows = np.ones(len(time_s), dtype=bool)
-    if known(run.root).any():
+    if is_finite(run.root).any():
         path = path + run.root
         means += "; the pelvis' own motion is that of the run's path"
     else:
@@ -306,7 +306,7 @@ def _compare_norms(
         means=means,
         alignment=found,
         imu_hz=sensor.rate_hz,
-        compared_s=float((known(video) & known(felt)).sum() * step_s),
+        compared_s=float((is_finite(video) & is_finite(felt)).sum() * step_s),
         metres_per_unit=1.0,
         time_s=time_s,
         video={run.method: video},
@@ -317,7 +317,7 @@ def _compare_norms(
 
 
 def _check_length(run: Run, sensor: Imu, video: np.ndarray, step_s: float, means: str) -> None:
-    compared_s = known(video).sum() * step_s
+    compared_s = is_finite(video).sum() * step_s
     if compared_s < _LEAST_S:
         raise InputError(
             f"Expected at least {_LEAST_S:g} s of video to compare with the IMU on {sensor.segment}, got "
@@ -327,7 +327,7 @@ def _check_length(run: Run, sensor: Imu, video: np.ndarray, step_s: float, means
 
 
 def _size(values: np.ndarray, other: np.ndarray) -> float:
-    both = known(values) & known(other)
+    both = is_finite(values) & is_finite(other)
     return float(np.sqrt(values[both].var(axis=0).sum()))
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from ....pipeline.layouts import H36M17
 from ....pipeline.motion.imu import GRAVITY_MPS2, Imu
 from ....pipeline.motion.signals import check_cutoff, derivative, lowpass, rate, runs
-from ....pipeline.rotations import known
+from ....pipeline.rotations import is_finite
 from .align import Signal
 
 _GRID_HZ = 120.0  # of all comparisons; lags are found between its points
@@ -27,7 +27,8 @@ def even_times(time_s: np.ndarray, cutoff_hz: float) -> np.ndarray:
 def path_acceleration(
     path: np.ndarray, time_s: np.ndarray, seams: Sequence[int], grid: np.ndarray, cutoff_hz: float
 ) -> np.ndarray:
-    """(N, 3) accelerations at even times grid (N,) of a path (T, 3) at time_s (T,), never across a gap or a seam.
+    """(N, 3) accelerations at even times grid (N,) of a path (T, 3) at time_s (T,), never across a gap or a
+    clip boundary.
 
     The path is interpolated by a spline of fifth order, low-passed, and derived twice. Half a cycle of the cut-off at
     each piece's ends, where the filter has only one side, is NaN. InputError for a cut-off above the path's Nyquist.
@@ -35,7 +36,7 @@ def path_acceleration(
     smooth, begins = _smooth_path(path, time_s, seams, grid, cutoff_hz)
     acceleration = derivative(smooth, grid, begins, order=2)
     edge = round(0.5 / cutoff_hz / (grid[1] - grid[0]))
-    return np.where(_inner(known(acceleration), begins, edge)[:, None], acceleration, np.nan)
+    return np.where(_inner(is_finite(acceleration), begins, edge)[:, None], acceleration, np.nan)
 
 
 def still_pelvis(
@@ -87,7 +88,7 @@ def _smooth_path(
 
     check_cutoff(cutoff_hz, rate(time_s))
     fine, begins = np.full((len(grid), 3), np.nan), []
-    for piece in runs(known(path), time_s, seams):
+    for piece in runs(is_finite(path), time_s, seams):
         if piece.stop - piece.start > 5:
             times = time_s[piece]
             start, stop = np.searchsorted(grid, [times[0] - 1e-9, times[-1] + 1e-9])

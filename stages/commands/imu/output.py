@@ -1,4 +1,4 @@
-"""What a comparison of video and IMU leaves: a table, a picture and a recording."""
+"""What a comparison of video and IMU leaves: a table, an image and a recording."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from ....pipeline.files.atomic import whole_file
 from ....pipeline.files.viewer import RECORDING
-from ....pipeline.rotations import known
+from ....pipeline.rotations import is_finite
 from ...drawing.rerun_log import time_columns
 from ..finished_run import Run
 from .align import Alignment, Signal
@@ -60,7 +60,7 @@ class Comparison:
 
     def curves(self, values: np.ndarray) -> np.ndarray:
         """(N, len(axes)): values (N, 3) less their means, as they are compared, and their norm."""
-        centred = values - values[known(values)].mean(axis=0)
+        centred = values - values[is_finite(values)].mean(axis=0)
         if self.axes == ["norm"]:
             return centred[:, 2:]
         return np.column_stack([centred, np.linalg.norm(centred, axis=-1)])
@@ -127,7 +127,7 @@ def _cell(lag_s: float, axes: Mapping[str, Mapping[str, float | None]], figure: 
 
 
 def draw(result: Comparison, path: Path) -> None:
-    """A picture of one sensor: back, right, up and norm, the IMU beside the run's own method, alone and per frame."""
+    """An image of one sensor: back, right, up and norm, the IMU beside the run's own method, alone and per frame."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -173,7 +173,7 @@ def _busiest(result: Comparison) -> slice:
     length = round(_SHOWN_S / step)
     if len(result.time_s) <= length:
         return slice(None)
-    power = np.where(known(result.video[result.own])[:, None], result.imu[result.own], np.nan)
+    power = np.where(is_finite(result.video[result.own])[:, None], result.imu[result.own], np.nan)
     power = np.nan_to_num((power**2).sum(axis=-1))
     sums = np.cumsum(np.concatenate([[0.0], power]))
     start = int(np.argmax(sums[length:] - sums[:-length]))

@@ -22,7 +22,7 @@ from ....pipeline.errors import InputError
 from ....pipeline.files.atomic import whole_folder
 from ....pipeline.files.detections import KEYPOINTS
 from ....pipeline.files.viewer import following
-from ....pipeline.messages import say, show
+from ....pipeline.messages import how_many, say, show
 from ....pipeline.reading.settings import Force, Output, RunOptions, offering
 from ....pipeline.running.interrupt import interruptible
 from ....pipeline.running.plan import planned
@@ -109,7 +109,7 @@ class _Seen:
 
 
 def _watch(shown: Source, networks: _Networks, folder: Path, frames: bool) -> _Seen:
-    """Every picture of a source until it ends or Ctrl-C: LIVE, the video unless it is a file, and KEYPOINTS."""
+    """Every image of a source until it ends or Ctrl-C: LIVE, the video unless it is a file, and KEYPOINTS."""
     detector = networks.detector
     search, person = Search(detector), _Followed()
     rectifier = LiveRectifier(networks.rectifier)
@@ -124,9 +124,9 @@ def _watch(shown: Source, networks: _Networks, folder: Path, frames: bool) -> _S
     ):
         for shot in incoming.until(asked):
             cuts = len(search.cuts)
-            found = person.choose(shot.number, search.look(shot.number, shot.time_s, shot.picture))
+            found = person.choose(shot.number, search.look(shot.number, shot.time_s, shot.image))
             if lifter is None or len(search.cuts) > cuts:
-                size = shot.picture.shape[1::-1]
+                size = shot.image.shape[1::-1]
                 lifter = LiveLifter(detector.layout, size, networks.focal_px)
                 rectifier = LiveRectifier(networks.rectifier)
             missing = np.full((len(detector.layout), 2), np.nan)
@@ -137,7 +137,7 @@ def _watch(shown: Source, networks: _Networks, folder: Path, frames: bool) -> _S
         recording.close()
     if incoming.broke is not None:
         say("warning", f"{incoming.broke} What came before is kept.")
-    words = f"{search.seen} frames"
+    words = how_many(search.seen, "frame")
     if not shown.waits:
         words += f", {incoming.dropped} dropped to keep up"
     if not person.shown:

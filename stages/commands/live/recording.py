@@ -37,7 +37,7 @@ _BODY = BODY.with_(unit="arbitrary")
 @contextmanager
 def live_recording(path: Path, layout: Layout, video: Path | None, frames: bool) -> Iterator[LiveRecording]:
     """A recording that is closed properly however the block ends. layout: of the keypoints. video: an MPEG-TS file
-    to keep the pictures in as well. frames: False keeps every picture out of both. InputError when it cannot be
+    to keep the images in as well. frames: False keeps every image out of both. InputError when it cannot be
     written."""
     import av
     import rerun as rr
@@ -60,7 +60,7 @@ class LiveRecording:
     """Entities as in `record`: video, video/keypoints, source, body; wrists/source, wrists/body; rotation."""
 
     def __init__(self, recording: rr.RecordingStream, layout: Layout, target: OutputContainer | None) -> None:
-        """target: what the encoded pictures go into besides the recording; None without pictures."""
+        """target: what the encoded images go into besides the recording; None without images."""
         import rerun as rr
 
         self._recording, self._layout, self._target = recording, layout, target
@@ -78,14 +78,14 @@ class LiveRecording:
             recording.log(f"rotation/{name}", rr.SeriesLines(names=[words]), static=True)
 
     def log(self, shot: Shot, found: Found | None, joints: np.ndarray, live: LiveFrame) -> None:
-        """One picture and what is known about it. joints: (17, 3), CAMERA axes."""
+        """One image and what is known about it. joints: (17, 3), CAMERA axes."""
         import rerun as rr
 
         recording = self._recording
         recording.set_time("frame", sequence=shot.number)
         recording.set_time("video_time", duration=shot.time_s)
         if self._target is not None:
-            self._log_picture(self._target, shot)
+            self._log_image(self._target, shot)
         pixels = np.full((len(self._layout), 2), np.nan) if found is None else found.xy
         body = rotate(transpose(live.R_camera_from_body), joints)
         for entity, shown, layout, frame in (
@@ -108,25 +108,25 @@ class LiveRecording:
         recording.log("rotation/bound", rr.Scalars(live.up_bound_deg))
 
     def close(self) -> None:
-        """The last pictures out of the encoder."""
+        """The last images out of the encoder."""
         if self._target is not None and self._encoder is not None:
             self._target.mux(self._encoder.encode(None))
 
-    def _log_picture(self, target: OutputContainer, shot: Shot) -> None:
+    def _log_image(self, target: OutputContainer, shot: Shot) -> None:
         import av
         import rerun as rr
 
-        height, width = (side // 2 * 2 for side in shot.picture.shape[:2])  # yuv420p needs even sizes
+        height, width = (side // 2 * 2 for side in shot.image.shape[:2])  # yuv420p needs even sizes
         if self._encoder is None:
-            # "zerolatency": every picture comes out at once, and none is stored out of order.
+            # "zerolatency": every image comes out at once, and none is stored out of order.
             options = {"crf": "23", "preset": "veryfast", "tune": "zerolatency", "g": "30"}
             self._encoder = target.add_stream("libx264", rate=30, options=options)
             self._encoder.width, self._encoder.height, self._encoder.pix_fmt = width, height, "yuv420p"
             self._encoder.codec_context.time_base = _TICK
             self._recording.log("video", rr.VideoStream(codec=rr.VideoCodec.H264), static=True)
-        picture = av.VideoFrame.from_ndarray(np.ascontiguousarray(shot.picture[:height, :width]), "rgb24")
-        picture.pts, picture.time_base = round(shot.time_s / _TICK), _TICK
-        for packet in self._encoder.encode(picture):
+        image = av.VideoFrame.from_ndarray(np.ascontiguousarray(shot.image[:height, :width]), "rgb24")
+        image.pts, image.time_base = round(shot.time_s / _TICK), _TICK
+        for packet in self._encoder.encode(image):
             sample = np.frombuffer(bytes(packet), np.uint8)
             self._recording.log("video", rr.VideoStream.from_fields(sample=sample))
             target.mux(packet)

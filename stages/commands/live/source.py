@@ -1,4 +1,4 @@
-"""Where live pictures come from: a camera, a stream, a pipe, or a file that is played as fast as it can be followed."""
+"""Where live images come from: a camera, a stream, a pipe, or a file that is played as fast as it can be followed."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from ....pipeline.errors import InputError
-from ....pipeline.files.video_frames import pictures
+from ....pipeline.files.video_frames import images_from
 from ....pipeline.reading.take import read_video
 from ....pipeline.take import Video
 
@@ -26,17 +26,17 @@ _NEEDED = "tls,crypto"  # what those are built on; no playlist from elsewhere ma
 
 @dataclass(frozen=True, eq=False)
 class Shot:
-    """number: from 0, of the pictures that were not dropped; of a file its frame number. time_s: from the first one.
-    picture: (H, W, 3) uint8 RGB, upright."""
+    """number: from 0, of the images that were not dropped; of a file its frame number. time_s: from the first one.
+    image: (H, W, 3) uint8 RGB, upright."""
 
     number: int
     time_s: float
-    picture: np.ndarray
+    image: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
 class Source:
-    """name: in words. video: the file, where it is one. waits: whether pictures wait for who takes them; those of a
+    """name: in words. video: the file, where it is one. waits: whether images wait for who takes them; those of a
     camera do not."""
 
     name: str
@@ -66,8 +66,8 @@ def open_source(source: str) -> Source:
         return Source(f"{protocol} stream", _stream(source, source, allowed), None, waits=False)
     video = read_video(Path(source))
     shots = (
-        Shot(number, float(video.time_s[number]), np.ascontiguousarray(picture))
-        for number, picture in pictures(video)
+        Shot(number, float(video.time_s[number]), np.ascontiguousarray(image))
+        for number, image in images_from(video)
     )
     return Source(video.path.name, shots, video, waits=True)
 
@@ -89,8 +89,8 @@ def _stream(source: str | FileIO, name: str, protocols: str) -> Iterator[Shot]:
                 rate = float(stream.average_rate or 30)
                 now = number / rate if frame.time is None else frame.time
                 start = now if start is None else start
-                picture = np.rot90(frame.to_ndarray(format="rgb24"), round(frame.rotation / 90))
-                yield Shot(number, now - start, np.ascontiguousarray(picture))
+                image = np.rot90(frame.to_ndarray(format="rgb24"), round(frame.rotation / 90))
+                yield Shot(number, now - start, np.ascontiguousarray(image))
     except FFmpegError as error:
         raise InputError(f"Expected a video from {name}, but it cannot be read: {error.strerror}.") from None
 
@@ -106,12 +106,12 @@ def _camera(source: str) -> Iterator[Shot]:
             )
         start, number = None, 0
         while True:
-            there, picture = camera.read()
+            there, image = camera.read()
             if not there:
                 raise InputError(f"The camera {source} gives no more pictures; is it still connected?")
             now = time.monotonic()
             start = now if start is None else start
-            yield Shot(number, now - start, np.ascontiguousarray(picture[..., ::-1]))
+            yield Shot(number, now - start, np.ascontiguousarray(image[..., ::-1]))
             number += 1
     finally:
         camera.release()
@@ -119,7 +119,7 @@ def _camera(source: str) -> Iterator[Shot]:
 
 class Incoming:
     """A source's shots, read in a thread of their own and numbered anew: each of a source that waits, else always the
-    newest. dropped: how many came while nobody asked. broke: what ended a source that had given pictures before."""
+    newest. dropped: how many came while nobody asked. broke: what ended a source that had given images before."""
 
     def __init__(self, source: Source) -> None:
         self.dropped = 0

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from pcnet3d.models.common.metrics import joint_error, procrustes_error, relative, scaled
+from pcnet3d.models.common.metrics import joint_error, procrustes_error, relative, scaled, sorting
 from pcnet3d.pipeline import rotate
 
 
@@ -43,3 +43,10 @@ def test_missing_frames_stay_missing(truth):
     for error in (joint_error(scaled(lifted, truth), truth), procrustes_error(lifted, truth)):
         np.testing.assert_array_equal(np.isnan(error), np.arange(7) == 2)
     assert np.isfinite(joint_error(scaled(lifted, truth, "take"), truth)[[0, 1, 3]]).all()
+
+
+def test_sorting_is_rank_correlation_of_what_is_known():
+    true = np.array([1.0, 2.0, 3.0, 4.0, np.nan])
+    assert sorting(np.array([1.0, 4.0, 9.0, 16.0, 0.0]), true) == pytest.approx(1)
+    assert sorting(-true, true) == pytest.approx(-1)
+    assert np.isnan(sorting(np.full(5, 8.0), true))

@@ -60,7 +60,7 @@ def constant_graph(path: Path, shape: Sequence[int], answers: dict[str, np.ndarr
 
 
 def save_toy(path: Path, kind: int = TensorProto.UINT8, side: int = 192) -> Path:
-    """Inputs and outputs of MoveNet; the joints are where `joints_of` has them, with score 0.9, for red in the picture;
+    """Inputs and outputs of MoveNet; the joints are where `joints_of` has them, with score 0.9, for red in the image;
     without red the score is 0."""
     at = ((np.arange(side) + 0.5) / side).astype(np.float32)
     constants = {
@@ -137,11 +137,11 @@ def scene(box: Box | None, size: tuple[int, int] = (320, 240), seed: int = 0) ->
     import cv2
 
     small = np.random.default_rng(seed).integers(30, 200, (6, 8), dtype=np.uint8)
-    picture = cv2.cvtColor(cv2.resize(small, size, interpolation=cv2.INTER_CUBIC), cv2.COLOR_GRAY2RGB)
+    image = cv2.cvtColor(cv2.resize(small, size, interpolation=cv2.INTER_CUBIC), cv2.COLOR_GRAY2RGB)
     if box is not None:
         left, top, right, bottom = (round(side) for side in box)
-        picture[max(top, 0) : bottom, max(left, 0) : right] = (250, 10, 10)
-    return picture
+        image[max(top, 0) : bottom, max(left, 0) : right] = (250, 10, 10)
+    return image
 
 
 def walking(frames: int) -> list[Box]:
@@ -151,20 +151,20 @@ def walking(frames: int) -> list[Box]:
 
 @pytest.fixture
 def film(tmp_path: Path) -> Callable[..., Video]:
-    """film(pictures, stamps_ms=None, name="film.mp4", rotation=None): a video of these pictures, H.264 with B-frames;
+    """film(images, stamps_ms=None, name="film.mp4", rotation=None): a video of these images, H.264 with B-frames;
     rotation: the display matrix's, in degrees anticlockwise."""
     import av
 
     def make(
-        pictures: Sequence[np.ndarray],
+        images: Sequence[np.ndarray],
         stamps_ms: Sequence[int] | None = None,
         name: str = "film.mp4",
         rotation: int | None = None,
     ) -> Video:
         path = tmp_path / name
-        height, width = pictures[0].shape[:2]
+        height, width = images[0].shape[:2]
         even = width % 2 == 0 and height % 2 == 0
-        stamps = stamps_ms or [round(1000 * i / 30) for i in range(len(pictures))]
+        stamps = stamps_ms or [round(1000 * i / 30) for i in range(len(images))]
         with av.open(path, "w") as container:
             stream = container.add_stream("libx264", rate=30, options={"crf": "12", "bf": "2", "g": "12"})
             stream.width, stream.height = width, height
@@ -172,8 +172,8 @@ def film(tmp_path: Path) -> Callable[..., Video]:
             stream.codec_context.time_base = Fraction(1, 1000)
             if rotation is not None:
                 stream.set_display_rotation(rotation)
-            for picture, stamp in zip(pictures, stamps, strict=True):
-                frame = av.VideoFrame.from_ndarray(picture, "rgb24")
+            for image, stamp in zip(images, stamps, strict=True):
+                frame = av.VideoFrame.from_ndarray(image, "rgb24")
                 frame.pts, frame.time_base = stamp, Fraction(1, 1000)
                 container.mux(stream.encode(frame))
             container.mux(stream.encode())

@@ -7,7 +7,7 @@ from pcnet3d.adapters.video import read
 from pcnet3d.models.detector.crops import Crop, around, fitted
 from pcnet3d.models.detector.load import load_detector
 from pcnet3d.pipeline import InputError
-from pcnet3d.pipeline.files.video_frames import pictures
+from pcnet3d.pipeline.files.video_frames import images_from
 from pcnet3d.pipeline.layouts import BLAZEPOSE33, COCO17, COCO23, HALPE26
 
 
@@ -23,8 +23,8 @@ def test_movenet_finds_the_joints_where_they_are(toys, tmp_path, kind, side):
     assert detector.method.startswith("movenet@")
 
 
-def test_a_small_person_in_a_wide_picture_is_searched_for(toys, toy):
-    """In all of the picture it is but a speck; a crop that follows it sees it as exactly as a large one."""
+def test_a_small_person_in_a_wide_image_is_searched_for(toys, toy):
+    """In all of the image it is but a speck; a crop that follows it sees it as exactly as a large one."""
     box = (1500, 300, 1516, 340)
     (found,) = load_detector(toy).people(toys.scene(box, size=(1920, 360)))
     np.testing.assert_allclose(found.xy, toys.joints_of(box), atol=0.5)
@@ -51,7 +51,7 @@ def test_multipose_keeps_the_sure_people(toys, tmp_path):
 
 @pytest.mark.parametrize(("joints", "layout"), [(17, COCO17), (26, HALPE26), (133, COCO23)])
 def test_simcc_peaks_become_pixels(toys, tmp_path, joints, layout):
-    """Bins twice as fine as the input of 192 x 256; the whole picture of 300 x 400 is the crop."""
+    """Bins twice as fine as the input of 192 x 256; the whole image of 300 x 400 is the crop."""
     x, y = np.zeros((1, joints, 384), np.float32), np.zeros((1, joints, 512), np.float32)
     columns, rows = np.arange(joints) + 100, np.arange(joints) + 200
     x[0, np.arange(joints), columns], y[0, np.arange(joints), rows] = 0.9, 0.8
@@ -96,13 +96,13 @@ def _nms(boxes, scores, labels):
 
 def test_people_come_from_the_boxes_of_a_person_detector(toys, toy, tmp_path):
     """Two people at once, which the network of one person alone would mix; a dog and a doubtful box are left out. The
-    person detector's input is square, so its pixels are half those of the picture of 640 x 480."""
+    person detector's input is square, so its pixels are half those of the image of 640 x 480."""
     boxes = np.array([[100, 50, 160, 230], [400, 100, 460, 280], [300, 10, 360, 40], [0, 0, 50, 50]]) / 2
     answers = _nms(boxes, [0.9, 0.8, 0.9, 0.1], [0, 0, 16, 0])
     path = toys.constant_graph(tmp_path / "people.onnx", (1, 3, 320, 320), answers)
-    picture = toys.scene((100, 50, 160, 230), size=(640, 480))
-    picture[100:280, 400:460] = (250, 10, 10)
-    people = load_detector(toy, path).people(picture)
+    image = toys.scene((100, 50, 160, 230), size=(640, 480))
+    image[100:280, 400:460] = (250, 10, 10)
+    people = load_detector(toy, path).people(image)
     assert len(people) == 2
     for found, box in zip(people, boxes * 2, strict=False):
         np.testing.assert_allclose(found.xy, toys.joints_of(tuple(box)), atol=1.5)
@@ -146,13 +146,13 @@ def test_a_file_that_is_no_network(tmp_path, content):
 
 
 @pytest.mark.parametrize("crop", [Crop(-30, -20, 90, 90), Crop(50, 10, 40, 60), Crop(400, 400, 10, 10)])
-def test_a_crop_that_reaches_beyond_the_picture(crop):
-    """Cut at its own size, every pixel is that of the picture, or the grey beyond."""
-    picture = np.random.default_rng(1).integers(0, 256, (80, 100, 3), dtype=np.uint8)
+def test_a_crop_that_reaches_beyond_the_image(crop):
+    """Cut at its own size, every pixel is that of the image, or the grey beyond."""
+    image = np.random.default_rng(1).integers(0, 256, (80, 100, 3), dtype=np.uint8)
     canvas = np.full((1000, 1000, 3), 7, np.uint8)
-    canvas[200:280, 200:300] = picture
+    canvas[200:280, 200:300] = image
     expected = canvas[200 + crop.top :, 200 + crop.left :][: crop.height, : crop.width]
-    np.testing.assert_array_equal(crop.cut(picture, (crop.width, crop.height), fill=7), expected)
+    np.testing.assert_array_equal(crop.cut(image, (crop.width, crop.height), fill=7), expected)
 
 
 def test_crops_around_boxes():
@@ -176,8 +176,8 @@ def test_real_networks_on_real_video_agree_with_the_stored_ones(data, network, k
     stored = np.load(data / "lifter/walk_crop.npz")[key]
     (video,) = read(data / "video/walk_crop.mp4")
     before, off = (), []
-    for number, picture in pictures(video):
-        before = detector.people(picture, before)
+    for number, image in images_from(video):
+        before = detector.people(image, before)
         (found,) = before
         sure = (found.score > 0.3) & (stored[number, :, 2] > 0.3)
         step = np.linalg.norm(found.xy - stored[number, :, :2], axis=1)[sure].mean()

@@ -60,16 +60,16 @@ def test_gaps_are_bridged_and_nobody_is_followed_over_a_cut(eventful, toy):
 @pytest.mark.parametrize("stop", [0, 5, 11, 13, 21, 22, 33, 68, 69])
 def test_interrupted_and_resumed_is_bitwise_the_same(eventful, toy, tmp_path, monkeypatch, stop):
     whole = detect(eventful, load_detector(toy), "here")
-    shown = detect_video.pictures
+    shown = detect_video.images_from
 
     def pressing(video, first=0):
-        for number, picture in shown(video, first):
+        for number, image in shown(video, first):
             if number == stop:
                 signal.raise_signal(signal.SIGINT)
-            yield number, picture
+            yield number, image
 
     with monkeypatch.context() as patched:
-        patched.setattr(detect_video, "pictures", pressing)
+        patched.setattr(detect_video, "images_from", pressing)
         part = detect(eventful, load_detector(toy), "here")
     assert part.frames_seen == stop + 1
     assert part.frame_index.max() <= stop
@@ -102,7 +102,7 @@ def test_a_video_of_one_frame(film, toys, toy):
 
 @pytest.mark.parametrize("clockwise", [90, 180, 270])
 def test_rotation_by_metadata_is_obeyed(film, toys, toy, clockwise):
-    """The picture is stored turned; shown, the person is where it was drawn."""
+    """The image is stored turned; shown, the person is where it was drawn."""
     box = (100.0, 30.0, 160.0, 220.0)
     stored = np.rot90(toys.scene(box, size=(320, 240)), clockwise // 90)
     video = film([np.ascontiguousarray(stored)] * 3, rotation=-clockwise)
@@ -153,7 +153,7 @@ class _Two:
     def __init__(self) -> None:
         self._frame = -1
 
-    def people(self, picture, before=()):
+    def people(self, image, before=()):
         self._frame += 1
         rng = np.random.default_rng(0)
         near = Found(200 + 60 * rng.random((17, 2)), np.full(17, 0.9), np.array([200, 200, 260, 260]))

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from pcnet3d.models.evaluation.gravity_constants import constants, lean, share
+from pcnet3d.models.evaluation.gravity_constants import constants, lean, share, stated_heading, stated_lean
+from pcnet3d.models.gravity.votes import USUAL_DEG, USUAL_SPREAD, Votes
 from pcnet3d.pipeline.errors import InputError
 
 
@@ -25,3 +26,16 @@ def test_another_file_is_refused(tmp_path):
     np.savez(tmp_path / "other.npz", a=np.zeros(3))
     with pytest.raises(InputError, match="file of pcnet3d testbed"):
         constants([tmp_path / "other.npz"])
+
+
+def test_a_stated_lean_and_heading_are_those_of_takes_made_by_them():
+    rng = np.random.default_rng(2)
+    spread = USUAL_SPREAD * rng.uniform(0.6, 1.8, 20_000)
+    size = 4.0 * (spread / USUAL_SPREAD) ** 1.5
+    tilt = np.hypot(*(rng.normal(size=(2, 20_000)) * size / np.sqrt(2)))
+    still = Votes(np.array([0.0, -1.0, 0.0]), 0.0, np.ones(1), 1.0, 0.0)
+    assert stated_lean(tilt, np.full(20_000, USUAL_DEG**2), spread, [still] * 20_000) == pytest.approx(
+        4.0, rel=0.03
+    )
+    heading = 6.0 * np.sqrt(spread / USUAL_SPREAD)
+    assert stated_heading(heading, spread) == pytest.approx((6.0, 0.5), rel=0.15)  # the power, of 1 + heading

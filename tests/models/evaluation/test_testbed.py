@@ -1,6 +1,7 @@
 """Lifted takes: deterministic, true to their camera, and judged by evaluate."""
 
 import json
+from datetime import date
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ from pcnet3d.models.evaluation.evaluate import (
 )
 from pcnet3d.models.evaluation.testbed import BEDS, LiftedTake, lifted_takes, see, write_takes
 from pcnet3d.models.lifter.builtin import Network
+from pcnet3d.models.lifter.load import load_lifter
 from pcnet3d.models.mocap.clips import Clip, read_clips
 from pcnet3d.pipeline import CAMERA, H36M17, InputError
 from pcnet3d.pipeline.canonical import body_axes
@@ -179,6 +181,8 @@ def test_evaluate_writes_tables_and_json(tmp_path, monkeypatch, capsys):
     for bed in ("wild", "typical"):
         figures = content["beds"][bed]["focal assumed"]["CMU test upright"]
         assert figures["lifter"]["frame"]["MPJPE"]["mean"] > 0
+    assert content["networks"] == [load_lifter().method]
+    assert date.fromisoformat(content["date"])
     assert text in capsys.readouterr().out
 
 

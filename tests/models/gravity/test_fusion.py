@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from pcnet3d.models.gravity import direction, take_up
-from pcnet3d.models.gravity.fusion import IMAGE, chi_square, decide, fused_up
+from pcnet3d.models.gravity import direction, fuse, pool, take_up
+from pcnet3d.models.gravity.evidence import IMAGE
+from pcnet3d.models.gravity.fusion import chi_square, decide, fused_up
 from pcnet3d.models.gravity.held import held
 from pcnet3d.models.gravity.lines import tangent
 from pcnet3d.models.synthetic.cameras import view_rotation
@@ -32,7 +33,9 @@ def votes(pitch, roll=0.0, scatter_deg=3.0):
 
 
 def fused(bodies, image=None, told=()):
-    return fused_up(bodies, np.full(len(TIMES), 7.0), TIMES, (), image, told)
+    """The up, and what is said about contradictions."""
+    found = fused_up(pool(bodies, np.full(len(TIMES), 7.0), TIMES).evidence, told, image)
+    return found, found.warnings
 
 
 def test_an_exact_image_and_vague_bodies_give_about_the_image():
@@ -83,11 +86,11 @@ def test_chi_square_counts_errors():
 
 def test_told_reaction_instead_of_gravity_is_refused_with_the_cause():
     bodies = take_up(votes(10), np.full(len(TIMES), 7.0), TIMES)
-    for others in ((bodies, None), (None, look(10)), (bodies, look(10))):
+    for heard, image in ((bodies, None), (fuse([]), look(10)), (bodies, look(10))):
         with pytest.raises(InputError, match="negate it"):
-            decide(*others, [direction("gravity vector", -up_of(10), 1.0)])
+            decide(heard, [direction("gravity vector", -up_of(10), 1.0)], image)
     with pytest.raises(InputError, match="pitch and roll"):
-        decide(bodies, None, [direction("gravity vector", up_of(10, 80), 1.0)])
+        decide(bodies, [direction("gravity vector", up_of(10, 80), 1.0)])
 
 
 def test_told_gravity_that_is_off_is_believed_and_said():

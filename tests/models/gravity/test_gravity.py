@@ -6,9 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+from pcnet3d.models.common.metrics import RAYLEIGH_90
 from pcnet3d.models.gravity import (
     LEAN_DEG,
-    RAYLEIGH_90,
     UNKNOWN_DEG,
     direction,
     effective_number,
@@ -17,6 +17,7 @@ from pcnet3d.models.gravity import (
     stance,
     take_up,
 )
+from pcnet3d.models.gravity.votes import STATED_LEAN_DEG, USUAL_SPREAD
 from pcnet3d.pipeline import H36M17, rotate
 from pcnet3d.pipeline.rotations import angle_deg, unit
 
@@ -245,3 +246,16 @@ def test_other_postures_are_no_evidence(standing, change):
         joints[:, ankle] = np.nan
     assert stance(standing, UP, np.arange(90) / 30)[1].all()
     assert level_feet(joints, UP, np.arange(90) / 30) is None
+
+
+def test_a_take_whose_lifter_is_unsure_states_a_larger_error():
+    votes, times = np.tile(UP, (300, 1)), np.arange(300) / 30
+    usual, unsure, silent = (
+        pool(votes, constant(9, 300), times, spread).error_deg
+        for spread in (constant(USUAL_SPREAD, 300), constant(2 * USUAL_SPREAD, 300), constant(np.nan, 300))
+    )
+    assert usual == pytest.approx(STATED_LEAN_DEG)
+    assert unsure == pytest.approx(2**1.5 * usual)
+    assert silent == pytest.approx(0.85 * 9)
+    some = np.where(np.arange(300) < 100, np.nan, 2 * USUAL_SPREAD)  # filled frames state nothing
+    assert pool(votes, constant(9, 300), times, some).error_deg == pytest.approx(unsure)

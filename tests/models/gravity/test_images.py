@@ -1,9 +1,11 @@
-"""Up and focal length from rendered pictures whose cameras are known, and pictures that do not tell."""
+"""Up and focal length from rendered images whose cameras are known, and images that do not tell."""
 
 import numpy as np
 import pytest
 
 from golden.rooms import no_lines, room, street
+from pcnet3d.models.gravity import Seen, TakeUp, direction
+from pcnet3d.models.gravity.fusion import fused_up
 from pcnet3d.models.gravity.images import ImageUp, Unknown, up_from_images
 from pcnet3d.models.gravity.moving import with_looks
 from pcnet3d.models.gravity.view import before, moving_camera, static_camera
@@ -44,7 +46,7 @@ def test_a_told_focal_length_is_obeyed_and_an_impossible_one_refused(streets):
 
 
 @pytest.mark.parametrize("kind", ["grass", "clouds", "black", "one direction", "leaning trunks"])
-def test_pictures_that_do_not_tell_are_refused_in_words(kind):
+def test_images_that_do_not_tell_are_refused_in_words(kind):
     answer = up_from_images([no_lines(kind, 1).image])
     assert isinstance(answer, Unknown)
     assert "line" in answer.reason
@@ -116,6 +118,13 @@ def ups(pitch_deg):
     return np.stack([0 * pitch, -np.cos(pitch), -np.sin(pitch)], axis=-1)
 
 
+def heard(up, error_deg, time_s, looks, seams=()) -> TakeUp:
+    """The bodies' up (T, 3) with what images say."""
+    frames, error = len(up), np.full(len(up), float(error_deg))
+    seen = Seen(np.zeros((frames, 17, 3)), np.full((frames, 3, 3), np.nan), error, time_s, seams)
+    return with_looks(TakeUp(up, error), seen, looks)
+
+
 def test_between_the_images_of_a_moving_camera_up_is_interpolated():
     time_s = np.arange(120) / 30
     true = ups(10 + 5 * time_s)
@@ -123,30 +132,30 @@ def test_between_the_images_of_a_moving_camera_up_is_interpolated():
         (t, Look(int(30 * t), u, np.radians(0.6) ** 2 * np.eye(3), 0.004))
         for t, u in zip(time_s[::10], true[::10], strict=True)
     ]
-    leaning, error = ups(18 + 5 * time_s), np.full(120, 7.0)
-    up, found_error, shares, warnings = with_looks(leaning, error, time_s, (), looks)
-    assert not warnings
+    found = heard(ups(18 + 5 * time_s), 7.0, time_s, looks)
+    assert not found.warnings
     inside = slice(0, 111)
-    assert np.max(angle_deg(up, true)[inside]) < 0.5
-    assert np.max(found_error[inside]) < 2.0
-    assert shares["image"] > 0.9
+    assert np.max(angle_deg(found.up, true)[inside]) < 0.5
+    assert np.max(found.error_deg[inside]) < 2.0
+    assert found.shares["image"] > 0.9
 
 
 def test_where_no_image_tells_the_bodies_do():
     time_s = np.arange(300) / 30
     true, bodies = ups(np.full(300, 10.0)), ups(np.full(300, 14.0))
     looks = [look(t, true[0]) for t in (0.0, 0.5, 1.0)]
-    up, error, _, _ = with_looks(bodies, np.full(300, 6.0), time_s, (), looks)
+    found = heard(bodies, 6.0, time_s, looks)
+    up, error = found.up, found.error_deg
     assert angle_deg(up[10], true[10]) < 0.5
     assert angle_deg(up[-1], bodies[-1]) < 0.5
     assert error[10] < 2 < error[-1] < 6.1
 
 
-def test_no_look_is_carried_over_a_seam():
+def test_no_look_is_carried_over_a_clip_boundary():
     time_s = np.arange(60) / 30
     bodies = ups(np.concatenate([np.full(30, 10.0), np.full(30, 40.0)]))
     looks = [look(0.5, ups(np.array(10.0)))]
-    up, _, _, _ = with_looks(bodies, np.full(60, 6.0), time_s, (30,), looks)
+    up = heard(bodies, 6.0, time_s, looks, seams=(30,)).up
     np.testing.assert_allclose(up[45], bodies[45], atol=1e-9)
 
 
@@ -155,14 +164,27 @@ def test_one_look_that_is_quite_another_counts_less():
     true = ups(np.full(90, 10.0))
     looks = [look(t, true[0]) for t in (0.0, 0.5, 1.0, 1.5, 2.0, 2.5)]
     looks[3] = look(1.5, ups(np.array(40.0)))
-    up, _, _, _ = with_looks(true, np.full(90, 6.0), time_s, (), looks)
-    assert np.max(angle_deg(up, true)) < 2.0
+    assert np.max(angle_deg(heard(true, 6.0, time_s, looks).up, true)) < 2.0
 
 
 def test_images_of_a_moving_camera_win_over_leaning_bodies_with_a_warning():
     time_s = np.arange(90) / 30
     true = ups(np.full(90, 10.0))
     looks = [look(t, true[0]) for t in (0.0, 1.0, 2.0, 2.9)]
-    up, _, _, (warning,) = with_looks(ups(np.full(90, 45.0)), np.full(90, 6.0), time_s, (), looks)
-    assert np.max(angle_deg(up, true)) < 0.5
+    found = heard(ups(np.full(90, 45.0)), 6.0, time_s, looks)
+    assert np.max(angle_deg(found.up, true)) < 0.5
+    (warning,) = found.warnings
     assert "35 degrees" in warning
+    assert "The image is believed" in warning
+
+
+def test_a_moving_and_a_static_camera_say_the_same_about_a_contradiction():
+    """Bodies that lean by 35 degrees, and what four images, or one, say against them."""
+    time_s = np.arange(90) / 30
+    bodies = ups(np.full(90, 45.0))
+    (moving,) = heard(
+        bodies, 6.0, time_s, [look(t, ups(np.array(10.0))) for t in (0.0, 1.0, 2.0, 2.9)]
+    ).warnings
+    _, image = look(0.0, ups(np.array(10.0)))
+    (static,) = fused_up([direction("frames", bodies[0], 6.0)], (), image).warnings
+    assert moving == static

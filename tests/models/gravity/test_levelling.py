@@ -1,5 +1,7 @@
 """A take's rotations from a rectifier's frames: headings smoothed, moving cameras followed, drift reported."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -8,15 +10,10 @@ from scipy.spatial.transform import Rotation
 
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models import load_rectifier
-from pcnet3d.models.gravity import direction
-from pcnet3d.models.gravity.levelling import (
-    HEADING_S,
-    level_moving,
-    level_static,
-    sliding_up,
-    upright,
-    why_not,
-)
+from pcnet3d.models.gravity import Seen, direction, level_moving, level_static, why_not
+from pcnet3d.models.gravity.levelling import HEADING_S, upright
+from pcnet3d.models.gravity.moving import sliding_up
+from pcnet3d.models.gravity.votes import STATED_LEAN_DEG, USUAL_SPREAD
 from pcnet3d.models.synthetic.cameras import view_rotation
 from pcnet3d.pipeline import H36M17, rotate
 from pcnet3d.pipeline.canonical import R_world_from_body
@@ -35,11 +32,16 @@ def heading_deg(R) -> np.ndarray:
     return np.degrees(np.arctan2(R[:, 1, 0], R[:, 0, 0]))
 
 
+def seen_of(R, error_deg, time_s, seams=()) -> Seen:
+    """Of a rectifier's answers alone, whatever the joints."""
+    return Seen(np.zeros((len(R), 17, 3)), R, error_deg, time_s, seams)
+
+
 def smoothed(heading, time_s=None, error_deg=5.0, seams=()):
     R = headed(heading)
     time_s = np.arange(len(R)) / 30 if time_s is None else time_s
     errors = np.broadcast_to(float(error_deg), len(R)) if np.ndim(error_deg) == 0 else error_deg
-    return upright(R, np.broadcast_to(Z, (len(R), 3)), errors, time_s, seams)
+    return upright(seen_of(R, errors, time_s, seams), np.broadcast_to(Z, (len(R), 3)))
 
 
 def noise_about(R, scatter_deg, seed=0) -> np.ndarray:
@@ -47,7 +49,7 @@ def noise_about(R, scatter_deg, seed=0) -> np.ndarray:
     return R @ Rotation.from_rotvec(turn).as_matrix()
 
 
-class Seen:
+class Filmed:
     """The walker before a camera whose yaw, pitch and roll are functions of time, relative to the pelvis."""
 
     def __init__(self, yaw=120.0, pitch=15.0, roll=5.0, **options):
@@ -62,10 +64,15 @@ class Seen:
         self.error_deg = np.full(len(time_s), 6.0)
 
     def static(self, R=None, others=()):
-        return level_static(self.joints, self.R if R is None else R, self.error_deg, self.time_s, (), others)
+        return level_static(self.seen(R), others)
 
     def moving(self, R=None):
-        return level_moving(self.R if R is None else R, self.error_deg, self.time_s)
+        return level_moving(self.seen(R))
+
+    def seen(self, R=None, error_deg=None, joints=None) -> Seen:
+        """As a rectifier sees it that is right but for what is given."""
+        given = (self.joints, joints), (self.R, R), (self.error_deg, error_deg)
+        return Seen(*(own if other is None else other for own, other in given), self.time_s)
 
     def by(self, name):
         """Turned by a rectifier: R and its expected error."""
@@ -81,7 +88,7 @@ class Seen:
 
 @pytest.fixture(scope="module")
 def seen():
-    return Seen()
+    return Filmed()
 
 
 # --- headings
@@ -94,7 +101,7 @@ def test_a_constant_heading_is_kept_exactly(heading, tilt_deg, seed):
     time_s = np.cumsum(rng.uniform(0.01, 0.1, 40))
     tilt = Rotation.from_rotvec(np.radians(tilt_deg) * np.array([0.6, 0.8, 0])).as_matrix()
     R = tilt @ headed(np.full(40, heading))
-    out = upright(R, np.broadcast_to(tilt @ Z, (40, 3)), rng.uniform(1, 20, 40), time_s)
+    out = upright(seen_of(R, rng.uniform(1, 20, 40), time_s), np.broadcast_to(tilt @ Z, (40, 3)))
     assert geodesic_deg(out, R).max() < 1e-5
 
 
@@ -113,7 +120,7 @@ def test_noise_in_the_heading_is_smoothed_by_the_stated_gaussian():
     assert left == pytest.approx((2 * np.sqrt(np.pi) * HEADING_S * 30) ** -0.5, rel=0.1)
 
 
-def test_no_smoothing_crosses_a_seam():
+def test_no_smoothing_crosses_a_clip_boundary():
     heading = np.repeat([0.0, 90.0], 30)
     np.testing.assert_allclose(heading_deg(smoothed(heading, seams=(30,))), heading, atol=1e-9)
     assert np.abs(heading_deg(smoothed(heading)) - heading).max() > 20
@@ -152,7 +159,7 @@ def test_a_turned_camera_turns_the_answer_and_nothing_else(seen):
     R = noise_about(seen.R, 6)
     Q = Rotation.random(random_state=3).as_matrix()
     straight = seen.static(R)
-    turned = level_static(rotate(Q, seen.joints), Q @ R, seen.error_deg, seen.time_s)
+    turned = level_static(seen.seen(Q @ R, joints=rotate(Q, seen.joints)))
     np.testing.assert_allclose(turned.R_camera_from_level, Q @ straight.R_camera_from_level, atol=1e-4)
     np.testing.assert_allclose(turned.R_camera_from_body, Q @ straight.R_camera_from_body, atol=1e-4)
     np.testing.assert_allclose(turned.error_deg, straight.error_deg, rtol=1e-3)
@@ -177,8 +184,8 @@ def test_a_gravity_vector_pulls_by_its_weight(seen):
     assert errors[0] > 8
     assert errors[1] < 1
     assert told.up_error_deg[0] < 1
-    assert sum(told.shares.values()) == pytest.approx(1)
-    assert told.shares["gravity"] > 0.9
+    assert sum(told.up.shares.values()) == pytest.approx(1)
+    assert told.up.shares["gravity"] > 0.9
 
 
 def test_headings_that_alternate_are_said_to_be_wrong(seen):
@@ -193,7 +200,7 @@ def test_headings_that_alternate_are_said_to_be_wrong(seen):
 
 
 def test_a_rectifier_without_an_expected_error_gives_none(seen):
-    levelled = level_static(seen.joints, seen.R, np.full(len(seen.R), np.nan), seen.time_s)
+    levelled = level_static(seen.seen(error_deg=np.full(len(seen.R), np.nan)))
     assert np.isnan(levelled.error_deg).all()
     assert np.isfinite(levelled.up_error_deg).all()
 
@@ -201,19 +208,19 @@ def test_a_rectifier_without_an_expected_error_gives_none(seen):
 @pytest.mark.parametrize("at", [0.3, 0.5, 0.8])
 @pytest.mark.parametrize("rectifier", ["truth", "pcnet"])
 def test_a_cut_is_reported_with_its_row_and_angle(seen, at, rectifier):
-    other = Seen(yaw=30, pitch=-10, roll=0)
+    other = Filmed(yaw=30, pitch=-10, roll=0)
     row = round(at * len(seen.time_s))
     joints = np.concatenate([seen.joints[:row], other.joints[row:]])
     R, error_deg = np.concatenate([seen.R[:row], other.R[row:]]), seen.error_deg
     if rectifier != "truth":
         R, error_deg = load_rectifier(rectifier).rotation(joints)
-    levelled = level_static(joints, noise_about(R, 3), error_deg, seen.time_s)
+    levelled = level_static(seen.seen(noise_about(R, 3), error_deg, joints))
     assert abs(levelled.drift_at - row) <= 3
     assert levelled.drift_deg == pytest.approx(angle_deg(seen.up[0], other.up[0]), abs=4)
 
 
 def test_a_cut_half_way_has_a_wide_error(seen):
-    other = Seen(yaw=30, pitch=-10, roll=0)
+    other = Filmed(yaw=30, pitch=-10, roll=0)
     half = len(seen.time_s) // 2
     levelled = seen.static(noise_about(np.concatenate([seen.R[:half], other.R[half:]]), 3))
     true = angle_deg(levelled.R_camera_from_level[:, 2], np.concatenate([seen.up[:half], other.up[half:]]))
@@ -223,13 +230,13 @@ def test_a_cut_half_way_has_a_wide_error(seen):
 
 @pytest.mark.parametrize("rectifier", ["pcnet", "geometric"])
 def test_a_squat_is_no_cut(seen, rectifier):
-    levelled = level_static(seen.joints, *seen.by(rectifier), seen.time_s)
+    levelled = level_static(seen.seen(*seen.by(rectifier)))
     assert levelled.drift_at is None
     assert np.isnan(levelled.drift_deg)
 
 
 def test_a_slow_drift_is_reported_too():
-    tilting = Seen(pitch=lambda t: -15 + 5 * t)
+    tilting = Filmed(pitch=lambda t: -15 + 5 * t)
     levelled = tilting.static(noise_about(tilting.R, 3))
     assert levelled.drift_deg == pytest.approx(20, abs=4)  # between the means of the halves
     assert 60 < levelled.drift_at < 180
@@ -245,7 +252,7 @@ def test_a_take_without_a_vote_is_nan_and_not_levelled(seen):
 
 
 def lying_down(seen) -> np.ndarray:
-    """(T, 3, 3) the camera's axes turned so that the walker lies across the picture, 75 degrees from upright."""
+    """(T, 3, 3) the camera's axes turned so that the walker lies across the image, 75 degrees from upright."""
     across = np.cross(seen.up[0], [0.0, 0.0, 1.0])
     return Rotation.from_rotvec(np.radians(75) * unit(across)).as_matrix()
 
@@ -256,14 +263,12 @@ def test_a_person_who_lies_most_of_the_time_is_refused_in_words(seen):
     for share, words in ((0.3, ""), (0.7, "the person lies")):
         lies = np.arange(len(seen.R)) < share * len(seen.R)
         joints = np.where(lies[:, None, None], rotate(R_down, seen.joints), seen.joints)
-        levelled = level_static(joints, seen.R, seen.error_deg, seen.time_s)
+        levelled = level_static(seen.seen(joints=joints))
         said = why_not(levelled, joints)
         assert words in said if words else said == ""
-        moving = level_moving(seen.R, seen.error_deg, seen.time_s)
+        moving = level_moving(seen.seen())
         assert words in why_not(moving, joints)
-        told = level_static(
-            joints, seen.R, seen.error_deg, seen.time_s, (), [direction("told", seen.up[0], 1.0)]
-        )
+        told = level_static(seen.seen(joints=joints), [direction("told", seen.up[0], 1.0)])
         assert why_not(told, joints) == ""
 
 
@@ -288,7 +293,7 @@ def test_missing_shoulders_are_no_sign_of_lying(seen):
 )
 @pytest.mark.parametrize("rectifier", ["truth with jitter", "pcnet"])
 def test_a_camera_that_pans_and_tilts_slowly_is_followed_without_steps(yaw, pitch, roll, rectifier):
-    moves = Seen(yaw, pitch, roll)
+    moves = Filmed(yaw, pitch, roll)
     R = noise_about(moves.R, 4) if rectifier == "truth with jitter" else moves.by(rectifier)[0]
     levelled = moves.moving(R)
     tilt = angle_deg(levelled.R_camera_from_level[:, :, 2], moves.up)
@@ -305,7 +310,7 @@ def test_a_camera_that_pans_and_tilts_slowly_is_followed_without_steps(yaw, pitc
 @pytest.mark.parametrize("seconds", [1, 3, 20])
 def test_a_camera_that_pitches_evenly_is_followed_without_lag_up_to_the_ends(seconds):
     """4 degrees a second, over which a mean of the neighbours lags by 6 degrees at the ends."""
-    pitches = Seen(pitch=lambda t: -10 + 4 * t, seconds=seconds)
+    pitches = Filmed(pitch=lambda t: -10 + 4 * t, seconds=seconds)
     tilt = angle_deg(pitches.moving().R_camera_from_level[:, :, 2], pitches.up)
     assert tilt.max() < 0.1
 
@@ -314,11 +319,11 @@ def test_a_camera_that_pitches_evenly_is_followed_without_lag_up_to_the_ends(sec
 def test_noise_at_the_ends_of_a_line_does_not_blow_up_and_is_stated(scatter_deg):
     """At the ends a line is surer of nothing: its error there is larger, is said to be, and is no more than said. With
     8 degrees about each axis a slope of 4 degrees a second is only half believed, so some of the mean's lag is back."""
-    pitches = Seen(pitch=lambda t: -10 + 4 * t)
+    pitches = Filmed(pitch=lambda t: -10 + 4 * t)
     ends, stated = [], []
     for seed in range(30):
-        votes = noise_about(pitches.R, scatter_deg, seed)[:, :, 2]
-        up, error_deg = sliding_up(votes, pitches.error_deg, pitches.time_s, (), 2.0)
+        found = sliding_up(pitches.seen(noise_about(pitches.R, scatter_deg, seed)))
+        up, error_deg = found.up, found.error_deg
         tilt, middle = angle_deg(up, pitches.up), len(up) // 2
         ends.append(tilt[[0, -1]])
         stated.append(error_deg[[0, -1]])
@@ -334,17 +339,16 @@ def test_a_line_through_a_few_votes_that_scatter_is_hardly_steeper_than_their_me
     part = slice(0, 15)
     off = []
     for seed in range(60):
-        votes = noise_about(seen.R[part], 8, seed)[:, :, 2]
-        up, _ = sliding_up(votes, seen.error_deg[part], seen.time_s[part], (), 2.0)
-        off.append([angle_deg(up[[0, -1]], seen.up[0]), angle_deg(unit(votes.mean(axis=0)), seen.up[0])])
+        few = seen_of(noise_about(seen.R[part], 8, seed), seen.error_deg[part], seen.time_s[part])
+        up, middle = sliding_up(few).up, unit(few.votes.mean(axis=0))
+        off.append([angle_deg(up[[0, -1]], seen.up[0]), angle_deg(middle, seen.up[0])])
     line, mean = (np.sqrt(np.mean(np.square([np.mean(o[i]) for o in off]))) for i in (0, 1))
     assert line < 1.5 * mean
 
 
 def test_a_static_take_called_moving_agrees_with_the_static_answer(seen):
     R, error_deg = seen.by("pcnet")
-    static = level_static(seen.joints, R, error_deg, seen.time_s)
-    moving = level_moving(R, error_deg, seen.time_s)
+    static, moving = level_static(seen.seen(R, error_deg)), level_moving(seen.seen(R, error_deg))
     apart = angle_deg(moving.R_camera_from_level[:, :, 2], static.R_camera_from_level[:, 2])
     assert apart.max() < 2
     assert geodesic_deg(moving.R_camera_from_body, static.R_camera_from_body).max() < 2
@@ -370,7 +374,19 @@ def test_a_gap_has_a_level_and_no_body(seen):
 
 
 def test_a_camera_that_looks_straight_down_still_has_a_heading():
-    down = Seen(pitch=90.0, roll=0.0)
+    down = Filmed(pitch=90.0, roll=0.0)
     R = down.moving().R_camera_from_level
     np.testing.assert_allclose(R @ np.swapaxes(R, 1, 2), np.broadcast_to(np.eye(3), R.shape), atol=1e-9)
     np.testing.assert_allclose(np.linalg.det(R), 1)
+
+
+@pytest.mark.parametrize("level", [level_static, level_moving])
+def test_a_lifter_that_is_unsure_widens_what_is_stated(level):
+    R, time_s = headed(np.zeros(90)), np.arange(90) / 30
+    usual, unsure = (
+        level(replace(seen_of(R, np.full(90, 9.0), time_s), spread=np.full(90, times * USUAL_SPREAD)))
+        for times in (1, 2)
+    )
+    np.testing.assert_allclose(usual.up_error_deg, STATED_LEAN_DEG, rtol=1e-6)
+    np.testing.assert_allclose(unsure.up_error_deg, 2**1.5 * STATED_LEAN_DEG, rtol=1e-6)
+    assert (unsure.error_deg > 1.5 * usual.error_deg).all()

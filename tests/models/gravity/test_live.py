@@ -12,8 +12,8 @@ from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models import load_rectifier
 from pcnet3d.models.common.metrics import relative
 from pcnet3d.models.evaluation.testbed import lifted_takes
-from pcnet3d.models.gravity import LEAN_DEG, direction
-from pcnet3d.models.gravity.levelling import HEADING_S, level_static
+from pcnet3d.models.gravity import LEAN_DEG, Seen, direction, level_static
+from pcnet3d.models.gravity.levelling import HEADING_S
 from pcnet3d.models.gravity.live import KEPT, LiveRectifier
 from pcnet3d.pipeline import H36M17, InputError
 from pcnet3d.pipeline.rotations import angle_deg, geodesic_deg
@@ -62,7 +62,7 @@ def jittering(count, scatter_deg, seed=0) -> np.ndarray:
 
 
 def expect_the_takes_answer(frames, joints, time_s, rectifier):
-    static = level_static(joints, *rectifier.rotation(joints), time_s)
+    static = level_static(Seen(joints, *rectifier.rotation(joints), time_s))
     last, up = frames[-1], static.R_camera_from_level[:, 2]
     assert angle_deg(last.up, up) < min(last.up_error_deg, static.up_error_deg[0])
     return static

@@ -1,4 +1,4 @@
-"""The pictures that gravity from images is tested on: their truth is what the pixels show."""
+"""The images that gravity from images is tested on: their truth is what the pixels show."""
 
 import cv2
 import numpy as np
@@ -50,16 +50,16 @@ def test_vertical_edge_projects_towards_vanishing_point_of_up():
         a, b = camera.project(np.stack([foot, foot + 0.8 * Z]))
         ends = np.array([[*a, *b]])
         assert off_deg(ends, camera.up, camera.focal_px, camera.centre)[0] < 1e-6
-        assert camera.up[1] < 0  # up is towards the picture's top
+        assert camera.up[1] < 0  # up is towards the image's top
 
 
-def test_picture_shows_points_where_the_camera_projects_them():
+def test_image_shows_points_where_the_camera_projects_them():
     camera = view()
     canvas = Canvas(camera)
     at = camera.position + 4 * camera.R_camera_from_world[2] + [0.3, 0.4, -0.2]
     right, up = camera.R_camera_from_world[0], camera.R_camera_from_world[1]
     canvas.fill(Plane(at, right, up).rect(-0.1, -0.1, 0.1, 0.1), (255, 255, 255))
-    image = through_lens(canvas.picture(), camera, 0.0)[..., 0].astype(float)
+    image = through_lens(canvas.image(), camera, 0.0)[..., 0].astype(float)
     rows, columns = np.indices(image.shape)
     middle = np.array([(columns * image).sum(), (rows * image).sum()]) / image.sum()
     np.testing.assert_allclose(middle, camera.project(at[None])[0], atol=0.3)
@@ -70,7 +70,7 @@ def test_floor_that_reaches_behind_the_camera_ends_at_the_horizon():
     camera = view(roll_deg=0.0)
     canvas = Canvas(camera)
     canvas.fill(Plane(np.zeros(3), *np.eye(3)[:2]).rect(-4000, -4000, 4000, 4000), (255, 255, 255))
-    image = through_lens(canvas.picture(), camera, 0.0)[..., 0]
+    image = through_lens(canvas.image(), camera, 0.0)[..., 0]
     horizon = camera.centre[1] - 500 * np.tan(np.radians(20))
     first = np.argmax(image > 0, axis=0)
     np.testing.assert_allclose(first, horizon, atol=1.5)
@@ -83,7 +83,7 @@ def test_textures_lie_in_their_plane():
     right = np.array([np.cos(-0.7), np.sin(-0.7), 0])
     wall = Plane(4 * camera.heading - 6 * right, right, Z)
     canvas.textured(wall.rect(0, 0, 12, 4), (200, 200, 200), "bricks")
-    lines = segments(through_lens(canvas.picture(), camera, 0.0))
+    lines = segments(through_lens(canvas.image(), camera, 0.0))
     axes = [
         off_deg(lines, camera.R_camera_from_world @ axis, 500.0, camera.centre) < 3 for axis in (right, Z)
     ]
@@ -98,13 +98,13 @@ def test_lens_shows_at_x_what_a_pinhole_has_at_its_multiple():
     at = np.append(point, 1.0) @ camera.R_camera_from_world * 3 + camera.position
     right, up = camera.R_camera_from_world[0], camera.R_camera_from_world[1]
     canvas.fill(Plane(at, right, up).rect(-0.02, -0.02, 0.02, 0.02), (255, 255, 255))
-    seen = np.argwhere(through_lens(canvas.picture(), camera, 0.04)[..., 0] > 60).mean(axis=0)[::-1]
+    seen = np.argwhere(through_lens(canvas.image(), camera, 0.04)[..., 0] > 60).mean(axis=0)[::-1]
     shown = (seen - camera.centre) / 500
     np.testing.assert_allclose(shown * (1 + 0.04 * (shown**2).sum()), point, atol=0.002)
 
 
 @pytest.mark.parametrize("shot", [room, street])
-def test_same_seed_same_picture(shot):
+def test_same_seed_same_image(shot):
     one, again, other = shot(3), shot(3), shot(4)
     np.testing.assert_array_equal(one.image, again.image)
     np.testing.assert_array_equal(one.boxes, again.boxes)
@@ -127,7 +127,7 @@ def test_truth_is_what_its_angles_say(shot):
 
 
 @pytest.mark.parametrize("shot", [room, street])
-def test_pictures_have_vertical_lines_and_others(shot):
+def test_images_have_vertical_lines_and_others(shot):
     off = np.concatenate([off_vertical_deg(shot(seed)) for seed in range(5)])
     share = np.mean(off < 1.5)
     assert 0.12 < share < 0.6

@@ -78,8 +78,8 @@ def convolution(tmp_path):
 
 @pytest.fixture
 def landmarks(tmp_path):
-    """landmarks(world (33, 3), person, visibility) -> file like BlazePose's: the same answer to any picture, but the
-    nose's z is the mean of the picture."""
+    """landmarks(world (33, 3), person, visibility) -> file like BlazePose's: the same answer to any image, but the
+    nose's z is the mean of the image."""
 
     def make(world, person=0.9, visibility=2.0, name="landmarks.onnx"):
         points = np.zeros((39, 5), np.float32)
@@ -107,7 +107,7 @@ def landmarks(tmp_path):
 
 @pytest.fixture
 def swaying():
-    """swaying(frames, layout) -> keypoints of someone who sways, right of the picture's middle."""
+    """swaying(frames, layout) -> keypoints of someone who sways, right of the image's middle."""
 
     def make(frames=60, layout=H36M17, **changes):
         rng = np.random.default_rng(3)

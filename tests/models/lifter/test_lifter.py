@@ -42,7 +42,7 @@ def test_a_facing_person_comes_out_upright_with_left_on_the_right():
     assert lifted.history[-1].name == "lift"
 
 
-def test_chunks_make_no_seam():
+def test_chunks_make_no_clip_boundary():
     x, _ = features(person(700), np.full((700, 17), np.nan), np.array(SIZE, dtype=float), np.array(1920.0))
     whole = run(x, chunk=10_000)[0]
     for chunk in (100, 257):
@@ -75,7 +75,7 @@ def test_mirrored_person_gives_the_mirrored_skeleton_with_flip():
     np.testing.assert_allclose(b, a[:, H36M17.mirror] * [-1, 1, 1], atol=1e-5)
 
 
-def test_flipping_features_is_flipping_the_picture():
+def test_flipping_features_is_flipping_the_image():
     pixels = person(20, at=(500, 300))
     mirrored = pixels[:, H36M17.mirror] * [-1, 1] + [SIZE[0], 0]
     confidence = np.random.default_rng(0).uniform(size=(20, 17))
@@ -86,14 +86,14 @@ def test_flipping_features_is_flipping_the_picture():
     np.testing.assert_allclose(flipped(x), y, atol=1e-5)
 
 
-def test_picture_size_does_not_matter():
+def test_image_size_does_not_matter():
     small = lift(poses(person(30)), SIZE).joints
     large = lift(poses(person(30) * 2), (3840, 2160)).joints
     np.testing.assert_allclose(large, small, atol=1e-4)
 
 
 def test_the_ray_to_the_body_turns_the_answer():
-    """The same picture of a person elsewhere: same skeleton in the ray frame, turned by the ray in the camera."""
+    """The same image of a person elsewhere: same skeleton in the ray frame, turned by the ray in the camera."""
     size, focal = np.array(SIZE, dtype=float), np.array(1000.0)
     middle = person(1)
     rays = np.concatenate([(middle - size / 2) / focal, np.ones((1, 17, 1))], axis=-1)

@@ -30,7 +30,7 @@ def test_joints_of_no_confidence_do_not_widen_the_crop():
     np.testing.assert_allclose(x[0, 1], [1, 1])
 
 
-def test_the_picture_s_corners():
+def test_the_image_s_corners():
     corners = np.array([[[0.0, 0], [1920, 1080], [960, 540]]])
     np.testing.assert_allclose(screen_scaled(corners, SURE, SIZE)[0], [[-1, -0.5625], [1, 0.5625], [0, 0]])
     np.testing.assert_allclose(

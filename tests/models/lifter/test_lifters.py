@@ -139,7 +139,7 @@ def test_a_crop_s_answer_is_turned_by_the_ray_when_the_focal_length_is_known(per
     assert_allclose(*lengths, atol=1e-5)
 
 
-def test_a_whole_picture_s_answer_is_not_turned(per_frame, swaying):
+def test_a_whole_image_s_answer_is_not_turned(per_frame, swaying):
     lifter = load_lifter(per_frame(FLAT), "motionbert-pixel")
     a, b = (lifter.lift(swaying(5), SIZE, focal_px=focal) for focal in (None, 800.0))
     np.testing.assert_array_equal(a.joints, b.joints)

@@ -36,11 +36,17 @@ def test_from_the_command_line(folder, tmp_path):
         ("01_01", "01", 30, 10), ("01_02", "01", 30, 20), ("02_01", "02", 30, 40),
     ]  # fmt: skip
     assert "2 subjects (clips): 01 (2), 02 (1)" in done.stdout
-    assert "read 4 of 4 files" in done.stderr
     assert "left out" in done.stderr
     assert "02_02.bvh: expected a BVH file" in done.stderr
     assert "unit cm" in done.stderr
     assert "Traceback" not in done.stderr
+
+
+def test_quietly_the_last_line_is_all_that_is_said(folder, tmp_path):
+    (folder / "02" / "02_02.bvh").write_text("nothing")
+    done = pcnet3d("mocap", folder, "-o", tmp_path / "clips.npz", "-q")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout == "2 subjects (clips): 01 (2), 02 (1)\n"
 
 
 @pytest.mark.parametrize(

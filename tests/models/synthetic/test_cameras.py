@@ -20,7 +20,7 @@ def windows(rng):
     return person + np.cumsum(rng.normal(0, 0.05, (40, 25, 1, 3)), axis=1)
 
 
-def test_everything_is_inside_the_picture(windows, rng):
+def test_everything_is_inside_the_image(windows, rng):
     cameras = place(windows, rng)
     joints = cameras.to_camera(windows)
     pixels = cameras.project(joints)
@@ -29,10 +29,10 @@ def test_everything_is_inside_the_picture(windows, rng):
     assert (pixels <= cameras.image_size[:, None, None]).all()
 
 
-def test_people_stand_anywhere_in_the_picture(windows, rng):
+def test_people_stand_anywhere_in_the_image(windows, rng):
     cameras = place(windows, rng)
-    place_in_picture = cameras.project(cameras.to_camera(windows)).mean(axis=(1, 2)) / cameras.image_size
-    assert (place_in_picture.std(axis=0) > 0.1).all()
+    place_in_image = cameras.project(cameras.to_camera(windows)).mean(axis=(1, 2)) / cameras.image_size
+    assert (place_in_image.std(axis=0) > 0.1).all()
 
 
 def test_distances_in_metres_are_kept_where_everything_fits(rng):

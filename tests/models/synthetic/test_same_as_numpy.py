@@ -148,7 +148,7 @@ def test_noise_is_as_large_as_the_formula_says():
 
 
 @pytest.mark.parametrize("share", [0.0, 1.0])
-def test_cameras_keep_everybody_in_the_picture(world, share):
+def test_cameras_keep_everybody_in_the_image(world, share):
     joints = tensor(world.astype(np.float32)).repeat(30, 1, 1, 1)
     placed = t_cameras.place(joints, Draw(1, 1), cameras.TYPICAL, cameras.ViewRange(), share)
     inside = placed.to_camera(joints)

@@ -230,7 +230,7 @@ def test_the_depth_factor_is_that_by_which_depth_was_divided(walker, tmp_path, f
     assert depth_factor(poses) == pytest.approx(factor, rel=0.12)
 
 
-def test_seams_are_told_with_their_step(walker, tmp_path):
+def test_clip_boundaries_are_told_with_their_step(walker, tmp_path):
     walker[0, 0, AWAY] = 0
     long = np.concatenate([walker] * 3) / 3
     turned = np.concatenate([long[:243], long[243:] * [1, 1, 0.3]])
@@ -330,9 +330,9 @@ def test_the_command_prints_json_draws_and_ends_with_the_verdicts_code(walker, t
     )
     assert good.returncode == 0, good.stderr
     assert json.loads(good.stdout)["people"][0]["verdict"] == "good"
-    picture = cv2.imread(str(tmp_path / "a.png"))
-    assert picture is not None
-    assert picture.std() > 5
+    image = cv2.imread(str(tmp_path / "a.png"))
+    assert image is not None
+    assert image.std() > 5
     for spoil, code in ((halted, 3), (mirrored, 4)):
         result = command(saved(tmp_path, spoil(walker.copy())), "--adapter", "arrays", *options)
         assert result.returncode == code, result.stdout + result.stderr

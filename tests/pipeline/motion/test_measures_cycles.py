@@ -58,7 +58,7 @@ def test_a_rise_without_its_return_is_none():
     assert repetitions(WAVES[FPS - 5 : 2 * FPS], TIME[FPS - 5 : 2 * FPS], 40) == []
 
 
-def test_nothing_across_gaps_seams_and_jumps_in_time():
+def test_nothing_across_gaps_clip_boundaries_and_jumps_in_time():
     gap = WAVES.copy()
     gap[FPS] = np.nan  # at the top of the first
     assert len(repetitions(gap, TIME, 60)) == 4

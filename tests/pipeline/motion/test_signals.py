@@ -33,12 +33,11 @@ def gain(smooth, hz: float, fps: float, **options) -> float:
 
 
 @pytest.mark.parametrize("fps", [25, 30, 60, 120, 240])
-@pytest.mark.parametrize("order", [2, 4, 8])
-def test_two_passes_halve_the_power_at_the_cutoff(fps, order):
-    assert gain(lowpass, 6.0, fps, cutoff_hz=6.0, order=order) == pytest.approx(np.sqrt(0.5), abs=2e-3)
+def test_two_passes_halve_the_power_at_the_cutoff(fps):
+    assert gain(lowpass, 6.0, fps, cutoff_hz=6.0) == pytest.approx(np.sqrt(0.5), abs=2e-3)
     warped = np.tan(np.pi * 3 / fps) / np.tan(np.pi * 6 / fps)
-    designed = (np.sqrt(2) - 1) * warped**order  # Butterworth's formula, each pass with half of the order
-    assert gain(lowpass, 3.0, fps, cutoff_hz=6.0, order=order) == pytest.approx(1 / (1 + designed), abs=2e-3)
+    designed = (np.sqrt(2) - 1) * warped**4  # Butterworth's formula, each pass with half of the order
+    assert gain(lowpass, 3.0, fps, cutoff_hz=6.0) == pytest.approx(1 / (1 + designed), abs=2e-3)
 
 
 @pytest.mark.parametrize(("fps", "cutoff_hz"), [(30, 3), (30, 6), (60, 6), (120, 6), (120, 10), (240, 6)])
@@ -68,7 +67,7 @@ def test_time_runs_either_way(smooth):
 
 @FILTERS
 def test_pieces_know_nothing_of_each_other(smooth):
-    """A gap, a seam and a jump in time: each piece is filtered as if it were alone."""
+    """A gap, a clip boundary and a jump in time: each piece is filtered as if it were alone."""
     rng = np.random.default_rng(1)
     x = rng.normal(size=(120, 3)) * 0.01 + np.repeat([0.0, 5.0, -3.0, 8.0], 30)[:, None]
     x[29] = np.nan
@@ -101,12 +100,6 @@ def test_a_cutoff_that_the_frame_rate_does_not_carry(cutoff_hz, fps):
 def test_a_cutoff_above_nyquist_names_both_numbers():
     with pytest.raises(InputError, match=r"15 Hz.*30 frames.*got 50 Hz"):
         lowpass(np.zeros(50), np.arange(50) / 30, cutoff_hz=50)
-
-
-@pytest.mark.parametrize("order", [0, 3, 5])
-def test_an_order_that_two_passes_cannot_share(order):
-    with pytest.raises(InputError, match="even order"):
-        lowpass(np.zeros(50), np.arange(50) / 30, order=order)
 
 
 def test_stamps_rounded_to_milliseconds_count_as_even():
@@ -149,7 +142,7 @@ def test_runs_are_the_valid_rows_and_hold_no_break(valid, steps, seams):
             assert np.diff(time_s[piece]).max() <= 2.5 * np.median(np.diff(time_s))
 
 
-def test_breaks_are_seams_and_dropped_frames():
+def test_breaks_are_clip_boundaries_and_dropped_frames():
     index = np.r_[0:5, 9:12]
     poses = PoseSequence(
         np.zeros((8, 17, 3)), H36M17, LEVEL, time_s=index / 30, frame_index=index, seams=(2, 5)

@@ -144,7 +144,7 @@ def test_missing_joints_have_no_say(poses):
 
 @pytest.mark.parametrize("how", ["seam", "gap"])
 def test_a_break_ends_what_continuity_can_say(poses, how):
-    """From a seam or a gap on everything is exchanged: no motion goes across, so only anatomy could tell."""
+    """From a clip boundary or a gap on everything is exchanged: no motion goes across, so only anatomy could tell."""
     wrong = spoilt(poses, "legs exchanged", first=WALK, last=WALK + 9)
     if how == "seam":
         wrong = wrong.with_(seams=(WALK,))

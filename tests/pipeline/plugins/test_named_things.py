@@ -15,13 +15,13 @@ from pcnet3d.models import load_lifter, load_rectifier
 from pcnet3d.models.detector.load import load_detector
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.plugins import registry
-from pcnet3d.stages.export.stage import Export
+from pcnet3d.stages.export.stage import RUN_FILES, Export
 
 OBJECTS = {
     "rectifiers": SimpleNamespace(method="toy@1", rotation=lambda joints: (np.eye(3), 0)),
     "lifters": SimpleNamespace(method="toy@1", lift=lambda *_: None),
     "detectors": SimpleNamespace(method="toy@1", layout=None, people=lambda *_: ()),
-    "person_detectors": SimpleNamespace(method="toy@1", boxes=lambda picture: np.zeros((0, 4))),
+    "person_detectors": SimpleNamespace(method="toy@1", boxes=lambda image: np.zeros((0, 4))),
 }
 LOADERS = {"rectifiers": load_rectifier, "lifters": load_lifter, "detectors": load_detector}
 
@@ -112,6 +112,27 @@ def test_another_packages_writer_is_checked_before_the_work(register, tmp_path):
         Export(tmp_path, also=("toy",))
     with pytest.raises(InputError, match=r"There is no writer 'c3f'; did you mean c3d\?"):
         Export(tmp_path, also=("c3f",))
+
+
+@pytest.mark.parametrize("file", ["poses.npz", "Summary.json", "take.rrd", "report.html", "keypoints.npz"])
+def test_a_writer_of_a_file_that_every_run_has_is_refused(register, tmp_path, file):
+    register("writers", SimpleNamespace(file=file, what="a toy", write=lambda take, path: None))
+    with pytest.raises(InputError, match=f"--also toy to write a file of its own, got {file}, which the run"):
+        Export(tmp_path, also=("toy",))
+
+
+def test_two_writers_of_one_file_are_refused(register, tmp_path):
+    register("writers", SimpleNamespace(file="kinematics.csv", what="a toy", write=lambda take, path: None))
+    with pytest.raises(InputError, match=r"--also toy .*got kinematics\.csv, which writer 'csv' writes"):
+        Export(tmp_path, also=("csv", "toy"))
+    Export(tmp_path, also=("csv", "csv"))
+
+
+def test_the_files_of_a_run_are_those_of_the_documents():
+    design = (Path(__file__).parents[3] / "docs" / "design.md").read_text()
+    table = design.partition("A run writes into DIR:")[2].partition("Columns of")[0]
+    listed = {line.split("`")[1] for line in table.splitlines() if line.startswith("| `")}
+    assert listed == set(RUN_FILES) - {"live.rrd", "video.ts"}
 
 
 def test_listing_imports_nothing_heavy():

@@ -1,5 +1,6 @@
 """Joining files: the clock, the frame numbers and the person, from what each file knows."""
 
+import hashlib
 import json
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 
 from pcnet3d.adapters import read
 from pcnet3d.pipeline import InputError
+from pcnet3d.pipeline.reading.find import find_adapter
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_take, sha256
 
@@ -149,7 +151,7 @@ def test_gaps_taken_as_asked_are_counted(lifted):
     events = open_take(RunOptions(poses=lifted, fps=25, missing="gap", adapter="motionbert")).events
     (text,) = [event.text for event in events if event.kind == "repair"]
     assert "2 frames with NaN" in text
-    assert "1 frames with all joints" in text
+    assert "1 frame with all joints" in text
 
 
 @pytest.mark.parametrize("option", [{"fps": "30"}, {"parity": "ignore"}, {"gives": "poses"}, {"path": "x"}])
@@ -235,3 +237,25 @@ def test_a_folders_hash_follows_its_contents(tmp_path):
     first = sha256(tmp_path / "d")
     (tmp_path / "d" / "a").write_text("2")
     assert sha256(tmp_path / "d") != first
+
+
+def test_each_file_is_read_once_and_hashed_once(tmp_path, lifted, monkeypatch):
+    hashed = []
+    digest = hashlib.file_digest
+    monkeypatch.setattr(
+        hashlib, "file_digest", lambda file, name: hashed.append(file.name) or digest(file, name)
+    )
+    keypoints = alphapose(tmp_path / "ap.json", {1: list(range(ROWS))})
+    adapters = {"poses": "motionbert", "keypoints": "alphapose"}
+    read = {role: [] for role in adapters}
+    for role, name in adapters.items():
+        adapter = find_adapter(tmp_path, name)
+        own = adapter.read
+        monkeypatch.setattr(
+            adapter, "read", lambda path, own=own, role=role: read[role].append(path) or own(path)
+        )
+    take = open_take(RunOptions(poses=lifted, keypoints=keypoints, fps=25))
+    assert sorted(hashed) == sorted([str(lifted), str(keypoints)])
+    assert read == {"poses": [lifted], "keypoints": [keypoints]}
+    expected = [hashlib.sha256(path.read_bytes()).hexdigest() for path in (lifted, keypoints)]
+    assert [entry["sha256"] for entry in take.inputs] == expected

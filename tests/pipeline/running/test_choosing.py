@@ -22,7 +22,7 @@ def test_largest(facing_camera, frame):
     assert choose_person(people, "largest", "x").person == "1"
 
 
-def test_largest_is_what_the_picture_shows_not_depth(facing_camera):
+def test_largest_is_what_the_image_shows_not_depth(facing_camera):
     deep = facing_camera * [1, 1, 50]
     people = (person("deep", 1, facing=deep), person("wide", 1.1, facing=facing_camera))
     assert choose_person(people, "largest", "x").person == "wide"
@@ -40,7 +40,7 @@ def test_the_mean_over_frames_counts_and_missing_joints_do_not(facing_camera):
     assert choose_person((near, far), "longest", "x").person == "far"
 
 
-def test_a_world_has_no_picture(facing_camera):
+def test_a_world_has_no_image(facing_camera):
     with pytest.raises(InputError, match="world's axes"):
         choose_person((person("a", 1, frame=Z_UP, facing=facing_camera),) * 2, "largest", "x")
 

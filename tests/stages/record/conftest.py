@@ -78,7 +78,7 @@ def make_take() -> Callable[..., Take]:
 @pytest.fixture
 def film(tmp_path: Path) -> Callable[..., Video]:
     """film(codec="libx264", name="film.mp4", size=(64, 48), time_ms=..., bf=0, group=12, **options of the codec): a
-    bright spot that moves right, 8 pixels a frame, in the upper half of the picture; key frames are `group` frames
+    bright spot that moves right, 8 pixels a frame, in the upper half of the image; key frames are `group` frames
     apart."""
     import av
 
@@ -100,9 +100,9 @@ def film(tmp_path: Path) -> Callable[..., Video]:
             stream.codec_context.max_b_frames = bf
             stream.codec_context.gop_size = group
             for i, stamp in enumerate(time_ms):
-                picture = np.zeros((height, width, 3), np.uint8)
-                picture[2:10, 8 * i % width :][:, :8] = 255
-                frame = av.VideoFrame.from_ndarray(picture, "rgb24")
+                image = np.zeros((height, width, 3), np.uint8)
+                image[2:10, 8 * i % width :][:, :8] = 255
+                frame = av.VideoFrame.from_ndarray(image, "rgb24")
                 frame.pts, frame.time_base = stamp, tick
                 container.mux(stream.encode(frame))
             container.mux(stream.encode())

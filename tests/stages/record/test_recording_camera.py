@@ -1,4 +1,4 @@
-"""The frame whose lines tell up: in the recording with the lines and the horizon, without the image where no picture of
+"""The frame whose lines tell up: in the recording with the lines and the horizon, without the image where no image of
 the person is wanted."""
 
 from dataclasses import replace

@@ -38,7 +38,7 @@ def packets_of(source) -> list[bytes]:
 
 
 def frames_of(source) -> tuple[list[float], np.ndarray]:
-    """Seconds and pictures (N, H, W) in grey of a video."""
+    """Seconds and images (N, H, W) in grey of a video."""
     import av
 
     with av.open(source) as container:
@@ -49,11 +49,11 @@ def frames_of(source) -> tuple[list[float], np.ndarray]:
         )
 
 
-def spot(pictures: np.ndarray) -> np.ndarray:
+def spot(images: np.ndarray) -> np.ndarray:
     """(N, 2) column and row of the bright spot."""
-    weight = (pictures > 128).astype(float)
+    weight = (images > 128).astype(float)
     total = weight.sum(axis=(1, 2))
-    rows, columns = np.indices(pictures.shape[1:])
+    rows, columns = np.indices(images.shape[1:])
     return np.stack([(weight * axis).sum(axis=(1, 2)) / total for axis in (columns, rows)], axis=1)
 
 
@@ -89,9 +89,9 @@ def test_other_video_is_transcoded_once_and_that_is_said(recorded, film, codec, 
     assert (event.kind, event.row) == ("note", None)
     assert "H.264" in event.text
     assert reason in event.text
-    time_s, pictures = frames_of(io.BytesIO(bytes(recording.static("video_parts/0", BLOB)[0])))
+    time_s, images = frames_of(io.BytesIO(bytes(recording.static("video_parts/0", BLOB)[0])))
     np.testing.assert_allclose(time_s, video.time_s, atol=1e-4)
-    np.testing.assert_allclose(spot(pictures), spot(frames_of(video.path)[1]), atol=0.3)
+    np.testing.assert_allclose(spot(images), spot(frames_of(video.path)[1]), atol=0.3)
     np.testing.assert_allclose(
         np.ravel(recording.over_time("video", STAMP)[2]) / 1e9, video.time_s, atol=1e-4
     )
@@ -117,7 +117,7 @@ def test_long_video_is_cut_at_key_frames_and_its_packets_are_untouched(recorded,
     np.testing.assert_allclose(np.array(nanoseconds)[order] / 1e9, video.time_s, atol=1e-9)
     parts = sorted(set(entities), key=lambda name: int(name.rpartition("/")[2]))
     assert len(parts) >= 3
-    packets, pictures = [], []
+    packets, images = [], []
     for part in parts:
         content = bytes(recording.static(part.strip("/"), BLOB)[0])
         packets += packets_of(io.BytesIO(content))
@@ -125,9 +125,9 @@ def test_long_video_is_cut_at_key_frames_and_its_packets_are_untouched(recorded,
         own = np.sort([stamp for stamp, entity in zip(stamps, entities, strict=True) if entity == part])
         assert len(seconds) == len(own)
         np.testing.assert_allclose(own / 1e9 - own[0] / 1e9, np.subtract(seconds, seconds[0]), atol=2e-6)
-        pictures.append(shown)
+        images.append(shown)
     assert packets == packets_of(video.path)
-    assert np.array_equal(np.concatenate(pictures), frames_of(video.path)[1])
+    assert np.array_equal(np.concatenate(images), frames_of(video.path)[1])
 
 
 def test_parts_keep_uneven_time_stamps(film, monkeypatch):
@@ -148,7 +148,7 @@ def test_other_container_of_a_playable_codec_is_rewritten_not_transcoded(film):
 
 
 def test_key_frames_that_earlier_frames_need_end_no_part(film, monkeypatch):
-    """An open group's first pictures come before its key frame and are built on the group before."""
+    """An open group's first images come before its key frame and are built on the group before."""
     monkeypatch.setattr("pcnet3d.stages.drawing.rerun_video.PART_BYTES", 1)
     options = {"x265-params": "open-gop=1:scenecut=0:keyint=6:min-keyint=6:log-level=none"}
     video = film("libx265", time_ms=range(0, 1600, 40), bf=2, group=6, **options)
@@ -192,9 +192,9 @@ def test_copy_keeps_uneven_time_stamps_and_names_its_rate(film):
 def test_odd_sizes_lose_their_last_row_and_column_only(film):
     video = film("ffv1", "film.avi", size=(65, 49))
     (copy,) = transcoded(video)
-    _, pictures = frames_of(mp4(copy))
-    assert pictures.shape[1:] == (48, 64)
-    np.testing.assert_allclose(spot(pictures[:7]), spot(frames_of(video.path)[1][:7]), atol=0.3)
+    _, images = frames_of(mp4(copy))
+    assert images.shape[1:] == (48, 64)
+    np.testing.assert_allclose(spot(images[:7]), spot(frames_of(video.path)[1][:7]), atol=0.3)
 
 
 @pytest.mark.parametrize("clockwise", [90, 180, 270])
@@ -203,9 +203,9 @@ def test_turned_video_comes_out_upright(film, clockwise):
     (part,), (event,) = viewable(video)
     assert f"{clockwise} degrees" in event.text
     upright = np.rot90(frames_of(video.path)[1], -clockwise // 90, axes=(1, 2))
-    _, pictures = frames_of(mp4(part))
-    assert pictures.shape == upright.shape
-    np.testing.assert_allclose(spot(pictures), spot(upright), atol=0.3)
+    _, images = frames_of(mp4(part))
+    assert images.shape == upright.shape
+    np.testing.assert_allclose(spot(images), spot(upright), atol=0.3)
 
 
 def test_frames_that_an_edit_list_cuts_away_do_not_shift_the_rest(film, tmp_path):
@@ -229,9 +229,9 @@ def test_frames_that_an_edit_list_cuts_away_do_not_shift_the_rest(film, tmp_path
     stamps = part.stamps_ns
     np.testing.assert_allclose((stamps - stamps[0]) / 1e9, video.time_s, atol=1e-4)
     _, shown = frames_of(path)
-    _, pictures = frames_of(mp4(part))
+    _, images = frames_of(mp4(part))
     assert "9 frames" in event.text
-    np.testing.assert_allclose(spot(pictures), spot(shown), atol=0.3)
+    np.testing.assert_allclose(spot(images), spot(shown), atol=0.3)
 
 
 def test_slow_motion_runs_with_the_poses(make_take, read_rrd, film, tmp_path):
@@ -251,7 +251,7 @@ def test_slow_motion_runs_with_the_poses(make_take, read_rrd, film, tmp_path):
         np.testing.assert_allclose(nanoseconds / 1e9, frame / 100, atol=1e-9)
 
 
-def test_no_frames_means_no_picture(recorded, film):
+def test_no_frames_means_no_image(recorded, film):
     events, recording = recorded(film("mpeg4"), frames=False)
     assert events == ()
     assert "video" not in recording.entities

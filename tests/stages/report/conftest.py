@@ -172,9 +172,9 @@ def film(tmp_path: Path) -> Callable[..., Video]:
             stream.width, stream.height, stream.pix_fmt = width, height, "yuv420p"
             stream.codec_context.time_base = Fraction(1, 1000)
             for i, stamp in enumerate(stamps):
-                picture = np.full((height, width, 3), 40, np.uint8)
-                picture[:16, 10 * i % (width - 16) :][:, :16] = 255
-                frame = av.VideoFrame.from_ndarray(picture, "rgb24")
+                image = np.full((height, width, 3), 40, np.uint8)
+                image[:16, 10 * i % (width - 16) :][:, :16] = 255
+                frame = av.VideoFrame.from_ndarray(image, "rgb24")
                 frame.pts, frame.time_base = int(stamp), Fraction(1, 1000)
                 container.mux(stream.encode(frame))
             container.mux(stream.encode())

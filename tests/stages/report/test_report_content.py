@@ -98,7 +98,7 @@ def test_texts_of_files_and_events_are_shown_not_obeyed(walk_take):
     assert page.words.count(nasty) >= 10
 
 
-def test_warnings_come_before_the_first_picture(walk_take):
+def test_warnings_come_before_the_first_image(walk_take):
     take = walk_take.saying(Event("warning", "the poses are odd"))
     take = take.with_(rectified=replace(take.rectified, level_ok=False, level_reason="the person lies"))
     said = report(take)
@@ -110,7 +110,7 @@ def test_what_a_take_lacks_is_left_out(walk_take):
     bare = walk_take.with_(kinematics=None, keypoints=None, filtered=None)
     said = report(bare)
     assert "Joint angles" not in said
-    assert "before rectification, as the camera sees it" in said  # in place of picture and keypoints
+    assert "before rectification, as the camera sees it" in said  # in place of image and keypoints
     with pytest.raises(InputError, match="rectify"):
         report(walk_take.with_(rectified=None))
 
@@ -155,7 +155,7 @@ def test_a_single_frame(walk_take):
     take = walk_take.with_(
         poses=first["poses"], rectified=rectified, kinematics=None, filtered=None, keypoints=None
     )
-    assert "1 frames" in report(take)
+    assert "1 frame," in report(take)
 
 
 def test_the_angle_table_counts_and_gives_reasons():

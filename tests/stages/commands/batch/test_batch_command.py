@@ -256,7 +256,7 @@ def test_everybody_of_a_take_has_a_row(pcnet3d, tmp_path):
         ("both", "s", "0", 45), ("both", "s", "1", 45),
     ]  # fmt: skip
     kept = pcnet3d("batch", study, "-o", tmp_path / "out")
-    assert "1 takes done (1 of them before)" in kept.stdout
+    assert "1 take done (1 of them before)" in kept.stdout
 
 
 def test_a_folders_truncated_file_fails_with_its_reason(pcnet3d, tmp_path):

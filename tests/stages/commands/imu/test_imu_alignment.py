@@ -90,7 +90,7 @@ def test_noise_bounds_the_correlation_as_it_must():
             assert of["gain"] == pytest.approx(1, abs=0.03)
 
 
-def test_seams_and_gaps_are_never_crossed(walk):
+def test_clip_boundaries_and_gaps_are_never_crossed(walk):
     path = point_on("r_forearm", walk.world - walk.world[:, :1]).copy()
     path[120:] += 0.3  # as a lifter's new clip may
     path[60:63] = np.nan

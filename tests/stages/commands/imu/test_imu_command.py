@@ -1,4 +1,4 @@
-"""`pcnet3d imu` from files to table, picture and recording, on the walker with simulated sensors."""
+"""`pcnet3d imu` from files to table, image and recording, on the walker with simulated sensors."""
 
 import json
 import shutil

@@ -26,7 +26,7 @@ def test_a_long_video_goes_there_and_back_without_a_jump(tmp_path):
         ]
     assert len(small) == 1200
     steps = [np.abs(after - before).mean() for before, after in pairwise(small)]
-    assert max(steps) < 3  # grey levels on average; another picture of the walk is 10 and more away
+    assert max(steps) < 3  # grey levels on average; another image of the walk is 10 and more away
     np.testing.assert_allclose(small[480], small[0], atol=12)
 
 

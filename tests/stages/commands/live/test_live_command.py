@@ -51,17 +51,17 @@ def test_every_frame_of_a_file_is_in_the_recording_with_its_keypoints(from_file,
         assert np.isfinite(np.array(positions)[1:]).all()
 
 
-def test_pictures_are_there_as_they_were_shown(from_file):
+def test_images_are_there_as_they_were_shown(from_file):
     import av
 
     frames, samples = logged(from_file / "live.rrd", "video", "VideoStream:sample")
     assert frames.tolist() == list(range(60))
     decoder = av.CodecContext.create("h264", "r")
-    pictures = []
+    images = []
     for sample in samples:
-        pictures += decoder.decode(av.Packet(bytes(np.ravel(sample).astype(np.uint8))))
-    pictures += decoder.decode(None)
-    corners = [picture.to_ndarray(format="gray")[8:40, 8:40].mean() for picture in pictures]
+        images += decoder.decode(av.Packet(bytes(np.ravel(sample).astype(np.uint8))))
+    images += decoder.decode(None)
+    corners = [image.to_ndarray(format="gray")[8:40, 8:40].mean() for image in images]
     np.testing.assert_allclose(corners, 8 + 4 * np.arange(60), atol=3)
 
 
@@ -123,7 +123,7 @@ def test_ctrl_c_ends_the_take_and_it_is_processed(numbered_film, toy_detector, t
     assert logged(output / "live.rrd", "video", "VideoStream:sample")[1] == []
 
 
-def test_of_a_camera_that_is_too_fast_only_the_newest_picture_is_taken():
+def test_of_a_camera_that_is_too_fast_only_the_newest_image_is_taken():
     def camera():
         for number in range(200):
             time.sleep(0.001)

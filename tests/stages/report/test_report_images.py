@@ -1,4 +1,4 @@
-"""Key frames: which they are, that they are the right pictures, and that none is there when none is wanted."""
+"""Key frames: which they are, that they are the right images, and that none is there when none is wanted."""
 
 from dataclasses import replace
 
@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from pcnet3d.pipeline import H36M17, InputError
-from pcnet3d.pipeline.files.video_frames import pictures, pictures_at
+from pcnet3d.pipeline.files.video_frames import images_at, images_from
 from pcnet3d.stages.report.key_frames import jpeg, key_rows
 from pcnet3d.stages.report.stage import report
 
@@ -18,8 +18,8 @@ def square(image: np.ndarray) -> float:
 
 
 @pytest.mark.parametrize("wanted", [[0], [59], [3, 17, 18, 44], []])
-def test_the_decoded_pictures_are_those_of_the_frames(film, wanted):
-    found = pictures_at(film(), wanted)
+def test_the_decoded_images_are_those_of_the_frames(film, wanted):
+    found = images_at(film(), wanted)
     assert sorted(found) == wanted
     for number, image in found.items():
         assert image.shape == (360, 640, 3)
@@ -27,14 +27,14 @@ def test_the_decoded_pictures_are_those_of_the_frames(film, wanted):
 
 
 def test_frames_that_the_video_does_not_have_are_left_out(film):
-    assert list(pictures_at(film(frames=20), [5, 20, 400])) == [5]
+    assert list(images_at(film(frames=20), [5, 20, 400])) == [5]
 
 
 @pytest.mark.parametrize("turn", [0, 90, 180, 270])
-def test_pictures_are_turned_upright(film, turn):
+def test_images_are_turned_upright(film, turn):
     video = film(frames=4)
-    plain = pictures_at(video, [2])[2]
-    turned = pictures_at(replace(video, rotation_deg=turn), [2])[2]
+    plain = images_at(video, [2])[2]
+    turned = images_at(replace(video, rotation_deg=turn), [2])[2]
     clockwise = {0: plain, 90: cv2.rotate(plain, cv2.ROTATE_90_CLOCKWISE), 180: cv2.rotate(plain, cv2.ROTATE_180),
                  270: cv2.rotate(plain, cv2.ROTATE_90_COUNTERCLOCKWISE)}  # fmt: skip
     np.testing.assert_array_equal(turned, clockwise[turn])
@@ -44,29 +44,29 @@ def test_a_video_that_cannot_be_decoded(film, tmp_path):
     video = film()
     video.path.write_bytes(b"\0" * 400)
     with pytest.raises(InputError, match="cannot be decoded"):
-        pictures_at(video, [3])
+        images_at(video, [3])
 
 
-def test_all_pictures_from_a_frame_on(film):
+def test_all_images_from_a_frame_on(film):
     video = film(frames=30)
     for first in (0, 13, 29):
-        shown = dict(pictures(video, first))
+        shown = dict(images_from(video, first))
         assert list(shown) == list(range(first, 30))
         for number, image in shown.items():
             assert square(image) == pytest.approx(10 * number % 624, abs=2)
-    assert list(pictures(video, 30)) == []
+    assert list(images_from(video, 30)) == []
 
 
 def test_keypoints_are_drawn_where_they_are():
-    """A right leg along a diagonal of a grey picture: its colour is on the line, and nowhere far from it."""
+    """A right leg along a diagonal of a grey shown: its colour is on the line, and nowhere far from it."""
     image = np.full((200, 300, 3), 128, np.uint8)
     keypoints = np.full((17, 2), np.nan)
     keypoints[H36M17.indices(("r_hip", "r_knee"))] = [[100, 40], [180, 120]]
-    picture = cv2.imdecode(np.frombuffer(jpeg(image, keypoints, H36M17), np.uint8), cv2.IMREAD_COLOR).astype(
+    shown = cv2.imdecode(np.frombuffer(jpeg(image, keypoints, H36M17), np.uint8), cv2.IMREAD_COLOR).astype(
         int
     )
-    assert picture.shape == (360, 360, 3)
-    orange = np.argwhere(picture[..., 2] - picture[..., 0] > 90)
+    assert shown.shape == (360, 360, 3)
+    orange = np.argwhere(shown[..., 2] - shown[..., 0] > 90)
     # The square around the leg has its middle at the knee-hip middle and 1.35 times its side.
     side = int(1.35 * 80)
     ends = (np.array([[100, 40], [180, 120]]) - [140 - side / 2, 80 - side / 2]) * 360 / side
@@ -80,11 +80,11 @@ def test_keypoints_are_drawn_where_they_are():
 @pytest.mark.parametrize(
     "points", [np.full((17, 2), np.nan), np.full((17, 2), -50.0), np.full((17, 2), 5000.0)]
 )
-def test_without_a_person_in_it_the_whole_picture_is_shown(points):
+def test_without_a_person_in_it_the_whole_image_is_shown(points):
     image = np.zeros((90, 160, 3), np.uint8)
-    picture = cv2.imdecode(np.frombuffer(jpeg(image, points, H36M17), np.uint8), cv2.IMREAD_COLOR)
-    assert picture.shape[1] == 360
-    assert picture.shape[0] == pytest.approx(360 * 90 / 160, abs=1)
+    shown = cv2.imdecode(np.frombuffer(jpeg(image, points, H36M17), np.uint8), cv2.IMREAD_COLOR)
+    assert shown.shape[1] == 360
+    assert shown.shape[0] == pytest.approx(360 * 90 / 160, abs=1)
 
 
 def test_key_rows_show_the_movement_and_no_outlier(walk_take):
@@ -102,7 +102,7 @@ def test_key_rows_show_the_movement_and_no_outlier(walk_take):
     assert not [row for row in rows if 60 <= row < 80]
 
 
-def test_no_frames_means_no_picture(walk_take, film):
+def test_no_frames_means_no_image(walk_take, film):
     take = walk_take.with_(video=film())
     assert report(take).count("data:image/jpeg") == 6
     without = report(take, frames=False)

@@ -46,7 +46,7 @@ _PARTS: tuple[tuple[str, dict[str, float]], ...] = (
 )
 
 
-def pictures(walk: Walk, camera: Camera) -> Iterator[np.ndarray]:
+def images(walk: Walk, camera: Camera) -> Iterator[np.ndarray]:
     """(height, width, 3) uint8 RGB, one for every frame of the take."""
     floor = _floor(camera)
     for landmarks in halpe26(walk):

@@ -1,4 +1,4 @@
-"""Lifters that look at the picture: where they look, and what becomes of their landmarks."""
+"""Lifters that look at the image: where they look, and what becomes of their landmarks."""
 
 import numpy as np
 import pytest
@@ -42,7 +42,7 @@ def test_the_crop_is_around_the_hips_and_holds_the_body(upright):
     crops = crops_around(upright, np.full((2, 17), np.nan), np.arange(2))
     assert_allclose(crops.centre, [[300, 200]] * 2)
     assert_allclose(crops.side, 250)  # 2 x 1.25 x 100; the head does not count
-    assert_allclose(crops.R_picture_from_crop, [np.eye(2)] * 2, atol=1e-12)
+    assert_allclose(crops.R_image_from_crop, [np.eye(2)] * 2, atol=1e-12)
 
 
 def test_doubtful_keypoints_do_not_widen_the_crop(upright):
@@ -53,15 +53,15 @@ def test_doubtful_keypoints_do_not_widen_the_crop(upright):
     assert sides[1] == 250
 
 
-def test_a_turned_picture_gives_the_same_crop(upright):
-    """The person lies with the head to the right: a quarter turn clockwise of picture and keypoints."""
-    picture = RNG.integers(0, 255, (400, 600, 3), dtype=np.uint8)
-    turned = np.ascontiguousarray(np.rot90(picture, -1))
+def test_a_turned_image_gives_the_same_crop(upright):
+    """The person lies with the head to the right: a quarter turn clockwise of image and keypoints."""
+    image = RNG.integers(0, 255, (400, 600, 3), dtype=np.uint8)
+    turned = np.ascontiguousarray(np.rot90(image, -1))
     lying = np.stack([399 - upright[..., 1], upright[..., 0]], axis=-1)
     nothing = np.full((2, 17), np.nan)
     standing, lying = (crops_around(pixels, nothing, np.arange(2)) for pixels in (upright, lying))
-    assert_allclose(lying.R_picture_from_crop[0], [[0, -1], [1, 0]], atol=1e-12)
-    a, b = standing.cut(0, picture, 250), lying.cut(0, turned, 250)
+    assert_allclose(lying.R_image_from_crop[0], [[0, -1], [1, 0]], atol=1e-12)
+    a, b = standing.cut(0, image, 250), lying.cut(0, turned, 250)
     assert_allclose(b[2:-2, 2:-2], a[2:-2, 2:-2], atol=0.02)
 
 
@@ -74,9 +74,11 @@ def test_landmarks_become_the_17_joints_about_the_pelvis(landmarks, take):
     assert_allclose(lifted.joints[:, others, 2] - (expected - expected[0])[others, 2], 0, atol=1e-4)
     lengths = np.linalg.norm((expected - expected[0])[others], axis=-1)
     assert_allclose(np.linalg.norm(lifted.joints[:, others], axis=-1), np.tile(lengths, (30, 1)), atol=1e-4)
-    assert np.ptp(lifted.joints[:, nose, 2]) > 1e-3  # it looks at every picture
+    assert np.ptp(lifted.joints[:, nose, 2]) > 1e-3  # it looks at every image
     heel = WORLD[BLAZEPOSE33.index("l_heel")] - expected[0]
-    assert_allclose(np.linalg.norm(lifted.feet[:, FEET.index("l_heel")], axis=-1), np.linalg.norm(heel), atol=1e-4)
+    assert_allclose(
+        np.linalg.norm(lifted.feet[:, FEET.index("l_heel")], axis=-1), np.linalg.norm(heel), atol=1e-4
+    )
     assert_allclose(lifted.confidence, 1 / (1 + np.exp(-2)), atol=1e-5)
     assert (lifted.frame.name, lifted.frame.unit) == ("CAMERA", "m")
     np.testing.assert_array_equal(lifted.frame_index, take.keypoints.frame_index)

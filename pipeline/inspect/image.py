@@ -22,7 +22,7 @@ _MIDDLE = (110, 103, 96)
 
 
 def draw(poses: PoseSequence, path: Path) -> None:
-    """Write the picture. poses: H36M17 relative to the pelvis, in a camera's or world's axes.
+    """Write the image. poses: H36M17 relative to the pelvis, in a camera's or world's axes.
 
     The frames are spread evenly over the complete ones; the scale is the same in all. InputError when the file cannot
     be written or is no .png, or no frame is complete.

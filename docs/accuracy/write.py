@@ -1,0 +1,255 @@
+"""Writes docs/accuracy.md and the tables of accuracy in other documents, from what `pcnet3d evaluate` measured:
+
+    python docs/accuracy/write.py [DIR/evaluation.json ...]
+
+The figures that documents quote are in figures.json, a block per evaluation, with its command, its date and the
+networks that it measured. An evaluation.json replaces the figures of its blocks; all others stay. Then accuracy.md is
+written from page.j2, and what stands between `<!-- docs/accuracy/write.py: NAME -->` and `<!-- end -->` in other
+documents from the macro NAME of tables.j2. Words around the figures are not measured: read them again.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+from pcnet3d.models.lifter.load import load_lifter
+from pcnet3d.models.rectifier.load import load_rectifier
+from pcnet3d.pipeline.errors import InputError
+
+HERE = Path(__file__).parent
+FIGURES = HERE / "figures.json"
+ROOT = HERE.parents[1]
+MARKED = (
+    "README.md",
+    "docs/angles.md",
+    "docs/lifting.md",
+    "models/lifter/card.md",
+    "models/rectifier/card.md",
+)
+_MARK = re.compile(r"(<!-- docs/accuracy/write\.py: (\w+) -->\n).*?(<!-- end -->)", re.DOTALL)
+
+
+@dataclass(frozen=True)
+class Block:
+    """Figures that one evaluation gives. command: that gives them. key: of the evaluation.json, where only this command
+    has it. rests_on: networks by which the figures would change. quoted: patterns of paths in the evaluation.json."""
+
+    command: str
+    key: str
+    rests_on: tuple[str, ...]
+    quoted: tuple[str, ...]
+
+
+BLOCKS = {
+    "takes": Block(
+        "pcnet3d evaluate --takes",
+        "takes",
+        ("lifter", "pcnet"),
+        (
+            "takes/*, upright, 2 s and more/methods/geometric, a frame/rotation/mean",
+            *(
+                f"takes/*, upright, 2 s and more/methods/pcnet, a {method}/{figure}"
+                for method in ("frame", "take", "take, with its image")
+                for figure in ("tilt/mean", "rotation/mean", "mpjpe/mean")
+            ),
+            "takes/*, upright, 2 s and more/methods/pcnet, a take*/inside",
+            "takes/HDM05, lifted, lying/takes",
+            "takes/HDM05, lifted, lying/methods/pcnet, a take/[il]*",  # levelled, and inside where any is
+            "takes/HDM05, lifted, lying/methods/pcnet, a take/tilt/mean",
+            "takes/HDM05, lifted, lying/methods/pcnet, a take, with its image/rotation/mean",
+            "acceleration/CMU test, lifted/level/*/rmse/p50",
+            "acceleration/CMU test, lifted/lift/*/rmse/p50",
+        ),
+    ),
+    "angles": Block(
+        "pcnet3d evaluate --angles",
+        "sets",
+        ("lifter", "pcnet"),
+        (
+            "sets/*/methods/pcnet/*/inside",
+            "sets/CMU test/methods/pcnet/*/rmse",
+            "sets/CMU test/methods/pcnet/*/rmse_half",
+            "sets/CMU test/methods/pcnet/*/error/p50",
+        ),
+    ),
+    "real_take": Block(
+        "pcnet3d evaluate --real-take",
+        "standing",
+        ("lifter", "pcnet"),
+        (
+            "lift/*/mean/rigid_mm",
+            "lift/*/mean/*_flexion/rmse",
+            "level/video, *, geometric/mean/up_deg",
+            "level/video, *, pcnet/*/up_deg",
+            "level/video, *, pcnet/mean/stated_deg",
+            "level/video, *, pcnet/mean/trunk_lean_*/mae",
+            "standing/geometric/mean/up_deg",
+            "standing/pcnet*/up_deg",
+            "standing/pcnet*/mean/stated_deg",
+        ),
+    ),
+    "lifter": Block(
+        "pcnet3d evaluate",
+        "beds",
+        ("lifter",),
+        (
+            "beds/*/focal assumed/*/lifter/frame/*MPJPE/*",
+            "beds/wild/focal assumed/*/lifter/counts/frames",
+            *(
+                f"beds/wild/focal assumed/CMU test upright/lifter/frame/{axis}/mean"
+                for axis in ("depth", "lateral", "vertical")
+            ),
+        ),
+    ),
+    "rectifiers": Block(
+        "pcnet3d evaluate --rectifier geometric --rectifier pcnet --rectifier paper --real",
+        "real, rectified",
+        ("lifter", "pcnet", "paper"),
+        (
+            "rectifiers/*/rows/*/frames",
+            "rectifiers/*/rows/*/rotation/*",
+            "rectifiers/pcnet/rows/*/expected/mean",
+            "rectifiers/pcnet/rows/*/spearman",
+            "real, rectified/apart/*/camera axes/*",
+            "real, rectified/apart/*/*, a frame/*",
+            "real, rectified/apart/*/pcnet, a take/*",
+            "real, rectified/up/*/*",
+            "real, rectified/trunk/*, pcnet3d on MoveNet/pcnet/*",
+            "real, rectified/trunk/*, BlazePose/pcnet/*",
+        ),
+    ),
+}
+_SETTING = {"seed": 0, "flip": False, "bed": "wild"}  # of every evaluation that has it
+
+
+@cache
+def shipped() -> dict[str, str]:
+    """Each network of the package with the first 12 digits of its file's SHA-256."""
+    models = {
+        "lifter": load_lifter(),
+        "pcnet": load_rectifier("pcnet"),
+        "paper": load_rectifier("paper"),
+    }
+    return {name: model.method.partition("@")[2] for name, model in models.items()}
+
+
+def stale(figures: dict[str, Any]) -> list[str]:
+    """A sentence for each block whose figures are of another network than the shipped one."""
+    return [
+        f"The figures of '{name}' are of another {network} ({measured}) than the shipped one ({shipped()[network]}); "
+        f"run `{block['command']} -o DIR` and `python docs/accuracy/write.py DIR/evaluation.json`."
+        for name, block in figures.items()
+        for network, measured in block["networks"].items()
+        if measured != shipped()[network]
+    ]
+
+
+def updated(figures: dict[str, Any], evaluation: dict[str, Any]) -> dict[str, Any]:
+    """figures with the blocks that an evaluation.json has measured anew.
+
+    InputError for an evaluation that gives no block, lacks a figure that is quoted, or is of other networks than the
+    shipped ones or of another seed, bed or lift than the documents say.
+    """
+    names = [name for name, block in BLOCKS.items() if block.key in evaluation]
+    if not names:
+        commands = "; ".join(block.command for block in BLOCKS.values())
+        raise InputError(
+            f"Expected an evaluation.json of one of these commands: {commands}; this is of none."
+        )
+    if other := {
+        key: evaluation[key] for key in _SETTING if evaluation.get(key, _SETTING[key]) != _SETTING[key]
+    }:
+        raise InputError(
+            f"The documents are about {_SETTING}, this evaluation about {other}; evaluate without it."
+        )
+    measured = {method.partition("@")[2] for method in evaluation.get("networks", [])}
+    content = json.dumps(evaluation)
+    for name, digest in shipped().items():
+        content = content.replace(f"pcnet@{digest}", name)
+    new = dict(figures)
+    for name in names:
+        block = BLOCKS[name]
+        if missing := [network for network in block.rests_on if shipped()[network] not in measured]:
+            raise InputError(
+                f"'{name}' is about the shipped {' and '.join(missing)}, which this evaluation did not measure; run "
+                f"`{block.command} -o DIR` and give its evaluation.json."
+            )
+        new[name] = {
+            "command": block.command,
+            "date": evaluation["date"],
+            "networks": {network: shipped()[network] for network in block.rests_on},
+            "figures": picked(json.loads(content), block.quoted),
+        }
+    return new
+
+
+def picked(tree: dict[str, Any], patterns: Sequence[str]) -> dict[str, Any]:
+    """The parts of nested figures whose paths, "key/key/key", fit a pattern, rounded to 4 digits after the point.
+
+    InputError for a pattern that nothing fits.
+    """
+    unused = set(patterns)
+
+    def inside(part: Any, path: str) -> Any:
+        if isinstance(part, dict):
+            kept = {key: inside(value, f"{path}/{key}" if path else key) for key, value in part.items()}
+            return {key: value for key, value in kept.items() if value is not None} or None
+        fitting = {pattern for pattern in patterns if fnmatchcase(path, pattern)}
+        unused.difference_update(fitting)
+        return (round(part, 4) if isinstance(part, float) else part) if fitting else None
+
+    found = inside(tree, "")
+    if unused:
+        raise InputError(
+            f"The documents quote {sorted(unused)[0]}, which this evaluation lacks; run it in full."
+        )
+    return found
+
+
+def pages(figures: dict[str, Any]) -> dict[str, str]:
+    """Every document that quotes figures, by its path, as it has to read."""
+    kit = Environment(
+        loader=FileSystemLoader(HERE), undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True,
+        keep_trailing_newline=True, autoescape=False,
+    )  # fmt: skip
+    kit.filters |= {f"d{digits}": f"{{:.{digits}f}}".format for digits in range(3)}
+    kit.filters["percent"] = lambda share: f"{100 * share:.0f} %"
+    kit.filters["spread"] = lambda of, digits=0: " / ".join(
+        f"{of[name]:.{digits}f}" for name in ("p50", "mean", "p95")
+    )
+    words = {name: block["figures"] for name, block in figures.items()}
+    tables = kit.get_template("tables.j2").make_module(words)
+    texts = {"docs/accuracy.md": kit.get_template("page.j2").render(words)}
+    for name in MARKED:
+        text = (ROOT / name).read_text(encoding="utf-8")
+        texts[name] = _MARK.sub(lambda mark: f"{mark[1]}{getattr(tables, mark[2])()}{mark[3]}", text)
+    return texts
+
+
+def main() -> None:
+    figures = json.loads(FIGURES.read_text(encoding="utf-8"))
+    try:
+        for path in sys.argv[1:]:
+            figures = updated(figures, json.loads(Path(path).read_text(encoding="utf-8")))
+    except InputError as error:
+        sys.exit(f"{path}: {error}")
+    text = json.dumps(figures, indent=1, ensure_ascii=False)
+    text = re.sub(r"{[^{}]*}", lambda innermost: " ".join(innermost[0].split()), text)  # a line each
+    FIGURES.write_text(text + "\n", encoding="utf-8")
+    for name, text in pages(figures).items():
+        (ROOT / name).write_text(text, encoding="utf-8")
+    print("\n".join(stale(figures)) or "All figures are of the shipped networks.")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,104 @@
+"""Evidence on up: what any source says, as a Gaussian about it, and what several say together.
+
+Each kind is made in one place: the body's by `votes.pool`, that of feet and floor by `floor.of_feet`, what the user or
+a sensor tells by `direction`, the image's by `of_image`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ...pipeline.camera import Look
+from ...pipeline.rotations import angle_deg, is_finite, unit
+from ..common.metrics import RAYLEIGH_90
+
+FRAMES, FEET, FLOOR, IMAGE = (
+    "frames",
+    "feet",
+    "floor",
+    "image",
+)  # names of sources, beside people's and what is told
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """One source's word on up: information matrix (3, 3) and vector (3,) of a Gaussian about it, per square radian."""
+
+    name: str
+    information: np.ndarray
+    vector: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class TakeUp:
+    """A take's up. up: (3,), unit, or (T, 3) before a camera that moves; NaN where there is no evidence. error_deg:
+    expected root mean square angle to the truth, of the take or (T,) of each frame. shares: each source's part of the
+    information, by name. pulls: by how many degrees each source moves up against what the others say together. own:
+    the up that each source would have by itself, and its error in degrees, of those that know one. warnings: about
+    sources that contradict each other, in words."""
+
+    up: np.ndarray
+    error_deg: float | np.ndarray
+    shares: dict[str, float] = field(default_factory=dict)
+    pulls: dict[str, float] = field(default_factory=dict)
+    own: dict[str, tuple[np.ndarray, float]] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def bound_deg(self) -> float | np.ndarray:
+        """The angle that nine in ten takes should stay under, as error_deg."""
+        return RAYLEIGH_90 * self.error_deg
+
+
+def direction(name: str, up: np.ndarray, error_deg: float) -> Evidence:
+    """A source that knows up itself: a gravity sensor, the camera's known pitch and roll, the frames' votes.
+
+    up: (3,), any length; error_deg: root mean square angle of its error."""
+    up = unit(np.asarray(up, dtype=np.float64))
+    per_axis = np.radians(error_deg) / np.sqrt(2)
+    information = np.eye(3) / per_axis**2
+    return Evidence(name, information, information @ up)
+
+
+def of_image(look: Look) -> Evidence:
+    """An image's answer."""
+    information = np.linalg.pinv(look.covariance, hermitian=True, rcond=1e-9)
+    # Along up itself nothing can be wrong; a finite number there keeps the fused direction a unit vector.
+    information = information + np.outer(look.up, look.up) * np.trace(information)
+    return Evidence(IMAGE, information, information @ look.up)
+
+
+def fuse(sources: Sequence[Evidence]) -> TakeUp:
+    """The up of all sources together, NaN without any."""
+    up = _up_of(sources)
+    if not sources:
+        return TakeUp(up, float("nan"))
+    across = np.eye(3) - np.outer(up, up)
+    parts = {source.name: float(np.trace(across @ source.information)) for source in sources}
+    pulls, own = {}, {}
+    for source in sources:
+        alone, others = _up_of([source]), [other for other in sources if other is not source]
+        if is_finite(alone):
+            own[source.name] = alone, _error_of([source], alone)
+        if others:
+            pulls[source.name] = float(angle_deg(up, _up_of(others)))
+    shares = {name: part / sum(parts.values()) for name, part in parts.items()}
+    return TakeUp(up, _error_of(sources, up), shares, pulls, own)
+
+
+def _up_of(sources: Sequence[Evidence]) -> np.ndarray:
+    """(3,), NaN where none knows more than a plane."""
+    vector = sum(source.vector for source in sources)
+    if not np.any(vector):
+        return np.full(3, np.nan)
+    return unit(np.linalg.lstsq(sum(source.information for source in sources), vector, rcond=None)[0])
+
+
+def _error_of(sources: Sequence[Evidence], up: np.ndarray) -> float:
+    """Degrees, root mean square, of their up (3,)."""
+    across = np.eye(3) - np.outer(up, up)
+    information = np.sum([source.information for source in sources], axis=0)
+    return float(np.degrees(np.sqrt(np.trace(np.linalg.pinv(across @ information @ across)))))

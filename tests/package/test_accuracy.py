@@ -1,0 +1,117 @@
+"""The figures of accuracy in the documents are those that were measured, of the shipped networks."""
+
+from __future__ import annotations
+
+import copy
+import importlib.util
+import json
+import re
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pcnet3d.pipeline.errors import InputError
+
+ROOT = Path(__file__).parents[2]
+WRITE = ROOT / "docs" / "accuracy" / "write.py"
+spec = importlib.util.spec_from_file_location("accuracy_write", WRITE)
+assert spec is not None
+assert spec.loader is not None
+write = importlib.util.module_from_spec(spec)
+sys.modules[spec.name] = write  # where dataclasses look their annotations up
+spec.loader.exec_module(write)
+
+FIGURES = json.loads(write.FIGURES.read_text(encoding="utf-8"))
+
+
+def evaluation() -> dict:
+    """As `pcnet3d evaluate --real-take` writes it, the figures those of figures.json and some that nobody quotes."""
+    shipped = write.shipped()
+    content = json.dumps(FIGURES["real_take"]["figures"])
+    content = re.sub(r'pcnet(?=[",])', f"pcnet@{shipped['pcnet']}", content)
+    networks = [f"pcnet3d@{shipped['lifter']}", f"pcnet@{shipped['pcnet']}"]
+    return json.loads(content) | {"date": "2031-01-02", "networks": networks, "flip": False, "pcnet3d": "9.9"}
+
+
+@pytest.mark.parametrize("name", ["docs/accuracy.md", *write.MARKED])
+def test_documents_say_what_was_measured(name):
+    told = (ROOT / name).read_text(encoding="utf-8")
+    assert told == write.pages(FIGURES)[name], (
+        f"{name} does not say what docs/accuracy/figures.json does; run `python docs/accuracy/write.py`, or edit the "
+        "templates in docs/accuracy instead of the document."
+    )
+
+
+def test_every_document_follows_the_figures():
+    """A mark that is lost, or a macro that nobody names, would leave a table as it is."""
+    doubled = write.pages(twice(FIGURES))
+    told = {name: (ROOT / name).read_text(encoding="utf-8") for name in doubled}
+    assert [name for name, text in doubled.items() if text == told[name]] == []
+    marks = [
+        name
+        for text in told.values()
+        for name in re.findall(r"<!-- docs/accuracy/write\.py: (\w+) -->", text)
+    ]
+    macros = re.findall(r"^{% macro (\w+)\(\) %}", (write.HERE / "tables.j2").read_text(), re.MULTILINE)
+    assert sorted(marks) == sorted(macros)
+
+
+def twice(figures: Any) -> Any:
+    """With every number doubled."""
+    if isinstance(figures, dict):
+        return {key: twice(value) for key, value in figures.items()}
+    return figures if isinstance(figures, str) else 2 * figures
+
+
+def test_every_figure_is_of_the_shipped_networks():
+    assert set(FIGURES) == set(write.BLOCKS)
+    assert write.stale(FIGURES) == []
+
+
+def test_a_new_network_asks_for_new_figures(monkeypatch):
+    monkeypatch.setattr(write, "shipped", lambda: {"lifter": "new", "pcnet": "old", "paper": "old"})
+    block = {"command": "pcnet3d evaluate --takes", "networks": {"lifter": "old", "pcnet": "old"}}
+    (sentence,) = write.stale({"takes": block})
+    assert (
+        "another lifter (old) than the shipped one (new); run `pcnet3d evaluate --takes -o DIR`" in sentence
+    )
+
+
+def test_an_evaluation_replaces_its_block_only():
+    measured = evaluation()
+    measured["standing"]["geometric"]["mean"]["up_deg"] = 12.34567
+    after = write.updated(FIGURES, measured)
+    block = after.pop("real_take")
+    assert after == {name: block for name, block in FIGURES.items() if name != "real_take"}
+    assert block["date"] == "2031-01-02"
+    assert block["networks"] == {name: write.shipped()[name] for name in ("lifter", "pcnet")}
+    wanted = copy.deepcopy(FIGURES["real_take"]["figures"])
+    wanted["standing"]["geometric"]["mean"]["up_deg"] = 12.3457
+    assert block["figures"] == wanted
+
+
+def test_only_figures_that_are_quoted_are_kept():
+    tree = {"a": {"b": 1.23456, "c": 2}, "d": {"b": 3}}
+    assert write.picked(tree, ["a/b", "d/*"]) == {"a": {"b": 1.2346}, "d": {"b": 3}}
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        ({"networks": ["pcnet3d@000000000000"]}, "shipped lifter and pcnet"),
+        ({"flip": True}, "flip"),
+        ({"seed": 3}, "seed"),
+        ({"bed": "typical"}, "typical"),
+        ({"lift": {}}, "quote lift/"),
+    ],
+)
+def test_an_evaluation_of_something_else_is_refused(wrong, words):
+    with pytest.raises(InputError, match=words):
+        write.updated(FIGURES, evaluation() | wrong)
+
+
+def test_a_file_without_any_block_is_refused():
+    with pytest.raises(InputError, match="evaluate --takes"):
+        write.updated(FIGURES, {"swaps": {}})
