@@ -15,13 +15,14 @@ from ..pipeline.files.atomic import SUMMARY, whole_folder
 from ..pipeline.messages import show
 from ..pipeline.pose import Rectified, package_version
 from ..pipeline.reading.settings import Force, RunOptions
-from ..pipeline.rotations import angle_deg
+from ..pipeline.rotations import angle_deg, rotate
 from ..pipeline.running.progress import stages, tell
 from ..pipeline.running.recipe import load_recipe
 from ..pipeline.running.run import run_files
-from .walker.camera import R_camera_from_body, side_camera
+from ..pipeline.take import Take
+from .walker.camera import Camera, R_camera_from_body, side_camera
 from .walker.files import write_files
-from .walker.walk import walker
+from .walker.walk import Walk, walker
 
 
 def demo(
@@ -35,6 +36,7 @@ def demo(
     walk = walker()
     camera = side_camera(walk)
     recipe = load_recipe().with_options("scale", stature_m=walk.stature_m)
+    recipe = recipe.with_options("place", focal_px=camera.focal_px)
     with (
         stages(["example", "read", *(entry.use for entry in recipe.stages)]) as done,
         whole_folder(inputs, force) as folder,
@@ -51,10 +53,11 @@ def demo(
     show(f"{inputs}: a video, 2D keypoints as AlphaPose and 3D poses as MotionBERT would write them")
     show(f"{output}: {', '.join(sorted(path.name for path in output.iterdir()))}")
     show(_comparison(take.need("rectified"), truth))
+    show(_way(take, walk, camera))
     video, poses, keypoints = (inputs / path.name for path in (files.video, files.poses, files.keypoints))
     show(
         f"the same by hand: pcnet3d run {video} --poses {poses} --keypoints {keypoints} "
-        f"--stature {walk.stature_m} -o DIR"
+        f"--stature {walk.stature_m} --focal {camera.focal_px:g} -o DIR"
     )
     print(f"look at it with: pcnet3d view {shlex.quote(str(output))}")
 
@@ -69,4 +72,18 @@ def _comparison(rectified: Rectified, truth: np.ndarray) -> str:
     return (
         f"against the truth ({rectified.method}): the take's up is off by {up_deg:.1f} degrees, "
         f"the heading by {heading_deg:.1f} (median over frames)"
+    )
+
+
+def _way(take: Take, walk: Walk, camera: Camera) -> str:
+    """How far the pelvis's path before the camera, and the walking speed, are from the truth, in a line."""
+    rectified, rows = take.need("rectified"), take.need("poses").frame_index
+    if rectified.level.root is None:
+        return "against the truth: the pelvis's path before the camera is not known"
+    root = rotate(rectified.R_source_from_level, rectified.level.root)
+    error_m = np.linalg.norm(root - camera.points(walk.root[rows][:, None])[:, 0], axis=-1)
+    speed = (take.measures or {}).get("walking", {}).get("walking_speed", np.nan)
+    return (
+        f"the pelvis's path is off by {np.sqrt(np.nanmean(error_m**2)):.2f} m (root mean square), the walking speed by "
+        f"{100 * abs(speed / walk.speed_mps - 1):.1f} %"
     )

@@ -152,8 +152,11 @@ def change_frame(poses: PoseSequence, to: Frame, R_to_from_source: np.ndarray | 
     if source.origin != to.origin and to.origin != "pelvis":
         raise InputError(f"Points in {source} cannot become {to}: the way between the origins is not known.")
     root = poses.root if source.origin == to.origin else _place(poses)
+    covariance = poses.root_covariance
     if root is not None:
         root = rotate(matrix, root) * factor if matrix.ndim == 2 else None
+    if covariance is not None:
+        covariance = None if root is None else matrix @ covariance @ matrix.T * factor**2
     pelvis = poses.joint("pelvis") if source.origin != to.origin else None
 
     def turned(points: np.ndarray) -> np.ndarray:
@@ -168,17 +171,22 @@ def change_frame(poses: PoseSequence, to: Frame, R_to_from_source: np.ndarray | 
         return moved
 
     return poses.mapped(
-        turned, frame=to, root=root, covariance=turned_covariance(poses.covariance, matrix, factor)
+        turned,
+        frame=to,
+        root=root,
+        root_covariance=covariance,
+        covariance=turned_covariance(poses.covariance, matrix, factor),
     ).noted("change_frame", source=source.name, to=to.name)
 
 
 def turned_covariance(covariance: np.ndarray | None, R: np.ndarray, factor: float = 1.0) -> np.ndarray | None:
-    """R C R^T factor^2 of covariances C (T, J, D, D) for R (D, D), or (T, D, D), one a frame; None stays None."""
+    """R C R^T factor^2 of covariances C (T, D, D) or (T, J, D, D), for R (D, D) or (T, D, D), one a frame, in their own
+    precision; None stays None."""
     if covariance is None:
         return None
-    R = np.asarray(R, dtype=np.float32)
-    R = R if R.ndim == 2 else R[:, None]
-    return R @ covariance @ np.swapaxes(R, -1, -2) * np.float32(factor**2)
+    R = np.asarray(R, dtype=covariance.dtype)
+    R = R[:, None] if R.ndim == 3 and covariance.ndim == 4 else R
+    return R @ covariance @ np.swapaxes(R, -1, -2) * covariance.dtype.type(factor**2)
 
 
 def _place(poses: PoseSequence) -> np.ndarray | None:

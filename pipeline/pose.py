@@ -50,7 +50,9 @@ class PoseSequence:
     person: the source's name of the person.
     history: what was done so far, oldest first.
     root: (T, D) float64 of joints relative to the pelvis: the pelvis in the same axes and unit, from a point that does
-        not move (the camera, the world's origin); NaN where missing, None when the source does not know its place.
+        not move (the camera, the world's origin); NaN where missing, None when its place is not known.
+    root_covariance: (T, D, D) float64 of the error of a root that was estimated (stages.place), NaN where it is
+        missing; None where the source itself knows the place.
     covariance: (T, J, D, D) float32 of each joint's error, in `frame` and its unit squared, as the lifter states it;
         NaN where missing, None where nobody says.
     feet: (T, 6, D) float32 heels and toes in the order of layouts.FEET, in the axes, unit and from the origin of the
@@ -70,6 +72,7 @@ class PoseSequence:
     person: str = "0"
     history: tuple[Step, ...] = ()
     root: np.ndarray | None = None
+    root_covariance: np.ndarray | None = None
     covariance: np.ndarray | None = None
     feet: np.ndarray | None = None
 
@@ -112,6 +115,14 @@ class PoseSequence:
                 raise InputError(
                     f"Expected a root of shape {(rows, self.frame.dims)}, finite or NaN, got {arrays['root'].shape}."
                 )
+        if self.root_covariance is not None:
+            arrays["root_covariance"] = _owned(self.root_covariance, np.float64)
+            shape = (rows, self.frame.dims, self.frame.dims)
+            if self.root is None or arrays["root_covariance"].shape != shape:
+                raise InputError(
+                    f"Expected a root_covariance of shape {shape} beside a root, got "
+                    f"{arrays['root_covariance'].shape}{' without one' if self.root is None else ''}."
+                )
         if self.covariance is not None:
             arrays["covariance"] = _owned(self.covariance, np.float32)
             if arrays["covariance"].shape != (*joints.shape, self.frame.dims):
@@ -139,6 +150,18 @@ class PoseSequence:
     def joint(self, name: str) -> np.ndarray:
         """(T, D) positions of one joint."""
         return self.joints[:, self.layout.index(name)]
+
+    @property
+    def measured_root(self) -> np.ndarray | None:
+        """(T, D) the root where the source itself knows the place; None for one that was estimated, which is too
+        uncertain for evidence on up or on the frame rate."""
+        return self.root if self.root_covariance is None else None
+
+    @property
+    def root_sd(self) -> np.ndarray | None:
+        """(T, D) standard deviation of an estimated root's error along each axis; None where there is no such error."""
+        covariance = self.root_covariance
+        return None if covariance is None else np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
 
     @property
     def fps(self) -> float:

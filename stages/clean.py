@@ -165,28 +165,39 @@ def _every_frame(poses: PoseSequence, video_time_s: np.ndarray | None) -> tuple[
         )
     every = np.arange(index[0], index[-1] + 1)
     rows = index - index[0]
-
-    def spread(values: np.ndarray | None) -> np.ndarray | None:
-        if values is None:
-            return None
-        padded = np.full((frames, *values.shape[1:]), np.nan, values.dtype)
-        padded[rows] = values
-        return padded
-
+    joints, confidence, root, root_covariance, covariance, feet = (
+        None if values is None else _spread(values, rows, frames)
+        for values in (
+            poses.joints,
+            poses.confidence,
+            poses.root,
+            poses.root_covariance,
+            poses.covariance,
+            poses.feet,
+        )
+    )
     time_s = np.interp(every, index, times)
     if video_time_s is not None and len(video_time_s) > every[-1] and np.allclose(video_time_s[index], times):
         time_s = video_time_s[every]
     padded = poses.with_(
-        joints=spread(poses.joints),
-        confidence=spread(poses.confidence),
+        joints=joints,
+        confidence=confidence,
         frame_index=every,
         time_s=time_s,
-        root=spread(poses.root),
-        covariance=spread(poses.covariance),
-        feet=spread(poses.feet),
+        root=root,
+        root_covariance=root_covariance,
+        covariance=covariance,
+        feet=feet,
         seams=tuple(rows[list(poses.seams)]),
     )
     return padded, frames - len(poses)
+
+
+def _spread(values: np.ndarray, rows: np.ndarray, frames: int) -> np.ndarray:
+    """(frames, ...) the values in their rows, NaN in all others."""
+    result = np.full((frames, *values.shape[1:]), np.nan)
+    result[rows] = values
+    return result
 
 
 def _spikes(points: np.ndarray, furthest: float, seams: tuple[int, ...]) -> np.ndarray:

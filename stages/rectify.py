@@ -105,7 +105,7 @@ def rectify(
 
     camera, gravity, pitch_deg, roll_deg, window_s: of Rectify. view: what the images say (stages.calibrate). A static
     camera has one up for the take, which every frame votes on (models/gravity/votes.py), as does the floor under the
-    feet when the poses know where the person is (their root; models/gravity/floor.py); a moving one a smooth up, and
+    feet when the source knows where the person is (its root; models/gravity/floor.py); a moving one a smooth up, and
     LEVEL's heading is then the camera's, so that horizontal directions are relative to it.
 
     A frame with too few torso joints has a NaN rotation. A take that cannot be levelled has level_ok False and a
@@ -210,7 +210,7 @@ def _seen(source: PoseSequence, rectifier: Rectifier) -> Seen:
     poses = _in(source, CAMERA)
     R, error_deg = rectifier.rotation(poses.joints)
     name, spread = f"person {source.person}", stated_spread(poses)
-    return Seen(poses.joints, R, error_deg, _times(source), source.seams, poses.root, name, spread)
+    return Seen(poses.joints, R, error_deg, _times(source), source.seams, poses.measured_root, name, spread)
 
 
 def _rectified(
@@ -230,15 +230,22 @@ def _rectified(
         "rectify", method=method, camera=options.camera, level_heading=levelled.heading, **said
     )
     unit_ = source.frame.unit
-    root = source.root
-    if root is not None:
-        root = rotate(transpose(R_source_from_level), root) if R_source_from_level.ndim == 2 else None
+    root = root_covariance = None
+    if source.root is not None and R_source_from_level.ndim == 2:
+        root = rotate(transpose(R_source_from_level), source.root)
+        root_covariance = turned_covariance(source.root_covariance, transpose(R_source_from_level))
     return Rectified(
-        body=noted.mapped(partial(_canonical, R_source_from_body), frame=BODY.with_(unit=unit_), root=None),
+        body=noted.mapped(
+            partial(_canonical, R_source_from_body),
+            frame=BODY.with_(unit=unit_),
+            root=None,
+            root_covariance=None,
+        ),
         level=noted.mapped(
             partial(_canonical, R_source_from_level),
             frame=LEVEL.with_(unit=unit_),
             root=root,
+            root_covariance=root_covariance,
             covariance=turned_covariance(source.covariance, transpose(R_source_from_level)),
         ),
         R_source_from_body=R_source_from_body,

@@ -57,10 +57,11 @@ def scale(poses: PoseSequence, stature_m: float) -> PoseSequence:
     if not implied > 0:
         raise InputError("No limb bone is ever complete, so the stature cannot set the scale.")
     factor = stature_m / implied
-    root = None if poses.root is None else poses.root * factor
+    root, root_covariance, covariance = poses.root, poses.root_covariance, poses.covariance
     return poses.mapped(
         lambda points: points * factor,
-        root=root,
-        covariance=None if poses.covariance is None else poses.covariance * np.float32(factor**2),
+        root=None if root is None else root * factor,
+        root_covariance=None if root_covariance is None else root_covariance * factor**2,
+        covariance=None if covariance is None else covariance * np.float32(factor**2),
         frame=poses.frame.with_(unit="m"),
     ).noted("scale", stature_m=stature_m, factor=factor)

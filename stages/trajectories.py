@@ -48,7 +48,7 @@ _RELATIVE = (
 )
 # Prefix of the axes' columns, name of the norm's, unit for a unit of length. Names are the same whatever the unit is.
 _QUANTITIES = (("", "distance", "{}"), ("v", "speed", "{}/s"), ("a", "acceleration", "{}/s2"))
-_UNITS = {"deg": "deg", "s": "s"}  # that are part of a column's name
+_UNITS = {"deg": "deg", "s": "s", "sd": "{}"}  # of a column whose name ends so; {} is the unit of length
 _FILTERS: dict[str, Callable[..., np.ndarray]] = {"butterworth": lowpass, "savgol": savitzky_golay}
 
 
@@ -77,6 +77,8 @@ class Trajectories:
             columns |= trajectory(path, joint)
         if path.root is not None:
             columns |= trajectory(path, "root")
+        if path.root_sd is not None:
+            columns |= {f"root_{axis}_sd": path.root_sd[:, i] for i, axis in enumerate("xyz")}
         events = [Event("note", _RELATIVE)] if rectified.camera == "moving" else []
         return take.with_(kinematics=columns, filtered=path).saying(
             *events,
@@ -162,7 +164,7 @@ def unit_of(column: str, length: str) -> str:
     for prefix, norm, unit in _QUANTITIES:
         if last == norm or last in {prefix + axis for axis in "xyz"}:
             return unit.format(length)
-    return _UNITS.get(last, "")
+    return _UNITS.get(last, "").format(length)
 
 
 def _trusted(rectified: Rectified) -> PoseSequence:

@@ -33,6 +33,8 @@ from ..rectifier.load import load_rectifier
 from ..synthetic.views import Targets
 from .angles import MOTIONS, angle_tables
 from .angles import as_markdown as angles_as_markdown
+from .place import as_markdown as places_as_markdown
+from .place import place_tables
 from .real_take import as_markdown as real_take_as_markdown
 from .real_take import real_take_tables
 from .rectifiers import as_markdown as tables_as_markdown
@@ -62,8 +64,8 @@ def evaluate(
     bed: Annotated[
         Bed | None,
         typer.Option(
-            help="Cameras: wild, steep and tilted with long lenses too, or typical, as people film. Default: wild; the "
-            "lifter's figures are of both."
+            help="Cameras: wild, steep and tilted with long lenses too, or typical, as people film. Default: wild, of "
+            "--place typical; the lifter's figures are of both."
         ),
     ] = None,
     sets: Annotated[
@@ -87,6 +89,9 @@ def evaluate(
     swaps: Annotated[
         bool, typer.Option("--swaps", help="Judge how exchanged limbs and overturned depth are found.")
     ] = False,
+    place: Annotated[
+        bool, typer.Option("--place", help="Judge the pelvis's path before the camera and its stated error.")
+    ] = False,
     real_take: Annotated[
         bool, typer.Option("--real-take", help="Judge everything on real videos of four cameras, with truth.")
     ] = False,
@@ -96,10 +101,17 @@ def evaluate(
     With --data only the rectifiers are judged, on clean poses of that data. With --takes only they are, on takes of
     one camera that stands still: tilt, stated errors, accelerations, one take from eight cameras. With --angles joint
     angles are, on the same takes. With --swaps exchanged limbs and overturned depth are put into takes and looked for.
-    With --real-take the way from the video to upright joints and angles is judged on a real take (real/ of the data).
+    With --place the pelvis path before the camera is judged. With --real-take the way from the video to upright joints
+    and angles is judged on a real take (real/ of the data).
     """
     refuse_unwritable(output)
-    reports = {"--takes": takes, "--angles": angles, "--swaps": swaps, "--real-take": real_take}
+    reports = {
+        "--takes": takes,
+        "--angles": angles,
+        "--swaps": swaps,
+        "--place": place,
+        "--real-take": real_take,
+    }
     asked = [flag for flag, given in reports.items() if given]
     if len(asked) > 1:
         raise InputError(f"{' and '.join(asked)} are reports of their own; ask for one at a time.")
@@ -110,20 +122,22 @@ def evaluate(
             f"--bed and --sets are about the project's own motion capture, which "
             f"{'--real-take' if real_take else '--data'} does not judge; leave them out."
         )
-    if swaps and rectifier:
-        raise InputError("--swaps judges no rectifier; leave --rectifier out.")
+    if (swaps or place) and rectifier:
+        raise InputError(f"{asked[0]} judges no rectifier; leave --rectifier out.")
     rectifiers = [
         load_rectifier(name) for name in rectifier or _DEFAULT[: 2 if takes or angles or real_take else 1]
     ]
     if data is None and (split is not None or targets != "body"):
         raise InputError("--split and --targets are for --data FILE, a file of pcnet3d mocap.")
-    judged = evaluation_sets(sets, bed or "wild")
+    judged = evaluation_sets(sets, bed or ("typical" if place else "wild"))
     if takes:
         results = take_tables(rectifiers, lifter, seed, flip, judged)
     elif angles:
         results = angle_tables(rectifiers, lifter, seed, flip, judged)
     elif swaps:
         results = swap_tables(lifter, seed, flip, judged)
+    elif place:
+        results = place_tables(lifter, seed, flip, judged)
     elif real_take:
         results = real_take_tables(rectifiers, lifter, flip)
     elif data is not None:
@@ -145,7 +159,7 @@ def evaluate(
     output.mkdir(parents=True, exist_ok=True)
     pages = {
         "--takes": takes_as_markdown, "--angles": angles_as_markdown, "--swaps": swaps_as_markdown,
-        "--real-take": real_take_as_markdown,
+        "--place": places_as_markdown, "--real-take": real_take_as_markdown,
     }  # fmt: skip
     page = pages[asked[0]] if asked else as_markdown if data is None else own_as_markdown
     text = page(results)

@@ -46,7 +46,7 @@ LIMBS = tuple(
     f"{side}_{part}" for side in "rl" for part in ("hip", "knee", "ankle", "shoulder", "elbow", "wrist")
 )
 _LIMB_ROWS = H36M17.indices(LIMBS)
-_MOVING, _STANDING = "pose2sim", "pose2sim_static"  # folders of the data's README, under real/
+MOVING, _STANDING = "pose2sim", "pose2sim_static"  # folders of the data's README, under real/
 _DETECTOR = Path("models") / "movenet_lightning_int8.onnx"
 _KEYPOINTS = ("video, skeletons alone", "OpenPose", "exact limbs")
 _WITH_IMAGE = "video, with its image"  # its lines tell up and the focal length
@@ -148,8 +148,8 @@ def real_take_tables(
         "flip": flip, "lift": {}, "level": {}, "standing": {},
     }  # fmt: skip
     folder = data_folder() / "real"
-    cameras = read_cameras(folder / _MOVING)
-    truth = read_truth(folder / _MOVING, list(cameras))
+    cameras = read_cameras(folder / MOVING)
+    truth = read_truth(folder / MOVING, list(cameras))
     for name, camera in cameras.items():
         video = read_video(camera.video)
         if len(video.time_s) != len(truth.limbs):

@@ -43,11 +43,11 @@ _MIDDLE = 0.15  # of the flight's duration: how far from its middle the highest 
 def falls(level: PoseSequence) -> np.ndarray:
     """How fast the body falls in each flight that is well seen, in statures / s2, (N,).
 
-    level: H36M17 in axes whose z is up, relative to the pelvis, with `root`, unfiltered; in any unit. Empty where
-    nothing says how high the person is, and where nobody flies: in flight both ankles are off the floor, and the
-    centre of mass rises and falls in a parabola, within noise.
+    level: H36M17 in axes whose z is up, relative to the pelvis, with a measured root, unfiltered; in any unit. Empty
+    where the source does not say how high the person is, and where nobody flies: in flight both ankles are off the
+    floor, and the centre of mass rises and falls in a parabola, within noise.
     """
-    stature = implied_stature(level.joints) if level.root is not None and len(level) else np.nan
+    stature = implied_stature(level.joints) if level.measured_root is not None else np.nan
     if level.root is None or not stature > 0:
         return np.empty(0)
     world = (level.joints + level.root[:, None]).astype(np.float64) / stature

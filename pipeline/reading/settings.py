@@ -106,7 +106,7 @@ class RunOptions(BaseModel):
         tuple[int, int] | None,
         BeforeValidator(_size),
         _option(_INPUT, "WIDTHxHEIGHT in pixels, to lift keypoints without a video."),
-        To(("lift.image_size",), ("clean.image_size",)),
+        To(("lift.image_size", "place.image_size"), ("clean.image_size", "place.image_size")),
     ] = None
     detector: Annotated[
         str | None,
@@ -133,12 +133,12 @@ class RunOptions(BaseModel):
     camera: Annotated[
         str | None,
         _option(_CAMERA, "static (default) or moving."),
-        To(("rectify.camera",), ("calibrate.camera",)),
+        To(("rectify.camera",), ("calibrate.camera", "place.camera")),
     ] = None
     focal: Annotated[
         float | None,
         _option(_CAMERA, "Focal length in pixels, if known."),
-        To(("calibrate.focal_px", "lift.focal_px")),
+        To(("calibrate.focal_px", "lift.focal_px", "place.focal_px"), ("place.focal_px",)),
     ] = None
     pitch: Annotated[
         float | None,

@@ -24,7 +24,8 @@ _R_CAMERA_FROM_UPRIGHT = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0
 class Run:
     """What a comparison needs of a run's folder.
 
-    source, level: (T, 17, 3) relative to the pelvis. root: (T, 3) the pelvis in LEVEL, NaN where unknown.
+    source, level: (T, 17, 3) relative to the pelvis. root: (T, 3) the pelvis in LEVEL, NaN where the source does not
+    know its place.
     R_source_from_level: (3, 3) or (T, 3, 3). up_votes: (T, 3).
     time_s, frame_index: (T,). seams: rows no derivative crosses. camera: "static", "moving" or "gravity".
     """
@@ -57,7 +58,7 @@ def load_run(folder: Path) -> Run:
             name=str(summary["take"]),
             source=arrays["source"].astype(np.float64),
             level=arrays["level"].astype(np.float64),
-            root=arrays["root"].astype(np.float64),
+            root=np.where(np.isfinite(arrays["root_sd"]), np.nan, arrays["root"].astype(np.float64)),
             R_source_from_level=arrays["R_source_from_level"],
             up_votes=arrays["up_votes"],
             error_deg=arrays["error_deg"],

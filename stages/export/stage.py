@@ -74,12 +74,13 @@ class Export:
 def write_poses(take: Take, path: Path) -> None:
     """poses.npz: plain arrays `source`, `level`, `body` (T, 17, 3), the rotations between them, and how far to trust
     them. `root` (T, 3) is the pelvis in the axes of `level`, from the camera's centre or the world's origin: `level` +
-    `root` are places in the room; NaN where the source does not know them. `feet` (T, 6, 3), named by `feet_names`, are
-    heels and toes in the axes of `level`, as `level` from the pelvis; NaN where the source has none. For a moving
-    camera R_source_from_level is (T, 3, 3), and back and right in `level` are relative to it."""
+    `root` are places in the room; NaN where they are not known. `root_sd` (T, 3) is the standard deviation of its error
+    along these axes where it was estimated (stages/place.py), NaN where the source knew it. `feet` (T, 6, 3), named by
+    `feet_names`, are heels and toes in the axes of `level`, as `level` from the pelvis; NaN where the source has none.
+    For a moving camera R_source_from_level is (T, 3, 3), and back and right in `level` are relative to it."""
     poses = take.need("poses")
     rectified = take.need("rectified")
-    root, feet = rectified.level.root, rectified.level.feet
+    root, sd, feet = rectified.level.root, rectified.level.root_sd, rectified.level.feet
     with whole_file(path) as partial, open(partial, "wb") as file:
         np.savez_compressed(
             file,
@@ -87,6 +88,7 @@ def write_poses(take: Take, path: Path) -> None:
             level=rectified.level.joints,
             body=rectified.body.joints,
             root=np.full((len(poses), 3), np.nan) if root is None else root,
+            root_sd=np.full((len(poses), 3), np.nan) if sd is None else sd,
             feet=np.full((len(poses), len(FEET), 3), np.nan) if feet is None else feet,
             R_source_from_body=rectified.R_source_from_body,
             R_source_from_level=rectified.R_source_from_level,

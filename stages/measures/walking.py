@@ -100,7 +100,7 @@ def walking(
     resolution = time_resolution(rate(filtered.times))
     step_times = np.array([step.stop_s - step.start_s for step in every])
     of_side = {side: _times(every, side) for side in SIDES.values()}
-    over_floor, of_sides = _lengths(filtered, walks)
+    over_floor, of_sides = _lengths(filtered, walks, rectified)
     landing = _landing_error(
         apart, walks, filtered.times, float(np.median(durations)), separation_sd(columns)
     )
@@ -213,7 +213,9 @@ def _error(times: Mapping[str, np.ndarray], side: str, resolution: float) -> flo
     return float(max(sd, resolution) / np.sqrt(len(times[side])))
 
 
-def _lengths(filtered: PoseSequence, walks: list[list[Step]]) -> tuple[dict[str, Any], dict[str, Any]]:
+def _lengths(
+    filtered: PoseSequence, walks: list[list[Step]], rectified: Rectified
+) -> tuple[dict[str, Any], dict[str, Any]]:
     """Of the whole walk, and of each side by its letter; a reason where the person's place is not known."""
     nothing: dict[str, Any] = {side: {} for side in SIDES.values()}
     if filtered.root is None:
@@ -226,8 +228,25 @@ def _lengths(filtered: PoseSequence, walks: list[list[Step]]) -> tuple[dict[str,
     if np.isnan(found.speed):
         return {"lengths_reason": "the person's place is missing in every stride"}, nothing
     steps_of = {side: values[np.isfinite(values)] for side, values in found.step.items()}
+    shared = found.speed * _shared_error(filtered, walks, rectified)
     return {
-        **with_error("walking_speed", found.speed, found.speed_error),
+        **with_error("walking_speed", found.speed, float(np.hypot(found.speed_error, shared))),
         **spread("stride_length", found.stride[np.isfinite(found.stride)]),
         **spread("step_length", np.concatenate(list(steps_of.values()))),
     }, {side: spread("step_length", values) for side, values in steps_of.items()}
+
+
+def _shared_error(filtered: PoseSequence, walks: list[list[Step]], rectified: Rectified) -> float:
+    """The share of a speed that may be wrong in all strides alike, where the pelvis's path was estimated: by the body's
+    size, and by the focal length as far as the person walks along the camera's axis; 0 for a measured path."""
+    told = [step.options for step in filtered.history if step.name == "place"]
+    if filtered.root is None or not told:
+        return 0.0
+    inside = np.any(
+        [(filtered.times >= walk[0].start_s) & (filtered.times <= walk[-1].stop_s) for walk in walks], axis=0
+    )
+    velocity = np.gradient(filtered.root, filtered.times, axis=0)[inside]
+    velocity = velocity[np.isfinite(velocity).all(axis=1)]
+    depth = velocity @ rectified.R_source_from_level[2]
+    along = (depth**2).sum() / max((velocity**2).sum(), 1e-12)
+    return float(np.hypot(told[-1]["scale_sd"], told[-1]["focal_sd"] * along))

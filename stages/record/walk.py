@@ -26,7 +26,7 @@ def walked(rectified: Rectified) -> PoseSequence | None:
     if level.root is None or not is_finite(level.root).any():
         return None
     root = level.root[:, None]
-    return level.mapped(lambda points: points + root, root=None)
+    return level.mapped(lambda points: points + root, root=None, root_covariance=None)
 
 
 def log_walk(recording: rr.RecordingStream, rectified: Rectified, size: float) -> None:

@@ -55,7 +55,13 @@ def test_a_run_from_video_and_keypoints_alone(files, tmp_path):
     lifted = run_files(RunOptions(video=files.video, keypoints=files.keypoints), tmp_path / "out", recipe)
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
     assert summary["rectification"]["level_ok"]
-    assert [step["name"] for step in summary["history"]][-5:-1] == ["lift", "clean", "scale", "rectify"]
+    assert [step["name"] for step in summary["history"]][-6:-1] == [
+        "lift",
+        "clean",
+        "scale",
+        "place",
+        "rectify",
+    ]
     assert any("our own lift" in text for text in summary["notes"])
     assert lifted.poses is not None
     thigh = np.linalg.norm(lifted.poses.joint("r_knee") - lifted.poses.joint("r_hip"), axis=-1)

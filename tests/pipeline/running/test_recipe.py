@@ -24,6 +24,7 @@ def test_the_default_recipe_builds_and_its_options_can_be_changed():
     assert names == [
         "clean",
         "scale",
+        "place",
         "rectify",
         "trajectories",
         "angles",

@@ -35,12 +35,17 @@ def test_without_options_every_stage_has_its_own_defaults():
 def test_an_option_goes_to_each_stage_that_it_is_for():
     assert told(video=VIDEO, camera="moving") == {
         "calibrate": {"camera": "moving"},
+        "place": {"camera": "moving"},
         "rectify": {"camera": "moving"},
     }
-    assert told(poses=POSES, camera="moving") == {"rectify": {"camera": "moving"}}
+    assert told(poses=POSES, camera="moving") == {
+        "place": {"camera": "moving"},
+        "rectify": {"camera": "moving"},
+    }
     assert told(keypoints=KEYPOINTS, image_size="640x360") == {
         "lift": {"image_size": (640, 360)},
         "clean": {"image_size": (640, 360)},
+        "place": {"image_size": (640, 360)},
     }
     assert told(poses=POSES, person="2", fps=30, swaps="repair") == {}
     assert told(video=VIDEO, person="2", swaps="repair")["detect"] == {"person": "2", "swaps": "repair"}
@@ -48,11 +53,13 @@ def test_an_option_goes_to_each_stage_that_it_is_for():
 
 
 def test_the_focal_length_is_of_the_camera_where_it_is_looked_for():
-    assert told(video=VIDEO, focal=900) == {"calibrate": {"focal_px": 900}}
-    assert told(video=VIDEO, focal=900, settings={"calibrate": "off"}) == {"lift": {"focal_px": 900}}
-    assert told(keypoints=KEYPOINTS, focal=900) == {"lift": {"focal_px": 900}}
-    with pytest.raises(InputError, match="--focal is for the stage 'lift'"):
-        planned(RunOptions(poses=POSES, focal=900))
+    place = {"place": {"focal_px": 900}}
+    assert told(video=VIDEO, focal=900) == {"calibrate": {"focal_px": 900}, **place}
+    assert told(video=VIDEO, focal=900, settings={"calibrate": "off"}) == {"lift": {"focal_px": 900}, **place}
+    assert told(keypoints=KEYPOINTS, focal=900) == {"lift": {"focal_px": 900}, **place}
+    assert told(poses=POSES, keypoints=KEYPOINTS, focal=900) == place
+    with pytest.raises(InputError, match="--focal is for the stage 'place'"):
+        planned(RunOptions(poses=POSES, focal=900, settings={"place": "off"}))
 
 
 def test_settings_reach_their_stage_in_the_type_it_asks_for():

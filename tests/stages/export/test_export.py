@@ -37,7 +37,7 @@ def test_poses_npz_has_plain_arrays_that_agree_with_each_other(take, folder):
     with np.load(folder / "poses.npz", allow_pickle=False) as file:
         arrays = dict(file)
     assert set(arrays) == {
-        "source", "level", "body", "R_source_from_body", "R_source_from_level", "root", "error_deg",
+        "source", "level", "body", "R_source_from_body", "R_source_from_level", "root", "root_sd", "error_deg",
         "up_error_deg", "up_bound_deg", "up_votes", "time_s", "frame_index", "joint_names", "unit",
         "feet", "feet_names",
     }  # fmt: skip

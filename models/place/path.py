@@ -1,0 +1,150 @@
+"""The pelvis's path through a take, in the axes of a camera that stands still, with its error."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...pipeline.anthropometry import SEGMENTS, implied_stature
+from ...pipeline.camera import Camera
+from ...pipeline.frames import CAMERA, require
+from ...pipeline.intrinsics import undistorted
+from ...pipeline.layouts import H36M17, remap
+from ...pipeline.motion.signals import rate
+from ...pipeline.motion.visibility import unseen
+from ...pipeline.pose import PoseSequence
+from ...pipeline.rotations import is_finite
+from .reprojection import placed
+from .smoothing import covariances, smoothed
+
+# Every estimator puts nose, head and spine elsewhere, the detector and the lifter too.
+JOINTS = tuple(name for name in H36M17.joints if name not in ("spine", "nose", "head"))
+# Of the distance: the body's size, as a stature gives it, moves the whole path to or from the camera.
+SCALE_SD = 0.037
+_UNKNOWN_CONFIDENCE = 0.7  # as for the lifter
+_JOLT = 0.2  # statures^2 / s^3, power spectral density of the pelvis's acceleration
+_LASTS_S = 1.0  # of the errors of joints: so much of a take counts as one independent frame
+_ROUNDS = 3  # of weighing frames by how far they are off the path
+_STRAY = 3.0  # standard deviations off the path at which a frame's weight is halved
+_MOST = 0.25  # statures along any direction, of a frame's own error: a gap is not bridged beyond it
+_GROWS = 0.03  # spread of the logarithm of the body's size from which it may follow the image; the lifter's is smaller
+_SIZE_S = 0.5  # over which sizes are averaged
+
+
+@dataclass(frozen=True, eq=False)
+class PelvisPath:
+    """root: (T, 3) the pelvis from the camera, CAMERA axes, in the joints' unit, NaN where it is not known. own: (T, 3,
+    3) covariance of each frame's own error. focal_sd: standard deviation of the focal length as a share of it. growth:
+    (T,) what the joints are to be divided by: the size of a body that follows its image over the usual one, else 1."""
+
+    root: np.ndarray
+    own: np.ndarray
+    focal_sd: float
+    growth: np.ndarray
+
+    @property
+    def covariance(self) -> np.ndarray:
+        """(T, 3, 3) of the whole error: besides the frame's own what is the same throughout the take, the error of the
+        body's size, which makes all distances larger or smaller, and that of the focal length, all depths."""
+        depth = self.root * [0.0, 0.0, 1.0]
+        return self.own + SCALE_SD**2 * _outer(self.root) + self.focal_sd**2 * _outer(depth)
+
+
+def pelvis_path(poses: PoseSequence, keypoints: PoseSequence, camera: Camera) -> PelvisPath | None:
+    """The pelvis's path before a camera that stands still; None where too few joints tell where it is.
+
+    poses: H36M17 in CAMERA axes, relative to the pelvis, with times, in any unit. keypoints: of the same person, pixels
+    as they were filmed, in any layout that has H36M17's joints; rows belong together by their frame numbers. Those that
+    nobody saw (visibility.unseen) are not used. InputError for poses in other axes or without times.
+
+    Frames are placed one by one (`placed`) and smoothed together (`smoothed`); frames far off the path, which show
+    somebody else, are weighed down.
+    """
+    require(poses.frame, CAMERA, "pelvis_path")
+    if camera.intrinsics is not None:
+        keypoints = keypoints.with_(joints=undistorted(keypoints.joints, camera.intrinsics))
+    hidden, _ = unseen(keypoints, camera.image_size, poses.frame_index, poses.times)
+    seen = remap(keypoints, H36M17)
+    rows = np.minimum(np.searchsorted(seen.frame_index, poses.frame_index), len(seen) - 1)
+    there = (seen.frame_index[rows] == poses.frame_index)[:, None] & ~hidden
+    rays = (seen.joints[rows] - np.array(camera.image_size) / 2) / camera.focal_px
+    rays = np.where(there[..., None], rays, np.nan)
+    focal_sd = camera.focal_sd_px / camera.focal_px
+    return _path(poses.joints, rays, seen.confidence[rows], poses.times, focal_sd)
+
+
+def _path(
+    joints: np.ndarray, rays: np.ndarray, confidence: np.ndarray, time_s: np.ndarray, focal_sd: float
+) -> PelvisPath | None:
+    """joints: (T, 17, 3). rays: (T, 17, 2) x / z and y / z of the keypoints; confidence: (T, 17). NaN where missing.
+    time_s: (T,). focal_sd: standard deviation of the focal length as a share of it."""
+    stature = implied_stature(joints)
+    if not stature > 0 or len(joints) < 3:
+        return None
+    growth = _growth(joints.astype(np.float64), rays, time_s)
+    body = joints / (stature * growth)[:, None, None]
+    use = H36M17.indices(JOINTS)
+    trust = np.where(np.isfinite(confidence), confidence, _UNKNOWN_CONFIDENCE)[:, use] ** 2
+    places, information = placed(rays[:, use].astype(np.float64), body[:, use], trust)
+    information = information / max(_LASTS_S * rate(time_s), 1.0)
+    if is_finite(places).sum() < 2:
+        return None
+    path, factor = smoothed(places, information, time_s, _JOLT)
+    for _ in range(_ROUNDS):
+        weights = _weights(places - path, information)
+        path, factor = smoothed(places, information * weights[:, None, None], time_s, _JOLT)
+    own = covariances(factor)
+    lost = np.sqrt(np.linalg.eigvalsh(own)[:, -1]) > _MOST
+    return PelvisPath(
+        root=np.where(lost[:, None], np.nan, path * stature),
+        own=np.where(lost[:, None, None], np.nan, own * stature**2),
+        focal_sd=focal_sd,
+        growth=growth,
+    )
+
+
+def _growth(joints: np.ndarray, rays: np.ndarray, time_s: np.ndarray) -> np.ndarray:
+    """(T,) size of the body over its usual one where it follows the image's, as with lifters that see a crop; else 1.
+
+    joints: (T, 17, 3); rays: (T, 17, 2). Bones have the body's size, and their image over what they are across the view
+    tells how near the body is: a body that grows as it comes nearer follows its image.
+    """
+    ends = np.array([H36M17.indices(bone) for bone in SEGMENTS])
+    bones, images = (points[:, ends[:, 1]] - points[:, ends[:, 0]] for points in (joints, rays))
+    length, apart = (np.linalg.norm(lines, axis=-1) for lines in (bones, images))
+    seen = np.isfinite(length) & np.isfinite(apart)
+    if seen.any(axis=1).sum() < 2:
+        return np.ones(len(joints))
+    usual = np.array(
+        [np.median(one[there]) if there.any() else 0.0 for one, there in zip(length.T, seen.T, strict=True)]
+    )
+    across = np.linalg.norm(bones[..., :2], axis=-1)
+    totals = (np.where(seen, lengths, 0.0).sum(axis=1) for lengths in (length, usual[None], apart, across))
+    whole, expected, image, flat = (np.where(seen.any(axis=1), total, np.nan) for total in totals)
+    size = _slow(whole / expected, time_s)
+    near = size + _slow(image / flat, time_s)
+    follows = ((size - size.mean()) * (near - near.mean())).mean() > 0.5 * near.var()
+    return np.exp(size - np.median(size)) if follows and size.std() > _GROWS else np.ones(len(joints))
+
+
+def _slow(ratio: np.ndarray, time_s: np.ndarray) -> np.ndarray:
+    """(T,) logarithm of a positive ratio, averaged over _SIZE_S; what is missing lies on a line."""
+    from scipy.ndimage import gaussian_filter1d
+
+    there = ratio > 0
+    even = np.interp(time_s, time_s[there], np.log(ratio[there]))
+    sd = _SIZE_S * rate(time_s)
+    ends = min(int(4 * sd), len(even) - 1)
+    padded = np.pad(even, ends, mode="reflect", reflect_type="odd")  # a trend goes on beyond the ends
+    return gaussian_filter1d(padded, sd)[ends : ends + len(even)]
+
+
+def _weights(off: np.ndarray, information: np.ndarray) -> np.ndarray:
+    """(T,) Cauchy weights of frames that are (T, 3) off the path."""
+    off = np.where(np.isfinite(off), off, 0.0)
+    return 1 / (1 + np.einsum("ti,tij,tj->t", off, information, off) / _STRAY**2)
+
+
+def _outer(x: np.ndarray) -> np.ndarray:
+    return x[:, :, None] * x[:, None, :]

@@ -1,0 +1,70 @@
+"""The pelvis's place in single frames: where the body has to be for its joints to lie on the rays of its keypoints."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...pipeline.rotations import is_finite
+
+FEWEST = 6  # joints that place a body
+_ROUNDS = 6  # of reweighting; weights change by less than 1 % after five
+_ROBUST = 2.0  # times the median residual at which a joint's weight is halved
+_LEAST_ERROR = 0.001  # statures, of a joint: exact input is not believed without end
+_NEAREST = 0.1  # statures before the camera
+
+
+def placed(rays: np.ndarray, joints: np.ndarray, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The pelvis (T, 3) from the camera, NaN where fewer than FEWEST joints tell, and its information (T, 3, 3), the
+    inverse of the covariance, were the joints' errors independent; zero there.
+
+    rays: (T, J, 2) x / z and y / z of the keypoints, CAMERA axes. joints: (T, J, 3) in statures, CAMERA axes, relative
+    to the pelvis. weights: (T, J) relative trust in a joint's keypoint, 0 for none. NaN where missing.
+
+    Least squares of the reprojection, linear in the place: x_j + t_x = u_j (z_j + t_z). A joint's equation is weighted
+    by how far off it is at the body (Cauchy), so that outliers and exchanged limbs have little say. The equations are
+    multiplied by the reprojected rays, not by the observed ones, whose noise would bring the body nearer.
+    """
+    seen = is_finite(rays) & is_finite(joints) & (weights > 0)
+    enough = seen.sum(axis=1) >= FEWEST
+    rays, joints = np.where(seen[..., None], rays, 0.0), np.where(seen[..., None], joints, 0.0)
+    trust = np.where(seen, weights, 0.0)
+    sides = rays * joints[..., 2:] - joints[..., :2]
+    weights, expected = trust, rays
+    for _ in range(_ROUNDS):
+        matrix, right = _normal(weights, rays, expected, sides)
+        matrix[~enough] = np.eye(3)
+        place = np.linalg.solve(matrix, right[..., None])[..., 0]
+        ahead = joints + place[:, None]
+        inside = seen & (ahead[..., 2] > _NEAREST)
+        expected = np.where(inside[..., None], ahead[..., :2] / np.maximum(ahead[..., 2:], _NEAREST), rays)
+        off = np.linalg.norm(place[:, None, :2] - rays * place[:, None, 2:] - sides, axis=-1)
+        usual = _median(off * np.sqrt(trust), seen) + _LEAST_ERROR
+        weights = trust / (1 + trust * (off / (_ROBUST * usual[:, None])) ** 2)
+    freedom = np.maximum(2 * seen.sum(axis=1) - 3, 1)
+    variance = (weights * off**2).sum(axis=1) / freedom + _LEAST_ERROR**2 * trust.max(axis=1)
+    enough &= place[:, 2] > _NEAREST
+    information = (matrix + matrix.swapaxes(1, 2)) / 2 / np.where(enough, variance, 1.0)[:, None, None]
+    return np.where(enough[:, None], place, np.nan), np.where(enough[:, None, None], information, 0.0)
+
+
+def _normal(
+    weights: np.ndarray, rays: np.ndarray, expected: np.ndarray, sides: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """(T, 3, 3) and (T, 3): the sums over joints of two equations each, multiplied by the expected rays."""
+    weighted = weights[..., None]
+    matrix = np.zeros((len(rays), 3, 3))
+    matrix[:, 0, 0] = matrix[:, 1, 1] = weights.sum(axis=1)
+    matrix[:, :2, 2] = -(weighted * rays).sum(axis=1)
+    matrix[:, 2, :2] = -(weighted * expected).sum(axis=1)
+    matrix[:, 2, 2] = (weighted * rays * expected).sum(axis=(1, 2))
+    across, along = (weighted * sides).sum(axis=1), -(weighted * sides * expected).sum(axis=(1, 2))
+    return matrix, np.concatenate([across, along[:, None]], axis=1)
+
+
+def _median(values: np.ndarray, seen: np.ndarray) -> np.ndarray:
+    """(T,) median of the seen values of each row (T, J); 0 where none is seen."""
+    ordered = np.sort(np.where(seen, values, np.inf), axis=1)
+    middle = np.take_along_axis(
+        ordered, (seen.sum(axis=1) // 2).clip(max=values.shape[1] - 1)[:, None], axis=1
+    )[:, 0]
+    return np.where(np.isfinite(middle), middle, 0.0)

@@ -1,0 +1,112 @@
+"""Placing: the pelvis's path before the camera, from 2D keypoints, the lifted body and the focal length."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar, Literal
+
+import numpy as np
+
+from ..models.gravity.view import before
+from ..models.place.path import SCALE_SD, PelvisPath, pelvis_path
+from ..pipeline.camera import Camera
+from ..pipeline.errors import InputError
+from ..pipeline.files.video_frames import shown_size
+from ..pipeline.pose import PoseSequence
+from ..pipeline.rotations import is_finite
+from ..pipeline.take import Event, Take
+
+
+@dataclass(frozen=True)
+class Place:
+    """The stage. camera: "static" for one that stands still during the take, "moving" for one that pans or is carried,
+    before which nobody can be placed. focal_px: the focal length in pixels, if known, and image_size: the image's width
+    and height in pixels, of a take without a video."""
+
+    camera: Literal["static", "moving"] = "static"
+    focal_px: float | None = None
+    image_size: tuple[int, int] | None = None
+
+    name: ClassVar[str] = "place"
+    needs: ClassVar[tuple[str, ...]] = ("poses",)
+    gives: ClassVar[tuple[str, ...]] = ("poses",)
+
+    def __call__(self, take: Take) -> Take:
+        poses, keypoints = take.need("poses"), take.keypoints
+        if keypoints is None and take.video is None and (self.focal_px or self.image_size):
+            raise InputError(
+                "A focal length and an image size are for keypoints or a video, and this run has neither; leave "
+                "--focal and --image-size out."
+            )
+        if poses.root is not None:
+            return take
+        camera = self._camera(take)
+        if reason := self._why_not(poses, keypoints, camera):
+            return take.saying(_nowhere(reason))
+        assert keypoints is not None  # or there is a reason
+        assert camera is not None
+        path = pelvis_path(poses, keypoints, camera)
+        if path is None or not is_finite(path.root).any():
+            return take.saying(_nowhere("too few joints were seen"))
+        growth, covariance = path.growth[:, None, None], poses.covariance
+        placed = poses.mapped(
+            lambda points: points / growth,
+            root=path.root,
+            root_covariance=path.covariance,
+            covariance=None if covariance is None else covariance / growth[..., None] ** 2,
+        ).noted(
+            "place",
+            focal_px=round(camera.focal_px, 1),
+            focal_source=camera.focal_source,
+            focal_sd=round(path.focal_sd, 3),
+            scale_sd=SCALE_SD,
+            frames_placed=int(is_finite(path.root).sum()),
+        )
+        events = [Event("note", _said(path, camera, poses.frame.unit))]
+        grown = 100 * (path.growth.max() / path.growth.min() - 1)
+        if grown > 0:
+            text = (
+                f"The lifted body grew with its image, by {grown:.0f} % in all, and was brought to one size."
+            )
+            events.append(Event("repair", text))
+        return take.with_(poses=placed).saying(*events)
+
+    def _camera(self, take: Take) -> Camera | None:
+        """The take's, or what is told of it; None where not even the image's size is known."""
+        if take.camera is not None:
+            return take.camera
+        size = shown_size(take.video) if take.video else self.image_size
+        if size is None:
+            return None
+        focal, spread, source = before(size, self.focal_px, None)
+        return Camera(size, focal, focal * spread, source)
+
+    def _why_not(
+        self, poses: PoseSequence, keypoints: PoseSequence | None, camera: Camera | None
+    ) -> str | None:
+        """Why the person cannot be placed, in words; None where nothing is in the way."""
+        if poses.frame.family != "camera":
+            return "the poses are not in a camera's axes"
+        if keypoints is None:
+            return "there are no 2D keypoints (--keypoints)"
+        if self.camera == "moving":
+            return "the camera moves, and how it does is not known"
+        if camera is None:
+            return "the image's size is not known (--image-size)"
+        return None
+
+
+def _nowhere(reason: str) -> Event:
+    return Event("note", f"Where the person is before the camera is not known: {reason}.")
+
+
+def _said(path: PelvisPath, camera: Camera, unit: str) -> str:
+    own = np.sqrt(np.linalg.eigvalsh(path.own[is_finite(path.root)])[:, -1])
+    placed, frames = len(own), len(path.root)
+    how_far = f"{np.median(own):.2f} {'m' if unit == 'm' else 'units'}"
+    guess = "; the focal length is a guess (--focal)" if camera.focal_source == "prior" else ""
+    return (
+        f"The pelvis's path before the camera rests on the keypoints, in {placed} of {frames} frames: each frame is "
+        f"off by {how_far} (standard deviation), mostly in depth, and the whole by {100 * SCALE_SD:.0f} % for the "
+        f"body's size and {100 * path.focal_sd:.0f} % of the depth for the focal length{guess}."
+    )

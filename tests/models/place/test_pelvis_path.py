@@ -1,0 +1,201 @@
+"""The pelvis's path before a camera: known answers on the walker, whose path and camera are known exactly."""
+
+import numpy as np
+import pytest
+
+from pcnet3d.examples.walker.camera import aimed, camera_poses
+from pcnet3d.examples.walker.walk import walker
+from pcnet3d.models.place.path import pelvis_path
+from pcnet3d.models.place.smoothing import covariances, smoothed
+from pcnet3d.pipeline import H36M17, IMAGE, InputError, PoseSequence
+from pcnet3d.pipeline.camera import Camera
+from pcnet3d.pipeline.frames import GL_CAMERA
+from pcnet3d.pipeline.intrinsics import Intrinsics
+from pcnet3d.pipeline.rotations import known
+
+SIZE = (1280, 720)
+FOCAL = 900.0
+LENS = Camera(SIZE, FOCAL, 0.0, "told")
+
+
+@pytest.fixture(scope="module")
+def walk():
+    return walker(seconds=6)
+
+
+@pytest.fixture(scope="module")
+def body(walk):
+    return camera_poses(walk, camera_of(walk))
+
+
+@pytest.fixture(scope="module")
+def points(walk):
+    """(T, 17, 3) metres from the camera."""
+    return camera_of(walk).points(walk.world)
+
+
+def camera_of(walk):
+    return aimed(walk.root.mean(axis=0), 6, heading_deg=60, pitch_deg=10, roll_deg=3)
+
+
+def seen(body, points, noise_px=0.0, **changes) -> PoseSequence:
+    pixels = FOCAL * points[..., :2] / points[..., 2:] + np.array(SIZE) / 2
+    pixels = pixels + np.random.default_rng(0).normal(0, 1, pixels.shape) * noise_px
+    return PoseSequence(pixels, H36M17, IMAGE, time_s=body.time_s, frame_index=body.frame_index).with_(
+        **changes
+    )
+
+
+def off(path, points) -> np.ndarray:
+    return np.linalg.norm(path.root - points[:, 0], axis=1)
+
+
+def test_exact_keypoints_and_an_exact_body_give_the_exact_path(body, points):
+    path = pelvis_path(body, seen(body, points), LENS)
+    assert off(path, points).max() < 0.01
+    assert (path.growth == 1).all()
+
+
+def test_a_body_in_another_unit_gives_the_path_in_that_unit(body, points):
+    keypoints = seen(body, points, 2.0)
+    path = pelvis_path(body, keypoints, LENS)
+    halved = body.with_(joints=body.joints / 2, frame=body.frame.with_(unit="arbitrary"))
+    half = pelvis_path(halved, keypoints, LENS)
+    np.testing.assert_allclose(half.root, path.root / 2, rtol=1e-4)
+    np.testing.assert_allclose(half.covariance, path.covariance / 4, rtol=1e-3)
+
+
+def test_hidden_joints_and_outliers_hardly_move_it(body, points):
+    rng = np.random.default_rng(1)
+    joints = seen(body, points, 2.0).joints.copy()
+    joints[rng.uniform(size=joints.shape[:2]) < 0.3] = np.nan
+    wild = rng.uniform(size=joints.shape[:2]) < 0.05
+    joints[wild] += rng.choice([-1, 1], (wild.sum(), 2)) * 150
+    keypoints = seen(body, points).with_(joints=joints)
+    assert np.median(off(pelvis_path(body, keypoints, LENS), points)) < 0.05
+    # Legs out of the image for the whole take: the trunk and the arms tell as well, with a larger error.
+    legs = H36M17.indices([f"{side}_{part}" for side in "rl" for part in ("knee", "ankle")])
+    joints = seen(body, points, 2.0).joints.copy()
+    joints[:, legs] = np.nan
+    cut, whole = (
+        pelvis_path(body, seen(body, points).with_(joints=j), LENS)
+        for j in (joints, seen(body, points, 2.0).joints)
+    )
+    assert np.median(off(cut, points)) < 0.1
+    assert np.median(np.trace(cut.own, axis1=1, axis2=2)) > np.median(np.trace(whole.own, axis1=1, axis2=2))
+
+
+def test_frames_of_somebody_else_do_not_pull_it(body, points):
+    keypoints = seen(body, points, 2.0)
+    others = points.copy()
+    others[60:65] += [1.5, 0, 2.0]
+    path = pelvis_path(body, keypoints.with_(joints=seen(body, others, 2.0).joints), LENS)
+    assert off(path, points)[55:70].max() < 0.25  # of 2.5 m
+
+
+def test_a_short_gap_is_bridged_with_a_growing_error_and_a_long_one_is_left(body, points):
+    def gapped(rows):
+        joints = seen(body, points, 2.0).joints.copy()
+        joints[rows] = np.nan
+        return pelvis_path(body, seen(body, points).with_(joints=joints), LENS)
+
+    short, whole = gapped(slice(60, 75)), gapped(slice(0, 0))
+    assert known(short.root).all()
+    size = np.trace(short.own, axis1=1, axis2=2) / np.trace(whole.own, axis1=1, axis2=2)
+    assert size[67] > 2 * size[20]
+    assert size[67] > size[61]
+    long = gapped(slice(30, 150))
+    assert np.isnan(long.root[90]).all()
+    assert np.isnan(long.covariance[90]).all()
+    assert known(long.root[[10, 170]]).all()
+
+
+def test_a_wrong_focal_length_stretches_the_depth_as_stated(body, points):
+    path = pelvis_path(body, seen(body, points), Camera(SIZE, 1.1 * FOCAL, 0.1 * FOCAL, "prior"))
+    np.testing.assert_allclose(path.root[:, 2], 1.1 * points[:, 0, 2], rtol=0.03)
+    assert np.abs(path.root[:, :2] - points[:, 0, :2]).max() < 0.1
+    assert (np.abs(path.root - points[:, 0])[:, 2] < 2 * np.sqrt(path.covariance[:, 2, 2])).all()
+
+
+def test_a_lens_is_undone(body, points):
+    lens = Intrinsics((FOCAL, FOCAL), (700.0, 340.0), image_size=SIZE)
+    pixels = FOCAL * points[..., :2] / points[..., 2:] + [700, 340]
+    path = pelvis_path(
+        body, seen(body, points).with_(joints=pixels), Camera(SIZE, FOCAL, 0.0, "told", intrinsics=lens)
+    )
+    assert off(path, points).max() < 0.01
+
+
+def test_a_body_that_follows_its_image_is_brought_to_one_size(body, points):
+    near = np.median(points[:, 0, 2]) / points[:, 0, 2]
+    assert np.ptp(near) > 0.15
+    path = pelvis_path(body.with_(joints=body.joints * near[:, None, None]), seen(body, points), LENS)
+    np.testing.assert_allclose(path.growth, near, atol=0.03)
+    assert np.median(off(path, points)) < 0.1
+
+
+def test_rows_belong_together_by_their_frames(body, points):
+    keypoints = seen(body, points)
+    rows = np.arange(30, 150)
+    part = keypoints.with_(
+        joints=keypoints.joints[rows], confidence=None, time_s=keypoints.times[rows], frame_index=rows
+    )
+    path = pelvis_path(body, part, LENS)
+    assert off(path, points)[rows].max() < 0.01
+
+
+def test_nobody_is_nowhere(body, points):
+    nothing = seen(body, points).with_(joints=np.full((len(body), 17, 2), np.nan))
+    assert pelvis_path(body, nothing, LENS) is None
+    with pytest.raises(InputError, match="CAMERA"):
+        pelvis_path(body.with_(frame=GL_CAMERA), nothing, LENS)
+
+
+def test_a_smoothed_path_is_as_wrong_as_it_says():
+    """Drawn from the smoother's own model: white acceleration, noise of a known covariance."""
+    rng = np.random.default_rng(2)
+    jolt, frames, step = 0.5, 4000, 1 / 30
+    velocity = np.cumsum(rng.normal(0, np.sqrt(jolt * step), (frames, 3)), axis=0)
+    truth = np.cumsum(velocity * step, axis=0)
+    root = rng.normal(size=(frames, 3, 3)) * [0.02, 0.02, 0.2]
+    noise = np.einsum("tij,tkj->tik", root, root) + 1e-4 * np.eye(3)
+    drawn = truth + np.einsum("tij,tj->ti", np.linalg.cholesky(noise), rng.normal(size=(frames, 3)))
+    information = np.linalg.inv(noise)
+    information[1000:1030] = 0
+    path, factor = smoothed(drawn, information, np.arange(frames) * step, jolt)
+    sd = np.sqrt(np.diagonal(covariances(factor), axis1=1, axis2=2))
+    inside = np.abs(path - truth) < 1.645 * sd
+    assert 0.86 < inside.mean() < 0.94
+    assert (np.abs(path - truth)[1000:1030] < 4 * sd[1000:1030]).all()
+    assert sd[1015].min() > 3 * np.median(sd)
+
+
+@pytest.mark.parametrize("seen", [[0, 1], [0, -1], [9000, 9001, 9002]])
+def test_gaps_of_any_length_are_solved(seen):
+    frames = 20_000
+    places, information = np.full((frames, 3), np.nan), np.zeros((frames, 3, 3))
+    places[seen], information[seen] = [1.0, 2.0, 5.0], 100 * np.eye(3)
+    path, factor = smoothed(places, information, np.arange(frames) / 240, 0.2)
+    np.testing.assert_allclose(path[seen], places[seen], atol=0.01)
+    sd = np.sqrt(np.diagonal(covariances(factor), axis1=1, axis2=2))
+    assert sd[seen].max() < 0.11
+    assert sd[4000].min() > 1
+
+
+def test_covariances_are_blocks_of_the_inverse():
+    rng = np.random.default_rng(3)
+    frames = 12
+    root = rng.normal(size=(frames, 3, 3))
+    information = root @ root.swapaxes(1, 2) + np.eye(3)
+    information[4:6] = 0
+    time_s = np.cumsum(rng.uniform(0.02, 0.06, frames))
+    places = rng.normal(size=(frames, 3))
+    path, factor = smoothed(places, information, time_s, 2.0)
+    # The same path by another way: each place moved a little moves the path by covariance x information.
+    blocks = covariances(factor)
+    for row in (0, 3, 5, 11):
+        for axis in range(3):
+            moved = places.copy()
+            moved[row, axis] += 1.0
+            shift = smoothed(moved, information, time_s, 2.0)[0] - path
+            np.testing.assert_allclose(shift[row], blocks[row] @ information[row][:, axis], atol=1e-5)

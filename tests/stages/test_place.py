@@ -1,0 +1,173 @@
+"""The stage `place`: who is placed, who is not and why, and what the rest of a run does with an estimated path."""
+
+import numpy as np
+import pytest
+
+from pcnet3d.examples.walker.camera import aimed, camera_poses
+from pcnet3d.examples.walker.walk import walker
+from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, Z_UP, InputError, PoseSequence, Take, change_frame
+from pcnet3d.pipeline.camera import Camera
+from pcnet3d.pipeline.motion.flights import falls
+from pcnet3d.pipeline.reading.handedness import repaired
+from pcnet3d.pipeline.rotations import rotate
+from pcnet3d.stages.angles import Angles
+from pcnet3d.stages.clean import clean
+from pcnet3d.stages.measures.stage import Measures
+from pcnet3d.stages.place import Place
+from pcnet3d.stages.rectify import Rectify
+from pcnet3d.stages.scale import scale
+from pcnet3d.stages.trajectories import Trajectories
+
+SIZE, FOCAL = (1280, 720), 900.0
+
+
+@pytest.fixture(scope="module")
+def walk():
+    return walker(seconds=8)
+
+
+@pytest.fixture(scope="module")
+def camera(walk):
+    return aimed(walk.root.mean(axis=0), 6, heading_deg=walk.heading_deg[0] + 100, pitch_deg=10, roll_deg=3)
+
+
+@pytest.fixture(scope="module")
+def take(walk, camera):
+    points = camera.points(walk.world)
+    pixels = FOCAL * points[..., :2] / points[..., 2:] + np.array(SIZE) / 2
+    pixels += np.random.default_rng(0).normal(0, 2, pixels.shape)
+    poses = camera_poses(walk, camera)
+    poses = poses.with_(frame=CAMERA.with_(origin="pelvis", unit="m"))
+    keypoints = PoseSequence(pixels, H36M17, IMAGE, time_s=poses.time_s, frame_index=poses.frame_index)
+    return Take("walk", keypoints=keypoints, camera=Camera(SIZE, FOCAL, 0.02 * FOCAL, "told"), poses=poses)
+
+
+@pytest.fixture(scope="module")
+def placed(take):
+    return Place()(take)
+
+
+@pytest.fixture(scope="module")
+def through(placed):
+    """The placed take after the stages that use its path."""
+    for stage in (Rectify(rectifier="geometric"), Trajectories(), Angles(), Measures()):
+        placed = stage(placed)
+    return placed
+
+
+def test_the_path_and_its_error_go_with_the_poses(placed, walk, camera):
+    true = camera.points(walk.root[:, None])[:, 0]
+    assert np.median(np.linalg.norm(placed.poses.root - true, axis=1)) < 0.06
+    assert placed.poses.root_sd.shape == (len(walk), 3)
+    assert placed.poses.root_sd[:, 2].min() > 3 * placed.poses.root_sd[:, 1].max()
+    assert placed.poses.measured_root is None
+    said = placed.poses.history[-1]
+    assert (said.name, said.options["frames_placed"], said.options["focal_sd"]) == ("place", len(walk), 0.02)
+    assert "rests on the keypoints, in 240 of 240 frames" in placed.events[-1].text
+
+
+def test_a_place_that_the_source_knows_is_kept(take):
+    own = np.random.default_rng(1).normal(size=(len(take.poses), 3))
+    known = take.with_(poses=take.poses.with_(root=own))
+    found = Place()(known)
+    assert found is known
+    assert found.poses.measured_root is not None
+
+
+@pytest.mark.parametrize(
+    ("changed", "stage", "why"),
+    [
+        ({"keypoints": None}, Place(), "no 2D keypoints"),
+        ({}, Place(camera="moving"), "the camera moves"),
+        ({"camera": None}, Place(), "image's size is not known"),
+    ],
+)
+def test_who_cannot_be_placed_is_told_why(take, changed, stage, why):
+    found = stage(take.with_(**changed))
+    assert found.poses is take.poses
+    assert why in found.events[-1].text
+
+
+def test_poses_of_a_world_and_people_whom_nobody_sees_are_not_placed(take, walk):
+    world = take.with_(
+        poses=walk.poses.with_(
+            joints=walk.world - walk.root[:, None], root=None, frame=Z_UP.with_(origin="pelvis")
+        )
+    )
+    assert "not in a camera's axes" in Place()(world).events[-1].text
+    outside = take.keypoints.with_(joints=take.keypoints.joints + 5000)
+    found = Place()(take.with_(keypoints=outside))
+    assert found.poses.root is None
+    assert "too few joints" in found.events[-1].text
+
+
+def test_without_a_camera_what_is_told_counts_and_a_guess_says_so(take, placed):
+    told = Place(focal_px=FOCAL, image_size=SIZE)(take.with_(camera=None))
+    np.testing.assert_allclose(told.poses.root, placed.poses.root)
+    guessed = Place(image_size=SIZE)(take.with_(camera=None))
+    assert "a guess" in guessed.events[-1].text
+    assert guessed.poses.root_sd[:, 2].mean() > 3 * placed.poses.root_sd[:, 2].mean()
+
+
+def test_a_focal_length_for_nothing_is_refused(take):
+    with pytest.raises(InputError, match="--focal"):
+        Place(focal_px=900)(take.with_(camera=None, keypoints=None))
+
+
+def test_an_estimated_path_is_no_evidence_on_up_or_on_the_frame_rate(take, placed, walk, camera):
+    shares = Rectify(rectifier="geometric")(placed).rectified.up_shares
+    without = Rectify(rectifier="geometric")(take).rectified
+    assert shares == without.up_shares
+    true = take.poses.with_(root=camera.points(walk.root[:, None])[:, 0])
+    assert "floor" in Rectify(rectifier="geometric")(take.with_(poses=true)).rectified.up_shares
+    assert len(falls(placed.poses)) == 0
+
+
+def test_in_level_it_is_turned_with_its_error(placed, through):
+    level, R = through.rectified.level, through.rectified.R_source_from_level
+    np.testing.assert_allclose(rotate(R, level.root), placed.poses.root, atol=1e-9)
+    np.testing.assert_allclose(R @ level.root_covariance @ R.T, placed.poses.root_covariance, atol=1e-12)
+    columns = through.kinematics
+    np.testing.assert_array_equal(columns["root_x_sd"], level.root_sd[:, 0])
+    moving = Rectify(rectifier="geometric", camera="moving")(placed).rectified.level
+    assert moving.root is None
+
+
+def test_the_walking_speed_has_the_errors_that_all_strides_share(through, walk, placed, camera):
+    found = through.measures["walking"]
+    assert found["walking_speed"] == pytest.approx(walk.speed_mps, rel=0.05)
+    assert found["walking_speed_error"] >= 0.9 * 0.037 * found["walking_speed"]
+    unsure = Place()(
+        placed.with_(
+            poses=placed.poses.with_(root=None, root_covariance=None),
+            camera=Camera(SIZE, FOCAL, 0.3 * FOCAL, "prior"),
+        )
+    )
+    for stage in (Rectify(rectifier="geometric"), Trajectories(), Angles(), Measures()):
+        unsure = stage(unsure)
+    way = np.diff(camera.points(walk.root[walk.during("walk")][:, None])[:, 0], axis=0)
+    along = (way[:, 2] ** 2).sum() / (way**2).sum()
+    expected = found["walking_speed"] * np.hypot(0.037, 0.3 * along)
+    assert unsure.measures["walking"]["walking_speed_error"] == pytest.approx(expected, rel=0.25)
+
+
+def test_the_error_follows_a_scale_a_turn_a_mirror_and_cleaning(placed):
+    poses = placed.poses
+    doubled = scale(poses, 3.5 / 2)
+    factor = doubled.history[-1].options["factor"]
+    np.testing.assert_allclose(doubled.root_sd, factor * poses.root_sd)
+    back = change_frame(poses, CAMERA.with_(origin="pelvis", unit="mm"))
+    np.testing.assert_allclose(back.root_sd, 1000 * poses.root_sd)
+    mirrored = repaired(poses, "mirror")
+    np.testing.assert_allclose(mirrored.root_covariance[:, 0, 2], -poses.root_covariance[:, 0, 2])
+    kept = np.delete(np.arange(len(poses)), [40, 41])
+    broken = PoseSequence(
+        poses.joints[kept], H36M17, poses.frame, time_s=poses.times[kept], frame_index=kept,
+        root=poses.root[kept], root_covariance=poses.root_covariance[kept],
+    )  # fmt: skip
+    assert np.isnan(clean(broken).root_covariance[40:42]).all()
+
+
+def test_a_covariance_needs_a_root(take):
+    with pytest.raises(InputError, match="beside a root"):
+        take.poses.with_(root_covariance=np.zeros((len(take.poses), 3, 3)))
