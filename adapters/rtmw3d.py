@@ -4,7 +4,7 @@ Keypoints are no lengths but places in the crop around the person: x and y in it
 hips, 144 bins being 2.1744869 m. The demo wrote (-x, -z, -y), a rotation, and put each person's lowest joint at
 height 0 in every frame. So depth is metric and the image's plane is not: its scale is the one that gives the
 body the stature of option stature_m, one for the whole take. A crop that changes its size breaks that; such poses
-are not to be trusted in metres. The 17 joints of COCO, the first of the 133, are used.
+are not to be trusted in metres. The 17 joints of COCO and the heels and toes, the first 23 of the 133, are used.
 
 rtmlib saves nothing. In arrays of one's own its z is (z + 0.5436) / 0.75 in truth, for it divides by 192
 instead of 144.
@@ -19,7 +19,7 @@ import numpy as np
 from ..pipeline.anthropometry import implied_stature
 from ..pipeline.errors import InputError
 from ..pipeline.frames import Frame
-from ..pipeline.layouts import COCO17, remap
+from ..pipeline.layouts import COCO23, remap
 from ..pipeline.pose import PoseSequence
 from .kit.mmpose import bodies, rebase_said, recognised
 
@@ -39,7 +39,7 @@ def sniff(path: Path) -> bool:
 
 
 def read(path: Path, stature_m: float = 1.7) -> tuple[PoseSequence, ...]:
-    """One sequence a person, joined from frame to frame by their boxes: COCO17, left, toward the camera, up, metres.
+    """One sequence a person, joined from frame to frame by their boxes: COCO23, left, toward the camera, up, metres.
 
     stature_m: of everybody in the file; it sets the scale of the image's plane.
     frame_index counts from 0; scores are maxima of bins, no probabilities, and those above 1 are clipped. Raises
@@ -47,7 +47,7 @@ def read(path: Path, stature_m: float = 1.7) -> tuple[PoseSequence, ...]:
     """
     if not _STATURES_M[0] <= stature_m <= _STATURES_M[1]:
         raise InputError(f"Expected stature_m of {_STATURES_M[0]} to {_STATURES_M[1]} m, got {stature_m:g}.")
-    people = bodies(path, "RTMW3D's results", _COUNT, COCO17).sequences(_AXES, _IMAGE_AXES, str(path))
+    people = bodies(path, "RTMW3D's results", _COUNT, COCO23).sequences(_AXES, _IMAGE_AXES, str(path))
     return tuple(_metric(rebase_said(poses), stature_m, path) for poses in people)
 
 

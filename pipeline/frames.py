@@ -154,16 +154,21 @@ def change_frame(poses: PoseSequence, to: Frame, R_to_from_source: np.ndarray | 
     root = poses.root if source.origin == to.origin else _place(poses)
     if root is not None:
         root = rotate(matrix, root) * factor if matrix.ndim == 2 else None
-    moved = np.empty(poses.joints.shape, np.float32)
-    for start in range(0, len(poses), _ROWS):
-        rows = slice(start, start + _ROWS)
-        joints = poses.joints[rows].astype(np.float64)
-        if source.origin != to.origin:
-            joints -= joints[:, [poses.layout.index("pelvis")]]
-        moved[rows] = rotate(matrix if matrix.ndim == 2 else matrix[rows], joints) * factor
-    moved.setflags(write=False)
-    return poses.with_(
-        joints=moved,
+    pelvis = poses.joint("pelvis") if source.origin != to.origin else None
+
+    def turned(points: np.ndarray) -> np.ndarray:
+        moved = np.empty(points.shape, np.float32)
+        for start in range(0, len(points), _ROWS):
+            rows = slice(start, start + _ROWS)
+            some = points[rows].astype(np.float64)
+            if pelvis is not None:
+                some -= pelvis[rows, None]
+            moved[rows] = rotate(matrix if matrix.ndim == 2 else matrix[rows], some) * factor
+        moved.setflags(write=False)
+        return moved
+
+    return poses.mapped(
+        turned,
         frame=to,
         root=root,
         root_covariance=None if root is None else turned_covariance(poses.root_covariance, matrix, factor),

@@ -23,6 +23,8 @@ _BONES = (
     ("pelvis", "spine"), ("spine", "thorax"), ("thorax", "nose"), ("nose", "head"),
     ("thorax", "l_shoulder"), ("l_shoulder", "l_elbow"), ("l_elbow", "l_wrist"),
     ("thorax", "r_shoulder"), ("r_shoulder", "r_elbow"), ("r_elbow", "r_wrist"),
+    ("r_ankle", "r_heel"), ("r_heel", "r_big_toe"), ("r_ankle", "r_big_toe"), ("r_big_toe", "r_small_toe"),
+    ("l_ankle", "l_heel"), ("l_heel", "l_big_toe"), ("l_ankle", "l_big_toe"), ("l_big_toe", "l_small_toe"),
 )  # fmt: skip
 # Drawn where a layout has no pelvis or thorax of its own.
 _SHORTCUTS = (
@@ -40,6 +42,9 @@ _RULES: dict[str, tuple[tuple[str, ...], ...]] = {
     "spine": (("pelvis", "thorax"), ("pelvis", "neck"), ("l_hip", "r_hip", "l_shoulder", "r_shoulder")),
     "head": (("head_top",), ("l_ear", "r_ear"), ("l_eye", "r_eye")),
     "nose": (("head_centre",),),
+    # BlazePose's foot index is the tip of the foot's middle; it has no small toe (formats.md section 5).
+    "l_big_toe": (("l_foot_index",),),
+    "r_big_toe": (("r_foot_index",),),
 }
 # Joints that are the same point under another name; everything else a rule makes is called derived.
 _ALIASES = {("thorax", ("neck",)), ("head", ("head_top",))}
@@ -149,6 +154,11 @@ BLAZEPOSE33 = Layout(
      "l_pinky", "r_pinky", "l_index", "r_index", "l_thumb", "r_thumb", "l_hip", "r_hip", "l_knee", "r_knee",
      "l_ankle", "r_ankle", "l_heel", "r_heel", "l_foot_index", "r_foot_index"),
 )  # fmt: skip
+# The body and the feet of COCO-WholeBody, the first 23 of its 133 points.
+COCO23 = Layout(
+    "COCO23",
+    (*_COCO, "l_big_toe", "l_small_toe", "l_heel", "r_big_toe", "r_small_toe", "r_heel"),
+)
 MPI3DHP17 = Layout(
     "MPI3DHP17",
     ("head_top", "neck", *_R_ARM, *_L_ARM, *_R_LEG, *_L_LEG, "pelvis", "spine", "head_centre"),
@@ -157,9 +167,14 @@ MPI3DHP17 = Layout(
 LAYOUTS = {
     layout.name: layout
     for layout in (
-        H36M17, H36M17_B, H36M17_C, COCO17, HALPE26, OPENPOSE18, BODY_25, BODY_25B, BLAZEPOSE33, MPI3DHP17,
+        H36M17, H36M17_B, H36M17_C, COCO17, COCO23, HALPE26, OPENPOSE18, BODY_25, BODY_25B, BLAZEPOSE33,
+        MPI3DHP17,
     )
 }  # fmt: skip
+
+# Heels and toes, which ride along beside a layout that has none (PoseSequence.feet).
+FEET = Layout("FEET", tuple(f"{side}_{part}" for side in "rl" for part in ("big_toe", "small_toe", "heel")))
+FEET_ANKLES = tuple(f"{point[:2]}ankle" for point in FEET.joints)  # the ankle above each point
 
 
 def layout_named(name: str) -> Layout:
@@ -175,14 +190,19 @@ def remap(poses: PoseSequence, to: Layout = H36M17) -> PoseSequence:
 
     A joint that the source lacks is the mean of joints that it has, by the rules at the head of this file,
     and takes the least of their confidences; a NaN among them makes it NaN. The derived joints are named in
-    the history. InputError when no rule gives a joint.
+    the history. Heels and toes of the source become the poses' `feet` where the layout has none. InputError when no
+    rule gives a joint.
     """
     source = poses.layout
     if source.joints == to.joints:
-        return poses if source == to else poses.with_(layout=to)
+        return poses if source == to else poses.with_(layout=to, feet=poses.feet)
     columns, confidences, derived = [], [], []
     for joint in to.joints:
-        parts = _sources(joint, source, to)
+        parts = _sources(joint, source)
+        if not parts:
+            raise InputError(
+                f"Layout {source.name} has no joint from which '{joint}' of {to.name} could be made."
+            )
         rows = source.indices(parts)
         one = (
             len(rows) == 1
@@ -191,15 +211,45 @@ def remap(poses: PoseSequence, to: Layout = H36M17) -> PoseSequence:
         confidences.append(poses.confidence[:, rows[0]] if one else poses.confidence[:, rows].min(axis=1))
         if parts != (joint,) and (joint, parts) not in _ALIASES:
             derived.append(f"{joint} = mean({', '.join(parts)})")
+    feet, feet_derived = _feet(poses, to)
     return poses.with_(
-        joints=np.stack(columns, axis=1), confidence=np.stack(confidences, axis=1), layout=to
-    ).noted("remap", source=source.name, to=to.name, derived=derived)
+        joints=np.stack(columns, axis=1), confidence=np.stack(confidences, axis=1), layout=to, feet=feet
+    ).noted("remap", source=source.name, to=to.name, derived=derived + feet_derived)
 
 
-def _sources(joint: str, source: Layout, to: Layout) -> tuple[str, ...]:
+def _feet(poses: PoseSequence, to: Layout) -> tuple[np.ndarray | None, list[str]]:
+    """(T, 6, D) in the order of FEET, NaN for points that the source lacks, and which of them are derived; None where
+    the source has none or the layout `to` has them as joints."""
+    parts = {joint: _sources(joint, poses.layout) for joint in FEET.joints}
+    if any(joint in to for joint in parts):
+        return None, []
+    if not any(parts.values()):
+        return poses.feet, []
+    feet = np.full((len(poses), len(FEET), poses.frame.dims), np.nan, np.float32)
+    for i, found in enumerate(parts.values()):
+        if found:
+            feet[:, i] = poses.joints[:, poses.layout.index(found[0])]
+    return feet, [f"{joint} = {found[0]}" for joint, found in parts.items() if found and found != (joint,)]
+
+
+def with_feet(poses: PoseSequence) -> PoseSequence:
+    """Joints and feet in one layout, for drawings and exports: points of the feet that the poses never have are left
+    out, the others follow the joints, with unknown confidence. Poses without feet as they are."""
+    if poses.feet is None:
+        return poses
+    seen = np.flatnonzero(np.isfinite(poses.feet).any(axis=(0, 2)))
+    layout = Layout(f"{poses.layout.name} and feet", (*poses.layout.joints, *(FEET.joints[i] for i in seen)))
+    unknown = np.full((len(poses), len(seen)), np.nan, np.float32)
+    return poses.with_(
+        joints=np.concatenate([poses.joints, poses.feet[:, seen]], axis=1),
+        confidence=np.concatenate([poses.confidence, unknown], axis=1),
+        layout=layout,
+    )
+
+
+def _sources(joint: str, source: Layout) -> tuple[str, ...]:
+    """The joints that give this one, by the first rule that fits; () where none does."""
     if joint in source:
         return (joint,)
-    for parts in _RULES.get(joint, ()):
-        if all(part in source for part in parts):
-            return parts
-    raise InputError(f"Layout {source.name} has no joint from which '{joint}' of {to.name} could be made.")
+    rules = (parts for parts in _RULES.get(joint, ()) if all(part in source for part in parts))
+    return next(rules, ())

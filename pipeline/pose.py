@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from copy import copy
 from dataclasses import dataclass, field, replace
 from functools import cache
@@ -13,7 +14,7 @@ import numpy as np
 
 from .errors import InputError
 from .frames import BODY, LEVEL, Frame, require
-from .layouts import Layout
+from .layouts import FEET, Layout
 
 
 @cache
@@ -54,6 +55,8 @@ class PoseSequence:
         missing; None where the source itself knows the place.
     covariance: (T, J, D, D) float32 of each joint's error, in `frame` and its unit squared, as the lifter states it;
         NaN where missing, None where nobody says.
+    feet: (T, 6, D) float32 heels and toes in the order of layouts.FEET, in the axes, unit and from the origin of the
+        joints; NaN where missing, None when the source has none.
 
     Raises InputError when shapes, ranges or order do not fit. Arrays are read-only.
     """
@@ -71,6 +74,7 @@ class PoseSequence:
     root: np.ndarray | None = None
     root_covariance: np.ndarray | None = None
     covariance: np.ndarray | None = None
+    feet: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         joints = _owned(self.joints, np.float32)
@@ -126,6 +130,13 @@ class PoseSequence:
                     f"Expected covariances of shape {(*joints.shape, self.frame.dims)}, got "
                     f"{arrays['covariance'].shape}."
                 )
+        if self.feet is not None:
+            arrays["feet"] = _owned(self.feet, np.float32)
+            if arrays["feet"].shape != (rows, len(FEET), self.frame.dims) or np.isinf(arrays["feet"]).any():
+                raise InputError(
+                    f"Expected feet of shape {(rows, len(FEET), self.frame.dims)}, finite or NaN, got "
+                    f"{arrays['feet'].shape}."
+                )
         if any(not 0 < seam < rows for seam in self.seams):
             raise InputError(f"Expected seams at rows 1 to {rows - 1}, got {self.seams}.")
         for name, array in arrays.items():
@@ -167,11 +178,17 @@ class PoseSequence:
         return self.time_s
 
     def with_(self, **changes: Any) -> PoseSequence:
-        """A copy with other fields, checked again. Other joints, axes or layouts leave no covariance unless one is
-        given: whoever moves the joints knows what becomes of their errors."""
+        """A copy with other fields, checked again. Other joints, axes or layouts leave no covariance and no feet unless
+        they are given: whoever moves the joints knows what becomes of their errors, and of the feet (`mapped`)."""
         if changes.keys() & {"joints", "layout", "frame"}:
-            changes.setdefault("covariance", None)
+            changes = {"covariance": None, "feet": None, **changes}
         return replace(self, **changes)
+
+    def mapped(self, function: Callable[[np.ndarray], np.ndarray], **changes: Any) -> PoseSequence:
+        """A copy whose joints and feet `function` has moved alike, (T, N, D) -> (T, N, D), with other changes as those
+        of `with_`."""
+        feet = None if self.feet is None else function(self.feet)
+        return self.with_(**{"joints": function(self.joints), "feet": feet, **changes})
 
     def noted(self, step: str, **options: Any) -> PoseSequence:
         """A copy whose history ends with this step."""

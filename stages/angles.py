@@ -12,7 +12,8 @@ from ..models.common.spread import stated_spread
 from ..pipeline.errors import InputError
 from ..pipeline.frames import CAMERA, LEVEL, change_frame, require
 from ..pipeline.layouts import H36M17
-from ..pipeline.motion.angles import ANGLES, FINE, REASONS, near
+from ..pipeline.motion.angles import FINE, REASONS, near
+from ..pipeline.motion.foot_angles import ALL_ANGLES
 from ..pipeline.motion.signals import breaks, derivative
 from ..pipeline.pose import PoseSequence, Rectified
 from ..pipeline.rotations import rotate
@@ -33,7 +34,8 @@ class Angles:
 
 
 def joint_angles(poses: PoseSequence, rectified: Rectified, filtered: PoseSequence) -> dict[str, np.ndarray]:
-    """Columns (T,) for every angle of pipeline.motion.angles.ANGLES: `<angle>_deg`, `<angle>_sd_deg`, `<angle>_degps`
+    """Columns (T,) for every angle of pipeline.motion.angles.ANGLES, and of pipeline.motion.foot_angles.FOOT_ANGLES for
+    poses with feet, whose errors are unknown: `<angle>_deg`, `<angle>_sd_deg`, `<angle>_degps`
     and `<angle>_reason` (int8, pipeline.motion.angles.REASONS); where that is not 0 the others are NaN.
 
     poses: what was rectified; rectified: the answer; filtered: its `level` through the low-pass
@@ -49,9 +51,11 @@ def joint_angles(poses: PoseSequence, rectified: Rectified, filtered: PoseSequen
     reference = CAMERA if lifted else source.frame
     R_reference_from_source = reference.basis @ source.frame.basis.T
     source = change_frame(source, reference.with_(origin="pelvis", unit=source.frame.unit))
+    R_reference_from_level = R_reference_from_source @ rectified.R_source_from_level
+    feet = None if filtered.feet is None else rotate(R_reference_from_level, filtered.feet.astype(np.float64))
     series = take_angles(
         source.joints,
-        rotate(R_reference_from_source @ rectified.R_source_from_level, filtered.joints.astype(np.float64)),
+        rotate(R_reference_from_level, filtered.joints.astype(np.float64)),
         R_reference_from_source @ rectified.R_source_from_body,
         level_ok=rectified.level_ok,
         lifted=lifted,
@@ -59,6 +63,8 @@ def joint_angles(poses: PoseSequence, rectified: Rectified, filtered: PoseSequen
         up_error_deg=rectified.up_error_deg,
         unseen=poses.confidence == 0,
         stated=stated_spread(source),
+        feet=source.feet,
+        filtered_feet=feet,
     )
     seams = breaks(source)
     columns = {}
@@ -83,7 +89,8 @@ def _events(columns: dict[str, np.ndarray]) -> list[Event]:
     for code, words in REASONS.items():
         if code == FINE:
             continue
-        lost = {name: int((columns[f"{name}_reason"] == code).sum()) for name in ANGLES}
+        reasons = {name: columns[f"{name}_reason"] for name in ALL_ANGLES if f"{name}_reason" in columns}
+        lost = {name: int((reason == code).sum()) for name, reason in reasons.items()}
         worst = sorted((name for name in lost if lost[name]), key=lambda name: -lost[name])
         if worst:
             most = ", ".join(f"{name} ({lost[name]})" for name in worst[:3])

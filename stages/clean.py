@@ -9,7 +9,7 @@ import numpy as np
 
 from ..pipeline.errors import InputError
 from ..pipeline.files.video_frames import shown_size
-from ..pipeline.layouts import H36M17
+from ..pipeline.layouts import FEET_ANKLES, H36M17
 from ..pipeline.messages import how_many
 from ..pipeline.motion.checks import strays_of
 from ..pipeline.motion.visibility import in_words, unseen
@@ -76,13 +76,18 @@ class Clean:
 
 
 def without(poses: PoseSequence, hidden: np.ndarray) -> PoseSequence:
-    """Poses whose joints that nobody saw, hidden (T, J), are missing, with a confidence of 0; counted."""
+    """Poses whose joints that nobody saw, hidden (T, J), are missing, with a confidence of 0, and the foot below an
+    ankle that nobody saw; counted."""
     if not hidden.any():
         return poses
+    feet = poses.feet
+    if feet is not None:
+        feet = np.where(hidden[:, poses.layout.indices(FEET_ANKLES), None], np.nan, feet)
     return poses.with_(
         joints=np.where(hidden[..., None], np.nan, poses.joints),
         confidence=np.where(hidden, 0.0, poses.confidence),
         covariance=poses.covariance,
+        feet=feet,
     ).noted("unseen", values=int(hidden.sum()))
 
 
@@ -104,8 +109,8 @@ def clean(
     if max_gap_s < 0 or spike < 0:
         raise InputError(f"clean needs max_gap_s and spike of 0 or more, got {max_gap_s} and {spike}.")
     strays = strays_of(poses) if spike > 0 else np.zeros(len(poses), dtype=bool)
-    poses = poses.with_(
-        joints=np.where(strays[:, None, None], np.nan, poses.joints), covariance=poses.covariance
+    poses = poses.mapped(
+        lambda points: np.where(strays[:, None, None], np.nan, points), covariance=poses.covariance
     )
     poses, inserted = _every_frame(poses, video_time_s)
     trunk = np.linalg.norm(poses.joint("thorax") - poses.joint("pelvis"), axis=-1)
@@ -118,6 +123,10 @@ def clean(
 
     spikes, filled, count = cleaned(poses.joints)
     root = None if poses.root is None else cleaned(poses.root[:, None])[1][:, 0]
+    feet, jumps = poses.feet, 0
+    if feet is not None:
+        leaps, feet, more = cleaned(feet)
+        jumps, count = int(leaps.sum()), count + more
     made = np.isnan(poses.joints).any(-1) | spikes
     covariance = poses.covariance  # nobody states the error of what was filled in
     covariance = (
@@ -126,6 +135,7 @@ def clean(
     return poses.with_(
         joints=filled,
         root=root,
+        feet=feet,
         covariance=covariance,
         confidence=np.where(made, np.nan, poses.confidence),
     ).noted(
@@ -133,7 +143,7 @@ def clean(
         max_gap_s=max_gap_s,
         spike=spike,
         rows_inserted=inserted,
-        spikes_removed=int(spikes.sum()),
+        spikes_removed=int(spikes.sum()) + jumps,
         strays_removed=int(strays.sum()),
         values_filled=count,
         values_missing=int(np.isnan(filled).any(-1).sum()),
@@ -155,9 +165,16 @@ def _every_frame(poses: PoseSequence, video_time_s: np.ndarray | None) -> tuple[
         )
     every = np.arange(index[0], index[-1] + 1)
     rows = index - index[0]
-    joints, confidence, root, root_covariance, covariance = (
+    joints, confidence, root, root_covariance, covariance, feet = (
         None if values is None else _spread(values, rows, frames)
-        for values in (poses.joints, poses.confidence, poses.root, poses.root_covariance, poses.covariance)
+        for values in (
+            poses.joints,
+            poses.confidence,
+            poses.root,
+            poses.root_covariance,
+            poses.covariance,
+            poses.feet,
+        )
     )
     time_s = np.interp(every, index, times)
     if video_time_s is not None and len(video_time_s) > every[-1] and np.allclose(video_time_s[index], times):
@@ -170,6 +187,7 @@ def _every_frame(poses: PoseSequence, video_time_s: np.ndarray | None) -> tuple[
         root=root,
         root_covariance=root_covariance,
         covariance=covariance,
+        feet=feet,
         seams=tuple(rows[list(poses.seams)]),
     )
     return padded, frames - len(poses)

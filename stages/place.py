@@ -49,8 +49,9 @@ class Place:
         path = pelvis_path(poses, keypoints, camera)
         if path is None or not is_finite(path.root).any():
             return take.saying(_nowhere("too few joints were seen"))
-        placed = poses.with_(
-            joints=poses.joints / path.growth[:, None, None],
+        growth = path.growth[:, None, None]
+        placed = poses.mapped(
+            lambda points: points / growth,
             root=path.root,
             root_covariance=path.covariance,
             covariance=scaled_covariance(poses.covariance, 1 / path.growth),

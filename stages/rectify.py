@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, ClassVar
 
 import numpy as np
@@ -233,11 +234,15 @@ def _rectified(
     if source.root is not None and R_source_from_level.ndim == 2:
         root = rotate(transpose(R_source_from_level), source.root)
         root_covariance = turned_covariance(source.root_covariance, transpose(R_source_from_level))
-    body, level = (_canonical(R, source) for R in (R_source_from_body, R_source_from_level))
     return Rectified(
-        body=noted.with_(joints=body, frame=BODY.with_(unit=unit_), root=None, root_covariance=None),
-        level=noted.with_(
-            joints=level,
+        body=noted.mapped(
+            partial(_canonical, R_source_from_body),
+            frame=BODY.with_(unit=unit_),
+            root=None,
+            root_covariance=None,
+        ),
+        level=noted.mapped(
+            partial(_canonical, R_source_from_level),
             frame=LEVEL.with_(unit=unit_),
             root=root,
             root_covariance=root_covariance,
@@ -309,5 +314,5 @@ def _events(levelled: Levelled, poses: PoseSequence) -> list[Event]:
     return events
 
 
-def _canonical(R_source_from_canonical: np.ndarray, poses: PoseSequence) -> np.ndarray:
-    return rotate(transpose(R_source_from_canonical), poses.joints.astype(np.float64))
+def _canonical(R_source_from_canonical: np.ndarray, points: np.ndarray) -> np.ndarray:
+    return rotate(transpose(R_source_from_canonical), points.astype(np.float64))

@@ -56,8 +56,8 @@ def scale(poses: PoseSequence, stature_m: float) -> PoseSequence:
     if not implied > 0:
         raise InputError("No limb bone is ever complete, so the stature cannot set the scale.")
     factor = stature_m / implied
-    return poses.with_(
-        joints=poses.joints * factor,
+    return poses.mapped(
+        lambda points: points * factor,
         root=None if poses.root is None else poses.root * factor,
         root_covariance=scaled_covariance(poses.root_covariance, factor),
         covariance=scaled_covariance(poses.covariance, factor),

@@ -93,8 +93,8 @@ def smooth(
     cutoff_hz: Cutoff = None,
     moving: tuple[str, ...] = ("r_wrist", "l_wrist", "r_ankle", "l_ankle"),
 ) -> PoseSequence:
-    """The same poses with the paths of every joint and of the root low-pass filtered, inside their unbroken pieces
-    (pipeline/motion/signals.py).
+    """The same poses with the paths of every joint, the feet and the root low-pass filtered, inside their unbroken
+    pieces (pipeline/motion/signals.py).
 
     filter: "butterworth" (two passes, order 4 together, no phase shift), "savgol" (Savitzky-Golay, order 3), "none".
     cutoff_hz: where half the power is left; None is 6 Hz, or no filter where the frame rate does not carry that;
@@ -116,7 +116,12 @@ def smooth(
     paths = [_FILTERS[filter](joints[:, i], times, cutoff, seams) for i in range(len(level.layout))]
     result = np.stack(paths, axis=1)
     root = None if level.root is None else _FILTERS[filter](level.root, times, cutoff, seams)
-    return level.with_(joints=result, root=root).noted(
+    feet = level.feet
+    if feet is not None:
+        feet = np.stack(
+            [_FILTERS[filter](points, times, cutoff, seams) for points in np.swapaxes(feet, 0, 1)], axis=1
+        )
+    return level.with_(joints=result, root=root, feet=feet).noted(
         "low-pass filter",
         filter=filter,
         cutoff_hz=cutoff,
@@ -165,7 +170,7 @@ def unit_of(column: str, length: str) -> str:
 def _trusted(rectified: Rectified) -> PoseSequence:
     """LEVEL with the frames that could not be rectified missing, so that nothing is taken across them."""
     refused = ~np.asarray(is_finite(rectified.R_source_from_body).all(axis=-1))
-    return rectified.level.with_(joints=np.where(refused[:, None, None], np.nan, rectified.level.joints))
+    return rectified.level.mapped(lambda points: np.where(refused[:, None, None], np.nan, points))
 
 
 def _chosen(level: PoseSequence, moving: tuple[str, ...]) -> float:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...pipeline.layouts import H36M17
+from ...pipeline.layouts import FEET, FEET_ANKLES, H36M17
 from ...pipeline.motion.angles import (
     ANGLES,
     FINE,
@@ -17,6 +17,7 @@ from ...pipeline.motion.angles import (
     UNTRUSTED,
     angles,
 )
+from ...pipeline.motion.foot_angles import FOOT_ANGLES, foot_angles, toes_completed
 from ...pipeline.motion.signals import CUTOFF_HZ, lowpass
 from ...pipeline.rotations import is_finite, rotate, transpose
 from .joint_noise import JointNoise, angle_sd
@@ -28,7 +29,7 @@ MAX_SD_DEG = 30.0  # a stated standard deviation beyond this says nothing about 
 class AngleSeries:
     """One angle of a take. value_deg, sd_deg: (T,), NaN where reason (T,) int8 (pipeline.motion.angles.REASONS) is
     not 0.
-    sd_deg is NaN throughout for joints that no lifter made: their errors are unknown."""
+    sd_deg is NaN throughout for joints that no lifter made, and for angles of the feet: their errors are unknown."""
 
     value_deg: np.ndarray
     sd_deg: np.ndarray
@@ -47,13 +48,16 @@ def take_angles(
     noise: JointNoise | None = None,
     unseen: np.ndarray | None = None,
     stated: np.ndarray | None = None,
+    feet: np.ndarray | None = None,
+    filtered_feet: np.ndarray | None = None,
 ) -> dict[str, AngleSeries]:
-    """Every angle of pipeline.motion.angles.ANGLES.
+    """Every angle of pipeline.motion.angles.ANGLES, and of pipeline.motion.foot_angles where feet are given.
 
     joints, filtered: (T, 17, 3) relative to the pelvis, H36M17, any unit, before and after the low-pass; the angles are
     those of the second. Lifted ones in CAMERA axes: their noise is known in depth and across. R_source_from_body:
     (T, 3, 3), NaN where a frame has none. error_deg, up_error_deg: (T,) of the rectification. unseen: (T, 17) joints
-    that are missing because nobody saw them. stated: (T,) the lifter's own error, as of `angle_sd`.
+    that are missing because nobody saw them. stated: (T,) the lifter's own error, as of `angle_sd`. feet,
+    filtered_feet: (T, 6, 3) in the order of FEET, where joints and filtered are.
     """
     turned = np.asarray(is_finite(R_source_from_body).all(axis=1))
     # Angles between segments are the same in any axes, so a frame that cannot be turned keeps them.
@@ -68,20 +72,30 @@ def take_angles(
         sd = angle_sd(body, R_source_from_body, error_deg, up_error_deg, noise, stated)
     there, left = is_finite(joints), is_finite(filtered)
     hidden = np.zeros(there.shape, dtype=bool) if unseen is None else unseen & ~there
+    defined, points = ANGLES, H36M17.joints
+    if feet is not None and filtered_feet is not None:
+        defined, points = ANGLES | FOOT_ANGLES, (*H36M17.joints, *FEET.joints)
+        values |= foot_angles(body, rotate(transpose(R), filtered_feet))
+        there = np.concatenate([there, is_finite(toes_completed(feet))], axis=1)
+        left = np.concatenate([left, is_finite(toes_completed(filtered_feet))], axis=1)
+        hidden = np.concatenate([hidden, hidden[:, H36M17.indices(FEET_ANKLES)]], axis=1)
     out = {}
-    for name, angle in ANGLES.items():
-        rows = H36M17.indices(angle.joints)
+    for name, angle in defined.items():
+        rows = [points.index(joint) for joint in angle.joints]
+        error = sd.get(name, unknown)
         seen, kept = there[:, rows].all(axis=1), left[:, rows].all(axis=1)
         level = turned & level_ok if angle.needs_gravity else kept | turned
-        undefined = np.isnan(values[name]) | (lifted & np.isnan(sd[name]))  # or a step away from here
-        vague = sd[name] > MAX_SD_DEG
+        undefined = np.isnan(values[name])
+        if lifted and name in ANGLES:
+            undefined |= np.isnan(error)  # or a step away from here
+        vague = error > MAX_SD_DEG
         reason = np.select(
             [hidden[:, rows].any(axis=1), ~seen, ~level, ~kept, undefined, vague],
             [UNSEEN, MISSING, UNTRUSTED, TOO_SHORT, UNDEFINED, UNTRUSTED],
             FINE,
         ).astype(np.int8)
         fine = reason == FINE
-        values_, sd_ = (np.where(fine, x, np.nan) for x in (values[name], sd[name]))
+        values_, sd_ = (np.where(fine, x, np.nan) for x in (values[name], error))
         out[name] = AngleSeries(values_, sd_, reason)
     return out
 

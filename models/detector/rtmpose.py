@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...pipeline.errors import InputError
-from ...pipeline.layouts import COCO17, HALPE26, Layout
+from ...pipeline.layouts import COCO17, COCO23, HALPE26, Layout
 from ..common.onnx import OnnxFile
 from .crops import Crop, box_around, fitted
 from .protocols import Found
@@ -19,7 +19,7 @@ from .protocols import Found
 _MEAN = np.array([123.675, 116.28, 103.53], dtype=np.float32)
 _DEVIATION = np.array([58.395, 57.12, 57.375], dtype=np.float32)
 _SEEN = 0.3  # score from which a joint belongs into the person's box, MMPose's own threshold for drawing
-LAYOUTS = {17: COCO17, 26: HALPE26, 133: COCO17}  # by number of joints
+LAYOUTS = {17: COCO17, 26: HALPE26, 133: COCO23}  # by number of joints, of which the first count
 
 
 class SimCC:

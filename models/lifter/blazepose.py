@@ -92,7 +92,7 @@ class ImageLifter:
         )
         poses = remap(landmarks, H36M17)
         pelvis = poses.joints[:, [H36M17.index("pelvis")]]
-        return poses.with_(joints=poses.joints - pelvis, frame=CAMERA).noted(
+        return poses.mapped(lambda points: points - pelvis, frame=CAMERA).noted(
             "lift",
             model=self.method,
             kind=self.kind,

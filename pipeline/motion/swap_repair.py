@@ -12,6 +12,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from ..layouts import FEET
 from ..messages import how_many
 from ..pose import PoseSequence
 from ..take import Event
@@ -33,7 +34,9 @@ def repair_swaps(poses: PoseSequence, swaps: Iterable[Swap]) -> PoseSequence:
     for swap in swaps:
         way, rows = ways[swap.kind], slice(swap.first_row, swap.last_row + 1)
         joints[rows], confidence[rows] = way.applied(joints[rows]), way.applied(confidence[rows])
-    return poses.with_(joints=joints, confidence=confidence).noted("swaps", repaired=as_frames(poses, swaps))
+    return poses.with_(joints=joints, confidence=confidence, feet=_feet(poses, swaps, exchanged=True)).noted(
+        "swaps", repaired=as_frames(poses, swaps)
+    )
 
 
 def mask_swaps(poses: PoseSequence, swaps: Iterable[Swap]) -> PoseSequence:
@@ -46,7 +49,23 @@ def mask_swaps(poses: PoseSequence, swaps: Iterable[Swap]) -> PoseSequence:
         joints[swap.first_row : swap.last_row + 1, pairs if ways[swap.kind].exchanged else pairs[:, 0]] = (
             np.nan
         )
-    return poses.with_(joints=joints).noted("swaps", masked=as_frames(poses, swaps))
+    feet = _feet(poses, swaps, exchanged=False)
+    return poses.with_(joints=joints, feet=feet).noted("swaps", masked=as_frames(poses, swaps))
+
+
+def _feet(poses: PoseSequence, swaps: Iterable[Swap], exchanged: bool) -> np.ndarray | None:
+    """The feet (T, 6, D) with those of exchanged legs exchanged too, if asked for, and missing where a leg is masked or
+    mirrored in depth."""
+    if poses.feet is None:
+        return None
+    feet = poses.feet.copy()
+    for swap in swaps:
+        rows = slice(swap.first_row, swap.last_row + 1)
+        if swap.kind.startswith("legs") and exchanged:
+            feet[rows] = feet[rows][:, FEET.mirror]
+        elif "arm" not in swap.kind:
+            feet[rows] = np.nan
+    return feet
 
 
 def as_frames(poses: PoseSequence, swaps: Iterable[Swap]) -> list[dict[str, Any]]:
@@ -203,10 +222,10 @@ def _beside(poses: PoseSequence, frames: np.ndarray, how: Swaps) -> tuple[PoseSe
         return poses, Event(
             "warning", f"{text}--poses and with --swaps repair the keypoints are lifted again."
         )
-    joints = np.where(wrong[:, None, None], np.nan, poses.joints)
+    masked = poses.mapped(lambda points: np.where(wrong[:, None, None], np.nan, points))
     text = how_many(
         int(wrong.sum()),
         "pose was masked as asked, because the keypoints are exchanged there.",
         "poses were masked as asked, because the keypoints are exchanged there.",
     )
-    return poses.with_(joints=joints).noted("swaps", rows_masked=int(wrong.sum())), Event("repair", text)
+    return masked.noted("swaps", rows_masked=int(wrong.sum())), Event("repair", text)

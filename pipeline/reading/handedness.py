@@ -7,6 +7,7 @@ from typing import Literal
 import numpy as np
 
 from ..errors import InputError
+from ..layouts import FEET
 from ..motion.checks import chirality
 from ..pose import PoseSequence
 
@@ -46,6 +47,7 @@ def guarded(poses: PoseSequence, parity: Handedness, where: str) -> PoseSequence
 def repaired(poses: PoseSequence, parity: Handedness) -> PoseSequence:
     """Left and right put right as asked: "mirror" negates x, "swap" and "swap-legs" exchange joints' names."""
     joints, root, covariance = poses.joints, poses.root, poses.root_covariance
+    feet = poses.feet
     order = np.arange(len(poses.layout))
     if parity == "ignore":
         return poses
@@ -53,10 +55,16 @@ def repaired(poses: PoseSequence, parity: Handedness) -> PoseSequence:
         mirror = np.array([-1.0, 1.0, 1.0])
         joints, root = joints * mirror, root if root is None else root * mirror
         covariance = covariance if covariance is None else covariance * np.outer(mirror, mirror)
+        feet = feet if feet is None else feet * mirror
     else:
         legs = poses.layout.indices([f"{side}_{part}" for side in "lr" for part in ("hip", "knee", "ankle")])
         swapped = legs if parity == "swap-legs" else order
         order[swapped] = poses.layout.mirror[swapped]
+        feet = feet if feet is None else feet[:, FEET.mirror]
     return poses.with_(
-        joints=joints[:, order], confidence=poses.confidence[:, order], root=root, root_covariance=covariance
+        joints=joints[:, order],
+        confidence=poses.confidence[:, order],
+        root=root,
+        root_covariance=covariance,
+        feet=feet,
     ).noted("parity", repair=parity)

@@ -63,4 +63,6 @@ def _missing(poses: PoseSequence, path: Path, missing: Missing) -> PoseSequence:
             f"{path}: expected a pose in each of {how_many(len(poses), 'frame')}, got {said} (first at row {first}); "
             "pass --set read.missing=gap to take them for gaps."
         )
-    return poses.with_(joints=np.where(empty[:, None, None], np.nan, poses.joints)).noted("missing", **counts)
+    return poses.mapped(lambda points: np.where(empty[:, None, None], np.nan, points)).noted(
+        "missing", **counts
+    )

@@ -1,4 +1,5 @@
-"""The 17 joints as a motion laboratory's markers: metres, one even rate, the person's own path where it is known."""
+"""The 17 joints, and heels and toes where the source has them, as a motion laboratory's markers: metres, one even rate,
+the person's own path where it is known."""
 
 from __future__ import annotations
 
@@ -8,6 +9,7 @@ import numpy as np
 
 from ...pipeline.errors import InputError
 from ...pipeline.frames import LEVEL, Frame
+from ...pipeline.layouts import with_feet
 from ...pipeline.motion.signals import breaks, evenly_spaced, rate, resample
 from ...pipeline.rotations import rotate
 from ...pipeline.take import Take
@@ -32,7 +34,7 @@ def markers(take: Take, frame: Frame) -> Markers:
     (root of PoseSequence). These files know no time stamps but a rate: a take whose stamps are not evenly spaced is
     brought to its usual rate by cubic splines. InputError for a take without a scale or without a filtered skeleton.
     """
-    path = take.filtered
+    path = take.filtered and with_feet(take.filtered)
     if path is None:
         raise InputError(
             "TRC and C3D hold the filtered joints; put the stage 'trajectories' before 'export'."

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from ...pipeline.files.atomic import whole_file
+from ...pipeline.layouts import with_feet
 from ...pipeline.take import Take
 from .provenance import provenance
 
@@ -20,7 +21,7 @@ def write_netcdf(take: Take, path: Path) -> None:
     """
     from scipy.io import netcdf_file
 
-    level = take.need("rectified").level
+    level = with_feet(take.need("rectified").level)
     names = {"space": list("xyz"), "keypoint": list(level.layout.joints), "individual": [level.person]}
     with whole_file(path) as partial, netcdf_file(partial, "w", version=2) as file:
         file.createDimension("time", len(level))

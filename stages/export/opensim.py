@@ -25,6 +25,7 @@ _COORDINATES = {
     for side in "rl"
     for angle, coordinate, sign in (
         ("knee_flexion", "knee_angle", 1),
+        ("ankle_dorsiflexion", "ankle_angle", 1),
         ("hip_flexion", "hip_flexion", 1),
         ("hip_abduction", "hip_adduction", -1),
         ("elbow_flexion", "elbow_flex", 1),

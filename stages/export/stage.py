@@ -15,6 +15,7 @@ from ...pipeline.errors import InputError
 from ...pipeline.files.atomic import REPORT, SUMMARY, whole_file
 from ...pipeline.files.detections import KEYPOINTS
 from ...pipeline.files.viewer import RECORDING
+from ...pipeline.layouts import FEET
 from ...pipeline.plugins.protocols import CheckedWriter, Writer
 from ...pipeline.plugins.registry import load
 from ...pipeline.pose import Rectified, package_version
@@ -74,11 +75,12 @@ def write_poses(take: Take, path: Path) -> None:
     """poses.npz: plain arrays `source`, `level`, `body` (T, 17, 3), the rotations between them, and how far to trust
     them. `root` (T, 3) is the pelvis in the axes of `level`, from the camera's centre or the world's origin: `level` +
     `root` are places in the room; NaN where they are not known. `root_sd` (T, 3) is the standard deviation of its error
-    along these axes where it was estimated (stages/place.py), NaN where the source knew it. For a moving camera
-    R_source_from_level is (T, 3, 3), and back and right in `level` are relative to it."""
+    along these axes where it was estimated (stages/place.py), NaN where the source knew it. `feet` (T, 6, 3), named by
+    `feet_names`, are heels and toes in the axes of `level`, as `level` from the pelvis; NaN where the source has none.
+    For a moving camera R_source_from_level is (T, 3, 3), and back and right in `level` are relative to it."""
     poses = take.need("poses")
     rectified = take.need("rectified")
-    root, sd = rectified.level.root, rectified.level.root_sd
+    root, sd, feet = rectified.level.root, rectified.level.root_sd, rectified.level.feet
     with whole_file(path) as partial, open(partial, "wb") as file:
         np.savez_compressed(
             file,
@@ -87,6 +89,7 @@ def write_poses(take: Take, path: Path) -> None:
             body=rectified.body.joints,
             root=np.full((len(poses), 3), np.nan) if root is None else root,
             root_sd=np.full((len(poses), 3), np.nan) if sd is None else sd,
+            feet=np.full((len(poses), len(FEET), 3), np.nan) if feet is None else feet,
             R_source_from_body=rectified.R_source_from_body,
             R_source_from_level=rectified.R_source_from_level,
             error_deg=rectified.error_deg,
@@ -96,6 +99,7 @@ def write_poses(take: Take, path: Path) -> None:
             time_s=poses.times,
             frame_index=poses.frame_index,
             joint_names=np.array(poses.layout.joints),
+            feet_names=np.array(FEET.joints),
             unit=np.array(poses.frame.unit),
         )
 

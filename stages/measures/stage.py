@@ -12,8 +12,9 @@ import numpy as np
 from ...models.gait.gait import separation
 from ...pipeline.errors import InputError
 from ...pipeline.frames import Frame
-from ...pipeline.motion.angles import ANGLES, MIDLINE, OF_BOTH
+from ...pipeline.motion.angles import ANGLES, MIDLINE, of_both
 from ...pipeline.motion.cycles import Repetition, normalised, repetitions
+from ...pipeline.motion.foot_angles import ALL_ANGLES
 from ...pipeline.motion.signals import breaks, rate
 from ...pipeline.motion.smoothness import path_length
 from ...pipeline.plugins.options import did_you_mean
@@ -62,8 +63,8 @@ class Measures:
 
     def __post_init__(self) -> None:
         for name in self.repeated:
-            if name not in ANGLES:
-                raise InputError(f"There is no angle '{name}' to count; {did_you_mean(name, ANGLES)}")
+            if name not in ALL_ANGLES:
+                raise InputError(f"There is no angle '{name}' to count; {did_you_mean(name, ALL_ANGLES)}")
         if self.belt_speed is not None and not 0 < self.belt_speed < np.inf:
             raise InputError(
                 f"Expected a positive belt speed, got {self.belt_speed:g}; leave it out for a walk over the floor."
@@ -135,7 +136,8 @@ def measures(
         meanwhile = meanwhile[np.isfinite(meanwhile)]
         return not len(meanwhile) or float(np.ptp(meanwhile)) <= _STAYS
 
-    ranges = {name: _range(take, name) for name in ANGLES}
+    named = [name for name in ALL_ANGLES if name in ANGLES or f"{name}_deg" in kinematics]
+    ranges = {name: _range(take, name) for name in named}
     right, left = take("r_knee_flexion"), take("l_knee_flexion")
     knees = np.minimum(right, left)
     knees_sd = np.where(right < left, take.sd("r_knee_flexion"), take.sd("l_knee_flexion"))
@@ -201,7 +203,7 @@ def _range(take: _Columns, name: str) -> dict[str, Any]:
     sd = take.sd(name)
     at_low, at_high = _middle_sd(sd[values <= low]), _middle_sd(sd[values >= high])
     error = float(np.hypot(at_low, at_high))
-    least, most = ANGLES[name].anatomy_deg
+    least, most = ALL_ANGLES[name].anatomy_deg
     beyond = int(((known < least) | (known > most)).sum())
     return {
         "lowest_deg": rounded(known.min(), at_low),
@@ -227,7 +229,7 @@ def _symmetry(ranges: dict[str, dict[str, Any]]) -> dict[str, Any]:
         "positive when the right is larger"
     )
     result: dict[str, Any] = {"formula": formula}
-    for name in (name for name in OF_BOTH if name not in MIDLINE):
+    for name in dict.fromkeys(of_both(angle) for angle in ranges if angle not in MIDLINE):
         sides = [ranges[f"{side}_{name}"] for side in SIDES.values()]
         if any("p05_p95_deg" not in side for side in sides):
             result[name] = {"reason": "one side has no range"}

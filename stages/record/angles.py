@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...models.common.metrics import SD_90
-from ...pipeline.motion.angles import ANGLES, MIDLINE, OF_BOTH, sides_of
+from ...pipeline.motion.angles import MIDLINE, sides_of
+from ...pipeline.motion.foot_angles import ALL_ANGLES, ALL_OF_BOTH
 from ...pipeline.pose import PoseSequence
 from ...pipeline.take import Take
 from ..drawing.palette import LEFT, RIGHT
@@ -19,21 +20,21 @@ if TYPE_CHECKING:
     import rerun.blueprint as rrb
 
 _GROUPS: dict[str, list[str]] = {}
-for _name in OF_BOTH:
-    _GROUPS.setdefault(ANGLES[sides_of(_name)[0]].group, []).append(_name)
+for _name in ALL_OF_BOTH:
+    _GROUPS.setdefault(ALL_ANGLES[sides_of(_name)[0]].group, []).append(_name)
 _ONE = (110, 140, 255)  # colour of an angle without sides
 
 
 def angled(take: Take) -> bool:
     """Whether the take has any angle that the recording shows."""
-    return any(_known(take, name) for name in OF_BOTH)
+    return any(_known(take, name) for name in ALL_OF_BOTH)
 
 
 def log_angles(recording: rr.RecordingStream, take: Take) -> None:
     """angles/<angle>: one curve, or right and left; angles/<angle>/low and /high: the ends of the 90 % band, where the
     standard deviation is stated. Rows are those of take.poses."""
     poses = take.need("poses")
-    for name in (name for name in OF_BOTH if _known(take, name)):
+    for name in (name for name in ALL_OF_BOTH if _known(take, name)):
         columns = take.kinematics or {}
         parts = sides_of(name)
         colours = [_ONE] if len(parts) == 1 else [RIGHT, LEFT]
@@ -73,7 +74,7 @@ def _title(name: str) -> str:
     words = name.replace("_", " ").capitalize()
     if name not in MIDLINE:
         return f"{words}, right orange, left blue"
-    return f"{words}, positive: {ANGLES[name].positive}"
+    return f"{words}, positive: {ALL_ANGLES[name].positive}"
 
 
 def _known(take: Take, name: str) -> bool:

@@ -11,6 +11,7 @@ import numpy as np
 from ...pipeline.errors import InputError
 from ...pipeline.files.atomic import require_space, whole_file
 from ...pipeline.files.viewer import RECORDING
+from ...pipeline.layouts import with_feet
 from ...pipeline.rotations import angle_deg, is_finite
 from ...pipeline.take import Event, Take
 from ..drawing.facts import shared_up, voted
@@ -128,7 +129,7 @@ def _log_poses(recording: rr.RecordingStream, take: Take, size: float) -> None:
         log_skeleton(recording, "video/keypoints", take.keypoints, radius=-3.0)
     skeletons = {"source": take.need("poses"), "body": rectified.body, "level": rectified.level}
     for entity, skeleton in skeletons.items():
-        log_skeleton(recording, entity, skeleton, radius=0.024 * size)
+        log_skeleton(recording, entity, with_feet(skeleton), radius=0.024 * size)
     log_walk(recording, rectified, size)
     for entity in ("source", "level"):
         skeleton = skeletons[entity]

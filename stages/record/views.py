@@ -12,7 +12,7 @@ from ..drawing.facts import voted
 from .angles import angle_views, angled
 from .camera import camera_view, looked
 from .up import cap
-from .walk import walk_view, walked
+from .walk import floor, walk_view, walked
 
 if TYPE_CHECKING:
     import rerun.blueprint as rrb
@@ -111,10 +111,8 @@ def _person(entity: str, name: str, take: Take, size: float) -> rrb.View:
     eye = size * poses.frame.basis @ np.array(_EYES[poses.frame.family])
     grid = rrb.LineGrid3D(False)
     if entity != "source":
-        ankles = np.stack([poses.joint("l_ankle"), poses.joint("r_ankle")])[..., 2]
-        ankles = ankles[np.isfinite(ankles)]
-        ground = float(np.percentile(ankles, 2)) if len(ankles) else -size
-        plane = rr.components.Plane3D.XY.with_distance(ground)
+        ground = floor(poses)
+        plane = rr.components.Plane3D.XY.with_distance(ground if np.isfinite(ground) else -size)
         grid = rrb.LineGrid3D(plane=plane, spacing=size / 4, color=(128, 128, 128, 110))
     return rrb.Spatial3DView(
         origin=entity,

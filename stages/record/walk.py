@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...pipeline.layouts import FEET, with_feet
 from ...pipeline.motion.signals import breaks, runs
 from ...pipeline.pose import PoseSequence, Rectified
 from ...pipeline.rotations import is_finite
@@ -24,7 +25,8 @@ def walked(rectified: Rectified) -> PoseSequence | None:
     level = rectified.level
     if level.root is None or not is_finite(level.root).any():
         return None
-    return level.with_(joints=level.joints + level.root[:, None], root=None, root_covariance=None)
+    root = level.root[:, None]
+    return level.mapped(lambda points: points + root, root=None, root_covariance=None)
 
 
 def log_walk(recording: rr.RecordingStream, rectified: Rectified, size: float) -> None:
@@ -34,7 +36,7 @@ def log_walk(recording: rr.RecordingStream, rectified: Rectified, size: float) -
     placed, level = walked(rectified), rectified.level
     if placed is None or level.root is None:
         return
-    log_skeleton(recording, "walk", placed, radius=0.024 * size)
+    log_skeleton(recording, "walk", with_feet(placed), radius=0.024 * size)
     path = level.root.copy()
     path[:, 2] = floor(placed)
     pieces = runs(np.asarray(is_finite(path)) & np.asarray(is_finite(level.root)), level.times, breaks(level))
@@ -61,7 +63,12 @@ def walk_view(placed: PoseSequence, size: float) -> rrb.View:
 
 
 def floor(placed: PoseSequence) -> float:
-    """The height of the lowest ankles."""
-    ankles = placed.joints[:, placed.layout.indices(("l_ankle", "r_ankle")), 2]
-    ankles = ankles[np.isfinite(ankles)]
-    return float(np.percentile(ankles, 2)) if len(ankles) else float(np.nanmin(placed.joints[..., 2]))
+    """The height of the lowest heels, toes and ankles, or without any of the lowest joint; NaN without joints."""
+    points = with_feet(placed)
+    low = [joint for joint in points.layout.joints if joint in FEET or joint.endswith("ankle")]
+    for rows in (points.layout.indices(low), slice(None)):
+        heights = points.joints[:, rows, 2]
+        heights = heights[np.isfinite(heights)]
+        if len(heights):
+            return float(np.percentile(heights, 2))
+    return float("nan")

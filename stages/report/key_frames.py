@@ -10,7 +10,7 @@ from markupsafe import Markup
 
 from ...pipeline.files.video_frames import images_at
 from ...pipeline.frames import Frame
-from ...pipeline.layouts import Layout
+from ...pipeline.layouts import Layout, with_feet
 from ...pipeline.pose import PoseSequence
 from ...pipeline.rotations import is_finite, rotate
 from ...pipeline.take import Take
@@ -52,8 +52,8 @@ def key_figures(take: Take, pictures: bool) -> list[Markup]:
 
 
 def _key_figure(take: Take, row: int, image: np.ndarray | None) -> Markup:
-    poses = take.need("poses")
-    body = take.need("rectified").body
+    poses = with_feet(take.need("poses"))
+    body = with_feet(take.need("rectified").body)
     frame, joints = int(body.frame_index[row]), body.joints[row].astype(np.float64)
     # BODY: back, right, up. From the front the person's right is on the left; from the right the face looks right.
     rectified = {"from the front": joints[:, [1, 2]] * (-1, 1), "from the right": joints[:, [0, 2]] * (-1, 1)}

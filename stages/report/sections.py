@@ -10,7 +10,8 @@ from markupsafe import Markup
 
 from ...models.common.metrics import RAYLEIGH_90
 from ...pipeline.messages import how_many
-from ...pipeline.motion.angles import ANGLES, FINE, REASONS
+from ...pipeline.motion.angles import FINE, REASONS
+from ...pipeline.motion.foot_angles import ALL_ANGLES
 from ...pipeline.pose import package_version
 from ...pipeline.take import Take
 from ..drawing.facts import Facts
@@ -96,7 +97,7 @@ def angle_table(columns: Mapping[str, np.ndarray]) -> Markup:
     take's kinematics."""
     rows: list[list[str | float | None]] = []
     used: set[int] = set()
-    for name in ANGLES:
+    for name in ALL_ANGLES:
         values = columns.get(f"{name}_deg")
         if values is None:
             continue

@@ -15,7 +15,8 @@ from ...pipeline.camera import pitch_roll_deg
 from ...pipeline.errors import InputError
 from ...pipeline.files.atomic import REPORT, whole_file
 from ...pipeline.files.video_frames import images_at
-from ...pipeline.motion.angles import ANGLES, MIDLINE, OF_BOTH, sides_of
+from ...pipeline.motion.angles import MIDLINE, sides_of
+from ...pipeline.motion.foot_angles import ALL_ANGLES, ALL_OF_BOTH
 from ...pipeline.pose import PoseSequence
 from ...pipeline.rotations import angle_deg, is_finite, rotate
 from ...pipeline.take import Take
@@ -86,7 +87,7 @@ def _key_frames(take: Take, frames: bool) -> Markup:
 def _angles(take: Take) -> Markup:
     columns, times = take.kinematics or {}, take.need("poses").times
     figures = []
-    for name in OF_BOTH:
+    for name in ALL_OF_BOTH:
         of = sides_of(name)
         values = [columns.get(f"{part}_deg", np.full(len(times), np.nan)) for part in of]
         if not np.isfinite(values).any():
@@ -97,7 +98,7 @@ def _angles(take: Take) -> Markup:
             if name in MIDLINE
             else sides(values[1], values[0], left_margin=margins[1], right_margin=margins[0])
         )
-        angle = ANGLES[of[0]]
+        angle = ALL_ANGLES[of[0]]
         title = f"{spoken(name).capitalize()} (°)"
         svg = picture(over_time(curves, times), "svg", f"{title} over time")
         figures.append(figure([svg], title, f"{angle.words}; positive: {angle.positive}."))

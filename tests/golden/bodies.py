@@ -6,6 +6,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from pcnet3d.pipeline import H36M17, rotate
+from pcnet3d.pipeline.layouts import FEET
 
 
 def facing_camera() -> np.ndarray:
@@ -30,6 +31,29 @@ def facing_camera() -> np.ndarray:
         name.replace("r_", "l_"): (-x, y, z) for name, (x, y, z) in joints.items() if name.startswith("r_")
     }
     return np.array([joints[name] for name in H36M17.joints])
+
+
+def feet_of(bodies: np.ndarray) -> np.ndarray:
+    """(T, 6, 3) in the order of FEET: the feet of upright bodies (T, 17, 3), flat, straight ahead and 0.2 m long, in
+    any axes, mirrored ones too. The heel is 4 cm behind and 7 below the ankle, the toes are as low."""
+    at = dict(zip(H36M17.joints, np.moveaxis(bodies, 1, 0), strict=True))
+    down = _unit(at["pelvis"] - at["thorax"])
+    right = _unit(at["r_hip"] - at["l_hip"])
+    nose = at["nose"] - at["thorax"]
+    ahead = _unit(
+        nose - (nose * down).sum(-1, keepdims=True) * down - (nose * right).sum(-1, keepdims=True) * right
+    )
+    places = {"heel": (-0.04, 0.0), "big_toe": (0.16, -0.04), "small_toe": (0.16, 0.04)}
+    points = []
+    for name in FEET.joints:
+        forward, out = places[name[2:]]
+        outwards = right if name.startswith("r_") else -right
+        points.append(at[f"{name[0]}_ankle"] + forward * ahead + out * outwards + 0.07 * down)
+    return np.stack(points, axis=1)
+
+
+def _unit(v: np.ndarray) -> np.ndarray:
+    return v / np.linalg.norm(v, axis=-1, keepdims=True)
 
 
 @dataclass(frozen=True)

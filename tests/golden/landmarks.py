@@ -5,8 +5,9 @@ import json
 
 import numpy as np
 
+from golden.bodies import feet_of
 from pcnet3d.pipeline import H36M17
-from pcnet3d.pipeline.layouts import BLAZEPOSE33
+from pcnet3d.pipeline.layouts import BLAZEPOSE33, FEET
 
 NAMES = [
     "nose",
@@ -154,14 +155,19 @@ def bare_json(folder, world):
 
 def landmarks(bodies: np.ndarray) -> np.ndarray:
     """(T, 33, 4) of bodies (T, 17, 3) in CAMERA: the hips' middle at the origin, with visibilities; what our layout
-    lacks lies near the head, hands and feet."""
+    lacks lies near head and hands, the foot index between the toes."""
     bodies = bodies - bodies[:, H36M17.indices(["l_hip", "r_hip"])].mean(axis=1, keepdims=True)
-    near = {"ear": "head", "heel": "ankle", "foot_index": "ankle"} | dict.fromkeys(
-        ("pinky", "index", "thumb"), "wrist"
-    )
+    near = {"ear": "head"} | dict.fromkeys(("pinky", "index", "thumb"), "wrist")
+    feet = dict(zip(FEET.joints, np.moveaxis(feet_of(bodies), 1, 0), strict=True))
     found = []
     for joint in BLAZEPOSE33.joints:
         side, _, part = joint.partition("_")
+        if part == "foot_index":
+            found.append((feet[f"{side}_big_toe"] + feet[f"{side}_small_toe"]) / 2)
+            continue
+        if joint in feet:
+            found.append(feet[joint])
+            continue
         if joint not in H36M17.joints:
             joint = near.get(part, "nose")
             joint = joint if joint in H36M17.joints else f"{side}_{joint}"

@@ -7,8 +7,9 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from golden.bodies import feet_of
 from pcnet3d.pipeline import H36M17, rotate
-from pcnet3d.pipeline.layouts import COCO17, Layout
+from pcnet3d.pipeline.layouts import COCO23, FEET, Layout
 
 CLIP = 243
 
@@ -104,14 +105,12 @@ def mmpose3d(folder: Path, frames: list[list[dict]], form: str = "inferencer") -
 
 
 def openpose_joints(bodies: np.ndarray, layout: Layout) -> np.ndarray:
-    """(T, J, 3): the joints that H36M17 has where they are, others beside them."""
+    """(T, J, 3): the joints that H36M17 has and the feet where they are, others beside them."""
     stand_ins = {"neck": "thorax", "upper_neck": "thorax", "head_top": "head"}
     stand_ins |= {"l_eye": "nose", "r_eye": "nose", "l_ear": "head", "r_ear": "head"}
-    names = [
-        joint if joint in H36M17.joints else stand_ins.get(joint, f"{joint[0]}_ankle")
-        for joint in layout.joints
-    ]
-    return bodies[:, H36M17.indices(names)]
+    points = (*H36M17.joints, *FEET.joints)
+    rows = [points.index(stand_ins.get(joint, joint)) for joint in layout.joints]
+    return np.concatenate([bodies, feet_of(bodies)], axis=1)[:, rows]
 
 
 def openpose3d(folder: Path, frames: list[list[np.ndarray]], name: str = "pose_keypoints_3d") -> Path:
@@ -167,7 +166,8 @@ def _rtmw3d_crop(bodies: np.ndarray, count: int) -> np.ndarray:
         "l_ear": [0.07, 0, 0.09],
         "r_ear": [-0.07, 0, 0.09],
     }
-    coco = [own[joint] if joint in own else own["nose"] + np.array(face[joint]) for joint in COCO17.joints]
+    own |= dict(zip(FEET.joints, np.moveaxis(feet_of(bodies), 1, 0), strict=True))
+    coco = [own[joint] if joint in own else own["nose"] + np.array(face[joint]) for joint in COCO23.joints]
     whole = np.stack([*coco, *[own["nose"]] * (count - len(coco))], axis=1)
     crop = np.empty_like(whole)
     crop[..., :2] = whole[..., :2] * 170 + [144, 190]

@@ -8,7 +8,7 @@ from pcnet3d.models.detector.crops import Crop, around, fitted
 from pcnet3d.models.detector.load import load_detector
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.files.video_frames import images_from
-from pcnet3d.pipeline.layouts import BLAZEPOSE33, COCO17, HALPE26
+from pcnet3d.pipeline.layouts import BLAZEPOSE33, COCO17, COCO23, HALPE26
 
 
 @pytest.mark.parametrize("kind", ["uint8", "int32", "float"])
@@ -49,7 +49,7 @@ def test_multipose_keeps_the_sure_people(toys, tmp_path):
     np.testing.assert_allclose([one.xy[0] for one in people], [[50, 100], [110, 100]], atol=1)
 
 
-@pytest.mark.parametrize(("joints", "layout"), [(17, COCO17), (26, HALPE26), (133, COCO17)])
+@pytest.mark.parametrize(("joints", "layout"), [(17, COCO17), (26, HALPE26), (133, COCO23)])
 def test_simcc_peaks_become_pixels(toys, tmp_path, joints, layout):
     """Bins twice as fine as the input of 192 x 256; the whole image of 300 x 400 is the crop."""
     x, y = np.zeros((1, joints, 384), np.float32), np.zeros((1, joints, 512), np.float32)

@@ -10,7 +10,7 @@ from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models import load_lifter
 from pcnet3d.models.lifter.blazepose import crops_around
 from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, InputError, PoseSequence, remap
-from pcnet3d.pipeline.layouts import BLAZEPOSE33, COCO17
+from pcnet3d.pipeline.layouts import BLAZEPOSE33, COCO17, FEET
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_take, read_video
 from pcnet3d.pipeline.rotations import geodesic_deg, kabsch
@@ -75,6 +75,10 @@ def test_landmarks_become_the_17_joints_about_the_pelvis(landmarks, take):
     lengths = np.linalg.norm((expected - expected[0])[others], axis=-1)
     assert_allclose(np.linalg.norm(lifted.joints[:, others], axis=-1), np.tile(lengths, (30, 1)), atol=1e-4)
     assert np.ptp(lifted.joints[:, nose, 2]) > 1e-3  # it looks at every image
+    heel = WORLD[BLAZEPOSE33.index("l_heel")] - expected[0]
+    assert_allclose(
+        np.linalg.norm(lifted.feet[:, FEET.index("l_heel")], axis=-1), np.linalg.norm(heel), atol=1e-4
+    )
     assert_allclose(lifted.confidence, 1 / (1 + np.exp(-2)), atol=1e-5)
     assert (lifted.frame.name, lifted.frame.unit) == ("CAMERA", "m")
     np.testing.assert_array_equal(lifted.frame_index, take.keypoints.frame_index)

@@ -1,0 +1,99 @@
+"""`pcnet3d run` on poses with heels and toes: the feet's angles and points in everything that a run writes."""
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+
+from pcnet3d.examples.walker.camera import aimed
+from pcnet3d.examples.walker.landmarks import halpe26
+from pcnet3d.examples.walker.walk import walker
+from pcnet3d.pipeline.layouts import FEET
+from pcnet3d.pipeline.motion.foot_angles import FOOT_ANGLES
+from pcnet3d.pipeline.rotations import rotate
+
+PCNET3D = [sys.executable, "-c", "from pcnet3d.pipeline.cli import main; main()"]
+ADDED = ("--also", "trc", "--also", "netcdf", "--also", "mot", "--set", "rectify.rectifier=geometric")
+
+
+@pytest.fixture(scope="module")
+def walk():
+    return walker(seconds=3)
+
+
+@pytest.fixture(scope="module")
+def folder(walk, tmp_path_factory):
+    """The run on the walker's 26 points in a camera's axes."""
+    path = tmp_path_factory.mktemp("feet")
+    camera = aimed(walk.root.mean(axis=0), 6, heading_deg=70, pitch_deg=10, roll_deg=3)
+    np.savez(path / "points.npz", joints=camera.points(halpe26(walk)), time_s=walk.time_s)
+    told = [f"--option={key}" for key in ("layout=HALPE26", "frame=CAMERA", "unit=m")]
+    given = ["run", "--poses", path / "points.npz", "--adapter", "arrays", *told, *ADDED, "-o", path / "out"]
+    done = subprocess.run([*PCNET3D, *map(str, given)], capture_output=True, text=True, timeout=200)
+    assert done.returncode == 0, done.stderr
+    return path / "out"
+
+
+@pytest.fixture(scope="module")
+def columns(folder):
+    return pq.read_table(folder / "kinematics.parquet").to_pydict()
+
+
+def test_angles_of_the_walkers_feet(columns, walk):
+    """But for a sole that lies on the floor; the middle of the toes is 4 degrees outwards."""
+    made = walk.angles_deg
+    for side in "rl":
+        shank = made[f"{side}_hip_flexion_deg"] - made["trunk_lean_deg"] - made[f"{side}_knee_flexion_deg"]
+        found = np.array(columns[f"{side}_ankle_dorsiflexion_deg"])
+        off = np.abs(found - (made[f"{side}_foot_pitch_deg"] - shank))
+        assert np.nanmedian(off) < 3
+        assert np.nanmedian(columns[f"{side}_foot_progression_deg"]) == pytest.approx(4.4, abs=2)
+        assert set(columns[f"{side}_ankle_dorsiflexion_reason"]) == {0}
+        assert np.isnan(columns[f"{side}_ankle_dorsiflexion_sd_deg"]).all()
+
+
+def test_poses_npz_has_the_feet_in_level(folder, walk):
+    with np.load(folder / "poses.npz", allow_pickle=False) as file:
+        arrays = dict(file)
+    assert arrays["feet_names"].tolist() == list(FEET.joints)
+    names = arrays["joint_names"].tolist()
+    heel = arrays["feet"][:, FEET.index("r_heel")] - arrays["level"][:, names.index("r_ankle")]
+    source = rotate(arrays["R_source_from_level"], arrays["feet"])[:, FEET.index("r_heel")]
+    assert np.median(heel[:, 2]) < 0  # below the ankle, up is right
+    np.testing.assert_allclose(
+        np.linalg.norm(heel, axis=1),
+        np.linalg.norm(source - arrays["source"][:, names.index("r_ankle")], axis=1),
+        atol=1e-5,
+    )
+
+
+def test_exports_for_other_programs_have_the_feet(folder):
+    from scipy.io import netcdf_file
+
+    names = (folder / "markers.trc").read_text().splitlines()[3].split("\t")
+    assert set(FEET.joints) <= set(names)
+    assert len(np.loadtxt((folder / "markers.trc").read_text().splitlines()[5:])[0]) == 2 + 3 * 23
+    with netcdf_file(folder / "poses.nc", mmap=False) as file:
+        assert file.variables["position"].shape[2] == 23
+    head = (folder / "angles.mot").read_text().split("endheader\n")[1].splitlines()[0].split("\t")
+    assert {"ankle_angle_r", "ankle_angle_l", "r_foot_progression"} <= set(head)
+
+
+def test_recording_report_and_measures_have_the_feet(folder):
+    from rerun.chunk import RrdReader
+
+    chunks = RrdReader(folder / "take.rrd").stream().to_chunks()
+    assert "/angles/ankle_dorsiflexion" in {chunk.entity_path for chunk in chunks}
+    labels = [
+        chunk.to_record_batch().column("Points3D:labels")[0].as_py()
+        for chunk in chunks
+        if chunk.entity_path == "/level/joints" and chunk.is_static
+    ]
+    assert set(FEET.joints) <= set(labels[0])
+    assert "Ankle dorsiflexion" in (folder / "report.html").read_text()
+    ranges = json.loads((folder / "summary.json").read_text())["measures"]["range_of_motion"]
+    assert FOOT_ANGLES.keys() <= ranges.keys()
+    assert ranges["r_ankle_dorsiflexion"]["full_range_deg"] > 10
