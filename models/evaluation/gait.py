@@ -1,20 +1,23 @@
 """Contacts, steps and gait figures where the truth is known:  pcnet3d evaluate --gait -o DIR
 
 Lifted takes of people nobody was trained on, one gravity per take, in metres by the true scale, against the contacts of
-the motion capture (models/gait/truth.py) and the same figures by them. The pelvis path is the true one, and the true
-one with an error of 3 % of its depth, as one camera sees it.
+the motion capture (models/gait/truth.py) and the same figures by them. Lengths and speed are judged with the true
+pelvis path, and with the one that models/place finds from the keypoints: of a body of the right stature, with the focal
+length known, and lifted anew, with the usual one assumed. Feet slide by as much as their ankles move over the floor
+while they lie flat in truth.
 """
 
 from __future__ import annotations
 
-import zlib
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from ...pipeline.anthropometry import implied_stature
+from ...pipeline.frames import turned_covariance
 from ...pipeline.layouts import H36M17
 from ...pipeline.motion.signals import lowpass
 from ...pipeline.plugins.protocols import Rectifier
@@ -23,17 +26,23 @@ from ...pipeline.running.progress import each
 from ..common.metrics import SD_90, Figure, relative
 from ..common.spread import stated_spread
 from ..gait.contact import SIDES, contacts, leg_length
-from ..gait.errors import OF_LENGTH, mean_error
+from ..gait.errors import OF_LENGTH, mean_error, path_error
 from ..gait.events import ON_FLOOR, Stance, stances
+from ..gait.foot_lock import foot_locked
 from ..gait.gait import Gait, Values, facing_deg, find_gait, length_values, time_values
+from ..gait.parameters import flat_span
 from ..gait.truth import true_contact
 from ..gravity import Seen, level_static, why_not
+from ..lifter.builtin import lift
+from ..place.path import SCALE_SD, pelvis_path
+from .place import ASSUMED, KNOWN, by_stature, camera_of
 from .sets import EvaluationSet, evaluation_sets, heading
 from .take_answers import joints_of
 from .testbed import LiftedTake
 
-ROOT_SHARES = (0.0, 0.03)  # of the depth: standard deviation of the pelvis path along the ray
-_ROOT_S = 0.25  # how long an error of the path lasts: standard deviation of the Gaussian that smooths it
+TRUE = "true path"
+PATHS = (TRUE, KNOWN, ASSUMED)
+_SLIDING = (TRUE, KNOWN, f"{KNOWN}, feet locked")
 _SAME_S = 0.25  # an event that is found farther off is another one
 _FIGURES = (
     "step_time_s", "stride_time_s", "stance_time_s", "swing_time_s", "stance_percent", "swing_percent",
@@ -44,33 +53,38 @@ _FIGURES = (
 @dataclass(frozen=True)
 class Mean:
     """A take's mean of one figure, found and true, of `count` values that were found; lengths in metres. gait: what was
-    found, "walking" or "running". leg: length of a leg in metres. root_sd: of the pelvis path, metres."""
+    found, "walking" or "running". leg: length of a leg in metres. root_sd, share: stated of the pelvis path, in metres,
+    and of all strides alike (gait.errors.path_error)."""
 
     found: float
     true: float
     count: int
     gait: str
     leg: float
-    root_sd: float
+    root_sd: float = 0.0
+    share: float = 0.0
 
     def sd(self, name: str) -> float:
         """The stated standard deviation, in the figure's unit."""
         if name not in OF_LENGTH:
             return mean_error(self.gait, name, self.count)
-        return self.leg * mean_error(self.gait, name, self.count, self.root_sd / self.leg)
+        own = self.leg * mean_error(self.gait, name, self.count, self.root_sd / self.leg)
+        return float(np.hypot(own, self.share * self.found))
 
 
 @dataclass(frozen=True, eq=False)
 class JudgedGait:
     """One take. kind: "walking", "running" or "none", by its true contacts. steps: (found, true). frames: (N, 2) bool,
     on the floor as found and in truth. events: {"initial contact", "toe-off": (errors in s (K,), found, true)}. means:
-    {root share: {figure: Mean}} of the steps and strides that both have."""
+    {path: {figure: Mean}} of the steps and strides that both have. sliding: (K, 3) metres by which flat feet of walks
+    move over the floor by the true path, the one that was found, and that with its feet locked."""
 
     kind: str
     steps: tuple[int, int]
     frames: np.ndarray
     events: dict[str, tuple[np.ndarray, int, int]]
-    means: dict[float, dict[str, Mean]] = field(default_factory=dict)
+    means: dict[str, dict[str, Mean]] = field(default_factory=dict)
+    sliding: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
 
 
 def gait_tables(
@@ -84,7 +98,18 @@ def gait_tables(
     sets = sets or evaluation_sets()
     results: dict[str, Any] = {**heading(lifter, seed, flip, sets), "rectifier": rectifier.method, "sets": {}}
     for one in sets:
-        found = judged_takes(rectifier, one.label, one.takes(seed, lifter, flip), len(one.clips()), seed)
+        found = []
+        for take in each(
+            one.takes(seed, lifter, flip, focal_known=True), f"{one.label} takes", len(one.clips())
+        ):
+            judged = judge(rectifier, take)
+            if judged is not None and judged.means:
+                focal_px = camera_of(take.seen, ASSUMED).focal_px
+                again = lift(take.seen.keypoints, take.seen.image_size, focal_px, flip, lifter)
+                guessed = judge(rectifier, LiftedTake(again, take.seen), ASSUMED)
+                if guessed is not None:
+                    judged = replace(judged, means={**guessed.means, **judged.means})
+            found += [] if judged is None else [judged]
         kinds = {kind: [take for take in found if take.kind == kind] for kind in ("walking", "running")}
         results["sets"][one.label] = {
             **{kind: one_kind(takes) for kind, takes in kinds.items() if takes},
@@ -93,16 +118,9 @@ def gait_tables(
     return results
 
 
-def judged_takes(
-    rectifier: Rectifier, label: str, takes: Iterable[LiftedTake], total: int, seed: int
-) -> list[JudgedGait]:
-    """Of all takes that can be levelled and have no gap."""
-    found = (judge(rectifier, take, seed) for take in each(takes, f"{label} takes", total))
-    return [one for one in found if one is not None]
-
-
-def judge(rectifier: Rectifier, take: LiftedTake, seed: int) -> JudgedGait | None:
-    """A take beside its truth; None where it cannot be levelled or joints are missing. seed: of the path's errors."""
+def judge(rectifier: Rectifier, take: LiftedTake, path: str = KNOWN) -> JudgedGait | None:
+    """A take beside its truth; None where it cannot be levelled or joints are missing. path: what is known of the focal
+    length, KNOWN or ASSUMED."""
     seen, time_s = take.seen, take.seen.keypoints.times
     joints = joints_of(take.lifted, seen.truth)
     if not np.isfinite(joints).all():
@@ -139,29 +157,55 @@ def judge(rectifier: Rectifier, take: LiftedTake, seed: int) -> JudgedGait | Non
     same = _of_both(found, true)
     if same is None:
         return judged
-    path = seen.joints_camera[:, H36M17.index("pelvis")]
-    rng = np.random.default_rng([seed, zlib.crc32(seen.clip.encode()), 2])
-    for share in ROOT_SHARES:
-        root = rotate(level.R_camera_from_level.T, noisy_path(path, rng, share, seen.keypoints.fps)[None])[0]
-        ankles = rotate(level.R_camera_from_level.T, smooth)
-        values = {**time_values(same[0]), **_lengths(same[0], root, ankles, time_s)}
-        truth = rotate(seen.R_camera_from_world.T, true_smooth)
-        true_values = {**time_values(same[1]), **_lengths(same[1], world[:, 0], truth, time_s)}
-        sd = share * float(np.median(np.linalg.norm(path, axis=-1)))
-        judged.means[share] = _means(values, true_values, same[0].kind, leg_length(smooth), sd)
-    return judged
+    R_level_from_camera = level.R_camera_from_level.T
+    true_places = rotate(seen.R_camera_from_world.T, true_smooth)
+    true_values = {**time_values(same[1]), **_lengths(same[1], world[:, 0], true_places, time_s)}
+
+    def means(root: np.ndarray, places: np.ndarray, *errors: float) -> dict[str, Mean]:
+        values = {**time_values(same[0]), **_lengths(same[0], root, places, time_s)}
+        return _means(values, true_values, same[0].kind, leg_length(places), *errors)
+
+    true_root = rotate(R_level_from_camera, seen.joints_camera[:, H36M17.index("pelvis")][None])[0]
+    judged.means[TRUE] = means(true_root, rotate(R_level_from_camera, smooth))
+
+    sized = by_stature(take.lifted, seen.truth)
+    placed = pelvis_path(sized, seen.keypoints, camera_of(seen, path))
+    if placed is None:
+        return judged
+    root = rotate(R_level_from_camera, placed.root[None])[0]
+    places = rotate(R_level_from_camera, smooth * (implied_stature(sized.joints) / implied_stature(joints)))
+    covariance = turned_covariance(placed.covariance, R_level_from_camera)
+    errors = path_error(
+        root, covariance, R_level_from_camera[:, 2], SCALE_SD, placed.focal_sd, time_s, same[0].walks
+    )
+    judged.means[path] = means(root, places, *errors)
+    ankles = _ankles(places)
+    own = turned_covariance(sized.covariance, R_level_from_camera)
+    stated = {
+        side: covariance + (0.0 if own is None else own[:, H36M17.index(f"{side}_ankle")]) for side in SIDES
+    }
+    locked = foot_locked(root, ankles, stated, found.feet, time_s)
+    paths = (world[:, 0], _ankles(true_places)), (root, ankles), (locked, ankles)
+    sliding = np.stack([_sliding(*each_path, same[1], time_s) for each_path in paths], axis=-1)
+    return replace(judged, sliding=sliding)
 
 
-def noisy_path(path: np.ndarray, rng: np.random.Generator, share: float, fps: float) -> np.ndarray:
-    """(T, 3) a path from the camera (T, 3) with an error along the ray, of a standard deviation of that share of the
-    distance, which changes within about a second as that of a smoothed path does."""
-    from scipy.ndimage import gaussian_filter1d
+def _ankles(joints: np.ndarray) -> dict[str, np.ndarray]:
+    joints = relative(joints)
+    return {side: joints[:, H36M17.index(f"{side}_ankle")] for side in SIDES}
 
-    width = _ROOT_S * fps
-    margin = int(4 * width) + 1
-    noise = gaussian_filter1d(rng.standard_normal(len(path) + 2 * margin), width)[margin:-margin]
-    noise *= np.sqrt(2 * np.sqrt(np.pi) * width)  # standard deviation 1
-    return path * (1 + share * noise[:, None])
+
+def _sliding(root: np.ndarray, ankles: dict[str, np.ndarray], gait: Gait, time_s: np.ndarray) -> np.ndarray:
+    """(K,) the greatest distance over the floor between two places of an ankle, of each flat foot of the walks."""
+    landed = {(step.side, step.stop_s) for step in gait.steps}
+    found = []
+    for side in SIDES:
+        for stance in gait.feet[side]:
+            if (side, stance.start_s) in landed and np.isfinite(stance.stop_s):
+                rows = slice(*np.searchsorted(time_s, flat_span(stance)))
+                places = (root + ankles[side])[rows, :2]
+                found.append(np.linalg.norm(places[:, None] - places, axis=-1).max(initial=0.0))
+    return np.array(found, dtype=np.float64)
 
 
 def _smooth(joints: np.ndarray, time_s: np.ndarray) -> np.ndarray:
@@ -169,8 +213,7 @@ def _smooth(joints: np.ndarray, time_s: np.ndarray) -> np.ndarray:
 
 
 def _lengths(gait: Gait, root: np.ndarray, level: np.ndarray, time_s: np.ndarray) -> Values:
-    level = relative(level)
-    ankles = {side: level[:, H36M17.index(f"{side}_ankle"), :2] for side in SIDES}
+    ankles = {side: ankle[:, :2] for side, ankle in _ankles(level).items()}
     return length_values(gait, root[:, :2], ankles, time_s)
 
 
@@ -228,12 +271,12 @@ def _both(values: Values, name: str) -> np.ndarray:
     return np.concatenate([values[name][side] for side in SIDES])
 
 
-def _means(found: Values, true: Values, gait: str, leg: float, root_sd: float) -> dict[str, Mean]:
+def _means(found: Values, true: Values, gait: str, leg: float, *path_errors: float) -> dict[str, Mean]:
     result = {}
     for name in _FIGURES:
         a, b = (values[np.isfinite(values)] for values in (_both(found, name), _both(true, name)))
         if len(a) and len(b):
-            result[name] = Mean(float(a.mean()), float(b.mean()), len(a), gait, leg, root_sd)
+            result[name] = Mean(float(a.mean()), float(b.mean()), len(a), gait, leg, *path_errors)
     return result
 
 
@@ -260,12 +303,17 @@ def one_kind(takes: Sequence[JudgedGait]) -> dict[str, Any]:
             "bias_ms": float(1000 * np.median(error)),
             "error_ms": Figure.of(1000 * np.abs(error)),
         }
-    for share in ROOT_SHARES:
+    for path in PATHS:
         for name in _FIGURES:
-            means = [take.means[share][name] for take in takes if name in take.means.get(share, {})]
-            if means and (share == ROOT_SHARES[0] or name in OF_LENGTH):
-                label = f"{name}, path with {100 * share:g} % of depth" if name in OF_LENGTH else name
+            means = [take.means[path][name] for take in takes if name in take.means.get(path, {})]
+            if means and (path == TRUE or name in OF_LENGTH):
+                label = f"{name}, {path}" if name in OF_LENGTH else name
                 result["figures"][label] = _figure(name, means)
+    sliding = np.concatenate([take.sliding for take in takes])
+    if len(sliding):
+        result["sliding_cm"] = {
+            path: Figure.of(100 * of) for path, of in zip(_SLIDING, sliding.T, strict=True)
+        }
     return result
 
 
@@ -322,5 +370,8 @@ def as_markdown(results: dict[str, Any]) -> str:
                     for name, row in table["figures"].items()
                 ),
             ]
+            if "sliding_cm" in table:
+                slides = "; ".join(f"{path} {row:.1f}" for path, row in table["sliding_cm"].items())
+                lines += ["", f"Flat feet slide by, in cm a stance: {slides}."]
         lines += ["", f"Steps found in takes of {label} without a walk: {kinds['false steps']}."]
     return "\n".join(lines) + "\n"

@@ -1,7 +1,9 @@
 """Fit the stated errors of gait figures on validation subjects:  python -m pcnet3d.models.evaluation.gait_errors
 
-Every figure's error has three parts (models/gait/errors.py). They are those under which the errors of the takes' means
-are most likely, then times the factor that brings nine in ten errors within 1.645 standard deviations.
+Every figure's error has three parts (models/gait/errors.py), besides what the pelvis path says of all strides alike.
+They are those under which the errors of the takes' means are most likely, with the true path and with the one from
+keypoints and a focal length that is known, then times the factor that brings nine in ten errors within 1.645 standard
+deviations.
 """
 
 from __future__ import annotations
@@ -15,10 +17,11 @@ import numpy as np
 import typer
 
 from ...pipeline.files.atomic import whole_file
+from ...pipeline.running.progress import each
 from ..common.metrics import SD_90
 from ..gait.errors import ERROR_FILE, OF_LENGTH
 from ..rectifier.load import load_rectifier
-from .gait import ROOT_SHARES, JudgedGait, Mean, judged_takes
+from .gait import TRUE, JudgedGait, Mean, judge
 from .sets import evaluation_sets
 from .testbed import BEDS
 
@@ -32,9 +35,9 @@ def fit_errors(takes: Sequence[JudgedGait]) -> dict[str, dict[str, dict[str, flo
     lengths of a leg."""
     means: dict[str, dict[str, list[Mean]]] = {"walking": {}, "running": {}}
     for take in takes:
-        for share in ROOT_SHARES:
-            for name, mean in take.means.get(share, {}).items():
-                if share == ROOT_SHARES[0] or name in OF_LENGTH:
+        for path, of_path in take.means.items():
+            for name, mean in of_path.items():
+                if path == TRUE or name in OF_LENGTH:
                     means[mean.gait].setdefault(name, []).append(mean)
     return {
         gait: {name: _parts(name, found) for name, found in figures.items()}
@@ -49,6 +52,7 @@ def _parts(name: str, means: Sequence[Mean]) -> dict[str, float]:
     error = np.array([mean.found - mean.true for mean in means]) / unit
     count = np.array([mean.count for mean in means])
     root = np.array([mean.root_sd for mean in means]) / unit * (name in OF_LENGTH)
+    alike = np.array([mean.share * mean.found for mean in means]) / unit * (name in OF_LENGTH)
     usual = 1.4826 * np.median(np.abs(error))
     cut = np.clip(error, -_CUT * usual, _CUT * usual)
 
@@ -57,7 +61,8 @@ def _parts(name: str, means: Sequence[Mean]) -> dict[str, float]:
         return shared + single / count + path * root**2 / count
 
     def unlikely(logs: np.ndarray) -> float:
-        return float(np.sum(np.log(variance(logs)) + cut**2 / variance(logs)))
+        whole = variance(logs) + alike**2
+        return float(np.sum(np.log(whole) + cut**2 / whole))
 
     bounds = [
         (np.log(_LEAST), np.log(100 * usual)),
@@ -65,8 +70,10 @@ def _parts(name: str, means: Sequence[Mean]) -> dict[str, float]:
         (np.log(_LEAST), 3.0),
     ]
     found = minimize(unlikely, np.log([usual, usual, 0.5]), bounds=bounds, method="L-BFGS-B").x
-    ratio = np.abs(error) / np.sqrt(variance(found))
-    factor = float(np.quantile(ratio, _COVERED)) / SD_90
+    square = np.maximum((error / SD_90) ** 2 - alike**2, 0.0) / variance(
+        found
+    )  # of the factor for each to be inside
+    factor = float(np.sqrt(np.quantile(square, _COVERED)))
     shared, single, path = factor * np.exp(found)
     parts = {"shared": shared, "each": single, "root": path if name in OF_LENGTH else 0.0}
     return {part: float(f"{value:.3g}") for part, value in parts.items()}
@@ -79,12 +86,12 @@ def main(
     """Fit the stated errors of gait figures on validation subjects."""
     rectifier = load_rectifier("pcnet")
     takes = [
-        take
+        judged
         for bed in BEDS
         for seed in range(seeds)
         for one in evaluation_sets("val", bed)
-        for take in judged_takes(rectifier, f"{one.label} {bed}", one.takes(seed), len(one.clips()), seed)
-        if take.kind != "none"
+        for take in each(one.takes(seed, focal_known=True), f"{one.label} {bed}", len(one.clips()))
+        if (judged := judge(rectifier, take)) is not None and judged.kind != "none"
     ]
     figures = fit_errors(takes)
     content = {

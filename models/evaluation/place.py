@@ -18,7 +18,7 @@ import numpy as np
 from ...pipeline.anthropometry import implied_stature
 from ...pipeline.camera import PRIOR_FOCAL, PRIOR_FOCAL_SPREAD, Camera
 from ...pipeline.files.video_frames import shown_size
-from ...pipeline.frames import CAMERA, IMAGE
+from ...pipeline.frames import CAMERA, IMAGE, scaled_covariance
 from ...pipeline.intrinsics import Intrinsics, undistorted
 from ...pipeline.layouts import COCO17, H36M17, remap
 from ...pipeline.pose import PoseSequence
@@ -134,18 +134,30 @@ def _hips(joints: np.ndarray) -> np.ndarray:
 
 
 def _judged(seen: SeenTake, lifted: PoseSequence, case: str, flip: bool, lifter: str | Path) -> Judged | None:
+    if case == ASSUMED:
+        lifted = lift(seen.keypoints, seen.image_size, camera_of(seen, case).focal_px, flip, lifter)
+    if case == SIZED:
+        lifted = lifted.with_(joints=scaled(lifted.joints.astype(np.float64), seen.truth, "take"))
+    else:
+        lifted = by_stature(lifted, seen.truth)
+    path = pelvis_path(lifted, seen.keypoints, camera_of(seen, case))
+    return None if path is None else judge(path, seen)
+
+
+def camera_of(seen: SeenTake, case: str) -> Camera:
+    """The take's camera as it is known: by its focal length, or, ASSUMED, by what is usual."""
+    width, height = seen.image_size
     focal_px, spread = seen.focal_px, 0.0
     if case == ASSUMED:
-        focal_px, spread = PRIOR_FOCAL * max(seen.image_size), PRIOR_FOCAL_SPREAD
-        lifted = lift(seen.keypoints, seen.image_size, focal_px, flip, lifter)
-    joints = lifted.joints.astype(np.float64)
-    if case == SIZED:
-        joints = scaled(joints, seen.truth, "take")
-    else:
-        joints = joints * (implied_stature(seen.truth) / implied_stature(joints))
-    camera = Camera(seen.image_size, focal_px, focal_px * spread, "told")
-    path = pelvis_path(lifted.with_(joints=joints), seen.keypoints, camera)
-    return None if path is None else judge(path, seen)
+        focal_px, spread = PRIOR_FOCAL * max(width, height), PRIOR_FOCAL_SPREAD
+    return Camera((width, height), focal_px, focal_px * spread, "told")
+
+
+def by_stature(lifted: PoseSequence, truth: np.ndarray) -> PoseSequence:
+    """The poses in metres as `--stature` would bring them there, by the stature of the truth (T, 17, 3)."""
+    factor = implied_stature(truth) / implied_stature(lifted.joints)
+    covariance = scaled_covariance(lifted.covariance, factor)
+    return lifted.with_(joints=lifted.joints * factor, covariance=covariance)
 
 
 def judge(path: PelvisPath, seen: SeenTake) -> Judged:

@@ -167,6 +167,13 @@ def belt_drift(
     return drift if np.linalg.norm(drift) > _CARRIED * np.linalg.norm(back) else None
 
 
+def flat_span(stance: Stance) -> tuple[float, float]:
+    """From when to when a foot lies flat, in seconds: 20 to 60 % of a step's stance, and of one in which the person
+    stands as much longer; NaN where a gap or an end of the take hides one."""
+    lasts = min(stance.stop_s - stance.start_s, _LONGEST_S)
+    return stance.start_s + _FLAT[0] * lasts, stance.stop_s - (1 - _FLAT[1]) * lasts
+
+
 def _places(
     path: np.ndarray, time_s: np.ndarray, feet: Sequence[Stance], seams: Sequence[int]
 ) -> dict[float, np.ndarray]:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ...models.gait.contact import leg_length
-from ...models.gait.errors import OF_LENGTH, each_error, mean_error
+from ...models.gait.errors import OF_LENGTH, each_error, mean_error, path_error
 from ...models.gait.events import contact_times
 from ...models.gait.gait import (
     LEAST_STEP,
@@ -114,7 +114,7 @@ def walking(
             return {"reason": f"steps cannot be counted: {'; '.join(why)}", **basis(apart)}
         return {"steps": 0, "reason": "no three steps in a row", **basis(apart)}
     lifted = any(name.endswith("_sd_deg") for name in columns)
-    root_sd, share = path_error(filtered, rectified, gait)
+    root_sd, share = _path_error(filtered, rectified, gait)
     said = _Means(gait.kind, lifted, time_resolution(rate(filtered.times)), leg_length(body), root_sd)
     values = time_values(gait)
     phases = (*_PHASES, "flight_time_s" if gait.kind == "running" else "double_support_percent")
@@ -250,30 +250,14 @@ def _cadence(step_time: Mapping[str, float], strides: int) -> dict[str, Any]:
     return with_error("cadence_spm", 60 / mean, 60 / mean**2 * step_time["mean_step_time_error_s"])
 
 
-def path_error(filtered: PoseSequence, rectified: Rectified, gait: Gait) -> tuple[float, float]:
-    """Of a pelvis path that was estimated (stages/place.py): standard deviation of a place along the horizontal axis
-    where it is worst, in the poses' unit; and the share of lengths and speeds that may be wrong in all strides alike,
-    by the body's size and, as far as the person walks along the camera's axis, by the focal length; 0, 0 for others."""
+def _path_error(filtered: PoseSequence, rectified: Rectified, gait: Gait) -> tuple[float, float]:
+    """models.gait.errors.path_error of a path that was estimated (stages/place.py); 0, 0 for others."""
     told = [step.options for step in filtered.history if step.name == "place"]
-    if filtered.root is None or filtered.root_covariance is None or not told or not gait.walks:
+    if filtered.root is None or filtered.root_covariance is None or not told:
         return 0.0, 0.0
-    ahead = rectified.R_source_from_level[2]  # the camera's axis, in LEVEL
-    scale_sd, focal_sd = told[-1]["scale_sd"], told[-1]["focal_sd"]
-    depth = (filtered.root @ ahead)[:, None] * ahead
-    alike = sum(
-        sd**2 * at[:, :, None] * at[:, None, :] for sd, at in ((scale_sd, filtered.root), (focal_sd, depth))
-    )
-    own = (filtered.root_covariance - alike)[:, :2, :2]
-    own = own[np.isfinite(own).all(axis=(1, 2))]
-    if not len(own):
-        return 0.0, 0.0
-    root_sd = float(np.sqrt(np.median(np.maximum(np.linalg.eigvalsh(own)[:, -1], 0.0))))
-    times = filtered.times
-    inside = np.any([(times >= walk[0].start_s) & (times <= walk[-1].stop_s) for walk in gait.walks], axis=0)
-    velocity = np.gradient(filtered.root, times, axis=0)[inside]
-    velocity = velocity[np.isfinite(velocity).all(axis=1)]
-    along = ((velocity @ ahead) ** 2).sum() / max((velocity**2).sum(), 1e-12)
-    return root_sd, float(np.hypot(scale_sd, focal_sd * along))
+    axis = rectified.R_source_from_level[2]
+    sds = told[-1]["scale_sd"], told[-1]["focal_sd"]
+    return path_error(filtered.root, filtered.root_covariance, axis, *sds, filtered.times, gait.walks)
 
 
 def _lengths(

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pcnet3d.examples.walker.walk import walker
-from pcnet3d.models.evaluation.gait import JudgedGait, Mean, as_markdown, judge, noisy_path, one_kind
+from pcnet3d.models.evaluation.gait import JudgedGait, Mean, as_markdown, judge, one_kind
 from pcnet3d.models.evaluation.gait_errors import fit_errors
 from pcnet3d.models.evaluation.testbed import LiftedTake, see
 from pcnet3d.models.mocap.clips import Clip
@@ -18,13 +18,13 @@ def judged():
     walk = walker(seconds=8, turn_deg=0)
     seen = see(Clip("walker", "w", "own", 30.0, walk.world.astype(np.float32)), 0)
     lifted = seen.keypoints.with_(joints=seen.truth, frame=CAMERA.with_(unit="arbitrary"))
-    return judge(Geometric(), LiftedTake(lifted, seen), 0)
+    return judge(Geometric(), LiftedTake(lifted, seen))
 
 
 def test_true_joints_have_true_steps(judged):
     assert judged.kind == "walking"
     assert judged.steps[0] == judged.steps[1] >= 3
-    means = judged.means[0.0]
+    means = judged.means["true path"]
     assert means["step_time_s"].found == pytest.approx(means["step_time_s"].true, abs=0.02)
     assert means["step_length"].found == pytest.approx(means["step_length"].true, abs=0.03)
     assert means["walking_speed"].true == pytest.approx(1.25, rel=0.04)
@@ -38,19 +38,10 @@ def test_the_report_has_every_row(judged):
     for said in (
         "## here, walking",
         "| initial contact |",
-        "| step_width, path with 3 % of depth |",
+        "| step_width, focal known |",
         "without a walk: 2",
     ):
         assert said in page
-
-
-def test_a_path_is_off_along_the_ray_by_its_share():
-    path = np.tile([1.0, 0.5, 4.0], (20000, 1))
-    noisy = noisy_path(path, np.random.default_rng(0), 0.03, 30.0)
-    off = noisy[:, 2] / 4 - 1
-    assert off.std() == pytest.approx(0.03, rel=0.1)
-    assert np.corrcoef(off[:-3], off[3:])[0, 1] > 0.9  # a tenth of a second later it is about the same
-    np.testing.assert_allclose(noisy[:, 0] / noisy[:, 2], 0.25)
 
 
 def test_fitted_errors_hold_nine_in_ten():
@@ -63,7 +54,7 @@ def test_fitted_errors_hold_nine_in_ten():
             (1, 1),
             np.zeros((0, 2)),
             {},
-            {0.0: {"step_time_s": Mean(e, 0.0, int(n), "walking", 0.9, 0.0)}},
+            {"true path": {"step_time_s": Mean(e, 0.0, int(n), "walking", 0.9)}},
         )
         for e, n in zip(errors, count, strict=True)
     ]
