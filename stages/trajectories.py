@@ -22,6 +22,9 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
+from ..models.gait.contact import SIDES, contacts
+from ..models.gait.events import stances
+from ..models.gait.foot_lock import foot_locked
 from ..pipeline.errors import InputError
 from ..pipeline.messages import how_many
 from ..pipeline.motion.rates import fall_doubts, pace_doubts
@@ -38,6 +41,7 @@ from ..pipeline.motion.signals import (
 from ..pipeline.pose import PoseSequence, Rectified
 from ..pipeline.rotations import is_finite
 from ..pipeline.take import Event, Take
+from .measures.walking import body_joints
 
 Filter = Literal["butterworth", "savgol", "none"]
 Cutoff = float | Literal["auto"] | None
@@ -57,12 +61,14 @@ class Trajectories:
     """The stage. joints: whose paths to write; `filtered` has all 17. filter, cutoff_hz: as those of `smooth`.
 
     Where the source knows where the person is and its camera stands still, the pelvis's own path in LEVEL is written
-    too, as `root`, from the camera or the world's origin.
+    too, as `root`, from the camera or the world's origin. foot_lock: whether a path that was estimated from
+    keypoints is moved so that feet that lie flat do not slide (models/gait/foot_lock.py).
     """
 
     joints: tuple[str, ...] = ("r_wrist", "l_wrist", "r_ankle", "l_ankle")
     filter: Filter = "butterworth"
     cutoff_hz: Cutoff = None
+    foot_lock: bool = False
 
     name: ClassVar[str] = "trajectories"
     needs: ClassVar[tuple[str, ...]] = ("poses", "rectified")
@@ -72,6 +78,9 @@ class Trajectories:
         rectified = take.need("rectified")
         level = _trusted(rectified)
         path = smooth(level, self.filter, self.cutoff_hz, self.joints)
+        told = _told(path)
+        if self.foot_lock:
+            path = _locked(path, level, rectified)
         columns = dict(take.kinematics or {})
         for joint in self.joints:
             columns |= trajectory(path, joint)
@@ -82,7 +91,7 @@ class Trajectories:
         events = [Event("note", _RELATIVE)] if rectified.camera == "moving" else []
         return take.with_(kinematics=columns, filtered=path).saying(
             *events,
-            *_told(path),
+            *told,
             *(Event("warning", text) for text in fall_doubts(level) or pace_doubts(path)),
         )
 
@@ -171,6 +180,26 @@ def _trusted(rectified: Rectified) -> PoseSequence:
     """LEVEL with the frames that could not be rectified missing, so that nothing is taken across them."""
     refused = ~np.asarray(is_finite(rectified.R_source_from_body).all(axis=-1))
     return rectified.level.mapped(lambda points: np.where(refused[:, None, None], np.nan, points))
+
+
+def _locked(path: PoseSequence, level: PoseSequence, rectified: Rectified) -> PoseSequence:
+    """A filtered path whose feet do not slide, where it was estimated before a camera that stands still. level: the
+    same before the filter, with the errors of its joints."""
+    if path.root is None or path.root_covariance is None:
+        return path
+    times, seams = path.times, breaks(path)
+    feet = stances(contacts(body_joints(path, rectified), times, seams), times, seams)
+    ankles = {side: path.joint(f"{side}_ankle").astype(np.float64) for side in SIDES}
+    covariance = {side: path.root_covariance for side in SIDES}
+    if level.covariance is not None:
+        index = level.layout.index
+        covariance = {
+            side: own + level.covariance[:, index(f"{side}_ankle")] for side, own in covariance.items()
+        }
+    root = foot_locked(path.root, ankles, covariance, feet, times, seams)
+    moved = np.linalg.norm(root - path.root, axis=1)
+    most = float(np.nanmax(moved, initial=0.0))
+    return path.with_(root=root).noted("foot lock", rows_moved=int((moved > 0).sum()), most=round(most, 3))
 
 
 def _chosen(level: PoseSequence, moving: tuple[str, ...]) -> float:

@@ -5,6 +5,9 @@ import pytest
 
 from pcnet3d.examples.walker.camera import aimed, camera_poses
 from pcnet3d.examples.walker.walk import walker
+from pcnet3d.models.gait.events import Stance
+from pcnet3d.models.gait.parameters import flat_span
+from pcnet3d.models.gait.truth import true_contact
 from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, Z_UP, InputError, PoseSequence, Take, change_frame
 from pcnet3d.pipeline.camera import Camera
 from pcnet3d.pipeline.motion.flights import falls
@@ -149,6 +152,38 @@ def test_the_walking_speed_has_the_errors_that_all_strides_share(through, walk, 
     along = (way[:, 2] ** 2).sum() / (way**2).sum()
     expected = found["walking_speed"] * np.hypot(0.037, 0.3 * along)
     assert unsure.measures["walking"]["walking_speed_error"] == pytest.approx(expected, rel=0.25)
+
+
+def test_locked_feet_do_not_slide_and_the_path_stays_within_its_error(placed, walk):
+    poses = placed.poses
+    wave = 0.05 * np.sin(2 * np.pi * 0.7 * poses.times)[:, None] * [0.0, 0.0, 1.0]
+    rectified = Rectify(rectifier="geometric")(placed.with_(poses=poses.with_(root=poses.root + wave)))
+    free, locked = (Trajectories(foot_lock=lock)(rectified) for lock in (False, True))
+    joints, time_s = free.filtered.joints, free.filtered.times
+    np.testing.assert_array_equal(locked.filtered.joints, joints)
+    np.testing.assert_array_equal(locked.kinematics["root_x"], locked.filtered.root[:, 0])
+    moved = locked.filtered.root - free.filtered.root
+    assert 0 < np.linalg.norm(moved, axis=1).max() < 2.5 * free.filtered.root_sd.max()
+    slides = {}
+    feet = true_contact(walk.world, time_s)
+    for lock, run in ((False, free), (True, locked)):
+        places = [run.filtered.root + run.filtered.joint(f"{side}_ankle") for side in "rl"]
+        spans = [
+            place[slice(*np.searchsorted(time_s, flat_span(Stance(side, *spell))))]
+            for side, place in zip("rl", places, strict=True)
+            for spell in feet[side]
+            if np.isfinite(spell).all()
+        ]
+        slides[lock] = np.array([np.ptp(span[:, :2], axis=0).max() for span in spans if len(span)])
+    assert np.median(slides[True]) < 0.01
+    assert np.median(slides[False]) > 0.02
+
+
+def test_no_feet_are_locked_to_a_path_that_the_source_knows(take, walk, camera):
+    known = take.with_(poses=take.poses.with_(root=camera.points(walk.root[:, None])[:, 0]))
+    rectified = Rectify(rectifier="geometric")(known)
+    free, locked = (Trajectories(foot_lock=lock)(rectified) for lock in (False, True))
+    np.testing.assert_array_equal(locked.filtered.root, free.filtered.root)
 
 
 def test_the_error_follows_a_scale_a_turn_a_mirror_and_cleaning(placed):
