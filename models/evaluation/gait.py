@@ -202,7 +202,7 @@ def _sliding(root: np.ndarray, ankles: dict[str, np.ndarray], gait: Gait, time_s
     for side in SIDES:
         for stance in gait.feet[side]:
             if (side, stance.start_s) in landed and np.isfinite(stance.stop_s):
-                rows = slice(*np.searchsorted(time_s, flat_span(stance)))
+                rows = slice(*np.searchsorted(time_s, flat_span(stance, time_s[0], time_s[-1])))
                 places = (root + ankles[side])[rows, :2]
                 found.append(np.linalg.norm(places[:, None] - places, axis=-1).max(initial=0.0))
     return np.array(found, dtype=np.float64)

@@ -41,7 +41,7 @@ def foot_locked(
     if belt_drift(root[:, :2], floor, time_s, feet, seams) is not None:
         return root
     correction = np.full(root.shape, np.nan)
-    for side, rows in _flat(feet, time_s):
+    for side, rows in _flat(feet, is_finite(root), time_s, seams):
         place = root[rows] + ankles[side][rows]
         off = place.mean(axis=0) - place
         if len(off) > 1 and np.isfinite(off).all() and _size(off, covariance[side][rows]).max() <= _MOST:
@@ -49,17 +49,25 @@ def foot_locked(
     return root + _spread(correction, is_finite(root), time_s, seams)
 
 
-def _flat(feet: Mapping[str, Sequence[Stance]], time_s: np.ndarray) -> Iterator[tuple[str, slice]]:
+def _flat(
+    feet: Mapping[str, Sequence[Stance]], seen: np.ndarray, time_s: np.ndarray, seams: Sequence[int]
+) -> Iterator[tuple[str, slice]]:
     """Side and rows of the foot that lies flat, one foot at a time, in order."""
-    spans = sorted((*flat_span(stance), side) for side, of_side in feet.items() for stance in of_side)
+    spans = []
+    for piece in runs(seen, time_s, seams):
+        first_s, last_s = time_s[piece][[0, -1]]
+        for side, of_side in feet.items():
+            for stance in of_side:
+                ends = [end_s for end_s in (stance.start_s, stance.stop_s) if np.isfinite(end_s)]
+                if all(first_s <= end_s <= last_s for end_s in ends) and (ends or len(of_side) == 1):
+                    spans.append((*flat_span(stance, first_s, last_s), side))
     free = 0
-    for start_s, stop_s, side in spans:
-        if np.isfinite([start_s, stop_s]).all():
-            first, stop = np.searchsorted(time_s, (start_s, stop_s))
-            rows = slice(max(int(first), free), int(stop))
-            if rows.start < rows.stop:
-                free = rows.stop
-                yield side, rows
+    for start_s, stop_s, side in sorted(spans):
+        first, stop = np.searchsorted(time_s, (start_s, stop_s))
+        rows = slice(max(int(first), free), int(stop))
+        if rows.start < rows.stop:
+            free = rows.stop
+            yield side, rows
 
 
 def _size(off: np.ndarray, covariance: np.ndarray) -> np.ndarray:

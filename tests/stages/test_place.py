@@ -169,7 +169,7 @@ def test_locked_feet_do_not_slide_and_the_path_stays_within_its_error(placed, wa
     for lock, run in ((False, free), (True, locked)):
         places = [run.filtered.root + run.filtered.joint(f"{side}_ankle") for side in "rl"]
         spans = [
-            place[slice(*np.searchsorted(time_s, flat_span(Stance(side, *spell))))]
+            place[slice(*np.searchsorted(time_s, flat_span(Stance(side, *spell), 0.0, time_s[-1])))]
             for side, place in zip("rl", places, strict=True)
             for spell in feet[side]
             if np.isfinite(spell).all()

@@ -32,7 +32,7 @@ def slides(root, ankles, feet):
     found = []
     for side, stances in feet.items():
         for stance in stances:
-            rows = slice(*np.searchsorted(TIME_S, flat_span(stance)))
+            rows = slice(*np.searchsorted(TIME_S, flat_span(stance, 0.0, TIME_S[-1])))
             places = (root + ankles[side])[rows]
             found.append(np.linalg.norm(places - places[0], axis=1).max())
     return np.array(found)
@@ -95,3 +95,13 @@ def test_nothing_is_spread_across_a_gap(walk):
     np.testing.assert_array_equal(np.isnan(locked), np.isnan(noisy))
     first = {side: [stance for stance in stances if stance.stop_s < 2.6] for side, stances in feet.items()}
     np.testing.assert_array_equal(foot_locked(noisy, ankles, stated(0.03), first, TIME_S)[90:], noisy[90:])
+
+
+def test_who_stands_all_along_stays_but_for_the_ends(walk):
+    root, ankles, _ = walk
+    noisy = root[[0]] + off_by(0.02)
+    legs = {"r": np.broadcast_to(ankles["r"][0], root.shape)}
+    feet = {"r": [Stance("r", np.nan, np.nan)]}
+    places = foot_locked(noisy, legs, stated(0.03), feet, TIME_S) + legs["r"]
+    inside = places[int(0.2 * FPS) : -int(0.4 * FPS)]
+    np.testing.assert_allclose(inside, inside[[0]].repeat(len(inside), axis=0), atol=1e-12)
