@@ -61,9 +61,7 @@ def path_error(
     LEVEL. scale_sd, focal_sd: standard deviations of the body's size and of the focal length as shares of them. time_s:
     (T,).
     """
-    depth = (root @ axis)[:, None] * axis
-    alike = sum(sd**2 * at[:, :, None] * at[:, None, :] for sd, at in ((scale_sd, root), (focal_sd, depth)))
-    own = (covariance - alike)[:, :2, :2]
+    own = own_covariance(root, covariance, axis, scale_sd, focal_sd)[:, :2, :2]
     own = own[np.isfinite(own).all(axis=(1, 2))]
     if not len(own) or not walks:
         return 0.0, 0.0
@@ -73,3 +71,13 @@ def path_error(
     velocity = velocity[np.isfinite(velocity).all(axis=1)]
     along = ((velocity @ axis) ** 2).sum() / max((velocity**2).sum(), 1e-12)
     return root_sd, float(np.hypot(scale_sd, focal_sd * along))
+
+
+def own_covariance(
+    root: np.ndarray, covariance: np.ndarray, axis: np.ndarray, scale_sd: float, focal_sd: float
+) -> np.ndarray:
+    """(T, 3, 3) of the error that each frame of an estimated path has for itself: the whole one less what the body's
+    size and the focal length make wrong in all alike. As those of `path_error`."""
+    depth = (root @ axis)[:, None] * axis
+    alike = sum(sd**2 * at[:, :, None] * at[:, None, :] for sd, at in ((scale_sd, root), (focal_sd, depth)))
+    return covariance - alike

@@ -41,7 +41,7 @@ def foot_locked(
     if belt_drift(root[:, :2], floor, time_s, feet, seams) is not None:
         return root
     correction = np.full(root.shape, np.nan)
-    for side, rows in _flat(feet, is_finite(root), time_s, seams):
+    for side, rows in flat_rows(feet, is_finite(root), time_s, seams):
         place = root[rows] + ankles[side][rows]
         off = place.mean(axis=0) - place
         if len(off) > 1 and np.isfinite(off).all() and _size(off, covariance[side][rows]).max() <= _MOST:
@@ -49,10 +49,11 @@ def foot_locked(
     return root + _spread(correction, is_finite(root), time_s, seams)
 
 
-def _flat(
+def flat_rows(
     feet: Mapping[str, Sequence[Stance]], seen: np.ndarray, time_s: np.ndarray, seams: Sequence[int]
 ) -> Iterator[tuple[str, slice]]:
-    """Side and rows of the foot that lies flat, one foot at a time, in order."""
+    """Side and rows of the foot that lies flat, one foot at a time, in order. feet: stances by side; seen: (T,) rows in
+    which its place is known; time_s: (T,)."""
     spans = []
     for piece in runs(seen, time_s, seams):
         first_s, last_s = time_s[piece][[0, -1]]

@@ -1,5 +1,5 @@
-"""Figures of a take: ranges of motion, symmetry, repetitions, walking, jumps and paths, each with its error and what it
-rests on."""
+"""Figures of a take: ranges of motion, symmetry, repetitions, walking, the floor, jumps and paths, each with its error
+and what it rests on."""
 
 from __future__ import annotations
 
@@ -32,6 +32,7 @@ from .figures import (
     time_resolution,
     with_error,
 )
+from .floor import floor
 from .jumps import jumps
 from .walking import FEWEST, NOISE, SIDES, body_joints, gait_of, walking
 
@@ -115,6 +116,7 @@ def measures(
         three strides at least. Stance, swing and single support are shares of the stride, as is double support of a
         walk; a run has a flight time instead. Speed, lengths and width are there where the pelvis path is known or the
         belt's speed told, else `lengths_reason`.
+    floor: height, slope along the walk and stairs by where the feet stand, where the pelvis path is known.
     jumps: flights in which the centre of mass falls freely, where the pelvis path is known.
     paths: lengths from the pelvis, and of the pelvis (root) where its way is known.
 
@@ -166,6 +168,7 @@ def measures(
             name: _repeats(take, take(name), take.sd(name), _ANY, [name]) for name in repeated
         }
     result["walking"] = walking(body, gait, kinematics, take.cycles, filtered, rectified, source, belt_speed)
+    result["floor"] = floor(gait, filtered, rectified)
     result["jumps"] = jumps(rectified, gait)
     result["paths"] = _paths(take, rectified)
     return result

@@ -206,3 +206,15 @@ def test_the_error_follows_a_scale_a_turn_a_mirror_and_cleaning(placed):
 def test_a_covariance_needs_a_root(take):
     with pytest.raises(InputError, match="beside a root"):
         take.poses.with_(root_covariance=np.zeros((len(take.poses), 3, 3)))
+
+
+def test_the_floor_of_a_walk_lies_below_the_camera(through, camera, take):
+    floor = through.measures["floor"]
+    assert abs(floor["floor_height"] + camera.position[2]) < 1.645 * floor["floor_height_error"]
+    assert abs(floor["slope_deg"]) < 1.645 * floor["slope_error_deg"]
+    assert floor["stairs"] == "none"
+    assert floor["floor_height"] == pytest.approx(-camera.position[2], rel=0.1)
+    nowhere = take
+    for stage in (Rectify(rectifier="geometric"), Trajectories(), Angles(), Measures()):
+        nowhere = stage(nowhere)
+    assert "not known" in nowhere.measures["floor"]["reason"]

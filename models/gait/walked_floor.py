@@ -1,0 +1,70 @@
+"""The floor under a walk: its height, its slope along the way, and stairs, by where feet stand."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import groupby
+
+import numpy as np
+
+FEWEST = 4  # places: a line through fewer says nothing of its error
+_BEYOND = 2.0 * float(
+    np.sqrt(2)
+)  # standard deviations of a place's height: twice that of a difference of two
+_MEDIAN = 0.6745  # median size of a Gaussian value of standard deviation 1
+_STAIRS = 3  # rises in a row, all up or all down
+
+
+@dataclass(frozen=True, eq=False)
+class WalkedFloor:
+    """height: mean of the places, in their unit. slope_deg: positive where it rises along the way. height_sd,
+    slope_sd_deg: their standard deviations. rises: (N - 1,) 1, -1 or 0 from place to place, up, down or level."""
+
+    height: float
+    height_sd: float
+    slope_deg: float
+    slope_sd_deg: float
+    rises: np.ndarray
+
+    @property
+    def stairs(self) -> str:
+        """ "up", "down", or "none": three places in a row that each lie higher, or lower, than the one before."""
+        for rise, of_rise in groupby(self.rises.tolist()):
+            if rise and len(list(of_rise)) >= _STAIRS:
+                return "up" if rise > 0 else "down"
+        return "none"
+
+
+def walked_floor(places: np.ndarray, sd: float, shared_sd: float, up_sd_deg: float) -> WalkedFloor | None:
+    """The line through the heights of at least four places (N, 3) in LEVEL, in the order of the feet that stand there;
+    None of fewer, or where they are not apart.
+
+    sd: standard deviation of one place's height, shared_sd: of all alike, in the places' unit; up_sd_deg: of up about
+    any horizontal axis. Where heights are off the line by more than `sd`, that is what the line's errors rest on;
+    where they jump from place to place by more, rises have to exceed that.
+    """
+    if len(places) < FEWEST:
+        return None
+    middle = places.mean(axis=0)
+    across = places - middle
+    way = np.linalg.svd(across[:, :2], full_matrices=False)[2][0]
+    along, height = across[:, :2] @ way, across[:, 2]
+    apart = float(along @ along)
+    if not apart > 0:
+        return None
+    slope = float(along @ height) / apart
+    scatter = max(sd, float(np.linalg.norm(height - slope * along)) / np.sqrt(len(places) - 2))
+    tilt = np.tan(np.radians(up_sd_deg))
+    rise = np.diff(height)
+    bends = float(np.median(np.abs(np.diff(height, 2)))) / (
+        _MEDIAN * np.sqrt(6)
+    )  # none on a ramp, few on stairs
+    return WalkedFloor(
+        height=float(middle[2]),
+        height_sd=float(
+            np.sqrt(scatter**2 / len(places) + shared_sd**2 + (tilt * np.linalg.norm(middle[:2])) ** 2)
+        ),
+        slope_deg=float(np.degrees(np.arctan(slope))) * (1 if along[-1] >= along[0] else -1),
+        slope_sd_deg=float(np.degrees(np.arctan(np.hypot(scatter / np.sqrt(apart), tilt)))),
+        rises=(np.sign(rise) * (np.abs(rise) > _BEYOND * max(sd, bends))).astype(int),
+    )

@@ -1,0 +1,69 @@
+"""The floor that the person walks on, by where the feet stand."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ...models.gait.contact import SIDES
+from ...models.gait.errors import own_covariance
+from ...models.gait.foot_lock import flat_rows
+from ...models.gait.gait import Gait
+from ...models.gait.walked_floor import FEWEST, walked_floor
+from ...pipeline.anthropometry import implied_stature
+from ...pipeline.motion.signals import breaks
+from ...pipeline.pose import PoseSequence, Rectified
+from ...pipeline.rotations import is_finite
+from .figures import with_error
+
+_ANKLE = 0.039  # statures above the sole (Winter, Biomechanics and Motor Control, 4th ed. 2009, figure 4.1)
+
+
+def floor(gait: Gait, filtered: PoseSequence, rectified: Rectified) -> dict[str, Any]:
+    """The group `floor`: height over where the path is counted from (the camera), slope along the walk, both with their
+    errors, and `stairs`; or the reason why there are none."""
+    if filtered.root is None:
+        return {"reason": "where the person is in the room is not known, or the camera moves"}
+    if not rectified.level_ok:
+        return {"reason": f"the take is not levelled: {rectified.level_reason}"}
+    if not gait.walks:
+        return {"reason": "nobody walks"}
+    ankles = {side: filtered.joint(f"{side}_ankle").astype(np.float64) for side in SIDES}
+    flat = [
+        (side, rows)
+        for side, rows in flat_rows(gait.feet, is_finite(filtered.root), filtered.times, breaks(filtered))
+        if np.isfinite(ankles[side][rows]).all()
+    ]
+    places = np.array([(filtered.root + ankles[side])[rows].mean(axis=0) for side, rows in flat])
+    own, shared = _sds(filtered, rectified)
+    up = rectified.up_error_deg[np.isfinite(rectified.up_error_deg)]
+    up_sd_deg = float(np.median(up) / np.sqrt(2)) if len(up) else 0.0
+    found = walked_floor(places.reshape(-1, 3), own, shared, up_sd_deg)
+    if found is None:
+        return {"reason": f"feet stand in fewer than {FEWEST} places"}
+    return {
+        **with_error(
+            "floor_height", found.height - _ANKLE * implied_stature(filtered.joints), found.height_sd
+        ),
+        **with_error("slope_deg", found.slope_deg, found.slope_sd_deg),
+        "stairs": found.stairs,
+        "places": len(places),
+    }
+
+
+def _sds(filtered: PoseSequence, rectified: Rectified) -> tuple[float, float]:
+    """Standard deviations of the height of a foot's place, its own and that of all alike; 0, 0 where the source itself
+    knows the place."""
+    told = [step.options for step in filtered.history if step.name == "place"]
+    if filtered.root is None or filtered.root_covariance is None or not told:
+        return 0.0, 0.0
+    sds = told[-1]["scale_sd"], told[-1]["focal_sd"]
+    whole = filtered.root_covariance
+    own = own_covariance(filtered.root, whole, rectified.R_source_from_level[2], *sds)
+    legs = 0.0
+    if rectified.level.covariance is not None:
+        index = filtered.layout.indices([f"{side}_ankle" for side in SIDES])
+        legs = float(np.nanmedian(rectified.level.covariance[:, index, 2, 2]))
+    own_variance, variance = (float(np.nanmedian(each[:, 2, 2])) for each in (own, whole))
+    return float(np.sqrt(own_variance + legs)), float(np.sqrt(max(variance - own_variance, 0.0)))

@@ -1,0 +1,60 @@
+"""Floors whose height, slope and stairs are known."""
+
+import numpy as np
+import pytest
+
+from pcnet3d.models.gait.walked_floor import walked_floor
+
+WAY = np.array([0.6, 0.8])
+
+
+def places(heights, first=0.0):
+    along = first + 0.7 * np.arange(len(heights))
+    return np.column_stack([along[:, None] * WAY, heights])
+
+
+def test_a_level_floor_has_its_height_and_errors():
+    found = walked_floor(places(np.full(9, -1.5)), 0.03, 0.04, 0.0)
+    assert found.height == pytest.approx(-1.5)
+    assert found.height_sd == pytest.approx(np.hypot(0.01, 0.04))
+    assert found.slope_deg == pytest.approx(0, abs=1e-9)
+    assert found.stairs == "none"
+
+
+@pytest.mark.parametrize("slope_deg", [4.0, -4.0])
+def test_a_ramp_has_its_slope_and_is_no_stairs(slope_deg):
+    heights = np.tan(np.radians(slope_deg)) * 0.7 * np.arange(8)
+    found = walked_floor(places(heights), 0.03, 0.0, 1.0)
+    assert found.slope_deg == pytest.approx(slope_deg)
+    assert found.slope_sd_deg > 1.0
+    assert found.stairs == "none"
+
+
+def test_the_error_of_up_tilts_what_is_far_away():
+    near, far = (walked_floor(places(np.zeros(6), first), 0.02, 0.0, 2.0) for first in (-1.75, 8.25))
+    assert far.height_sd == pytest.approx(np.hypot(near.height_sd, 10 * np.tan(np.radians(2))), rel=0.01)
+
+
+def test_stairs_are_three_rises_in_a_row_beyond_the_error():
+    up = np.array([0, 0, 0.17, 0.34, 0.51, 0.68, 0.68])
+    assert walked_floor(places(up), 0.03, 0.0, 1.0).stairs == "up"
+    assert walked_floor(places(-up), 0.03, 0.0, 1.0).stairs == "down"
+    assert walked_floor(places(up), 0.1, 0.0, 1.0).stairs == "none"
+    shaken = up + 0.2 * (-1) ** np.arange(len(up))
+    assert walked_floor(places(shaken), 0.0, 0.0, 1.0).stairs == "none"
+    kerb = walked_floor(places(np.repeat([0.0, 0.17], [4, 5])), 0.03, 0.0, 1.0)
+    assert (kerb.stairs, kerb.rises.tolist()) == ("none", [0, 0, 0, 1, 0, 0, 0, 0])
+
+
+def test_stated_slopes_hold_nine_in_ten():
+    rng = np.random.default_rng(0)
+    inside = []
+    for _ in range(400):
+        found = walked_floor(places(rng.normal(0, 0.03, 8)), 0.03, 0.0, 0.0)
+        inside.append(abs(found.slope_deg) <= 1.645 * found.slope_sd_deg)
+    assert 0.87 < np.mean(inside) < 0.97
+
+
+def test_few_places_or_one_make_no_floor():
+    assert walked_floor(places(np.zeros(3)), 0.03, 0.0, 0.0) is None
+    assert walked_floor(np.zeros((6, 3)), 0.03, 0.0, 0.0) is None
