@@ -41,7 +41,7 @@ def walked_floor(places: np.ndarray, sd: float, shared_sd: float, up_sd_deg: flo
 
     sd: standard deviation of one place's height, shared_sd: of all alike, in the places' unit; up_sd_deg: of up about
     any horizontal axis. Where heights are off the line by more than `sd`, that is what the line's errors rest on;
-    where they jump from place to place by more, rises have to exceed that.
+    where they jump from place to place by more, rises have to exceed that, and what an up that is off makes of a step.
     """
     if len(places) < FEWEST:
         return None
@@ -55,10 +55,11 @@ def walked_floor(places: np.ndarray, sd: float, shared_sd: float, up_sd_deg: flo
     slope = float(along @ height) / apart
     scatter = max(sd, float(np.linalg.norm(height - slope * along)) / np.sqrt(len(places) - 2))
     tilt = np.tan(np.radians(up_sd_deg))
-    rise = np.diff(height)
+    rise, step = np.diff(height), np.linalg.norm(np.diff(across[:, :2], axis=0), axis=1)
     bends = float(np.median(np.abs(np.diff(height, 2)))) / (
         _MEDIAN * np.sqrt(6)
     )  # none on a ramp, few on stairs
+    difference_sd = np.hypot(np.sqrt(2) * max(sd, bends), tilt * step)
     return WalkedFloor(
         height=float(middle[2]),
         height_sd=float(
@@ -66,5 +67,5 @@ def walked_floor(places: np.ndarray, sd: float, shared_sd: float, up_sd_deg: flo
         ),
         slope_deg=float(np.degrees(np.arctan(slope))) * (1 if along[-1] >= along[0] else -1),
         slope_sd_deg=float(np.degrees(np.arctan(np.hypot(scatter / np.sqrt(apart), tilt)))),
-        rises=(np.sign(rise) * (np.abs(rise) > _BEYOND * max(sd, bends))).astype(int),
+        rises=(np.sign(rise) * (np.abs(rise) > _BEYOND * difference_sd)).astype(int),
     )
