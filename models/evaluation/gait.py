@@ -174,7 +174,7 @@ def judge(rectifier: Rectifier, take: LiftedTake, path: str = KNOWN) -> JudgedGa
         return judged
     root = rotate(R_level_from_camera, placed.root[None])[0]
     places = rotate(R_level_from_camera, smooth * (implied_stature(sized.joints) / implied_stature(joints)))
-    covariance = turned_covariance(placed.covariance, R_level_from_camera)
+    covariance = R_level_from_camera @ placed.covariance @ R_level_from_camera.T
     errors = path_error(
         root, covariance, R_level_from_camera[:, 2], SCALE_SD, placed.focal_sd, time_s, same[0].walks
     )

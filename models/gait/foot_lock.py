@@ -73,7 +73,7 @@ def flat_rows(
 
 def _size(off: np.ndarray, covariance: np.ndarray) -> np.ndarray:
     """(N,) of corrections (N, 3) in standard deviations; infinite where no error is stated."""
-    stated = np.isfinite(covariance).all(axis=(1, 2))
+    stated = np.asarray(np.isfinite(covariance).all(axis=(1, 2)))
     certain = np.where(stated[:, None, None], covariance, np.eye(3)).astype(np.float64)
     square = np.einsum("ni,ni->n", off, np.linalg.solve(certain, off[..., None])[..., 0])
     return np.where(stated, np.sqrt(square), np.inf)
@@ -85,7 +85,7 @@ def _spread(correction: np.ndarray, seen: np.ndarray, time_s: np.ndarray, seams:
 
     result = np.zeros(correction.shape)
     for piece in runs(seen, time_s, seams):
-        held = is_finite(correction[piece])
+        held = np.asarray(is_finite(correction[piece]))
         if held.any():
             at_s = time_s[piece][held]
             between = PchipInterpolator(at_s, correction[piece][held])
