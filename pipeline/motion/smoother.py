@@ -1,0 +1,366 @@
+"""Position, velocity and acceleration of paths whose error is known, each with its own error.
+
+A path is a cubic spline; its motion and its error are Gaussian processes, and what is returned is the mean of the path
+given what was seen, with its covariance. So a joint is smoothed by as much as its error asks for: more in depth than
+across it, more in a doubtful frame, less while it moves fast, and not at all without an error.
+
+- Motion: a process of Matern 5/2, which is three times differentiable in the mean. How much a joint moves is found by
+  maximum likelihood for every two seconds, so that the peaks of fast motion survive.
+- Error: what a lifter errs by changes slowly, as it sees much the same in neighbouring frames; a process of
+  Ornstein-Uhlenbeck of the stated size. Where nobody states it, its size and correlation time are those that the path
+  itself makes the most likely: motion has hardly any power at high frequencies, so what there is there is error.
+
+Sources: Rasmussen & Williams, Gaussian Processes for Machine Learning, 2006, chapter 4 (the processes); Whittle, The
+analysis of multiple stationary time series, JRSS B 15, 1953 (the likelihood of a spectrum); Rue & Held, Gaussian Markov
+Random Fields, 2005, chapter 2 (banded precisions, variances out of a Cholesky factor).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from ..rotations import known, rotate
+from .signals import rate
+
+# Chosen on lifted takes of CMU's and ACCAD's validation subjects (pcnet3d evaluate --motion --sets val).
+MOTION_HZ = 0.5  # below which a joint's motion has no more power
+ERROR_S = 1.5  # over which a lifter's error is forgotten
+
+_WINDOW_S = 2.0  # in which a joint moves alike
+_ORDER = 3  # of the motion's process: Matern 5/2
+_KNOTS_HZ = 60.0  # at most, of the spline: people do not move faster
+_ROWS = 8192  # that are solved at a time
+_SETTLED_S = 4.0  # further away no row matters
+_SIZES = np.geomspace(1e-7, 10, 41)  # of a motion's variance, as shares of the take's
+_ERRORS = np.geomspace(1e-7, 0.1, 25)  # of an error's variance
+_ERRORS_S = (0.0, 0.05, 0.2, ERROR_S)
+_MOST_WINDOWS = 20  # to tell the error from
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """Position, velocity and acceleration of J paths at T times: values (3, T, J, D), and covariance (3, T, J, D, D) of
+    their errors; a unit of length, and that a second and a second squared."""
+
+    values: np.ndarray
+    covariance: np.ndarray
+
+
+def known_noise(
+    points: np.ndarray, time_s: np.ndarray, covariance: np.ndarray | None = None, breaks: Sequence[int] = ()
+) -> Motion:
+    """The motion of points (T, J, D), missing ones NaN, at time_s (T,).
+
+    covariance: (T, J, D, D) of their errors; None where nobody states it. breaks: rows at which something new begins,
+    so that nothing is taken across them. Between two seen rows missing ones have values too, with the error that they
+    have; before the first and behind the last one, and in pieces of fewer than 3 seen rows, they are NaN.
+    """
+    T, J, D = points.shape
+    axes = np.eye(D)
+    if covariance is not None:
+        stated = np.isfinite(covariance).all(axis=(-2, -1))
+        axes = np.linalg.eigh(covariance[stated].mean(axis=0))[1].T if stated.any() else axes
+    y = rotate(axes, points.astype(np.float64))
+    size = np.nanmean(np.nanvar(y, axis=0)) if known(y).any() else np.nan
+    values, variance = np.full((3, T, J, D), np.nan), np.full((3, T, J, D), np.nan)
+    if size > 0:
+        if covariance is None:
+            noise, error_s = _unstated(y, time_s, size, breaks)
+        else:
+            noise, error_s = np.einsum("ij,tnjk,ik->tni", axes, covariance, axes, optimize=True), ERROR_S
+            noise = np.where(np.isfinite(noise), noise, np.nanmean(noise, axis=0))
+        noise = np.maximum(noise, 1e-9 * size)
+        for piece in _pieces(T, time_s, breaks):
+            values[:, piece], variance[:, piece] = _smoothed(
+                y[piece], noise[piece], time_s[piece], error_s, size
+            )
+    elif size == 0:  # nothing moves
+        for piece in _pieces(T, time_s, breaks):
+            values[:, piece] = np.stack([y[piece], 0 * y[piece], 0 * y[piece]])
+            variance[:, piece] = 0 * values[:, piece]
+    return Motion(rotate(axes.T, values), np.einsum("ji,dtnj,jk->dtnik", axes, variance, axes, optimize=True))
+
+
+def _pieces(rows: int, time_s: np.ndarray, breaks: Sequence[int]) -> list[slice]:
+    edges = sorted({0, rows, *(int(row) for row in breaks)})
+    return [slice(start, stop) for start, stop in pairwise(edges)]
+
+
+def _smoothed(
+    y: np.ndarray, noise: np.ndarray, time_s: np.ndarray, error_s: float, size: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Values and variances (3, T, J, D) of one piece y (T, J, D); noise: (T, J, D), variances."""
+    T, J, D = y.shape
+    result = np.full((2, 3, T, J, D), np.nan)
+    seen = np.asarray(known(y))
+    fine = seen.sum(axis=0) >= 3
+    if not fine.any():
+        return result[0], result[1]
+    y, noise, seen = y[:, fine], noise[:, fine], seen[:, fine]
+    centre = np.nanmean(y, axis=0)
+    y = y - centre
+    dt = 1 / rate(time_s)
+    at, moved = _moved(_filled(y, time_s), noise, time_s, dt, error_s, size)
+    knot_s = max(dt, 1 / _KNOTS_HZ)
+    found = np.empty((2, 3, *y.shape))
+    around = round(_SETTLED_S / dt)
+    for start in range(0, T, _ROWS):
+        rows = slice(max(start - around, 0), min(start + _ROWS + around, T))
+        kept = slice(start, min(start + _ROWS, T))
+        inside = slice(kept.start - rows.start, kept.stop - rows.start)
+        solved = _solved(
+            y[rows].reshape(rows.stop - rows.start, -1),
+            np.where(seen[rows, :, None], noise[rows], np.inf).reshape(rows.stop - rows.start, -1),
+            time_s[rows], knot_s, error_s, at, np.repeat(moved, D, axis=1),
+        )  # fmt: skip
+        found[:, :, kept] = solved.reshape(2, 3, -1, *y.shape[1:])[:, :, inside]
+    found[0, 0] += centre
+    row = np.arange(T)[:, None]
+    first, last = seen.argmax(axis=0), T - 1 - seen[::-1].argmax(axis=0)
+    found[:, :, ~((row >= first) & (row <= last))] = np.nan
+    result[:, :, :, fine] = found
+    return result[0], result[1]
+
+
+def _filled(y: np.ndarray, time_s: np.ndarray) -> np.ndarray:
+    """y (T, J, D) with straight lines across missing rows."""
+    y = y.copy()
+    for joint in range(y.shape[1]):
+        seen = np.isfinite(y[:, joint]).all(axis=-1)
+        if not seen.all():
+            for axis in range(y.shape[2]):
+                y[:, joint, axis] = np.interp(time_s, time_s[seen], y[seen, joint, axis])
+    return y
+
+
+def _moved(
+    y: np.ndarray, noise: np.ndarray, time_s: np.ndarray, dt: float, error_s: float, size: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Times (W,), and there the variance (W, J) of each joint's motion along an axis, by maximum likelihood of the
+    spectra of windows; the middle one of `_SIZES` where a window says nothing."""
+    hz, power, at = _spectra(y, time_s, dt)
+    _, J, D = y.shape
+    sizes = size * _SIZES
+    errors = _error_density(hz, dt, error_s)[:, None, None] * noise.mean(axis=0)
+    density = _motion_density(hz, dt)
+    score = np.empty((len(sizes), len(at), J))
+    for i, each in enumerate(sizes):
+        expected = each * density[:, None, None] + errors
+        score[i] = np.einsum("wfnd,fnd->wn", power, 1 / expected, optimize=True) + np.log(expected).sum(
+            axis=(0, 2)
+        )
+    return at, sizes[score.argmin(axis=0)]
+
+
+def _unstated(
+    y: np.ndarray, time_s: np.ndarray, size: float, breaks: Sequence[int]
+) -> tuple[np.ndarray, float]:
+    """Variances (T, J, D) of errors that nobody states, one a joint and axis, and their correlation time, by maximum
+    likelihood of the spectra of the take's windows."""
+    pieces = [piece for piece in _pieces(len(y), time_s, breaks) if piece.stop - piece.start >= 8]
+    none = np.full(y.shape, 1e-9 * size)
+    windows = []
+    for piece in pieces:
+        part = y[piece]
+        if not (np.isfinite(part).all(axis=-1).sum(axis=0) >= 3).all():
+            part = np.where(np.isfinite(part).any(axis=0), part, 0.0)
+        windows.append(_spectra(_filled(part, time_s[piece]), time_s[piece], 1 / rate(time_s))[:2])
+    if not windows:
+        return none, 0.0
+    longest = max(len(hz) for hz, _ in windows)
+    hz = next(hz for hz, _ in windows if len(hz) == longest)
+    power = np.concatenate([each for freq, each in windows if len(freq) == longest])
+    power = power[np.unique(np.linspace(0, len(power) - 1, _MOST_WINDOWS).astype(int))]
+    dt = 1 / rate(time_s)
+    motion = size * _SIZES[::2, None] * _motion_density(hz, dt)  # (S, F)
+    best, chosen = np.inf, (none, 0.0)
+    for error_s in _ERRORS_S:
+        error = size * _ERRORS[:, None] * _error_density(hz, dt, error_s)
+        expected = motion + error[:, None]  # (E, S, F)
+        score = np.einsum("wfnd,esf->eswnd", power, 1 / expected, optimize=True)
+        score += np.log(expected).sum(axis=-1)[..., None, None, None]
+        score = score.min(axis=1).sum(axis=1)  # (E, J, D)
+        if score.min(axis=0).sum() < best:
+            best = score.min(axis=0).sum()
+            chosen = np.broadcast_to(size * _ERRORS[score.argmin(axis=0)], y.shape), error_s
+    return chosen
+
+
+def _spectra(
+    y: np.ndarray, time_s: np.ndarray, dt: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Frequencies (F,), power (W, F, ...) of half overlapping windows of y (T, ...), whose mean over frequencies is the
+    variance, and their middles' times (W,). A straight line is taken out of each window, and so the lowest frequency."""
+    rows = max(round((time_s[-1] - time_s[0]) / dt) + 1, 2)
+    grid = np.linspace(time_s[0], time_s[-1], rows)
+    if rows != len(y) or np.abs(grid - time_s).max() > 0.02 * dt:
+        below = np.clip(np.searchsorted(time_s, grid, side="right") - 1, 0, len(y) - 2)
+        share = (grid - time_s[below]) / (time_s[below + 1] - time_s[below])
+        share = share.reshape(-1, *[1] * (y.ndim - 1))
+        y = (1 - share) * y[below] + share * y[below + 1]
+    length = min(max(round(_WINDOW_S / dt), 8), rows)
+    starts = np.arange(0, rows - length + 1, max(length // 2, 1))
+    if starts[-1] + length < rows:
+        starts = np.r_[starts, rows - length]
+    taper = np.sin(np.pi * (np.arange(length) + 0.5) / length) ** 2
+    taper /= np.sqrt((taper**2).sum())
+    line = np.stack([np.ones(length), np.arange(length) - (length - 1) / 2])
+    line /= np.linalg.norm(line, axis=1, keepdims=True)
+    power = []
+    for start in starts:
+        part = y[start : start + length].reshape(length, -1)
+        part = part - line.T @ (line @ part)
+        power.append(np.abs(np.fft.rfft(part * taper[:, None], axis=0)[2:]) ** 2)
+    hz = np.fft.rfftfreq(length, dt)[2:]
+    return hz, np.array(power).reshape(len(starts), len(hz), *y.shape[1:]), grid[starts] + length / 2 * dt
+
+
+def _motion_density(hz: np.ndarray, dt: float) -> np.ndarray:
+    """(F,) of a motion of variance 1, as `_spectra` has it."""
+    turn = 2 * np.pi * MOTION_HZ
+    return 16 / 3 * turn**5 / (turn**2 + (2 * np.pi * hz) ** 2) ** 3 / dt
+
+
+def _error_density(hz: np.ndarray, dt: float, error_s: float) -> np.ndarray:
+    """(F,) of an error of variance 1 that is forgotten over error_s, seen every dt."""
+    kept = np.exp(-dt / error_s) if error_s > 0 else 0.0
+    return (1 - kept**2) / np.abs(1 - kept * np.exp(-2j * np.pi * hz * dt)) ** 2
+
+
+def _solved(
+    y: np.ndarray,
+    noise: np.ndarray,
+    time_s: np.ndarray,
+    knot_s: float,
+    error_s: float,
+    at: np.ndarray,
+    moved: np.ndarray,
+) -> np.ndarray:
+    """(2, 3, T, N): means and variances of value, first and second derivative of N series y (T, N) at time_s (T,).
+
+    noise: (T, N) variances, infinite where nothing was seen. moved: (W, N), variances of the motion at times `at` (W,).
+    """
+    from scipy.linalg.lapack import dpbtrf, dpbtrs
+    from scipy.sparse import csr_array
+
+    T, N = y.shape
+    place = (time_s - time_s[0]) / knot_s
+    left = np.floor(place + 1e-6).astype(int)
+    basis = _basis(place - left, knot_s)
+    n = int(left[-1]) + 4
+
+    # Rows that are independent of each other: each less what of its error the row before already had.
+    weight = 1 / np.sqrt(noise)
+    y = np.where(weight > 0, y, 0.0)
+    step = np.diff(left, prepend=left[0])
+    wide = int(np.minimum(step, 2).max())
+    kept = np.exp(-np.diff(time_s, prepend=time_s[0] - knot_s) / error_s) if error_s > 0 else np.zeros(T)
+    before = np.where(step <= 2, kept, 0.0)[:, None] * (np.roll(weight, 1, axis=0) > 0) * (weight > 0)
+    before[0] = 0
+    gain = 1 / np.sqrt(1 - before**2)
+    rows = np.zeros((4 + wide, T, N))
+    origin = left - np.minimum(step, wide) * (step <= 2)  # the first knot of a row that has a forerunner
+    origin[0] = left[0]
+    own, others = gain * weight, gain * before * np.roll(weight, 1, axis=0)
+    shift = left - origin
+    for i in range(4):
+        for s in range(wide + 1):
+            rows[i + s] += np.where(shift == s, basis[0, i], 0.0)[:, None] * own
+        rows[i] -= np.roll(basis[0, i], 1)[:, None] * others
+    right = own * y - others * np.roll(y, 1, axis=0)
+
+    band = max(3 + wide, _ORDER)
+    onto = csr_array((np.ones(T), (origin, np.arange(T))), shape=(n, T))
+    precision, pull = np.zeros((band + 1, n, N)), np.zeros((n, N))
+    for i in range(4 + wide):
+        pull[i:] += (onto @ (rows[i] * right))[: n - i]
+        for j in range(i, 4 + wide):
+            precision[j - i, i:] += (onto @ (rows[i] * rows[j]))[: n - i]
+
+    # The motion: three times a leaky integral of white noise.
+    leak = np.exp(-2 * np.pi * MOTION_HZ * knot_s)
+    recursion = np.poly(np.full(_ORDER, leak))[::-1]
+    middle = time_s[0] + (np.arange(n - _ORDER) + (_ORDER - 1) / 2 - 0.5) * knot_s
+    log_moved = np.log(moved)
+    strength = np.stack([np.interp(middle, at, log_moved[:, i]) for i in range(N)], axis=-1)
+    strength = np.exp(-strength) * _response(leak)
+    for i in range(_ORDER + 1):
+        for j in range(i, _ORDER + 1):
+            precision[j - i, i : i + n - _ORDER] += recursion[i] * recursion[j] * strength
+    precision[0] += 1e-6 / moved.max(axis=0)
+
+    factor, found = np.empty_like(precision), np.empty((n, N))
+    for i in range(N):
+        factor[..., i], _ = dpbtrf(precision[..., i], lower=1)
+        found[:, i] = dpbtrs(factor[..., i], pull[:, i], lower=1)[0]
+    spread = _inverse_band(factor)
+    result = np.zeros((2, 3, T, N))
+    for i in range(4):
+        value, own = found[left + i], spread[0][left + i]
+        for d in range(3):
+            result[0, d] += basis[d, i, :, None] * value
+            result[1, d] += basis[d, i, :, None] ** 2 * own
+        for j in range(i + 1, 4):
+            shared = spread[j - i][left + i]
+            for d in range(3):
+                result[1, d] += 2 * (basis[d, i] * basis[d, j])[:, None] * shared
+    return result
+
+
+def _basis(u: np.ndarray, knot_s: float) -> np.ndarray:
+    """(3, 4, T): the four cubic B-splines that are not 0 at a share u (T,) of an interval, and their derivatives."""
+    v, none = 1 - u, np.zeros_like(u)
+    values = [v**3, 3 * u**3 - 6 * u**2 + 4, -3 * u**3 + 3 * u**2 + 3 * u + 1, u**3]
+    slopes = [-(v**2), 3 * u**2 - 4 * u, -3 * u**2 + 2 * u + 1, u**2]
+    bends = [v, 3 * u - 2, 1 - 3 * u, u + none]
+    return np.stack([np.array(values) / 6, np.array(slopes) / (2 * knot_s), np.array(bends) / knot_s**2])
+
+
+def _response(leak: float) -> float:
+    """Variance of white noise of variance 1 after `_ORDER` leaky integrals."""
+    lag = np.arange(round(60 / -np.log(leak)) + 50)
+    answer = leak**lag
+    for i in range(1, _ORDER):
+        answer = answer * (lag + i) / i
+    return float((answer**2).sum())
+
+
+def _inverse_band(factor: np.ndarray) -> list[np.ndarray]:
+    """Of N matrices by their banded Cholesky factors (B + 1, n, N), lower form: the diagonals 0 to 3 of their inverses,
+    each (n, N), entry p that of row p + diagonal and column p. Backwards by blocks of B (Takahashi's equations)."""
+    width, n, N = factor.shape
+    size = width - 1
+    blocks = -(-n // size)
+    padded = np.zeros((width, (blocks + 1) * size, N))
+    padded[0] = 1.0
+    padded[:, :n] = factor
+    own, below = np.zeros((2, blocks, N, size, size))
+    columns = padded[:, : blocks * size].reshape(width, blocks, size, N)
+    for column in range(size):
+        for offset in range(width):
+            values = columns[offset, :, column]
+            row = column + offset
+            (own if row < size else below)[:, :, row % size, column] = values
+    inverse = np.zeros_like(own)
+    for i in range(size):
+        inverse[..., i, i] = 1 / own[..., i, i]
+        if i:
+            past = own[..., i, None, :i] @ inverse[..., :i, :i]
+            inverse[..., i, :i] = -past[..., 0, :] * inverse[..., i, i, None]
+    local = np.swapaxes(inverse, -1, -2) @ inverse
+    chain = below @ inverse
+    found = np.zeros((blocks, N, 2 * size, size))
+    after = np.zeros((N, size, size))
+    for i in range(blocks - 1, -1, -1):
+        across = -after @ chain[i]
+        after = local[i] - np.swapaxes(chain[i], -1, -2) @ across
+        found[i, :, :size], found[i, :, size:] = after, across
+    column = np.arange(size)
+    return [
+        np.moveaxis(found[:, :, column + offset, column], 1, 2).reshape(blocks * size, N)[:n]
+        for offset in range(4)
+    ]
