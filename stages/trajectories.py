@@ -1,8 +1,9 @@
-"""Paths, velocities and accelerations in LEVEL, relative to the pelvis, from low-pass filtered positions.
+"""Paths, velocities and accelerations in LEVEL, relative to the pelvis, from smoothed positions.
 
-As is usual in the field (Pose2Sim and Sports2D filter positions at 6 Hz by default and go on from there), the paths
-that are written are the filtered ones, so that velocity and acceleration are their derivatives; what was filtered is
-`level` in poses.npz.
+The paths that are written are the smoothed ones, so that velocity and acceleration are their derivatives; what was
+smoothed is `level` in poses.npz. They come from a smoother that knows the error of the joints and states that of its
+answers (pipeline/motion/smoother.py), or from a low-pass filter with one cut-off for all, as is usual in the field
+(Pose2Sim and Sports2D filter positions at 6 Hz by default and go on from there).
 
 What a camera that pans leaves observable: each frame's LEVEL has the true vertical and the camera's own heading, so a
 pan looks like the person turning the other way, and the heading in the world cannot be had from the body. Heights z,
@@ -23,6 +24,7 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from ..pipeline.errors import InputError
+from ..pipeline.frames import turned_covariance
 from ..pipeline.motion.rates import fall_doubts, pace_doubts
 from ..pipeline.motion.signals import (
     CUTOFF_HZ,
@@ -34,11 +36,13 @@ from ..pipeline.motion.signals import (
     savitzky_golay,
     uneven_rows,
 )
+from ..pipeline.motion.smoother import Motion, known_noise
 from ..pipeline.pose import PoseSequence, Rectified
-from ..pipeline.rotations import known
+from ..pipeline.rotations import known, transpose
 from ..pipeline.take import Event, Take
 
 Filter = Literal["butterworth", "savgol", "none"]
+Smoother = Literal["auto", "butterworth", "savgol", "none"]
 Cutoff = float | Literal["auto"] | None
 
 _RELATIVE = (
@@ -48,19 +52,33 @@ _RELATIVE = (
 # Prefix of the axes' columns, name of the norm's, unit for a unit of length. Names are the same whatever the unit is.
 _QUANTITIES = (("", "distance", "{}"), ("v", "speed", "{}/s"), ("a", "acceleration", "{}/s2"))
 _UNITS = {"deg": "deg", "s": "s"}  # that are part of a column's name
+
+# Codes of `<joint>_distance_reason`, `<joint>_speed_reason` and `<joint>_acceleration_reason`.
+FINE, MISSING, UNCERTAIN = range(3)
+PATH_REASONS = {
+    FINE: "has a value",
+    MISSING: "the joint is missing, and too long for a value in between",
+    UNCERTAIN: "its standard deviation is larger than all that the take has of it",
+}
+
+# A lifter blurs fast motion, and errs in more than what changes slowly: by how much true errors of positions,
+# velocities and accelerations of wrists and ankles are larger than those of the model, on validation takes whose error
+# is stated (pcnet3d evaluate --motion --sets val).
+_LIFTED = (1.5, 1.9, 1.2)
 _FILTERS: dict[str, Callable[..., np.ndarray]] = {"butterworth": lowpass, "savgol": savitzky_golay}
 
 
 @dataclass(frozen=True)
 class Trajectories:
-    """The stage. joints: whose paths to write; `filtered` has all 17. filter, cutoff_hz: as those of `smooth`.
+    """The stage. joints: whose paths to write; `filtered` has all 17.
 
-    Where the source knows where the person is and its camera stands still, the pelvis's own path in LEVEL is written
+    smoother: "auto" knows the joints' error (`known_paths`); the others are those of `smooth`, without errors.
+    cutoff_hz: as that of `smooth`; given with "auto", the filter is "butterworth". Where the source knows where the person is and its camera stands still, the pelvis's own path in LEVEL is written
     too, as `root`, from the camera or the world's origin.
     """
 
     joints: tuple[str, ...] = ("r_wrist", "l_wrist", "r_ankle", "l_ankle")
-    filter: Filter = "butterworth"
+    smoother: Smoother = "auto"
     cutoff_hz: Cutoff = None
 
     name: ClassVar[str] = "trajectories"
@@ -69,19 +87,50 @@ class Trajectories:
 
     def __call__(self, take: Take) -> Take:
         rectified = take.need("rectified")
-        level = _trusted(rectified)
-        path = smooth(level, self.filter, self.cutoff_hz, self.joints)
+        level = _trusted(rectified, take.need("poses"))
+        if self.smoother == "auto" and self.cutoff_hz is None:
+            path, motions = known_paths(level)
+        else:
+            classical = "butterworth" if self.smoother == "auto" else self.smoother
+            path, motions = smooth(level, classical, self.cutoff_hz, self.joints), {}
         columns = dict(take.kinematics or {})
-        for joint in self.joints:
-            columns |= trajectory(path, joint)
-        if path.root is not None:
-            columns |= trajectory(path, "root")
+        for joint in (*self.joints, *(["root"] if path.root is not None else [])):
+            columns |= trajectory(path, joint, motions.get(joint))
         events = [Event("note", _RELATIVE)] if rectified.camera == "moving" else []
         return take.with_(kinematics=columns, filtered=path).saying(
             *events,
             *_told(path),
             *(Event("warning", text) for text in fall_doubts(level) or pace_doubts(path)),
         )
+
+
+def known_paths(level: PoseSequence) -> tuple[PoseSequence, dict[str, Motion]]:
+    """The same poses with the path of every joint, and of the root, smoothed by what is known of its error, and each
+    one's motion (of one path, J = 1) by name.
+
+    The error is the poses' covariance, in their axes, or is estimated from the path. Missing joints stay missing in the
+    poses; their motion has values in between, with the error of that, but not across frames in which nobody was seen.
+    The history says what was done.
+    """
+    points = level.joints.astype(np.float64)
+    seen = np.asarray(known(points))
+    lost = np.flatnonzero(np.diff(seen.any(axis=1))) + 1  # behind a frame without anybody everything may be new
+    cuts = tuple(sorted({*breaks(level), *lost.tolist()}))
+    motion = known_noise(points, level.times, level.covariance, cuts)
+    if level.covariance is not None:
+        motion = motion.widened(_LIFTED)
+    motions = {joint: motion.of(i) for i, joint in enumerate(level.layout.joints)}
+    root = level.root
+    if root is not None:
+        motions["root"] = known_noise(root[:, None], level.times, None, cuts)
+        root = np.where(np.asarray(known(root))[:, None], motions["root"].values[0, :, 0], np.nan)
+    joints = np.where(seen[..., None], motion.values[0], np.nan)
+    path = level.with_(joints=joints, root=root)
+    return path.noted(
+        "known-noise smoother",
+        error="estimated from the paths" if level.covariance is None else "stated by the lifter",
+        values_lost=int((seen & ~np.asarray(known(joints))).sum()),
+    ), motions
 
 
 def smooth(
@@ -129,19 +178,23 @@ def _unfiltered(level: PoseSequence) -> str:
     )
 
 
-def trajectory(path: PoseSequence, joint: str) -> dict[str, np.ndarray]:
+def trajectory(path: PoseSequence, joint: str, motion: Motion | None = None) -> dict[str, np.ndarray]:
     """Columns (T,) `<joint>_x`, `<joint>_vx`, `<joint>_ax` for x, y and z, and their norms `<joint>_distance` (from the
     pelvis), `<joint>_speed` and `<joint>_acceleration`; in m, m/s and m/s2, or in the source's unit without a scale.
 
     joint: by name, or "root" of poses that have one, whose distance is that from where it is counted.
     path: poses in LEVEL, filtered (`smooth`) unless derivatives of noise are wanted. Derivatives are those of a cubic
-    spline, never taken across a gap, a seam or dropped frames; NaN where they cannot be had. InputError
-    for a unit that is neither metres nor arbitrary.
+    spline, never taken across a gap, a seam or dropped frames; NaN where they cannot be had.
+    motion: of that one path (`known_paths`), whose values are then taken, each with its standard deviation (`..._sd`),
+    and each norm with a reason (int8, PATH_REASONS); where that is MISSING the values are NaN. InputError for a unit
+    that is neither metres nor arbitrary.
     """
     if path.frame.unit not in ("m", "arbitrary"):
         raise InputError(f"Expected poses in metres or in arbitrary units, got {path.frame.unit}.")
     points = path.root if joint == "root" else None
     position = path.joint(joint).astype(np.float64) if points is None else points
+    if motion is not None:
+        return _with_errors(joint, motion, np.asarray(known(position)))
     velocity, acceleration = (derivative(position, path.times, breaks(path), order) for order in (1, 2))
     columns = {}
     for (prefix, norm, _), values in zip(_QUANTITIES, (position, velocity, acceleration), strict=True):
@@ -150,19 +203,55 @@ def trajectory(path: PoseSequence, joint: str) -> dict[str, np.ndarray]:
     return columns
 
 
+def _with_errors(joint: str, motion: Motion, seen: np.ndarray) -> dict[str, np.ndarray]:
+    """The columns of `trajectory` with their errors, of the one path of `motion`, which was seen (T,) or not."""
+    columns = {}
+    for (prefix, norm, _), values, covariance in zip(
+        _QUANTITIES, motion.values[:, :, 0], motion.covariance[:, :, 0], strict=True
+    ):
+        reason = _reasons(values, covariance, seen, about_mean=norm == "distance")
+        values, covariance = values.copy(), covariance.copy()
+        values[reason == MISSING], covariance[reason == MISSING] = np.nan, np.nan
+        size = np.linalg.norm(values, axis=-1)
+        outward = values / np.maximum(size, 1e-12)[:, None]
+        sd = np.sqrt(np.einsum("tii->ti", covariance))
+        for i, axis in enumerate("xyz"):
+            columns |= {f"{joint}_{prefix}{axis}": values[:, i], f"{joint}_{prefix}{axis}_sd": sd[:, i]}
+        columns[f"{joint}_{norm}"] = size
+        columns[f"{joint}_{norm}_sd"] = np.sqrt(np.einsum("ti,tij,tj->t", outward, covariance, outward))
+        columns[f"{joint}_{norm}_reason"] = reason
+    return columns
+
+
+def _reasons(values: np.ndarray, covariance: np.ndarray, seen: np.ndarray, about_mean: bool) -> np.ndarray:
+    """(T,) int8 of values (T, 3) and their covariance (T, 3, 3). What is less certain than the take's root mean square
+    (about its mean) is marked, and counts as missing where it was not seen either."""
+    present = np.isfinite(values).all(axis=1)
+    if not present.any():
+        return np.full(len(values), MISSING, np.int8)
+    moved = values[present] - (values[present].mean(axis=0) if about_mean else 0.0)
+    uncertain = np.einsum("tii->t", covariance) > (moved**2).sum(axis=1).mean()
+    missing = ~present | (uncertain & ~seen)
+    return np.select([missing, uncertain], [MISSING, UNCERTAIN], FINE).astype(np.int8)
+
+
 def unit_of(column: str, length: str) -> str:
     """The unit of a column of kinematics by its name, such as "m/s"; "" for none. length: the paths' unit."""
-    last = column.rpartition("_")[2]
+    last = column.removesuffix("_sd").rpartition("_")[2]
     for prefix, norm, unit in _QUANTITIES:
         if last == norm or last in {prefix + axis for axis in "xyz"}:
             return unit.format(length)
     return _UNITS.get(last, "")
 
 
-def _trusted(rectified: Rectified) -> PoseSequence:
-    """LEVEL with the frames that could not be rectified missing, so that nothing is taken across them."""
+def _trusted(rectified: Rectified, poses: PoseSequence) -> PoseSequence:
+    """LEVEL with the frames that could not be rectified missing, so that nothing is taken across them, and with the
+    stated error of the poses that were rectified."""
     refused = ~np.asarray(known(rectified.R_source_from_body).all(axis=-1))
-    return rectified.level.with_(joints=np.where(refused[:, None, None], np.nan, rectified.level.joints))
+    return rectified.level.with_(
+        joints=np.where(refused[:, None, None], np.nan, rectified.level.joints),
+        covariance=turned_covariance(poses.covariance, transpose(rectified.R_source_from_level)),
+    )
 
 
 def _chosen(level: PoseSequence, moving: tuple[str, ...]) -> float:
@@ -184,11 +273,12 @@ def _told(path: PoseSequence) -> list[Event]:
         return [Event("warning", str(done["warning"]))]
     events = []
     if done.get("values_lost"):
+        filter = f"{done['cutoff_hz']:g} Hz filter" if "cutoff_hz" in done else "smoother, of fewer than 3 frames"
         events.append(
             Event(
                 "warning",
-                f"{done['values_lost']} joint positions lie in unbroken pieces that are too short for the "
-                f"{done['cutoff_hz']:g} Hz filter; their paths, velocities and accelerations are missing.",
+                f"{done['values_lost']} joint positions lie in unbroken pieces that are too short for the {filter}; "
+                "their paths, velocities and accelerations are missing.",
             )
         )
     if done.get("rows_resampled"):

@@ -4,14 +4,13 @@ A path is a cubic spline; its motion and its error are Gaussian processes, and w
 given what was seen, with its covariance. So a joint is smoothed by as much as its error asks for: more in depth than
 across it, more in a doubtful frame, less while it moves fast, and not at all without an error.
 
-- Motion: a process of Matern 5/2, which is three times differentiable in the mean. How much a joint moves is found by
-  maximum likelihood for every two seconds, so that the peaks of fast motion survive.
+- Motion: its jerk is white noise, as in a smoothing spline, so that nothing slow is taken for an error. How large the
+  jerk is, is found from the spectrum of every two seconds, so that the peaks of fast motion survive.
 - Error: what a lifter errs by changes slowly, as it sees much the same in neighbouring frames; a process of
   Ornstein-Uhlenbeck of the stated size. Where nobody states it, its size and correlation time are those that the path
   itself makes the most likely: motion has hardly any power at high frequencies, so what there is there is error.
 
-Sources: Rasmussen & Williams, Gaussian Processes for Machine Learning, 2006, chapter 4 (the processes); Whittle, The
-analysis of multiple stationary time series, JRSS B 15, 1953 (the likelihood of a spectrum); Rue & Held, Gaussian Markov
+Sources: Wahba, Spline Models for Observational Data, 1990, chapter 1 (splines as processes); Whittle, The analysis of multiple stationary time series, JRSS B 15, 1953 (the likelihood of a spectrum); Rue & Held, Gaussian Markov
 Random Fields, 2005, chapter 2 (banded precisions, variances out of a Cholesky factor).
 """
 
@@ -27,15 +26,13 @@ from ..rotations import known, rotate
 from .signals import rate
 
 # Chosen on lifted takes of CMU's and ACCAD's validation subjects (pcnet3d evaluate --motion --sets val).
-MOTION_HZ = 0.5  # below which a joint's motion has no more power
 ERROR_S = 1.5  # over which a lifter's error is forgotten
 
 _WINDOW_S = 2.0  # in which a joint moves alike
-_ORDER = 3  # of the motion's process: Matern 5/2
 _KNOTS_HZ = 60.0  # at most, of the spline: people do not move faster
 _ROWS = 8192  # that are solved at a time
 _SETTLED_S = 4.0  # further away no row matters
-_SIZES = np.geomspace(1e-7, 10, 41)  # of a motion's variance, as shares of the take's
+_JERKS = np.geomspace(1e-3, 1e9, 61)  # power a hertz, of a take of variance 1 and seconds
 _ERRORS = np.geomspace(1e-7, 0.1, 25)  # of an error's variance
 _ERRORS_S = (0.0, 0.05, 0.2, ERROR_S)
 _MOST_WINDOWS = 20  # to tell the error from
@@ -43,11 +40,25 @@ _MOST_WINDOWS = 20  # to tell the error from
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """Position, velocity and acceleration of J paths at T times: values (3, T, J, D), and covariance (3, T, J, D, D) of
-    their errors; a unit of length, and that a second and a second squared."""
+    """Position, velocity and acceleration of J paths at T times: values (3, T, J, D), in a unit of length, and that a
+    second and a second squared; variance (3, T, J, D) of their errors along axes (D, D), a direction each row."""
 
     values: np.ndarray
-    covariance: np.ndarray
+    variance: np.ndarray
+    axes: np.ndarray
+
+    @property
+    def covariance(self) -> np.ndarray:
+        """(3, T, J, D, D) of the errors, in the axes of the values."""
+        return np.einsum("ji,dtnj,jk->dtnik", self.axes, self.variance, self.axes, optimize=True)
+
+    def of(self, path: int) -> Motion:
+        """The motion of one of the paths, J = 1."""
+        return Motion(self.values[:, :, [path]], self.variance[:, :, [path]], self.axes)
+
+    def widened(self, factors: tuple[float, float, float]) -> Motion:
+        """The same with errors of position, velocity and acceleration larger by these factors."""
+        return Motion(self.values, self.variance * np.square(factors)[:, None, None, None], self.axes)
 
 
 def known_noise(
@@ -74,18 +85,18 @@ def known_noise(
             noise, error_s = np.einsum("ij,tnjk,ik->tni", axes, covariance, axes, optimize=True), ERROR_S
             noise = np.where(np.isfinite(noise), noise, np.nanmean(noise, axis=0))
         noise = np.maximum(noise, 1e-9 * size)
-        for piece in _pieces(T, time_s, breaks):
+        for piece in _pieces(T, breaks):
             values[:, piece], variance[:, piece] = _smoothed(
                 y[piece], noise[piece], time_s[piece], error_s, size
             )
     elif size == 0:  # nothing moves
-        for piece in _pieces(T, time_s, breaks):
+        for piece in _pieces(T, breaks):
             values[:, piece] = np.stack([y[piece], 0 * y[piece], 0 * y[piece]])
             variance[:, piece] = 0 * values[:, piece]
-    return Motion(rotate(axes.T, values), np.einsum("ji,dtnj,jk->dtnik", axes, variance, axes, optimize=True))
+    return Motion(rotate(axes.T, values), variance, axes)
 
 
-def _pieces(rows: int, time_s: np.ndarray, breaks: Sequence[int]) -> list[slice]:
+def _pieces(rows: int, breaks: Sequence[int]) -> list[slice]:
     edges = sorted({0, rows, *(int(row) for row in breaks)})
     return [slice(start, stop) for start, stop in pairwise(edges)]
 
@@ -104,7 +115,7 @@ def _smoothed(
     centre = np.nanmean(y, axis=0)
     y = y - centre
     dt = 1 / rate(time_s)
-    at, moved = _moved(_filled(y, time_s), noise, time_s, dt, error_s, size)
+    at, jerk = _jerks(_filled(y, time_s), noise, time_s, dt, error_s, size)
     knot_s = max(dt, 1 / _KNOTS_HZ)
     found = np.empty((2, 3, *y.shape))
     around = round(_SETTLED_S / dt)
@@ -115,7 +126,7 @@ def _smoothed(
         solved = _solved(
             y[rows].reshape(rows.stop - rows.start, -1),
             np.where(seen[rows, :, None], noise[rows], np.inf).reshape(rows.stop - rows.start, -1),
-            time_s[rows], knot_s, error_s, at, np.repeat(moved, D, axis=1),
+            time_s[rows], knot_s, error_s, at, np.repeat(jerk, D, axis=1),
         )  # fmt: skip
         found[:, :, kept] = solved.reshape(2, 3, -1, *y.shape[1:])[:, :, inside]
     found[0, 0] += centre
@@ -137,23 +148,23 @@ def _filled(y: np.ndarray, time_s: np.ndarray) -> np.ndarray:
     return y
 
 
-def _moved(
+def _jerks(
     y: np.ndarray, noise: np.ndarray, time_s: np.ndarray, dt: float, error_s: float, size: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Times (W,), and there the variance (W, J) of each joint's motion along an axis, by maximum likelihood of the
-    spectra of windows; the middle one of `_SIZES` where a window says nothing."""
+    """Times (W,), and there the power (W, J) of each joint's jerk along an axis: its mean given the spectra of windows.
+    All standard deviations are equally likely beforehand, so that where the error hides the motion it may be
+    anything up to that, and not nothing."""
     hz, power, at = _spectra(y, time_s, dt)
-    _, J, D = y.shape
-    sizes = size * _SIZES
+    jerks = size * _JERKS
     errors = _error_density(hz, dt, error_s)[:, None, None] * noise.mean(axis=0)
     density = _motion_density(hz, dt)
-    score = np.empty((len(sizes), len(at), J))
-    for i, each in enumerate(sizes):
+    score = np.empty((len(jerks), len(at), y.shape[1]))
+    for i, each in enumerate(jerks):
         expected = each * density[:, None, None] + errors
-        score[i] = np.einsum("wfnd,fnd->wn", power, 1 / expected, optimize=True) + np.log(expected).sum(
-            axis=(0, 2)
-        )
-    return at, sizes[score.argmin(axis=0)]
+        logs = np.log(expected).sum(axis=(0, 2))
+        score[i] = np.einsum("wfnd,fnd->wn", power, 1 / expected, optimize=True) + logs
+    weight = np.exp(score.min(axis=0) - score) * np.sqrt(jerks)[:, None, None]
+    return at, np.einsum("swn,s->wn", weight, jerks) / weight.sum(axis=0)
 
 
 def _unstated(
@@ -161,7 +172,7 @@ def _unstated(
 ) -> tuple[np.ndarray, float]:
     """Variances (T, J, D) of errors that nobody states, one a joint and axis, and their correlation time, by maximum
     likelihood of the spectra of the take's windows."""
-    pieces = [piece for piece in _pieces(len(y), time_s, breaks) if piece.stop - piece.start >= 8]
+    pieces = [piece for piece in _pieces(len(y), breaks) if piece.stop - piece.start >= 8]
     none = np.full(y.shape, 1e-9 * size)
     windows = []
     for piece in pieces:
@@ -176,7 +187,7 @@ def _unstated(
     power = np.concatenate([each for freq, each in windows if len(freq) == longest])
     power = power[np.unique(np.linspace(0, len(power) - 1, _MOST_WINDOWS).astype(int))]
     dt = 1 / rate(time_s)
-    motion = size * _SIZES[::2, None] * _motion_density(hz, dt)  # (S, F)
+    motion = size * _JERKS[::2, None] * _motion_density(hz, dt)  # (S, F)
     best, chosen = np.inf, (none, 0.0)
     for error_s in _ERRORS_S:
         error = size * _ERRORS[:, None] * _error_density(hz, dt, error_s)
@@ -220,9 +231,8 @@ def _spectra(
 
 
 def _motion_density(hz: np.ndarray, dt: float) -> np.ndarray:
-    """(F,) of a motion of variance 1, as `_spectra` has it."""
-    turn = 2 * np.pi * MOTION_HZ
-    return 16 / 3 * turn**5 / (turn**2 + (2 * np.pi * hz) ** 2) ** 3 / dt
+    """(F,) of a motion whose jerk has a power of 1 a hertz, as `_spectra` has it."""
+    return (2 * np.pi * hz) ** -6.0 / dt
 
 
 def _error_density(hz: np.ndarray, dt: float, error_s: float) -> np.ndarray:
@@ -238,11 +248,11 @@ def _solved(
     knot_s: float,
     error_s: float,
     at: np.ndarray,
-    moved: np.ndarray,
+    jerk: np.ndarray,
 ) -> np.ndarray:
     """(2, 3, T, N): means and variances of value, first and second derivative of N series y (T, N) at time_s (T,).
 
-    noise: (T, N) variances, infinite where nothing was seen. moved: (W, N), variances of the motion at times `at` (W,).
+    noise: (T, N) variances, infinite where nothing was seen. jerk: (W, N), its power at times `at` (W,).
     """
     from scipy.linalg.lapack import dpbtrf, dpbtrs
     from scipy.sparse import csr_array
@@ -273,7 +283,7 @@ def _solved(
         rows[i] -= np.roll(basis[0, i], 1)[:, None] * others
     right = own * y - others * np.roll(y, 1, axis=0)
 
-    band = max(3 + wide, _ORDER)
+    band = 3 + wide
     onto = csr_array((np.ones(T), (origin, np.arange(T))), shape=(n, T))
     precision, pull = np.zeros((band + 1, n, N)), np.zeros((n, N))
     for i in range(4 + wide):
@@ -281,17 +291,16 @@ def _solved(
         for j in range(i, 4 + wide):
             precision[j - i, i:] += (onto @ (rows[i] * rows[j]))[: n - i]
 
-    # The motion: three times a leaky integral of white noise.
-    leak = np.exp(-2 * np.pi * MOTION_HZ * knot_s)
-    recursion = np.poly(np.full(_ORDER, leak))[::-1]
-    middle = time_s[0] + (np.arange(n - _ORDER) + (_ORDER - 1) / 2 - 0.5) * knot_s
-    log_moved = np.log(moved)
-    strength = np.stack([np.interp(middle, at, log_moved[:, i]) for i in range(N)], axis=-1)
-    strength = np.exp(-strength) * _response(leak)
-    for i in range(_ORDER + 1):
-        for j in range(i, _ORDER + 1):
-            precision[j - i, i : i + n - _ORDER] += recursion[i] * recursion[j] * strength
-    precision[0] += 1e-6 / moved.max(axis=0)
+    # Third differences of the knots are the jerk between them.
+    middle = time_s[0] + (np.arange(n - 3) + 0.5) * knot_s
+    logs = np.log(jerk)
+    strength = np.stack([np.interp(middle, at, logs[:, i]) for i in range(N)], axis=-1)
+    strength = np.exp(-strength) / knot_s**5
+    differences = (-1, 3, -3, 1)
+    for i in range(4):
+        for j in range(i, 4):
+            precision[j - i, i : i + n - 3] += differences[i] * differences[j] * strength
+    precision[0] += 1e-9 * precision[0].max(axis=0)  # where nothing else says anything
 
     factor, found = np.empty_like(precision), np.empty((n, N))
     for i in range(N):
@@ -318,15 +327,6 @@ def _basis(u: np.ndarray, knot_s: float) -> np.ndarray:
     slopes = [-(v**2), 3 * u**2 - 4 * u, -3 * u**2 + 2 * u + 1, u**2]
     bends = [v, 3 * u - 2, 1 - 3 * u, u + none]
     return np.stack([np.array(values) / 6, np.array(slopes) / (2 * knot_s), np.array(bends) / knot_s**2])
-
-
-def _response(leak: float) -> float:
-    """Variance of white noise of variance 1 after `_ORDER` leaky integrals."""
-    lag = np.arange(round(60 / -np.log(leak)) + 50)
-    answer = leak**lag
-    for i in range(1, _ORDER):
-        answer = answer * (lag + i) / i
-    return float((answer**2).sum())
 
 
 def _inverse_band(factor: np.ndarray) -> list[np.ndarray]:

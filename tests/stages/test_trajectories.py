@@ -186,16 +186,16 @@ def test_a_single_frame_has_no_path_and_says_so(facing_camera):
 
 
 def test_a_take_too_short_for_the_filter_has_nan_and_a_warning(facing_camera):
-    take = stage(facing_camera, 8, 30)
+    take = stage(facing_camera, 8, 30, smoother="butterworth")
     assert np.isnan(take.kinematics["r_wrist_x"]).all()
     assert "too short for the 6 Hz filter" in warnings(take)
-    kept = stage(facing_camera, 8, 30, filter="none")
+    kept = stage(facing_camera, 8, 30, smoother="none")
     assert np.isfinite(kept.kinematics["r_wrist_vx"]).all()
     assert not warnings(kept)
 
 
 def test_a_frame_rate_that_does_not_carry_the_usual_filter_is_said(facing_camera):
-    take = stage(facing_camera, 40, 10)
+    take = stage(facing_camera, 40, 10, smoother="butterworth")
     assert "10 frames a second do not carry" in warnings(take)
     assert np.isfinite(take.kinematics["r_wrist_x"]).all()
     with pytest.raises(InputError, match="Nyquist"):
