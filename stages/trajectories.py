@@ -3,7 +3,8 @@
 The paths that are written are the smoothed ones, so that velocity and acceleration are their derivatives; what was
 smoothed is `level` in poses.npz. They come from a smoother that knows the error of the joints and states that of its
 answers (pipeline/motion/smoother.py), or from a low-pass filter with one cut-off for all, as is usual in the field
-(Pose2Sim and Sports2D filter positions at 6 Hz by default and go on from there).
+(Pose2Sim and Sports2D filter positions at 6 Hz by default and go on from there). Angles rest on the filter either way:
+they need positions alone, which it serves as well.
 
 What a camera that pans leaves observable: each frame's LEVEL has the true vertical and the camera's own heading, so a
 pan looks like the person turning the other way, and the heading in the world cannot be had from the body. Heights z,
@@ -36,7 +37,7 @@ from ..pipeline.motion.signals import (
     savitzky_golay,
     uneven_rows,
 )
-from ..pipeline.motion.smoother import Motion, known_noise
+from ..pipeline.motion.smoother import LIFTED, Motion, known_noise
 from ..pipeline.pose import PoseSequence, Rectified
 from ..pipeline.rotations import known, transpose
 from ..pipeline.take import Event, Take
@@ -52,6 +53,7 @@ _RELATIVE = (
 # Prefix of the axes' columns, name of the norm's, unit for a unit of length. Names are the same whatever the unit is.
 _QUANTITIES = (("", "distance", "{}"), ("v", "speed", "{}/s"), ("a", "acceleration", "{}/s2"))
 _UNITS = {"deg": "deg", "s": "s"}  # that are part of a column's name
+_FILTERS: dict[str, Callable[..., np.ndarray]] = {"butterworth": lowpass, "savgol": savitzky_golay}
 
 # Codes of `<joint>_distance_reason`, `<joint>_speed_reason` and `<joint>_acceleration_reason`.
 FINE, MISSING, UNCERTAIN = range(3)
@@ -61,19 +63,14 @@ PATH_REASONS = {
     UNCERTAIN: "its standard deviation is larger than all that the take has of it",
 }
 
-# A lifter blurs fast motion, and errs in more than what changes slowly: by how much true errors of positions,
-# velocities and accelerations of wrists and ankles are larger than those of the model, on validation takes whose error
-# is stated (pcnet3d evaluate --motion --sets val).
-_LIFTED = (1.5, 1.9, 1.2)
-_FILTERS: dict[str, Callable[..., np.ndarray]] = {"butterworth": lowpass, "savgol": savitzky_golay}
-
 
 @dataclass(frozen=True)
 class Trajectories:
-    """The stage. joints: whose paths to write; `filtered` has all 17.
+    """The stage. joints: whose paths to write; `filtered` has all 17, through the low-pass of `smooth`, for angles.
 
-    smoother: "auto" knows the joints' error (`known_paths`); the others are those of `smooth`, without errors.
-    cutoff_hz: as that of `smooth`; given with "auto", the filter is "butterworth". Where the source knows where the person is and its camera stands still, the pelvis's own path in LEVEL is written
+    smoother: "auto" knows the error of the paths and states that of its answers (`known_motions`); the others are the
+    filters of `smooth`. cutoff_hz: as that of `smooth`; given with "auto", the paths are those of "butterworth".
+    Where the source knows where the person is and its camera stands still, the pelvis's own path in LEVEL is written
     too, as `root`, from the camera or the world's origin.
     """
 
@@ -88,49 +85,46 @@ class Trajectories:
     def __call__(self, take: Take) -> Take:
         rectified = take.need("rectified")
         level = _trusted(rectified, take.need("poses"))
-        if self.smoother == "auto" and self.cutoff_hz is None:
-            path, motions = known_paths(level)
-        else:
-            classical = "butterworth" if self.smoother == "auto" else self.smoother
-            path, motions = smooth(level, classical, self.cutoff_hz, self.joints), {}
+        known_error = self.smoother == "auto" and self.cutoff_hz is None
+        path = smooth(level, self.classical, self.cutoff_hz, self.joints)
+        motions = known_motions(level, self.joints) if known_error else {}
         columns = dict(take.kinematics or {})
         for joint in (*self.joints, *(["root"] if path.root is not None else [])):
             columns |= trajectory(path, joint, motions.get(joint))
         events = [Event("note", _RELATIVE)] if rectified.camera == "moving" else []
         return take.with_(kinematics=columns, filtered=path).saying(
             *events,
-            *_told(path),
+            *_told(path, known_error),
             *(Event("warning", text) for text in fall_doubts(level) or pace_doubts(path)),
         )
 
+    @property
+    def classical(self) -> Filter:
+        """The filter of the joints that angles are taken from."""
+        return "butterworth" if self.smoother == "auto" else self.smoother
 
-def known_paths(level: PoseSequence) -> tuple[PoseSequence, dict[str, Motion]]:
-    """The same poses with the path of every joint, and of the root, smoothed by what is known of its error, and each
-    one's motion (of one path, J = 1) by name.
 
-    The error is the poses' covariance, in their axes, or is estimated from the path. Missing joints stay missing in the
-    poses; their motion has values in between, with the error of that, but not across frames in which nobody was seen.
-    The history says what was done.
+def known_motions(level: PoseSequence, joints: tuple[str, ...]) -> dict[str, Motion]:
+    """The motion of these joints, and of the root where there is one, smoothed by what is known of their errors, each
+    as one path by name.
+
+    The error is the poses' covariance, or without one is estimated from the paths; the root's always is. Where a joint
+    is missing its motion has values in between, with the error of that, but not across frames in which nobody was seen.
     """
-    points = level.joints.astype(np.float64)
-    seen = np.asarray(known(points))
-    lost = np.flatnonzero(np.diff(seen.any(axis=1))) + 1  # behind a frame without anybody everything may be new
+    points = level.joints[:, level.layout.indices(joints)].astype(np.float64)
+    seen = np.asarray(known(level.joints)).any(axis=1)
+    lost = np.flatnonzero(np.diff(seen)) + 1  # behind a frame without anybody everything may be new
     cuts = tuple(sorted({*breaks(level), *lost.tolist()}))
-    motion = known_noise(points, level.times, level.covariance, cuts)
-    if level.covariance is not None:
-        motion = motion.widened(_LIFTED)
-    motions = {joint: motion.of(i) for i, joint in enumerate(level.layout.joints)}
-    root = level.root
-    if root is not None:
-        motions["root"] = known_noise(root[:, None], level.times, None, cuts)
-        root = np.where(np.asarray(known(root))[:, None], motions["root"].values[0, :, 0], np.nan)
-    joints = np.where(seen[..., None], motion.values[0], np.nan)
-    path = level.with_(joints=joints, root=root)
-    return path.noted(
-        "known-noise smoother",
-        error="estimated from the paths" if level.covariance is None else "stated by the lifter",
-        values_lost=int((seen & ~np.asarray(known(joints))).sum()),
-    ), motions
+    stated = level.covariance
+    motion = known_noise(
+        points, level.times, None if stated is None else stated[:, level.layout.indices(joints)], cuts
+    )
+    if stated is not None:
+        motion = motion.widened(LIFTED)
+    motions = {joint: motion.of(i) for i, joint in enumerate(joints)}
+    if level.root is not None:
+        motions["root"] = known_noise(level.root[:, None], level.times, None, cuts)
+    return motions
 
 
 def smooth(
@@ -173,8 +167,8 @@ def smooth(
 
 def _unfiltered(level: PoseSequence) -> str:
     return (
-        f"{rate(level.times):.4g} frames a second do not carry a filter at {CUTOFF_HZ:g} Hz: paths are unfiltered, and "
-        "velocities and accelerations are those of the noise too."
+        f"{rate(level.times):.4g} frames a second do not carry a filter at {CUTOFF_HZ:g} Hz: joints are unfiltered, "
+        "and the rates of angles are those of the noise too."
     )
 
 
@@ -185,9 +179,9 @@ def trajectory(path: PoseSequence, joint: str, motion: Motion | None = None) -> 
     joint: by name, or "root" of poses that have one, whose distance is that from where it is counted.
     path: poses in LEVEL, filtered (`smooth`) unless derivatives of noise are wanted. Derivatives are those of a cubic
     spline, never taken across a gap, a seam or dropped frames; NaN where they cannot be had.
-    motion: of that one path (`known_paths`), whose values are then taken, each with its standard deviation (`..._sd`),
-    and each norm with a reason (int8, PATH_REASONS); where that is MISSING the values are NaN. InputError for a unit
-    that is neither metres nor arbitrary.
+    motion: of that one path (`known_motions`), whose values are then taken, each with its standard deviation
+    (`..._sd`), and each norm with a reason (int8, PATH_REASONS); where that is MISSING the values are NaN. InputError
+    for a unit that is neither metres nor arbitrary.
     """
     if path.frame.unit not in ("m", "arbitrary"):
         raise InputError(f"Expected poses in metres or in arbitrary units, got {path.frame.unit}.")
@@ -264,8 +258,8 @@ def _chosen(level: PoseSequence, moving: tuple[str, ...]) -> float:
     return float(np.nanmax(asked))
 
 
-def _told(path: PoseSequence) -> list[Event]:
-    """What the filter did that a reader of the columns must know."""
+def _told(path: PoseSequence, known_error: bool) -> list[Event]:
+    """What the filter did that a reader of the columns must know; known_error: only angles rest on it."""
     done = path.history[-1].options
     if len(path) == 1:
         return [Event("warning", "A single frame has no path: velocities and accelerations are missing.")]
@@ -273,12 +267,12 @@ def _told(path: PoseSequence) -> list[Event]:
         return [Event("warning", str(done["warning"]))]
     events = []
     if done.get("values_lost"):
-        filter = f"{done['cutoff_hz']:g} Hz filter" if "cutoff_hz" in done else "smoother, of fewer than 3 frames"
+        missing = "angles" if known_error else "paths, velocities and accelerations"
         events.append(
             Event(
                 "warning",
-                f"{done['values_lost']} joint positions lie in unbroken pieces that are too short for the {filter}; "
-                "their paths, velocities and accelerations are missing.",
+                f"{done['values_lost']} joint positions lie in unbroken pieces that are too short for the "
+                f"{done['cutoff_hz']:g} Hz filter; their {missing} are missing.",
             )
         )
     if done.get("rows_resampled"):

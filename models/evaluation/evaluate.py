@@ -30,6 +30,8 @@ from ..rectifier.load import load_rectifier
 from ..synthetic.views import Targets
 from .angles import MOTIONS, angle_tables
 from .angles import as_markdown as angles_as_markdown
+from .motion import as_markdown as motion_as_markdown
+from .motion import motion_tables
 from .real_take import as_markdown as real_take_as_markdown
 from .real_take import real_take_tables
 from .rectifiers import as_markdown as tables_as_markdown
@@ -81,6 +83,9 @@ def evaluate(
     angles: Annotated[
         bool, typer.Option("--angles", help="Judge joint angles and their stated errors.")
     ] = False,
+    motion: Annotated[
+        bool, typer.Option("--motion", help="Judge accelerations and their stated errors, by smoother.")
+    ] = False,
     swaps: Annotated[
         bool, typer.Option("--swaps", help="Judge how exchanged limbs and overturned depth are found.")
     ] = False,
@@ -92,11 +97,14 @@ def evaluate(
 
     With --data only the rectifiers are judged, on clean poses of that data. With --takes only they are, on takes of
     one camera that stands still: tilt, stated errors, accelerations, one take from eight cameras. With --angles joint
-    angles are, on the same takes. With --swaps exchanged limbs and overturned depth are put into takes and looked for.
+    angles are, on the same takes; with --motion accelerations of wrists and ankles, by several smoothers. With --swaps
+    exchanged limbs and overturned depth are put into takes and looked for.
     With --real-take the way from the video to upright joints and angles is judged on a real take (real/ of the data).
     """
     refuse_unwritable(output)
-    reports = {"--takes": takes, "--angles": angles, "--swaps": swaps, "--real-take": real_take}
+    reports = {
+        "--takes": takes, "--angles": angles, "--motion": motion, "--swaps": swaps, "--real-take": real_take,
+    }  # fmt: skip
     asked = [flag for flag, given in reports.items() if given]
     if len(asked) > 1:
         raise InputError(f"{' and '.join(asked)} are reports of their own; ask for one at a time.")
@@ -107,8 +115,8 @@ def evaluate(
             f"--bed and --sets are about the project's own motion capture, which "
             f"{'--real-take' if real_take else '--data'} does not judge; leave them out."
         )
-    if swaps and rectifier:
-        raise InputError("--swaps judges no rectifier; leave --rectifier out.")
+    if (swaps or motion) and rectifier:
+        raise InputError(f"{asked[0]} judges no rectifier; leave --rectifier out.")
     rectifiers = [
         load_rectifier(name) for name in rectifier or _DEFAULT[: 2 if takes or angles or real_take else 1]
     ]
@@ -119,6 +127,8 @@ def evaluate(
         results = take_tables(rectifiers, lifter, seed, flip, judged)
     elif angles:
         results = angle_tables(rectifiers, lifter, seed, flip, judged)
+    elif motion:
+        results = motion_tables(lifter, seed, flip, judged)
     elif swaps:
         results = swap_tables(lifter, seed, flip, judged)
     elif real_take:
@@ -140,8 +150,8 @@ def evaluate(
         results["real, rectified"] = consistency(rectifiers, lifter)
     output.mkdir(parents=True, exist_ok=True)
     pages = {
-        "--takes": takes_as_markdown, "--angles": angles_as_markdown, "--swaps": swaps_as_markdown,
-        "--real-take": real_take_as_markdown,
+        "--takes": takes_as_markdown, "--angles": angles_as_markdown, "--motion": motion_as_markdown,
+        "--swaps": swaps_as_markdown, "--real-take": real_take_as_markdown,
     }  # fmt: skip
     page = pages[asked[0]] if asked else as_markdown if data is None else own_as_markdown
     text = page(results)

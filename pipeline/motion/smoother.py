@@ -10,8 +10,9 @@ across it, more in a doubtful frame, less while it moves fast, and not at all wi
   Ornstein-Uhlenbeck of the stated size. Where nobody states it, its size and correlation time are those that the path
   itself makes the most likely: motion has hardly any power at high frequencies, so what there is there is error.
 
-Sources: Wahba, Spline Models for Observational Data, 1990, chapter 1 (splines as processes); Whittle, The analysis of multiple stationary time series, JRSS B 15, 1953 (the likelihood of a spectrum); Rue & Held, Gaussian Markov
-Random Fields, 2005, chapter 2 (banded precisions, variances out of a Cholesky factor).
+Sources: Wahba, Spline Models for Observational Data, 1990, chapter 1 (splines as processes); Whittle, The analysis of
+multiple stationary time series, JRSS B 15, 1953 (the likelihood of a spectrum); Rue & Held, Gaussian Markov Random
+Fields, 2005, chapter 2 (banded precisions, variances out of a Cholesky factor).
 """
 
 from __future__ import annotations
@@ -25,9 +26,14 @@ import numpy as np
 from ..rotations import known, rotate
 from .signals import rate
 
-# Chosen on lifted takes of CMU's and ACCAD's validation subjects (pcnet3d evaluate --motion --sets val).
+# Chosen on lifted takes of validation subjects (pcnet3d evaluate --motion --sets val -o DIR).
 ERROR_S = 1.5  # over which a lifter's error is forgotten
+# A lifter blurs fast motion too: by how much true errors of its positions, velocities and accelerations (wrists and
+# ankles) are larger than those of the model, so that nine in ten lie within the 90 % bars.
+LIFTED = (1.5, 1.9, 1.2)
 
+_FEWEST = 3  # rows that a path needs
+_STILL = 1e-12  # variance of what does not move
 _WINDOW_S = 2.0  # in which a joint moves alike
 _KNOTS_HZ = 60.0  # at most, of the spline: people do not move faster
 _ROWS = 8192  # that are solved at a time
@@ -76,23 +82,23 @@ def known_noise(
         stated = np.isfinite(covariance).all(axis=(-2, -1))
         axes = np.linalg.eigh(covariance[stated].mean(axis=0))[1].T if stated.any() else axes
     y = rotate(axes, points.astype(np.float64))
-    size = np.nanmean(np.nanvar(y, axis=0)) if known(y).any() else np.nan
     values, variance = np.full((3, T, J, D), np.nan), np.full((3, T, J, D), np.nan)
-    if size > 0:
-        if covariance is None:
-            noise, error_s = _unstated(y, time_s, size, breaks)
-        else:
-            noise, error_s = np.einsum("ij,tnjk,ik->tni", axes, covariance, axes, optimize=True), ERROR_S
-            noise = np.where(np.isfinite(noise), noise, np.nanmean(noise, axis=0))
-        noise = np.maximum(noise, 1e-9 * size)
-        for piece in _pieces(T, breaks):
-            values[:, piece], variance[:, piece] = _smoothed(
-                y[piece], noise[piece], time_s[piece], error_s, size
-            )
-    elif size == 0:  # nothing moves
-        for piece in _pieces(T, breaks):
-            values[:, piece] = np.stack([y[piece], 0 * y[piece], 0 * y[piece]])
-            variance[:, piece] = 0 * values[:, piece]
+    seen = np.asarray(known(y))
+    if seen.sum() < _FEWEST:
+        return Motion(values, variance, axes)
+    size = max(float(np.mean([y[rows, i].var() for i, rows in enumerate(seen.T) if rows.any()])), _STILL)
+    if covariance is None:
+        noise, error_s = _unstated(y, time_s, size, breaks)
+    else:
+        noise, error_s = np.einsum("ij,tnjk,ik->tni", axes, covariance, axes, optimize=True), ERROR_S
+        stated = np.isfinite(noise).all(axis=-1)
+        usual = [
+            noise[rows, i].mean(axis=0) if rows.any() else np.zeros(D) for i, rows in enumerate(stated.T)
+        ]
+        noise = np.where(stated[..., None], noise, np.array(usual))
+    noise = np.maximum(noise, 1e-9 * size)
+    for piece in _pieces(T, breaks):
+        values[:, piece], variance[:, piece] = _smoothed(y[piece], noise[piece], time_s[piece], error_s, size)
     return Motion(rotate(axes.T, values), variance, axes)
 
 
@@ -108,7 +114,7 @@ def _smoothed(
     T, J, D = y.shape
     result = np.full((2, 3, T, J, D), np.nan)
     seen = np.asarray(known(y))
-    fine = seen.sum(axis=0) >= 3
+    fine = seen.sum(axis=0) >= _FEWEST
     if not fine.any():
         return result[0], result[1]
     y, noise, seen = y[:, fine], noise[:, fine], seen[:, fine]
@@ -177,7 +183,7 @@ def _unstated(
     windows = []
     for piece in pieces:
         part = y[piece]
-        if not (np.isfinite(part).all(axis=-1).sum(axis=0) >= 3).all():
+        if not (np.isfinite(part).all(axis=-1).sum(axis=0) >= _FEWEST).all():
             part = np.where(np.isfinite(part).any(axis=0), part, 0.0)
         windows.append(_spectra(_filled(part, time_s[piece]), time_s[piece], 1 / rate(time_s))[:2])
     if not windows:
@@ -201,11 +207,9 @@ def _unstated(
     return chosen
 
 
-def _spectra(
-    y: np.ndarray, time_s: np.ndarray, dt: float
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _spectra(y: np.ndarray, time_s: np.ndarray, dt: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Frequencies (F,), power (W, F, ...) of half overlapping windows of y (T, ...), whose mean over frequencies is the
-    variance, and their middles' times (W,). A straight line is taken out of each window, and so the lowest frequency."""
+    variance, and their middles' times (W,). A straight line is taken out of each, and so the lowest frequency."""
     rows = max(round((time_s[-1] - time_s[0]) / dt) + 1, 2)
     grid = np.linspace(time_s[0], time_s[-1], rows)
     if rows != len(y) or np.abs(grid - time_s).max() > 0.02 * dt:
