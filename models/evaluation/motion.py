@@ -161,10 +161,10 @@ def _inside(motion: Motion, truth: np.ndarray, parts: dict[str, list[int]]) -> d
 
 
 def over_takes(scores: Sequence[Scores]) -> dict[str, Any]:
-    """Figures of many takes. "errors": {method: {"PART, DIRECTION": {"rmse", "r": Figure}}}; "quarters": {PART: {quarter
-    of the takes by true speed: {method: {"rmse", "r": medians over takes, vertical and horizontal}}}}; "better":
-    {method: {"PART, DIRECTION": share of takes in which the stated known-noise smoother has the smaller RMSE}};
-    "accel": {method: Figure}; "inside": {method: {"PART, QUANTITY": mean share within the bars}}."""
+    """Figures of many takes. "errors": {method: {"PART, DIRECTION": {"rmse", "r": Figure}}}; "quarters": {PART: {the
+    quarter of the takes by true speed: {method: {"rmse", "r": medians over takes, vertical and horizontal}}}};
+    "better": {method: {"PART, DIRECTION": share of takes in which the stated known-noise smoother has the smaller
+    RMSE}}; "accel": {method: Figure}; "inside": {method: {"PART, QUANTITY": mean share within the bars}}."""
     table: dict[str, Any] = {
         "takes": len(scores), "errors": {}, "quarters": {}, "better": {}, "accel": {}, "inside": {}
     }  # fmt: skip

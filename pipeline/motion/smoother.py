@@ -258,7 +258,7 @@ def _solved(
 
     noise: (T, N) variances, infinite where nothing was seen. jerk: (W, N), its power at times `at` (W,).
     """
-    from scipy.linalg.lapack import dpbtrf, dpbtrs
+    from scipy.linalg import cho_solve_banded, cholesky_banded
     from scipy.sparse import csr_array
 
     T, N = y.shape
@@ -308,8 +308,9 @@ def _solved(
 
     factor, found = np.empty_like(precision), np.empty((n, N))
     for i in range(N):
-        factor[..., i], _ = dpbtrf(precision[..., i], lower=1)
-        found[:, i] = dpbtrs(factor[..., i], pull[:, i], lower=1)[0]
+        one = cholesky_banded(precision[..., i], lower=True, check_finite=False)
+        factor[..., i] = one
+        found[:, i] = cho_solve_banded((one, True), pull[:, i], check_finite=False)
     spread = _inverse_band(factor)
     result = np.zeros((2, 3, T, N))
     for i in range(4):
