@@ -90,7 +90,7 @@ class Trajectories:
         motions = known_motions(level, self.joints) if known_error else {}
         columns = dict(take.kinematics or {})
         for joint in (*self.joints, *(["root"] if path.root is not None else [])):
-            columns |= trajectory(path, joint, motions.get(joint))
+            columns |= trajectory(level if known_error else path, joint, motions.get(joint))
         events = [Event("note", _RELATIVE)] if rectified.camera == "moving" else []
         return take.with_(kinematics=columns, filtered=path).saying(
             *events,

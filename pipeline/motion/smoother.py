@@ -37,6 +37,7 @@ _STILL = 1e-12  # variance of what does not move
 _WINDOW_S = 2.0  # in which a joint moves alike
 _KNOTS_HZ = 60.0  # at most, of the spline: people do not move faster
 _ROWS = 8192  # that are solved at a time
+_BRIDGED_S = 0.5  # the longest gap behind which an error goes on; behind a longer one it begins anew
 _SETTLED_S = 4.0  # further away no row matters
 _JERKS = np.geomspace(1e-3, 1e9, 61)  # power a hertz, of a take of variance 1 and seconds
 _ERRORS = np.geomspace(1e-7, 0.1, 25)  # of an error's variance
@@ -275,7 +276,11 @@ def _solved(
     kept = np.exp(-np.diff(time_s, prepend=time_s[0] - knot_s) / error_s) if error_s > 0 else np.zeros(T)
     before = np.where(step <= 2, kept, 0.0)[:, None] * (np.roll(weight, 1, axis=0) > 0) * (weight > 0)
     before[0] = 0
-    gain = 1 / np.sqrt(1 - before**2)
+    row, behind, series = _gaps(weight > 0, before > 0, time_s) if error_s > 0 else (np.zeros(0, int),) * 3
+    across = np.exp((time_s[behind] - time_s[row]) / error_s) if error_s > 0 else np.zeros(0)
+    linked = before.copy()
+    linked[row, series] = across
+    gain = 1 / np.sqrt(1 - linked**2)
     rows = np.zeros((4 + wide, T, N))
     origin = left - np.minimum(step, wide) * (step <= 2)  # the first knot of a row that has a forerunner
     origin[0] = left[0]
@@ -287,13 +292,27 @@ def _solved(
         rows[i] -= np.roll(basis[0, i], 1)[:, None] * others
     right = own * y - others * np.roll(y, 1, axis=0)
 
-    band = 3 + wide
+    band = 3 + max(wide, int((left[row] - left[behind]).max(initial=0)))
     onto = csr_array((np.ones(T), (origin, np.arange(T))), shape=(n, T))
     precision, pull = np.zeros((band + 1, n, N)), np.zeros((n, N))
     for i in range(4 + wide):
         pull[i:] += (onto @ (rows[i] * right))[: n - i]
         for j in range(i, 4 + wide):
             precision[j - i, i:] += (onto @ (rows[i] * rows[j]))[: n - i]
+    after, past = own[row, series], gain[row, series] * across * weight[behind, series]
+    for i in range(4):
+        here, there = basis[0, i, row] * after, basis[0, i, behind] * past
+        np.add.at(pull, (left[row] + i, series), -here * past * y[behind, series])
+        np.add.at(
+            pull, (left[behind] + i, series), there * (past * y[behind, series] - after * y[row, series])
+        )
+        for j in range(4):
+            one, other = left[row] + i, left[behind] + j
+            shared = -here * basis[0, j, behind] * past * np.where(one == other, 2, 1)
+            np.add.at(precision, (np.abs(one - other), np.minimum(one, other), series), shared)
+            if j >= i:
+                shared = there * basis[0, j, behind] * past
+                np.add.at(precision, (j - i, left[behind] + i, series), shared)
 
     # Third differences of the knots are the jerk between them.
     middle = time_s[0] + (np.arange(n - 3) + 0.5) * knot_s
@@ -323,6 +342,19 @@ def _solved(
             for d in range(3):
                 result[1, d] += 2 * (basis[d, i] * basis[d, j])[:, None] * shared
     return result
+
+
+def _gaps(
+    seen: np.ndarray, linked: np.ndarray, time_s: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The first seen row behind each gap, the last one before it, and the series; of gaps over which an error lasts
+    for the most part, longer ones cost too much. seen, linked: (T, N), linked where the row before was seen too."""
+    index = np.where(seen, np.arange(len(seen))[:, None], -1)
+    last = np.vstack([np.full((1, seen.shape[1]), -1), np.maximum.accumulate(index, axis=0)[:-1]])
+    row, series = np.nonzero(seen & ~linked & (last >= 0))
+    behind = last[row, series]
+    near = time_s[row] - time_s[behind] <= _BRIDGED_S
+    return row[near], behind[near], series[near]
 
 
 def _basis(u: np.ndarray, knot_s: float) -> np.ndarray:

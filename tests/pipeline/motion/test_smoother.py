@@ -5,7 +5,7 @@ import time
 import numpy as np
 import pytest
 
-from pcnet3d.pipeline.motion.smoother import ERROR_S, known_noise
+from pcnet3d.pipeline.motion.smoother import ERROR_S, _basis, _solved, known_noise
 
 FPS = 30.0
 
@@ -65,16 +65,22 @@ def test_a_constant_acceleration_is_found_within_its_stated_error():
     assert np.abs(motion.values[2][15:-15].mean(axis=(0, 1)) - pull).max() < 0.2
 
 
-def test_bars_hold_nine_in_ten_of_what_the_model_draws():
-    """A path whose jerk is white noise, and an error that is forgotten over ERROR_S."""
+@pytest.mark.parametrize("sd", [0.005, 0.02])
+def test_bars_hold_nine_in_ten_of_what_the_model_draws(sd):
+    """A path whose jerk is white noise above half a cycle a second, as people move, and an error that is forgotten
+    over ERROR_S."""
+    from scipy.signal import lfilter
+
     rng = np.random.default_rng(2)
-    time_s, fine = times(8), 20
-    jerk = 5 * rng.normal(size=(len(time_s) * fine, 60)) * np.sqrt(FPS * fine)
-    bend = np.cumsum(jerk, axis=0) / FPS / fine
-    slope = np.cumsum(bend, axis=0) / FPS / fine
-    truth = [x[::fine].reshape(-1, 20, 3) for x in (np.cumsum(slope, axis=0) / FPS / fine, slope, bend)]
-    seen = truth[0] + drift(rng, time_s, 0.05, 60).reshape(-1, 20, 3)
-    motion = known_noise(seen, time_s, same(time_s, 0.05, 20))
+    time_s, fine, leak = times(12), 20, np.pi
+    step = 1 / FPS / fine
+    state = [5 * rng.normal(size=((len(time_s) + 90) * fine, 60)) / np.sqrt(step)]
+    for _ in range(3):
+        state.append(lfilter([step], [1, -np.exp(-leak * step)], state[-1], axis=0))
+    _, third, second, first = (each[90 * fine :: fine].reshape(-1, 20, 3) for each in state)
+    truth = [first, second - leak * first, third - 2 * leak * second + leak**2 * first]
+    seen = first + drift(rng, time_s, sd, 60).reshape(-1, 20, 3)
+    motion = known_noise(seen, time_s, same(time_s, sd, 20))
     for values, variance, true in zip(motion.values, motion.variance, truth, strict=True):
         inside = np.mean(np.abs(values - true) < 1.645 * np.sqrt(variance))
         assert 0.86 < inside < 0.94
@@ -133,6 +139,38 @@ def test_bars_are_wider_across_a_gap_and_nothing_reaches_beyond_the_ends():
     assert np.isnan(motion.values[0, -3:]).all()
     assert np.isfinite(motion.values[:, 5:-3]).all()
     assert (sd[:, 87] > 1.5 * sd[:, 50]).all()
+
+
+def test_it_is_what_dense_algebra_says():
+    """Of the same spline with full matrices: uneven rows, gaps, errors of different size."""
+    rng = np.random.default_rng(0)
+    time_s = np.arange(60) / FPS + 0.002 * rng.random(60)
+    y = np.cumsum(rng.normal(size=(60, 2)), axis=0) * 0.02
+    noise = (0.03 * (1 + 0.5 * rng.random((60, 2)))) ** 2
+    seen = np.ones((60, 2), dtype=bool)
+    seen[20:26, 0], seen[[10, 11, 40], 1] = False, False
+    power = 25.0
+    means, variances = _solved(
+        y, np.where(seen, noise, np.inf), time_s, 1 / FPS, ERROR_S, time_s[:1], np.full((1, 2), power)
+    )
+    place = (time_s - time_s[0]) * FPS
+    left = np.floor(place + 1e-6).astype(int)
+    knots = left[-1] + 4
+    splines = np.zeros((60, knots))
+    for i, share in enumerate(_basis(place - left, 1 / FPS)[0]):
+        splines[np.arange(60), left + i] = share
+    bends = np.diff(np.eye(knots), 3, axis=0)
+    for i, rows in enumerate(seen.T):
+        apart = np.abs(time_s[rows, None] - time_s[rows])
+        sd = np.sqrt(noise[rows, i])
+        inverse = np.linalg.inv(np.exp(-apart / ERROR_S) * sd[:, None] * sd)
+        part = splines[rows]
+        spread = np.linalg.inv(part.T @ inverse @ part + bends.T @ bends / power * FPS**5)
+        np.testing.assert_allclose(
+            means[0, :, i], splines @ spread @ part.T @ inverse @ y[rows, i], atol=1e-4
+        )
+        expected = np.einsum("ti,ij,tj->t", splines, spread, splines)
+        np.testing.assert_allclose(variances[0, :, i], expected, rtol=1e-3)
 
 
 def test_nothing_is_taken_across_a_break():
