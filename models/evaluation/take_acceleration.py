@@ -162,7 +162,7 @@ def _limbs(joints: np.ndarray, R_camera_from_axes: np.ndarray, time_s: np.ndarra
 
 
 def agreement(a: np.ndarray, b: np.ndarray) -> tuple[float, float]:
-    """Root mean square of a - b, any shape, and their correlation; NaN where one of them does not vary."""
+    """Root mean square of a - b, each (...), and their correlation; NaN where one of them does not vary."""
     a, b = a.ravel(), b.ravel()
     rmse = float(np.sqrt(np.mean((a - b) ** 2)))
     moving = min(a.std(), b.std()) > 1e-9
