@@ -50,6 +50,13 @@ _RELATIVE = (
     "The camera moves, so x and y are relative to it: heights (z, vz, az) and distances hold, but its "
     "turning about the vertical cannot be told from the body's and enters vx, vy, ax, ay, speed and acceleration."
 )
+_STATED = (
+    "Paths, velocities and accelerations are smoothed by the error of the joints that the lifter states."
+)
+_ESTIMATED = (
+    "Paths, velocities and accelerations are smoothed by an error of the joints that is estimated from the paths; "
+    "what errs slowly cannot be told so, and their bars do not hold it."
+)
 # Prefix of the axes' columns, name of the norm's, unit for a unit of length. Names are the same whatever the unit is.
 _QUANTITIES = (("", "distance", "{}"), ("v", "speed", "{}/s"), ("a", "acceleration", "{}/s2"))
 _UNITS = {"deg": "deg", "s": "s"}  # that are part of a column's name
@@ -92,6 +99,8 @@ class Trajectories:
         for joint in (*self.joints, *(["root"] if path.root is not None else [])):
             columns |= trajectory(level if known_error else path, joint, motions.get(joint))
         events = [Event("note", _RELATIVE)] if rectified.camera == "moving" else []
+        if known_error:
+            events.append(Event("note", _ESTIMATED if level.covariance is None else _STATED))
         return take.with_(kinematics=columns, filtered=path).saying(
             *events,
             *_told(path, known_error),

@@ -286,6 +286,15 @@ def test_paths_have_errors_by_default_and_a_classical_filter_has_none(facing_cam
     assert unit_of("r_wrist_distance_sd", "m") == "m"
 
 
+def test_a_run_says_whose_error_it_smooths_by(facing_camera):
+    take = lifted(facing_camera, 0.01)
+    take = take.with_(rectified=rectify(take.poses, "geometric"))
+    unstated = take.with_(poses=take.poses.with_(covariance=None))
+    for each, words in ((take, "that the lifter states"), (unstated, "estimated from the paths")):
+        assert [event.text for event in Trajectories()(each).events if words in event.text]
+        assert not Trajectories(smoother="butterworth")(each).events
+
+
 def test_a_swing_is_told_and_what_does_not_move_is_not(facing_camera):
     found = kinematics(lifted(facing_camera, 0.01))
     assert (found["r_wrist_acceleration_reason"] == FINE).mean() > 0.9
