@@ -39,7 +39,7 @@ _KNOTS_HZ = 60.0  # at most, of the spline: people do not move faster
 _ROWS = 8192  # that are solved at a time
 _BRIDGED_S = 0.5  # the longest gap behind which an error goes on; behind a longer one it begins anew
 _SETTLED_S = 4.0  # further away no row matters
-_JERKS = np.geomspace(1e-3, 1e9, 61)  # power a hertz, of a take of variance 1 and seconds
+_JERKS = np.geomspace(1e-3, 1e9, 41)  # power a hertz, of a take of variance 1 and seconds
 _ERRORS = np.geomspace(1e-7, 0.1, 25)  # of an error's variance
 _ERRORS_S = (0.0, 0.05, 0.2, ERROR_S)
 _MOST_WINDOWS = 20  # to tell the error from
@@ -194,7 +194,7 @@ def _unstated(
     power = np.concatenate([each for freq, each in windows if len(freq) == longest])
     power = power[np.unique(np.linspace(0, len(power) - 1, _MOST_WINDOWS).astype(int))]
     dt = 1 / rate(time_s)
-    motion = size * _JERKS[::2, None] * _motion_density(hz, dt)  # (S, F)
+    motion = size * _JERKS[:, None] * _motion_density(hz, dt)  # (S, F)
     best, chosen = np.inf, (none, 0.0)
     for error_s in _ERRORS_S:
         error = size * _ERRORS[:, None] * _error_density(hz, dt, error_s)
@@ -260,59 +260,13 @@ def _solved(
     noise: (T, N) variances, infinite where nothing was seen. jerk: (W, N), its power at times `at` (W,).
     """
     from scipy.linalg import cho_solve_banded, cholesky_banded
-    from scipy.sparse import csr_array
 
     T, N = y.shape
     place = (time_s - time_s[0]) / knot_s
     left = np.floor(place + 1e-6).astype(int)
     basis = _basis(place - left, knot_s)
     n = int(left[-1]) + 4
-
-    # Rows that are independent of each other: each less what of its error the row before already had.
-    weight = 1 / np.sqrt(noise)
-    y = np.where(weight > 0, y, 0.0)
-    step = np.diff(left, prepend=left[0])
-    wide = int(np.minimum(step, 2).max())
-    kept = np.exp(-np.diff(time_s, prepend=time_s[0] - knot_s) / error_s) if error_s > 0 else np.zeros(T)
-    before = np.where(step <= 2, kept, 0.0)[:, None] * (np.roll(weight, 1, axis=0) > 0) * (weight > 0)
-    before[0] = 0
-    row, behind, series = _gaps(weight > 0, before > 0, time_s) if error_s > 0 else (np.zeros(0, int),) * 3
-    across = np.exp((time_s[behind] - time_s[row]) / error_s) if error_s > 0 else np.zeros(0)
-    linked = before.copy()
-    linked[row, series] = across
-    gain = 1 / np.sqrt(1 - linked**2)
-    rows = np.zeros((4 + wide, T, N))
-    origin = left - np.minimum(step, wide) * (step <= 2)  # the first knot of a row that has a forerunner
-    origin[0] = left[0]
-    own, others = gain * weight, gain * before * np.roll(weight, 1, axis=0)
-    shift = left - origin
-    for i in range(4):
-        for s in range(wide + 1):
-            rows[i + s] += np.where(shift == s, basis[0, i], 0.0)[:, None] * own
-        rows[i] -= np.roll(basis[0, i], 1)[:, None] * others
-    right = own * y - others * np.roll(y, 1, axis=0)
-
-    band = 3 + max(wide, int((left[row] - left[behind]).max(initial=0)))
-    onto = csr_array((np.ones(T), (origin, np.arange(T))), shape=(n, T))
-    precision, pull = np.zeros((band + 1, n, N)), np.zeros((n, N))
-    for i in range(4 + wide):
-        pull[i:] += (onto @ (rows[i] * right))[: n - i]
-        for j in range(i, 4 + wide):
-            precision[j - i, i:] += (onto @ (rows[i] * rows[j]))[: n - i]
-    after, past = own[row, series], gain[row, series] * across * weight[behind, series]
-    for i in range(4):
-        here, there = basis[0, i, row] * after, basis[0, i, behind] * past
-        np.add.at(pull, (left[row] + i, series), -here * past * y[behind, series])
-        np.add.at(
-            pull, (left[behind] + i, series), there * (past * y[behind, series] - after * y[row, series])
-        )
-        for j in range(4):
-            one, other = left[row] + i, left[behind] + j
-            shared = -here * basis[0, j, behind] * past * np.where(one == other, 2, 1)
-            np.add.at(precision, (np.abs(one - other), np.minimum(one, other), series), shared)
-            if j >= i:
-                shared = there * basis[0, j, behind] * past
-                np.add.at(precision, (j - i, left[behind] + i, series), shared)
+    precision, pull = _observed(y, noise, time_s, left, basis[0], error_s)
 
     # Third differences of the knots are the jerk between them.
     middle = time_s[0] + (np.arange(n - 3) + 0.5) * knot_s
@@ -342,6 +296,69 @@ def _solved(
             for d in range(3):
                 result[1, d] += 2 * (basis[d, i] * basis[d, j])[:, None] * shared
     return result
+
+
+def _observed(
+    y: np.ndarray,
+    noise: np.ndarray,
+    time_s: np.ndarray,
+    left: np.ndarray,
+    basis: np.ndarray,
+    error_s: float,
+) -> tuple[np.ndarray, np.ndarray]:
+    """What N series y (T, N) say about n knots: a precision (B + 1, n, N), lower banded; and it times the mean (n, N).
+
+    left: (T,) the first knot of each row; basis: (4, T) its four splines. noise: as that of `_solved`.
+    """
+    from scipy.sparse import csr_array
+
+    (T, N), n = y.shape, int(left[-1]) + 4
+
+    # Rows that are independent of each other: each less what of its error the row before already had.
+    weight = 1 / np.sqrt(noise)
+    y = np.where(weight > 0, y, 0.0)
+    step = np.diff(left, prepend=left[0])
+    wide = int(np.minimum(step, 2).max())
+    kept = np.exp(-np.diff(time_s, prepend=-np.inf) / error_s) if error_s > 0 else np.zeros(T)
+    before = np.where(step <= 2, kept, 0.0)[:, None] * (np.roll(weight, 1, axis=0) > 0) * (weight > 0)
+    row, behind, series = _gaps(weight > 0, before > 0, time_s) if error_s > 0 else (np.zeros(0, int),) * 3
+    across = np.exp((time_s[behind] - time_s[row]) / error_s) if error_s > 0 else np.zeros(0)
+    linked = before.copy()
+    linked[row, series] = across
+    gain = 1 / np.sqrt(1 - linked**2)
+    rows = np.zeros((4 + wide, T, N))
+    origin = left - np.minimum(step, wide) * (step <= 2)  # the first knot of a row that has a forerunner
+    origin[0] = left[0]
+    own, others = gain * weight, gain * before * np.roll(weight, 1, axis=0)
+    shift = left - origin
+    for i in range(4):
+        for s in range(wide + 1):
+            rows[i + s] += np.where(shift == s, basis[i], 0.0)[:, None] * own
+        rows[i] -= np.roll(basis[i], 1)[:, None] * others
+    right = own * y - others * np.roll(y, 1, axis=0)
+
+    band = 3 + max(wide, int((left[row] - left[behind]).max(initial=0)))
+    onto = csr_array((np.ones(T), (origin, np.arange(T))), shape=(n, T))
+    precision, pull = np.zeros((band + 1, n, N)), np.zeros((n, N))
+    for i in range(4 + wide):
+        pull[i:] += (onto @ (rows[i] * right))[: n - i]
+        for j in range(i, 4 + wide):
+            precision[j - i, i:] += (onto @ (rows[i] * rows[j]))[: n - i]
+    after, past = own[row, series], gain[row, series] * across * weight[behind, series]
+    for i in range(4):
+        here, there = basis[i, row] * after, basis[i, behind] * past
+        np.add.at(pull, (left[row] + i, series), -here * past * y[behind, series])
+        np.add.at(
+            pull, (left[behind] + i, series), there * (past * y[behind, series] - after * y[row, series])
+        )
+        for j in range(4):
+            one, other = left[row] + i, left[behind] + j
+            shared = -here * basis[j, behind] * past * np.where(one == other, 2, 1)
+            np.add.at(precision, (np.abs(one - other), np.minimum(one, other), series), shared)
+            if j >= i:
+                shared = there * basis[j, behind] * past
+                np.add.at(precision[j - i], (left[behind] + i, series), shared)
+    return precision, pull
 
 
 def _gaps(
