@@ -87,7 +87,9 @@ def known_noise(
     seen = np.asarray(known(y))
     if seen.sum() < _FEWEST:
         return Motion(values, variance, axes)
-    size = max(float(np.mean([y[rows, i].var() for i, rows in enumerate(seen.T) if rows.any()])), _STILL)
+    size = max(
+        float(np.mean([y[rows, i].var(axis=0).mean() for i, rows in enumerate(seen.T) if rows.any()])), _STILL
+    )
     if covariance is None:
         noise, error_s = _unstated(y, time_s, size, breaks)
     else:
