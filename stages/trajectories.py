@@ -1,8 +1,10 @@
-"""Paths, velocities and accelerations in LEVEL, relative to the pelvis, from low-pass filtered positions.
+"""Paths, velocities and accelerations in LEVEL, relative to the pelvis, from smoothed positions.
 
-As is usual in the field (Pose2Sim and Sports2D filter positions at 6 Hz by default and go on from there), the paths
-that are written are the filtered ones, so that velocity and acceleration are their derivatives; what was filtered is
-`level` in poses.npz.
+The paths that are written are the smoothed ones, so that velocity and acceleration are their derivatives; what was
+smoothed is `level` in poses.npz. They come from a smoother that knows the error of the joints and states that of its
+answers (pipeline/motion/smoother.py), or from a low-pass filter with one cut-off for all, as is usual in the field
+(Pose2Sim and Sports2D filter positions at 6 Hz by default and go on from there). Angles rest on the filter either way:
+they need positions alone, which it serves as well.
 
 What a camera that pans leaves observable: each frame's LEVEL has the true vertical and the camera's own heading, so a
 pan looks like the person turning the other way, and the heading in the world cannot be had from the body. Heights z,
@@ -38,35 +40,54 @@ from ..pipeline.motion.signals import (
     savitzky_golay,
     uneven_rows,
 )
+from ..pipeline.motion.smoother import LIFTED, Motion, known_noise
 from ..pipeline.pose import PoseSequence, Rectified
 from ..pipeline.rotations import is_finite
 from ..pipeline.take import Event, Take
 from .measures.walking import body_joints
 
 Filter = Literal["butterworth", "savgol", "none"]
+Smoother = Literal["auto", "butterworth", "savgol", "none"]
 Cutoff = float | Literal["auto"] | None
 
 _RELATIVE = (
     "The camera moves, so x and y are relative to it: heights (z, vz, az) and distances hold, but its "
     "turning about the vertical cannot be told from the body's and enters vx, vy, ax, ay, speed and acceleration."
 )
+_STATED = (
+    "Paths, velocities and accelerations are smoothed by the error of the joints that the lifter states."
+)
+_ESTIMATED = (
+    "Paths, velocities and accelerations are smoothed by an error of the joints that is estimated from the paths; "
+    "what errs slowly cannot be told so, and no standard deviations are stated."
+)
 # Prefix of the axes' columns, name of the norm's, unit for a unit of length. Names are the same whatever the unit is.
 _QUANTITIES = (("", "distance", "{}"), ("v", "speed", "{}/s"), ("a", "acceleration", "{}/s2"))
 _UNITS = {"deg": "deg", "s": "s", "sd": "{}"}  # of a column whose name ends so; {} is the unit of length
 _FILTERS: dict[str, Callable[..., np.ndarray]] = {"butterworth": lowpass, "savgol": savitzky_golay}
 
+# Codes of `<joint>_distance_reason`, `<joint>_speed_reason` and `<joint>_acceleration_reason`.
+FINE, MISSING, UNCERTAIN = range(3)
+PATH_REASONS = {
+    FINE: "has a value",
+    MISSING: "the joint is missing, and too long for a value in between",
+    UNCERTAIN: "its standard deviation is larger than all that the take has of it",
+}
+
 
 @dataclass(frozen=True)
 class Trajectories:
-    """The stage. joints: whose paths to write; `filtered` has all 17. filter, cutoff_hz: as those of `smooth`.
+    """The stage. joints: whose paths to write; `filtered` has all 17, through the low-pass of `smooth`, for angles.
 
+    smoother: "auto" knows the error of the paths and states that of its answers (`known_motions`); the others are the
+    filters of `smooth`. cutoff_hz: as that of `smooth`; given with "auto", the paths are those of "butterworth".
     Where the source knows where the person is and its camera stands still, the pelvis's own path in LEVEL is written
     too, as `root`, from the camera or the world's origin. foot_lock: whether a path that was estimated from
     keypoints is moved so that feet that lie flat do not slide (models/gait/foot_lock.py).
     """
 
     joints: tuple[str, ...] = ("r_wrist", "l_wrist", "r_ankle", "l_ankle")
-    filter: Filter = "butterworth"
+    smoother: Smoother = "auto"
     cutoff_hz: Cutoff = None
     foot_lock: bool = False
 
@@ -77,23 +98,57 @@ class Trajectories:
     def __call__(self, take: Take) -> Take:
         rectified = take.need("rectified")
         level = _trusted(rectified)
-        path = smooth(level, self.filter, self.cutoff_hz, self.joints)
-        told = _told(path)
+        known_error = self.smoother == "auto" and self.cutoff_hz is None
+        path = smooth(level, self.classical, self.cutoff_hz, self.joints)
+        told = _told(path, known_error)
+        motions = known_motions(level, self.joints) if known_error else {}
         if self.foot_lock:
             path = _locked(path, level, rectified)
+            motions.pop("root", None)
         columns = dict(take.kinematics or {})
-        for joint in self.joints:
-            columns |= trajectory(path, joint)
-        if path.root is not None:
-            columns |= trajectory(path, "root")
-        if path.root_sd is not None:
+        for joint in (*self.joints, *(["root"] if path.root is not None else [])):
+            columns |= trajectory(level if joint in motions else path, joint, motions.get(joint))
+        if (
+            path.root_sd is not None
+        ):  # of the whole error, that of the body's size and the focal length included
             columns |= {f"root_{axis}_sd": path.root_sd[:, i] for i, axis in enumerate("xyz")}
         events = [Event("note", _RELATIVE)] if rectified.camera == "moving" else []
+        if known_error:
+            events.append(Event("note", _ESTIMATED if level.covariance is None else _STATED))
         return take.with_(kinematics=columns, filtered=path).saying(
             *events,
             *told,
             *(Event("warning", text) for text in fall_doubts(level) or pace_doubts(path)),
         )
+
+    @property
+    def classical(self) -> Filter:
+        """The filter of the joints that angles are taken from."""
+        return "butterworth" if self.smoother == "auto" else self.smoother
+
+
+def known_motions(level: PoseSequence, joints: tuple[str, ...]) -> dict[str, Motion]:
+    """The motion of these joints, and of the root where there is one, smoothed by what is known of their errors, each
+    as one path by name.
+
+    The error is the poses' covariance. Without one, and for the root, it is estimated from the paths, which tells how
+    much to smooth, but not what errs slowly: such motions state no error. Where a joint
+    is missing its motion has values in between, with the error of that, but not across frames in which nobody was seen.
+    """
+    points = level.joints[:, level.layout.indices(joints)].astype(np.float64)
+    seen = np.asarray(is_finite(level.joints)).any(axis=1)
+    lost = np.flatnonzero(np.diff(seen)) + 1  # behind a frame without anybody everything may be new
+    cuts = tuple(sorted({*breaks(level), *lost.tolist()}))
+    stated = level.covariance
+    motion = known_noise(
+        points, level.times, None if stated is None else stated[:, level.layout.indices(joints)], cuts
+    )
+    # On lifts the bars of an error that was estimated hold 34 to 71 % of what they should (docs/motion.md).
+    motion = motion.unstated() if stated is None else motion.widened(LIFTED)
+    motions = {joint: motion.of(i) for i, joint in enumerate(joints)}
+    if level.root is not None:
+        motions["root"] = known_noise(level.root[:, None], level.times, None, cuts).unstated()
+    return motions
 
 
 def smooth(
@@ -141,24 +196,28 @@ def smooth(
 
 def _unfiltered(level: PoseSequence) -> str:
     return (
-        f"{rate(level.times):.4g} frames a second do not carry a filter at {CUTOFF_HZ:g} Hz: paths are unfiltered, and "
-        "velocities and accelerations are those of the noise too."
+        f"{rate(level.times):.4g} frames a second do not carry a filter at {CUTOFF_HZ:g} Hz: joints are unfiltered, "
+        "and the rates of angles are those of the noise too."
     )
 
 
-def trajectory(path: PoseSequence, joint: str) -> dict[str, np.ndarray]:
+def trajectory(path: PoseSequence, joint: str, motion: Motion | None = None) -> dict[str, np.ndarray]:
     """Columns (T,) `<joint>_x`, `<joint>_vx`, `<joint>_ax` for x, y and z, and their norms `<joint>_distance` (from the
     pelvis), `<joint>_speed` and `<joint>_acceleration`; in m, m/s and m/s2, or in the source's unit without a scale.
 
     joint: by name, or "root" of poses that have one, whose distance is that from where it is counted.
     path: poses in LEVEL, filtered (`smooth`) unless derivatives of noise are wanted. Derivatives are those of a cubic
-    spline, never taken across a gap, a clip boundary or dropped frames; NaN where they cannot be had. InputError
+    spline, never taken across a gap, a clip boundary or dropped frames; NaN where they cannot be had.
+    motion: of that one path (`known_motions`), whose values are then taken, each with its standard deviation
+    (`..._sd`), and each norm with a reason (int8, PATH_REASONS); where that is MISSING the values are NaN. InputError
     for a unit that is neither metres nor arbitrary.
     """
     if path.frame.unit not in ("m", "arbitrary"):
         raise InputError(f"Expected poses in metres or in arbitrary units, got {path.frame.unit}.")
     points = path.root if joint == "root" else None
     position = path.joint(joint).astype(np.float64) if points is None else points
+    if motion is not None:
+        return _with_errors(joint, motion, np.asarray(is_finite(position)))
     velocity, acceleration = (derivative(position, path.times, breaks(path), order) for order in (1, 2))
     columns = {}
     for (prefix, norm, _), values in zip(_QUANTITIES, (position, velocity, acceleration), strict=True):
@@ -167,9 +226,42 @@ def trajectory(path: PoseSequence, joint: str) -> dict[str, np.ndarray]:
     return columns
 
 
+def _with_errors(joint: str, motion: Motion, seen: np.ndarray) -> dict[str, np.ndarray]:
+    """The columns of `trajectory` with their errors, of the one path of `motion`, which was seen (T,) or not."""
+    columns = {}
+    for (prefix, norm, _), values, covariance in zip(
+        _QUANTITIES, motion.values[:, :, 0], motion.covariance[:, :, 0], strict=True
+    ):
+        reason = _reasons(values, covariance, seen, about_mean=norm == "distance")
+        values, covariance = values.copy(), covariance.copy()
+        values[reason == MISSING], covariance[reason == MISSING] = np.nan, np.nan
+        size = np.linalg.norm(values, axis=-1)
+        outward = values / np.maximum(size, 1e-12)[:, None]
+        sd = np.sqrt(np.einsum("tii->ti", covariance))
+        for i, axis in enumerate("xyz"):
+            columns |= {f"{joint}_{prefix}{axis}": values[:, i], f"{joint}_{prefix}{axis}_sd": sd[:, i]}
+        columns[f"{joint}_{norm}"] = size
+        columns[f"{joint}_{norm}_sd"] = np.sqrt(np.einsum("ti,tij,tj->t", outward, covariance, outward))
+        columns[f"{joint}_{norm}_reason"] = reason
+    return columns
+
+
+def _reasons(values: np.ndarray, covariance: np.ndarray, seen: np.ndarray, about_mean: bool) -> np.ndarray:
+    """(T,) int8 of values (T, 3) and their covariance (T, 3, 3). What is less certain than the take's root mean square
+    (about its mean) is marked, and counts as missing where it was not seen either."""
+    present = np.isfinite(values).all(axis=1)
+    if not present.any():
+        return np.full(len(values), MISSING, np.int8)
+    moved = values[present] - (values[present].mean(axis=0) if about_mean else 0.0)
+    spread = np.einsum("tii->t", covariance)  # NaN where nobody states it: then nothing is made up in between
+    uncertain = spread > (moved**2).sum(axis=1).mean()
+    missing = ~present | ((uncertain | np.isnan(spread)) & ~seen)
+    return np.select([missing, uncertain], [MISSING, UNCERTAIN], FINE).astype(np.int8)
+
+
 def unit_of(column: str, length: str) -> str:
     """The unit of a column of kinematics by its name, such as "m/s"; "" for none. length: the paths' unit."""
-    last = column.rpartition("_")[2]
+    last = column.removesuffix("_sd").rpartition("_")[2]
     for prefix, norm, unit in _QUANTITIES:
         if last == norm or last in {prefix + axis for axis in "xyz"}:
             return unit.format(length)
@@ -179,7 +271,9 @@ def unit_of(column: str, length: str) -> str:
 def _trusted(rectified: Rectified) -> PoseSequence:
     """LEVEL with the frames that could not be rectified missing, so that nothing is taken across them."""
     refused = ~np.asarray(is_finite(rectified.R_source_from_body).all(axis=-1))
-    return rectified.level.mapped(lambda points: np.where(refused[:, None, None], np.nan, points))
+    return rectified.level.mapped(
+        lambda points: np.where(refused[:, None, None], np.nan, points), covariance=rectified.level.covariance
+    )
 
 
 def _locked(path: PoseSequence, level: PoseSequence, rectified: Rectified) -> PoseSequence:
@@ -212,8 +306,8 @@ def _chosen(level: PoseSequence, moving: tuple[str, ...]) -> float:
     return float(np.nanmax(asked))
 
 
-def _told(path: PoseSequence) -> list[Event]:
-    """What the filter did that a reader of the columns must know."""
+def _told(path: PoseSequence, known_error: bool) -> list[Event]:
+    """What the filter did that a reader of the columns must know; known_error: only angles rest on it."""
     done = path.history[-1].options
     if len(path) == 1:
         return [Event("warning", "A single frame has no path: velocities and accelerations are missing.")]
@@ -221,12 +315,12 @@ def _told(path: PoseSequence) -> list[Event]:
         return [Event("warning", str(done["warning"]))]
     events = []
     if done.get("values_lost"):
+        missing = "angles" if known_error else "paths, velocities and accelerations"
         events.append(
             Event(
                 "warning",
-                f"{how_many(done['values_lost'], 'joint position lies', 'joint positions lie')} in "
-                "unbroken pieces that are too short for the "
-                f"{done['cutoff_hz']:g} Hz filter; their paths, velocities and accelerations are missing.",
+                f"{done['values_lost']} joint positions lie in unbroken pieces that are too short for the "
+                f"{done['cutoff_hz']:g} Hz filter; their {missing} are missing.",
             )
         )
     if done.get("rows_resampled"):

@@ -14,5 +14,6 @@ def stated_spread(poses: PoseSequence) -> np.ndarray:
     if poses.covariance is None:
         return np.full(len(poses), np.nan)
     others = [joint != "pelvis" for joint in poses.layout.joints]
-    _, log_volume = np.linalg.slogdet(poses.covariance[:, others].astype(np.float64))
+    with np.errstate(invalid="ignore"):  # of missing joints
+        _, log_volume = np.linalg.slogdet(poses.covariance[:, others].astype(np.float64))
     return np.exp(log_volume.mean(axis=1) / 6) / implied_stature(poses.joints)

@@ -35,6 +35,8 @@ from .angles import MOTIONS, angle_tables
 from .angles import as_markdown as angles_as_markdown
 from .gait import as_markdown as gait_as_markdown
 from .gait import gait_tables
+from .motion import as_markdown as motion_as_markdown
+from .motion import motion_tables
 from .place import as_markdown as places_as_markdown
 from .place import place_tables
 from .real_take import as_markdown as real_take_as_markdown
@@ -88,6 +90,9 @@ def evaluate(
     angles: Annotated[
         bool, typer.Option("--angles", help="Judge joint angles and their stated errors.")
     ] = False,
+    motion: Annotated[
+        bool, typer.Option("--motion", help="Judge accelerations and their stated errors, by smoother.")
+    ] = False,
     swaps: Annotated[
         bool, typer.Option("--swaps", help="Judge how exchanged limbs and overturned depth are found.")
     ] = False,
@@ -105,7 +110,7 @@ def evaluate(
 
     With --data only the rectifiers are judged, on clean poses of that data. With --takes only they are, on takes of
     one camera that stands still: tilt, stated errors, accelerations, one take from eight cameras. With --angles joint
-    angles are, on the same takes. With --swaps exchanged limbs and overturned depth are put into takes and looked for.
+    angles are, on the same takes; with --motion accelerations of wrists and ankles, by several smoothers. With --swaps exchanged limbs and overturned depth are put into takes and looked for.
     With --place the pelvis path before the camera is judged. With --gait walks and runs of the same takes are measured:
     contacts, times, lengths, speed. With --real-take the way from the video to upright joints
     and angles is judged on a real take (real/ of the data).
@@ -114,6 +119,7 @@ def evaluate(
     reports = {
         "--takes": takes,
         "--angles": angles,
+        "--motion": motion,
         "--swaps": swaps,
         "--place": place,
         "--gait": gait,
@@ -129,7 +135,7 @@ def evaluate(
             f"--bed and --sets are about the project's own motion capture, which "
             f"{'--real-take' if real_take else '--data'} does not judge; leave them out."
         )
-    if (swaps or place) and rectifier:
+    if (swaps or place or motion) and rectifier:
         raise InputError(f"{asked[0]} judges no rectifier; leave --rectifier out.")
     if gait and len(rectifier or ()) > 1:
         raise InputError("--gait judges with one rectifier; give --rectifier once.")
@@ -146,6 +152,8 @@ def evaluate(
         results = take_tables(rectifiers, lifter, seed, flip, judged)
     elif angles:
         results = angle_tables(rectifiers, lifter, seed, flip, judged)
+    elif motion:
+        results = motion_tables(lifter, seed, flip, judged)
     elif swaps:
         results = swap_tables(lifter, seed, flip, judged)
     elif place:
@@ -172,8 +180,9 @@ def evaluate(
     results |= measured(lifter, rectifiers)
     output.mkdir(parents=True, exist_ok=True)
     pages = {
-        "--takes": takes_as_markdown, "--angles": angles_as_markdown, "--swaps": swaps_as_markdown,
-        "--place": places_as_markdown, "--gait": gait_as_markdown, "--real-take": real_take_as_markdown,
+        "--takes": takes_as_markdown, "--angles": angles_as_markdown, "--motion": motion_as_markdown,
+        "--swaps": swaps_as_markdown, "--place": places_as_markdown, "--gait": gait_as_markdown,
+        "--real-take": real_take_as_markdown,
     }  # fmt: skip
     page = pages[asked[0]] if asked else as_markdown if data is None else own_as_markdown
     text = page(results)

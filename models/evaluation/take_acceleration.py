@@ -39,12 +39,12 @@ def compare(signal: np.ndarray, truth: np.ndarray) -> dict[str, tuple[float, flo
     """{"vertical", "horizontal": (RMSE, r)} of accelerations (N, J, 3), z up. Horizontal is both axes in one: root
     mean square of an axis, and one correlation."""
     parts = {"vertical": slice(2, 3), "horizontal": slice(0, 2)}
-    return {name: _agreement(signal[..., axes], truth[..., axes]) for name, axes in parts.items()}
+    return {name: agreement(signal[..., axes], truth[..., axes]) for name, axes in parts.items()}
 
 
 def norms(signal: np.ndarray, truth: np.ndarray) -> tuple[float, float]:
     """RMSE and r of the magnitudes of accelerations (N, J, 3), which one rotation for the take cannot change."""
-    return _agreement(np.linalg.norm(signal, axis=-1), np.linalg.norm(truth, axis=-1))
+    return agreement(np.linalg.norm(signal, axis=-1), np.linalg.norm(truth, axis=-1))
 
 
 def take_scores(
@@ -161,7 +161,8 @@ def _limbs(joints: np.ndarray, R_camera_from_axes: np.ndarray, time_s: np.ndarra
     return {part: accelerations(turned[:, rows], time_s) for part, rows in PARTS.items()}
 
 
-def _agreement(a: np.ndarray, b: np.ndarray) -> tuple[float, float]:
+def agreement(a: np.ndarray, b: np.ndarray) -> tuple[float, float]:
+    """Root mean square of a - b, each (...), and their correlation; NaN where one of them does not vary."""
     a, b = a.ravel(), b.ravel()
     rmse = float(np.sqrt(np.mean((a - b) ** 2)))
     moving = min(a.std(), b.std()) > 1e-9

@@ -38,7 +38,7 @@ from .take_answers import (
 from .testbed import BEDS, LiftedTake
 
 _LONG_S = 2.0
-_LONG, _SHORT, _PARTLY, _LYING = _GROUPS = (
+LONG, _SHORT, _PARTLY, _LYING = _GROUPS = (
     "upright, 2 s and more", "upright, under 2 s", "lying now and then", "lying",
 )  # fmt: skip
 _POOLED = 10_000  # frames
@@ -101,7 +101,7 @@ def one_set(
             for name, answer in both.items():
                 rows = judged[f"{label}, {kind}, {group_of(take)}"].setdefault(name, [])
                 rows.append(judge(take, joints, answer))
-            if group_of(take) == _LONG:
+            if group_of(take) == LONG:
                 if np.isfinite(joints).all():
                     scores[kind].append(signals(take, joints, both))
                 else:
@@ -124,7 +124,7 @@ def group_of(take: LiftedTake) -> str:
     lies = take.seen.lying.mean()
     if lies > 0:
         return _LYING if lies >= 0.5 else _PARTLY
-    return _LONG if len(take.seen.lying) / take.seen.keypoints.fps >= _LONG_S else _SHORT
+    return LONG if len(take.seen.lying) / take.seen.keypoints.fps >= _LONG_S else _SHORT
 
 
 def judge(take: LiftedTake, joints: np.ndarray, answer: Answer) -> Judged:

@@ -168,6 +168,14 @@ class RunOptions(BaseModel):
         ),
         To(too=("detect.swaps",)),
     ] = "report"
+    smoother: Annotated[
+        str | None,
+        _option(
+            _REPAIR,
+            "Of wrist and ankle paths: auto (by the error of the joints; default), butterworth, savgol, none.",
+        ),
+        To(("trajectories.smoother",)),
+    ] = None
     also: Annotated[
         tuple[str, ...],
         _option(

@@ -26,6 +26,7 @@ from ..drawing.image_lines import WORDS, drawn
 from ..drawing.page import charts, figure, page, picture, small
 from .key_frames import key_figures, lines_jpeg, seen_by_camera
 from .measures import measure_tables
+from .motion import motion_charts
 from .sections import angle_table, at_a_glance, gravity_words, provenance, spoken, up_table
 
 
@@ -60,6 +61,7 @@ def report(take: Take, frames: bool = True) -> str:
         ("Key frames", _key_frames(take, frames)),
         *measure_sections(take.measures or {}, facts.length),
         ("Joint angles", _angles(take)),
+        ("Speeds and accelerations", motion_charts(take)),
         ("Wrist paths before and after", _wrists(take)),
         ("Gravity", _gravity(take, facts, frames)),
         ("Where this comes from", provenance(facts, take)),

@@ -9,7 +9,15 @@ from scipy.spatial.transform import Rotation
 from pcnet3d.pipeline import CAMERA, H36M17, LEVEL, InputError, PoseSequence, Take, rotate
 from pcnet3d.pipeline.motion.signals import derivative
 from pcnet3d.stages import rectify
-from pcnet3d.stages.trajectories import Trajectories, smooth, trajectory, unit_of
+from pcnet3d.stages.trajectories import (
+    FINE,
+    MISSING,
+    UNCERTAIN,
+    Trajectories,
+    smooth,
+    trajectory,
+    unit_of,
+)
 
 
 def test_a_pendulum_has_the_velocity_of_the_formula():
@@ -186,16 +194,16 @@ def test_a_single_frame_has_no_path_and_says_so(facing_camera):
 
 
 def test_a_take_too_short_for_the_filter_has_nan_and_a_warning(facing_camera):
-    take = stage(facing_camera, 8, 30)
+    take = stage(facing_camera, 8, 30, smoother="butterworth")
     assert np.isnan(take.kinematics["r_wrist_x"]).all()
     assert "too short for the 6 Hz filter" in warnings(take)
-    kept = stage(facing_camera, 8, 30, filter="none")
+    kept = stage(facing_camera, 8, 30, smoother="none")
     assert np.isfinite(kept.kinematics["r_wrist_vx"]).all()
     assert not warnings(kept)
 
 
 def test_a_frame_rate_that_does_not_carry_the_usual_filter_is_said(facing_camera):
-    take = stage(facing_camera, 40, 10)
+    take = stage(facing_camera, 40, 10, smoother="butterworth")
     assert "10 frames a second do not carry" in warnings(take)
     assert np.isfinite(take.kinematics["r_wrist_x"]).all()
     with pytest.raises(InputError, match="Nyquist"):
@@ -247,3 +255,67 @@ def test_the_root_moves_in_level_when_the_source_knows_its_place(facing_camera):
         "root_x"
         not in Trajectories()(Take("t", poses=still, rectified=rectify(still, "geometric"))).kinematics
     )
+
+
+def lifted(facing_camera, sd: float, rows: int = 90, missing: slice = slice(0)) -> Take:
+    """A person whose right wrist swings once a second by 0.2 across the view, of a lifter that says it errs by sd."""
+    time_s = np.arange(rows) / 30
+    joints = np.tile(facing_camera, (rows, 1, 1))
+    joints[:, H36M17.index("r_wrist"), 0] += 0.2 * np.sin(2 * np.pi * time_s)
+    joints[missing, H36M17.index("r_wrist")] = np.nan
+    covariance = np.broadcast_to(sd**2 * np.diag([1, 1, 9]), (rows, 17, 3, 3))
+    return Take("t", poses=PoseSequence(joints, H36M17, CAMERA, time_s=time_s, covariance=covariance))
+
+
+def kinematics(take: Take, **options) -> dict[str, np.ndarray]:
+    assert take.poses is not None
+    return Trajectories(**options)(take.with_(rectified=rectify(take.poses, "geometric"))).kinematics or {}
+
+
+def test_paths_have_errors_by_default_and_a_classical_filter_has_none(facing_camera):
+    take = lifted(facing_camera, 0.01)
+    found = kinematics(take)
+    for prefix in ("", "v", "a"):
+        for axis in "xyz":
+            assert (found[f"r_wrist_{prefix}{axis}_sd"] > 0).all()
+    # LEVEL's x is the depth, of which less is known.
+    assert np.median(found["r_wrist_x_sd"] / found["r_wrist_y_sd"]) > 1.5
+    for options in ({"smoother": "butterworth"}, {"cutoff_hz": 3.0}):
+        assert not [name for name in kinematics(take, **options) if "_sd" in name or "_reason" in name]
+    assert unit_of("r_wrist_ax_sd", "m") == "m/s2"
+    assert unit_of("r_wrist_distance_sd", "m") == "m"
+
+
+def test_a_run_says_whose_error_it_smooths_by(facing_camera):
+    take = lifted(facing_camera, 0.01)
+    take = take.with_(rectified=rectify(take.poses, "geometric"))
+    unstated = take.with_(poses=take.poses.with_(covariance=None))
+    for each, words in ((take, "that the lifter states"), (unstated, "estimated from the paths")):
+        assert [event.text for event in Trajectories()(each).events if words in event.text]
+        assert not Trajectories(smoother="butterworth")(each).events
+
+
+def test_a_swing_is_told_and_what_does_not_move_is_not(facing_camera):
+    found = kinematics(lifted(facing_camera, 0.01))
+    assert (found["r_wrist_acceleration_reason"] == FINE).mean() > 0.9
+    assert (found["l_ankle_acceleration_reason"] == UNCERTAIN).mean() > 0.9
+    assert np.isfinite(found["l_ankle_acceleration"]).all()
+
+
+def test_a_gap_is_bridged_as_far_as_the_error_lets_it(facing_camera):
+    short = kinematics(lifted(facing_camera, 0.01, missing=slice(40, 44)))
+    assert np.isfinite(short["r_wrist_x"]).all()
+    for column, times in (("y_sd", 1.0), ("ay_sd", 1.15)):
+        assert short[f"r_wrist_{column}"][42] > times * short[f"r_wrist_{column}"][20]
+    long = kinematics(lifted(facing_camera, 0.01, missing=slice(30, 75)))
+    assert (long["r_wrist_acceleration_reason"][50:56] == MISSING).all()
+    assert np.isnan(long["r_wrist_ax"][50:56]).all()
+    assert np.isfinite(long["l_wrist_x"]).all()
+
+
+@pytest.mark.parametrize(("rows", "fps"), [(5, 30), (40, 10), (240, 240)])
+def test_short_slow_and_fast_takes_have_paths(facing_camera, rows, fps):
+    take = stage(facing_camera, rows, fps)
+    for column in ("r_wrist_x", "r_wrist_vx", "r_wrist_ax"):
+        assert np.isfinite(take.kinematics[column]).all()
+        assert np.isfinite(take.kinematics[f"{column}_sd"]).all()

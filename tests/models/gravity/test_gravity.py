@@ -17,7 +17,7 @@ from pcnet3d.models.gravity import (
     stance,
     take_up,
 )
-from pcnet3d.models.gravity.votes import STATED_LEAN_DEG, USUAL_SPREAD
+from pcnet3d.models.gravity.votes import STATED_LEAN_DEG, TILT_SHARE, USUAL_SPREAD
 from pcnet3d.pipeline import H36M17, rotate
 from pcnet3d.pipeline.rotations import angle_deg, unit
 
@@ -71,7 +71,7 @@ def test_copies_of_a_frame_are_one_vote(error_deg):
 
 def test_what_a_lone_frame_states_is_what_its_rectifier_expects_but_no_less_than_the_lean():
     errors = [pool(UP[None], constant(stated, 1), np.zeros(1)).error_deg for stated in (1, 8, np.nan)]
-    np.testing.assert_allclose(errors, [LEAN_DEG, 0.85 * 8, 0.85 * UNKNOWN_DEG])
+    np.testing.assert_allclose(errors, [LEAN_DEG, TILT_SHARE * 8, TILT_SHARE * UNKNOWN_DEG])
 
 
 def test_independent_votes_average_out_down_to_what_they_share():
@@ -256,6 +256,6 @@ def test_a_take_whose_lifter_is_unsure_states_a_larger_error():
     )
     assert usual == pytest.approx(STATED_LEAN_DEG)
     assert unsure == pytest.approx(2**1.5 * usual)
-    assert silent == pytest.approx(0.85 * 9)
+    assert silent == pytest.approx(TILT_SHARE * 9)
     some = np.where(np.arange(300) < 100, np.nan, 2 * USUAL_SPREAD)  # filled frames state nothing
     assert pool(votes, constant(9, 300), times, some).error_deg == pytest.approx(unsure)

@@ -12,7 +12,7 @@ from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models import load_rectifier
 from pcnet3d.models.common.metrics import relative
 from pcnet3d.models.evaluation.testbed import lifted_takes
-from pcnet3d.models.gravity import LEAN_DEG, Seen, direction, level_static
+from pcnet3d.models.gravity import LEAN_DEG, TILT_SHARE, Seen, direction, level_static
 from pcnet3d.models.gravity.levelling import HEADING_S
 from pcnet3d.models.gravity.live import KEPT, LiveRectifier
 from pcnet3d.pipeline import H36M17, InputError
@@ -97,7 +97,7 @@ def test_on_real_lifted_takes_too(data):
 def test_the_error_is_wide_at_first_and_shrinks_as_votes_come_in():
     frames = scripted(jittering(300, 10), error_deg=12, fps=3)
     stated = np.array([frame.up_error_deg for frame in frames])
-    assert stated[0] == pytest.approx(0.85 * 12)
+    assert stated[0] == pytest.approx(TILT_SHARE * 12)
     assert stated[20] < 0.8 * stated[0]
     assert LEAN_DEG < stated[-1] < 0.45 * stated[0]
     true = np.array([angle_deg(frame.up, Z) for frame in frames])
@@ -108,7 +108,7 @@ def test_the_error_is_wide_at_first_and_shrinks_as_votes_come_in():
 
 def test_copies_of_a_frame_do_not_make_it_surer():
     frames = scripted(np.tile(np.eye(3), (400, 1, 1)), error_deg=9)
-    np.testing.assert_allclose([frame.up_error_deg for frame in frames], 0.85 * 9)
+    np.testing.assert_allclose([frame.up_error_deg for frame in frames], TILT_SHARE * 9)
 
 
 def test_outliers_at_the_start_are_outvoted_later():
@@ -227,7 +227,7 @@ def test_bad_frames_are_refused_and_leave_no_trace(joints, time_s, words):
     live.update(POSE, 0.0)
     with pytest.raises(InputError, match=words):
         live.update(joints, time_s)
-    assert live.update(POSE, 0.5).up_error_deg == pytest.approx(0.85 * 6)
+    assert live.update(POSE, 0.5).up_error_deg == pytest.approx(TILT_SHARE * 6)
 
 
 def test_an_unknown_rectifier_is_refused():

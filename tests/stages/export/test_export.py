@@ -24,7 +24,7 @@ def take(facing_camera) -> Take:
     poses = poses.noted("read", adapter="arrays")
     inputs = ({"role": "poses", "file": "a.npy", "sha256": "0" * 64, "adapter": "arrays"},)
     take = Take("t", poses=poses, inputs=inputs, events=(Event("warning", "careful"), Event("seam", "s", 3)))
-    return Trajectories(filter="none")(Rectify("geometric")(take))
+    return Trajectories(smoother="none")(Rectify("geometric")(take))
 
 
 @pytest.fixture

@@ -16,6 +16,7 @@ from pcnet3d.stages.drawing.charts import LEFT, MIDDLE, RIGHT, SLICES, Curve, ov
 from pcnet3d.stages.drawing.page import table
 from pcnet3d.stages.report.sections import angle_table
 from pcnet3d.stages.report.stage import Report, report
+from pcnet3d.stages.trajectories import UNCERTAIN
 
 
 class Page(HTMLParser):
@@ -48,7 +49,8 @@ def test_it_has_every_part_and_a_chart_for_every_angle(content):
     page = Page(content)
     headings = re.findall(r"<h2>(.*?)</h2>", content)
     assert headings == [
-        "Key frames", "Joint angles", "Wrist paths before and after", "Gravity", "Where this comes from",
+        "Key frames", "Joint angles", "Speeds and accelerations", "Wrist paths before and after", "Gravity",
+        "Where this comes from",
     ]  # fmt: skip
     titles = re.findall(r"<figcaption>(.*?)</figcaption>", content)
     for name in ANGLES:
@@ -60,6 +62,16 @@ def test_it_has_every_part_and_a_chart_for_every_angle(content):
     assert len(page.images("svg+xml")) >= len(titles)
     assert "60 frames, 2.0 s at 30 a second" in page.words
     assert "geometric" in page.words
+
+
+def test_an_acceleration_that_is_less_certain_than_large_is_left_to_words(walk_take):
+    columns = dict(walk_take.kinematics)
+    columns["r_wrist_acceleration_reason"] = np.full_like(columns["r_wrist_acceleration_reason"], UNCERTAIN)
+    said = report(walk_take.with_(kinematics=columns))
+    words = "The acceleration of the right wrist cannot be told here"
+    assert words in said
+    assert words not in report(walk_take)
+    assert "Wrist acceleration (m/s²)" in said  # the left one's
 
 
 def test_it_stands_alone(content):

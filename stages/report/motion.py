@@ -1,0 +1,61 @@
+"""What a report shows of speeds and accelerations: charts with their bands, or in words that one cannot be told."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from markupsafe import Markup
+
+from ...models.common.metrics import SD_90
+from ...pipeline.take import Take
+from ..drawing.charts import over_time, sides
+from ..drawing.page import bullets, charts, figure, picture, small
+from ..trajectories import MISSING, UNCERTAIN
+from .sections import spoken
+
+_UNITS = {"speed": "{}/s", "acceleration": "{}/s²"}
+_MOST = 0.5  # share of frames that may be too uncertain for a curve
+
+
+def motion_charts(take: Take) -> Markup:
+    """Speed and acceleration of wrists and ankles over time; empty where the take has no such columns."""
+    columns, poses = take.kinematics or {}, take.need("poses")
+    length = poses.frame.unit if poses.frame.metric else "au"
+    figures, untold = [], []
+    for limb in ("wrist", "ankle"):
+        for quantity, unit in _UNITS.items():
+            names = [f"{side}_{limb}_{quantity}" for side in "lr"]
+            lost = [name for name in names if _cannot_be_told(columns, name)]
+            untold += lost
+            nothing = np.full(len(poses), np.nan)
+            values = [nothing if name in lost else columns.get(name, nothing) for name in names]
+            if not np.isfinite(values).any():
+                continue
+            bands = [SD_90 * columns[f"{name}_sd"] if f"{name}_sd" in columns else None for name in names]
+            title = f"{limb.capitalize()} {quantity} ({unit.format(length)})"
+            curves = sides(*values, left_margin=bands[0], right_margin=bands[1])
+            svg = picture(over_time(curves, poses.times), "svg", f"{title} over time")
+            figures.append(figure([svg], title))
+    words = [
+        f"The {quantity} of the {spoken(joint)} cannot be told here: its error is larger than all that the take has."
+        for joint, _, quantity in (name.rpartition("_") for name in untold)
+    ]
+    if not figures and not words:
+        return Markup("")
+    return (
+        small(
+            "Relative to the pelvis, from the smoothed paths. Orange: right. Blue, dashed: left. The band holds the "
+            "true value in nine of ten frames, if the stated standard deviation is right."
+        )
+        + (bullets(words) if words else Markup(""))
+        + charts(figures)
+    )
+
+
+def _cannot_be_told(columns: Mapping[str, np.ndarray], name: str) -> bool:
+    """Whether most of its values are too uncertain."""
+    reason = columns.get(f"{name}_reason")
+    if reason is None or (reason == MISSING).all():
+        return False
+    return bool((reason[reason != MISSING] == UNCERTAIN).mean() > _MOST)
