@@ -110,10 +110,10 @@ def evaluate(
 
     With --data only the rectifiers are judged, on clean poses of that data. With --takes only they are, on takes of
     one camera that stands still: tilt, stated errors, accelerations, one take from eight cameras. With --angles joint
-    angles are, on the same takes; with --motion accelerations of wrists and ankles, by several smoothers. With --swaps exchanged limbs and overturned depth are put into takes and looked for.
-    With --place the pelvis path before the camera is judged. With --gait walks and runs of the same takes are measured:
-    contacts, times, lengths, speed. With --real-take the way from the video to upright joints
-    and angles is judged on a real take (real/ of the data).
+    angles are, on the same takes; with --motion accelerations of wrists and ankles, by several smoothers; with --gait
+    walks and runs: contacts, times, lengths, speed. With --swaps exchanged limbs and overturned depth are put into
+    takes and looked for. With --place the pelvis path before the camera is judged. With --real-take the way from the
+    video to upright joints and angles is judged on a real take (real/ of the data).
     """
     refuse_unwritable(output)
     reports = {
