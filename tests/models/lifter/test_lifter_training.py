@@ -306,14 +306,3 @@ def test_the_recipe_can_be_read():
     config = module.read_config(files("pcnet3d.models.lifter.training").joinpath("lifter.toml"))
     assert config.subjects == "train"
     assert config.material.poses.turned > 0
-
-
-def test_the_mean_of_two_networks_is_that_of_their_weights():
-    from pcnet3d.models.lifter.training.average import mean_of
-    from pcnet3d.models.lifter.training.net import LifterNet, NetConfig
-
-    config = NetConfig(width=8, dilations=(1,))
-    first, second = LifterNet(config), LifterNet(config)
-    mean = mean_of(first, second, config, 0.25)
-    for a, b, c in zip(first.parameters(), second.parameters(), mean.parameters(), strict=True):
-        torch.testing.assert_close(c, 0.75 * a + 0.25 * b)
