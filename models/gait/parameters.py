@@ -95,7 +95,7 @@ def lengths(
     the other foot's place between lies from the middle of the two (in a straight walk that of Huxham et al., Gait &
     Posture 23(2), 2006).
     """
-    stands = {side: _places(root + ankles[side], time_s, feet[side], seams) for side in "rl"}
+    stands = {side: places(root + ankles[side], time_s, feet[side], seams) for side in "rl"}
     step: dict[str, list[float]] = {side: [] for side in "rl"}
     rows = []
 
@@ -167,10 +167,11 @@ def belt_drift(
     return drift if np.linalg.norm(drift) > _CARRIED * np.linalg.norm(back) else None
 
 
-def _places(
+def places(
     path: np.ndarray, time_s: np.ndarray, feet: Sequence[Stance], seams: Sequence[int]
 ) -> dict[float, np.ndarray]:
-    """{initial contact: (3,) where the foot stands, and when}; a stance that is cut goes on to the take's end."""
+    """{initial contact: (D + 1,) the mean of path (T, D) over the part of a stance in which the foot lies flat, and the
+    time of that}; a stance that is cut goes on to the take's end."""
     found = {}
     for stance in feet:
         stop = stance.stop_s if stance.stop_s == stance.stop_s else float(time_s[-1])

@@ -59,9 +59,9 @@ def blueprint(take: Take, size: float) -> rrb.Blueprint:
             ),
             rrb.Vertical(
                 rrb.Tabs(
+                    *([walk_view(take, placed, size)] if placed is not None else []),
                     _person("body", "After: BODY, facing you", take, size),
                     _person("level", f"After: LEVEL, {level}", take, size),
-                    *([walk_view(placed, size)] if placed is not None else []),
                     *([_votes(take)] if votes else []),
                     *([camera_view(take)] if looked(take) else []),
                     active_tab=0,
