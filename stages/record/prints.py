@@ -49,9 +49,7 @@ def foot_prints(take: Take) -> list[FootPrint]:
     found = []
     for words, side in SIDES.items():
         tracks = np.hstack([_standing(level, side), _ahead(rectified, side)])
-        for start_s, (*place, x, y, _) in places(
-            tracks, level.times, gait.feet[side], breaks(level)
-        ).items():
+        for start_s, (*place, x, y, _) in places(tracks, level.times, gait.feet[side], breaks(level)).items():
             if np.isfinite([*place, x, y]).all():
                 found.append(FootPrint(words, start_s, np.array(place), unit(np.array([x, y]))))
     return found

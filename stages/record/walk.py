@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 _PATH, _ERROR, _CAMERA = (110, 140, 255), (85, 92, 125), (170, 170, 170)
 _EYE = (-1.6, 1.3, 0.7)  # from the middle of the path, in the reach of the scene
-_BESIDE_CAMERA = (-0.7, 1.6, 0.9)  # the same: along the camera's view, to its right, up
+_BESIDE_CAMERA = (-0.5, 1.85, 0.95)  # the same: along the camera's view, to its right, up
 _ROUND = np.linspace(0, 2 * np.pi, 25)
 
 
@@ -42,8 +42,8 @@ def log_person(recording: rr.RecordingStream, rectified: Rectified, size: float)
 
 
 def log_room(recording: rr.RecordingStream, take: Take, size: float) -> None:
-    """What the person walks through: walk/path, the pelvis path on the floor; walk/path/error, once a second the ellipse
-    that holds it with 90 % where it was estimated; walk/prints, and walk/camera, the camera at its place."""
+    """What the person walks through: walk/path, the pelvis path on the floor; walk/path/error, ellipses that hold it
+    with 90 % where it was estimated; walk/prints; and walk/camera, the camera at its place."""
     import rerun as rr
 
     rectified = take.need("rectified")
@@ -89,7 +89,7 @@ def _camera_axes(take: Take) -> np.ndarray | None:
 def _ellipses(
     path: np.ndarray, covariance: np.ndarray, time_s: np.ndarray, pieces: list[slice]
 ) -> list[np.ndarray]:
-    """Each (25, 3), where the pelvis is with 90 % by its covariance (T, 2, 2) over the floor: at the rows of path (T, 3)
+    """Each (25, 3), where the pelvis is with 90 % by its covariance (T, 2, 2) over the floor: at rows of path (T, 3)
     that are a second apart and lie outside the last such ellipse, so that somebody who stays has one."""
     circle = np.stack([np.cos(_ROUND), np.sin(_ROUND)], axis=-1)
     found: list[np.ndarray] = []

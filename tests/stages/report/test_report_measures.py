@@ -42,7 +42,7 @@ def test_names_and_units_are_those_of_the_keys(key, words):
 def test_every_figure_is_there_once_under_its_name():
     said = measure_tables(MEASURES)
     cells = re.findall(r"<t[hd][^>]*>(.*?)</t[hd]>", said)
-    assert "<dt>cadence</dt><dd>104.5 steps a minute</dd>" in said
+    assert "<dt>cadence</dt><dd>104.5 steps/min</dd>" in said
     at = cells.index("range between them (°)")
     assert cells[at + 3 : at + 11] == [
         "right knee flexion",
@@ -63,7 +63,7 @@ def test_both_sides_of_a_cycle_share_a_chart():
     said = measure_tables(MEASURES)
     assert re.findall(r"<figcaption>(.*?)</figcaption>", said) == ["Knee flexion (°)"]
     assert said.count("<img") == 1
-    assert "right: count 4; left: count 3" in said
+    assert "right: n = 4; left: n = 3" in said
 
 
 def test_lists():
@@ -110,7 +110,7 @@ def test_figures_stand_with_their_errors_and_are_grey_where_these_cover_them():
     assert "50 %" in said
     assert "<dd>57 ± 9.1, 52 ± 8.5°</dd>" in said
     assert "<dd>0.96, 2.00 s</dd>" in said
-    assert "<dd>98 ± 1.2 steps a minute</dd>" in said
+    assert "<dd>98 ± 1.2 steps/min</dd>" in said
     for hidden in ("within", "symmetry index error", "cadence error", "0.000", "49.0"):
         assert hidden not in said.split("Grey")[1].split("</p>", 1)[1]
 
@@ -132,7 +132,7 @@ def test_lengths_and_speeds_have_the_unit_of_the_take(length, per_second):
 
 def test_a_gait_has_a_section_of_its_own_and_standing_has_none():
     walked = {"walking": {"steps": 4, "mean_step_time_s": 0.6}, "jumps": {"count": 0}}
-    assert [title for title, _ in measure_sections(walked, "m")] == ["Gait", "Measures"]
+    assert [title for title, _ in measure_sections(walked, "m")] == ["Gait: walking", "Measures"]
     (gait, rest) = (words for _, words in measure_sections(walked, "m"))
     assert "step time" in gait
     assert "step time" not in rest
