@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 _PATH, _ERROR, _CAMERA = (110, 140, 255), (85, 92, 125), (170, 170, 170)
 _EYE = (-1.6, 1.3, 0.7)  # from the middle of the path, in the reach of the scene
-_BESIDE_CAMERA = (-0.5, 1.85, 0.95)  # the same: along the camera's view, to its right, up
+_BESIDE_CAMERA = (-0.55, 2.1, 1.05)  # the same: along the camera's view, to its right, up
 _ROUND = np.linspace(0, 2 * np.pi, 25)
 
 
@@ -93,11 +93,11 @@ def _ellipses(
     that are a second apart and lie outside the last such ellipse, so that somebody who stays has one."""
     circle = np.stack([np.cos(_ROUND), np.sin(_ROUND)], axis=-1)
     found: list[np.ndarray] = []
-    last, R_floor_from_axes, reach = np.full(3, np.inf), np.eye(2), np.ones(2)
+    last, R_floor_from_axes, reach = np.zeros(3), np.eye(2), np.ones(2)
     for piece in pieces:
         seconds = np.floor(time_s[piece] - time_s[piece][0])
         for row in piece.start + np.unique(seconds, return_index=True)[1]:
-            if np.linalg.norm((path[row] - last)[:2] @ R_floor_from_axes / reach) < 1:
+            if found and np.linalg.norm((path[row] - last)[:2] @ R_floor_from_axes / reach) < 1:
                 continue
             variances, R_floor_from_axes = np.linalg.eigh(covariance[row])
             last, reach = path[row], np.sqrt(2) * RAYLEIGH_90 * np.sqrt(variances)

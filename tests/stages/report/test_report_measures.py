@@ -137,3 +137,33 @@ def test_a_gait_has_a_section_of_its_own_and_standing_has_none():
     assert "step time" in gait
     assert "step time" not in rest
     assert [title for title, _ in measure_sections({"walking": {"steps": 0}}, "m")] == ["Measures"]
+
+
+def test_a_gait_section_has_its_curves_over_the_gait_cycle_with_toe_offs(monkeypatch):
+    drawn = []
+    monkeypatch.setattr(
+        "pcnet3d.stages.report.measures.over_time",
+        lambda curves, x, name: drawn.append((curves, x, name)) or b"<svg/>",
+    )
+    walking = {
+        "gait": "running",
+        "steps": 8,
+        "walking_speed": 3.1,
+        "walking_speed_error": 0.065,
+        "right": {"mean_stance_percent": 35.0},
+        "left": {"steps": 4},
+        "cycles": {f"{side}_knee_flexion": {"count": 4, "mean_deg": CURVE} for side in "rl"},
+    }
+    ((title, gait), _) = measure_sections({"walking": walking, "jumps": {"count": 0}}, "m")
+    assert title == "Gait: running"
+    assert "3.10 ± 0.065 m/s" in gait
+    ((curves, share, name),) = drawn
+    assert name == "gait cycle (%)"
+    assert (share[0], share[-1]) == (0, 100)
+    assert [(curve.name, curve.mark) for curve in curves] == [("right", 35.0), ("left", None)]
+
+
+def test_a_difference_within_its_error_is_said_where_it_stands_alone():
+    index = {"step_time_symmetry_index_percent": 6.0, "step_time_symmetry_index_error_percent": 3.7}
+    for within, said in ((True, "6 ± 3.7 %, within its error"), (False, "6 ± 3.7 %</dd>")):
+        assert said in measure_tables({"walking": {**index, "step_time_within_error": within}})
