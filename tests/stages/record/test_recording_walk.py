@@ -80,16 +80,17 @@ def test_foot_prints_lie_on_the_floor_where_and_when_the_feet_landed(walk, take,
     assert any(plane[3] == pytest.approx(ground[0]) for plane in recording.blueprint("LineGrid3D:plane"))
 
 
-def test_feet_point_where_the_person_walks(walk, take):
-    turns_s = walk.time_s[np.abs(walk.heading_deg - walk.heading_deg[0]) > 5][0]
-    root = take.rectified.level.root[walk.time_s < turns_s, :2]
-    way = (root[-1] - root[0]) / np.linalg.norm(root[-1] - root[0])
-    prints = [
-        one for one in foot_prints(take) if one.start_s < turns_s - 0.5
-    ]  # they lie flat half a second later
-    assert len(prints) >= 3
-    for one in prints:
-        assert one.ahead @ way > np.cos(np.radians(15))
+def test_feet_point_where_the_person_heads(walk, take, seen_by):
+    R_level_from_world = take.rectified.R_source_from_level.T @ seen_by.R_camera_from_world
+    prints = foot_prints(take)
+    lie_flat = [one.start_s + 0.3 for one in prints]
+    heading = np.radians(np.interp(lie_flat, walk.time_s, walk.heading_deg))
+    ahead = (
+        np.stack([np.cos(heading), np.sin(heading), np.zeros(len(prints))], axis=-1) @ R_level_from_world.T
+    )
+    turned = [np.degrees(np.arccos(one.ahead @ true[:2])) for one, true in zip(prints, ahead, strict=True)]
+    assert len(prints) >= 5
+    assert max(turned) < 15
 
 
 def test_heels_and_toes_tell_direction_and_floor(take):
