@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -78,7 +79,11 @@ def _ahead(rectified: Rectified, side: str) -> np.ndarray:
 
 
 def log_prints(
-    recording: rr.RecordingStream, prints: list[FootPrint], ground: float, clock: PoseSequence, size: float
+    recording: rr.RecordingStream,
+    prints: Sequence[FootPrint],
+    ground: float,
+    clock: PoseSequence,
+    size: float,
 ) -> None:
     """walk/prints/right and /left: an outline on the floor, at the row in which the foot lands. The view shows all of
     them up to its time (`walk_view`). ground: the floor's height."""

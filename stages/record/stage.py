@@ -21,6 +21,7 @@ from .angles import log_angles
 from .camera import log_camera
 from .gaps import angles_with_gaps_marked, gaps_marked
 from .measures import measures_markdown
+from .prints import foot_prints
 from .summary import summary_markdown
 from .up import log_up
 from .views import blueprint
@@ -82,6 +83,7 @@ def record(take: Take, path: str | Path, frames: bool = True) -> tuple[Event, ..
     take = take.saying(*events).with_(video=take.video if parts else None)
     distance = np.linalg.norm(poses.joints[is_finite(poses.joints)], axis=-1)
     size = float(np.percentile(distance, 98)) if len(distance) else 1.0  # about half the person's height
+    prints = foot_prints(take)
 
     path = Path(path)
     # Where the SDK cannot write even the beginning, it waits forever.
@@ -90,7 +92,7 @@ def record(take: Take, path: str | Path, frames: bool = True) -> tuple[Event, ..
     recording = rr.RecordingStream("pcnet3d")
     with whole_file(path) as partial, catch_and_log_exceptions(strict=True):
         try:
-            recording.save(partial, default_blueprint=blueprint(take, size))
+            recording.save(partial, default_blueprint=blueprint(take, prints, size))
             recording.send_recording_name(take.name)
             if take.video and parts:
                 log_video(recording, parts, on_clock(take.video, poses))
@@ -98,7 +100,7 @@ def record(take: Take, path: str | Path, frames: bool = True) -> tuple[Event, ..
             _log_poses(recording, shown, size)
             _log_rotation(recording, shown, size)
             del shown
-            log_room(recording, take, size)
+            log_room(recording, take, prints, size)
             log_angles(recording, angles_with_gaps_marked(take))
             log_camera(recording, take, frames)
             log_events(recording, take.events, poses)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,7 +14,7 @@ from ...pipeline.pose import PoseSequence, Rectified
 from ...pipeline.rotations import is_finite, rotate
 from ...pipeline.take import Take
 from ..drawing.rerun_log import log_skeleton
-from .prints import FootPrint, foot_prints, log_prints
+from .prints import FootPrint, log_prints
 
 if TYPE_CHECKING:
     import rerun as rr
@@ -41,7 +42,7 @@ def log_person(recording: rr.RecordingStream, rectified: Rectified, size: float)
         log_skeleton(recording, "walk", with_feet(placed), radius=0.024 * size)
 
 
-def log_room(recording: rr.RecordingStream, take: Take, size: float) -> None:
+def log_room(recording: rr.RecordingStream, take: Take, prints: Sequence[FootPrint], size: float) -> None:
     """What the person walks through: walk/path, the pelvis path on the floor; walk/path/error, ellipses that hold it
     with 90 % where it was estimated; walk/prints; and walk/camera, the camera at its place."""
     import rerun as rr
@@ -50,7 +51,6 @@ def log_room(recording: rr.RecordingStream, take: Take, size: float) -> None:
     placed, level = walked(rectified), rectified.level
     if placed is None or level.root is None:
         return
-    prints = foot_prints(take)
     ground = floor(placed, prints)
     path = np.column_stack([level.root[:, :2], np.full(len(level), ground)])
     pieces = runs(is_finite(level.root), level.times, breaks(level))
@@ -106,7 +106,7 @@ def _ellipses(
     return found
 
 
-def walk_view(take: Take, placed: PoseSequence, size: float) -> rrb.View:
+def walk_view(take: Take, placed: PoseSequence, prints: Sequence[FootPrint], size: float) -> rrb.View:
     """All of the path at once, the camera too, and every foot print up to the view's time. size: about half the
     person's height."""
     import rerun as rr
@@ -120,7 +120,7 @@ def walk_view(take: Take, placed: PoseSequence, size: float) -> rrb.View:
         along, right, up = _BESIDE_CAMERA
         eye = np.append(along * away + right * np.array([away[1], -away[0]]), up)
     reach = max(size, 0.45 * float(np.linalg.norm(high - low)))
-    plane = rr.components.Plane3D.XY.with_distance(floor(placed, foot_prints(take)))
+    plane = rr.components.Plane3D.XY.with_distance(floor(placed, prints))
     middle = (low + high) / 2
     so_far = rrb.VisibleTimeRanges(
         [
@@ -141,7 +141,7 @@ def walk_view(take: Take, placed: PoseSequence, size: float) -> rrb.View:
     )
 
 
-def floor(placed: PoseSequence, prints: list[FootPrint] | None = None) -> float:
+def floor(placed: PoseSequence, prints: Sequence[FootPrint] = ()) -> float:
     """The usual height of the foot prints; without any that of the lowest heels, toes and ankles, or of the lowest
     joint; NaN without joints."""
     if prints:
