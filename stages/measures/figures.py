@@ -1,4 +1,4 @@
-"""Figures of measures with their errors: every error is one standard deviation, and digits end where it begins."""
+"""Figures of measures with their errors: every error is one standard deviation, and digits end at its first."""
 
 from __future__ import annotations
 

@@ -22,7 +22,11 @@ if TYPE_CHECKING:
 
 _PATH, _ERROR, _CAMERA = (110, 140, 255), (85, 92, 125), (170, 170, 170)
 _EYE = (-1.6, 1.3, 0.7)  # from the middle of the path, in the reach of the scene
-_BESIDE_CAMERA = (-0.55, 2.1, 1.05)  # the same: along the camera's view, to its right, up
+_BESIDE_CAMERA = (
+    -0.55,
+    2.1,
+    1.05,
+)  # the same: along the camera's view, to the side that the person faces, up
 _ROUND = np.linspace(0, 2 * np.pi, 25)
 
 
@@ -117,8 +121,10 @@ def walk_view(take: Take, placed: PoseSequence, prints: Sequence[FootPrint], siz
     if R_level_from_camera is not None:
         low, high = np.minimum(low, 0), np.maximum(high, 0)
         away = R_level_from_camera[:2, 2] / np.linalg.norm(R_level_from_camera[:2, 2])
-        along, right, up = _BESIDE_CAMERA
-        eye = np.append(along * away + right * np.array([away[1], -away[0]]), up)
+        aside = np.array([away[1], -away[0]])
+        aside = -aside if aside[0] > 0 else aside  # LEVEL's people face -x, and come towards the eye
+        along, across, up = _BESIDE_CAMERA
+        eye = np.append(along * away + across * aside, up)
     reach = max(size, 0.45 * float(np.linalg.norm(high - low)))
     plane = rr.components.Plane3D.XY.with_distance(floor(placed, prints))
     middle = (low + high) / 2
