@@ -21,12 +21,9 @@ if TYPE_CHECKING:
     import rerun.blueprint as rrb
 
 _PATH, _ERROR, _CAMERA = (110, 140, 255), (85, 92, 125), (170, 170, 170)
-_EYE = (-1.6, 1.3, 0.7)  # from the middle of the path, in the reach of the scene
-_BESIDE_CAMERA = (
-    -0.55,
-    2.1,
-    1.05,
-)  # the same: along the camera's view, to the side that the person faces, up
+# Where the eye stands, from the middle of the scene and in its reach: along LEVEL's axes; or along the camera's view, to
+# the side that the person faces, and up.
+_EYE, _BESIDE_CAMERA = (-1.6, 1.3, 0.7), (-0.55, 2.1, 1.05)
 _ROUND = np.linspace(0, 2 * np.pi, 25)
 
 
@@ -101,6 +98,8 @@ def _ellipses(
     for piece in pieces:
         seconds = np.floor(time_s[piece] - time_s[piece][0])
         for row in piece.start + np.unique(seconds, return_index=True)[1]:
+            if not np.isfinite(covariance[row]).all():
+                continue
             if found and np.linalg.norm((path[row] - last)[:2] @ R_floor_from_axes / reach) < 1:
                 continue
             variances, R_floor_from_axes = np.linalg.eigh(covariance[row])

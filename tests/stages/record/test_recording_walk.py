@@ -162,3 +162,5 @@ def test_who_walks_has_an_ellipse_a_second_and_who_stays_has_one():
     assert len(_ellipses(stays, covariance, time_s, [slice(0, 100)])) == 1
     found = _ellipses(walks, covariance, time_s, [slice(0, 100)])
     np.testing.assert_allclose([np.mean(each[:-1, 0]) for each in found], 1.2 * np.arange(5), atol=1e-9)
+    covariance[:45] = np.nan  # an error that nobody knows is not drawn
+    assert len(_ellipses(walks, covariance, time_s, [slice(0, 100)])) == 2
