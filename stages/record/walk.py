@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     import rerun.blueprint as rrb
 
 _PATH, _ERROR, _CAMERA = (110, 140, 255), (85, 92, 125), (170, 170, 170)
-# Where the eye stands, from the middle of the scene and in its reach: along LEVEL's axes; or along the camera's view, to
-# the side that the person faces, and up.
+# Where the eye stands, from the middle of the scene and in its reach: along LEVEL's axes; or along the camera's view,
+# to the side that the person faces, and up.
 _EYE, _BESIDE_CAMERA = (-1.6, 1.3, 0.7), (-0.55, 2.1, 1.05)
 _ROUND = np.linspace(0, 2 * np.pi, 25)
 
