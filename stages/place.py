@@ -70,7 +70,7 @@ class Place:
                 f"The lifted body grew with its image, by {grown:.0f} % in all, and was brought to one size."
             )
             events.append(Event("repair", text))
-        return take.with_(poses=placed).saying(*events)
+        return take.with_(poses=placed, camera=camera).saying(*events)
 
     def _camera(self, take: Take) -> Camera | None:
         """The take's, or what is told of it; None where not even the image's size is known."""

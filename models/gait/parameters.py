@@ -95,7 +95,7 @@ def lengths(
     the other foot's place between lies from the middle of the two (in a straight walk that of Huxham et al., Gait &
     Posture 23(2), 2006).
     """
-    stands = {side: _places(root + ankles[side], time_s, feet[side], seams) for side in "rl"}
+    stands = {side: places(root + ankles[side], time_s, feet[side], seams) for side in "rl"}
     step: dict[str, list[float]] = {side: [] for side in "rl"}
     rows = []
 
@@ -178,15 +178,18 @@ def flat_span(stance: Stance, first_s: float, last_s: float) -> tuple[float, flo
     return start_s + _FLAT[0] * lasts, stop_s - (1 - _FLAT[1]) * lasts
 
 
-def _places(
+def places(
     path: np.ndarray, time_s: np.ndarray, feet: Sequence[Stance], seams: Sequence[int]
 ) -> dict[float, np.ndarray]:
-    """{initial contact: (3,) where the foot stands, and when}; a stance that is cut goes on to the take's end."""
-    found = {}
-    for stance in feet:
-        stop = stance.stop_s if stance.stop_s == stance.stop_s else float(time_s[-1])
-        if stance.start_s == stance.start_s and stop > stance.start_s:
-            lasts = min(stop - stance.start_s, _LONGEST_S)
-            at_s = stance.start_s + np.linspace(*_FLAT, _FLAT_SAMPLES) * lasts
-            found[stance.start_s] = np.append(resample(path, time_s, at_s, seams).mean(axis=0), at_s.mean())
-    return found
+    """{initial contact: (D + 1,) the mean of path (T, D) over the part of a stance in which the foot lies flat, and the
+    time of that}; a stance that is cut goes on to the take's end."""
+    known = [stance for stance in feet if stance.start_s == stance.start_s and stance.start_s < time_s[-1]]
+    if not known:
+        return {}
+    start = np.array([stance.start_s for stance in known])
+    stop = np.array([stance.stop_s if stance.stop_s == stance.stop_s else time_s[-1] for stance in known])
+    lasts = np.minimum(stop - start, _LONGEST_S)
+    at_s = start[:, None] + np.linspace(*_FLAT, _FLAT_SAMPLES) * lasts[:, None]
+    samples = resample(path, time_s, at_s.ravel(), seams).reshape(*at_s.shape, -1)
+    means = np.column_stack([samples.mean(axis=1), at_s.mean(axis=1)])
+    return {stance.start_s: mean for stance, mean in zip(known, means, strict=True)}

@@ -47,7 +47,8 @@ STYLE: dict[Any, Any] = {
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """values: (T,), broken where NaN. margin: (T,) half the height of the band around it, None without one."""
+    """values: (T,), broken where NaN. margin: (T,) half the height of the band around it, None without one. mark: where
+    along x an upright line in its colour stands."""
 
     name: str
     values: np.ndarray
@@ -55,6 +56,7 @@ class Curve:
     margin: np.ndarray | None = None
     dashed: bool = False
     width: float = 1.3
+    mark: float | None = None
 
 
 def sides(left: np.ndarray, right: np.ndarray, **margins: np.ndarray | None) -> list[Curve]:
@@ -72,6 +74,9 @@ def over_time(curves: Sequence[Curve], x: np.ndarray, x_name: str = "time (s)") 
     def draw(axes: Axes) -> None:
         for curve in curves:
             at, low, high = ranges(x, curve.values)
+            dashes = (0, (4, 1.3)) if curve.dashed else "-"
+            if curve.mark is not None:
+                axes.axvline(curve.mark, color=curve.colour, lw=0.8, ls=dashes)
             if curve.margin is not None:
                 _, bottom, _ = ranges(x, curve.values - curve.margin)
                 _, _, top = ranges(x, curve.values + curve.margin)
@@ -81,7 +86,6 @@ def over_time(curves: Sequence[Curve], x: np.ndarray, x_name: str = "time (s)") 
                     at, low, high, color=curve.colour, alpha=0.5, linewidth=0.6, label=curve.name
                 )
                 continue
-            dashes = (0, (4, 1.3)) if curve.dashed else "-"
             axes.plot(at, low, color=curve.colour, lw=curve.width, ls=dashes, label=curve.name)
         axes.set_xlim(float(x[0]), float(x[-1]) if x[-1] > x[0] else float(x[0]) + 1)
         axes.set_xlabel(x_name, labelpad=1)

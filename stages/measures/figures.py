@@ -1,4 +1,4 @@
-"""Figures of measures with their errors: every error is one standard deviation, and digits end where it begins."""
+"""Figures of measures with their errors: every error is one standard deviation, and digits end at its first."""
 
 from __future__ import annotations
 
@@ -102,9 +102,12 @@ def figure_of_error(error: float) -> float:
 
 
 def rounded(value: Any, error: float) -> float:
-    """The figure to the decimal that its error leaves, whole numbers at least: twice the error is at least one of the
-    last digit. Without an error as `figure`."""
+    """The figure to the decimal of its error's first digit, whole numbers at least. Without an error as `figure`."""
     if not (np.isfinite(error) and error > 0):
         return figure(value)
-    decimals = max(0, -int(np.floor(np.log10(2 * error))))
-    return round(float(value), decimals) + 0.0  # no -0
+    return round(float(value), decimals(error)) + 0.0  # no -0
+
+
+def decimals(error: float) -> int:
+    """How many decimals a figure has whose error is that, more than 0."""
+    return max(0, -int(np.floor(np.log10(error))))

@@ -20,8 +20,10 @@ def jumps(rectified: Rectified, gait: Gait) -> dict[str, Any]:
     """The group `jumps`: how many, when the feet leave the floor, flight times, and jump heights, by which the centre
     of mass rises after that (pipeline/motion/flights.py). Flights of a run are none."""
     level = rectified.level
-    if level.measured_root is None:
+    if level.root is None:
         return {"reason": "where the person is in the room is not known, or the camera moves"}
+    if level.measured_root is None:
+        return {"reason": "the pelvis path rests on the keypoints, and is too uncertain for flights"}
     if not rectified.level_ok:
         return {"reason": f"the take is not levelled: {rectified.level_reason}"}
     found = [

@@ -100,8 +100,8 @@ def measures(
 
     An `_error_` is one standard deviation of the figure beside it: of angles by what they are stated with, the errors
     of two moments taken for independent; of means over repetitions by their spread, but by half of a frame's length at
-    least; of gait figures by what they were off on lifted walks with truth (models/gait/errors.py). Figures end with
-    the digit that their error leaves.
+    least; of gait figures by what they were off on lifted walks with truth (models/gait/errors.py). Figures end at
+    the first digit of their error.
 
     range_of_motion: of each angle; p05_p95_deg leaves the highest and lowest twentieth of the frames out, which are
         noise's, and sd_deg is the middle of the stated standard deviations. beyond_anatomy_frames: in how many frames
@@ -117,7 +117,7 @@ def measures(
         walk; a run has a flight time instead. Speed, lengths and width are there where the pelvis path is known or the
         belt's speed told, else `lengths_reason`.
     floor: height, slope along the walk and stairs by where the feet stand, where the pelvis path is known.
-    jumps: flights in which the centre of mass falls freely, where the pelvis path is known.
+    jumps: flights in which the centre of mass falls freely, where the source knows the pelvis path.
     paths: lengths from the pelvis, and of the pelvis (root) where its way is known.
 
     `frames` is how many frames a figure rests on, `nan_share` the share of the take's frames that have no value.

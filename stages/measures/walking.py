@@ -47,9 +47,9 @@ _SLOW_HZ = 12.0  # a quick step of 0.4 s has fewer than five frames below this
 _BELT_SHARE = (
     0.12  # of a belt's speed that the feet's drift tells: what lifted stances are off (validation subjects)
 )
-_IN_STRIDES = ("hip_flexion", "knee_flexion", "shoulder_flexion", "elbow_flexion")
+_IN_STRIDES = ("hip_flexion", "knee_flexion", "ankle_dorsiflexion", "shoulder_flexion", "elbow_flexion")
 _PHASES = ("stance_percent", "swing_percent", "single_support_percent")
-_OF_BOTH = ("step_length", "stride_length", "step_width", "walking_speed")
+_OF_BOTH = ("walking_speed", "step_length", "stride_length", "step_width")
 
 
 def body_joints(filtered: PoseSequence, rectified: Rectified) -> np.ndarray:
@@ -148,11 +148,11 @@ def walking(
         "steps": len(gait.steps),
         "counted": f"{how_many(len(gait.steps), 'step')} between {how_many(landed, 'landing')}"
         + (f" in {len(gait.walks)} walks" if len(gait.walks) > 1 else ""),
+        **over_floor,
+        **said(lengths, _OF_BOTH, share=share),
         **_cadence(said(values, ("step_time_s",), digits=False), len(strides)),
         **said(values, ("step_time_s", "stride_time_s", "stance_time_s", "swing_time_s", *phases)),
         **_symmetries(said, {**values, **lengths}),
-        **over_floor,
-        **said(lengths, _OF_BOTH, share=share),
         **basis(apart),
         **sides,
         "cycles": {name: curve for name, curve in cycles.items() if curve},

@@ -21,10 +21,11 @@ from .angles import log_angles
 from .camera import log_camera
 from .gaps import angles_with_gaps_marked, gaps_marked
 from .measures import measures_markdown
+from .prints import foot_prints
 from .summary import summary_markdown
 from .up import log_up
 from .views import blueprint
-from .walk import log_walk
+from .walk import log_person, log_room
 
 if TYPE_CHECKING:
     import rerun as rr
@@ -60,7 +61,8 @@ def record(take: Take, path: str | Path, frames: bool = True) -> tuple[Event, ..
 
     Time axes: "frame", the number of the video's frame, and "video_time", its time stamp in seconds.
     Entities: video (which frame of which of video_parts), video/keypoints; source (the skeleton in the axes it came
-    in, and the body's axes there), body, level; walk (LEVEL in the room, and the way over the floor); wrists/source,
+    in, and the body's axes there), body, level; walk (LEVEL in the room, with the path over the
+    floor and its error, foot prints and the camera); wrists/source,
     wrists/level; rotation (expected errors, and how far each frame's vote on up is from the take's); tilt and up (the
     votes as the camera's pitch and roll, and on the unit sphere); camera (the frame whose straight lines tell up, with
     them and the horizon); angles/<angle> with the ends of its 90 % band;
@@ -81,6 +83,7 @@ def record(take: Take, path: str | Path, frames: bool = True) -> tuple[Event, ..
     take = take.saying(*events).with_(video=take.video if parts else None)
     distance = np.linalg.norm(poses.joints[is_finite(poses.joints)], axis=-1)
     size = float(np.percentile(distance, 98)) if len(distance) else 1.0  # about half the person's height
+    prints = foot_prints(take)
 
     path = Path(path)
     # Where the SDK cannot write even the beginning, it waits forever.
@@ -89,7 +92,7 @@ def record(take: Take, path: str | Path, frames: bool = True) -> tuple[Event, ..
     recording = rr.RecordingStream("pcnet3d")
     with whole_file(path) as partial, catch_and_log_exceptions(strict=True):
         try:
-            recording.save(partial, default_blueprint=blueprint(take, size))
+            recording.save(partial, default_blueprint=blueprint(take, prints, size))
             recording.send_recording_name(take.name)
             if take.video and parts:
                 log_video(recording, parts, on_clock(take.video, poses))
@@ -97,6 +100,7 @@ def record(take: Take, path: str | Path, frames: bool = True) -> tuple[Event, ..
             _log_poses(recording, shown, size)
             _log_rotation(recording, shown, size)
             del shown
+            log_room(recording, take, prints, size)
             log_angles(recording, angles_with_gaps_marked(take))
             log_camera(recording, take, frames)
             log_events(recording, take.events, poses)
@@ -130,7 +134,7 @@ def _log_poses(recording: rr.RecordingStream, take: Take, size: float) -> None:
     skeletons = {"source": take.need("poses"), "body": rectified.body, "level": rectified.level}
     for entity, skeleton in skeletons.items():
         log_skeleton(recording, entity, with_feet(skeleton), radius=0.024 * size)
-    log_walk(recording, rectified, size)
+    log_person(recording, rectified, size)
     for entity in ("source", "level"):
         skeleton = skeletons[entity]
         unit = skeleton.frame.unit if skeleton.frame.metric else "au"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,6 +12,7 @@ from ...pipeline.take import Take
 from ..drawing.facts import voted
 from .angles import angle_views, angled
 from .camera import camera_view, looked
+from .prints import FootPrint
 from .up import cap
 from .walk import floor, walk_view, walked
 
@@ -26,8 +28,9 @@ _EYES = {
 }
 
 
-def blueprint(take: Take, size: float) -> rrb.Blueprint:
+def blueprint(take: Take, prints: Sequence[FootPrint], size: float) -> rrb.Blueprint:
     """Left what came in, in the middle the rectified person and the angles, right the curves and the words.
+    Where the person's place is known, it opens with their walk.
 
     size: about half the person's height, in the poses' unit. Views of what the take lacks are not there.
     """
@@ -59,9 +62,9 @@ def blueprint(take: Take, size: float) -> rrb.Blueprint:
             ),
             rrb.Vertical(
                 rrb.Tabs(
+                    *([walk_view(take, placed, prints, size)] if placed is not None else []),
                     _person("body", "After: BODY, facing you", take, size),
                     _person("level", f"After: LEVEL, {level}", take, size),
-                    *([walk_view(placed, size)] if placed is not None else []),
                     *([_votes(take)] if votes else []),
                     *([camera_view(take)] if looked(take) else []),
                     active_tab=0,

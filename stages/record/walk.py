@@ -1,23 +1,30 @@
-"""The person in LEVEL where they are in the room, and the way they take over the floor."""
+"""The person in LEVEL where they are in the room: their path over the floor, their foot prints, and the camera."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...models.common.metrics import RAYLEIGH_90
 from ...pipeline.layouts import FEET, with_feet
 from ...pipeline.motion.signals import breaks, runs
 from ...pipeline.pose import PoseSequence, Rectified
-from ...pipeline.rotations import is_finite
+from ...pipeline.rotations import is_finite, rotate
+from ...pipeline.take import Take
 from ..drawing.rerun_log import log_skeleton
+from .prints import FootPrint, log_prints
 
 if TYPE_CHECKING:
     import rerun as rr
     import rerun.blueprint as rrb
 
-_PATH = (110, 140, 255)
-_EYE = (-1.6, 1.3, 0.7)  # from the middle of the way, in the reach of the scene
+_PATH, _ERROR, _CAMERA = (110, 140, 255), (85, 92, 125), (170, 170, 170)
+# Where the eye stands, from the middle of the scene and in its reach: along LEVEL's axes; or along the camera's view,
+# to the side that the person faces, and up.
+_EYE, _BESIDE_CAMERA = (-1.6, 1.3, 0.7), (-0.55, 2.1, 1.05)
+_ROUND = np.linspace(0, 2 * np.pi, 25)
 
 
 def walked(rectified: Rectified) -> PoseSequence | None:
@@ -29,41 +36,121 @@ def walked(rectified: Rectified) -> PoseSequence | None:
     return level.mapped(lambda points: points + root, root=None, root_covariance=None)
 
 
-def log_walk(recording: rr.RecordingStream, rectified: Rectified, size: float) -> None:
-    """`walk`, the skeleton, and `walk/path`, the pelvis's way as a line on the floor."""
+def log_person(recording: rr.RecordingStream, rectified: Rectified, size: float) -> None:
+    """`walk`: the skeleton at its place, on the rectification's clock."""
+    placed = walked(rectified)
+    if placed is not None:
+        log_skeleton(recording, "walk", with_feet(placed), radius=0.024 * size)
+
+
+def log_room(recording: rr.RecordingStream, take: Take, prints: Sequence[FootPrint], size: float) -> None:
+    """What the person walks through: walk/path, the pelvis path on the floor; walk/path/error, ellipses that hold it
+    with 90 % where it was estimated; walk/prints; and walk/camera, the camera at its place."""
     import rerun as rr
 
+    rectified = take.need("rectified")
     placed, level = walked(rectified), rectified.level
     if placed is None or level.root is None:
         return
-    log_skeleton(recording, "walk", with_feet(placed), radius=0.024 * size)
-    path = level.root.copy()
-    path[:, 2] = floor(placed)
-    pieces = runs(np.asarray(is_finite(path)) & np.asarray(is_finite(level.root)), level.times, breaks(level))
+    ground = floor(placed, prints)
+    path = np.column_stack([level.root[:, :2], np.full(len(level), ground)])
+    pieces = runs(is_finite(level.root), level.times, breaks(level))
     strips = [path[piece] for piece in pieces]
-    look = rr.LineStrips3D(strips, colors=[_PATH] * len(strips), radii=[0.012 * size] * len(strips))
+    look = rr.LineStrips3D(strips, colors=[_PATH], radii=[0.012 * size])
     recording.log("walk/path", look, static=True)
+    if level.root_covariance is not None:
+        ellipses = _ellipses(path, level.root_covariance[:, :2, :2], level.times, pieces)
+        look = rr.LineStrips3D(ellipses, colors=[_ERROR], radii=[0.004 * size])
+        recording.log("walk/path/error", look, static=True)
+    log_prints(recording, prints, ground, level, size)
+    R_level_from_camera = _camera_axes(take)
+    if take.camera is not None and R_level_from_camera is not None:
+        width, height = take.camera.image_size
+        place = rr.Transform3D(translation=[0, 0, 0], mat3x3=R_level_from_camera)
+        lens = rr.Pinhole(
+            focal_length=take.camera.focal_px,
+            width=width,
+            height=height,
+            camera_xyz=rr.ViewCoordinates.RDF,
+            image_plane_distance=0.6 * size,
+            color=_CAMERA,
+        )
+        recording.log("walk/camera", place, lens, static=True)
 
 
-def walk_view(placed: PoseSequence, size: float) -> rrb.View:
-    """All of the way at once. size: about half the person's height."""
+def _camera_axes(take: Take) -> np.ndarray | None:
+    """(3, 3) R_level_from_camera of a camera that stands still, whose centre is then LEVEL's origin; None where the
+    path is counted from elsewhere."""
+    source, rectified = take.need("poses").frame, take.need("rectified")
+    if source.family != "camera" or rectified.R_source_from_level.ndim == 3:
+        return None
+    return rectified.R_source_from_level.T @ source.basis
+
+
+def _ellipses(
+    path: np.ndarray, covariance: np.ndarray, time_s: np.ndarray, pieces: list[slice]
+) -> list[np.ndarray]:
+    """Each (25, 3), where the pelvis is with 90 % by its covariance (T, 2, 2) over the floor: at rows of path (T, 3)
+    that are a second apart and lie outside the last such ellipse, so that somebody who stays has one."""
+    circle = np.stack([np.cos(_ROUND), np.sin(_ROUND)], axis=-1)
+    found: list[np.ndarray] = []
+    last, R_floor_from_axes, reach = np.zeros(3), np.eye(2), np.ones(2)
+    for piece in pieces:
+        seconds = np.floor(time_s[piece] - time_s[piece][0])
+        for row in piece.start + np.unique(seconds, return_index=True)[1]:
+            if not np.isfinite(covariance[row]).all():
+                continue
+            if found and np.linalg.norm((path[row] - last)[:2] @ R_floor_from_axes / reach) < 1:
+                continue
+            variances, R_floor_from_axes = np.linalg.eigh(covariance[row])
+            last, reach = path[row], np.sqrt(2) * RAYLEIGH_90 * np.sqrt(variances)
+            over_floor = last[:2] + rotate(R_floor_from_axes, circle * reach)
+            found.append(np.column_stack([over_floor, np.full(len(circle), last[2])]))
+    return found
+
+
+def walk_view(take: Take, placed: PoseSequence, prints: Sequence[FootPrint], size: float) -> rrb.View:
+    """All of the path at once, the camera too, and every foot print up to the view's time. size: about half the
+    person's height."""
     import rerun as rr
     import rerun.blueprint as rrb
 
     low, high = (np.nanpercentile(placed.joints, share, axis=(0, 1)) for share in (1, 99))
+    eye, R_level_from_camera = np.array(_EYE), _camera_axes(take)
+    if R_level_from_camera is not None:
+        low, high = np.minimum(low, 0), np.maximum(high, 0)
+        away = R_level_from_camera[:2, 2] / np.linalg.norm(R_level_from_camera[:2, 2])
+        aside = np.array([away[1], -away[0]])
+        aside = -aside if aside[0] > 0 else aside  # LEVEL's people face -x, and come towards the eye
+        along, across, up = _BESIDE_CAMERA
+        eye = np.append(along * away + across * aside, up)
     reach = max(size, 0.45 * float(np.linalg.norm(high - low)))
-    plane = rr.components.Plane3D.XY.with_distance(floor(placed))
+    plane = rr.components.Plane3D.XY.with_distance(floor(placed, prints))
     middle = (low + high) / 2
+    so_far = rrb.VisibleTimeRanges(
+        [
+            rrb.VisibleTimeRange(
+                timeline,
+                start=rrb.TimeRangeBoundary.infinite(),
+                end=rrb.TimeRangeBoundary.cursor_relative(),
+            )
+            for timeline in ("frame", "video_time")
+        ]
+    )
     return rrb.Spatial3DView(
         origin="walk",
-        name="Through the room: LEVEL",
-        eye_controls=rrb.EyeControls3D(position=middle + reach * np.array(_EYE), look_target=middle),
+        name="On the floor: LEVEL",
+        eye_controls=rrb.EyeControls3D(position=middle + reach * eye, look_target=middle),
         line_grid=rrb.LineGrid3D(plane=plane, spacing=size / 2, color=(128, 128, 128, 110)),
+        overrides={f"walk/prints/{side}": so_far for side in ("right", "left")},
     )
 
 
-def floor(placed: PoseSequence) -> float:
-    """The height of the lowest heels, toes and ankles, or without any of the lowest joint; NaN without joints."""
+def floor(placed: PoseSequence, prints: Sequence[FootPrint] = ()) -> float:
+    """The usual height of the foot prints; without any that of the lowest heels, toes and ankles, or of the lowest
+    joint; NaN without joints."""
+    if prints:
+        return float(np.median([one.place[2] for one in prints]))
     points = with_feet(placed)
     low = [joint for joint in points.layout.joints if joint in FEET or joint.endswith("ankle")]
     for rows in (points.layout.indices(low), slice(None)):

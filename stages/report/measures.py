@@ -22,33 +22,34 @@ from ..drawing.page import (
     small,
     table,
 )
-from ..measures.figures import error_key, of_length
+from ..measures.figures import decimals, error_key, of_length
 from .sections import spoken
 
 _UNITS = {
     "_deg": "°", "_degps": "°/s", "_m": "m", "_mps": "m/s", "_mps2": "m/s²", "_au": "au", "_aups": "au/s", "_s": "s",
-    "_hz": "Hz", "_percent": "%", "_spm": "steps a minute",
+    "_hz": "Hz", "_percent": "%", "_spm": "steps/min",
 }  # fmt: skip
 _WORDS = {
     "p05": "5th percentile", "p95": "95th percentile", "p05_p95": "range between them",
     "sd": "stated standard deviation", "beyond_anatomy_frames": "frames beyond anatomy",
-    "nan_share": "share without a value", "sparc_up": "SPARC up", "sparc_down": "SPARC down",
+    "mean_stance": "mean stance phase", "mean_swing": "mean swing phase", "landings": "initial contacts",
+    "toe_offs": "toe-offs", "nan_share": "share without a value", "sparc_up": "SPARC up", "sparc_down": "SPARC down",
 }  # fmt: skip
 _ERRORS = (
-    "± is one standard deviation of the figure before it. Grey: a difference that lies within its error (90 %), or a "
-    "range with values that no joint reaches."
+    "± is one standard deviation (SD) of the figure before it. Grey: a difference that lies within its error (90 %), "
+    "or a range with values that no joint reaches."
 )
 _MOMENTS = ("start_s", "stop_s", "landings_s", "toe_offs_s")
 _MANY = 20  # a list of more is a curve, or too long for a table
 _SIDES = {"r_": ("right", RIGHT), "l_": ("left", LEFT)}
 
 
-def measure_tables(measures: Mapping[str, Any] | None, length: str = "m") -> Markup:
+def measure_tables(measures: Mapping[str, Any] | None, length: str = "m", level: int = 2) -> Markup:
     """HTML of nested measures: what has curves over a cycle (lists `mean_deg` and `sd_deg`, 0 to 100 %) as charts, both
     sides in one; the rest as figures and tables. Each group of the first level has a heading; below, groups that hold
     no others are the rows of one table, and so are the members of a list of groups. length: the unit of lengths, "m"
-    or "au"."""
-    return small(_ERRORS) + _group("take", _with_units(measures, length), level=2) if measures else Markup("")
+    or "au". level: of the heading that this stands under."""
+    return small(_ERRORS) + _group("take", _with_units(measures, length), level) if measures else Markup("")
 
 
 def _with_units(value: Any, length: str) -> Any:
@@ -70,6 +71,8 @@ def named(key: str) -> str:
 def _words_and_unit(key: str) -> tuple[str, str]:
     suffix = max((end for end in _UNITS if key.endswith(end)), key=len, default="")
     name = key.removesuffix(suffix)
+    if name not in _WORDS and name.startswith("sd_"):
+        return f"SD of {spoken(name.removeprefix('sd_'))}", _UNITS.get(suffix, "")
     return _WORDS.get(name, spoken(name)), _UNITS.get(suffix, "")
 
 
@@ -80,7 +83,12 @@ def _group(name: str, group: Mapping[str, Any], level: int) -> Markup:
     said = {key: value for key, value in own.items() if isinstance(value, str)}
     hidden = _hidden(own)
     pairs = [
-        _pair(key, value, own.get(error_key(key)))
+        _pair(
+            key,
+            value,
+            own.get(error_key(key)),
+            own.get(key.replace("symmetry_index_percent", "within_error")),
+        )
         for key, value in own.items()
         if not (key in said or key in hidden or _is_curve(key, value))
     ]
@@ -88,7 +96,7 @@ def _group(name: str, group: Mapping[str, Any], level: int) -> Markup:
         joined(small(f"{named(key).capitalize()}: {value}.") for key, value in said.items())
         + glance(pairs)
         + _rows({key: value for key, value in flat.items() if not _has_curve(value)})
-        + _cycles({name: own, **flat})
+        + cycle_charts({name: own, **flat})
         + joined(
             heading(named(key), min(level + 1, 4)) + _group(key, value, level + 1)
             for key, value in groups.items()
@@ -126,14 +134,15 @@ def _hidden(group: Mapping[str, Any]) -> set[str]:
     }
 
 
-def _pair(key: str, value: Any, error: Any = None) -> tuple[str, str]:
-    """A figure that stands alone: its name, and it with its error and unit."""
+def _pair(key: str, value: Any, error: Any = None, within: Any = None) -> tuple[str, str]:
+    """A figure that stands alone: its name, and it with its error and unit, and whether it lies within that."""
     words, unit = _words_and_unit(key)
     if key == "nan_share":
         return words, _percent(value)
     if isinstance(value, Sequence) and len(value) > _MANY:
         return words, _shown(value)
-    return words, f"{_both(key, value, error)}{'' if unit.startswith('°') else ' '}{unit}".rstrip()
+    both = f"{_both(key, value, error)}{'' if unit.startswith('°') else ' '}{unit}".rstrip()
+    return words, f"{both}, within its error" if within is True else both
 
 
 def _rows(members: Mapping[str, Mapping[str, Any]]) -> Markup:
@@ -155,7 +164,11 @@ def _both(key: str, value: Any, error: Any) -> str:
     """A figure, or each of a list, with its error; moments to a hundredth of a second, finer than frames."""
     values = value if isinstance(value, list) and len(value) <= _MANY else [value]
     errors = error if isinstance(error, list) else [error] * len(values)
-    shown = [f"{one:.2f}" if key in _MOMENTS and isinstance(one, float) else _shown(one) for one in values]
+    shown = [
+        f"{one:.2f}" if key in _MOMENTS and isinstance(one, float)
+        else f"{one:.{decimals(off)}f}" if isinstance(one, float) and off else _shown(one)
+        for one, off in zip(values, errors, strict=True)
+    ]  # fmt: skip
     margins = ["" if off is None else f" ± {_shown(off)}" for off in errors]
     return ", ".join(one + margin for one, margin in zip(shown, margins, strict=True))
 
@@ -178,19 +191,30 @@ def _percent(share: float) -> str:
     return f"{100 * share:.2g} %"
 
 
-def _cycles(members: Mapping[str, Mapping[str, Any]]) -> Markup:
-    """A chart of the mean curve and its standard deviation for each member that has them, both sides in one."""
+def cycle_charts(
+    members: Mapping[str, Mapping[str, Any]],
+    over: str = "cycle (%)",
+    marks: Mapping[str, float] | None = None,
+) -> Markup:
+    """A chart of the mean curve and its standard deviation for each member that has them, both sides in one. over: what
+    the curves run over; marks: where on that an upright line stands, by side "r_" and "l_"."""
     drawn: dict[tuple[str, str], list[tuple[Curve, str]]] = {}
     for name, member in members.items():
         side, colour = _SIDES.get(name[:2], (spoken(name), MIDDLE))
-        more = [f"{named(k)} {_shown(v)}" for k, v in member.items() if not isinstance(v, Sequence)]
+        more = [
+            f"{'n =' if k == 'count' else named(k)} {_shown(v)}"
+            for k, v in member.items()
+            if not isinstance(v, Sequence)
+        ]
         words = f"{side}: {', '.join(more)}" if more else ""
         for key, value in member.items():
             if not (key.startswith("mean_") and _is_curve(key, value)):
                 continue
             spread = member.get(f"sd{key.removeprefix('mean')}")
             margin = None if spread is None else _numbers(spread)
-            curve = Curve(side, _numbers(value), colour, margin, dashed=name[:2] == "l_")
+            curve = Curve(
+                side, _numbers(value), colour, margin, name[:2] == "l_", mark=(marks or {}).get(name[:2])
+            )
             both = name[2:] if name[:2] in _SIDES else name
             drawn.setdefault((both, key.removeprefix("mean_")), []).append((curve, words))
     figures = []
@@ -198,7 +222,7 @@ def _cycles(members: Mapping[str, Mapping[str, Any]]) -> Markup:
         curves = [curve for curve, _ in parts]
         title = named(f"{name}_{unit}").capitalize()
         share = np.linspace(0, 100, len(curves[0].values))
-        svg = picture(over_time(curves, share, "cycle (%)"), "svg", f"{title} over a cycle")
+        svg = picture(over_time(curves, share, over), "svg", f"{title} over a cycle")
         about = "; ".join(words for _, words in parts if words)
         band = "; band: one standard deviation" if any(curve.margin is not None for curve in curves) else ""
         figures.append(figure([svg], title, f"Mean{f' ({about})' if about else ''}{band}."))

@@ -24,6 +24,7 @@ from ..drawing.charts import LEFT, RIGHT, SLICES, SOFT, Curve, over_time, path, 
 from ..drawing.facts import Facts, facts_of, shared_up, voted
 from ..drawing.image_lines import WORDS, drawn
 from ..drawing.page import charts, figure, page, picture, small
+from .gait import gait_section
 from .key_frames import key_figures, lines_jpeg, seen_by_camera
 from .measures import measure_tables
 from .motion import motion_charts
@@ -71,10 +72,12 @@ def report(take: Take, frames: bool = True) -> str:
 
 def measure_sections(measures: Mapping[str, Any], length: str) -> list[tuple[str, Markup]]:
     """All measures; those of a gait, where there is one, in a section of their own before the others."""
-    apart = ("walking",) if measures.get("walking", {}).get("steps") else ()
-    own, rest = ({k: v for k, v in measures.items() if (k in apart) == is_gait} for is_gait in (True, False))
-    sections = [("Gait", measure_tables(own, length))] if own else []
-    return [*sections, ("Measures", measure_tables(rest, length))]
+    walking = measures.get("walking", {})
+    if not walking.get("steps"):
+        return [("Measures", measure_tables(measures, length))]
+    title = "Gait: running" if walking.get("gait") == "running" else "Gait: walking"
+    rest = {name: group for name, group in measures.items() if name != "walking"}
+    return [(title, gait_section(walking, length)), ("Measures", measure_tables(rest, length))]
 
 
 def _key_frames(take: Take, frames: bool) -> Markup:

@@ -106,6 +106,7 @@ def test_poses_of_a_world_and_people_whom_nobody_sees_are_not_placed(take, walk)
 
 def test_without_a_camera_what_is_told_counts_and_a_guess_says_so(take, placed):
     told = Place(focal_px=FOCAL, image_size=SIZE)(take.with_(camera=None))
+    assert (told.camera.focal_px, told.camera.image_size, told.camera.focal_source) == (FOCAL, SIZE, "told")
     np.testing.assert_allclose(told.poses.root, placed.poses.root)
     guessed = Place(image_size=SIZE)(take.with_(camera=None))
     assert "a guess" in guessed.events[-1].text

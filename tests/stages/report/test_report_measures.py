@@ -42,7 +42,7 @@ def test_names_and_units_are_those_of_the_keys(key, words):
 def test_every_figure_is_there_once_under_its_name():
     said = measure_tables(MEASURES)
     cells = re.findall(r"<t[hd][^>]*>(.*?)</t[hd]>", said)
-    assert "<dt>cadence</dt><dd>104.5 steps a minute</dd>" in said
+    assert "<dt>cadence</dt><dd>104.5 steps/min</dd>" in said
     at = cells.index("range between them (°)")
     assert cells[at + 3 : at + 11] == [
         "right knee flexion",
@@ -63,7 +63,7 @@ def test_both_sides_of_a_cycle_share_a_chart():
     said = measure_tables(MEASURES)
     assert re.findall(r"<figcaption>(.*?)</figcaption>", said) == ["Knee flexion (°)"]
     assert said.count("<img") == 1
-    assert "right: count 4; left: count 3" in said
+    assert "right: n = 4; left: n = 3" in said
 
 
 def test_lists():
@@ -110,7 +110,7 @@ def test_figures_stand_with_their_errors_and_are_grey_where_these_cover_them():
     assert "50 %" in said
     assert "<dd>57 ± 9.1, 52 ± 8.5°</dd>" in said
     assert "<dd>0.96, 2.00 s</dd>" in said
-    assert "<dd>98 ± 1.2 steps a minute</dd>" in said
+    assert "<dd>98 ± 1.2 steps/min</dd>" in said
     for hidden in ("within", "symmetry index error", "cadence error", "0.000", "49.0"):
         assert hidden not in said.split("Grey")[1].split("</p>", 1)[1]
 
@@ -132,8 +132,38 @@ def test_lengths_and_speeds_have_the_unit_of_the_take(length, per_second):
 
 def test_a_gait_has_a_section_of_its_own_and_standing_has_none():
     walked = {"walking": {"steps": 4, "mean_step_time_s": 0.6}, "jumps": {"count": 0}}
-    assert [title for title, _ in measure_sections(walked, "m")] == ["Gait", "Measures"]
+    assert [title for title, _ in measure_sections(walked, "m")] == ["Gait: walking", "Measures"]
     (gait, rest) = (words for _, words in measure_sections(walked, "m"))
     assert "step time" in gait
     assert "step time" not in rest
     assert [title for title, _ in measure_sections({"walking": {"steps": 0}}, "m")] == ["Measures"]
+
+
+def test_a_gait_section_has_its_curves_over_the_gait_cycle_with_toe_offs(monkeypatch):
+    drawn = []
+    monkeypatch.setattr(
+        "pcnet3d.stages.report.measures.over_time",
+        lambda curves, x, name: drawn.append((curves, x, name)) or b"<svg/>",
+    )
+    walking = {
+        "gait": "running",
+        "steps": 8,
+        "walking_speed": 3.1,
+        "walking_speed_error": 0.065,
+        "right": {"mean_stance_percent": 35.0},
+        "left": {"steps": 4},
+        "cycles": {f"{side}_knee_flexion": {"count": 4, "mean_deg": CURVE} for side in "rl"},
+    }
+    ((title, gait), _) = measure_sections({"walking": walking, "jumps": {"count": 0}}, "m")
+    assert title == "Gait: running"
+    assert "3.10 ± 0.065 m/s" in gait
+    ((curves, share, name),) = drawn
+    assert name == "gait cycle (%)"
+    assert (share[0], share[-1]) == (0, 100)
+    assert [(curve.name, curve.mark) for curve in curves] == [("right", 35.0), ("left", None)]
+
+
+def test_a_difference_within_its_error_is_said_where_it_stands_alone():
+    index = {"step_time_symmetry_index_percent": 6.0, "step_time_symmetry_index_error_percent": 3.7}
+    for within, said in ((True, "6 ± 3.7 %, within its error"), (False, "6 ± 3.7 %</dd>")):
+        assert said in measure_tables({"walking": {**index, "step_time_within_error": within}})
