@@ -47,7 +47,9 @@ def test_what_is_not_run():
         "lifting: needs MotionBERT's repository and weights",
         "lifting: needs VideoPose3D's repository and weights",
         "plugins: needs the template installed; tests/plugin does that and runs it",
+        "place: needs a video and a network's time",
         "training: needs a machine on which nothing is installed",
+        "training: needs the project's own data, and most of an hour",
         "training: needs the motion capture that the shipped networks were trained on, and hours",
     }
 
