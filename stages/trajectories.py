@@ -27,6 +27,7 @@ import numpy as np
 from ..models.gait.contact import SIDES, contacts
 from ..models.gait.events import stances
 from ..models.gait.foot_lock import foot_locked
+from ..models.gait.of_take import body_joints
 from ..pipeline.errors import InputError
 from ..pipeline.messages import how_many
 from ..pipeline.motion.rates import fall_doubts, pace_doubts
@@ -44,7 +45,6 @@ from ..pipeline.motion.smoother import LIFTED, Motion, known_noise
 from ..pipeline.pose import PoseSequence, Rectified
 from ..pipeline.rotations import is_finite
 from ..pipeline.take import Event, Take
-from .measures.walking import body_joints
 
 Filter = Literal["butterworth", "savgol", "none"]
 Smoother = Literal["auto", "butterworth", "savgol", "none"]
@@ -61,6 +61,7 @@ _ESTIMATED = (
     "Paths, velocities and accelerations are smoothed by an error of the joints that is estimated from the paths; "
     "what errs slowly cannot be told so, and no standard deviations are stated."
 )
+_NOT_LOCKED = "No foot is locked: there is no pelvis path from keypoints and a camera that stands still."
 # Prefix of the axes' columns, name of the norm's, unit for a unit of length. Names are the same whatever the unit is.
 _QUANTITIES = (("", "distance", "{}"), ("v", "speed", "{}/s"), ("a", "acceleration", "{}/s2"))
 _UNITS = {"deg": "deg", "s": "s", "sd": "{}"}  # of a column whose name ends so; {} is the unit of length
@@ -103,14 +104,14 @@ class Trajectories:
         told = _told(path, known_error)
         motions = known_motions(level, self.joints) if known_error else {}
         if self.foot_lock:
+            if path.root is None or path.root_covariance is None:
+                told = [*told, Event("note", _NOT_LOCKED)]
             path = _locked(path, level, rectified)
             motions.pop("root", None)
         columns = dict(take.kinematics or {})
         for joint in (*self.joints, *(["root"] if path.root is not None else [])):
             columns |= trajectory(level if joint in motions else path, joint, motions.get(joint))
-        if (
-            path.root_sd is not None
-        ):  # of the whole error, that of the body's size and the focal length included
+        if path.root_sd is not None:  # the body's size and the focal length included
             columns |= {f"root_{axis}_sd": path.root_sd[:, i] for i, axis in enumerate("xyz")}
         events = [Event("note", _RELATIVE)] if rectified.camera == "moving" else []
         if known_error:

@@ -10,6 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ...models.gait.gait import separation
+from ...models.gait.of_take import NOISE, SIDES, body_joints, gait_of
 from ...pipeline.errors import InputError
 from ...pipeline.frames import Frame
 from ...pipeline.motion.angles import ANGLES, MIDLINE, of_both
@@ -34,7 +35,7 @@ from .figures import (
 )
 from .floor import floor
 from .jumps import jumps
-from .walking import FEWEST, NOISE, SIDES, body_joints, gait_of, walking
+from .walking import FEWEST, walking
 
 _NO_RANGE = 5.0  # degrees: below, noise makes the range, and a share of it says nothing
 _BEND, _RAISE, _ANY = 35.0, 50.0, 20.0  # degrees that a repetition rises by at least

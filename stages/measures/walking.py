@@ -15,18 +15,17 @@ from ...models.gait.gait import (
     LEAST_STEP,
     Gait,
     Values,
-    facing_deg,
-    find_gait,
     length_values,
     over_belt,
     separation,
     time_values,
 )
+from ...models.gait.of_take import NOISE, SIDES, separation_sd
 from ...pipeline.frames import Frame
 from ...pipeline.messages import how_many
 from ...pipeline.motion.signals import breaks, rate
 from ...pipeline.pose import PoseSequence, Rectified
-from ...pipeline.rotations import rotate, transpose
+from ...pipeline.rotations import transpose
 from .figures import (
     basis,
     error_key,
@@ -39,8 +38,6 @@ from .figures import (
 )
 
 FEWEST = 10  # frames
-NOISE = 2.0 * float(np.sqrt(2))  # standard deviations of a frame's value: twice that of a difference of two
-SIDES = {"right": "r", "left": "l"}
 _STRIDES = 3  # for a cadence
 _SIGHT_DEG = 30.0  # off the line of sight: nearer to it, cos 30 = 87 % of a step and more is depth
 _SLOW_HZ = 12.0  # a quick step of 0.4 s has fewer than five frames below this
@@ -50,45 +47,6 @@ _BELT_SHARE = (
 _IN_STRIDES = ("hip_flexion", "knee_flexion", "ankle_dorsiflexion", "shoulder_flexion", "elbow_flexion")
 _PHASES = ("stance_percent", "swing_percent", "single_support_percent")
 _OF_BOTH = ("walking_speed", "step_length", "stride_length", "step_width")
-
-
-def body_joints(filtered: PoseSequence, rectified: Rectified) -> np.ndarray:
-    """(T, 17, 3) the filtered joints in BODY axes: no turn of the path and no pan of the camera changes them."""
-    R_body_from_level = transpose(rectified.R_source_from_body) @ rectified.R_source_from_level
-    return rotate(R_body_from_level, filtered.joints.astype(np.float64))
-
-
-def gait_of(
-    body: np.ndarray, filtered: PoseSequence, rectified: Rectified, columns: Mapping[str, np.ndarray]
-) -> Gait:
-    """Stances and walks of the joints (T, 17, 3) in BODY axes, with steps beyond the noise that the columns (T,) state.
-    Where the camera moves, turns of the person are not told from the camera's and end no walk."""
-    facing = None
-    if rectified.camera != "moving":
-        facing = facing_deg(transpose(rectified.R_source_from_level) @ rectified.R_source_from_body)
-    return find_gait(body, filtered.times, breaks(filtered), facing_deg=facing, least=least_step(columns))
-
-
-def least_step(columns: Mapping[str, np.ndarray]) -> float:
-    """By how much the ankles' separation changes from landing to landing at least, in lengths of a leg, by the stated
-    standard deviations in the columns (T,)."""
-    return max(LEAST_STEP, NOISE * separation_sd(columns))
-
-
-def separation_sd(columns: Mapping[str, np.ndarray]) -> float:
-    """Median standard deviation of the separation, in lengths of a leg, by those that the columns (T,) state for thighs
-    and shanks in degrees; 0 where none is stated. Both bones are half of a leg, and the four errors are taken for
-    independent."""
-    parts = [
-        0.5 * np.cos(np.radians(columns[f"{name}_deg"])) * np.radians(columns[f"{name}_sd_deg"])
-        for name in (f"{side}_{bone}_sagittal" for side in "rl" for bone in ("thigh", "shank"))
-        if f"{name}_deg" in columns and f"{name}_sd_deg" in columns
-    ]
-    if len(parts) < 4:
-        return 0.0
-    sd = np.sqrt(np.sum(np.square(parts), axis=0))
-    known = sd[np.isfinite(sd)]
-    return float(np.median(known)) if len(known) else 0.0
 
 
 def walking(

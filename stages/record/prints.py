@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...models.gait.of_take import SIDES, body_joints, gait_of
 from ...models.gait.parameters import places
 from ...pipeline.layouts import FEET
 from ...pipeline.motion.signals import breaks
@@ -16,7 +17,6 @@ from ...pipeline.rotations import transpose, unit
 from ...pipeline.take import Take
 from ..drawing.palette import LEFT, RIGHT
 from ..drawing.rerun_log import time_columns
-from ..measures.walking import SIDES, body_joints, gait_of
 
 if TYPE_CHECKING:
     import rerun as rr

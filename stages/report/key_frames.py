@@ -29,6 +29,7 @@ def key_rows(body: PoseSequence, count: int = 6) -> list[int]:
     seen = np.flatnonzero(is_finite(joints).mean(axis=1) > 0.5)
     if not len(seen):
         return []
+    joints = joints[:, is_finite(joints[seen]).any(axis=0)]
     usual = np.nanmedian(joints[seen], axis=0)
     rows = []
     for part in np.array_split(seen, min(count, len(seen))):

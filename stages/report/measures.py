@@ -188,7 +188,7 @@ def _with_error(member: Mapping[str, Any], key: str) -> Cell:
 
 
 def _percent(share: float) -> str:
-    return f"{100 * share:.2g} %"
+    return f"{float(f'{100 * share:.2g}'):g} %"
 
 
 def cycle_charts(

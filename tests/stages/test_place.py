@@ -220,3 +220,10 @@ def test_the_floor_of_a_walk_lies_below_the_camera(through, camera, take):
     for stage in (Rectify(rectifier="geometric"), Trajectories(), Angles(), Measures()):
         nowhere = stage(nowhere)
     assert "not known" in nowhere.measures["floor"]["reason"]
+
+
+def test_feet_that_cannot_be_locked_are_said(take):
+    take = Rectify(rectifier="geometric")(take)
+    said = [event.text for event in Trajectories(foot_lock=True)(take).events]
+    assert any("No foot is locked" in text for text in said)
+    assert not any("No foot is locked" in event.text for event in Trajectories()(take).events)

@@ -11,12 +11,12 @@ from golden import jumps
 from pcnet3d.examples.walker.camera import aimed, camera_poses
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.gait.events import Stance, walks
+from pcnet3d.models.gait.of_take import least_step
 from pcnet3d.pipeline import H36M17, Z_UP, InputError, Pipeline, Take
 from pcnet3d.pipeline.motion.angles import ANGLES, MIDLINE
 from pcnet3d.stages.angles import Angles
 from pcnet3d.stages.export.measures import write_measures
 from pcnet3d.stages.measures.stage import Measures
-from pcnet3d.stages.measures.walking import least_step
 from pcnet3d.stages.record.measures import measures_markdown
 from pcnet3d.stages.rectify import Rectify
 from pcnet3d.stages.trajectories import Trajectories

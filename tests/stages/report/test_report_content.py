@@ -14,6 +14,7 @@ from pcnet3d.pipeline.motion.angles import ANGLES
 from pcnet3d.pipeline.take import Event
 from pcnet3d.stages.drawing.charts import LEFT, MIDDLE, RIGHT, SLICES, Curve, over_time, ranges
 from pcnet3d.stages.drawing.page import table
+from pcnet3d.stages.report.measures import _percent
 from pcnet3d.stages.report.sections import angle_table
 from pcnet3d.stages.report.stage import Report, report
 from pcnet3d.stages.trajectories import UNCERTAIN
@@ -284,3 +285,7 @@ def test_body_is_seen_from_the_front_and_from_its_right(walk_take):
     trunk = [x for x, colour in lines if colour == MIDDLE and x.min() > 120]
     (thorax, nose), (_, head) = trunk[-2:]
     assert nose > (thorax + head) / 2
+
+
+def test_shares_are_written_in_full():
+    assert [_percent(share) for share in (1.0, 0.153, 0.0065)] == ["100 %", "15 %", "0.65 %"]

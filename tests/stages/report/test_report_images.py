@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from pcnet3d.pipeline import H36M17, InputError
+from pcnet3d.pipeline import BODY, H36M17, InputError, PoseSequence
 from pcnet3d.pipeline.files.video_frames import images_at, images_from
 from pcnet3d.stages.report.key_frames import jpeg, key_rows
 from pcnet3d.stages.report.stage import report
@@ -109,3 +109,10 @@ def test_no_frames_means_no_image(walk_take, film):
     assert "data:image/jpeg" not in without
     assert "data:image/png" not in without
     assert without.count("2D keypoints of frame") == 6
+
+
+def test_a_joint_that_nobody_saw_is_no_part_of_a_posture(recwarn):
+    joints = np.random.default_rng(0).normal(size=(30, 17, 3))
+    joints[:, H36M17.index("r_ankle")] = np.nan
+    assert len(key_rows(PoseSequence(joints, H36M17, BODY))) == 6
+    assert not list(recwarn)

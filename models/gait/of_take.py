@@ -1,0 +1,54 @@
+"""The gait of a rectified take: where its stages meet models/gait."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from ...pipeline.motion.signals import breaks
+from ...pipeline.pose import PoseSequence, Rectified
+from ...pipeline.rotations import rotate, transpose
+from .gait import LEAST_STEP, Gait, facing_deg, find_gait
+
+SIDES = {"right": "r", "left": "l"}
+NOISE = 2.0 * float(np.sqrt(2))  # standard deviations of a frame's value: twice that of a difference of two
+
+
+def body_joints(filtered: PoseSequence, rectified: Rectified) -> np.ndarray:
+    """(T, 17, 3) the filtered joints in BODY axes: no turn of the path and no pan of the camera changes them."""
+    R_body_from_level = transpose(rectified.R_source_from_body) @ rectified.R_source_from_level
+    return rotate(R_body_from_level, filtered.joints.astype(np.float64))
+
+
+def gait_of(
+    body: np.ndarray, filtered: PoseSequence, rectified: Rectified, columns: Mapping[str, np.ndarray]
+) -> Gait:
+    """Stances and walks of the joints (T, 17, 3) in BODY axes, with steps beyond the noise that the columns (T,) state.
+    Where the camera moves, turns of the person are not told from the camera's and end no walk."""
+    facing = None
+    if rectified.camera != "moving":
+        facing = facing_deg(transpose(rectified.R_source_from_level) @ rectified.R_source_from_body)
+    return find_gait(body, filtered.times, breaks(filtered), facing_deg=facing, least=least_step(columns))
+
+
+def least_step(columns: Mapping[str, np.ndarray]) -> float:
+    """By how much the ankles' separation changes from landing to landing at least, in lengths of a leg, by the stated
+    standard deviations in the columns (T,)."""
+    return max(LEAST_STEP, NOISE * separation_sd(columns))
+
+
+def separation_sd(columns: Mapping[str, np.ndarray]) -> float:
+    """Median standard deviation of the separation, in lengths of a leg, by those that the columns (T,) state for thighs
+    and shanks in degrees; 0 where none is stated. Both bones are half of a leg, and the four errors are taken for
+    independent."""
+    parts = [
+        0.5 * np.cos(np.radians(columns[f"{name}_deg"])) * np.radians(columns[f"{name}_sd_deg"])
+        for name in (f"{side}_{bone}_sagittal" for side in "rl" for bone in ("thigh", "shank"))
+        if f"{name}_deg" in columns and f"{name}_sd_deg" in columns
+    ]
+    if len(parts) < 4:
+        return 0.0
+    sd = np.sqrt(np.sum(np.square(parts), axis=0))
+    known = sd[np.isfinite(sd)]
+    return float(np.median(known)) if len(known) else 0.0
