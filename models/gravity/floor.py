@@ -122,10 +122,12 @@ def stance(joints: np.ndarray, up: np.ndarray, time_s: np.ndarray) -> tuple[np.n
     from scipy.ndimage import gaussian_filter1d
 
     stature = implied_stature(joints)
+    if not stature > 0:  # nor when it is NaN
+        return np.full((len(joints), 3), np.nan), np.zeros(len(joints), dtype=bool)
     right, left = (joints[:, H36M17.index(f"{side}_ankle")].astype(np.float64) / stature for side in "rl")
     across = right - left
     fine = is_finite(across)
-    if fine.sum() < 5 or not np.isfinite(stature):
+    if fine.sum() < 5:
         return across, np.zeros(len(joints), dtype=bool)
     smooth = across.copy()
     smooth[fine] = gaussian_filter1d(across[fine], 1.5, axis=0)

@@ -1,5 +1,6 @@
 """The command in a process of its own, with stages that crash and hang installed beside it."""
 
+import contextlib
 import os
 import subprocess
 import sys
@@ -49,10 +50,12 @@ def told() -> Callable[[Path], dict[str, float]]:
     """told(folder): when each file in it was written."""
 
     def times(folder: Path) -> dict[str, float]:
-        return {
-            str(path.relative_to(folder)): path.stat().st_mtime_ns
-            for path in folder.rglob("*")
-            if path.is_file()
-        }
+        found = {}
+        # os.walk, unlike rglob, passes over a folder that a running batch renames meanwhile.
+        for root, _, names in os.walk(folder):
+            for path in (Path(root, name) for name in names):
+                with contextlib.suppress(FileNotFoundError):
+                    found[str(path.relative_to(folder))] = path.stat().st_mtime_ns
+        return found
 
     return times
