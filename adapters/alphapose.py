@@ -63,11 +63,11 @@ def _from_entry(entry: Any, track: bool, where: str) -> Detection:
     return Detection(
         frame=frame_number(field(entry, "image_id", where), where),
         points=triples(field(entry, "keypoints", where), where),
-        person=None if track else _person(entry.get("idx", 0), where),
+        person=None if track else track_named(entry.get("idx", 0), where),
     )
 
 
-def _person(idx: Any, where: str) -> str:
+def track_named(idx: Any, where: str) -> str:
     """The track that `idx` names: a number, or nested lists of one and the same number."""
     ids = np.unique(numbers(idx, where))
     if len(ids) != 1 or ids[0] % 1 != 0:

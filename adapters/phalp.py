@@ -7,8 +7,8 @@ origin; the camera's distance is made of an assumed focal length and is not used
 0 was not seen in that frame but remembered, and is left out. `time` is the video frame, from 0; the rate is not in
 the file.
 
-WHAM's and GVHMR's results hold parameters of a body model alone. Joints come out of them only with the model, whose
-licence is its owner's: they are recognised and refused with the way out.
+GVHMR's and GEM-X's results, archives of torch, hold parameters of a body model alone. Joints come out of them only with
+the model, whose licence is its owner's: they are recognised and refused with the way out.
 """
 
 from __future__ import annotations
@@ -29,15 +29,23 @@ from .kit.pickles import beginning, load
 
 name = "phalp"
 gives = "poses"
-reads = "4D-Humans and PHALP tracks (.pkl): camera axes, metres (WHAM and GVHMR results are refused with the reason)"
+reads = "4D-Humans and PHALP tracks (.pkl): camera axes, metres (results of GVHMR and GEM-X are refused with the reason)"
 
 _JOINTS = "3d_joints"
 _COUNT = 45
+_AMASS = "run the model on them and save its joints with a frame rate as .npz, which adapter amass reads (its option up=y)"
+_PARAMETERS = {  # by a word in torch's archive: the program, and the way to joints
+    b"smpl_params_global": ("GVHMR", _AMASS),
+    b"body_params_global": (
+        "GEM-X",
+        f"write a BVH with its demo_soma_fbx.py, which adapter bvh reads, or {_AMASS}",
+    ),
+}
 
 
 def sniff(path: Path) -> bool:
     start = beginning(path)
-    return (_JOINTS.encode() in start and b"tid" in start) or _only_parameters(path, start) is not None
+    return (_JOINTS.encode() in start and b"tid" in start) or _only_parameters(path) is not None
 
 
 def read(path: Path) -> tuple[PoseSequence, ...]:
@@ -45,12 +53,9 @@ def read(path: Path) -> tuple[PoseSequence, ...]:
 
     InputError when the file holds anything but arrays and plain containers, is not of this form, or has no joints.
     """
-    program = _only_parameters(path, beginning(path))
-    if program:
-        raise InputError(
-            f"{path}: expected joints, got {program}'s parameters of a body model; run the model on them and save its "
-            "joints with a frame rate as .npz, which adapter amass reads (its option up=y for their Y-up world)."
-        )
+    if parameters := _only_parameters(path):
+        program, way_out = parameters
+        raise InputError(f"{path}: expected joints, got {program}'s parameters of a body model; {way_out}.")
     frames = load(path)
     if not isinstance(frames, dict) or not all(isinstance(frame, dict) for frame in frames.values()):
         raise InputError(f"{path}: expected a dict of frames, as PHALP writes it, got another pickle.")
@@ -92,17 +97,16 @@ def _seen(frame: dict[str, Any], where: str) -> list[tuple[str, np.ndarray]]:
     return found
 
 
-def _only_parameters(path: Path, start: bytes) -> str | None:
-    """The program whose results these are when they are parameters alone."""
-    if b"pose_world" in start and b"trans_world" in start:
-        return "WHAM"
+def _only_parameters(path: Path) -> tuple[str, str] | None:
+    """Program and way out, when these are the results of one that saves parameters alone."""
     try:
         if zipfile.is_zipfile(path):
             with zipfile.ZipFile(path) as archive:
                 for entry in archive.namelist():
                     if entry.endswith("/data.pkl"):
                         with archive.open(entry) as stream:
-                            return "GVHMR" if b"smpl_params_global" in stream.read(1 << 16) else None
+                            start = stream.read(1 << 16)
+                        return next((said for word, said in _PARAMETERS.items() if word in start), None)
     except (OSError, zipfile.BadZipFile, RuntimeError, NotImplementedError, ValueError, zlib.error):
         return None
     return None

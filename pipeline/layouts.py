@@ -1,7 +1,7 @@
 """Joint layouts as data: names, bones, mirror pairs, and how to get from one to another by name.
 
-Joint orders: formats.md section 1 (orders A, B, C), section 5 (BlazePose), section 6 (2D detectors) and
-section 8.3 (MPI-INF-3DHP). "l_" and "r_" are the subject's own left and right.
+Joint orders: formats.md section 1 (orders A, B, C), section 5 (BlazePose), section 6 (2D detectors), section 8.3
+(MPI-INF-3DHP) and section 15 (MHR-70, SOMA-77). "l_" and "r_" are the subject's own left and right.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ _RULES: dict[str, tuple[tuple[str, ...], ...]] = {
     "thorax": (("neck",), ("l_shoulder", "r_shoulder")),
     "spine": (("pelvis", "thorax"), ("pelvis", "neck"), ("l_hip", "r_hip", "l_shoulder", "r_shoulder")),
     "head": (("head_top",), ("l_ear", "r_ear"), ("l_eye", "r_eye")),
-    "nose": (("head_centre",),),
+    "nose": (("head_centre",), ("l_eye", "r_eye")),
     # BlazePose's foot index is the tip of the foot's middle; it has no small toe (formats.md section 5).
     "l_big_toe": (("l_foot_index",),),
     "r_big_toe": (("r_foot_index",),),
@@ -164,11 +164,41 @@ MPI3DHP17 = Layout(
     ("head_top", "neck", *_R_ARM, *_L_ARM, *_R_LEG, *_L_LEG, "pelvis", "spine", "head_centre"),
 )
 
+
+def _digits(side: str, *parts: str) -> tuple[str, ...]:
+    fingers = ("thumb", "index", "middle", "ring", "pinky")
+    return tuple(f"{side}_{finger}_{part}" for finger in fingers for part in parts)
+
+
+_MHR_FINGER = ("tip", "first", "second", "third")
+# The first 70 of the 308 keypoints of Meta's Momentum Human Rig: SAM 3D Body, InstantHMR.
+MHR70 = Layout(
+    "MHR70",
+    (*_COCO[:9], *_COCO[11:], "l_big_toe", "l_small_toe", "l_heel", "r_big_toe", "r_small_toe", "r_heel",
+     *_digits("r", *_MHR_FINGER), "r_wrist", *_digits("l", *_MHR_FINGER), "l_wrist",
+     *(f"{side}_{part}" for part in ("olecranon", "cubital_fossa", "acromion") for side in "lr"), "neck"),
+)  # fmt: skip
+
+
+def _soma_hand(side: str) -> tuple[str, ...]:
+    thumb = tuple(f"{side}_thumb_{part}" for part in ("1", "2", "3", "end"))
+    others = (name for name in _digits(side, "1", "2", "3", "4", "end") if "thumb" not in name)
+    return (*thumb, *others)
+
+
+# The joints of NVIDIA's SOMA: GEM-X, Kimodo. Its "skull" is the joint between neck and head; it has no heels.
+SOMA77 = Layout(
+    "SOMA77",
+    ("hips", "spine1", "spine2", "chest", "neck", "neck2", "skull", "head_top", "jaw", "l_eye", "r_eye",
+     *(name for side in "lr" for name in (f"{side}_collar", *_limb(side, *_ARM), *_soma_hand(side))),
+     *(name for side in "lr" for name in (*_limb(side, *_LEG), f"{side}_toe_base", f"{side}_toe_end"))),
+)  # fmt: skip
+
 LAYOUTS = {
     layout.name: layout
     for layout in (
         H36M17, H36M17_B, H36M17_C, COCO17, COCO23, HALPE26, OPENPOSE18, BODY_25, BODY_25B, BLAZEPOSE33,
-        MPI3DHP17,
+        MPI3DHP17, MHR70, SOMA77,
     )
 }  # fmt: skip
 

@@ -25,6 +25,7 @@ from ...pipeline.files.arrays import (
 from .pickles import loads
 
 _PEEK_BYTES = 1 << 22
+_BEGINNING = 1 << 16
 
 __all__ = [
     "Shape",
@@ -36,7 +37,9 @@ __all__ = [
     "load",
     "load_all",
     "load_objects",
+    "objects_begin",
     "peek",
+    "shape_in",
 ]
 
 
@@ -59,6 +62,25 @@ def arrays_in(path: Path) -> set[str]:
         return set(keys(path))
     except InputError:
         return set()
+
+
+def objects_begin(path: Path, key: str) -> bytes:
+    """The first 64 KB of the pickle of Python objects in an .npz's array `key`; none of any other array. Never
+    raises."""
+    try:
+        with damage_reported(path), opened(path, key) as (stream, _):
+            return stream.read(_BEGINNING) if header(stream, str(path))[2].hasobject else b""
+    except InputError:
+        return b""
+
+
+def shape_in(path: Path, key: str) -> tuple[int, ...]:
+    """The shape that the header of an .npz's array `key` says; () where it cannot be read. Never raises."""
+    try:
+        with damage_reported(path), opened(path, key) as (stream, _):
+            return header(stream, str(path))[0]
+    except InputError:
+        return ()
 
 
 def has_objects(path: Path, *wanted: str) -> bool:

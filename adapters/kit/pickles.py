@@ -113,6 +113,10 @@ def _encoded(text: str, _: str) -> bytes:
     return text.encode("latin1")
 
 
+def _default_dict(*_: Any) -> dict[Any, Any]:
+    return {}
+
+
 _NAMES = {
     ("numpy", "ndarray"): _Array,
     ("numpy", "dtype"): _Dtype,
@@ -122,6 +126,8 @@ _NAMES = {
     **{(f"numpy.{core}.numeric", "_frombuffer"): _Buffer for core in ("core", "_core")},
     ("_codecs", "encode"): _encoded,  # how old protocols write bytes
     ("collections", "OrderedDict"): dict,
+    ("collections", "defaultdict"): _default_dict,
+    **{(module, "dict"): dict for module in ("builtins", "__builtin__")},  # what defaultdict would make
 }
 
 

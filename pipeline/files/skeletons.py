@@ -26,6 +26,7 @@ _WORDS = (
     ("thigh", "calf", "foot", "upperarm", "forearm", "hand"),  # 3ds Max Biped
     ("thigh", "calf", "foot", "upperarm", "lowerarm", "hand"),  # Unreal
     ("upperleg", "lowerleg", "foot", "upperarm", "lowerarm", "hand"),  # Unity
+    ("leg", "shin", "foot", "arm", "forearm", "hand"),  # SOMA
     ("hip", "knee", "ankle", "shoulder", "elbow", "wrist"),  # SMPL and its kin
 )
 _SIDES = ({"l": "left{}", "r": "right{}"}, {"l": "l{}", "r": "r{}"}, {"l": "{}l", "r": "{}r"})
@@ -37,6 +38,8 @@ _NOSE_FORWARD_M = 0.05
 _CROWN_UP_M = 0.13
 _SPINE = 0.43
 _THORAX = 0.25
+
+_SOMA_FACE = ("LeftEye", "RightEye", "HeadEnd")  # joints that other skeletons leave to the head's axes
 
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "inch": 0.0254, "asf": 0.0254 / 0.45}
 LEG_M = (0.6, 1.15)  # thigh and shank of an adult
@@ -94,11 +97,17 @@ def h36m17_of_skeleton(skeleton: Skeleton, joints: np.ndarray, R_world_from_join
     while joint > 0 and skeleton.parents[joint] >= 0:
         chain.insert(0, joint)
         joint = skeleton.parents[joint]
-    return h36m17(
+    made = h36m17(
         {joint: joints[:, i] for joint, i in named.items()},
         joints[:, chain],
         *np.moveaxis(rotate(R_head, np.stack([forward, up])), 1, 0),
     )
+    if "LeftShin" in skeleton.names and set(_SOMA_FACE) <= set(skeleton.names):
+        # GEM-X writes SOMA's joints in axes of their own, in which the pose at rest is no pose and the head has no front.
+        left_eye, right_eye, top = (joints[:, skeleton.names.index(name)] for name in _SOMA_FACE)
+        made[:, H36M17.index("nose")] = (left_eye + right_eye) / 2
+        made[:, H36M17.index("head")] = top
+    return made
 
 
 def h36m17(

@@ -11,12 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from golden import detections, films, landmarks, lifters, phalp, sensors, worlds
+from golden import detections, estimators, films, landmarks, lifters, phalp, sensors, worlds
 from golden.bodies import Person
 from pcnet3d.examples.walker.imu import strapped, write_csv
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import H36M17
-from pcnet3d.pipeline.layouts import BODY_25
+from pcnet3d.pipeline.layouts import BODY_25, BODY_25B, Layout
 
 FRAMES = 40
 AWAY_M = np.array([0.3, 0.1, 4.0])
@@ -78,8 +78,8 @@ def _mmpose3d(form: str, person: Person, folder: Path) -> Path:
     return lifters.mmpose3d(folder, frames, form)
 
 
-def _openpose3d(person: Person, folder: Path) -> Path:
-    bodies = lifters.openpose_joints(person.turning(FRAMES) + AWAY_M, BODY_25)
+def _openpose3d(person: Person, folder: Path, layout: Layout = BODY_25) -> Path:
+    bodies = lifters.openpose_joints(person.turning(FRAMES) + AWAY_M, layout)
     return lifters.openpose3d(folder, [[body, body + np.array([2.0, 0, 0])] for body in bodies])
 
 
@@ -153,6 +153,38 @@ def _freemocap_whole(person: Person, folder: Path) -> Path:
     return folder / "mediaPipeSkel.npy"
 
 
+def _freemocap_rtmpose(person: Person, folder: Path) -> Path:
+    np.save(folder / "rtmpose_body_3d_xyz.npy", worlds.freemocap_rtmpose(person.standing(FRAMES)))
+    return folder / "rtmpose_body_3d_xyz.npy"
+
+
+def _freemocap_csv(person: Person, folder: Path) -> Path:
+    return worlds.freemocap_csv(folder, worlds.freemocap_rtmpose(person.standing(FRAMES)))
+
+
+def _two_turning(person: Person) -> list[np.ndarray]:
+    return [person.turning(FRAMES), person.turning(FRAMES + 200)[200:]]
+
+
+def _one(write: Callable, person: Person, folder: Path) -> Path:
+    return write(folder, person.turning(FRAMES))
+
+
+def _people(write: Callable, person: Person, folder: Path) -> Path:
+    return write(folder, _two_turning(person))
+
+
+def _world(write: Callable, person: Person, folder: Path) -> Path:
+    return write(folder, person.standing(FRAMES))
+
+
+def _wham(person: Person, folder: Path) -> Path:
+    estimators.regressor(folder)
+    path = folder / "wham_output.pkl"
+    path.write_bytes(phalp.as_joblib(estimators.wham_people(_two_turning(person))))
+    return path
+
+
 def _mpi_test(person: Person, folder: Path) -> Path:
     return worlds.mpi_test(folder, person.turning(FRAMES), np.arange(FRAMES) % 4 != 0)
 
@@ -187,12 +219,14 @@ CATALOGUE = (
     Golden("alphapose", "`alphapose-results.json`", partial(_detections, "alphapose", 26)),
     Golden("alphapose", "`--format cmu`", partial(_alphapose_dict, "alphapose_cmu"), {"track": True}),
     Golden("alphapose", "`--format open`", partial(_alphapose_dict, "alphapose_open"), {"track": True}),
+    Golden("alphapose3d", "`alphapose-results.json` of its SMPL model", partial(_people, estimators.alphapose3d)),
     Golden("amass", "`*_poses.npz` with joints", _amass),
     Golden(
         "arrays", "any `.npy`, here in metres", _array,
         {"layout": "H36M17", "frame": "CAMERA", "unit": "m"}, by_name=True,
     ),
     Golden("bvh", "`*.bvh` in centimetres", _bvh),
+    Golden("bvh", "GEM-X's `<video>_animated_skeleton.bvh`", partial(_world, estimators.gemx_bvh)),
     Golden("c3d", "`*.c3d` in millimetres", _c3d),
     Golden("coco", "results, a list", partial(_detections, "coco_results", 17)),
     Golden("coco", "results with track_id", partial(_detections, "coco_tracks", 17)),
@@ -207,12 +241,18 @@ CATALOGUE = (
     ),
     Golden("freemocap", "`mediapipe_body_3d_xyz.npy`", _freemocap),
     Golden("freemocap", "`mediaPipeSkel_3d_body_hands_face.npy`", _freemocap_whole),
+    Golden("freemocap", "v2's `rtmpose_body_3d_xyz.npy`", _freemocap_rtmpose),
+    Golden("freemocap", "v2's `freemocap_data_by_frame.csv`", _freemocap_csv),
     Golden("imu_csv", "a table with time_s", _imu_csv),
     Golden("keypoints", "`keypoints.npz`", partial(_detections, "keypoints", 17)),
     Golden("mediapipe", "CSV, numbered columns", partial(_mediapipe, landmarks.wide)),
     Golden("mediapipe", "CSV, a row a landmark", partial(_mediapipe, landmarks.long)),
     Golden("mediapipe", "JSON of the Tasks API", _tasks_json),
     Golden("mediapipe", "JSON, bare lists", partial(_mediapipe, landmarks.bare_json)),
+    Golden("mhr70", "`.npz` of SAM 3D Body's arrays", partial(_one, estimators.sam3d_stacked)),
+    Golden("mhr70", "folder of `.npz` with SAM 3D Body's dicts", partial(_people, estimators.sam3d_folder)),
+    Golden("mhr70", "JSON of SAM 3D Body's dicts", partial(_people, estimators.sam3d_json)),
+    Golden("mhr70", "`.npz` of InstantHMR's arrays", partial(_people, estimators.instanthmr)),
     Golden("mmpose2d", "inferencer's `<video>.json`", partial(_detections, "mmpose_inferencer", 17)),
     Golden("mmpose2d", "demo's `results_<video>.json`", partial(_detections, "mmpose_demo", 17)),
     Golden("mmpose2d", "inferencer's folder of an image each", partial(_detections, "mmpose_images", 17)),
@@ -223,8 +263,10 @@ CATALOGUE = (
     Golden("mpi3dhp", "`annot_data.mat`", _mpi_test),
     Golden("openpose", "folder of `*_keypoints.json` or `cam01.0000.json`", partial(_detections, "openpose", 25)),
     Golden("openpose3d", "folder of `*_keypoints.json` or `cam01.0000.json`, 3D", _openpose3d),
+    Golden("openpose3d", "the same of BODY_25B", partial(_openpose3d, layout=BODY_25B)),
     Golden("phalp", "`demo_<video>.pkl`", _phalp),
     Golden("rtmw3d", "demo's `results_<video>.json`", _rtmw3d),
+    Golden("soma", "Kimodo's `.npz`", partial(_world, estimators.soma)),
     Golden("totalcapture", "`gt_skel_gbl_pos.txt`", _totalcapture),
     Golden("totalcapture_imu", "`<take>_Xsens.sensors`", partial(_sensors, 0)),
     Golden("totalcapture_imu", "`<take>_Xsens_AuxFields.sensors`", partial(_sensors, 6)),
@@ -238,4 +280,5 @@ CATALOGUE = (
     Golden("videopose3d", "folder of a vis.py", _vis_folder),
     Golden("vis2d", "`input_2D/keypoints.npz`", partial(_detections, "vis2d", 17)),
     Golden("vis2d", "the same with scores", partial(_detections, "vis2d_scores", 17)),
+    Golden("wham", "`wham_output.pkl`", _wham, {"regressor": estimators.REGRESSOR}),
 )  # fmt: skip

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
+from golden.bodies import feet_of
 from pcnet3d.pipeline import H36M17, rotate
 from pcnet3d.pipeline.files.skeletons import SMPL
-from pcnet3d.pipeline.layouts import BLAZEPOSE33, MPI3DHP17
+from pcnet3d.pipeline.layouts import BLAZEPOSE33, COCO23, FEET, MPI3DHP17
 
 # HALPE_26 of Pose2Sim, in its order; markers at other places than our joints are left to be derived.
 POSE2SIM = {
@@ -69,10 +70,14 @@ BONES = {
 }  # fmt: skip
 
 
-def bvh(path, world, fps=60, scale=100.0, t_pose=False):
-    """A BVH whose joints slide: six channels each, as TotalCapture's have them, positions from the parent."""
-    places = {name: scale * world[:, H36M17.index(ours)] for name, (_, ours) in BONES.items()}
-    local = {n: places[n] - (places[parent] if parent else 0) for n, (parent, _) in BONES.items()}
+def bvh(path, world, fps=60, scale=100.0, t_pose=False, bones=BONES):
+    """A BVH whose joints slide: six channels each, as TotalCapture's have them, positions from the parent. bones: by
+    name, the parent and the joint of ours that each is, None for the origin."""
+    places = {
+        name: scale * world[:, H36M17.index(ours)] if ours else np.zeros((len(world), 3))
+        for name, (_, ours) in bones.items()
+    }
+    local = {n: places[n] - (places[parent] if parent else 0) for n, (parent, _) in bones.items()}
     order, lines = [], ["HIERARCHY"]
 
     def write(name, depth):
@@ -83,11 +88,11 @@ def bvh(path, world, fps=60, scale=100.0, t_pose=False):
         lines.append(
             "\t" * depth + "\tCHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation"
         )
-        for child in (n for n, (parent, _) in BONES.items() if parent == name):
+        for child in (n for n, (parent, _) in bones.items() if parent == name):
             write(child, depth + 1)
         lines.append("\t" * depth + "}")
 
-    write("Hips", 0)
+    write(next(iter(bones)), 0)
     lines += ["MOTION", f"Frames: {len(world)}", f"Frame Time: {1 / fps:.7f}"]
     for row in range(len(world)):
         numbers = []
@@ -148,6 +153,30 @@ def freemocap(world: np.ndarray) -> np.ndarray:
         for joint in BLAZEPOSE33.joints
     ]  # fmt: skip
     return 1000 * world[:, H36M17.indices(joints)]
+
+
+def freemocap_rtmpose(world: np.ndarray) -> np.ndarray:
+    """(T, 23, 3) millimetres in COCO-WholeBody's order of body and feet; eyes lie at the nose, ears at the head."""
+    near = {"eye": "nose", "ear": "head"}
+    points = (*H36M17.joints, *FEET.joints)
+    rows = [points.index(joint if joint in points else near[joint[2:]]) for joint in COCO23.joints]
+    return 1000 * np.concatenate([world, feet_of(world)], axis=1)[:, rows]
+
+
+def freemocap_csv(folder: Path, joints: np.ndarray) -> Path:
+    """freemocap_data_by_frame.csv of joints (T, 23, 3): a row a point, by frame, with other trajectories between."""
+    sides = {"l": "left", "r": "right"}
+    names = [f"{sides[joint[0]]}{joint[1:]}" if joint[1] == "_" else joint for joint in COCO23.joints]
+    lines = ["frame,keypoint,x,y,z,model,trajectory,reprojection_error"]
+    for frame, row in enumerate(joints):
+        lines.append(f"{frame},total_body_center_of_mass,1,2,3,rtmpose.body,total_body_center_of_mass,")
+        for joint, (x, y, z) in zip(names, row, strict=True):
+            lines.append(f"{frame},{joint},{x:.4f},{y:.4f},{z:.4f},rtmpose.body,3d_xyz,")
+            lines.append(f"{frame},{joint},{2 * x:.4f},{y:.4f},{z:.4f},rtmpose.body,rigid_3d_xyz,")
+        lines.append(f"{frame},hand_root,4,5,6,rtmpose.left_hand,3d_xyz,")
+    path = folder / "freemocap_data_by_frame.csv"
+    path.write_text("\n".join(lines) + "\n")
+    return path
 
 
 def mpi_training(folder: Path, bodies: np.ndarray, second: int = 30) -> Path:

@@ -1,0 +1,101 @@
+"""3D joints in AlphaPose's alphapose-results.json: `pred_xyz_jts` of its SMPL model, HybrIK's (formats.md section 15).
+
+The list of adapter alphapose, where each entry has 24 joints in SMPL's order besides: camera axes about the pelvis, in
+units of half the depth that the network covers, which is 2 m unless a config says BBOX_3D_SHAPE. Nose and top of the
+head are made of the shoulders and the neck, for SMPL's joints end at the skull. The person's place is not in the file.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..pipeline.anthropometry import implied_stature
+from ..pipeline.errors import InputError
+from ..pipeline.files.skeletons import h36m17_named
+from ..pipeline.frames import CAMERA
+from ..pipeline.layouts import H36M17
+from ..pipeline.pose import PoseSequence
+from .alphapose import track_named
+from .kit.json import beginning, each, field, first_detection, frame_number, numbers
+from .kit.people import Bodies
+
+name = "alphapose3d"
+gives = "poses"
+reads = "alphapose-results.json of AlphaPose's SMPL model: 3D joints (pred_xyz_jts) in camera axes"
+
+_KEY = "pred_xyz_jts"
+_SHAPE = (24, 3)
+_IMAGE_AXES = (0, 1)
+_STATURE_M = (0.9, 2.6)
+
+
+def sniff(path: Path) -> bool:
+    entry = first_detection(beginning(path))
+    return entry is not None and _KEY in entry
+
+
+def read(path: Path, track: bool = False, unit_m: float = 2.0) -> tuple[PoseSequence, ...]:
+    """One sequence a tracked person, named by its `idx`: H36M17 in CAMERA, metres; frame_index = image number.
+
+    track: ignore `idx` and join each body to the nearest of the frames before, by their boxes.
+    unit_m: the file's unit in metres, the third number of the config's BBOX_3D_SHAPE over 1000.
+    InputError when the file is not of this form, when a body is no human's in that unit, and when a person is in a
+    frame twice because nobody was tracked.
+    """
+    people: dict[str, Bodies] = {}
+    frames: dict[str, set[int]] = {}
+    for frame, person, joints, box in _entries(path):
+        named = "" if track else person
+        if not track and frame in frames.setdefault(named, set()):
+            raise InputError(
+                f"{path}: expected each person once a frame, got person {named} twice in frame {frame}, so people are "
+                "not tracked in this file; run AlphaPose with --pose_track, or pass track=true (-O track=true)."
+            )
+        frames.setdefault(named, set()).add(frame)
+        people.setdefault(named, Bodies(H36M17)).add(
+            frame, h36m17_named(unit_m * joints[None], None)[0], box=box
+        )
+    if not people:
+        raise InputError(f"{path}: no person was found in any frame.")
+    found = [
+        poses if track else poses.with_(person=named)
+        for named, bodies in people.items()
+        for poses in bodies.sequences(CAMERA, _IMAGE_AXES, str(path))
+    ]
+    return tuple(_checked(poses, path) for poses in found)
+
+
+def _checked(poses: PoseSequence, path: Path) -> PoseSequence:
+    stature = implied_stature(poses.joints)
+    if not _STATURE_M[0] < stature < _STATURE_M[1]:
+        raise InputError(
+            f"{path}: expected a body of human size, got limbs of a person of {stature:.2g} m; say the file's unit in "
+            "metres with unit_m= (-O unit_m=2.2), the third number of the config's BBOX_3D_SHAPE over 1000."
+        )
+    return poses.noted(
+        "smpl joints", derived=["nose = before the neck's end, as the shoulders face", "head = along it"]
+    )
+
+
+def _entries(path: Path) -> Iterator[tuple[int, str, np.ndarray, np.ndarray | None]]:
+    """Frame, track, joints (24, 3) and box (4,) x1, y1, x2, y2, of each entry."""
+    for i, (_, entry) in enumerate(each(path, "AlphaPose's results")):
+        where = f"{path}, entry {i}"
+        joints = numbers(field(entry, _KEY, where), f"{where}, {_KEY}")
+        if joints.shape != _SHAPE:
+            raise InputError(f"{where}: expected {_KEY} of shape {_SHAPE}, got {joints.shape}.")
+        frame = frame_number(field(entry, "image_id", where), where)
+        yield frame, track_named(entry.get("idx", 0), where), joints, _box(entry.get("box"), where)
+
+
+def _box(box: Any, where: str) -> np.ndarray | None:
+    if box is None:
+        return None
+    values = numbers(box, f"{where}, box")
+    if values.shape != (4,):
+        raise InputError(f"{where}: expected a box of left, top, width and height, got shape {values.shape}.")
+    return np.concatenate([values[:2], values[:2] + values[2:]])

@@ -1,0 +1,211 @@
+"""The 70 keypoints of Meta's Momentum Human Rig out of SAM 3D Body and InstantHMR (formats.md section 15).
+
+Neither program has a file of its own: SAM 3D Body's process_one_image returns a list with a dict for each person of an
+image, and people save these dicts, or stack their arrays. Read are an .npz of stacked arrays, (frames, 70, 3) or
+(frames, people, 70, 3); an .npz whose Python objects are the lists of dicts; a folder of .npz, one a frame, numbered in
+its name; and JSON, a list with the list of each frame or an object of lists by image. Keypoints are metres in camera
+axes about the body; the translation beside them says where before the camera the body is, as far as the focal length
+is right that the program assumed or estimated. Nobody is followed from frame to frame.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..pipeline.errors import InputError
+from ..pipeline.frames import CAMERA
+from ..pipeline.layouts import MHR70
+from ..pipeline.pose import PoseSequence
+from .kit.json import beginning, each, frame_number, numbers
+from .kit.numpy import arrays_in, keys, load, load_objects, objects_begin, shape_in
+from .kit.people import Bodies
+
+name = "mhr70"
+gives = "poses"
+reads = ".npz, folder of .npz or JSON of SAM 3D Body or InstantHMR: 70 keypoints in camera axes, metres"
+
+_KEYPOINTS = {  # the keypoints, and the translation that belongs to them
+    "pred_keypoints_3d": "pred_cam_t",  # SAM 3D Body
+    "joints_3d_local": "cam_trans",  # InstantHMR in Python
+    "joints_3d": "cam_trans",  # InstantHMR's ONNX network
+}
+_NUMBERS = ("frame_indices", "frame_index")  # the rows' video frames
+_SHAPE = (len(MHR70), 3)
+_IMAGE_AXES = (0, 1)
+
+
+def sniff(path: Path) -> bool:
+    if path.is_dir():
+        first = next(iter(_files(path)), None)
+        return first is not None and _is_archive(first)
+    if _is_archive(path):
+        return True
+    content = beginning(path)
+    frames = list(content.values()) if isinstance(content, dict) else content
+    listed = (frame for frame in frames if isinstance(frame, list)) if isinstance(frames, list) else ()
+    person = next((person for frame in listed for person in frame), None)
+    return isinstance(person, dict) and _key(person) is not None
+
+
+def read(path: Path) -> tuple[PoseSequence, ...]:
+    """One sequence a person, joined from frame to frame by their boxes, else by nearness: MHR70 in CAMERA, metres.
+
+    With translations the origin is the camera, else the body model. frame_index counts from 0; stacked arrays without
+    `frame_indices` leave it unknown. A person of NaN was not found. The focal length that the program used is in
+    the history. InputError when the file is not of this form, or has the translations of some people only.
+    """
+    found, placed, focal_px = Bodies(MHR70), [], []
+    for frame, person, where in _people(path):
+        key = _key(person) or ""
+        keypoints = _array(person, key, _SHAPE, where)
+        if np.isnan(keypoints).all():
+            continue
+        translation = _array(person, _KEYPOINTS[key], (3,), where)
+        placed.append(bool(np.isfinite(translation).all()))
+        focal_px.append(_array(person, "focal_length", (-1,), where)[0])
+        found.add(frame, keypoints + np.nan_to_num(translation), box=_array(person, "bbox", (4,), where))
+    if any(placed) != all(placed):
+        raise InputError(
+            f"{path}: expected a translation (pred_cam_t, cam_trans) beside the keypoints of everybody or of nobody, "
+            f"got {sum(placed)} of {len(placed)}; save them all again."
+        )
+    frame = CAMERA.with_(origin="camera" if any(placed) else "body model")
+    people = found.sequences(frame, _IMAGE_AXES, str(path), placed=any(placed))
+    if arrays_in(path) and not _object_key(path) and not arrays_in(path) & set(_NUMBERS):
+        people = tuple(poses.with_(frames_known=False) for poses in people)
+    if np.isfinite(focal_px).any():
+        people = tuple(poses.noted("estimator", focal_px=float(np.nanmedian(focal_px))) for poses in people)
+    return people
+
+
+def _array(person: Mapping[str, Any], name: str, shape: tuple[int, ...], where: str) -> np.ndarray:
+    """A person's values of that name in this shape; NaN without them."""
+    if person.get(name) is None:
+        return np.full(np.abs(shape), np.nan)
+    values = numbers(person[name], f"{where}, {name}")
+    if values.size == 0 or (-1 not in shape and values.size != np.prod(shape)):
+        raise InputError(f"{where}: expected {name} of shape {shape} for each person, got {values.shape}.")
+    return values.reshape(shape)
+
+
+def _files(folder: Path) -> list[Path]:
+    return sorted(file for file in folder.glob("*.npz") if not file.name.startswith("."))
+
+
+def _key(held: Iterable[str]) -> str | None:
+    """The keypoints' name among those held; InstantHMR's only beside their translation, for the name is anybody's."""
+    held = set(held)
+    fits = (
+        key
+        for key, beside in _KEYPOINTS.items()
+        if key in held and (beside in held or beside == "pred_cam_t")
+    )
+    return next(fits, None)
+
+
+def _object_key(path: Path) -> str | None:
+    """The array of Python objects in an .npz that begins as SAM 3D Body's dicts do."""
+    return next(
+        (key for key in sorted(arrays_in(path)) if b"pred_keypoints_3d" in objects_begin(path, key)), None
+    )
+
+
+def _is_archive(path: Path) -> bool:
+    """Of stacked arrays or of one frame's, or of the dicts themselves."""
+    key = _key(arrays_in(path))
+    if key is None:
+        return _object_key(path) is not None
+    return shape_in(path, key)[-2:] == _SHAPE
+
+
+def _people(path: Path) -> Iterator[tuple[int, Mapping[str, Any], str]]:
+    """Frame, values by name, and where in the file, of everybody."""
+    for frame, held, where in _frames(path):
+        yield from ((frame, person, where) for person in _of_one_frame(held, where))
+
+
+def _frames(path: Path) -> Iterator[tuple[int, Any, str]]:
+    """The same of frames: lists and dicts as the files hold them."""
+    if path.is_dir():
+        yield from _of_folder(path)
+        return
+    if arrays_in(path):
+        held = _of_archive(path)
+        listed = list(enumerate(held)) if isinstance(held, list) else _rows(path, held)
+    else:
+        listed = (
+            (frame_number(image, str(path)) if image else number, held)
+            for number, (image, held) in enumerate(each(path, "SAM 3D Body's people of each frame"))
+        )
+    yield from ((frame, held, f"{path}, frame {frame}") for frame, held in listed)
+
+
+def _of_folder(path: Path) -> Iterator[tuple[int, Any, str]]:
+    seen: dict[int, str] = {}
+    for file in _files(path):
+        frame = frame_number(file.name, str(file))
+        if frame in seen:
+            raise InputError(
+                f"{path}: expected one .npz a frame, got {seen[frame]} and {file.name} of frame {frame}; put everybody "
+                "of a frame into one file, and each video into a folder of its own."
+            )
+        seen[frame] = file.name
+        yield frame, _of_archive(file), str(file)
+    if not seen:
+        raise InputError(f"{path}: expected a folder of .npz, one a frame of SAM 3D Body, found none there.")
+
+
+def _of_archive(path: Path) -> Any:
+    """What an .npz holds: the lists and dicts of its Python objects, or its arrays by name."""
+    if key := _object_key(path):
+        return load_objects(path, key)
+    held = keys(path)
+    key = _key(held)
+    if key is None:
+        raise InputError(
+            f"{path}: expected an array pred_keypoints_3d, or joints_3d beside cam_trans, got "
+            f"{', '.join(held) or 'none by name'}."
+        )
+    wanted = (key, _KEYPOINTS[key], "focal_length", "bbox", *_NUMBERS)
+    return {name: load(path, key=name) for name in wanted if name in held}
+
+
+def _rows(path: Path, held: dict[str, np.ndarray]) -> list[tuple[int, dict[str, np.ndarray]]]:
+    """Video frame and values by name of each row of stacked arrays."""
+    keypoints = held[_key(held) or ""]
+    if keypoints.ndim not in (3, 4):
+        raise InputError(
+            f"{path}: expected keypoints of shape (frames, 70, 3) or (frames, people, 70, 3), got {keypoints.shape}."
+        )
+    numbered = next((held[key] for key in _NUMBERS if key in held), np.arange(len(keypoints)))
+    if (
+        numbered.shape != keypoints.shape[:1]
+        or (numbered != np.floor(numbered)).any()
+        or (numbered < 0).any()
+    ):
+        raise InputError(f"{path}: expected the whole number of its video frame for each row, from 0.")
+    return list(zip(numbered.astype(np.int64).tolist(), _split(held, len(keypoints)), strict=True))
+
+
+def _of_one_frame(held: Any, where: str) -> Iterator[Mapping[str, Any]]:
+    if isinstance(held, list):
+        for person in held:
+            yield from _of_one_frame(person, where)
+        return
+    key = _key(held) if isinstance(held, Mapping) else None
+    if key is None:
+        raise InputError(f"{where}: expected pred_keypoints_3d of each person, got another entry.")
+    several = isinstance(held[key], np.ndarray) and held[key].ndim > len(_SHAPE)
+    yield from _split(held, len(held[key])) if several else [held]
+
+
+def _split(held: Mapping[str, Any], count: int) -> list[dict[str, Any]]:
+    """Arrays along their first axis, as far as it has this length; what has another is the same for all."""
+    return [
+        {name: values[i] if np.shape(values)[:1] == (count,) else values for name, values in held.items()}
+        for i in range(count)
+    ]

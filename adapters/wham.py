@@ -1,0 +1,108 @@
+"""WHAM's wham_output.pkl: the meshes of people, made into joints by the regressor that the user has (formats.md
+section 7).
+
+A dict of subjects, each with the parameters of SMPL and the mesh that they make: `verts` (T, 6890, 3), metres in axes
+of the camera and from its centre, and `frame_ids`, video frames from 0. The joints are inside the mesh: a regressor
+makes them of it, which belongs to SMPL and has to be given as an array, as its licence forbids to ship it. Face, heels
+and toes are points of the mesh, known by number. World poses are parameters alone and are not read.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..pipeline.errors import InputError
+from ..pipeline.files.skeletons import SMPL
+from ..pipeline.frames import CAMERA
+from ..pipeline.layouts import FEET, H36M17_B, Layout
+from ..pipeline.pose import PoseSequence
+from .kit.numpy import load as load_array
+from .kit.pickles import beginning, load
+
+name = "wham"
+gives = "poses"
+reads = "wham_output.pkl of WHAM: meshes in camera axes, metres (option regressor: SMPL's, as a .npy)"
+
+_VERTICES = 6890
+_POINTS = {  # of SMPL's mesh, as its authors' package smplx numbers them for OpenPose's joints
+    "nose": 332, "r_eye": 6260, "l_eye": 2800, "r_ear": 4071, "l_ear": 583,
+    "l_big_toe": 3216, "l_small_toe": 3226, "l_heel": 3387, "r_big_toe": 6617, "r_small_toe": 6624, "r_heel": 6787,
+}  # fmt: skip
+# What the rows of a regressor are, by their number: SMPL's own joints, of which the pelvis lies above the hips' middle
+# and the head at the skull's base, or Human3.6M's in the order of SPIN and WHAM (J_regressor_h36m.npy).
+_SMPL = ("smpl_pelvis", *SMPL[1:15], "skull", *SMPL[16:], "l_hand", "r_hand")
+_ROWS = {len(_SMPL): (_SMPL, tuple(_POINTS)), len(H36M17_B): (H36M17_B.joints, FEET.joints)}
+_SUM = 0.01  # how far the weights of a joint may be from adding up to 1
+_FIRST_KEY = re.compile(rb"(\x8c\x04|X\x04\x00\x00\x00)pose[^_]")
+
+
+def sniff(path: Path) -> bool:
+    """By the beginning of the dict: the keys behind its first array lie anywhere in a long file."""
+    start = beginning(path)
+    first = _FIRST_KEY.search(start[:1024])
+    return first is not None and (b"defaultdict" in start[:128] or b"pose_world" in start)
+
+
+def read(path: Path, regressor: str = "") -> tuple[PoseSequence, ...]:
+    """One sequence a subject, in CAMERA axes from the camera's centre, metres.
+
+    regressor: .npy of (24, 6890), SMPL's own joints, or (17, 6890), J_regressor_h36m.npy; looked for beside the
+    results if the path leads nowhere. InputError without it, and when the file holds anything but arrays and plain
+    containers, is not of this form, or has no meshes.
+    """
+    if not regressor:
+        raise InputError(
+            f"{path}: expected joints, got WHAM's meshes; say where SMPL's joint regressor is, a .npy of (24, 6890) or "
+            "(17, 6890), with regressor= (-O regressor=J_regressor_h36m.npy), or save joints with a frame rate as .npz "
+            "for adapter amass."
+        )
+    weights = _weights(Path(regressor) if Path(regressor).exists() else path.parent / regressor)
+    names, points = _ROWS[len(weights)]
+    layout = Layout("SMPL mesh", (*names, *points))
+    at = [_POINTS[point] for point in points]
+    return tuple(
+        PoseSequence(
+            joints=np.concatenate([weights @ mesh, mesh[:, at]], axis=1),
+            layout=layout,
+            frame=CAMERA.with_(origin="camera"),
+            frame_index=frames,
+            person=person,
+        ).noted("regressor", joints=len(weights))
+        for person, mesh, frames in _subjects(load(path), str(path))
+    )
+
+
+def _weights(path: Path) -> np.ndarray:
+    """(J, 6890), each row of which adds up to 1."""
+    weights = load_array(path, *((count, _VERTICES) for count in _ROWS)).astype(np.float32)
+    if not np.abs(weights.sum(axis=1) - 1).max() < _SUM:
+        raise InputError(
+            f"{path}: expected a joint regressor, whose weights add up to 1 for each joint, got another array."
+        )
+    return weights
+
+
+def _subjects(held: Any, where: str) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
+    """Name, mesh (T, 6890, 3) and video frames (T,) of everybody."""
+    if not isinstance(held, dict) or not held:
+        raise InputError(f"{where}: expected a dict of subjects, as WHAM writes it, got another pickle.")
+    for person, values in held.items():
+        mesh, frames = (
+            values.get(key) if isinstance(values, dict) else None for key in ("verts", "frame_ids")
+        )
+        if not _numeric(mesh, 3) or mesh.shape[1:] != (_VERTICES, 3) or len(mesh) == 0:
+            raise InputError(f"{where}, subject {person}: expected verts of shape (frames, {_VERTICES}, 3).")
+        if not _numeric(frames, 1) or frames.shape != mesh.shape[:1]:
+            raise InputError(
+                f"{where}, subject {person}: expected frame_ids with a video frame for each row."
+            )
+        yield str(person), mesh, frames
+
+
+def _numeric(values: Any, dims: int) -> bool:
+    return isinstance(values, np.ndarray) and values.ndim == dims and values.dtype.kind in "fiu"

@@ -1,0 +1,189 @@
+"""Files of SAM 3D Body, InstantHMR, GEM-X, AlphaPose's 3D model and WHAM (formats.md section 15), of bodies (T, 17, 3) in
+CAMERA, metres, or z up where said."""
+
+import json
+from collections import defaultdict
+from pathlib import Path
+
+import numpy as np
+
+from golden import worlds
+from golden.bodies import feet_of
+from golden.lifters import box_of
+from pcnet3d.pipeline import H36M17
+from pcnet3d.pipeline.layouts import FEET, MHR70, SOMA77
+
+AWAY_M = np.array([0.3, 0.1, 4.0])
+FOCAL_PX = 1468.6  # the diagonal of 1280 x 720
+
+
+def _placed(bodies: np.ndarray, joints: tuple[str, ...], near: dict[str, str]) -> np.ndarray:
+    """(T, J, 3): the joints that H36M17 has and the feet where they are, others at the joint that is named for them."""
+    points = (*H36M17.joints, *FEET.joints)
+    rows = []
+    for joint in joints:
+        side, _, part = joint.partition("_")
+        instead = near.get(joint) or (f"{side}_{near[part]}" if part in near else f"{side}_wrist")
+        rows.append(points.index(joint if joint in points else instead))
+    return np.concatenate([bodies, feet_of(bodies)], axis=1)[:, rows]
+
+
+def mhr70(bodies: np.ndarray) -> np.ndarray:
+    """(T, 70, 3) about the pelvis."""
+    near = {"olecranon": "elbow", "cubital_fossa": "elbow", "acromion": "shoulder", "neck": "thorax"}
+    face = {f"{side}_{part}": at for side in "lr" for part, at in (("eye", "nose"), ("ear", "head"))}
+    return _placed(bodies, MHR70.joints, near | face)
+
+
+def sam3d(bodies: np.ndarray, person: int = 0) -> list[dict]:
+    """A frame's dict each, as process_one_image returns them for one person."""
+    keypoints = mhr70(bodies).astype(np.float32)
+    away = (AWAY_M + [2.0 * person, 0, 0]).astype(np.float32)
+    return [
+        {
+            "bbox": np.array(box_of(person, frame), np.float32),
+            "focal_length": np.float32(FOCAL_PX),
+            "pred_keypoints_3d": row,
+            "pred_vertices": np.zeros((9, 3), np.float32),
+            "pred_cam_t": away,
+            "mask": None,
+        }
+        for frame, row in enumerate(keypoints)
+    ]
+
+
+def sam3d_stacked(folder: Path, bodies: np.ndarray) -> Path:
+    """<video>_mhr_outputs.npz of one person."""
+    rows = sam3d(bodies)
+    arrays = {key: np.stack([row[key] for row in rows]) for key in rows[0] if key != "mask"}
+    path = folder / "walk_mhr_outputs.npz"
+    meta = np.array([{"fps": 25.0}], dtype=object)
+    np.savez_compressed(path, **arrays, frame_indices=np.arange(len(rows), dtype=np.int32), meta=meta)
+    return path
+
+
+def sam3d_folder(folder: Path, people: list[np.ndarray]) -> Path:
+    """An .npz a frame whose Python objects are the list of dicts."""
+    folder = folder / "walk_npz"
+    folder.mkdir()
+    for frame, dicts in enumerate(zip(*map(sam3d, people, range(len(people))), strict=True)):
+        np.savez_compressed(folder / f"frame_{frame:06d}.npz", outputs=np.array(dicts, dtype=object))
+    return folder
+
+
+def sam3d_json(folder: Path, people: list[np.ndarray]) -> Path:
+    """A list with the list of dicts of each frame."""
+    frames = [
+        [{key: np.asarray(value).tolist() for key, value in person.items()} for person in dicts]
+        for dicts in zip(*map(sam3d, people, range(len(people))), strict=True)
+    ]
+    path = folder / "walk.json"
+    path.write_text(json.dumps(frames))
+    return path
+
+
+def instanthmr(folder: Path, people: list[np.ndarray]) -> Path:
+    """The network's outputs, stacked to (T, P, 70, 3), of people who are found now and then."""
+    joints = np.stack([mhr70(bodies) for bodies in people], axis=1).astype(np.float32)
+    trans = np.broadcast_to(AWAY_M + np.arange(len(people))[:, None] * [2.0, 0, 0], (*joints.shape[:2], 3))
+    joints[5:8, 1] = np.nan
+    np.savez(folder / "instanthmr.npz", joints_3d=joints, cam_trans=trans.astype(np.float32))
+    return folder / "instanthmr.npz"
+
+
+_SOMA_NEAR = {
+    "hips": "pelvis", "spine1": "spine", "spine2": "spine", "chest": "spine", "neck": "thorax", "neck2": "thorax",
+    "skull": "thorax", "head_top": "head", "jaw": "nose", "l_eye": "nose", "r_eye": "nose", "collar": "shoulder",
+    "toe_base": "ankle", "toe_end": "ankle",
+}  # fmt: skip
+
+
+def soma(folder: Path, world: np.ndarray) -> Path:
+    """Kimodo's .npz of somaskel77, of bodies z up."""
+    joints = worlds.y_up(_placed(world, SOMA77.joints, _SOMA_NEAR)).astype(np.float32)
+    still = np.tile(np.eye(3, dtype=np.float32), (*joints.shape[:2], 1, 1))
+    path = folder / "motion_00.npz"
+    np.savez(
+        path, posed_joints=joints, global_rot_mats=still, local_rot_mats=still, root_positions=joints[:, 0],
+        foot_contacts=np.zeros((len(joints), 4)),
+    )  # fmt: skip
+    return path
+
+
+# The names of SOMA's bones in GEM-X's BVH, their parents and the joints of ours that they are.
+SOMA_BONES = {
+    "Root": (None, None), "Hips": ("Root", "pelvis"), "Spine1": ("Hips", "spine"), "Chest": ("Spine1", "spine"),
+    "Neck1": ("Chest", "thorax"), "Neck2": ("Neck1", "thorax"), "Head": ("Neck2", "thorax"),
+    "HeadEnd": ("Head", "head"), "LeftEye": ("Head", "nose"), "RightEye": ("Head", "nose"),
+    **{f"{side}{name}": (f"{side}{parent}" if parent not in ("Hips", "Chest") else parent, f"{side[0].lower()}_{ours}")
+       for side in ("Left", "Right") for name, parent, ours in (
+        ("Leg", "Hips", "hip"), ("Shin", "Leg", "knee"), ("Foot", "Shin", "ankle"), ("ToeBase", "Foot", "ankle"),
+        ("Shoulder", "Chest", "shoulder"), ("Arm", "Shoulder", "shoulder"), ("ForeArm", "Arm", "elbow"),
+        ("Hand", "ForeArm", "wrist"))},
+}  # fmt: skip
+
+
+def gemx_bvh(folder: Path, world: np.ndarray) -> Path:
+    """<video>_animated_skeleton.bvh of GEM-X's demo_soma_fbx.py, of bodies z up."""
+    return worlds.bvh(folder / "walk_animated_skeleton.bvh", worlds.y_up(world), fps=30, bones=SOMA_BONES)
+
+
+ALPHAPOSE_UNIT_M = 2.0
+
+
+def alphapose3d(folder: Path, people: list[np.ndarray]) -> Path:
+    """alphapose-results.json of the SMPL model: 29 keypoints, and 24 joints about the pelvis in units of 2 m."""
+    listed = []
+    for frame in range(len(people[0])):
+        for person, bodies in enumerate(people):
+            joints = worlds.smpl(bodies[frame : frame + 1])[0] / ALPHAPOSE_UNIT_M
+            left, top, right, bottom = box_of(person, frame)
+            listed.append(
+                {
+                    "image_id": f"{frame}.jpg", "category_id": 1, "keypoints": [200.5, 100.0, 0.9] * 29, "score": 2.7,
+                    "box": [left, top, right - left, bottom - top], "idx": person + 1,
+                    "pred_xyz_jts": (joints - joints[0]).tolist(),
+                }
+            )  # fmt: skip
+    path = folder / "alphapose-results.json"
+    path.write_text(json.dumps(listed))
+    return path
+
+
+_VERTICES = 6890
+REGRESSOR = "J_regressor.npy"
+
+
+def regressor(folder: Path) -> Path:
+    """SMPL's regressor of 24 joints as an array, beside the results; each joint is one vertex of no other meaning."""
+    rows = np.zeros((24, _VERTICES), np.float32)
+    rows[np.arange(24), 100 + np.arange(24)] = 1
+    np.save(folder / REGRESSOR, rows)
+    return folder / REGRESSOR
+
+
+def wham_people(people: list[np.ndarray]) -> dict:
+    """wham_output.pkl's dict of subjects, meshes of points that matter and 0 elsewhere; the second from frame 10 on."""
+    face = {332: "nose", 6260: "nose", 2800: "nose", 4071: "head", 583: "head"}
+    feet = {
+        3216: "l_big_toe",
+        3226: "l_small_toe",
+        3387: "l_heel",
+        6617: "r_big_toe",
+        6624: "r_small_toe",
+        6787: "r_heel",
+    }
+    subjects: dict = defaultdict(dict)
+    for person, bodies in enumerate(people):
+        mesh = np.zeros((len(bodies), _VERTICES, 3), np.float32)
+        mesh[:, 100:124] = worlds.smpl(bodies)
+        for vertex, joint in face.items():
+            mesh[:, vertex] = bodies[:, H36M17.index(joint)]
+        for vertex, point in feet.items():
+            mesh[:, vertex] = feet_of(bodies)[:, FEET.index(point)]
+        still = np.zeros((len(bodies), 72), np.float32)
+        subjects[person] = {
+            "pose": still, "trans": still[:, :3], "pose_world": still, "trans_world": still[:, :3],
+            "betas": still[:, :10], "verts": mesh + np.float32(AWAY_M), "frame_ids": np.arange(len(bodies)) + 10 * person,
+        }  # fmt: skip
+    return subjects
