@@ -4,7 +4,9 @@
 (frames, 33, 3) in MediaPipe's order, or with hands and face (frames, 553, 3), of which the first 33 are the body;
 (frames, 23, 3) of RTMPose, body and feet of COCO-WholeBody. A table has a row a point (frame, keypoint, x, y, z) of the
 body or, with a model named, of everything; its trajectory 3d_xyz is used, not rigid_3d_xyz, whose bones are forced to
-one length. Millimetres (the charuco square's size was given in them), z up once FreeMoCap has aligned the skeleton or found the
+one length.
+
+Millimetres (the charuco square's size was given in them), z up once FreeMoCap has aligned the skeleton or found the
 ground; NaN where a gap was not filled. A recording of a single camera is flat unless an option was set: such files are
 refused. The frame rate is not in these files, in arrays the first row's video frame neither, and in none whether it was
 aligned: a person who does not stand along z is refused, a slight tilt is not noticed.

@@ -29,11 +29,13 @@ from .kit.pickles import beginning, load
 
 name = "phalp"
 gives = "poses"
-reads = "4D-Humans and PHALP tracks (.pkl): camera axes, metres (results of GVHMR and GEM-X are refused with the reason)"
+reads = "4D-Humans and PHALP tracks (.pkl): camera axes, metres (GVHMR and GEM-X results are refused with the reason)"
 
 _JOINTS = "3d_joints"
 _COUNT = 45
-_AMASS = "run the model on them and save its joints with a frame rate as .npz, which adapter amass reads (its option up=y)"
+_AMASS = (
+    "run the model on them and save its joints with a frame rate as .npz for adapter amass (its option up=y)"
+)
 _PARAMETERS = {  # by a word in torch's archive: the program, and the way to joints
     b"smpl_params_global": ("GVHMR", _AMASS),
     b"body_params_global": (

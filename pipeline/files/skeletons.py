@@ -103,7 +103,7 @@ def h36m17_of_skeleton(skeleton: Skeleton, joints: np.ndarray, R_world_from_join
         *np.moveaxis(rotate(R_head, np.stack([forward, up])), 1, 0),
     )
     if "LeftShin" in skeleton.names and set(_SOMA_FACE) <= set(skeleton.names):
-        # GEM-X writes SOMA's joints in axes of their own, in which the pose at rest is no pose and the head has no front.
+        # GEM-X writes SOMA's joints in axes of their own: the pose at rest is none, and does not tell the head's front.
         left_eye, right_eye, top = (joints[:, skeleton.names.index(name)] for name in _SOMA_FACE)
         made[:, H36M17.index("nose")] = (left_eye + right_eye) / 2
         made[:, H36M17.index("head")] = top

@@ -1,5 +1,5 @@
-"""Files of SAM 3D Body, InstantHMR, GEM-X, AlphaPose's 3D model and WHAM (formats.md section 15), of bodies (T, 17, 3) in
-CAMERA, metres, or z up where said."""
+"""Files of SAM 3D Body, InstantHMR, GEM-X, AlphaPose's 3D model and WHAM (formats.md sections 7 and 15), of bodies
+(T, 17, 3) in CAMERA, metres, or z up where said."""
 
 import json
 from collections import defaultdict
@@ -38,7 +38,7 @@ def mhr70(bodies: np.ndarray) -> np.ndarray:
 def sam3d(bodies: np.ndarray, person: int = 0) -> list[dict]:
     """A frame's dict each, as process_one_image returns them for one person."""
     keypoints = mhr70(bodies).astype(np.float32)
-    away = (AWAY_M + [2.0 * person, 0, 0]).astype(np.float32)
+    away = (AWAY_M + np.array([2.0 * person, 0, 0])).astype(np.float32)
     return [
         {
             "bbox": np.array(box_of(person, frame), np.float32),
@@ -184,6 +184,7 @@ def wham_people(people: list[np.ndarray]) -> dict:
         still = np.zeros((len(bodies), 72), np.float32)
         subjects[person] = {
             "pose": still, "trans": still[:, :3], "pose_world": still, "trans_world": still[:, :3],
-            "betas": still[:, :10], "verts": mesh + np.float32(AWAY_M), "frame_ids": np.arange(len(bodies)) + 10 * person,
+            "betas": still[:, :10], "verts": mesh + np.float32(AWAY_M),
+            "frame_ids": np.arange(len(bodies)) + 10 * person,
         }  # fmt: skip
     return subjects
