@@ -15,9 +15,9 @@ import numpy as np
 
 from ..pipeline.anthropometry import implied_stature
 from ..pipeline.errors import InputError
-from ..pipeline.files.skeletons import h36m17_named
+from ..pipeline.files.skeletons import SMPL, h36m17_named
 from ..pipeline.frames import CAMERA
-from ..pipeline.layouts import H36M17
+from ..pipeline.layouts import H36M17, Layout
 from ..pipeline.pose import PoseSequence
 from .alphapose import track_named
 from .kit.json import beginning, each, field, first_detection, frame_number, numbers
@@ -28,7 +28,8 @@ gives = "poses"
 reads = "alphapose-results.json of AlphaPose's SMPL model: 3D joints (pred_xyz_jts) in camera axes"
 
 _KEY = "pred_xyz_jts"
-_SHAPE = (24, 3)
+_SMPL = Layout("SMPL24", (*SMPL, "l_hand", "r_hand"))
+_SHAPE = (len(_SMPL), 3)
 _IMAGE_AXES = (0, 1)
 _STATURE_M = (0.9, 2.6)
 
@@ -47,38 +48,36 @@ def read(path: Path, track: bool = False, unit_m: float = 2.0) -> tuple[PoseSequ
     frame twice because nobody was tracked.
     """
     people: dict[str, Bodies] = {}
-    frames: dict[str, set[int]] = {}
-    for frame, person, joints, box in _entries(path):
-        named = "" if track else person
-        if not track and frame in frames.setdefault(named, set()):
+    seen: set[tuple[str, int]] = set()
+    for frame, named, joints, box in _entries(path):
+        person = "" if track else named
+        if not track and (person, frame) in seen:
             raise InputError(
-                f"{path}: expected each person once a frame, got person {named} twice in frame {frame}, so people are "
+                f"{path}: expected each person once a frame, got person {person} twice in frame {frame}, so people are "
                 "not tracked in this file; run AlphaPose with --pose_track, or pass track=true (-O track=true)."
             )
-        frames.setdefault(named, set()).add(frame)
-        people.setdefault(named, Bodies(H36M17)).add(
-            frame, h36m17_named(unit_m * joints[None], None)[0], box=box
-        )
+        seen.add((person, frame))
+        people.setdefault(person, Bodies(_SMPL)).add(frame, unit_m * joints, box=box)
     if not people:
         raise InputError(f"{path}: no person was found in any frame.")
-    found = [
-        poses if track else poses.with_(person=named)
-        for named, bodies in people.items()
+    return tuple(
+        _of_smpl(poses if track else poses.with_(person=person), path)
+        for person, bodies in people.items()
         for poses in bodies.sequences(CAMERA, _IMAGE_AXES, str(path))
-    ]
-    return tuple(_checked(poses, path) for poses in found)
+    )
 
 
-def _checked(poses: PoseSequence, path: Path) -> PoseSequence:
-    stature = implied_stature(poses.joints)
+def _of_smpl(poses: PoseSequence, path: Path) -> PoseSequence:
+    joints = h36m17_named(poses.joints, list(poses.layout.joints))
+    stature = implied_stature(joints)
     if not _STATURE_M[0] < stature < _STATURE_M[1]:
         raise InputError(
             f"{path}: expected a body of human size, got limbs of a person of {stature:.2g} m; say the file's unit in "
             "metres with unit_m= (-O unit_m=2.2), the third number of the config's BBOX_3D_SHAPE over 1000."
         )
-    return poses.noted(
-        "smpl joints", derived=["nose = before the neck's end, as the shoulders face", "head = along it"]
-    )
+    made = poses.with_(joints=joints, layout=H36M17, confidence=None)
+    derived = ["nose = before the neck's end, as the shoulders face", "head = along the neck"]
+    return made.noted("smpl", derived=derived)
 
 
 def _entries(path: Path) -> Iterator[tuple[int, str, np.ndarray, np.ndarray | None]]:

@@ -92,17 +92,19 @@ def _subjects(held: Any, where: str) -> Iterator[tuple[str, np.ndarray, np.ndarr
     if not isinstance(held, dict) or not held:
         raise InputError(f"{where}: expected a dict of subjects, as WHAM writes it, got another pickle.")
     for person, values in held.items():
-        mesh, frames = (
-            values.get(key) if isinstance(values, dict) else None for key in ("verts", "frame_ids")
-        )
-        if not _numeric(mesh, 3) or mesh.shape[1:] != (_VERTICES, 3) or len(mesh) == 0:
-            raise InputError(f"{where}, subject {person}: expected verts of shape (frames, {_VERTICES}, 3).")
-        if not _numeric(frames, 1) or frames.shape != mesh.shape[:1]:
+        mesh, frames = (_numbers(values, key) for key in ("verts", "frame_ids"))
+        if mesh.ndim != 3 or mesh.shape[1:] != (_VERTICES, 3) or len(mesh) == 0:
             raise InputError(
-                f"{where}, subject {person}: expected frame_ids with a video frame for each row."
+                f"{where}, subject {person}: expected verts of shape (frames, {_VERTICES}, 3), got {mesh.shape}."
+            )
+        if frames.shape != mesh.shape[:1] or frames.dtype.kind not in "iu":
+            raise InputError(
+                f"{where}, subject {person}: expected frame_ids with the video frame of each row."
             )
         yield str(person), mesh, frames
 
 
-def _numeric(values: Any, dims: int) -> bool:
-    return isinstance(values, np.ndarray) and values.ndim == dims and values.dtype.kind in "fiu"
+def _numbers(values: Any, key: str) -> np.ndarray:
+    """A subject's array of that name; an empty one without it."""
+    found = values.get(key) if isinstance(values, dict) else None
+    return found if isinstance(found, np.ndarray) and found.dtype.kind in "fiu" else np.zeros(0)
