@@ -1,6 +1,6 @@
 """3D joints in AlphaPose's alphapose-results.json: `pred_xyz_jts` of its SMPL model, HybrIK's (formats.md section 15).
 
-The list of adapter alphapose, where each entry has 24 joints in SMPL's order besides: camera axes about the pelvis, in
+The list of adapter alphapose, where each entry has 24 joints in SMPL's order besides: camera axes about SMPL's pelvis, in
 units of half the depth that the network covers, which is 2 m unless a config says BBOX_3D_SHAPE. Nose and top of the
 head are made of the shoulders and the neck, for SMPL's joints end at the skull. The person's place is not in the file.
 """
@@ -63,7 +63,7 @@ def read(path: Path, track: bool = False, unit_m: float = 2.0) -> tuple[PoseSequ
     return tuple(
         _of_smpl(poses if track else poses.with_(person=person), path)
         for person, bodies in people.items()
-        for poses in bodies.sequences(CAMERA, _IMAGE_AXES, str(path))
+        for poses in bodies.sequences(CAMERA.with_(origin="body model"), _IMAGE_AXES, str(path))
     )
 
 

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from golden import landmarks, worlds
+from golden import estimators, landmarks, worlds
 from golden.bodies import feet_of
 from golden.lifters import openpose3d, openpose_joints, rtmw3d
 from pcnet3d.adapters import read
 from pcnet3d.pipeline import H36M17
 from pcnet3d.pipeline.anthropometry import implied_stature
-from pcnet3d.pipeline.layouts import BODY_25, FEET, HALPE26
+from pcnet3d.pipeline.layouts import BODY_25, BODY_25B, FEET, HALPE26
 
 FRAMES = 40
 TOES, SMALL = (FEET.indices([f"{side}_{toe}_toe" for side in "rl"]) for toe in ("big", "small"))
@@ -32,7 +32,16 @@ def whole_body(folder, bodies):
     return read(path, fps=25, stature_m=implied_stature(bodies)), feet_of(bodies)
 
 
-@pytest.mark.parametrize("source", [blazepose, body_25, whole_body])
+def body_25b(folder, bodies):
+    away = openpose_joints(bodies + np.array([0.3, 0.1, 4.0]), BODY_25B)
+    return read(openpose3d(folder, [[body] for body in away]), fps=25), feet_of(bodies)
+
+
+def mhr70(folder, bodies):
+    return read(estimators.sam3d_stacked(folder, bodies), fps=25), feet_of(bodies)
+
+
+@pytest.mark.parametrize("source", [blazepose, body_25, body_25b, whole_body, mhr70])
 def test_feet_of_lifters(source, tmp_path, turning):
     bodies = turning(FRAMES)
     poses, feet = source(tmp_path, bodies)

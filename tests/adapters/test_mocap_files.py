@@ -6,7 +6,18 @@ import numpy as np
 import pytest
 from scipy.io import savemat
 
-from golden.worlds import bvh, freemocap, inference_data, mpi, mpi_test, mpi_training, smpl
+from golden.bodies import feet_of
+from golden.worlds import (
+    bvh,
+    freemocap,
+    freemocap_csv,
+    freemocap_rtmpose,
+    inference_data,
+    mpi,
+    mpi_test,
+    mpi_training,
+    smpl,
+)
 from pcnet3d.adapters import read
 from pcnet3d.pipeline import CAMERA, H36M17, Y_UP, Z_UP, InputError, change_frame
 from pcnet3d.pipeline.layouts import BLAZEPOSE33
@@ -145,6 +156,57 @@ def test_freemocap_with_hands_and_face(standing, blaze, tmp_path):
     np.save(path, np.concatenate([blaze, np.full((FRAMES, 520, 3), np.nan)], axis=1))
     assert recognised(path) == ["freemocap"]
     np.testing.assert_allclose(limbs(read(path)), limbs_of(standing(FRAMES)), atol=2e-6)
+
+
+def test_freemocap_2_has_feet_in_its_array_and_its_tables(standing, tmp_path):
+    world, joints = standing(FRAMES), freemocap_rtmpose(standing(FRAMES))
+    np.save(tmp_path / "rtmpose_body_3d_xyz.npy", joints)
+    table = freemocap_csv(tmp_path, joints)
+    own = [
+        line.split(",")
+        for line in table.read_text().splitlines()
+        if ",3d_xyz," in line and "hand" not in line
+    ]
+    rows = ["frame,keypoint,x,y,z", *(",".join(cells[:5]) for cells in own)]
+    (tmp_path / "rtmpose_body_3d_xyz.csv").write_text("\n".join(rows) + "\n")
+    hips = world[:, H36M17.indices(("l_hip", "r_hip"))].mean(axis=1, keepdims=True)
+    for path in (tmp_path / "rtmpose_body_3d_xyz.npy", table, tmp_path / "rtmpose_body_3d_xyz.csv"):
+        assert recognised(path) == ["freemocap"]
+        poses = read(path)
+        np.testing.assert_allclose(limbs(poses), limbs_of(world), atol=2e-6)
+        np.testing.assert_allclose(poses.feet, feet_of(world) - hips, atol=2e-6)
+        assert poses.frames_known is (path.suffix == ".csv")
+
+
+def test_freemocap_table_of_mediapipe_and_damaged_ones(blaze, standing, tmp_path):
+    sides = {"l": "left", "r": "right"}
+    names = [
+        joint
+        if joint[1] != "_"
+        else f"mouth_{sides[joint[0]]}"
+        if joint.endswith("mouth")
+        else f"{sides[joint[0]]}{joint[1:]}"
+        for joint in BLAZEPOSE33.joints
+    ]
+    lines = ["frame,timestamp,timestamp_by_camera,model,keypoint,x,y,z"]
+    for frame, row in enumerate(blaze, 5):
+        lines += [
+            f"{frame},,{{}},mediapipe_body,{name},{x},{y},{z}"
+            for name, (x, y, z) in zip(names, row, strict=True)
+        ]
+    path = tmp_path / "walk_by_frame.csv"
+    path.write_text("\n".join(lines) + "\n")
+    assert recognised(path) == ["freemocap"]
+    np.testing.assert_allclose(limbs(read(path)), limbs_of(standing(FRAMES)), atol=2e-6)
+    assert read(path).frame_index[0] == 5
+    path.write_text("\n".join([*lines[:9], lines[9].replace("nose", "").replace("5,", "five,", 1)]) + "\n")
+    with pytest.raises(InputError, match=r"line 10.*frame's number"):
+        read(path)
+    path.write_text("\n".join(line for line in lines if "left_knee" not in line) + "\n")
+    with pytest.raises(InputError, match="points of a body"):
+        read(path)
+    path.write_text("frame,keypoint,x,y,z\n0,hand_root,1,2,3\n")
+    assert recognised(path) == []
 
 
 def test_freemocap_flat_or_lying_or_in_metres_is_refused(blaze, tmp_path):

@@ -91,11 +91,12 @@ def test_arrays_of_objects_become_lists(tmp_path):
         read(tmp_path / "y.pkl", "phalp")
 
 
-def test_whams_and_gvhmrs_parameters_are_refused_with_the_way_out(tmp_path):
-    arrays = {"pose": np.zeros((9, 72)), "pose_world": np.zeros((9, 72)), "trans_world": np.zeros((9, 3))}
-    (tmp_path / "wham_output.pkl").write_bytes(pickle.dumps({0: arrays}))
-    with zipfile.ZipFile(tmp_path / "hmr4d_results.pt", "w") as archive:
-        archive.writestr("hmr4d_results/data.pkl", pickle.dumps({"smpl_params_global": {}}))
-    for file, program in (("wham_output.pkl", "WHAM"), ("hmr4d_results.pt", "GVHMR")):
-        with pytest.raises(InputError, match=f"{program}.*adapter amass"):
+def test_parameters_alone_are_refused_with_the_way_out(tmp_path):
+    for file, word, way_out in (
+        ("hmr4d_results.pt", "smpl_params_global", "GVHMR.*adapter amass"),
+        ("hpe_results.pt", "body_params_global", "GEM-X.*adapter bvh"),
+    ):
+        with zipfile.ZipFile(tmp_path / file, "w") as archive:
+            archive.writestr("results/data.pkl", pickle.dumps({word: {}}))
+        with pytest.raises(InputError, match=way_out):
             read(tmp_path / file)

@@ -2,6 +2,7 @@
 
 import json
 import pickle
+from collections import defaultdict
 from pathlib import Path
 
 import numpy as np
@@ -40,8 +41,21 @@ def _csv(path: Path) -> None:
     path.write_text("frame,landmark,x,y,z\n" + "0,nose,1.0,2.0,3.0\n" * (LONG // 19))
 
 
+def _points(path: Path) -> None:
+    path.write_text("frame,keypoint,x,y,z\n" + "0,nose,1.0,2.0,3.0\n" * (LONG // 19))
+
+
 def _pickle(path: Path) -> None:
     path.write_bytes(pickle.dumps({"0.jpg": {"3d_joints": np.zeros((_ROWS, 17, 3), np.float32), "tid": [1]}}))
+
+
+def _keypoints(path: Path) -> None:
+    np.savez(path, pred_keypoints_3d=np.zeros((LONG // (70 * 3 * 4), 70, 3), np.float32))
+
+
+def _wham(path: Path) -> None:
+    arrays = {"pose": np.zeros((_ROWS, 72), np.float32), "verts": np.zeros((99, 6890, 3), np.float32)}
+    path.write_bytes(pickle.dumps(defaultdict(dict, {0: arrays})))
 
 
 def _matlab(path: Path) -> None:
@@ -67,6 +81,9 @@ FILES = {
     "mmpose.json": _frames,
     "landmarks.csv": _csv,
     "phalp.pkl": _pickle,
+    "sam3d.npz": _keypoints,
+    "wham_output.pkl": _wham,
+    "freemocap.csv": _points,
     "plain.mat": _matlab,
     "packed.mat": _matlab,
     "openpose": _folder,

@@ -1,0 +1,159 @@
+"""SAM 3D Body's and InstantHMR's 70 keypoints in every form that people save (formats.md section 15)."""
+
+import json
+import os
+
+import numpy as np
+import pytest
+
+from golden import estimators
+from golden.bodies import feet_of
+from golden.estimators import AWAY_M, FOCAL_PX
+from pcnet3d.adapters import read, read_all
+from pcnet3d.pipeline import H36M17, InputError
+from pcnet3d.pipeline.layouts import MHR70
+from pcnet3d.pipeline.reading.find import adapters
+
+FRAMES = 40
+LIMBS = [
+    f"{side}_{joint}" for side in "lr" for joint in ("hip", "knee", "ankle", "shoulder", "elbow", "wrist")
+]
+
+
+def recognised(path) -> list[str]:
+    return [name for name, each in adapters().items() if each.sniff(path)]
+
+
+def hips(bodies: np.ndarray) -> np.ndarray:
+    return bodies[:, H36M17.indices(["l_hip", "r_hip"])].mean(axis=1)
+
+
+def test_stacked_arrays_say_pose_feet_and_place(tmp_path, turning):
+    bodies = turning(FRAMES)
+    path = estimators.sam3d_stacked(tmp_path, bodies)
+    assert recognised(path) == ["mhr70"]
+    poses = read(path, fps=25)
+    limbs = H36M17.indices(LIMBS)
+    np.testing.assert_allclose(poses.joints[:, limbs], (bodies - hips(bodies)[:, None])[:, limbs], atol=1e-6)
+    np.testing.assert_allclose(poses.feet, feet_of(bodies) - hips(bodies)[:, None], atol=1e-6)
+    assert poses.frames_known
+
+
+def test_a_person_who_walks_has_a_place(tmp_path, turning):
+    """The place of somebody who never moves says nothing, by the rule of all sources."""
+    bodies = turning(FRAMES)
+    rows = estimators.sam3d(bodies)
+    walked = np.linspace(0, 1, FRAMES)[:, None] * [1.0, 0, 0.5]
+    keypoints, trans = (np.stack([row[key] for row in rows]) for key in ("pred_keypoints_3d", "pred_cam_t"))
+    np.savez(tmp_path / "walk.npz", pred_keypoints_3d=keypoints, pred_cam_t=trans + walked)
+    poses = read(tmp_path / "walk.npz", fps=25)
+    np.testing.assert_allclose(poses.root, hips(bodies) + AWAY_M + walked, atol=1e-5)
+    assert not poses.frames_known
+    np.savez(tmp_path / "walk.npz", pred_keypoints_3d=keypoints)
+    assert read(tmp_path / "walk.npz", fps=25).root is None
+
+
+def test_every_form_holds_the_same(tmp_path, turning):
+    people = [turning(FRAMES), turning(FRAMES + 200)[200:]]
+    forms = [write(tmp_path, people) for write in (estimators.sam3d_folder, estimators.sam3d_json)]
+    arrays = [
+        np.stack([[row[key] for row in estimators.sam3d(each, i)] for i, each in enumerate(people)], axis=1)
+        for key in ("pred_keypoints_3d", "pred_cam_t", "bbox", "focal_length")
+    ]
+    names = ("pred_keypoints_3d", "pred_cam_t", "bbox", "focal_length")
+    np.savez(tmp_path / "stacked.npz", **dict(zip(names, arrays, strict=True)))
+    objects = np.empty(FRAMES, dtype=object)
+    objects[:] = [list(dicts) for dicts in zip(*map(estimators.sam3d, people, (0, 1)), strict=True)]
+    np.savez(tmp_path / "objects.npz", outputs=objects)
+    for path in (*forms, tmp_path / "stacked.npz", tmp_path / "objects.npz"):
+        assert recognised(path) == ["mhr70"]
+        for found, bodies in zip(adapters()["mhr70"].read(path), people, strict=True):
+            at = bodies[:, H36M17.index("l_knee")] + AWAY_M + [2.0 * int(found.person), 0, 0]
+            np.testing.assert_allclose(found.joint("l_knee"), at, atol=1e-5)
+            np.testing.assert_array_equal(found.frame_index, np.arange(FRAMES))
+            said = {step.name: step.options for step in found.history}
+            assert said["estimator"] == {"focal_px": pytest.approx(FOCAL_PX, rel=1e-4)}
+            assert said["link people"] == {"method": "nearest box"}
+
+
+def test_people_who_are_not_found_have_no_row(tmp_path, turning):
+    path = estimators.instanthmr(tmp_path, [turning(FRAMES)] * 2)
+    first, second = read_all(path)
+    assert len(first) == FRAMES
+    np.testing.assert_array_equal(second.frame_index, [*range(5), *range(8, FRAMES)])
+
+
+def test_frame_indices_are_the_videos(tmp_path, turning):
+    keypoints = estimators.mhr70(turning(FRAMES))
+    np.savez(tmp_path / "x.npz", pred_keypoints_3d=keypoints, frame_indices=3 * np.arange(FRAMES))
+    poses = read(tmp_path / "x.npz")
+    np.testing.assert_array_equal(poses.frame_index, 3 * np.arange(FRAMES))
+    assert poses.frames_known
+    for wrong in (np.arange(FRAMES) + 0.5, np.arange(FRAMES - 1), -1 - np.arange(FRAMES)):
+        np.savez(tmp_path / "x.npz", pred_keypoints_3d=keypoints, frame_indices=wrong)
+        with pytest.raises(InputError, match="whole number of its video frame"):
+            read(tmp_path / "x.npz")
+
+
+def test_a_folder_of_one_persons_arrays(tmp_path, turning):
+    for frame, row in enumerate(estimators.sam3d(turning(FRAMES))):
+        held = {key: value for key, value in row.items() if value is not None}
+        np.savez(tmp_path / f"img_{frame:04d}.npz", **held)
+    assert recognised(tmp_path) == ["mhr70"]
+    assert len(read(tmp_path, fps=25)) == FRAMES
+    np.savez(tmp_path / "other_0003.npz", **held)
+    with pytest.raises(InputError, match="one \\.npz a frame"):
+        read(tmp_path)
+
+
+def test_json_by_image(tmp_path, turning):
+    rows = estimators.sam3d(turning(FRAMES))
+    content = {
+        f"img_{i:03d}.jpg": [{"pred_keypoints_3d": row["pred_keypoints_3d"].tolist()}]
+        for i, row in enumerate(rows, 7)
+    }
+    (tmp_path / "x.json").write_text(json.dumps({"img_000.jpg": [], **content}))
+    assert recognised(tmp_path / "x.json") == ["mhr70"]
+    assert read(tmp_path / "x.json").frame_index[0] == 7
+
+
+def test_translations_of_some_people_only(tmp_path, turning):
+    rows = estimators.sam3d(turning(FRAMES))
+    trans = np.stack([row["pred_cam_t"] for row in rows])
+    trans[4] = np.nan
+    keypoints = estimators.mhr70(turning(FRAMES))
+    np.savez(tmp_path / "x.npz", pred_keypoints_3d=keypoints, pred_cam_t=trans)
+    with pytest.raises(InputError, match="39 of 40"):
+        read(tmp_path / "x.npz")
+
+
+def test_what_is_not_theirs(tmp_path):
+    count = len(MHR70)
+    for held in (
+        {"joints_3d": np.zeros((9, count, 3))},  # anybody's name, without InstantHMR's translation
+        {"pred_keypoints_3d": np.zeros((9, 21, 3))},  # hands
+        {"pred_keypoints_3d": np.zeros((9, count, 2))},
+    ):
+        np.savez(tmp_path / "x.npz", **held)
+        assert recognised(tmp_path / "x.npz") == []
+        with pytest.raises(InputError, match=r"x\.npz"):
+            read(tmp_path / "x.npz", "mhr70")
+    (tmp_path / "x.json").write_text('[[{"pred_keypoints_3d": [[1, 2], 3]}]]')
+    with pytest.raises(InputError, match="equal length"):
+        read(tmp_path / "x.json", "mhr70")
+
+
+class Evil:
+    def __reduce__(self):
+        return os.mkdir, (self.place,)
+
+
+def test_nothing_of_a_strangers_is_run(tmp_path, turning):
+    evil = Evil()
+    evil.place = str(tmp_path / "was here")
+    rows = [estimators.sam3d(turning(FRAMES))[0] | {"more": evil}]
+    np.savez(tmp_path / "x.npz", outputs=np.array(rows, dtype=object))
+    assert recognised(tmp_path / "x.npz") == ["mhr70"]
+    with pytest.raises(InputError, match="stranger's code"):
+        read(tmp_path / "x.npz")
+    assert not (tmp_path / "was here").exists()
