@@ -1,8 +1,8 @@
 """3D joints in AlphaPose's alphapose-results.json: `pred_xyz_jts` of its SMPL model, HybrIK's (formats.md section 15).
 
-The list of adapter alphapose, where each entry has 24 joints in SMPL's order besides: camera axes about SMPL's pelvis, in
-units of half the depth that the network covers, which is 2 m unless a config says BBOX_3D_SHAPE. Nose and top of the
-head are made of the shoulders and the neck, for SMPL's joints end at the skull. The person's place is not in the file.
+The list of adapter alphapose, where each entry has 24 joints in SMPL's order besides: camera axes about SMPL's pelvis,
+in units of the depth that the network covers, which is 2 m unless a config says BBOX_3D_SHAPE. Nose and top of the head
+are made of the shoulders and the neck, for SMPL's joints end at the skull. The person's place is not in the file.
 """
 
 from __future__ import annotations
