@@ -68,7 +68,7 @@ def _from_entry(entry: Any, track: bool, where: str) -> Detection:
 
 
 def track_named(idx: Any, where: str) -> str:
-    """The track that `idx` names: a number, or nested lists of one and the same number."""
+    """The track that `idx` names: a number, or nested lists of one and the same number. InputError for others."""
     ids = np.unique(numbers(idx, where))
     if len(ids) != 1 or ids[0] % 1 != 0:
         raise InputError(
