@@ -197,6 +197,16 @@ def _detections(form: str, joints: int, person: Person, folder: Path) -> Path:
     return detections.WRITERS[form](folder, _two(joints))
 
 
+def _openpose_25b(person: Person, folder: Path) -> Path:
+    """Bodies as long as those of a person, by which alone BODY_25B is told from BODY_25."""
+    scene = {}
+    for name, bodies in enumerate(_two_turning(person)):
+        joints = 200 * lifters.openpose_joints(bodies, BODY_25B)[..., :2] + [400 + 500 * name, 300]
+        scores = np.broadcast_to(np.linspace(0.3, 0.9, len(BODY_25B)), joints.shape[:2])
+        scene[str(name)] = np.arange(FRAMES), np.concatenate([joints, scores[..., None]], axis=-1)
+    return detections.openpose(folder, scene)
+
+
 def _alphapose_dict(form: str, person: Person, folder: Path) -> Path:
     scene = {name: detections.between_shoulders(seen) for name, seen in _two(18).items()}
     return detections.WRITERS[form](folder, scene)
@@ -262,6 +272,7 @@ CATALOGUE = (
     Golden("mpi3dhp", "`annot.mat`", _mpi_training),
     Golden("mpi3dhp", "`annot_data.mat`", _mpi_test),
     Golden("openpose", "folder of `*_keypoints.json` or `cam01.0000.json`", partial(_detections, "openpose", 25)),
+    Golden("openpose", "the same of BODY_25B", _openpose_25b),
     Golden("openpose3d", "folder of `*_keypoints.json` or `cam01.0000.json`, 3D", _openpose3d),
     Golden("openpose3d", "the same of BODY_25B", partial(_openpose3d, layout=BODY_25B)),
     Golden("phalp", "`demo_<video>.pkl`", _phalp),

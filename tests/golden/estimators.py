@@ -6,6 +6,7 @@ from collections import defaultdict
 from pathlib import Path
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from golden import worlds
 from golden.bodies import feet_of
@@ -124,8 +125,51 @@ SOMA_BONES = {
 
 
 def gemx_bvh(folder: Path, world: np.ndarray) -> Path:
-    """<video>_animated_skeleton.bvh of GEM-X's demo_soma_fbx.py, of bodies z up."""
-    return worlds.bvh(folder / "walk_animated_skeleton.bvh", worlds.y_up(world), fps=30, bones=SOMA_BONES)
+    """<video>_animated_skeleton.bvh of GEM-X, of bodies z up: each bone's channels and offset are in its parent's axes,
+    which lie anyhow."""
+    places = {
+        name: 100 * worlds.y_up(world)[:, H36M17.index(ours)] if ours else np.zeros((len(world), 3))
+        for name, (_, ours) in SOMA_BONES.items()
+    }
+    axes = dict(
+        zip(
+            SOMA_BONES,
+            Rotation.from_quat(np.random.default_rng(0).normal(size=(len(SOMA_BONES), 4))),
+            strict=True,
+        )
+    )
+    axes["Root"] = Rotation.identity()
+    lines, numbers = ["HIERARCHY"], []
+
+    def write(name: str, depth: int) -> None:
+        parent, pad = SOMA_BONES[name][0], "  " * depth
+        here = axes[parent].inv() if parent else Rotation.identity()
+        offsets = here.apply(places[name] - (places[parent] if parent else 0))
+        turns = np.tile((here * axes[name]).as_euler("ZYX", degrees=True), (len(world), 1))
+        numbers.append(np.concatenate([offsets, turns], axis=1))
+        lines.extend(
+            [
+                f"{pad}{'JOINT' if depth else 'ROOT'} {name}",
+                f"{pad}{{",
+                f"{pad}  OFFSET " + " ".join(f"{v:.6f}" for v in offsets[0]),
+                f"{pad}  CHANNELS 6 Xposition Yposition Zposition Zrotation Yrotation Xrotation",
+            ]
+        )
+        children = [child for child, (above, _) in SOMA_BONES.items() if above == name]
+        for child in children:
+            write(child, depth + 1)
+        if not children:
+            lines.extend(
+                f"{pad}  {line}" for line in ("End Site", "{", "  OFFSET 0.000000 0.000000 0.000000", "}")
+            )
+        lines.append(f"{pad}}}")
+
+    write("Root", 0)
+    lines += ["MOTION", f"Frames: {len(world)}", f"Frame Time: {1 / 30:.6f}"]
+    lines += [" ".join(f"{v:.6f}" for v in row) for row in np.concatenate(numbers, axis=1)]
+    path = folder / "walk_animated_skeleton.bvh"
+    path.write_text("\n".join(lines) + "\n")
+    return path
 
 
 ALPHAPOSE_UNIT_M = 2.0

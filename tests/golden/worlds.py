@@ -70,14 +70,10 @@ BONES = {
 }  # fmt: skip
 
 
-def bvh(path, world, fps=60, scale=100.0, t_pose=False, bones=BONES):
-    """A BVH whose joints slide: six channels each, as TotalCapture's have them, positions from the parent. bones: by
-    name, the parent and the joint of ours that each is, None for the origin."""
-    places = {
-        name: scale * world[:, H36M17.index(ours)] if ours else np.zeros((len(world), 3))
-        for name, (_, ours) in bones.items()
-    }
-    local = {n: places[n] - (places[parent] if parent else 0) for n, (parent, _) in bones.items()}
+def bvh(path, world, fps=60, scale=100.0, t_pose=False):
+    """A BVH whose joints slide: six channels each, as TotalCapture's have them, positions from the parent."""
+    places = {name: scale * world[:, H36M17.index(ours)] for name, (_, ours) in BONES.items()}
+    local = {n: places[n] - (places[parent] if parent else 0) for n, (parent, _) in BONES.items()}
     order, lines = [], ["HIERARCHY"]
 
     def write(name, depth):
@@ -88,11 +84,11 @@ def bvh(path, world, fps=60, scale=100.0, t_pose=False, bones=BONES):
         lines.append(
             "\t" * depth + "\tCHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation"
         )
-        for child in (n for n, (parent, _) in bones.items() if parent == name):
+        for child in (n for n, (parent, _) in BONES.items() if parent == name):
             write(child, depth + 1)
         lines.append("\t" * depth + "}")
 
-    write(next(iter(bones)), 0)
+    write("Hips", 0)
     lines += ["MOTION", f"Frames: {len(world)}", f"Frame Time: {1 / fps:.7f}"]
     for row in range(len(world)):
         numbers = []
