@@ -75,11 +75,16 @@ def read(path: Path) -> tuple[PoseSequence, ...]:
         )
     frame = CAMERA.with_(origin="camera" if any(placed) else "body model")
     people = found.sequences(frame, _IMAGE_AXES, str(path), placed=any(placed))
-    if arrays_in(path) and not _object_key(path) and not arrays_in(path) & set(_NUMBERS):
-        people = tuple(poses.with_(frames_known=False) for poses in people)
+    people = tuple(poses.with_(frames_known=_says_frames(path)) for poses in people)
     if np.isfinite(focal_px).any():
         people = tuple(poses.noted("estimator", focal_px=float(np.nanmedian(focal_px))) for poses in people)
     return people
+
+
+def _says_frames(path: Path) -> bool:
+    """Whether the video frames of rows are known: by names, by lists of which each is a frame, or by an array."""
+    held = arrays_in(path)
+    return not held or not held.isdisjoint(_NUMBERS) or _object_key(path) is not None
 
 
 def _array(person: Mapping[str, Any], name: str, shape: tuple[int, ...], where: str) -> np.ndarray:
