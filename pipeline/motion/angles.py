@@ -255,8 +255,8 @@ def near(angle_deg: np.ndarray, centre_deg: np.ndarray | float) -> np.ndarray:
 
 
 def hinge_axis(upper: np.ndarray, lower: np.ndarray, reference: np.ndarray) -> np.ndarray:
-    """(..., 3) the axis about which a knee or an elbow turns `lower` from `upper`, all of them unit vectors (..., 3); NaN
-    where it is not defined.
+    """(..., 3) the axis about which a knee or an elbow turns `lower` from `upper`, all unit vectors (..., 3); NaN where
+    it is not defined.
 
     It is the normal of the limb's plane, as long as the sine of its bend, plus the reference made square to `upper`,
     times _STRAIGHT: so the reference decides for a straight limb, the limb itself for a bent one.

@@ -26,16 +26,19 @@ _MOST = (1280, 720)  # pixels of the video's part
 _DARK: Colour = (28, 30, 34)
 _PALE: Colour = (235, 235, 235)
 _FIXED = 4  # bits of a pixel's fraction, as OpenCV draws
-# BODY is back, right, up. From the front the person's right is on the left; from the right the face looks right.
-_SIDES = {"from the front": (1, -1.0), "from the right": (0, -1.0)}
+# What is to the right, up and near there, in BODY (back, right, up).
+_SIDES = {
+    "from the front": ((0, -1.0, 0), (0, 0, 1.0), (-1.0, 0, 0)),
+    "from the right": ((-1.0, 0, 0), (0, 0, 1.0), (0, 1.0, 0)),
+}
 
 
 def check_h264() -> None:
     """InputError where the installed PyAV cannot write H.264."""
-    import av
+    from av.codec import Codec
 
     try:
-        av.codec.Codec("libx264", "w")
+        Codec("libx264", "w")
     except ValueError:
         raise InputError(
             "MP4 needs an FFmpeg that writes H.264, and the installed PyAV has none; install PyAV's own wheel: "
@@ -124,9 +127,10 @@ class _Page:
         if edge is None:
             return
         start, end = sorted(self._on_small(edge).tolist())
-        cv2.line(small, _fixed(start), _fixed(end), HORIZON, self.thick, cv2.LINE_AA, _FIXED)
+        for colour, width in ((_DARK, self.thick + 2), (HORIZON, self.thick)):
+            cv2.line(small, _fixed(start), _fixed(end), colour, width, cv2.LINE_AA, _FIXED)
         words = "horizon" + (" (focal length assumed)" if camera.focal_source == "prior" else "")
-        _write(small, words, (start[0] + 6, start[1] - 6), self.thick)
+        _write(small, words, (start[0] + 8, start[1] + 12 + 8 * self.thick), self.thick)
 
     def _draw_keypoints(self, small: np.ndarray, keypoints: PoseSequence, row: int) -> None:
         import cv2
@@ -158,7 +162,9 @@ class _Page:
             top = i * height // 2
             _write(panel, view.name, (8, top + 14 + 4 * self.thick), self.thick)
             if row is not None:
-                _draw_bones(panel, view.places[row] + (0, top), self.body.layout, 2 * self.thick)
+                _draw_bones(
+                    panel, view.places[row] + (0, top), self.body.layout, 2 * self.thick, view.near[row]
+                )
         at = f"{self.body.times[row]:.2f} s" if row is not None else "no pose"
         _write(panel, f"{at}, frame {number}", (8, height - 8), self.thick)
         return panel
@@ -166,20 +172,25 @@ class _Page:
 
 @dataclass(frozen=True, eq=False)
 class _View:
-    """places: (T, J, 2) pixels of the body's joints in its part of the panel."""
+    """places: (T, J, 2) pixels of the body's joints in its part of the panel. near: (T, J) how near they are."""
 
     name: str
     places: np.ndarray
+    near: np.ndarray
 
 
 def _views(body: PoseSequence, side: int) -> list[_View]:
     """All at one scale, in which the whole take's body fits into a square of `side` pixels."""
-    flat = {name: body.joints[..., [axis, 2]] * (sign, 1.0) for name, (axis, sign) in _SIDES.items()}
-    reach = {name: _range(points) for name, points in flat.items()}
-    scale = 0.8 * side / max(float(np.max(high - low)) for low, high in reach.values())
+    seen = {name: rotate(np.array(axes), body.joints) for name, axes in _SIDES.items()}
+    reach = {name: _range(points[..., :2]) for name, points in seen.items()}
+    scale = 0.76 * side / max(float(np.max(high - low)) for low, high in reach.values())
     return [
-        _View(name, (points - (low + high) / 2) * (scale, -scale) + (side / 2, 0.53 * side))
-        for name, points in flat.items()
+        _View(
+            name,
+            (points[..., :2] - (low + high) / 2) * (scale, -scale) + (side / 2, 0.52 * side),
+            points[..., 2],
+        )
+        for name, points in seen.items()
         for low, high in [reach[name]]
     ]
 
@@ -206,11 +217,16 @@ def _by_frame(poses: PoseSequence) -> dict[int, int]:
     return {int(frame): row for row, frame in enumerate(poses.frame_index)}
 
 
-def _draw_bones(image: np.ndarray, at: np.ndarray, layout: Layout, thick: int) -> None:
-    """Lines between points (J, 2), in the colours of sides."""
+def _draw_bones(
+    image: np.ndarray, at: np.ndarray, layout: Layout, thick: int, near: np.ndarray | None = None
+) -> None:
+    """Lines between points (J, 2) in the colours of sides, the nearest last where it is told how near they are (J,)."""
     import cv2
 
-    for bone in layout.bones:
+    bones = layout.bones
+    if near is not None:
+        bones = sorted(bones, key=lambda bone: float(np.nan_to_num(near[layout.indices(bone)].sum())))
+    for bone in bones:
         ends = at[layout.indices(bone)]
         if is_finite(ends).all():
             cv2.line(image, _fixed(ends[0]), _fixed(ends[1]), side_colour(*bone), thick, cv2.LINE_AA, _FIXED)
@@ -219,11 +235,12 @@ def _draw_bones(image: np.ndarray, at: np.ndarray, layout: Layout, thick: int) -
 def _write(image: np.ndarray, text: str, at: Sequence[float], thick: int) -> None:
     import cv2
 
-    place = round(at[0]), round(at[1])
-    for colour, width in ((_DARK, thick + 2), (_PALE, max(1, thick // 2))):
-        cv2.putText(
-            image, text, place, cv2.FONT_HERSHEY_SIMPLEX, 0.15 + 0.15 * thick, colour, width, cv2.LINE_AA
-        )
+    place, font, size = (round(at[0]), round(at[1])), cv2.FONT_HERSHEY_SIMPLEX, 0.15 + 0.15 * thick
+    wide = max(1, thick // 2)
+    (width, height), below = cv2.getTextSize(text, font, size, wide)
+    corners = (place[0] - 3, place[1] - height - 3), (place[0] + width + 3, place[1] + below)
+    cv2.rectangle(image, *corners, _DARK, -1)
+    cv2.putText(image, text, place, font, size, _PALE, wide, cv2.LINE_AA)
 
 
 def _fixed(point: Sequence[float] | np.ndarray) -> tuple[int, int]:

@@ -120,7 +120,7 @@ def armature(take: Take) -> Armature:
     names, parents = skeleton.names, skeleton.parents
     R = np.stack([R_world[name] for name in names], axis=1)[kept]
     local = np.concatenate([R[:, :1], transpose(R[:, parents[1:]]) @ R[:, 1:]], axis=1)
-    known = is_finite(local).all(axis=-1)
+    known = np.asarray(np.isfinite(local).all(axis=(-2, -1)))
     for i in range(len(names)):
         if i in parents:
             local[:, i] = _held(local[:, i], known[:, i], np.eye(3))

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterator
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -27,19 +28,10 @@ def write_bvh(take: Take, path: Path) -> tuple[Event, ...]:
 
     A BVH file knows no gaps: returns notes on what was held there and left out. Raises as `armature` does.
     """
-    from scipy.spatial.transform import Rotation
-
     found = armature(take)
-    count = len(found.skeleton.names)
-    with warnings.catch_warnings():
-        warnings.simplefilter(
-            "ignore", UserWarning
-        )  # x at 90 degrees: one of the angles that give the rotation
-        turns = Rotation.from_matrix(found.R_parent_from_joint.reshape(-1, 3, 3)).as_euler(
-            _ORDER, degrees=True
-        )
-    turns = np.unwrap(turns.reshape(-1, count, 3), axis=0, period=360)
-    body = np.concatenate([found.root, turns.reshape(-1, 3 * count)], axis=1)
+    body = np.concatenate(
+        [found.root, _angles(found.R_parent_from_joint).reshape(len(found.root), -1)], axis=1
+    )
     head = [
         "HIERARCHY",
         *_lines(found.skeleton, 0, ""),
@@ -51,6 +43,24 @@ def write_bvh(take: Take, path: Path) -> tuple[Event, ...]:
         file.write("\n".join(head) + "\n")
         np.savetxt(file, np.round(body, 6) + 0.0, fmt="%.6f")
     return found.notes(path.name, take.need("filtered").root is None)
+
+
+def _angles(R: np.ndarray) -> np.ndarray:
+    """(N, J, 3) degrees about z, x and y of R (N, J, 3, 3). Two triples give one rotation: the one nearer to that of the
+    frame before, and without whole turns between them, since programs draw and smooth these as curves."""
+    from scipy.spatial.transform import Rotation
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # x at 90 degrees: one of the many triples that give it
+        angles = (
+            Rotation.from_matrix(R.reshape(-1, 3, 3)).as_euler(_ORDER, degrees=True).reshape(*R.shape[:2], 3)
+        )
+    for before, now in pairwise(angles):
+        for other in (now.copy(), (now + 180) * (1, -1, 1) + (0, 360, 0)):
+            near = other - 360 * np.round((other - before) / 360)
+            better = np.abs(near - before).sum(axis=1) < np.abs(now - before).sum(axis=1)
+            now[better] = near[better]
+    return angles
 
 
 def _lines(skeleton: Skeleton, joint: int, indent: str) -> Iterator[str]:

@@ -71,32 +71,32 @@ def rows(take: Take) -> Iterator[Row]:
 
 
 def _rows(group: dict[str, Any], above: tuple[str, ...], length: str) -> Iterator[Row]:
-    errors = {error_key(key): key for key in group if error_key(key) in group}
-    beside = {key: group[name] for name, key in errors.items()}
-    start, stop = group.get("start_s"), group.get("stop_s")
+    errors = {error_key(key) for key in group}
     for key, value in group.items():
         path = (*above, key)
         if isinstance(value, dict):
             yield from _rows(value, path, length)
-            continue
-        if key in errors:
-            continue
-        listed = isinstance(value, list)
-        for item, one in enumerate(value if listed else [value]):
-            number = isinstance(one, int | float) and not isinstance(one, bool)
-            timed = listed and isinstance(start, list) and isinstance(stop, list) and len(start) == len(value)
-            error = beside.get(key)
-            yield Row(
-                ".".join(path),
-                _side(path),
-                item if listed else None,
-                float(one) if number else None,
-                error[item] if isinstance(error, list) else error,
-                _unit(key, length) if number else None,
-                start[item] if timed else None,
-                stop[item] if timed else None,
-                None if number else str(one),
-            )
+        elif key not in errors:
+            for item, one in enumerate(value) if isinstance(value, list) else [(None, value)]:
+                number = isinstance(one, int | float) and not isinstance(one, bool)
+                yield Row(
+                    ".".join(path),
+                    _side(path),
+                    item,
+                    float(one) if number else None,
+                    _beside(value, item, group.get(error_key(key))),
+                    _unit(key, length) if number else None,
+                    _beside(value, item, group.get("start_s")),
+                    _beside(value, item, group.get("stop_s")),
+                    None if number else str(one),
+                )
+
+
+def _beside(value: Any, item: int | None, other: Any) -> Any:
+    """What of `other` belongs to an item of a figure, None where it is no figure of the same kind."""
+    if item is None:
+        return None if isinstance(other, list) else other
+    return other[item] if isinstance(other, list) and len(other) == len(value) else None
 
 
 def _side(path: tuple[str, ...]) -> str | None:
