@@ -46,8 +46,8 @@ def write_bvh(take: Take, path: Path) -> tuple[Event, ...]:
 
 
 def _angles(R: np.ndarray) -> np.ndarray:
-    """(N, J, 3) degrees about z, x and y of R (N, J, 3, 3). Two triples give one rotation: the one nearer to that of the
-    frame before, and without whole turns between them, since programs draw and smooth these as curves."""
+    """(N, J, 3) degrees about z, x and y of R (N, J, 3, 3). Two triples give one rotation: the one nearer to that of
+    the frame before, and without whole turns between them, since programs draw and smooth these as curves."""
     from scipy.spatial.transform import Rotation
 
     with warnings.catch_warnings():
