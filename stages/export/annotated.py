@@ -14,6 +14,7 @@ from ...pipeline.files.atomic import whole_file
 from ...pipeline.files.video_frames import images_from, shown_size
 from ...pipeline.intrinsics import undistorted
 from ...pipeline.layouts import Layout, with_feet
+from ...pipeline.messages import how_many
 from ...pipeline.pose import PoseSequence
 from ...pipeline.rotations import is_finite, rotate
 from ...pipeline.take import Event, Take, Video
@@ -65,7 +66,7 @@ def write_annotated(take: Take, path: Path) -> tuple[Event, ...]:
     first, last = int(body.frame_index[0]), min(int(body.frame_index[-1]), len(video.time_s) - 1)
     if first > last:
         raise InputError(
-            f"Expected poses of the video's {len(video.time_s)} frames, got them from frame {first} on; "
+            f"Expected poses of a video of {how_many(len(video.time_s), 'frame')}, got them from frame {first} on; "
             "give the video that they are of."
         )
     page = _Page(take, video)

@@ -86,8 +86,8 @@ class Armature:
             said.append("its lengths are in the source's own unit, for the source has no scale.")
         if any(self.cut):
             said.append(
-                f"{how_many(sum(self.cut), 'frame')} without a pose are left out, {self.cut[0]} at the beginning and "
-                f"{self.cut[1]} at the end: it begins at {self.time_s[0]:.3f} s of the take."
+                f"what has no pose is left out, {how_many(self.cut[0], 'frame')} at the beginning and "
+                f"{how_many(self.cut[1], 'frame')} at the end: it begins at {self.time_s[0]:.3f} s of the take."
             )
         by_count = defaultdict(list)
         for name, count in self.held.items():

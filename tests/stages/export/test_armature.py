@@ -79,7 +79,7 @@ def test_frames_without_a_pose_are_cut_at_the_ends_and_held_between(gappy, walk)
     np.testing.assert_array_equal(held[1:6], np.repeat(held[:1], 5, axis=0))
     assert geodesic_deg(held[5], held[6]) > 0.01
     said = " ".join(event.text for event in found.notes("a.bvh", in_place=False))
-    assert "4 frames without a pose are left out" in said
+    assert "left out, 4 frames at the beginning and 0 frames at the end" in said
     assert "in 15 of 116 frames nothing is known of l_elbow" in said
     assert all(event.kind == "note" for event in found.notes("a.bvh", in_place=False))
 
