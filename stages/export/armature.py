@@ -48,7 +48,8 @@ class Armature:
     skeleton: the T-pose; offsets in `unit`, "m" or "arbitrary". R_parent_from_joint: (N, J, 3, 3). root: (N, 3) the
     pelvis, above the origin in the first frame; y = 0 is where the feet are lowest. moved: (3,) that origin, from the
     one that TRC and C3D count from. known: (N, J) True where a joint's rotation rests on that frame's joints; where it
-    does not, it is the last one before, or the first of all. place_known: (N,) the same of the root.
+    does not, it is the last one before, or the first of all. place_known: (N,) the same of the root. moves: whether the
+    take knows the pelvis path at all.
     time_s: (N,) seconds of the take, evenly spaced at fps. cut: (2,) frames without a pose that are left out at the
     beginning and at the end.
     """
@@ -59,6 +60,7 @@ class Armature:
     moved: np.ndarray
     known: np.ndarray
     place_known: np.ndarray
+    moves: bool
     time_s: np.ndarray
     fps: float
     unit: str
@@ -71,17 +73,14 @@ class Armature:
         counts["the pelvis path"] = int((~self.place_known).sum())
         return {name: count for name, count in counts.items() if count}
 
-    def notes(self, file: str, in_place: bool) -> tuple[Event, ...]:
-        """What a reader of a file of it has to know that the file itself does not show. in_place: the take knows no
-        path of the pelvis."""
+    def notes(self, file: str) -> tuple[Event, ...]:
+        """What a reader of a file of it has to know that the file itself does not show."""
         x, y, z = (f"{value:.2f}" for value in self.moved + 0.0)
-        said = []
-        if in_place:
-            said.append("the pelvis stays where it is, for its path is not known.")
-        else:
-            said.append(
+        said = ["the pelvis stays where it is, for its path is not known."]
+        if self.moves:
+            said = [
                 f"its origin is {x} to the left, {y} up and {z} in front of the one that TRC counts from."
-            )
+            ]
         if self.unit != "m":
             said.append("its lengths are in the source's own unit, for the source has no scale.")
         if any(self.cut):
@@ -105,9 +104,12 @@ def armature(take: Take) -> Armature:
 
     Bones have their median lengths, so joints lie where the take has them but for what its bones change; hips, nose,
     head and feet have their median place at rest. A joint that never has a bone is left out with all that hangs on it.
-    InputError for a take without filtered joints, and without one frame in which pelvis, hips and spine are known.
+    InputError for a take without filtered joints, of a single frame, and without one in which pelvis, hips and spine
+    are known.
     """
     found = evenly(take, ANIMATION)
+    if len(found.time_s) < 2:
+        raise InputError("Expected two frames or more, to animate a skeleton; the take has one.")
     at = dict(zip(found.names, np.moveaxis(found.joints, 1, 0), strict=True))
     R_world = _rotations(at)
     rows = np.flatnonzero(is_finite(R_world["pelvis"]).all(axis=-1))
@@ -139,6 +141,7 @@ def armature(take: Take) -> Armature:
         moved,
         known,
         place_known,
+        found.root is not None,
         found.time_s[kept],
         found.fps,
         found.unit,

@@ -42,7 +42,7 @@ def write_bvh(take: Take, path: Path) -> tuple[Event, ...]:
     with whole_file(path) as partial, open(partial, "w", encoding="ascii", newline="\n") as file:
         file.write("\n".join(head) + "\n")
         np.savetxt(file, np.round(body, 6) + 0.0, fmt="%.6f")
-    return found.notes(path.name, take.need("filtered").root is None)
+    return found.notes(path.name)
 
 
 def _angles(R: np.ndarray) -> np.ndarray:

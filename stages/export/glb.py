@@ -104,7 +104,7 @@ def write_glb(take: Take, path: Path) -> tuple[Event, ...]:
     body = b"".join(struct.pack("<I", len(data)) + kind + data for kind, data in chunks)
     with whole_file(path) as partial:
         partial.write_bytes(struct.pack("<4sII", b"glTF", 2, 12 + len(body)) + body)
-    return found.notes(path.name, take.need("filtered").root is None)
+    return found.notes(path.name)
 
 
 class _Arrays:

@@ -78,10 +78,10 @@ def test_frames_without_a_pose_are_cut_at_the_ends_and_held_between(gappy, walk)
     held = found.R_parent_from_joint[15:22, elbow]
     np.testing.assert_array_equal(held[1:6], np.repeat(held[:1], 5, axis=0))
     assert geodesic_deg(held[5], held[6]) > 0.01
-    said = " ".join(event.text for event in found.notes("a.bvh", in_place=False))
+    said = " ".join(event.text for event in found.notes("a.bvh"))
     assert "left out, 4 frames at the beginning and 0 frames at the end" in said
     assert "in 15 of 116 frames nothing is known of l_elbow" in said
-    assert all(event.kind == "note" for event in found.notes("a.bvh", in_place=False))
+    assert all(event.kind == "note" for event in found.notes("a.bvh"))
 
 
 def test_a_straight_upper_arm_needs_no_wrist(gappy, walk):
@@ -98,7 +98,7 @@ def test_without_a_path_the_pelvis_stays_above_feet_on_the_floor(walked):
     found = armature(take.with_(filtered=filtered))
     assert np.ptp(found.root, axis=0).max() == 0
     assert found.root[0, 1] == pytest.approx(0.93, abs=0.03)
-    assert any("path is not known" in event.text for event in found.notes("a.glb", in_place=True))
+    assert any("path is not known" in event.text for event in found.notes("a.glb"))
 
 
 def test_a_limb_that_is_never_seen_is_left_out(walked):
@@ -121,6 +121,10 @@ def test_what_cannot_be_animated_is_refused(walked):
     take = walked()
     with pytest.raises(InputError, match="'trajectories'"):
         armature(take.with_(filtered=None))
+    first = take.filtered
+    one = type(first)(first.joints[:1], first.layout, first.frame, time_s=first.times[:1])
+    with pytest.raises(InputError, match="two frames or more"):
+        armature(take.with_(filtered=one))
     joints = np.array(take.filtered.joints)
     joints[:, H36M17.index("r_hip")] = np.nan
     with pytest.raises(InputError, match="pelvis, hips and spine"):
