@@ -86,7 +86,10 @@ def place(
 
 
 def h36m17_of_skeleton(skeleton: Skeleton, joints: np.ndarray, R_world_from_joint: np.ndarray) -> np.ndarray:
-    """joints (T, J, 3) metres -> (T, 17, 3) H36M17, in the same axes. InputError naming what has no known name."""
+    """joints (T, J, 3) metres -> (T, 17, 3) H36M17, in the same axes: those of these names where it has all of them, as
+    our own BVH files do, else by the names in use. InputError naming what has no known name."""
+    if set(H36M17.joints) <= set(skeleton.names):
+        return joints[:, [skeleton.names.index(joint) for joint in H36M17.joints]]
     named = match(skeleton.names)
     rest = {joint: skeleton.rest[i] for joint, i in named.items()}
     left = rest["l_hip"] - rest["r_hip"] + rest["l_shoulder"] - rest["r_shoulder"]

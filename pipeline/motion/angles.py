@@ -212,8 +212,7 @@ def angles(body: np.ndarray) -> dict[str, np.ndarray]:
     at = {name: body[..., i, :] for i, name in enumerate(H36M17.joints)}
     trunk = unit(at["thorax"] - at["pelvis"])
     hips, shoulders = (unit(at[f"r_{part}"] - at[f"l_{part}"]) for part in ("hip", "shoulder"))
-    thorax_forward = _square(np.cross(trunk, shoulders))
-    thorax_up = np.cross(shoulders, thorax_forward)
+    thorax_forward, thorax_up = _thorax(shoulders, trunk)
     pelvis_forward = _square(np.cross(trunk, hips))
     pelvis_up = np.cross(hips, pelvis_forward)
     facing = np.isfinite(hips + shoulders).all(axis=-1)  # what BODY's heading rests on
@@ -226,12 +225,8 @@ def angles(body: np.ndarray) -> dict[str, np.ndarray]:
             unit(at[f"{side}_{b}"] - at[f"{side}_{a}"])
             for a, b in (("shoulder", "elbow"), ("elbow", "wrist"))
         )
-        lateral = np.maximum(out * _dot(arm, shoulders), 0.0)[..., None]
-        # Seen from the front, the arm's axis points to the right; out at the side, where that is the arm itself, to
-        # where the forearm of a raised arm turns about (for the left arm the mirror image: the opposite of up-back).
-        arm_axis = shoulders + out * _ARM_TURN * lateral * (thorax_up - thorax_forward) / np.sqrt(2)
         of[f"{side}_knee_flexion"] = _hinge(thigh, shank, -hips)
-        of[f"{side}_elbow_flexion"] = _hinge(arm, forearm, arm_axis)
+        of[f"{side}_elbow_flexion"] = _hinge(arm, forearm, arm_reference(arm, shoulders, trunk, out))
         for joint, segment, frame in (
             ("hip", thigh, (pelvis_forward, hips, pelvis_up)),
             ("shoulder", arm, (thorax_forward, shoulders, thorax_up)),
@@ -259,16 +254,40 @@ def near(angle_deg: np.ndarray, centre_deg: np.ndarray | float) -> np.ndarray:
     return centre_deg - np.mod(centre_deg - angle_deg + 180.0, 360.0) + 180.0
 
 
-def _hinge(upper: np.ndarray, lower: np.ndarray, reference: np.ndarray) -> np.ndarray:
-    """(...,) degrees that `lower` is turned from `upper` about the limb's axis; unit vectors (..., 3).
+def hinge_axis(upper: np.ndarray, lower: np.ndarray, reference: np.ndarray) -> np.ndarray:
+    """(..., 3) the axis about which a knee or an elbow turns `lower` from `upper`, all unit vectors (..., 3); NaN where
+    it is not defined.
 
-    The axis is the normal of the limb's plane, as long as the sine of its bend, plus the reference made square to
-    `upper`, times _STRAIGHT: so the reference decides for a straight limb, the limb itself for a bent one.
+    It is the normal of the limb's plane, as long as the sine of its bend, plus the reference made square to `upper`,
+    times _STRAIGHT: so the reference decides for a straight limb, the limb itself for a bent one.
     """
-    normal = np.cross(upper, lower)
-    axis = normal + _STRAIGHT * (reference - _dot(reference, upper)[..., None] * upper)
-    length = np.linalg.norm(axis, axis=-1)
-    sine = _dot(normal, axis) / np.where(length > _NO_AXIS, length, np.nan)
+    axis = np.cross(upper, lower) + _STRAIGHT * (reference - _dot(reference, upper)[..., None] * upper)
+    length = np.linalg.norm(axis, axis=-1, keepdims=True)
+    return axis / np.where(length > _NO_AXIS, length, np.nan)
+
+
+def arm_reference(arm: np.ndarray, shoulders: np.ndarray, trunk: np.ndarray, out: float) -> np.ndarray:
+    """(..., 3) the reference of an elbow's hinge axis: the shoulder line, carried along with the upper arm.
+
+    arm: shoulder to elbow; shoulders: left to right; trunk: pelvis to thorax; unit vectors (..., 3). out: 1 for the
+    right arm, -1 for the left.
+    """
+    forward, up = _thorax(shoulders, trunk)
+    lateral = np.maximum(out * _dot(arm, shoulders), 0.0)[..., None]
+    # Seen from the front, the arm's axis points to the right; out at the side, where that is the arm itself, to where
+    # the forearm of a raised arm turns about (for the left arm the mirror image: the opposite of up-back).
+    return shoulders + out * _ARM_TURN * lateral * (up - forward) / np.sqrt(2)
+
+
+def _thorax(shoulders: np.ndarray, trunk: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The thorax's forward and upward axes (..., 3)."""
+    forward = _square(np.cross(trunk, shoulders))
+    return forward, np.cross(shoulders, forward)
+
+
+def _hinge(upper: np.ndarray, lower: np.ndarray, reference: np.ndarray) -> np.ndarray:
+    """(...,) degrees that `lower` is turned from `upper` about the limb's axis; unit vectors (..., 3)."""
+    sine = _dot(np.cross(upper, lower), hinge_axis(upper, lower, reference))
     return _degrees(sine, _dot(upper, lower))
 
 

@@ -12,7 +12,7 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 
 from ..pose import PoseSequence
-from ..take import Take, Video
+from ..take import Event, Take, Video
 
 
 class Adapter(Protocol):
@@ -63,14 +63,23 @@ class Writer(Protocol):
     """Writes one more file of a run, on `--also NAME`.
 
     file: its name in the run's folder. what: one line for `pcnet3d list writers`.
-    write(take, path): writes it, whole or not at all; InputError when the take lacks what the file holds.
+    write(take, path): writes it, whole or not at all; InputError when the take lacks what the file holds. It may return
+        events: what whoever opens the file has to know, for summary.json and the report.
     """
 
     @property
     def file(self) -> str: ...
     @property
     def what(self) -> str: ...
-    def write(self, take: Take, path: Path) -> None: ...
+    def write(self, take: Take, path: Path) -> Sequence[Event] | None: ...
+
+
+@runtime_checkable
+class ImageWriter(Writer, Protocol):
+    """A writer that says whether its file holds images of the person, which `--no-frames` refuses."""
+
+    @property
+    def images(self) -> bool: ...
 
 
 @runtime_checkable

@@ -185,7 +185,7 @@ class RunOptions(BaseModel):
         To(("export.also",)),
     ] = ()
     no_frames: Annotated[
-        bool, _option(_OUTPUT, "Keep images of the person out of recording and report.", "--no-frames")
+        bool, _option(_OUTPUT, "Keep images of the person out of the results.", "--no-frames")
     ] = False
     recipe: Annotated[Path | None, _option(_OUTPUT, "TOML file of stages and their options.")] = None
     settings: Annotated[

@@ -46,7 +46,8 @@ def planned(options: RunOptions) -> Recipe:
             _require(chosen, stage, name)
             chosen = chosen.with_options(stage, **{key: value})
     if options.no_frames:
-        chosen = chosen.with_options("record", frames=False).with_options("report", frames=False)
+        for stage in ("record", "export", "report"):
+            chosen = chosen.with_options(stage, frames=False)
     return chosen
 
 

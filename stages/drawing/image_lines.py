@@ -29,7 +29,7 @@ def drawn(image: np.ndarray, camera: Camera, look: Look) -> np.ndarray:
     for (start, end), along in zip(look.ends, look.runs_along, strict=True):
         if along >= 0:
             cv2.line(out, _pixel(start), _pixel(end), COLOURS[int(along)], thick, cv2.LINE_AA)
-    edge = horizon(camera, look)
+    edge = horizon(camera, look.up)
     if edge is not None:
         cv2.line(out, _pixel(edge[0]), _pixel(edge[1]), HORIZON, thick + 1, cv2.LINE_AA)
     foot, tip = up_arrow(camera, look)
@@ -37,10 +37,11 @@ def drawn(image: np.ndarray, camera: Camera, look: Look) -> np.ndarray:
     return out
 
 
-def horizon(camera: Camera, look: Look) -> np.ndarray | None:
-    """(2, 2) pixels where the horizon enters and leaves the image; None when it lies outside."""
+def horizon(camera: Camera, up: np.ndarray) -> np.ndarray | None:
+    """(2, 2) pixels where the horizon of up (3,), in CAMERA axes, enters and leaves the image; None when it lies
+    outside."""
     width, height = camera.image_size
-    x, y, z = look.up * (1, 1, camera.focal_px)  # a x + b y + c = 0 from the image's middle
+    x, y, z = up * (1, 1, camera.focal_px)  # a x + b y + c = 0 from the image's middle
     places = []
     for side in (-width / 2, width / 2):
         if abs(y) > 1e-9 and abs(at := -(x * side + z) / y) <= height / 2:

@@ -11,6 +11,12 @@ RIGHT: Colour = (222, 100, 10)
 MIDDLE: Colour = (150, 150, 150)
 
 
+def side_colour(*joints: str) -> Colour:
+    """Of a joint, or of a bone by its ends: its side's; the middle's when it has no side or crosses over."""
+    sides = {joint[:2] for joint in joints} & {"l_", "r_"}
+    return MIDDLE if len(sides) != 1 else LEFT if sides == {"l_"} else RIGHT
+
+
 def as_hex(colour: Colour) -> str:
     """For HTML and matplotlib."""
     return "#{:02x}{:02x}{:02x}".format(*colour)

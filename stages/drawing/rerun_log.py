@@ -11,7 +11,7 @@ from ...pipeline.frames import Frame
 from ...pipeline.layouts import Layout
 from ...pipeline.pose import PoseSequence
 from ...pipeline.take import Event
-from .palette import LEFT, MIDDLE, RIGHT, Colour
+from .palette import Colour, side_colour
 from .rerun_video import Part
 
 if TYPE_CHECKING:
@@ -65,10 +65,10 @@ def log_looks(
     if frame.dims == 3:
         letters = [_LETTERS.get(word, word[0].upper()) for word in frame.axes]
         recording.log(entity, getattr(rr.ViewCoordinates, "".join(letters)), static=True)
-    colours = [_colour(joint) for joint in layout.joints]
+    colours = [side_colour(joint) for joint in layout.joints]
     look = points.from_fields(colors=colours, radii=[radius], labels=layout.joints, show_labels=False)
     recording.log(f"{entity}/joints", look, static=True)
-    look = lines.from_fields(colors=[_colour(*bone) for bone in layout.bones], radii=[0.55 * radius])
+    look = lines.from_fields(colors=[side_colour(*bone) for bone in layout.bones], radii=[0.55 * radius])
     recording.log(f"{entity}/bones", look, static=True)
 
 
@@ -90,12 +90,6 @@ def log_rows(recording: rr.RecordingStream, entity: str, poses: PoseSequence) ->
         recording.send_columns(f"{entity}/bones", clock, columns.partition(np.full(len(joints), len(ends))))
         if len(poses) > _ROWS:
             recording.flush()  # or the columns of a long take pile up in memory
-
-
-def _colour(*joints: str) -> Colour:
-    """Of a joint, or of a bone by its ends: its side's; the middle's when it has no side or crosses over."""
-    sides = {joint[:2] for joint in joints} & {"l_", "r_"}
-    return MIDDLE if len(sides) != 1 else LEFT if sides == {"l_"} else RIGHT
 
 
 def _segments(ends: np.ndarray) -> pa.Array:

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 PART_BYTES = 4 * 2**20  # a part ends with the first key frame behind so many
 _MOST_BYTES = 128 * 2**20  # of a part that no key frame ends
 _VIEWER_CODECS = ("h264", "hevc", "av1", "vp8", "vp9")
-_TICK = Fraction(1, 90_000)  # MPEG's usual time base
+TICK = Fraction(1, 90_000)  # seconds; MPEG's usual time base
 _UPRIGHT = {
     0: (),
     90: (("transpose", "clock"),),
@@ -182,7 +182,8 @@ def transcoded(video: Video) -> Iterator[Part]:
     while image is not None:
         buffer = io.BytesIO()
         with av.open(buffer, "w", format="mp4") as target:
-            encoder, start = _encoder(target, image, video.fps), image.pts or 0
+            encoder = h264_stream(target, image.width, image.height, video.fps)
+            start = image.pts or 0
             while image is not None and buffer.tell() < PART_BYTES:
                 image.pts = (image.pts or 0) - start
                 target.mux(encoder.encode(image))
@@ -204,11 +205,11 @@ def _upright(video: Video) -> Iterator[VideoFrame]:
             graph = Graph()
             filters = (*_UPRIGHT[video.rotation_deg], _EVEN, ("format", "yuv420p"), ("buffersink",))
             graph.link_nodes(graph.add_buffer(template=stream), *(graph.add(*f) for f in filters)).configure()
-            stamps = np.round(video.time_s / float(_TICK)).astype(int).tolist()
+            stamps = np.round(video.time_s / float(TICK)).astype(int).tolist()
             for frame, stamp in zip(source.decode(stream), stamps, strict=False):
                 graph.vpush(frame)
                 image = graph.vpull()
-                image.pts, image.time_base = stamp, _TICK
+                image.pts, image.time_base = stamp, TICK
                 yield image
     except FFmpegError as error:
         raise _unreadable(video, error) from None
@@ -218,14 +219,16 @@ def _unreadable(video: Video, error: Exception) -> InputError:
     return InputError(f"The video {video.path} cannot be converted for the viewer: {error}.")
 
 
-def _encoder(target: OutputContainer, image: VideoFrame, fps: float) -> VideoStream:
+def h264_stream(target: OutputContainer, width: int, height: int, fps: float) -> VideoStream:
+    """A new H.264 stream of a file that is written, for images of even width and height, whose stamps count TICK.
+    fps: what it says of itself, 30 where it is not known."""
     # No B-frames: they are decoded out of order. Short groups: the viewer seeks quickly. force-cfr: the stream
     # itself names the frame rate, not the tick; at "90k" frames a second the viewer's decoder never starts.
     options = {"crf": "20", "preset": "veryfast", "bf": "0", "g": "30", "x264-params": "force-cfr=1"}
     rate = Fraction(fps if np.isfinite(fps) else 30).limit_denominator(1001)
     stream = target.add_stream("libx264", rate=rate, options=options)
-    stream.width, stream.height, stream.pix_fmt = image.width, image.height, "yuv420p"
-    stream.codec_context.time_base = _TICK
+    stream.width, stream.height, stream.pix_fmt = width, height, "yuv420p"
+    stream.codec_context.time_base = TICK
     return stream
 
 

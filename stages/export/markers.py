@@ -1,9 +1,9 @@
-"""The 17 joints, and heels and toes where the source has them, as a motion laboratory's markers: metres, one even rate,
-the person's own path where it is known."""
+"""The 17 joints, and heels and toes where the source has them, as other programs take them: one even rate, the person's
+own path where it is known, in metres as a motion laboratory's markers."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -19,36 +19,49 @@ OPENSIM = Frame("OPENSIM", "level", ("front", "up", "right"))  # the axes of Ope
 
 @dataclass(frozen=True, eq=False)
 class Markers:
-    """joints: (N, M, 3) metres, NaN where missing. names: (M,). time_s: (N,) evenly spaced at fps."""
+    """joints: (N, M, 3) in `unit`, NaN where missing. names: (M,). time_s: (N,) evenly spaced at fps. root: (N, 3) the
+    pelvis path from the camera or the world's origin, None where it is not known. unit: "m" or "arbitrary"."""
 
     joints: np.ndarray
     names: tuple[str, ...]
     time_s: np.ndarray
     fps: float
+    root: np.ndarray | None
+    unit: str
 
 
 def markers(take: Take, frame: Frame) -> Markers:
-    """The take's filtered joints in the axes of a frame of LEVEL's family.
+    """The take's filtered joints in metres, in the axes of a frame of LEVEL's family, at one rate as by `evenly`.
 
-    The pelvis is the origin, or moves along the path that the source gives it, from the camera or the world's origin
-    (root of PoseSequence). These files know no time stamps but a rate: a take whose stamps are not evenly spaced is
-    brought to its usual rate by cubic splines. InputError for a take without a scale or without a filtered skeleton.
+    The pelvis is the origin, or moves along its path where that is known. InputError for a take without a scale or
+    without a filtered skeleton.
     """
-    path = take.filtered and with_feet(take.filtered)
-    if path is None:
-        raise InputError(
-            "TRC and C3D hold the filtered joints; put the stage 'trajectories' before 'export'."
-        )
-    if path.frame.unit != "m":
+    found = evenly(take, frame)
+    if found.unit != "m":
         raise InputError(
             "TRC and C3D hold metres, and the source has no scale; give the person's height (--stature METRES)."
         )
+    return found if found.root is None else replace(found, joints=found.joints + found.root[:, None])
+
+
+def evenly(take: Take, frame: Frame) -> Markers:
+    """The take's filtered joints from the pelvis, in its own unit and the axes of a frame of LEVEL's family.
+
+    The files of other programs know no time stamps but a rate: a take whose stamps are not evenly spaced is brought
+    to its usual rate by cubic splines, none of which crosses a gap. InputError for a take without a filtered skeleton.
+    """
+    if take.filtered is None:
+        raise InputError(
+            "Files for other programs hold the filtered joints; put the stage 'trajectories' before 'export'."
+        )
+    path = with_feet(take.filtered)
     joints = path.joints.astype(np.float64)
-    if path.root is not None:
-        joints = joints + path.root[:, None]
+    points = joints if path.root is None else np.concatenate([joints, path.root[:, None]], axis=1)
     time_s, fps = path.times, rate(path.times)
     if not evenly_spaced(time_s, fps):
         grid = np.arange(time_s[0], time_s[-1] + 1e-9, 1 / fps)
-        each = [resample(joints[:, i], time_s, grid, breaks(path)) for i in range(joints.shape[1])]
-        joints, time_s = np.stack(each, axis=1), grid
-    return Markers(rotate(frame.basis @ LEVEL.basis.T, joints), path.layout.joints, time_s, fps)
+        each = [resample(points[:, i], time_s, grid, breaks(path)) for i in range(points.shape[1])]
+        points, time_s = np.stack(each, axis=1), grid
+    points, count = rotate(frame.basis @ LEVEL.basis.T, points), joints.shape[1]
+    root = None if path.root is None else points[:, count]
+    return Markers(points[:, :count], path.layout.joints, time_s, fps, root, path.frame.unit)

@@ -1,36 +1,110 @@
-"""measures.csv: the take's figures, one a line."""
+"""measures.csv and measures.parquet: the take's figures as one tidy table, a row for each."""
 
 from __future__ import annotations
 
 import csv
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
+from ...pipeline.errors import InputError
 from ...pipeline.files.atomic import whole_file
 from ...pipeline.take import Take
+from ..measures.figures import error_key, of_length
 from .provenance import provenance
+
+_UNITS = {
+    "deg": "deg",
+    "degps": "deg/s",
+    "s": "s",
+    "percent": "%",
+    "spm": "1/min",
+}  # by the last word of a key
+_SIDES = {"r": "right", "right": "right", "l": "left", "left": "left"}
+
+
+class Row(NamedTuple):
+    """One figure. measure: the keys that lead to it in summary.json, joined by dots. side: "right", "left" or None.
+    item: which of a list, from 0 on, for a curve over a cycle the per cent; None for a single figure. value: a number,
+    or None where `text` says something. error: its standard error, where it is stated. unit: "deg", "s", "%", "1/min",
+    the take's unit of length or that a second, None for pure numbers. start_s, stop_s: of the repetition that the
+    figure is of; None where it is of the take."""
+
+    measure: str
+    side: str | None
+    item: int | None
+    value: float | None
+    error: float | None
+    unit: str | None
+    start_s: float | None
+    stop_s: float | None
+    text: str | None
 
 
 def write_measures(take: Take, path: Path) -> None:
-    """Lines of provenance that begin with "# ", then the columns `measure`, `item` and `value`.
-
-    measure: the keys that lead to the figure in summary.json, joined by dots; its unit ends the last. item: which of
-    a list, from 0 on, for a curve over a cycle the per cent; empty for a single figure. value: a number, or words.
-    """
+    """measures.csv: a line with the names of Row's fields, then a line a figure, UTF-8, commas between, a point in
+    numbers; what is None is empty. A take without measures has none but the first line."""
     with whole_file(path) as partial, open(partial, "w", encoding="utf-8", newline="") as file:
-        file.writelines(f"# {name}: {text}\n" for name, text in provenance(take).items())
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(("measure", "item", "value"))
-        writer.writerows(_lines(take.measures or {}))
+        writer.writerow(Row._fields)
+        writer.writerows(rows(take))
 
 
-def _lines(group: dict[str, Any], above: tuple[str, ...] = ()) -> Iterator[tuple[str, int | str, Any]]:
+def write_measures_parquet(take: Take, path: Path) -> None:
+    """measures.parquet: the same columns, missing is null; the schema's metadata are the provenance. InputError for a
+    take without measures."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    if take.measures is None:
+        raise InputError("A table of measures needs them; put the stage 'measures' before 'export'.")
+    kinds = dict.fromkeys(Row._fields, pa.float64()) | {"item": pa.int32()}
+    kinds |= dict.fromkeys(("measure", "side", "unit", "text"), pa.string())
+    table = pa.Table.from_pylist([row._asdict() for row in rows(take)], pa.schema(kinds, provenance(take)))
+    with whole_file(path) as partial:
+        pq.write_table(table, partial)
+
+
+def rows(take: Take) -> Iterator[Row]:
+    """The take's figures in the order of summary.json. A figure's error stands beside it and has no row of its own."""
+    yield from _rows(take.measures or {}, (), take.need("poses").frame.unit)
+
+
+def _rows(group: dict[str, Any], above: tuple[str, ...], length: str) -> Iterator[Row]:
+    errors = {error_key(key) for key in group}
     for key, value in group.items():
         path = (*above, key)
         if isinstance(value, dict):
-            yield from _lines(value, path)
-        elif isinstance(value, list):
-            yield from ((".".join(path), item, entry) for item, entry in enumerate(value))
-        else:
-            yield ".".join(path), "", value
+            yield from _rows(value, path, length)
+        elif key not in errors:
+            for item, one in enumerate(value) if isinstance(value, list) else [(None, value)]:
+                number = isinstance(one, int | float) and not isinstance(one, bool)
+                yield Row(
+                    ".".join(path),
+                    _side(path),
+                    item,
+                    float(one) if number else None,
+                    _beside(value, item, group.get(error_key(key))),
+                    _unit(key, length) if number else None,
+                    _beside(value, item, group.get("start_s")),
+                    _beside(value, item, group.get("stop_s")),
+                    None if number else str(one),
+                )
+
+
+def _beside(value: Any, item: int | None, other: Any) -> Any:
+    """What of `other` belongs to an item of a figure, None where it is no figure of the same kind."""
+    if item is None:
+        return None if isinstance(other, list) else other
+    return other[item] if isinstance(other, list) and len(other) == len(value) else None
+
+
+def _side(path: tuple[str, ...]) -> str | None:
+    """By the first of the keys that begins with a side."""
+    return next((_SIDES[word] for key in path if (word := key.partition("_")[0]) in _SIDES), None)
+
+
+def _unit(key: str, length: str) -> str | None:
+    if of_length(key):
+        return f"{length}/s" if key.endswith("_speed") else length
+    return _UNITS.get(key.rpartition("_")[2])

@@ -16,7 +16,7 @@ from ...pipeline.files.atomic import REPORT, SUMMARY, whole_file
 from ...pipeline.files.detections import KEYPOINTS
 from ...pipeline.files.viewer import RECORDING
 from ...pipeline.layouts import FEET
-from ...pipeline.plugins.protocols import CheckedWriter, Writer
+from ...pipeline.plugins.protocols import CheckedWriter, ImageWriter, Writer
 from ...pipeline.plugins.registry import load
 from ...pipeline.pose import Rectified, package_version
 from ...pipeline.take import Take
@@ -33,10 +33,12 @@ RUN_FILES = (
 @dataclass(frozen=True)
 class Export:
     """The stage. folder: where the files go. also: names of `pcnet3d list writers`, each of which becomes one more
-    file; InputError for one that would replace another file of the run."""
+    file; InputError for one that would replace another file of the run. frames: False refuses those that hold images
+    of the person."""
 
     folder: Path
     also: tuple[str, ...] = ()
+    frames: bool = True
 
     name: ClassVar[str] = "export"
     needs: ClassVar[tuple[str, ...]] = ("poses", "rectified", "kinematics")
@@ -51,6 +53,11 @@ class Export:
                     f"Expected --also {name} to write a file of its own, got {writer.file}, which {other} writes; "
                     f"leave --also {name} out."
                 )
+            if not self.frames and isinstance(writer, ImageWriter) and writer.images:
+                raise InputError(
+                    f"Expected no file with images of the person (--no-frames), got --also {name}, which writes "
+                    f"{writer.file}; leave one of the two out."
+                )
             if isinstance(writer, CheckedWriter):
                 writer.check()
 
@@ -61,7 +68,7 @@ class Export:
         if take.measures is not None:
             write_measures(take, self.folder / "measures.csv")
         for writer in self._writers().values():
-            writer.write(take, self.folder / writer.file)
+            take = take.saying(*(writer.write(take, self.folder / writer.file) or ()))
         text = json.dumps(summary(take), indent=1, allow_nan=False, default=str)
         with whole_file(self.folder / SUMMARY) as partial:
             partial.write_text(text + "\n", encoding="utf-8")

@@ -37,21 +37,32 @@ def write_parquet(take: Take, path: Path) -> None:
 
 
 def write_csv(take: Take, path: Path) -> None:
-    """kinematics.csv: lines of provenance that begin with "# ", a line of names, the rows; what is missing is empty.
+    """kinematics.csv: a line of names, then the rows; commas between, a point in numbers, what is missing is empty.
 
-    Read it with `pandas.read_csv(path, comment="#")` or R's `read.csv(path, comment.char = "#")`.
+    It is nothing but a table, which spreadsheets and pandas.read_csv open as it is: the provenance is in summary.json.
+    The last columns say in every row what the figures mean nothing without: `length_unit`, and `horizontal` where the
+    camera moves.
     """
     from pyarrow import csv
 
-    head = "".join(f"# {name}: {text}\n" for name, text in provenance(take).items())
-    with whole_file(path) as partial, open(partial, "wb") as file:
-        file.write(head.encode())
-        parts = _parts(take, missing_is_null=True)
+    with whole_file(path) as partial:
+        parts = (_told(part) for part in _parts(take, missing_is_null=True))
         first = next(parts)
         options = csv.WriteOptions(quoting_style="none")
-        with csv.CSVWriter(file, first.schema, write_options=options) as table:
+        with csv.CSVWriter(partial, first.schema, write_options=options) as table:
             for part in chain([first], parts):
                 table.write_table(part)
+
+
+def _told(part: pa.Table) -> pa.Table:
+    """The table with a column of each line of provenance without which its figures mean nothing."""
+    import pyarrow as pa
+
+    said = {name.decode(): text.decode() for name, text in part.schema.metadata.items()}
+    for name in ("length_unit", "horizontal"):
+        if name in said:
+            part = part.append_column(name, pa.array([said[name]] * len(part)))
+    return part
 
 
 def _parts(take: Take, missing_is_null: bool) -> Iterator[pa.Table]:

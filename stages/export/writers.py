@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from ...pipeline.files.markers import check_c3d
-from ...pipeline.take import Take
+from ...pipeline.take import Event, Take
+from .annotated import check_h264, write_annotated
+from .bvh import write_bvh
 from .c3d import write_c3d
+from .glb import write_glb
+from .measures import write_measures_parquet
 from .netcdf import write_netcdf
 from .opensim import write_mot, write_trc
 from .tables import write_csv
@@ -16,12 +20,13 @@ from .tables import write_csv
 
 @dataclass(frozen=True)
 class _Format:
-    """A pipeline.plugins.protocols.CheckedWriter."""
+    """A pipeline.plugins.protocols.CheckedWriter and ImageWriter."""
 
     file: str
     what: str
-    write: Callable[[Take, Path], None]
+    write: Callable[[Take, Path], Sequence[Event] | None]
     check: Callable[[], None] = lambda: None
+    images: bool = False
 
 
 CSV = _Format("kinematics.csv", "the columns of kinematics.parquet as text", write_csv)
@@ -29,3 +34,13 @@ TRC = _Format("markers.trc", "joints as markers for OpenSim; needs metres", writ
 MOT = _Format("angles.mot", "joint angles for OpenSim", write_mot)
 C3D = _Format("markers.c3d", "joints as points, with pcnet3d[c3d]; needs metres", write_c3d, check_c3d)
 NETCDF = _Format("poses.nc", "poses for the package movement and xarray", write_netcdf)
+BVH = _Format("skeleton.bvh", "animated skeleton for animation programs", write_bvh)
+GLB = _Format("skeleton.glb", "animated skeleton for viewers and game engines", write_glb)
+MP4 = _Format(
+    "annotated.mp4",
+    "the video with keypoints, horizon and upright skeleton",
+    write_annotated,
+    check_h264,
+    images=True,
+)
+MEASURES = _Format("measures.parquet", "the rows of measures.csv as Parquet", write_measures_parquet)

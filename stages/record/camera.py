@@ -40,7 +40,7 @@ def log_camera(recording: rr.RecordingStream, take: Take, frames: bool) -> None:
     lines = look.ends[look.runs_along >= 0]
     colours = [COLOURS[int(along)] for along in look.runs_along if along >= 0]
     recording.log("camera/lines", rr.LineStrips2D(lines, colors=colours, radii=[-1.0]), static=True)
-    edge = horizon(take.camera, look)
+    edge = horizon(take.camera, look.up)
     if edge is not None:
         recording.log("camera/horizon", rr.LineStrips2D([edge], colors=[HORIZON], radii=[-1.5]), static=True)
     foot, tip = up_arrow(take.camera, look)

@@ -177,31 +177,61 @@ def test_mot_without_angles_is_refused(take, tmp_path):
         exported(take.with_(kinematics=only_paths), tmp_path, "mot")
 
 
-def test_csv_is_the_parquet_with_a_head_of_provenance(take, tmp_path):
+def test_csv_is_the_parquet_and_nothing_but_a_table(take, tmp_path):
     folder = exported(take, tmp_path, "csv")
-    lines = (folder / "kinematics.csv").read_text().splitlines()
-    head = [line for line in lines if line.startswith("# ")]
-    assert lines[: len(head)] == head
-    told = dict(line[2:].split(": ", 1) for line in head)
-    assert told["take"] == "waving"
-    assert told["input poses"] == f"file a, b.npy, sha256 {'0' * 64}, adapter arrays"
-    assert told["axes"].startswith("LEVEL (x back, y right, z up")
-    assert told["warning 1"] == "careful, please"
-    assert any("low-pass filter" in text and "cutoff_hz 6.0" in text for text in told.values())
+    content = (folder / "kinematics.csv").read_bytes()
+    assert content.isascii()
+    rows = list(csv.DictReader(content.decode().splitlines()))
     table = pq.read_table(folder / "kinematics.parquet")
-    assert {name.decode(): text.decode() for name, text in table.schema.metadata.items()} == told
-    rows = list(csv.DictReader(lines[len(head) :]))
-    assert list(rows[0]) == table.column_names
+    assert list(rows[0]) == [*table.column_names, "length_unit"]
+    assert {row["length_unit"] for row in rows} == {"m"}
     for name in table.column_names:
         cells = np.array([float(row[name] or "nan") for row in rows])
         np.testing.assert_allclose(cells, np.array(table[name], dtype=float), rtol=1e-12)
     assert {row["l_wrist_x"] for row in rows[20:25]} == {""}
 
 
-def test_a_moving_camera_is_told_in_every_head(take, tmp_path):
+def test_pandas_opens_the_csv_as_it_is(take, tmp_path):
+    pandas = pytest.importorskip("pandas", reason="pandas is not installed")
+    found = pandas.read_csv(exported(take, tmp_path, "csv") / "kinematics.csv")
+    assert found.shape == (ROWS, len(take.kinematics) + 3)
+    assert all(kind.kind in "fi" for kind in found.dtypes.iloc[:-1])
+    np.testing.assert_allclose(found.r_knee_flexion_deg, take.kinematics["r_knee_flexion_deg"])
+    assert found.l_wrist_x.isna().sum() == 5
+
+
+def test_every_table_says_where_it_comes_from(take, tmp_path):
+    told = pq.read_table(exported(take, tmp_path) / "kinematics.parquet").schema.metadata
+    told = {name.decode(): text.decode() for name, text in told.items()}
+    assert told["take"] == "waving"
+    assert told["input poses"] == f"file a, b.npy, sha256 {'0' * 64}, adapter arrays"
+    assert told["axes"].startswith("LEVEL (x back, y right, z up")
+    assert told["warning 1"] == "careful, please"
+    assert any("low-pass filter" in text and "cutoff_hz 6.0" in text for text in told.values())
+
+
+def test_a_moving_camera_is_told_in_every_row(take, tmp_path):
     moving = take.with_(rectified=replace(Rectify("geometric", camera="moving")(take).rectified))
-    text = (exported(moving, tmp_path, "csv") / "kinematics.csv").read_text()
-    assert "# horizontal: relative to the camera\n" in text
+    rows = list(
+        csv.DictReader((exported(moving, tmp_path, "csv") / "kinematics.csv").read_text().splitlines())
+    )
+    assert {row["horizontal"] for row in rows} == {"relative to the camera"}
+
+
+def test_opensim_opens_trc_and_mot(take, tmp_path):
+    opensim = pytest.importorskip("opensim", reason="OpenSim is not installed")
+    folder = exported(take, tmp_path, "trc", "mot")
+    markers = opensim.TimeSeriesTableVec3(str(folder / "markers.trc"))
+    assert list(markers.getColumnLabels()) == list(H36M17.joints)
+    assert float(markers.getTableMetaDataAsString("DataRate")) == pytest.approx(FPS)
+    assert markers.getTableMetaDataAsString("Units") == "m"
+    np.testing.assert_allclose(markers.getIndependentColumn(), take.poses.times, atol=1e-6)
+    head = markers.getDependentColumn("head")
+    assert head[0].to_numpy()[1] > 0.5  # y is up in OpenSim's models
+    angles = opensim.TimeSeriesTable(str(folder / "angles.mot"))
+    assert angles.getTableMetaDataAsString("inDegrees") == "yes"
+    knee = angles.getDependentColumn("knee_angle_r").to_numpy()
+    np.testing.assert_allclose(knee, take.kinematics["r_knee_flexion_deg"], atol=1e-6)
 
 
 def test_netcdf_has_the_layout_of_movement(take, tmp_path):

@@ -6,16 +6,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from pyarrow import parquet
 
 from golden import jumps
 from pcnet3d.examples.walker.camera import aimed, camera_poses
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.gait.events import Stance, walks
 from pcnet3d.models.gait.of_take import least_step
-from pcnet3d.pipeline import H36M17, Z_UP, InputError, Pipeline, Take
+from pcnet3d.pipeline import H36M17, Z_UP, InputError, Pipeline, PoseSequence, Take
 from pcnet3d.pipeline.motion.angles import ANGLES, MIDLINE
 from pcnet3d.stages.angles import Angles
-from pcnet3d.stages.export.measures import write_measures
+from pcnet3d.stages.export.measures import Row, rows, write_measures, write_measures_parquet
 from pcnet3d.stages.measures.stage import Measures
 from pcnet3d.stages.record.measures import measures_markdown
 from pcnet3d.stages.rectify import Rectify
@@ -238,17 +239,66 @@ def test_an_angle_that_is_none_is_refused():
 
 def test_the_table_holds_every_figure(take, tmp_path):
     write_measures(take, tmp_path / "measures.csv")
-    lines = (tmp_path / "measures.csv").read_text().splitlines()
-    assert lines[0].startswith("# pcnet3d: ")
-    rows = list(csv.DictReader(line for line in lines if not line.startswith("#")))
-    found = {(row["measure"], row["item"]): row["value"] for row in rows}
+    rows = list(csv.DictReader((tmp_path / "measures.csv").read_text().splitlines()))
+    assert list(rows[0]) == list(Row._fields)
+    found = {(row["measure"], row["item"]): row for row in rows}
     assert len(found) == len(rows)
     measures = take.measures
-    assert float(found["walking.cadence_spm", ""]) == measures["walking"]["cadence_spm"]
+    assert float(found["walking.cadence_spm", ""]["value"]) == measures["walking"]["cadence_spm"]
+    assert found["walking.cadence_spm", ""]["unit"] == "1/min"
     curve = measures["knee_bends"]["cycles"]["r_knee_flexion"]["mean_deg"]
     name = "knee_bends.cycles.r_knee_flexion.mean_deg"
-    assert [float(found[name, str(i)]) for i in range(101)] == curve
-    assert found["symmetry.hip_abduction.reason", ""] == measures["symmetry"]["hip_abduction"]["reason"]
+    assert [float(found[name, str(i)]["value"]) for i in range(101)] == curve
+    assert {found[name, str(i)]["side"] for i in range(101)} == {"right"}
+    symmetry = found["symmetry.hip_abduction.reason", ""]
+    assert (symmetry["value"], symmetry["text"]) == ("", measures["symmetry"]["hip_abduction"]["reason"])
+
+
+def test_a_row_has_the_error_the_side_the_unit_and_the_times_of_its_figure():
+    bends = {
+        "start_s": [1.0, 4.0],
+        "stop_s": [2.0, 5.5],
+        "peak_deg": [90.0, 101.0],
+        "peak_error_deg": [3.0, 4.0],
+    }
+    walking = {
+        "walking_speed": 1.2,
+        "walking_speed_error": 0.05,
+        "seen": True,
+        "left": {"mean_step_length": 0.6},
+    }
+    poses = PoseSequence(np.zeros((1, 17, 3)), H36M17, Z_UP)
+    found = list(rows(Take("t", poses=poses, measures={"bends": {"count": 2, **bends}, "walking": walking})))
+    assert [row.measure for row in found] == [
+        "bends.count", *["bends.start_s"] * 2, *["bends.stop_s"] * 2, *["bends.peak_deg"] * 2,
+        "walking.walking_speed", "walking.seen", "walking.left.mean_step_length",
+    ]  # fmt: skip
+    assert found[0] == Row("bends.count", None, None, 2.0, None, None, None, None, None)
+    assert found[6] == Row("bends.peak_deg", None, 1, 101.0, 4.0, "deg", 4.0, 5.5, None)
+    assert found[7] == Row("walking.walking_speed", None, None, 1.2, 0.05, "m/s", None, None, None)
+    assert found[8].text == "True"
+    assert found[8].value is None
+    assert found[9] == Row("walking.left.mean_step_length", "left", None, 0.6, None, "m", None, None, None)
+
+
+def test_the_parquet_table_is_the_same(take, tmp_path):
+    write_measures_parquet(take, tmp_path / "measures.parquet")
+    table = parquet.read_table(tmp_path / "measures.parquet")
+    assert [Row(**row) for row in table.to_pylist()] == list(rows(take))
+    assert table.schema.metadata[b"take"] == b"walker"
+    assert str(table.schema.field("value").type) == "double"
+    with pytest.raises(InputError, match="'measures'"):
+        write_measures_parquet(take.with_(measures=None), tmp_path / "none.parquet")
+
+
+def test_pandas_opens_the_table_as_it_is(take, tmp_path):
+    pandas = pytest.importorskip("pandas", reason="pandas is not installed")
+    write_measures(take, tmp_path / "measures.csv")
+    found = pandas.read_csv(tmp_path / "measures.csv")
+    assert tuple(found.columns) == Row._fields
+    assert found.value.dtype == found.error.dtype == float
+    cadence = found[found.measure == "walking.cadence_spm"].iloc[0]
+    assert cadence.value == take.measures["walking"]["cadence_spm"]
 
 
 def test_the_text_of_the_recording_says_figures_and_reasons(take):

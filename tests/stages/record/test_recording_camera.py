@@ -27,11 +27,11 @@ def looking(pitch_deg=10.0, roll_deg=0.0, focal_px=50.0):
 def test_the_horizon_is_where_level_rays_meet_the_image():
     for pitch, roll in ((0.0, 0.0), (15.0, 0.0), (-10.0, 20.0), (5.0, -40.0)):
         camera = looking(pitch, roll)
-        edge = horizon(camera, camera.looks[0])
+        edge = horizon(camera, camera.looks[0].up)
         rays = np.concatenate([(edge - np.array(SIZE) / 2) / camera.focal_px, np.ones((2, 1))], axis=1)
         np.testing.assert_allclose(rays @ camera.looks[0].up, 0, atol=1e-9)
         assert ((edge >= -1e-9) & (edge <= np.array(SIZE) + 1e-9)).all()
-    assert horizon(looking(60.0), looking(60.0).looks[0]) is None
+    assert horizon(looking(60.0), looking(60.0).looks[0].up) is None
     foot, tip = up_arrow(looking(10.0, 0.0), looking(10.0, 0.0).looks[0])
     assert tip[1] < foot[1]
     assert tip[0] == pytest.approx(foot[0])

@@ -1,0 +1,275 @@
+"""The filtered joints as an animated skeleton: bones of fixed lengths, a T-pose at rest, a rotation for each joint.
+
+Two joints give a bone's direction, and a limb that bends its axis: so a bone's turn about itself is that of the knee's
+and the elbow's angle (pipeline/motion/angles.py). How hands and head turn about themselves is not in 17 joints.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...pipeline.anthropometry import ANKLE_HEIGHT, implied_stature
+from ...pipeline.errors import InputError
+from ...pipeline.files.skeletons import Skeleton
+from ...pipeline.frames import Frame
+from ...pipeline.layouts import FEET, H36M17
+from ...pipeline.messages import how_many
+from ...pipeline.motion.angles import arm_reference, hinge_axis
+from ...pipeline.rotations import from_columns, is_finite, rotate, transpose, unit
+from ...pipeline.take import Event, Take
+from .markers import evenly
+
+ANIMATION = Frame("ANIMATION", "level", ("left", "up", "front"))  # glTF's axes, and those of most BVH files
+
+# Parent by joint, each parent before its children. Four have no length and only turn what hangs on them: a bone's
+# direction is that of two joints, and where three bones meet no single rotation gives all of them.
+_PARENTS = {
+    "pelvis": "",
+    "r_hip": "pelvis", "r_knee": "r_hip", "r_ankle": "r_knee",
+    "r_heel": "r_ankle", "r_big_toe": "r_ankle", "r_small_toe": "r_ankle",
+    "l_hip": "pelvis", "l_knee": "l_hip", "l_ankle": "l_knee",
+    "l_heel": "l_ankle", "l_big_toe": "l_ankle", "l_small_toe": "l_ankle",
+    "lower_back": "pelvis", "spine": "lower_back", "thorax": "spine", "neck": "thorax", "nose": "neck", "head": "nose",
+    "l_clavicle": "thorax", "l_shoulder": "l_clavicle", "l_elbow": "l_shoulder", "l_wrist": "l_elbow",
+    "r_clavicle": "thorax", "r_shoulder": "r_clavicle", "r_elbow": "r_shoulder", "r_wrist": "r_elbow",
+}  # fmt: skip
+_X, _Y, _Z = np.eye(3)
+_ALONG = 0.05  # of a unit vector across another, below which it does not tell the turn about that
+_LOWEST = 2.0  # per cent of the frames whose feet are lower than the floor: noise's
+
+
+@dataclass(frozen=True, eq=False)
+class Armature:
+    """A skeleton and its motion, in ANIMATION: x left, y up, z front of the person at rest.
+
+    skeleton: the T-pose; offsets in `unit`, "m" or "arbitrary". R_parent_from_joint: (N, J, 3, 3). root: (N, 3) the
+    pelvis, above the origin in the first frame; y = 0 is where the feet are lowest. moved: (3,) that origin, from the
+    one that TRC and C3D count from. known: (N, J) True where a joint's rotation rests on that frame's joints; where it
+    does not, it is the last one before, or the first of all. place_known: (N,) the same of the root. moves: whether the
+    take knows the pelvis path at all.
+    time_s: (N,) seconds of the take, evenly spaced at fps. cut: (2,) frames without a pose that are left out at the
+    beginning and at the end.
+    """
+
+    skeleton: Skeleton
+    R_parent_from_joint: np.ndarray
+    root: np.ndarray
+    moved: np.ndarray
+    known: np.ndarray
+    place_known: np.ndarray
+    moves: bool
+    time_s: np.ndarray
+    fps: float
+    unit: str
+    cut: tuple[int, int]
+
+    @property
+    def held(self) -> dict[str, int]:
+        """In how many frames what was last known is held, by joint; "the pelvis path" is one of them."""
+        counts = dict(zip(self.skeleton.names, (~self.known).sum(axis=0).tolist(), strict=True))
+        counts["the pelvis path"] = int((~self.place_known).sum())
+        return {name: count for name, count in counts.items() if count}
+
+    def notes(self, file: str) -> tuple[Event, ...]:
+        """What a reader of a file of it has to know that the file itself does not show."""
+        x, y, z = (f"{value:.2f}" for value in self.moved + 0.0)
+        said = ["the pelvis stays where it is, for its path is not known."]
+        if self.moves:
+            said = [
+                f"its origin is {x} to the left, {y} up and {z} in front of the one that TRC counts from."
+            ]
+        if self.unit != "m":
+            said.append("its lengths are in the source's own unit, for the source has no scale.")
+        if any(self.cut):
+            said.append(
+                f"what has no pose is left out, {how_many(self.cut[0], 'frame')} at the beginning and "
+                f"{how_many(self.cut[1], 'frame')} at the end: it begins at {self.time_s[0]:.3f} s of the take."
+            )
+        by_count = defaultdict(list)
+        for name, count in self.held.items():
+            by_count[count].append(name)
+        for count, names in by_count.items():
+            said.append(
+                f"in {count} of {how_many(len(self.root), 'frame')} nothing is known of {', '.join(names)}; what was "
+                "last known is held."
+            )
+        return tuple(Event("note", f"{file}: {text}") for text in said)
+
+
+def armature(take: Take) -> Armature:
+    """The take's filtered joints as an animated skeleton.
+
+    Bones have their median lengths, so joints lie where the take has them but for what its bones change; hips, nose,
+    head and feet have their median place at rest. A joint that never has a bone is left out with all that hangs on it.
+    InputError for a take without filtered joints, of a single frame, and without one in which pelvis, hips and spine
+    are known.
+    """
+    found = evenly(take, ANIMATION)
+    if len(found.time_s) < 2:
+        raise InputError("Expected two frames or more, to animate a skeleton; the take has one.")
+    at = dict(zip(found.names, np.moveaxis(found.joints, 1, 0), strict=True))
+    R_world = _rotations(at)
+    rows = np.flatnonzero(is_finite(R_world["pelvis"]).all(axis=-1))
+    if not len(rows):
+        raise InputError(
+            "Expected a frame in which pelvis, hips and spine are known, to animate a skeleton; the take has none."
+        )
+    kept = slice(int(rows[0]), int(rows[-1]) + 1)
+    skeleton = _skeleton(_offsets(at, R_world))
+    names, parents = skeleton.names, skeleton.parents
+    R = np.stack([R_world[name] for name in names], axis=1)[kept]
+    local = np.concatenate([R[:, :1], transpose(R[:, parents[1:]]) @ R[:, 1:]], axis=1)
+    known = np.asarray(np.isfinite(local).all(axis=(-2, -1)))
+    for i in range(len(names)):
+        if i in parents:
+            local[:, i] = _held(local[:, i], known[:, i], np.eye(3))
+        else:  # what turns nothing has nothing to be known
+            local[:, i], known[:, i] = np.eye(3), True
+    place = np.zeros((len(found.joints), 3)) if found.root is None else found.root
+    floor = (_soles(at, implied_stature(found.joints[:, : len(H36M17)])) + place[:, 1])[kept]
+    height = float(np.nanpercentile(floor, _LOWEST)) if np.isfinite(floor).any() else 0.0
+    place_known = is_finite(place[kept])
+    place = _held(place[kept], place_known, np.zeros(3))
+    moved = np.array([place[0, 0], height, place[0, 2]])
+    return Armature(
+        skeleton,
+        local,
+        place - moved,
+        moved,
+        known,
+        place_known,
+        found.root is not None,
+        found.time_s[kept],
+        found.fps,
+        found.unit,
+        (kept.start, len(found.joints) - kept.stop),
+    )
+
+
+def _skeleton(offsets: dict[str, np.ndarray]) -> Skeleton:
+    """The joints that have an offset, as all joints between them and the pelvis have."""
+    names: list[str] = []
+    for name, above in _PARENTS.items():
+        if name in offsets and (not above or above in names):
+            names.append(name)
+    parents = tuple(names.index(_PARENTS[name]) if _PARENTS[name] else -1 for name in names)
+    return Skeleton(tuple(names), parents, np.stack([offsets[name] for name in names]))
+
+
+def _rotations(at: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """R_world_from_joint (N, 3, 3) by joint, the identity in the T-pose, NaN where unknown. at: (N, 3) by joint, in
+    ANIMATION."""
+    left_hip, left_shoulder = (unit(at[f"l_{part}"] - at[f"r_{part}"]) for part in ("hip", "shoulder"))
+    trunk = unit(at["thorax"] - at["pelvis"])
+    R = {
+        "pelvis": _turned((_X, _Y), (left_hip, at["spine"] - at["pelvis"])),
+        "lower_back": _turned((_Y, _X), (at["spine"] - at["pelvis"], left_hip)),
+        "spine": _turned((_Y, _X), (at["thorax"] - at["spine"], left_hip + left_shoulder)),
+        "thorax": _turned((_X, _Y), (left_shoulder, trunk)),
+    }
+    for side, out in (("r", -1.0), ("l", 1.0)):
+        hip, knee, ankle, shoulder, elbow, wrist = (
+            at[f"{side}_{joint}"] for joint in ("hip", "knee", "ankle", "shoulder", "elbow", "wrist")
+        )
+        axis = _hinge(knee - hip, ankle - knee, left_hip)
+        R[f"{side}_hip"] = _turned((-_Y, _X), (knee - hip, axis))
+        R[f"{side}_knee"] = _turned((-_Y, _X), (ankle - knee, axis))
+        R[f"{side}_ankle"] = R[f"{side}_knee"]
+        feet = [point for point in FEET.joints if point[0] == side and point in at]
+        if {f"{side}_heel", f"{side}_big_toe"} <= set(feet):
+            heel = at[f"{side}_heel"]
+            R[f"{side}_ankle"] = _turned((_Z, _Y), (at[f"{side}_big_toe"] - heel, ankle - heel))
+            R |= {point: R[f"{side}_ankle"] for point in feet}
+        reference = arm_reference(unit(elbow - shoulder), -left_shoulder, trunk, -out)
+        axis = _hinge(elbow - shoulder, wrist - elbow, reference)
+        R[f"{side}_clavicle"] = _turned((out * _X, _Y), (shoulder - at["thorax"], trunk))
+        R[f"{side}_shoulder"] = _turned((out * _X, -out * _Y), (elbow - shoulder, axis))
+        R[f"{side}_elbow"] = _turned((out * _X, -out * _Y), (wrist - elbow, axis))
+        R[f"{side}_wrist"] = R[f"{side}_elbow"]
+    neck, crown = at["nose"] - at["thorax"], at["head"] - at["nose"]
+    R["neck"] = _turned((_sagittal(neck, R["thorax"]), _X), (neck, left_shoulder))
+    R["nose"] = _turned((_sagittal(crown, R["thorax"]), _X), (crown, left_shoulder))
+    R["head"] = R["nose"]
+    return R
+
+
+def _offsets(at: dict[str, np.ndarray], R_world: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """(3,) each joint from its parent in the T-pose; joints that never have one are left out."""
+    offsets = dict.fromkeys(("pelvis", "lower_back", "neck", "r_clavicle", "l_clavicle"), np.zeros(3))
+    for side, out in (("r", -1.0), ("l", 1.0)):
+        offsets |= {
+            f"{side}_{joint}": _length(at[f"{side}_{joint}"] - at[above]) * along
+            for joint, above, along in (
+                ("knee", f"{side}_hip", -_Y),
+                ("ankle", f"{side}_knee", -_Y),
+                ("shoulder", "thorax", out * _X),
+                ("elbow", f"{side}_shoulder", out * _X),
+                ("wrist", f"{side}_elbow", out * _X),
+            )
+        }
+        offsets[f"{side}_hip"] = _median(at[f"{side}_hip"] - at["pelvis"], R_world["pelvis"])
+        for point in FEET.joints:
+            if point[0] == side and point in R_world:
+                offsets[point] = _median(at[point] - at[f"{side}_ankle"], R_world[f"{side}_ankle"])
+    for joint, above in (("spine", "pelvis"), ("thorax", "spine")):
+        offsets[joint] = _length(at[joint] - at[above]) * _Y
+    for joint, above in (("nose", "thorax"), ("head", "nose")):
+        bone = at[joint] - at[above]
+        offsets[joint] = _length(bone) * _sagittal(bone, R_world["thorax"])
+    return {name: offset for name, offset in offsets.items() if np.isfinite(offset).all()}
+
+
+def _turned(rest: tuple[np.ndarray, np.ndarray], now: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
+    """(N, 3, 3) the rotation that takes the first direction of `rest` (3,) to that of `now` (N, 3), and the second one
+    as near as it can; NaN where one is missing or both point the same way."""
+    return _axes(*now) @ transpose(_axes(*rest))
+
+
+def _hinge(upper: np.ndarray, lower: np.ndarray, reference: np.ndarray) -> np.ndarray:
+    """(N, 3) the limb's axis; where the lower bone is missing, what it would be of a straight limb."""
+    axis = hinge_axis(unit(upper), unit(lower), reference)
+    return np.where(is_finite(axis)[:, None], axis, reference)
+
+
+def _axes(along: np.ndarray, beside: np.ndarray) -> np.ndarray:
+    along, beside = unit(along), unit(beside)
+    across = beside - (beside * along).sum(axis=-1, keepdims=True) * along
+    length = np.linalg.norm(across, axis=-1, keepdims=True)
+    across = across / np.where(length > _ALONG, length, np.nan)
+    return from_columns(along, across, np.cross(along, across))
+
+
+def _sagittal(bone: np.ndarray, R_world_from_thorax: np.ndarray) -> np.ndarray:
+    """(3,) the bone's median direction in the thorax's own axes, neither to the left nor to the right."""
+    return unit(_median(unit(bone), R_world_from_thorax) * (0, 1, 1))
+
+
+def _median(points: np.ndarray, R_world_from_joint: np.ndarray) -> np.ndarray:
+    """(3,) the median of points (N, 3) in a joint's own axes; NaN of none."""
+    own = rotate(transpose(R_world_from_joint), points[:, None])[:, 0]
+    own = own[is_finite(own)]
+    return np.median(own, axis=0) if len(own) else np.full(3, np.nan)
+
+
+def _length(bone: np.ndarray) -> float:
+    """The median length of a bone (N, 3); NaN where it is never there."""
+    length = np.linalg.norm(bone, axis=-1)
+    return float(np.nanmedian(length)) if np.isfinite(length).any() else float("nan")
+
+
+def _held(values: np.ndarray, known: np.ndarray, otherwise: np.ndarray) -> np.ndarray:
+    """values (N, ...) with the last known one in rows that are not known (N,), before the first one that; `otherwise`
+    where none is known."""
+    if not known.any():
+        return np.broadcast_to(otherwise, values.shape)
+    last = np.maximum.accumulate(np.where(known, np.arange(len(known)), -1))
+    return values[np.where(last < 0, np.argmax(known), last)]
+
+
+def _soles(at: dict[str, np.ndarray], stature: float) -> np.ndarray:
+    """(N,) how high above the pelvis the lower sole is, negative in standing; NaN where no foot is known."""
+    feet = [at[point][:, 1] for point in FEET.joints if point in at]
+    return np.fmin.reduce(feet or [at[f"{side}_ankle"][:, 1] - ANKLE_HEIGHT * stature for side in "rl"])

@@ -1,0 +1,45 @@
+"""The walker's own joints, its feet too, as a take that can be exported: every joint is where it was made to be."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from pcnet3d.examples.walker.landmarks import halpe26
+from pcnet3d.examples.walker.walk import Walk, walker
+from pcnet3d.pipeline import Z_UP, Pipeline, PoseSequence, Take
+from pcnet3d.pipeline.layouts import HALPE26, remap
+from pcnet3d.stages.rectify import Rectify
+from pcnet3d.stages.trajectories import Trajectories
+
+
+@pytest.fixture(scope="session")
+def walk() -> Walk:
+    return walker(seconds=4)
+
+
+@pytest.fixture(scope="session")
+def walked(walk) -> Callable[..., Take]:
+    """walked(feet=False, **changes): the take, neither scaled nor smoothed; changes of its poses."""
+
+    def make(feet: bool = False, **changes) -> Take:
+        poses = walk.poses
+        if feet:
+            points = PoseSequence(
+                halpe26(walk), HALPE26, Z_UP, time_s=poses.time_s, frame_index=poses.frame_index
+            )
+            poses = remap(points)
+        stages = Rectify("geometric"), Trajectories(smoother="none")
+        return Pipeline(stages)(Take("walker", poses=poses.with_(**changes)))
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def gappy(walked, walk) -> Take:
+    """The walker, of whom nothing is seen in rows 0 to 3 and 60 to 69, and no left wrist in rows 20 to 24."""
+    take = walked()
+    joints = np.array(take.filtered.joints)
+    joints[:4] = joints[60:70] = np.nan
+    joints[20:25, take.filtered.layout.index("l_wrist")] = np.nan
+    return take.with_(filtered=take.filtered.with_(joints=joints))

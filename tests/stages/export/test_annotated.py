@@ -1,0 +1,125 @@
+"""annotated.mp4, decoded again: its clock, what is drawn where, and what is refused."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from golden.films import film
+from pcnet3d.adapters import video as adapter
+from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, InputError, PoseSequence, Take
+from pcnet3d.pipeline.camera import Camera
+from pcnet3d.pipeline.files.video_frames import images_from
+from pcnet3d.pipeline.layouts import COCO17
+from pcnet3d.stages.drawing.palette import LEFT, RIGHT
+from pcnet3d.stages.export.annotated import check_h264, write_annotated
+from pcnet3d.stages.export.stage import Export
+from pcnet3d.stages.rectify import Rectify
+
+STAMPS_MS = (0, 30, 70, 100, 180, 210, 250, 290, 390, 420, 450, 500)
+ROWS = np.array([2, 3, 4, 6, 7, 8, 9])  # frame 5 has no pose
+SIZE = (64, 48)
+PANEL = 24  # pixels wide
+
+
+@pytest.fixture
+def take(facing_camera, tmp_path) -> Take:
+    """An upright person before a level camera; the detector sees the wrists alone, the left one hardly."""
+    (video,) = adapter.read(film(tmp_path / "film.mp4", STAMPS_MS))
+    clock = {"time_s": video.time_s[ROWS], "frame_index": ROWS}
+    poses = PoseSequence(np.tile(facing_camera, (len(ROWS), 1, 1)), H36M17, CAMERA, **clock)
+    pixels = np.full((len(ROWS), len(COCO17), 2), np.nan)
+    sure = np.full(pixels.shape[:2], np.nan)
+    for joint, at, confidence in (("r_wrist", (15, 40), 1.0), ("l_wrist", (45, 40), 0.05)):
+        pixels[:, COCO17.index(joint)], sure[:, COCO17.index(joint)] = at, confidence
+    keypoints = PoseSequence(pixels, COCO17, IMAGE, confidence=sure, **clock)
+    camera = Camera(SIZE, 60.0, 3.0, "told")
+    found = Rectify("geometric")(Take("t", video=video, poses=poses, keypoints=keypoints, camera=camera))
+    return found.with_(
+        rectified=replace(found.rectified, level_ok=True)
+    )  # seven frames are too few to level a take
+
+
+def shown(take, folder) -> tuple[np.ndarray, list[np.ndarray]]:
+    """Time stamps and images of the file."""
+    write_annotated(take, folder / "annotated.mp4")
+    (video,) = adapter.read(folder / "annotated.mp4")
+    assert video.codec == "h264"
+    return video.time_s, [image.astype(int) for _, image in images_from(video)]
+
+
+def near(image: np.ndarray, colour, off: int = 60) -> np.ndarray:
+    """(N, 2) x and y of the pixels of about that colour."""
+    return np.argwhere(np.abs(image - np.array(colour)).max(axis=-1) < off)[:, ::-1]
+
+
+def test_frames_keep_their_time_stamps(take, tmp_path):
+    time_s, images = shown(take, tmp_path)
+    np.testing.assert_allclose(time_s, (np.array(STAMPS_MS[2:10]) - STAMPS_MS[2]) / 1000, atol=1e-4)
+    assert {image.shape for image in images} == {(SIZE[1], SIZE[0] + PANEL, 3)}
+
+
+def test_keypoints_are_where_they_are_and_filled_as_far_as_they_are_sure(take, tmp_path):
+    image = shown(take, tmp_path)[1][0][:, : SIZE[0]]
+    right, left = near(image, RIGHT), near(image, LEFT)
+    assert len(right) >= 4
+    np.testing.assert_allclose(right.mean(axis=0), (15, 40), atol=1.5)
+    assert len(left) < len(right) / 2
+
+
+def test_the_horizon_of_a_level_camera_is_in_the_middle(take, tmp_path):
+    columns = shown(take, tmp_path)[1][0][:, 30:60].sum(axis=-1)
+    assert np.abs(columns[:34].argmax(axis=0) - 24).max() <= 2  # keypoints lie below
+
+
+@pytest.mark.parametrize(
+    "change", [{"camera": None}, {"rectified": {"level_ok": False}}], ids=["no focal length", "not levelled"]
+)
+def test_no_horizon_that_is_not_known(take, tmp_path, change):
+    if "rectified" in change:
+        change = {"rectified": replace(take.rectified, **change["rectified"])}
+    image = shown(take.with_(**change), tmp_path)[1][0]
+    assert np.ptp(image[18:32, 30:60]) < 40
+
+
+def test_the_skeleton_stands_beside_it_with_its_right_on_the_left(take, tmp_path):
+    image = shown(take, tmp_path)[1][0][: SIZE[1] // 2, SIZE[0] :]
+    right, left = near(image, RIGHT, 90), near(image, LEFT, 90)
+    assert len(right) > 3
+    assert right[:, 0].mean() < left[:, 0].mean() - 1
+
+
+def test_a_frame_without_a_pose_has_no_skeleton(take, tmp_path):
+    _, images = shown(take, tmp_path)
+    coloured = [np.ptp(image[:24, SIZE[0] :], axis=-1).max() > 60 for image in images]
+    assert coloured == [number in ROWS for number in range(2, 10)]
+
+
+def test_where_it_begins_is_told(take, tmp_path):
+    (event,) = write_annotated(take, tmp_path / "annotated.mp4")
+    assert event.text == "annotated.mp4 begins with frame 2 of the video, at 0.070 s."
+
+
+def test_without_a_video_or_frames_of_it_it_is_refused(take, tmp_path):
+    with pytest.raises(InputError, match="give the video"):
+        write_annotated(take.with_(video=None), tmp_path / "annotated.mp4")
+    body = take.rectified.body.with_(frame_index=ROWS + 100)
+    with pytest.raises(InputError, match="from frame 102 on"):
+        write_annotated(take.with_(rectified=replace(take.rectified, body=body)), tmp_path / "annotated.mp4")
+    assert [path.name for path in tmp_path.iterdir()] == ["film.mp4"]
+
+
+def test_images_are_refused_where_none_may_leave_the_run(tmp_path):
+    with pytest.raises(InputError, match=r"--also mp4, which writes annotated\.mp4"):
+        Export(tmp_path, also=("mp4",), frames=False)
+    Export(tmp_path, also=("csv", "mp4"))
+
+
+def test_no_h264_is_refused_before_the_work(tmp_path, monkeypatch):
+    def none(name, mode):
+        raise ValueError(name)
+
+    check_h264()
+    monkeypatch.setattr("av.codec.Codec", none)
+    with pytest.raises(InputError, match=r"H\.264"):
+        Export(tmp_path, also=("mp4",))

@@ -1,0 +1,131 @@
+"""The animated skeleton against the walker's joints: where they are, how it stands at rest, what a gap does."""
+
+import numpy as np
+import pytest
+
+from pcnet3d.pipeline import H36M17, InputError
+from pcnet3d.pipeline.files.skeletons import place
+from pcnet3d.pipeline.motion.signals import rate
+from pcnet3d.pipeline.rotations import geodesic_deg
+from pcnet3d.stages.export.armature import ANIMATION, armature
+from pcnet3d.stages.export.markers import evenly
+
+
+def posed(found):
+    """(N, J, 3) by the joints' names."""
+    joints, _ = place(found.skeleton, found.root, found.R_parent_from_joint)
+    return dict(zip(found.skeleton.names, np.moveaxis(joints, 1, 0), strict=True))
+
+
+@pytest.mark.parametrize("feet", [False, True])
+def test_joints_are_where_the_take_has_them(walked, feet):
+    """But for the walker's soles, which bend where they meet the floor."""
+    take = walked(feet)
+    found, wanted = armature(take), evenly(take, ANIMATION)
+    joints = posed(found)
+    assert len(wanted.names) == (23 if feet else 17)
+    for i, name in enumerate(wanted.names):
+        off = 2e-3 if name in H36M17 else 0.05
+        np.testing.assert_allclose(joints[name] - found.root, wanted.joints[:, i], atol=off, err_msg=name)
+    np.testing.assert_allclose(found.root + found.moved, wanted.root, atol=1e-9)
+
+
+def test_at_rest_it_stands_in_a_t_pose_and_faces_z(walked):
+    found = armature(walked(feet=True))
+    rest = dict(zip(found.skeleton.names, found.skeleton.rest, strict=True))
+    for side, out in (("l", 1), ("r", -1)):
+        shoulder, elbow, wrist = (rest[f"{side}_{joint}"] for joint in ("shoulder", "elbow", "wrist"))
+        assert out * wrist[0] > out * elbow[0] > out * shoulder[0] > 0.1
+        np.testing.assert_allclose([shoulder[1:], elbow[1:]], [wrist[1:]] * 2, atol=1e-6)
+        hip, knee, ankle = (rest[f"{side}_{joint}"] for joint in ("hip", "knee", "ankle"))
+        assert out * hip[0] > 0
+        assert hip[1] - ankle[1] == pytest.approx(0.86, abs=0.02)
+        np.testing.assert_allclose(knee[[0, 2]], hip[[0, 2]], atol=1e-6)
+        heel, toe = rest[f"{side}_heel"], rest[f"{side}_big_toe"]
+        assert toe[2] > ankle[2] > heel[2]
+        assert toe[1] == pytest.approx(heel[1], abs=2e-3)
+        assert toe[1] < ankle[1]
+    assert rest["head"][1] > rest["thorax"][1] > rest["pelvis"][1]
+    assert rest["nose"][2] > rest["thorax"][2]
+
+
+def test_bones_do_not_spin_about_themselves(walked):
+    """A knee and an elbow are hinges: their rotation is the angle between their bones, and no more."""
+    take = walked()
+    found = armature(take)
+    joints = {name: take.filtered.joint(name).astype(float) for name in H36M17.joints}
+    for end, joint, start in (("ankle", "knee", "hip"), ("wrist", "elbow", "shoulder")):
+        for side in "lr":
+            upper = joints[f"{side}_{joint}"] - joints[f"{side}_{start}"]
+            lower = joints[f"{side}_{end}"] - joints[f"{side}_{joint}"]
+            cosine = (upper * lower).sum(-1) / np.linalg.norm(upper, axis=-1) / np.linalg.norm(lower, axis=-1)
+            R = found.R_parent_from_joint[:, found.skeleton.names.index(f"{side}_{joint}")]
+            bend = np.degrees(np.arccos(np.clip(cosine, -1, 1)))
+            np.testing.assert_allclose(geodesic_deg(R, np.eye(3)), bend, atol=1.0)
+    steps = geodesic_deg(found.R_parent_from_joint[1:], found.R_parent_from_joint[:-1])
+    assert steps.max() < 26  # the arms are raised by 25 degrees a frame
+
+
+def test_frames_without_a_pose_are_cut_at_the_ends_and_held_between(gappy, walk):
+    found = armature(gappy)
+    assert found.cut == (4, 0)
+    assert len(found.root) == len(walk) - 4
+    assert found.time_s[0] == pytest.approx(walk.time_s[4])
+    assert found.held["pelvis"] == found.held["r_knee"] == 10
+    assert found.held["l_elbow"] == 15
+    assert "l_wrist" not in found.held
+    elbow = found.skeleton.names.index("l_elbow")
+    held = found.R_parent_from_joint[15:22, elbow]
+    np.testing.assert_array_equal(held[1:6], np.repeat(held[:1], 5, axis=0))
+    assert geodesic_deg(held[5], held[6]) > 0.01
+    said = " ".join(event.text for event in found.notes("a.bvh"))
+    assert "left out, 4 frames at the beginning and 0 frames at the end" in said
+    assert "in 15 of 116 frames nothing is known of l_elbow" in said
+    assert all(event.kind == "note" for event in found.notes("a.bvh"))
+
+
+def test_a_straight_upper_arm_needs_no_wrist(gappy, walk):
+    """A missing wrist takes the forearm, not the upper arm that ends in a known elbow."""
+    found = armature(gappy)
+    joints = posed(found)
+    elbow = evenly(gappy, ANIMATION).joints[20:25, H36M17.index("l_elbow")]
+    np.testing.assert_allclose((joints["l_elbow"] - found.root)[16:21], elbow, atol=2e-3)
+
+
+def test_without_a_path_the_pelvis_stays_above_feet_on_the_floor(walked):
+    take = walked()
+    filtered = take.filtered.with_(root=None)
+    found = armature(take.with_(filtered=filtered))
+    assert np.ptp(found.root, axis=0).max() == 0
+    assert found.root[0, 1] == pytest.approx(0.93, abs=0.03)
+    assert any("path is not known" in event.text for event in found.notes("a.glb"))
+
+
+def test_a_limb_that_is_never_seen_is_left_out(walked):
+    take = walked()
+    joints = np.array(take.filtered.joints)
+    joints[:, H36M17.index("r_knee")] = np.nan
+    found = armature(take.with_(filtered=take.filtered.with_(joints=joints)))
+    assert {"r_knee", "r_ankle"}.isdisjoint(found.skeleton.names)
+    assert "l_ankle" in found.skeleton.names
+
+
+def test_uneven_stamps_become_an_even_rate(walked, walk):
+    stamps = walk.time_s + np.random.default_rng(0).uniform(-0.006, 0.006, len(walk))
+    found = armature(walked(time_s=stamps))
+    assert found.fps == pytest.approx(rate(stamps))
+    np.testing.assert_allclose(np.diff(found.time_s), 1 / found.fps, atol=1e-9)
+
+
+def test_what_cannot_be_animated_is_refused(walked):
+    take = walked()
+    with pytest.raises(InputError, match="'trajectories'"):
+        armature(take.with_(filtered=None))
+    first = take.filtered
+    one = type(first)(first.joints[:1], first.layout, first.frame, time_s=first.times[:1])
+    with pytest.raises(InputError, match="two frames or more"):
+        armature(take.with_(filtered=one))
+    joints = np.array(take.filtered.joints)
+    joints[:, H36M17.index("r_hip")] = np.nan
+    with pytest.raises(InputError, match="pelvis, hips and spine"):
+        armature(take.with_(filtered=take.filtered.with_(joints=joints)))
