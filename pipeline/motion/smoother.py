@@ -9,6 +9,7 @@ across it, more in a doubtful frame, less while it moves fast, and not at all wi
 - Error: what a lifter errs by changes slowly, as it sees much the same in neighbouring frames; a process of
   Ornstein-Uhlenbeck of the stated size. Where nobody states it, its size and correlation time are those that the path
   itself makes the most likely: motion has hardly any power at high frequencies, so what there is there is error.
+  Of lifts that is the smaller part, and is taken times a factor that was fitted where the truth is known.
 
 Sources: Wahba, Spline Models for Observational Data, 1990, chapter 1 (splines as processes); Whittle, The analysis of
 multiple stationary time series, JRSS B 15, 1953 (the likelihood of a spectrum); Rue & Held, Gaussian Markov Random
@@ -30,7 +31,11 @@ from .signals import rate
 ERROR_S = 1.5  # over which a lifter's error is forgotten
 # A lifter blurs fast motion too: by how much true errors of its positions, velocities and accelerations (wrists and
 # ankles) are larger than those of the model, so that nine in ten lie within the 90 % bars.
-LIFTED = (1.5, 1.9, 1.2)
+LIFTED = (1.5, 1.9, 1.3)
+# The same of a lifter that states no error. What errs slowly is of any size there, so positions have no bars.
+LIFTED_UNSTATED = (np.nan, 2.2, 1.45)
+# Times the variance that a lifted path tells of its error: most of it changes as slowly as people move.
+_SLOW_ERROR = 10.0
 
 _FEWEST = 3  # rows that a path needs
 _STILL = 1e-12  # variance of what does not move
@@ -73,12 +78,19 @@ class Motion:
 
 
 def known_noise(
-    points: np.ndarray, time_s: np.ndarray, covariance: np.ndarray | None = None, breaks: Sequence[int] = ()
+    points: np.ndarray,
+    time_s: np.ndarray,
+    covariance: np.ndarray | None = None,
+    breaks: Sequence[int] = (),
+    lifted: bool = False,
+    error_s: float = ERROR_S,
 ) -> Motion:
     """The motion of points (T, J, D), missing ones NaN, at time_s (T,).
 
     covariance: (T, J, D, D) of their errors; None where nobody states it. breaks: rows at which something new begins,
-    so that nothing is taken across them. Between two seen rows missing ones have values too, with the error that they
+    so that nothing is taken across them. lifted: whether a lifter made the points, which errs slowly too: without a
+    covariance its error is then taken for larger than the points tell. error_s: over which an error that is stated is
+    forgotten. Between two seen rows missing ones have values too, with the error that they
     have; before the first and behind the last one, and in pieces of fewer than 3 seen rows, they are NaN.
     """
     T, J, D = points.shape
@@ -96,8 +108,9 @@ def known_noise(
     )
     if covariance is None:
         noise, error_s = _unstated(y, time_s, size, breaks)
+        noise = _SLOW_ERROR * noise if lifted else noise
     else:
-        noise, error_s = np.einsum("ij,tnjk,ik->tni", axes, covariance, axes, optimize=True), ERROR_S
+        noise = np.einsum("ij,tnjk,ik->tni", axes, covariance, axes, optimize=True)
         stated = np.isfinite(noise).all(axis=-1)
         usual = [
             noise[rows, i].mean(axis=0) if rows.any() else np.zeros(D) for i, rows in enumerate(stated.T)
