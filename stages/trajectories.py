@@ -64,7 +64,12 @@ _ESTIMATED = (
 _NOT_LOCKED = "No foot is locked: there is no pelvis path from keypoints and a camera that stands still."
 # Prefix of the axes' columns, name of the norm's, unit for a unit of length. Names are the same whatever the unit is.
 _QUANTITIES = (("", "distance", "{}"), ("v", "speed", "{}/s"), ("a", "acceleration", "{}/s2"))
-_UNITS = {"deg": "deg", "s": "s", "sd": "{}"}  # of a column whose name ends so; {} is the unit of length
+_UNITS = {
+    "deg": "deg",
+    "degps": "deg/s",
+    "s": "s",
+    "sd": "{}",
+}  # of a column whose name ends so; {} is the unit of length
 _FILTERS: dict[str, Callable[..., np.ndarray]] = {"butterworth": lowpass, "savgol": savitzky_golay}
 
 # Codes of `<joint>_distance_reason`, `<joint>_speed_reason` and `<joint>_acceleration_reason`.

@@ -78,6 +78,8 @@ def test_names_are_the_same_in_every_unit(unit):
         ("time_s", "s"),
         ("r_knee_flexion_deg", "deg"),
         ("r_knee_flexion_sd_deg", "deg"),
+        ("r_knee_flexion_degps", "deg/s"),
+        ("r_knee_flexion_sd_degps", "deg/s"),
         ("frame", ""),
         ("x_reason", ""),
     ],
