@@ -148,9 +148,9 @@ def _accel(path: np.ndarray, truth: np.ndarray) -> float:
 
 
 def _inside(motion: Motion, truth: np.ndarray, parts: dict[str, list[int]]) -> dict[tuple[str, str], float]:
-    """Shares of values (3, T, J, 3) within the motion's 90 % bars."""
+    """Shares of values (3, T, J, 3) within the motion's 90 % bars; NaN where it states none."""
     sd = np.sqrt(np.einsum("dtnii->dtni", motion.covariance))
-    within = np.abs(motion.values - truth) <= SD_90 * sd
+    within = np.where(np.isfinite(sd), np.abs(motion.values - truth) <= SD_90 * sd, np.nan)
     return {
         (part, name): float(within[i][:, at].mean())
         for part, at in parts.items()
@@ -241,7 +241,9 @@ def as_markdown(results: dict[str, Any]) -> str:
         columns = list(next(iter(table["inside"].values())))
         lines += ["", "Values within their 90 % bars, %, mean over takes.", "", *_head(columns)]
         for name, row in table["inside"].items():
-            lines.append(_row([name, *(f"{100 * row[c]:.0f}" for c in columns)]))
+            lines.append(
+                _row([name, *(f"{100 * row[c]:.0f}" if np.isfinite(row[c]) else "" for c in columns)])
+            )
     if "real" in results:
         from .real_motion import as_markdown as real_as_markdown
 
