@@ -7,40 +7,51 @@ from typing import ClassVar
 
 import numpy as np
 
+from ..models.angle_error.rates import angle_rates
 from ..models.angle_error.take_angles import take_angles
 from ..models.common.spread import stated_spread
 from ..pipeline.errors import InputError
 from ..pipeline.frames import CAMERA, LEVEL, change_frame, require
 from ..pipeline.layouts import H36M17
-from ..pipeline.motion.angles import FINE, REASONS, near
+from ..pipeline.motion.angles import FINE, REASONS
 from ..pipeline.motion.foot_angles import ALL_ANGLES
-from ..pipeline.motion.signals import breaks, derivative
+from ..pipeline.motion.signals import breaks
 from ..pipeline.pose import PoseSequence, Rectified
 from ..pipeline.rotations import rotate
 from ..pipeline.take import Event, Take
+from .trajectories import Smoother
 
 
 @dataclass(frozen=True)
 class Angles:
-    """The stage. It takes the joints as `trajectories` has filtered them."""
+    """The stage. It takes the joints as `trajectories` has filtered them. smoother: as that of `trajectories`; of a
+    classical filter rates are the derivatives of its angles."""
+
+    smoother: Smoother = "auto"
 
     name: ClassVar[str] = "angles"
     needs: ClassVar[tuple[str, ...]] = ("poses", "rectified", "filtered")
     gives: ClassVar[tuple[str, ...]] = ("kinematics",)
 
     def __call__(self, take: Take) -> Take:
-        columns = joint_angles(take.need("poses"), take.need("rectified"), take.need("filtered"))
+        columns = joint_angles(
+            take.need("poses"), take.need("rectified"), take.need("filtered"), self.smoother == "auto"
+        )
         return take.with_(kinematics={**(take.kinematics or {}), **columns}).saying(*_events(columns))
 
 
-def joint_angles(poses: PoseSequence, rectified: Rectified, filtered: PoseSequence) -> dict[str, np.ndarray]:
+def joint_angles(
+    poses: PoseSequence, rectified: Rectified, filtered: PoseSequence, rates_by_error: bool = True
+) -> dict[str, np.ndarray]:
     """Columns (T,) for every angle of pipeline.motion.angles.ANGLES, and of pipeline.motion.foot_angles.FOOT_ANGLES for
     poses with feet, whose errors are unknown: `<angle>_deg`, `<angle>_sd_deg`, `<angle>_degps`
-    and `<angle>_reason` (int8, pipeline.motion.angles.REASONS); where that is not 0 the others are NaN.
+    with its standard deviation `<angle>_sd_degps`, and `<angle>_reason` (int8, pipeline.motion.angles.REASONS); where
+    that is not 0 the others are NaN.
 
     poses: what was rectified; rectified: the answer; filtered: its `level` through the low-pass
-    (stages.trajectories.smooth). Rates are derivatives of the angles inside unbroken runs. Poses in axes that know
-    their gravity come without errors: no lifter made them. InputError for another layout or frame.
+    (stages.trajectories.smooth). Rates are smoothed by the angles' errors (models/angle_error/rates.py), or, without
+    rates_by_error, derivatives. Poses in axes that know their gravity come without errors, for no lifter made them:
+    theirs are derivatives anyway. InputError for another layout or frame.
     """
     if poses.layout != H36M17:
         raise InputError(f"Angles need joints in layout H36M17, got {poses.layout.name}; use remap first.")
@@ -66,21 +77,14 @@ def joint_angles(poses: PoseSequence, rectified: Rectified, filtered: PoseSequen
         feet=source.feet,
         filtered_feet=feet,
     )
-    seams = breaks(source)
+    rates = angle_rates(series, source.times, breaks(source), rates_by_error)
     columns = {}
     for name, angle in series.items():
         columns[f"{name}_deg"] = angle.value_deg
         columns[f"{name}_sd_deg"] = angle.sd_deg
-        columns[f"{name}_degps"] = derivative(angle.value_deg, source.times, _cuts(angle.value_deg, seams))
+        columns[f"{name}_degps"], columns[f"{name}_sd_degps"] = rates[name]
         columns[f"{name}_reason"] = angle.reason
     return columns
-
-
-def _cuts(angle_deg: np.ndarray, seams: tuple[int, ...]) -> tuple[int, ...]:
-    """The seams, and where an angle steps from one end of its range to the other."""
-    step = np.diff(angle_deg)
-    around = np.abs(step - near(step, 0.0)) > 1.0
-    return tuple(sorted({*seams, *(np.flatnonzero(around & np.isfinite(step)) + 1).tolist()}))
 
 
 def _events(columns: dict[str, np.ndarray]) -> list[Event]:

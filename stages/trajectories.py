@@ -41,7 +41,7 @@ from ..pipeline.motion.signals import (
     savitzky_golay,
     uneven_rows,
 )
-from ..pipeline.motion.smoother import LIFTED, Motion, known_noise
+from ..pipeline.motion.smoother import LIFTED, LIFTED_UNSTATED, Motion, known_noise
 from ..pipeline.pose import PoseSequence, Rectified
 from ..pipeline.rotations import is_finite
 from ..pipeline.take import Event, Take
@@ -59,12 +59,17 @@ _STATED = (
 )
 _ESTIMATED = (
     "Paths, velocities and accelerations are smoothed by an error of the joints that is estimated from the paths; "
-    "what errs slowly cannot be told so, and no standard deviations are stated."
+    "what errs slowly cannot be told so, and {} state no standard deviations."
 )
 _NOT_LOCKED = "No foot is locked: there is no pelvis path from keypoints and a camera that stands still."
 # Prefix of the axes' columns, name of the norm's, unit for a unit of length. Names are the same whatever the unit is.
 _QUANTITIES = (("", "distance", "{}"), ("v", "speed", "{}/s"), ("a", "acceleration", "{}/s2"))
-_UNITS = {"deg": "deg", "s": "s", "sd": "{}"}  # of a column whose name ends so; {} is the unit of length
+_UNITS = {
+    "deg": "deg",
+    "degps": "deg/s",
+    "s": "s",
+    "sd": "{}",
+}  # of a column whose name ends so; {} is the unit of length
 _FILTERS: dict[str, Callable[..., np.ndarray]] = {"butterworth": lowpass, "savgol": savitzky_golay}
 
 # Codes of `<joint>_distance_reason`, `<joint>_speed_reason` and `<joint>_acceleration_reason`.
@@ -102,7 +107,8 @@ class Trajectories:
         known_error = self.smoother == "auto" and self.cutoff_hz is None
         path = smooth(level, self.classical, self.cutoff_hz, self.joints)
         told = _told(path, known_error)
-        motions = known_motions(level, self.joints) if known_error else {}
+        lifted = take.need("poses").frame.family == "camera"
+        motions = known_motions(level, self.joints, lifted) if known_error else {}
         if self.foot_lock:
             if path.root is None or path.root_covariance is None:
                 told = [*told, Event("note", _NOT_LOCKED)]
@@ -115,7 +121,8 @@ class Trajectories:
             columns |= {f"root_{axis}_sd": path.root_sd[:, i] for i, axis in enumerate("xyz")}
         events = [Event("note", _RELATIVE)] if rectified.camera == "moving" else []
         if known_error:
-            events.append(Event("note", _ESTIMATED if level.covariance is None else _STATED))
+            unstated = _ESTIMATED.format("positions" if lifted else "they")
+            events.append(Event("note", unstated if level.covariance is None else _STATED))
         return take.with_(kinematics=columns, filtered=path).saying(
             *events,
             *told,
@@ -128,24 +135,26 @@ class Trajectories:
         return "butterworth" if self.smoother == "auto" else self.smoother
 
 
-def known_motions(level: PoseSequence, joints: tuple[str, ...]) -> dict[str, Motion]:
+def known_motions(level: PoseSequence, joints: tuple[str, ...], lifted: bool = True) -> dict[str, Motion]:
     """The motion of these joints, and of the root where there is one, smoothed by what is known of their errors, each
     as one path by name.
 
-    The error is the poses' covariance. Without one, and for the root, it is estimated from the paths, which tells how
-    much to smooth, but not what errs slowly: such motions state no error. Where a joint
-    is missing its motion has values in between, with the error of that, but not across frames in which nobody was seen.
+    The error is the poses' covariance. Without one it is estimated from the paths, which do not tell what errs slowly:
+    then positions state no error, and neither does anything of the root, or of poses that no lifter made (lifted).
+    Where a joint is missing its motion has values in between, with the error of that, but not across frames in which
+    nobody was seen.
     """
     points = level.joints[:, level.layout.indices(joints)].astype(np.float64)
     seen = np.asarray(is_finite(level.joints)).any(axis=1)
     lost = np.flatnonzero(np.diff(seen)) + 1  # behind a frame without anybody everything may be new
     cuts = tuple(sorted({*breaks(level), *lost.tolist()}))
     stated = level.covariance
-    motion = known_noise(
-        points, level.times, None if stated is None else stated[:, level.layout.indices(joints)], cuts
-    )
-    # On lifts the bars of an error that was estimated hold 34 to 71 % of what they should (docs/motion.md).
-    motion = motion.unstated() if stated is None else motion.widened(LIFTED)
+    errors = None if stated is None else stated[:, level.layout.indices(joints)]
+    motion = known_noise(points, level.times, errors, cuts, lifted)
+    if stated is not None:
+        motion = motion.widened(LIFTED)
+    else:
+        motion = motion.widened(LIFTED_UNSTATED) if lifted else motion.unstated()
     motions = {joint: motion.of(i) for i, joint in enumerate(joints)}
     if level.root is not None:
         motions["root"] = known_noise(level.root[:, None], level.times, None, cuts).unstated()

@@ -16,6 +16,7 @@ from ...pipeline.motion.angles import ANGLES, FINE, REASONS, near, of_both
 from ...pipeline.motion.signals import CUTOFF_HZ
 from ...pipeline.plugins.protocols import Rectifier
 from ...pipeline.running.progress import each
+from ..angle_error.rates import angle_rates
 from ..angle_error.take_angles import AngleSeries, smoothed, take_angles
 from ..common.metrics import SD_90, Figure
 from ..common.spread import stated_spread
@@ -28,6 +29,7 @@ MOTIONS = ("walking", "squatting", "sitting")
 MOTION_ANGLES = (
     "knee_flexion", "hip_flexion", "elbow_flexion", "trunk_lean_sagittal", "trunk_lean_frontal",
 )  # fmt: skip
+_FEWEST = 10  # frames of a take whose rates are judged
 # What others report, with their own angle definitions, motions and references; not the same takes.
 PUBLISHED = (
     ("MotionAGFormer, VIDIMU's 13 daily activities against IMU", "RMSE 9.3, MAE 7.9", "arXiv 2510.02264"),
@@ -57,13 +59,16 @@ def one_set(
     rectifiers: Sequence[Rectifier], label: str, takes: Iterable[LiftedTake], total: int
 ) -> dict[str, Any]:
     """{"levelled": {method: takes}, "frames": upright ones, "methods": {method: {angle: row}}, "motions": {method:
-    {motion: {"frames": upright ones, angle: {"rmse", "mae"}}}}}; an angle of both sides is one row."""
+    {motion: {"frames": upright ones, angle: {"rmse", "mae"}}}}, "rates": {method: {angle: rate_row's}}}; an angle of
+    both sides is one row."""
     parts: dict[str, dict[str, list[tuple[np.ndarray, ...]]]] = {}
     moving: dict[str, dict[str, dict[str, list[np.ndarray]]]] = {}
+    rates: dict[str, dict[str, list[tuple[float, float, float]]]] = {}
     counts: dict[str, int] = dict.fromkeys(MOTIONS, 0)
     frames, levelled = 0, {rectifier.method: 0 for rectifier in rectifiers}
     for take in each(takes, f"{label} takes", total):
         truth = true_angles(take)
+        true_rates = angle_rates(truth, take.seen.keypoints.times)
         upright = ~take.seen.lying
         frames += int(upright.sum())
         motions = {motion: upright & take.seen.motion[motion] for motion in MOTIONS}
@@ -86,8 +91,17 @@ def one_set(
                 stated=stated_spread(take.lifted),
             )
             rows = parts.setdefault(rectifier.method, {})
+            rated = rates.setdefault(rectifier.method, {})
+            found_rates = {
+                by_error: angle_rates(found, time_s, by_error=by_error) for by_error in (False, True)
+            }
             for name in ANGLES:
                 both = of_both(name)
+                judged = rate_errors(
+                    true_rates[name][0], found_rates[False][name][0], *found_rates[True][name], upright
+                )
+                if judged is not None:
+                    rated.setdefault(both, []).append(judged)
                 rows.setdefault(both, []).append(judge(found[name], truth[name], upright))
                 if both in MOTION_ANGLES:
                     for motion, use in motions.items():
@@ -113,6 +127,34 @@ def one_set(
             }
             for method, motions in moving.items()
         },
+        "rates": {
+            method: {name: rate_row(takes) for name, takes in rows.items()} for method, rows in rates.items()
+        },
+    }
+
+
+def rate_errors(
+    truth: np.ndarray, derived: np.ndarray, smoothed: np.ndarray, sd: np.ndarray, use: np.ndarray
+) -> tuple[float, float, float] | None:
+    """RMSE of an angle's derivative and of its smoothed rate against the true rate (T,), degrees a second, and the
+    share of the second within 1.645 of its stated standard deviations; None of fewer than _FEWEST frames in use."""
+    use = use & np.isfinite(truth + derived + smoothed)
+    if use.sum() < _FEWEST:
+        return None
+    error = (smoothed - truth)[use]
+    derived_rmse = _mean((derived - truth)[use] ** 2) ** 0.5
+    return derived_rmse, _mean(error**2) ** 0.5, _mean(np.abs(error) <= SD_90 * sd[use])
+
+
+def rate_row(takes: Sequence[tuple[float, float, float]]) -> dict[str, Any]:
+    """rate_errors of many takes: Figures of both RMSE, the share of takes in which the smoothed rate is the better
+    one, and the mean share inside."""
+    derived, smooth, inside = np.array(takes).T
+    return {
+        "derived": Figure.of(derived),
+        "smoothed": Figure.of(smooth),
+        "better": _mean(smooth < derived),
+        "inside": _mean(inside),
     }
 
 
@@ -194,6 +236,23 @@ def as_markdown(results: dict[str, Any]) -> str:
                     name, f"{figures['rmse']:.1f}", f"{figures['rmse_half']:.1f}", f"{figures['bias']:+.1f}",
                     str(figures["error"]), f"{100 * figures['inside']:.0f}", f"{figures['sd']:.1f}", refused,
                 ]  # fmt: skip
+                lines.append(f"| {' | '.join(cells)} |")
+    lines += [
+        "",
+        "## Rates, degrees a second",
+        "",
+        "RMSE over a take's upright frames, p50 / mean / p95 over takes and sides: of the filtered angle's "
+        "derivative, and smoothed by the angle's stated error. Better: takes in which the second is. Inside: as above, "
+        "of the second.",
+        "",
+        "| set | rectifier | angle | derivative | smoothed | better, % | inside, % |",
+        "| --- | --- | --- | --- | --- | --- | --- |",
+    ]
+    for label, values in results["sets"].items():
+        for method, rows in values["rates"].items():
+            for name, rates in rows.items():
+                cells = [label, method, name, f"{rates['derived']:.0f}", f"{rates['smoothed']:.0f}"]
+                cells += [f"{100 * rates[what]:.0f}" for what in ("better", "inside")]
                 lines.append(f"| {' | '.join(cells)} |")
     lines += ["", "## By motion, upright frames: RMSE / MAE, degrees", ""]
     lines += [f"| set | motion | frames | rectifier | {' | '.join(MOTION_ANGLES)} |"]

@@ -110,10 +110,11 @@ def evaluate(
 
     With --data only the rectifiers are judged, on clean poses of that data. With --takes only they are, on takes of
     one camera that stands still: tilt, stated errors, accelerations, one take from eight cameras. With --angles joint
-    angles are, on the same takes; with --motion accelerations of wrists and ankles, by several smoothers; with --gait
-    walks and runs: contacts, times, lengths, speed. With --swaps exchanged limbs and overturned depth are put into
-    takes and looked for. With --place the pelvis path before the camera is judged. With --real-take the way from the
-    video to upright joints and angles is judged on a real take (real/ of the data).
+    angles and their rates are, on the same takes; with --motion accelerations of wrists and ankles, by several
+    smoothers, with --real also on real recordings; with --gait walks and runs: contacts, times, lengths, speed. With
+    --swaps exchanged limbs and overturned depth are put into takes and looked for. With --place the pelvis path before
+    the camera is judged. With --real-take the way from the video to upright joints and angles is judged on a real take
+    (real/ of the data).
     """
     refuse_unwritable(output)
     reports = {
@@ -128,8 +129,9 @@ def evaluate(
     asked = [flag for flag, given in reports.items() if given]
     if len(asked) > 1:
         raise InputError(f"{' and '.join(asked)} are reports of their own; ask for one at a time.")
-    if asked and (real or data is not None):
-        raise InputError(f"{asked[0]} judges takes of the project's own data; leave --real and --data out.")
+    if asked and ((real and not motion) or data is not None):
+        flags = "--data" if motion else "--real and --data"
+        raise InputError(f"{asked[0]} judges takes of the project's own data; leave {flags} out.")
     if (real_take or data is not None) and (bed is not None or sets != "test"):
         raise InputError(
             f"--bed and --sets are about the project's own motion capture, which "
@@ -154,6 +156,10 @@ def evaluate(
         results = angle_tables(rectifiers, lifter, seed, flip, judged)
     elif motion:
         results = motion_tables(lifter, seed, flip, judged)
+        if real:
+            from .real_motion import real_motion
+
+            results["real"] = real_motion(load_rectifier("pcnet"), lifter)
     elif swaps:
         results = swap_tables(lifter, seed, flip, judged)
     elif place:
@@ -171,7 +177,7 @@ def evaluate(
         results = evaluation(rectifiers[0], lifter, seed, flip, sets, beds)
         results["bed"] = judged[0].bed
         results["rectifiers"] = rectifier_tables(rectifiers, seed, lifter, judged)
-    if real:
+    if real and not asked:
         from .real_clips import agreement
         from .real_rectified import consistency
 

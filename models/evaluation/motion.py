@@ -9,19 +9,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ...pipeline.frames import turned_covariance
-from ...pipeline.motion.signals import CUTOFF_HZ, derivative, lowpass, savitzky_golay
-from ...pipeline.motion.smoother import LIFTED, Motion, known_noise
+from ...pipeline.motion.signals import CUTOFF_HZ, savitzky_golay
+from ...pipeline.motion.smoother import LIFTED, LIFTED_UNSTATED, Motion, known_noise
 from ...pipeline.rotations import rotate
 from ...pipeline.running.progress import each
 from ..common.metrics import SD_90, Figure
+from .acceleration import NO_MOTION, PARTS, accelerations, agreement, filtered, velocities
 from .sets import EvaluationSet, evaluation_sets, heading
-from .take_acceleration import NO_MOTION, PARTS, accelerations, agreement
 from .take_answers import joints_of
 from .takes import LONG, group_of
 from .testbed import LiftedTake
@@ -60,14 +61,12 @@ def gcv_spline(path: np.ndarray, time_s: np.ndarray) -> np.ndarray:
     return np.stack(smooth, axis=-1).reshape(path.shape)
 
 
-def _filter(run: Callable[..., np.ndarray], hz: float) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
-    return lambda path, time_s: run(path.reshape(len(path), -1), time_s, hz).reshape(path.shape)
-
-
 _SMOOTHERS: dict[str, Callable[[np.ndarray, np.ndarray], np.ndarray]] = {
     _SIX: lambda path, time_s: path,  # as both sides are filtered so
-    **{name: _filter(lowpass, hz) for name, hz in zip(FIXED[1:], (3.0, 1.5), strict=True)},
-    f"Savitzky-Golay {CUTOFF_HZ:g} Hz": _filter(savitzky_golay, CUTOFF_HZ),
+    **{name: partial(filtered, cutoff_hz=hz) for name, hz in zip(FIXED[1:], (3.0, 1.5), strict=True)},
+    f"Savitzky-Golay {CUTOFF_HZ:g} Hz": lambda path, time_s: savitzky_golay(
+        path.reshape(len(path), -1), time_s
+    ).reshape(path.shape),
     "GCV spline": gcv_spline,
 }
 
@@ -112,19 +111,18 @@ def take_scores(take: LiftedTake, joints: np.ndarray) -> Scores:
     covariance = take.lifted.covariance
     stated = None if covariance is None else turned_covariance(covariance, axes, scale)
     rows = sorted(row for part in PARTS.values() for row in part)
-    motions = {ESTIMATED: known_noise(lifted[:, rows], time_s)}
+    motions = {ESTIMATED: known_noise(lifted[:, rows], time_s, lifted=True).widened(LIFTED_UNSTATED)}
     if stated is not None:
-        motions[STATED] = known_noise(lifted[:, rows], time_s, stated[:, rows]).widened(LIFTED)
+        motions[STATED] = known_noise(lifted[:, rows], time_s, stated[:, rows], lifted=True).widened(LIFTED)
     paths = {name: smooth(lifted[:, rows], time_s) for name, smooth in _SMOOTHERS.items()}
     paths |= {name: motion.values[0] for name, motion in motions.items()}
     true = accelerations(truth[:, rows], time_s)
     found = {NO_MOTION: np.zeros_like(true)} | {n: accelerations(path, time_s) for n, path in paths.items()}
     parts = {name: [rows.index(row) for row in part] for name, part in PARTS.items()}
-    calm = lowpass(truth[:, rows].reshape(len(truth), -1), time_s, CUTOFF_HZ)
-    velocity = derivative(calm, time_s).reshape(len(truth), len(rows), 3)
-    whole = {"unsmoothed": lifted, _SIX: _filter(lowpass, CUTOFF_HZ)(lifted, time_s)}
+    velocity = velocities(truth[:, rows], time_s)
+    whole = {"unsmoothed": lifted, _SIX: filtered(lifted, time_s)}
     if stated is not None:
-        whole[STATED] = known_noise(lifted, time_s, stated).values[0]
+        whole[STATED] = known_noise(lifted, time_s, stated, lifted=True).values[0]
     return Scores(
         errors={
             name: {
@@ -150,9 +148,9 @@ def _accel(path: np.ndarray, truth: np.ndarray) -> float:
 
 
 def _inside(motion: Motion, truth: np.ndarray, parts: dict[str, list[int]]) -> dict[tuple[str, str], float]:
-    """Shares of values (3, T, J, 3) within the motion's 90 % bars."""
+    """Shares of values (3, T, J, 3) within the motion's 90 % bars; NaN where it states none."""
     sd = np.sqrt(np.einsum("dtnii->dtni", motion.covariance))
-    within = np.abs(motion.values - truth) <= SD_90 * sd
+    within = np.where(np.isfinite(sd), np.abs(motion.values - truth) <= SD_90 * sd, np.nan)
     return {
         (part, name): float(within[i][:, at].mean())
         for part, at in parts.items()
@@ -243,7 +241,13 @@ def as_markdown(results: dict[str, Any]) -> str:
         columns = list(next(iter(table["inside"].values())))
         lines += ["", "Values within their 90 % bars, %, mean over takes.", "", *_head(columns)]
         for name, row in table["inside"].items():
-            lines.append(_row([name, *(f"{100 * row[c]:.0f}" for c in columns)]))
+            lines.append(
+                _row([name, *(f"{100 * row[c]:.0f}" if np.isfinite(row[c]) else "" for c in columns)])
+            )
+    if "real" in results:
+        from .real_motion import as_markdown as real_as_markdown
+
+        lines += ["", real_as_markdown(results["real"])]
     return "\n".join(lines) + "\n"
 
 

@@ -42,8 +42,8 @@ _PAIRS = (
 )
 
 
-def real_poses(lifter: str = "pcnet3d") -> Iterator[tuple[str, str, np.ndarray, np.ndarray]]:
-    """(clip, lifter, joints (T, 17, 3) in CAMERA axes relative to the pelvis, the lifter's unit, time_s (T,)).
+def real_poses(lifter: str = "pcnet3d") -> Iterator[tuple[str, str, PoseSequence]]:
+    """(clip, lifter, poses): H36M17 in CAMERA axes relative to the pelvis, the lifter's unit.
 
     lifter: ours, for the clips of which there are 2D keypoints; their focal length is unknown.
     """
@@ -55,7 +55,8 @@ def real_poses(lifter: str = "pcnet3d") -> Iterator[tuple[str, str, np.ndarray, 
                 poses = lift(image_poses(found, layout), (width, height), model=lifter)
             else:
                 poses = remap(PoseSequence(found, layout, CAMERA.with_(unit="arbitrary")))
-        yield clip.removeprefix("mhformer_"), name, relative(poses.joints.astype(np.float64)), time_s
+        joints = relative(poses.joints.astype(np.float64))
+        yield clip.removeprefix("mhformer_"), name, poses.with_(joints=joints, time_s=time_s)
 
 
 def consistency(rectifiers: Sequence[Rectifier], lifter: str = "pcnet3d") -> dict[str, Any]:
@@ -69,9 +70,9 @@ def consistency(rectifiers: Sequence[Rectifier], lifter: str = "pcnet3d") -> dic
     """
     joints: dict[tuple[str, str], np.ndarray] = {}
     found: dict[tuple[str, str], dict[str, dict[str, Answer]]] = {}
-    for clip, name, poses, time_s in real_poses(lifter):
-        joints[clip, name] = poses
-        found[clip, name] = answers(rectifiers, poses, time_s)
+    for clip, name, poses in real_poses(lifter):
+        joints[clip, name] = poses.joints
+        found[clip, name] = answers(rectifiers, poses.joints, poses.times)
     apart = {}
     for clip, *pair in _PAIRS:
         both = [(joints[clip, name], named(found[clip, name])) for name in pair]

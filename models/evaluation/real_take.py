@@ -278,11 +278,15 @@ def level_row(
 def level_error(lifted: np.ndarray, R_camera_from_level: np.ndarray, limbs: np.ndarray) -> np.ndarray:
     """(T,) metres, level_row's level_mm. lifted: (T, 12, 3), CAMERA axes; limbs: the truth, world +Z up."""
     points, truth = rotate(transpose(R_camera_from_level), about_hips(lifted)), about_hips(limbs)
-    product = np.nansum(points[..., :, None] * truth[..., None, :], axis=(0, 1))  # level's axes x the world's
+    return joint_error(scaled(rotate(same_heading(points, truth), points), truth, "take"), truth)
+
+
+def same_heading(points: np.ndarray, truth: np.ndarray) -> np.ndarray:
+    """(3, 3) the one turn about +Z that brings points (T, J, 3) closest to truth, missing ones left out."""
+    product = np.nansum(points[..., :, None] * truth[..., None, :], axis=(0, 1))
     turn = np.arctan2(product[0, 1] - product[1, 0], product[0, 0] + product[1, 1])
     c, s = np.cos(turn), np.sin(turn)
-    R_world_from_level = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-    return joint_error(scaled(rotate(R_world_from_level, points), truth, "take"), truth)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
 def limb_angles(

@@ -1,7 +1,6 @@
-"""Accelerations of wrists and ankles against motion capture: what a rotation does to a signal.
+"""What a rotation does to accelerations of wrists and ankles, against motion capture; motion.py judges smoothers.
 
-Joints relative to the pelvis, both sides low-passed at 6 Hz without delay (pipeline/motion/signals.py). A lift is
-brought to the truth's scale, one factor a take. Three comparisons, vertical and horizontal apart:
+A lift is brought to the truth's scale, one factor a take. Three comparisons, vertical and horizontal apart:
 
 - "level": in upright axes with one heading for the take, the truth's for every method. A method that answers frame by
   frame has its frames' own ups there, turned to that heading frame by frame; so only its tilt counts against it. It
@@ -18,21 +17,13 @@ from typing import Any
 
 import numpy as np
 
-from ...pipeline.layouts import H36M17
-from ...pipeline.motion.signals import CUTOFF_HZ, derivative, lowpass
+from ...pipeline.motion.signals import CUTOFF_HZ
 from ...pipeline.rotations import rotate, transpose
 from ..common.metrics import Figure
-from .take_answers import CAMERA_AXES, TRUE_AXES, Answer, with_heading
+from .acceleration import NO_MOTION, PARTS, accelerations, agreement
+from .take_answers import TRUE_AXES, Answer, with_heading
 
-NO_MOTION = "no motion"
-PARTS = {part: H36M17.indices((f"l_{part}", f"r_{part}")) for part in ("wrist", "ankle")}
 _COLUMNS = [(part, direction) for part in PARTS for direction in ("vertical", "horizontal")]
-
-
-def accelerations(path: np.ndarray, time_s: np.ndarray) -> np.ndarray:
-    """(T, J, 3) m/s^2 of path (T, J, 3) metres without gaps: pipeline/motion/signals.py's filter and derivative."""
-    flat = lowpass(path.reshape(len(path), -1), time_s, CUTOFF_HZ)
-    return derivative(flat, time_s, order=2).reshape(path.shape)
 
 
 def compare(signal: np.ndarray, truth: np.ndarray) -> dict[str, tuple[float, float]]:
@@ -40,11 +31,6 @@ def compare(signal: np.ndarray, truth: np.ndarray) -> dict[str, tuple[float, flo
     mean square of an axis, and one correlation."""
     parts = {"vertical": slice(2, 3), "horizontal": slice(0, 2)}
     return {name: agreement(signal[..., axes], truth[..., axes]) for name, axes in parts.items()}
-
-
-def norms(signal: np.ndarray, truth: np.ndarray) -> tuple[float, float]:
-    """RMSE and r of the magnitudes of accelerations (N, J, 3), which one rotation for the take cannot change."""
-    return agreement(np.linalg.norm(signal, axis=-1), np.linalg.norm(truth, axis=-1))
 
 
 def take_scores(
@@ -55,11 +41,10 @@ def take_scores(
     R_camera_from_body: np.ndarray,
     time_s: np.ndarray,
 ) -> dict[str, dict[str, dict[str, dict[str, tuple[float, float]]]]]:
-    """One take: {"level", "lift", "body", "norm": {method: {part: {direction: (RMSE, r)}}}}; "lift" of a lift only.
+    """One take: {"level", "lift", "body": {method: {part: {direction: (RMSE, r)}}}}; "lift" of a lift only.
 
     joints, truth: (T, 17, 3) metres, CAMERA axes relative to the pelvis, without gaps. R_camera_from_world: (3, 3) and
     R_camera_from_body: (T, 3, 3), the truth. "level" also has the row of who says that nothing moves.
-    The directions of "norm" are just "norm", its method "any".
     """
     R_world = np.broadcast_to(R_camera_from_world, R_camera_from_body.shape)
     world, lift, body = (
@@ -79,8 +64,6 @@ def take_scores(
         if answer.R_camera_from_level is None or answer.levelled is not None:
             signal = _limbs(joints, with_heading(answer.R_camera_from_body, R_camera_from_body), time_s)
             scores["body"][name] = {part: compare(signal[part], body[part]) for part in PARTS}
-    camera = _limbs(joints, np.broadcast_to(np.eye(3), R_camera_from_body.shape), time_s)
-    scores["norm"] = {"any": {part: {"norm": norms(camera[part], world[part])} for part in PARTS}}
     return scores
 
 
@@ -119,35 +102,6 @@ def as_markdown(sets: dict[str, Any]) -> list[str]:
             lines += ["", titles[axes], "", *_head()]
             for method, row in values[axes].items():
                 lines.append(_row([method, *(_cell(row[part][direction]) for part, direction in _COLUMNS)]))
-        norm = values["norm"]["any"]
-        lines += ["", "The norm, which one rotation for the take cannot change: "]
-        lines[-1] += "; ".join(f"{part} {_cell(norm[part]['norm'])}" for part in PARTS) + "."
-    return [*lines, "", *_ratios(sets)]
-
-
-def _ratios(sets: dict[str, Any]) -> list[str]:
-    """How many times smaller the RMSE of one gravity a take is than that of its rectifier's frames, and of the
-    camera's axes."""
-    if not any(values["takes"] for values in sets.values()):
-        return []
-    lines = [
-        "### One gravity a take against the rest",
-        "",
-        "How many times smaller its RMSE is, of the p50 and of the means over takes; below 1 it is larger. Aimed at: 2 "
-        "against its rectifier's frames, more than 1 against the camera's axes.",
-        "",
-        *_head(),
-    ]
-    for label, values in sets.items():
-        for axes in (axes for axes in ("level", "lift") if axes in values):
-            what = f"{label}, {'against motion capture' if axes == 'level' else 'what the rotation adds'}"
-            rows = values[axes]
-            for take in (name for name in rows if name.endswith(", a take")):
-                frames = take.replace(", a take", ", a frame")
-                for against, other in (("its frames", frames), (CAMERA_AXES, CAMERA_AXES)):
-                    pairs = [[rows[m][part][way]["rmse"] for m in (other, take)] for part, way in _COLUMNS]
-                    cells = [f"{a.p50 / b.p50:.2f} / {a.mean / b.mean:.2f}" for a, b in pairs]
-                    lines.append(_row([f"{what}: {take}, against {against}", *cells]))
     return lines
 
 
@@ -159,14 +113,6 @@ def _limbs(joints: np.ndarray, R_camera_from_axes: np.ndarray, time_s: np.ndarra
     """Accelerations of each part's joints in other axes."""
     turned = rotate(transpose(R_camera_from_axes), joints)
     return {part: accelerations(turned[:, rows], time_s) for part, rows in PARTS.items()}
-
-
-def agreement(a: np.ndarray, b: np.ndarray) -> tuple[float, float]:
-    """Root mean square of a - b, each (...), and their correlation; NaN where one of them does not vary."""
-    a, b = a.ravel(), b.ravel()
-    rmse = float(np.sqrt(np.mean((a - b) ** 2)))
-    moving = min(a.std(), b.std()) > 1e-9
-    return rmse, float(np.corrcoef(a, b)[0, 1]) if moving else float("nan")
 
 
 def _cell(score: dict[str, Figure]) -> str:

@@ -9,6 +9,7 @@ across it, more in a doubtful frame, less while it moves fast, and not at all wi
 - Error: what a lifter errs by changes slowly, as it sees much the same in neighbouring frames; a process of
   Ornstein-Uhlenbeck of the stated size. Where nobody states it, its size and correlation time are those that the path
   itself makes the most likely: motion has hardly any power at high frequencies, so what there is there is error.
+  Of lifts that is the smaller part, and is taken times a factor that was fitted where the truth is known.
 
 Sources: Wahba, Spline Models for Observational Data, 1990, chapter 1 (splines as processes); Whittle, The analysis of
 multiple stationary time series, JRSS B 15, 1953 (the likelihood of a spectrum); Rue & Held, Gaussian Markov Random
@@ -30,7 +31,12 @@ from .signals import rate
 ERROR_S = 1.5  # over which a lifter's error is forgotten
 # A lifter blurs fast motion too: by how much true errors of its positions, velocities and accelerations (wrists and
 # ankles) are larger than those of the model, so that nine in ten lie within the 90 % bars.
-LIFTED = (1.5, 1.9, 1.2)
+LIFTED = (1.5, 1.9, 1.3)
+# The same of a lifter that states no error. What errs slowly is of any size there, so positions have no bars.
+LIFTED_UNSTATED = (np.nan, 2.2, 1.45)
+# Times the variance that a lifted path tells of its error, most of which changes as slowly as people move: where nobody
+# states the error, and as the least where the lifter does, for it may be surer of itself than its path is smooth.
+_SLOW_ERROR, _LEAST_ERROR = 10.0, 4.0
 
 _FEWEST = 3  # rows that a path needs
 _STILL = 1e-12  # variance of what does not move
@@ -43,6 +49,7 @@ _JERKS = np.geomspace(1e-3, 1e9, 41)  # power a hertz, of a take of variance 1 a
 _ERRORS = np.geomspace(1e-7, 0.1, 25)  # of an error's variance
 _ERRORS_S = (0.0, 0.05, 0.2, ERROR_S)
 _MOST_WINDOWS = 20  # to tell the error from
+_SHOWN = 0.7  # of a window's rows, or the line across its gaps would be taken for an error
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,13 +80,20 @@ class Motion:
 
 
 def known_noise(
-    points: np.ndarray, time_s: np.ndarray, covariance: np.ndarray | None = None, breaks: Sequence[int] = ()
+    points: np.ndarray,
+    time_s: np.ndarray,
+    covariance: np.ndarray | None = None,
+    breaks: Sequence[int] = (),
+    lifted: bool = False,
+    error_s: float = ERROR_S,
 ) -> Motion:
     """The motion of points (T, J, D), missing ones NaN, at time_s (T,).
 
     covariance: (T, J, D, D) of their errors; None where nobody states it. breaks: rows at which something new begins,
-    so that nothing is taken across them. Between two seen rows missing ones have values too, with the error that they
-    have; before the first and behind the last one, and in pieces of fewer than 3 seen rows, they are NaN.
+    so that nothing is taken across them. lifted: whether a lifter made the points, which errs slowly too: its error
+    is then taken for larger than the points tell, and a covariance that is smaller yet for as large. error_s: over
+    which an error that is stated is forgotten. Between two seen rows missing ones have values too, with the error that
+    they have; before the first and behind the last one, and in pieces of fewer than 3 seen rows, they are NaN.
     """
     T, J, D = points.shape
     axes = np.eye(D)
@@ -96,13 +110,17 @@ def known_noise(
     )
     if covariance is None:
         noise, error_s = _unstated(y, time_s, size, breaks)
+        noise = _SLOW_ERROR * noise if lifted else noise
     else:
-        noise, error_s = np.einsum("ij,tnjk,ik->tni", axes, covariance, axes, optimize=True), ERROR_S
+        noise = np.einsum("ij,tnjk,ik->tni", axes, covariance, axes, optimize=True)
         stated = np.isfinite(noise).all(axis=-1)
         usual = [
             noise[rows, i].mean(axis=0) if rows.any() else np.zeros(D) for i, rows in enumerate(stated.T)
         ]
         noise = np.where(stated[..., None], noise, np.array(usual))
+        if lifted:
+            told = _LEAST_ERROR * _unstated(y, time_s, size, breaks, (error_s,))[0][0]
+            noise = noise * np.maximum(1, told / np.maximum(usual, 1e-9 * size))
     noise = np.maximum(noise, 1e-9 * size)
     for piece in _pieces(T, breaks):
         values[:, piece], variance[:, piece] = _smoothed(y[piece], noise[piece], time_s[piece], error_s, size)
@@ -181,33 +199,42 @@ def _jerks(
 
 
 def _unstated(
-    y: np.ndarray, time_s: np.ndarray, size: float, breaks: Sequence[int]
+    y: np.ndarray,
+    time_s: np.ndarray,
+    size: float,
+    breaks: Sequence[int],
+    errors_s: Sequence[float] = _ERRORS_S,
 ) -> tuple[np.ndarray, float]:
-    """Variances (T, J, D) of errors that nobody states, one a joint and axis, and their correlation time, by maximum
-    likelihood of the spectra of the take's windows."""
+    """Variances (T, J, D) of errors that nobody states, one a joint and axis, and their correlation time, one of
+    errors_s, by maximum likelihood of the spectra of the take's windows."""
     pieces = [piece for piece in _pieces(len(y), breaks) if piece.stop - piece.start >= 8]
     none = np.full(y.shape, 1e-9 * size)
     windows = []
     for piece in pieces:
-        part = y[piece]
+        part, seen = y[piece], np.isfinite(y[piece]).all(axis=-1)
         if not (np.isfinite(part).all(axis=-1).sum(axis=0) >= _FEWEST).all():
             part = np.where(np.isfinite(part).any(axis=0), part, 0.0)
-        windows.append(_spectra(_filled(part, time_s[piece]), time_s[piece], 1 / rate(time_s))[:2])
+        hz, power, at = _spectra(_filled(part, time_s[piece]), time_s[piece], 1 / rate(time_s))
+        near = (np.abs(time_s[piece] - at[:, None]) <= _WINDOW_S / 2).astype(float)
+        windows.append((hz, power, near @ seen / np.maximum(near.sum(axis=1, keepdims=True), 1)))
     if not windows:
         return none, 0.0
-    longest = max(len(hz) for hz, _ in windows)
-    hz = next(hz for hz, _ in windows if len(hz) == longest)
-    power = np.concatenate([each for freq, each in windows if len(freq) == longest])
-    power = power[np.unique(np.linspace(0, len(power) - 1, _MOST_WINDOWS).astype(int))]
+    longest = max(len(hz) for hz, _, _ in windows)
+    hz = next(hz for hz, _, _ in windows if len(hz) == longest)
+    power, shown = (
+        np.concatenate([window[i] for window in windows if len(window[0]) == longest]) for i in (1, 2)
+    )
+    some = np.unique(np.linspace(0, len(power) - 1, _MOST_WINDOWS).astype(int))
+    power, counts = power[some], (shown[some] >= _SHOWN)[..., None]
     dt = 1 / rate(time_s)
     motion = size * _JERKS[:, None] * _motion_density(hz, dt)  # (S, F)
     best, chosen = np.inf, (none, 0.0)
-    for error_s in _ERRORS_S:
+    for error_s in errors_s:
         error = size * _ERRORS[:, None] * _error_density(hz, dt, error_s)
         expected = motion + error[:, None]  # (E, S, F)
         score = np.einsum("wfnd,esf->eswnd", power, 1 / expected, optimize=True)
         score += np.log(expected).sum(axis=-1)[..., None, None, None]
-        score = score.min(axis=1).sum(axis=1)  # (E, J, D)
+        score = np.where(counts, score.min(axis=1), 0.0).sum(axis=1)  # (E, J, D)
         if score.min(axis=0).sum() < best:
             best = score.min(axis=0).sum()
             chosen = np.broadcast_to(size * _ERRORS[score.argmin(axis=0)], y.shape), error_s

@@ -174,7 +174,7 @@ class RunOptions(BaseModel):
             _REPAIR,
             "Of wrist and ankle paths: auto (by the error of the joints; default), butterworth, savgol, none.",
         ),
-        To(("trajectories.smoother",)),
+        To(("trajectories.smoother",), ("angles.smoother",)),
     ] = None
     also: Annotated[
         tuple[str, ...],

@@ -313,13 +313,22 @@ def test_the_report_counts_what_is_inside_and_what_is_refused():
             "S": {"levelled": {"m": 1}, "frames": 4, "methods": {"m": {"knee": row}}, "motions": {"m": {
                 "walking": {"frames": 2, **{name: {"rmse": 3.0, "mae": 2.0} for name in module.MOTION_ANGLES}},
                 "squatting": {"frames": 0, **{name: {"rmse": 7.0, "mae": 7.0} for name in module.MOTION_ANGLES}},
-            }}},
+            }}, "rates": {"m": {"knee": module.rate_row([(9.0, 6.0, 1.0), (4.0, 5.0, 0.5)])}}},
         },
     }  # fmt: skip
     text = as_markdown(results)
     assert "| knee | 5.9 | 5.9 |" in text
     assert "| S | walking | 2 | m | 3.0 / 2.0 |" in text
     assert "squatting" not in text  # in no frame
+    assert "| S | m | knee | 6 / 6 / 9 | 6 / 6 / 6 | 50 | 75 |" in text
+
+
+def test_a_rate_is_judged_where_all_of_it_is_known():
+    truth, sd = np.zeros(20), np.full(20, 1.0)
+    off = np.where(np.arange(20) < 12, 1.0, np.nan)
+    assert module.rate_errors(truth, 3 * off, off, sd, np.ones(20, dtype=bool)) == (3.0, 1.0, 1.0)
+    assert module.rate_errors(truth, off, 2 * off, sd, np.ones(20, dtype=bool)) == (1.0, 2.0, 0.0)
+    assert module.rate_errors(truth, off, off, sd, np.arange(20) > 5) is None
 
 
 def test_a_perfect_lift_has_no_error():

@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import CAMERA, H36M17, LEVEL, InputError, PoseSequence, Take, rotate
 from pcnet3d.pipeline.motion.signals import derivative
 from pcnet3d.stages import rectify
@@ -77,6 +78,8 @@ def test_names_are_the_same_in_every_unit(unit):
         ("time_s", "s"),
         ("r_knee_flexion_deg", "deg"),
         ("r_knee_flexion_sd_deg", "deg"),
+        ("r_knee_flexion_degps", "deg/s"),
+        ("r_knee_flexion_sd_degps", "deg/s"),
         ("frame", ""),
         ("x_reason", ""),
     ],
@@ -320,4 +323,14 @@ def test_short_slow_and_fast_takes_have_paths(facing_camera, rows, fps):
     take = stage(facing_camera, rows, fps)
     for column in ("r_wrist_x", "r_wrist_vx", "r_wrist_ax"):
         assert np.isfinite(take.kinematics[column]).all()
-        assert np.isnan(take.kinematics[f"{column}_sd"]).all()  # of an error that nobody states
+
+
+def test_without_a_stated_error_only_rates_of_lifts_have_bars(facing_camera):
+    lift = lifted(facing_camera, 0.01).need("poses").with_(covariance=None)
+    for poses, of_lifter in ((lift, True), (walker(turn_deg=0.0).poses, False)):
+        found = kinematics(Take("t", poses=poses))
+        for column in ("r_wrist_vx_sd", "r_wrist_speed_sd", "r_wrist_ax_sd", "r_wrist_acceleration_sd"):
+            assert np.isfinite(found[column]).all() == of_lifter
+            assert np.isnan(found[column]).all() != of_lifter
+        assert np.isnan(found["r_wrist_x_sd"]).all()  # what errs slowly cannot be told
+        assert np.isfinite(found["r_wrist_x"]).all()

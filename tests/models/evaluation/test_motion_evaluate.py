@@ -4,9 +4,9 @@ bars are counted."""
 import numpy as np
 import pytest
 
+from pcnet3d.models.evaluation.acceleration import NO_MOTION
 from pcnet3d.models.evaluation.evaluate import evaluate
 from pcnet3d.models.evaluation.motion import ESTIMATED, STATED, as_markdown, judged, over_takes
-from pcnet3d.models.evaluation.take_acceleration import NO_MOTION
 from pcnet3d.models.evaluation.testbed import LiftedTake, see
 from pcnet3d.models.mocap.clips import Clip
 from pcnet3d.pipeline import CAMERA, H36M17, InputError, rotate

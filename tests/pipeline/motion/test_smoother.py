@@ -129,6 +129,21 @@ def test_an_error_that_nobody_states_is_estimated():
         assert np.sqrt(np.mean((motion.values[0] - path) ** 2)) < 0.7 * sd
 
 
+def test_a_lift_errs_by_more_than_its_path_tells():
+    """Slow motion and an error of which only the quick part can be told: for a lift more of it is taken out, and the
+    bars are wider."""
+    time_s = times(10)
+    rng = np.random.default_rng(9)
+    path, acceleration = wave(time_s, 0.4)
+    seen = path + drift(rng, time_s, 0.03, 3)[:, None]
+    plain, lift = (known_noise(seen, time_s, lifted=lifted) for lifted in (False, True))
+    off = [
+        np.sqrt(np.mean((motion.values[2, 30:-30] - acceleration[30:-30]) ** 2)) for motion in (plain, lift)
+    ]
+    assert off[1] < 0.8 * off[0]
+    assert (np.median(lift.variance, axis=(1, 2)) > 1.5 * np.median(plain.variance, axis=(1, 2)))[0].all()
+
+
 def test_bars_are_wider_across_a_gap_and_nothing_reaches_beyond_the_ends():
     time_s = times(6)
     path, _ = wave(time_s, 0.5)

@@ -1,0 +1,59 @@
+"""Angular velocities of a take, smoothed by the stated errors of its angles, each with its own error."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ...pipeline.motion.angles import near
+from ...pipeline.motion.signals import derivative
+from ...pipeline.motion.smoother import known_noise
+from .take_angles import AngleSeries
+
+# Chosen on lifted takes of validation subjects (pcnet3d evaluate --angles --sets val -o DIR).
+_ERROR_S = 3.0  # over which an angle's error is forgotten
+_TRUE_OVER_MODEL = (
+    2.8  # errors of rates, which are larger in fast motion, so that nine in ten lie within 1.645 sd
+)
+
+
+def angle_rates(
+    series: dict[str, AngleSeries], time_s: np.ndarray, breaks: Sequence[int] = (), by_error: bool = True
+) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """{angle: (rate, standard deviation)}, both (T,) degrees a second, NaN where the angle is.
+
+    series: of joints through the low-pass, at time_s (T,). An angle with stated errors goes through the smoother that
+    knows them (pipeline/motion/smoother.py), as a process that turns on where it passes the end of its range. breaks:
+    rows at which something new begins. by_error: False for derivatives, which is what an angle without stated errors
+    has anyway; their error is unknown.
+    """
+    rates = {}
+    for name, angle in series.items():
+        filtered = derivative(angle.value_deg, time_s, _with_turns(angle.value_deg, breaks))
+        rates[name] = filtered, np.full(len(time_s), np.nan)
+    stated = [name for name, angle in series.items() if np.isfinite(angle.sd_deg).any()]
+    if not stated or not by_error:
+        return rates
+    angles = np.stack([_unwrapped(series[name].value_deg) for name in stated], axis=1)
+    variance = np.stack([series[name].sd_deg for name in stated], axis=1) ** 2
+    motion = known_noise(angles[..., None], time_s, variance[..., None, None], breaks, error_s=_ERROR_S)
+    seen = np.isfinite(angles)
+    rate = np.where(seen, motion.values[1, ..., 0], np.nan)
+    sd = np.where(seen, _TRUE_OVER_MODEL * np.sqrt(motion.variance[1, ..., 0]), np.nan)
+    return rates | {name: (rate[:, i], sd[:, i]) for i, name in enumerate(stated)}
+
+
+def _with_turns(angle_deg: np.ndarray, breaks: Sequence[int]) -> tuple[int, ...]:
+    """The breaks, and where an angle (T,) steps from one end of its range to the other."""
+    step = np.diff(angle_deg)
+    around = np.abs(step - near(step, 0.0)) > 1.0
+    return tuple(sorted({*breaks, *(np.flatnonzero(around & np.isfinite(step)) + 1).tolist()}))
+
+
+def _unwrapped(angle_deg: np.ndarray) -> np.ndarray:
+    """The angle (T,) without steps around its range."""
+    known = np.isfinite(angle_deg)
+    result = angle_deg.copy()
+    result[known] = np.unwrap(angle_deg[known], period=360.0)
+    return result
