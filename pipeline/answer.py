@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from .messages import how_many
@@ -65,28 +65,34 @@ def _bent(bends: Mapping[str, Any]) -> list[str]:
     count, squats = bends.get("count", 0), bends.get("squats", 0)
     if not count:
         return []
-    peaks = bends.get("peak_deg", [])
-    depth = f" to {_listed(peaks)} degrees" if peaks else ""
     if squats == count:
-        return [f"squatted {_often(count)}{depth}"]
-    return [f"bent the knees {_often(count)}{depth}{f', {squats} of them squats' if squats else ''}"]
+        return [f"squatted {_often(count)}{_peaks([bends])}"]
+    return [
+        f"bent the knees {_often(count)}{_peaks([bends])}{f', {squats} of them squats' if squats else ''}"
+    ]
 
 
 def _raised(arms: Mapping[str, Any]) -> list[str]:
     sides = {side: arms.get(side, {}) for side in ("right", "left")}
     counts = {side: of.get("count", 0) for side, of in sides.items()}
     if counts["right"] == counts["left"] > 0:
-        peaks = [peak for of in sides.values() for peak in of.get("peak_deg", ())]
-        return [f"raised both arms {_often(counts['right'])}{_up_to(peaks)}"]
+        return [f"raised both arms {_often(counts['right'])}{_peaks(sides.values())}"]
     return [
-        f"raised the {side} arm {_often(count)}{_up_to(sides[side].get('peak_deg', ()))}"
+        f"raised the {side} arm {_often(count)}{_peaks([sides[side]])}"
         for side, count in counts.items()
         if count
     ]
 
 
-def _up_to(peaks: Sequence[float]) -> str:
-    return f", up to {max(peaks):.0f} degrees" if peaks else ""
+def _peaks(groups: Iterable[Mapping[str, Any]]) -> str:
+    """Such as " to 102 ± 7 degrees"; of several their lowest and highest, and the largest error."""
+    groups = list(groups)
+    peaks = [round(peak) for of in groups for peak in of.get("peak_deg", ())]
+    errors = [error for of in groups for error in of.get("peak_error_deg", ())]
+    if not peaks:
+        return ""
+    ends = f"to {peaks[0]}" if min(peaks) == max(peaks) else f"to between {min(peaks)} and {max(peaks)}"
+    return f" {ends} degrees{f' (± {max(errors):.0f})' if errors else ''}"
 
 
 def _jumped(jumps: Mapping[str, Any], metric: bool) -> list[str]:
@@ -122,12 +128,6 @@ def _figure(of: Mapping[str, Any], key: str, error: str) -> str:
 
 def _often(count: int) -> str:
     return _TIMES[count] if count < len(_TIMES) else f"{count} times"
-
-
-def _listed(peaks: Sequence[float]) -> str:
-    if len(peaks) > _MOST:
-        return f"{min(peaks):.0f} to {max(peaks):.0f}"
-    return _and([f"{peak:.0f}" for peak in peaks])
 
 
 def _and(words: Sequence[str]) -> str:

@@ -21,8 +21,8 @@ from .palette import as_hex
 LEFT, RIGHT, MIDDLE, SOFT = as_hex(palette.LEFT), as_hex(palette.RIGHT), "currentColor", "#9aa3ad"
 SLICES = 400  # of a long curve, about one a pixel
 
-_WIDTH, _HEIGHT = 394, 190  # of a chart, in CSS pixels; text does not scale down below 0.9 on a telephone
-_LEFT, _RIGHT, _TOP, _BOTTOM = 42, 386, 8, 156  # of the field within the axes
+_WIDTH, _HEIGHT = 398, 190  # of a chart, in CSS pixels; text does not scale down below 0.9 on a telephone
+_LEFT, _RIGHT, _TOP, _BOTTOM = 42, 384, 8, 156  # of the field within the axes
 _MOST_POINTS = 2000  # of a path
 
 

@@ -43,6 +43,7 @@ _ERRORS = (
     "± is one standard deviation (SD) of the figure before it; a click on a figure says what it is. Grey: a difference "
     "that lies within its error (90 %)."
 )
+_FIRST = {"walking": 0, "floor": 1}  # of the groups
 _ELSEWHERE = ("range_of_motion", "symmetry", "paths")  # beside the angles and the speeds
 _MOMENTS = ("start_s", "stop_s", "landings_s", "toe_offs_s")
 _FEW = 3  # members, which are a table's columns
@@ -55,7 +56,7 @@ def happened(measures: Mapping[str, Any], length: str) -> Markup:
     measures: as of stages/measures/stage.py, and whatever other groups there are. length: the unit of lengths, "m" or
     "au"."""
     parts, absent = [], []
-    for name, group in measures.items():
+    for name, group in sorted(measures.items(), key=lambda one: _FIRST.get(one[0], len(_FIRST))):
         if name in _ELSEWHERE or not isinstance(group, Mapping):
             continue
         if _found(group):

@@ -17,6 +17,10 @@ from ..drawing.page import box, bullets, details, small, table
 
 _MOST = 40  # events of one kind
 _UNITS = {"m": "metres", "arbitrary": "arbitrary units (au): the source has no scale"}
+_SOURCES = {
+    "frames": "the body's posture", "image": "the image's straight lines", "feet": "the feet's places",
+    "floor": "the floor under the feet",
+}  # fmt: skip
 _LONGEST = 240  # characters of an option's value
 
 
@@ -47,6 +51,14 @@ def up_bound(facts: Facts) -> str:
     return "not known" if facts.bound_words is None else f"{facts.bound_words.replace(' to', '° to')}°"
 
 
+def up_rests(facts: Facts) -> str:
+    """What up rests on, in a sentence; empty where nothing was estimated."""
+    shares = {name: source.share for name, source in facts.sources.items() if source.share is not None}
+    largest = sorted(shares.items(), key=lambda one: -one[1])
+    told = [f"{_SOURCES.get(name, name)} ({100 * share:.0f} %)" for name, share in largest if share >= 0.005]
+    return f"It rests on {', '.join(told)}." if told else ""
+
+
 def gravity_words(facts: Facts) -> Markup:
     """How the camera stands and what up rests on."""
     if facts.camera == "gravity":
@@ -56,7 +68,7 @@ def gravity_words(facts: Facts) -> Markup:
     lines = [
         f"The camera {facts.camera_words}{relative}.",
         f"Up is known to within (90 %): {up_bound(facts)}.",
-        *([f"Up rests on: {facts.shares_words}."] if facts.shares_words else []),
+        *([rests] if (rests := up_rests(facts)) else []),
         f"Heading of LEVEL: {facts.level_heading}.",
         *(
             [f"Expected error of a frame's whole rotation: {error:.1f}° (median)."]
@@ -75,7 +87,7 @@ def up_table(facts: Facts, image: bool) -> Markup:
         bound = None if source.error_deg is None else RAYLEIGH_90 * source.error_deg
         own = [_rounded(angle, bound) for angle in (source.pitch_deg, source.roll_deg)]
         share = "not heard" if source.share is None else f"{100 * source.share:.0f} %"
-        rows.append([name, *own, share, _rounded(source.pull_deg, 1.0)])
+        rows.append([_SOURCES.get(name, name), *own, share, _rounded(source.pull_deg, 1.0)])
     head = ("source of up", "camera's pitch (°)", "camera's roll (°)", "share", "moves up by (°)")
     return table(head, rows) if len(rows) > 1 or image else Markup("")
 
@@ -85,7 +97,7 @@ def _rounded(value: float | None, bound: float | None) -> str | None:
     if value is None or bound is None:
         return None
     digits = 0 if bound >= 3 else 1
-    return f"{value:.{digits}f}" + (f" ± {bound:.{digits}f}" if bound != 1.0 else "")
+    return f"{value:z.{digits}f}" + (f" ± {bound:.{digits}f}" if bound != 1.0 else "")
 
 
 def spoken(name: str) -> str:

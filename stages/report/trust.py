@@ -8,6 +8,7 @@ from markupsafe import Markup
 from ...pipeline.take import Take
 from ..drawing.facts import Facts
 from ..drawing.page import Level, gauge
+from .sections import up_rests
 
 # Degrees that up is known to within: below the first, angles to gravity err no more than a lift's joint angles do
 # (5 to 7 degrees in standard deviation, docs/angles.md).
@@ -46,7 +47,7 @@ def _up(facts: Facts) -> Check:
         return "Up", "good", ["The source knows its own up."]
     if facts.bound_words is None:
         return "Up", "care", [f"How well it is known is not stated; with it {_TO_GRAVITY} are uncertain."]
-    rests = f" It rests on: {facts.shares_words}." if facts.shares_words else ""
+    rests = f" {up_rests(facts)}".rstrip()
     known = f"Known to within {facts.bound_words.replace(' to', '° to')}° (90 %)."
     if max(facts.up_bound_deg or (0.0,)) <= _WELL:
         return "Up", "good", [known + rests]
