@@ -196,7 +196,7 @@ def _area(x: np.ndarray, bottom: np.ndarray, top: np.ndarray) -> str:
 
 def _rows(curves: Sequence[Curve], spans: Sequence, height: float, width: float) -> list[list[str]]:
     """What the table says: x, then each curve's value and half its band, to a thousandth of the axes."""
-    digits = max(0, 2 - int(np.floor(np.log10(height))))
+    digits = min(max(0, 2 - int(np.floor(np.log10(height)))), 4)
     digits_x = max(2, 2 - int(np.floor(np.log10(width)))) if width < 100 else 1
     columns = [[f"{at:.{digits_x}f}" for at in spans[0][0][0]]]
     for curve, ((at, low, high), _) in zip(curves, spans, strict=True):

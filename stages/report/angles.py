@@ -37,7 +37,7 @@ def ranges(measures: Mapping[str, Any]) -> Markup:
         )
         + table(("", "right", "left", "difference"), rows)
         + table(("", "range"), middle)
-        + details("All figures of the ranges", measure_tables({"ranges": {name: found[name] for name in known}}))
+        + details("All figures of the ranges", measure_tables({name: found[name] for name in known}, level=3))
     )  # fmt: skip
 
 

@@ -60,8 +60,8 @@ def happened(measures: Mapping[str, Any], length: str) -> Markup:
         if name in _ELSEWHERE or not isinstance(group, Mapping):
             continue
         if _found(group):
-            show = gait if name == "walking" else measure_tables
-            parts.append(heading(_title(name, group)) + show(group, length))
+            shown = gait(group, length) if name == "walking" else measure_tables(group, length, level=3)
+            parts.append(heading(_title(name, group)) + shown)
         else:
             absent.append(f"{named(name).capitalize()}: {group.get('reason', 'none')}.")
     single = {key: value for key, value in measures.items() if not isinstance(value, Mapping)}
@@ -103,14 +103,15 @@ def gait(walking: Mapping[str, Any], length: str) -> Markup:
     }
     shown = cycle_charts(walking.get("cycles", {}), "gait cycle (%)", toe_off)
     curves = heading("Gait cycle", 4) + small(_CYCLE) + shown if shown else Markup("")
-    return measure_tables(plain, length) + curves
+    return measure_tables(plain, length, level=3) + curves
 
 
-def measure_tables(measures: Mapping[str, Any], length: str = "m", level: int = 3) -> Markup:
+def measure_tables(measures: Mapping[str, Any], length: str = "m", level: int = 2) -> Markup:
     """HTML of nested measures: what has curves over a cycle (lists `mean_deg` and `sd_deg`, 0 to 100 %) as charts, both
-    sides in one; the rest as figures and tables. Groups that hold no others are the rows of one table, or its columns
-    where they are few; so are the members of a list of groups; others have a heading. length: the unit of lengths, "m"
-    or "au". level: of the heading that this stands under."""
+    sides in one; the rest as figures and tables. Each group of the first level has a heading; below, groups that hold
+    no others are the rows of one table, or its columns where they are few, and so are the members of a list of groups.
+    length: the unit of lengths, "m"
+    or "au". level: of the heading that this stands under; 3 where the measures are one group's."""
     return _group("take", _with_units(measures, length), level)
 
 
@@ -144,7 +145,7 @@ def _words_and_unit(key: str) -> tuple[str, str]:
 
 def _group(name: str, group: Mapping[str, Any], level: int) -> Markup:
     groups = {key: members for key, value in group.items() if (members := _members(value)) is not None}
-    flat = {key: value for key, value in groups.items() if not _holds_groups(value)}
+    flat = {key: value for key, value in groups.items() if level > 2 and not _holds_groups(value)}
     own = {key: value for key, value in group.items() if key not in groups}
     said = {key: value for key, value in own.items() if isinstance(value, str)}
     hidden = {*said, *_hidden(own), "frames", "nan_share", *_repeated(own)}

@@ -76,7 +76,7 @@ def report(take: Take, frames: bool = True) -> str:
 
 def _path_lengths(measures: Mapping[str, Any], length: str) -> Markup:
     paths = {name: path for name, path in measures.get("paths", {}).items() if name != "reason"}
-    return details("Lengths of the paths", measure_tables({"paths": paths}, length) if paths else Markup(""))
+    return details("Lengths of the paths", measure_tables(paths, length, level=3) if paths else Markup(""))
 
 
 def _key_frames(take: Take, frames: bool) -> Markup:
