@@ -21,6 +21,7 @@ _PAPER = """@media print {{ @page {{
   @bottom-left {{ content: "{title}"; font: 7.5pt sans-serif; color: #5b6470 }}
   @bottom-right {{ content: counter(page) " / " counter(pages); font: 7.5pt sans-serif; color: #5b6470 }} }} }}
 """
+_NARROW = 4  # columns that a telephone is wide enough for
 _SCRIPTS = {'<table class="sortable">': "sort.js", '<div class="chart"': "charts.js"}
 _TYPES = {"svg": "image/svg+xml", "jpeg": "image/jpeg", "png": "image/png"}
 
@@ -134,7 +135,8 @@ def glance(pairs: Iterable[tuple[str, str]]) -> Markup:
 
 def table(head: Sequence[str], rows: Sequence[Sequence[Cell]], sortable: bool = False) -> Markup:
     """The first cell of a row is its heading; a column of numbers has as many decimals as its largest one asks for;
-    None is a dash. sortable: a click on a column's heading sorts by it."""
+    None is a dash. On a telephone the rows of a wide table stand one below the other, each cell with its column's name.
+    sortable: a click on a column's heading sorts by it."""
     if not rows:
         return Markup("")
     columns = [_column(cells) for cells in zip(*rows, strict=True)]
@@ -143,7 +145,8 @@ def table(head: Sequence[str], rows: Sequence[Sequence[Cell]], sortable: bool = 
         [_cell(row[i], shown[j], right) for i, (shown, right) in enumerate(columns)]
         for j, row in enumerate(rows)
     ]
-    return kit().table(names, lines, sortable)
+    wide = len(head) > _NARROW or any(kind == "long" for line in lines for kind, *_ in line)
+    return kit().table(names, lines, sortable, wide and not sortable)
 
 
 def _column(cells: Sequence[Cell]) -> tuple[list[str], bool]:
