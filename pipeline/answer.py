@@ -68,7 +68,7 @@ def _bent(bends: Mapping[str, Any]) -> list[str]:
     if squats == count:
         return [f"squatted {_often(count)}{_peaks([bends])}"]
     return [
-        f"bent the knees {_often(count)}{_peaks([bends])}{f', {squats} of them squats' if squats else ''}"
+        f"bent the knees {_often(count)}{_peaks([bends])}{f', {how_many(squats, 'squat')} among them' if squats else ''}"
     ]
 
 
