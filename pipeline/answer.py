@@ -67,9 +67,8 @@ def _bent(bends: Mapping[str, Any]) -> list[str]:
         return []
     if squats == count:
         return [f"squatted {_often(count)}{_peaks([bends])}"]
-    return [
-        f"bent the knees {_often(count)}{_peaks([bends])}{f', {how_many(squats, 'squat')} among them' if squats else ''}"
-    ]
+    among = f", {how_many(squats, 'squat')} among them" if squats else ""
+    return [f"bent the knees {_often(count)}{_peaks([bends])}{among}"]
 
 
 def _raised(arms: Mapping[str, Any]) -> list[str]:

@@ -27,7 +27,7 @@ Check = tuple[str, Level, list[str]]
 def trust(take: Take, facts: Facts) -> Markup:
     """The gauge: as low as the lowest of what it rests on."""
     checks = [*_poses(facts), _up(facts), _sides(take), _view(take)]
-    level: Level = min((level for _, level, _ in checks), key=_LEVELS.index)
+    level = _LEVELS[min(_LEVELS.index(level) for _, level, _ in checks)]
     return gauge(level, f"{_WORDS[level][0]}:", _WORDS[level][1], checks)
 
 
