@@ -185,6 +185,11 @@ def charts(figures: Iterable[Markup]) -> Markup:
     return kit().charts(figures) if figures else Markup("")
 
 
+def beside(*parts: Markup) -> Markup:
+    """Side by side where there is room."""
+    return kit().beside([part for part in parts if part])
+
+
 def joined(parts: Iterable[Markup]) -> Markup:
     """One after the other."""
     return Markup("").join(parts)

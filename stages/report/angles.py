@@ -13,7 +13,7 @@ from ...pipeline.motion.angles import FINE, MIDLINE, REASONS, of_both, sides_of
 from ...pipeline.motion.foot_angles import ALL_ANGLES, ALL_OF_BOTH
 from ...pipeline.take import Take
 from ..drawing.charts import SLICES, Curve, over_time, sides
-from ..drawing.page import Cell, Soft, charts, details, figure, small, table
+from ..drawing.page import Cell, Soft, beside, charts, details, figure, small, table
 from .measures import measure_tables
 from .sections import spoken
 
@@ -35,8 +35,7 @@ def ranges(measures: Mapping[str, Any]) -> Markup:
             "Difference: right less left range, over their mean. Grey: it lies within its error (90 %), or some values "
             "are such as no joint reaches."
         )
-        + table(("", "right", "left", "difference"), rows)
-        + table(("", "range"), middle)
+        + beside(table(("", "right", "left", "difference"), rows), table(("", "range"), middle))
         + details("All figures of the ranges", measure_tables({name: found[name] for name in known}, level=3))
     )  # fmt: skip
 

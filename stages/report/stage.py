@@ -169,18 +169,19 @@ def _gravity(take: Take, facts: Facts, frames: bool) -> Markup:
             ]
             chart = over_time(curves, times, f"{name} over time")
             figures.append(figure([chart], name, f"{words}; band: 90 % bound."))
-    off = angle_deg(rectified.up_votes, shared_up(rectified))
+    off, more = angle_deg(rectified.up_votes, shared_up(rectified)), []
     for title, values, words in (
         ("Each frame's own up off the take's (°)", off, "angle between the two."),
         ("Expected error of the rotation (°)", rectified.error_deg, "of BODY, as the rectifier states it."),
     ):
         if np.isfinite(values).any():
             chart = over_time([Curve(title, values)], times, f"{title} over time")
-            figures.append(figure([chart], title, words))
+            more.append(figure([chart], title, words))
     return (
         gravity_words(facts)
         + up_table(facts, take.camera is not None)
         + charts([*_lines(take, frames), *figures])
+        + details("Each frame's own up, and the error of its rotation", charts(more))
     )
 
 
