@@ -66,7 +66,8 @@ def happened(measures: Mapping[str, Any], length: str) -> Markup:
             absent.append(f"{named(name).capitalize()}: {group.get('reason', 'none')}.")
     single = {key: value for key, value in measures.items() if not isinstance(value, Mapping)}
     shown = measure_tables(single, length) + joined(parts)
-    return (small(_ERRORS) + shown if shown else Markup("")) + details(
+    none = small("No movement that is counted was recognised.") if absent else Markup("")
+    return (small(_ERRORS) + shown if shown else none) + details(
         "What was looked for and not found", bullets(absent)
     )
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from markupsafe import Markup
 
+from ...models.common.metrics import SD_90
+from ...pipeline.motion.angles import ANGLES
 from ...pipeline.take import Take
 from ..drawing.facts import Facts
 from ..drawing.page import Level, gauge
@@ -13,6 +15,9 @@ from .sections import up_rests
 # Degrees that up is known to within: below the first, angles to gravity err no more than a lift's joint angles do
 # (5 to 7 degrees in standard deviation, docs/angles.md).
 _WELL = 6.0
+# Degrees that joint angles are known to within (90 %, median): less than a knee bends in the stance of a walk (15 to
+# 20, Perry & Burnfield 2010), so that such a movement can be told.
+_TOLD = 15.0
 _LEVELS: tuple[Level, ...] = ("bad", "care", "good")
 _WORDS = {
     "good": ("To be trusted", "within the errors that stand beside each figure."),
@@ -26,7 +31,7 @@ Check = tuple[str, Level, list[str]]
 
 def trust(take: Take, facts: Facts) -> Markup:
     """The gauge: as low as the lowest of what it rests on."""
-    checks = [*_poses(facts), _up(facts), _sides(take), _view(take)]
+    checks = [*_poses(facts), _up(facts), *_angles(take), _sides(take), _view(take)]
     level = _LEVELS[min(_LEVELS.index(level) for _, level, _ in checks)]
     return gauge(level, f"{_WORDS[level][0]}:", _WORDS[level][1], checks)
 
@@ -56,6 +61,26 @@ def _up(facts: Facts) -> Check:
         "care",
         [f"{known} By as much {_TO_GRAVITY} may be tilted; angles between segments are not.{rests}"],
     )
+
+
+def _angles(take: Take) -> list[Check]:
+    """How well joint angles are known; nothing where no error is stated."""
+    columns = take.kinematics or {}
+    sds = [columns[f"{name}_sd_deg"] for name in ANGLES if f"{name}_sd_deg" in columns]
+    known = [float(np.nanmedian(sd)) for sd in sds if np.isfinite(sd).any()]
+    if not known:
+        return []
+    within = SD_90 * float(np.median(known))
+    words = f"Known to within {within:.0f}° (90 %, median of all angles)."
+    if within <= _TOLD:
+        return [("Joint angles", "good", [words])]
+    return [
+        (
+            "Joint angles",
+            "care",
+            [f"{words} Smaller movements and smaller differences between sides cannot be told."],
+        )
+    ]
 
 
 def _sides(take: Take) -> Check:

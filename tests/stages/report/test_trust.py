@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from pcnet3d.pipeline.motion.angles import ANGLES
 from pcnet3d.pipeline.take import Event
 from pcnet3d.pipeline.verdict import Finding
 from pcnet3d.stages.drawing.facts import facts_of
@@ -14,7 +15,12 @@ from pcnet3d.stages.report.trust import trust
 
 def known(take, bound: float):
     rectified = replace(take.rectified, up_bound_deg=np.full(len(take.poses), bound))
-    return take.with_(rectified=rectified, findings=())
+    return erring(take.with_(rectified=rectified, findings=()), 5.0)
+
+
+def erring(take, sd: float):
+    stated = {f"{name}_sd_deg": np.full(len(take.poses), sd) for name in ANGLES}
+    return take.with_(kinematics={**take.kinematics, **stated})
 
 
 def level(take) -> str:
@@ -27,13 +33,15 @@ def test_a_take_without_doubts_is_to_be_trusted(walk_take):
     said = trust(take, facts_of(take))
     assert "To be trusted:" in said
     assert "Known to within 2.7° (90 %)." in said
-    assert said.count('<dt class="good">') == 4
+    assert "Known to within 8° (90 %, median of all angles)." in said
+    assert said.count('<dt class="good">') == 5
 
 
 @pytest.mark.parametrize(
     ("change", "expected", "words"),
     [
         (lambda take: known(take, 12.0), "care", "may be tilted"),
+        (lambda take: erring(take, 10.0), "care", "Known to within 16°"),
         (lambda take: take.saying(Event("warning", "exchanged", about="left and right")), "care", "exchanged"),
         (lambda take: take.saying(Event("warning", "feet out of view", about="view")), "care", "feet out of view"),
         (lambda take: take.saying(Event("repair", "put right", about="left and right")), "good", "put right"),
