@@ -42,11 +42,25 @@ class Video:
 
 @dataclass(frozen=True)
 class Event:
-    """Something that happened at a row of the poses, or a warning about the whole take (row None)."""
+    """Something that happened at a row of the poses, or a warning about the whole take (row None).
 
-    kind: str  # "warning", "repair", "seam", "note"
+    kind: "warning", "repair", "seam", "note". about: what a warning or repair is about, where the report's gauge of
+    trust has a place for it.
+    """
+
+    kind: str
     text: str
     row: int | None = None
+    about: Literal["", "left and right", "view"] = ""
+
+
+@dataclass(frozen=True)
+class Session:
+    """What the user says about a recording; empty where nothing was said. date: YYYY-MM-DD."""
+
+    title: str = ""
+    person_id: str = ""
+    date: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,6 +74,7 @@ class Take:
     filtered: 3D joints in LEVEL after the low-pass filter that kinematics rest on; its history says which.
     kinematics: columns (T,) by name, every unit in the name (design.md section 7).
     measures: figures of the take as nested plain dicts, units in the keys.
+    session: what the user says about the recording: title, person, date.
     inputs: what was read: role, path, SHA-256, adapter.
     """
 
@@ -75,6 +90,12 @@ class Take:
     measures: dict[str, Any] | None = None
     events: tuple[Event, ...] = ()
     inputs: tuple[dict[str, Any], ...] = ()
+    session: Session = Session()
+
+    @property
+    def title(self) -> str:
+        """The session's title; without one the take's name."""
+        return self.session.title or self.name
 
     def with_(self, **changes: Any) -> Take:
         return replace(self, **changes)

@@ -71,7 +71,7 @@ class Clean:
             size = shown_size(take.video) if take.video else self.image_size
             hidden, out = unseen(take.keypoints, size, poses.frame_index, poses.times)
             poses = without(poses, hidden)
-            events += [Event("warning", text) for text in in_words(hidden, out, poses.times)]
+            events += [Event("warning", text, about="view") for text in in_words(hidden, out, poses.times)]
         return take.with_(poses=poses).saying(*events)
 
 

@@ -21,6 +21,7 @@ from .swaps import Swap, assumed_times, find_swaps, has_depth, kinds
 
 Swaps = Literal["report", "repair", "mask"]
 
+_SIDES = "left and right"  # what the events here are about
 _MOST_RANGES = 8  # told of one kind
 _STRETCH = 1.1  # of 280 right repairs on CMU and ACCAD val subjects 3 are beyond, of 130 wrong ones 3 of 4
 _BONES = (("hip", "knee"), ("knee", "ankle"), ("shoulder", "elbow"), ("elbow", "wrist"))
@@ -193,7 +194,7 @@ def _treated(
     """Poses after treatment, the swaps that were treated or should be, and what to say."""
     found = find_swaps(poses)
     swaps, doubts = settled(poses, found)
-    events = [Event("warning", f"The {what} look wrong: {doubt}.") for doubt in doubts]
+    events = [Event("warning", f"The {what} look wrong: {doubt}.", about=_SIDES) for doubt in doubts]
     if swaps:
         events.insert(0, _event(poses, swaps, what, how))
     if how == "report":
@@ -207,10 +208,14 @@ def _event(poses: PoseSequence, swaps: tuple[Swap, ...], what: str, how: Swaps) 
     found = f"{told(poses, swaps)} ({wrong_rows(poses, swaps).sum()} of {how_many(len(poses), 'row')})"
     if how == "report":
         return Event(
-            "warning", f"The {what} look wrong: {found}; --swaps repair or --swaps mask changes that."
+            "warning",
+            f"The {what} look wrong: {found}; --swaps repair or --swaps mask changes that.",
+            about=_SIDES,
         )
     return Event(
-        "repair", f"The {what} were {'put right' if how == 'repair' else 'masked'} as asked: {found}."
+        "repair",
+        f"The {what} were {'put right' if how == 'repair' else 'masked'} as asked: {found}.",
+        about=_SIDES,
     )
 
 
@@ -220,7 +225,9 @@ def _beside(poses: PoseSequence, frames: np.ndarray, how: Swaps) -> tuple[PoseSe
     if how == "report":
         text = f"If the poses are a lift of these keypoints, {wrong.sum()} of them are wrong in all joints; without "
         return poses, Event(
-            "warning", f"{text}--poses and with --swaps repair the keypoints are lifted again."
+            "warning",
+            f"{text}--poses and with --swaps repair the keypoints are lifted again.",
+            about=_SIDES,
         )
     masked = poses.mapped(lambda points: np.where(wrong[:, None, None], np.nan, points))
     text = how_many(
@@ -228,4 +235,4 @@ def _beside(poses: PoseSequence, frames: np.ndarray, how: Swaps) -> tuple[PoseSe
         "pose was masked as asked, because the keypoints are exchanged there.",
         "poses were masked as asked, because the keypoints are exchanged there.",
     )
-    return masked.noted("swaps", rows_masked=int(wrong.sum())), Event("repair", text)
+    return masked.noted("swaps", rows_masked=int(wrong.sum())), Event("repair", text, about=_SIDES)

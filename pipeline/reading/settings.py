@@ -9,6 +9,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from datetime import date
 from functools import wraps
 from pathlib import Path
 from typing import Annotated, Any, get_args, get_origin
@@ -27,6 +28,7 @@ OFF = "off"  # as the value of a whole stage: leave it out
 READ, KEYPOINTS = "read", "keypoints"  # not stages, but what --set names like them
 
 _INPUT, _PERSON, _CAMERA, _REPAIR, _OUTPUT = "Input", "Person", "Camera", "Repair", "Output"
+_SESSION = "Session"
 
 
 @dataclass(frozen=True)
@@ -59,6 +61,13 @@ def _vector(value: Any) -> Any:
     except ValueError:
         raise InputError(f"Expected --gravity X,Y,Z such as 0,1,0, got '{value}'.") from None
     return x, y, z
+
+
+def _date(value: Any) -> Any:
+    try:
+        return value if value is None else date.fromisoformat(str(value)).isoformat()
+    except ValueError:
+        raise InputError(f"Expected --date YYYY-MM-DD such as 2026-03-31, got '{value}'.") from None
 
 
 def _pairs(value: Any) -> Any:
@@ -129,6 +138,13 @@ class RunOptions(BaseModel):
         float | None,
         _option(_PERSON, "Body height in metres; sets the scale."),
         To(("scale.stature_m",)),
+    ] = None
+    title: Annotated[
+        str | None, _option(_SESSION, "Title of the report; without it the name of the recording.")
+    ] = None
+    person_id: Annotated[str | None, _option(_SESSION, "Your own ID of the person, for the report.")] = None
+    date: Annotated[
+        str | None, BeforeValidator(_date), _option(_SESSION, "Day of the recording, YYYY-MM-DD.")
     ] = None
     camera: Annotated[
         str | None,

@@ -15,7 +15,7 @@ from ..motion.findings import findings_of
 from ..motion.swap_repair import treated
 from ..plugins.options import call
 from ..pose import PoseSequence
-from ..take import Event, Take, Video
+from ..take import Event, Session, Take, Video
 from .choose import RANKS, choose_person
 from .clock import Clock, check_numbers, numbered_by, starting_at
 from .find import exchanged, find_adapter, recognises
@@ -156,7 +156,13 @@ def _joined(files: _Files, poses: PoseSequence | None, keypoints: PoseSequence |
             *swapped,
         ),
         inputs=_provenance(files, poses, keypoints),
+        session=_session(files.options),
     )
+
+
+def _session(options: RunOptions) -> Session:
+    told = (options.title, options.person_id, options.date)
+    return Session(*(printable(words or "") for words in told))
 
 
 def _source(files: _Files, poses: PoseSequence) -> PoseSequence | None:
@@ -176,7 +182,8 @@ def _video_alone(files: _Files) -> Take:
             "--set read.first_frame numbers the rows of a file, and there is none; leave it out."
         )
     name = printable(files.video.path.stem)
-    return Take(name=name, video=files.video, inputs=_provenance(files, None, None))
+    session = _session(files.options)
+    return Take(name=name, video=files.video, inputs=_provenance(files, None, None), session=session)
 
 
 def _check_person(person: str | None, *found: PoseSequence | None) -> None:
@@ -234,7 +241,11 @@ def _repairs(lead: PoseSequence) -> list[Event]:
     for step in lead.history:
         if step.name == "parity" and step.options.get("repair") not in (None, "ignore"):
             events.append(
-                Event("repair", f"Left and right were put right as asked: {step.options['repair']}.")
+                Event(
+                    "repair",
+                    f"Left and right were put right as asked: {step.options['repair']}.",
+                    about="left and right",
+                )
             )
         if step.name == "missing":
             counts = ", ".join(missing_in_words(*each) for each in step.options.items() if each[1])

@@ -97,6 +97,8 @@ def run_people(
     recipe = _checked(recipe or load_recipe())
     if any("stature_m" in entry.options for entry in recipe.stages if entry.use == "scale"):
         raise InputError("A stature is one person's: leave it out, or run one --person at a time.")
+    if options.person_id is not None:
+        raise InputError("An ID is one person's: leave --person-id out, or run one --person at a time.")
     with whole_folder(output, force, _inputs(options)) as folder:
         start = time.perf_counter()
         people = [_long_enough(person) for person in open_people(options)]

@@ -1,48 +1,29 @@
-"""The charts of a report as SVG, each as wide as a telephone, so that a page can set them in columns."""
+"""The charts of a page as inline SVG, each as wide as a telephone, so that a page can set them in columns.
+
+Text and grid have the page's colours (page.css), and charts.js lets the values be read off under the pointer; without a
+script they stand in a table below each chart.
+"""
 
 from __future__ import annotations
 
-import io
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from markupsafe import Markup
 
+from ...pipeline.rotations import is_finite
 from . import palette
+from .page import kit
 from .palette import as_hex
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-# The left is dashed too, for print without colour; on paper what has no side is darker.
-LEFT, RIGHT, MIDDLE, SOFT = as_hex(palette.LEFT), as_hex(palette.RIGHT), "#3c434b", "#9aa3ad"
+# The left is dashed too, for print without colour; what has no side has the colour of the page's text.
+LEFT, RIGHT, MIDDLE, SOFT = as_hex(palette.LEFT), as_hex(palette.RIGHT), "currentColor", "#9aa3ad"
 SLICES = 400  # of a long curve, about one a pixel
 
-_MOST_POINTS = 4000  # of a path
-_BOTH = np.array([-1.0, 1.0])
-_WIDTH, _HEIGHT = 4.1, 2.0  # inches of 96 CSS pixels
-STYLE: dict[Any, Any] = {
-    "svg.fonttype": "none",  # letters stay letters
-    "svg.hashsalt": "pcnet3d",  # the same chart gives the same file
-    "font.family": "sans-serif",
-    "font.sans-serif": ["Helvetica", "Arial", "DejaVu Sans"],
-    "font.size": 9.0,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.edgecolor": "#8a939d",
-    "axes.linewidth": 0.8,
-    "axes.grid": True,
-    "grid.color": "#e4e8ec",
-    "grid.linewidth": 0.6,
-    "axes.axisbelow": True,
-    "axes.formatter.useoffset": False,  # there is no room above the axis for one
-    "xtick.color": "#8a939d",
-    "ytick.color": "#8a939d",
-    "xtick.labelcolor": "#3c434b",
-    "ytick.labelcolor": "#3c434b",
-    "path.simplify": True,
-}
+_WIDTH, _HEIGHT = 398, 190  # of a chart, in CSS pixels; text does not scale down below 0.9 on a telephone
+_LEFT, _RIGHT, _TOP, _BOTTOM = 42, 384, 8, 156  # of the field within the axes
+_MOST_POINTS = 2000  # of a path
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +36,7 @@ class Curve:
     colour: str = MIDDLE
     margin: np.ndarray | None = None
     dashed: bool = False
-    width: float = 1.3
+    width: float = 1.6
     mark: float | None = None
 
 
@@ -68,53 +49,70 @@ def sides(left: np.ndarray, right: np.ndarray, **margins: np.ndarray | None) -> 
     ]
 
 
-def over_time(curves: Sequence[Curve], x: np.ndarray, x_name: str = "time (s)") -> bytes:
-    """An SVG of curves over x (T,). More than 2 x SLICES rows are drawn as the range of values of each slice."""
+def over_time(
+    curves: Sequence[Curve], x: np.ndarray, alt: str, x_name: str = "time (s)", about: str = ""
+) -> Markup:
+    """A chart of curves over x (T,), with its values in a table below that opens on demand. More than 2 x SLICES rows
+    are drawn, and listed, as the range of values of each slice. alt: what it shows, for those who cannot see it.
+    about: what the values are, in a sentence, above the table."""
+    low_x, high_x = float(x[0]), float(x[-1]) if x[-1] > x[0] else float(x[0]) + 1
+    spans = [(ranges(x, curve.values), _band(x, curve)) for curve in curves]
+    ends = [part for (_, low, high), band in spans for part in (low, high, *band)]
+    bottom, top = _limits(np.concatenate(ends))
+    across = _Scale(low_x, high_x, _LEFT, _RIGHT)
+    upward = _Scale(bottom, top, _BOTTOM, _TOP)
+    lines = []
+    for curve, ((at, low, high), band) in zip(curves, spans, strict=True):
+        thinned = len(at) < len(x)
+        lines.append(
+            {
+                "name": curve.name,
+                "colour": curve.colour,
+                "dashed": curve.dashed,
+                "width": curve.width,
+                "mark": None if curve.mark is None else f"{across(curve.mark):.1f}",
+                "bands": [_area(across(at), *map(upward, each)) for each in [band] if each],
+                "range": _area(across(at), upward(low), upward(high)) if thinned else "",
+                "line": "" if thinned else _line(across(at), upward(low)),
+            }
+        )
+    return kit("chart.html.j2").chart(
+        lines,
+        [(f"{across(tick):.1f}", words) for tick, words in _ticks(low_x, high_x, 7)],
+        [(f"{upward(tick):.1f}", words) for tick, words in _ticks(bottom, top, 6)],
+        {"width": _WIDTH, "height": _HEIGHT, "left": _LEFT, "right": _RIGHT, "top": _TOP, "bottom": _BOTTOM},
+        {"from": f"{low_x:g}", "to": f"{high_x:g}", "over": x_name, "alt": alt, "about": about},
+        _rows(curves, spans, top - bottom, high_x - low_x),
+    )
 
-    def draw(axes: Axes) -> None:
-        for curve in curves:
-            at, low, high = ranges(x, curve.values)
-            dashes = (0, (4, 1.3)) if curve.dashed else "-"
-            if curve.mark is not None:
-                axes.axvline(curve.mark, color=curve.colour, lw=0.8, ls=dashes)
-            if curve.margin is not None:
-                _, bottom, _ = ranges(x, curve.values - curve.margin)
-                _, _, top = ranges(x, curve.values + curve.margin)
-                axes.fill_between(at, bottom, top, color=curve.colour, alpha=0.18, linewidth=0)
-            if len(at) < len(x):
-                axes.fill_between(
-                    at, low, high, color=curve.colour, alpha=0.5, linewidth=0.6, label=curve.name
-                )
-                continue
-            axes.plot(at, low, color=curve.colour, lw=curve.width, ls=dashes, label=curve.name)
-        axes.set_xlim(float(x[0]), float(x[-1]) if x[-1] > x[0] else float(x[0]) + 1)
-        axes.set_xlabel(x_name, labelpad=1)
-        if len(curves) > 1:
-            axes.legend(
-                loc="lower right", bbox_to_anchor=(1.02, 0.97), ncols=len(curves), frameon=False,
-                handlelength=1.9, columnspacing=1.2, borderaxespad=0.2,
-            )  # fmt: skip
 
-    return svg(draw, (_WIDTH, _HEIGHT), (0.115, 0.2, 0.85, 0.70 if len(curves) > 1 else 0.77))
-
-
-def path(wrists: Mapping[str, np.ndarray], centre: np.ndarray, reach: float) -> bytes:
-    """An SVG of the ways that points take: (T, 2) to the right and up by colour, within `reach` of the centre (2,); a
+def path(wrists: Mapping[str, np.ndarray], centre: np.ndarray, reach: float, alt: str) -> Markup:
+    """A chart of the paths that points take: (T, 2) to the right and up by colour, within `reach` of the centre (2,); a
     cross marks the origin."""
+    size = _RIGHT - _LEFT
+    across = _Scale(centre[0] - reach, centre[0] + reach, _LEFT, _RIGHT)
+    upward = _Scale(centre[1] - reach, centre[1] + reach, _TOP + size, _TOP)
+    lines = {
+        colour: _line(across(points[:, 0]), upward(points[:, 1]))
+        for colour, every in wrists.items()
+        for points in [every[:: -(-len(every) // _MOST_POINTS)]]
+    }
+    origin = (float(across(0.0)), float(upward(0.0)))
+    inside = _LEFT <= origin[0] <= _RIGHT and _TOP <= origin[1] <= _TOP + size
+    return kit("chart.html.j2").path(
+        lines,
+        [(f"{across(tick):.1f}", words) for tick, words in _ticks(across.low, across.high, 6)],
+        [(f"{upward(tick):.1f}", words) for tick, words in _ticks(upward.low, upward.high, 6)],
+        {"width": _WIDTH, "height": size + 30, "left": _LEFT, "right": _RIGHT, "top": _TOP, "bottom": _TOP + size},
+        origin if inside else None,
+        alt,
+    )  # fmt: skip
 
-    def draw(axes: Axes) -> None:
-        for colour, points in wrists.items():
-            axes.plot(*points[:: -(-len(points) // _MOST_POINTS)].T, color=colour, lw=0.9, alpha=0.85)
-        axes.plot(0, 0, marker="+", color=MIDDLE, ms=8)
-        axes.set(aspect="equal", xlim=centre[0] + reach * _BOTH, ylim=centre[1] + reach * _BOTH)
 
-    return svg(draw, (_WIDTH, _WIDTH), (0.115, 0.08, 0.85, 0.88))
-
-
-def side_colour(*joints: str) -> str:
+def side_colour(*joints: str) -> palette.Colour:
     """Of a joint, or of a bone by its ends."""
     of = {joint[:2] for joint in joints} & {"l_", "r_"}
-    return MIDDLE if len(of) != 1 else LEFT if of == {"l_"} else RIGHT
+    return palette.MIDDLE if len(of) != 1 else palette.LEFT if of == {"l_"} else palette.RIGHT
 
 
 def ranges(x: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -129,22 +127,87 @@ def ranges(x: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, n
     return x[::each], np.fmin.reduce(slices, axis=1), np.fmax.reduce(slices, axis=1)
 
 
-def svg(
-    draw: Callable[[Axes], None], size: tuple[float, float], place: tuple[float, float, float, float]
-) -> bytes:
-    """What is drawn in axes that take the place (left, bottom, width, height; shares) of a figure of that size."""
-    import matplotlib
-    from matplotlib.backends.backend_svg import FigureCanvasSVG
-    from matplotlib.figure import Figure
+@dataclass(frozen=True)
+class _Scale:
+    """From values between low and high to pixels between start and stop."""
 
-    buffer = io.BytesIO()
-    with matplotlib.rc_context(STYLE):
-        figure = Figure(figsize=size)
-        axes = figure.add_axes(place)
-        axes.tick_params(length=2.5, pad=2)
-        axes.locator_params(nbins=6)
-        draw(axes)
-        FigureCanvasSVG(figure).print_svg(
-            buffer, metadata=dict.fromkeys(("Date", "Creator", "Format", "Type"))
+    low: float
+    high: float
+    start: float
+    stop: float
+
+    def __call__(self, values: np.ndarray | float) -> np.ndarray:
+        return self.start + (np.asarray(values) - self.low) * (self.stop - self.start) / (
+            self.high - self.low
         )
-    return buffer.getvalue()
+
+
+def _band(x: np.ndarray, curve: Curve) -> tuple[np.ndarray, ...]:
+    if curve.margin is None:
+        return ()
+    return ranges(x, curve.values - curve.margin)[1], ranges(x, curve.values + curve.margin)[2]
+
+
+def _limits(values: np.ndarray) -> tuple[float, float]:
+    """A little below and above all values; of rounding errors about a constant no whole axis."""
+    values = values[np.isfinite(values)]
+    if not len(values):
+        return 0.0, 1.0
+    low, high = float(values.min()), float(values.max())
+    room = 0.04 * (high - low) or max(abs(high) * 0.05, 1e-3)
+    return low - room, high + room
+
+
+def _ticks(low: float, high: float, most: int) -> list[tuple[float, str]]:
+    """Round values (1, 2 or 5 times a power of ten) between the two, at most so many, with their words."""
+    rough = (high - low) / most
+    power = 10.0 ** np.floor(np.log10(rough))
+    step = power * next(factor for factor in (1, 2, 5, 10) if factor * power >= rough * (1 - 1e-9))
+    digits = max(0, -int(np.floor(np.log10(step) + 1e-9)))
+    at = np.arange(np.ceil(low / step - 1e-9), np.floor(high / step + 1e-9) + 1) * step
+    return [(float(tick), f"{tick:z.{digits}f}") for tick in at]
+
+
+def _line(x: np.ndarray, y: np.ndarray) -> str:
+    """The `d` of an SVG path through points, begun anew behind every gap; a point between gaps is a dot."""
+    parts, drawing = [], False
+    known = np.isfinite(x) & np.isfinite(y)
+    for i in range(len(x)):
+        if known[i]:
+            parts.append(f"{'L' if drawing else 'M'}{x[i]:.1f} {y[i]:.1f}")
+            if not drawing and not (i + 1 < len(x) and known[i + 1]):
+                parts.append("h.1")
+        drawing = bool(known[i])
+    return "".join(parts)
+
+
+def _area(x: np.ndarray, bottom: np.ndarray, top: np.ndarray) -> str:
+    """The `d` of an SVG path around what lies between two curves, a piece between every two gaps."""
+    known = is_finite(np.stack([x, bottom, top], axis=-1))
+    edges = np.flatnonzero(np.diff(np.r_[False, known, False].astype(int))).reshape(-1, 2)
+    pieces = []
+    for start, stop in edges:
+        there = [*range(start, stop)]
+        points = [f"{x[i]:.1f} {bottom[i]:.1f}" for i in there]
+        points += [f"{x[i]:.1f} {top[i]:.1f}" for i in reversed(there)]
+        pieces.append(f"M{'L'.join(points)}z")
+    return "".join(pieces)
+
+
+def _rows(curves: Sequence[Curve], spans: Sequence, height: float, width: float) -> list[list[str]]:
+    """What the table says: x, then each curve's value and half its band, to a thousandth of the axes."""
+    digits = min(max(0, 2 - int(np.floor(np.log10(height)))), 4)
+    digits_x = max(2, 2 - int(np.floor(np.log10(width)))) if width < 100 else 1
+    columns = [[f"{at:.{digits_x}f}" for at in spans[0][0][0]]]
+    for curve, ((at, low, high), _) in zip(curves, spans, strict=True):
+        thinned = len(at) < len(curve.values)
+        margin = np.full(len(at), np.nan) if thinned or curve.margin is None else curve.margin
+        columns.append(
+            [
+                "–" if not np.isfinite(a)
+                else f"{a:z.{digits}f} to {b:z.{digits}f}" if thinned
+                else f"{a:z.{digits}f}" + (f" ± {off:.{digits}f}" if np.isfinite(off) else "")
+                for a, b, off in zip(low, high, margin, strict=True)
+            ]
+        )  # fmt: skip
+    return [list(row) for row in zip(*columns, strict=True)]

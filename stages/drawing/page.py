@@ -1,5 +1,5 @@
-"""A page of HTML that needs nothing but itself: images inside, no address of any other place, and no script but one
-of ours that sorts tables, where there are such."""
+"""A page of HTML that needs nothing but itself: images inside, no address of any other place, and no script but ours
+that sort tables and read off charts, where there are such."""
 
 from __future__ import annotations
 
@@ -16,14 +16,21 @@ from markupsafe import Markup
 # Even if a text of a stranger's file came through unescaped, a browser would load and run nothing.
 _POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'"
 
+# On paper each page has the title and its number.
+_PAPER = """@media print {{ @page {{
+  @bottom-left {{ content: "{title}"; font: 7.5pt sans-serif; color: #5b6470 }}
+  @bottom-right {{ content: counter(page) " / " counter(pages); font: 7.5pt sans-serif; color: #5b6470 }} }} }}
+"""
+_NARROW = 4  # columns that a telephone is wide enough for
+_SCRIPTS = {'<table class="sortable">': "sort.js", '<div class="chart"': "charts.js"}
 _TYPES = {"svg": "image/svg+xml", "jpeg": "image/jpeg", "png": "image/png"}
 
 
 @cache
-def _kit() -> Any:
-    """The macros of page.html.j2; whatever they are given that is not markup yet is escaped."""
+def kit(name: str = "page.html.j2") -> Any:
+    """The macros of a template beside this module; whatever they are given that is not markup yet is escaped."""
     folder = FileSystemLoader(Path(__file__).parent)
-    return Environment(loader=folder, autoescape=True).get_template("page.html.j2").module
+    return Environment(loader=folder, autoescape=True).get_template(name).module
 
 
 def _text(name: str) -> str:
@@ -43,6 +50,17 @@ class Soft(NamedTuple):
     words: str
 
 
+class Told(NamedTuple):
+    """A figure that stands alone: its name, its value with error and unit, and a line about what it is. soft: in grey,
+    since it says nothing by itself."""
+
+    name: str
+    value: str
+    about: str = ""
+    soft: bool = False
+
+
+Level = Literal["good", "care", "bad"]
 Cell = str | float | int | Link | Soft | None
 
 
@@ -50,43 +68,75 @@ def page(title: str, head: Markup, sections: Iterable[tuple[str, Markup]]) -> st
     """A whole document. head: HTML under the title. sections: each one's title in words and its HTML; empty ones are
     left out."""
     kept = [(f"part-{i}", name, content) for i, (name, content) in enumerate(sections, 1) if content]
-    script, policy = "", _POLICY
-    if any('<table class="sortable">' in content for _, _, content in kept):
-        script = _text("sort.js")
+    wanted = [file for mark, file in _SCRIPTS.items() if any(mark in content for _, _, content in kept)]
+    script, policy = "".join(map(_text, wanted)), _POLICY
+    if script:
         policy += f"; script-src 'sha256-{b64encode(sha256(script.encode()).digest()).decode('ascii')}'"
-    return str(_kit().page(title, head, kept, Markup(_text("page.css")), Markup(script), policy))
+    style = _text("page.css") + _PAPER.format(title=_css_string(title))
+    return str(kit().page(title, head, kept, Markup(style), Markup(script), policy))
+
+
+def _css_string(words: str) -> str:
+    """The words as a string of CSS, in which everything but letters and digits of ASCII is written by its number."""
+    return "".join(c if c.isascii() and c.isalnum() else f"\\{ord(c):x} " for c in words)
 
 
 def heading(words: str, level: int = 3) -> Markup:
     """level: 3 for a part of a section, 4 for a part of that."""
-    return _kit().heading(words[:1].upper() + words[1:], level)
+    return kit().heading(words[:1].upper() + words[1:], level)
 
 
 def small(words: str) -> Markup:
     """A paragraph that explains."""
-    return _kit().small(words)
+    return kit().small(words)
+
+
+def answer(sentences: Iterable[str]) -> Markup:
+    """What a page has to say, in large words; nothing when there are none."""
+    sentences = list(sentences)
+    return kit().answer(sentences) if sentences else Markup("")
+
+
+def gauge(
+    level: Level, word: str, sentence: str, checks: Iterable[tuple[str, Level, Sequence[str]]]
+) -> Markup:
+    """How far something can be trusted: the level on a scale of three, in a word and a sentence, and what it rests on.
+    checks: name, level and sentences of each."""
+    return kit().gauge(level, word, sentence, list(checks))
+
+
+def told(items: Iterable[Told]) -> Markup:
+    """Figures side by side, each with what it is on demand; nothing when there are none."""
+    items = list(items)
+    return kit().figures(items) if items else Markup("")
+
+
+def details(summary: str, content: Markup) -> Markup:
+    """What is shown on demand; nothing when there is nothing."""
+    return kit().details(summary, content) if content else Markup("")
 
 
 def bullets(items: Iterable[str], ordered: bool = False) -> Markup:
     """An HTML list of texts, of numbers if ordered; nothing when there are none."""
     items = list(items)
-    return _kit().bullets(items, ordered) if items else Markup("")
+    return kit().bullets(items, ordered) if items else Markup("")
 
 
 def box(heading: str, items: Sequence[str], kind: Literal["plain", "warning"] = "plain") -> Markup:
     """A list that is not to be overlooked; nothing when it is empty."""
-    return _kit().box(heading, items, kind) if items else Markup("")
+    return kit().box(heading, items, kind) if items else Markup("")
 
 
 def glance(pairs: Iterable[tuple[str, str]]) -> Markup:
     """What is said of a thing at a glance; nothing when nothing is."""
     pairs = list(pairs)
-    return _kit().glance(pairs) if pairs else Markup("")
+    return kit().glance(pairs) if pairs else Markup("")
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[Cell]], sortable: bool = False) -> Markup:
     """The first cell of a row is its heading; a column of numbers has as many decimals as its largest one asks for;
-    None is a dash. sortable: a click on a column's heading sorts by it."""
+    None is a dash. On a telephone the rows of a wide table stand one below the other, each cell with its column's name.
+    sortable: a click on a column's heading sorts by it."""
     if not rows:
         return Markup("")
     columns = [_column(cells) for cells in zip(*rows, strict=True)]
@@ -95,7 +145,8 @@ def table(head: Sequence[str], rows: Sequence[Sequence[Cell]], sortable: bool = 
         [_cell(row[i], shown[j], right) for i, (shown, right) in enumerate(columns)]
         for j, row in enumerate(rows)
     ]
-    return _kit().table(names, lines, sortable)
+    wide = len(head) > _NARROW or any(kind == "long" for line in lines for kind, *_ in line)
+    return kit().table(names, lines, sortable, wide and not sortable)
 
 
 def _column(cells: Sequence[Cell]) -> tuple[list[str], bool]:
@@ -119,18 +170,24 @@ def _cell(cell: Cell, shown: str, right: bool) -> tuple[str, str, str]:
 
 def picture(content: bytes, kind: Literal["svg", "jpeg", "png"], alt: str) -> Markup:
     """An <img> that holds its image. alt: what it shows, for those who cannot see it."""
-    return _kit().picture(f"data:{_TYPES[kind]};base64,{b64encode(content).decode('ascii')}", alt)
+    return kit().picture(f"data:{_TYPES[kind]};base64,{b64encode(content).decode('ascii')}", alt)
 
 
-def figure(pictures: Sequence[Markup], title: str, caption: str = "") -> Markup:
-    """One image, or several side by side, between its title and more words."""
-    return _kit().figure(pictures, title, caption)
+def figure(pictures: Sequence[Markup], title: str, caption: str = "", time_s: float | None = None) -> Markup:
+    """One image or chart, or several side by side, between its title and more words. time_s: of a key frame, which a
+    click on a chart of time leads to."""
+    return kit().figure(pictures, title, caption, time_s)
 
 
-def charts(figures: Iterable[Markup], three: bool = False) -> Markup:
-    """Figures in as many columns as there is room for. three: that many on paper, instead of two."""
+def charts(figures: Iterable[Markup]) -> Markup:
+    """Figures in as many columns as there is room for, on paper three."""
     figures = list(figures)
-    return _kit().charts(figures, three) if figures else Markup("")
+    return kit().charts(figures) if figures else Markup("")
+
+
+def beside(*parts: Markup) -> Markup:
+    """Side by side where there is room."""
+    return kit().beside([part for part in parts if part])
 
 
 def joined(parts: Iterable[Markup]) -> Markup:

@@ -117,6 +117,7 @@ def summary(take: Take) -> dict[str, Any]:
     content = {
         "pcnet3d": package_version(),
         "take": facts.name,
+        "session": {key: value for key, value in asdict(take.session).items() if value},
         "inputs": take.inputs,
         "warnings": facts.warnings,
         "repairs": facts.repairs,

@@ -15,7 +15,7 @@ def summary_markdown(take: Take) -> str:
     facts = facts_of(take)
     error = f"{facts.error_deg:.1f} deg (median)" if np.isfinite(facts.error_deg) else "not known"
     lines = [
-        f"### {facts.name}",
+        f"### {take.title}",
         *_told("#### ⚠ Warnings", facts.warnings, "**"),
         *([] if take.findings is None else [f"**Verdict: {verdict_words(take.findings)}.**"]),
         "#### Rectification",

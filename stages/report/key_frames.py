@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from html import escape
 
 import numpy as np
 from markupsafe import Markup
@@ -14,8 +13,9 @@ from ...pipeline.layouts import Layout, with_feet
 from ...pipeline.pose import PoseSequence
 from ...pipeline.rotations import is_finite, rotate
 from ...pipeline.take import Take
+from ..drawing import palette
 from ..drawing.charts import MIDDLE, side_colour
-from ..drawing.page import figure, picture
+from ..drawing.page import figure, kit, picture
 
 _SIDE = 360  # pixels of a key frame's longer side
 _ROOM = 1.35  # around the person, in sizes of the keypoints' box
@@ -60,46 +60,38 @@ def _key_figure(take: Take, row: int, image: np.ndarray | None) -> Markup:
     rectified = {"from the front": joints[:, [1, 2]] * (-1, 1), "from the right": joints[:, [0, 2]] * (-1, 1)}
     flat, layout = keypoints_at(take, frame)
     if image is not None:
-        before = picture(
-            jpeg(image, flat, layout), "jpeg", f"Frame {frame} of the video with the 2D keypoints"
-        )
+        words = f"Frame {frame} of the video with the 2D keypoints"
+        before = picture(jpeg(image, flat, layout), "jpeg", words)
     elif np.isfinite(flat).any():
-        drawn = skeletons({"2D keypoints": flat * (1, -1)}, layout)
-        before = picture(drawn, "svg", f"2D keypoints of frame {frame}")
+        before = skeletons({"2D keypoints": flat * (1, -1)}, layout, f"2D keypoints of frame {frame}")
     else:
         source = poses.joints[row].astype(np.float64)
         source -= source[poses.layout.index("pelvis")]
-        seen = skeletons({"before": seen_by_camera(source, poses.frame)}, poses.layout)
-        before = picture(
-            seen, "svg", f"Skeleton of frame {frame} before rectification, as the camera sees it"
-        )
-    after = picture(
-        skeletons(rectified, body.layout), "svg", f"Rectified skeleton of frame {frame}, two views"
-    )
-    return figure([before, after], f"{body.times[row]:.2f} s", f"frame {frame}")
+        words = f"Skeleton of frame {frame} before rectification, as the camera sees it"
+        before = skeletons({"before": seen_by_camera(source, poses.frame)}, poses.layout, words)
+    after = skeletons(rectified, body.layout, f"Rectified skeleton of frame {frame}, two views")
+    time_s = float(body.times[row])
+    return figure([before, after], f"{time_s:.2f} s", f"frame {frame}", time_s=round(time_s, 3))
 
 
-def skeletons(views: Mapping[str, np.ndarray], layout: Layout) -> bytes:
-    """An SVG of one skeleton from several sides at one scale. views: (J, 2) points to the right and up, by name."""
+def skeletons(views: Mapping[str, np.ndarray], layout: Layout, alt: str) -> Markup:
+    """One skeleton from several sides at one scale. views: (J, 2) points to the right and up, by name."""
     seen = [points[is_finite(points)] for points in views.values()]
     wide = 200 if len(views) == 1 else 120
     field = np.array([wide - 8.0, 174.0])
     scale = min((field / np.maximum(np.ptp(points, axis=0), 1e-9)).min() for points in seen if len(points))
     lines = []
-    for i, (name, points) in enumerate(views.items()):
+    for i, points in enumerate(views.values()):
         middle = (np.nanmin(points, axis=0) + np.nanmax(points, axis=0)) / 2
         at = (points - middle) * (scale, -scale) + (wide * (i + 0.5), 108)
-        lines.append(f'<text x="{wide * (i + 0.5):g}" y="13">{escape(name)}</text>')
         for bone in layout.bones:
-            (x_0, y_0), (x_1, y_1) = ends = at[layout.indices(bone)]
+            ends = at[layout.indices(bone)]
             if is_finite(ends).all():
-                where = f'x1="{x_0:.1f}" y1="{y_0:.1f}" x2="{x_1:.1f}" y2="{y_1:.1f}"'
-                lines.append(f'<line {where} stroke="{side_colour(*bone)}"/>')
-    return (
-        f'<svg xmlns="http://www.w3.org/2000/svg" width="{wide * len(views)}" height="200" '
-        f'viewBox="0 0 {wide * len(views)} 200" stroke-width="4" stroke-linecap="round" fill="{MIDDLE}" '
-        f'font-family="Helvetica, Arial, sans-serif" font-size="13" text-anchor="middle">{"".join(lines)}</svg>'
-    ).encode()
+                side = side_colour(*bone)
+                colour = MIDDLE if side == palette.MIDDLE else palette.as_hex(side)
+                lines.append((colour, [f"{place:.1f}" for place in ends.ravel()]))
+    names = [(f"{wide * (i + 0.5):g}", name) for i, name in enumerate(views)]
+    return kit("chart.html.j2").skeletons(names, lines, wide * len(views), alt)
 
 
 def keypoints_at(take: Take, frame: int) -> tuple[np.ndarray, Layout]:
@@ -135,7 +127,7 @@ def jpeg(image: np.ndarray, keypoints: np.ndarray, layout: Layout) -> bytes:
         ends = at[layout.indices(bone)]
         if np.isfinite(ends).all():
             start, end = (tuple(round(16 * float(c)) for c in point) for point in ends)
-            for colour, width in (((255, 255, 255), 4), (_bgr(side_colour(*bone)), 2)):
+            for colour, width in (((255, 255, 255), 4), (side_colour(*bone)[::-1], 2)):
                 cv2.line(small, start, end, colour, width, cv2.LINE_AA, 4)
     return _encoded(small)
 
@@ -167,8 +159,3 @@ def _crop(size: tuple[int, int], points: np.ndarray) -> tuple[np.ndarray, tuple[
     side = np.minimum(np.full(2, max(int(_ROOM * (high - low).max()), 32)), whole)
     corner = np.clip(np.round((low + high - side) / 2), 0, whole - side).astype(int)
     return corner, (int(side[0]), int(side[1]))
-
-
-def _bgr(colour: str) -> tuple[int, int, int]:
-    red, green, blue = (int(colour[i : i + 2], 16) for i in (1, 3, 5))
-    return blue, green, red

@@ -9,20 +9,24 @@ from typing import Any
 import numpy as np
 from markupsafe import Markup
 
+from ...pipeline.messages import how_many
 from ..drawing.charts import LEFT, MIDDLE, RIGHT, Curve, over_time
 from ..drawing.page import (
     Cell,
     Soft,
+    Told,
+    bullets,
     charts,
+    details,
     figure,
-    glance,
     heading,
     joined,
-    picture,
     small,
     table,
+    told,
 )
 from ..measures.figures import decimals, error_key, of_length
+from .glossary import explained
 from .sections import spoken
 
 _UNITS = {
@@ -36,20 +40,80 @@ _WORDS = {
     "toe_offs": "toe-offs", "nan_share": "share without a value", "sparc_up": "SPARC up", "sparc_down": "SPARC down",
 }  # fmt: skip
 _ERRORS = (
-    "± is one standard deviation (SD) of the figure before it. Grey: a difference that lies within its error (90 %), "
-    "or a range with values that no joint reaches."
+    "± is one standard deviation (SD) of the figure before it; a click on a figure says what it is. Grey: a difference "
+    "that lies within its error (90 %)."
 )
+_FIRST = {"walking": 0, "floor": 1}  # of the groups
+_ELSEWHERE = ("range_of_motion", "symmetry", "paths")  # beside the angles and the speeds
 _MOMENTS = ("start_s", "stop_s", "landings_s", "toe_offs_s")
+_FEW = 3  # members, which are a table's columns
 _MANY = 20  # a list of more is a curve, or too long for a table
 _SIDES = {"r_": ("right", RIGHT), "l_": ("left", LEFT)}
 
 
-def measure_tables(measures: Mapping[str, Any] | None, length: str = "m", level: int = 2) -> Markup:
+def happened(measures: Mapping[str, Any], length: str) -> Markup:
+    """HTML of the movements that were recognised, each under its name, and on demand of what was not found and why.
+    measures: as of stages/measures/stage.py, and whatever other groups there are. length: the unit of lengths, "m" or
+    "au"."""
+    parts, absent = [], []
+    for name, group in sorted(measures.items(), key=lambda one: _FIRST.get(one[0], len(_FIRST))):
+        if name in _ELSEWHERE or not isinstance(group, Mapping):
+            continue
+        if _found(group):
+            shown = gait(group, length) if name == "walking" else measure_tables(group, length, level=3)
+            parts.append(heading(_title(name, group)) + shown)
+        else:
+            absent.append(f"{named(name).capitalize()}: {group.get('reason', 'none')}.")
+    single = {key: value for key, value in measures.items() if not isinstance(value, Mapping)}
+    shown = measure_tables(single, length) + joined(parts)
+    none = small("No movement that is counted was recognised.") if absent else Markup("")
+    return (small(_ERRORS) + shown if shown else none) + details(
+        "What was looked for and not found", bullets(absent)
+    )
+
+
+def _found(group: Mapping[str, Any]) -> bool:
+    """Whether there is more in it than a count of nothing, or a reason."""
+    for key in ("steps", "count"):
+        if key in group:
+            return bool(group[key])
+    inner = [value for value in group.values() if isinstance(value, Mapping)]
+    return any(map(_found, inner)) if inner else bool(group) and "reason" not in group
+
+
+def _title(name: str, group: Mapping[str, Any]) -> str:
+    if name == "walking":
+        return str(group.get("gait", name))
+    every = name == "knee_bends" and group.get("squats") == group.get("count")
+    return "squats" if every else named(name)
+
+
+_CYCLE = (
+    "Means over strides, from a foot's initial contact (0 %) to its next (100 %). Upright line: its mean toe-off, "
+    "where stance ends and swing begins."
+)
+
+
+def gait(walking: Mapping[str, Any], length: str) -> Markup:
+    """HTML of a walk or a run: its figures, and curves over the gait cycle with the toe-off of each side."""
+    plain = {key: value for key, value in walking.items() if key not in ("gait", "cycles")}
+    toe_off = {
+        side: walking[words]["mean_stance_percent"]
+        for side, (words, _) in _SIDES.items()
+        if "mean_stance_percent" in walking.get(words, {})
+    }
+    shown = cycle_charts(walking.get("cycles", {}), "gait cycle (%)", toe_off)
+    curves = heading("Gait cycle", 4) + small(_CYCLE) + shown if shown else Markup("")
+    return measure_tables(plain, length, level=3) + curves
+
+
+def measure_tables(measures: Mapping[str, Any], length: str = "m", level: int = 2) -> Markup:
     """HTML of nested measures: what has curves over a cycle (lists `mean_deg` and `sd_deg`, 0 to 100 %) as charts, both
     sides in one; the rest as figures and tables. Each group of the first level has a heading; below, groups that hold
-    no others are the rows of one table, and so are the members of a list of groups. length: the unit of lengths, "m"
-    or "au". level: of the heading that this stands under."""
-    return small(_ERRORS) + _group("take", _with_units(measures, length), level) if measures else Markup("")
+    no others are the rows of one table, or its columns where they are few, and so are the members of a list of groups.
+    length: the unit of lengths, "m"
+    or "au". level: of the heading that this stands under; 3 where the measures are one group's."""
+    return _group("take", _with_units(measures, length), level)
 
 
 def _with_units(value: Any, length: str) -> Any:
@@ -68,8 +132,12 @@ def named(key: str) -> str:
     return f"{words} ({unit})" if unit else words
 
 
+def _suffix(key: str) -> str:
+    return max((end for end in _UNITS if key.endswith(end)), key=len, default="")
+
+
 def _words_and_unit(key: str) -> tuple[str, str]:
-    suffix = max((end for end in _UNITS if key.endswith(end)), key=len, default="")
+    suffix = _suffix(key)
     name = key.removesuffix(suffix)
     if name not in _WORDS and name.startswith("sd_"):
         return f"SD of {spoken(name.removeprefix('sd_'))}", _UNITS.get(suffix, "")
@@ -81,28 +149,44 @@ def _group(name: str, group: Mapping[str, Any], level: int) -> Markup:
     flat = {key: value for key, value in groups.items() if level > 2 and not _holds_groups(value)}
     own = {key: value for key, value in group.items() if key not in groups}
     said = {key: value for key, value in own.items() if isinstance(value, str)}
-    hidden = _hidden(own)
-    pairs = [
-        _pair(
-            key,
-            value,
-            own.get(error_key(key)),
-            own.get(key.replace("symmetry_index_percent", "within_error")),
-        )
-        for key, value in own.items()
-        if not (key in said or key in hidden or _is_curve(key, value))
-    ]
+    hidden = {*said, *_hidden(own), "frames", "nan_share", *_repeated(own)}
     return (
         joined(small(f"{named(key).capitalize()}: {value}.") for key, value in said.items())
-        + glance(pairs)
+        + told(_told(key, own) for key, value in own.items() if not (key in hidden or _is_curve(key, value)))
+        + _repetitions(own)
         + _rows({key: value for key, value in flat.items() if not _has_curve(value)})
         + cycle_charts({name: own, **flat})
+        + _basis(own)
         + joined(
             heading(named(key), min(level + 1, 4)) + _group(key, value, level + 1)
             for key, value in groups.items()
             if key not in flat
         )
     )
+
+
+def _basis(own: Mapping[str, Any]) -> Markup:
+    if "frames" not in own:
+        return Markup("")
+    lost = f"; {_percent(own['nan_share'])} of the take have no value" if own.get("nan_share") else ""
+    return small(f"From {how_many(int(own['frames']), 'frame')}{lost}.")
+
+
+def _repeated(own: Mapping[str, Any]) -> list[str]:
+    """Keys with a value for each repetition, where there are not too many of these."""
+    starts = own.get("start_s")
+    if not isinstance(starts, list) or len(starts) > _MANY:
+        return []
+    return [key for key, value in own.items() if isinstance(value, list) and len(value) == len(starts)]
+
+
+def _repetitions(own: Mapping[str, Any]) -> Markup:
+    keys = [key for key in _repeated(own) if key not in _hidden(own)]
+    rows: list[list[Cell]] = [
+        [str(i + 1), *(_both(key, own[key][i], own.get(error_key(key), [None] * (i + 1))[i]) for key in keys)]
+        for i in range(len(own[keys[0]]) if keys else 0)
+    ]
+    return table(("", *map(named, keys)), rows)
 
 
 def _members(value: Any) -> Mapping[str, Any] | None:
@@ -134,23 +218,34 @@ def _hidden(group: Mapping[str, Any]) -> set[str]:
     }
 
 
-def _pair(key: str, value: Any, error: Any = None, within: Any = None) -> tuple[str, str]:
-    """A figure that stands alone: its name, and it with its error and unit, and whether it lies within that."""
+def _told(key: str, own: Mapping[str, Any]) -> Told:
+    """A figure that stands alone: its name, and it with its error and unit, in grey where it lies within that."""
+    value, error = own[key], own.get(error_key(key))
     words, unit = _words_and_unit(key)
-    if key == "nan_share":
-        return words, _percent(value)
+    about = explained(key.removesuffix(_suffix(key)))
     if isinstance(value, Sequence) and len(value) > _MANY:
-        return words, _shown(value)
+        return Told(words, _shown(value), about)
     both = f"{_both(key, value, error)}{'' if unit.startswith('°') else ' '}{unit}".rstrip()
-    return words, f"{both}, within its error" if within is True else both
+    within = own.get(key.replace("symmetry_index_percent", "within_error")) is True
+    return Told(words, f"{both}, within its error" if within else both, about, within)
 
 
 def _rows(members: Mapping[str, Mapping[str, Any]]) -> Markup:
-    """A table with a row for each member and a column for each of their figures."""
+    """A table with a row for each member and a column for each of their figures; of few members the other way round."""
     shown = dict.fromkeys(key for member in members.values() for key in member if key not in _hidden(member))
     columns = [_whole([_with_error(member, key) for member in members.values()]) for key in shown]
+    if not shown:
+        return Markup("")
+    if len(members) <= _FEW < len(shown):
+        rows = [[named(key), *map(_worded, cells)] for key, cells in zip(shown, columns, strict=True)]
+        return table(("", *map(named, members)), rows)
     rows = [[named(name), *cells] for name, *cells in zip(members, *columns, strict=True)]
-    return table(("", *map(named, shown)), rows) if shown else Markup("")
+    return table(("", *map(named, shown)), rows)
+
+
+def _worded(cell: Cell) -> Cell:
+    """As it stands in a row of unlike figures, which have no decimals in common."""
+    return _shown(cell) if isinstance(cell, int | float) else cell
 
 
 def _whole(cells: list[Cell]) -> list[Cell]:
@@ -222,10 +317,10 @@ def cycle_charts(
         curves = [curve for curve, _ in parts]
         title = named(f"{name}_{unit}").capitalize()
         share = np.linspace(0, 100, len(curves[0].values))
-        svg = picture(over_time(curves, share, over), "svg", f"{title} over a cycle")
+        chart = over_time(curves, share, f"{title} over a cycle", over)
         about = "; ".join(words for _, words in parts if words)
         band = "; band: one standard deviation" if any(curve.margin is not None for curve in curves) else ""
-        figures.append(figure([svg], title, f"Mean{f' ({about})' if about else ''}{band}."))
+        figures.append(figure([chart], title, f"Mean{f' ({about})' if about else ''}{band}."))
     return charts(figures)
 
 

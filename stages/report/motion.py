@@ -10,7 +10,7 @@ from markupsafe import Markup
 from ...models.common.metrics import SD_90
 from ...pipeline.take import Take
 from ..drawing.charts import over_time, sides
-from ..drawing.page import bullets, charts, figure, picture, small
+from ..drawing.page import bullets, charts, figure, small
 from ..trajectories import MISSING, UNCERTAIN
 from .sections import spoken
 
@@ -35,8 +35,7 @@ def motion_charts(take: Take) -> Markup:
             bands = [SD_90 * columns[f"{name}_sd"] if f"{name}_sd" in columns else None for name in names]
             title = f"{limb.capitalize()} {quantity} ({unit.format(length)})"
             curves = sides(*values, left_margin=bands[0], right_margin=bands[1])
-            svg = picture(over_time(curves, poses.times), "svg", f"{title} over time")
-            figures.append(figure([svg], title))
+            figures.append(figure([over_time(curves, poses.times, f"{title} over time")], title))
     words = [
         f"The {quantity} of the {spoken(joint)} cannot be told here: its error is larger than all that the take has."
         for joint, _, quantity in (name.rpartition("_") for name in untold)

@@ -1,8 +1,8 @@
-"""What a report says in words and tables: the take at a glance, its angles' ranges, and where everything comes from."""
+"""What a report says in words and tables: whom it is about, how up was found, and where everything comes from."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -10,37 +10,37 @@ from markupsafe import Markup
 
 from ...models.common.metrics import RAYLEIGH_90
 from ...pipeline.messages import how_many
-from ...pipeline.motion.angles import FINE, REASONS
-from ...pipeline.motion.foot_angles import ALL_ANGLES
 from ...pipeline.pose import package_version
 from ...pipeline.take import Take
 from ..drawing.facts import Facts
-from ..drawing.page import box, bullets, glance, small, table
+from ..drawing.page import box, bullets, details, small, table
 
 _MOST = 40  # events of one kind
+_UNITS = {"m": "metres", "arbitrary": "arbitrary units (au): the source has no scale"}
+_SOURCES = {
+    "frames": "the body's posture", "image": "the image's straight lines", "feet": "the feet's places",
+    "floor": "the floor under the feet",
+}  # fmt: skip
 _LONGEST = 240  # characters of an option's value
 
 
-def at_a_glance(facts: Facts) -> Markup:
-    """What stands under the title, then what is not to be overlooked."""
-    pairs = [
-        ("Take", f"{how_many(facts.frames, 'frame')}, {facts.duration_s:.1f} s at {facts.fps:.4g} a second"),
-        ("Rectified by", facts.method),
-        ("Frames rectified", f"{facts.turned} of {facts.frames}"),
-        *([] if facts.verdict is None else [("Poses are", facts.verdict)]),
-        ("Levelled", "yes" if facts.level_ok else "no"),
-        ("Up is known to within (90 %)", up_bound(facts)),
-        (
-            "Length",
-            {"m": "metres", "arbitrary": "no scale: arbitrary units (au)"}.get(facts.unit, facts.unit),
-        ),
+def session_words(take: Take, facts: Facts) -> Markup:
+    """Whom and what the page is about, under its title: person and date, if told, the recording and its length."""
+    told = [
+        f"Person {take.session.person_id}" if take.session.person_id else "",
+        take.session.date,
+        take.name if take.name != take.title else "",
+        f"{how_many(facts.frames, 'frame')}, {facts.duration_s:.1f} s at {facts.fps:.4g} a second",
     ]
-    not_level = [] if facts.level_ok else [f"The take could not be levelled: {facts.level_reason}"]
-    return (
-        glance(pairs)
-        + box(f"The poses are {facts.verdict}", [doubt.text for doubt in facts.doubts], "warning")
-        + box("Warnings", [*not_level, *_most(facts.warnings)], "warning")
-        + box("Repairs", _most(facts.repairs))
+    return small(" · ".join(words for words in told if words))
+
+
+def told_of(take: Take, facts: Facts) -> Markup:
+    """What is not to be overlooked besides the gauge of trust, and on demand what was repaired."""
+    repairs = [event.text for event in take.events if event.kind == "repair" and not event.about]
+    warnings = [event.text for event in take.events if event.kind == "warning" and not event.about]
+    return box("Warnings", _most(warnings), "warning") + details(
+        f"{how_many(len(repairs), 'repair')} made", bullets(_most(repairs))
     )
 
 
@@ -49,6 +49,14 @@ def up_bound(facts: Facts) -> str:
     if facts.camera == "gravity":
         return "the source knows its own up"
     return "not known" if facts.bound_words is None else f"{facts.bound_words.replace(' to', '° to')}°"
+
+
+def up_rests(facts: Facts) -> str:
+    """What up rests on, in a sentence; empty where nothing was estimated."""
+    shares = {name: source.share for name, source in facts.sources.items() if source.share is not None}
+    largest = sorted(shares.items(), key=lambda one: -one[1])
+    told = [f"{_SOURCES.get(name, name)} ({100 * share:.0f} %)" for name, share in largest if share >= 0.005]
+    return f"It rests on {', '.join(told)}." if told else ""
 
 
 def gravity_words(facts: Facts) -> Markup:
@@ -60,7 +68,7 @@ def gravity_words(facts: Facts) -> Markup:
     lines = [
         f"The camera {facts.camera_words}{relative}.",
         f"Up is known to within (90 %): {up_bound(facts)}.",
-        *([f"Up rests on: {facts.shares_words}."] if facts.shares_words else []),
+        *([rests] if (rests := up_rests(facts)) else []),
         f"Heading of LEVEL: {facts.level_heading}.",
         *(
             [f"Expected error of a frame's whole rotation: {error:.1f}° (median)."]
@@ -79,7 +87,7 @@ def up_table(facts: Facts, image: bool) -> Markup:
         bound = None if source.error_deg is None else RAYLEIGH_90 * source.error_deg
         own = [_rounded(angle, bound) for angle in (source.pitch_deg, source.roll_deg)]
         share = "not heard" if source.share is None else f"{100 * source.share:.0f} %"
-        rows.append([name, *own, share, _rounded(source.pull_deg, 1.0)])
+        rows.append([_SOURCES.get(name, name), *own, share, _rounded(source.pull_deg, 1.0)])
     head = ("source of up", "camera's pitch (°)", "camera's roll (°)", "share", "moves up by (°)")
     return table(head, rows) if len(rows) > 1 or image else Markup("")
 
@@ -89,40 +97,7 @@ def _rounded(value: float | None, bound: float | None) -> str | None:
     if value is None or bound is None:
         return None
     digits = 0 if bound >= 3 else 1
-    return f"{value:.{digits}f}" + (f" ± {bound:.{digits}f}" if bound != 1.0 else "")
-
-
-def angle_table(columns: Mapping[str, np.ndarray]) -> Markup:
-    """In how many frames each angle is known and how well (medians), and why the others have none. columns: (T,) of the
-    take's kinematics."""
-    rows: list[list[str | float | None]] = []
-    used: set[int] = set()
-    for name in ALL_ANGLES:
-        values = columns.get(f"{name}_deg")
-        if values is None:
-            continue
-        reason = columns.get(f"{name}_reason", np.where(np.isfinite(values), FINE, -1))
-        lost = {int(code): int((reason == code).sum()) for code in np.unique(reason) if code != FINE}
-        used |= lost.keys()
-        why = ", ".join(f"{code}: {count}" if code in REASONS else str(count) for code, count in lost.items())
-        fine = values[np.isfinite(values)]
-        error = columns.get(f"{name}_sd_deg", np.full(1, np.nan))
-        error = error[np.isfinite(error)]
-        share = f"{100 * len(fine) / len(values):.0f} %"
-        median = float(np.median(fine)) if len(fine) else None
-        stated = float(np.median(error)) if len(error) else None
-        rows.append([spoken(name), share, median, stated, why or "–"])
-    if not rows:
-        return Markup("")
-    reasons = "; ".join(f"{code}: {REASONS[code]}" for code in sorted(used & REASONS.keys()))
-    head = (
-        "angle",
-        "frames with a value",
-        "median (°)",
-        "stated standard deviation (°)",
-        "frames without, by reason",
-    )
-    return table(head, rows) + (small(f"Reasons: {reasons}.") if reasons else "")
+    return f"{value:z.{digits}f}" + (f" ± {bound:.{digits}f}" if bound != 1.0 else "")
 
 
 def spoken(name: str) -> str:
@@ -137,6 +112,8 @@ def provenance(facts: Facts, take: Take) -> Markup:
     files = [tuple(str(entry.get(key, "–")) for key in keys) for entry in take.inputs]
     about = [
         f"pcnet3d {package_version()}.",
+        f"Rectified by {facts.method}: {facts.turned} of {how_many(facts.frames, 'frame')}.",
+        f"Lengths are in {_UNITS.get(facts.unit, facts.unit)}.",
         f"Poses: video frames {facts.first_frame} to {facts.last_frame}, person {facts.person}.",
         f"Axes that the poses came in: {facts.axes}.",
     ]
@@ -157,11 +134,14 @@ def provenance(facts: Facts, take: Take) -> Markup:
         bullets(about)
         + table(("input", "file", "read as", "SHA-256"), files)
         + box("Notes", _most(facts.notes))
-        + table(("step", "version", "options and counts"), steps)
+        + details(
+            "What was done to the poses, step by step",
+            table(("step", "version", "options and counts"), steps),
+        )
     )
 
 
-def _most(texts: tuple[str, ...]) -> list[str]:
+def _most(texts: Sequence[str]) -> list[str]:
     more = len(texts) - _MOST
     return [*texts[:_MOST], f"and {more} more, in summary.json"] if more > 0 else list(texts)
 

@@ -10,25 +10,24 @@ from typing import Any, ClassVar
 import numpy as np
 from markupsafe import Markup
 
-from ...models.common.metrics import SD_90
+from ...pipeline.answer import answer as seen
 from ...pipeline.camera import pitch_roll_deg
 from ...pipeline.errors import InputError
 from ...pipeline.files.atomic import REPORT, whole_file
 from ...pipeline.files.video_frames import images_at
-from ...pipeline.motion.angles import MIDLINE, sides_of
-from ...pipeline.motion.foot_angles import ALL_ANGLES, ALL_OF_BOTH
 from ...pipeline.pose import PoseSequence
 from ...pipeline.rotations import angle_deg, is_finite, rotate
 from ...pipeline.take import Take
-from ..drawing.charts import LEFT, RIGHT, SLICES, SOFT, Curve, over_time, path, sides
+from ..drawing.charts import LEFT, RIGHT, SOFT, Curve, over_time, path, sides
 from ..drawing.facts import Facts, facts_of, shared_up, voted
 from ..drawing.image_lines import WORDS, drawn
-from ..drawing.page import charts, figure, page, picture, small
-from .gait import gait_section
+from ..drawing.page import answer, charts, details, figure, page, picture, small
+from .angles import angle_charts, ranges
 from .key_frames import key_figures, lines_jpeg, seen_by_camera
-from .measures import measure_tables
+from .measures import happened, measure_tables
 from .motion import motion_charts
-from .sections import angle_table, at_a_glance, gravity_words, provenance, spoken, up_table
+from .sections import gravity_words, provenance, session_words, told_of, up_table
+from .trust import trust
 
 
 @dataclass(frozen=True)
@@ -50,34 +49,34 @@ class Report:
 
 
 def report(take: Take, frames: bool = True) -> str:
-    """A take as one HTML page that holds its images, runs no script and loads nothing.
+    """A take as one HTML page that holds its images, loads nothing, and runs no script but our own for reading off its
+    charts.
 
-    What the take lacks (video, angles, measures, ...) is left out. frames: False leaves the video's images out.
-    Raises InputError without poses, rectified poses or time stamps, or when the video cannot be decoded.
+    First what was seen and how far to trust it, then key frames, the movements that happened, angles and paths, and
+    where everything comes from. What the take lacks (video, angles, measures, ...) is left out. frames: False leaves
+    the video's images out. Raises InputError without poses, rectified poses or time stamps, or when the video cannot
+    be decoded.
     """
     if take.poses is None or take.rectified is None:
         raise InputError("A report needs 3D poses and their rectification; run rectify first.")
-    facts = facts_of(take)
+    facts, measures = facts_of(take), take.measures or {}
+    head = session_words(take, facts) + answer(seen(take)) + trust(take, facts) + told_of(take, facts)
     sections = [
         ("Key frames", _key_frames(take, frames)),
-        *measure_sections(take.measures or {}, facts.length),
-        ("Joint angles", _angles(take)),
-        ("Speeds and accelerations", motion_charts(take)),
+        ("What happened", happened(measures, facts.length)),
+        ("Ranges of motion", ranges(measures)),
+        ("Joint angles over time", angle_charts(take)),
+        ("Speeds and accelerations", motion_charts(take) + _path_lengths(measures, facts.length)),
         ("Wrist paths before and after", _wrists(take)),
-        ("Gravity", _gravity(take, facts, frames)),
+        ("Which way is up", _gravity(take, facts, frames)),
         ("Where this comes from", provenance(facts, take)),
     ]
-    return page(take.name, at_a_glance(facts), sections)
+    return page(take.title, head, sections)
 
 
-def measure_sections(measures: Mapping[str, Any], length: str) -> list[tuple[str, Markup]]:
-    """All measures; those of a gait, where there is one, in a section of their own before the others."""
-    walking = measures.get("walking", {})
-    if not walking.get("steps"):
-        return [("Measures", measure_tables(measures, length))]
-    title = "Gait: running" if walking.get("gait") == "running" else "Gait: walking"
-    rest = {name: group for name, group in measures.items() if name != "walking"}
-    return [(title, gait_section(walking, length)), ("Measures", measure_tables(rest, length))]
+def _path_lengths(measures: Mapping[str, Any], length: str) -> Markup:
+    paths = {name: path for name, path in measures.get("paths", {}).items() if name != "reason"}
+    return details("Lengths of the paths", measure_tables(paths, length, level=3) if paths else Markup(""))
 
 
 def _key_frames(take: Take, frames: bool) -> Markup:
@@ -87,36 +86,6 @@ def _key_frames(take: Take, frames: bool) -> Markup:
         "facing you, and seen from its right side. Orange is the person's right, blue the left."
     )
     return small(words) + charts(figures) if figures else Markup("")
-
-
-def _angles(take: Take) -> Markup:
-    columns, times = take.kinematics or {}, take.need("poses").times
-    figures = []
-    for name in ALL_OF_BOTH:
-        of = sides_of(name)
-        values = [columns.get(f"{part}_deg", np.full(len(times), np.nan)) for part in of]
-        if not np.isfinite(values).any():
-            continue
-        margins = [columns.get(f"{part}_sd_deg", np.full(len(times), np.nan)) * SD_90 for part in of]
-        curves = (
-            [Curve(name, values[0], margin=margins[0])]
-            if name in MIDLINE
-            else sides(values[1], values[0], left_margin=margins[1], right_margin=margins[0])
-        )
-        angle = ALL_ANGLES[of[0]]
-        title = f"{spoken(name).capitalize()} (°)"
-        svg = picture(over_time(curves, times), "svg", f"{title} over time")
-        figures.append(figure([svg], title, f"{angle.words}; positive: {angle.positive}."))
-    if not figures:
-        return Markup("")
-    return (
-        small(
-            "Orange: right. Blue, dashed: left. The band holds the true angle in nine of ten frames, if the stated "
-            f"standard deviation is right. Where a curve breaks off there is no value.{_thinned(take)}"
-        )
-        + charts(figures)
-        + angle_table(columns)
-    )
 
 
 def _wrists(take: Take) -> Markup:
@@ -129,8 +98,10 @@ def _wrists(take: Take) -> Markup:
             "From the pelvis, unfiltered. Before: in the axes that the poses came in. After: in LEVEL, whose up is "
             f"against gravity and whose heading is {heading}. Orange: right. Blue: left. The cross is the pelvis."
         )
-        + charts(_ways(take), three=True)
-        + charts([*_components(before, "Before"), *_components(after, "After")], three=True)
+        + charts(_ways(take))
+        + details(
+            "Each component over time", charts([*_components(before, "Before"), *_components(after, "After")])
+        )
     )
 
 
@@ -139,16 +110,18 @@ def _ways(take: Take) -> Iterator[Markup]:
     source, rectified = take.need("poses"), take.need("rectified")
     before, level = (_from_pelvis(poses, "r_wrist", "l_wrist") for poses in (source, rectified.level))
     views = {
-        "Before: camera's view": (seen_by_camera(before, source.frame), "right and up are the picture's"),
+        "Before: camera's view": (seen_by_camera(before, source.frame), "right and up are the image's"),
         "After: right side": (level[..., [0, 2]] * (-1, 1), "front is to the right"),
         "After: from above": (level[..., [1, 0]] * (1, -1), "front is up, the right side to the right"),
     }
     boxes = {name: _box(points) for name, (points, _) in views.items()}
     reach = max(reach for _, reach in boxes.values())
     for name, (points, words) in views.items():
-        drawn = path(dict(zip((RIGHT, LEFT), points.swapaxes(0, 1), strict=True)), boxes[name][0], reach)
         title = f"{name} ({_unit(source)})"
-        yield figure([picture(drawn, "svg", f"Paths of both wrists: {title}")], title, f"{words}.")
+        both = dict(zip((RIGHT, LEFT), points.swapaxes(0, 1), strict=True))
+        yield figure(
+            [path(both, boxes[name][0], reach, f"Paths of both wrists: {title}")], title, f"{words}."
+        )
 
 
 def _from_pelvis(poses: PoseSequence, *joints: str) -> np.ndarray:
@@ -170,8 +143,8 @@ def _components(poses: PoseSequence, when: str) -> Iterator[Markup]:
     left, right = _from_pelvis(poses, "l_wrist", "r_wrist").swapaxes(0, 1)
     for i, (axis, word) in enumerate(zip("xyz", poses.frame.axes, strict=True)):
         title = f"{when}: {axis}, {word} ({_unit(poses)})"
-        svg = over_time(sides(left[:, i], right[:, i]), poses.times)
-        yield figure([picture(svg, "svg", f"Wrists {title.lower()} over time")], title)
+        curves = sides(left[:, i], right[:, i])
+        yield figure([over_time(curves, poses.times, f"Wrists {title.lower()} over time")], title)
 
 
 def _gravity(take: Take, facts: Facts, frames: bool) -> Markup:
@@ -187,27 +160,28 @@ def _gravity(take: Take, facts: Facts, frames: bool) -> Markup:
         for i, (name, per, words) in enumerate(
             (
                 ("Camera's pitch (°)", np.ones(len(times)), "positive looks down"),
-                ("Camera's roll (°)", per_roll, "positive turns the picture's content counter-clockwise"),
+                ("Camera's roll (°)", per_roll, "positive turns the image's content counter-clockwise"),
             )
         ):
             curves = [
-                Curve("each frame's vote", votes[:, i], SOFT, width=0.8),
+                Curve("each frame", votes[:, i], SOFT, width=0.8),
                 Curve("take", found[:, i], LEFT, rectified.up_bound_deg * per, width=1.8),
             ]
-            svg = picture(over_time(curves, times), "svg", f"{name} over time")
-            figures.append(figure([svg], name, f"{words}; band: 90 % bound."))
-    off = angle_deg(rectified.up_votes, shared_up(rectified))
+            chart = over_time(curves, times, f"{name} over time")
+            figures.append(figure([chart], name, f"{words}; band: 90 % bound."))
+    off, more = angle_deg(rectified.up_votes, shared_up(rectified)), []
     for title, values, words in (
-        ("Votes off the take's up (°)", off, "angle between each frame's own idea of up and the take's."),
+        ("Each frame's own up off the take's (°)", off, "angle between the two."),
         ("Expected error of the rotation (°)", rectified.error_deg, "of BODY, as the rectifier states it."),
     ):
         if np.isfinite(values).any():
-            svg = picture(over_time([Curve(title, values)], times), "svg", f"{title} over time")
-            figures.append(figure([svg], title, words))
+            chart = over_time([Curve(title, values)], times, f"{title} over time")
+            more.append(figure([chart], title, words))
     return (
         gravity_words(facts)
         + up_table(facts, take.camera is not None)
         + charts([*_lines(take, frames), *figures])
+        + details("Each frame's own up, and the error of its rotation", charts(more))
     )
 
 
@@ -225,12 +199,3 @@ def _lines(take: Take, frames: bool) -> Iterator[Markup]:
 
 def _unit(poses: PoseSequence) -> str:
     return poses.frame.unit if poses.frame.metric else "au"
-
-
-def _thinned(take: Take) -> str:
-    if len(take.need("poses")) <= 2 * SLICES:
-        return ""
-    return (
-        f" The take is longer than the charts are wide: each of at most {SLICES} slices of time is filled "
-        "from its lowest to its highest value."
-    )

@@ -12,7 +12,7 @@ from markupsafe import Markup
 from ....pipeline.messages import how_many
 from ....pipeline.motion.angles import ANGLES, near
 from ....pipeline.pose import package_version
-from ...drawing.charts import Curve, over_time, svg
+from ...drawing.charts import Curve, over_time
 from ...drawing.page import (
     Cell,
     box,
@@ -30,6 +30,7 @@ from ...drawing.page import (
 from ...report.sections import spoken
 from .align import Alignment
 from .cycles import Cycles
+from .plots import svg
 from .side import Side
 from .wrists import AXES, WRISTS, Wrists, draw
 
@@ -150,8 +151,7 @@ def _charts(pair: Pair, reference: Side) -> Markup:
         title = f"{spoken(name).capitalize()} (°)"
         values, other = pair.side.angles[name], pair.at_reference[name]
         curves = [Curve(reference.name, other, REFERENCE), Curve(pair.side.name, values, COLOURS[0])]
-        svg = picture(over_time(curves, pair.side.time_s), "svg", f"{title} of both over time")
-        figures.append(figure([svg], title))
+        figures.append(figure([over_time(curves, pair.side.time_s, f"{title} of both over time")], title))
         off = picture(
             bland_altman(values, other, pair.agreement[name]), "svg", f"{title}: difference over the mean"
         )
@@ -206,10 +206,8 @@ def _cycles(pair: Pair, reference: Side) -> Markup:
             )
         ]
         title = f"{found.kind.capitalize()}: {spoken(found.angle)} (°)"
-        svg = picture(
-            over_time(curves, np.linspace(0, 100, 101), "cycle (%)"), "svg", f"{title} over a cycle"
-        )
-        figures.append(figure([svg], title, "Mean over the cycles; band: one standard deviation."))
+        chart = over_time(curves, np.linspace(0, 100, 101), f"{title} over a cycle", "cycle (%)")
+        figures.append(figure([chart], title, "Mean over the cycles; band: one standard deviation."))
     head = (
         "cycles of", "how many", "mean curves differ by (°)", "at most by (°)", f"range of {pair.side.name} (°)",
         f"range of {reference.name} (°)", "change of range (°)", "95 % interval (°)",

@@ -17,9 +17,9 @@ from ....models import load_rectifier
 from ....pipeline.canonical import R_world_from_body
 from ....pipeline.layouts import H36M17
 from ....pipeline.rotations import is_finite, rotate, transpose
-from ...drawing.charts import STYLE
 from ..finished_run import methods
 from .figures import correlation
+from .plots import STYLE
 from .side import TRUTH, Side
 
 WRISTS = ("r_wrist", "l_wrist")

@@ -39,8 +39,9 @@ _LOST = 30  # frames without the person who is shown, after which another may be
 
 
 @offering(
-    "detector", "stature", "focal", "pitch", "roll", "gravity", "also", "no_frames", "recipe", "settings"
-)
+    "detector", "stature", "title", "person_id", "date", "focal", "pitch", "roll", "gravity", "also", "no_frames",
+    "recipe", "settings",
+)  # fmt: skip
 def live(
     options: RunOptions,
     source: Annotated[

@@ -124,6 +124,11 @@ def test_a_stature_is_one_persons(mmpose, recipe, tmp_path):
         )
 
 
+def test_an_id_is_one_persons(mmpose, recipe, tmp_path):
+    with pytest.raises(InputError, match="--person-id"):
+        run_people(RunOptions(poses=mmpose(), fps=30, person_id="P-07"), tmp_path / "out", recipe)
+
+
 @pytest.mark.parametrize(
     ("people", "folders"),
     [

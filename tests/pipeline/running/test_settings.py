@@ -139,3 +139,11 @@ def test_what_has_moved_has_gone_from_the_flags_and_is_somewhere_else():
             from pcnet3d.pipeline.plugins.options import option_types
 
             assert key in option_types(registry.load("stages", stage)), (old, stands_for.get(value))
+
+
+def test_the_session_is_what_is_told_of_it():
+    assert told(poses=POSES, title="Visit 1", person_id="P-07", date="2026-03-31") == {}  # of no stage alone
+    assert RunOptions(date="20260331").date == "2026-03-31"
+    for wrong in ("31.3.2026", "2026-02-30", "today"):
+        with pytest.raises(InputError, match=f"--date YYYY-MM-DD.*'{wrong}'"):
+            RunOptions(date=wrong)

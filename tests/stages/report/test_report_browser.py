@@ -27,8 +27,13 @@ def test_it_opens_with_all_its_figures_and_not_a_word_in_the_console(content, op
         "[...document.images].map(i => [i.complete, i.naturalWidth, i.getBoundingClientRect().width])"
     )
     assert len(images) == content.count("<img")
-    assert len(images) > 30
+    assert len(images) == 6
     assert all(complete and natural > 50 and shown > 50 for complete, natural, shown in images)
+    charts = browser.value(
+        "[...document.querySelectorAll('.chart > svg')].map(s => s.checkVisibility() && s.clientWidth)"
+    )
+    assert len(charts) > 20
+    assert all(shown is False or shown > 250 for shown in charts)  # those within details are not shown
     assert browser.value("document.documentElement.scrollWidth") <= width
     sizes = (
         "[...document.querySelectorAll('p,li,td,small')].map(e => parseFloat(getComputedStyle(e).fontSize))"
@@ -46,7 +51,79 @@ def test_it_prints(content, opened):
     browser = opened(content)
     pdf = base64.b64decode(browser.ask("Page.printToPDF", preferCSSPageSize=True)["data"])
     assert pdf.startswith(b"%PDF")
-    assert 3 <= pdf.count(b"/Type /Page\n") <= 12
+    assert 3 <= pdf.count(b"/Type /Page\n") <= 6
+
+
+def test_values_are_read_off_under_the_pointer_in_every_chart_of_time(content, opened):
+    browser = opened(content)
+    chart = "[...document.querySelectorAll('figure')].find(f => f.textContent.startsWith('{}')).querySelector('.chart')"
+    knee, hip = chart.format("Knee flexion"), chart.format("Hip flexion")
+    table = f"[...{knee}.querySelectorAll('tbody tr')].map(r => [...r.cells].map(c => c.textContent))"
+    browser.value(f"{knee}.scrollIntoView({{block: 'center'}})")
+    left, top, width, height = browser.value(
+        f"(r => [r.left, r.top, r.width, r.height])({knee}.querySelector('.axis').getBoundingClientRect())"
+    )
+    move = {"type": "mouseMoved", "x": left + width / 2, "y": top + height / 2}
+    browser.ask("Input.dispatchMouseEvent", **move)
+    said = "[...{}.querySelectorAll('.key span output')].map(o => o.textContent)"
+    rows = {row[0]: row[1:] for row in browser.value(table)}
+    at = browser.value(f"{knee}.querySelector('.at').textContent")
+    assert at.endswith(" s")
+    assert float(at.split()[0]) == pytest.approx(float(list(rows)[-1]) / 2, abs=0.02)
+    assert browser.value(said.format(knee)) == rows[at.split()[0]]
+    assert all(browser.value(said.format(hip)))
+    left_of = f"{hip}.querySelector('{{}}').getBoundingClientRect().left"
+    cursor, axis = (browser.value(left_of.format(part)) for part in (".cursor", ".axis"))
+    assert cursor - axis == pytest.approx(width / 2, abs=4)
+    browser.ask("Input.dispatchMouseEvent", type="mouseMoved", x=1, y=1)
+    assert browser.value(said.format(knee)) == ["", ""]
+    assert browser.complaints == []
+
+
+def test_a_click_on_a_chart_shows_the_nearest_key_frame(content, opened):
+    browser = opened(content)
+    times = browser.value(
+        "[...document.querySelectorAll('figure[data-time]')].map(f => parseFloat(f.dataset.time))"
+    )
+    browser.value("document.querySelector('.leads').scrollIntoView({block: 'center'})")
+    left, top, width, height = browser.value(
+        "(r => [r.left, r.top, r.width, r.height])(document.querySelector('.leads .axis').getBoundingClientRect())"
+    )
+    for kind in ("mousePressed", "mouseReleased"):
+        place = {"x": left + 0.98 * width, "y": top + height / 2}
+        browser.ask("Input.dispatchMouseEvent", type=kind, button="left", clickCount=1, **place)
+    assert browser.value("document.querySelector('dialog').open")
+    assert float(browser.value("document.querySelector('dialog figure').dataset.time")) == max(times)
+    browser.value("document.querySelector('dialog button').click()")
+    assert not browser.value("document.querySelector('dialog').open")
+
+
+def test_it_is_dark_where_that_is_asked_for_but_not_on_paper(content, opened):
+    browser = opened(content)
+
+    def brightness(media: str, scheme: str) -> tuple[float, float]:
+        features = [{"name": "prefers-color-scheme", "value": scheme}]
+        browser.ask("Emulation.setEmulatedMedia", media=media, features=features)
+        numbers = (
+            "getComputedStyle(document.body).{}.match(/[0-9]+/g).map(Number).reduce((a, b) => a + b) / 3"
+        )
+        return browser.value(numbers.format("backgroundColor")), browser.value(numbers.format("color"))
+
+    try:
+        for media, scheme, is_dark in (("screen", "light", 0), ("screen", "dark", 1), ("print", "dark", 0)):
+            paper, ink = brightness(media, scheme)
+            assert (ink - paper > 150) if is_dark else (paper - ink > 150), (media, scheme)
+    finally:
+        browser.ask("Emulation.setEmulatedMedia", media="", features=[])
+
+
+@pytest.mark.parametrize("width", [390, 320])
+def test_no_column_is_hidden_on_a_telephone(content, opened, width):
+    browser = opened(content, width)
+    browser.value("document.querySelectorAll('details').forEach(d => d.open = true)")
+    beyond = "[...document.querySelectorAll('.table')].filter(t => t.scrollWidth > t.clientWidth + 1).length"
+    assert browser.value("document.querySelectorAll('.table').length") >= 3
+    assert browser.value(beyond) == 0
 
 
 def test_a_script_that_came_in_after_all_would_not_run(opened):

@@ -1,5 +1,7 @@
 """The report as part of a run."""
 
+import json
+
 import numpy as np
 import pytest
 
@@ -8,7 +10,7 @@ from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.running import command
-from pcnet3d.pipeline.running.recipe import Recipe, load_recipe
+from pcnet3d.pipeline.running.recipe import Recipe, StageEntry, load_recipe
 from pcnet3d.pipeline.running.run import run_files
 
 
@@ -28,6 +30,23 @@ def test_a_run_leaves_the_report_in_its_folder(sources, tmp_path):
     run_files(sources, tmp_path / "out", recipe())
     assert {path.name for path in (tmp_path / "out").iterdir()} == {"report.html", "summary.json"}
     assert "data:image/jpeg" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+
+
+def test_title_person_and_date_stand_in_report_and_summary(sources, tmp_path):
+    told = {"title": "Visit <1>", "person_id": "P-07", "date": "2026-03-31"}
+    stages = (*recipe().stages, StageEntry(use="export"))
+    geometric = Recipe(
+        stages=(stages[0], StageEntry(use="trajectories"), StageEntry(use="angles"), *stages[1:])
+    )
+    take = run_files(sources.with_(**told), tmp_path / "out", geometric)
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert "<title>Visit &lt;1&gt;</title>" in page
+    assert "<h1>Visit &lt;1&gt;</h1>" in page
+    assert f"Person P-07 · 2026-03-31 · {take.name}" in page
+    assert json.loads((tmp_path / "out" / "summary.json").read_text())["session"] == told
+    run_files(sources, tmp_path / "bare", geometric)
+    assert f"<h1>{take.name}</h1>" in (tmp_path / "bare" / "report.html").read_text(encoding="utf-8")
+    assert json.loads((tmp_path / "bare" / "summary.json").read_text())["session"] == {}
 
 
 def test_the_folder_is_the_runs_own(sources, tmp_path):

@@ -5,17 +5,19 @@ import re
 import time
 from dataclasses import replace
 from html.parser import HTMLParser
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from pcnet3d.pipeline import BODY, H36M17, InputError, PoseSequence
 from pcnet3d.pipeline.motion.angles import ANGLES
-from pcnet3d.pipeline.take import Event
-from pcnet3d.stages.drawing.charts import LEFT, MIDDLE, RIGHT, SLICES, Curve, over_time, ranges
-from pcnet3d.stages.drawing.page import table
+from pcnet3d.pipeline.take import Event, Session
+from pcnet3d.stages.drawing import page as page_module
+from pcnet3d.stages.drawing.charts import LEFT, MIDDLE, RIGHT, SLICES, Curve, over_time, ranges, sides
+from pcnet3d.stages.drawing.page import answer, page, table
+from pcnet3d.stages.report.angles import angle_table
 from pcnet3d.stages.report.measures import _percent
-from pcnet3d.stages.report.sections import angle_table
 from pcnet3d.stages.report.stage import Report, report
 from pcnet3d.stages.trajectories import UNCERTAIN
 
@@ -47,11 +49,11 @@ def content(walk_take) -> str:
 
 
 def test_it_has_every_part_and_a_chart_for_every_angle(content):
-    page = Page(content)
+    shown = Page(content)
     headings = re.findall(r"<h2>(.*?)</h2>", content)
     assert headings == [
-        "Key frames", "Joint angles", "Speeds and accelerations", "Wrist paths before and after", "Gravity",
-        "Where this comes from",
+        "Key frames", "Joint angles over time", "Speeds and accelerations", "Wrist paths before and after",
+        "Which way is up", "Where this comes from",
     ]  # fmt: skip
     titles = re.findall(r"<figcaption>(.*?)</figcaption>", content)
     for name in ANGLES:
@@ -60,9 +62,9 @@ def test_it_has_every_part_and_a_chart_for_every_angle(content):
     assert {
         f"{when} (m)" for when in ("Before: x, right", "Before: y, down", "After: x, back", "After: z, up")
     } <= {*titles}
-    assert len(page.images("svg+xml")) >= len(titles)
-    assert "60 frames, 2.0 s at 30 a second" in page.words
-    assert "geometric" in page.words
+    assert len([tag for tag, _ in shown.tags if tag == "svg"]) >= len(titles)
+    assert "60 frames, 2.0 s at 30 a second" in shown.words
+    assert "geometric" in shown.words
 
 
 def test_an_acceleration_that_is_less_certain_than_large_is_left_to_words(walk_take):
@@ -76,18 +78,25 @@ def test_an_acceleration_that_is_less_certain_than_large_is_left_to_words(walk_t
 
 
 def test_it_stands_alone(content):
-    page = Page(content)
-    assert not [
-        tag for tag, _ in page.tags if tag in ("script", "link", "iframe", "object", "embed", "base", "form")
-    ]
-    for _, attributes in page.tags:
+    shown = Page(content)
+    assert not [tag for tag, _ in shown.tags if tag in ("link", "iframe", "object", "embed", "base", "form")]
+    (script,) = re.findall(r"<script>(.*?)</script>", content, flags=re.DOTALL)
+    assert script == (Path(page_module.__file__).parent / "charts.js").read_text(encoding="utf-8")
+    for _, attributes in shown.tags:
         assert not [name for name in attributes if name.startswith("on")]
         for name in ("src", "href"):
             assert (attributes.get(name) or "#").startswith(("data:image/", "#"))
     assert "url(" not in content
-    (policy,) = [a["content"] for tag, a in page.tags if tag == "meta" and a.get("http-equiv")]
+    (policy,) = [a["content"] for tag, a in shown.tags if tag == "meta" and a.get("http-equiv")]
     assert "default-src 'none'" in policy
+    assert "script-src 'sha256-" in policy
     assert "http" not in policy
+
+
+def test_a_page_without_charts_runs_nothing():
+    bare = page("quiet", answer(["nothing moves"]), [])
+    assert "<script" not in bare
+    assert "script-src" not in bare
 
 
 def test_the_same_take_gives_the_same_file(walk_take, content):
@@ -96,19 +105,23 @@ def test_the_same_take_gives_the_same_file(walk_take, content):
 
 def test_texts_of_files_and_events_are_shown_not_obeyed(walk_take):
     nasty = '<script>alert("x")</script><img src=x onerror=alert(1)>'
-    take = replace(walk_take, name=nasty).saying(
-        Event("warning", nasty), Event("repair", nasty), Event("note", nasty)
+    take = replace(walk_take, name=nasty, session=Session(nasty, nasty, nasty)).saying(
+        Event("warning", nasty),
+        Event("repair", nasty),
+        Event("note", nasty),
+        Event("warning", nasty, about="view"),
     )
     take = take.with_(
         inputs=({"role": "poses", "file": nasty, "adapter": nasty, "sha256": nasty},),
         filtered=take.filtered.noted(nasty, what=nasty),
         rectified=replace(take.rectified, method=nasty, level_heading=nasty, up_shares={nasty: 1.0}),
     )
-    page = Page(report(take))
-    tags = {tag for tag, _ in page.tags}
-    assert "script" not in tags
-    assert not [a for tag, a in page.tags if tag == "img" and not (a["src"] or "").startswith("data:")]
-    assert page.words.count(nasty) >= 10
+    shown = Page(report(take))
+    assert [tag for tag, _ in shown.tags].count("script") == 1  # ours, which reads the charts
+    assert not [a for tag, a in shown.tags if tag == "img" and not (a["src"] or "").startswith("data:")]
+    assert shown.words.count(nasty) >= 10
+    (style,) = re.findall(r"<style>(.*?)</style>", report(take), re.DOTALL)
+    assert not set("<&") & set(style)  # the title stands there too, for paper
 
 
 def test_warnings_come_before_the_first_image(walk_take):
@@ -116,7 +129,8 @@ def test_warnings_come_before_the_first_image(walk_take):
     take = take.with_(rectified=replace(take.rectified, level_ok=False, level_reason="the person lies"))
     said = report(take)
     for words in ("the poses are odd", "could not be levelled: the person lies"):
-        assert 0 < said.index(words) < said.index("<img")
+        assert 0 < said.index(words) < said.index("Key frames</h2>")
+    assert "Not to be relied on" in said
 
 
 def test_what_a_take_lacks_is_left_out(walk_take):
@@ -206,18 +220,63 @@ def test_long_curves_keep_their_extremes_and_their_gaps():
     assert (low[np.isfinite(low)] <= high[np.isfinite(high)]).all()
 
 
+def line(drawn: str) -> np.ndarray:
+    """(N, 2) points of the first curve of a chart, in pixels."""
+    (path, *_) = re.findall(r'class="line" d="([^"]*)"', drawn)
+    return np.array(re.findall(r"[ML]([-\d.]+) ([-\d.]+)", path), dtype=float)
+
+
 def test_a_gap_breaks_the_line():
     """The line of a chart begins anew (M) behind every gap."""
 
     def pieces(values):
-        drawn = over_time([Curve("a", values)], np.arange(float(len(values)))).decode()
-        line = re.search(r'<g id="line2d_\d+">\s*<path d="([^"]*)" clip-path[^>]*stroke: #3c434b', drawn)
-        return line.group(1).count("M")
+        drawn = over_time([Curve("a", values)], np.arange(float(len(values))), "a over time")
+        return re.findall(r'class="line" d="([^"]*)"', drawn)[0].count("M")
 
     wave = np.sin(np.arange(100.0))
     assert pieces(wave) == 1
     wave[40:50] = np.nan
     assert pieces(wave) == 2
+
+
+def test_a_chart_is_to_scale():
+    """Pixels of the curve are one linear map of its values, upward; ticks stand where the map puts their numbers."""
+    x, values = np.linspace(2, 7, 60), 30 * np.sin(np.linspace(0, 9, 60)) - 4
+    drawn = over_time([Curve("a", values)], x, "a over time")
+    at = line(drawn)
+    across, upward = np.polyfit(x, at[:, 0], 1), np.polyfit(values, at[:, 1], 1)
+    np.testing.assert_allclose(np.polyval(across, x), at[:, 0], atol=0.06)
+    np.testing.assert_allclose(np.polyval(upward, values), at[:, 1], atol=0.06)
+    assert across[0] > 0 > upward[0]
+    ticks = re.findall(r'<text x="([\d.]+)" y="([\d.]+)"( dy="4")? text-anchor="\w+">([-\d.]+)<', drawn)
+    assert len(ticks) >= 8
+    for left, top, is_y, number in ticks:
+        expected, pixel = (
+            (np.polyval(upward, float(number)), top) if is_y else (np.polyval(across, float(number)), left)
+        )
+        assert float(pixel) == pytest.approx(expected, abs=0.15)
+
+
+def test_the_values_of_a_chart_are_in_its_table():
+    x = np.arange(40) / 10
+    right, left = np.linspace(0, 60, 40), np.full(40, np.nan)
+    left[5] = 12.34
+    curves = sides(left, right, right_margin=np.full(40, 5.0))
+    rows = re.findall(r"<tr><td>(.*?)<td>(.*?)<td>(.*?)(?=<tr>|</tbody>)", over_time(curves, x, "knee"))
+    assert len(rows) == 40
+    assert rows[5] == ("0.50", "7.7 ± 5.0", "12.3")
+    assert rows[6][2] == "–"
+
+
+def test_names_in_a_chart_are_escaped():
+    drawn = over_time(
+        [Curve("<b>", np.arange(3.0)), Curve('"', np.arange(3.0))], np.arange(3.0), '<i>"', "<u>", "<s>"
+    )
+    assert {tag for tag, _ in Page(str(drawn)).tags} <= {
+        "div", "p", "span", "i", "output", "svg", "g", "path", "text", "details", "summary", "table", "thead", "tbody",
+        "tr", "th", "td",
+    }  # fmt: skip
+    assert "<b>" in Page(str(drawn)).words
 
 
 def test_ten_minutes_are_quick_and_small(walk_take, film):
@@ -270,13 +329,10 @@ def test_body_is_seen_from_the_front_and_from_its_right(walk_take):
     """In the drawing of a key frame the person's right is on the left from the front, and the face looks right."""
     body = walk_take.rectified.body
     assert body.frame.axes == BODY.axes
-    (drawn, *_) = re.findall(r'svg\+xml;base64,([^"]*)"[^>]*></div>', report(walk_take))
+    (drawn, *_) = re.findall(r'<svg class="skeleton"[^>]*Rectified.*?</svg>', report(walk_take))
     number = r'="([-\d.]+)" '
-    line = re.compile(f'x1{number}y1{number}x2{number}y2{number}stroke="(.*?)"')
-    lines = [
-        (np.array([float(x_0), float(x_1)]), colour)
-        for x_0, _, x_1, _, colour in line.findall(base64.b64decode(drawn).decode())
-    ]
+    line = re.compile(f'x1{number}y1{number}x2{number}y2{number}style="color:(.*?)"')
+    lines = [(np.array([float(x_0), float(x_1)]), colour) for x_0, _, x_1, _, colour in line.findall(drawn)]
     front = {
         side: np.mean([x for x, colour in lines if colour == side and x.max() < 120])
         for side in (LEFT, RIGHT)

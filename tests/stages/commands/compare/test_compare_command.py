@@ -126,7 +126,7 @@ def test_files_and_page(cameras, against_truth, runs):
         assert words in page
     assert "View-consistency" in (runs / "side/compare/compare.html").read_text()
     assert page.count('<div class="wide">') == 2  # to be scrolled on a phone, not shrunk
-    assert "<script" not in page
+    assert page.count("<script") == 1  # reads off the charts
     assert len(page) < 10e6
 
 

@@ -1,0 +1,50 @@
+// Reading off charts: values under the pointer, one cursor over all charts of the same axis, and by a click the nearest
+// key frame. The values are those of the table below each chart.
+{
+  const charts = [...document.querySelectorAll(".chart")].map(box => {
+    const svg = box.querySelector("svg"), rows = [...box.querySelectorAll("tbody tr")];
+    const [from, to, left, right] = ["from", "to", "left", "right"].map(name => parseFloat(svg.dataset[name]));
+    const outputs = [...box.querySelectorAll(".key span output")], at = box.querySelector(".at");
+    return { over: box.dataset.over, svg, rows, from, to, left, right, outputs, at,
+      cursor: svg.querySelector(".cursor"), places: rows.map(row => parseFloat(row.cells[0].textContent)) };
+  });
+
+  const nearest = (places, wanted) =>
+    places.reduce((best, place, i) => Math.abs(place - wanted) < Math.abs(places[best] - wanted) ? i : best, 0);
+
+  const show = (over, wanted) => charts.filter(chart => chart.over === over).forEach(chart => {
+    const row = wanted === null ? null : chart.rows[nearest(chart.places, wanted)];
+    chart.cursor.setAttribute("visibility", row ? "visible" : "hidden");
+    chart.outputs.forEach((output, i) => output.textContent = row ? row.cells[i + 1].textContent : "");
+    chart.at.textContent = row ? `${row.cells[0].textContent} ${/\((.*)\)/.exec(over)?.[1] ?? ""}` : "";
+    if (row) {
+      const share = (parseFloat(row.cells[0].textContent) - chart.from) / (chart.to - chart.from);
+      chart.cursor.setAttribute("transform", `translate(${chart.left + share * (chart.right - chart.left)} 0)`);
+    }
+  });
+
+  const place = (chart, event) => {
+    const box = chart.svg.getBoundingClientRect(), x = (event.clientX - box.left) / box.width * chart.svg.viewBox.baseVal.width;
+    const share = Math.min(Math.max((x - chart.left) / (chart.right - chart.left), 0), 1);
+    return chart.from + share * (chart.to - chart.from);
+  };
+
+  const frames = [...document.querySelectorAll("figure[data-time]")];
+  const times = frames.map(frame => parseFloat(frame.dataset.time));
+  const dialog = document.createElement("dialog"), close = document.createElement("button");
+  close.textContent = "Close";
+  close.addEventListener("click", () => dialog.close());
+  document.addEventListener("keydown", event => event.key === "Escape" && dialog.close());
+  document.body.append(dialog);
+
+  for (const chart of charts) {
+    chart.svg.addEventListener("pointermove", event => show(chart.over, place(chart, event)));
+    chart.svg.addEventListener("pointerleave", () => show(chart.over, null));
+    if (!chart.over.startsWith("time") || !frames.length) continue;
+    chart.svg.classList.add("leads");
+    chart.svg.addEventListener("click", event => {
+      dialog.replaceChildren(close, frames[nearest(times, place(chart, event))].cloneNode(true));
+      dialog.show();
+    });
+  }
+}

@@ -1,0 +1,129 @@
+"""What a report shows of joint angles: ranges of motion with both sides compared, and charts over time."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from markupsafe import Markup
+
+from ...models.common.metrics import SD_90
+from ...pipeline.motion.angles import FINE, MIDLINE, REASONS, of_both, sides_of
+from ...pipeline.motion.foot_angles import ALL_ANGLES, ALL_OF_BOTH
+from ...pipeline.take import Take
+from ..drawing.charts import SLICES, Curve, over_time, sides
+from ..drawing.page import Cell, Soft, beside, charts, details, figure, small, table
+from .measures import measure_tables
+from .sections import spoken
+
+
+def ranges(measures: Mapping[str, Any]) -> Markup:
+    """HTML of the ranges of motion, right beside left. measures: the groups `range_of_motion` and `symmetry`."""
+    found, symmetry = measures.get("range_of_motion", {}), measures.get("symmetry", {})
+    known = [name for name in found if "p05_deg" in found[name]]
+    rows: list[list[Cell]] = [
+        [spoken(both), *(_range(found.get(f"{side}_{both}", {})) for side in "rl"), _difference(symmetry.get(both, {}))]
+        for both in dict.fromkeys(of_both(name) for name in known if name not in MIDLINE)
+    ]  # fmt: skip
+    middle: list[list[Cell]] = [[spoken(name), _range(found[name])] for name in known if name in MIDLINE]
+    if not known:
+        return Markup("")
+    return (
+        small(
+            "From the 5th to the 95th percentile of the frames, in degrees; ± is the angle's standard deviation. "
+            "Difference: right less left range, over their mean. Grey: it lies within its error (90 %), or some values "
+            "are such as no joint reaches."
+        )
+        + beside(table(("", "right", "left", "difference"), rows), table(("", "range"), middle))
+        + details("All figures of the ranges", measure_tables({name: found[name] for name in known}, level=3))
+    )  # fmt: skip
+
+
+def _range(of: Mapping[str, Any]) -> Cell:
+    if "p05_deg" not in of:
+        return None
+    error = f" ± {of['sd_deg']:.0f}" if "sd_deg" in of else ""
+    words = f"{of['p05_deg']:z.0f} to {of['p95_deg']:z.0f}{error}"
+    return Soft(words) if of.get("beyond_anatomy_frames") else words
+
+
+def _difference(of: Mapping[str, Any]) -> Cell:
+    if "symmetry_index_percent" not in of:
+        return None
+    error = of.get("symmetry_index_error_percent")
+    words = f"{of['symmetry_index_percent']:z.0f}{'' if error is None else f' ± {error:.0f}'} %"
+    return Soft(words) if of.get("within_error") else words
+
+
+def angle_charts(take: Take) -> Markup:
+    """HTML of every angle over time, both sides in one chart, with its band; empty where the take has none."""
+    columns, times = take.kinematics or {}, take.need("poses").times
+    figures = []
+    for name in ALL_OF_BOTH:
+        of = sides_of(name)
+        values = [columns.get(f"{part}_deg", np.full(len(times), np.nan)) for part in of]
+        if not np.isfinite(values).any():
+            continue
+        margins = [columns.get(f"{part}_sd_deg", np.full(len(times), np.nan)) * SD_90 for part in of]
+        curves = (
+            [Curve(name, values[0], margin=margins[0])]
+            if name in MIDLINE
+            else sides(values[1], values[0], left_margin=margins[1], right_margin=margins[0])
+        )
+        angle = ALL_ANGLES[of[0]]
+        title = f"{spoken(name).capitalize()} (°)"
+        about = f"{angle.words[:1].upper()}{angle.words[1:]}; positive: {angle.positive}."
+        figures.append(figure([over_time(curves, times, f"{title} over time", about=about)], title))
+    if not figures:
+        return Markup("")
+    return (
+        small(
+            "Orange: right. Blue, dashed: left. The band holds the true angle in nine of ten frames, if the stated "
+            f"standard deviation is right. Where a curve breaks off there is no value.{_thinned(take)}"
+        )
+        + charts(figures)
+        + details("How well each angle is known, and where it is not", angle_table(columns))
+    )
+
+
+def _thinned(take: Take) -> str:
+    if len(take.need("poses")) <= 2 * SLICES:
+        return ""
+    return (
+        f" The take is longer than the charts are wide: each of at most {SLICES} slices of time is filled "
+        "from its lowest to its highest value."
+    )
+
+
+def angle_table(columns: Mapping[str, np.ndarray]) -> Markup:
+    """In how many frames each angle is known and how well (medians), and why the others have none. columns: (T,) of the
+    take's kinematics."""
+    rows: list[list[str | float | None]] = []
+    used: set[int] = set()
+    for name in ALL_ANGLES:
+        values = columns.get(f"{name}_deg")
+        if values is None:
+            continue
+        reason = columns.get(f"{name}_reason", np.where(np.isfinite(values), FINE, -1))
+        lost = {int(code): int((reason == code).sum()) for code in np.unique(reason) if code != FINE}
+        used |= lost.keys()
+        why = ", ".join(f"{code}: {count}" if code in REASONS else str(count) for code, count in lost.items())
+        fine = values[np.isfinite(values)]
+        error = columns.get(f"{name}_sd_deg", np.full(1, np.nan))
+        error = error[np.isfinite(error)]
+        share = f"{100 * len(fine) / len(values):.0f} %"
+        median = float(np.median(fine)) if len(fine) else None
+        stated = float(np.median(error)) if len(error) else None
+        rows.append([spoken(name), share, median, stated, why or "–"])
+    if not rows:
+        return Markup("")
+    reasons = "; ".join(f"{code}: {REASONS[code]}" for code in sorted(used & REASONS.keys()))
+    head = (
+        "angle",
+        "frames with a value",
+        "median (°)",
+        "stated standard deviation (°)",
+        "frames without, by reason",
+    )
+    return table(head, rows) + (small(f"Reasons: {reasons}.") if reasons else "")

@@ -1,0 +1,51 @@
+"""What the figures of a report are, in a line each; definitions with their sources are in docs/gait.md and
+docs/measures.md."""
+
+from __future__ import annotations
+
+# By a measure's name without its unit, `mean_` and `sd_`.
+_EXPLAINED = {
+    "steps": "From one foot's landing to the other foot's; so there is one landing more than there are steps.",
+    "strides": "From a foot's landing to the next landing of the same foot.",
+    "walks": "Stretches of three steps or more without a stop or a sharp turn.",
+    "cadence": "Steps a minute, by the mean step time. Adults at ease walk 100 to 120.",
+    "walking_speed": "Mean step length by mean step time. Adults at ease walk 1.2 to 1.4 m/s.",
+    "step_length": "From the other foot's place to this foot's, along the walk.",
+    "stride_length": "From a foot's place to its next one, along the walk.",
+    "step_width": "How far to the side a foot stands from the middle of the other foot's two places.",
+    "step_time": "From one foot's landing to the other's.",
+    "stride_time": "From a foot's landing to its next: one gait cycle.",
+    "stance_time": "How long a foot is on the floor.",
+    "swing_time": "How long a foot is in the air.",
+    "stance": "Share of the gait cycle that the foot is on the floor; about 60 % in a walk at ease.",
+    "swing": "Share of the gait cycle that the foot is in the air.",
+    "single_support": "Share of the gait cycle in which only this foot is on the floor.",
+    "double_support": "Share of the gait cycle in which both feet are on the floor; none in a run.",
+    "flight_time": "How long both feet are in the air.",
+    "symmetry_index": "Right less left, over their mean: 0 % when both are alike, positive when the right is larger.",
+    "landings": "When the foot first touches the floor (initial contact).",
+    "toe_offs": "When the foot leaves the floor.",
+    "belt_speed": "Of the treadmill.",
+    "count": "How often it was seen in the whole take.",
+    "squats": "Knee bends in which the less bent knee reaches 70 degrees.",
+    "duration": "From a tenth of the rise on the way there to a tenth on the way back.",
+    "rise": "By how much the angle grows.",
+    "peak": "The largest angle; of a knee bend the less bent knee's.",
+    "sparc": "Smoothness of a movement by its spectrum: -1.4 for a single smooth one, lower is less smooth.",
+    "log_dimensionless_jerk": "Smoothness of a movement by its jerk: -4.4 for a single smooth one.",
+    "jump_height": "By how much the centre of mass rises after the feet have left the floor.",
+    "floor_height": "Of the floor under the feet, from where the path is counted: the camera, or the world's origin.",
+    "slope": "Of the floor along the walk.",
+    "path_length": "How far it moves in all.",
+    "mean_speed": "Path length by time.",
+}  # fmt: skip
+
+
+def explained(name: str) -> str:
+    """A line about a measure by its name without unit, such as "mean_step_time"; empty of one that is not known."""
+    name = name.removesuffix("_up").removesuffix("_down")
+    if name.endswith("symmetry_index"):
+        name = "symmetry_index"
+    plain = name.removeprefix("mean_").removeprefix("sd_")
+    said = _EXPLAINED.get(name) or _EXPLAINED.get(plain, "")
+    return f"How much it differs from one to the next. {said}" if said and name.startswith("sd_") else said

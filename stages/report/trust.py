@@ -1,0 +1,110 @@
+"""How far a take can be trusted: one gauge over the poses, up, left and right, and what was in view."""
+
+from __future__ import annotations
+
+import numpy as np
+from markupsafe import Markup
+
+from ...models.common.metrics import SD_90
+from ...pipeline.motion.angles import ANGLES
+from ...pipeline.take import Take
+from ..drawing.facts import Facts
+from ..drawing.page import Level, gauge
+from .sections import up_rests
+
+# Degrees that up is known to within: below the first, angles to gravity err no more than a lift's joint angles do
+# (5 to 7 degrees in standard deviation, docs/angles.md).
+_WELL = 6.0
+# Degrees that joint angles are known to within (90 %, median): less than a knee bends in the stance of a walk (15 to
+# 20, Perry & Burnfield 2010), so that such a movement can be told.
+_TOLD = 15.0
+_LEVELS: tuple[Level, ...] = ("bad", "care", "good")
+_WORDS = {
+    "good": ("To be trusted", "within the errors that stand beside each figure."),
+    "care": ("With care", "figures hold within their errors, but mind what is marked below."),
+    "bad": ("Not to be relied on", "see what is marked below."),
+}
+_TO_GRAVITY = "trunk lean, angles of thigh, shank and upper arm to the vertical, heights and paths"
+
+Check = tuple[str, Level, list[str]]
+
+
+def trust(take: Take, facts: Facts) -> Markup:
+    """The gauge: as low as the lowest of what it rests on."""
+    checks = [*_poses(facts), _up(facts), *_angles(take), _sides(take), _view(take)]
+    level = _LEVELS[min(_LEVELS.index(level) for _, level, _ in checks)]
+    return gauge(level, f"{_WORDS[level][0]}:", _WORDS[level][1], checks)
+
+
+def _poses(facts: Facts) -> list[Check]:
+    if facts.verdict is None:
+        return []
+    level: Level = {"unusable": "bad", "suspicious": "care"}.get(facts.verdict, "good")  # type: ignore[assignment]
+    doubts = [doubt.text for doubt in facts.doubts] or ["A body with steady bones that moves as people do."]
+    return [(f"The poses are {facts.verdict}", level, doubts)]
+
+
+def _up(facts: Facts) -> Check:
+    if not facts.level_ok:
+        text = f"The take could not be levelled: {facts.level_reason}. Do not believe {_TO_GRAVITY}."
+        return "Up", "bad", [text]
+    if facts.camera == "gravity":
+        return "Up", "good", ["The source knows its own up."]
+    if facts.bound_words is None:
+        return "Up", "care", [f"How well it is known is not stated; with it {_TO_GRAVITY} are uncertain."]
+    rests = f" {up_rests(facts)}".rstrip()
+    known = f"Known to within {facts.bound_words.replace(' to', '° to')}° (90 %)."
+    if max(facts.up_bound_deg or (0.0,)) <= _WELL:
+        return "Up", "good", [known + rests]
+    return (
+        "Up",
+        "care",
+        [f"{known} By as much {_TO_GRAVITY} may be tilted; angles between segments are not.{rests}"],
+    )
+
+
+def _angles(take: Take) -> list[Check]:
+    """How well joint angles are known; nothing where no error is stated."""
+    columns = take.kinematics or {}
+    sds = [columns[f"{name}_sd_deg"] for name in ANGLES if f"{name}_sd_deg" in columns]
+    known = [float(np.nanmedian(sd)) for sd in sds if np.isfinite(sd).any()]
+    if not known:
+        return []
+    within = SD_90 * float(np.median(known))
+    words = f"Known to within {within:.0f}° (90 %, median of all angles)."
+    if within <= _TOLD:
+        return [("Joint angles", "good", [words])]
+    return [
+        (
+            "Joint angles",
+            "care",
+            [f"{words} Smaller movements and smaller differences between sides cannot be told."],
+        )
+    ]
+
+
+def _sides(take: Take) -> Check:
+    texts = [event.text for event in take.events if event.about == "left and right"]
+    wrong = any(finding.name == "left and right" for finding in take.findings or ())
+    warned = wrong or any(event.kind == "warning" for event in take.events if event.about == "left and right")
+    if texts or wrong:
+        words = texts or ["They are doubtful in the whole take; see the poses."]
+        return "Left and right", "care" if warned else "good", words
+    return "Left and right", "good", ["No limbs look exchanged."]
+
+
+def _view(take: Take) -> Check:
+    texts = [event.text for event in take.events if event.about == "view"]
+    if texts:
+        return "In view", "care", texts
+    if take.keypoints is not None:
+        return "In view", "good", ["Both arms and legs were seen throughout, but for moments."]
+    missing = float(np.isnan(take.need("poses").joints).any(axis=-1).mean())
+    words = (
+        f"{100 * missing:.0f} % of the joints are missing." if missing >= 0.005 else "No joint is missing."
+    )
+    return (
+        "In view",
+        "good" if missing < 0.05 else "care",
+        [f"{words} Without 2D keypoints more is not known."],
+    )

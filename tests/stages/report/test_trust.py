@@ -1,0 +1,60 @@
+"""The gauge of trust is as low as the lowest of what it rests on, and says why."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pcnet3d.pipeline.motion.angles import ANGLES
+from pcnet3d.pipeline.take import Event
+from pcnet3d.pipeline.verdict import Finding
+from pcnet3d.stages.drawing.facts import facts_of
+from pcnet3d.stages.report.trust import trust
+
+
+def known(take, bound: float):
+    rectified = replace(take.rectified, up_bound_deg=np.full(len(take.poses), bound))
+    return erring(take.with_(rectified=rectified, findings=()), 5.0)
+
+
+def erring(take, sd: float):
+    stated = {f"{name}_sd_deg": np.full(len(take.poses), sd) for name in ANGLES}
+    return take.with_(kinematics={**take.kinematics, **stated})
+
+
+def level(take) -> str:
+    return re.findall(r'<div class="gauge (\w+)">', trust(take, facts_of(take)))[0]
+
+
+def test_a_take_without_doubts_is_to_be_trusted(walk_take):
+    take = known(walk_take, 2.7)
+    assert level(take) == "good"
+    said = trust(take, facts_of(take))
+    assert "To be trusted:" in said
+    assert "Known to within 2.7° (90 %)." in said
+    assert "Known to within 8° (90 %, median of all angles)." in said
+    assert said.count('<dt class="good">') == 5
+
+
+@pytest.mark.parametrize(
+    ("change", "expected", "words"),
+    [
+        (lambda take: known(take, 12.0), "care", "may be tilted"),
+        (lambda take: erring(take, 10.0), "care", "Known to within 16°"),
+        (lambda take: take.saying(Event("warning", "exchanged", about="left and right")), "care", "exchanged"),
+        (lambda take: take.saying(Event("warning", "feet out of view", about="view")), "care", "feet out of view"),
+        (lambda take: take.saying(Event("repair", "put right", about="left and right")), "good", "put right"),
+        (lambda take: take.with_(findings=(Finding("suspicious", "bones", "long legs"),)), "care", "long legs"),
+        (lambda take: take.with_(findings=(Finding("unusable", "flat", "no depth"),)), "bad", "no depth"),
+        (
+            lambda take: take.with_(rectified=replace(take.rectified, level_ok=False, level_reason="a lying person")),
+            "bad",
+            "a lying person",
+        ),
+    ],
+)  # fmt: skip
+def test_what_lowers_it(walk_take, change, expected, words):
+    take = change(known(walk_take, 2.7))
+    assert level(take) == expected
+    assert words in trust(take, facts_of(take))
