@@ -20,6 +20,12 @@ def images_from(video: Video, first: int = 0) -> Iterator[tuple[int, np.ndarray]
     Numbers count the rows of `video.time_s`; a frame that the decoder leaves out is left out here too. Before `first`
     no more is decoded than lies between it and the key frame before it. InputError for a video that cannot be decoded.
     """
+    for number, frame in frames_from(video, first):
+        yield number, _upright(frame, video.rotation_deg)
+
+
+def frames_from(video: Video, first: int = 0) -> Iterator[tuple[int, VideoFrame]]:
+    """As `images_from`, the frames as they are stored."""
     import av
     from av.error import FFmpegError
 
@@ -39,7 +45,7 @@ def images_from(video: Video, first: int = 0) -> Iterator[tuple[int, np.ndarray]
                     continue
                 number = int(np.searchsorted(stamps, frame.pts))
                 if number < len(stamps) and stamps[number] == frame.pts:
-                    yield number, _upright(frame, video.rotation_deg)
+                    yield number, frame
     except FFmpegError as error:
         raise InputError(
             f"The video {video.path} cannot be decoded beyond frame {number}: {error.strerror}; it may be damaged: "

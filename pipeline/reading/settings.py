@@ -61,6 +61,21 @@ def _vector(value: Any) -> Any:
     return x, y, z
 
 
+def _time_range(value: Any) -> Any:
+    if not isinstance(value, str):
+        return value
+    start, colon, end = value.partition(":")
+    try:
+        told = float(start or 0), float(end or "inf")
+    except ValueError:
+        told = ()
+    if not (colon and told):
+        raise InputError(f"Expected --time-range START:END in seconds, such as 2.5:8, got '{value}'.")
+    if not told[0] < told[1]:
+        raise InputError(f"Expected a --time-range that ends after it starts, got '{value}'.")
+    return told
+
+
 def _pairs(value: Any) -> Any:
     return dict(value) if isinstance(value, Mapping) else pairs(value)
 
@@ -101,6 +116,11 @@ class RunOptions(BaseModel):
         float | None,
         _option(_INPUT, "Frame rate, if there is no video to read it from."),
         To(too=("detect.fps",)),
+    ] = None
+    time_range: Annotated[
+        tuple[float, float] | None,
+        BeforeValidator(_time_range),
+        _option(_INPUT, "START:END in seconds of the video or file: process this part only; 2: and :8 too."),
     ] = None
     image_size: Annotated[
         tuple[int, int] | None,
