@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import shlex
 from pathlib import Path
 
 import typer
 
 from ..errors import InputError
 from ..files.detections import KEYPOINTS, interrupted_at
-from ..messages import debug, show
+from ..messages import debug
 from ..reading.settings import Force, Output, Resume, RunOptions, Strict, offering
+from .conclusion import conclude, point_to, show_files
 from .plan import planned
-from .progress import conclude, stages, tell, tell_people, telling_of_kept
+from .progress import stages, tell, tell_people, telling_of_kept
 from .recipe import Recipe
 from .run import checkpoint_of, run_files, run_people
 
@@ -45,9 +45,9 @@ def run(
         tell_people(people)
     else:
         tell(takes[""])
-    show(f"{output}: {', '.join(sorted(path.name for path in output.iterdir()))}")
-    show(f"look at it with: pcnet3d view {shlex.quote(str(shown))}")
+    show_files(output)
     code = conclude(takes, strict)
+    point_to(shown)
     if not people and interrupted_at(takes[""]) is not None:
         code = 130
     if code:
