@@ -8,7 +8,7 @@ import pytest
 
 from pcnet3d.pipeline import InputError, Take
 from pcnet3d.pipeline.files.viewer import view_page
-from pcnet3d.pipeline.running.conclusion import conclude, point_to, seen, trust
+from pcnet3d.pipeline.running.conclusion import conclude, point_to, seen, show_files, trust
 from pcnet3d.pipeline.verdict import Finding
 from pcnet3d.stages import rectify
 
@@ -24,11 +24,13 @@ def test_two_lines_and_the_page(take, tmp_path, capsys):
     conclude({"": take})
     point_to(tmp_path)
     (tmp_path / "report.html").touch()
+    show_files(tmp_path)
     point_to(tmp_path)
-    trusted, what, view, page = capsys.readouterr().out.splitlines()
+    trusted, what, files, view, page = capsys.readouterr().out.splitlines()
     assert trusted.startswith("the poses are good; the take is levelled, its up known to within")
     assert what == f"{take.poses.times[-1]:.1f} s, {len(take.poses)} frames; no movements were recognised"
-    assert view == f"pcnet3d view {tmp_path}"
+    assert files == f"{tmp_path}: report.html, take.rrd"
+    assert view == f"the recording: pcnet3d view {tmp_path}"
     assert page == f"open {tmp_path / 'report.html'}"
 
 
@@ -70,5 +72,5 @@ def test_the_page_is_opened_or_named(page, tmp_path, monkeypatch, capsys):
 def test_without_a_page_one_of_several_people_is_named(tmp_path: Path):
     (tmp_path / "1").mkdir()
     (tmp_path / "1" / "report.html").touch()
-    with pytest.raises(InputError, match="of several people, such as .*1"):
+    with pytest.raises(InputError, match=r"of several people, such as .*1"):
         view_page(tmp_path)
