@@ -87,6 +87,10 @@ Force = Annotated[
 Resume = Annotated[
     bool, _option(_OUTPUT, "Continue the detection that was interrupted in this output folder.", "--resume")
 ]
+Pick = Annotated[
+    bool,
+    _option(_PERSON, "Only draw everybody, with the IDs that --person takes, into DIR-people.png.", "--pick"),
+]
 Strict = Annotated[
     bool,
     _option(_OUTPUT, "Exit with 3 if the poses are suspicious, 4 if unusable or not levelled.", "--strict"),

@@ -9,8 +9,9 @@ import typer
 from ..errors import InputError
 from ..files.detections import KEYPOINTS, interrupted_at
 from ..messages import debug
-from ..reading.settings import Force, Output, Resume, RunOptions, Strict, offering
+from ..reading.settings import Force, Output, Pick, Resume, RunOptions, Strict, offering
 from .conclusion import conclude, point_to, show_files
+from .pick import pick as write_sheet
 from .plan import planned
 from .progress import stages, tell, tell_people, telling_of_kept
 from .recipe import Recipe
@@ -19,7 +20,12 @@ from .run import checkpoint_of, run_files, run_people
 
 @offering()
 def run(
-    options: RunOptions, output: Output, resume: Resume = False, strict: Strict = False, force: Force = False
+    options: RunOptions,
+    output: Output,
+    pick: Pick = False,
+    resume: Resume = False,
+    strict: Strict = False,
+    force: Force = False,
 ) -> None:
     """Turn a recorded video, its keypoints or a lifter's poses into levelled kinematics.
 
@@ -27,6 +33,9 @@ def run(
     first detected in the video.
     """
     chosen = planned(options)
+    if pick:
+        write_sheet(options, output, chosen)
+        return
     detecting = chosen.has("detect")
     if resume:
         chosen = _resumed(chosen, output)

@@ -50,6 +50,10 @@ class Recipe(BaseModel):
         """A copy whose first stage is this one; the same recipe when it has that stage already."""
         return self if self.has(stage) else Recipe(stages=(StageEntry(use=stage), *self.stages))
 
+    def only(self, stage: str) -> Recipe:
+        """A copy that has this stage alone, with its options."""
+        return Recipe(stages=tuple(entry for entry in self.stages if entry.use == stage))
+
     def without(self, stage: str) -> Recipe:
         """A copy without that stage; InputError when it has no other."""
         rest = tuple(entry for entry in self.stages if entry.use != stage)
