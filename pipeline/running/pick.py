@@ -34,7 +34,7 @@ def pick(options: RunOptions, output: Path, recipe: Recipe) -> None:
     for one in people:
         show(f"person {one.name}: {one.words}")
     if len(people) > MOST:
-        say("note", f"The sheet shows the {MOST} of {len(people)} people who are seen longest.")
+        say("note", f"The sheet shows the {MOST} who are seen longest.")
     print(
         f"{how_many(len(people), 'person', 'people')} in {sheet}; to go on, give --person NAME instead of --pick"
     )
