@@ -29,7 +29,7 @@ def images_from(video: Video, first: int = 0) -> Iterator[tuple[int, np.ndarray]
 
 
 def frames_from(video: Video, first: int = 0) -> Iterator[tuple[int, VideoFrame]]:
-    """As `images_from`, the frames as they are stored."""
+    """As `images_from`, the frames as they are stored. InputError as there."""
     import av
     from av.error import FFmpegError
 
