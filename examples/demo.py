@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import shlex
 import time
 from pathlib import Path
 from typing import Annotated
@@ -16,6 +15,7 @@ from ..pipeline.messages import show
 from ..pipeline.pose import Rectified, package_version
 from ..pipeline.reading.settings import Force, RunOptions
 from ..pipeline.rotations import angle_deg, rotate
+from ..pipeline.running.conclusion import conclude, point_to, show_files
 from ..pipeline.running.progress import stages, tell
 from ..pipeline.running.recipe import load_recipe
 from ..pipeline.running.run import run_files
@@ -51,7 +51,7 @@ def demo(
     tell(take)
     truth = R_camera_from_body(walk, camera)[take.need("poses").frame_index]
     show(f"{inputs}: a video, 2D keypoints as AlphaPose and 3D poses as MotionBERT would write them")
-    show(f"{output}: {', '.join(sorted(path.name for path in output.iterdir()))}")
+    show_files(output)
     show(_comparison(take.need("rectified"), truth))
     show(_way(take, walk, camera))
     video, poses, keypoints = (inputs / path.name for path in (files.video, files.poses, files.keypoints))
@@ -59,7 +59,8 @@ def demo(
         f"the same by hand: pcnet3d run {video} --poses {poses} --keypoints {keypoints} "
         f"--stature {walk.stature_m} --focal {camera.focal_px:g} -o DIR"
     )
-    print(f"look at it with: pcnet3d view {shlex.quote(str(output))}")
+    conclude({"": take})
+    point_to(output)
 
 
 def _comparison(rectified: Rectified, truth: np.ndarray) -> str:

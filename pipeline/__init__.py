@@ -8,8 +8,12 @@ if TYPE_CHECKING:
     from .frames import BODY, CAMERA, IMAGE, LEVEL, Y_UP, Z_UP, Frame, change_frame
     from .layouts import H36M17, Layout, remap
     from .pose import PoseSequence, Rectified
+    from .reading.settings import RunOptions
+    from .reading.take import open_take
     from .rotations import rotate
+    from .running.plan import planned
     from .running.recipe import load_recipe
+    from .running.run import run_files
     from .running.runner import Pipeline
     from .take import Event, Take, Video
 
@@ -19,15 +23,20 @@ _HOMES = {
     "layouts": ("H36M17", "Layout", "remap"),
     "pose": ("PoseSequence", "Rectified"),
     "rotations": ("rotate",),
+    "reading.settings": ("RunOptions",),
+    "reading.take": ("open_take",),
+    "running.plan": ("planned",),
     "running.recipe": ("load_recipe",),
+    "running.run": ("run_files",),
     "running.runner": ("Pipeline",),
     "take": ("Event", "Take", "Video"),
 }
 
 __all__ = [
     "BODY", "CAMERA", "H36M17", "IMAGE", "LEVEL", "Y_UP", "Z_UP",
-    "Event", "Frame", "InputError", "Layout", "Pipeline", "PoseSequence", "Rectified", "Take", "Video",
-    "change_frame", "load_recipe", "remap", "rotate",
+    "Event", "Frame", "InputError", "Layout", "Pipeline", "PoseSequence", "Rectified", "RunOptions",
+    "Take", "Video",
+    "change_frame", "load_recipe", "open_take", "planned", "remap", "rotate", "run_files",
 ]  # fmt: skip
 
 

@@ -136,7 +136,7 @@ def _version(asked: bool) -> None:
 def _detail_option(detail: Detail, hidden: bool = False) -> Any:
     """-q or -v; it takes effect where it stands."""
     words = {
-        "quiet": "Say errors and the last line only.",
+        "quiet": "Say errors and the result only.",
         "verbose": "Say what each stage is given and how long it takes.",
     }
 
@@ -198,11 +198,20 @@ def _program(
 def view(
     folder: Annotated[Path, typer.Argument(help="A run's folder.")],
     web: Annotated[bool, typer.Option("--web", help="Serve it to a browser on this machine.")] = False,
+    report: Annotated[
+        bool, typer.Option("--report", help="Open the page instead: the report, a study's or a comparison's.")
+    ] = False,
 ) -> None:
-    """Open a run's recording."""
+    """Open a run's recording, or its report."""
     from .files.viewer import view as open_recording
+    from .files.viewer import view_page
 
-    open_recording(folder, web)
+    if report and web:
+        raise InputError("--web shows the recording and --report the page; give one of them.")
+    if report:
+        view_page(folder)
+    else:
+        open_recording(folder, web)
 
 
 def inspect(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from typing import Literal
 
 Detail = Literal["quiet", "normal", "verbose"]
@@ -53,9 +54,21 @@ def say(kind: str, text: str) -> None:
         print(f"{kind}: {text}", file=sys.stderr)
         return
     from rich.console import Console
+    from rich.table import Table
     from rich.text import Text
 
-    Console(stderr=True).print(Text.assemble((f"{kind}: ", _STYLES.get(kind, "bold")), text))
+    style = _STYLES.get(kind, "bold")
+    line = Table.grid()
+    line.add_row(Text(f"{kind}: ", style), Text(text, style if kind == "warning" else ""))
+    Console(stderr=True).print(line)
+
+
+def say_all(kind: str, texts: Sequence[str]) -> None:
+    """Lines of one kind, on a terminal apart from what was said before."""
+    if texts and on_terminal() and not is_quiet():
+        print(file=sys.stderr)
+    for text in texts:
+        say(kind, text)
 
 
 def debug(kind: str, text: str) -> None:

@@ -177,6 +177,15 @@ class PoseSequence:
             raise InputError("The poses carry no time stamps: give the frame rate (--fps F) or the video.")
         return self.time_s
 
+    def rows(self, start: int, stop: int) -> PoseSequence:
+        """A copy of rows `start` to `stop`, without the last, as of a list. InputError where there are none."""
+        arrays = {
+            name: None if (values := getattr(self, name)) is None else values[start:stop]
+            for name in _ROW_ARRAYS
+        }
+        seams = tuple(seam - start for seam in self.seams if start < seam < stop)
+        return replace(self, **arrays, seams=seams)
+
     def with_(self, **changes: Any) -> PoseSequence:
         """A copy with other fields, checked again. Other joints, axes or layouts leave no covariance and no feet unless
         they are given: whoever moves the joints knows what becomes of their errors, and of the feet (`mapped`)."""
@@ -195,6 +204,11 @@ class PoseSequence:
         noted = copy(self)  # not checked again: nothing of a file is in this
         object.__setattr__(noted, "history", (*self.history, Step(step, package_version(), options)))
         return noted
+
+
+_ROW_ARRAYS = (
+    "joints", "confidence", "time_s", "frame_index", "root", "root_covariance", "covariance", "feet"
+)  # fmt: skip
 
 
 def _owned(values: Any, dtype: type) -> np.ndarray:

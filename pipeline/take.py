@@ -22,6 +22,7 @@ class Video:
     time_s: (N,) time stamp of every frame in display order, from the first frame's 0.
     codec: name as FFmpeg writes it, such as "h264" or "mpeg4". focal_px: the focal length that the file states, about.
     capture_fps: frames a second of the camera, where the file states it: more than are shown is slow motion.
+    part: the first and the last frame that the take is about; None for all.
     """
 
     path: Path
@@ -32,6 +33,18 @@ class Video:
     rotation_deg: int = 0
     focal_px: float | None = None
     capture_fps: float | None = None
+    part: tuple[int, int] | None = None
+
+    @property
+    def span(self) -> tuple[int, int]:
+        """The first and the last frame that the take is about."""
+        return self.part or (0, len(self.time_s) - 1)
+
+    @property
+    def span_bytes(self) -> int:
+        """About how many bytes of the file hold these frames."""
+        first, last = self.span
+        return self.path.stat().st_size * (last + 1 - first) // len(self.time_s)
 
     @property
     def fps(self) -> float:

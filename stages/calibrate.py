@@ -43,7 +43,7 @@ class Calibrate:
         first = takes[0]
         assert first.video is not None
         everybody = [poses for take in takes if (poses := take.keypoints or take.poses) is not None]
-        spans = [_span(first.video, poses) for poses in everybody] or [(0, len(first.video.time_s) - 1)]
+        spans = [_span(first.video, poses) for poses in everybody] or [first.video.span]
         span = min(start for start, _ in spans), max(end for _, end in spans)
         keypoints = [take.keypoints for take in takes if take.keypoints is not None]
         found = self._found(first.video, keypoints, span)
@@ -65,7 +65,7 @@ class Calibrate:
 def _span(video: Video, poses: PoseSequence | None) -> tuple[int, int]:
     last = len(video.time_s) - 1
     if poses is None:
-        return 0, last
+        return video.span
     return min(int(poses.frame_index[0]), last), min(int(poses.frame_index[-1]), last)
 
 

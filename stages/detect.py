@@ -56,12 +56,15 @@ class Detect:
         before = None if self.resume is None else load_detections(self.resume)
         digest = next((entry["sha256"] for entry in take.inputs if entry["role"] == "video"), None)
         source = f"{digest or sha256(video.path)} {package_version()}"
+        if video.part is not None:
+            source += f" from frame {video.part[0]}"
         found = detect(video, detector, source, before, self._keep)
         if not len(found.person):
             if found.frames_seen < found.frames:
                 raise KeyboardInterrupt
+            frames = video.span[1] + 1 - video.span[0]
             raise InputError(
-                f"Nobody was found in any of the {how_many(found.frames, 'frame')} of {video.path} "
+                f"Nobody was found in any of the {how_many(frames, 'frame')} of {video.path} "
                 f"by {found.method}; give "
                 "another --detector, or check that the person is upright in the picture and large enough."
             )

@@ -136,14 +136,16 @@ def detect(
     resume: Detections | None = None,
     keep: Callable[[Detections], None] = lambda found: None,
 ) -> Detections:
-    """Everybody in a video. source: what a later run compares before it goes on with these. keep: called with what was
-    found so far, about every minute and at the end, once there is anybody.
+    """Everybody in the video's span. source: what a later run compares before it goes on with these. keep: called with
+    what was found so far, about every minute and at the end, once there is anybody.
 
     Ctrl-C ends it early: what was found so far comes back, with `frames_seen` less than `frames`. resume: such an
     answer to go on from; the result is the same as in one go. Memory grows by what was found alone. InputError when
     the video cannot be decoded, or `resume` is of something else.
     """
-    search, total = Search(detector), len(video.time_s)
+    first, total = video.span[0], video.span[1] + 1
+    search = Search(detector)
+    search.seen = first
     if resume is not None:
         if (resume.source, resume.method, resume.frames) != (source, detector.method, total):
             raise InputError(
@@ -154,10 +156,12 @@ def detect(
         search.take_up(resume)
     keep_at = time.monotonic() + _KEEP_S
     seen = total
-    with interruptible() as asked, counted("detect", total) as count:
+    with interruptible() as asked, counted("detect", total - first) as count:
         for number, image in images_from(video, search.seen):
             search.look(number, float(video.time_s[number]), image)
-            count(search.seen)
+            count(search.seen - first)
+            if search.seen == total:
+                break
             if asked():
                 seen = search.seen
                 break

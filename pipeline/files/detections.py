@@ -28,8 +28,8 @@ class Detections:
     """One row for each person of each frame, frames in order.
 
     frame_index, person: (N,) numbers of the video frame and of the person. time_s: (N,) seconds. joints: (N, J, 2)
-    pixels. confidence: (N, J) in [0, 1]. box: (N, 4) left, top, right, bottom. frames: of the video; the first
-    `frames_seen` of them were looked at. cuts: (C,) frames that begin another scene. thumbnail: the last frame that
+    pixels. confidence: (N, J) in [0, 1]. box: (N, 4) left, top, right, bottom. frames: of the video, up to the last to
+    be looked at; `frames_seen` of them were. cuts: (C,) frames that begin another scene. thumbnail: the last frame that
     showed anything, small. layout: name of the joints' layout. method: of the detector. source: what these rest on, by
     hash; another run may only go on when its own is the same.
     """

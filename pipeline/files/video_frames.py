@@ -12,6 +12,10 @@ from ..take import Video
 
 if TYPE_CHECKING:
     from av import VideoFrame
+    from av.container import InputContainer
+    from av.video.stream import VideoStream
+
+_BACK_S = 10.0  # before where a key frame should be, in a file that is searched without an index
 
 
 def images_from(video: Video, first: int = 0) -> Iterator[tuple[int, np.ndarray]]:
@@ -20,6 +24,12 @@ def images_from(video: Video, first: int = 0) -> Iterator[tuple[int, np.ndarray]
     Numbers count the rows of `video.time_s`; a frame that the decoder leaves out is left out here too. Before `first`
     no more is decoded than lies between it and the key frame before it. InputError for a video that cannot be decoded.
     """
+    for number, frame in frames_from(video, first):
+        yield number, _upright(frame, video.rotation_deg)
+
+
+def frames_from(video: Video, first: int = 0) -> Iterator[tuple[int, VideoFrame]]:
+    """As `images_from`, the frames as they are stored. InputError as there."""
     import av
     from av.error import FFmpegError
 
@@ -33,18 +43,32 @@ def images_from(video: Video, first: int = 0) -> Iterator[tuple[int, np.ndarray]
             stamps = start + np.round(video.time_s / tick).astype(np.int64)
             if first >= len(stamps):
                 return
-            container.seek(int(stamps[first]), stream=stream, backward=True)
-            for frame in container.decode(stream):
+            for frame in _decoded(container, stream, int(stamps[first]), start, round(_BACK_S / tick)):
                 if frame.pts is None or frame.pts < stamps[first]:
                     continue
                 number = int(np.searchsorted(stamps, frame.pts))
                 if number < len(stamps) and stamps[number] == frame.pts:
-                    yield number, _upright(frame, video.rotation_deg)
+                    yield number, frame
     except FFmpegError as error:
         raise InputError(
             f"The video {video.path} cannot be decoded beyond frame {number}: {error.strerror}; it may be damaged: "
             "copy it again, or rewrite it with ffmpeg."
         ) from None
+
+
+def _decoded(
+    container: InputContainer, stream: VideoStream, stamp: int, start: int, back: int
+) -> Iterator[VideoFrame]:
+    """The frames from the key frame before `stamp` on, or from an earlier one: in a file without an index, such as
+    MPEG-TS, seeking may land behind it. All in ticks."""
+    for target in (stamp, stamp - back, start):
+        container.seek(max(target, start), stream=stream, backward=True)
+        frames = container.decode(stream)
+        landed = next((frame for frame in frames if frame.pts is not None), None)
+        if landed is not None and (landed.pts or 0) <= stamp:
+            yield landed
+            yield from frames
+            return
 
 
 def images_at(video: Video, frames: Iterable[int]) -> dict[int, np.ndarray]:

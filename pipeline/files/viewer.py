@@ -18,8 +18,10 @@ from pathlib import Path
 from typing import BinaryIO
 
 from ..errors import InputError
+from .atomic import REPORT
 
 RECORDING = "take.rrd"
+PAGES = (REPORT, "study.html", "compare.html")
 
 _HERE = "127.0.0.1"
 _PORT = 9090
@@ -60,6 +62,23 @@ def find_recording(folder: Path) -> Path:
     if path.suffix != ".rrd" or not path.is_file():
         raise InputError(f"Expected a run's folder with a {RECORDING}, or an .rrd file, got {folder}.")
     return path
+
+
+def find_page(folder: Path) -> Path | None:
+    """The page to read in a folder of results; None where there is none."""
+    return next((folder / name for name in PAGES if (folder / name).is_file()), None)
+
+
+def view_page(folder: Path) -> None:
+    """Open the folder's page in the browser, or say where it is on a machine without one. InputError when there is no
+    page."""
+    page = find_page(folder)
+    if page is None:
+        inside = sorted(run.parent.name for run in folder.glob(f"*/{REPORT}"))
+        hint = f"; it holds runs of several people, such as {folder / inside[0]}" if inside else ""
+        raise InputError(f"Expected a folder with one of {', '.join(PAGES)}, got {folder}{hint}.")
+    if not webbrowser.open(page.resolve().as_uri()):
+        print(f"There is no browser here; open {page}")
 
 
 def viewer_executable() -> str:

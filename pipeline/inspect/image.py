@@ -8,6 +8,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..files.atomic import whole_file
+from ..frames import Frame
 from ..layouts import H36M17
 from ..pose import PoseSequence
 from ..rotations import rotate
@@ -19,6 +20,23 @@ _SEEN = {"camera": ((1, 0, 0), (0, -1, 0), (0, 0, 1)), "world": ((0, -1, 0), (0,
 _SIDES = {"front": (0, 1), "from the right": (2, 1), "from above": (0, 2)}  # what goes right, what goes up
 _COLOURS = {"l_": (178, 114, 0), "r_": (0, 94, 213)}  # blue and orange, BGR
 _MIDDLE = (110, 103, 96)
+
+
+def from_the_front(points: np.ndarray, frame: Frame) -> np.ndarray:
+    """(..., 2) to the right and down of points (..., 3) of a frame, as its camera sees them; in a world one looks
+    north."""
+    return _seen(points, frame)[..., :2] * [1, -1]
+
+
+def bone_colour(start: str, end: str) -> tuple[int, int, int]:
+    """BGR of a bone by its joints: of its side, or grey."""
+    sides = {start[:2], end[:2]} & _COLOURS.keys()
+    return _COLOURS[sides.pop()] if len(sides) == 1 else _MIDDLE
+
+
+def _seen(points: np.ndarray, frame: Frame) -> np.ndarray:
+    """(..., 3) to the right, up and away."""
+    return rotate(np.array(_SEEN[frame.family]) @ frame.basis.T, points)
 
 
 def draw(poses: PoseSequence, path: Path) -> None:
@@ -35,8 +53,7 @@ def draw(poses: PoseSequence, path: Path) -> None:
     if not len(rows):
         raise InputError("There is no complete frame that could be drawn.")
     rows = rows[np.linspace(0, len(rows) - 1, min(_FRAMES, len(rows))).round().astype(int)]
-    R_seen_from_source = np.array(_SEEN[poses.frame.family]) @ poses.frame.basis.T
-    seen = rotate(R_seen_from_source, poses.joints[rows])
+    seen = _seen(poses.joints[rows], poses.frame)
     reach = max(float(np.abs(seen).max()), 1e-12)
     image = np.full((len(_SIDES) * _CELL + _HEADER, len(rows) * _CELL, 3), 255, dtype=np.uint8)
     for column, row in enumerate(rows):
@@ -51,7 +68,7 @@ def draw(poses: PoseSequence, path: Path) -> None:
             points = middle + seen[column][:, axes] / reach * (_CELL / 2 - 18) * [1, -1]
             for start, end in H36M17.bones:
                 a, b = (tuple(int(v) for v in points[H36M17.index(joint)].round()) for joint in (start, end))
-                cv2.line(image, a, b, _COLOURS.get(end[:2], _MIDDLE), 2, cv2.LINE_AA)
+                cv2.line(image, a, b, bone_colour(start, end), 2, cv2.LINE_AA)
     with whole_file(path) as partial:
         if not cv2.imwrite(str(partial), image):
             raise InputError(f"Cannot write {path}.")

@@ -11,7 +11,7 @@ from ..errors import InputError
 from ..messages import how_many
 from ..motion.rates import check_fps, rate_doubts
 from ..pose import PoseSequence
-from ..take import Video
+from ..take import Event, Video
 
 
 def numbered_by(keypoints: PoseSequence, poses: PoseSequence, where: str) -> PoseSequence:
@@ -57,6 +57,35 @@ def check_numbers(sequence: PoseSequence, video: Video | None, path: Path) -> No
             f"{video.path} ends with frame {frames - 1}; if its numbers begin with 1, pass "
             "--set read.first_frame=0, otherwise they do not belong together."
         )
+
+
+def rows_within(time_range: tuple[float, float], time_s: np.ndarray) -> tuple[int, int]:
+    """The first and the last row whose second is in the range, its ends included. InputError when there is none.
+
+    time_s: (T,) increasing.
+    """
+    start, end = time_range
+    first, behind = int(np.searchsorted(time_s, start)), int(np.searchsorted(time_s, end, "right"))
+    if first == behind:
+        raise InputError(
+            f"Expected a --time-range in which something was recorded, got {_seconds(start, end)}; the take is from "
+            f"{_seconds(time_s[0], time_s[-1])}."
+        )
+    return first, behind - 1
+
+
+def range_note(time_range: tuple[float, float], time_s: np.ndarray) -> Event:
+    """That only a part was read. time_s: (T,) of the whole."""
+    first, last = rows_within(time_range, time_s)
+    return Event(
+        "note",
+        f"Only the part from {_seconds(time_s[first], time_s[last])} is processed, as asked; the whole is from "
+        f"{_seconds(time_s[0], time_s[-1])}.",
+    )
+
+
+def _seconds(start: float, end: float) -> str:
+    return f"{start:.2f} s on" if end == np.inf else f"{start:.2f} to {end:.2f} s"
 
 
 @dataclass(frozen=True, eq=False)

@@ -70,6 +70,21 @@ def _date(value: Any) -> Any:
         raise InputError(f"Expected --date YYYY-MM-DD such as 2026-03-31, got '{value}'.") from None
 
 
+def _time_range(value: Any) -> Any:
+    if not isinstance(value, str):
+        return value
+    start, colon, end = value.partition(":")
+    try:
+        told = float(start or 0), float(end or "inf")
+    except ValueError:
+        told = ()
+    if not (colon and told):
+        raise InputError(f"Expected --time-range START:END in seconds, such as 2.5:8, got '{value}'.")
+    if not told[0] < told[1]:
+        raise InputError(f"Expected a --time-range that ends after it starts, got '{value}'.")
+    return told
+
+
 def _pairs(value: Any) -> Any:
     return dict(value) if isinstance(value, Mapping) else pairs(value)
 
@@ -80,6 +95,10 @@ Force = Annotated[
 ]
 Resume = Annotated[
     bool, _option(_OUTPUT, "Continue the detection that was interrupted in this output folder.", "--resume")
+]
+Pick = Annotated[
+    bool,
+    _option(_PERSON, "Only draw everybody, with the IDs that --person takes, into DIR-people.png.", "--pick"),
 ]
 Strict = Annotated[
     bool,
@@ -110,6 +129,11 @@ class RunOptions(BaseModel):
         float | None,
         _option(_INPUT, "Frame rate, if there is no video to read it from."),
         To(too=("detect.fps",)),
+    ] = None
+    time_range: Annotated[
+        tuple[float, float] | None,
+        BeforeValidator(_time_range),
+        _option(_INPUT, "START:END in seconds of the video or file: process this part only; 2: and :8 too."),
     ] = None
     image_size: Annotated[
         tuple[int, int] | None,

@@ -7,6 +7,8 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from ..errors import InputError
 from ..files.atomic import printable
 from ..messages import how_many
@@ -17,7 +19,7 @@ from ..plugins.options import call
 from ..pose import PoseSequence
 from ..take import Event, Session, Take, Video
 from .choose import RANKS, choose_person
-from .clock import Clock, check_numbers, numbered_by, starting_at
+from .clock import Clock, check_numbers, numbered_by, range_note, rows_within, starting_at
 from .find import exchanged, find_adapter, recognises
 from .load import Source, load
 from .normalise import missing_in_words
@@ -142,14 +144,25 @@ def _joined(files: _Files, poses: PoseSequence | None, keypoints: PoseSequence |
         clock = replace(clock, other=lead if keypoints.time_s is None else keypoints)
         keypoints = keypoints.with_(time_s=clock.seconds(keypoints.frame_index, options.keypoints))
     poses = None if poses is None else lead
+    source = _source(files, poses) if poses is not None else None
+    told = []
+    if options.time_range is not None:
+        told = [range_note(options.time_range, lead.times)]
+        if poses is not None and source is not None:
+            source = _part(source.with_(time_s=poses.times), options.time_range)
+        poses, keypoints = (one and _part(one, options.time_range) for one in (poses, keypoints))
+        video = video and replace(video, part=rows_within(options.time_range, _seconds(video, options)))
+        lead = keypoints if poses is None else poses
+        assert lead is not None
     poses, keypoints, swapped = treated(poses, keypoints, options.swaps)
     return Take(
         name=printable((options.video or path).stem),
         video=video,
         keypoints=keypoints,
         poses=poses,
-        findings=None if poses is None else findings_of(poses, _source(files, poses)),
+        findings=None if poses is None else findings_of(poses, source),
         events=(
+            *told,
             *_repairs(lead),
             *(Event("warning", text) for text in (*clock.doubts(), *_doubts(lead))),
             *_coverage(lead, video),
@@ -163,6 +176,19 @@ def _joined(files: _Files, poses: PoseSequence | None, keypoints: PoseSequence |
 def _session(options: RunOptions) -> Session:
     told = (options.title, options.person_id, options.date)
     return Session(*(printable(words or "") for words in told))
+
+
+def _part(sequence: PoseSequence, time_range: tuple[float, float]) -> PoseSequence:
+    """What is in the range, by the sequence's own seconds; InputError where nothing is."""
+    first, last = rows_within(time_range, sequence.times)
+    start, end = time_range
+    told = {"from_s": start, "to_s": end if np.isfinite(end) else "end"}
+    return sequence.rows(first, last + 1).noted("time range", **told)
+
+
+def _seconds(video: Video, options: RunOptions) -> np.ndarray:
+    """(N,) seconds of all frames of a video."""
+    return Clock(video, options.fps, None).seconds(np.arange(len(video.time_s)), video.path)
 
 
 def _source(files: _Files, poses: PoseSequence) -> PoseSequence | None:
@@ -181,9 +207,19 @@ def _video_alone(files: _Files) -> Take:
         raise InputError(
             "--set read.first_frame numbers the rows of a file, and there is none; leave it out."
         )
-    name = printable(files.video.path.stem)
-    session = _session(files.options)
-    return Take(name=name, video=files.video, inputs=_provenance(files, None, None), session=session)
+    video, asked = files.video, files.options.time_range
+    take = Take(
+        name=printable(video.path.stem),
+        video=video,
+        inputs=_provenance(files, None, None),
+        session=_session(files.options),
+    )
+    if asked is None:
+        return take
+    seconds = _seconds(video, files.options)
+    return take.with_(video=replace(video, part=rows_within(asked, seconds))).saying(
+        range_note(asked, seconds)
+    )
 
 
 def _check_person(person: str | None, *found: PoseSequence | None) -> None:
@@ -255,7 +291,7 @@ def _repairs(lead: PoseSequence) -> list[Event]:
 
 def _coverage(lead: PoseSequence, video: Video | None) -> list[Event]:
     """A note when the data end well before the video does."""
-    if video is None or lead.frame_index[-1] >= 0.95 * (len(video.time_s) - 1):
+    if video is None or lead.frame_index[-1] >= 0.95 * video.span[1]:
         return []
     first, last = lead.frame_index[[0, -1]]
     return [Event("note", f"The data cover video frames {first} to {last} of {len(video.time_s)}.")]

@@ -2,24 +2,30 @@
 
 from __future__ import annotations
 
-import shlex
 from pathlib import Path
 
 import typer
 
 from ..errors import InputError
 from ..files.detections import KEYPOINTS, interrupted_at
-from ..messages import debug, show
-from ..reading.settings import Force, Output, Resume, RunOptions, Strict, offering
+from ..messages import debug
+from ..reading.settings import Force, Output, Pick, Resume, RunOptions, Strict, offering
+from .conclusion import conclude, point_to, show_files
+from .pick import pick as write_sheet
 from .plan import planned
-from .progress import conclude, stages, tell, tell_people, telling_of_kept
+from .progress import stages, tell, tell_people, telling_of_kept
 from .recipe import Recipe
 from .run import checkpoint_of, run_files, run_people
 
 
 @offering()
 def run(
-    options: RunOptions, output: Output, resume: Resume = False, strict: Strict = False, force: Force = False
+    options: RunOptions,
+    output: Output,
+    pick: Pick = False,
+    resume: Resume = False,
+    strict: Strict = False,
+    force: Force = False,
 ) -> None:
     """Turn a recorded video, its keypoints or a lifter's poses into levelled kinematics.
 
@@ -27,6 +33,9 @@ def run(
     first detected in the video.
     """
     chosen = planned(options)
+    if pick:
+        write_sheet(options, output, chosen)
+        return
     detecting = chosen.has("detect")
     if resume:
         chosen = _resumed(chosen, output)
@@ -45,9 +54,9 @@ def run(
         tell_people(people)
     else:
         tell(takes[""])
-    show(f"{output}: {', '.join(sorted(path.name for path in output.iterdir()))}")
-    show(f"look at it with: pcnet3d view {shlex.quote(str(shown))}")
+    show_files(output)
     code = conclude(takes, strict)
+    point_to(shown)
     if not people and interrupted_at(takes[""]) is not None:
         code = 130
     if code:

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TypeVar
 
-from ..inspect.inspect import EXIT_CODES
-from ..messages import is_quiet, is_verbose, on_terminal, say
+from ..messages import is_quiet, is_verbose, on_terminal, say, say_all
 from ..take import Take
-from ..verdict import verdict, verdict_words
 from .people import PersonRun
 
 _SECONDS_A_LINE = 20.0
@@ -125,37 +123,10 @@ def telling_of_kept(checkpoint: Path | None, resumed: bool) -> Iterator[None]:
 
 
 def tell(take: Take, who: str = "") -> None:
-    """The take's warnings, repairs and notes, one line each."""
-    for event in take.events:
-        if event.kind in ("warning", "repair", "note"):
-            say(event.kind, f"{who}{event.text}")
-
-
-def conclude(takes: Mapping[str, Take], strict: bool) -> int:
-    """Print the last lines of a run, how far each take by its name can be trusted, and return the exit code: with
-    `strict` that of the worst take, as `trust` has it, else 0."""
-    worst = 0
-    for who, take in takes.items():
-        code, words = trust(take)
-        print(f"{who}{words}")
-        worst = max(worst, code)
-    if worst:
-        print(f"exit code {worst}, as --strict asks" if strict else f"exit code 0; --strict makes it {worst}")
-    return worst if strict else 0
-
-
-def trust(take: Take) -> tuple[int, str]:
-    """How far a finished take can be trusted, as an exit code and in words: 4 unusable or not levelled, 3 suspicious, 0
-    neither. Its poses are judged as by `pcnet3d inspect`."""
-    findings = take.findings or ()
-    code, words = EXIT_CODES[verdict(findings)], [] if take.findings is None else [verdict_words(findings)]
-    if take.rectified is not None:
-        levelled = take.rectified.level_ok
-        code = code if levelled else EXIT_CODES["unusable"]
-        words.append(f"the take is {'' if levelled else 'not '}levelled")
-        if not levelled:
-            words[-1] += f": {take.rectified.level_reason}"
-    return code, "; ".join(words)
+    """The take's notes, repairs and, nearest to the result, warnings, one line each."""
+    for kind in ("note", "repair", "warning"):
+        texts = [event.text for event in take.events if event.kind == kind]
+        say_all(kind, [f"{who}{text}" for text in texts])
 
 
 def tell_people(runs: Sequence[PersonRun]) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Iterable
 from importlib.resources import files
 from importlib.resources.abc import Traversable
 from pathlib import Path, PureWindowsPath
@@ -14,6 +15,8 @@ from ..errors import InputError
 from ..plugins import registry
 from ..plugins.options import call, did_you_mean
 from .runner import Pipeline
+
+_EXTENDS, _AFTER = "extends", "after"
 
 
 class StageEntry(BaseModel):
@@ -50,6 +53,10 @@ class Recipe(BaseModel):
         """A copy whose first stage is this one; the same recipe when it has that stage already."""
         return self if self.has(stage) else Recipe(stages=(StageEntry(use=stage), *self.stages))
 
+    def only(self, stage: str) -> Recipe:
+        """A copy that has this stage alone, with its options."""
+        return Recipe(stages=tuple(entry for entry in self.stages if entry.use == stage))
+
     def without(self, stage: str) -> Recipe:
         """A copy without that stage; InputError when it has no other."""
         rest = tuple(entry for entry in self.stages if entry.use != stage)
@@ -82,12 +89,21 @@ def load_toml(file: Path | Traversable, what: str) -> dict[str, Any]:
 
 
 def load_recipe(path: str | Path | None = None) -> Recipe:
-    """The recipe in a TOML file, or the default one. InputError names the file and the key that is wrong."""
+    """The recipe in a TOML file, or the default one.
+
+    `extends = "default"` makes it the default one with changes: a stage with `after = NAME` comes behind that stage, in
+    the file's order where several do, and one without sets options of the stage that is there. InputError names the
+    file and the key that is wrong.
+    """
     file = files("pcnet3d.pipeline.running").joinpath("default.toml") if path is None else Path(path)
     content = load_toml(file, "a recipe")
+    keys = (*Recipe.model_fields, _EXTENDS)
     for key in content:
-        if key not in Recipe.model_fields:
-            raise InputError(f"Recipe {path}: unknown key '{key}'; {did_you_mean(key, Recipe.model_fields)}")
+        if key not in keys:
+            raise InputError(f"Recipe {path}: unknown key '{key}'; {did_you_mean(key, keys)}")
+    base = content.pop(_EXTENDS, None)
+    if base not in (None, "default"):
+        raise InputError(f'Recipe {path}: expected {_EXTENDS} = "default", got {base!r}.')
     try:
         recipe = Recipe(**content)
     except ValidationError as error:
@@ -102,7 +118,37 @@ def load_recipe(path: str | Path | None = None) -> Recipe:
                     "somebody else's, names files in the current folder only: put the file there, or name it on the "
                     "command line."
                 )
-    return recipe
+            if option == _AFTER and base is None:
+                raise InputError(
+                    f'Recipe {path}: {entry.use}.{_AFTER} is for a recipe that begins with {_EXTENDS} = "default"; '
+                    "without it the stages run in the order of the file."
+                )
+    return recipe if base is None else _extended(load_recipe(), recipe.stages, f"Recipe {path}")
+
+
+def _extended(recipe: Recipe, changes: Iterable[StageEntry], where: str) -> Recipe:
+    """The recipe with stages inserted, and options set, as `load_recipe` has it."""
+    stages = [(entry, "") for entry in recipe.stages]  # and the stage that each was put behind
+    for change in changes:
+        options = dict(change.options)
+        after = options.pop(_AFTER, change.use)
+        uses = [entry.use for entry, _ in stages]
+        if after not in uses:
+            hint = did_you_mean(str(after), uses)
+            needed = f'; or say where it goes, {_AFTER} = "..."' if after == change.use else ""
+            raise InputError(
+                f"{where}: the default recipe has no stage '{after}'; {hint.rstrip('.')}{needed}."
+            )
+        place = uses.index(after)
+        entry = StageEntry(use=change.use, **options)
+        if after == change.use:
+            stages[place] = StageEntry(**{**stages[place][0].model_dump(), **options}), stages[place][1]
+            continue
+        place += 1
+        while place < len(stages) and stages[place][1] == after:
+            place += 1
+        stages.insert(place, (entry, after))
+    return Recipe(stages=tuple(entry for entry, _ in stages))
 
 
 def _leads_out(text: str) -> bool:

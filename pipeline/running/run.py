@@ -74,9 +74,9 @@ def bytes_needed(recipe: Recipe, *takes: Take) -> int:
     needed = 0
     for take in takes:
         rows = take.keypoints if take.poses is None else take.poses
-        times = () if take.video is None else take.video.time_s
-        needed += _FIXED_BYTES + _FRAME_BYTES * len(times if rows is None else rows)
-        needed += take.video.path.stat().st_size if take.video and images else 0
+        first, last = take.video.span if take.video else (0, -1)
+        needed += _FIXED_BYTES + _FRAME_BYTES * (last + 1 - first if rows is None else len(rows))
+        needed += take.video.span_bytes if take.video and images else 0
     return needed
 
 

@@ -32,11 +32,13 @@ def time_columns(frame: np.ndarray, time_s: np.ndarray) -> list[rr.TimeColumn]:
     return [rr.TimeColumn("frame", sequence=frame), rr.TimeColumn("video_time", duration=nanoseconds)]
 
 
-def log_video(recording: rr.RecordingStream, parts: Iterable[Part], time_s: np.ndarray) -> None:
-    """The video's parts, each once it is there, and a reference to each of their frames; time_s: (N,)."""
+def log_video(
+    recording: rr.RecordingStream, parts: Iterable[Part], time_s: np.ndarray, first: int = 0
+) -> None:
+    """The video's parts, each once it is there, and a reference to each of their frames. time_s: (N,) of all frames of
+    the video; first: the number of the first that is in the parts."""
     import rerun as rr
 
-    first = 0
     for number, part in enumerate(parts):
         entity = f"video_parts/{number}"  # apart from "video", so that no view shows them by themselves
         recording.log(entity, part.asset, static=True)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...pipeline.errors import InputError
+from ...pipeline.files.video_frames import frames_from
 from ...pipeline.messages import how_many
 from ...pipeline.pose import PoseSequence
 from ...pipeline.take import Event, Video
@@ -48,13 +49,15 @@ class Part:
 
 def viewable(video: Video) -> tuple[Iterator[Part], tuple[Event, ...]]:
     """The video's own packets in parts (a small MP4 or MOV file as it is), or an H.264 copy with the same time stamps
-    and an event that says why. The parts' frames are the video's, in its order.
+    and an event that says why. The parts' frames are those of the video's span, in its order.
 
     The viewer plays H.264, H.265, AV1, VP8 and VP9 and ignores the rotation that a phone notes in the file.
     InputError when the video cannot be read, also while the parts are.
     """
     reason = None
-    if video.rotation_deg:
+    if video.part is not None:
+        reason = "only a part of it is processed"
+    elif video.rotation_deg:
         reason = f"its picture is stored turned by {video.rotation_deg} degrees, which the viewer ignores"
     elif video.codec not in _VIEWER_CODECS:
         reason = f"the viewer does not play its codec, {video.codec}"
@@ -168,7 +171,7 @@ def _mp4(buffer: io.BytesIO) -> Part:
 
 
 def transcoded(video: Video) -> Iterator[Part]:
-    """The video as H.264 in MP4 files, upright, each frame at the time that `video.time_s` gives it.
+    """The video's span as H.264 in MP4 files, upright, each frame at the time that `video.time_s` gives it.
 
     An odd last row or column of pixels is cut off, since yuv420p needs even sizes; the others keep their place.
     InputError when it cannot be decoded.
@@ -206,11 +209,14 @@ def _upright(video: Video) -> Iterator[VideoFrame]:
             filters = (*_UPRIGHT[video.rotation_deg], _EVEN, ("format", "yuv420p"), ("buffersink",))
             graph.link_nodes(graph.add_buffer(template=stream), *(graph.add(*f) for f in filters)).configure()
             stamps = np.round(video.time_s / float(TICK)).astype(int).tolist()
-            for frame, stamp in zip(source.decode(stream), stamps, strict=False):
+            first, last = video.span
+            for number, frame in frames_from(video, first):
                 graph.vpush(frame)
                 image = graph.vpull()
-                image.pts, image.time_base = stamp, TICK
+                image.pts, image.time_base = stamps[number], TICK
                 yield image
+                if number == last:
+                    break
     except FFmpegError as error:
         raise _unreadable(video, error) from None
 

@@ -53,7 +53,7 @@ def angles_with_gaps_marked(take: Take) -> Take:
 def _last(take: Take) -> int:
     """The last frame that anything shows."""
     tracks = [track.frame_index[-1] for track in (take.poses, take.keypoints) if track is not None]
-    return max(*tracks, len(take.video.time_s) - 1 if take.video else 0)
+    return max(*tracks, take.video.span[1] if take.video else 0)
 
 
 def _before_gaps(poses: PoseSequence, last: int) -> np.ndarray:

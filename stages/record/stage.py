@@ -87,7 +87,7 @@ def record(take: Take, path: str | Path, frames: bool = True) -> tuple[Event, ..
 
     path = Path(path)
     # Where the SDK cannot write even the beginning, it waits forever.
-    needed = _FIXED_BYTES + _FRAME_BYTES * len(poses) + (take.video.path.stat().st_size if take.video else 0)
+    needed = _FIXED_BYTES + _FRAME_BYTES * len(poses) + (take.video.span_bytes if take.video else 0)
     require_space(path.parent, needed, "The recording")
     recording = rr.RecordingStream("pcnet3d")
     with whole_file(path) as partial, catch_and_log_exceptions(strict=True):
@@ -95,7 +95,7 @@ def record(take: Take, path: str | Path, frames: bool = True) -> tuple[Event, ..
             recording.save(partial, default_blueprint=blueprint(take, prints, size))
             recording.send_recording_name(take.name)
             if take.video and parts:
-                log_video(recording, parts, on_clock(take.video, poses))
+                log_video(recording, parts, on_clock(take.video, poses), take.video.span[0])
             shown = gaps_marked(take)
             _log_poses(recording, shown, size)
             _log_rotation(recording, shown, size)

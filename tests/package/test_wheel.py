@@ -11,6 +11,8 @@ from zipfile import ZipFile
 
 import pytest
 
+import pcnet3d
+
 ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 
@@ -43,7 +45,17 @@ def test_nothing_else_is_there(names):
         for name in names
         if re.search(r"/tests?/|/test_|conftest|plugin/|acme|__pycache__|egg-info", name)
     ]
-    assert "pcnet3d/__init__.py" not in names  # a namespace, so that nothing shadows the five folders
+
+
+def test_every_part_tells_its_types(names):
+    """py.typed counts for all below it (PEP 561) if no folder on the way down is a namespace."""
+    assert "pcnet3d/py.typed" in names
+    packages = {name.rpartition("/")[0] for name in names if name.endswith(".py")}
+    assert {f"{package}/__init__.py" for package in packages} <= names
+
+
+def test_the_version_is_at_hand():
+    assert pcnet3d.__version__ == PROJECT["version"]
 
 
 def test_the_licence_comes_with_it(names, wheel, metadata):

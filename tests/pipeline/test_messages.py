@@ -56,3 +56,28 @@ def test_a_terminal_gets_wrapped_lines_whose_kinds_look_different(monkeypatch):
     styles = [re.match(r"\x1b\[[\d;]*m", words) for words in said.values()]
     assert all(styles)
     assert styles[0][0] != styles[1][0]  # type: ignore[index]
+
+
+def test_no_colour_where_none_is_wanted(monkeypatch):
+    monkeypatch.setenv("TERM", "xterm-256color")
+    coloured = re.compile(r"\x1b\[[\d;]*3\d")
+    for wanted in (True, False):
+        monkeypatch.delenv("NO_COLOR", raising=False)
+        if not wanted:
+            monkeypatch.setenv("NO_COLOR", "1")
+        monkeypatch.setattr(sys, "stderr", Terminal())
+        messages.say("warning", "look here")
+        assert bool(coloured.search(sys.stderr.getvalue())) == wanted  # type: ignore[attr-defined]
+
+
+def test_kinds_stand_apart_on_a_terminal_and_long_lines_are_indented(monkeypatch):
+    monkeypatch.setenv("COLUMNS", "30")
+    monkeypatch.setenv("NO_COLOR", "1")
+    monkeypatch.setattr(sys, "stderr", Terminal())
+    messages.say_all("note", ["one"])
+    messages.say_all("warning", ["many words " * 5, "two"])
+    messages.say_all("repair", [])
+    said = re.sub(r"\x1b\[[\d;]*m", "", sys.stderr.getvalue()).splitlines()  # type: ignore[attr-defined]
+    assert [line.strip() == "" for line in said[:4]] == [True, False, True, False]
+    assert said[4].startswith(" " * len("warning: ") + "m")
+    assert said[-1].startswith("warning: two")

@@ -17,10 +17,11 @@ import typer
 
 from ....pipeline.errors import InputError
 from ....pipeline.files.atomic import printable, refuse_unwritable, whole_file
-from ....pipeline.messages import how_many, say, show
+from ....pipeline.messages import how_many, say
 from ....pipeline.plugins.options import pairs
 from ....pipeline.pose import package_version
 from ....pipeline.reading.settings import Output
+from ....pipeline.running.conclusion import point_to
 from ....pipeline.running.cores import cores
 from ....pipeline.running.progress import counted
 from .manifest import Entry, read_entries
@@ -89,12 +90,24 @@ def batch(
             f"{how_many(len(strangers), 'take')} in {output} "
             f"{'is' if len(strangers) == 1 else 'are'} not in {source}, and not in the table",
         )
-    show(f"look at {output / PAGE}")
     print(
         f"{output}: {how_many(len(outcomes) - len(failed), 'take')} done ({kept} of them before), {len(failed)} failed"
     )
+    print(_doubts([row for row in rows if row["state"] == "done"]))
+    point_to(output)
     if failed:
         raise typer.Exit(2)
+
+
+def _doubts(rows: Sequence[dict[str, Any]]) -> str:
+    """How far the finished takes can be trusted, in a line; rows: as of `study_rows`."""
+    found = {
+        f"with {weight} poses": sum(row.get("verdict") == weight for row in rows)
+        for weight in ("suspicious", "unusable")
+    }
+    found["not levelled"] = sum(row.get("level_ok") is False for row in rows)
+    doubts = ", ".join(f"{count} {what}" for what, count in found.items() if count)
+    return f"of {how_many(len(rows), 'run')}: {doubts or 'no doubts about poses or levelling'}"
 
 
 @contextmanager

@@ -14,15 +14,16 @@ from ....models.common.metrics import joint_error, plain
 from ....pipeline.errors import InputError
 from ....pipeline.files.atomic import add_to_list, whole_folder
 from ....pipeline.files.viewer import RECORDING
-from ....pipeline.messages import how_many, show
+from ....pipeline.messages import how_many, say_all, show
 from ....pipeline.motion.angles import ANGLES
 from ....pipeline.pose import package_version
 from ....pipeline.reading.settings import Force
 from ....pipeline.reading.take import sha256
+from ....pipeline.running.conclusion import point_to
 from .align import Alignment, correlated, size_ratio, stamped, turn_deg, turned
 from .cycles import cycles
 from .figures import agreement, view_spread
-from .page import COLOURS, Comparison, Pair, as_page, as_text, figures
+from .page import COLOURS, Comparison, Pair, as_page, as_text, figures, result
 from .recording import write_recording
 from .side import Side, load_side, named_apart, same_recording, truth_side, unrectified
 from .truth import Up, read_truth
@@ -98,8 +99,12 @@ def compare(
         write_recording(found, words, partial / "compare.rrd")
     if output is None:
         add_to_list(folders[0], "compare")
-    show(words)
-    print(f"{target}: {', '.join(sorted(file.name for file in target.iterdir()))}")
+    show("\n".join(as_text(found)))
+    say_all("warning", found.warnings)
+    show(f"{target}: {', '.join(sorted(file.name for file in target.iterdir()))}")
+    for pair in found.pairs:
+        print("\n".join(result(pair, found.reference.name)))
+    point_to(target)
 
 
 def compared(

@@ -291,6 +291,23 @@ def as_text(found: Comparison) -> Iterator[str]:
             )
 
 
+def result(pair: Pair, reference: str) -> Iterator[str]:
+    """What came of a pair in two lines: whether they move alike, and by how much their angles differ."""
+    against = f"{pair.side.name} against {reference}"
+    if pair.alignment is None or not pair.agreement:
+        kinds = len({cycle.kind for cycle in pair.cycles})
+        yield f"{against}: two motions, not one"
+        yield f"{how_many(kinds, 'kind')} of cycle compared" if kinds else "nothing could be compared"
+        return
+    rmse = {name: of["rmse_deg"] for name, of in pair.agreement.items()}
+    worst = max(rmse, key=lambda name: rmse[name])
+    yield f"{against}: one motion, shifted by {pair.alignment.shift_s:+.3f} s (correlation {pair.alignment.r:.2f})"
+    yield (
+        f"{how_many(len(rmse), 'angle')} differ by {np.median(list(rmse.values())):.1f} degrees in the median, most "
+        f"{spoken(worst)} by {rmse[worst]:.1f} (root mean square)"
+    )
+
+
 def figures(found: Comparison) -> dict[str, Any]:
     """Everything but the curves, for JSON."""
     sides: Sequence[Side] = (found.reference, *(pair.side for pair in found.pairs))

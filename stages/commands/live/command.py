@@ -24,6 +24,7 @@ from ....pipeline.files.detections import KEYPOINTS
 from ....pipeline.files.viewer import following
 from ....pipeline.messages import how_many, say, show
 from ....pipeline.reading.settings import Force, Output, RunOptions, offering
+from ....pipeline.running.conclusion import conclude, point_to, show_files
 from ....pipeline.running.interrupt import interruptible
 from ....pipeline.running.plan import planned
 from ....pipeline.running.progress import now_and_then, stages, tell
@@ -75,13 +76,21 @@ def live(
         others = {name: value for name, value in options.settings.items() if not name.startswith("detect.")}
         recorded = options.with_(**seen.files, detector=None, image_size=seen.size, settings=others)
         recipe = planned(recorded)
+        take = None
         try:
             with stages(["read", *(entry.use for entry in recipe.stages)]) as done:
-                tell(run_into(folder, recorded, recipe, done))
+                take = run_into(folder, recorded, recipe, done)
+            tell(take)
         except (InputError, KeyboardInterrupt) as error:
             say("warning", f"recorded, but not processed as a take: {error or 'interrupted'}")
-    show(f"{output}: {', '.join(sorted(path.name for path in output.iterdir()))}")
-    print(f"look at it with: pcnet3d view {shlex.quote(str(output))}, or {shlex.quote(str(output / LIVE))}")
+    show_files(output)
+    shown_then = f"what was known at the time: pcnet3d view {shlex.quote(str(output / LIVE))}"
+    if take is None:
+        print(shown_then)
+        return
+    show(shown_then)
+    conclude({"": take})
+    point_to(output)
 
 
 @dataclass(frozen=True, eq=False)

@@ -53,6 +53,35 @@ def test_a_video_alone_gives_everything(walk_film, toy, tmp_path, call):
         np.testing.assert_array_equal(poses["frame_index"], np.arange(40))
 
 
+def test_a_part_of_a_video_keeps_its_clock(walk_film, toy, quick, tmp_path, call):
+    part = ["--detector", toy, "--recipe", quick, "--time-range", "0.3:1"]
+    code, said = call(walk_film.path, *part, "-o", tmp_path / "out")
+    assert code == 0, said
+    with np.load(tmp_path / "out/poses.npz") as poses:
+        np.testing.assert_array_equal(poses["frame_index"], np.arange(9, 31))
+        np.testing.assert_allclose(poses["time_s"], np.arange(9, 31) / 30, atol=1e-3)
+    keypoints = load_detections(tmp_path / "out/keypoints.npz")
+    np.testing.assert_array_equal(keypoints.frame_index, np.arange(9, 31))
+
+
+def test_pick_shows_the_people_under_the_numbers_that_person_takes(film, toys, toy, quick, tmp_path, call):
+    """Red rectangles before and after a cut are two people."""
+    import cv2
+
+    video = film([toys.scene(box, seed=int(i >= 20)) for i, box in enumerate(toys.walking(40))])
+    words = [video.path, "--detector", toy, "--recipe", quick, "-o", tmp_path / "here/out"]
+    assert call(*words, "--pick")[0] == 0
+    assert [path.name for path in (tmp_path / "here").iterdir()] == ["out-people.png"]
+    sheet = cv2.imread(str(tmp_path / "here/out-people.png"))
+    for cell in (sheet[:220, :220], sheet[:220, 220:440]):
+        red = (cell[..., 2] > 200) & (cell[..., :2] < 80).all(axis=-1)
+        assert 0.1 < red.mean() < 0.9
+    code, said = call(*words, "--person", "1")
+    assert code == 0, said
+    with np.load(tmp_path / "here/out/poses.npz") as poses:
+        np.testing.assert_array_equal(poses["frame_index"], np.arange(20, 40))
+
+
 def test_its_keypoints_can_be_given_again(walk_film, toy, quick, tmp_path, call):
     assert call(walk_film.path, "--detector", toy, "--recipe", quick, "-o", tmp_path / "a")[0] == 0
     recipe = tmp_path / "rest.toml"

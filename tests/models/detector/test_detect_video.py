@@ -1,7 +1,7 @@
 """Detection over whole videos: where the person is, cuts, gaps, odd files, interrupted and taken up again."""
 
 import signal
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -13,6 +13,7 @@ from pcnet3d.models.detector.load import load_detector
 from pcnet3d.models.detector.protocols import Found
 from pcnet3d.models.detector.video import detect
 from pcnet3d.pipeline import InputError, Take
+from pcnet3d.pipeline.files import video_frames
 from pcnet3d.pipeline.files.detections import Detections, interrupted_at, load_detections
 from pcnet3d.pipeline.layouts import COCO17
 from pcnet3d.stages.detect import Detect, smoothed
@@ -44,6 +45,23 @@ def test_one_person_is_found_in_every_frame(walk_film, toys, toy):
     np.testing.assert_array_equal(person.frame_index, np.arange(40))
     np.testing.assert_array_equal(person.times, walk_film.time_s)
     assert (found.frames, found.frames_seen, len(found.cuts)) == (40, 40, 0)
+
+
+def test_of_a_part_only_its_frames_are_decoded(walk_film, toys, toy, monkeypatch):
+    shown = []
+    turned = video_frames._upright
+
+    def noting(frame, rotation_deg):
+        shown.append(frame.pts)
+        return turned(frame, rotation_deg)
+
+    monkeypatch.setattr(video_frames, "_upright", noting)
+    found = detect(replace(walk_film, part=(15, 29)), load_detector(toy))
+    assert len(shown) == 15
+    assert found.frame_index.tolist() == list(range(15, 30))
+    assert off(found, toys, toys.walking(40)) < 1.5
+    np.testing.assert_array_equal(found.time_s, walk_film.time_s[15:30])
+    assert found.frames_seen == found.frames
 
 
 def test_gaps_are_bridged_and_nobody_is_followed_over_a_cut(eventful, toy):

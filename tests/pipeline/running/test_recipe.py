@@ -55,6 +55,49 @@ def test_a_wrong_recipe_is_refused_with_the_nearest_right_word(tmp_path, text, w
     assert all(word in str(error.value) for word in words), error.value
 
 
+def test_a_recipe_adds_to_the_default_one(tmp_path):
+    text = """extends = "default"
+[[stages]]
+use = "one"
+after = "rectify"
+side = "r"
+[[stages]]
+use = "two"
+after = "rectify"
+[[stages]]
+use = "three"
+after = "two"
+[[stages]]
+use = "clean"
+max_gap_s = 0.5
+"""
+    default, recipe = load_recipe(), load_recipe(written(tmp_path, text))
+    names = [entry.use for entry in recipe.stages]
+    at = names.index("rectify")
+    assert names[at : at + 5] == ["rectify", "one", "two", "three", "trajectories"]
+    assert [name for name in names if name not in ("one", "two", "three")] == [e.use for e in default.stages]
+    options = {entry.use: entry.options for entry in recipe.stages}
+    assert options["one"] == {"side": "r"}
+    assert options["clean"] == {"max_gap_s": 0.5}
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ('extends = "other"\n[[stages]]\nuse = "clean"', ['extends = "default"', "other"]),
+        ('extend = "default"', ["extend", "did you mean extends"]),
+        ('[[stages]]\nuse = "clean"\nafter = "scale"', ["clean.after", "extends"]),
+        ('extends = "default"\n[[stages]]\nuse = "reach"\nafter = "rectfy"', ["'rectfy'", "rectify"]),
+        ('extends = "default"\n[[stages]]\nuse = "reach"', ["'reach'", "after"]),
+        ('extends = "default"', ["stages"]),
+    ],
+)
+def test_what_adds_to_nothing_is_refused(tmp_path, text, words):
+    with pytest.raises(InputError) as error:
+        load_recipe(written(tmp_path, text))
+    assert all(word in str(error.value) for word in words), error.value
+
+
 def test_a_recipe_that_is_not_there(tmp_path):
     with pytest.raises(InputError, match=r"none\.toml"):
         load_recipe(tmp_path / "none.toml")

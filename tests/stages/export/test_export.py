@@ -7,9 +7,10 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
-from pcnet3d.pipeline import CAMERA, H36M17, PoseSequence, Take
+from pcnet3d.pipeline import CAMERA, H36M17, Pipeline, PoseSequence, Take
 from pcnet3d.pipeline.rotations import angle_deg, rotate
 from pcnet3d.pipeline.take import Event
+from pcnet3d.stages.angles import Angles
 from pcnet3d.stages.export.stage import Export
 from pcnet3d.stages.rectify import Rectify
 from pcnet3d.stages.trajectories import Trajectories
@@ -58,6 +59,22 @@ def test_poses_npz_has_plain_arrays_that_agree_with_each_other(take, folder):
     votes = arrays["up_votes"]
     assert np.flatnonzero(np.isnan(votes).any(axis=1)).tolist() == [5]
     assert np.nanmax(angle_deg(votes, arrays["R_source_from_level"][:, 2])) < 1  # one posture, one up
+
+
+def test_columns_have_the_same_names_for_every_estimator(facing_camera):
+    """One in metres that states its errors, one without a scale that states none."""
+    joints = np.repeat(facing_camera[None], 12, axis=0) * np.linspace(1, 1.1, 12)[:, None, None]
+    metric = PoseSequence(joints, H36M17, CAMERA.with_(origin="pelvis", unit="m"), time_s=np.arange(12) / 25)
+    covariance = np.broadcast_to(1e-4 * np.eye(3), (12, 17, 3, 3))
+    bare = metric.with_(frame=metric.frame.with_(unit="arbitrary"))
+    names = [
+        list(Pipeline((Rectify("geometric"), Trajectories(), Angles()))(Take("t", poses=poses)).kinematics)
+        for poses in (metric.with_(covariance=covariance), bare)
+    ]
+    assert names[0] == names[1]
+    assert {"r_wrist_az", "r_wrist_az_sd", "r_wrist_acceleration_reason", "r_knee_flexion_deg"} <= set(
+        names[0]
+    )
 
 
 def test_kinematics_has_a_row_a_frame_and_the_units_of_its_columns(take, folder):

@@ -275,3 +275,15 @@ def test_broken_video_is_refused(film, make_take, tmp_path):
     with pytest.raises(InputError, match="cannot be converted"):
         record(make_take().with_(video=video), tmp_path / "take.rrd")
     assert [file.name for file in tmp_path.iterdir()] == ["film.mp4"]
+
+
+def test_of_a_part_only_its_frames_are_there(recorded, film):
+    video = replace(film(time_ms=range(0, 480, 40)), part=(3, 8))
+    ((event,), recording) = recorded(video)
+    assert "only a part" in event.text
+    frames, seconds, _ = recording.over_time("video", STAMP)
+    assert list(frames) == list(range(3, 9))
+    np.testing.assert_allclose(seconds / 1e9, video.time_s[3:9], atol=1e-6)
+    parts = list(transcoded(video))
+    shown = np.concatenate([frames_of(mp4(part))[1] for part in parts])
+    np.testing.assert_allclose(spot(shown), spot(frames_of(video.path)[1])[3:9], atol=0.3)

@@ -6,6 +6,8 @@ import cv2
 import numpy as np
 import pytest
 
+from golden import numbered
+from pcnet3d.adapters.video import read
 from pcnet3d.pipeline import BODY, H36M17, InputError, PoseSequence
 from pcnet3d.pipeline.files.video_frames import images_at, images_from
 from pcnet3d.stages.report.key_frames import jpeg, key_rows
@@ -55,6 +57,15 @@ def test_all_images_from_a_frame_on(film):
         for number, image in shown.items():
             assert square(image) == pytest.approx(10 * number % 624, abs=2)
     assert list(images_from(video, 30)) == []
+
+
+def test_a_stream_without_an_index_is_found_in_too(tmp_path):
+    """In MPEG-TS seeking may land behind the frame that is looked for."""
+    (video,) = read(numbered.numbered_film(tmp_path / "film.ts"))
+    for first in (0, 1, 37, 59):
+        shown = dict(images_from(video, first))
+        assert list(shown) == list(range(first, numbered.FRAMES))
+        assert shown[first][:40, :40].mean() == pytest.approx(8 + numbered.STEP * first, abs=2)
 
 
 def test_keypoints_are_drawn_where_they_are():

@@ -12,7 +12,7 @@ from pcnet3d.pipeline.inspect.inspect import inspect
 from pcnet3d.pipeline.motion.findings import findings_of
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_take
-from pcnet3d.pipeline.running.progress import conclude
+from pcnet3d.pipeline.running.conclusion import conclude
 from pcnet3d.pipeline.verdict import verdict
 from pcnet3d.stages.commands.batch.page import as_page
 from pcnet3d.stages.commands.batch.study import figures

@@ -1,0 +1,74 @@
+"""The last lines of a command: how far its result can be trusted, what was seen, and which page to open."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from ..answer import answer
+from ..files.viewer import RECORDING, find_page
+from ..inspect.inspect import EXIT_CODES
+from ..messages import how_many, show
+from ..take import Take
+from ..verdict import verdict, verdict_words
+
+
+def conclude(takes: Mapping[str, Take], strict: bool = False) -> int:
+    """Print two lines of each take by its name, how far it can be trusted and what was seen, and return the exit code:
+    with `strict` that of the worst take, as `trust` has it, else 0."""
+    worst = 0
+    for who, take in takes.items():
+        code, words = trust(take)
+        if code:
+            words += (
+                f" (exit code {code}, as --strict asks)"
+                if strict
+                else f" (--strict makes the exit code {code})"
+            )
+        print(f"{who}{words}")
+        print(f"{who}{seen(take)}")
+        worst = max(worst, code)
+    return worst if strict else 0
+
+
+def show_files(folder: Path) -> None:
+    """Name the files of a finished run, and what opens its recording."""
+    show(f"{folder}: {', '.join(sorted(path.name for path in folder.iterdir()))}")
+    if (folder / RECORDING).is_file():
+        show(f"the recording: pcnet3d view {shlex.quote(str(folder))}")
+
+
+def point_to(folder: Path) -> None:
+    """Print the last line, where the folder has a page: what opens it."""
+    if (page := find_page(folder)) is not None:
+        print(f"open {shlex.quote(str(page))}")
+
+
+def trust(take: Take) -> tuple[int, str]:
+    """How far a finished take can be trusted, as an exit code and in words: 4 unusable or not levelled, 3 suspicious, 0
+    neither. Its poses are judged as by `pcnet3d inspect`."""
+    findings = take.findings or ()
+    code, words = EXIT_CODES[verdict(findings)], [] if take.findings is None else [verdict_words(findings)]
+    if take.rectified is not None:
+        levelled, bound = take.rectified.level_ok, take.rectified.up_bound_deg
+        code = code if levelled else EXIT_CODES["unusable"]
+        words.append(f"the take is {'' if levelled else 'not '}levelled")
+        if not levelled:
+            words[-1] += f": {take.rectified.level_reason}"
+        elif np.isfinite(bound).any():
+            words[-1] += f", its up known to within {np.nanmax(bound):.0f} degrees"
+    return code, "; ".join(words)
+
+
+def seen(take: Take) -> str:
+    """What a take shows, in a line: how long it is, and what moved (pipeline/answer.py)."""
+    rows = take.poses or take.keypoints
+    if rows is None:
+        return "Nobody was seen."
+    length = how_many(len(rows), "frame")
+    if rows.time_s is not None:
+        length = f"{rows.time_s[-1] - rows.time_s[0]:.1f} s, {length}"
+    return " ".join([f"{length}.", *answer(take)])

@@ -1,0 +1,76 @@
+"""A part of a take: chosen by the seconds of its clock, which stay what they were."""
+
+import json
+
+import numpy as np
+import pytest
+
+from pcnet3d.examples.walker.camera import camera_poses, side_camera
+from pcnet3d.examples.walker.walk import walker
+from pcnet3d.pipeline import InputError
+from pcnet3d.pipeline.reading.settings import RunOptions
+from pcnet3d.pipeline.reading.take import open_people, open_take
+
+
+@pytest.fixture(scope="module")
+def poses(tmp_path_factory):
+    """3 s of the walker at 30 frames a second, from the second 0 on."""
+    path = tmp_path_factory.mktemp("part") / "poses.npy"
+    walk = walker(seconds=3)
+    np.save(path, camera_poses(walk, side_camera(walk)).joints[:90])
+    return path
+
+
+@pytest.fixture
+def opened(poses):
+    def call(**more):
+        return open_take(RunOptions(poses=poses, adapter="videopose3d", fps=30, **more))
+
+    return call
+
+
+@pytest.mark.parametrize(
+    ("told", "first", "last"), [("1:2", 30, 60), ("2:", 60, 89), (":0.5", 0, 15), ("0:99", 0, 89)]
+)
+def test_the_part_has_the_whole_takes_numbers_and_times(opened, told, first, last):
+    whole, part = opened(), opened(time_range=told)
+    assert part.poses.frame_index.tolist() == list(range(first, last + 1))
+    np.testing.assert_array_equal(part.poses.times, whole.poses.times[first : last + 1])
+    np.testing.assert_array_equal(part.poses.joints, whole.poses.joints[first : last + 1])
+    assert any("as asked" in event.text for event in part.events if event.kind == "note")
+    assert part.poses.history[-1].name == "time range"
+
+
+@pytest.mark.parametrize("told", ["3:1", "2:2", "5", "a:b", "nan:2", "inf:", ":-1"])
+def test_what_is_no_range(opened, told):
+    with pytest.raises(InputError, match="--time-range"):
+        opened(time_range=told)
+
+
+@pytest.mark.parametrize("told", ["3:4", "1.001:1.002"])
+def test_where_nothing_was_recorded(opened, told):
+    with pytest.raises(InputError, match=r"the take is from 0\.00 to 2\.97 s"):
+        opened(time_range=told)
+
+
+def test_rows_carry_all_that_belongs_to_them(opened):
+    whole = opened().poses
+    root = np.arange(270.0).reshape(90, 3)
+    part = whole.with_(root=root, seams=(20, 35, 60)).rows(30, 60)
+    np.testing.assert_array_equal(part.root, root[30:60])
+    assert part.seams == (5,)
+    assert len(part) == 30
+
+
+def test_who_is_not_in_the_part_is_left_out(tmp_path):
+    rng = np.random.default_rng(0)
+    detections = [
+        {"image_id": f"{frame}.jpg", "category_id": 1, "keypoints": rng.uniform(1, 300, 51).tolist(),
+         "score": 2.0, "box": [0, 0, 9, 9], "idx": idx}
+        for idx, frames in {1: range(60), 2: range(20)}.items() for frame in frames
+    ]  # fmt: skip
+    path = tmp_path / "ap.json"
+    path.write_text(json.dumps(sorted(detections, key=lambda one: int(one["image_id"][:-4]))))
+    stays, leaves = open_people(RunOptions(keypoints=path, fps=30, time_range="1:1.5"))
+    assert stays.take.keypoints.frame_index.tolist() == list(range(30, 46))
+    assert isinstance(leaves.take, InputError)

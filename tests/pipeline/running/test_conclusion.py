@@ -1,0 +1,74 @@
+"""The last lines of a command: the result in two lines, then what to open."""
+
+import webbrowser
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from pcnet3d.pipeline import InputError, Take
+from pcnet3d.pipeline.answer import answer
+from pcnet3d.pipeline.files.viewer import view_page
+from pcnet3d.pipeline.running.conclusion import conclude, point_to, seen, show_files, trust
+from pcnet3d.pipeline.verdict import Finding
+from pcnet3d.stages import rectify
+
+
+@pytest.fixture(scope="module")
+def take(scene):
+    poses = scene.poses[0]
+    return Take("walk", poses=poses, rectified=rectify(poses, "geometric"), findings=(), measures={})
+
+
+def test_two_lines_and_the_page(take, tmp_path, capsys):
+    (tmp_path / "take.rrd").touch()
+    conclude({"": take})
+    point_to(tmp_path)
+    (tmp_path / "report.html").touch()
+    show_files(tmp_path)
+    point_to(tmp_path)
+    trusted, what, files, view, page = capsys.readouterr().out.splitlines()
+    assert trusted.startswith("the poses are good; the take is levelled, its up known to within")
+    assert what == f"{take.poses.times[-1]:.1f} s, {len(take.poses)} frames."
+    assert files == f"{tmp_path}: report.html, take.rrd"
+    assert view == f"the recording: pcnet3d view {tmp_path}"
+    assert page == f"open {tmp_path / 'report.html'}"
+
+
+def test_what_moved_is_said_as_the_report_says_it(take):
+    measured = take.with_(measures={"walking": {"gait": "walking", "steps": 4, "cadence_spm": 112.0}})
+    words = seen(measured)
+    assert words.startswith(f"{take.poses.times[-1]:.1f} s, {len(take.poses)} frames. ")
+    assert words.endswith(" ".join(answer(measured)))
+    assert "4 steps" in words
+
+
+@pytest.mark.parametrize(("weight", "code"), [("note", 0), ("suspicious", 3), ("unusable", 4)])
+def test_the_gravest_finding_counts(take, weight, code):
+    assert trust(take.with_(findings=(Finding(weight, "x", "Why."),)))[0] == code
+
+
+def test_why_a_take_is_not_levelled_is_said(take):
+    tilted = take.with_(rectified=replace(take.rectified, level_ok=False, level_reason="they lie"))
+    code, words = trust(tilted)
+    assert code == 4
+    assert words.endswith("the take is not levelled: they lie")
+
+
+@pytest.mark.parametrize("page", ["report.html", "study.html", "compare.html"])
+def test_the_page_is_opened_or_named(page, tmp_path, monkeypatch, capsys):
+    (tmp_path / page).touch()
+    opened: list[str] = []
+    monkeypatch.setattr(webbrowser, "open", lambda url: opened.append(url) or len(opened) == 1)
+    view_page(tmp_path)
+    assert opened == [(tmp_path / page).as_uri()]
+    assert capsys.readouterr().out == ""
+    view_page(tmp_path)
+    assert str(tmp_path / page) in capsys.readouterr().out
+
+
+def test_without_a_page_one_of_several_people_is_named(tmp_path: Path):
+    (tmp_path / "1").mkdir()
+    (tmp_path / "1" / "report.html").touch()
+    with pytest.raises(InputError, match=r"of several people, such as .*1"):
+        view_page(tmp_path)
