@@ -3,9 +3,10 @@
 #
 # For whoever wants to use pcnet3d from Python, in a notebook or a script.
 #
-# A detector's 2D keypoints are read, lifted to 3D, levelled, and turned into the acceleration of the right wrist in LEVEL
-# (z is up against gravity, one heading for the take) and the flexion of the right knee, each with the error that pcnet3d
-# states for it. The person is the built-in walker, whose motion is known exactly, so every picture has the truth beside it.
+# A detector's 2D keypoints are read, lifted to 3D, levelled, and turned into the acceleration of the right wrist in
+# LEVEL (z is up against gravity, one heading for the take) and the flexion of the right knee, each with the error
+# that pcnet3d states for it. The person is the built-in walker, whose motion is known exactly, so every picture has
+# the truth beside it.
 
 # %%
 from pathlib import Path
@@ -28,9 +29,9 @@ from pcnet3d.stages.trajectories import Trajectories
 # %% [markdown]
 # ## A file
 #
-# With a recording of your own this is the file that your detector has written. Here the walker's joints are seen by a camera
-# that looks down by 15 degrees and is rolled by 5, with an error of one pixel, and written as AlphaPose would. `read` recognises
-# the format by its content.
+# With a recording of your own this is the file that your detector has written. Here the walker's joints are seen by a
+# camera that looks down by 15 degrees and is rolled by 5, with an error of one pixel, and written as AlphaPose would.
+# `read` recognises the format by its content.
 
 # %%
 walk = walker()  # walks, squats, raises both arms
@@ -75,7 +76,8 @@ print(f"camera axes taken for level would be off by {np.degrees(np.arccos(-camer
 # %% [markdown]
 # ## Pictures with error bands
 #
-# Every column of `kinematics` has its standard deviation beside it. Nine in ten errors are to lie within 1.645 of them.
+# Every column of `kinematics` has its standard deviation beside it. Nine in ten errors are to lie within 1.645 of
+# them.
 
 # %%
 columns, time_s = take.need("kinematics"), take.need("poses").time_s
@@ -87,13 +89,16 @@ def chart(title: str, value: np.ndarray, sd: np.ndarray, truth: np.ndarray) -> N
     axes.fill_between(time_s, value - 1.645 * sd, value + 1.645 * sd, alpha=0.25, label="90 % band")
     axes.plot(time_s, value, label="pcnet3d")
     axes.plot(time_s, truth, "k--", linewidth=1, label="truth")
-    axes.set(title=title, xlabel="s")
-    axes.legend(loc="upper right", ncols=3, frameon=False)
+    axes.set_title(title, loc="left")
+    axes.set_xlabel("s")
+    axes.legend(loc="lower right", bbox_to_anchor=(1, 1), ncols=3, frameon=False)
     figure.tight_layout()
     plt.show()
     error = value - truth
     inside = np.abs(error) < 1.645 * sd
-    print(f"RMSE {np.sqrt(np.nanmean(error**2)):.1f}, {np.mean(inside[np.isfinite(error)]):.0%} inside the band")
+    print(
+        f"RMSE {np.sqrt(np.nanmean(error**2)):.1f}, {np.mean(inside[np.isfinite(error)]):.0%} inside the band"
+    )
 
 
 # %% [markdown]
@@ -121,6 +126,6 @@ chart(
 )
 
 # %% [markdown]
-# What the angles mean and how good they are on people whom no network saw: [angles.md](angles.md#how-good-they-are); how paths
-# are smoothed and what accelerations are worth: [motion.md](motion.md). The same from the command line, with a report:
-# [inputs.md](inputs.md).
+# What the angles mean and how good they are on people whom no network saw: [angles.md](angles.md#how-good-they-are);
+# how paths are smoothed and what accelerations are worth: [motion.md](motion.md). The same from the command line,
+# with a report: [inputs.md](inputs.md).

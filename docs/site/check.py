@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import re
 import sys
-from functools import cache
 from html.parser import HTMLParser
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
@@ -16,7 +15,8 @@ from urllib.parse import unquote, urlsplit
 _NETWORK = re.compile(r"(?:https?:)?//")
 # In style sheets: url(...) and @import, whose address may stand in quotes.
 _STYLE = re.compile(r"(?:url\(|@import)\s*[\"']?((?:https?:)?//[^\"')\s]+)")
-_GENERATED = {"genindex", "search"}  # pages whose anchors and links scripts make
+_OUTSIDE = re.compile(r"[a-z]+:|//")  # mailto:, data:, https: ...
+_BY_SCRIPT = {"search"}  # pages whose anchors are made while they are shown
 
 
 class Page(HTMLParser):
@@ -40,42 +40,38 @@ class Page(HTMLParser):
             (self.links if tag in ("a", "area") else self.loads).append(given["href"])
 
 
-@cache
-def _page(path: Path) -> Page:
-    return Page(path.read_text(encoding="utf-8"))
-
-
 def problems(site: Path) -> list[str]:
     """A sentence for each thing that a page or a style sheet loads from a network, and for each broken link."""
+    pages = {path: Page(path.read_text(encoding="utf-8")) for path in sorted(site.rglob("*.html"))}
     found = []
-    for path in sorted(site.rglob("*.html")):
-        page = _page(path)
+    for path, page in pages.items():
         name = path.relative_to(site)
-        loads = [each for each in page.loads if not each.startswith("data:")]
-        found += [f"{name} loads {each}" for each in loads if _NETWORK.match(each)]
-        inside = [each for each in [*page.links, *loads] if not urlsplit(each).scheme and not _NETWORK.match(each)]
-        found += [f"{name} points nowhere: {each}" for each in dict.fromkeys(inside) if not _leads(path, each)]
+        found += [f"{name} loads {each}" for each in page.loads if _NETWORK.match(each)]
+        inside = [each for each in [*page.links, *page.loads] if not _OUTSIDE.match(each)]
+        found += [
+            f"{name} points nowhere: {each}"
+            for each in dict.fromkeys(inside)
+            if not _leads(path, each, pages)
+        ]
     for path in sorted(site.rglob("*.css")):
         styles = _STYLE.findall(path.read_text(encoding="utf-8"))
         found += [f"{path.relative_to(site)} loads {each}" for each in styles]
     return found
 
 
-def _leads(page: Path, link: str) -> bool:
+def _leads(path: Path, link: str, pages: dict[Path, Page]) -> bool:
     target = urlsplit(link)
-    file = page.parent / unquote(target.path) if target.path else page
+    file = (path.parent / unquote(target.path)).resolve() if target.path else path
     if file.is_dir():
         file /= "index.html"
     if not file.is_file():
         return False
     anchor = unquote(target.fragment)
-    if not anchor or file.suffix != ".html" or file.stem in _GENERATED:
-        return True
-    return anchor in _page(file.resolve()).anchors
+    return not anchor or file not in pages or file.stem in _BY_SCRIPT or anchor in pages[file].anchors
 
 
 def main() -> None:
-    found = problems(Path(sys.argv[1]))
+    found = problems(Path(sys.argv[1]).resolve())
     print("\n".join(found) or "nothing is loaded from a network, and every link leads somewhere")
     sys.exit(1 if found else 0)
 

@@ -1,7 +1,7 @@
 """Makes and executes a notebook out of a script in cells:  python docs/site/notebook.py docs/first_take.py
 
-A line "# %%" begins a cell of code, "# %% [markdown]" one of text, whose lines are comments. The notebook lies beside the
-script, with the same name. The script runs as it is, too.
+A line "# %%" begins a cell of code, "# %% [markdown]" one of text, whose lines are comments. The notebook lies beside
+the script, with the same name. The script runs as it is, too.
 """
 
 from __future__ import annotations

@@ -208,6 +208,20 @@ def test_every_format_of_a_run_is_explained():
     assert sorted(each for each in wanted if f"`{each}`" not in line) == []
 
 
+def test_every_network_has_its_licence():
+    """In a row by its name, with the words that are shown before a download."""
+    rows = re.findall(r"^\| `(\S+)` \| (.+?) \|", (ROOT / "docs/licences.md").read_text(), re.MULTILINE)
+    ours = {
+        name: getattr(registry.load_all(group)[name], "licence", "MIT")
+        for group in ("rectifiers", "lifters", "detectors", "person_detectors", "gravity_networks")
+        for name, point in registry.registered(group).items()
+        if point.value.startswith("pcnet3d.")
+    }
+    assert sorted(name for name, _ in rows) == sorted(ours), "docs/licences.md has a row for each network"
+    told = dict(rows)
+    assert sorted(name for name, words in ours.items() if words.split(",")[0] not in told[name]) == []
+
+
 def test_every_option_of_a_run_is_in_the_design():
     """And nothing else is."""
     (section,) = re.findall(
