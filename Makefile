@@ -27,15 +27,11 @@ audit: .venv-test/.installed
 	.venv-test/bin/pip freeze --exclude-editable | sed 's/+cpu//' > .venv-test/installed.txt
 	.venv-test/bin/pip-audit --strict --no-deps --disable-pip -r .venv-test/installed.txt
 
-# Every module by name: pdoc leaves out what a package's __all__ does not list.
-FLOORS := pipeline adapters models stages
-MODULES := $(FLOORS) $(subst /,.,$(basename $(sort $(shell find $(FLOORS) -name '[a-z]*.py'))))
-
 # The site of the documents, the reference of the API in it, and a look at every link; a warning ends it.
 docs: .venv-test/.installed
 	rm -rf build/site
 	.venv-test/bin/sphinx-build -W -q -c docs/site -d build/doctrees . build/site
-	.venv-test/bin/pdoc -t docs/site/pdoc -o build/site/api $(addprefix pcnet3d.,$(MODULES))
+	.venv-test/bin/python docs/site/reference.py build/site/api
 	.venv-test/bin/python docs/site/check.py build/site
 	@echo "here: build/site/index.html"
 

@@ -20,6 +20,7 @@ FIRST_PAGE = "README"
 project, version, author = PROJECT["name"], PROJECT["version"], "The pcnet3d authors"
 root_doc = FIRST_PAGE
 include_patterns = ["*.md", "docs/*.md", "docs/*.ipynb", "models/*/card.md"]
+exclude_patterns = [".*", "build", "tests"]  # large folders that need not be looked through
 
 extensions = ["myst_nb"]
 myst_heading_anchors = 4  # the slugs that GitHub makes, to which the pages link
