@@ -6,7 +6,7 @@ TORCH ?= torch==2.13.0
 # Programs that the package has to run with.
 PYTHONS ?= python3.11 python3.12 python3.13
 
-.PHONY: demo test lint audit api package clean
+.PHONY: demo test lint audit docs package clean
 
 demo: .venv/.installed
 	.venv/bin/pcnet3d demo -o demo-run
@@ -27,12 +27,13 @@ audit: .venv-test/.installed
 	.venv-test/bin/pip freeze --exclude-editable | sed 's/+cpu//' > .venv-test/installed.txt
 	.venv-test/bin/pip-audit --strict --no-deps --disable-pip -r .venv-test/installed.txt
 
-# Every module by name: pdoc leaves out what a package's __all__ does not list.
-FLOORS := pipeline adapters models stages
-MODULES := $(FLOORS) $(subst /,.,$(basename $(sort $(shell find $(FLOORS) -name '[a-z]*.py'))))
-
-api: .venv-test/.installed
-	.venv-test/bin/pdoc -o docs/api $(addprefix pcnet3d.,$(MODULES))
+# The site of the documents, the reference of the API in it, and a look at every link; a warning ends it.
+docs: .venv-test/.installed
+	rm -rf build/site
+	.venv-test/bin/sphinx-build -W -q -c docs/site -d build/doctrees . build/site
+	.venv-test/bin/python docs/site/reference.py build/site/api
+	.venv-test/bin/python docs/site/check.py build/site
+	@echo "here: build/site/index.html"
 
 # The wheel, built from the source archive, in fresh environments with the oldest and the newest packages allowed.
 package: .venv-package/.installed
@@ -62,8 +63,8 @@ package: .venv-package/.installed
 .venv-test/.installed: pyproject.toml
 	$(PYTHON) -m venv .venv-test
 	.venv-test/bin/pip install -q "$(TORCH)"
-	.venv-test/bin/pip install -q -e ".[train,dev]"
+	.venv-test/bin/pip install -q -e ".[train,dev,docs]"
 	touch $@
 
 clean:
-	rm -rf .venv .venv-test .venv-package build dist docs/api *.egg-info demo-run demo-run-input
+	rm -rf .venv .venv-test .venv-package build dist *.egg-info demo-run demo-run-input

@@ -123,7 +123,7 @@ GEOCALIB = Network(
     "https://huggingface.co/mprib/geocalib-fields-onnx/resolve/main/geocalib_fields.onnx",
     "a724447e1bf7138352e5e70bbe0f011e6fb02909edd3148a5d0f46e8d153ae7b",
     118.2,
-    "Apache-2.0",
+    "CC BY 4.0 (code Apache-2.0)",
 )
 
 

@@ -35,7 +35,7 @@ FOLDER = re.compile(rf"(?<![\w./<-])((?:{'|'.join(FOLDERS)})/(?:\w+/?)+)(?![\w.*
 BARE = re.compile(r"`(\w+\.py)`")
 MODULE = re.compile(r"\bpcnet3d\.((?:pipeline|adapters|models|stages|examples)(?:\.\w+)+)")
 LINK = re.compile(r"\]\(([^)#\s]+)(?:#([^)\s]+))?\)|\]\(#([^)\s]+)\)")
-MADE = {"docs/api", "evaluation.md", "DIR/mmfi.md", "mmfi.md", "imu.md"}  # by `make api` and by commands
+MADE = {"evaluation.md", "DIR/mmfi.md", "mmfi.md", "imu.md"}  # by commands
 OTHERS = {"vis.py", "main_3dhp.py"}  # scripts of upstream repositories
 
 
@@ -206,6 +206,20 @@ def test_every_format_of_a_run_is_explained():
     assert set(told.split("|")) == set(built_in), "name it in `--also ...` of docs/results.md"
     wanted = {*built_in, *built_in.values()}
     assert sorted(each for each in wanted if f"`{each}`" not in line) == []
+
+
+def test_every_network_has_its_licence():
+    """In a row by its name, with the words that are shown before a download."""
+    rows = re.findall(r"^\| `(\S+)` \| (.+?) \|", (ROOT / "docs/licences.md").read_text(), re.MULTILINE)
+    ours = {
+        name: getattr(registry.load_all(group)[name], "licence", "MIT")
+        for group in ("rectifiers", "lifters", "detectors", "person_detectors", "gravity_networks")
+        for name, point in registry.registered(group).items()
+        if point.value.startswith("pcnet3d.")
+    }
+    assert sorted(name for name, _ in rows) == sorted(ours), "docs/licences.md has a row for each network"
+    told = dict(rows)
+    assert sorted(name for name, words in ours.items() if words.split(",")[0] not in told[name]) == []
 
 
 def test_every_option_of_a_run_is_in_the_design():

@@ -42,6 +42,7 @@ def test_what_is_not_run():
         "camera: needs an image",
         "data: needs the MM-Fi data set, and hours",
         "detect: downloads networks",
+        "gallery: needs the project's own data, and minutes",
         "security: minutes, and files of the repository",
         "lifting: needs networks that others publish; tests/models/lifter runs small ones of their forms",
         "lifting: needs MotionBERT's repository and weights",

@@ -1,0 +1,138 @@
+"""The site of the documents: a broken link ends its build, and nothing in it is loaded from a network. What it shows
+besides: the notebook is that of its script, and the gallery's commands are commands."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+from runpy import run_path
+
+import pytest
+
+from pcnet3d.pipeline.cli import load_command
+
+ROOT = Path(__file__).parents[2]
+problems = run_path(str(ROOT / "docs/site/check.py"))["problems"]
+commands = run_path(str(ROOT / "docs/gallery.py"))["commands"]
+NOTEBOOK = ROOT / "docs/first_take.ipynb"
+sphinx = pytest.mark.skipif(
+    "not __import__('importlib').util.find_spec('sphinx')", reason="needs the extra docs"
+)
+
+
+def build(source: Path, folder: Path) -> subprocess.CompletedProcess[str]:
+    words = ["-W", "-q", "-c", ROOT / "docs/site", "-d", folder / "doctrees", source, folder / "site"]
+    return subprocess.run([sys.executable, "-m", "sphinx", *words], capture_output=True, text=True)
+
+
+@sphinx
+def test_the_site(tmp_path):
+    """The reference of the API, which `make docs` adds and checks as well, is an empty page here."""
+    done = build(ROOT, tmp_path)
+    assert done.returncode == 0, done.stderr
+    (tmp_path / "site/api").mkdir()
+    (tmp_path / "site/api/index.html").touch()
+    assert problems(tmp_path / "site") == []
+    assert (tmp_path / "site/index.html").exists()
+    assert (tmp_path / "site/docs/first_take.html").read_text(encoding="utf-8").count("_images/") >= 2
+
+
+@sphinx
+def test_broken_links_and_anchors_end_the_build(tmp_path):
+    source = tmp_path / "source"
+    source.mkdir()
+    (source / "README.md").write_text(
+        "# Title\n\n[a](gone.md) [b](#gone) [c](CHANGELOG.md#gone) [d](#title)\n"
+    )
+    (source / "CHANGELOG.md").write_text("# Changelog\n")
+    done = build(source, tmp_path)
+    assert done.returncode != 0
+    assert len(re.findall(r"\[myst\.xref_missing\]", done.stderr)) == 3, done.stderr
+
+
+@pytest.mark.parametrize(
+    ("head", "body"),
+    [
+        ('<script src="https://example.org/a.js"></script>', ""),
+        ('<script src="//example.org/a.js"></script>', ""),
+        ('<link rel="stylesheet" href="http://example.org/a.css">', ""),
+        ("<style>@font-face { src: url(https://example.org/a.woff2) }</style>", ""),
+        ("<style>@import 'https://example.org/a.css';</style>", ""),
+        ("", '<img src="https://example.org/a.png">'),
+        ("", '<img src="here.png" srcset="https://example.org/a.png 2x">'),
+        ("", '<a href="gone.html">a</a>'),
+        ("", '<a href="index.html#gone">a</a>'),
+        ("", '<a href="#gone">a</a>'),
+    ],
+)
+def test_the_check_sees(head, body, tmp_path):
+    (tmp_path / "here.png").touch()
+    (tmp_path / "index.html").write_text(f"<html><head>{head}</head><body>{body}</body></html>")
+    assert len(problems(tmp_path)) == 1
+
+
+def test_the_check_lets_a_page_name_addresses(tmp_path):
+    (tmp_path / "a").mkdir()
+    (tmp_path / "a/index.html").write_text('<p id="b">')
+    (tmp_path / "index.html").write_text(
+        '<a href="https://example.org">c</a> <a href="mailto:d@example.org">d</a> <a href="a#b">e</a>'
+        '<img src="data:image/png;base64,AA=="> <a id="b" href="#b">f</a>'
+    )
+    assert problems(tmp_path) == []
+
+
+def test_the_check_sees_styles_in_files(tmp_path):
+    (tmp_path / "a.css").write_text("@font-face { src: url('https://example.org/a.woff2') }")
+    assert problems(tmp_path) == ["a.css loads https://example.org/a.woff2"]
+
+
+def test_the_notebook_is_that_of_its_script():
+    nbformat = pytest.importorskip("nbformat", reason="needs the extra docs")
+    notebook = run_path(str(ROOT / "docs/site/notebook.py"))["notebook"]
+    wanted = notebook(NOTEBOOK.with_suffix(".py").read_text(encoding="utf-8"))
+    made = nbformat.read(NOTEBOOK, as_version=4)
+    assert [(cell.cell_type, cell.source) for cell in made.cells] == [
+        (cell.cell_type, cell.source) for cell in wanted.cells
+    ], "python docs/site/notebook.py docs/first_take.py"
+    outputs = [output for cell in made.cells if cell.cell_type == "code" for output in cell.outputs]
+    assert sum("image/png" in output.get("data", {}) for output in outputs) == 2
+    assert {output.output_type for output in outputs} <= {"stream", "display_data"}
+    assert {output.name for output in outputs if output.output_type == "stream"} == {"stdout"}
+
+
+def test_the_notebook_is_small_and_names_no_machine():
+    text = NOTEBOOK.read_text(encoding="utf-8")
+    assert len(text) < 400_000
+    assert re.findall(r"(?:/home|/root|/tmp|/work|/usr|site-packages)\b[^\"]*", text) == []
+
+
+def test_the_notebooks_script_runs():
+    """With errors that its bands hold, and an up that is as good as it is said to be."""
+    done = subprocess.run(
+        [sys.executable, NOTEBOOK.with_suffix(".py")],
+        capture_output=True, text=True, env=os.environ | {"MPLBACKEND": "Agg"},
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    inside = [int(share) for share in re.findall(r"(\d+)% inside the band", done.stdout)]
+    assert len(inside) == 2
+    assert min(inside) >= 80
+    stated, off = (float(deg) for deg in re.findall(r"off by ([\d.]+)", done.stdout)[:2])
+    assert off < 1.645 * stated
+
+
+def test_the_gallerys_commands(tmp_path):
+    """The page has each take, and the command line each command with its options."""
+    page = (ROOT / "docs/gallery.md").read_text(encoding="utf-8")
+    for name, words in commands(tmp_path / "out", tmp_path / "data").items():
+        assert f"`{name}`" in page
+        command = load_command(words[0])
+        command.make_context(words[0], [str(word) for word in words[1:]])
+
+
+@pytest.mark.data
+def test_the_gallerys_files(data, tmp_path):
+    given = [word for words in commands(tmp_path, data).values() for word in words if isinstance(word, Path)]
+    assert [path for path in given if data in path.parents and not path.exists()] == []
