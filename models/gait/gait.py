@@ -113,7 +113,8 @@ def length_values(
     seams: Sequence[int] = (),
 ) -> Values:
     """{figure: {"r", "l": (N,)}}: step_length, stride_length and step_width (parameters.lengths) in the unit of the
-    places, and walking_speed: each step by the mean time of all steps, so that its mean is distance by time. root:
+    places, and walking_speed: the pelvis's advance of each step by the mean time of all steps, so that its mean is distance
+    by time. root:
     (T, 2) the pelvis over the floor or the belt; ankles: (T, 2) by side relative to it, in the same axes."""
     found = lengths(root, ankles, time_s, gait.walks, gait.feet, seams)
     side_of = np.array([stride.side for stride in gait.strides])
@@ -121,7 +122,7 @@ def length_values(
         float(np.mean([step.stop_s - step.start_s for step in gait.steps])) if gait.steps else float("nan")
     )
     return {
-        "walking_speed": {side: values / usual_s for side, values in found.step.items()},
+        "walking_speed": {side: values / usual_s for side, values in found.advance.items()},
         "step_length": found.step,
         "stride_length": {side: found.stride[side_of == side] for side in SIDES},
         "step_width": {side: found.width[side_of == side] for side in SIDES},

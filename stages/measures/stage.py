@@ -114,7 +114,7 @@ def measures(
         standard deviation of a difference of two values.
     walking: steps and strides between the feet's initial contacts (models/gait), in walks of three steps or more
         without turns; no `steps` where they could not be seen, and why. Cadence is a minute by the mean step time, of
-        three strides at least. Stance, swing and single support are shares of the stride, as is double support of a
+        three strides of a walk and two of a run at least. Stance, swing and single support are shares of the stride, as is double support of a
         walk; a run has a flight time instead. Speed, lengths and width are there where the pelvis path is known or the
         belt's speed told, else `lengths_reason`.
     floor: height, slope along the walk and stairs by where the feet stand, where the pelvis path is known.
