@@ -63,7 +63,7 @@ class Place:
             scale_sd=SCALE_SD,
             frames_placed=int(is_finite(path.root).sum()),
         )
-        seen = np.asarray(np.isfinite(poses.joints).all(axis=2).any(axis=1))
+        seen = is_finite(poses.joints).any(axis=-1)
         events = [Event("note", _said(path, camera, poses.frame.unit, seen))]
         grown = 100 * (path.growth.max() / path.growth.min() - 1)
         if grown > 0:
@@ -112,6 +112,6 @@ def _said(path: PelvisPath, camera: Camera, unit: str, seen: np.ndarray) -> str:
     guess = "; the focal length is a guess (--focal)" if camera.focal_source == "prior" else ""
     return (
         f"The pelvis's path before the camera rests on the keypoints, in {placed} of {frames} frames{bridges}: each "
-        f"frame is off by {how_far} (standard deviation), mostly in depth, and the whole by {100 * SCALE_SD:.0f} % for the "
-        f"body's size and {100 * path.focal_sd:.0f} % of the depth for the focal length{guess}."
+        f"frame is off by {how_far} (standard deviation), mostly in depth, and the whole by {100 * SCALE_SD:.0f} % for "
+        f"the body's size and {100 * path.focal_sd:.0f} % of the depth for the focal length{guess}."
     )

@@ -233,7 +233,9 @@ def followed(frames: Iterable[Sequence[Seen]]) -> Iterator[Seen]:
         names = _nearest([_gone_on(track, frame) for track in tracks], people, frame)
         for i, detection in enumerate(people):
             name = names.get(i, len(tracks))
-            before = [seen for track in tracks[name : name + 1] for seen in track if frame - seen.frame <= _PACE]
+            before = [
+                seen for track in tracks[name : name + 1] for seen in track if frame - seen.frame <= _PACE
+            ]
             tracks[name : name + 1] = [[*before, detection]]
             yield replace(detection, person=str(name))
 

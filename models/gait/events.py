@@ -95,7 +95,8 @@ def walks(
     facing_deg: np.ndarray | None = None,
 ) -> list[list[Step]]:
     """Each of at least three steps in order, of a run two: feet that land in turn, 0.2 to 1.5 s after one another, each
-    time on the other side of the other foot. Standing, turning and the step with which the person stops are no part of a walk.
+    time on the other side of the other foot. Standing, turning and the step with which the person stops are no part of
+    a walk.
 
     feet: stances by side. between: (T, 2) how far the right ankle is in front of the left one and to its right, in
     lengths of a leg. least: by how much the first of that changes from landing to landing at least. Where the feet land

@@ -62,7 +62,9 @@ def true_takes(paths: Sequence[Path], clips: Sequence[Clip]) -> Iterator[tuple[C
             world = relative(clip.joints.astype(np.float64))
             R_world_from_camera = kabsch(world.reshape(-1, 3), true.reshape(-1, 3))
             if np.abs(rotate(R_world_from_camera, true) - world).max() > _SAME_M:
-                raise InputError(f"Expected the captured bodies in {path}, got others; leave --bodies of testbed out.")
+                raise InputError(
+                    f"Expected the captured bodies in {path}, got others; leave --bodies of testbed out."
+                )
             yield clip, scaled(lifted[begin:end].astype(np.float64), true, "take"), R_world_from_camera
 
 

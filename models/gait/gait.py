@@ -113,9 +113,9 @@ def length_values(
     seams: Sequence[int] = (),
 ) -> Values:
     """{figure: {"r", "l": (N,)}}: step_length, stride_length and step_width (parameters.lengths) in the unit of the
-    places, and walking_speed: the pelvis's advance of each step by the mean time of all steps, so that its mean is distance
-    by time. root:
-    (T, 2) the pelvis over the floor or the belt; ankles: (T, 2) by side relative to it, in the same axes."""
+    places, and walking_speed: the pelvis's advance of each step by the mean time of all steps, so that its mean is
+    distance by time. root: (T, 2) the pelvis over the floor or the belt; ankles: (T, 2) by side relative to it, in the
+    same axes."""
     found = lengths(root, ankles, time_s, gait.walks, gait.feet, seams)
     side_of = np.array([stride.side for stride in gait.strides])
     usual_s = (

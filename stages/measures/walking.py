@@ -70,7 +70,11 @@ def walking(
     if not gait.walks:
         if why := uncountable(apart, columns, filtered, rectified, source):
             return {"reason": f"steps cannot be counted: {'; '.join(why)}", **basis(apart)}
-        return {"steps": 0, "reason": f"no three steps in a row, nor two of a run{_hidden(apart)}", **basis(apart)}
+        return {
+            "steps": 0,
+            "reason": f"no three steps in a row, nor two of a run{_hidden(apart)}",
+            **basis(apart),
+        }
     lifted = any(name.endswith("_sd_deg") for name in columns)
     root_sd, share = _path_error(filtered, rectified, gait)
     said = _Means(gait.kind, lifted, time_resolution(rate(filtered.times)), leg_length(body), root_sd)

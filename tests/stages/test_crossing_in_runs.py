@@ -1,4 +1,4 @@
-"""Two people who cross before one camera, the far one hidden meanwhile, through a whole run by an untracked detector."""
+"""Two people who cross before one camera, the far one hidden meanwhile, found by a detector without tracking."""
 
 import numpy as np
 import pytest
