@@ -139,11 +139,14 @@ def walks(
 
 
 def _flies(walk: Sequence[Step], feet: Mapping[str, Sequence[Stance]]) -> bool:
-    """Whether each of the steps has a flight: the foot that lands finds the other off the floor."""
+    """Whether every foot that lands finds the other off the floor."""
+    if not walk:
+        return False
+    landings = [(walk[0].side, walk[0].start_s), *((_OTHER[step.side], step.stop_s) for step in walk)]
     return not any(
-        not stance.start_s >= step.stop_s and not stance.stop_s < step.stop_s
-        for step in walk
-        for stance in feet[_OTHER[step.side]]
+        not stance.start_s >= at_s and not stance.stop_s < at_s
+        for other, at_s in landings
+        for stance in feet[other]
     )
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ...models.gait.contact import leg_length
-from ...models.gait.errors import OF_LENGTH, each_error, mean_error, path_error
+from ...models.gait.errors import OF_LENGTH, mean_error, path_error
 from ...models.gait.events import contact_times
 from ...models.gait.gait import (
     LEAST_STEP,
@@ -157,7 +157,7 @@ class _Means:
         """What a spread of values has to exceed to be the person's."""
         if not self.lifted:
             return self.resolution if name.endswith("_time_s") else 0.0
-        return each_error(self.gait, name) * (self.leg if name in OF_LENGTH else 1.0)
+        return mean_error(self.gait, name, 1) * (self.leg if name in OF_LENGTH else 1.0)
 
     def __call__(
         self,
