@@ -83,7 +83,8 @@ def time_values(gait: Gait) -> Values:
 
     step_time_s, stride_time_s, stance_time_s, swing_time_s; stance_percent, swing_percent, single_support_percent and
     double_support_percent of the stride, the last both supports together, negative where the feet leave before the
-    other lands (a run); flight_time_s, of one flight, negative in a walk (parameters.times).
+    other lands (a run); flight_time_s, of one flight, by the stride's two or the one that is seen, negative in a walk
+    (parameters.times).
     """
     result: Values = {}
     for side in SIDES:
@@ -98,11 +99,16 @@ def time_values(gait: Gait) -> Values:
             "swing_percent": 100 * of.swing / of.stride,
             "single_support_percent": 100 * of.single / of.stride,
             "double_support_percent": 100 * double / of.stride,
-            "flight_time_s": -double / 2,
+            "flight_time_s": -_seen_mean(of.first_support, of.last_support),
         }
         for name, values in row.items():
             result.setdefault(name, {})[side] = values
     return result
+
+
+def _seen_mean(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """(N,) the mean of two values, or the one that is finite."""
+    return (np.where(np.isfinite(one), one, other) + np.where(np.isfinite(other), other, one)) / 2
 
 
 def length_values(
