@@ -63,7 +63,7 @@ class Place:
             scale_sd=SCALE_SD,
             frames_placed=int(is_finite(path.root).sum()),
         )
-        seen = is_finite(poses.joints).any(axis=-1)
+        seen = np.asarray(is_finite(poses.joints).any(axis=-1))
         events = [Event("note", _said(path, camera, poses.frame.unit, seen))]
         grown = 100 * (path.growth.max() / path.growth.min() - 1)
         if grown > 0:
