@@ -63,7 +63,8 @@ class Place:
             scale_sd=SCALE_SD,
             frames_placed=int(is_finite(path.root).sum()),
         )
-        events = [Event("note", _said(path, camera, poses.frame.unit))]
+        seen = np.asarray(is_finite(poses.joints).any(axis=-1))
+        events = [Event("note", _said(path, camera, poses.frame.unit, seen))]
         grown = 100 * (path.growth.max() / path.growth.min() - 1)
         if grown > 0:
             text = (
@@ -101,13 +102,16 @@ def _nowhere(reason: str) -> Event:
     return Event("note", f"Where the person is before the camera is not known: {reason}.")
 
 
-def _said(path: PelvisPath, camera: Camera, unit: str) -> str:
-    own = np.sqrt(np.linalg.eigvalsh(path.own[is_finite(path.root)])[:, -1])
-    placed, frames = len(own), len(path.root)
+def _said(path: PelvisPath, camera: Camera, unit: str, seen: np.ndarray) -> str:
+    """seen: (T,) whether a frame has any joint; the path bridges others."""
+    there = is_finite(path.root)
+    own = np.sqrt(np.linalg.eigvalsh(path.own[there])[:, -1])
+    placed, frames, bridged = int((there & seen).sum()), len(seen), int((there & ~seen).sum())
+    bridges = f" and bridges {bridged} in which the person is hidden" if bridged else ""
     how_far = f"{np.median(own):.2f} {'m' if unit == 'm' else 'units'}"
     guess = "; the focal length is a guess (--focal)" if camera.focal_source == "prior" else ""
     return (
-        f"The pelvis's path before the camera rests on the keypoints, in {placed} of {frames} frames: each frame is "
-        f"off by {how_far} (standard deviation), mostly in depth, and the whole by {100 * SCALE_SD:.0f} % for the "
-        f"body's size and {100 * path.focal_sd:.0f} % of the depth for the focal length{guess}."
+        f"The pelvis's path before the camera rests on the keypoints, in {placed} of {frames} frames{bridges}: each "
+        f"frame is off by {how_far} (standard deviation), mostly in depth, and the whole by {100 * SCALE_SD:.0f} % for "
+        f"the body's size and {100 * path.focal_sd:.0f} % of the depth for the focal length{guess}."
     )

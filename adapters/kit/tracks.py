@@ -25,6 +25,7 @@ _NEIGHBOURS = (
 )  # fmt: skip
 _MOST_IN_FRAME, _MOST_NAMES = 500, 5_000  # more than detectors find in a crowd, or trackers name in a day
 _MEMORY = 30  # frames after which somebody who was lost counts as a new person
+_PACE = 10  # frames over which it is seen how people move on
 
 
 @dataclass(frozen=True, eq=False)
@@ -210,9 +211,10 @@ def linked(detections: Iterable[Seen]) -> list[Seen]:
     """The same detections with people named "0", "1", ... in order of appearance.
 
     Where no frame holds more than one person, all are one. Otherwise each frame's people are joined to the
-    nearest ones seen in the last 30 frames, nearest pairs first; the distance is that of the joints found
-    both times, on average, and must stay below half the body's size (its box's diagonal). People who cross
-    may be exchanged: a tracker does better. A detection without a single joint is dropped.
+    nearest ones seen in the last 30 frames, nearest pairs first, who are taken to have gone on as they went in the
+    frames before; the distance is that of the joints found both times, on average, and must stay below half the body's
+    size (its box's diagonal). People who cross may be exchanged: a tracker does better. A detection without a single
+    joint is dropped.
     """
     frames: dict[int, list[Seen]] = defaultdict(list)
     for detection in detections:
@@ -225,13 +227,29 @@ def linked(detections: Iterable[Seen]) -> list[Seen]:
 
 def followed(frames: Iterable[Sequence[Seen]]) -> Iterator[Seen]:
     """The same of frames one after the other, each somebody's detections, so that hours of video need no memory."""
-    last: list[Seen] = []  # everybody's last sighting; the place in the list is the name
+    tracks: list[list[Seen]] = []  # everybody's last sightings; the place in the list is the name
     for people in frames:
-        tracks = _nearest(last, people, people[0].frame)
+        frame = people[0].frame
+        names = _nearest([_gone_on(track, frame) for track in tracks], people, frame)
         for i, detection in enumerate(people):
-            track = tracks.get(i, len(last))
-            last[track : track + 1] = [detection]
-            yield replace(detection, person=str(track))
+            name = names.get(i, len(tracks))
+            before = [
+                seen for track in tracks[name : name + 1] for seen in track if frame - seen.frame <= _PACE
+            ]
+            tracks[name : name + 1] = [[*before, detection]]
+            yield replace(detection, person=str(name))
+
+
+def _gone_on(track: Sequence[Detection], frame: int) -> Detection:
+    """The last of a track's sightings, moved as the joints of all did on average. frame: in which it would be seen;
+    beyond _MEMORY nobody asks."""
+    first, last = track[0], track[-1]
+    both = first.found & last.found
+    if first is last or not both.any() or frame - last.frame > _MEMORY:
+        return last
+    pace = (last.points - first.points)[both, :2].mean(axis=0) / (last.frame - first.frame)
+    moved = np.hstack([last.points[:, :2] + pace * (frame - last.frame), last.points[:, 2:]])
+    return replace(last, points=np.where(last.found[:, None], moved, last.points))
 
 
 def _nearest(last: Sequence[Detection], people: Sequence[Detection], frame: int) -> dict[int, int]:

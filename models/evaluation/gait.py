@@ -247,6 +247,8 @@ def _of_both(found: Gait, true: Gait) -> tuple[Gait, Gait] | None:
     """Both with the walks' steps that the other has too, so that means are over the same part of the take; None where
     they share no walk."""
 
+    fewest = 2 if true.kind == "running" else 3
+
     def common(gait: Gait, other: Gait) -> list[list[Any]]:
         ends = [(step.side, step.stop_s) for step in other.steps]
         walks = []
@@ -255,11 +257,11 @@ def _of_both(found: Gait, true: Gait) -> tuple[Gait, Gait] | None:
             for step in walk:
                 if any(side == step.side and abs(stop - step.stop_s) < _SAME_S for side, stop in ends):
                     kept.append(step)
-                elif len(kept) < 3:
+                elif len(kept) < fewest:
                     kept = []
                 else:
                     break
-            if len(kept) >= 3:
+            if len(kept) >= fewest:
                 walks.append(kept)
         return walks
 

@@ -39,11 +39,6 @@ def mean_error(gait: str, figure: str, count: int, root_sd: float = 0.0) -> floa
     return float(np.sqrt(np.sum(np.square(parts))))
 
 
-def each_error(gait: str, figure: str) -> float:
-    """Standard deviation of a single value that the next one does not share: what a spread has to exceed."""
-    return shipped_errors()[gait][figure]["each"]
-
-
 def path_error(
     root: np.ndarray,
     covariance: np.ndarray,

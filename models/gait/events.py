@@ -15,10 +15,12 @@ import numpy as np
 
 from ...pipeline.motion.signals import resample, runs
 
+_OTHER = {"r": "l", "l": "r"}
 ON_FLOOR = 0.6  # probability from which stances are as long as the true ones (validation subjects)
 _SHORTEST_S = 0.1  # a contact or a swing; a sprinter's stance
 _STEP_S = (0.2, 1.5)  # shorter or longer is no step of one walk
 _FEWEST = 3  # steps of a walk
+_FEWEST_FLYING = 2  # of a run: nobody flies from foot to foot who stands, turns or sits down
 _TURNS_DEG = 30.0  # in one step
 _SIDEWAYS = (
     2.0  # times farther apart sideways than in front: feet of a straddle or a jumping jack, not of a step
@@ -92,8 +94,9 @@ def walks(
     seams: Sequence[int] = (),
     facing_deg: np.ndarray | None = None,
 ) -> list[list[Step]]:
-    """Each of at least three steps in order: feet that land in turn, 0.2 to 1.5 s after one another, each time on the
-    other side of the other foot. Standing, turning and the step with which the person stops are no part of a walk.
+    """Each of at least three steps in order, of a run two: feet that land in turn, 0.2 to 1.5 s after one another, each
+    time on the other side of the other foot. Standing, turning and the step with which the person stops are no part of
+    a walk.
 
     feet: stances by side. between: (T, 2) how far the right ankle is in front of the left one and to its right, in
     lengths of a leg. least: by how much the first of that changes from landing to landing at least. Where the feet land
@@ -132,7 +135,19 @@ def walks(
             walk.append(Step(other, start, stop))
             turn = change
     moving = (_without_stop(walk, feet, float(time_s[-1])) for walk in [*found, walk])
-    return [walk for walk in moving if len(walk) >= _FEWEST]
+    return [walk for walk in moving if len(walk) >= (_FEWEST_FLYING if _flies(walk, feet) else _FEWEST)]
+
+
+def _flies(walk: Sequence[Step], feet: Mapping[str, Sequence[Stance]]) -> bool:
+    """Whether every foot that lands finds the other off the floor."""
+    if not walk:
+        return False
+    landings = [(walk[0].side, walk[0].start_s), *((_OTHER[step.side], step.stop_s) for step in walk)]
+    return not any(
+        not stance.start_s >= at_s and not stance.stop_s < at_s
+        for other, at_s in landings
+        for stance in feet[other]
+    )
 
 
 def _without_stop(walk: list[Step], feet: Mapping[str, Sequence[Stance]], end_s: float) -> list[Step]:

@@ -28,17 +28,21 @@ from .contact import CONTACT_FILE, SIDES, ContactNet, contacts, window_features
 from .events import ON_FLOOR
 from .truth import true_contact
 
+_SAME_M = 0.01  # of joints whose takes are of the same body; files are rounded
 _TILT_DEG = 4.0  # of up about each horizontal axis, as a take's one gravity is off
-_HIDDEN = 32
+_HIDDEN = 64
 _EPOCHS, _BATCH, _RATE, _DECAY = 8, 512, 3e-3, 0.1
 _JITTER = 0.03  # standard deviations of a feature, drawn anew in every batch
 _MOVES = 3.0  # weight of frames in which a foot lands or leaves soon, or has just done so
 _SOON_S = 0.4
+_RUNS = 4.0  # weight of frames of runs, which are one in 25
+_RUN_MPS = 1.9  # of the pelvis over the floor, mean of 0.5 s: faster than people walk
+_RUN_S = 0.5
 
 
 def true_takes(paths: Sequence[Path], clips: Sequence[Clip]) -> Iterator[tuple[Clip, np.ndarray, np.ndarray]]:
     """(clip, lifted, R_world_from_camera) of every take of testbed's files: lifted (T, 17, 3) metres by one scale for
-    the take, CAMERA axes. InputError for other files, and for takes of other clips."""
+    the take, CAMERA axes. InputError for other files, and for takes of other clips or other bodies than the clips'."""
     by_name = {clip.name: clip for clip in clips}
     for path in paths:
         try:
@@ -57,6 +61,10 @@ def true_takes(paths: Sequence[Path], clips: Sequence[Clip]) -> Iterator[tuple[C
             true = truth[begin:end].astype(np.float64)
             world = relative(clip.joints.astype(np.float64))
             R_world_from_camera = kabsch(world.reshape(-1, 3), true.reshape(-1, 3))
+            if np.abs(rotate(R_world_from_camera, true) - world).max() > _SAME_M:
+                raise InputError(
+                    f"Expected the captured bodies in {path}, got others; leave --bodies of testbed out."
+                )
             yield clip, scaled(lifted[begin:end].astype(np.float64), true, "take"), R_world_from_camera
 
 
@@ -71,6 +79,7 @@ def examples(
     for clip, lifted, R_world_from_camera in true_takes(paths, clips):
         time_s = np.arange(len(clip)) / clip.fps
         spells = true_contact(clip.joints, time_s)
+        runs = np.where(floor_speed(clip.joints, clip.fps) > _RUN_MPS, _RUNS, 1.0)
         off = Rotation.from_rotvec([*rng.normal(0, np.radians(_TILT_DEG), 2), 0.0]).as_matrix()
         for level in (rotate(off @ R_world_from_camera, lifted), relative(clip.joints.astype(np.float64))):
             body = in_body(level, time_s)
@@ -79,10 +88,19 @@ def examples(
                 known = np.isfinite(features).all(axis=1)
                 events = spells[side][np.isfinite(spells[side])]
                 apart = np.abs(time_s[:, None] - events).min(axis=1, initial=np.inf)
-                weight = np.where(apart < _SOON_S, _MOVES, 1.0)
+                weight = runs * np.where(apart < _SOON_S, _MOVES, 1.0)
                 parts.append((features[known], on_floor(spells[side], time_s)[known], weight[known]))
     features, contact, weight = (np.concatenate(column) for column in zip(*parts, strict=True))
     return features, contact, weight
+
+
+def floor_speed(joints: np.ndarray, fps: float) -> np.ndarray:
+    """(T,) m/s at which the pelvis goes over the floor, mean of the half second around; joints (T, 17, 3) metres, +Z
+    up."""
+    root = joints[:, H36M17.index("pelvis"), :2]
+    speed = np.linalg.norm(np.gradient(root, axis=0), axis=-1) * fps
+    window = np.ones(max(1, round(_RUN_S * fps)))
+    return np.convolve(speed, window, "same") / np.convolve(np.ones(len(speed)), window, "same")
 
 
 def in_body(level: np.ndarray, time_s: np.ndarray) -> np.ndarray:

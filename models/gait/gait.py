@@ -83,7 +83,8 @@ def time_values(gait: Gait) -> Values:
 
     step_time_s, stride_time_s, stance_time_s, swing_time_s; stance_percent, swing_percent, single_support_percent and
     double_support_percent of the stride, the last both supports together, negative where the feet leave before the
-    other lands (a run); flight_time_s, of one flight, negative in a walk (parameters.times).
+    other lands (a run); flight_time_s, of one flight, by the stride's two or the one that is seen, negative in a walk
+    (parameters.times).
     """
     result: Values = {}
     for side in SIDES:
@@ -98,11 +99,16 @@ def time_values(gait: Gait) -> Values:
             "swing_percent": 100 * of.swing / of.stride,
             "single_support_percent": 100 * of.single / of.stride,
             "double_support_percent": 100 * double / of.stride,
-            "flight_time_s": -double / 2,
+            "flight_time_s": -_seen_mean(of.first_support, of.last_support),
         }
         for name, values in row.items():
             result.setdefault(name, {})[side] = values
     return result
+
+
+def _seen_mean(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """(N,) the mean of two values, or the one that is finite."""
+    return (np.where(np.isfinite(one), one, other) + np.where(np.isfinite(other), other, one)) / 2
 
 
 def length_values(
@@ -113,15 +119,16 @@ def length_values(
     seams: Sequence[int] = (),
 ) -> Values:
     """{figure: {"r", "l": (N,)}}: step_length, stride_length and step_width (parameters.lengths) in the unit of the
-    places, and walking_speed: each step by the mean time of all steps, so that its mean is distance by time. root:
-    (T, 2) the pelvis over the floor or the belt; ankles: (T, 2) by side relative to it, in the same axes."""
+    places, and walking_speed: the pelvis's advance of each step by the mean time of all steps, so that its mean is
+    distance by time. root: (T, 2) the pelvis over the floor or the belt; ankles: (T, 2) by side relative to it, in the
+    same axes."""
     found = lengths(root, ankles, time_s, gait.walks, gait.feet, seams)
     side_of = np.array([stride.side for stride in gait.strides])
     usual_s = (
         float(np.mean([step.stop_s - step.start_s for step in gait.steps])) if gait.steps else float("nan")
     )
     return {
-        "walking_speed": {side: values / usual_s for side, values in found.step.items()},
+        "walking_speed": {side: values / usual_s for side, values in found.advance.items()},
         "step_length": found.step,
         "stride_length": {side: found.stride[side_of == side] for side in SIDES},
         "step_width": {side: found.width[side_of == side] for side in SIDES},

@@ -70,10 +70,12 @@ def times(steps: Sequence[Step], of_strides: Sequence[Stride], side: str) -> Tim
 
 @dataclass(frozen=True, eq=False)
 class Lengths:
-    """In the unit of the places. step: (N,) by side, of the steps that end when that foot lands; stride: (M,) of both
-    feet's strides, in the order of `strides` walk by walk; width: (M,) of them. NaN where a place is missing."""
+    """In the unit of the places. step: (N,) by side, of the steps that end when that foot lands; advance: (N,) by side,
+    how far the pelvis goes meanwhile; stride: (M,) of both feet's strides, in the order of `strides` walk by walk;
+    width: (M,) of them. NaN where a place is missing."""
 
     step: dict[str, np.ndarray]
+    advance: dict[str, np.ndarray]
     stride: np.ndarray
     width: np.ndarray
 
@@ -93,7 +95,7 @@ def lengths(
     does not enter. A stride's length is between two places of the same foot, a step's from the other foot's place to
     this one's, both along the way that the pelvis takes midway between them; a stride's width is how far to the side
     the other foot's place between lies from the middle of the two (in a straight walk that of Huxham et al., Gait &
-    Posture 23(2), 2006).
+    Posture 23(2), 2006). An advance is the distance between where the pelvis is at a step's two landings.
     """
     stands = {side: places(root + ankles[side], time_s, feet[side], seams) for side in "rl"}
     step: dict[str, list[float]] = {side: [] for side in "rl"}
@@ -115,8 +117,21 @@ def lengths(
             rows.append((float(moved @ ahead), abs(float(aside))))
     return Lengths(
         {side: np.array(values, dtype=np.float64) for side, values in step.items()},
+        _advances(root, time_s, walks, seams),
         *np.array(rows, dtype=np.float64).reshape(-1, 2).T,
     )
+
+
+def _advances(
+    root: np.ndarray, time_s: np.ndarray, walks: Sequence[Sequence[Step]], seams: Sequence[int]
+) -> dict[str, np.ndarray]:
+    """{side: (N,)} the distance between where the pelvis is at the two landings of each of that side's steps."""
+    steps = [step for walk in walks for step in walk]
+    at_s = np.array([(step.start_s, step.stop_s) for step in steps]).reshape(-1, 2)
+    first, last = resample(root, time_s, at_s.T.ravel(), seams).reshape(2, len(steps), -1)
+    far = np.linalg.norm(last - first, axis=-1)
+    side_of = np.array([step.side for step in steps])
+    return {side: far[side_of == side] for side in "rl"}
 
 
 def _between(

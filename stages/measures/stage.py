@@ -113,10 +113,10 @@ def measures(
         or 20 degrees at least, by half of the largest change in the take, and by more than noise makes: twice the
         standard deviation of a difference of two values.
     walking: steps and strides between the feet's initial contacts (models/gait), in walks of three steps or more
-        without turns; no `steps` where they could not be seen, and why. Cadence is a minute by the mean step time, of
-        three strides at least. Stance, swing and single support are shares of the stride, as is double support of a
-        walk; a run has a flight time instead. Speed, lengths and width are there where the pelvis path is known or the
-        belt's speed told, else `lengths_reason`.
+        and runs of two, without turns; no `steps` where they could not be seen, and why. Cadence is a minute by the
+        mean step time, of three strides of a walk and two of a run at least. Stance, swing and single support are
+        shares of the stride, as is double support of a walk; a run has a flight time instead. Speed, lengths and width
+        are there where the pelvis path is known or the belt's speed told, else `lengths_reason`.
     floor: height, slope along the walk and stairs by where the feet stand, where the pelvis path is known.
     jumps: flights in which the centre of mass falls freely, where the source knows the pelvis path.
     paths: lengths from the pelvis, and of the pelvis (root) where its way is known.

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ...models.gait.contact import leg_length
-from ...models.gait.errors import OF_LENGTH, each_error, mean_error, path_error
+from ...models.gait.errors import OF_LENGTH, mean_error, path_error
 from ...models.gait.events import contact_times
 from ...models.gait.gait import (
     LEAST_STEP,
@@ -38,7 +38,7 @@ from .figures import (
 )
 
 FEWEST = 10  # frames
-_STRIDES = 3  # for a cadence
+_STRIDES = {"walking": 3, "running": 2}  # for a cadence; who runs is out of the image after a second
 _SIGHT_DEG = 30.0  # off the line of sight: nearer to it, cos 30 = 87 % of a step and more is depth
 _SLOW_HZ = 12.0  # a quick step of 0.4 s has fewer than five frames below this
 _BELT_SHARE = (
@@ -70,7 +70,11 @@ def walking(
     if not gait.walks:
         if why := uncountable(apart, columns, filtered, rectified, source):
             return {"reason": f"steps cannot be counted: {'; '.join(why)}", **basis(apart)}
-        return {"steps": 0, "reason": "no three steps in a row", **basis(apart)}
+        return {
+            "steps": 0,
+            "reason": f"no three steps in a row, nor two of a run{_hidden(apart)}",
+            **basis(apart),
+        }
     lifted = any(name.endswith("_sd_deg") for name in columns)
     root_sd, share = _path_error(filtered, rectified, gait)
     said = _Means(gait.kind, lifted, time_resolution(rate(filtered.times)), leg_length(body), root_sd)
@@ -108,13 +112,22 @@ def walking(
         + (f" in {len(gait.walks)} walks" if len(gait.walks) > 1 else ""),
         **over_floor,
         **said(lengths, _OF_BOTH, share=share),
-        **_cadence(said(values, ("step_time_s",), digits=False), len(strides)),
+        **_cadence(said(values, ("step_time_s",), digits=False), len(strides), _STRIDES[gait.kind]),
         **said(values, ("step_time_s", "stride_time_s", "stance_time_s", "swing_time_s", *phases)),
         **_symmetries(said, {**values, **lengths}),
         **basis(apart),
         **sides,
         "cycles": {name: curve for name, curve in cycles.items() if curve},
     }
+
+
+def _hidden(apart: np.ndarray) -> str:
+    """What gaps of the separation (T,) have to do with it; "" where there are none between frames that have it."""
+    seen = np.flatnonzero(np.isfinite(apart))
+    missing = int(seen[-1] - seen[0] + 1 - len(seen))
+    if not missing:
+        return ""
+    return f"; the legs are hidden in {how_many(missing, 'frame')} between, where a walk ends"
 
 
 class _Means:
@@ -144,7 +157,7 @@ class _Means:
         """What a spread of values has to exceed to be the person's."""
         if not self.lifted:
             return self.resolution if name.endswith("_time_s") else 0.0
-        return each_error(self.gait, name) * (self.leg if name in OF_LENGTH else 1.0)
+        return mean_error(self.gait, name, 1) * (self.leg if name in OF_LENGTH else 1.0)
 
     def __call__(
         self,
@@ -200,10 +213,10 @@ def _symmetries(said: _Means, values: Values) -> dict[str, Any]:
     return result
 
 
-def _cadence(step_time: Mapping[str, float], strides: int) -> dict[str, Any]:
+def _cadence(step_time: Mapping[str, float], strides: int, fewest: int) -> dict[str, Any]:
     """Steps a minute by the mean step time."""
-    if strides < _STRIDES:
-        return {"cadence_reason": f"fewer than {_STRIDES} strides"}
+    if strides < fewest:
+        return {"cadence_reason": f"fewer than {fewest} strides"}
     mean = step_time["mean_step_time_s"]
     return with_error("cadence_spm", 60 / mean, 60 / mean**2 * step_time["mean_step_time_error_s"])
 

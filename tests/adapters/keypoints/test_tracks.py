@@ -120,3 +120,21 @@ def test_far_too_many_people_are_refused_early(tmp_path, adapter, crowd):
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert peak < 5e6 + 2_000 * most
+
+
+def test_who_passes_behind_somebody_goes_on_as_the_same(write, moving):
+    """Two people in step, so that nothing but how they move tells them apart, meet; one is hidden for half a second."""
+    frames = np.arange(60)
+    _, points = moving(17, [0] * 60)
+    points = points.copy()
+    width = np.ptp(points[0, :, 0])
+    size = np.linalg.norm(np.ptp(points[0, :, :2], axis=0))
+    pace = 0.05 * size
+    there, back = points.copy(), points.copy()
+    there[..., 0] += pace * frames[:, None] + 10 * width
+    back[..., 0] += pace * (60 - frames)[:, None] + 10 * width
+    hidden = np.abs(frames - 30) < 8
+    people = _people(write, "coco_results", (frames, there), (frames[~hidden], back[~hidden]))
+    assert list(people) == ["0", "1"]
+    np.testing.assert_allclose(people["0"].joints, there[..., :2], atol=1e-4)
+    np.testing.assert_allclose(people["1"].joints, back[~hidden][..., :2], atol=1e-4)

@@ -28,7 +28,7 @@ def test_true_joints_have_true_steps(judged):
     assert means["step_time_s"].found == pytest.approx(means["step_time_s"].true, abs=0.02)
     assert means["step_length"].found == pytest.approx(means["step_length"].true, abs=0.03)
     assert means["walking_speed"].true == pytest.approx(1.25, rel=0.04)
-    assert (judged.frames[:, 0] == judged.frames[:, 1]).mean() > 0.85
+    assert (judged.frames[:, 0] == judged.frames[:, 1]).mean() > 0.8
 
 
 def test_the_report_has_every_row(judged):

@@ -92,3 +92,16 @@ def test_two_steps_are_no_walk():
     assert len(walks(few, between, TIME, 0.25)) == 1
     few["r"] = few["r"][:1]
     assert walks(few, between, TIME, 0.25) == []
+
+
+def test_two_steps_with_flights_are_a_run():
+    """A run of a second may show no more than three landings; in these every foot leaves before the other lands."""
+    feet, between = limping()
+    two = {"l": feet["l"][:2], "r": feet["r"][:1]}
+    flying = {side: [Stance(side, s.start_s, s.start_s + 0.3) for s in found] for side, found in two.items()}
+    (run,) = walks(flying, between, TIME, 0.25)
+    assert [step.side for step in run] == ["r", "l"]
+    standing = {**flying, "r": two["r"]}  # one foot waits for the other
+    assert walks(standing, between, TIME, 0.25) == []
+    hidden = {**flying, "r": [Stance("r", two["r"][0].start_s, np.nan)]}
+    assert walks(hidden, between, TIME, 0.25) == []

@@ -1,0 +1,49 @@
+"""A run of 43 frames from the side, lifted from noisy keypoints: what the user is told of it."""
+
+import pytest
+
+from pcnet3d.models.evaluation.testbed import see
+from pcnet3d.models.lifter.builtin import lift
+from pcnet3d.models.mocap.clips import read_clips
+from pcnet3d.models.synthetic.cameras import TYPICAL
+from pcnet3d.pipeline import Take
+from pcnet3d.pipeline.anthropometry import implied_stature
+from pcnet3d.pipeline.camera import Camera
+from pcnet3d.stages.angles import Angles
+from pcnet3d.stages.measures.stage import Measures
+from pcnet3d.stages.place import Place
+from pcnet3d.stages.rectify import Rectify
+from pcnet3d.stages.scale import scale
+from pcnet3d.stages.trajectories import Trajectories
+
+pytestmark = pytest.mark.data
+TRUE_STEP_S, TRUE_MPS, TRUE_FLIGHT_S = 0.33, 4.94, 0.15
+
+
+@pytest.fixture(scope="module", params=[0, 1, 6])
+def running(request):
+    """`measures.walking`, from three sides."""
+    (clip,) = (clip for clip in read_clips("val") if clip.name == "accad-m1_run")
+    seen = see(clip, request.param, views=TYPICAL)
+    camera = Camera(seen.image_size, seen.focal_px, 0.02 * seen.focal_px, "told")
+    lifted = lift(seen.keypoints, seen.image_size, seen.focal_px)
+    poses = scale(lifted, implied_stature(clip.joints))
+    take = Take("run", keypoints=seen.keypoints, camera=camera, poses=poses)
+    for stage in (Place(), Rectify(), Trajectories(), Angles(), Measures()):
+        take = stage(take)
+    return take.measures["walking"]
+
+
+def test_a_short_run_has_steps_flight_cadence_and_speed_with_errors(running):
+    assert running["gait"] == "running"
+    assert running["steps"] >= 2
+    for name, true in (
+        ("mean_step_time_s", TRUE_STEP_S),
+        ("mean_flight_time_s", TRUE_FLIGHT_S),
+        ("cadence_spm", 60 / TRUE_STEP_S),
+        ("walking_speed", TRUE_MPS),
+    ):
+        words, _, unit = name.rpartition("_")
+        error = running["walking_speed_error" if name == "walking_speed" else f"{words}_error_{unit}"]
+        assert abs(running[name] - true) < 2.5 * error, name
+        assert error < 0.4 * true, name
