@@ -41,6 +41,7 @@ _SHARPNESS = 2.0
 _CERTAIN = 10 / 11  # odds of ten to one
 _FLOOR = 0.01  # trunk lengths: joints are never expected more precisely
 _LEAP = 4.0  # times the usual step from row to row: a velocity beyond is not trusted to go on
+_ROWS = 512  # whose costs are made at once
 _PASSES = 3  # for runs that overlap
 
 
@@ -283,7 +284,8 @@ def _decoded(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(T,) index of each row's state in the likeliest sequence (Viterbi); over all sequences (forward-backward, Baum et
     al. 1970) (T, K) how probable each row is wrong in each way, and (T, K) how probable that has changed since the row
-    before. continuity: (T, K, 2, 2) of each way; cost: (T, S); states: (S, K).
+    before; both 0 where the likeliest sequence has nothing wrong, and so asks for neither. continuity: (T, K, 2, 2) of
+    each way; cost: (T, S); states: (S, K).
 
     The hidden state is that of two rows, because a row is expected from the two before it.
     """
@@ -294,40 +296,49 @@ def _decoded(
     price = np.where(deep | deep[:, None], _DEPTH_PRICE, _PRICE) * changes
     # Overturned depth shares its evidence with every other way, and it must not count for both.
     price[changes & (deep | deep[:, None]) & wrong & wrong[:, None]] = np.inf
-    # Which of a way's four costs applies when three rows have these states, (S S S, 4 K).
-    pick = np.eye(4)[2 * changed[:, :, None] + changed[None]].reshape(count**3, -1)
+    # Which of a way's four costs applies when three rows have these states, (4 K, S S S).
+    pick = np.eye(4)[2 * changed[:, :, None] + changed[None]].reshape(count**3, -1).T
     steps = continuity.reshape(rows, -1)
 
-    def costs(t: int) -> np.ndarray:
-        return (pick @ steps[t]).reshape(count, count, count) + price + cost[t]
+    def costs(first: int, end: int) -> np.ndarray:
+        """(end - first, S, S, S) of rows whose states, with the two before them, are these."""
+        picked = (steps[first:end] @ pick).reshape(-1, count, count, count)
+        return picked + price + cost[first:end, None, None]
 
-    total = price[0][:, None] + price + cost[0][:, None] + cost[1]
-    forward = np.zeros((rows, count, count))
-    forward[1] = _weights(total)
-    came = np.zeros((rows, count, count), dtype=np.int8)
-    for t in range(2, rows):
-        step = costs(t)
-        options = total[:, :, None] + step
-        came[t] = options.argmin(axis=0)
-        total = options.min(axis=0)
-        forward[t] = np.einsum("ij,ijk->jk", forward[t - 1], _weights(step))
-        forward[t] /= forward[t].sum()
-    path = np.zeros(rows, dtype=int)
+    parts = [(first, min(first + _ROWS, rows)) for first in range(2, rows, _ROWS)]
+    total = np.zeros((rows, count, count))  # of the cheapest sequence that ends so
+    total[1] = price[0][:, None] + price + cost[0][:, None] + cost[1]
+    for first, end in parts:
+        for t, step in enumerate(costs(first, end), first):
+            (total[t - 1][:, :, None] + step).min(axis=0, out=total[t])
     ending = np.broadcast_to(price[0], price.shape)  # or the part behind a change would be wrong more cheaply
-    path[-2:] = np.unravel_index(int((total + ending).argmin()), total.shape)
-    backward = _weights(ending)
+    path = np.zeros(rows, dtype=int)
+    path[-2:] = np.unravel_index(int((total[-1] + ending).argmin()), price.shape)
+    for first, end in reversed(parts):
+        for t, step in zip(range(end - 1, first - 1, -1), costs(first, end)[::-1], strict=True):
+            path[t - 2] = (total[t - 1, :, path[t - 1]] + step[:, path[t - 1], path[t]]).argmin()
     likely, turned = np.zeros((rows, states.shape[1])), np.zeros((rows, states.shape[1]))
-    for t in range(rows - 1, 0, -1):
-        both = forward[t] * backward / (forward[t] * backward).sum()
-        likely[t - 1 : t + 1] = both.sum(axis=1) @ states, both.sum(axis=0) @ states
-        turned[t] = np.tensordot(both, changed)
-        if t > 1:
-            path[t - 2] = came[t, path[t - 1], path[t]]
-            backward = np.einsum("ijk,jk->ij", _weights(costs(t)), backward)
-            backward /= backward.sum()
+    if not path.any():
+        return path, likely, turned
+    forward, backward = np.zeros_like(total), np.zeros_like(total)
+    forward[1], backward[-1] = _weights(total[1]), _weights(ending)
+    for first, end in parts:
+        for t, step in enumerate(_weights(costs(first, end)), first):
+            reached = np.einsum("ij,ijk->jk", forward[t - 1], step)
+            np.divide(reached, reached.sum(), out=forward[t])
+    for first, end in reversed(parts):
+        for t, step in zip(range(end - 1, first - 1, -1), _weights(costs(first, end))[::-1], strict=True):
+            left = np.einsum("ijk,jk->ij", step, backward[t])
+            np.divide(left, left.sum(), out=backward[t - 1])
+    both = forward[1:] * backward[1:]
+    both /= both.sum(axis=(1, 2), keepdims=True)
+    likely[1:] = both.sum(axis=1) @ states
+    likely[0] = both[0].sum(axis=1) @ states
+    turned[1:] = np.tensordot(both, changed)
     return path, likely, turned
 
 
 def _weights(cost: np.ndarray) -> np.ndarray:
-    """Probabilities of these costs, up to a factor."""
-    return np.exp(_SHARPNESS * (cost.min() - cost))
+    """Probabilities of these costs (S, S), or of each row's (N, S, S, S), up to a factor of each."""
+    least = cost.min(axis=(-3, -2, -1)[-min(cost.ndim, 3) :], keepdims=True)
+    return np.exp(_SHARPNESS * (least - cost))
