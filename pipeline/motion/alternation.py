@@ -14,7 +14,7 @@ _LEAST_ROWS = 4  # in a step: its square would not be seen to swing
 _DEPTH = 0.5  # of the square's swing over its mean: 1 when the sides change places wholly, less when one stays ahead
 _WINDOW = 4.0  # standard deviations after which a Gaussian window ends
 _NOTHING = 1e-12  # of the largest mean: rounding, where nothing was seen
-_AT_ONCE = 2**19  # rows times rates whose rhythm is taken at once: some tens of megabytes
+_AT_ONCE = 2**16  # rows times rates whose rhythm is taken at once; fits the caches
 _FEWEST = 3.0  # steps in a walk, as in cycles.steps
 # Agreement: the share of a walk's rows that fit, less that of those that do not. It is about 1 when people walk, below
 # 0.5 when they hop or bow, which swings the square without alternating (CMU and ACCAD val subjects: few between).
@@ -68,8 +68,10 @@ def _rhythm(
     width = 1 / (hz[:, None] * frame_s)
     reach = int(_WINDOW * width.max()) + 1
     size = 2 ** int(np.ceil(np.log2(rows + reach)))  # with zeros enough that the ends do not meet
-    lag = np.minimum(np.arange(size), np.arange(size, 0, -1))
-    window = np.where(lag <= _WINDOW * width + 0.5, np.exp(-0.5 * (lag / width) ** 2), 0.0)
+    lag = np.arange(reach + 1)
+    half = np.where(lag <= _WINDOW * width + 0.5, np.exp(-0.5 * (lag / width) ** 2), 0.0)
+    window = np.zeros((len(hz), size))
+    window[:, : reach + 1], window[:, -reach:] = half, half[:, :0:-1]
     gain = np.fft.rfft(window).real  # the window is even
 
     def smooth(x: np.ndarray) -> np.ndarray:

@@ -142,13 +142,13 @@ def _joined(files: _Files, poses: PoseSequence | None, keypoints: PoseSequence |
         clock = replace(clock, other=lead if keypoints.time_s is None else keypoints)
         keypoints = keypoints.with_(time_s=clock.seconds(keypoints.frame_index, options.keypoints))
     poses = None if poses is None else lead
-    poses, keypoints, swapped = treated(poses, keypoints, options.swaps)
+    poses, keypoints, swapped, swaps = treated(poses, keypoints, options.swaps)
     return Take(
         name=printable((options.video or path).stem),
         video=video,
         keypoints=keypoints,
         poses=poses,
-        findings=None if poses is None else findings_of(poses, _source(files, poses)),
+        findings=None if poses is None else findings_of(poses, _source(files, poses), swaps),
         events=(
             *_repairs(lead),
             *(Event("warning", text) for text in (*clock.doubts(), *_doubts(lead))),
