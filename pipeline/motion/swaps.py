@@ -41,7 +41,7 @@ _SHARPNESS = 2.0
 _CERTAIN = 10 / 11  # odds of ten to one
 _FLOOR = 0.01  # trunk lengths: joints are never expected more precisely
 _LEAP = 4.0  # times the usual step from row to row: a velocity beyond is not trusted to go on
-_ROWS = 512  # whose costs are made at once
+_ROWS = 48  # whose costs are made at once: so few that BLAS shares them among no threads, which would wait long
 _PASSES = 3  # for runs that overlap
 
 
@@ -297,14 +297,19 @@ def _decoded(
     price = np.where(deep | deep[:, None], _DEPTH_PRICE, _PRICE) * changes
     # Overturned depth shares its evidence with every other way, and it must not count for both.
     price[changes & (deep | deep[:, None]) & wrong & wrong[:, None]] = np.inf
-    # Which of a way's four costs applies when three rows have these states, (4 K, S S S).
-    pick = np.eye(4)[2 * changed[:, :, None] + changed[None]].reshape(count**3, -1).T
+    # Three rows in a row, (3, N) states, and which of a way's four costs applies to them, (4 K, N).
+    allowed = np.isfinite(price)
+    triples = np.nonzero(allowed[:, :, None] & allowed)
+    first_two, last_two = changed[triples[:2]], changed[triples[1:]]
+    pick = np.eye(4)[2 * first_two + last_two].reshape(len(triples[0]), -1).T
+    prices = price[triples[1:]]
     steps = continuity.reshape(rows, -1)
 
     def costs(first: int, end: int) -> np.ndarray:
         """(end - first, S, S, S) of rows whose states, with the two before them, are these."""
-        picked = (steps[first:end] @ pick).reshape(-1, count, count, count)
-        return picked + price + cost[first:end, None, None]
+        found = np.full((end - first, count, count, count), np.inf)
+        found[:, *triples] = steps[first:end] @ pick + prices + cost[first:end, triples[2]]
+        return found
 
     parts = [(first, min(first + _ROWS, rows)) for first in range(2, rows, _ROWS)]
     total = np.zeros((rows, count, count))  # of the cheapest sequence that ends so
