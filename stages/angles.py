@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import ClassVar
 
 import numpy as np
@@ -14,7 +15,7 @@ from ..pipeline.frames import CAMERA, LEVEL, change_frame, require
 from ..pipeline.layouts import H36M17
 from ..pipeline.motion.angles import FINE, REASONS, near
 from ..pipeline.motion.foot_angles import ALL_ANGLES
-from ..pipeline.motion.signals import breaks, derivative
+from ..pipeline.motion.signals import breaks, derivative, each_path
 from ..pipeline.pose import PoseSequence, Rectified
 from ..pipeline.rotations import rotate
 from ..pipeline.take import Event, Take
@@ -67,11 +68,19 @@ def joint_angles(poses: PoseSequence, rectified: Rectified, filtered: PoseSequen
         filtered_feet=feet,
     )
     seams = breaks(source)
+    rates: dict[str, np.ndarray] = {}
+    cuts = {name: _cuts(angle.value_deg, seams) for name, angle in series.items()}
+    for same in set(cuts.values()):
+        names = [name for name in cuts if cuts[name] == same]
+        values = np.stack([series[name].value_deg for name in names], axis=1)
+        rates |= zip(
+            names, each_path(partial(derivative, time_s=source.times, seams=same), values).T, strict=True
+        )
     columns = {}
     for name, angle in series.items():
         columns[f"{name}_deg"] = angle.value_deg
         columns[f"{name}_sd_deg"] = angle.sd_deg
-        columns[f"{name}_degps"] = derivative(angle.value_deg, source.times, _cuts(angle.value_deg, seams))
+        columns[f"{name}_degps"] = rates[name]
         columns[f"{name}_reason"] = angle.reason
     return columns
 

@@ -35,8 +35,8 @@ def alternation(vectors: np.ndarray, times: np.ndarray, agreed: float = AGREED) 
         flat @ np.linalg.svd(flat, full_matrices=False)[2][0]
     )  # along the direction in which they are longest
     frame_s = float(np.median(np.diff(times)))
-    longest, shortest = np.ptp(times) / _FEWEST, _LEAST_ROWS * frame_s
-    rates = _STEPS_HZ[(1 / _STEPS_HZ >= shortest) & (1 / _STEPS_HZ <= longest)]
+    step_s = 1 / _STEPS_HZ
+    rates = _STEPS_HZ[(step_s >= _LEAST_ROWS * frame_s) & (step_s <= np.ptp(times) / _FEWEST)]
     if not len(rates) or not swing.any():
         return fits
     together = max(_AT_ONCE // len(times), 1)  # rates
@@ -62,8 +62,8 @@ def alternation(vectors: np.ndarray, times: np.ndarray, agreed: float = AGREED) 
 def _rhythm(
     square: np.ndarray, times: np.ndarray, hz: np.ndarray, frame_s: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """(N, T) mean of the square (T,) about each row, and the complex amplitude (N, T) with which it swings at about each
-    of the rates hz (N,), within a Gaussian window of a step's length as standard deviation."""
+    """(N, T) mean of the square (T,) about each row, and the complex amplitude (N, T) with which it swings at about
+    each of the rates hz (N,), within a Gaussian window of a step's length as standard deviation."""
     rows = len(square)
     width = 1 / (hz[:, None] * frame_s)
     reach = int(_WINDOW * width.max()) + 1

@@ -41,7 +41,9 @@ _SHARPNESS = 2.0
 _CERTAIN = 10 / 11  # odds of ten to one
 _FLOOR = 0.01  # trunk lengths: joints are never expected more precisely
 _LEAP = 4.0  # times the usual step from row to row: a velocity beyond is not trusted to go on
-_ROWS = 48  # whose costs are made at once: so few that BLAS shares them among no threads, which would wait long
+_ROWS = (
+    48  # whose costs are made at once: so few that BLAS shares them among no threads, which would wait long
+)
 _PASSES = 3  # for runs that overlap
 
 

@@ -12,7 +12,12 @@ from pcnet3d.pipeline.rotations import geodesic_deg, is_finite, rotate
 
 LONG, FPS = 3000, 30.0
 CAMERA_FROM_WORLD = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
-TORSO = {"l_hip": (0, -0.1, 0), "r_hip": (0, 0.1, 0), "l_shoulder": (0, -0.2, 0.5), "r_shoulder": (0, 0.2, 0.5)}
+TORSO = {
+    "l_hip": (0, -0.1, 0),
+    "r_hip": (0, 0.1, 0),
+    "l_shoulder": (0, -0.2, 0.5),
+    "r_shoulder": (0, 0.2, 0.5),
+}
 
 
 class Knowing:
@@ -35,7 +40,11 @@ def turning(frames: int, deg_per_s: float) -> tuple[np.ndarray, np.ndarray, np.n
     heading = np.radians(deg_per_s * time_s)
     zero, one = np.zeros(frames), np.ones(frames)
     turn = np.array(
-        [[np.cos(heading), -np.sin(heading), zero], [np.sin(heading), np.cos(heading), zero], [zero, zero, one]]
+        [
+            [np.cos(heading), -np.sin(heading), zero],
+            [np.sin(heading), np.cos(heading), zero],
+            [zero, zero, one],
+        ]
     )
     R_world_from_own = np.moveaxis(turn, -1, 0)
     body = np.zeros((17, 3))
