@@ -1,4 +1,4 @@
-"""The bench of the whole way says where all of the time went."""
+"""The benches of whole runs say where all of the time went."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from pcnet3d.examples.bench_files import write_inputs
 from pcnet3d.examples.bench_pipeline import _run
+from pcnet3d.examples.bench_run import measured_run
 from pcnet3d.examples.walker.long_video import write_long_video
 from pcnet3d.pipeline.reading.take import read_video
 
@@ -36,5 +38,14 @@ def test_shares_add_up(toy_detector, numbered_film):
     assert sum(measured.seconds.values()) == pytest.approx(measured.wall_s, rel=0.1)
     assert measured.seconds["2D network"] > 0
     assert measured.seconds["decoding"] > 0
-    assert 0 < measured.own_share < 1
+    assert 0 < measured.cpu_s
+    assert 0 < measured.arrays_mb < measured.peak_mb
+
+
+def test_a_run_on_files_says_where_its_time_went(tmp_path):
+    take, measured = measured_run(write_inputs(tmp_path, 100))
+    assert measured.frames == 100 == len(take.need("keypoints"))
+    assert list(measured.seconds)[0] == "read"
+    assert list(measured.seconds)[-1] == "report"
+    assert sum(measured.seconds.values()) == pytest.approx(measured.wall_s, rel=0.1)
     assert 0 < measured.arrays_mb < measured.peak_mb
