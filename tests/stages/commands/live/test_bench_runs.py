@@ -45,7 +45,7 @@ def test_shares_add_up(toy_detector, numbered_film):
 def test_a_run_on_files_says_where_its_time_went(tmp_path):
     take, measured = measured_run(write_inputs(tmp_path, 100))
     assert measured.frames == 100 == len(take.need("keypoints"))
-    assert list(measured.seconds)[0] == "read"
+    assert next(iter(measured.seconds)) == "read"
     assert list(measured.seconds)[-1] == "report"
     assert sum(measured.seconds.values()) == pytest.approx(measured.wall_s, rel=0.1)
     assert 0 < measured.arrays_mb < measured.peak_mb
