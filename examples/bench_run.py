@@ -11,7 +11,7 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, fields, is_dataclass
 from multiprocessing import get_context
 from pathlib import Path
-from typing import Any, ParamSpec, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -23,7 +23,7 @@ from ..pipeline.take import Take
 _MEGABYTE = 2**20
 _PEAK_UNIT = 1 if sys.platform == "darwin" else 1024  # bytes of getrusage's ru_maxrss
 _GEMM, _GEMM_RUNS = 1024, 20
-P, T = ParamSpec("P"), TypeVar("T")
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -55,10 +55,10 @@ class Measured:
         return "\n".join([*lines, f"  peak memory {memory}"])
 
 
-def in_own_process(function: Callable[P, T], *arguments: P.args, **options: P.kwargs) -> T:
-    """function(*arguments, **options) in a new process, so that its peak of memory is its own."""
+def in_own_process(function: Callable[..., T], *arguments: Any) -> T:
+    """function(*arguments) in a new process, so that its peak of memory is its own."""
     with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
-        return pool.submit(function, *arguments, **options).result()
+        return pool.submit(function, *arguments).result()
 
 
 def measured_run(options: RunOptions, recipe: Recipe | None = None) -> tuple[Take, Measured]:
@@ -79,10 +79,10 @@ def gemm_gflops() -> float:
     """What numpy's product of two float32 matrices of 1024 x 1024 does a second, on all cores that it takes."""
     rng = np.random.default_rng(0)
     a, b = (rng.standard_normal((_GEMM, _GEMM), dtype=np.float32) for _ in range(2))
-    a @ b
+    np.matmul(a, b)
     start = time.perf_counter()
     for _ in range(_GEMM_RUNS):
-        a @ b
+        np.matmul(a, b)
     return 2 * _GEMM**3 * _GEMM_RUNS / (time.perf_counter() - start) / 1e9
 
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from ...pipeline.canonical import body_axes
 from ...pipeline.plugins.protocols import Rectifier
-from ...pipeline.rotations import is_finite, unit
+from ...pipeline.rotations import unit
 from .votes import CORRELATED_S
 
 _ENOUGH = 600  # frames: so many are always asked
@@ -47,7 +47,7 @@ def _completed(
     def ask(asked: np.ndarray) -> None:
         R[asked], error_deg[asked] = rectifier.rotation(joints[asked])
 
-    asked = ~is_finite(body_axes(joints, np.array([0.0, -1.0, 0.0]))).all(axis=1)
+    asked = ~_whole(body_axes(joints, np.array([0.0, -1.0, 0.0])))
     edges = [0, *seams, rows]
     for first, end in pairwise(edges):
         asked[first:end:every] = True
@@ -56,7 +56,7 @@ def _completed(
     for first, end in pairwise(edges):
         clip = slice(first, end)
         R[clip], error_deg[clip] = _between(R[clip], error_deg[clip], asked[clip], joints[clip], time_s[clip])
-    left = ~asked & ~is_finite(R).all(axis=1)
+    left = ~asked & ~_whole(R)
     if left.any():
         ask(left)
     return R, error_deg
@@ -68,7 +68,7 @@ def _between(
     """One clip's rotations (T, 3, 3) and errors (T,), completed where they were not asked for; NaN where nobody near
     was."""
     body = body_axes(joints, R[..., 2])  # the joints' own heading, under the rectifier's up
-    known = asked & is_finite(R).all(axis=1) & is_finite(body).all(axis=1)
+    known = asked & _whole(R) & _whole(body)
     if not known.any():
         return R, error_deg
 
@@ -85,3 +85,8 @@ def _between(
         np.where(asked[:, None, None], R, there),
         np.where(asked, error_deg, between(error_deg[:, None])[:, 0]),
     )
+
+
+def _whole(R: np.ndarray) -> np.ndarray:
+    """(T,) whether rotations (T, 3, 3) are there."""
+    return np.asarray(np.isfinite(R).all(axis=(1, 2)))

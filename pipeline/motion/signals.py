@@ -109,7 +109,7 @@ def _butterworth(x: np.ndarray, warped: float) -> np.ndarray:
 
     As scipy.signal does; importing that would take a third of a second, longer than all the filtering of most takes.
     """
-    from scipy.linalg.lapack import dtbtrs
+    from scipy.linalg import get_lapack_funcs
 
     scale = 1 + np.sqrt(2) * warped + warped**2
     feedback = np.array([1.0, 2 * (warped**2 - 1) / scale, (1 - np.sqrt(2) * warped + warped**2) / scale])
@@ -118,7 +118,8 @@ def _butterworth(x: np.ndarray, warped: float) -> np.ndarray:
     driven[1:] += 2 * rise[:-1]
     driven[2:] += rise[:-2]
     bands = np.repeat(feedback[:, None], len(x), axis=1)
-    answer, _ = dtbtrs(bands, driven * (warped**2 / scale), uplo="L")
+    (solve,) = get_lapack_funcs(("tbtrs",), (bands, driven))
+    answer, _ = solve(bands, driven * (warped**2 / scale), uplo="L")
     return x[0] + answer.reshape(x.shape)
 
 
@@ -186,7 +187,7 @@ def each_path(filter_: Callable[[np.ndarray], np.ndarray], paths: np.ndarray) ->
     go together.
     """
     result = np.empty(paths.shape)
-    seen = np.isfinite(paths).reshape(*paths.shape[:2], -1).all(axis=-1)
+    seen = np.asarray(np.isfinite(paths).reshape(*paths.shape[:2], -1).all(axis=-1))
     alike: dict[bytes, list[int]] = {}
     for path, rows in enumerate(seen.T):
         alike.setdefault(rows.tobytes(), []).append(path)
