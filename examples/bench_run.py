@@ -28,7 +28,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Measured:
-    """seconds: wall time of parts of the run by name, of stages at least. wall_s, cpu_s: all of the run, on the clock
+    """seconds: wall time of the run's parts by name, which add up to wall_s. wall_s, cpu_s: all of the run, on the clock
     and of all threads together. peak_mb: resident memory. arrays_mb: the take's arrays."""
 
     frames: int
@@ -70,6 +70,7 @@ def measured_run(options: RunOptions, recipe: Recipe | None = None) -> tuple[Tak
         start, before = time.perf_counter(), _cpu_s()
         take = run_files(options, Path(folder) / "out", recipe, done=seconds.__setitem__)
         wall_s, cpu_s = time.perf_counter() - start, _cpu_s() - before
+    seconds["the rest"] = wall_s - sum(seconds.values())  # imports of stages, the folder
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * _PEAK_UNIT / _MEGABYTE
     frames = len(take.need("poses"))
     return take, Measured(frames, seconds, wall_s, cpu_s, peak, _array_bytes(take) / _MEGABYTE)

@@ -35,7 +35,8 @@ def test_a_long_video_goes_there_and_back_without_a_jump(tmp_path):
 def test_shares_add_up(toy_detector, numbered_film):
     measured = _run(numbered_film, toy_detector)
     assert measured.frames == 60
-    assert sum(measured.seconds.values()) == pytest.approx(measured.wall_s, rel=0.1)
+    assert sum(measured.seconds.values()) == pytest.approx(measured.wall_s)
+    assert 0 < measured.seconds["the rest"] < measured.wall_s / 4
     assert measured.seconds["2D network"] > 0
     assert measured.seconds["decoding"] > 0
     assert measured.cpu_s > 0
@@ -46,6 +47,7 @@ def test_a_run_on_files_says_where_its_time_went(tmp_path):
     take, measured = measured_run(write_inputs(tmp_path, 100))
     assert measured.frames == 100 == len(take.need("keypoints"))
     assert next(iter(measured.seconds)) == "read"
-    assert list(measured.seconds)[-1] == "report"
-    assert sum(measured.seconds.values()) == pytest.approx(measured.wall_s, rel=0.1)
+    assert list(measured.seconds)[-2:] == ["report", "the rest"]
+    assert sum(measured.seconds.values()) == pytest.approx(measured.wall_s)
+    assert 0 < measured.seconds["the rest"] < measured.wall_s / 4
     assert 0 < measured.arrays_mb < measured.peak_mb
