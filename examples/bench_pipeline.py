@@ -66,7 +66,7 @@ def _print(measured: Measured) -> None:
 
 def _run(video: Path, detector: Path) -> Measured:
     """detect without decoding and network, which are `decoding` and `2D network`; frames: of the video."""
-    recipe = load_recipe().starting_with("lift").starting_with("detect")
+    recipe = load_recipe().starting_with("lift").starting_with("calibrate").starting_with("detect")
     recipe = recipe.with_options("detect", detector=str(detector))
     others = {"decoding": 0.0, "2D network": 0.0}
     with _timed(others):

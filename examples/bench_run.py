@@ -28,8 +28,8 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Measured:
-    """seconds: wall time of the run's parts by name, which add up to wall_s. wall_s, cpu_s: all of the run, on the clock
-    and of all threads together. peak_mb: resident memory. arrays_mb: the take's arrays."""
+    """seconds: wall time of the run's parts by name, which add up to wall_s. wall_s, cpu_s: all of the run, on the
+    clock and of all threads together. peak_mb: resident memory. arrays_mb: the take's arrays."""
 
     frames: int
     seconds: dict[str, float]
