@@ -23,6 +23,7 @@ CUTOFF_HZ = 6.0  # what Pose2Sim and Sports2D filter marker positions with, and 
 _GAP = 2.5  # an interval this many times the usual one is a gap: more than one frame was lost
 _STAMP_S = 0.6e-3  # stamps rounded to milliseconds lie this near to even ones
 _ORDER = 4  # of both passes of the Butterworth filter together
+_AT_ONCE = 1 << 17  # rows times paths that are filtered at once: some tens of megabytes
 _HALF_POWER = np.sqrt(0.5)  # gain at the cut-off
 
 
@@ -191,9 +192,12 @@ def each_path(filter_: Callable[[np.ndarray], np.ndarray], paths: np.ndarray) ->
     alike: dict[bytes, list[int]] = {}
     for path, rows in enumerate(seen.T):
         alike.setdefault(rows.tobytes(), []).append(path)
+    most = max(_AT_ONCE // max(len(paths), 1), 1)
     for group in alike.values():
-        together = paths[:, group]
-        result[:, group] = filter_(together.reshape(len(paths), -1)).reshape(together.shape)
+        for first in range(0, len(group), most):
+            some = group[first : first + most]
+            together = paths[:, some]
+            result[:, some] = filter_(together.reshape(len(paths), -1)).reshape(together.shape)
     return result
 
 

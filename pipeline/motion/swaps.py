@@ -313,37 +313,62 @@ def _decoded(
         found[:, *triples] = steps[first:end] @ pick + prices + cost[first:end, triples[2]]
         return found
 
+    def cheapest(first: int, end: int, total: np.ndarray) -> tuple[list[np.ndarray], np.ndarray]:
+        """Costs (S, S) of the cheapest sequences up to each row before `end`, beginning with `total`, those up to row
+        first - 1; and the rows' own costs."""
+        totals, own = [total], costs(first, end)
+        for step in own:
+            totals.append((totals[-1][:, :, None] + step).min(axis=0))
+        return totals, own
+
+    def reached(first: int, end: int, share: np.ndarray) -> tuple[list[np.ndarray], np.ndarray]:
+        """As `cheapest`, probabilities over all sequences up to each row, and the rows' own weights."""
+        shares, own = [share], _weights(costs(first, end))
+        for step in own:
+            both = np.einsum("ij,ijk->jk", shares[-1], step)
+            shares.append(both / both.sum())
+        return shares, own
+
+    # Of all rows only each part's beginning is kept; what lies between is made again on the way back.
     parts = [(first, min(first + _ROWS, rows)) for first in range(2, rows, _ROWS)]
-    total = np.zeros((rows, count, count))  # of the cheapest sequence that ends so
-    total[1] = price[0][:, None] + price + cost[0][:, None] + cost[1]
-    for first, end in parts:
-        for t, step in enumerate(costs(first, end), first):
-            (total[t - 1][:, :, None] + step).min(axis=0, out=total[t])
+    totals = [price[0][:, None] + price + cost[0][:, None] + cost[1]]
+    for part in parts:
+        totals.append(cheapest(*part, totals[-1])[0][-1])
     ending = np.broadcast_to(price[0], price.shape)  # or the part behind a change would be wrong more cheaply
     path = np.zeros(rows, dtype=int)
-    path[-2:] = np.unravel_index(int((total[-1] + ending).argmin()), price.shape)
-    for first, end in reversed(parts):
-        for t, step in zip(range(end - 1, first - 1, -1), costs(first, end)[::-1], strict=True):
-            path[t - 2] = (total[t - 1, :, path[t - 1]] + step[:, path[t - 1], path[t]]).argmin()
+    path[-2:] = np.unravel_index(int((totals[-1] + ending).argmin()), price.shape)
+    for (first, end), total in zip(reversed(parts), totals[-2::-1], strict=True):
+        before, own = cheapest(first, end, total)
+        for t in range(end - 1, first - 1, -1):
+            i, j = path[t - 1 : t + 1]
+            path[t - 2] = (before[t - first][:, i] + own[t - first][:, i, j]).argmin()
     likely, turned = np.zeros((rows, states.shape[1])), np.zeros((rows, states.shape[1]))
     if not path.any():
         return path, likely, turned
-    forward, backward = np.zeros_like(total), np.zeros_like(total)
-    forward[1], backward[-1] = _weights(total[1]), _weights(ending)
-    for first, end in parts:
-        for t, step in enumerate(_weights(costs(first, end)), first):
-            reached = np.einsum("ij,ijk->jk", forward[t - 1], step)
-            np.divide(reached, reached.sum(), out=forward[t])
-    for first, end in reversed(parts):
-        for t, step in zip(range(end - 1, first - 1, -1), _weights(costs(first, end))[::-1], strict=True):
-            left = np.einsum("ijk,jk->ij", step, backward[t])
-            np.divide(left, left.sum(), out=backward[t - 1])
-    both = forward[1:] * backward[1:]
-    both /= both.sum(axis=(1, 2), keepdims=True)
-    likely[1:] = both.sum(axis=1) @ states
-    likely[0] = both[0].sum(axis=1) @ states
-    turned[1:] = np.tensordot(both, changed)
+    shares = [_weights(totals[0])]
+    for part in parts:
+        shares.append(reached(*part, shares[-1])[0][-1])
+    backward = _weights(ending)
+    for (first, end), share in zip(reversed(parts), shares[-2::-1], strict=True):
+        forward, own = reached(first, end, share)
+        behind = [backward]
+        for step in own[::-1]:
+            both = np.einsum("ijk,jk->ij", step, behind[-1])
+            behind.append(both / both.sum())
+        backward = behind.pop()
+        likely[first:end], turned[first:end], _ = _judged(forward[1:], behind[::-1], states, changed)
+    likely[1:2], turned[1:2], likely[:1] = _judged([shares[0]], [backward], states, changed)
     return path, likely, turned
+
+
+def _judged(
+    forward: list[np.ndarray], backward: list[np.ndarray], states: np.ndarray, changed: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Of rows with these probabilities (S, S) each, (N, K) how probable they are wrong, (N, K) how probable that has
+    changed since the row before, and (N, K) how probable the row before is wrong."""
+    both = np.array(forward) * np.array(backward)
+    both /= both.sum(axis=(1, 2), keepdims=True)
+    return both.sum(axis=1) @ states, np.tensordot(both, changed), both.sum(axis=2) @ states
 
 
 def _weights(cost: np.ndarray) -> np.ndarray:
