@@ -69,8 +69,8 @@ def _from_entry(entry: Any, track: bool, where: str) -> Detection:
 
 def track_named(idx: Any, where: str) -> str:
     """The track that `idx` names: a number, or nested lists of one and the same number. InputError for others."""
-    ids = np.unique(numbers(idx, where))
-    if len(ids) != 1 or ids[0] % 1 != 0:
+    ids = numbers(idx, where).ravel()
+    if len(ids) == 0 or not (ids == ids[0]).all() or ids[0] % 1 != 0:
         raise InputError(
             f"{where}: expected one track number as idx, got {reprlib.repr(idx)}; pass track=true "
             "(--set keypoints.track=true) to ignore idx and join people to the nearest of the frames before."

@@ -1,12 +1,14 @@
-"""`pcnet3d bench`: how fast rectifiers and the whole way from a video to a recording are on this machine."""
+"""`pcnet3d bench`: how fast rectifiers, and whole runs from files and from a video, are on this machine."""
 
 from __future__ import annotations
 
 import typer
 
 from ..models.evaluation.bench import rectify
+from .bench_files import files
 from .bench_pipeline import pipeline
 
 bench = typer.Typer(help="Measure speed and memory on this machine.", no_args_is_help=True)
 bench.command()(rectify)
+bench.command()(files)
 bench.command()(pipeline)

@@ -239,8 +239,9 @@ class Rectified:
     error_deg: (T,) expected rotation error of BODY in degrees, NaN where the rectifier does not know.
     up_error_deg, up_bound_deg: (T,) of the up that BODY and LEVEL share: expected root mean square angle to the
         truth, and the angle that nine in ten takes stay under. up_votes: (T, 3) each frame's own idea of up, in the
-        source's axes, NaN without one. up_shares: what up rests on, each source's part by name; up_pulls: by how many
-        degrees each moves it; up_own: what each says by itself, in the source's axes, and its error in degrees.
+        source's axes, that of its neighbours where a long take's rectifier was not asked about it, NaN without one.
+        up_shares: what up rests on, each source's part by name; up_pulls: by how many degrees each moves it; up_own:
+        what each says by itself, in the source's axes, and its error in degrees.
     method: "geometric" or "pcnet@<hash>".
     camera: "static", "moving", or "gravity" for a source that knows its own up.
     level_heading: how LEVEL's heading was chosen: "median", "first second", "camera", "world", or "none"

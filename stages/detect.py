@@ -74,7 +74,7 @@ class Detect:
         people = found.people()
         chosen = _longest(found, people) if self.person is None else _named(people, self.person, video)
         keypoints = chosen if self.fps is None else timed(chosen, self.fps)
-        _, keypoints, swapped = treated(None, keypoints, self.swaps)
+        _, keypoints, swapped, _ = treated(None, keypoints, self.swaps)
         assert keypoints is not None
         keypoints = keypoints if self.smooth_hz is None else smoothed(keypoints, self.smooth_hz)
         take = take.with_(keypoints=keypoints)

@@ -20,6 +20,7 @@ from ..models.gravity import (
     level_people,
     level_static,
     level_world,
+    take_rotation,
     why_not,
 )
 from ..models.gravity.levelling import Camera
@@ -160,7 +161,7 @@ def _rectify(
         reference, method = Z_UP, "gravity"
     else:
         chosen = _facing(rectifier)
-        seen = [_seen(source, chosen) for source in sources]
+        seen = [_seen(source, chosen, options.camera) for source in sources]
         look = view.looks[0] if view and view.looks else None
         if options.camera == "moving":
             if told:
@@ -206,11 +207,14 @@ def _times(source: PoseSequence) -> np.ndarray:
     return np.arange(len(source)) / 30 if source.time_s is None else source.time_s
 
 
-def _seen(source: PoseSequence, rectifier: Rectifier) -> Seen:
-    poses = _in(source, CAMERA)
-    R, error_deg = rectifier.rotation(poses.joints)
+def _seen(source: PoseSequence, rectifier: Rectifier, camera: Camera) -> Seen:
+    poses, time_s = _in(source, CAMERA), _times(source)
+    if camera == "moving":  # every frame has an up of its own
+        R, error_deg = rectifier.rotation(poses.joints)
+    else:
+        R, error_deg = take_rotation(rectifier, poses.joints, time_s, source.seams)
     name, spread = f"person {source.person}", stated_spread(poses)
-    return Seen(poses.joints, R, error_deg, _times(source), source.seams, poses.measured_root, name, spread)
+    return Seen(poses.joints, R, error_deg, time_s, source.seams, poses.measured_root, name, spread)
 
 
 def _rectified(

@@ -35,6 +35,7 @@ from ..pipeline.motion.signals import (
     CUTOFF_HZ,
     breaks,
     derivative,
+    each_path,
     lowpass,
     rate,
     residual_cutoff,
@@ -187,14 +188,13 @@ def smooth(
         cutoff_hz = _chosen(level, moving)
     cutoff = CUTOFF_HZ if cutoff_hz is None else cutoff_hz
     joints = level.joints.astype(np.float64)
-    paths = [_FILTERS[filter](joints[:, i], times, cutoff, seams) for i in range(len(level.layout))]
-    result = np.stack(paths, axis=1)
-    root = None if level.root is None else _FILTERS[filter](level.root, times, cutoff, seams)
-    feet = level.feet
-    if feet is not None:
-        feet = np.stack(
-            [_FILTERS[filter](points, times, cutoff, seams) for points in np.swapaxes(feet, 0, 1)], axis=1
-        )
+
+    def smoothed(path: np.ndarray) -> np.ndarray:
+        return _FILTERS[filter](path, times, cutoff, seams)
+
+    result = each_path(smoothed, joints)
+    root = None if level.root is None else smoothed(level.root)
+    feet = None if level.feet is None else each_path(smoothed, level.feet)
     return level.with_(joints=result, root=root, feet=feet).noted(
         "low-pass filter",
         filter=filter,

@@ -6,6 +6,7 @@ import json
 import re
 import reprlib
 from collections.abc import Iterator
+from functools import lru_cache
 from pathlib import Path
 from typing import IO, Any
 
@@ -27,7 +28,7 @@ _MAX_FRAME = 1 << 53  # larger numbers are no video frames, and would not fit an
 def beginning(path: Path) -> Any:
     """The first 64 KB of a JSON file as Python values, cut at a comma; None for anything else. Never raises."""
     try:
-        return json.loads(_closed(first_bytes(path, _PEEK_BYTES).decode("utf-8-sig", errors="ignore")))
+        return json.loads(_whole(first_bytes(path, _PEEK_BYTES)))
     except (ValueError, RecursionError):
         return None
 
@@ -36,6 +37,12 @@ def first_detection(content: Any) -> dict[str, Any] | None:
     """The first entry of a flat list of detections in images, as COCO defined it; None for anything else."""
     entry = content[0] if isinstance(content, list) and content else None
     return entry if isinstance(entry, dict) and {"image_id", "keypoints"} <= entry.keys() else None
+
+
+@lru_cache(maxsize=1)  # every adapter for JSON asks about the same file
+def _whole(start: bytes) -> str:
+    """JSON of the first bytes of a file."""
+    return _closed(start.decode("utf-8-sig", errors="ignore"))
 
 
 def _closed(text: str) -> str:

@@ -43,7 +43,8 @@ class Detection:
     @cached_property
     def found(self) -> np.ndarray:
         """(J,) whether the joint is there: neither NaN nor the detectors' 0, 0 with score 0 or none."""
-        return ~np.isnan(self.points[:, :2]).any(axis=1) & (np.nan_to_num(self.points) != 0).any(axis=1)
+        missing = np.isnan(self.points)
+        return ~missing[:, :2].any(axis=1) & (~missing & (self.points != 0)).any(axis=1)
 
     @cached_property
     def size(self) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from ...pipeline.motion.angles import (
     angles,
 )
 from ...pipeline.motion.foot_angles import FOOT_ANGLES, foot_angles, toes_completed
-from ...pipeline.motion.signals import CUTOFF_HZ, lowpass
+from ...pipeline.motion.signals import CUTOFF_HZ, each_path, lowpass
 from ...pipeline.rotations import is_finite, rotate, transpose
 from .joint_noise import JointNoise, angle_sd
 
@@ -102,5 +103,4 @@ def take_angles(
 
 def smoothed(joints: np.ndarray, time_s: np.ndarray, cutoff_hz: float = CUTOFF_HZ) -> np.ndarray:
     """(T, J, 3) through the zero-phase low-pass, each joint on its own, as the stage trajectories does."""
-    paths = [lowpass(joints[:, i], time_s, cutoff_hz) for i in range(joints.shape[1])]
-    return np.stack(paths, axis=1)
+    return each_path(partial(lowpass, time_s=time_s, cutoff_hz=cutoff_hz), joints)

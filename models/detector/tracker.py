@@ -39,13 +39,11 @@ class Tracker:
 
     def names(self, frame: int, people: Sequence[Found]) -> list[int]:
         """The name of each person of a frame; frames come in order."""
-        from scipy.optimize import linear_sum_assignment
-
         known = [seen for seen in self._last if frame - seen.frame <= _MEMORY]
         names = [-1] * len(people)
         if known and people:
             cost = np.array([[_cost(seen.found, person) for person in people] for seen in known])
-            for row, column in zip(*linear_sum_assignment(cost), strict=True):
+            for row, column in _pairs(cost):
                 if cost[row, column] < _NEVER:
                     names[column] = known[row].person
         for i, name in enumerate(names):
@@ -58,6 +56,16 @@ class Tracker:
     def cut(self) -> None:
         """What follows shows something else: nobody is who was there before."""
         self._last = []
+
+
+def _pairs(cost: np.ndarray) -> list[tuple[int, int]]:
+    """Rows and columns of cost (N, M), each at most once, whose sum is the least."""
+    if 1 in cost.shape:  # one person: without an import that takes half a second
+        row, column = np.unravel_index(int(cost.argmin()), cost.shape)
+        return [(int(row), int(column))]
+    from scipy.optimize import linear_sum_assignment
+
+    return list(zip(*linear_sum_assignment(cost), strict=True))
 
 
 def _cost(a: Found, b: Found) -> float:

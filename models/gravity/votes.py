@@ -28,7 +28,7 @@ UNKNOWN_DEG = 12.0  # expected error of a frame whose rectifier does not say
 _OUTLIER_DEG = 5.0  # votes this far off count half
 _TURNS = 30  # of the reweighting, at most; it ends when the mean moves by less than
 _STILL = 1e-6
-_CORRELATED_S = 0.3  # votes nearer in time than this are never independent
+CORRELATED_S = 0.3  # votes nearer in time than this are never independent
 
 
 @dataclass(frozen=True)
@@ -133,7 +133,7 @@ def effective_number(apart: np.ndarray, time_s: np.ndarray, weights: np.ndarray)
     until = negative[0] if len(negative) else count
     inflation = 1 + 2 * float(correlation[1:until].sum())
     seconds = float(time_s[-1] - time_s[0])
-    return float(max(min(kish / inflation, 1 + seconds / _CORRELATED_S), 1.0))
+    return float(max(min(kish / inflation, 1 + seconds / CORRELATED_S), 1.0))
 
 
 def _tangent_deg(votes: np.ndarray, centre: np.ndarray) -> np.ndarray:

@@ -8,11 +8,13 @@ rest of the walk has them, also where a crossing is too blurred to follow.
 from __future__ import annotations
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
 
 _STEPS_HZ = np.geomspace(0.7, 4.0, 60)  # as long as the steps of cycles.py
 _LEAST_ROWS = 4  # in a step: its square would not be seen to swing
 _DEPTH = 0.5  # of the square's swing over its mean: 1 when the sides change places wholly, less when one stays ahead
+_WINDOW = 4.0  # standard deviations after which a Gaussian window ends
+_NOTHING = 1e-12  # of the largest mean: rounding, where nothing was seen
+_AT_ONCE = 2**16  # rows times rates whose rhythm is taken at once; fits the caches
 _FEWEST = 3.0  # steps in a walk, as in cycles.steps
 # Agreement: the share of a walk's rows that fit, less that of those that do not. It is about 1 when people walk, below
 # 0.5 when they hop or bow, which swings the square without alternating (CMU and ACCAD val subjects: few between).
@@ -33,13 +35,17 @@ def alternation(vectors: np.ndarray, times: np.ndarray, agreed: float = AGREED) 
         flat @ np.linalg.svd(flat, full_matrices=False)[2][0]
     )  # along the direction in which they are longest
     frame_s = float(np.median(np.diff(times)))
-    rates = [hz for hz in _STEPS_HZ if _LEAST_ROWS * frame_s <= 1 / hz <= np.ptp(times) / _FEWEST]
-    if not rates or not swing.any():
+    step_s = 1 / _STEPS_HZ
+    rates = _STEPS_HZ[(step_s >= _LEAST_ROWS * frame_s) & (step_s <= np.ptp(times) / _FEWEST)]
+    if not len(rates) or not swing.any():
         return fits
-    hz = max(rates, key=lambda hz: float(np.abs(_rhythm(swing**2, times, hz, frame_s)[1]).sum()))
-    mean, turn = _rhythm(swing**2, times, hz, frame_s)
+    together = max(_AT_ONCE // len(times), 1)  # rates
+    parts = (rates[first : first + together] for first in range(0, len(rates), together))
+    swung = [np.abs(_rhythm(swing**2, times, part, frame_s)[1]).sum(axis=1) for part in parts]
+    hz = float(rates[np.argmax(np.concatenate(swung))])
+    mean, turn = (found[0] for found in _rhythm(swing**2, times, np.array([hz]), frame_s))
     phase = np.pi * hz * times + np.unwrap(np.angle(turn)) / 2
-    known = mean > 0
+    known = mean > _NOTHING * mean.max()
     fits[known] = np.cos(phase[known]) * swing[known] / np.sqrt(2 * mean[known])
     fits = np.clip(fits, -1, 1)
     walking = known & (2 * np.abs(turn) >= _DEPTH * mean)
@@ -54,15 +60,24 @@ def alternation(vectors: np.ndarray, times: np.ndarray, agreed: float = AGREED) 
 
 
 def _rhythm(
-    square: np.ndarray, times: np.ndarray, hz: float, frame_s: float
+    square: np.ndarray, times: np.ndarray, hz: np.ndarray, frame_s: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """(T,) mean of the square about each row, and the complex amplitude (T,) with which it swings at about hz, within
-    a Gaussian window of a step's length as standard deviation."""
+    """(N, T) mean of the square (T,) about each row, and the complex amplitude (N, T) with which it swings at about
+    each of the rates hz (N,), within a Gaussian window of a step's length as standard deviation."""
+    rows = len(square)
+    width = 1 / (hz[:, None] * frame_s)
+    reach = int(_WINDOW * width.max()) + 1
+    size = 2 ** int(np.ceil(np.log2(rows + reach)))  # with zeros enough that the ends do not meet
+    lag = np.arange(reach + 1)
+    half = np.where(lag <= _WINDOW * width + 0.5, np.exp(-0.5 * (lag / width) ** 2), 0.0)
+    window = np.zeros((len(hz), size))
+    window[:, : reach + 1], window[:, -reach:] = half, half[:, :0:-1]
+    gain = np.fft.rfft(window).real  # the window is even
 
     def smooth(x: np.ndarray) -> np.ndarray:
-        return gaussian_filter1d(x, 1 / (hz * frame_s), mode="constant")
+        return np.fft.irfft(np.fft.rfft(x, size) * gain, size)[:, :rows]
 
-    weight = smooth(np.ones(len(square)))
+    weight = smooth(np.ones(rows))
     mean = smooth(square) / weight
-    swing = (square - mean) * np.exp(-2j * np.pi * hz * times)
+    swing = (square - mean) * np.exp(-2j * np.pi * hz[:, None] * times)
     return mean, (smooth(swing.real) + 1j * smooth(swing.imag)) / weight

@@ -43,11 +43,15 @@ def weighed(share: float, limits: tuple[float, float]) -> Weight:
     return "unusable" if share > limits[1] else "suspicious" if share > limits[0] else "note"
 
 
-def findings_of(poses: PoseSequence, source: PoseSequence | None = None) -> tuple[Finding, ...]:
+def findings_of(
+    poses: PoseSequence, source: PoseSequence | None = None, swaps: tuple[Swap, ...] | None = None
+) -> tuple[Finding, ...]:
     """All that `pcnet3d inspect` would find in poses as a run has them. poses: as pose_findings takes them; source: the
-    same person as the adapter gives it, where there was a file."""
+    same person as the adapter gives it, where there was a file; swaps: of find_swaps in these poses, where it was asked
+    already."""
     before = [] if source is None else source_findings(source)
-    return (*row_findings(poses), *before, *pose_findings(poses), *swap_findings(poses, find_swaps(poses)))
+    swaps = find_swaps(poses) if swaps is None else swaps
+    return (*row_findings(poses), *before, *pose_findings(poses), *swap_findings(poses, swaps))
 
 
 def row_findings(source: PoseSequence) -> list[Finding]:

@@ -168,40 +168,43 @@ def _lengths(poses: PoseSequence) -> np.ndarray:
 
 def treated(
     poses: PoseSequence | None, keypoints: PoseSequence | None, how: Swaps
-) -> tuple[PoseSequence | None, PoseSequence | None, tuple[Event, ...]]:
-    """Poses and keypoints of a take after their swaps were told, put right or masked, and what to say of it.
+) -> tuple[PoseSequence | None, PoseSequence | None, tuple[Event, ...], tuple[Swap, ...] | None]:
+    """Poses and keypoints of a take after their swaps were told, put right or masked, what to say of it, and what
+    find_swaps finds in the poses that are returned: None where they were changed, and it has to be asked again.
 
     A lift of exchanged keypoints is wrong in all its joints. So poses that came beside such keypoints cannot be put
     right: unless swaps are only told, they are missing in those frames.
     """
     events: list[Event] = []
+    found = None
     if keypoints is not None:
-        keypoints, swaps, said = _treated(keypoints, "keypoints", how)
+        keypoints, swaps, _, said = _treated(keypoints, "keypoints", how)
         events += said
         if poses is not None and swaps:
             frames = keypoints.frame_index[wrong_rows(keypoints, swaps)]
             poses, beside = _beside(poses, frames, how)
             events.append(beside)
     if poses is not None:
-        poses, _, said = _treated(poses, "poses", how)
+        poses, swaps, found, said = _treated(poses, "poses", how)
         events += said
-    return poses, keypoints, tuple(events)
+        found = None if swaps and how != "report" else found
+    return poses, keypoints, tuple(events), found
 
 
 def _treated(
     poses: PoseSequence, what: str, how: Swaps
-) -> tuple[PoseSequence, tuple[Swap, ...], list[Event]]:
-    """Poses after treatment, the swaps that were treated or should be, and what to say."""
+) -> tuple[PoseSequence, tuple[Swap, ...], tuple[Swap, ...], list[Event]]:
+    """Poses after treatment, the swaps that were treated or should be, all that were found, and what to say."""
     found = find_swaps(poses)
     swaps, doubts = settled(poses, found)
     events = [Event("warning", f"The {what} look wrong: {doubt}.", about=_SIDES) for doubt in doubts]
     if swaps:
         events.insert(0, _event(poses, swaps, what, how))
     if how == "report":
-        return poses.noted("swaps", found=as_frames(poses, found)) if found else poses, swaps, events
-    if not swaps:
-        return poses, swaps, events
-    return (repair_swaps if how == "repair" else mask_swaps)(poses, swaps), swaps, events
+        poses = poses.noted("swaps", found=as_frames(poses, found)) if found else poses
+    elif swaps:
+        poses = (repair_swaps if how == "repair" else mask_swaps)(poses, swaps)
+    return poses, swaps, found, events
 
 
 def _event(poses: PoseSequence, swaps: tuple[Swap, ...], what: str, how: Swaps) -> Event:

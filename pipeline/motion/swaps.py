@@ -41,6 +41,9 @@ _SHARPNESS = 2.0
 _CERTAIN = 10 / 11  # odds of ten to one
 _FLOOR = 0.01  # trunk lengths: joints are never expected more precisely
 _LEAP = 4.0  # times the usual step from row to row: a velocity beyond is not trusted to go on
+_ROWS = (
+    48  # whose costs are made at once: so few that BLAS shares them among no threads, which would wait long
+)
 _PASSES = 3  # for runs that overlap
 
 
@@ -261,7 +264,8 @@ def _median_norm(vectors: np.ndarray, floor: float) -> np.ndarray:
     length = np.linalg.norm(vectors, axis=-1)
     seen = np.isfinite(length).any(axis=0)
     median = np.full(length.shape[1], np.inf)
-    median[seen] = np.maximum(np.nanmedian(length[:, seen], axis=0), floor)
+    middle = np.median if np.isfinite(length).all() else np.nanmedian  # which takes many times as long
+    median[seen] = np.maximum(middle(length[:, seen], axis=0), floor)
     return median
 
 
@@ -283,7 +287,8 @@ def _decoded(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(T,) index of each row's state in the likeliest sequence (Viterbi); over all sequences (forward-backward, Baum et
     al. 1970) (T, K) how probable each row is wrong in each way, and (T, K) how probable that has changed since the row
-    before. continuity: (T, K, 2, 2) of each way; cost: (T, S); states: (S, K).
+    before; both 0 where the likeliest sequence has nothing wrong, and so asks for neither. continuity: (T, K, 2, 2) of
+    each way; cost: (T, S); states: (S, K).
 
     The hidden state is that of two rows, because a row is expected from the two before it.
     """
@@ -294,40 +299,79 @@ def _decoded(
     price = np.where(deep | deep[:, None], _DEPTH_PRICE, _PRICE) * changes
     # Overturned depth shares its evidence with every other way, and it must not count for both.
     price[changes & (deep | deep[:, None]) & wrong & wrong[:, None]] = np.inf
-    # Which of a way's four costs applies when three rows have these states, (S S S, 4 K).
-    pick = np.eye(4)[2 * changed[:, :, None] + changed[None]].reshape(count**3, -1)
+    # Three rows in a row, (3, N) states, and which of a way's four costs applies to them, (4 K, N).
+    allowed = np.isfinite(price)
+    triples = np.nonzero(allowed[:, :, None] & allowed)
+    first_two, last_two = changed[triples[:2]], changed[triples[1:]]
+    pick = np.eye(4)[2 * first_two + last_two].reshape(len(triples[0]), -1).T
+    prices = price[triples[1:]]
     steps = continuity.reshape(rows, -1)
 
-    def costs(t: int) -> np.ndarray:
-        return (pick @ steps[t]).reshape(count, count, count) + price + cost[t]
+    def costs(first: int, end: int) -> np.ndarray:
+        """(end - first, S, S, S) of rows whose states, with the two before them, are these."""
+        found = np.full((end - first, count, count, count), np.inf)
+        found[:, *triples] = steps[first:end] @ pick + prices + cost[first:end, triples[2]]
+        return found
 
-    total = price[0][:, None] + price + cost[0][:, None] + cost[1]
-    forward = np.zeros((rows, count, count))
-    forward[1] = _weights(total)
-    came = np.zeros((rows, count, count), dtype=np.int8)
-    for t in range(2, rows):
-        step = costs(t)
-        options = total[:, :, None] + step
-        came[t] = options.argmin(axis=0)
-        total = options.min(axis=0)
-        forward[t] = np.einsum("ij,ijk->jk", forward[t - 1], _weights(step))
-        forward[t] /= forward[t].sum()
-    path = np.zeros(rows, dtype=int)
+    def cheapest(first: int, end: int, total: np.ndarray) -> tuple[list[np.ndarray], np.ndarray]:
+        """Costs (S, S) of the cheapest sequences up to each row before `end`, beginning with `total`, those up to row
+        first - 1; and the rows' own costs."""
+        totals, own = [total], costs(first, end)
+        for step in own:
+            totals.append((totals[-1][:, :, None] + step).min(axis=0))
+        return totals, own
+
+    def reached(first: int, end: int, share: np.ndarray) -> tuple[list[np.ndarray], np.ndarray]:
+        """As `cheapest`, probabilities over all sequences up to each row, and the rows' own weights."""
+        shares, own = [share], _weights(costs(first, end))
+        for step in own:
+            both = np.einsum("ij,ijk->jk", shares[-1], step)
+            shares.append(both / both.sum())
+        return shares, own
+
+    # Of all rows only each part's beginning is kept; what lies between is made again on the way back.
+    parts = [(first, min(first + _ROWS, rows)) for first in range(2, rows, _ROWS)]
+    totals = [price[0][:, None] + price + cost[0][:, None] + cost[1]]
+    for part in parts:
+        totals.append(cheapest(*part, totals[-1])[0][-1])
     ending = np.broadcast_to(price[0], price.shape)  # or the part behind a change would be wrong more cheaply
-    path[-2:] = np.unravel_index(int((total + ending).argmin()), total.shape)
-    backward = _weights(ending)
+    path = np.zeros(rows, dtype=int)
+    path[-2:] = np.unravel_index(int((totals[-1] + ending).argmin()), price.shape)
+    for (first, end), total in zip(reversed(parts), totals[-2::-1], strict=True):
+        before, own = cheapest(first, end, total)
+        for t in range(end - 1, first - 1, -1):
+            i, j = path[t - 1 : t + 1]
+            path[t - 2] = (before[t - first][:, i] + own[t - first][:, i, j]).argmin()
     likely, turned = np.zeros((rows, states.shape[1])), np.zeros((rows, states.shape[1]))
-    for t in range(rows - 1, 0, -1):
-        both = forward[t] * backward / (forward[t] * backward).sum()
-        likely[t - 1 : t + 1] = both.sum(axis=1) @ states, both.sum(axis=0) @ states
-        turned[t] = np.tensordot(both, changed)
-        if t > 1:
-            path[t - 2] = came[t, path[t - 1], path[t]]
-            backward = np.einsum("ijk,jk->ij", _weights(costs(t)), backward)
-            backward /= backward.sum()
+    if not path.any():
+        return path, likely, turned
+    shares = [_weights(totals[0])]
+    for part in parts:
+        shares.append(reached(*part, shares[-1])[0][-1])
+    backward = _weights(ending)
+    for (first, end), share in zip(reversed(parts), shares[-2::-1], strict=True):
+        forward, own = reached(first, end, share)
+        behind = [backward]
+        for step in own[::-1]:
+            both = np.einsum("ijk,jk->ij", step, behind[-1])
+            behind.append(both / both.sum())
+        backward = behind.pop()
+        likely[first:end], turned[first:end], _ = _judged(forward[1:], behind[::-1], states, changed)
+    likely[1:2], turned[1:2], likely[:1] = _judged([shares[0]], [backward], states, changed)
     return path, likely, turned
 
 
+def _judged(
+    forward: list[np.ndarray], backward: list[np.ndarray], states: np.ndarray, changed: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Of rows with these probabilities (S, S) each, (N, K) how probable they are wrong, (N, K) how probable that has
+    changed since the row before, and (N, K) how probable the row before is wrong."""
+    both = np.array(forward) * np.array(backward)
+    both /= both.sum(axis=(1, 2), keepdims=True)
+    return both.sum(axis=1) @ states, np.tensordot(both, changed), both.sum(axis=2) @ states
+
+
 def _weights(cost: np.ndarray) -> np.ndarray:
-    """Probabilities of these costs, up to a factor."""
-    return np.exp(_SHARPNESS * (cost.min() - cost))
+    """Probabilities of these costs (S, S), or of each row's (N, S, S, S), up to a factor of each."""
+    least = cost.min(axis=(-3, -2, -1)[-min(cost.ndim, 3) :], keepdims=True)
+    return np.exp(_SHARPNESS * (least - cost))

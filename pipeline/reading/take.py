@@ -154,13 +154,13 @@ def _joined(files: _Files, poses: PoseSequence | None, keypoints: PoseSequence |
         video = video and replace(video, part=rows_within(options.time_range, _seconds(video, options)))
         lead = keypoints if poses is None else poses
         assert lead is not None
-    poses, keypoints, swapped = treated(poses, keypoints, options.swaps)
+    poses, keypoints, swapped, swaps = treated(poses, keypoints, options.swaps)
     return Take(
         name=printable((options.video or path).stem),
         video=video,
         keypoints=keypoints,
         poses=poses,
-        findings=None if poses is None else findings_of(poses, source),
+        findings=None if poses is None else findings_of(poses, source, swaps),
         events=(
             *told,
             *_repairs(lead),

@@ -17,7 +17,7 @@ from ...pipeline.files.skeletons import Skeleton
 from ...pipeline.frames import Frame
 from ...pipeline.layouts import FEET, H36M17
 from ...pipeline.messages import how_many
-from ...pipeline.motion.angles import arm_reference, hinge_axis
+from ...pipeline.motion.angles import arm_reference, hinge_axis, thorax_axes
 from ...pipeline.rotations import from_columns, is_finite, rotate, transpose, unit
 from ...pipeline.take import Event, Take
 from .markers import evenly
@@ -170,6 +170,7 @@ def _rotations(at: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
         "spine": _turned((_Y, _X), (at["thorax"] - at["spine"], left_hip + left_shoulder)),
         "thorax": _turned((_X, _Y), (left_shoulder, trunk)),
     }
+    thorax = thorax_axes(-left_shoulder.T, trunk.T)
     for side, out in (("r", -1.0), ("l", 1.0)):
         hip, knee, ankle, shoulder, elbow, wrist = (
             at[f"{side}_{joint}"] for joint in ("hip", "knee", "ankle", "shoulder", "elbow", "wrist")
@@ -183,7 +184,7 @@ def _rotations(at: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
             heel = at[f"{side}_heel"]
             R[f"{side}_ankle"] = _turned((_Z, _Y), (at[f"{side}_big_toe"] - heel, ankle - heel))
             R |= {point: R[f"{side}_ankle"] for point in feet}
-        reference = arm_reference(unit(elbow - shoulder), -left_shoulder, trunk, -out)
+        reference = arm_reference(unit(elbow - shoulder).T, -left_shoulder.T, *thorax, -out).T
         axis = _hinge(elbow - shoulder, wrist - elbow, reference)
         R[f"{side}_clavicle"] = _turned((out * _X, _Y), (shoulder - at["thorax"], trunk))
         R[f"{side}_shoulder"] = _turned((out * _X, -out * _Y), (elbow - shoulder, axis))
@@ -230,7 +231,7 @@ def _turned(rest: tuple[np.ndarray, np.ndarray], now: tuple[np.ndarray, np.ndarr
 
 def _hinge(upper: np.ndarray, lower: np.ndarray, reference: np.ndarray) -> np.ndarray:
     """(N, 3) the limb's axis; where the lower bone is missing, what it would be of a straight limb."""
-    axis = hinge_axis(unit(upper), unit(lower), reference)
+    axis = hinge_axis(unit(upper).T, unit(lower).T, reference.T).T
     return np.where(is_finite(axis)[:, None], axis, reference)
 
 

@@ -4,7 +4,8 @@
     python tests/bench/same_results.py compare DIR_A DIR_B
 
 `make` runs demo, run, batch, compare and imu on the walker and on real files (PCNET3D_DATA). `compare` prints every
-array of poses.npz and every column of kinematics.parquet that differs, and ends with exit code 1 if any does.
+array of poses.npz and every column of kinematics.parquet that differs and by how much, and ends with exit code 1 if any
+does.
 """
 
 from __future__ import annotations
@@ -56,7 +57,7 @@ def differences(one: Path, other: Path) -> list[str]:
             if name not in left or name not in right:
                 found.append(f"{path}: {name} is in one of them only")
             elif left[name].shape != right[name].shape or not _equal(left[name], right[name]):
-                found.append(f"{path}: {name} differs")
+                found.append(f"{path}: {name} differs{_by(left[name], right[name])}")
     return found
 
 
@@ -70,6 +71,13 @@ def columns(path: Path) -> dict[str, np.ndarray]:
     """Of a .parquet file."""
     table = parquet.read_table(path)
     return {name: table[name].to_numpy() for name in table.column_names}
+
+
+def _by(a: np.ndarray, b: np.ndarray) -> str:
+    """How far at most, where both have values, if only values differ."""
+    if a.shape != b.shape or a.dtype.kind not in "fi" or not np.array_equal(np.isnan(a), np.isnan(b)):
+        return " in what it holds"
+    return f" by at most {np.nanmax(np.abs(a - b)):.1g}, and is at most {np.nanmax(np.abs(a)):.3g}"
 
 
 def _equal(a: np.ndarray, b: np.ndarray) -> bool:

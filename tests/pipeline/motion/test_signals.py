@@ -11,6 +11,7 @@ from pcnet3d.pipeline.motion.signals import (
     breaks,
     check_cutoff,
     derivative,
+    each_path,
     evenly_spaced,
     lowpass,
     rate,
@@ -230,3 +231,16 @@ def test_no_cutoff_for_a_take_of_a_few_rows_or_of_nothing():
     assert np.isnan(residual_cutoff(np.arange(5.0), np.arange(5) / 30))
     assert np.isnan(residual_cutoff(np.full((100, 3), np.nan), np.arange(100) / 30))
     assert np.isnan(residual_cutoff(np.zeros(1), np.zeros(1)))
+
+
+def test_paths_that_are_filtered_together_are_as_each_alone() -> None:
+    rng = np.random.default_rng(4)
+    paths = rng.normal(size=(200, 4, 3)).cumsum(axis=0)
+    paths[50, 1], paths[90, 2, 0] = np.nan, np.nan
+    time_s = np.arange(200) / 30
+    alone = np.stack([lowpass(paths[:, i], time_s) for i in range(4)], axis=1)
+    assert np.array_equal(each_path(lambda path: lowpass(path, time_s), paths), alone, equal_nan=True)
+    rates = np.stack([derivative(paths[:, i, 0], time_s) for i in range(4)], axis=1)
+    assert np.array_equal(
+        each_path(lambda path: derivative(path, time_s), paths[..., 0]), rates, equal_nan=True
+    )

@@ -82,7 +82,7 @@ def test_a_change_of_sides_in_the_middle_leaves_open_which_side_is_wrong():
     assert len(found) <= 60  # the labeling with fewer frames
     assert told(wrong, (found,)) == "legs exchanged from or up to (which cannot be told) frames 50"
     for how in ("report", "repair", "mask"):
-        _, keypoints, (event,) = treated(None, wrong, how)
+        _, keypoints, (event,), _ = treated(None, wrong, how)
         assert event.kind == "warning"
         assert "which cannot be told" in event.text
         assert "--swaps" not in event.text
@@ -125,7 +125,7 @@ def test_a_repair_against_the_rhythm_is_undone_and_said(monkeypatch):
     complement = (Swap("legs exchanged", 58, 81, 9.0), Swap("legs exchanged", 83, 109, 9.0))
     monkeypatch.setattr(swap_repair, "find_swaps", lambda _: complement)
     for how in ("report", "repair", "mask"):
-        _, keypoints, (event,) = treated(None, wrong, how)
+        _, keypoints, (event,), _ = treated(None, wrong, how)
         np.testing.assert_array_equal(keypoints.joints, wrong.joints)
         assert event.kind == "warning"
         assert "legs exchanged in frames 58-81, 83-109, but after a repair" in event.text
