@@ -8,7 +8,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ..models import load_lifter
+from ..models import load_lifter, load_rectifier
+from ..models.gravity import known_up, told_up
+from ..models.gravity.levelling import Camera as CameraMotion
 from ..models.lifter.builtin import OwnLifter
 from ..pipeline.camera import Camera
 from ..pipeline.files.video_frames import shown_size
@@ -26,12 +28,13 @@ from ..pipeline.take import Event, Take
 
 @dataclass(frozen=True)
 class Lift:
-    """The stage.
+    """The stage. Our own lifter lifts again where it is known which way is up, from the image of a camera that stands
+    still or from the user, and the first lift does not contradict that.
 
     lifter: "pcnet3d", the built-in one, or an .onnx file; lifter_kind: what that is, where its shapes leave it open
     (models.load_lifter). image_size: the image's width and height in pixels, for a take without a video;
     focal_px: the focal length, if known; flip: average with the lift of the mirrored person. parity: what to do when
-    left and right of the lift look exchanged.
+    left and right of the lift look exchanged. camera, gravity, pitch_deg, roll_deg: of stages.rectify.
     """
 
     lifter: str = "pcnet3d"
@@ -40,6 +43,10 @@ class Lift:
     focal_px: float | None = None
     flip: bool = False
     parity: Handedness = "refuse"
+    camera: CameraMotion = "static"
+    gravity: tuple[float, float, float] | None = None
+    pitch_deg: float | None = None
+    roll_deg: float | None = None
     _opened: Lifter = field(init=False, repr=False, compare=False)
 
     name: ClassVar[str] = "lift"
@@ -68,6 +75,8 @@ class Lift:
                 take = take.saying(Event("repair", text))
         focal_px, guessed = self._focal_px(take.camera)
         poses = self._opened.lift(keypoints, size, focal_px, self.flip, take.video)
+        if isinstance(self._opened, OwnLifter) and (up := self._known_up(take.camera, poses)) is not None:
+            poses = self._opened.lift(keypoints, size, focal_px, self.flip, take.video, up)
         if guessed:  # what phones usually have is no knowledge of this camera
             last = poses.history[-1]
             last = replace(last, options={**last.options, "focal_known": False})
@@ -85,6 +94,14 @@ class Lift:
             *(Event("warning", text) for text in warnings),
         )
         return take.with_(poses=poses, findings=findings_of(poses)).saying(*events)
+
+    def _known_up(self, camera: Camera | None, poses: PoseSequence) -> np.ndarray | None:
+        """(3,) unit, which way is up in a camera that stands still, where that is known well; None else."""
+        told = told_up(self.gravity, self.pitch_deg, self.roll_deg)
+        look = camera.looks[0] if camera is not None and camera.looks else None
+        if self.camera == "moving" or not (told or look):
+            return None
+        return known_up(poses, load_rectifier("pcnet"), told, look)
 
     def _focal_px(self, camera: Camera | None) -> tuple[float | None, bool]:
         """The focal length to lift with, in pixels, and whether it is a guess, which is good enough for our own lifter

@@ -12,20 +12,18 @@ import numpy as np
 from ..models import load_rectifier
 from ..models.common.spread import stated_spread
 from ..models.gravity import (
-    Evidence,
     Levelled,
     Seen,
-    direction,
     level_moving,
     level_people,
     level_static,
     level_world,
     take_rotation,
+    told_up,
     why_not,
 )
 from ..models.gravity.levelling import Camera
 from ..models.gravity.moving import WINDOW_S
-from ..models.synthetic.cameras import view_rotation
 from ..pipeline.camera import Camera as View
 from ..pipeline.camera import Look
 from ..pipeline.errors import InputError
@@ -36,8 +34,6 @@ from ..pipeline.plugins.protocols import Rectifier
 from ..pipeline.pose import PoseSequence, Rectified
 from ..pipeline.rotations import rotate, transpose
 from ..pipeline.take import Event, Take
-
-_KNOWN_DEG = 1.0  # error of a camera's pitch, roll or gravity vector that the user states
 
 
 @dataclass(frozen=True)
@@ -147,7 +143,7 @@ def _rectify(
     """Of each of the people, in the order given; together: in one LEVEL."""
     if not 0 < options.window_s < np.inf:
         raise InputError(f"Expected a window_s of more than 0 seconds, got {options.window_s:g}.")
-    told = _told(options)
+    told = told_up(options.gravity, options.pitch_deg, options.roll_deg)
     sources = [_checked(poses) for poses in people]
     families = {source.frame.family for source in sources}
     if len(families) > 1:
@@ -273,26 +269,6 @@ def _looks(view: View | None, source: PoseSequence) -> list[tuple[float, Look]]:
     """What the images of a moving camera say, each with its time in the take."""
     looks = view.looks if view else ()
     return [(float(np.interp(look.frame, source.frame_index, _times(source))), look) for look in looks]
-
-
-def _told(options: Rectify) -> list[Evidence]:
-    """What the user says about the camera, as evidence on up."""
-    gravity, pitch_deg, roll_deg = options.gravity, options.pitch_deg, options.roll_deg
-    if gravity is not None and (pitch_deg is not None or roll_deg is not None):
-        raise InputError("Expected the camera's gravity, or its pitch and roll, not both.")
-    if gravity is not None:
-        falls = np.array(gravity, dtype=np.float64)
-        if not np.isfinite(falls).all() or not np.linalg.norm(falls) > 0:
-            raise InputError(
-                f"Expected a direction for gravity, such as 0,1,0 (down the picture), got {gravity}."
-            )
-        return [direction("gravity vector", -falls, _KNOWN_DEG)]
-    if pitch_deg is None and roll_deg is None:
-        return []
-    angles = [np.array(angle or 0.0) for angle in (0.0, pitch_deg, roll_deg)]
-    if not all(np.abs(angle) <= 180 for angle in angles):
-        raise InputError(f"Expected pitch and roll in degrees, got {pitch_deg} and {roll_deg}.")
-    return [direction("camera pitch and roll", view_rotation(*angles)[:, 2], _KNOWN_DEG)]
 
 
 def _in(source: PoseSequence, reference: Frame) -> PoseSequence:

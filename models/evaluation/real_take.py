@@ -36,10 +36,11 @@ from ..common.metrics import joint_error, procrustes_error, scaled
 from ..common.spread import stated_spread
 from ..detector.load import load_detector
 from ..detector.video import detect
-from ..gravity import Seen, level_static, why_not
+from ..gravity import Seen, known_up, level_static, why_not
 from ..gravity.view import camera_of
 from ..lifter.builtin import lift
 from ..mocap.clips import data_folder
+from ..rectifier.load import load_rectifier
 from .angles import judge, spread
 
 LIMBS = tuple(
@@ -190,10 +191,14 @@ def real_take_tables(
 def _with_image(
     video: Video, keypoints: PoseSequence, lifter: str | Path, flip: bool
 ) -> tuple[Look | None, PoseSequence]:
-    """What the video's images say about up, and the lift with the focal length that they tell, as a run does it."""
+    """What the video's images say about up, and the lift with the focal length and the up that they tell, as a run does
+    it."""
     seen = camera_of(video, keypoints, (int(keypoints.frame_index[0]), int(keypoints.frame_index[-1])))
-    poses = lift(remap(keypoints, H36M17), shown_size(video), seen.focal_px, flip, lifter)
-    return (seen.looks[0] if seen.looks else None), poses
+    look = seen.looks[0] if seen.looks else None
+    given = remap(keypoints, H36M17), shown_size(video), seen.focal_px, flip, lifter
+    poses = lift(*given)
+    up = known_up(poses, load_rectifier("pcnet"), look=look)
+    return look, poses if up is None else lift(*given, up)
 
 
 def found_keypoints(video: Video) -> PoseSequence:

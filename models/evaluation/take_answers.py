@@ -29,12 +29,14 @@ class Answer:
 
     R_camera_from_body: (T, 3, 3) and error_deg (T,), its expected rotation error. R_camera_from_level: (3, 3), axes
     that the whole take shares, or None of a method that answers every frame alone. levelled: of a take-level method.
+    joints: (T, 17, 3) what it is an answer about, where that is another lift than the other methods'.
     """
 
     R_camera_from_body: np.ndarray
     error_deg: np.ndarray
     R_camera_from_level: np.ndarray | None = None
     levelled: Levelled | None = None
+    joints: np.ndarray | None = None
 
     def axes(self, R_camera_from_world: np.ndarray) -> np.ndarray:
         """(T, 3, 3) upright axes in the camera, with one heading for all frames, the true one: the take's axes turned
@@ -52,21 +54,29 @@ def answers(
     time_s: np.ndarray,
     look: Look | None = None,
     spread: np.ndarray | None = None,
+    again: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> dict[str, dict[str, Answer]]:
     """{method: {"a frame", "a take": Answer}}. joints: (T, 17, 3), CAMERA axes relative to the pelvis, any unit. look:
-    what an image of the take says about up; with it also "a take, with its image". spread: of models.gravity.Seen."""
+    what an image of the take says about up; with it also "a take, with its image". spread: of models.gravity.Seen.
+    again: joints and spread of a lift that knew the image's up, for that answer."""
     both = {}
     for rectifier in rectifiers:
         R, error_deg = rectifier.rotation(joints)
         seen = Seen(joints, R, error_deg, time_s, spread=spread)
         both[rectifier.method] = {"a frame": Answer(R, error_deg), "a take": _of_take(level_static(seen))}
         if look is not None:
-            both[rectifier.method]["a take, with its image"] = _of_take(level_static(seen, look=look))
+            if again is not None:
+                seen = Seen(again[0], *rectifier.rotation(again[0]), time_s, spread=again[1])
+            both[rectifier.method]["a take, with its image"] = _of_take(
+                level_static(seen, look=look), seen.joints
+            )
     return both
 
 
-def _of_take(levelled: Levelled) -> Answer:
-    return Answer(levelled.R_camera_from_body, levelled.error_deg, levelled.R_camera_from_level, levelled)
+def _of_take(levelled: Levelled, joints: np.ndarray | None = None) -> Answer:
+    return Answer(
+        levelled.R_camera_from_body, levelled.error_deg, levelled.R_camera_from_level, levelled, joints
+    )
 
 
 def simulated_look(up: np.ndarray, seed: int, clip: str) -> Look:

@@ -21,6 +21,7 @@ from ...pipeline.running.progress import each
 from ..common.metrics import Figure, joint_error, sorting
 from ..common.spread import stated_spread
 from ..gravity import Seen, level_static, why_not
+from ..lifter.builtin import lift
 from ..mocap.clips import Clip, lying
 from . import take_acceleration, take_cameras
 from .sets import EvaluationSet, evaluation_sets, heading
@@ -73,7 +74,9 @@ def take_tables(
     results: dict[str, Any] = heading(lifter, seed, flip, sets)
     results |= {"rectifiers": [r.method for r in rectifiers], "takes": {}, "acceleration": {}}
     for one, own in zip(sets, clips, strict=True):
-        tables, signals = one_set(rectifiers, one.label, one.takes(seed, lifter, flip), len(own))
+        tables, signals = one_set(
+            rectifiers, one.label, one.takes(seed, lifter, flip), len(own), lifter, flip
+        )
         results["takes"] |= tables
         results["acceleration"] |= signals
     results["cameras"] = take_cameras.camera_tables(
@@ -84,7 +87,12 @@ def take_tables(
 
 
 def one_set(
-    rectifiers: Sequence[Rectifier], label: str, takes: Iterable[LiftedTake], total: int
+    rectifiers: Sequence[Rectifier],
+    label: str,
+    takes: Iterable[LiftedTake],
+    total: int,
+    lifter: str | Path = "pcnet3d",
+    flip: bool = False,
 ) -> tuple[dict[str, Any], dict[str, Any]]:
     """({"LABEL, lifted, GROUP": {"takes", "frames", "methods": {method: figures}}}, accelerations by set)."""
     judged: dict[str, dict[str, list[Judged]]] = {
@@ -96,8 +104,12 @@ def one_set(
         seen = take.seen
         for kind, joints in (("lifted", joints_of(take.lifted, seen.truth)), ("clean", seen.truth)):
             look = simulated_look(seen.up, 0, seen.clip)
-            spread = stated_spread(take.lifted) if kind == "lifted" else None
-            both = named(answers(rectifiers, joints, seen.keypoints.times, look, spread))
+            spread = again = None
+            if kind == "lifted":
+                told = lift(seen.keypoints, seen.image_size, None, flip, lifter, look.up)
+                spread = stated_spread(take.lifted)
+                again = joints_of(told, seen.truth), stated_spread(told)
+            both = named(answers(rectifiers, joints, seen.keypoints.times, look, spread, again))
             for name, answer in both.items():
                 rows = judged[f"{label}, {kind}, {group_of(take)}"].setdefault(name, [])
                 rows.append(judge(take, joints, answer))
@@ -129,6 +141,7 @@ def group_of(take: LiftedTake) -> str:
 
 def judge(take: LiftedTake, joints: np.ndarray, answer: Answer) -> Judged:
     """joints: (T, 17, 3) metres, CAMERA axes relative to the pelvis, lifted or true."""
+    joints = joints if answer.joints is None else answer.joints
     R, R_true = answer.R_camera_from_body, take.seen.R_camera_from_body
     body, truth = rotate(transpose(R), joints), rotate(transpose(R_true), take.seen.truth)
     tilt = angle_deg(R[..., 2], np.broadcast_to(take.seen.up, R[..., 2].shape))

@@ -34,12 +34,15 @@ def lift(
     focal_px: float | None = None,
     flip: bool = False,
     model: str | Path = "pcnet3d",
+    up: np.ndarray | None = None,
 ) -> PoseSequence:
     """Lift one person's 2D keypoints to 3D.
 
     keypoints: H36M17 (remap first) in IMAGE, pixels; missing joints NaN. image_size: width and height in pixels.
     focal_px: focal length in pixels; unknown, it is taken for the longer image side. flip: average with the lift
-    of the mirrored person, twice the time and a little better. model: "pcnet3d", the shipped one, or a file.
+    of the mirrored person, twice the time and a little better. model: "pcnet3d", the shipped one, or a file. up: (3,)
+    unit, which way is up in the camera, where that is known within a few degrees: then a lean away from the camera is
+    told from a camera that looks down.
     -> joints (T, 17, 3) in CAMERA axes relative to the pelvis, unit arbitrary, about the metres of a person 1.7 m
     tall. The confidence is the keypoints', the covariance the one that the network states. Frames in a run of more than
     15 without any joint are NaN; the history counts them. Single missing joints are filled in from the others. Trained
@@ -55,7 +58,8 @@ def lift(
     focal = float(focal_px) if focal_px is not None else ASSUMED_FOCAL * size.max()
     pixels, confidence, rows = on_grid(keypoints)
     refuse_two_people(pixels)
-    x, R_camera_from_ray = features(pixels, confidence, size, np.asarray(focal))
+    told = None if up is None else np.broadcast_to(up, (len(pixels), 3))
+    x, R_camera_from_ray = features(pixels, confidence, size, np.asarray(focal), told)
     joints, sd = run(x, model)
     if flip:
         mirrored, mirrored_sd = run(flipped(x), model)
@@ -74,6 +78,7 @@ def lift(
         focal_px=round(focal, 1),
         focal_known=focal_px is not None,
         flip=flip,
+        up_known=up is not None,
         frames_without_joints=int(unseen[rows].sum()),
     )
 
@@ -145,5 +150,7 @@ class OwnLifter:
         focal_px: float | None = None,
         flip: bool = False,
         video: Video | None = None,
+        up: np.ndarray | None = None,
     ) -> PoseSequence:
-        return lift(remap(keypoints, H36M17), image_size, focal_px, flip, self.model)
+        """As the protocol says; up: of lift."""
+        return lift(remap(keypoints, H36M17), image_size, focal_px, flip, self.model, up)

@@ -2,7 +2,8 @@
 
 Pixels become rays; each frame is turned so that the ray to the body's centre is the optical axis (the ray frame),
 because a person at the border of the image is seen from another side than one in the middle; then the image
-is divided by the body's size, averaged over some seconds.
+is divided by the body's size, averaged over some seconds. Where up is known the ray frame stands upright, and the
+network is told how steeply it looks down: a person is more likely to stand than to lean.
 """
 
 from __future__ import annotations
@@ -14,19 +15,28 @@ from ...pipeline.rotations import is_finite, rotate, transpose, unit
 
 ASSUMED_FOCAL = 1.0  # of the longer image side: between phones (0.7-0.85) and normal lenses (1.2-2)
 HALF_WINDOW = 40  # frames on each side over which place and size are averaged
-CHANNELS = 4 * len(H36M17) + 4
+CHANNELS = 4 * len(H36M17) + 6
+IMAGE_UP = np.array([0.0, -1.0, 0.0])
+STEEP = (
+    0.98  # of the cosine between ray and up beyond which up says nothing about what is upright in the image
+)
 CENTRE = H36M17.indices(("pelvis", "spine", "thorax", "l_hip", "r_hip", "l_shoulder", "r_shoulder"))
 
 
 def features(
-    keypoints: np.ndarray, confidence: np.ndarray, image_size: np.ndarray, focal_px: np.ndarray
+    keypoints: np.ndarray,
+    confidence: np.ndarray,
+    image_size: np.ndarray,
+    focal_px: np.ndarray,
+    up: np.ndarray | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """The network's input and the rotation that leads back.
 
     keypoints: (..., T, 17, 2) pixels, NaN where missing. confidence: (..., T, 17), NaN where unknown.
-    image_size: (..., 2) width, height. focal_px: (...,).
+    image_size: (..., 2) width, height. focal_px: (...,). up: (..., T, 3) unit, in the camera, NaN where unknown.
     -> (..., T, CHANNELS) float32: x, y, confidence and presence of each joint, the body's way across the image
-    (2), its size against the averaged size, and the averaged size; and R_camera_from_ray (..., T, 3, 3).
+    (2), its size against the averaged size, the averaged size, the cosine between ray and up (0 where unknown), and
+    whether that is known; and R_camera_from_ray (..., T, 3, 3).
     Any number of frames; a frame without joints is all zeros.
     """
     rays = (keypoints - image_size[..., None, None, :] / 2) / focal_px[..., None, None, None]
@@ -34,7 +44,11 @@ def features(
     seen = np.any(present, axis=-1)
     centre = body_centre(rays)
     rays = np.where(present[..., None], rays, 0.0)
-    R_camera_from_ray = ray_rotation(centre)
+    if up is None:
+        up = np.full((*centre.shape[:-1], 3), np.nan)
+    R_camera_from_ray = ray_rotation(centre, up)
+    rise = (R_camera_from_ray[..., 2] * up).sum(-1)
+    known = np.isfinite(rise)
     turned = _turned(rays, R_camera_from_ray)
     turned = np.where(present[..., None], turned, 0.0)
 
@@ -47,7 +61,14 @@ def features(
     image = np.clip(turned / mean_size[..., None, None], -5, 5)
     trust = np.where(present, np.where(np.isnan(confidence), 0.7, confidence), 0.0)
     extra = np.stack(
-        [*np.moveaxis(np.tanh(way / 4), -1, 0), size / mean_size - 1, np.log(mean_size) + 2], axis=-1
+        [
+            *np.moveaxis(np.tanh(way / 4), -1, 0),
+            size / mean_size - 1,
+            np.log(mean_size) + 2,
+            np.where(known, rise, 0.0),
+            known,
+        ],
+        axis=-1,
     )
     flat = image.reshape(*image.shape[:-2], -1)
     out = np.concatenate([flat, trust, present, np.where(seen[..., None], extra, 0.0)], axis=-1)
@@ -66,10 +87,12 @@ def body_rays(joints_camera: np.ndarray) -> np.ndarray:
     return ray_rotation(_centre(rays, np.ones(rays.shape[:-1], dtype=bool)))
 
 
-def ray_rotation(centre: np.ndarray) -> np.ndarray:
-    """R_camera_from_ray (..., 3, 3): z along the ray (x, y, 1) of centre (..., 2), x across the camera's vertical."""
+def ray_rotation(centre: np.ndarray, up: np.ndarray = IMAGE_UP) -> np.ndarray:
+    """R_camera_from_ray (..., 3, 3): z along the ray (x, y, 1) of centre (..., 2), x across up (..., 3), unit; across
+    the image's own vertical where up is NaN or the ray goes along it."""
     away = unit(np.concatenate([centre, np.ones_like(centre[..., :1])], axis=-1))
-    right = unit(np.stack([away[..., 2], np.zeros_like(away[..., 0]), -away[..., 0]], axis=-1))
+    tells = np.abs((away * up).sum(-1, keepdims=True)) < STEEP  # False where up is NaN
+    right = unit(np.cross(away, np.where(tells, up, IMAGE_UP)))
     return np.stack([right, np.cross(away, right), away], axis=-1)
 
 
@@ -80,7 +103,7 @@ def flipped(x: np.ndarray) -> np.ndarray:
     image = (image * np.array([-1, 1], dtype=x.dtype)).reshape(*x.shape[:-1], -1)
     trust = x[..., 2 * joints : 3 * joints][..., H36M17.mirror]
     present = x[..., 3 * joints : 4 * joints][..., H36M17.mirror]
-    extra = x[..., 4 * joints :] * np.array([-1, 1, 1, 1], dtype=x.dtype)
+    extra = x[..., 4 * joints :] * np.array([-1, 1, 1, 1, 1, 1], dtype=x.dtype)
     return np.concatenate([image, trust, present, extra], axis=-1)
 
 

@@ -173,7 +173,7 @@ class RunOptions(BaseModel):
     camera: Annotated[
         str | None,
         _option(_CAMERA, "static (default) or moving."),
-        To(("rectify.camera",), ("calibrate.camera", "place.camera")),
+        To(("rectify.camera",), ("calibrate.camera", "lift.camera", "place.camera")),
     ] = None
     focal: Annotated[
         float | None,
@@ -183,18 +183,18 @@ class RunOptions(BaseModel):
     pitch: Annotated[
         float | None,
         _option(_CAMERA, "Camera pitch in degrees, positive looking down."),
-        To(("rectify.pitch_deg",)),
+        To(("rectify.pitch_deg",), ("lift.pitch_deg",)),
     ] = None
     roll: Annotated[
         float | None,
         _option(_CAMERA, "Camera roll in degrees, positive if the image content turns counter-clockwise."),
-        To(("rectify.roll_deg",)),
+        To(("rectify.roll_deg",), ("lift.roll_deg",)),
     ] = None
     gravity: Annotated[
         tuple[float, float, float] | None,
         BeforeValidator(_vector),
         _option(_CAMERA, "Gravity direction in camera axes (x right, y down, z forward), e.g. 0,1,0."),
-        To(("rectify.gravity",)),
+        To(("rectify.gravity",), ("lift.gravity",)),
     ] = None
     left_right: Annotated[
         Handedness,

@@ -10,6 +10,7 @@ from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.files import write_files
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import InputError, Take, load_recipe
+from pcnet3d.pipeline.camera import Camera, Look
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_take
 from pcnet3d.pipeline.rotations import kabsch, rotate
@@ -71,7 +72,7 @@ def test_a_run_from_video_and_keypoints_alone(files, tmp_path):
 def test_the_videos_rotation_flag_turns_the_image_size(take, monkeypatch):
     sizes = []
 
-    def spy(keypoints, image_size, focal_px, flip, model):
+    def spy(keypoints, image_size, *others):
         sizes.append(image_size)
         raise InputError("seen")
 
@@ -113,3 +114,29 @@ def test_a_frame_of_somebody_else_is_left_out_of_the_lift(take):
     assert any("1 frame of 2D keypoints" in event.text for event in spoilt.events)
     trunk = spoilt.poses.joint("thorax") - spoilt.poses.joint("pelvis")
     assert trunk[-1] @ trunk[-2] > 0.9 * np.linalg.norm(trunk[-1]) * np.linalg.norm(trunk[-2])
+
+
+def up_known(take, **options) -> bool:
+    return Lift(**options)(take).poses.history[-1].options["up_known"]
+
+
+def test_the_lift_uses_the_up_that_is_known(take, walk):
+    up = side_camera(walk).R_camera_from_world[:, 2]
+    look = Look(0, up, np.radians(0.5) ** 2 * (np.eye(3) - np.outer(up, up)), failure=0.004)
+    seen = Camera(IMAGE_SIZE, 500.0, 20.0, "lines", (look,))
+    assert not up_known(take)
+    assert up_known(take.with_(camera=seen))
+    assert up_known(take, gravity=tuple(-up))
+    assert not up_known(take.with_(camera=seen), camera="moving")
+    unsure = replace(look, covariance=look.covariance * 100)
+    assert not up_known(take.with_(camera=replace(seen, looks=(unsure,))))
+
+
+def test_an_up_that_the_skeletons_contradict_does_not_bend_the_lift(take):
+    """A pattern of diagonal lines once said that a camera was rolled by 45 degrees."""
+    up = np.array([np.sqrt(0.5), -np.sqrt(0.5), 0.0])
+    look = Look(0, up, np.radians(0.5) ** 2 * (np.eye(3) - np.outer(up, up)), failure=0.05)
+    seen = take.with_(camera=Camera(IMAGE_SIZE, 500.0, 20.0, "lines", (look,)))
+    np.testing.assert_array_equal(
+        Lift(focal_px=500.0)(seen).poses.joints, Lift(focal_px=500.0)(take).poses.joints
+    )

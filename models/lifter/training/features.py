@@ -9,20 +9,22 @@ from ....pipeline.layouts import H36M17
 from ...synthetic.bodies import STANDARD_SIZE_M
 from ...synthetic.on_device.bodies import body_size
 from ...synthetic.on_device.turning import rotate, transpose, unit
-from ..features import CENTRE, HALF_WINDOW
+from ..features import CENTRE, HALF_WINDOW, IMAGE_UP, STEEP
 
 
 def features(
-    keypoints: Tensor, confidence: Tensor, image_size: Tensor, focal_px: Tensor
+    keypoints: Tensor, confidence: Tensor, image_size: Tensor, focal_px: Tensor, up: Tensor
 ) -> tuple[Tensor, Tensor]:
-    """As lifter_features.features: keypoints (B, T, 17, 2), confidence (B, T, 17), image_size (B, 2), focal_px (B,)
-    -> (B, T, CHANNELS) and R_camera_from_ray (B, T, 3, 3)."""
+    """As lifter_features.features: keypoints (B, T, 17, 2), confidence (B, T, 17), image_size (B, 2), focal_px (B,),
+    up (B, T or 1, 3) -> (B, T, CHANNELS) and R_camera_from_ray (B, T, 3, 3)."""
     rays = (keypoints - image_size[:, None, None] / 2) / focal_px[:, None, None, None]
     present = rays.isfinite().all(-1)
     seen = present.any(-1)
     rays = rays.nan_to_num()
     centre = _filled(_centre(rays, present), seen)
-    R_camera_from_ray = ray_rotation(centre)
+    R_camera_from_ray = ray_rotation(centre, up)
+    rise = (R_camera_from_ray[..., 2] * up).sum(-1, keepdim=True)
+    known = rise.isfinite()
     turned = rotate(transpose(R_camera_from_ray), torch.cat([rays, torch.ones_like(rays[..., :1])], dim=-1))
     turned = turned[..., :2] / turned[..., 2:].clamp_min(0.1) * present[..., None]
     size = ((turned**2).sum(dim=(-2, -1)) / present.sum(-1).clamp_min(1)).sqrt()
@@ -33,29 +35,40 @@ def features(
     image = (turned / mean_size[..., None, None]).clamp(-5, 5)
     trust = torch.where(present, confidence.nan_to_num(nan=0.7), 0.0)
     extra = torch.cat(
-        [(path / 4).tanh(), (size / mean_size - 1)[..., None], (mean_size.log() + 2)[..., None]], dim=-1
+        [
+            (path / 4).tanh(),
+            (size / mean_size - 1)[..., None],
+            (mean_size.log() + 2)[..., None],
+            rise.nan_to_num(),
+            known.float(),
+        ],
+        dim=-1,
     )
     return torch.cat(
         [image.flatten(-2), trust, present.float(), extra * seen[..., None]], dim=-1
     ), R_camera_from_ray
 
 
-def target(joints_camera: Tensor) -> tuple[Tensor, Tensor]:
-    """(B, T, 17, 3) what the network should answer for exact joints with the origin at the camera, and (B, T, 17, 3)
-    their velocities a frame, of the joints relative to the pelvis, in the same axes and scale."""
+def target(joints_camera: Tensor, up: Tensor) -> tuple[Tensor, Tensor]:
+    """(B, T, 17, 3) what the network should answer for exact joints with the origin at the camera, told up as in
+    `features`, and (B, T, 17, 3) their velocities a frame, of the joints relative to the pelvis, in the same axes and
+    scale."""
     relative = joints_camera - joints_camera[..., [H36M17.index("pelvis")], :]
     relative = relative * (STANDARD_SIZE_M / body_size(relative))[:, None, None, None]
     rays = joints_camera[..., :2] / joints_camera[..., 2:]
     R_ray_from_camera = transpose(
-        ray_rotation(_centre(rays, torch.ones_like(rays[..., 0], dtype=torch.bool)))
+        ray_rotation(_centre(rays, torch.ones_like(rays[..., 0], dtype=torch.bool)), up)
     )
     return rotate(R_ray_from_camera, relative), rotate(R_ray_from_camera, _velocity(relative))
 
 
-def ray_rotation(centre: Tensor) -> Tensor:
-    """R_camera_from_ray (..., 3, 3): z along the ray (x, y, 1) of centre (..., 2), x across the camera's vertical."""
+def ray_rotation(centre: Tensor, up: Tensor) -> Tensor:
+    """R_camera_from_ray (..., 3, 3): z along the ray (x, y, 1) of centre (..., 2), x across up (..., 3), or across the
+    image's own vertical where up is NaN or the ray goes along it."""
     away = unit(torch.cat([centre, torch.ones_like(centre[..., :1])], dim=-1))
-    right = unit(torch.stack([away[..., 2], torch.zeros_like(away[..., 0]), -away[..., 0]], dim=-1))
+    tells = (away * up).sum(-1, keepdim=True).abs() < STEEP  # False where up is NaN
+    image_up = torch.as_tensor(IMAGE_UP, dtype=away.dtype, device=away.device)
+    right = unit(torch.cross(away, torch.where(tells, up, image_up), dim=-1))
     return torch.stack([right, torch.cross(away, right, dim=-1), away], dim=-1)
 
 

@@ -170,12 +170,15 @@ def _trained_on(config: TrainConfig) -> str:
 
 
 def check_batches(parts: dict[str, tuple[Clip, ...]], device: torch.device) -> dict[str, Batch]:
-    """The same windows for every run, on the captured bodies, before typical cameras and before any."""
+    """The same windows for every run, on the captured bodies, before typical cameras, before any, and before any whose
+    up is told."""
     batches = {}
     for name, clips in parts.items():
         longest = max(map(len, clips))
-        for bed, typical in (("typical", 1.0), ("wild", 0.0)):
-            material = Material(unchanged=1.0, mirrored=0.0, other_rates=0.0, derived=0.3, typical=typical)
+        for bed, typical, known in (("typical", 1.0, 0.0), ("wild", 0.0, 0.0), ("wild_up", 0.0, 1.0)):
+            material = Material(
+                unchanged=1.0, mirrored=0.0, other_rates=0.0, derived=0.3, typical=typical, up_known=known
+            )
             count, frames = _CHECK_WINDOWS
             windows = Windows(clips, material, "cpu")
             batch = windows.batch(Draw(_CHECK_SEED, 0), count, min(frames, longest))

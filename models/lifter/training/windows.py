@@ -23,11 +23,13 @@ from ...synthetic.on_device.cameras import place
 from ...synthetic.on_device.draw import Draw
 from ...synthetic.on_device.keypoint_noise import Spoilt, detect
 from ...synthetic.on_device.motion import MOTION_SHARES, MotionRange, varied
+from ...synthetic.on_device.turning import unit
 from ..features import ASSUMED_FOCAL
 from .features import features, target
 
 _FPS = (20.0, 60.0)
 _CAPTURED_FPS = 30.0
+_UP_DEG = (0.2, 3.0)  # error of an up that is told, a standard deviation in each direction
 _FOCAL_SPREAD = 0.2  # of the logarithm of a focal length that was estimated
 
 
@@ -40,7 +42,7 @@ class Material(MotionRange):
     share with pelvis, spine, thorax and head made as for COCO keypoints. quality, truncated, occluded, absent: of
     on_device.keypoint_noise.Spoilt. other_rates: share of batches at another frame rate than 30, between 20 and 60.
     focal_known, focal_estimated: share of windows whose focal length is told, exactly or with an error; the others have
-    the assumed one.
+    the assumed one. up_known: share that is told which way is up, with an error (_UP_DEG).
     """
 
     limbs: float = 0.05
@@ -57,11 +59,13 @@ class Material(MotionRange):
     other_rates: float = 0.3
     focal_known: float = 0.3
     focal_estimated: float = 0.0
+    up_known: float = 0.0
 
     def __post_init__(self) -> None:
         check_shares(
             self, *MOTION_SHARES, "mirrored", "typical", "pans", "derived",
             "truncated", "occluded", "other_rates", "focal_known", "focal_estimated",
+            "up_known",
         )  # fmt: skip
 
 
@@ -121,8 +125,9 @@ class Windows:
             shown = redefined(joints, draw, material.redefined_m, material.redefined)
         keypoints, confidence = detect(cameras.project(shown), shown, draw, self.spoilt, fps)
         focal_px = self._told_focal(draw, cameras.focal_px, cameras.image_size)
-        x, _ = features(keypoints, _other_scores(confidence, draw), cameras.image_size, focal_px)
-        return Batch(x, *target(joints))
+        up = self._told_up(draw, cameras.R_camera_from_world[..., 2])
+        x, _ = features(keypoints, _other_scores(confidence, draw), cameras.image_size, focal_px, up)
+        return Batch(x, *target(joints, up))
 
     def _told_focal(self, draw: Draw, focal_px: Tensor, image_size: Tensor) -> Tensor:
         kind = draw.uniform((0.0, 1.0), len(focal_px))
@@ -130,6 +135,13 @@ class Windows:
         known, told = self.material.focal_known, self.material.focal_known + self.material.focal_estimated
         assumed = ASSUMED_FOCAL * image_size.amax(-1)
         return torch.where(kind < known, focal_px, torch.where(kind < told, estimated, assumed))
+
+    def _told_up(self, draw: Draw, up: Tensor) -> Tensor:
+        """(B, T or 1, 3) what is told of up (B, T or 1, 3), NaN for the windows that are told nothing."""
+        count = len(up)
+        error = torch.deg2rad(draw.log_uniform(_UP_DEG, count))[:, None, None]
+        told = unit(up + error * draw.normal(count, 1, 3))
+        return torch.where(draw.share(self.material.up_known, count)[:, None, None], told, torch.nan)
 
     def _motion(self, draw: Draw, frames: int, fps: float, count: int) -> Tensor:
         step = _CAPTURED_FPS / fps

@@ -7,7 +7,7 @@ from pcnet3d.models.lifter.builtin import lift, network, run
 from pcnet3d.models.lifter.features import CHANNELS, HALF_WINDOW, features, flipped, ray_rotation
 from pcnet3d.pipeline import H36M17, IMAGE, InputError, PoseSequence
 from pcnet3d.pipeline.layouts import COCO17
-from pcnet3d.pipeline.rotations import geodesic_deg
+from pcnet3d.pipeline.rotations import geodesic_deg, rotate, unit
 
 SIZE = (1920, 1080)
 FLAT = {
@@ -105,6 +105,23 @@ def test_the_ray_to_the_body_turns_the_answer():
     np.testing.assert_allclose(x[..., :34], y[..., :34], atol=0.03)
     angle = np.degrees(np.arctan(np.hypot(0.4, 0.2)))
     assert geodesic_deg(straight, turned)[0] == pytest.approx(angle, abs=1.0)
+
+
+def test_a_camera_that_is_rolled_gives_the_same_skeleton_where_up_is_known():
+    pixels, confidence = person(40, at=(700, 400)), np.full((40, 17), np.nan)
+    size, focal = np.array(SIZE, dtype=float), np.array(1500.0)
+    roll = np.radians(26)
+    R = np.array([[np.cos(roll), -np.sin(roll), 0], [np.sin(roll), np.cos(roll), 0], [0, 0, 1]])
+    up = unit(np.array([0.0, -1.0, -0.3]))
+    rolled = (pixels - size / 2) @ R[:2, :2].T + size / 2
+    straight, turned = (
+        lift(poses(p), SIZE, 1500.0, up=u).joints for p, u in ((pixels, up), (rolled, R @ up))
+    )
+    np.testing.assert_allclose(turned, rotate(R, straight.astype(np.float64)), atol=1e-4)
+    x, _ = features(pixels, confidence, size, focal, np.broadcast_to(up, (40, 3)))
+    assert (x[:, -1] == 1).all()
+    assert (x[:, -2] < 0).all()  # the ray goes down, against up
+    assert (features(pixels, confidence, size, focal)[0][:, -2:] == 0).all()
 
 
 def test_missing_joints_are_filled_from_the_others():

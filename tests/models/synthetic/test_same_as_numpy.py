@@ -81,7 +81,11 @@ def test_features_of_keypoints_with_gaps(rng, world):
     keypoints[3, 4, :, 1] = np.nan
     confidence = rng.uniform(size=keypoints.shape[:-1])
     confidence[0] = np.nan
-    given = keypoints, confidence, placed.image_size, placed.focal_px
+    up = rng.normal(size=(*keypoints.shape[:2], 3))
+    up /= np.linalg.norm(up, axis=-1, keepdims=True)
+    up[0] = np.nan  # unknown
+    up[1, 4] = [0, 0, 1]  # along the ray
+    given = keypoints, confidence, placed.image_size, placed.focal_px, up
     x, R = lifter_features.features(*given)
     made_x, made_R = t_features.features(*map(tensor, given))
     same(made_x, x, 1e-5)
@@ -91,13 +95,16 @@ def test_features_of_keypoints_with_gaps(rng, world):
 
 def test_long_windows_average_over_the_same_frames(rng):
     keypoints = np.cumsum(rng.normal(0, 3, (1, 200, 17, 2)), axis=1) + rng.uniform(300, 900, (1, 1, 17, 2))
-    given = keypoints, np.ones((1, 200, 17)), np.array([[1920.0, 1080.0]]), np.array([1500.0])
+    up = np.full((1, 200, 3), np.nan)
+    given = keypoints, np.ones((1, 200, 17)), np.array([[1920.0, 1080.0]]), np.array([1500.0]), up
     same(t_features.features(*map(tensor, given))[0], lifter_features.features(*given)[0], 1e-5)
 
 
 def test_the_target_is_the_skeleton_seen_along_its_ray(rng):
     joints = rng.normal([1.0, -0.5, 4.0], 0.3, (2, 9, 17, 3))
-    answer, velocity = (np.asarray(part) for part in t_features.target(tensor(joints)))
+    answer, velocity = (
+        np.asarray(part) for part in t_features.target(tensor(joints), tensor(np.full((2, 1, 3), np.nan)))
+    )
     R_camera_from_ray = lifter_features.body_rays(joints)
     back = rotate(R_camera_from_ray, answer)
     relative = joints - joints[:, :, :1]

@@ -1,0 +1,33 @@
+"""The up that a lift may rest on: known from elsewhere, and not contradicted by the skeletons."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ...pipeline.camera import Look
+from ...pipeline.plugins.protocols import Rectifier
+from ...pipeline.pose import PoseSequence
+from ..common.spread import stated_spread
+from .evidence import Evidence
+from .levelling import static_up
+from .seen import Seen
+
+_KNOWN_DEG = 3.0  # root mean square error up to which our own lifter gains; it was trained on such
+_VOTES = 300  # frames are enough to see a contradiction
+
+
+def known_up(
+    poses: PoseSequence, rectifier: Rectifier, told: Sequence[Evidence] = (), look: Look | None = None
+) -> np.ndarray | None:
+    """(3,) unit, which way is up in a camera that stands still; None where nothing but the skeletons says so, or where
+    it is known badly. poses: a first lift, H36M17 in CAMERA, that knew nothing of up. told: what the user tells; look:
+    what the image says. InputError as of fusion.decide."""
+    if not told and look is None:
+        return None
+    rows = np.unique(np.linspace(0, len(poses) - 1, min(len(poses), _VOTES)).astype(int))
+    R, error_deg = rectifier.rotation(poses.joints[rows])
+    seen = Seen(poses.joints[rows], R, error_deg, poses.times[rows], spread=stated_spread(poses)[rows])
+    up = static_up(seen, told, look)
+    return up.up if float(up.error_deg) < _KNOWN_DEG else None
