@@ -1,5 +1,5 @@
-// Reading off charts: values under the pointer, one cursor over all charts of the same axis, and by a click the nearest
-// key frame. The values are those of the table below each chart.
+// Reading off charts: values under the pointer or by the arrow keys, one cursor over all charts of the same axis, and by
+// a click or Enter the nearest key frame. The values are those of the table below each chart.
 {
   const charts = [...document.querySelectorAll(".chart")].map(box => {
     const svg = box.querySelector("svg"), rows = [...box.querySelectorAll("tbody tr")];
@@ -40,11 +40,22 @@
   for (const chart of charts) {
     chart.svg.addEventListener("pointermove", event => show(chart.over, place(chart, event)));
     chart.svg.addEventListener("pointerleave", () => show(chart.over, null));
-    if (!chart.over.startsWith("time") || !frames.length) continue;
-    chart.svg.classList.add("leads");
-    chart.svg.addEventListener("click", event => {
-      dialog.replaceChildren(close, frames[nearest(times, place(chart, event))].cloneNode(true));
-      dialog.show();
+    chart.svg.addEventListener("blur", () => show(chart.over, null));
+    chart.svg.addEventListener("keydown", event => {
+      const step = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
+      if (!step) return;
+      event.preventDefault();
+      const row = chart.at.textContent ? nearest(chart.places, parseFloat(chart.at.textContent)) + step : 0;
+      show(chart.over, chart.places[Math.min(Math.max(row, 0), chart.places.length - 1)]);
     });
+    if (!chart.over.startsWith("time") || !frames.length) continue;
+    const lead = wanted => {
+      dialog.replaceChildren(close, frames[nearest(times, wanted)].cloneNode(true));
+      dialog.show();
+    };
+    chart.svg.classList.add("leads");
+    chart.svg.addEventListener("click", event => lead(place(chart, event)));
+    chart.svg.addEventListener("keydown", event =>
+      event.key === "Enter" && chart.at.textContent && lead(parseFloat(chart.at.textContent)));
   }
 }

@@ -23,7 +23,7 @@ _PAPER = """@media print {{ @page {{
 """
 _NARROW = 4  # columns that a telephone is wide enough for
 _SCRIPTS = {'<table class="sortable">': "sort.js", '<div class="chart"': "charts.js"}
-_TYPES = {"svg": "image/svg+xml", "jpeg": "image/jpeg", "png": "image/png"}
+_TYPES = {"jpeg": "image/jpeg", "png": "image/png"}
 
 
 @cache
@@ -168,7 +168,7 @@ def _cell(cell: Cell, shown: str, right: bool) -> tuple[str, str, str]:
     return kind, shown, cell.address if isinstance(cell, Link) else ""
 
 
-def picture(content: bytes, kind: Literal["svg", "jpeg", "png"], alt: str) -> Markup:
+def picture(content: bytes, kind: Literal["jpeg", "png"], alt: str) -> Markup:
     """An <img> that holds its image. alt: what it shows, for those who cannot see it."""
     return kit().picture(f"data:{_TYPES[kind]};base64,{b64encode(content).decode('ascii')}", alt)
 
@@ -179,10 +179,10 @@ def figure(pictures: Sequence[Markup], title: str, caption: str = "", time_s: fl
     return kit().figure(pictures, title, caption, time_s)
 
 
-def charts(figures: Iterable[Markup]) -> Markup:
-    """Figures in as many columns as there is room for, on paper three."""
+def charts(figures: Iterable[Markup], small: bool = False) -> Markup:
+    """Figures in as many columns as there is room for, on paper three, or six small ones."""
     figures = list(figures)
-    return kit().charts(figures) if figures else Markup("")
+    return kit().charts(figures, small) if figures else Markup("")
 
 
 def beside(*parts: Markup) -> Markup:

@@ -18,5 +18,5 @@ def side_colour(*joints: str) -> Colour:
 
 
 def as_hex(colour: Colour) -> str:
-    """For HTML and matplotlib."""
+    """For HTML."""
     return "#{:02x}{:02x}{:02x}".format(*colour)

@@ -23,10 +23,14 @@ def ranges(measures: Mapping[str, Any]) -> Markup:
     found, symmetry = measures.get("range_of_motion", {}), measures.get("symmetry", {})
     known = [name for name in found if "p05_deg" in found[name]]
     rows: list[list[Cell]] = [
-        [spoken(both), *(_range(found.get(f"{side}_{both}", {})) for side in "rl"), _difference(symmetry.get(both, {}))]
+        [
+            spoken(both),
+            *(range_words(found.get(f"{side}_{both}", {})) for side in "rl"),
+            _difference(symmetry.get(both, {})),
+        ]
         for both in dict.fromkeys(of_both(name) for name in known if name not in MIDLINE)
     ]  # fmt: skip
-    middle: list[list[Cell]] = [[spoken(name), _range(found[name])] for name in known if name in MIDLINE]
+    middle: list[list[Cell]] = [[spoken(name), range_words(found[name])] for name in known if name in MIDLINE]
     if not known:
         return Markup("")
     return (
@@ -40,7 +44,9 @@ def ranges(measures: Mapping[str, Any]) -> Markup:
     )  # fmt: skip
 
 
-def _range(of: Mapping[str, Any]) -> Cell:
+def range_words(of: Mapping[str, Any]) -> Cell:
+    """A range of motion with its error, in grey where some values are such as no joint reaches; None where unknown.
+    of: an angle's figures in `range_of_motion`."""
     if "p05_deg" not in of:
         return None
     error = f" ± {of['sd_deg']:.0f}" if "sd_deg" in of else ""

@@ -10,11 +10,10 @@ from markupsafe import Markup
 from ...pipeline.files.video_frames import images_at
 from ...pipeline.frames import Frame
 from ...pipeline.layouts import Layout, with_feet
-from ...pipeline.pose import PoseSequence
 from ...pipeline.rotations import is_finite, rotate
 from ...pipeline.take import Take
 from ..drawing import palette
-from ..drawing.charts import MIDDLE, side_colour
+from ..drawing.charts import MIDDLE, SOFT
 from ..drawing.page import figure, kit, picture
 
 _SIDE = 360  # pixels of a key frame's longer side
@@ -22,10 +21,10 @@ _ROOM = 1.35  # around the person, in sizes of the keypoints' box
 _QUALITY = 82  # of JPEG
 
 
-def key_rows(body: PoseSequence, count: int = 6) -> list[int]:
+def key_rows(joints: np.ndarray, count: int = 6) -> list[int]:
     """Rows that show what happens in a take: of each of `count` equal parts the one whose posture is farther from the
-    take's median posture than nine in ten of that part, so that neither rest nor an outlier is shown."""
-    joints = body.joints
+    take's median posture than nine in ten of that part, so that neither rest nor an outlier is shown. joints: (T, J, 3)
+    in BODY, any unit."""
     seen = np.flatnonzero(is_finite(joints).mean(axis=1) > 0.5)
     if not len(seen):
         return []
@@ -45,7 +44,7 @@ def key_figures(take: Take, pictures: bool) -> list[Markup]:
     the skeleton as the camera saw it. Raises InputError when the video cannot be decoded.
     """
     body = take.need("rectified").body
-    rows = key_rows(body)
+    rows = key_rows(body.joints)
     images: dict[int, np.ndarray] = {}
     if pictures and take.video is not None:
         images = images_at(take.video, [int(body.frame_index[row]) for row in rows])
@@ -56,8 +55,7 @@ def _key_figure(take: Take, row: int, image: np.ndarray | None) -> Markup:
     poses = with_feet(take.need("poses"))
     body = with_feet(take.need("rectified").body)
     frame, joints = int(body.frame_index[row]), body.joints[row].astype(np.float64)
-    # BODY: back, right, up. From the front the person's right is on the left; from the right the face looks right.
-    rectified = {"from the front": joints[:, [1, 2]] * (-1, 1), "from the right": joints[:, [0, 2]] * (-1, 1)}
+    rectified = body_views(joints)
     flat, layout = keypoints_at(take, frame)
     if image is not None:
         words = f"Frame {frame} of the video with the 2D keypoints"
@@ -74,24 +72,41 @@ def _key_figure(take: Take, row: int, image: np.ndarray | None) -> Markup:
     return figure([before, after], f"{time_s:.2f} s", f"frame {frame}", time_s=round(time_s, 3))
 
 
-def skeletons(views: Mapping[str, np.ndarray], layout: Layout, alt: str) -> Markup:
-    """One skeleton from several sides at one scale. views: (J, 2) points to the right and up, by name."""
-    seen = [points[is_finite(points)] for points in views.values()]
+def skeletons(
+    views: Mapping[str, np.ndarray],
+    layout: Layout,
+    alt: str,
+    behind: Mapping[str, np.ndarray] | None = None,
+) -> Markup:
+    """One skeleton from several sides at one scale. views: (J, 2) points to the right and up, by name. behind: those of
+    another skeleton, in grey."""
+    layers = [views] if behind is None else [behind, views]
+    all_of = [np.concatenate([layer[name] for layer in layers]) for name in views]
+    seen = [points[is_finite(points)] for points in all_of]
     wide = 200 if len(views) == 1 else 120
     field = np.array([wide - 8.0, 174.0])
     scale = min((field / np.maximum(np.ptp(points, axis=0), 1e-9)).min() for points in seen if len(points))
     lines = []
-    for i, points in enumerate(views.values()):
-        middle = (np.nanmin(points, axis=0) + np.nanmax(points, axis=0)) / 2
-        at = (points - middle) * (scale, -scale) + (wide * (i + 0.5), 108)
-        for bone in layout.bones:
-            ends = at[layout.indices(bone)]
-            if is_finite(ends).all():
-                side = side_colour(*bone)
-                colour = MIDDLE if side == palette.MIDDLE else palette.as_hex(side)
-                lines.append((colour, [f"{place:.1f}" for place in ends.ravel()]))
+    for i, name in enumerate(views):
+        middle = (np.nanmin(all_of[i], axis=0) + np.nanmax(all_of[i], axis=0)) / 2
+        for layer in layers:
+            at = (layer[name] - middle) * (scale, -scale) + (wide * (i + 0.5), 108)
+            for bone in layout.bones:
+                ends = at[layout.indices(bone)]
+                if is_finite(ends).all():
+                    side = palette.side_colour(*bone)
+                    colour = MIDDLE if side == palette.MIDDLE else palette.as_hex(side)
+                    lines.append(
+                        (SOFT if layer is behind else colour, [f"{place:.1f}" for place in ends.ravel()])
+                    )
     names = [(f"{wide * (i + 0.5):g}", name) for i, name in enumerate(views)]
     return kit("chart.html.j2").skeletons(names, lines, wide * len(views), alt)
+
+
+def body_views(joints: np.ndarray) -> dict[str, np.ndarray]:
+    """(J, 2) to the right and up by name of the view, of joints (J, 3) in BODY: back, right, up. From the front the
+    person's right is on the left; from the right the face looks right."""
+    return {"from the front": joints[:, [1, 2]] * (-1, 1), "from the right": joints[:, [0, 2]] * (-1, 1)}
 
 
 def keypoints_at(take: Take, frame: int) -> tuple[np.ndarray, Layout]:
@@ -127,7 +142,7 @@ def jpeg(image: np.ndarray, keypoints: np.ndarray, layout: Layout) -> bytes:
         ends = at[layout.indices(bone)]
         if np.isfinite(ends).all():
             start, end = (tuple(round(16 * float(c)) for c in point) for point in ends)
-            for colour, width in (((255, 255, 255), 4), (side_colour(*bone)[::-1], 2)):
+            for colour, width in (((255, 255, 255), 4), (palette.side_colour(*bone)[::-1], 2)):
                 cv2.line(small, start, end, colour, width, cv2.LINE_AA, 4)
     return _encoded(small)
 

@@ -26,7 +26,7 @@ def motion_charts(take: Take) -> Markup:
     for limb in ("wrist", "ankle"):
         for quantity, unit in _UNITS.items():
             names = [f"{side}_{limb}_{quantity}" for side in "lr"]
-            lost = [name for name in names if _cannot_be_told(columns, name)]
+            lost = [name for name in names if cannot_be_told(columns, name)]
             untold += lost
             nothing = np.full(len(poses), np.nan)
             values = [nothing if name in lost else columns.get(name, nothing) for name in names]
@@ -52,8 +52,8 @@ def motion_charts(take: Take) -> Markup:
     )
 
 
-def _cannot_be_told(columns: Mapping[str, np.ndarray], name: str) -> bool:
-    """Whether most of its values are too uncertain."""
+def cannot_be_told(columns: Mapping[str, np.ndarray], name: str) -> bool:
+    """Whether most values of a speed or an acceleration are too uncertain. columns: (T,) of a take's kinematics."""
     reason = columns.get(f"{name}_reason")
     if reason is None or (reason == MISSING).all():
         return False

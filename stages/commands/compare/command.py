@@ -20,11 +20,13 @@ from ....pipeline.pose import package_version
 from ....pipeline.reading.settings import Force
 from ....pipeline.reading.take import sha256
 from ....pipeline.running.conclusion import point_to
+from .accelerations import accelerations
 from .align import Alignment, correlated, size_ratio, stamped, turn_deg, turned
+from .comparison import Comparison, Pair, as_text, figures, result
 from .cycles import cycles
 from .figures import agreement, view_spread
-from .page import COLOURS, Comparison, Pair, as_page, as_text, figures, result
-from .recording import write_recording
+from .page import as_page
+from .recording import COLOURS, write_recording
 from .side import Side, load_side, named_apart, same_recording, truth_side, unrectified
 from .truth import Up, read_truth
 from .wrists import limbs_of, wrists
@@ -173,28 +175,32 @@ def _aligned(
 
 def _pair(side: Side, reference: Side, how: Alignment | None, recording: Path | None) -> Pair:
     if how is None:
-        return Pair(side, None, {}, {}, cycles(side, reference, None), scale=_scale(side, reference))
+        return Pair(
+            side, None, side.time_s, {}, {}, {}, cycles(side, reference, None), scale=_scale(side, reference)
+        )
     times = side.time_s + how.shift_s
     at_reference = {name: reference.at(name, times) for name in ANGLES}
-    agreements = {
-        name: agreement(side.angles[name], at_reference[name], _sd(side, reference, name, times))
-        for name in ANGLES
-    }
+    sd = {name: _sd(side, reference, name, times) for name in ANGLES}
+    agreements = {name: agreement(side.angles[name], at_reference[name], sd[name]) for name in ANGLES}
     joints = reference.joints_at(times)
     turn, scale = turn_deg(side.level, joints), size_ratio(side.level, joints)
     off = joint_error(scale * turned(side.level, turn), joints)
     metres = reference.metric and np.isfinite(off).any()
+    factor = 1.0 if side.metric and reference.metric else scale
     truth = reference.run is None
     return Pair(
         side=side,
         alignment=how,
+        times=times,
         at_reference=at_reference,
+        sd=sd,
         agreement={name: of for name, of in agreements.items() if of is not None},
         cycles=cycles(side, reference, how.shift_s),
         turn_deg=turn,
         scale=scale,
         joints_mm=float(1000 * np.nanmean(off)) if metres else None,
         wrists=wrists(side, joints, recording and limbs_of(recording, side.frame_index)) if truth else None,
+        accelerations=None if truth else accelerations(side, reference, times, factor),
     )
 
 

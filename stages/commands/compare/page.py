@@ -1,105 +1,54 @@
-"""A comparison as one HTML page: agreement in tables and charts, cycles, view-consistency, wrists."""
+"""A comparison as one HTML page: what came of it, then both over each other, in tables and charts."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping
 
 import numpy as np
 from markupsafe import Markup
 
-from ....pipeline.messages import how_many
-from ....pipeline.motion.angles import ANGLES, near
+from ....pipeline.motion.angles import ANGLES, MIDLINE, OF_BOTH, sides_of
 from ....pipeline.pose import package_version
-from ...drawing.charts import Curve, over_time
-from ...drawing.page import (
-    Cell,
-    box,
-    bullets,
-    charts,
-    figure,
-    glance,
-    heading,
-    joined,
-    page,
-    picture,
-    small,
-    table,
-)
+from ...drawing.page import Cell, answer, beside, box, bullets, details, heading, joined, page, small, table
+from ...report.angles import range_words
 from ...report.sections import spoken
-from .align import Alignment
-from .cycles import Cycles
-from .plots import svg
+from .comparison import Comparison, Pair, result
+from .curves import acceleration_rows, angle_rows, cycle_rows, thumbnails, wrist_paths
 from .side import Side
-from .wrists import AXES, WRISTS, Wrists, draw
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-REFERENCE = "#3c434b"
-COLOURS = (
-    "#d55e00",
-    "#0072b2",
-    "#009e73",
-    "#cc79a7",
-    "#e69f00",
-)  # of Okabe and Ito's palette, in the sides' order
-_DOTS = 350  # of a scatter
-_LEAST_HEIGHT_DEG = 1.0  # of its axis
-
-
-@dataclass(frozen=True, eq=False)
-class Pair:
-    """A side against the reference. shift_s and the rest as in Alignment, None for takes of different motions.
-
-    at_reference: {angle: (T,)} the reference's angles at the side's rows. agreement: of _compare_figures.agreement by
-    angle, with "joints_mm", the mean distance of the joints in LEVEL, beside it. turn_deg, scale: what brought the
-    side's LEVEL to the reference's.
-    """
-
-    side: Side
-    alignment: Alignment | None
-    at_reference: dict[str, np.ndarray]
-    agreement: dict[str, dict[str, float | int]]
-    cycles: list[Cycles]
-    turn_deg: float = 0.0
-    scale: float = 1.0
-    joints_mm: float | None = None
-    wrists: Wrists | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class Comparison:
-    """spread, spread_unrectified: by angle the view-consistency of all runs, and what it would be if their cameras were
-    taken as level, for angles that depend on gravity."""
-
-    reference: Side
-    pairs: tuple[Pair, ...]
-    spread: dict[str, float]
-    spread_unrectified: dict[str, float]
-    warnings: tuple[str, ...]
+from .wrists import AXES, WRISTS, wrist_charts
 
 
 def as_page(found: Comparison) -> str:
     """The comparison as one HTML page that needs no other file."""
-    several = len(found.pairs) > 1
-    sections = [("How they were brought together", _together(found))]
+    sections = []
     for pair in found.pairs:
-        of = f": {pair.side.name}" if several else ""
+        of = f": {pair.side.name}" if len(found.pairs) > 1 else ""
         sections += [
-            (f"Wrists against motion capture{of}", _wrists(pair)),
+            (f"At the same moments{of}", _moments(pair, found.reference)),
             (f"Agreement of the angles{of}", _agreement(pair, found.reference)),
+            (f"Ranges of motion{of}", _ranges(pair, found.reference)),
             (f"Cycles{of}", _cycles(pair, found.reference)),
-            (f"Angles over time and differences{of}", _charts(pair, found.reference)),
+            (f"Angles over time and differences{of}", _angles(pair, found.reference)),
+            (f"Wrists against motion capture{of}", _wrists(pair)),
+            (f"Wrist paths and accelerations{of}", _motion(pair, found.reference)),
         ]
-    sections.append(("View-consistency", _spread(found)))
+    sections += [("View-consistency", _spread(found)), ("How they were brought together", _together(found))]
     names = " and ".join([pair.side.name for pair in found.pairs] + [found.reference.name])
-    head = glance(
-        [("Reference", f"{found.reference.name}: {found.reference.about}")]
-        + [("Compared", f"{pair.side.name}: {pair.side.about}") for pair in found.pairs]
+    about = [f"Reference: {found.reference.name} ({found.reference.about})"]
+    about += [f"compared: {pair.side.name} ({pair.side.about})" for pair in found.pairs]
+    said = [f"{line}." for pair in found.pairs for line in result(pair, found.reference.name)]
+    head = small(" · ".join(about)) + answer(said) + box("Warnings", list(found.warnings), "warning")
+    return page(names, head, sections)
+
+
+def _moments(pair: Pair, reference: Side) -> Markup:
+    if pair.alignment is None:
+        return Markup("")
+    words = (
+        f"Grey: {reference.name}. In colour: {pair.side.name}, orange its right, blue its left, at the same size. "
+        "Each is turned to face you."
     )
-    return page(names, head + box("Warnings", list(found.warnings), "warning"), sections)
+    return small(words) + thumbnails(pair, reference)
 
 
 def _together(found: Comparison) -> Markup:
@@ -127,67 +76,88 @@ def _together(found: Comparison) -> Markup:
 def _agreement(pair: Pair, reference: Side) -> Markup:
     if not pair.agreement:
         return Markup("")
-    rows: list[list[Cell]] = []
-    keys = ("bias_deg", "lower_deg", "upper_deg", "rmse_deg", "r", "slope", "rom_deg", "rom_reference_deg")
-    for name, of in pair.agreement.items():
-        inside = of.get("within_band")
-        shown: list[Cell] = [_cell(of.get(key)) for key in keys]
-        rows.append([spoken(name), *shown, None if inside is None else 100 * inside, of["frames"]])
-    head = (
-        "angle", "bias (°)", "lower limit (°)", "upper limit (°)", "RMSE (°)", "r", "slope",
-        f"range of {pair.side.name} (°)", f"range of {reference.name} (°)", "inside the 90 % band (%)", "frames",
-    )  # fmt: skip
-    return table(head, rows) + small(
-        f"Differences are {pair.side.name} less {reference.name}. Limits of agreement: bias and 1.96 standard "
-        "deviations of the differences to each side (Bland & Altman 1986), of this take's frames. Slope: of the "
-        "difference over the mean of both. Range: 5th to 95th percentile. Inside the band: share of frames "
-        "whose difference is what the stated standard errors allow in nine of ten."
+    shown = {name: _agreed(pair.agreement.get(name)) for name in ANGLES}
+    head = ("difference (°)", "RMSE (°)", "r", "within its error (%)")
+    rows: list[list[Cell]] = [
+        [spoken(both), *(cell for name in sides_of(both) for cell in shown[name])]
+        for both in OF_BOTH
+        if both not in MIDLINE and any(name in pair.agreement for name in sides_of(both))
+    ]
+    middle: list[list[Cell]] = [[spoken(name), *shown[name]] for name in MIDLINE if name in pair.agreement]
+    return (
+        small(
+            f"{pair.side.name} less {reference.name}: bias, and in brackets the limits of agreement, 1.96 standard "
+            "deviations of the differences to each side of it (Bland & Altman 1986), of this take's frames. Within its "
+            "error: share of frames whose difference is what the stated standard errors allow in nine of ten."
+        )
+        + table(("", *(f"{side}: {word}" for side in ("right", "left") for word in head)), rows)
+        + table(("", *head), middle)
+        + details("All figures of the agreement", _agreement_figures(pair, reference))
     )
 
 
-def _charts(pair: Pair, reference: Side) -> Markup:
-    figures = []
-    for name in pair.agreement:
-        title = f"{spoken(name).capitalize()} (°)"
-        values, other = pair.side.angles[name], pair.at_reference[name]
-        curves = [Curve(reference.name, other, REFERENCE), Curve(pair.side.name, values, COLOURS[0])]
-        figures.append(figure([over_time(curves, pair.side.time_s, f"{title} of both over time")], title))
-        off = picture(
-            bland_altman(values, other, pair.agreement[name]), "svg", f"{title}: difference over the mean"
-        )
-        figures.append(
-            figure([off], f"{title}: difference", "Over the mean of both; lines: bias and limits.")
-        )
-    if not figures:
+def _agreed(of: Mapping[str, float | int] | None) -> list[Cell]:
+    if of is None:
+        return [None] * 4
+    words = f"{of['bias_deg']:+z.1f} ({of['lower_deg']:z.0f} to {of['upper_deg']:z.0f})"
+    inside = 100 * of["within_band"] if "within_band" in of else None
+    return [words, _cell(of["rmse_deg"]), _cell(of["r"]), inside]
+
+
+def _agreement_figures(pair: Pair, reference: Side) -> Markup:
+    keys = ("bias_deg", "sd_deg", "lower_deg", "upper_deg", "slope", "rom_deg", "rom_reference_deg", "frames")
+    rows: list[list[Cell]] = [
+        [spoken(name), *(_cell(of[key]) for key in keys)] for name, of in pair.agreement.items()
+    ]
+    head = (
+        "angle", "bias (°)", "SD of differences (°)", "lower limit (°)", "upper limit (°)", "slope",
+        f"range of {pair.side.name} (°)", f"range of {reference.name} (°)", "frames",
+    )  # fmt: skip
+    words = (
+        "Slope: of the difference over the mean of both. Range: 5th to 95th percentile of the common frames."
+    )
+    return table(head, rows) + small(words)
+
+
+def _ranges(pair: Pair, reference: Side) -> Markup:
+    """Of two runs, as their measures have them."""
+    both = [(side.measures or {}).get("range_of_motion", {}) for side in (reference, pair.side)]
+    if not all(both):
         return Markup("")
-    return small(f"Dark grey: {reference.name}. Orange: {pair.side.name}.") + charts(figures)
+
+    def cells(name: str) -> list[Cell]:
+        return [range_words(of.get(name, {})) for of in both]
+
+    rows: list[list[Cell]] = [
+        [spoken(name), *(cell for part in sides_of(name) for cell in cells(part))]
+        for name in OF_BOTH
+        if name not in MIDLINE
+    ]
+    middle: list[list[Cell]] = [[spoken(name), *cells(name)] for name in MIDLINE]
+    names = (reference.name, pair.side.name)
+    head = ("", *(f"{side}: {name}" for side in ("right", "left") for name in names))
+    words = (
+        "From the 5th to the 95th percentile of each whole take, in degrees; ± is the angle's standard deviation. "
+        "Grey: some values are such as no joint reaches."
+    )
+    return small(words) + beside(table(head, rows), table(("", *names), middle))
 
 
-def bland_altman(values: np.ndarray, reference: np.ndarray, of: Mapping[str, float | int]) -> bytes:
-    """An SVG of the differences of two angles (T,) in degrees over their means, at most 350 of the frames, with the
-    bias and the limits. of: figures.agreement of the two."""
-    off = near(values - reference, 0.0)
-    rows = np.flatnonzero(np.isfinite(off))
-    rows = rows[:: -(-len(rows) // _DOTS)]
-
-    def plot(axes: Axes) -> None:
-        axes.plot((reference + off / 2)[rows], off[rows], ".", ms=2.5, color=COLOURS[1], alpha=0.6)
-        for key, dashes in (("bias_deg", "-"), ("lower_deg", "--"), ("upper_deg", "--")):
-            axes.axhline(of[key], color=REFERENCE, lw=1.0, ls=dashes)
-        axes.set_xlabel("mean (°)", labelpad=1)
-        low, high = axes.get_ylim()
-        # Rounding errors are not to look like differences.
-        room = max(0.0, _LEAST_HEIGHT_DEG - (high - low)) / 2
-        axes.set_ylim(low - room, high + room)
-
-    return svg(plot, (4.1, 2.0), (0.115, 0.2, 0.865, 0.77))
+def _angles(pair: Pair, reference: Side) -> Markup:
+    if not pair.agreement:
+        return Markup("")
+    words = (
+        f"Grey: {reference.name}. In colour: {pair.side.name}, orange its right, blue its left; its band holds "
+        "the grey curve in nine of ten frames, if the stated errors of both are right. Each row ends with the differences "
+        "over the mean of both; lines: bias, and dashed the limits of agreement."
+    )
+    return small(words) + angle_rows(pair, reference)
 
 
 def _cycles(pair: Pair, reference: Side) -> Markup:
     if not pair.cycles:
         return Markup("")
     rows: list[list[Cell]] = []
-    figures = []
     for found in pair.cycles:
         of = found.agreement
         interval = (
@@ -198,16 +168,6 @@ def _cycles(pair: Pair, reference: Side) -> Markup:
         rows.append(
             [f"{found.kind}: {spoken(found.angle)}", counts, *(_cell(of[key]) for key in keys), interval]
         )
-        curves = [
-            Curve(side.name, values.mean(axis=0), colour, values.std(axis=0, ddof=1))
-            for side, values, colour in (
-                (reference, found.reference, REFERENCE),
-                (pair.side, found.curves, COLOURS[0]),
-            )
-        ]
-        title = f"{found.kind.capitalize()}: {spoken(found.angle)} (°)"
-        chart = over_time(curves, np.linspace(0, 100, 101), f"{title} over a cycle", "cycle (%)")
-        figures.append(figure([chart], title, "Mean over the cycles; band: one standard deviation."))
     head = (
         "cycles of", "how many", "mean curves differ by (°)", "at most by (°)", f"range of {pair.side.name} (°)",
         f"range of {reference.name} (°)", "change of range (°)", "95 % interval (°)",
@@ -219,7 +179,35 @@ def _cycles(pair: Pair, reference: Side) -> Markup:
             "takes cycles for independent cases (Welch's t, or paired where both show the same cycles); it does "
             "not hold errors that all cycles of a take share."
         )
-        + charts(figures)
+        + small(f"Mean over the cycles; band: one standard deviation. Grey: {reference.name}.")
+        + cycle_rows(pair.cycles, pair.side, reference)
+    )
+
+
+def _motion(pair: Pair, reference: Side) -> Markup:
+    """Of two runs of one motion."""
+    if pair.accelerations is None:
+        return Markup("")
+    unit = "m" if reference.metric else "au"
+    rows: list[list[Cell]] = [
+        [spoken(joint), of["rmse"], _cell(of["r"])]
+        for joint, of in sorted(pair.accelerations.agreement.items(), key=lambda one: one[0][1:])
+    ]
+    words = (
+        f"From the pelvis, unfiltered, in {reference.name}'s LEVEL; {pair.side.name} is turned by {pair.turn_deg:.1f}° "
+        f"and scaled by {pair.scale:.3g} to it. The cross is the pelvis."
+    )
+    about = (
+        "Accelerations of the smoothed paths, relative to the pelvis; the band holds the grey curve in nine of ten "
+        "frames, if the stated errors of both are right. A joint is left out whose acceleration is less certain than large."
+    )
+    return (
+        small(words)
+        + wrist_paths(pair, reference, unit)
+        + heading("Accelerations")
+        + small(about)
+        + table(("", f"RMSE ({unit}/s²)", "r"), rows)
+        + acceleration_rows(pair, reference, unit)
     )
 
 
@@ -247,13 +235,6 @@ def _wrists(pair: Pair) -> Markup:
             cells = [_cell(axes.get(axis, {}).get(key)) for key in ("r", "rmse", "rmse_mm") for axis in AXES]
             rows.append([f"{method}, {spoken(wrist)}", *cells])
     head = ["method", *(f"{key} {axis}" for key in ("r", "RMSE", "RMSE (mm)") for axis in AXES)]
-    figures = [
-        heading(spoken(wrist))
-        + Markup('<div class="wide">')
-        + figure([picture(draw(pair.wrists, wrist), "svg", f"{wrist} by every method")], "")
-        + Markup("</div>")
-        for wrist in WRISTS
-    ]
     return (
         small(
             "From the pelvis, in BODY: x back, y right, z up, unfiltered, over the person's size (root mean square "
@@ -262,76 +243,8 @@ def _wrists(pair: Pair) -> Markup:
             "faces it; 2D has no depth. No r along an axis on which the wrist hardly moves."
         )
         + table(head, rows)
-        + joined(figures)
+        + joined(wrist_charts(pair.wrists, wrist, pair.times) for wrist in WRISTS)
     )
-
-
-def as_text(found: Comparison) -> Iterator[str]:
-    """The main figures, a line each."""
-    for pair in found.pairs:
-        if pair.alignment:
-            yield (
-                f"{pair.side.name} against {found.reference.name}: {pair.alignment.how}, "
-                f"{pair.alignment.shift_s:+.3f} s added, r {pair.alignment.r:.3f}"
-            )
-        if pair.agreement:
-            yield f"{'angle':<26}{'bias':>8}{'limits of agreement':>22}{'RMSE':>8}{'r':>8}  (degrees)"
-        for name, of in pair.agreement.items():
-            limits = f"{of['lower_deg']:z.1f} to {of['upper_deg']:z.1f}"
-            yield f"{name:<26}{of['bias_deg']:>z8.1f}{limits:>22}{of['rmse_deg']:>8.1f}{of['r']:>8.3f}"
-        for method, wrists in pair.wrists.agreement.items() if pair.wrists else ():
-            for wrist, axes in wrists.items():
-                said = ", ".join(f"{a} r {v['r']:.3f} RMSE {v['rmse_mm']:.0f} mm" for a, v in axes.items())
-                yield f"{wrist}, {method}: {said}"
-        for cycle in pair.cycles:
-            of = cycle.agreement
-            yield (
-                f"{cycle.kind}, {cycle.angle}: {of['cycles']} and {how_many(int(of['cycles_reference']), 'cycle')}, "
-                f"range {of['rom_deg']:.1f} against {of['rom_reference_deg']:.1f} degrees"
-            )
-
-
-def result(pair: Pair, reference: str) -> Iterator[str]:
-    """What came of a pair in two lines: whether they move alike, and by how much their angles differ."""
-    against = f"{pair.side.name} against {reference}"
-    if pair.alignment is None or not pair.agreement:
-        kinds = len({cycle.kind for cycle in pair.cycles})
-        yield f"{against}: two motions, not one"
-        yield f"{how_many(kinds, 'kind')} of cycle compared" if kinds else "nothing could be compared"
-        return
-    rmse = {name: of["rmse_deg"] for name, of in pair.agreement.items()}
-    worst = max(rmse, key=lambda name: rmse[name])
-    yield f"{against}: one motion, shifted by {pair.alignment.shift_s:+.3f} s (correlation {pair.alignment.r:.2f})"
-    yield (
-        f"{how_many(len(rmse), 'angle')} differ by {np.median(list(rmse.values())):.1f} degrees in the median, most "
-        f"{spoken(worst)} by {rmse[worst]:.1f} (root mean square)"
-    )
-
-
-def figures(found: Comparison) -> dict[str, Any]:
-    """Everything but the curves, for JSON."""
-    sides: Sequence[Side] = (found.reference, *(pair.side for pair in found.pairs))
-    return {
-        "reference": found.reference.name,
-        "sides": {side.name: {"about": side.about, "inputs": list(side.sources)} for side in sides},
-        "pairs": {
-            pair.side.name: {
-                "alignment": None if pair.alignment is None else vars(pair.alignment),
-                "turn_deg": pair.turn_deg,
-                "scale": pair.scale,
-                "joints_mm": pair.joints_mm,
-                "angles": pair.agreement,
-                "cycles": [{"kind": c.kind, "angle": c.angle, **c.agreement} for c in pair.cycles],
-                "wrists": None
-                if pair.wrists is None
-                else {"size_m": pair.wrists.size_m, "methods": pair.wrists.agreement},
-            }
-            for pair in found.pairs
-        },
-        "view_spread_deg": found.spread,
-        "view_spread_unrectified_deg": found.spread_unrectified,
-        "warnings": list(found.warnings),
-    }
 
 
 def _cell(value: float | int | None) -> Cell:

@@ -8,10 +8,16 @@ import numpy as np
 
 from ....pipeline.files.atomic import whole_file
 from ...drawing.rerun_log import log_curves, log_skeleton
-from .align import turned
-from .page import COLOURS, Comparison, Pair
+from .comparison import Comparison, Pair
 from .side import Side, as_poses
 
+COLOURS = (
+    "#d55e00",
+    "#0072b2",
+    "#009e73",
+    "#cc79a7",
+    "#e69f00",
+)  # of Okabe and Ito's palette, in the sides' order
 _REFERENCE = "#c8c8c8"  # on the viewer's dark ground
 _SHOWN = ("r_knee_flexion", "l_knee_flexion", "r_elbow_flexion", "l_elbow_flexion", "trunk_lean_sagittal")
 
@@ -25,7 +31,7 @@ def write_recording(found: Comparison, words: str, path: Path) -> None:
     reference = found.reference
     sides = [(reference, reference.level, 0.0, _REFERENCE)]
     sides += [
-        (pair.side, _joints(pair), _shift(pair, reference), colour)
+        (pair.side, pair.level, _shift(pair, reference), colour)
         for pair, colour in zip(found.pairs, COLOURS, strict=False)
     ]
     clock, _, clock_shift, _ = sides[0] if reference.run else sides[1]
@@ -68,10 +74,6 @@ def write_recording(found: Comparison, words: str, path: Path) -> None:
         )
         recording.flush()
         recording.disconnect()
-
-
-def _joints(pair: Pair) -> np.ndarray:
-    return pair.scale * turned(pair.side.level, pair.turn_deg)
 
 
 def _shift(pair: Pair, reference: Side) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +24,7 @@ from ....pipeline.motion.angles import ANGLES
 from ....pipeline.motion.signals import CUTOFF_HZ, breaks, resample
 from ....pipeline.pose import PoseSequence
 from ....pipeline.rotations import rotate, transpose
+from ...report.motion import cannot_be_told
 from ..finished_run import Run, load_run, methods
 
 TRUTH = "motion capture"
@@ -35,8 +36,10 @@ class Side:
 
     level: (T, 17, 3) relative to the pelvis, +z up, one heading for the take. angles, sd: (T,) degrees by name of
     pipeline.motion.angles.ANGLES, NaN for an angle that the run lacks; sd is the stated standard error. measures: of
-    stages.measures.stage. sources: what was read, for telling takes of one recording. run, body, rectifier: the run's
-    own arrays, its joints (T, 17, 3) in BODY and the full name of its method; None for motion capture.
+    stages.measures.stage. acceleration, acceleration_sd: (T,) norms by joint, relative to the pelvis, of those that can
+    be told, and their standard error; none of motion capture. sources: what was read, for telling takes of one
+    recording. run, body, rectifier: the run's own arrays, its joints (T, 17, 3) in BODY and the full name of its
+    method; None for motion capture.
     """
 
     name: str
@@ -50,6 +53,8 @@ class Side:
     metric: bool
     cutoff_hz: float | None
     measures: dict[str, Any] | None = None
+    acceleration: dict[str, np.ndarray] = field(default_factory=dict)
+    acceleration_sd: dict[str, np.ndarray] = field(default_factory=dict)
     sources: tuple[dict[str, Any], ...] = ()
     run: Run | None = None
     body: np.ndarray | None = None
@@ -58,7 +63,11 @@ class Side:
 
     def at(self, name: str, time_s: np.ndarray) -> np.ndarray:
         """An angle (N,) at other times (N,) of this side's clock, NaN in gaps and outside."""
-        return resample(self.angles[name], self.time_s, time_s, self.seams)
+        return self.resampled(self.angles[name], time_s)
+
+    def resampled(self, values: np.ndarray, time_s: np.ndarray) -> np.ndarray:
+        """A series (T,) of this side's rows as (N,) at other times (N,) of its clock, NaN in gaps and outside."""
+        return resample(values, self.time_s, time_s, self.seams)
 
     def joints_at(self, time_s: np.ndarray, joints: np.ndarray | None = None) -> np.ndarray:
         """`level`, or other joints of this side's rows, (N, 17, 3) at other times (N,) of its clock."""
@@ -81,7 +90,9 @@ def load_side(folder: Path) -> Side:
     except (OSError, ValueError, pyarrow.lib.ArrowException) as error:
         raise InputError(f"Expected kinematics.parquet of a finished run in {folder}: {error}.") from None
     columns = {
-        name: table[name].to_numpy().astype(np.float64) for name in table.column_names if "_deg" in name
+        name: table[name].to_numpy().astype(np.float64)
+        for name in table.column_names
+        if "_deg" in name or "_acceleration" in name
     }
     missing = [name for name in ANGLES if f"{name}_deg" not in columns]
     if len(missing) == len(ANGLES) or table.num_rows != len(run.time_s):
@@ -91,6 +102,11 @@ def load_side(folder: Path) -> Side:
             "run it again with the stage 'angles'."
         )
     unknown = np.full(len(run.time_s), np.nan)
+    joints = [
+        name.removesuffix("_acceleration")
+        for name in columns
+        if name.endswith("_acceleration") and not cannot_be_told(columns, name)
+    ]
     method = str(summary["rectification"]["method"])
     warnings = (
         [] if run.level_ok else [f"{folder.name} could not be levelled: angles to gravity are missing."]
@@ -113,6 +129,8 @@ def load_side(folder: Path) -> Side:
         metric=run.metric,
         cutoff_hz=_cutoff(summary),
         measures=summary.get("measures"),
+        acceleration={joint: columns[f"{joint}_acceleration"] for joint in joints},
+        acceleration_sd={joint: columns.get(f"{joint}_acceleration_sd", unknown) for joint in joints},
         sources=tuple(summary.get("inputs", ())),
         run=run,
         body=body,

@@ -6,20 +6,22 @@ and over that size: the root mean square distance of the twelve limb joints from
 
 from __future__ import annotations
 
-import io
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from markupsafe import Markup
 
 from ....models import load_rectifier
 from ....pipeline.canonical import R_world_from_body
 from ....pipeline.layouts import H36M17
 from ....pipeline.rotations import is_finite, rotate, transpose
+from ...drawing.charts import Curve, over_time
+from ...drawing.page import charts, figure
+from ...report.sections import spoken
 from ..finished_run import methods
 from .figures import correlation
-from .plots import STYLE
 from .side import TRUTH, Side
 
 WRISTS = ("r_wrist", "l_wrist")
@@ -139,30 +141,30 @@ def limbs_of(recording: Path, frame_index: np.ndarray) -> np.ndarray | None:
     return np.stack([rows.get(int(frame), nothing) for frame in frame_index])[:, order]
 
 
-def draw(found: Wrists, wrist: str) -> bytes:
-    """An SVG of one wrist: back, right and up over time, motion capture in black and every method over it."""
-    import matplotlib
-    from matplotlib.backends.backend_svg import FigureCanvasSVG
-    from matplotlib.figure import Figure
-
+def wrist_charts(found: Wrists, wrist: str, times: np.ndarray) -> Markup:
+    """HTML of one wrist: back, right and up over times (T,), motion capture and every method."""
     rows = _busiest(found, wrist)
-    buffer = io.BytesIO()
-    with matplotlib.rc_context(STYLE):
-        figure = Figure(figsize=(8.4, 6.2), layout="constrained")
-        panels = figure.subplots(3, 1, sharex=True)
-        for i, (panel, axis) in enumerate(zip(panels, AXES, strict=True)):
-            for j, (name, of) in enumerate(found.paths.items()):
-                last = j == len(found.paths) - 1
-                colour = "#1c2024" if name == TRUTH else _COLOURS[(j - 1) % len(_COLOURS)]
-                width = 2.2 if name == TRUTH else 1.5 if last else 0.9
-                panel.plot(found.time_s[rows], of[wrist][rows, i], color=colour, lw=width, label=name)
-            panel.set_ylabel(f"{'xyz'[i]}, {axis}")
-        panels[-1].set_xlabel("time (s)")
-        handles, labels = panels[0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside upper center", ncols=3, frameon=False)
-        metadata: Any = dict.fromkeys(("Date", "Creator", "Format", "Type"))
-        FigureCanvasSVG(figure).print_svg(buffer, metadata=metadata)
-    return buffer.getvalue()
+    shown = []
+    for i, axis in enumerate(AXES):
+        curves = [
+            Curve(name, of[wrist][rows, i], **_look(found, name))
+            for name, of in found.paths.items()
+            if np.isfinite(of[wrist][rows, i]).any()
+        ]
+        title = f"{spoken(wrist).capitalize()}: {'xyz'[i]}, {axis}"
+        shown.append(figure([over_time(curves, times[rows], f"{title} over time")], title))
+    return charts(shown)
+
+
+def _look(found: Wrists, name: str) -> dict[str, Any]:
+    """Colour and width of a method's curve."""
+    names = list(found.paths)
+    if name == TRUTH:
+        return {"width": 2.4}
+    return {
+        "colour": _COLOURS[(names.index(name) - 1) % len(_COLOURS)],
+        "width": 1.6 if name == names[-1] else 1.0,
+    }
 
 
 def _busiest(found: Wrists, wrist: str) -> slice:

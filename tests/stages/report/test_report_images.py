@@ -8,7 +8,7 @@ import pytest
 
 from golden import numbered
 from pcnet3d.adapters.video import read
-from pcnet3d.pipeline import BODY, H36M17, InputError, PoseSequence
+from pcnet3d.pipeline import H36M17, InputError
 from pcnet3d.pipeline.files.video_frames import images_at, images_from
 from pcnet3d.stages.report.key_frames import jpeg, key_rows
 from pcnet3d.stages.report.stage import report
@@ -99,13 +99,12 @@ def test_without_a_person_in_it_the_whole_image_is_shown(points):
 
 
 def test_key_rows_show_the_movement_and_no_outlier(walk_take):
-    body = walk_take.rectified.body
-    still = np.repeat(body.joints[:1], 120, axis=0)
+    still = np.repeat(walk_take.rectified.body.joints[:1], 120, axis=0)
     wrist = H36M17.index("r_wrist")
     still[30:45, wrist, 2] += 0.8  # an arm is up, for a fourth of the second sixth and more
     still[100] += np.random.default_rng(0).normal(0, 2.0, still[100].shape)  # a failed frame
     still[60:80] = np.nan
-    rows = key_rows(type(body)(still, H36M17, body.frame, time_s=np.arange(120) / 30))
+    rows = key_rows(still)
     assert len(rows) == 6
     assert rows == sorted(rows)
     assert any(30 <= row < 45 for row in rows)
@@ -125,5 +124,5 @@ def test_no_frames_means_no_image(walk_take, film):
 def test_a_joint_that_nobody_saw_is_no_part_of_a_posture(recwarn):
     joints = np.random.default_rng(0).normal(size=(30, 17, 3))
     joints[:, H36M17.index("r_ankle")] = np.nan
-    assert len(key_rows(PoseSequence(joints, H36M17, BODY))) == 6
+    assert len(key_rows(joints)) == 6
     assert not list(recwarn)

@@ -1,0 +1,46 @@
+"""Accelerations of wrists and ankles of two runs on one clock, and how they agree."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .figures import correlation
+from .side import Side
+
+_FEWEST = 10  # frames
+_MOVING = 0.02  # of the reference's largest value: standard deviation of an acceleration that changes
+
+
+@dataclass(frozen=True, eq=False)
+class Accelerations:
+    """Norms relative to the pelvis by joint (T,), in the reference's unit of length per s²: of the side, of the
+    reference at the side's rows, and the standard error of their difference. agreement: by joint "frames", "rmse" and
+    "r"."""
+
+    values: dict[str, np.ndarray]
+    reference: dict[str, np.ndarray]
+    sd: dict[str, np.ndarray]
+    agreement: dict[str, dict[str, float | int]]
+
+
+def accelerations(side: Side, reference: Side, times: np.ndarray, factor: float) -> Accelerations:
+    """Of the joints whose acceleration both know in ten frames or more. times: (T,) the side's rows on the reference's
+    clock. factor: from the side's unit of length to the reference's."""
+    found = Accelerations({}, {}, {}, {})
+    for joint in side.acceleration.keys() & reference.acceleration.keys():
+        values = factor * side.acceleration[joint]
+        other = reference.resampled(reference.acceleration[joint], times)
+        both = np.isfinite(values) & np.isfinite(other)
+        if both.sum() < _FEWEST:
+            continue
+        errors = reference.resampled(reference.acceleration_sd[joint], times)
+        found.values[joint], found.reference[joint] = values, other
+        found.sd[joint] = np.hypot(factor * side.acceleration_sd[joint], errors)
+        found.agreement[joint] = {
+            "frames": int(both.sum()),
+            "rmse": float(np.sqrt(((values[both] - other[both]) ** 2).mean())),
+            "r": correlation(values[both], other[both], _MOVING * float(other[both].max())),
+        }
+    return found
