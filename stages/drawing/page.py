@@ -44,6 +44,13 @@ class Link(NamedTuple):
     address: str
 
 
+class Stated(NamedTuple):
+    """A number and its error, both as they are to be read; a column of these is one of numbers."""
+
+    value: float
+    error: float
+
+
 class Soft(NamedTuple):
     """Words in grey: a figure that says nothing by itself."""
 
@@ -61,7 +68,7 @@ class Told(NamedTuple):
 
 
 Level = Literal["good", "care", "bad"]
-Cell = str | float | int | Link | Soft | None
+Cell = str | float | int | Link | Soft | Stated | None  # a str that is Markup is left as it is
 
 
 def page(title: str, head: Markup, sections: Iterable[tuple[str, Markup]]) -> str:
@@ -151,12 +158,14 @@ def table(head: Sequence[str], rows: Sequence[Sequence[Cell]], sortable: bool = 
 
 def _column(cells: Sequence[Cell]) -> tuple[list[str], bool]:
     """What stands in its cells, and whether they are numbers."""
-    numbers = [abs(cell) for cell in cells if isinstance(cell, int | float)]
-    largest = max(numbers, default=0.0)
+    numbers = [cell for cell in cells if isinstance(cell, int | float | Stated)]
+    largest = max((abs(cell) for cell in numbers if isinstance(cell, int | float)), default=0.0)
     decimals = 0 if largest >= 1000 else 1 if largest >= 10 else 2 if largest >= 1 else 3
     shown = [
         "–" if cell is None else f"{cell:z.{decimals}f}" if isinstance(cell, float)
-        else cell.words if isinstance(cell, Link | Soft) else str(cell)
+        else cell.words if isinstance(cell, Link | Soft)
+        else f"{cell.value:g} ± {cell.error:g}" if isinstance(cell, Stated)
+        else cell if isinstance(cell, str) else str(cell)
         for cell in cells
     ]  # fmt: skip
     return shown, bool(numbers) and len(numbers) == sum(cell is not None for cell in cells)
@@ -164,7 +173,8 @@ def _column(cells: Sequence[Cell]) -> tuple[list[str], bool]:
 
 def _cell(cell: Cell, shown: str, right: bool) -> tuple[str, str, str]:
     """Its class, words and address."""
-    kind = "soft" if isinstance(cell, Soft) else "number" if right else "long" if len(shown) > 40 else ""
+    long = len(shown) > 40 and not isinstance(cell, Markup)
+    kind = "soft" if isinstance(cell, Soft) else "number" if right else "long" if long else ""
     return kind, shown, cell.address if isinstance(cell, Link) else ""
 
 

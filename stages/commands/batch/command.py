@@ -27,7 +27,7 @@ from ....pipeline.running.progress import counted
 from .manifest import Entry, read_entries
 from .page import as_page
 from .pool import connected, on_cluster, on_this_machine
-from .study import Change, changes, write_table
+from .study import Change, changes, doubts, write_table
 from .take import Job, Outcome
 
 STATUS = "batch.json"
@@ -93,21 +93,12 @@ def batch(
     print(
         f"{output}: {how_many(len(outcomes) - len(failed), 'take')} done ({kept} of them before), {len(failed)} failed"
     )
-    print(_doubts([row for row in rows if row["state"] == "done"]))
+    done = [row for row in rows if row["state"] == "done"]
+    found = ", ".join(f"{len(names)} {what}" for what, names in doubts(done).items())
+    print(f"of {how_many(len(done), 'run')}: {found or 'no doubts about poses or levelling'}")
     point_to(output)
     if failed:
         raise typer.Exit(2)
-
-
-def _doubts(rows: Sequence[dict[str, Any]]) -> str:
-    """How far the finished takes can be trusted, in a line; rows: as of `study_rows`."""
-    found = {
-        f"with {weight} poses": sum(row.get("verdict") == weight for row in rows)
-        for weight in ("suspicious", "unusable")
-    }
-    found["not levelled"] = sum(row.get("level_ok") is False for row in rows)
-    doubts = ", ".join(f"{count} {what}" for what, count in found.items() if count)
-    return f"of {how_many(len(rows), 'run')}: {doubts or 'no doubts about poses or levelling'}"
 
 
 @contextmanager

@@ -2,21 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 from urllib.parse import quote
 
+import numpy as np
 from markupsafe import Markup
 
+from ....pipeline.layouts import H36M17
 from ....pipeline.messages import how_many
-from ....pipeline.motion.angles import ANGLES, MIDLINE
+from ....pipeline.motion.angles import ANGLES, MIDLINE, OF_BOTH, sides_of
 from ....pipeline.pose import package_version
-from ...drawing.page import Cell, Link, box, glance, heading, joined, page, small, table
+from ...drawing.page import Cell, Link, Stated, answer, box, heading, joined, page, small, table
+from ...measures.figures import error_key, of_length
+from ...report.key_frames import body_views, skeletons
 from ...report.sections import spoken
-from .study import Change
+from .study import Change, doubts, name_of
 
 _RANGE = "range_of_motion.{}.p05_p95_deg"
 _OTHERS = {
+    "walking.walking_speed": "walking speed (m/s)",
     "walking.cadence_spm": "cadence (steps/min)",
     "walking.steps": "steps",
     "walking.mean_stride_time_s": "stride (s)",
@@ -31,6 +36,20 @@ _OTHERS = {
     "arm_raises.left.mean_rise_deg": "left arm rises by (°)",
 }
 _COUNTS = ("steps", "count", "squats")
+_ARM = ("elbow", "shoulder", "upper_arm")  # how the names of its angles begin
+_LEGS, _ARMS = (
+    [name for name in OF_BOTH if name not in MIDLINE and name.startswith(_ARM) == arm]
+    for arm in (False, True)
+)
+_PARTS = {
+    "legs": [name for both in _LEGS for name in sides_of(both)],
+    "arms": [name for both in _ARMS for name in sides_of(both)],
+    "trunk and pelvis": list(MIDLINE),
+}
+_MOST = 20  # names of takes, and measures, in a sentence
+
+_LABELS = ("subject", "visit", "condition")
+_WORDS = {_RANGE.format(name): f"range of {spoken(name)} (°)" for name in ANGLES} | _OTHERS
 
 Rows = Sequence[Mapping[str, Any]]
 
@@ -47,37 +66,63 @@ def as_page(title: str, rows: Rows, found: Sequence[Change]) -> str:
         ("Walking and repetitions", _others(done)),
         ("Warnings and repairs", _told(done)),
     ]
-    return page(title, _head(rows, done, failed), sections)
+    return page(title, _head(rows, done, found), sections)
 
 
-def _head(rows: Rows, done: Rows, failed: Rows) -> Markup:
-    named = [
-        (label, {row[label] for row in rows if row[label]}) for label in ("subject", "visit", "condition")
+def _head(rows: Rows, done: Rows, found: Sequence[Change]) -> Markup:
+    named = {label: dict.fromkeys(row[label] for row in rows if row[label]) for label in _LABELS}
+    about = [how_many(len(names), label) for label, names in named.items() if names]
+    unsure = [
+        f"{how_many(len(names), 'take')} {what}: {_listed(names)}" for what, names in doubts(done).items()
     ]
-    told = [("Takes done", str(len({row["name"] for row in done}))), ("Takes failed", str(len(failed)))]
-    told += [(f"{label.capitalize()}s", str(len(names))) for label, names in named if names]
-    unsure = [_name(row) for row in done if row.get("level_ok") is False]
+    return (
+        small(" · ".join([*about, f"pcnet3d {package_version()}"]))
+        + answer(_conclusion(rows, done, found))
+        + box("Not to be believed, or with care", unsure, "warning")
+    )
+
+
+def _conclusion(rows: Rows, done: Rows, found: Sequence[Change]) -> Iterator[str]:
+    """How many takes are done and to be trusted, and what changed."""
+    names = {row["name"] for row in done}
+    failed = len({row["name"] for row in rows} - names)
     words = (
-        f"{how_many(len(unsure), 'take')} could not be levelled, so what rests on the vertical "
-        "is not to be believed: "
+        f"{how_many(len(names), 'take')} of {len(names) + failed} done"
+        if failed
+        else f"All {len(names)} takes are done"
     )
-    shown = ", ".join(unsure[:20]) + (" ..." if len(unsure) > 20 else "")
-    return glance([*told, ("pcnet3d", package_version())]) + box(
-        "Warning", [words + shown] if unsure else [], "warning"
-    )
+    doubtful = {name for names in doubts(done).values() for name in names}
+    yield f"{words}; {f'{len(doubtful)} of them with doubts' if doubtful else 'no doubts about poses or levelling'}."
+    for (factor, earlier, later), changes in _by_step(found).items():
+        beyond = [one for one in changes if one.lower > 0 or one.upper < 0]
+        beyond.sort(key=lambda one: -abs(one.bias) / max(one.sd, 1e-9))
+        told = _listed([f"{_WORDS[one.measure]} by {one.bias:+.3g}" for one in beyond])
+        yield (
+            f"{factor.capitalize()} {later} less {earlier}, {how_many(max(one.n for one in changes), 'subject')}: limits of "
+            f"agreement without 0 for {len(beyond)} of {how_many(len(changes), 'measure')}{f': {told}' if told else ''}."
+        )
 
 
-def _name(row: Mapping[str, Any]) -> str:
-    return f"{row['name']}, {row['person']}" if row.get("person") else row["name"]
+def _by_step(found: Sequence[Change]) -> dict[tuple[str, str, str], list[Change]]:
+    """Those changes that the page shows, by factor, earlier and later."""
+    steps: dict[tuple[str, str, str], list[Change]] = {}
+    for one in found:
+        if one.measure in _WORDS:
+            steps.setdefault((one.factor, one.earlier, one.later), []).append(one)
+    return steps
+
+
+def _listed(words: Sequence[str]) -> str:
+    return ", ".join(words[:_MOST]) + (" ..." if len(words) > _MOST else "")
 
 
 def _linked(row: Mapping[str, Any]) -> Cell:
-    return Link(_name(row), quote(row["report"])) if row.get("report") else _name(row)
+    return Link(name_of(row), quote(row["report"])) if row.get("report") else name_of(row)
 
 
 def _labels(rows: Rows) -> list[str]:
     """Those of subject, visit and condition that any take has."""
-    return [label for label in ("subject", "visit", "condition") if any(row[label] for row in rows)]
+    return [label for label in _LABELS if any(row[label] for row in rows)]
 
 
 def _table(rows: Rows, columns: Mapping[str, Sequence[Cell]]) -> Markup:
@@ -101,6 +146,7 @@ def _failed(rows: Rows) -> Markup:
 
 def _takes(rows: Rows) -> Markup:
     columns: dict[str, list[Cell]] = {
+        "posture": [_posture(row) for row in rows],
         "frames": [row.get("frames") for row in rows],
         "duration (s)": [row.get("duration_s") for row in rows],
         "poses are": [row.get("verdict") or None for row in rows],
@@ -111,8 +157,20 @@ def _takes(rows: Rows) -> Markup:
         "warnings": [len(row.get("warnings", ())) for row in rows],
         "repairs": [len(row.get("repairs", ())) for row in rows],
     }
-    words = "A take's name leads to its report. A click on a column's heading sorts by it."
+    words = (
+        "A take's name leads to its report. Posture: a frame far from the take's usual one, from the front and from the "
+        "right; orange is the person's right. A click on a column's heading sorts by it."
+    )
     return _table(rows, columns) + small(words) if rows else Markup("")
+
+
+def _posture(row: Mapping[str, Any]) -> Cell:
+    if row.get("posture") is None:
+        return None
+    joints = np.array(row["posture"])
+    return skeletons(
+        body_views(joints), H36M17, f"A posture of {name_of(row)}, from the front and from the right"
+    )
 
 
 def _percent(share: float | None) -> float | None:
@@ -120,25 +178,13 @@ def _percent(share: float | None) -> float | None:
 
 
 def _ranges(rows: Rows) -> Markup:
-    parts = {
-        "right": [name for name in ANGLES if name.startswith("r_")],
-        "left": [name for name in ANGLES if name.startswith("l_")],
-        "midline": list(MIDLINE),
-    }
     tables = {
-        part: _table(
-            rows,
-            {
-                spoken(name.removeprefix("r_").removeprefix("l_")): _of(rows, _RANGE.format(name))
-                for name in names
-            },
-        )
-        for part, names in parts.items()
+        part: _table(rows, {spoken(name): _of(rows, _RANGE.format(name)) for name in names})
+        for part, names in _PARTS.items()
     }
     shown = joined(heading(part) + content for part, content in tables.items() if content)
-    return (
-        small("From the 5th to the 95th percentile of the frames, degrees.") + shown if shown else Markup("")
-    )
+    words = "From the 5th to the 95th percentile of the frames, degrees; ± is one standard deviation of the range."
+    return small(words) + shown if shown else Markup("")
 
 
 def _others(rows: Rows) -> Markup:
@@ -146,11 +192,17 @@ def _others(rows: Rows) -> Markup:
 
 
 def _of(rows: Rows, measure: str) -> list[Cell]:
-    values = [row.get("measures", {}).get(measure) for row in rows]
+    """A measure of every take, with its error where it states one; no length of a take without a scale."""
     counts = measure.split(".")[-1] in _COUNTS
-    return [
-        None if value is None else int(value) if counts and value.is_integer() else value for value in values
-    ]
+    cells: list[Cell] = []
+    for row in rows:
+        measures = {} if of_length(measure) and row.get("unit") != "m" else row.get("measures", {})
+        value, error = measures.get(measure), measures.get(error_key(measure))
+        if value is None or error is None:
+            cells.append(int(value) if value is not None and counts and value.is_integer() else value)
+        else:
+            cells.append(Stated(value, error))
+    return cells
 
 
 def _told(rows: Rows) -> Markup:
@@ -164,16 +216,27 @@ def _told(rows: Rows) -> Markup:
 
 
 def _changes(found: Sequence[Change]) -> Markup:
-    wanted = {_RANGE.format(name): f"range of {spoken(name)} (°)" for name in ANGLES} | _OTHERS
+    """The ranges of motion with both sides on one row, then what has no side."""
     tables = []
-    for factor, earlier, later in dict.fromkeys((one.factor, one.earlier, one.later) for one in found):
-        rows: list[list[Cell]] = [
-            [wanted[one.measure], one.n, one.bias, one.sd, one.lower, one.upper]
-            for one in found
-            if (one.factor, one.earlier, one.later) == (factor, earlier, later) and one.measure in wanted
+    for (factor, earlier, later), of in _by_step(found).items():
+        by = {one.measure: one for one in of}
+        rows: list[list[Cell]] = []
+        for both in (name for name in OF_BOTH if name not in MIDLINE):
+            sides = [by.get(_RANGE.format(name)) for name in sides_of(both)]
+            if any(sides):
+                rows.append(
+                    [f"range of {spoken(both)} (°)", *(cell for one in sides for cell in _changed(one))]
+                )
+        paired = {_RANGE.format(name) for name in ANGLES if name not in MIDLINE}
+        rest = [[_WORDS[one.measure], *_changed(one)] for one in of if one.measure not in paired]
+        head = ("change", "limits of agreement", "subjects")
+        tables += [
+            heading(f"{factor} {later} less {earlier}"),
+            table(
+                ("", *(f"{side}: {word}" for side in ("right", "left") for word in head)), rows, sortable=True
+            ),
+            table(("", *head), rest, sortable=True),
         ]
-        head = ("measure", "subjects", "bias", "SD of differences", "lower limit", "upper limit")
-        tables.append(heading(f"{factor} {later} less {earlier}") + table(head, rows, sortable=True))
     words = (
         "Differences of each subject's mean, compared within the same condition or visit; subjects who have both, "
         "without takes that could not be levelled. "
@@ -181,3 +244,9 @@ def _changes(found: Sequence[Change]) -> Markup:
         "1986). With few subjects the limits themselves are uncertain. All measures are in changes.csv."
     )
     return joined(tables) + small(words) if tables else Markup("")
+
+
+def _changed(one: Change | None) -> list[Cell]:
+    if one is None:
+        return [None] * 3
+    return [one.bias, f"{one.lower:z.3g} to {one.upper:z.3g}", one.n]

@@ -16,8 +16,11 @@ import numpy as np
 from pydantic import AfterValidator, BaseModel, ValidationError
 
 from ....pipeline.errors import InputError
+from ....pipeline.files.arrays import load
 from ....pipeline.files.atomic import REPORT, SUMMARY, printable, read_summary
+from ....pipeline.layouts import H36M17
 from ...measures.figures import of_length
+from ...report.key_frames import key_rows
 
 QUALITY = ("up_error_deg", "up_bound_deg", "error_deg_mean", "bone_length_spread")
 
@@ -29,7 +32,8 @@ _Words = Annotated[str, AfterValidator(printable)]
 
 
 class _Figures(BaseModel, strict=True):
-    """What the table says of a run; None where it does not say. report: its place, seen from the study's page."""
+    """What the table says of a run; None where it does not say. report: its place, seen from the study's page. posture:
+    a frame's joints in BODY, for the page alone."""
 
     person: _Words
     report: _Words
@@ -47,6 +51,7 @@ class _Figures(BaseModel, strict=True):
     up_bound_deg: float | None
     error_deg_mean: float | None
     bone_length_spread: float | None
+    posture: list[list[float]] | None
     measures: dict[_Words, float]
 
 
@@ -83,6 +88,7 @@ def _figures(folder: Path, place: Path) -> dict[str, Any]:
         "up_bound_deg": rectified.get("up_bound_deg", rectified.get("up_bound_deg_mean")),
         "error_deg_mean": rectified.get("error_deg_mean"),
         "bone_length_spread": poses.get("bone_length_spread"),
+        "posture": _posture(folder / "poses.npz"),
         "measures": dict(_numbers(parts["measures"])),
     }
     try:
@@ -90,6 +96,15 @@ def _figures(folder: Path, place: Path) -> dict[str, Any]:
     except ValidationError as error:
         first = error.errors()[0]
         raise InputError(_damaged(folder, f"{'.'.join(map(str, first['loc']))}: {first['msg']}")) from None
+
+
+def _posture(path: Path) -> list[list[float]] | None:
+    """The joints of one frame that shows what happens in a take; None where nothing is known of any."""
+    if not path.exists():
+        return None
+    body = load(path, ("frames", len(H36M17), 3), key="body").astype(np.float64)
+    rows = key_rows(body, 1)
+    return np.round(body[rows[0]], 3).tolist() if rows else None
 
 
 def _damaged(folder: Path, why: str) -> str:
@@ -103,6 +118,22 @@ def _numbers(group: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, f
             yield from _numbers(value, f"{above}{key}.")
         elif isinstance(value, int | float) and not isinstance(value, bool):
             yield f"{above}{key}", value
+
+
+def doubts(rows: Sequence[Mapping[str, Any]]) -> dict[str, list[str]]:
+    """Names of finished takes by what is not to be believed of them, such as "with unusable poses"; rows: as of
+    `study_rows`."""
+    found = {
+        f"with {weight} poses": [name_of(row) for row in rows if row.get("verdict") == weight]
+        for weight in ("suspicious", "unusable")
+    }
+    found["not levelled"] = [name_of(row) for row in rows if row.get("level_ok") is False]
+    return {what: names for what, names in found.items() if names}
+
+
+def name_of(row: Mapping[str, Any]) -> str:
+    """A take's name, and the person's where it shows several."""
+    return f"{row['name']}, {row['person']}" if row.get("person") else row["name"]
 
 
 def write_table(rows: Sequence[Mapping[str, Any]], path: Path) -> None:

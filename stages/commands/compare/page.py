@@ -148,8 +148,8 @@ def _angles(pair: Pair, reference: Side) -> Markup:
         return Markup("")
     words = (
         f"Grey: {reference.name}. In colour: {pair.side.name}, orange its right, blue its left; its band holds "
-        "the grey curve in nine of ten frames, if the stated errors of both are right. Each row ends with the differences "
-        "over the mean of both; lines: bias, and dashed the limits of agreement."
+        "the grey curve in nine of ten frames, if the stated errors of both are right. Each row ends with "
+        "the differences over the mean of both; lines: bias, and dashed the limits of agreement."
     )
     return small(words) + angle_rows(pair, reference)
 
@@ -199,7 +199,7 @@ def _motion(pair: Pair, reference: Side) -> Markup:
     )
     about = (
         "Accelerations of the smoothed paths, relative to the pelvis; the band holds the grey curve in nine of ten "
-        "frames, if the stated errors of both are right. A joint is left out whose acceleration is less certain than large."
+        "frames, if the stated errors of both are right. What is less certain than large is left out."
     )
     return (
         small(words)
