@@ -37,16 +37,14 @@ _OTHERS = {
 }
 _COUNTS = ("steps", "count", "squats")
 _ARM = ("elbow", "shoulder", "upper_arm")  # how the names of its angles begin
-_LEGS, _ARMS = (
-    [name for name in OF_BOTH if name not in MIDLINE and name.startswith(_ARM) == arm]
-    for arm in (False, True)
-)
+_PAIRED = [both for both in OF_BOTH if both not in MIDLINE]
 _PARTS = {
-    "legs": [name for both in _LEGS for name in sides_of(both)],
-    "arms": [name for both in _ARMS for name in sides_of(both)],
+    "legs": [name for both in _PAIRED if not both.startswith(_ARM) for name in sides_of(both)],
+    "arms": [name for both in _PAIRED if both.startswith(_ARM) for name in sides_of(both)],
     "trunk and pelvis": list(MIDLINE),
 }
-_MOST = 20  # names of takes, and measures, in a sentence
+_MOST = 20  # names of takes in a sentence
+_MOST_TOLD = 5  # changes
 
 _LABELS = ("subject", "visit", "condition")
 _WORDS = {_RANGE.format(name): f"range of {spoken(name)} (°)" for name in ANGLES} | _OTHERS
@@ -73,7 +71,8 @@ def _head(rows: Rows, done: Rows, found: Sequence[Change]) -> Markup:
     named = {label: dict.fromkeys(row[label] for row in rows if row[label]) for label in _LABELS}
     about = [how_many(len(names), label) for label, names in named.items() if names]
     unsure = [
-        f"{how_many(len(names), 'take')} {what}: {_listed(names)}" for what, names in doubts(done).items()
+        f"{how_many(len(names), 'take')} {what}: {', '.join(names[:_MOST])}{' ...' if len(names) > _MOST else ''}"
+        for what, names in doubts(done).items()
     ]
     return (
         small(" · ".join([*about, f"pcnet3d {package_version()}"]))
@@ -96,11 +95,13 @@ def _conclusion(rows: Rows, done: Rows, found: Sequence[Change]) -> Iterator[str
     for (factor, earlier, later), changes in _by_step(found).items():
         beyond = [one for one in changes if one.lower > 0 or one.upper < 0]
         beyond.sort(key=lambda one: -abs(one.bias) / max(one.sd, 1e-9))
-        told = _listed([f"{_WORDS[one.measure]} by {one.bias:+.3g}" for one in beyond])
-        yield (
-            f"{factor.capitalize()} {later} less {earlier}, {how_many(max(one.n for one in changes), 'subject')}: limits of "
-            f"agreement without 0 for {len(beyond)} of {how_many(len(changes), 'measure')}{f': {told}' if told else ''}."
+        step = f"From {factor} {earlier} to {later}, {how_many(max(one.n for one in changes), 'subject')}"
+        counts = (
+            f"{len(beyond) or 'none'} of {how_many(len(changes), 'measure')} changed one way in nearly all"
         )
+        told = ", ".join(f"{_WORDS[one.measure]} {one.bias:+.3g}" for one in beyond[:_MOST_TOLD])
+        more = f" and {len(beyond) - _MOST_TOLD} more" if len(beyond) > _MOST_TOLD else ""
+        yield f"{step}: {counts} (limits of agreement without 0){f': {told}{more}' if told else ''}."
 
 
 def _by_step(found: Sequence[Change]) -> dict[tuple[str, str, str], list[Change]]:
@@ -110,10 +111,6 @@ def _by_step(found: Sequence[Change]) -> dict[tuple[str, str, str], list[Change]
         if one.measure in _WORDS:
             steps.setdefault((one.factor, one.earlier, one.later), []).append(one)
     return steps
-
-
-def _listed(words: Sequence[str]) -> str:
-    return ", ".join(words[:_MOST]) + (" ..." if len(words) > _MOST else "")
 
 
 def _linked(row: Mapping[str, Any]) -> Cell:
@@ -158,8 +155,8 @@ def _takes(rows: Rows) -> Markup:
         "repairs": [len(row.get("repairs", ())) for row in rows],
     }
     words = (
-        "A take's name leads to its report. Posture: a frame far from the take's usual one, from the front and from the "
-        "right; orange is the person's right. A click on a column's heading sorts by it."
+        "A take's name leads to its report. Posture: a frame far from the take's usual one, from the front and from "
+        "the right; orange is the person's right. A click on a column's heading sorts by it."
     )
     return _table(rows, columns) + small(words) if rows else Markup("")
 
@@ -221,7 +218,7 @@ def _changes(found: Sequence[Change]) -> Markup:
     for (factor, earlier, later), of in _by_step(found).items():
         by = {one.measure: one for one in of}
         rows: list[list[Cell]] = []
-        for both in (name for name in OF_BOTH if name not in MIDLINE):
+        for both in _PAIRED:
             sides = [by.get(_RANGE.format(name)) for name in sides_of(both)]
             if any(sides):
                 rows.append(
@@ -249,4 +246,5 @@ def _changes(found: Sequence[Change]) -> Markup:
 def _changed(one: Change | None) -> list[Cell]:
     if one is None:
         return [None] * 3
-    return [one.bias, f"{one.lower:z.3g} to {one.upper:z.3g}", one.n]
+    digits = 1 if max(abs(one.lower), abs(one.upper)) >= 10 else 2
+    return [one.bias, f"{one.lower:z.{digits}f} to {one.upper:z.{digits}f}", one.n]

@@ -98,6 +98,32 @@ def test_a_click_on_a_chart_shows_the_nearest_key_frame(content, opened):
     assert not browser.value("document.querySelector('dialog').open")
 
 
+def test_arrow_keys_move_the_cursor_and_enter_shows_the_key_frame(content, opened):
+    browser = opened(content)
+    browser.value("document.querySelector('.leads').focus()")
+    rows = browser.value(
+        "[...document.querySelector('.leads').closest('.chart').querySelectorAll('tbody tr')]"
+        ".map(r => [...r.cells].map(c => c.textContent))"
+    )
+    at = "document.querySelector('.leads').closest('.chart').querySelector('.at').textContent"
+
+    def press(key: str) -> None:
+        for kind in ("rawKeyDown", "keyUp"):
+            browser.ask("Input.dispatchKeyEvent", type=kind, key=key)
+
+    for key, row in (("ArrowRight", 0), ("ArrowRight", 1), ("ArrowRight", 2), ("ArrowLeft", 1)):
+        press(key)
+        assert browser.value(at) == f"{rows[row][0]} s"
+    press("ArrowLeft")
+    press("ArrowLeft")
+    assert browser.value(at) == f"{rows[0][0]} s"
+    press("Enter")
+    assert browser.value("document.querySelector('dialog').open")
+    browser.value("document.activeElement.blur()")
+    assert browser.value(at) == ""
+    assert browser.complaints == []
+
+
 def test_it_is_dark_where_that_is_asked_for_but_not_on_paper(content, opened):
     browser = opened(content)
 

@@ -143,9 +143,50 @@ def test_the_changes_are_those_of_the_rows():
     knee = next(
         change for change in found if ".r_knee_flexion." in change.measure and change.later == "after"
     )
-    line = page[page.index("range of right knee flexion (°)") :]
-    assert f">{knee.n}<" in line[:400]
-    assert f">{knee.bias:.1f}<" in line[:400]
+    line = page[page.index("range of knee flexion (°)") :]
+    assert f">{knee.n}<" in line[:600]
+    assert f">{knee.bias:.1f}<" in line[:600]
+    assert f">{knee.lower:.1f} to {knee.upper:.1f}<" in line[:600]
+
+
+def test_the_conclusion_tells_what_is_done_and_what_changed():
+    rows = study()
+    head = as_page("study", rows, changes(rows)).split("<nav>")[0]
+    assert "24 takes of 25 done; 2 of them with doubts." in head  # not levelled
+    assert "From visit before to after, 10 subjects: none of 5 measures changed one way in nearly all" in head
+    for row in rows:
+        if row["visit"] == "after":
+            row["measures"]["walking.steps"] += 7.0
+    head = as_page("study", rows, changes(rows)).split("<nav>")[0]
+    assert "1 of 5 measures changed one way in nearly all (limits of agreement without 0): steps +7." in head
+    assert "All 2 takes are done; no doubts" in as_page("study", rows[:2], [])
+
+
+def test_a_range_stands_with_its_error_and_is_still_sorted_as_a_number(opened):
+    rows = study(3)
+    key = "range_of_motion.r_knee_flexion.p05_p95"
+    for row, value in zip(rows, (9.0, 110.0, 24.0), strict=False):
+        row["measures"] |= {f"{key}_deg": value, f"{key}_error_deg": 7.5}
+    browser = opened(as_page("study", rows, []))
+    click(browser, "Ranges of motion", "right knee flexion")
+    shown = [cell for cell in column(browser, "Ranges of motion", 3) if "±" in cell]
+    assert shown == ["9 ± 7.5", "24 ± 7.5", "110 ± 7.5"]
+
+
+def test_a_take_is_shown_by_a_posture():
+    rows = study(2)
+    rows[0]["posture"] = np.random.default_rng(0).normal(size=(17, 3)).tolist()
+    page = as_page("study", rows, [])
+    assert page.count('class="skeleton"') == 1
+    assert "A posture of s0_before" in page
+
+
+def test_a_speed_without_a_scale_is_no_speed():
+    rows = study(2)
+    for row, unit in zip(rows, ("m", "arbitrary"), strict=False):
+        row["unit"] = unit
+        row["measures"] |= {"walking.walking_speed": 1.25, "walking.walking_speed_error": 0.048}
+    assert as_page("study", rows, []).count("1.25 ± 0.048") == 1
 
 
 def test_a_study_of_nothing_but_failures_has_a_page():

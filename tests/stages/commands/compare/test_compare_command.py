@@ -1,6 +1,7 @@
 """`pcnet3d compare` from runs to table, page and recording: the walker from two cameras, and against its truth."""
 
 import json
+import re
 import shutil
 import subprocess
 import sys
@@ -11,9 +12,10 @@ import numpy as np
 import pytest
 
 from pcnet3d.examples.walker.walk import walker
+from pcnet3d.models.common.metrics import SD_90
 from pcnet3d.models.mocap.clips import Clip, write_mocap
 from pcnet3d.pipeline import InputError
-from pcnet3d.pipeline.motion.angles import ANGLES
+from pcnet3d.pipeline.motion.angles import ANGLES, OF_BOTH, near
 from pcnet3d.stages.commands.compare.align import correlated, size_ratio, turn_deg, turned
 from pcnet3d.stages.commands.compare.command import compare, compared
 from pcnet3d.stages.commands.compare.cycles import spans
@@ -125,9 +127,51 @@ def test_files_and_page(cameras, against_truth, runs):
     ):
         assert words in page
     assert "View-consistency" in (runs / "side/compare/compare.html").read_text()
-    assert page.count('<div class="wide">') == 2  # to be scrolled on a phone, not shrunk
     assert page.count("<script") == 1  # reads off the charts
     assert len(page) < 10e6
+
+
+def test_the_page_of_two_runs_begins_with_what_came_of_it(cameras, runs):
+    page = (runs / "side/compare/compare.html").read_text()
+    head, *sections = page.split("<section")
+    assert "front against side: one motion" in head
+    names = [re.search(r"<h2>([^<]+)</h2>", section).group(1) for section in sections]
+    assert names == [
+        "At the same moments", "Agreement of the angles", "Ranges of motion", "Cycles",
+        "Angles over time and differences", "Wrist paths and accelerations", "View-consistency",
+        "How they were brought together",
+    ]  # fmt: skip
+    shown = dict(zip(names, sections, strict=True))
+    assert shown["At the same moments"].count('class="skeleton"') == 6
+    rows = shown["Angles over time and differences"].split('<div class="charts">')[1:]
+    assert len(rows) == len(OF_BOTH)
+    titles = [re.findall(r"<figcaption>([^<]+)</figcaption>", row) for row in rows]
+    assert ["Right knee flexion (°)", "Left knee flexion (°)", "Knee flexion: difference (°)"] in titles
+    assert ["Trunk lean sagittal (°)", "Trunk lean sagittal: difference (°)"] in titles
+    motion = shown["Wrist paths and accelerations"]
+    assert motion.count('class="plane"') == 3
+    assert motion.index("Right wrist acceleration (m/s²)") < motion.index("Left wrist acceleration (m/s²)")
+
+
+def test_two_cameras_give_the_same_accelerations(cameras, sides):
+    found = cameras["pairs"]["front"]["accelerations"]
+    assert set(found) == {"r_wrist", "l_wrist", "r_ankle", "l_ankle"}
+    assert min(of["r"] for of in found.values()) > 0.9
+    twin = replace(sides[0], name="twin", acceleration={"r_wrist": 2 * sides[0].acceleration["r_wrist"]})
+    (pair,) = compared([sides[0], twin]).pairs
+    own = sides[0].acceleration["r_wrist"]
+    assert pair.accelerations.agreement["r_wrist"]["rmse"] == pytest.approx(np.sqrt(np.nanmean(own**2)))
+    assert list(pair.accelerations.agreement) == ["r_wrist"]
+
+
+def test_the_band_of_a_chart_holds_as_many_frames_as_the_table_says(sides):
+    (pair,) = compared(sides).pairs
+    for name, of in pair.agreement.items():
+        off = near(pair.side.angles[name] - pair.at_reference[name], 0.0)
+        stated = np.isfinite(off) & np.isfinite(pair.sd[name])
+        if "within_band" in of:
+            inside = np.abs(off[stated]) <= SD_90 * pair.sd[name][stated]
+            assert inside.mean() == pytest.approx(of["within_band"])
 
 
 def test_the_recording_has_both_skeletons_on_one_clock(cameras, runs, sides):

@@ -5,8 +5,9 @@ import re
 import numpy as np
 import pytest
 
+from pcnet3d.stages.commands.compare.curves import differences
 from pcnet3d.stages.commands.compare.figures import agreement, correlation, cycles_agree, view_spread
-from pcnet3d.stages.commands.compare.page import bland_altman
+from pcnet3d.stages.drawing.charts import scatter
 
 REFERENCE = 40 + 30 * np.sin(np.linspace(0, 20, 2000))
 
@@ -42,9 +43,28 @@ def test_right_errors_hold_nine_tenths():
 
 def test_rounding_errors_do_not_look_like_differences():
     values = REFERENCE + np.random.default_rng(3).normal(0, 1e-7, len(REFERENCE))
-    drawn = bland_altman(values, REFERENCE, agreement(values, REFERENCE)).decode()
-    assert "1e" not in "".join(re.findall(r"<text[^>]*>([^<]*)</text>", drawn))
-    assert ">0.4<" in drawn
+    cloud = differences("r_knee_flexion", values, REFERENCE, agreement(values, REFERENCE))
+    drawn = scatter([cloud], "differences", "mean of both (°)", least_height=1.0)
+    ticks = re.findall(r"<text[^>]*>([^<]*)</text>", drawn)
+    assert "0.4" in ticks
+    assert not [words for words in ticks if "e" in words and words != "mean of both (°)"]
+
+
+def test_differences_stand_over_the_mean_of_both_with_bias_and_limits():
+    values = REFERENCE + np.where(np.arange(len(REFERENCE)) % 2, 6.0, -2.0)
+    values[5] = np.nan
+    found = agreement(values, REFERENCE)
+    cloud = differences("l_knee_flexion", values, REFERENCE, found)
+    np.testing.assert_allclose(cloud.x[:2], REFERENCE[:2] + [-1.0, 3.0])
+    np.testing.assert_allclose(cloud.y[:2], [-2.0, 6.0])
+    assert cloud.levels == (found["bias_deg"], found["lower_deg"], found["upper_deg"])
+    drawn = scatter([cloud], "differences", "mean of both (°)")
+    assert 300 <= drawn.count("h0") <= 350
+    assert "nan" not in drawn
+    heights = [float(y) for y in re.findall(r'class="line" d="M42 ([0-9.]+)H384"', drawn)]
+    bias, lower, upper = heights
+    assert upper < bias < lower  # pixels grow downwards
+    assert bias - upper == pytest.approx(lower - bias, abs=0.11)
 
 
 def test_missing_frames_are_left_out_and_too_few_give_nothing():
