@@ -35,6 +35,7 @@ _OTHERS = {
     "arm_raises.right.mean_rise_deg": "right arm rises by (°)",
     "arm_raises.left.mean_rise_deg": "left arm rises by (°)",
 }
+_WALKING = [key for key in _OTHERS if key.startswith("walking.")]
 _COUNTS = ("steps", "count", "squats")
 _ARM = ("elbow", "shoulder", "upper_arm")  # how the names of its angles begin
 _PAIRED = [both for both in OF_BOTH if both not in MIDLINE]
@@ -185,7 +186,13 @@ def _ranges(rows: Rows) -> Markup:
 
 
 def _others(rows: Rows) -> Markup:
-    return _table(rows, {words: _of(rows, key) for key, words in _OTHERS.items()})
+    tables = {
+        part: _table(
+            rows, {words: _of(rows, key) for key, words in _OTHERS.items() if (key in _WALKING) == walks}
+        )
+        for part, walks in (("walking", True), ("repetitions", False))
+    }
+    return joined(heading(part) + content for part, content in tables.items() if content)
 
 
 def _of(rows: Rows, measure: str) -> list[Cell]:

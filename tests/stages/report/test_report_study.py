@@ -145,7 +145,7 @@ def test_the_changes_are_those_of_the_rows():
     )
     line = page[page.index("range of knee flexion (°)") :]
     assert f">{knee.n}<" in line[:600]
-    assert f">{knee.bias:.1f}<" in line[:600]
+    assert f">{knee.bias:.2f}<" in line[:600]
     assert f">{knee.lower:.1f} to {knee.upper:.1f}<" in line[:600]
 
 

@@ -55,7 +55,7 @@ def test_differences_stand_over_the_mean_of_both_with_bias_and_limits():
     values[5] = np.nan
     found = agreement(values, REFERENCE)
     cloud = differences("l_knee_flexion", values, REFERENCE, found)
-    np.testing.assert_allclose(cloud.x[:2], REFERENCE[:2] + [-1.0, 3.0])
+    np.testing.assert_allclose(cloud.x[:2], np.add(REFERENCE[:2], [-1.0, 3.0]))
     np.testing.assert_allclose(cloud.y[:2], [-2.0, 6.0])
     assert cloud.levels == (found["bias_deg"], found["lower_deg"], found["upper_deg"])
     drawn = scatter([cloud], "differences", "mean of both (°)")
