@@ -17,6 +17,8 @@ from ..drawing.page import Cell, Soft, beside, charts, details, figure, small, t
 from .measures import measure_tables
 from .sections import spoken
 
+_STEPS = {"step_time": "step time", "stance_time": "stance time", "step_length": "step length"}
+
 
 def ranges(measures: Mapping[str, Any]) -> Markup:
     """HTML of the ranges of motion, right beside left. measures: the groups `range_of_motion` and `symmetry`."""
@@ -42,6 +44,37 @@ def ranges(measures: Mapping[str, Any]) -> Markup:
         + beside(table(("", "right", "left", "difference"), rows), table(("", "range"), middle))
         + details("All figures of the ranges", measure_tables({name: found[name] for name in known}, level=3))
     )  # fmt: skip
+
+
+def sides_compared(measures: Mapping[str, Any]) -> list[str]:
+    """A sentence on whether the sides differ by more than their errors, in ranges of motion and steps; none where no
+    error is stated. measures: of a take."""
+    walking = measures.get("walking", {})
+    indices = {f"range of {spoken(name)}": of for name, of in measures.get("symmetry", {}).items()}
+    indices |= {
+        words: {
+            key.removeprefix(f"{name}_"): value
+            for key, value in walking.items()
+            if key.startswith(f"{name}_")
+        }
+        for name, words in _STEPS.items()
+    }
+    stated = {words: of for words, of in indices.items() if "symmetry_index_error_percent" in of}
+    apart = [
+        f"{words} {of['symmetry_index_percent']:+z.0f} ± {of['symmetry_index_error_percent']:.0f} %"
+        for words, of in stated.items()
+        if not of.get("within_error")
+    ]
+    if not stated:
+        return []
+    if not apart:
+        what = (
+            "range of motion or steps"
+            if any(words in stated for words in _STEPS.values())
+            else "range of motion"
+        )
+        return [f"Between right and left no difference in {what} is larger than its error (90 %)."]
+    return [f"Right less left, where that is more than its error (90 %): {', '.join(apart)}."]
 
 
 def range_words(of: Mapping[str, Any]) -> Cell:

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from typing import Any
+from urllib.parse import quote
 
 import numpy as np
 from markupsafe import Markup
 
 from ...models.common.metrics import RAYLEIGH_90
+from ...pipeline.files.atomic import REPORT, SUMMARY
 from ...pipeline.messages import how_many
 from ...pipeline.pose import package_version
 from ...pipeline.take import Take
 from ..drawing.facts import Facts
-from ..drawing.page import box, bullets, details, small, table
+from ..drawing.page import Cell, Link, box, bullets, details, small, table
 
 _MOST = 40  # events of one kind
 _UNITS = {"m": "metres", "arbitrary": "arbitrary units (au): the source has no scale"}
@@ -21,6 +23,14 @@ _SOURCES = {
     "frames": "the body's posture", "image": "the image's straight lines", "feet": "the feet's places",
     "floor": "the floor under the feet",
 }  # fmt: skip
+_FILES = {
+    "measures.csv": "the figures of movements and ranges of motion, for Excel or another spreadsheet",
+    "kinematics.csv": "angles, paths, speeds and accelerations of every frame, for Excel or another spreadsheet",
+    "kinematics.parquet": "angles, paths, speeds and accelerations of every frame, for Python, R or MATLAB",
+    "poses.npz": "joints of every frame before and after, for Python",
+    "take.rrd": "the recording, to be played by: pcnet3d view FOLDER",
+    "keypoints.npz": "the 2D keypoints that were found in the video",
+}
 _LONGEST = 240  # characters of an option's value
 
 
@@ -31,8 +41,19 @@ def session_words(take: Take, facts: Facts) -> Markup:
         take.session.date,
         take.name if take.name != take.title else "",
         f"{how_many(facts.frames, 'frame')}, {facts.duration_s:.1f} s at {facts.fps:.4g} a second",
+        {"static": "camera stands still", "moving": "camera moves"}.get(facts.camera, ""),
     ]
     return small(" · ".join(words for words in told if words))
+
+
+def files_beside(names: Sequence[str]) -> Markup:
+    """A table of the files of a run with what they hold, each name a link. names: of those in the page's folder."""
+    rows: list[list[Cell]] = [
+        [Link(name, quote(name)), _FILES.get(name)]
+        for name in sorted(names, key=lambda name: [*_FILES, name].index(name))
+        if name not in (REPORT, SUMMARY) and not name.startswith(".")
+    ]
+    return table(("file", "what it holds"), rows)
 
 
 def told_of(take: Take, facts: Facts) -> Markup:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
@@ -22,12 +22,14 @@ from ..drawing.charts import LEFT, RIGHT, SOFT, Curve, over_time, path, sides
 from ..drawing.facts import Facts, facts_of, shared_up, voted
 from ..drawing.image_lines import WORDS, drawn
 from ..drawing.page import answer, charts, details, figure, page, picture, small
-from .angles import angle_charts, ranges
+from .angles import angle_charts, ranges, sides_compared
 from .key_frames import key_figures, lines_jpeg, seen_by_camera
 from .measures import happened, measure_tables
 from .motion import motion_charts
-from .sections import gravity_words, provenance, session_words, told_of, up_table
+from .sections import files_beside, gravity_words, provenance, session_words, told_of, up_table
 from .trust import trust
+
+_ERRORS = "± is one standard deviation; what is said to be within a value, or marked 90 %, is so in nine of ten cases."
 
 
 @dataclass(frozen=True)
@@ -43,24 +45,27 @@ class Report:
 
     def __call__(self, take: Take) -> Take:
         self.folder.mkdir(parents=True, exist_ok=True)
+        files = [path.name for path in self.folder.iterdir() if path.is_file()]
         with whole_file(self.folder / REPORT) as partial:
-            partial.write_text(report(take, self.frames), encoding="utf-8")
+            partial.write_text(report(take, self.frames, files), encoding="utf-8")
         return take
 
 
-def report(take: Take, frames: bool = True) -> str:
+def report(take: Take, frames: bool = True, files: Sequence[str] = ()) -> str:
     """A take as one HTML page that holds its images, loads nothing, and runs no script but our own for reading off its
     charts.
 
     First what was seen and how far to trust it, then key frames, the movements that happened, angles and paths, and
     where everything comes from. What the take lacks (video, angles, measures, ...) is left out. frames: False leaves
-    the video's images out. Raises InputError without poses, rectified poses or time stamps, or when the video cannot
-    be decoded.
+    the video's images out. files: names of the files in the page's folder, to lead to. Raises InputError without
+    poses, rectified poses or time stamps, or when the video cannot be decoded.
     """
     if take.poses is None or take.rectified is None:
         raise InputError("A report needs 3D poses and their rectification; run rectify first.")
     facts, measures = facts_of(take), take.measures or {}
-    head = session_words(take, facts) + answer(seen(take)) + trust(take, facts) + told_of(take, facts)
+    said = [*seen(take), *sides_compared(measures)]
+    head = session_words(take, facts) + answer(said) + (small(_ERRORS) if said else Markup(""))
+    head += trust(take, facts) + told_of(take, facts)
     sections = [
         ("Key frames", _key_frames(take, frames)),
         ("What happened", happened(measures, facts.length)),
@@ -69,6 +74,7 @@ def report(take: Take, frames: bool = True) -> str:
         ("Speeds and accelerations", motion_charts(take) + _path_lengths(measures, facts.length)),
         ("Wrist paths before and after", _wrists(take)),
         ("Which way is up", _gravity(take, facts, frames)),
+        ("Files beside this page", files_beside(files)),
         ("Where this comes from", provenance(facts, take)),
     ]
     return page(take.title, head, sections)

@@ -7,6 +7,7 @@ from markupsafe import Markup
 
 from ...models.common.metrics import SD_90
 from ...pipeline.motion.angles import ANGLES
+from ...pipeline.pose import PoseSequence
 from ...pipeline.take import Take
 from ..drawing.facts import Facts
 from ..drawing.page import Level, gauge
@@ -18,6 +19,7 @@ _WELL = 6.0
 # Degrees that joint angles are known to within (90 %, median): less than a knee bends in the stance of a walk (15 to
 # 20, Perry & Burnfield 2010), so that such a movement can be told.
 _TOLD = 15.0
+_MOST = 5  # stretches that are told
 _LEVELS: tuple[Level, ...] = ("bad", "care", "good")
 _WORDS = {
     "good": ("To be trusted", "within the errors that stand beside each figure."),
@@ -95,16 +97,26 @@ def _sides(take: Take) -> Check:
 
 def _view(take: Take) -> Check:
     texts = [event.text for event in take.events if event.about == "view"]
+    gone = _missing(take.need("poses"))
     if texts:
-        return "In view", "care", texts
+        return "In view", "care", [*texts, gone]
     if take.keypoints is not None:
-        return "In view", "good", ["Both arms and legs were seen throughout, but for moments."]
+        return "In view", "good", [f"Both arms and legs were seen throughout, but for moments. {gone}"]
     missing = float(np.isnan(take.need("poses").joints).any(axis=-1).mean())
-    words = (
-        f"{100 * missing:.0f} % of the joints are missing." if missing >= 0.005 else "No joint is missing."
-    )
+    words = f"{100 * missing:.0f} % of the joints are missing. {gone}" if missing >= 0.005 else gone
     return (
         "In view",
         "good" if missing < 0.05 else "care",
         [f"{words} Without 2D keypoints more is not known."],
     )
+
+
+def _missing(poses: PoseSequence) -> str:
+    """When joints are missing, in a sentence."""
+    gone = np.isnan(poses.joints).any(axis=(1, 2))
+    if not gone.any():
+        return "No joint is missing."
+    edges = np.flatnonzero(np.diff(np.r_[False, gone, False].astype(int))).reshape(-1, 2)
+    spans = [f"{poses.times[start]:.2f} to {poses.times[stop - 1]:.2f} s" for start, stop in edges]
+    more = f" and {len(spans) - _MOST} more times" if len(spans) > _MOST else ""
+    return f"Joints are missing from {', '.join(spans[:_MOST])}{more}."

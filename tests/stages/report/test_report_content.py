@@ -325,6 +325,19 @@ def test_the_stage_writes_the_file_and_changes_nothing(walk_take, tmp_path):
     assert (tmp_path / "out" / "report.html").read_text(encoding="utf-8") == report(walk_take)
 
 
+def test_the_files_beside_it_are_linked(walk_take, tmp_path):
+    for name in ("take.rrd", "measures.csv", "a walk#1.trc", "summary.json", ".partial-x"):
+        (tmp_path / name).touch()
+    Report(tmp_path)(walk_take)
+    said = (tmp_path / "report.html").read_text(encoding="utf-8")
+    links = re.findall(r'<th><a href="([^"]+)">([^<]+)</a>', said)
+    assert links == [
+        ("measures.csv", "measures.csv"), ("take.rrd", "take.rrd"), ("a%20walk%231.trc", "a walk#1.trc")
+    ]  # fmt: skip
+    assert "for Excel" in said
+    assert "Files beside this page" not in report(walk_take)
+
+
 def test_body_is_seen_from_the_front_and_from_its_right(walk_take):
     """In the drawing of a key frame the person's right is on the left from the front, and the face looks right."""
     body = walk_take.rectified.body

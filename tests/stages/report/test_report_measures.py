@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pcnet3d.stages.measures.figures import error_key
-from pcnet3d.stages.report.angles import ranges
+from pcnet3d.stages.report.angles import ranges, sides_compared
 from pcnet3d.stages.report.glossary import explained
 from pcnet3d.stages.report.measures import happened, measure_tables, named
 
@@ -221,3 +221,20 @@ def test_every_figure_of_a_walk_is_explained():
             if "within_error" not in key:
                 name = re.sub("_(s|deg|percent|spm)$", "", key)
                 assert explained(name), key
+
+
+def test_it_says_whether_the_sides_differ_by_more_than_their_errors():
+    knee = {"symmetry_index_percent": -20.0, "symmetry_index_error_percent": 15.0, "within_error": True}
+    hip = {"symmetry_index_percent": 30.0, "symmetry_index_error_percent": 6.0, "within_error": False}
+    assert sides_compared({}) == []
+    assert (
+        sides_compared({"symmetry": {"knee_flexion": {"symmetry_index_percent": 50.0}}}) == []
+    )  # no error is stated
+    (same,) = sides_compared({"symmetry": {"knee_flexion": knee}})
+    assert same == "Between right and left no difference in range of motion is larger than its error (90 %)."
+    walking = {f"step_time_{key}": value for key, value in knee.items()}
+    (same,) = sides_compared({"symmetry": {"knee_flexion": knee}, "walking": walking})
+    assert "in range of motion or steps is" in same
+    walking = {f"step_length_{key}": value for key, value in hip.items()}
+    (apart,) = sides_compared({"symmetry": {"knee_flexion": knee, "hip_flexion": hip}, "walking": walking})
+    assert apart.endswith(": range of hip flexion +30 ± 6 %, step length +30 ± 6 %.")

@@ -58,3 +58,18 @@ def test_what_lowers_it(walk_take, change, expected, words):
     take = change(known(walk_take, 2.7))
     assert level(take) == expected
     assert words in trust(take, facts_of(take))
+
+
+def test_it_says_when_joints_are_missing(walk_take):
+    take = known(walk_take, 2.7)
+    assert "No joint is missing." in trust(take, facts_of(take))
+    joints = take.poses.joints.copy()
+    joints[30:45, 3] = np.nan
+    joints[60:62] = np.nan
+    times = take.poses.times
+    gone = take.with_(poses=replace(take.poses, joints=joints))
+    words = f"missing from {times[30]:.2f} to {times[44]:.2f} s, {times[60]:.2f} to {times[61]:.2f} s."
+    assert words in trust(gone, facts_of(gone))
+    joints[::2] = np.nan
+    often = take.with_(poses=replace(take.poses, joints=joints))
+    assert re.search(r"and \d+ more times\.", trust(often, facts_of(often)))
