@@ -36,7 +36,7 @@ from ....pipeline.rotations import is_finite
 from ..finished_run import Run, load_run, methods
 from .align import Alignment, Signal, agreement, agreement_of_norms, align, heading_deg, turned
 from .motion import as_vertical, even_times, imu_norm, imu_signal, path_acceleration, still_pelvis
-from .output import IMU_RECORDING, Comparison, as_markdown, draw, write_recording
+from .output import IMU_RECORDING, Comparison, as_markdown, as_page, write_recording
 
 _FIGURES = "imu.json"
 _WEAK = 0.5  # a correlation over three axes below which the lag is not to be trusted
@@ -110,9 +110,9 @@ def imu(
         (partial / _FIGURES).write_text(text + "\n", encoding="utf-8")
         (partial / "imu.md").write_text(words, encoding="utf-8")
         for name in kept:
-            shutil.copy(folder / "imu" / f"{name}.png", partial)
+            shutil.copy(folder / "imu" / f"{name}.html", partial)
         for result in results:
-            draw(result, partial / f"{result.segment}.png")
+            (partial / f"{result.segment}.html").write_text(as_page(result), encoding="utf-8")
         axes = {name: list(next(iter(of["methods"].values()))) for name, of in segments.items()}
         write_recording(run, results, axes, words, folder, partial / IMU_RECORDING)
     add_to_list(folder, "imu")
@@ -130,7 +130,7 @@ def _compared_before(folder: Path) -> dict[str, dict[str, Any]]:
         return {
             name: figures
             for name, figures in content["segments"].items()
-            if name in SEGMENTS and (folder / "imu" / f"{name}.png").is_file()
+            if name in SEGMENTS and (folder / "imu" / f"{name}.html").is_file()
         }
     except (OSError, ValueError, LookupError, TypeError, AttributeError):
         return {}

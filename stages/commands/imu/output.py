@@ -1,4 +1,4 @@
-"""What a comparison of video and IMU leaves: a table, an image and a recording."""
+"""What a comparison of video and IMU leaves: a table, a page of charts and a recording."""
 
 from __future__ import annotations
 
@@ -12,6 +12,9 @@ import numpy as np
 from ....pipeline.files.atomic import whole_file
 from ....pipeline.files.viewer import RECORDING
 from ....pipeline.rotations import is_finite
+from ...drawing.charts import Curve, over_time
+from ...drawing.page import answer, box, charts, figure, page
+from ...drawing.palette import as_hex
 from ...drawing.rerun_log import time_columns
 from ..finished_run import Run
 from .align import Alignment, Signal
@@ -126,45 +129,35 @@ def _cell(lag_s: float, axes: Mapping[str, Mapping[str, float | None]], figure: 
     return " / ".join(format(value, form) for value in values if np.isfinite(value))
 
 
-def draw(result: Comparison, path: Path) -> None:
-    """An image of one sensor: back, right, up and norm, the IMU beside the run's own method, alone and per frame."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
+def as_page(result: Comparison) -> str:
+    """One HTML page of a sensor: back, right, up and norm over time, the IMU beside the run's own method, for the take
+    and per frame."""
     rows = _busiest(result)
     per_frame = f"{result.own} per frame"
-    figure = Figure(figsize=(10, 8), dpi=110, layout="constrained")
-    FigureCanvasAgg(figure)
-    panels = figure.subplots(len(result.axes), 1, sharex=True, squeeze=False)[:, 0]
-    curves = [("IMU", result.imu[result.own], _IMU, 1.6), (result.own, result.video[result.own], _VIDEO, 1.2)]
-    if per_frame in result.video:
-        curves.insert(0, (per_frame, result.video[per_frame], _PER_FRAME, 0.8))
-    for i, (panel, axis) in enumerate(zip(panels, result.axes, strict=True)):
-        for name, values, colour, width in curves:
-            panel.plot(
-                result.time_s[rows],
-                result.curves(values)[rows, i],
-                color=np.divide(colour, 255),
-                linewidth=width,
-                label=name,
-            )
+    lines = [
+        (per_frame, result.video.get(per_frame), _PER_FRAME, 1.0),
+        ("IMU", result.imu[result.own], _IMU, 2.4),
+        (result.own, result.video[result.own], _VIDEO, 1.6),
+    ]
+    shown = []
+    for i, axis in enumerate(result.axes):
+        curves = [
+            Curve(name, result.curves(values)[rows, i], as_hex(colour), width=width)
+            for name, values, colour, width in lines
+            if values is not None
+        ]
         of = result.agreement[result.own][axis]
-        panel.set_ylabel(f"{_AXES[axis]} (m/s²)")
-        panel.set_title(f"r {of['r']:.3f}, RMSE {of['rmse_mps2']:.2f} m/s²", loc="right", fontsize=9)
-        panel.grid(alpha=0.25)
-    panels[0].legend(loc="upper left", ncols=3, fontsize=9)
-    panels[-1].set_xlabel("time of the video (s)")
-    figure.suptitle(
-        f"{result.segment}: "
-        + (
-            "norm of acceleration with gravity"
-            if result.axes == ["norm"]
-            else "acceleration relative to the pelvis"
-        )
-        + f", lag {1000 * result.alignment.lag_s:.0f} ms, {result.compared_s:.1f} s compared"
+        title = f"{_AXES[axis].capitalize()} (m/s²)"
+        chart = over_time(curves, result.time_s[rows], f"{title} of both over time")
+        shown.append(figure([chart], title, f"r {of['r']:.3f}, RMSE {of['rmse_mps2']:.2f} m/s²"))
+    what = (
+        "Norm of the acceleration with gravity"
+        if result.axes == ["norm"]
+        else "Acceleration relative to the pelvis"
     )
-    with whole_file(path) as partial:
-        figure.savefig(partial, format="png")
+    said = f"{what}: the IMU is {1000 * result.alignment.lag_s:.0f} ms late, {result.compared_s:.1f} s were compared."
+    head = answer([said]) + box("Warnings", list(result.warnings), "warning")
+    return page(f"{result.segment}: video against IMU", head, [("Over time", charts(shown))])
 
 
 def _busiest(result: Comparison) -> slice:

@@ -67,10 +67,10 @@ def test_it_says_when_joints_are_missing(walk_take):
     assert "No joint is missing." in trust(whole, facts_of(whole))
     joints = joints.copy()
     joints[30:45, 3] = np.nan
-    joints[60:62] = np.nan
+    joints[50:52] = np.nan
     times = take.poses.times
     gone = take.with_(poses=replace(take.poses, joints=joints))
-    words = f"missing from {times[30]:.2f} to {times[44]:.2f} s, {times[60]:.2f} to {times[61]:.2f} s."
+    words = f"missing from {times[30]:.2f} to {times[44]:.2f} s, {times[50]:.2f} to {times[51]:.2f} s."
     assert words in trust(gone, facts_of(gone))
     joints[::2] = np.nan
     often = take.with_(poses=replace(take.poses, joints=joints))

@@ -1,6 +1,7 @@
 """`pcnet3d imu` from files to table, image and recording, on the walker with simulated sensors."""
 
 import json
+import re
 import shutil
 import subprocess
 import sys
@@ -76,9 +77,14 @@ def test_levelling_shows_against_the_tilted_camera(compared):
 
 def test_files_of_the_comparison(compared, made):
     folder = made / "run" / "imu"
-    assert {"imu.json", "imu.md", "imu.rrd", "r_forearm.png", "l_shank.png"} <= {
+    assert {"imu.json", "imu.md", "imu.rrd", "r_forearm.html", "l_shank.html"} <= {
         f.name for f in folder.iterdir()
     }
+    page = (folder / "r_forearm.html").read_text()
+    assert re.findall(r"<figcaption>([^<]+)</figcaption>", page) == [
+        "Back (m/s²)", "Right (m/s²)", "Up (m/s²)", "Norm (m/s²)"
+    ]  # fmt: skip
+    assert re.search(r"the IMU is 13[678] ms late", page)
     words = (folder / "imu.md").read_text()
     assert "137 ms" in words or "136 ms" in words or "138 ms" in words
     assert all(f"| {method} |" in words for method in METHODS)
@@ -111,7 +117,7 @@ def test_sensors_compared_one_after_another_stay_side_by_side(made, tmp_path):
     assert [both[name]["cutoff_hz"] for name in both] == [6.0, 5.0]
     words = (run / "imu/imu.md").read_text()
     assert words.index("## r_forearm") < words.index("low-passed at 6 Hz") < words.index("## l_shank")
-    assert {"r_forearm.png", "l_shank.png"} <= {file.name for file in (run / "imu").iterdir()}
+    assert {"r_forearm.html", "l_shank.html"} <= {file.name for file in (run / "imu").iterdir()}
     again = compared_with("r_forearm", cutoff=4.0)
     assert {name: again[name]["cutoff_hz"] for name in again} == {"l_shank": 5.0, "r_forearm": 4.0}
     curves = _entities(run / "imu/imu.rrd")
@@ -177,7 +183,7 @@ def test_without_an_orientation_the_norm_alone_is_compared(tmp_path):
     assert {"/imu/r_forearm/norm"} == {
         entity for entity in _entities(tmp_path / "run/imu/imu.rrd") if "/r_forearm/" in entity
     }
-    assert (tmp_path / "run/imu/r_forearm.png").is_file()
+    assert (tmp_path / "run/imu/r_forearm.html").is_file()
 
 
 def test_the_norm_of_a_known_path_is_that_of_the_sensor(walk, made):
