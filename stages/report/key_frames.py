@@ -86,7 +86,7 @@ def skeletons(
     wide = 200 if len(views) == 1 else 120
     field = np.array([wide - 8.0, 174.0])
     scale = min((field / np.maximum(np.ptp(points, axis=0), 1e-9)).min() for points in seen if len(points))
-    lines = []
+    lines: dict[str, str] = {}
     for i, name in enumerate(views):
         middle = (np.nanmin(all_of[i], axis=0) + np.nanmax(all_of[i], axis=0)) / 2
         for layer in layers:
@@ -96,9 +96,9 @@ def skeletons(
                 if is_finite(ends).all():
                     side = palette.side_colour(*bone)
                     colour = MIDDLE if side == palette.MIDDLE else palette.as_hex(side)
-                    lines.append(
-                        (SOFT if layer is behind else colour, [f"{place:.1f}" for place in ends.ravel()])
-                    )
+                    colour = SOFT if layer is behind else colour
+                    bone_line = "M{:.1f} {:.1f}L{:.1f} {:.1f}".format(*ends.ravel())
+                    lines[colour] = lines.get(colour, "") + bone_line
     names = [(f"{wide * (i + 0.5):g}", name) for i, name in enumerate(views)]
     return kit("chart.html.j2").skeletons(names, lines, wide * len(views), alt)
 

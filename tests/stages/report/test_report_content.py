@@ -343,9 +343,11 @@ def test_body_is_seen_from_the_front_and_from_its_right(walk_take):
     body = walk_take.rectified.body
     assert body.frame.axes == BODY.axes
     (drawn, *_) = re.findall(r'<svg class="skeleton"[^>]*Rectified.*?</svg>', report(walk_take))
-    number = r'="([-\d.]+)" '
-    line = re.compile(f'x1{number}y1{number}x2{number}y2{number}style="color:(.*?)"')
-    lines = [(np.array([float(x_0), float(x_1)]), colour) for x_0, _, x_1, _, colour in line.findall(drawn)]
+    lines = [
+        (np.array([float(x_0), float(x_1)]), colour)
+        for bones, colour in re.findall(r'<path d="(.*?)" style="color:(.*?)"', drawn)
+        for x_0, x_1 in re.findall(r"M([-\d.]+) [-\d.]+L([-\d.]+) ", bones)
+    ]
     front = {
         side: np.mean([x for x, colour in lines if colour == side and x.max() < 120])
         for side in (LEFT, RIGHT)
