@@ -74,7 +74,10 @@ def sides_compared(measures: Mapping[str, Any]) -> list[str]:
             else "range of motion"
         )
         return [f"Between right and left no difference in {what} is larger than its error (90 %)."]
-    return [f"Right less left, where that is more than its error (90 %): {', '.join(apart)}."]
+    return [
+        f"Right and left differ by more than the error (90 %) in {len(apart)} of {len(stated)} figures, right less left: "
+        f"{', '.join(apart)}."
+    ]
 
 
 def range_words(of: Mapping[str, Any]) -> Cell:

@@ -237,4 +237,5 @@ def test_it_says_whether_the_sides_differ_by_more_than_their_errors():
     assert "in range of motion or steps is" in same
     walking = {f"step_length_{key}": value for key, value in hip.items()}
     (apart,) = sides_compared({"symmetry": {"knee_flexion": knee, "hip_flexion": hip}, "walking": walking})
+    assert "in 2 of 3 figures" in apart
     assert apart.endswith(": range of hip flexion +30 ± 6 %, step length +30 ± 6 %.")
