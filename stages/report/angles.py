@@ -75,8 +75,8 @@ def sides_compared(measures: Mapping[str, Any]) -> list[str]:
         )
         return [f"Between right and left no difference in {what} is larger than its error (90 %)."]
     return [
-        f"Right and left differ by more than the error (90 %) in {len(apart)} of {len(stated)} figures, right less left: "
-        f"{', '.join(apart)}."
+        f"Right and left differ by more than the error (90 %) in {len(apart)} of {len(stated)} figures, "
+        f"right less left: {', '.join(apart)}."
     ]
 
 
