@@ -86,13 +86,9 @@ def _conclusion(rows: Rows, done: Rows, found: Sequence[Change]) -> Iterator[str
     """How many takes are done and to be trusted, and what changed."""
     names = {row["name"] for row in done}
     failed = len({row["name"] for row in rows} - names)
-    words = (
-        f"{how_many(len(names), 'take')} of {len(names) + failed} done"
-        if failed
-        else f"All {len(names)} takes are done"
-    )
+    of = f" of {len(names) + failed} done" if failed else " done, none failed"
     doubtful = {name for names in doubts(done).values() for name in names}
-    yield f"{words}; {f'{len(doubtful)} of them with doubts' if doubtful else 'no doubts about poses or levelling'}."
+    yield f"{how_many(len(names), 'take')}{of}; {f'{len(doubtful)} of them with doubts' if doubtful else 'no doubts about poses or levelling'}."
     for (factor, earlier, later), changes in _by_step(found).items():
         beyond = [one for one in changes if one.lower > 0 or one.upper < 0]
         beyond.sort(key=lambda one: -abs(one.bias) / max(one.sd, 1e-9))

@@ -159,7 +159,7 @@ def test_the_conclusion_tells_what_is_done_and_what_changed():
             row["measures"]["walking.steps"] += 7.0
     head = as_page("study", rows, changes(rows)).split("<nav>")[0]
     assert "1 of 5 measures changed one way in nearly all (limits of agreement without 0): steps +7." in head
-    assert "All 2 takes are done; no doubts" in as_page("study", rows[:2], [])
+    assert "2 takes done, none failed; no doubts" in as_page("study", rows[:2], [])
 
 
 def test_a_range_stands_with_its_error_and_is_still_sorted_as_a_number(opened):
