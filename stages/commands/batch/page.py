@@ -88,7 +88,8 @@ def _conclusion(rows: Rows, done: Rows, found: Sequence[Change]) -> Iterator[str
     failed = len({row["name"] for row in rows} - names)
     of = f" of {len(names) + failed} done" if failed else " done, none failed"
     doubtful = {name for names in doubts(done).values() for name in names}
-    yield f"{how_many(len(names), 'take')}{of}; {f'{len(doubtful)} of them with doubts' if doubtful else 'no doubts about poses or levelling'}."
+    trusted = f"{len(doubtful)} of them with doubts" if doubtful else "no doubts about poses or levelling"
+    yield f"{how_many(len(names), 'take')}{of}; {trusted}."
     for (factor, earlier, later), changes in _by_step(found).items():
         beyond = [one for one in changes if one.lower > 0 or one.upper < 0]
         beyond.sort(key=lambda one: -abs(one.bias) / max(one.sd, 1e-9))
