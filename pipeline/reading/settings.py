@@ -21,6 +21,7 @@ from typer.models import ParameterInfo
 from ..errors import InputError
 from ..motion.swap_repair import Swaps
 from ..plugins.options import did_you_mean, pairs
+from ..running.device import Device
 from .handedness import Handedness
 from .normalise import Missing
 
@@ -153,6 +154,12 @@ class RunOptions(BaseModel):
         _option(_INPUT, "Lifter when --poses is absent: pcnet3d (built-in), or an .onnx file."),
         To(("lift.lifter",)),
     ] = None
+    device: Annotated[
+        Device,
+        _option(
+            _INPUT, "Where networks compute: auto (the first of `pcnet3d list devices` that works), cpu, ..."
+        ),
+    ] = "auto"
     person: Annotated[
         str | None,
         _option(_PERSON, "Person ID in the file, or longest, largest, all (one folder each)."),
