@@ -135,7 +135,7 @@ def _placed(on_cpu: Any, content: bytes, threads: int, network: str) -> Any:
         except Exception as error:
             if where.asked != AUTO:
                 raise InputError(
-                    f"Expected {network} to open on --device {device}, got: {_reason(error)}; give --device auto or cpu."
+                    f"Expected {network} to open on --device {device}, got: {_reason(error)}; give --device auto."
                 ) from None
             where.fails(device, network, _reason(error))
             continue

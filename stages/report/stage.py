@@ -26,6 +26,7 @@ from .angles import angle_charts, ranges
 from .key_frames import key_figures, lines_jpeg, seen_by_camera
 from .measures import happened, measure_tables
 from .motion import motion_charts
+from .second_lift import second_lift
 from .sections import gravity_words, provenance, session_words, told_of, up_table
 from .trust import trust
 
@@ -67,6 +68,7 @@ def report(take: Take, frames: bool = True) -> str:
         ("Ranges of motion", ranges(measures)),
         ("Joint angles over time", angle_charts(take)),
         ("Speeds and accelerations", motion_charts(take) + _path_lengths(measures, facts.length)),
+        ("Where two lifters disagree", second_lift(take)),
         ("Wrist paths before and after", _wrists(take)),
         ("Which way is up", _gravity(take, facts, frames)),
         ("Where this comes from", provenance(facts, take)),

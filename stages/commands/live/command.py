@@ -41,8 +41,8 @@ _LOST = 30  # frames without the person who is shown, after which another may be
 
 
 @offering(
-    "detector", "device", "stature", "title", "person_id", "date", "focal", "pitch", "roll", "gravity", "also", "no_frames",
-    "recipe", "settings",
+    "detector", "device", "stature", "title", "person_id", "date", "focal", "pitch", "roll", "gravity", "also",
+    "no_frames", "recipe", "settings",
 )  # fmt: skip
 def live(
     options: RunOptions,
