@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ..models.common.metrics import Figure
+from ..models.common.metrics import Figure, person_size
 from ..models.gravity.levelling import Camera as CameraMotion
 from ..pipeline.errors import InputError
 from ..pipeline.frames import CAMERA, change_frame
@@ -85,8 +85,8 @@ def disagreement(
     both = np.asarray(is_finite(a) & is_finite(b))
     a, b = (np.where(both[..., None], each, np.nan) for each in (a, b))
     moving = [i for i, joint in enumerate(H36M17.joints) if joint != "pelvis"]
-    size, other = _size(a[:, moving]), _size(b[:, moving])
-    b *= size / other
+    size = person_size(a)
+    b *= size / person_size(b)
     apart = 100 * np.linalg.norm(a - b, axis=-1) / size
     column = apart[:, moving].mean(axis=1)
     return column, {
@@ -117,13 +117,6 @@ def _angles(
                 "p95_deg": float(np.quantile(np.abs(off), 0.95)),
             }
     return found
-
-
-def _size(joints: np.ndarray) -> float:
-    """Root mean square distance of joints (T, J, 3) from the pelvis; NaN without any."""
-    square = (joints**2).sum(axis=-1)
-    square = square[np.isfinite(square)]
-    return float(np.sqrt(square.mean())) if len(square) else float("nan")
 
 
 def _spans(wide: np.ndarray, time_s: np.ndarray) -> list[tuple[int, int]]:

@@ -15,8 +15,8 @@ def planned(options: RunOptions) -> Recipe:
     """The recipe of a run.
 
     Without poses the keypoints are lifted, without keypoints too they are first detected; a second lifter lifts them
-    again; a video's images are asked about the camera. InputError for an option of a stage or a file that this run does not have, and for a
-    setting that its stage does not know or of another type.
+    again; a video's images are asked about the camera. InputError for an option of a stage or a file that this run
+    does not have, and for a setting that its stage does not know or of another type.
     """
     alone = options.poses is None and options.keypoints is None and options.video is not None
     _check_readers(options, alone)

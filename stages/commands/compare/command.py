@@ -23,6 +23,7 @@ from ....pipeline.running.conclusion import point_to
 from .align import Alignment, correlated, size_ratio, stamped, turn_deg, turned
 from .cycles import cycles
 from .figures import agreement, view_spread
+from .joints import joint_agreement
 from .page import COLOURS, Comparison, Pair, as_page, as_text, figures, result
 from .recording import write_recording
 from .side import Side, load_side, named_apart, same_recording, truth_side, unrectified
@@ -182,7 +183,8 @@ def _pair(side: Side, reference: Side, how: Alignment | None, recording: Path | 
     }
     joints = reference.joints_at(times)
     turn, scale = turn_deg(side.level, joints), size_ratio(side.level, joints)
-    off = joint_error(scale * turned(side.level, turn), joints)
+    level = scale * turned(side.level, turn)
+    off = joint_error(level, joints)
     metres = reference.metric and np.isfinite(off).any()
     truth = reference.run is None
     return Pair(
@@ -194,6 +196,7 @@ def _pair(side: Side, reference: Side, how: Alignment | None, recording: Path | 
         turn_deg=turn,
         scale=scale,
         joints_mm=float(1000 * np.nanmean(off)) if metres else None,
+        joints=joint_agreement(level, joints, reference.metric),
         wrists=wrists(side, joints, recording and limbs_of(recording, side.frame_index)) if truth else None,
     )
 

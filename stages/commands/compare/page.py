@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -30,6 +30,7 @@ from ...drawing.page import (
 from ...report.sections import spoken
 from .align import Alignment
 from .cycles import Cycles
+from .joints import JointAgreement, joint_table
 from .plots import svg
 from .side import Side
 from .wrists import AXES, WRISTS, Wrists, draw
@@ -66,6 +67,7 @@ class Pair:
     turn_deg: float = 0.0
     scale: float = 1.0
     joints_mm: float | None = None
+    joints: JointAgreement = field(default_factory=dict)
     wrists: Wrists | None = None
 
 
@@ -90,6 +92,7 @@ def as_page(found: Comparison) -> str:
         sections += [
             (f"Wrists against motion capture{of}", _wrists(pair)),
             (f"Agreement of the angles{of}", _agreement(pair, found.reference)),
+            (f"Agreement of the joints{of}", joint_table(pair.joints, found.reference.run is None)),
             (f"Cycles{of}", _cycles(pair, found.reference)),
             (f"Angles over time and differences{of}", _charts(pair, found.reference)),
         ]
@@ -320,6 +323,7 @@ def figures(found: Comparison) -> dict[str, Any]:
                 "turn_deg": pair.turn_deg,
                 "scale": pair.scale,
                 "joints_mm": pair.joints_mm,
+                "joints": pair.joints,
                 "angles": pair.agreement,
                 "cycles": [{"kind": c.kind, "angle": c.angle, **c.agreement} for c in pair.cycles],
                 "wrists": None

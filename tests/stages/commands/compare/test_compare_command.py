@@ -80,6 +80,8 @@ def test_motion_capture_of_another_clock_and_rate(against_truth):
         assert pair["angles"][name]["rmse_deg"] < (3.0 if angle.needs_gravity else 0.5), name
     assert abs(pair["turn_deg"]) < 10  # both in LEVEL, whose heading is the take's
     assert pair["joints_mm"] < 40
+    assert max(of["rms_mm"] for of in pair["joints"].values()) < 80
+    assert len(pair["joints"]) == 16
 
 
 def test_the_wrist_figure_tells_the_methods_apart(against_truth):
@@ -120,6 +122,7 @@ def test_files_and_page(cameras, against_truth, runs):
     for words in (
         "Wrists against motion capture",
         "Agreement of the angles",
+        "Agreement of the joints",
         "Cycles",
         "raw 2D, right wrist",
     ):
