@@ -59,6 +59,10 @@ class OnnxFile:
         return self.session.run(None, {next(iter(self.inputs)): value})
 
 
+_WARNINGS, _SILENT = (
+    2,
+    4,
+)  # severities of onnxruntime's log, from which it writes; the first one is its default
 _DTYPES = {"float": "float32", "float16": "float16", "double": "float64", "uint8": "uint8", "int32": "int32"}
 
 
@@ -95,9 +99,13 @@ def session_of(content: bytes, threads: int = 0, device: str = CPU) -> Any:
     if device == "cuda":
         with redirect_stdout(StringIO()):  # it prints what it misses
             onnxruntime.preload_dlls()  # those of NVIDIA's packages, which the system does not find by itself
-    session = onnxruntime.InferenceSession(content, options, providers=[(kind.provider, told)])
-    if kind.provider not in session.get_providers():  # onnxruntime takes the CPU without a word
-        raise RuntimeError(f"onnxruntime cannot start {kind.provider}")
+    onnxruntime.set_default_logger_severity(_SILENT)  # it writes lines of its own about what fails
+    try:
+        session = onnxruntime.InferenceSession(content, options, providers=[(kind.provider, told)])
+    finally:
+        onnxruntime.set_default_logger_severity(_WARNINGS)
+    if kind.provider not in session.get_providers():  # it has taken the CPU
+        raise RuntimeError(f"{kind.provider} cannot start; its driver or libraries are missing or too old")
     return session
 
 
