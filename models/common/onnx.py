@@ -96,7 +96,7 @@ def session_of(content: bytes, threads: int = 0, device: str = CPU) -> Any:
     kind = KINDS[device]
     told = {**kind.options, **({"num_of_threads": str(threads or cores())} if device == "openvino" else {})}
     options.enable_mem_pattern = device != "directml"  # which refuses it
-    if device == "cuda":
+    if device == "cuda" and hasattr(onnxruntime, "preload_dlls"):  # from 1.21 on
         with redirect_stdout(StringIO()):  # it prints what it misses
             onnxruntime.preload_dlls()  # those of NVIDIA's packages, which the system does not find by itself
     onnxruntime.set_default_logger_severity(_SILENT)  # it writes lines of its own about what fails
