@@ -126,11 +126,9 @@ def test_auto_goes_to_the_cpu_when_the_device_cannot_start(cuda, monkeypatch, ca
 @pytest.mark.parametrize("opens", ["not", "silently not"])
 def test_a_device_asked_for_by_name_has_to_start(cuda, monkeypatch, opens):
     monkeypatch.setattr(cuda, "opens", opens)
-    reason = (
-        "no kernel image"
-        if opens == "not"
-        else f"{CUDA} cannot start; its driver or libraries are missing or too old"
-    )
+    reason = {"not": "no kernel image", "silently not": f"{CUDA} cannot start; its driver or .* too old"}[
+        opens
+    ]
     expected = f"to open on --device cuda, got: {reason}; give --device auto"
     with pytest.raises(InputError, match=expected), computing_on("cuda"):
         answers()
