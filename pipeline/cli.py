@@ -251,11 +251,16 @@ def inspect(
 
 
 def list_(
-    what: Annotated[Literal["adapters", "stages", "models", "writers"], typer.Argument(help="What to list.")],
+    what: Annotated[
+        Literal["adapters", "stages", "models", "writers", "devices"],
+        typer.Argument(help="What to list."),
+    ],
     as_json: Annotated[bool, typer.Option("--json", help="For programs.")] = False,
 ) -> None:
     """List what is installed, one line each."""
-    rows = registry.listed(what)
+    from .running import device
+
+    rows = device.listed() if what == "devices" else registry.listed(what)
     if as_json:
         print(json.dumps(rows, indent=1))
         return

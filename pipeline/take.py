@@ -87,6 +87,8 @@ class Take:
     filtered: 3D joints in LEVEL after the low-pass filter that kinematics rest on; its history says which.
     kinematics: columns (T,) by name, every unit in the name (design.md section 7).
     measures: figures of the take as nested plain dicts, units in the keys.
+    second_lift: how far another lifter of the same keypoints is from the poses, as nested plain dicts, units in the
+        keys (stages/second_lift.py).
     session: what the user says about the recording: title, person, date.
     inputs: what was read: role, path, SHA-256, adapter.
     """
@@ -101,6 +103,7 @@ class Take:
     filtered: PoseSequence | None = None
     kinematics: dict[str, np.ndarray] | None = None
     measures: dict[str, Any] | None = None
+    second_lift: dict[str, Any] | None = None
     events: tuple[Event, ...] = ()
     inputs: tuple[dict[str, Any], ...] = ()
     session: Session = Session()

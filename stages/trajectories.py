@@ -70,6 +70,7 @@ _UNITS = {
     "degps": "deg/s",
     "s": "s",
     "sd": "{}",
+    "percent": "%",
 }  # of a column whose name ends so; {} is the unit of length
 _FILTERS: dict[str, Callable[..., np.ndarray]] = {"butterworth": lowpass, "savgol": savitzky_golay}
 

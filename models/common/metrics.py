@@ -57,6 +57,14 @@ def relative(joints: np.ndarray) -> np.ndarray:
     return joints - joints[..., [H36M17.index("pelvis")], :]
 
 
+def person_size(joints: np.ndarray) -> float:
+    """Root mean square distance of joints (T, 17, 3) from the pelvis, which does not count itself, in their unit; NaN
+    without any."""
+    square = (np.delete(relative(joints), H36M17.index("pelvis"), axis=-2) ** 2).sum(axis=-1)
+    square = square[np.isfinite(square)]
+    return float(np.sqrt(square.mean())) if len(square) else float("nan")
+
+
 def scaled(predicted: np.ndarray, truth: np.ndarray, per: str = "frame") -> np.ndarray:
     """predicted (..., T, 17, 3) times the one factor that brings it closest to truth, per "frame" or per "take"
     (T frames)."""

@@ -102,13 +102,7 @@ def gait_tables(
         for take in each(
             one.takes(seed, lifter, flip, focal_known=True), f"{one.label} takes", len(one.clips())
         ):
-            judged = judge(rectifier, take)
-            if judged is not None and judged.means:
-                focal_px = camera_of(take.seen, ASSUMED).focal_px
-                again = lift(take.seen.keypoints, take.seen.image_size, focal_px, flip, lifter)
-                guessed = judge(rectifier, LiftedTake(again, take.seen), ASSUMED)
-                if guessed is not None:
-                    judged = replace(judged, means={**guessed.means, **judged.means})
+            judged = judge_both(rectifier, take, lifter, flip)
             found += [] if judged is None else [judged]
         kinds = {kind: [take for take in found if take.kind == kind] for kind in ("walking", "running")}
         results["sets"][one.label] = {
@@ -116,6 +110,19 @@ def gait_tables(
             "false steps": sum(take.steps[0] for take in found if take.kind == "none"),
         }
     return results
+
+
+def judge_both(
+    rectifier: Rectifier, take: LiftedTake, lifter: str | Path = "pcnet3d", flip: bool = False
+) -> JudgedGait | None:
+    """As judge, of a take whose lift knew the focal length, with the means of a lift with the assumed one beside."""
+    judged = judge(rectifier, take)
+    if judged is None or not judged.means:
+        return judged
+    focal_px = camera_of(take.seen, ASSUMED).focal_px
+    again = lift(take.seen.keypoints, take.seen.image_size, focal_px, flip, lifter)
+    guessed = judge(rectifier, LiftedTake(again, take.seen), ASSUMED)
+    return judged if guessed is None else replace(judged, means={**guessed.means, **judged.means})
 
 
 def judge(rectifier: Rectifier, take: LiftedTake, path: str = KNOWN) -> JudgedGait | None:

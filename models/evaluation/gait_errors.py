@@ -1,9 +1,9 @@
 """Fit the stated errors of gait figures on validation subjects:  python -m pcnet3d.models.evaluation.gait_errors
 
 Every figure's error has three parts (models/gait/errors.py), besides what the pelvis path says of all strides alike.
-They are those under which the errors of the takes' means are most likely, with the true path and with the one from
-keypoints and a focal length that is known, then times the factor that brings nine in ten errors within 1.645 standard
-deviations.
+They are those under which the errors of the takes' means are most likely, with the true path and with those from
+keypoints and a focal length that is known or assumed, then times the factor that brings nine in ten errors within 1.645
+standard deviations.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from ...pipeline.running.progress import each
 from ..common.metrics import SD_90
 from ..gait.errors import ERROR_FILE, OF_LENGTH
 from ..rectifier.load import load_rectifier
-from .gait import TRUE, JudgedGait, Mean, judge
+from .gait import TRUE, JudgedGait, Mean, judge_both
 from .sets import evaluation_sets
 from .testbed import BEDS
 
@@ -91,7 +91,7 @@ def main(
         for seed in range(seeds)
         for one in evaluation_sets("val", bed)
         for take in each(one.takes(seed, focal_known=True), f"{one.label} {bed}", len(one.clips()))
-        if (judged := judge(rectifier, take)) is not None and judged.kind != "none"
+        if (judged := judge_both(rectifier, take)) is not None and judged.kind != "none"
     ]
     figures = fit_errors(takes)
     content = {

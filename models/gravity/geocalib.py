@@ -20,6 +20,7 @@ from ...pipeline.camera import PRIOR_FOCAL, PRIOR_FOCAL_SPREAD
 from ...pipeline.errors import InputError
 from ...pipeline.plugins.registry import open_model
 from ...pipeline.rotations import unit
+from ...pipeline.running.device import Placement, placement
 from ..common.onnx import OnnxFile, open_onnx
 from .images import TOLD_SPREAD
 from .lines import tangent
@@ -90,7 +91,7 @@ def up_from_network(
     ):
         said = ", ".join(sorted({f"{image.shape} {image.dtype}" for image in images})) or "none"
         raise InputError(f"Expected RGB images (height, width, 3) of uint8 of one size, got {said}.")
-    network = _open(open_model("gravity_networks", model))
+    network = _open(open_model("gravity_networks", model), placement())
     found = [up_from_fields(fields_of(network, image), focal_px, focal_spread) for image in images]
     return FieldsUp(
         up=unit(np.sum([one.up for one in found], axis=0)),
@@ -262,8 +263,8 @@ def network_input(image: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 @lru_cache(maxsize=1)
-def _open(path: Path) -> OnnxFile:
-    """InputError for a network of other inputs and outputs."""
+def _open(path: Path, where: Placement) -> OnnxFile:
+    """It computes where `placement` says. InputError for a network of other inputs and outputs."""
     network = open_onnx(path, "GeoCalib's network")
     image, outputs = network.only_input, network.outputs
     fits = (

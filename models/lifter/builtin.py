@@ -7,7 +7,7 @@ side; the result equals the one-pass result and has no seam.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +18,7 @@ from ...pipeline.frames import CAMERA
 from ...pipeline.layouts import H36M17, remap
 from ...pipeline.pose import PoseSequence
 from ...pipeline.rotations import is_finite, rotate
+from ...pipeline.running.device import Placement, placement
 from ...pipeline.take import Video
 from ..common.onnx import open_onnx
 from .features import ASSUMED_FOCAL, features, flipped
@@ -119,11 +120,11 @@ class Network:
 
 def network(model: str | Path = "pcnet3d") -> Network:
     """The built-in lifter or that of a file; InputError when there is none, or it is something else."""
-    return _open(str(model))
+    return _open(str(model), placement())
 
 
-@cache
-def _open(model: str) -> Network:
+@lru_cache(maxsize=8)
+def _open(model: str, where: Placement) -> Network:
     opened = open_onnx(SHIPPED if model == "pcnet3d" else model, "a lifter")
     stated = opened.session.get_modelmeta().custom_metadata_map
     if not {"reach", "trained_on"} <= stated.keys():

@@ -21,6 +21,7 @@ from typer.models import ParameterInfo
 from ..errors import InputError
 from ..motion.swap_repair import Swaps
 from ..plugins.options import did_you_mean, pairs
+from ..running.device import Device
 from .handedness import Handedness
 from .normalise import Missing
 
@@ -139,7 +140,10 @@ class RunOptions(BaseModel):
         tuple[int, int] | None,
         BeforeValidator(_size),
         _option(_INPUT, "WIDTHxHEIGHT in pixels, to lift keypoints without a video."),
-        To(("lift.image_size", "place.image_size"), ("clean.image_size", "place.image_size")),
+        To(
+            ("lift.image_size", "place.image_size"),
+            ("clean.image_size", "place.image_size", "second_lift.image_size"),
+        ),
     ] = None
     detector: Annotated[
         str | None,
@@ -153,6 +157,17 @@ class RunOptions(BaseModel):
         _option(_INPUT, "Lifter when --poses is absent: pcnet3d (built-in), or an .onnx file."),
         To(("lift.lifter",)),
     ] = None
+    also_lifter: Annotated[
+        str | None,
+        _option(_INPUT, "Second lifter of the same keypoints, to see where the two disagree; as --lifter."),
+        To(("second_lift.lifter",)),
+    ] = None
+    device: Annotated[
+        Device,
+        _option(
+            _INPUT, "Where networks compute: auto (the first of `pcnet3d list devices` that works), cpu, ..."
+        ),
+    ] = "auto"
     person: Annotated[
         str | None,
         _option(_PERSON, "Person ID in the file, or longest, largest, all (one folder each)."),
@@ -173,28 +188,31 @@ class RunOptions(BaseModel):
     camera: Annotated[
         str | None,
         _option(_CAMERA, "static (default) or moving."),
-        To(("rectify.camera",), ("calibrate.camera", "lift.camera", "place.camera")),
+        To(("rectify.camera",), ("calibrate.camera", "lift.camera", "place.camera", "second_lift.camera")),
     ] = None
     focal: Annotated[
         float | None,
         _option(_CAMERA, "Focal length in pixels, if known."),
-        To(("calibrate.focal_px", "lift.focal_px", "place.focal_px"), ("place.focal_px",)),
+        To(
+            ("calibrate.focal_px", "lift.focal_px", "place.focal_px"),
+            ("place.focal_px", "second_lift.focal_px"),
+        ),
     ] = None
     pitch: Annotated[
         float | None,
         _option(_CAMERA, "Camera pitch in degrees, positive looking down."),
-        To(("rectify.pitch_deg",), ("lift.pitch_deg",)),
+        To(("rectify.pitch_deg",), ("lift.pitch_deg", "second_lift.pitch_deg")),
     ] = None
     roll: Annotated[
         float | None,
         _option(_CAMERA, "Camera roll in degrees, positive if the image content turns counter-clockwise."),
-        To(("rectify.roll_deg",), ("lift.roll_deg",)),
+        To(("rectify.roll_deg",), ("lift.roll_deg", "second_lift.roll_deg")),
     ] = None
     gravity: Annotated[
         tuple[float, float, float] | None,
         BeforeValidator(_vector),
         _option(_CAMERA, "Gravity direction in camera axes (x right, y down, z forward), e.g. 0,1,0."),
-        To(("rectify.gravity",), ("lift.gravity",)),
+        To(("rectify.gravity",), ("lift.gravity", "second_lift.gravity")),
     ] = None
     left_right: Annotated[
         Handedness,

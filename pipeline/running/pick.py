@@ -14,6 +14,7 @@ from ..motion.rates import timed
 from ..reading.settings import RunOptions
 from ..reading.take import open_people, open_take
 from ..take import Video
+from .device import computing_on
 from .recipe import Recipe
 
 
@@ -43,7 +44,7 @@ def pick(options: RunOptions, output: Path, recipe: Recipe) -> None:
 def _everybody(options: RunOptions, recipe: Recipe) -> tuple[Sequence[Shown], Video | None]:
     if options.poses is None and options.keypoints is None:
         take = open_take(options)
-        with TemporaryDirectory() as folder:
+        with TemporaryDirectory() as folder, computing_on(options.device):
             recipe.only("detect").with_options("detect", folder=Path(folder)).build()(take)
             tracks = load_detections(Path(folder) / KEYPOINTS).people()
         if options.fps is not None:

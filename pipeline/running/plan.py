@@ -14,9 +14,9 @@ from .recipe import Recipe, load_recipe
 def planned(options: RunOptions) -> Recipe:
     """The recipe of a run.
 
-    Without poses the keypoints are lifted, without keypoints too they are first detected, and a video's images are
-    asked about the camera. InputError for an option of a stage or a file that this run does not have, and for a
-    setting that its stage does not know or of another type.
+    Without poses the keypoints are lifted, without keypoints too they are first detected; a second lifter lifts them
+    again; a video's images are asked about the camera. InputError for an option of a stage or a file that this run
+    does not have, and for a setting that its stage does not know or of another type.
     """
     alone = options.poses is None and options.keypoints is None and options.video is not None
     _check_readers(options, alone)
@@ -28,6 +28,8 @@ def planned(options: RunOptions) -> Recipe:
         chosen = chosen.starting_with("calibrate")
     if alone:
         chosen = chosen.starting_with("detect")
+    if options.also_lifter is not None:
+        chosen = chosen.following("second_lift", after="angles")
     for name, value in options.settings.items():
         if value == OFF and "." not in name:
             _require(chosen, name, f"{name}={OFF}")

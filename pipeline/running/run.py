@@ -9,12 +9,13 @@ from dataclasses import replace
 from pathlib import Path
 
 from ..errors import InputError
-from ..files.atomic import require_space, sign, whole_folder
+from ..files.atomic import add_to_summary, require_space, sign, whole_folder
 from ..files.detections import KEYPOINTS
 from ..messages import how_many
 from ..reading.settings import RunOptions
 from ..reading.take import Person, open_people, open_take
 from ..take import Take
+from .device import computing_on
 from .people import PersonRun, folder_names, write_index
 from .recipe import Recipe, load_recipe
 from .runner import run_together
@@ -60,12 +61,15 @@ def run_into(
     done: Callable[[str, float], None] = lambda stage, s: None,
 ) -> Take:
     """`run_files` into a folder that is already there."""
-    pipeline = _aimed(recipe, folder).build()
-    start = time.perf_counter()
-    take = open_take(options)
-    done("read", time.perf_counter() - start)
-    require_space(folder, bytes_needed(recipe, take), "The run")
-    return pipeline(take, done)
+    with computing_on(options.device) as placement:
+        pipeline = _aimed(recipe, folder).build()
+        start = time.perf_counter()
+        take = open_take(options)
+        done("read", time.perf_counter() - start)
+        require_space(folder, bytes_needed(recipe, take), "The run")
+        take = pipeline(take, done)
+    add_to_summary(folder, device=placement.summary())
+    return take
 
 
 def bytes_needed(recipe: Recipe, *takes: Take) -> int:
@@ -106,14 +110,16 @@ def run_people(
         takes = {person: person.take for person in people if isinstance(person.take, Take)}
         require_space(folder, bytes_needed(recipe, *takes.values()), "The run")
         folders = dict(zip(takes, folder_names([person.name for person in takes]), strict=True))
-        pipelines = [_aimed(recipe, folder / name).build() for name in folders.values()]
-        ended = dict(zip(takes, run_together(pipelines, list(takes.values()), done), strict=True))
+        with computing_on(options.device) as placement:
+            pipelines = [_aimed(recipe, folder / name).build() for name in folders.values()]
+            ended = dict(zip(takes, run_together(pipelines, list(takes.values()), done), strict=True))
         runs = tuple(_ended(person, ended.get(person, person.take), folders.get(person)) for person in people)
         for person, name in folders.items():
             if isinstance(ended[person], InputError):
                 shutil.rmtree(folder / name, ignore_errors=True)
             else:
                 (folder / name).mkdir(exist_ok=True)
+                add_to_summary(folder / name, device=placement.summary())
                 sign(folder / name)
         if all(run.take is None for run in runs):
             reasons = "; ".join(f"{run.person}: {run.reason.rstrip('.')}" for run in runs)

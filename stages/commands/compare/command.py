@@ -25,6 +25,7 @@ from .align import Alignment, correlated, size_ratio, stamped, turn_deg, turned
 from .comparison import Comparison, Pair, as_text, figures, result
 from .cycles import cycles
 from .figures import agreement, view_spread
+from .joints import joint_agreement
 from .page import as_page
 from .recording import COLOURS, write_recording
 from .side import Side, load_side, named_apart, same_recording, truth_side, unrectified
@@ -184,7 +185,8 @@ def _pair(side: Side, reference: Side, how: Alignment | None, recording: Path | 
     agreements = {name: agreement(side.angles[name], at_reference[name], sd[name]) for name in ANGLES}
     joints = reference.joints_at(times)
     turn, scale = turn_deg(side.level, joints), size_ratio(side.level, joints)
-    off = joint_error(scale * turned(side.level, turn), joints)
+    level = scale * turned(side.level, turn)
+    off = joint_error(level, joints)
     metres = reference.metric and np.isfinite(off).any()
     factor = 1.0 if side.metric and reference.metric else scale
     truth = reference.run is None
@@ -199,6 +201,7 @@ def _pair(side: Side, reference: Side, how: Alignment | None, recording: Path | 
         turn_deg=turn,
         scale=scale,
         joints_mm=float(1000 * np.nanmean(off)) if metres else None,
+        joints=joint_agreement(level, joints, reference.metric),
         wrists=wrists(side, joints, recording and limbs_of(recording, side.frame_index)) if truth else None,
         accelerations=None if truth else accelerations(side, reference, times, factor),
     )

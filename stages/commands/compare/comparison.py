@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,7 @@ from ...report.sections import spoken
 from .accelerations import Accelerations
 from .align import Alignment, turned
 from .cycles import Cycles
+from .joints import JointAgreement
 from .side import Side
 from .wrists import Wrists
 
@@ -36,6 +37,7 @@ class Pair:
     turn_deg: float = 0.0
     scale: float = 1.0
     joints_mm: float | None = None
+    joints: JointAgreement = field(default_factory=dict)
     wrists: Wrists | None = None
     accelerations: Accelerations | None = None
 
@@ -116,6 +118,7 @@ def figures(found: Comparison) -> dict[str, Any]:
                 "turn_deg": pair.turn_deg,
                 "scale": pair.scale,
                 "joints_mm": pair.joints_mm,
+                "joints": pair.joints,
                 "angles": pair.agreement,
                 "cycles": [{"kind": c.kind, "angle": c.angle, **c.agreement} for c in pair.cycles],
                 "accelerations": {} if pair.accelerations is None else pair.accelerations.agreement,

@@ -14,6 +14,7 @@ from ...report.angles import range_words
 from ...report.sections import spoken
 from .comparison import Comparison, Pair, result
 from .curves import acceleration_rows, angle_rows, cycle_rows, thumbnails, wrist_paths
+from .joints import joint_table
 from .side import Side
 from .wrists import AXES, WRISTS, wrist_charts
 
@@ -26,6 +27,7 @@ def as_page(found: Comparison) -> str:
         sections += [
             (f"At the same moments{of}", _moments(pair, found.reference)),
             (f"Agreement of the angles{of}", _agreement(pair, found.reference)),
+            (f"Agreement of the joints{of}", joint_table(pair.joints, found.reference.run is None)),
             (f"Ranges of motion{of}", _ranges(pair, found.reference)),
             (f"Cycles{of}", _cycles(pair, found.reference)),
             (f"Angles over time and differences{of}", _angles(pair, found.reference)),

@@ -25,6 +25,7 @@ from ....pipeline.files.viewer import following
 from ....pipeline.messages import how_many, say, show
 from ....pipeline.reading.settings import Force, Output, RunOptions, offering
 from ....pipeline.running.conclusion import conclude, point_to, show_files
+from ....pipeline.running.device import computing_on
 from ....pipeline.running.interrupt import interruptible
 from ....pipeline.running.plan import planned
 from ....pipeline.running.progress import now_and_then, stages, tell
@@ -40,8 +41,8 @@ _LOST = 30  # frames without the person who is shown, after which another may be
 
 
 @offering(
-    "detector", "stature", "title", "person_id", "date", "focal", "pitch", "roll", "gravity", "also", "no_frames",
-    "recipe", "settings",
+    "detector", "device", "stature", "title", "person_id", "date", "focal", "pitch", "roll", "gravity", "also",
+    "no_frames", "recipe", "settings",
 )  # fmt: skip
 def live(
     options: RunOptions,
@@ -61,10 +62,10 @@ def live(
     dropped, those of a pipe or a file wait.
     """
     shown = open_source(source)
-    networks = _networks(options.with_(video=Path(source)))
     frames = not options.no_frames
     inputs = [] if shown.video is None else [shown.video.path]
-    with whole_folder(output, force, inputs) as folder:
+    with computing_on(options.device), whole_folder(output, force, inputs) as folder:
+        networks = _networks(options.with_(video=Path(source)))
         watching = following(folder / LIVE, web) if view or web else nullcontext()
         with watching:
             seen = _watch(shown, networks, folder, frames)

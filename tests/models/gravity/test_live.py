@@ -99,7 +99,7 @@ def test_the_error_is_wide_at_first_and_shrinks_as_votes_come_in():
     stated = np.array([frame.up_error_deg for frame in frames])
     assert stated[0] == pytest.approx(TILT_SHARE * 12)
     assert stated[20] < 0.8 * stated[0]
-    assert LEAN_DEG < stated[-1] < 0.45 * stated[0]
+    assert LEAN_DEG < stated[-1] < 0.5 * stated[0]
     true = np.array([angle_deg(frame.up, Z) for frame in frames])
     assert np.mean(true < [frame.up_bound_deg for frame in frames]) > 0.9
     assert true[-50:].max() < 1

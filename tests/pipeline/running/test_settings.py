@@ -35,6 +35,7 @@ def test_without_options_every_stage_has_its_own_defaults():
 def test_an_option_goes_to_each_stage_that_it_is_for():
     assert told(video=VIDEO, camera="moving") == {
         "calibrate": {"camera": "moving"},
+        "lift": {"camera": "moving"},
         "place": {"camera": "moving"},
         "rectify": {"camera": "moving"},
     }
@@ -47,6 +48,8 @@ def test_an_option_goes_to_each_stage_that_it_is_for():
         "clean": {"image_size": (640, 360)},
         "place": {"image_size": (640, 360)},
     }
+    second = told(poses=POSES, keypoints=KEYPOINTS, also_lifter="pcnet3d", pitch=3, focal=900)["second_lift"]
+    assert second == {"lifter": "pcnet3d", "pitch_deg": 3, "focal_px": 900}
     assert told(poses=POSES, person="2", fps=30, swaps="repair") == {}
     assert told(video=VIDEO, person="2", swaps="repair")["detect"] == {"person": "2", "swaps": "repair"}
     shown = ("record", "export", "report")

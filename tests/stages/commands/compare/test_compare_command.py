@@ -82,6 +82,8 @@ def test_motion_capture_of_another_clock_and_rate(against_truth):
         assert pair["angles"][name]["rmse_deg"] < (3.0 if angle.needs_gravity else 0.5), name
     assert abs(pair["turn_deg"]) < 10  # both in LEVEL, whose heading is the take's
     assert pair["joints_mm"] < 40
+    assert max(of["rms_mm"] for of in pair["joints"].values()) < 80
+    assert len(pair["joints"]) == 16
 
 
 def test_the_wrist_figure_tells_the_methods_apart(against_truth):
@@ -122,6 +124,7 @@ def test_files_and_page(cameras, against_truth, runs):
     for words in (
         "Wrists against motion capture",
         "Agreement of the angles",
+        "Agreement of the joints",
         "Cycles",
         "raw 2D, right wrist",
     ):
@@ -137,7 +140,7 @@ def test_the_page_of_two_runs_begins_with_what_came_of_it(cameras, runs):
     assert "front against side: one motion" in head
     names = [re.search(r"<h2>([^<]+)</h2>", section).group(1) for section in sections]
     assert names == [
-        "At the same moments", "Agreement of the angles", "Ranges of motion", "Cycles",
+        "At the same moments", "Agreement of the angles", "Agreement of the joints", "Ranges of motion", "Cycles",
         "Angles over time and differences", "Wrist paths and accelerations", "View-consistency",
         "How they were brought together",
     ]  # fmt: skip

@@ -5,8 +5,11 @@ import re
 import numpy as np
 import pytest
 
+from golden import bodies
+from pcnet3d.pipeline import H36M17
 from pcnet3d.stages.commands.compare.curves import differences
 from pcnet3d.stages.commands.compare.figures import agreement, correlation, cycles_agree, view_spread
+from pcnet3d.stages.commands.compare.joints import LOWER_BOUND, joint_agreement, joint_table
 from pcnet3d.stages.drawing.charts import scatter
 
 REFERENCE = 40 + 30 * np.sin(np.linspace(0, 20, 2000))
@@ -100,3 +103,29 @@ def test_a_larger_range_between_visits_is_found_with_its_interval(paired):
     assert (found["upper_deg"] - found["lower_deg"] < 2) == paired
     assert found["largest_deg"] == pytest.approx(10, abs=1)
     assert cycles_agree(after[:1], before, False) is None
+
+
+def test_a_joint_that_is_off_by_a_known_distance():
+    body = np.tile(bodies.facing_camera().astype(float), (40, 1, 1))
+    size = np.sqrt((body[0, 1:] ** 2).sum(axis=-1).mean())
+    moved = body.copy()
+    moved[:20, H36M17.index("r_wrist"), 0] += 0.1
+    moved[30:, H36M17.index("head")] = np.nan
+    found = joint_agreement(moved, body, metric=True)
+    assert "pelvis" not in found
+    assert found["r_wrist"]["rms_mm"] == pytest.approx(100 / np.sqrt(2))
+    assert found["r_wrist"]["p95_percent"] == pytest.approx(10 / size)
+    assert found["head"]["frames"] == 30
+    assert found["head"]["rms_mm"] == 0
+    assert "rms_mm" not in joint_agreement(moved, body, metric=False)["r_wrist"]
+    moved[5:, H36M17.index("head")] = np.nan
+    assert "head" not in joint_agreement(moved, body, metric=True)
+
+
+def test_two_runs_are_told_what_their_agreement_proves():
+    body = np.tile(bodies.facing_camera().astype(float), (40, 1, 1))
+    found = joint_agreement(body, body, metric=False)
+    assert LOWER_BOUND in joint_table(found, truth=False)
+    assert LOWER_BOUND not in joint_table(found, truth=True)
+    assert "(mm)" not in joint_table(found, truth=True)
+    assert joint_table({}, truth=False) == ""
