@@ -219,7 +219,7 @@ def test_a_run_has_about_two_dozen_options_in_panels():
     shown = [
         option for option in load_command("run").params if option.opts[0][0] == "-" and not option.hidden
     ]
-    assert len(shown) <= 31
+    assert len(shown) <= 33
     assert {option.rich_help_panel for option in shown} == {
         "Input", "Person", "Session", "Camera", "Repair", "Output",
     }  # fmt: skip
