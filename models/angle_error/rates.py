@@ -28,12 +28,16 @@ def angle_rates(
     rows at which something new begins. by_error: False for derivatives, which is what an angle without stated errors
     has anyway; their error is unknown.
     """
-    rates = {}
-    for name, angle in series.items():
-        filtered = derivative(angle.value_deg, time_s, _with_turns(angle.value_deg, breaks))
-        rates[name] = filtered, np.full(len(time_s), np.nan)
-    stated = [name for name, angle in series.items() if np.isfinite(angle.sd_deg).any()]
-    if not stated or not by_error:
+    stated = [name for name, angle in series.items() if by_error and np.isfinite(angle.sd_deg).any()]
+    rates = {
+        name: (
+            derivative(angle.value_deg, time_s, _with_turns(angle.value_deg, breaks)),
+            np.full(len(time_s), np.nan),
+        )
+        for name, angle in series.items()
+        if name not in stated
+    }
+    if not stated:
         return rates
     angles = np.stack([_unwrapped(series[name].value_deg) for name in stated], axis=1)
     variance = np.stack([series[name].sd_deg for name in stated], axis=1) ** 2
