@@ -27,6 +27,7 @@ from ..pipeline.layouts import BLAZEPOSE33, COCO23, Layout, remap
 from ..pipeline.pose import PoseSequence
 from .kit.beginning import first_bytes
 from .kit.numpy import load, peek
+from .kit.tables import opened_table
 from .kit.world import check_upright
 
 name = "freemocap"
@@ -134,31 +135,24 @@ def _layout(joints: set[str], path: Path) -> Layout:
 
 def _rows(path: Path) -> Iterator[tuple[int, str, tuple[float, ...]]]:
     """Frame, joint and place of each row of a body's own trajectory; an empty cell is NaN."""
-    try:
-        with path.open(encoding="utf-8-sig", newline="") as file:
-            for line, row in enumerate(csv.DictReader(file), 2):
-                wanted = row.get("model") in (None, *_BODY_MODELS) and row.get("trajectory") in (
-                    None,
-                    "3d_xyz",
+    with opened_table(path, "FreeMoCap's table") as file:
+        for line, row in enumerate(csv.DictReader(file), 2):
+            wanted = row.get("model") in (None, *_BODY_MODELS) and row.get("trajectory") in (
+                None,
+                "3d_xyz",
+            )
+            joint = _joint(row["keypoint"] or "") if wanted else None
+            if joint is None:
+                continue
+            try:
+                frame, place = int(row["frame"]), tuple(float(row[axis] or "nan") for axis in "xyz")
+            except (TypeError, ValueError):
+                frame, place = -1, ()
+            if not 0 <= frame < _MOST_FRAMES or np.isinf(place).any():
+                raise InputError(
+                    f"{path}, line {line}: expected a frame's number and x, y, z, got {row!r:.100}."
                 )
-                joint = _joint(row["keypoint"] or "") if wanted else None
-                if joint is None:
-                    continue
-                try:
-                    frame, place = int(row["frame"]), tuple(float(row[axis] or "nan") for axis in "xyz")
-                except (TypeError, ValueError):
-                    frame, place = -1, ()
-                if not 0 <= frame < _MOST_FRAMES or np.isinf(place).any():
-                    raise InputError(
-                        f"{path}, line {line}: expected a frame's number and x, y, z, got {row!r:.100}."
-                    )
-                yield frame, joint, place
-    except OSError as error:
-        raise InputError(f"Expected FreeMoCap's table at {path}: {error.strerror}.") from None
-    except (UnicodeDecodeError, csv.Error):
-        raise InputError(
-            f"Expected FreeMoCap's table in {path}, got a file that is no table of text."
-        ) from None
+            yield frame, joint, place
 
 
 def _in_millimetres(poses: PoseSequence) -> bool:

@@ -258,7 +258,7 @@ def list_(
     as_json: Annotated[bool, typer.Option("--json", help="For programs.")] = False,
 ) -> None:
     """List what is installed, one line each."""
-    from .running import device
+    from . import device
 
     rows = device.listed() if what == "devices" else registry.listed(what)
     if as_json:

@@ -12,6 +12,7 @@ import numpy as np
 
 from ...pipeline.errors import InputError
 from ...pipeline.layouts import BLAZEPOSE33
+from .tables import opened_table
 
 COUNT = len(BLAZEPOSE33)
 
@@ -87,30 +88,23 @@ def is_table(path: Path) -> bool:
 
 def table(path: Path) -> Iterator[Body]:
     """Everybody in the table, row by row. InputError when it is none, or has a cell that is no number."""
-    try:
-        with path.open(encoding="utf-8-sig", newline="") as file:
-            first = file.readline()
-            delimiter = _delimiter(first)
-            cells = _cells(first, delimiter)
-            columns = _columns(cells)
-            if columns is None:
-                raise InputError(
-                    f"{path}: expected MediaPipe's 33 landmarks, with columns x, y, z (and visibility) of each in one "
-                    "row, or a row a landmark with frame, landmark, x, y, z."
-                )
-            if _numeric(cells):
-                file.seek(0)
-            rows = enumerate(csv.reader(file, delimiter=delimiter), 1 if _numeric(cells) else 2)
-            filled = ((i, row) for i, row in rows if any(cell.strip() for cell in row))
-            yield from (
-                _long(filled, columns, path) if columns.landmark is not None else _wide(filled, columns, path)
+    with opened_table(path, "MediaPipe's landmarks") as file:
+        first = file.readline()
+        delimiter = _delimiter(first)
+        cells = _cells(first, delimiter)
+        columns = _columns(cells)
+        if columns is None:
+            raise InputError(
+                f"{path}: expected MediaPipe's 33 landmarks, with columns x, y, z (and visibility) of each in one "
+                "row, or a row a landmark with frame, landmark, x, y, z."
             )
-    except OSError as error:
-        raise InputError(f"Expected MediaPipe's landmarks at {path}: {error.strerror}.") from None
-    except (UnicodeDecodeError, csv.Error):
-        raise InputError(
-            f"Expected MediaPipe's landmarks in {path}, got a file that is no table of text."
-        ) from None
+        if _numeric(cells):
+            file.seek(0)
+        rows = enumerate(csv.reader(file, delimiter=delimiter), 1 if _numeric(cells) else 2)
+        filled = ((i, row) for i, row in rows if any(cell.strip() for cell in row))
+        yield from (
+            _long(filled, columns, path) if columns.landmark is not None else _wide(filled, columns, path)
+        )
 
 
 def _delimiter(line: str) -> str:

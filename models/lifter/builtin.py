@@ -13,12 +13,12 @@ from typing import Any
 
 import numpy as np
 
+from ...pipeline.device import Placement, placement
 from ...pipeline.errors import InputError
 from ...pipeline.frames import CAMERA
 from ...pipeline.layouts import H36M17, remap
 from ...pipeline.pose import PoseSequence
 from ...pipeline.rotations import is_finite, rotate
-from ...pipeline.running.device import Placement, placement
 from ...pipeline.take import Video
 from ..common.onnx import open_onnx
 from .features import ASSUMED_FOCAL, features, flipped

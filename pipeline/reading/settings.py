@@ -18,10 +18,10 @@ import typer
 from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError
 from typer.models import ParameterInfo
 
+from ..device import Device
 from ..errors import InputError
 from ..motion.swap_repair import Swaps
 from ..plugins.options import did_you_mean, pairs
-from ..running.device import Device
 from .handedness import Handedness
 from .normalise import Missing
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from ..device import computing_on
 from ..errors import InputError
 from ..files.detections import KEYPOINTS, load_detections
 from ..inspect.contact_sheet import MOST, Shown, draw_people
@@ -14,7 +15,6 @@ from ..motion.rates import timed
 from ..reading.settings import RunOptions
 from ..reading.take import open_people, open_take
 from ..take import Video
-from .device import computing_on
 from .recipe import Recipe
 
 

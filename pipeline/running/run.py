@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+from ..device import computing_on
 from ..errors import InputError
 from ..files.atomic import add_to_summary, require_space, sign, whole_folder
 from ..files.detections import KEYPOINTS
@@ -15,7 +16,6 @@ from ..messages import how_many
 from ..reading.settings import RunOptions
 from ..reading.take import Person, open_people, open_take
 from ..take import Take
-from .device import computing_on
 from .people import PersonRun, folder_names, write_index
 from .recipe import Recipe, load_recipe
 from .runner import run_together

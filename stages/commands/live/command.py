@@ -18,6 +18,7 @@ from ....models.detector.protocols import Detector, Found
 from ....models.detector.video import Search
 from ....models.gravity.live import LiveRectifier
 from ....models.lifter.live import LiveLifter
+from ....pipeline.device import computing_on
 from ....pipeline.errors import InputError
 from ....pipeline.files.atomic import whole_folder
 from ....pipeline.files.detections import KEYPOINTS
@@ -25,7 +26,6 @@ from ....pipeline.files.viewer import following
 from ....pipeline.messages import how_many, say, show
 from ....pipeline.reading.settings import Force, Output, RunOptions, offering
 from ....pipeline.running.conclusion import conclude, point_to, show_files
-from ....pipeline.running.device import computing_on
 from ....pipeline.running.interrupt import interruptible
 from ....pipeline.running.plan import planned
 from ....pipeline.running.progress import now_and_then, stages, tell

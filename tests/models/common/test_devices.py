@@ -12,9 +12,9 @@ from pcnet3d.models import load_rectifier
 from pcnet3d.models.common.onnx import PlacedSession, open_onnx
 from pcnet3d.models.lifter.builtin import SHIPPED
 from pcnet3d.pipeline.cli import load_command
+from pcnet3d.pipeline.device import KINDS, computing_on, listed, placement
 from pcnet3d.pipeline.errors import InputError
 from pcnet3d.pipeline.reading.settings import RunOptions
-from pcnet3d.pipeline.running.device import KINDS, computing_on, listed, placement
 from pcnet3d.pipeline.running.recipe import Recipe, StageEntry
 from pcnet3d.pipeline.running.run import run_files
 

@@ -8,8 +8,8 @@ from contextvars import ContextVar
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from ..errors import InputError
-from ..messages import say
+from .errors import InputError
+from .messages import say
 
 Device = Literal["auto", "cpu", "cuda", "coreml", "openvino", "directml"]
 

@@ -1,0 +1,23 @@
+"""Tables of text, as programs save them for spreadsheets."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TextIO
+
+from ...pipeline.errors import InputError
+
+
+@contextmanager
+def opened_table(path: Path, what: str) -> Iterator[TextIO]:
+    """The file, opened for the csv module. what: in words, for InputError when it cannot be read, or is no table."""
+    try:
+        with path.open(encoding="utf-8-sig", newline="") as file:
+            yield file
+    except OSError as error:
+        raise InputError(f"Expected {what} at {path}: {error.strerror}.") from None
+    except (UnicodeDecodeError, csv.Error):
+        raise InputError(f"Expected {what} in {path}, got a file that is no table of text.") from None
