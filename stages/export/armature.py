@@ -46,8 +46,9 @@ class Armature:
     """A skeleton and its motion, in ANIMATION: x left, y up, z front of the person at rest.
 
     skeleton: the T-pose; offsets in `unit`, "m" or "arbitrary". R_parent_from_joint: (N, J, 3, 3). root: (N, 3) the
-    pelvis, above the origin in the first frame; y = 0 is where the feet are lowest. moved: (3,) that origin, from the
-    one that TRC and C3D count from. known: (N, J) True where a joint's rotation rests on that frame's joints; where it
+    pelvis, above the origin in the first frame; y = 0 is where the feet are lowest. rest_root: (3,) the pelvis of the
+    T-pose that stands on y = 0; without a path that of all frames. moved: (3,) the origin, from the one that TRC and
+    C3D count from. known: (N, J) True where a joint's rotation rests on that frame's joints; where it
     does not, it is the last one before, or the first of all. place_known: (N,) the same of the root. moves: whether the
     take knows the pelvis path at all.
     time_s: (N,) seconds of the take, evenly spaced at fps. cut: (2,) frames without a pose that are left out at the
@@ -57,6 +58,7 @@ class Armature:
     skeleton: Skeleton
     R_parent_from_joint: np.ndarray
     root: np.ndarray
+    rest_root: np.ndarray
     moved: np.ndarray
     known: np.ndarray
     place_known: np.ndarray
@@ -129,15 +131,24 @@ def armature(take: Take) -> Armature:
         else:  # what turns nothing has nothing to be known
             local[:, i], known[:, i] = np.eye(3), True
     place = np.zeros((len(found.joints), 3)) if found.root is None else found.root
-    floor = (_soles(at, implied_stature(found.joints[:, : len(H36M17)])) + place[:, 1])[kept]
+    stature = implied_stature(found.joints[:, : len(H36M17)])
+    floor = (_soles(at, stature) + place[:, 1])[kept]
     height = float(np.nanpercentile(floor, _LOWEST)) if np.isfinite(floor).any() else 0.0
     place_known = is_finite(place[kept])
     place = _held(place[kept], place_known, np.zeros(3))
     moved = np.array([place[0, 0], height, place[0, 2]])
+    at_rest = dict.fromkeys(at, np.full((1, 3), np.nan)) | dict(
+        zip(names, skeleton.rest[:, None], strict=True)
+    )
+    standing = -float(_soles(at_rest, stature)[0])
+    rest_root = place[0] - moved
+    if found.root is not None and np.isfinite(standing):
+        rest_root = standing * _Y
     return Armature(
         skeleton,
         local,
         place - moved,
+        rest_root,
         moved,
         known,
         place_known,

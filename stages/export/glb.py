@@ -1,4 +1,5 @@
-"""skeleton.glb: the joints as an animated skeleton in glTF 2.0's binary form, which viewers and game engines open.
+"""skeleton.glb: the joints as an animated armature with a skin in glTF 2.0's binary form, which animation programs,
+game engines and viewers open.
 
 Khronos Group, glTF 2.0 Specification (ISO/IEC 12113:2022): y up, z front, metres, quaternions as x, y, z, w.
 """
@@ -7,69 +8,46 @@ from __future__ import annotations
 
 import json
 import struct
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ...pipeline.files.atomic import whole_file
+from ...pipeline.files.skeletons import Skeleton
 from ...pipeline.pose import package_version
+from ...pipeline.rotations import rotate, transpose, unit
 from ...pipeline.take import Event, Take
 from ..drawing.palette import LEFT, MIDDLE, RIGHT, Colour
-from .armature import Armature, armature
+from .armature import ANIMATION, Armature, armature
 from .provenance import provenance
 
-_TYPES = {np.dtype(np.float32): 5126, np.dtype(np.uint16): 5123}
+_TYPES = {np.dtype(np.float32): 5126, np.dtype(np.uint16): 5123, np.dtype(np.uint8): 5121}
 _VERTICES, _INDICES = 34962, 34963  # what the bytes are for
-_MATERIALS = {"left": LEFT, "right": RIGHT, "middle": MIDDLE}
-# A bone is two pyramids foot to foot: its ends are corners 0 and 5, outer faces go counter-clockwise.
-_FACES = [(0, 1 + (i + 1) % 4, 1 + i) for i in range(4)] + [(5, 1 + i, 1 + (i + 1) % 4) for i in range(4)]
-_WIDTH, _WAIST = 0.09, 0.2  # of a bone's length: half its width, and where along it that is
+_MATERIALS = {"right": RIGHT, "left": LEFT, "middle": MIDDLE}
+# A bone's surface: a point at each end, and rings between them at shares of its length, as wide as shares of its width.
+_RINGS = np.array([(0.03, 0.5), (0.12, 0.9), (0.25, 1.0), (0.9, 0.55), (0.97, 0.35)])
+_CORNERS = 8  # of a ring
+_WIDTH = 0.09  # half a bone's width, in its length
+_SHORTEST = 1e-6  # a bone has a surface
 
 
 def write_glb(take: Take, path: Path) -> tuple[Event, ...]:
-    """One node a joint, named so, at rest in the T-pose; its animation turns them and moves the pelvis, in the take's
-    unit of length from 0 s on. Bones hang on the joints as small meshes; while a joint's rotation or that of one above
-    it is not known, they have no size. asset.extras holds the provenance, the unit, the second of the take at which
-    the file begins, where its origin is, and in how many frames of which joint what was last known is held.
+    """An armature of one joint node for each joint, named so, at rest in the T-pose, its y axis along its bone; the
+    animation turns them, and moves the pelvis where its path is known, in the take's unit of length from 0 s on. One
+    mesh with the bones' surfaces is its skin; while a joint's rotation or that of one above it is not known, a morph
+    target takes the bone's surface away.
+    asset.extras holds the provenance, the axes, the unit, the second of the take at which the file begins, where its
+    origin is, and in how many frames of which joint what was last known is held.
 
     Returns notes on what was held and left out. Raises as `armature` does.
     """
     found = armature(take)
     arrays, skeleton = _Arrays(), found.skeleton
-    count = len(skeleton.names)
-    indices = arrays.add(np.array(_FACES, np.uint16).ravel(), _INDICES)
-    nodes: list[dict[str, Any]] = [
-        {"name": name, "translation": offset.tolist()}
-        for name, offset in zip(skeleton.names, skeleton.offsets, strict=True)
-    ]
-    nodes[0]["translation"] = found.root[0].tolist()
-    meshes: list[dict[str, Any]] = []
-    bones: list[tuple[int, int]] = []  # node of a bone, joint that turns it
-    for joint, parent in enumerate(skeleton.parents[1:], 1):
-        nodes[parent].setdefault("children", []).append(joint)
-        if not skeleton.offsets[joint].any():
-            continue
-        name = f"{skeleton.names[parent]} to {skeleton.names[joint]}"
-        corners = arrays.add(_corners(skeleton.offsets[joint]), _VERTICES)
-        nodes[parent]["children"].append(len(nodes))
-        bones.append((len(nodes), parent))
-        nodes.append({"name": name, "mesh": len(meshes)})
-        side = {"l": "left", "r": "right"}.get(skeleton.names[joint].partition("_")[0], "middle")
-        surface = {
-            "attributes": {"POSITION": corners},
-            "indices": indices,
-            "material": list(_MATERIALS).index(side),
-        }
-        meshes.append({"name": name, "primitives": [surface]})
-    time = arrays.add((np.arange(len(found.root)) / found.fps).astype(np.float32))
-    moving = [(0, "translation", time, arrays.add(found.root.astype(np.float32)), "LINEAR")]
-    for joint in range(count):
-        if joint in skeleton.parents:
-            turns = arrays.add(_quaternions(found.R_parent_from_joint[:, joint]))
-            moving.append((joint, "rotation", time, turns, "LINEAR"))
-    moving += _hidden(found, bones, arrays)
+    armature_node, body_node = len(skeleton.names), len(skeleton.names) + 1
+    R_scene_from_rest = _rest_axes(skeleton)
+    bones = _bones(found)
+    hidden = {bone: row for row, bone in enumerate(bone for bone in bones if not bones[bone].all())}
     content = {
         "asset": {
             "version": "2.0",
@@ -77,21 +55,27 @@ def write_glb(take: Take, path: Path) -> tuple[Event, ...]:
             "extras": _extras(take, found),
         },
         "scene": 0,
-        "scenes": [{"name": take.name, "nodes": [0]}],
-        "nodes": nodes,
-        "meshes": meshes,
-        "materials": [_material(name, colour) for name, colour in _MATERIALS.items()],
+        "scenes": [{"name": take.name, "nodes": [armature_node, body_node]}],
+        "nodes": [
+            *_joint_nodes(skeleton, found.rest_root, R_scene_from_rest),
+            {"name": "armature", "children": [0]},
+            {"name": "body", "mesh": 0, "skin": 0},
+        ],
+        "skins": [
+            {
+                "name": "armature",
+                "inverseBindMatrices": arrays.add(
+                    _inverse_binds(skeleton.rest + found.rest_root, R_scene_from_rest)
+                ),
+                "joints": list(range(len(skeleton.names))),
+                "skeleton": 0,
+            }
+        ],
+        **_mesh(found, list(bones), hidden, arrays),
         "animations": [
             {
                 "name": take.name,
-                "channels": [
-                    {"sampler": i, "target": {"node": node, "path": what}}
-                    for i, (node, what, *_) in enumerate(moving)
-                ],
-                "samplers": [
-                    {"input": at, "output": values, "interpolation": between}
-                    for _, _, at, values, between in moving
-                ],
+                **_animation(found, R_scene_from_rest, [bones[bone] for bone in hidden], body_node, arrays),
             }
         ],
         "accessors": arrays.accessors,
@@ -116,64 +100,245 @@ class _Arrays:
         self.content = bytearray()
 
     def add(self, values: np.ndarray, target: int | None = None) -> int:
-        """The number of the accessor of values (N,) or (N, D)."""
-        view = {"buffer": 0, "byteOffset": len(self.content), "byteLength": values.nbytes}
-        self.views.append(view if target is None else {**view, "target": target})
-        self.content += values.tobytes()
-        self.content += bytes(-len(self.content) % 4)
+        """The number of the accessor of values (N,), (N, D), or (N, 4, 4) matrices. Bytes are shares of 255."""
+        told: dict[str, Any] = {"bufferView": self._view(values, target)}
+        return self._accessor(told, values)
+
+    def add_sparse(self, values: np.ndarray) -> int:
+        """The same of values (N, D), most of whose rows are 0: only the others are stored."""
+        rows = np.flatnonzero(values.any(axis=1))
+        told: dict[str, Any] = {}
+        if len(rows):
+            told["sparse"] = {
+                "count": len(rows),
+                "indices": {
+                    "bufferView": self._view(rows.astype(np.uint16)),
+                    "componentType": _TYPES[np.dtype(np.uint16)],
+                },
+                "values": {"bufferView": self._view(values[rows])},
+            }
+        return self._accessor(told, values)
+
+    def _accessor(self, told: dict[str, Any], values: np.ndarray) -> int:
         rows = values.reshape(len(values), -1)
+        kind = {1: "SCALAR", 2: f"VEC{rows.shape[1]}", 3: f"MAT{values.shape[-1]}"}[values.ndim]
         self.accessors.append(
             {
-                "bufferView": len(self.views) - 1,
+                **told,
                 "componentType": _TYPES[values.dtype],
                 "count": len(values),
-                "type": "SCALAR" if values.ndim == 1 else f"VEC{values.shape[1]}",
+                "type": kind,
                 "min": rows.min(axis=0).tolist(),
                 "max": rows.max(axis=0).tolist(),
             }
         )
         return len(self.accessors) - 1
 
+    def _view(self, values: np.ndarray, target: int | None = None) -> int:
+        view = {"buffer": 0, "byteOffset": len(self.content), "byteLength": values.nbytes}
+        self.views.append(view if target is None else {**view, "target": target})
+        self.content += values.tobytes()
+        self.content += bytes(-len(self.content) % 4)
+        return len(self.views) - 1
 
-def _corners(bone: np.ndarray) -> np.ndarray:
-    """(6, 3) of a bone from 0 to `bone` (3,)."""
+
+def _rest_axes(skeleton: Skeleton) -> np.ndarray:
+    """R_scene_from_rest (J, 3, 3) of the joints in the T-pose. Programs draw a joint's bone along its y axis: so that
+    is along the longest bone that begins there, at a limb's end as at the joint before it. Pelvis and thorax, on which
+    joints without a length hang, stay upright. Knees and elbows bend about their x axis."""
+    axes = [np.eye(3)]
+    for joint, parent in enumerate(skeleton.parents[1:], 1):
+        bones = [skeleton.offsets[i] for i, above in enumerate(skeleton.parents) if above == joint]
+        lengths = [float(np.linalg.norm(bone)) for bone in bones]
+        if not bones:
+            axes.append(axes[parent])
+        else:
+            axes.append(_turn_to(bones[int(np.argmax(lengths))]) if min(lengths) > _SHORTEST else np.eye(3))
+    return np.stack(axes)
+
+
+def _turn_to(bone: np.ndarray) -> np.ndarray:
+    """(3, 3) the smallest rotation of the y axis to the direction of `bone` (3,); downwards about the x axis."""
+    from scipy.spatial.transform import Rotation
+
+    x, y, _ = np.eye(3)
+    axis = np.cross(y, unit(bone))
+    sine = np.linalg.norm(axis)
+    axis = axis / sine if sine > _SHORTEST else x
+    return Rotation.from_rotvec(np.arctan2(sine, unit(bone) @ y) * axis).as_matrix()
+
+
+def _joint_nodes(skeleton: Skeleton, root: np.ndarray, R_scene_from_rest: np.ndarray) -> list[dict[str, Any]]:
+    """A node for each joint, at rest; root: (3,) where the pelvis is then."""
+    above = R_scene_from_rest[np.maximum(skeleton.parents, 0)]
+    offsets = rotate(transpose(above), np.concatenate([root[None], skeleton.offsets[1:]])[:, None])[:, 0]
+    turns = _quaternions(transpose(above) @ R_scene_from_rest)
+    nodes: list[dict[str, Any]] = [
+        {"name": name, "translation": offset.tolist(), "rotation": turn.tolist()}
+        for name, offset, turn in zip(skeleton.names, offsets, turns, strict=True)
+    ]
+    for joint, parent in enumerate(skeleton.parents[1:], 1):
+        nodes[parent].setdefault("children", []).append(joint)
+    return nodes
+
+
+def _inverse_binds(rest: np.ndarray, R_scene_from_rest: np.ndarray) -> np.ndarray:
+    """(J, 4, 4) from the scene's axes to those of joints at rest (J, 3), column by column, as glTF stores matrices."""
+    columns = np.tile(np.eye(4, dtype=np.float32), (len(rest), 1, 1))
+    columns[:, :3, :3] = R_scene_from_rest  # the columns of its inverse
+    columns[:, 3, :3] = -rotate(transpose(R_scene_from_rest), rest[:, None])[:, 0]
+    return columns
+
+
+def _bones(found: Armature) -> dict[int, np.ndarray]:
+    """By the joint where a bone ends, in which frames (N,) its direction is known; without a length there is none."""
+    known = found.known.copy()
+    skeleton = found.skeleton
+    for joint, parent in enumerate(skeleton.parents[1:], 1):
+        known[:, joint] &= known[:, parent]
+    return {
+        joint: known[:, parent]
+        for joint, parent in enumerate(skeleton.parents)
+        if parent >= 0 and np.linalg.norm(skeleton.offsets[joint]) > _SHORTEST
+    }
+
+
+def _mesh(found: Armature, bones: list[int], hidden: dict[int, int], arrays: _Arrays) -> dict[str, Any]:
+    """The skin: the surfaces of all bones, a part for each side, each bone's turned by the joint where it begins.
+
+    hidden: of bones that have one, the number of the morph target that draws the bone's surface into one point.
+    """
+    skeleton = found.skeleton
+    rest = skeleton.rest + found.rest_root
+    parts = []
+    for number, side in enumerate(_MATERIALS):
+        joints = [joint for joint in bones if _side(skeleton.names[joint]) == side]
+        surfaces = [_surface(unit(skeleton.offsets[joint])) for joint in joints]
+        if not joints:
+            continue
+        starts = np.repeat([skeleton.parents[joint] for joint in joints], len(surfaces[0]))
+        ends = np.repeat(joints, len(surfaces[0]))
+        lengths = np.linalg.norm(skeleton.offsets[ends], axis=1, keepdims=True)
+        points = (rest[starts] + lengths * np.concatenate(surfaces)).astype(np.float32)
+        faces = np.concatenate([_FACES + i * len(surfaces[0]) for i in range(len(joints))])
+        turned_by = np.zeros((len(points), 4), np.uint8)
+        turned_by[:, 0] = starts
+        part: dict[str, Any] = {
+            "attributes": {
+                "POSITION": arrays.add(points, _VERTICES),
+                "NORMAL": arrays.add(np.concatenate([_normals(surface) for surface in surfaces]), _VERTICES),
+                "JOINTS_0": arrays.add(turned_by, _VERTICES),
+                "WEIGHTS_0": arrays.add(np.tile(np.eye(1, 4, dtype=np.float32), (len(points), 1)), _VERTICES),
+            },
+            "indices": arrays.add(faces.ravel().astype(np.uint16), _INDICES),
+            "material": number,
+        }
+        if hidden:
+            inwards = (rest[starts] - points).astype(np.float32)
+            part["targets"] = [
+                {"POSITION": arrays.add_sparse(np.where(ends[:, None] == joint, inwards, np.float32(0)))}
+                for joint in hidden
+            ]
+        parts.append(part)
+    mesh: dict[str, Any] = {"name": "body", "primitives": parts}
+    if hidden:
+        mesh["weights"] = [0.0] * len(hidden)
+        mesh["extras"] = {
+            "targetNames": [
+                f"without {skeleton.names[skeleton.parents[joint]]} to {skeleton.names[joint]}"
+                for joint in hidden
+            ]
+        }
+    return {"meshes": [mesh], "materials": [_material(name, colour) for name, colour in _MATERIALS.items()]}
+
+
+def _side(joint: str) -> str:
+    return {"l": "left", "r": "right"}.get(joint.partition("_")[0], "middle")
+
+
+def _animation(
+    found: Armature, R_scene_from_rest: np.ndarray, shown: list[np.ndarray], body: int, arrays: _Arrays
+) -> dict[str, Any]:
+    """Channels and samplers. shown: for each morph target in which frames (N,) its bone is shown; body: the mesh's
+    node."""
+    parents = found.skeleton.parents
+    time = arrays.add((np.arange(len(found.root)) / found.fps).astype(np.float32))
+    moving = []
+    if found.moves:
+        moving.append((0, "translation", time, arrays.add(found.root.astype(np.float32)), "LINEAR"))
+    for joint in sorted(set(parents[1:])):
+        above = R_scene_from_rest[max(parents[joint], 0)]
+        R = above.T @ found.R_parent_from_joint[:, joint] @ R_scene_from_rest[joint]
+        moving.append((joint, "rotation", time, arrays.add(_continuous(_quaternions(R))), "LINEAR"))
+    if shown:
+        weights = np.stack([~each for each in shown], axis=1).astype(np.float32)
+        rows = np.concatenate([[0], np.flatnonzero(np.diff(weights, axis=0).any(axis=1)) + 1])
+        changes = arrays.add((rows / found.fps).astype(np.float32))
+        moving.append((body, "weights", changes, arrays.add(weights[rows].ravel()), "STEP"))
+    return {
+        "channels": [
+            {"sampler": i, "target": {"node": node, "path": what}}
+            for i, (node, what, *_) in enumerate(moving)
+        ],
+        "samplers": [
+            {"input": at, "output": values, "interpolation": between} for _, _, at, values, between in moving
+        ],
+    }
+
+
+def _faces() -> np.ndarray:
+    """(F, 3) corners of the triangles of a bone's surface, counter-clockwise from outside."""
+    rings = 1 + np.arange(len(_RINGS) * _CORNERS).reshape(-1, _CORNERS)
+    beside = np.roll(rings, -1, axis=1)
+    first, last = np.zeros(_CORNERS, int), np.full(_CORNERS, rings.size + 1)
+    faces = [(first, beside[0], rings[0]), (last, rings[-1], beside[-1])]
+    for (low, low_beside), (high, high_beside) in zip(
+        zip(rings[:-1], beside[:-1], strict=True), zip(rings[1:], beside[1:], strict=True), strict=True
+    ):
+        faces += [(low, low_beside, high_beside), (low, high_beside, high)]
+    return np.concatenate([np.stack(face, axis=1) for face in faces])
+
+
+_FACES = _faces()
+
+
+def _surface(bone: np.ndarray) -> np.ndarray:
+    """(V, 3) the points of the surface of a bone from 0 to `bone` (3,), which is 1 long."""
     least = np.eye(3)[np.abs(bone).argmin()]
-    across = np.cross(bone, least) / np.linalg.norm(np.cross(bone, least))
-    other = np.cross(bone / np.linalg.norm(bone), across)
-    width = _WIDTH * np.linalg.norm(bone)
-    waist = [_WAIST * bone + width * way for way in (across, other, -across, -other)]
-    return np.array([np.zeros(3), *waist, bone], np.float32)
+    across = unit(np.cross(bone, least))
+    other = np.cross(bone, across)
+    turn = 2 * np.pi * np.arange(_CORNERS)[:, None] / _CORNERS
+    circle = _WIDTH * (np.cos(turn) * across + np.sin(turn) * other)
+    rings = [along * bone + wide * circle for along, wide in _RINGS]
+    return np.concatenate([np.zeros((1, 3)), *rings, bone[None]])
+
+
+def _normals(surface: np.ndarray) -> np.ndarray:
+    """(V, 3) the mean direction of the faces around each point, by their area."""
+    a, b, c = np.moveaxis(surface[_FACES], 1, 0)
+    sums = np.zeros(surface.shape)
+    for corner in range(3):
+        np.add.at(sums, _FACES[:, corner], np.cross(b - a, c - a))
+    return unit(sums).astype(np.float32)
 
 
 def _quaternions(R: np.ndarray) -> np.ndarray:
-    """(N, 4) x, y, z, w of R (N, 3, 3), each on the same side as the one before."""
+    """(N, 4) x, y, z, w of R (N, 3, 3)."""
     from scipy.spatial.transform import Rotation
 
-    turns = Rotation.from_matrix(R).as_quat()
-    flips = np.cumprod(np.where((turns[1:] * turns[:-1]).sum(axis=1) < 0, -1.0, 1.0))
-    turns[1:] *= flips[:, None]
-    return turns.astype(np.float32)
+    return Rotation.from_matrix(R).as_quat().astype(np.float32)
 
 
-def _hidden(
-    found: Armature, bones: list[tuple[int, int]], arrays: _Arrays
-) -> Iterator[tuple[int, str, int, int, str]]:
-    """Channels that give the bones no size while they are not known."""
-    known = found.known.copy()
-    for joint, parent in enumerate(found.skeleton.parents[1:], 1):
-        known[:, joint] &= known[:, parent]
-    for node, joint in bones:
-        shown = known[:, joint]
-        if shown.all():
-            continue
-        rows = np.concatenate([[0], np.flatnonzero(np.diff(shown.astype(int))) + 1])
-        size = np.repeat(shown[rows, None].astype(np.float32), 3, axis=1)
-        yield node, "scale", arrays.add((rows / found.fps).astype(np.float32)), arrays.add(size), "STEP"
+def _continuous(turns: np.ndarray) -> np.ndarray:
+    """Quaternions (N, 4) of the same rotations, each on the same side as the one before."""
+    flips = np.cumprod(np.where((turns[1:] * turns[:-1]).sum(axis=1) < 0, np.float32(-1), np.float32(1)))
+    return np.concatenate([turns[:1], turns[1:] * flips[:, None]])
 
 
 def _extras(take: Take, found: Armature) -> dict[str, Any]:
     return {
         "provenance": provenance(take),
+        "axes": ", ".join(f"{axis} {word}" for axis, word in zip("xyz", ANIMATION.axes, strict=True)),
         "length_unit": found.unit,
         "begins_s": float(found.time_s[0]),
         "fps": found.fps,

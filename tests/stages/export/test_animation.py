@@ -1,7 +1,11 @@
 """skeleton.bvh and skeleton.glb, opened by readers that are not ours, against the take's joints."""
 
 import json
+import shutil
 import struct
+import subprocess
+import sys
+from importlib.util import find_spec
 
 import numpy as np
 import pytest
@@ -9,15 +13,35 @@ import pytest
 from pcnet3d.adapters import bvh
 from pcnet3d.pipeline import H36M17
 from pcnet3d.pipeline.files.skeletons import place
-from pcnet3d.pipeline.rotations import rotate
+from pcnet3d.pipeline.rotations import rotate, unit
 from pcnet3d.stages.export.armature import ANIMATION, armature
 from pcnet3d.stages.export.bvh import write_bvh
 from pcnet3d.stages.export.glb import write_glb
 from pcnet3d.stages.export.markers import evenly
 from pcnet3d.stages.export.stage import Export
 
-_NUMBERS = {5123: np.uint16, 5126: np.float32}
-_WIDTHS = {"SCALAR": 1, "VEC3": 3, "VEC4": 4}
+_NUMBERS = {5121: np.uint8, 5123: np.uint16, 5126: np.float32}
+_WIDTHS = {"SCALAR": 1, "VEC3": 3, "VEC4": 4, "MAT4": 16}
+_VALIDATE = """
+const validator = require('gltf-validator');
+const file = new Uint8Array(require('fs').readFileSync(process.argv[1]));
+validator.validateBytes(file).then(report => console.log(JSON.stringify(report)));
+"""
+_OPEN_IN_BLENDER = """
+import sys, json, bpy
+bpy.ops.wm.read_factory_settings(use_empty=True)
+bpy.ops.import_scene.gltf(filepath=sys.argv[1])
+(armature,) = (each for each in bpy.data.objects if each.type == "ARMATURE")
+(body,) = (each for each in bpy.data.objects if each.type == "MESH" and each.parent == armature)
+scene, bones = bpy.context.scene, armature.data.bones
+scene.frame_set(int(float(sys.argv[2]) * scene.render.fps))
+print("found", json.dumps({
+    "modifiers": [each.type for each in body.modifiers],
+    "groups": [each.name for each in body.vertex_groups],
+    "rest": {each.name: [list(each.head_local), list(each.tail_local)] for each in bones},
+    "posed": {each.name: list(armature.matrix_world @ each.head) for each in armature.pose.bones},
+}))
+"""
 
 
 @pytest.fixture
@@ -46,43 +70,84 @@ def read_glb(content: bytes) -> tuple[dict, list[np.ndarray]]:
     assert len(data) == data_size == found["buffers"][0]["byteLength"]
     assert data_size % 4 == 0
     arrays = []
+
+    def stored(view: int, kind: int) -> np.ndarray:
+        told = found["bufferViews"][view]
+        assert told["byteOffset"] % 4 == 0
+        return np.frombuffer(
+            data[told["byteOffset"] : told["byteOffset"] + told["byteLength"]], _NUMBERS[kind]
+        )
+
     for accessor in found["accessors"]:
-        view = found["bufferViews"][accessor["bufferView"]]
-        part = data[view["byteOffset"] : view["byteOffset"] + view["byteLength"]]
-        values = np.frombuffer(part, _NUMBERS[accessor["componentType"]])
-        values = values.reshape(accessor["count"], _WIDTHS[accessor["type"]])
-        assert view["byteOffset"] % 4 == 0
+        kind, shape = accessor["componentType"], (accessor["count"], _WIDTHS[accessor["type"]])
+        values = np.zeros(shape, _NUMBERS[kind])
+        if "bufferView" in accessor:
+            values = stored(accessor["bufferView"], kind).reshape(shape)
+        if "sparse" in accessor:
+            sparse = accessor["sparse"]
+            rows = stored(sparse["indices"]["bufferView"], sparse["indices"]["componentType"])
+            assert len(rows) == sparse["count"]
+            assert (np.diff(rows.astype(int)) > 0).all()
+            values[rows] = stored(sparse["values"]["bufferView"], kind).reshape(-1, shape[1])
         np.testing.assert_array_equal(values.min(axis=0), np.array(accessor["min"], values.dtype))
         np.testing.assert_array_equal(values.max(axis=0), np.array(accessor["max"], values.dtype))
         arrays.append(values)
     return found, arrays
 
 
-def animated(found: dict, arrays: list[np.ndarray]) -> dict[str, np.ndarray]:
-    """(N, 3) of every node in the world, by name: what a viewer shows at the times of the key frames."""
+def moved_by(found: dict, arrays: list[np.ndarray], node: int, path: str) -> np.ndarray | None:
+    """(N, D) of a node at the times of the key frames; None for what the animation leaves as it is."""
+    (animation,) = found["animations"]
+    for channel in animation["channels"]:
+        if channel["target"] == {"node": node, "path": path}:
+            return arrays[animation["samplers"][channel["sampler"]]["output"]]
+    return None
+
+
+def placed(found: dict, arrays: list[np.ndarray], at_rest: bool = False) -> dict[str, np.ndarray]:
+    """(N, 4, 4) from a node's axes to the scene's by its name, at the times of the key frames, or once at rest."""
     from scipy.spatial.transform import Rotation
 
-    animation = found["animations"][0]
-    moves = {
-        (channel["target"]["node"], channel["target"]["path"]): arrays[
-            animation["samplers"][channel["sampler"]]["output"]
-        ]
-        for channel in animation["channels"]
-    }
-    count, places = len(moves[0, "translation"]), {}
+    count = 1 if at_rest else len(moved_by(found, arrays, 0, "rotation"))
+    places = {}
 
-    def walk(node: int, at: np.ndarray, R: np.ndarray) -> None:
+    def walk(node: int, above: np.ndarray) -> None:
         told = found["nodes"][node]
-        offset = moves.get((node, "translation"), np.tile(told.get("translation", (0, 0, 0)), (count, 1)))
-        at = at + rotate(R, offset[:, None])[:, 0]
-        places[told["name"]] = at
-        if (node, "rotation") in moves:
-            R = R @ Rotation.from_quat(moves[node, "rotation"]).as_matrix()
+        assert set(told) <= {"name", "translation", "rotation", "children", "mesh", "skin"}
+        own = np.tile(np.eye(4), (count, 1, 1))
+        moves = {
+            path: None if at_rest else moved_by(found, arrays, node, path)
+            for path in ("translation", "rotation")
+        }
+        shift, turn = moves["translation"], moves["rotation"]
+        own[:, :3, 3] = told.get("translation", (0, 0, 0)) if shift is None else shift
+        turn = told.get("rotation", (0, 0, 0, 1)) if turn is None else turn
+        own[:, :3, :3] = Rotation.from_quat(turn).as_matrix()
+        places[told["name"]] = above @ own
         for child in told.get("children", ()):
-            walk(child, at, R)
+            walk(child, places[told["name"]])
 
-    walk(found["scenes"][0]["nodes"][0], np.zeros((count, 3)), np.tile(np.eye(3), (count, 1, 1)))
+    for node in found["scenes"][0]["nodes"]:
+        walk(node, np.tile(np.eye(4), (count, 1, 1)))
     return places
+
+
+def skinned(found: dict, arrays: list[np.ndarray]) -> dict[str, np.ndarray]:
+    """(N, V, 3) of the vertices that a joint turns, by its name; glTF 2.0, section 3.7.3.3, without morph targets."""
+    (skin,), places = found["skins"], placed(found, arrays)
+    inverse_binds = arrays[skin["inverseBindMatrices"]].reshape(-1, 4, 4).swapaxes(1, 2)
+    names = [found["nodes"][joint]["name"] for joint in skin["joints"]]
+    turned = {name: [] for name in names}
+    for part in found["meshes"][0]["primitives"]:
+        points, joints, weights = (
+            arrays[part["attributes"][kind]] for kind in ("POSITION", "JOINTS_0", "WEIGHTS_0")
+        )
+        np.testing.assert_array_equal(weights, np.eye(1, 4).repeat(len(points), axis=0))
+        for joint in np.unique(joints[:, 0]):
+            rows = points[joints[:, 0] == joint]
+            rows = np.concatenate([rows, np.ones((len(rows), 1))], axis=1)
+            turned[names[joint]].append(rotate(places[names[joint]] @ inverse_binds[joint], rows)[..., :3])
+    return {name: np.concatenate(parts, axis=1) for name, parts in turned.items() if parts}
 
 
 def test_bvh_in_a_reader_of_another_package(walked, tmp_path):
@@ -125,7 +190,7 @@ def test_glb_shows_the_take(walked, glb):
     found, arrays, _ = glb(take)
     armed = armature(take)
     wanted, _ = place(armed.skeleton, armed.root, armed.R_parent_from_joint)
-    places = animated(found, arrays)
+    places = {name: at[:, :3, 3] for name, at in placed(found, arrays).items()}
     for i, name in enumerate(armed.skeleton.names):
         np.testing.assert_allclose(places[name], wanted[:, i], atol=1e-4, err_msg=name)
     ahead = places["r_big_toe"][-1] - places["r_heel"][-1]
@@ -135,11 +200,69 @@ def test_glb_shows_the_take(walked, glb):
     assert min(places[name][:, 1].min() for name in ("r_heel", "l_heel", "l_big_toe", "r_big_toe")) > -0.05
 
 
+def test_the_skin_goes_with_the_joints(walked, glb):
+    """Each bone's surface reaches from the joint that turns it to the next one, in every frame."""
+    take = walked(feet=True)
+    found, arrays, _ = glb(take)
+    places = {name: at[:, :3, 3] for name, at in placed(found, arrays).items()}
+    surfaces = skinned(found, arrays)
+    for start, end in (("r_hip", "r_knee"), ("l_elbow", "l_wrist"), ("spine", "thorax"), ("pelvis", "l_hip")):
+        bone = np.linalg.norm(places[end] - places[start], axis=1)
+        for joint in (start, end):
+            off = np.linalg.norm(surfaces[start] - places[joint][:, None], axis=2)
+            np.testing.assert_allclose(off.min(axis=1), 0, atol=1e-4)
+            if start != "pelvis":  # which turns two bones
+                assert (off.max(axis=1) < 1.05 * bone).all()
+
+
+def test_at_rest_the_armature_stands_in_the_t_pose_with_y_along_its_bones(walked, glb):
+    found, arrays, _ = glb(walked(feet=True))
+    places = placed(found, arrays, at_rest=True)
+    (skin,) = found["skins"]
+    names = [found["nodes"][joint]["name"] for joint in skin["joints"]]
+    binds = arrays[skin["inverseBindMatrices"]].reshape(-1, 4, 4).swapaxes(1, 2)
+    for name, bind in zip(names, binds, strict=True):
+        np.testing.assert_allclose(places[name][0] @ bind, np.eye(4), atol=1e-6, err_msg=name)
+    at = {name: matrix[0, :3, 3] for name, matrix in places.items()}
+    y = {name: matrix[0, :3, 1] for name, matrix in places.items()}
+    for start, end in (
+        ("r_hip", "r_knee"), ("l_knee", "l_ankle"), ("l_clavicle", "l_shoulder"), ("r_shoulder", "r_elbow"),
+        ("lower_back", "spine"), ("neck", "nose"),
+    ):  # fmt: skip
+        np.testing.assert_allclose(y[start], unit(at[end] - at[start]), atol=1e-6)
+    np.testing.assert_allclose([y["pelvis"], y["thorax"]], [[0, 1, 0]] * 2, atol=1e-6)
+    assert at["l_wrist"][0] > 0.6
+    assert at["l_wrist"][1] == pytest.approx(at["l_shoulder"][1], abs=1e-6)
+    assert min(point[1] for point in at.values()) == pytest.approx(0, abs=1e-6)  # the soles
+    np.testing.assert_allclose(at["pelvis"][[0, 2]], 0, atol=1e-9)
+
+
+def test_knees_and_elbows_bend_about_their_bones_x_axis(walked, glb):
+    found, arrays, _ = glb(walked())
+    from scipy.spatial.transform import Rotation
+
+    names = [node["name"] for node in found["nodes"]]
+    for joint in ("r_knee", "l_knee", "r_elbow", "l_elbow"):
+        turns = Rotation.from_quat(moved_by(found, arrays, names.index(joint), "rotation")).as_rotvec()
+        bent = np.linalg.norm(turns, axis=1) > np.radians(10)
+        assert bent.any()
+        assert (unit(turns[bent])[:, 0] > 0.99).all()  # and all four the same way
+
+
+def test_a_pelvis_whose_path_is_not_known_is_not_moved(walked, glb):
+    take = walked()
+    found, arrays, _ = glb(take.with_(filtered=take.filtered.with_(root=None)))
+    assert moved_by(found, arrays, 0, "translation") is None
+    armed = armature(take.with_(filtered=take.filtered.with_(root=None)))
+    np.testing.assert_allclose(found["nodes"][0]["translation"], armed.root[0], atol=1e-9)
+
+
 def test_glb_keeps_to_the_format(walked, glb):
     found, arrays, _ = glb(walked())
     assert found["asset"]["version"] == "2.0"
-    assert found["asset"]["extras"]["length_unit"] == "m"
-    assert found["asset"]["extras"]["provenance"]["take"] == "walker"
+    extras = found["asset"]["extras"]
+    assert (extras["length_unit"], extras["axes"]) == ("m", "x left, y up, z front")
+    assert extras["provenance"]["take"] == "walker"
     animation = found["animations"][0]
     for sampler in animation["samplers"]:
         times, values = arrays[sampler["input"]][:, 0], arrays[sampler["output"]]
@@ -154,17 +277,54 @@ def test_glb_keeps_to_the_format(walked, glb):
             np.testing.assert_allclose(np.linalg.norm(turns, axis=1), 1, atol=1e-5)
             assert ((turns[1:] * turns[:-1]).sum(axis=1) > 0).all()
     children = [child for node in found["nodes"] for child in node.get("children", ())]
-    assert sorted(children) == list(range(1, len(found["nodes"])))
-    for mesh in found["meshes"]:
-        (surface,) = mesh["primitives"]
-        assert arrays[surface["indices"]].max() < len(arrays[surface["attributes"]["POSITION"]])
+    assert sorted([*children, *found["scenes"][0]["nodes"]]) == list(range(len(found["nodes"])))
+    assert found["skins"][0]["joints"] == list(range(len(found["nodes"]) - 2))
+    for surface in found["meshes"][0]["primitives"]:
+        each = surface["attributes"]
+        assert arrays[surface["indices"]].max() == len(arrays[each["POSITION"]]) - 1
+        np.testing.assert_allclose(np.linalg.norm(arrays[each["NORMAL"]], axis=1), 1, atol=1e-5)
+
+
+@pytest.mark.parametrize("gaps", [False, True])
+def test_khronos_validator_finds_nothing(walked, gappy, glb, gaps):
+    node = shutil.which("node")
+    if not node or subprocess.run([node, "-e", "require('gltf-validator')"], capture_output=True).returncode:
+        pytest.skip("the npm package gltf-validator is not where node finds it (NODE_PATH)")
+    path = glb(gappy if gaps else walked(feet=True))[2]
+    done = subprocess.run([node, "-e", _VALIDATE, str(path)], capture_output=True, text=True, check=True)
+    report = json.loads(done.stdout)
+    assert report["issues"]["messages"] == []
+    assert report["info"]["hasSkins"]
+    assert report["info"]["hasMorphTargets"] == gaps
+
+
+def test_blender_finds_an_armature_that_moves(walked, glb):
+    if not find_spec("bpy"):
+        pytest.skip("Blender as a Python package (bpy) is not installed")
+    take = walked(feet=True)
+    path, second = glb(take)[2], 2.0
+    command = [sys.executable, "-c", _OPEN_IN_BLENDER, str(path), str(second)]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    told = next(line for line in done.stdout.splitlines() if line.startswith("found "))
+    found, armed = json.loads(told.removeprefix("found ")), armature(take)
+    assert found["modifiers"] == ["ARMATURE"]
+    assert set(found["rest"]) == set(found["groups"]) == set(armed.skeleton.names)
+    row = round(second * armed.fps)
+    wanted, _ = place(armed.skeleton, armed.root[row : row + 1], armed.R_parent_from_joint[row : row + 1])
+    for name, (x, y, z) in zip(armed.skeleton.names, wanted[0], strict=True):
+        np.testing.assert_allclose(
+            found["posed"][name], (x, -z, y), atol=2e-3, err_msg=name
+        )  # Blender's z is up
+    for start, end in (("r_hip", "r_knee"), ("l_shoulder", "l_elbow")):
+        np.testing.assert_allclose(found["rest"][start][1], found["rest"][end][0], atol=1e-3)
 
 
 def test_a_viewer_of_another_package_finds_bones_that_are_closed_and_right_side_out(walked, glb):
     trimesh = pytest.importorskip("trimesh", reason="trimesh is not installed")
     scene = trimesh.load(glb(walked())[2])
-    assert len(scene.geometry) == 16
-    for bone in scene.geometry.values():
+    bones = [bone for part in scene.geometry.values() for bone in part.split()]
+    assert len(bones) == 16
+    for bone in bones:
         assert bone.is_watertight
         assert bone.volume > 0
     low, high = scene.bounds
@@ -172,20 +332,28 @@ def test_a_viewer_of_another_package_finds_bones_that_are_closed_and_right_side_
     assert high[1] == pytest.approx(1.7, abs=0.05)
 
 
-def test_a_bone_that_nobody_saw_has_no_size(gappy, glb):
+def test_a_bone_that_nobody_saw_is_not_drawn(gappy, glb):
     found, arrays, _ = glb(gappy)
-    animation = found["animations"][0]
-    sizes = {
-        found["nodes"][channel["target"]["node"]]["name"]: animation["samplers"][channel["sampler"]]
-        for channel in animation["channels"]
-        if channel["target"]["path"] == "scale"
-    }
-    assert len(sizes) == 16  # all of them in the ten frames without anything
-    sampler = sizes["l_elbow to l_wrist"]
+    (mesh,) = found["meshes"]
+    names = mesh["extras"]["targetNames"]
+    assert len(names) == len(mesh["weights"]) == 16  # all of them in the ten frames without anything
+    (channel,) = (each for each in found["animations"][0]["channels"] if each["target"]["path"] == "weights")
+    sampler = found["animations"][0]["samplers"][channel["sampler"]]
     assert sampler["interpolation"] == "STEP"
     np.testing.assert_allclose(arrays[sampler["input"]][:, 0], np.array([0, 16, 21, 56, 66]) / 30, atol=1e-5)
-    assert arrays[sampler["output"]][:, 0].tolist() == [1, 0, 1, 0, 1]
-    assert arrays[sizes["r_knee to r_ankle"]["output"]][:, 0].tolist() == [1, 0, 1]
+    gone = dict(zip(names, arrays[sampler["output"]].reshape(-1, 16).T.tolist(), strict=True))
+    assert gone["without l_elbow to l_wrist"] == [0, 1, 0, 1, 0]
+    assert gone["without r_knee to r_ankle"] == [0, 0, 0, 1, 0]
+    forearm, elbow = names.index("without l_elbow to l_wrist"), None
+    for part in mesh["primitives"]:
+        points, joints = (arrays[part["attributes"][kind]] for kind in ("POSITION", "JOINTS_0"))
+        moved = arrays[part["targets"][forearm]["POSITION"]]
+        rows = np.array([found["nodes"][joint]["name"] == "l_elbow" for joint in joints[:, 0]])
+        assert not moved[~rows].any()
+        if rows.any():
+            elbow = placed(found, arrays, at_rest=True)["l_elbow"][0, :3, 3]
+            np.testing.assert_allclose((points + moved)[rows], np.tile(elbow, (rows.sum(), 1)), atol=1e-6)
+    assert elbow is not None
 
 
 def test_what_was_held_is_told_in_the_summary(gappy, tmp_path):
