@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 
 
@@ -38,6 +40,22 @@ def geodesic_deg(R_1: np.ndarray, R_2: np.ndarray) -> np.ndarray:
     sine = np.linalg.norm(np.stack([skew[..., 2, 1], skew[..., 0, 2], skew[..., 1, 0]], -1), axis=-1) / 2
     cosine = (np.trace(difference, axis1=-2, axis2=-1) - 1) / 2
     return np.degrees(np.arctan2(sine, cosine))
+
+
+def zxy_deg(R: np.ndarray) -> np.ndarray:
+    """(N, 3) degrees about z, then about its own turned x, then about its own turned y: R = R_z R_x R_y (N, 3, 3). The
+    second is within 90 of 0, the others within 180; NaN where R is."""
+    from scipy.spatial.transform import Rotation
+
+    angles = np.full(R.shape[:-1], np.nan)
+    there = np.isfinite(R).all(axis=(-2, -1))
+    if there.any():
+        with warnings.catch_warnings():
+            warnings.simplefilter(
+                "ignore", UserWarning
+            )  # x at 90 degrees: one of the many triples that give it
+            angles[there] = Rotation.from_matrix(R[there]).as_euler("ZXY", degrees=True)
+    return angles
 
 
 def angle_deg(a: np.ndarray, b: np.ndarray) -> np.ndarray:

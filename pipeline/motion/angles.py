@@ -212,9 +212,8 @@ def angles(body: np.ndarray) -> dict[str, np.ndarray]:
     at = dict(zip(H36M17.joints, np.ascontiguousarray(points), strict=True))
     trunk = _unit(at["thorax"] - at["pelvis"])
     hips, shoulders = (_unit(at[f"r_{part}"] - at[f"l_{part}"]) for part in ("hip", "shoulder"))
-    thorax_forward, thorax_up = thorax_axes(shoulders, trunk)
-    pelvis_forward = _unit(_cross(trunk, hips), _ALONG)
-    pelvis_up = _cross(hips, pelvis_forward)
+    thorax_forward, thorax_up = trunk_axes(shoulders, trunk)
+    pelvis_forward, pelvis_up = trunk_axes(hips, trunk)
     facing = np.isfinite(hips + shoulders).all(axis=0)  # what BODY's heading rests on
     of = {}
     for side, out in (("r", 1.0), ("l", -1.0)):
@@ -278,11 +277,13 @@ def arm_reference(
     return shoulders + out * _ARM_TURN * lateral * (up - forward) / np.sqrt(2)
 
 
-def thorax_axes(shoulders: np.ndarray, trunk: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(3, ...) where the thorax's front and top point, of shoulders (left to right) and trunk (pelvis to thorax), unit
-    vectors (3, ...); NaN where the two are nearly parallel."""
-    forward = _unit(_cross(trunk, shoulders), _ALONG)
-    return forward, _cross(shoulders, forward)
+def trunk_axes(across: np.ndarray, trunk: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(3, ...) where the front and the top point, of the thorax by its shoulder line and of the pelvis by its hip line.
+
+    across: that line, left to right; trunk: pelvis to thorax; unit vectors (3, ...). NaN where both are nearly
+    parallel."""
+    forward = _unit(_cross(trunk, across), _ALONG)
+    return forward, _cross(across, forward)
 
 
 def _hinge(upper: np.ndarray, lower: np.ndarray, reference: np.ndarray) -> np.ndarray:

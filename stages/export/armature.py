@@ -17,7 +17,7 @@ from ...pipeline.files.skeletons import Skeleton
 from ...pipeline.frames import Frame
 from ...pipeline.layouts import FEET, H36M17
 from ...pipeline.messages import how_many
-from ...pipeline.motion.angles import arm_reference, hinge_axis, thorax_axes
+from ...pipeline.motion.angles import arm_reference, hinge_axis, trunk_axes
 from ...pipeline.rotations import from_columns, is_finite, rotate, transpose, unit
 from ...pipeline.take import Event, Take
 from .markers import evenly
@@ -181,7 +181,7 @@ def _rotations(at: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
         "spine": _turned((_Y, _X), (at["thorax"] - at["spine"], left_hip + left_shoulder)),
         "thorax": _turned((_X, _Y), (left_shoulder, trunk)),
     }
-    thorax = thorax_axes(-left_shoulder.T, trunk.T)
+    thorax = trunk_axes(-left_shoulder.T, trunk.T)
     for side, out in (("r", -1.0), ("l", 1.0)):
         hip, knee, ankle, shoulder, elbow, wrist = (
             at[f"{side}_{joint}"] for joint in ("hip", "knee", "ankle", "shoulder", "elbow", "wrist")

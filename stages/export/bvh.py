@@ -5,7 +5,6 @@ The form is that of Meredith & Maddock, Motion Capture File Formats Explained, U
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
@@ -14,11 +13,11 @@ import numpy as np
 
 from ...pipeline.files.atomic import whole_file
 from ...pipeline.files.skeletons import Skeleton
+from ...pipeline.rotations import zxy_deg
 from ...pipeline.take import Event, Take
 from .armature import armature
 
-_ORDER = "ZXY"  # a joint turns about its z, then about its own turned x and y
-_ROTATIONS = " ".join(f"{axis}rotation" for axis in _ORDER)
+_ROTATIONS = "Zrotation Xrotation Yrotation"  # a joint turns about its z, then about its own turned x and y
 _STUB = 0.25  # End Sites, which close every chain, are as long as this share of the bone before them
 
 
@@ -48,13 +47,7 @@ def write_bvh(take: Take, path: Path) -> tuple[Event, ...]:
 def _angles(R: np.ndarray) -> np.ndarray:
     """(N, J, 3) degrees about z, x and y of R (N, J, 3, 3). Two triples give one rotation: the one nearer to that of
     the frame before, and without whole turns between them, since programs draw and smooth these as curves."""
-    from scipy.spatial.transform import Rotation
-
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", UserWarning)  # x at 90 degrees: one of the many triples that give it
-        angles = (
-            Rotation.from_matrix(R.reshape(-1, 3, 3)).as_euler(_ORDER, degrees=True).reshape(*R.shape[:2], 3)
-        )
+    angles = zxy_deg(R.reshape(-1, 3, 3)).reshape(*R.shape[:2], 3)
     for before, now in pairwise(angles):
         for other in (now.copy(), (now + 180) * (1, -1, 1) + (0, 360, 0)):
             near = other - 360 * np.round((other - before) / 360)

@@ -1,4 +1,5 @@
-"""measures.csv and measures.parquet: the take's figures as one tidy table, a row for each."""
+"""measures.csv and measures.parquet: the take's figures as one tidy table, a row for each; and cycles.csv: its curves
+over repetitions and strides."""
 
 from __future__ import annotations
 
@@ -21,14 +22,15 @@ _UNITS = {
     "spm": "1/min",
 }  # by the last word of a key
 _SIDES = {"r": "right", "right": "right", "l": "left", "left": "left"}
+_CURVES = "cycles"  # the key of a movement's curves
 
 
 class Row(NamedTuple):
     """One figure. measure: the keys that lead to it in summary.json, joined by dots. side: "right", "left" or None.
-    item: which of a list, from 0 on, for a curve over a cycle the per cent; None for a single figure. value: a number,
-    or None where `text` says something. error: its standard error, where it is stated. unit: "deg", "s", "%", "1/min",
-    the take's unit of length or that a second, None for pure numbers. start_s, stop_s: of the repetition that the
-    figure is of; None where it is of the take."""
+    item: which of a list, from 0 on; None for a single figure. value: a number, or None where `text` says something.
+    error: its standard error, where it is stated. unit: "deg", "s", "%", "1/min", the take's unit of length or that a
+    second, None for pure numbers. start_s, stop_s: of the repetition that the figure is of; None where it is of the
+    take."""
 
     measure: str
     side: str | None
@@ -41,13 +43,29 @@ class Row(NamedTuple):
     text: str | None
 
 
+class Point(NamedTuple):
+    """One point of a movement's mean curve. movement: the keys that lead to it in summary.json, joined by dots. angle:
+    of pipeline.motion.foot_angles.ALL_ANGLES; side: "right", "left" or None. percent: of the repetition, or of a stride
+    of that side. mean_deg, sd_deg: over the cycles, the second None for one. count: how many cycles these are."""
+
+    movement: str
+    angle: str
+    side: str | None
+    percent: int
+    mean_deg: float
+    sd_deg: float | None
+    count: int
+
+
 def write_measures(take: Take, path: Path) -> None:
     """measures.csv: a line with the names of Row's fields, then a line a figure, UTF-8, commas between, a point in
     numbers; what is None is empty. A take without measures has none but the first line."""
-    with whole_file(path) as partial, open(partial, "w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(Row._fields)
-        writer.writerows(rows(take))
+    _write(path, Row._fields, rows(take))
+
+
+def write_cycles(take: Take, path: Path) -> None:
+    """cycles.csv: the same with Point's fields, 101 lines a curve."""
+    _write(path, Point._fields, curve_points(take))
 
 
 def write_measures_parquet(take: Take, path: Path) -> None:
@@ -66,14 +84,40 @@ def write_measures_parquet(take: Take, path: Path) -> None:
 
 
 def rows(take: Take) -> Iterator[Row]:
-    """The take's figures in the order of summary.json. A figure's error stands beside it and has no row of its own."""
+    """The take's figures in the order of summary.json, without its curves. A figure's error stands beside it and has no
+    row of its own."""
     yield from _rows(take.measures or {}, (), take.need("poses").frame.unit)
+
+
+def curve_points(take: Take) -> Iterator[Point]:
+    """The curves of the take's movements over their cycles, in the order of summary.json."""
+    yield from _points(take.measures or {}, ())
+
+
+def _points(group: dict[str, Any], above: tuple[str, ...]) -> Iterator[Point]:
+    for key, value in group.items():
+        if key == _CURVES:
+            for angle, curve in value.items():
+                spread = curve.get("sd_deg") or [None] * len(curve["mean_deg"])
+                for percent, (mean, sd) in enumerate(zip(curve["mean_deg"], spread, strict=True)):
+                    yield Point(".".join(above), angle, _side((angle,)), percent, mean, sd, curve["count"])
+        elif isinstance(value, dict):
+            yield from _points(value, (*above, key))
+
+
+def _write(path: Path, names: tuple[str, ...], lines: Iterator[tuple[Any, ...]]) -> None:
+    with whole_file(path) as partial, open(partial, "w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(names)
+        writer.writerows(lines)
 
 
 def _rows(group: dict[str, Any], above: tuple[str, ...], length: str) -> Iterator[Row]:
     errors = {error_key(key) for key in group}
     for key, value in group.items():
         path = (*above, key)
+        if key == _CURVES:
+            continue
         if isinstance(value, dict):
             yield from _rows(value, path, length)
         elif key not in errors:

@@ -14,7 +14,8 @@ import numpy as np
 from ...pipeline.errors import InputError
 from ...pipeline.files.atomic import whole_file
 from ...pipeline.frames import LEVEL
-from ...pipeline.rotations import rotate
+from ...pipeline.motion.angles import FINE, trunk_axes
+from ...pipeline.rotations import from_columns, rotate, unit, zxy_deg
 from ...pipeline.take import Take
 from .markers import OPENSIM, markers
 from .provenance import provenance
@@ -33,6 +34,15 @@ _COORDINATES = {
         ("shoulder_abduction", "arm_add", -1),
     )
 }
+# The pelvis of that model and of gait2392 (ground_pelvis): turned about the ground's z, then about its own x and y.
+_TURNS = ("pelvis_tilt", "pelvis_list", "pelvis_rotation")
+_HIPS_IN_PELVIS = np.array(
+    [-0.0563, -0.0785, 0.0]
+)  # metres, the middle of its hip joints, before the model is scaled
+_OF_PELVIS = (
+    "trunk_lean_sagittal",
+    "pelvis_obliquity",
+)  # our angles of the lines that turn the pelvis, against gravity
 
 
 def write_trc(take: Take, path: Path) -> None:
@@ -58,9 +68,10 @@ def write_trc(take: Take, path: Path) -> None:
 def write_mot(take: Take, path: Path) -> None:
     """angles.mot: the joint angles in degrees over time in seconds.
 
-    Angles that OpenSim's Rajagopal model has as coordinates bear its names and signs, the others ours. Where the source
-    knows where the person is, in metres, the pelvis moves along that path: pelvis_tx, ty and tz, forward, up and right.
-    InputError when the take has no angles.
+    Angles that OpenSim's Rajagopal model has as coordinates bear its names and signs, the others ours. The pelvis turns
+    with the hip line and the line from pelvis to thorax, which the hips' angles are against too; it has no rotation in
+    frames in which the angles of these lines against gravity have no value. Where the source knows where the person is,
+    in metres, its origin moves: pelvis_tx, ty and tz, forward, up and right. InputError when the take has no angles.
     """
     poses = take.need("poses")
     columns = take.kinematics or {}
@@ -69,39 +80,60 @@ def write_mot(take: Take, path: Path) -> None:
         for name, values in columns.items()
         if name.endswith("_deg") and not name.endswith("_sd_deg")
     }
-    if not angles:
+    if not all(f"{name}_reason" in columns for name in _OF_PELVIS):
         raise InputError("MOT holds joint angles; put the stage 'angles' before 'export'.")
     renamed = {name: _COORDINATES.get(name, (name, 1)) for name in angles}
     notes = [
         f"{ours} is {'-' * (sign < 0)}{theirs}" for ours, (theirs, sign) in renamed.items() if ours != theirs
     ]
-    moves = _pelvis_moves(take)
-    if moves:
-        notes.append("pelvis_tx, pelvis_ty and pelvis_tz are metres, of the middle of the hips")
+    pelvis = _pelvis(take)
+    notes.append(f"{', '.join(_TURNS)} are of the hip line and the line from pelvis to thorax")
+    if len(pelvis) > len(_TURNS):
+        forward, up, _ = -1000 * _HIPS_IN_PELVIS
+        notes.append(
+            "pelvis_tx, pelvis_ty and pelvis_tz are metres, of the pelvis's origin in the model before scaling, "
+            f"{forward:.0f} mm in front of the middle of the hips and {up:.0f} mm above it"
+        )
     lines = [f"{name}: {text}" for name, text in provenance(take).items()]
     head = [
         path.name,
         "version=1",
         f"nRows={len(poses)}",
-        f"nColumns={len(angles) + len(moves) + 1}",
+        f"nColumns={len(angles) + len(pelvis) + 1}",
         "inDegrees=yes",
         *(line.replace("=", ":") for line in [*lines, *notes]),
         "endheader",
-        "\t".join(["time", *moves, *(theirs for theirs, _ in renamed.values())]),
+        "\t".join(["time", *pelvis, *(theirs for theirs, _ in renamed.values())]),
     ]
     signed = [sign * angles[name] for name, (_, sign) in renamed.items()]
     with whole_file(path) as partial:
-        body = np.column_stack([poses.times, *moves.values(), *signed])
+        body = np.column_stack([poses.times, *pelvis.values(), *signed])
         _write(partial, head, body, ["%.6f"] * body.shape[1])
 
 
-def _pelvis_moves(take: Take) -> dict[str, np.ndarray]:
-    """The root's path (T,) by the coordinates' names; empty when it is not known in metres."""
-    path = take.filtered
-    if path is None or path.root is None or path.frame.unit != "m":
-        return {}
-    place = rotate(OPENSIM.basis @ LEVEL.basis.T, path.root)
-    return {f"pelvis_t{axis}": place[:, i] for i, axis in enumerate("xyz")}
+def _pelvis(take: Take) -> dict[str, np.ndarray]:
+    """The pelvis's coordinates (T,) by their names: degrees, without whole turns between frames, and metres where its
+    path is known in metres."""
+    path, columns = take.need("filtered"), take.need("kinematics")
+    R_ground_from_level = OPENSIM.basis @ LEVEL.basis.T
+    r_hip, l_hip, middle, thorax = (
+        rotate(R_ground_from_level, path.joint(name).astype(np.float64))
+        for name in ("r_hip", "l_hip", "pelvis", "thorax")
+    )
+    right = unit(r_hip - l_hip)
+    forward, up = trunk_axes(right.T, unit(thorax - middle).T)
+    R_ground_from_pelvis = from_columns(forward.T, up.T, right)
+    fine = np.all([columns[f"{name}_reason"] == FINE for name in _OF_PELVIS], axis=0)
+    R_ground_from_pelvis[~fine] = np.nan
+    turns = zxy_deg(R_ground_from_pelvis)
+    turned = np.isfinite(turns[:, 0])
+    turns[turned] = np.unwrap(turns[turned], axis=0, period=360)
+    coordinates = dict(zip(_TURNS, turns.T, strict=True))
+    if path.root is not None and path.frame.unit == "m":
+        hips = rotate(R_ground_from_level, path.root)
+        origin = hips - rotate(R_ground_from_pelvis, _HIPS_IN_PELVIS[None])[:, 0]
+        coordinates |= {f"pelvis_t{axis}": origin[:, i] for i, axis in enumerate("xyz")}
+    return coordinates
 
 
 def _write(path: Path, head: list[str], body: np.ndarray, formats: list[str]) -> None:

@@ -1,5 +1,5 @@
-"""The files of a run: poses.npz, kinematics.parquet, measures.csv and summary.json (design.md section 7), and others
-on request."""
+"""The files of a run: poses.npz, kinematics.parquet, measures.csv, cycles.csv and summary.json (design.md section 7),
+and others on request."""
 
 from __future__ import annotations
 
@@ -21,12 +21,13 @@ from ...pipeline.plugins.registry import load
 from ...pipeline.pose import Rectified, package_version
 from ...pipeline.take import Take
 from ..drawing.facts import Source, facts_of
-from .measures import write_measures
+from .measures import write_cycles, write_measures
 from .tables import write_parquet
 
 # What runs write by themselves (design.md section 7), `live` included.
 RUN_FILES = (
-    "poses.npz", "kinematics.parquet", "measures.csv", SUMMARY, REPORT, RECORDING, KEYPOINTS, "live.rrd", "video.ts",
+    "poses.npz", "kinematics.parquet", "measures.csv", "cycles.csv", SUMMARY, REPORT, RECORDING, KEYPOINTS, "live.rrd",
+    "video.ts",
 )  # fmt: skip
 
 
@@ -67,6 +68,7 @@ class Export:
         write_parquet(take, self.folder / "kinematics.parquet")
         if take.measures is not None:
             write_measures(take, self.folder / "measures.csv")
+            write_cycles(take, self.folder / "cycles.csv")
         for writer in self._writers().values():
             take = take.saying(*(writer.write(take, self.folder / writer.file) or ()))
         text = json.dumps(summary(take), indent=1, allow_nan=False, default=str)

@@ -25,6 +25,7 @@ _SOURCES = {
 }  # fmt: skip
 _FILES = {
     "measures.csv": "the figures of movements and ranges of motion, for Excel or another spreadsheet",
+    "cycles.csv": "the mean curves of angles over strides and repetitions, for Excel or another spreadsheet",
     "kinematics.csv": "angles, paths, speeds and accelerations of every frame, for Excel or another spreadsheet",
     "kinematics.parquet": "angles, paths, speeds and accelerations of every frame, for Python, R or MATLAB",
     "poses.npz": "joints of every frame before and after, for Python",

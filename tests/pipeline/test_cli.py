@@ -11,7 +11,15 @@ import pytest
 from typer.main import get_command
 
 PCNET3D = [sys.executable, "-c", "from pcnet3d.pipeline.cli import main; main()"]
-FILES = ["kinematics.parquet", "measures.csv", "poses.npz", "report.html", "summary.json", "take.rrd"]
+FILES = [
+    "cycles.csv",
+    "kinematics.parquet",
+    "measures.csv",
+    "poses.npz",
+    "report.html",
+    "summary.json",
+    "take.rrd",
+]
 
 
 def pcnet3d(*arguments, cwd=None, env=None) -> subprocess.CompletedProcess:

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from pcnet3d.pipeline.rotations import angle_deg, geodesic_deg, kabsch, rotate, transpose
+from pcnet3d.pipeline.rotations import angle_deg, geodesic_deg, kabsch, rotate, transpose, zxy_deg
 
 vectors = st.tuples(*[st.floats(-3, 3)] * 3)
 
@@ -56,3 +56,15 @@ def test_kabsch_never_reflects_and_needs_three_points():
     two = np.full((17, 3), np.nan)
     two[:2] = b[:2]
     assert np.isnan(kabsch(two, b)).all()
+
+
+def test_angles_about_z_x_and_y_give_the_rotation_back():
+    angles = np.array([[10.0, 20.0, 30.0], [-170.0, 89.0, 179.0], [0.0, 0.0, -90.0], [25.0, 90.0, 0.0]])
+    z, x, y = (Rotation.from_euler(axis, angles[:, [i]], degrees=True) for i, axis in enumerate("zxy"))
+    R = (z * x * y).as_matrix()
+    R[2] = np.nan
+    found = zxy_deg(R)
+    np.testing.assert_allclose(found[:2], angles[:2], atol=1e-9)
+    assert np.isnan(found[2]).all()
+    assert found[3, 1] == pytest.approx(90)
+    assert found[3, 0] + found[3, 2] == pytest.approx(25)  # one turn there, about one axis

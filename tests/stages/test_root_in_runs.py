@@ -90,10 +90,12 @@ def test_exports_put_the_person_where_they_walked(placed):
     np.testing.assert_allclose(markers[:, pelvis : pelvis + 3], opensim, atol=0.01)  # but for the low-pass
     lines = (folder / "angles.mot").read_text().splitlines()
     end = lines.index("endheader")
-    assert lines[end + 1].split("\t")[:4] == ["time", "pelvis_tx", "pelvis_ty", "pelvis_tz"]
-    np.testing.assert_allclose(
-        np.loadtxt(lines[end + 2 :])[:, 1:4], markers[:, pelvis : pelvis + 3], atol=1e-5
-    )
+    assert lines[end + 1].split("\t")[4:7] == ["pelvis_tx", "pelvis_ty", "pelvis_tz"]
+    origin = np.loadtxt(lines[end + 2 :])[:, 4:7]
+    # The pelvis's origin is in front of its hips and above them.
+    away = np.linalg.norm(origin - markers[:, pelvis : pelvis + 3], axis=1)
+    np.testing.assert_allclose(away, np.hypot(0.0563, 0.0785), atol=1e-4)
+    assert (origin[:, 1] > markers[:, pelvis + 1]).all()
 
 
 def test_a_lifters_file_has_no_floor_no_way_and_says_why(walk, camera, run, tmp_path):

@@ -10,6 +10,7 @@ import pytest
 
 from pcnet3d.pipeline import CAMERA, H36M17, InputError, PoseSequence, Take
 from pcnet3d.pipeline.take import Event
+from pcnet3d.stages.angles import Angles
 from pcnet3d.stages.export.stage import Export
 from pcnet3d.stages.rectify import Rectify
 from pcnet3d.stages.trajectories import Trajectories
@@ -36,7 +37,7 @@ def made(facing_camera, unit: str = "m", time_s: np.ndarray | None = None, walks
     poses = poses.noted("read", adapter="arrays")
     inputs = ({"role": "poses", "file": "a,\nb.npy", "sha256": "0" * 64, "adapter": "arrays"},)
     take = Take("waving", poses=poses, inputs=inputs, events=(Event("warning", "careful, please"),))
-    take = Trajectories()(Rectify("geometric")(take))
+    take = Angles()(Trajectories()(Rectify("geometric")(take)))
     bend = 20 + 10 * np.sin(time_s)
     bend[3] = np.nan
     angles = {
@@ -44,9 +45,7 @@ def made(facing_camera, unit: str = "m", time_s: np.ndarray | None = None, walks
         "r_knee_flexion_sd_deg": 0 * bend + 4,
         "l_hip_abduction_deg": bend / 2,
     }
-    return take.with_(
-        kinematics={**take.kinematics, **angles, "r_knee_flexion_reason": np.zeros(len(bend), "i1")}
-    )
+    return take.with_(kinematics={**take.kinematics, **angles})
 
 
 @pytest.fixture
@@ -162,17 +161,25 @@ def test_mot_bears_the_coordinates_of_a_model_where_they_mean_the_same(take, tmp
     lines = (exported(take, tmp_path, "mot") / "angles.mot").read_text().splitlines()
     end = lines.index("endheader")
     header = dict(line.split("=") for line in lines[:end] if "=" in line)
-    assert header == {"version": "1", "nRows": str(ROWS), "nColumns": "3", "inDegrees": "yes"}
-    assert lines[end + 1].split("\t") == ["time", "knee_angle_r", "hip_adduction_l"]
+    names = lines[end + 1].split("\t")
+    expected = {"version": "1", "nRows": str(ROWS), "nColumns": str(len(names)), "inDegrees": "yes"}
+    assert header == expected
+    assert names[:4] == ["time", "pelvis_tilt", "pelvis_list", "pelvis_rotation"]
+    assert set(names) > {"knee_angle_r", "hip_adduction_l", "trunk_lean_frontal"}
     assert "l_hip_abduction is -hip_adduction_l" in lines
     rows = np.array([[float(cell) for cell in line.split("\t")] for line in lines[end + 2 :]])
-    assert rows.shape == (ROWS, 3)
-    expected = take.kinematics["r_knee_flexion_deg"], -take.kinematics["l_hip_abduction_deg"]
-    np.testing.assert_allclose(rows, np.stack([take.poses.times, *expected], axis=-1), atol=1e-6)
+    assert rows.shape == (ROWS, len(names))
+    found = dict(zip(names, rows.T, strict=True))
+    for name, values in (
+        ("time", take.poses.times),
+        ("knee_angle_r", take.kinematics["r_knee_flexion_deg"]),
+        ("hip_adduction_l", -take.kinematics["l_hip_abduction_deg"]),
+    ):
+        np.testing.assert_allclose(found[name], values, atol=1e-6)
 
 
 def test_mot_without_angles_is_refused(take, tmp_path):
-    only_paths = {name: values for name, values in take.kinematics.items() if "_deg" not in name}
+    only_paths = Trajectories()(take.with_(kinematics=None)).kinematics
     with pytest.raises(InputError, match="'angles'"):
         exported(take.with_(kinematics=only_paths), tmp_path, "mot")
 

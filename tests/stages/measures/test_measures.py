@@ -16,7 +16,15 @@ from pcnet3d.models.gait.of_take import least_step
 from pcnet3d.pipeline import H36M17, Z_UP, InputError, Pipeline, PoseSequence, Take
 from pcnet3d.pipeline.motion.angles import ANGLES, MIDLINE
 from pcnet3d.stages.angles import Angles
-from pcnet3d.stages.export.measures import Row, rows, write_measures, write_measures_parquet
+from pcnet3d.stages.export.measures import (
+    Point,
+    Row,
+    curve_points,
+    rows,
+    write_cycles,
+    write_measures,
+    write_measures_parquet,
+)
 from pcnet3d.stages.measures.stage import Measures
 from pcnet3d.stages.record.measures import measures_markdown
 from pcnet3d.stages.rectify import Rectify
@@ -246,12 +254,40 @@ def test_the_table_holds_every_figure(take, tmp_path):
     measures = take.measures
     assert float(found["walking.cadence_spm", ""]["value"]) == measures["walking"]["cadence_spm"]
     assert found["walking.cadence_spm", ""]["unit"] == "1/min"
-    curve = measures["knee_bends"]["cycles"]["r_knee_flexion"]["mean_deg"]
-    name = "knee_bends.cycles.r_knee_flexion.mean_deg"
-    assert [float(found[name, str(i)]["value"]) for i in range(101)] == curve
-    assert {found[name, str(i)]["side"] for i in range(101)} == {"right"}
+    assert not any("cycles" in row["measure"] for row in rows)
+    assert len(rows) < 600
     symmetry = found["symmetry.hip_abduction.reason", ""]
     assert (symmetry["value"], symmetry["text"]) == ("", measures["symmetry"]["hip_abduction"]["reason"])
+
+
+def test_curves_have_a_table_of_their_own(take, tmp_path):
+    write_cycles(take, tmp_path / "cycles.csv")
+    rows = list(csv.DictReader((tmp_path / "cycles.csv").read_text().splitlines()))
+    assert list(rows[0]) == list(Point._fields)
+    groups = {name: take.measures[name]["cycles"] for name in ("knee_bends", "arm_raises", "walking")}
+    counted = [row["movement"] for row in rows]
+    assert {name: counted.count(name) for name in groups} == {
+        name: 101 * len(curves) for name, curves in groups.items()
+    }
+    for movement, angle, side in (
+        ("knee_bends", "r_knee_flexion", "right"), ("knee_bends", "trunk_lean_sagittal", ""),
+        ("walking", "l_hip_flexion", "left"),
+    ):  # fmt: skip
+        found = [row for row in rows if (row["movement"], row["angle"]) == (movement, angle)]
+        curve = groups[movement][angle]
+        assert [int(row["percent"]) for row in found] == list(range(101))
+        assert [float(row["mean_deg"]) for row in found] == curve["mean_deg"]
+        assert [row["sd_deg"] for row in found] == [str(sd) for sd in curve.get("sd_deg", [""] * 101)]
+        assert {row["count"] for row in found} == {str(curve["count"])}
+        assert {row["side"] for row in found} == {side}
+
+
+def test_curves_of_repetitions_on_request_say_of_which():
+    curve = {"count": 1, "mean_deg": [1.0, 2.0]}
+    group = {"repetitions": {"r_elbow_flexion": {"count": 1, "cycles": {"r_elbow_flexion": curve}}}}
+    found = list(curve_points(Take("t", measures=group)))
+    assert found[1] == Point("repetitions.r_elbow_flexion", "r_elbow_flexion", "right", 1, 2.0, None, 1)
+    assert list(curve_points(Take("t"))) == []
 
 
 def test_a_row_has_the_error_the_side_the_unit_and_the_times_of_its_figure():
