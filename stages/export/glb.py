@@ -29,7 +29,7 @@ _MATERIALS = {"right": RIGHT, "left": LEFT, "middle": MIDDLE}
 _RINGS = np.array([(0.03, 0.5), (0.12, 0.9), (0.25, 1.0), (0.9, 0.55), (0.97, 0.35)])
 _CORNERS = 8  # of a ring
 _WIDTH = 0.09  # half a bone's width, in its length
-_SHORTEST = 1e-6  # a bone has a surface
+_SHORTEST = 1e-6  # what is shorter has neither a direction nor a surface
 
 
 def write_glb(take: Take, path: Path) -> tuple[Event, ...]:
@@ -47,7 +47,7 @@ def write_glb(take: Take, path: Path) -> tuple[Event, ...]:
     armature_node, body_node = len(skeleton.names), len(skeleton.names) + 1
     R_scene_from_rest = _rest_axes(skeleton)
     bones = _bones(found)
-    hidden = {bone: row for row, bone in enumerate(bone for bone in bones if not bones[bone].all())}
+    hidden = [bone for bone, shown in bones.items() if not shown.all()]
     content = {
         "asset": {
             "version": "2.0",
@@ -100,7 +100,7 @@ class _Arrays:
         self.content = bytearray()
 
     def add(self, values: np.ndarray, target: int | None = None) -> int:
-        """The number of the accessor of values (N,), (N, D), or (N, 4, 4) matrices. Bytes are shares of 255."""
+        """The number of the accessor of values (N,), (N, D), or (N, 4, 4) matrices."""
         told: dict[str, Any] = {"bufferView": self._view(values, target)}
         return self._accessor(told, values)
 
@@ -203,10 +203,10 @@ def _bones(found: Armature) -> dict[int, np.ndarray]:
     }
 
 
-def _mesh(found: Armature, bones: list[int], hidden: dict[int, int], arrays: _Arrays) -> dict[str, Any]:
+def _mesh(found: Armature, bones: list[int], hidden: list[int], arrays: _Arrays) -> dict[str, Any]:
     """The skin: the surfaces of all bones, a part for each side, each bone's turned by the joint where it begins.
 
-    hidden: of bones that have one, the number of the morph target that draws the bone's surface into one point.
+    bones: the joints where they end; hidden: those of them with a morph target that draws the surface into one point.
     """
     skeleton = found.skeleton
     rest = skeleton.rest + found.rest_root
@@ -292,10 +292,8 @@ def _faces() -> np.ndarray:
     beside = np.roll(rings, -1, axis=1)
     first, last = np.zeros(_CORNERS, int), np.full(_CORNERS, rings.size + 1)
     faces = [(first, beside[0], rings[0]), (last, rings[-1], beside[-1])]
-    for (low, low_beside), (high, high_beside) in zip(
-        zip(rings[:-1], beside[:-1], strict=True), zip(rings[1:], beside[1:], strict=True), strict=True
-    ):
-        faces += [(low, low_beside, high_beside), (low, high_beside, high)]
+    for i in range(len(rings) - 1):
+        faces += [(rings[i], beside[i], beside[i + 1]), (rings[i], beside[i + 1], rings[i + 1])]
     return np.concatenate([np.stack(face, axis=1) for face in faces])
 
 

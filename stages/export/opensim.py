@@ -128,7 +128,7 @@ def _pelvis(take: Take) -> dict[str, np.ndarray]:
     turns = zxy_deg(R_ground_from_pelvis)
     turned = np.isfinite(turns[:, 0])
     turns[turned] = np.unwrap(turns[turned], axis=0, period=360)
-    coordinates = dict(zip(_TURNS, turns.T, strict=True))
+    coordinates: dict[str, np.ndarray] = dict(zip(_TURNS, turns.T, strict=True))
     if path.root is not None and path.frame.unit == "m":
         hips = rotate(R_ground_from_level, path.root)
         origin = hips - rotate(R_ground_from_pelvis, _HIPS_IN_PELVIS[None])[:, 0]
