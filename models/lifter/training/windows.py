@@ -96,8 +96,12 @@ class Windows:
         self.starts = (lengths.cumsum(0) - lengths).to(self.device)
         lies = torch.tensor([float(lying(clip.joints).sum()) for clip in clips])
         if material.lying and not lies.any():
-            raise InputError("Expected clips in which somebody lies, for the material wants them; leave `lying` out.")
-        self.share = (1 - material.lying) * lengths / lengths.sum() + material.lying * lies / lies.sum().clamp_min(1)
+            raise InputError(
+                "Expected clips in which somebody lies, for the material wants them; leave `lying` out."
+            )
+        self.share = (
+            1 - material.lying
+        ) * lengths / lengths.sum() + material.lying * lies / lies.sum().clamp_min(1)
         self.share = self.share.to(self.device)
         self.people = proportions(clips).to(self.device)
         self.bodies = BodyRange(

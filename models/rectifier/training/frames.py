@@ -37,10 +37,10 @@ class Mixture(MotionRange):
 
     lifted: share of lifted frames (of the files given to the training), roll_deg: the camera's roll added to them,
     uniform. lying: share of lifted and of captured frames that are drawn among those of people who lie, crawl or bend
-    deeply (mocap.lying), who are few. What follows is shares of the others, as are the fields of MotionRange: bodies that lean, crawl or lie keep
-    the world's up as their truth. wide: seen from `wide` views. hips, shoulders: widths that bodies are drawn from
-    (bodies.BodyRange). noisy: with Gaussian noise of up to noise_m, twice that in depth. flipped: with limbs turned
-    over in depth. missing: with missing joints; lifted frames too.
+    deeply (mocap.lying), who are few. What follows is shares of the captured frames, as are the fields of MotionRange:
+    bodies that lean, crawl or lie keep the world's up as their truth. wide: seen from `wide` views. hips, shoulders:
+    widths that bodies are drawn from (bodies.BodyRange). noisy: with Gaussian noise of up to noise_m, twice that in
+    depth. flipped: with limbs turned over in depth. missing: with missing joints; lifted frames too.
     """
 
     lifted: float = 0.0
@@ -131,7 +131,9 @@ class TrainingFrames:
 
     def _rows(self, lies: np.ndarray, what: str) -> Tensor:
         if self.mixture.lying and not lies.any():
-            raise InputError(f"Expected {what} in which somebody lies, for the mixture wants them; leave `lying` out.")
+            raise InputError(
+                f"Expected {what} in which somebody lies, for the mixture wants them; leave `lying` out."
+            )
         return torch.from_numpy(np.flatnonzero(lies)).to(self.device)
 
     def _motion(self, draw: Draw, count: int) -> Tensor:
@@ -143,7 +145,9 @@ class TrainingFrames:
         rows = draw.integers(of, count)
         if not self.mixture.lying:
             return rows
-        return torch.where(draw.share(self.mixture.lying, count), lying[draw.integers(len(lying), count)], rows)
+        return torch.where(
+            draw.share(self.mixture.lying, count), lying[draw.integers(len(lying), count)], rows
+        )
 
     def _lifted(self, draw: Draw, count: int) -> tuple[Tensor, Tensor, Tensor]:
         """Lifted frames, half of them mirrored left to right, before a camera that is rolled further."""

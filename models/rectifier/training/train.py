@@ -199,7 +199,8 @@ def check(deployed: Deployed, checks: dict[str, Frames]) -> dict[str, float]:
         true, expected = _errors(deployed, frames)
         figures |= {name: float(true.mean()), f"{name}_expected": float(expected.mean())}
     upright, lies = ("lifted", "lifted_lying") if "lifted" in figures else ("paper", "lying")
-    return figures | {"score": figures[upright] + _LYING_SHARE * (figures.get(lies, figures[upright]) - figures[upright])}
+    worse = figures.get(lies, figures[upright]) - figures[upright]
+    return figures | {"score": figures[upright] + _LYING_SHARE * worse}
 
 
 def calibrate(deployed: Deployed, frames: Frames) -> None:

@@ -132,7 +132,9 @@ def test_a_truncated_image_loses_the_legs_first_and_absent_joints_are_never_seen
 @pytest.mark.parametrize("share", [0.0, 0.5, 1.0])
 def test_clips_of_people_who_lie_are_drawn_as_often_as_asked(clips, facing_camera, share):
     """Of four clips as long as each other one lies."""
-    upright = tuple(replace(clip, joints=np.tile(upright_world(facing_camera), (150, 1, 1))) for clip in clips)
+    upright = tuple(
+        replace(clip, joints=np.tile(upright_world(facing_camera), (150, 1, 1))) for clip in clips
+    )
     lies = replace(upright[0], joints=upright[0].joints[..., [0, 2, 1]] * np.float32([1, -1, 1]))
     windows = Windows((*upright, lies), Material(lying=share))
     drawn = windows._motion(Draw(3, 0), 20, 30.0, 400).numpy()
@@ -140,7 +142,9 @@ def test_clips_of_people_who_lie_are_drawn_as_often_as_asked(clips, facing_camer
 
 
 def test_a_material_that_wants_people_who_lie_is_refused_without_any(clips, facing_camera):
-    upright = tuple(replace(clip, joints=np.tile(upright_world(facing_camera), (150, 1, 1))) for clip in clips)
+    upright = tuple(
+        replace(clip, joints=np.tile(upright_world(facing_camera), (150, 1, 1))) for clip in clips
+    )
     with pytest.raises(InputError, match="clips in which somebody lies"):
         Windows(upright, Material(lying=0.1))
 

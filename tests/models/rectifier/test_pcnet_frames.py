@@ -196,7 +196,9 @@ def test_people_who_lie_are_drawn_as_often_as_asked(clips, standing, tmp_path, s
     """One frame in 241 lies in the clips, and one in two in the lifted takes."""
     lying = standing[:, [2, 1, 0]] * np.float32([1, 1, -1])  # on the back
     alone = Clip("07_01", "07", "asfamc", 30.0, lying[None].astype(np.float32))
-    lifted = read_lifted([write_lifted(tmp_path / "a.npz", standing), write_lifted(tmp_path / "b.npz", lying)])
+    lifted = read_lifted(
+        [write_lifted(tmp_path / "a.npz", standing), write_lifted(tmp_path / "b.npz", lying)]
+    )
     few = lifted._replace(lying=trunk_lean_deg(rotate(transpose(lifted.R), lifted.truth)) > 60)
     for source in (None, few):
         mixture = module.Mixture(lying=share, lifted=1.0 if source else 0.0)

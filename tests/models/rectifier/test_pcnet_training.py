@@ -130,7 +130,9 @@ def test_the_best_are_the_best_on_lifted_frames_where_there_are_some(
 
 def test_people_who_lie_are_a_tenth_of_the_score(config, clips, tmp_path, standing):
     upright = write_lifted(tmp_path / "upright.npz", standing, names=("07_01",))
-    lies = write_lifted(tmp_path / "lies.npz", standing[:, [2, 1, 0]] * np.float32([1, 1, -1]), names=("07_02",))
+    lies = write_lifted(
+        tmp_path / "lies.npz", standing[:, [2, 1, 0]] * np.float32([1, 1, -1]), names=("07_02",)
+    )
     held = dict(np.load(lies))
     np.savez(lies, **held | {"lying": np.ones(len(held["lying"]))})
     both = module.validation(clips["val"], module.read_lifted([upright, lies]), "body")
