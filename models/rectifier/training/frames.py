@@ -85,9 +85,9 @@ class TrainingFrames:
             raise InputError(
                 "Expected files of lifted takes, for the mixture wants them; make some with pcnet3d testbed."
             )
-        if targets == "axes" and (mixture.poses.turned or mixture.poses.leaning):
+        if targets == "axes" and any((mixture.poses.turned, mixture.poses.leaning, mixture.poses.laid)):
             raise InputError(
-                'Expected bodies as they were recorded for targets = "axes"; leave turned and leaning out.'
+                'Expected bodies as they were recorded for targets = "axes"; leave turned, leaning and laid out.'
             )
         self.device, self.mixture = torch.device(device), mixture
         self.targets: Targets = targets

@@ -97,6 +97,16 @@ def test_turned_bodies_lie_and_lean_under_the_worlds_own_up(clips):
     assert 5 < leaning.mean() < 15
 
 
+def test_laid_bodies_lie_on_every_side_under_the_worlds_own_up(clips):
+    frames = batch(clips, 400, poses=PoseRange(laid=0.5))
+    lies = upright_lean_deg(frames) > 60
+    assert lies.mean() == pytest.approx(0.5, abs=0.1)
+    np.testing.assert_allclose(body_axes(frames.truth, frames.R[..., 2]), frames.R, atol=2e-3)
+    upper = rotate(transpose(frames.R[lies]), frames.truth[lies])[:, H36M17.index("thorax")]
+    assert abs(upper[:, 2].mean()) < 0.1  # head up as often as down
+    assert (np.abs(upper[:, :2]).max(axis=0) > 0.3).all()
+
+
 def test_sampled_limbs_raise_a_knee_or_a_hand(clips):
     def joint(frames, name):
         return rotate(transpose(frames.R), frames.truth)[:, H36M17.index(name), 2]
@@ -187,7 +197,7 @@ def test_what_cannot_be_made_is_refused(clips):
         module.TrainingFrames(clips, module.Mixture(lifted=0.5))
     with pytest.raises(InputError, match="between 0 and 1 for wide, missing"):
         module.Mixture(wide=7, missing=-0.1)
-    with pytest.raises(InputError, match="leave turned and leaning out"):
+    with pytest.raises(InputError, match="leave turned, leaning and laid out"):
         module.TrainingFrames(clips, module.Mixture(poses=PoseRange(turned=0.1)), targets="axes")
 
 
