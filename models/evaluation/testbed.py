@@ -137,7 +137,7 @@ def _refuse_known_subjects(subjects: Subjects, model: str | Path) -> None:
 
 
 def lay_down(clip: Clip, rng: np.random.Generator) -> Clip:
-    """The same motion of a body that lies on its back, front or a side, turned about a level axis by about 90 degrees."""
+    """The motion of a body that lies on its back, front or a side: turned about a level axis by about 90 degrees."""
     from scipy.spatial.transform import Rotation
 
     towards, angle = rng.uniform(0, 2 * np.pi), np.radians(90 + _LAID_SD_DEG * rng.standard_normal())
