@@ -220,7 +220,7 @@ def _rectified(
     R_source_from_reference = source.frame.basis @ reference.basis.T
     R_source_from_body = R_source_from_reference @ levelled.R_camera_from_body
     R_source_from_level = R_source_from_reference @ levelled.R_camera_from_level
-    reason = why_not(levelled, _in(source, reference).joints)
+    reason = why_not(levelled)
     said: dict[str, Any] = {
         "gravity": options.gravity, "pitch_deg": options.pitch_deg, "roll_deg": options.roll_deg,
         "window_s": options.window_s if options.camera == "moving" else None,

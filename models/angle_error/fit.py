@@ -146,7 +146,7 @@ def fit(train: Sequence[Path], val: Sequence[Path], rectifier: Rectifier) -> Joi
     pairs, levels = [], []
     for pair in read_pairs(val):
         level = level_static(Seen(pair.raw, *rectifier.rotation(pair.raw), pair.time_s, spread=pair.stated))
-        if not why_not(level, pair.raw):
+        if not why_not(level):
             pairs.append(pair)
             levels.append(level)
     if not pairs:

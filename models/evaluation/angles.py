@@ -79,7 +79,7 @@ def one_set(
             level = level_static(
                 Seen(joints, *rectifier.rotation(joints), time_s, spread=stated_spread(take.lifted))
             )
-            fine = not why_not(level, joints)
+            fine = not why_not(level)
             levelled[rectifier.method] += fine
             found = take_angles(
                 joints,

@@ -133,7 +133,7 @@ def judge(rectifier: Rectifier, take: LiftedTake, path: str = KNOWN) -> JudgedGa
     if not np.isfinite(joints).all():
         return None
     level = level_static(Seen(joints, *rectifier.rotation(joints), time_s, spread=stated_spread(take.lifted)))
-    if why_not(level, joints):
+    if why_not(level):
         return None
     smooth = _smooth(joints, time_s)
     body = rotate(transpose(level.R_camera_from_body), smooth)

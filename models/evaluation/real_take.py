@@ -264,7 +264,7 @@ def level_row(
     ups = level.R_camera_from_body[..., 2]
     row: dict[str, Any] = {
         "frames": len(poses),
-        "levelled": float(not why_not(level, joints)),
+        "levelled": float(not why_not(level)),
         "up_deg": _mean(angle_deg(ups, np.broadcast_to(up, ups.shape))),
         "stated_deg": _mean(level.up_error_deg),
         "bound_deg": _mean(level.up_bound_deg),

@@ -151,7 +151,7 @@ def judge(take: LiftedTake, joints: np.ndarray, answer: Answer) -> Judged:
     off = np.nanmax(tilt, initial=-np.inf)  # the same in every frame that has an answer
     return replace(
         errors,
-        levelled=not why_not(answer.levelled, joints),
+        levelled=not why_not(answer.levelled),
         inside=bool(off <= answer.levelled.up_bound_deg[0]),
         drifted=answer.levelled.drift_at is not None,
     )

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Literal
@@ -37,6 +37,8 @@ from ..synthetic.keypoint_noise import Noise, detect
 from .motion_class import motion_classes
 
 MIN_FRAMES = 30
+_LAID_SD_DEG = 12.0  # of how far from level a laid body lies
+_ON_THE_FLOOR = 0.05  # share of its joints below the floor
 
 Bed = Literal["wild", "typical"]
 BEDS: dict[Bed, ViewRange] = {"wild": WILD, "typical": TYPICAL}
@@ -103,17 +105,23 @@ def lifted_takes(
     views: ViewRange = WILD,
     only: Callable[[Clip], bool] | None = None,
     min_frames: int = MIN_FRAMES,
+    trained_on: bool = False,
+    laid: float = 0.0,
 ) -> Iterator[LiftedTake]:
     """Every clip of at least `min_frames` frames, seen by one static camera and lifted.
 
-    model: never one that saw the subjects, which is refused; the shipped one saw all train subjects, so takes of
-    "train-a" need a lifter trained on "train-b", and the other way round. focal_known: tell the lifter the focal
-    length, as a calibrated camera would. bodies: draw other proportions (for training); None keeps the captured ones.
-    views: what the cameras are drawn from. only: which of the clips; None takes all.
+    model: never one that saw the subjects, which is refused unless trained_on says that they are not judged by; the
+    shipped one saw all train subjects, so takes of "train-a" need a lifter trained on "train-b", and the other way
+    round. laid: of so large a share of the clips only, whose bodies are laid down, none where it is 0. focal_known:
+    tell the lifter the focal length, as a calibrated camera would. bodies: draw other proportions (for training); None
+    keeps the captured ones. views: what the cameras are drawn from. only: which of the clips; None takes all.
     """
-    _refuse_known_subjects(subjects, model)
+    if not trained_on:
+        _refuse_known_subjects(subjects, model)
     for clip in read_clips(subjects, folder):
-        if len(clip) >= min_frames and (only is None or only(clip)):
+        rng = _rng(clip, seed, 1)
+        if len(clip) >= min_frames and (only is None or only(clip)) and (not laid or rng.uniform() < laid):
+            clip = lay_down(clip, rng) if laid else clip
             take = see(clip, seed, noise=noise, bodies=bodies, views=views)
             focal = take.focal_px if focal_known else None
             yield LiftedTake(lift(take.keypoints, take.image_size, focal, flip, model), take)
@@ -128,6 +136,18 @@ def _refuse_known_subjects(subjects: Subjects, model: str | Path) -> None:
         )
 
 
+def lay_down(clip: Clip, rng: np.random.Generator) -> Clip:
+    """The motion of a body that lies on its back, front or a side: turned about a level axis by about 90 degrees."""
+    from scipy.spatial.transform import Rotation
+
+    towards, angle = rng.uniform(0, 2 * np.pi), np.radians(90 + _LAID_SD_DEG * rng.standard_normal())
+    R = Rotation.from_rotvec(angle * np.array([np.cos(towards), np.sin(towards), 0.0])).as_matrix()
+    pelvis = clip.joints[:, :1]
+    joints = pelvis + rotate(R, clip.joints - pelvis)
+    joints[..., 2] -= np.quantile(joints[..., 2], _ON_THE_FLOOR)
+    return replace(clip, joints=joints.astype(np.float32))
+
+
 def see(
     clip: Clip,
     seed: int,
@@ -137,7 +157,7 @@ def see(
     views: ViewRange = WILD,
 ) -> SeenTake:
     """A clip before one static camera and a noisy detector; deterministic in the seed and the clip's name."""
-    rng = np.random.default_rng([seed, zlib.crc32(clip.name.encode())])
+    rng = _rng(clip, seed)
     world = clip.joints[None].astype(np.float64)
     if bodies is not None:
         world = vary(world, rng, bodies)
@@ -163,6 +183,10 @@ def see(
     )
 
 
+def _rng(clip: Clip, *seeds: int) -> np.random.Generator:
+    return np.random.default_rng([*seeds, zlib.crc32(clip.name.encode())])
+
+
 def write_takes(
     subjects: Annotated[Subjects, typer.Argument(help="Whose takes.")],
     output: Annotated[Path, typer.Option("-o", "--output", help="The .npz file to write.")],
@@ -174,6 +198,13 @@ def write_takes(
     bed: Annotated[
         Bed, typer.Option(help="Cameras: steep, tilted and long lenses too, or as people film.")
     ] = "wild",
+    trained_on: Annotated[
+        bool,
+        typer.Option("--trained-on", help="Also subjects that the lifter was trained on: never to judge by."),
+    ] = False,
+    laid: Annotated[
+        float, typer.Option(min=0, max=1, help="Only this share of the clips, and their bodies laid down.")
+    ] = 0.0,
 ) -> None:
     """Write lifted takes with ground truth for training and evaluation.
 
@@ -183,7 +214,11 @@ def write_takes(
     """
     refuse_unwritable_file(output)
     drawn = BodyRange() if bodies else None
-    takes = list(lifted_takes(subjects, seed, model=lifter, bodies=drawn, views=BEDS[bed]))
+    takes = list(
+        lifted_takes(
+            subjects, seed, model=lifter, bodies=drawn, views=BEDS[bed], trained_on=trained_on, laid=laid
+        )
+    )
     if not takes:
         raise InputError(f"There is no take of {MIN_FRAMES} frames or more of the subjects '{subjects}'.")
     frames = [len(take.lifted) for take in takes]

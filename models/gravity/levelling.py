@@ -12,7 +12,7 @@ from typing import Literal
 import numpy as np
 
 from ...pipeline.camera import Look
-from ...pipeline.canonical import LYING_DEG, R_world_from_body, trunk_lean_deg
+from ...pipeline.canonical import R_world_from_body
 from ...pipeline.rotations import angle_deg, from_columns, is_finite, unit
 from .evidence import FEET, FLOOR, FRAMES, Evidence, TakeUp
 from .floor import of_feet
@@ -139,9 +139,8 @@ def camera_frame(up: np.ndarray) -> np.ndarray:
     return from_columns(back, np.cross(up, back), up)
 
 
-def why_not(levelled: Levelled, joints: np.ndarray) -> str:
-    """In words why a take of joints (T, 17, 3), in the camera's axes, could not be levelled, or "". Where up is known
-    from elsewhere, only the heading can fail."""
+def why_not(levelled: Levelled) -> str:
+    """In words why a take could not be levelled, or "". Where up is known from elsewhere, only the heading can fail."""
     fine = is_finite(levelled.R_camera_from_body).all(axis=1)
     if not fine.any():
         return "no frame has the torso joints that a rotation needs"
@@ -157,11 +156,6 @@ def why_not(levelled: Levelled, joints: np.ndarray) -> str:
     scatter = float(np.median(angle_deg(levelled.votes[voted], ups[voted])))
     if not scatter < _SCATTER_DEG:
         return f"the frames' up directions scatter by {scatter:.0f} degrees about their mean"
-    lean = trunk_lean_deg(joints[fine], ups[fine])
-    if np.mean(lean > LYING_DEG) >= 0.5:
-        return (
-            f"the trunk is {np.nanmedian(lean):.0f} degrees from its up: the person lies, or bends far down"
-        )
     bound = float(np.nanmax(levelled.up_bound_deg))
     if bound > _WIDEST_BOUND_DEG:
         return f"its up is only known to within {bound:.0f} degrees"

@@ -28,7 +28,7 @@ def level_people(
     nothing else is told, everybody keeps an up of their own, and the reason why it is none."""
     alone = [level(one, static_up(one)) for one in people]
     # The alone have shares of frames, feet or floor, so that nothing is taken on trust.
-    heard = [not why_not(levelled, one.joints) for one, levelled in zip(people, alone, strict=True)]
+    heard = [not why_not(levelled) for levelled in alone]
     if not any(heard) and not told and look is None:
         return alone
     own = [(one.name, levelled.up) for one, levelled, use in zip(people, alone, heard, strict=True) if use]

@@ -14,7 +14,7 @@ from torch import Tensor
 
 from ....pipeline.errors import InputError
 from ...common.toml_config import check_shares
-from ...mocap.clips import Clip
+from ...mocap.clips import Clip, lying
 from ...synthetic.bodies import BodyRange
 from ...synthetic.cameras import TYPICAL, ViewRange
 from ...synthetic.keypoint_noise import Noise
@@ -42,7 +42,8 @@ class Material(MotionRange):
     share with pelvis, spine, thorax and head made as for COCO keypoints. quality, truncated, occluded, absent: of
     on_device.keypoint_noise.Spoilt. other_rates: share of batches at another frame rate than 30, between 20 and 60.
     focal_known, focal_estimated: share of windows whose focal length is told, exactly or with an error; the others have
-    the assumed one. up_known: share that is told which way is up, with an error (_UP_DEG).
+    the assumed one. up_known: share that is told which way is up, with an error (_UP_DEG). lying: share from clips
+    drawn by how many of their frames show somebody who lies, crawls or bends deeply (mocap.lying), for these are few.
     """
 
     limbs: float = 0.05
@@ -60,12 +61,13 @@ class Material(MotionRange):
     focal_known: float = 0.3
     focal_estimated: float = 0.0
     up_known: float = 0.0
+    lying: float = 0.0
 
     def __post_init__(self) -> None:
         check_shares(
             self, *MOTION_SHARES, "mirrored", "typical", "pans", "derived",
             "truncated", "occluded", "other_rates", "focal_known", "focal_estimated",
-            "up_known",
+            "up_known", "lying",
         )  # fmt: skip
 
 
@@ -92,6 +94,15 @@ class Windows:
         lengths = torch.tensor([len(clip) for clip in clips], dtype=torch.float32)
         self.lengths = lengths.to(self.device)
         self.starts = (lengths.cumsum(0) - lengths).to(self.device)
+        lies = torch.tensor([float(lying(clip.joints).sum()) for clip in clips])
+        if material.lying and not lies.any():
+            raise InputError(
+                "Expected clips in which somebody lies, for the material wants them; leave `lying` out."
+            )
+        self.share = (
+            1 - material.lying
+        ) * lengths / lengths.sum() + material.lying * lies / lies.sum().clamp_min(1)
+        self.share = self.share.to(self.device)
         self.people = proportions(clips).to(self.device)
         self.bodies = BodyRange(
             limbs=material.limbs,
@@ -146,8 +157,8 @@ class Windows:
     def _motion(self, draw: Draw, frames: int, fps: float, count: int) -> Tensor:
         step = _CAPTURED_FPS / fps
         room = self.lengths - 1 - (frames - 1) * step
-        weights = torch.where(room >= 0, self.lengths, 0.0)
-        if not bool((room >= 0).any()):
+        weights = torch.where(room >= 0, self.share, 0.0)
+        if not bool((weights > 0).any()):
             raise InputError(
                 f"Expected a clip of {frames} frames at {fps:.0f} frames per second, but the longest lasts "
                 f"{float(self.lengths.max()) / _CAPTURED_FPS:.1f} s; shorten `lengths`."

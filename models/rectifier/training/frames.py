@@ -18,7 +18,7 @@ from torch import Tensor
 from ....pipeline.errors import InputError
 from ....pipeline.layouts import H36M17
 from ...common.toml_config import check_shares
-from ...mocap.clips import Clip
+from ...mocap.clips import Clip, lying
 from ...synthetic.bodies import BodyRange
 from ...synthetic.on_device.bodies import proportions, redefined
 from ...synthetic.on_device.draw import Draw
@@ -36,14 +36,16 @@ class Mixture(MotionRange):
     """Shares of a batch, and how far its bodies and joints are from the capture; the defaults change nothing.
 
     lifted: share of lifted frames (of the files given to the training), roll_deg: the camera's roll added to them,
-    uniform. What follows is shares of the others, as are the fields of MotionRange: bodies that lean, crawl or lie keep
-    the world's up as their truth. wide: seen from `wide` views. hips, shoulders: widths that bodies are drawn from
-    (bodies.BodyRange). noisy: with Gaussian noise of up to noise_m, twice that in depth. flipped: with limbs turned
-    over in depth. missing: with missing joints; lifted frames too.
+    uniform. lying: share of lifted and of captured frames that are drawn among those of people who lie, crawl or bend
+    deeply (mocap.lying), who are few. What follows is shares of the captured frames, as are the fields of MotionRange:
+    bodies that lean, crawl or lie keep the world's up as their truth. wide: seen from `wide` views. hips, shoulders:
+    widths that bodies are drawn from (bodies.BodyRange). noisy: with Gaussian noise of up to noise_m, twice that in
+    depth. flipped: with limbs turned over in depth. missing: with missing joints; lifted frames too.
     """
 
     lifted: float = 0.0
     roll_deg: float = 0.0
+    lying: float = 0.0
     wide: float = 0.0
     hips: tuple[float, float] = BodyRange.hips
     shoulders: tuple[float, float] = BodyRange.shoulders
@@ -53,7 +55,7 @@ class Mixture(MotionRange):
     missing: float = 0.0
 
     def __post_init__(self) -> None:
-        check_shares(self, *MOTION_SHARES, "lifted", "wide", "noisy", "flipped", "missing")
+        check_shares(self, *MOTION_SHARES, "lifted", "lying", "wide", "noisy", "flipped", "missing")
 
 
 class Frames(NamedTuple):
@@ -83,13 +85,15 @@ class TrainingFrames:
             raise InputError(
                 "Expected files of lifted takes, for the mixture wants them; make some with pcnet3d testbed."
             )
-        if targets == "axes" and (mixture.poses.turned or mixture.poses.leaning):
+        if targets == "axes" and any((mixture.poses.turned, mixture.poses.leaning, mixture.poses.laid)):
             raise InputError(
-                'Expected bodies as they were recorded for targets = "axes"; leave turned and leaning out.'
+                'Expected bodies as they were recorded for targets = "axes"; leave turned, leaning and laid out.'
             )
         self.device, self.mixture = torch.device(device), mixture
         self.targets: Targets = targets
-        self.joints = torch.from_numpy(np.concatenate([clip.joints for clip in clips])).to(self.device)
+        joints = np.concatenate([clip.joints for clip in clips])
+        self.joints = torch.from_numpy(joints).to(self.device)
+        self.lying = self._rows(lying(joints), "clips")
         self.people = proportions(clips).to(self.device)
         # A body mirrored in x = 0 faces the other way, which only its own heading follows.
         mirrored = 0.5 if targets == "body" else 0.0
@@ -98,6 +102,7 @@ class TrainingFrames:
         )
         arrays = () if lifted is None else (lifted.joints, lifted.truth, lifted.R)
         self.lifted = tuple(torch.from_numpy(array).to(self.device) for array in arrays)
+        self.lifted_lying = self._rows(lifted.lying, "lifted takes") if lifted else self.lying
 
     @torch.no_grad()
     def batch(self, draw: Draw, count: int) -> Frames:
@@ -124,13 +129,29 @@ class TrainingFrames:
             joints = noisy(joints, draw, mixture.noisy, mixture.noise_m)
         return joints, truth, R
 
+    def _rows(self, lies: np.ndarray, what: str) -> Tensor:
+        if self.mixture.lying and not lies.any():
+            raise InputError(
+                f"Expected {what} in which somebody lies, for the mixture wants them; leave `lying` out."
+            )
+        return torch.from_numpy(np.flatnonzero(lies)).to(self.device)
+
     def _motion(self, draw: Draw, count: int) -> Tensor:
         """(count, 1, 17, 3) captured frames, drawn at random."""
-        return self.joints[draw.integers(len(self.joints), count)][:, None]
+        return self.joints[self._drawn(draw, len(self.joints), self.lying, count)][:, None]
+
+    def _drawn(self, draw: Draw, of: int, lying: Tensor, count: int) -> Tensor:
+        """(count,) rows at random, the mixture's share of them among those that lie."""
+        rows = draw.integers(of, count)
+        if not self.mixture.lying:
+            return rows
+        return torch.where(
+            draw.share(self.mixture.lying, count), lying[draw.integers(len(lying), count)], rows
+        )
 
     def _lifted(self, draw: Draw, count: int) -> tuple[Tensor, Tensor, Tensor]:
         """Lifted frames, half of them mirrored left to right, before a camera that is rolled further."""
-        row = draw.integers(len(self.lifted[0]), count)
+        row = self._drawn(draw, len(self.lifted[0]), self.lifted_lying, count)
         joints, truth, R = (part[row] for part in self.lifted)
         across, body = R.new_tensor([-1.0, 1.0, 1.0]), R.new_tensor([1.0, -1.0, 1.0])
         mirrored = draw.share(0.5, count, 1, 1)

@@ -34,7 +34,8 @@ class PoseRange:
     above the spine and head turn further, by about 15 degrees. limbs_swung: arms turn further about the shoulders and
     legs about the hips, by about 20 and 10 degrees; knees and elbows keep their angles. turned: the whole body is
     turned about any axis, by an angle with a standard deviation of turned_deg, half of them on and on: leans, falls,
-    lying. leaning: the whole body leans about a horizontal axis by about 12 degrees.
+    lying. leaning: the whole body leans about a horizontal axis by about 12 degrees. laid: it lies, on the back, the
+    front or a side: it is turned about a horizontal axis by about 90 degrees.
     """
 
     exchanged: float = 0.0
@@ -44,9 +45,10 @@ class PoseRange:
     turned: float = 0.0
     turned_deg: float = 57.0
     leaning: float = 0.0
+    laid: float = 0.0
 
     def __post_init__(self) -> None:
-        check_shares(self, "exchanged", "sampled", "swung", "limbs_swung", "turned", "leaning")
+        check_shares(self, "exchanged", "sampled", "swung", "limbs_swung", "turned", "leaning", "laid")
 
 
 def posed(joints: Tensor, other: Tensor, draw: Draw, poses: PoseRange, fps: float) -> Tensor:
@@ -59,7 +61,7 @@ def posed(joints: Tensor, other: Tensor, draw: Draw, poses: PoseRange, fps: floa
         out = _limbs_swung(out, draw, poses.limbs_swung)
     if poses.exchanged or poses.sampled:
         out = _other_limbs(out, other, draw, poses, fps)
-    if poses.turned or poses.leaning:
+    if poses.turned or poses.leaning or poses.laid:
         out = _turned(out, draw, poses, fps)
     return out
 
@@ -172,6 +174,8 @@ def _turned(joints: Tensor, draw: Draw, poses: PoseRange, fps: float) -> Tensor:
     axis = torch.where(turned[:, None], axis, unit(level))
     angle = torch.where(turned, poses.turned_deg * draw.normal(count), 12.0 * draw.normal(count) * leaning)
     rate = 40.0 * draw.normal(count) * (turned & draw.share(0.4, count))  # degrees a second
+    laid = draw.share(poses.laid, count) & ~turned
+    angle = torch.where(laid, 90.0 + 12.0 * draw.normal(count), angle)
     times = (torch.arange(frames, device=draw.device) - frames / 2) / fps
     vector = axis[:, None] * (angle[:, None] + rate[:, None] * times).deg2rad()[..., None]
     pelvis = joints[..., [H36M17.index("pelvis")], :]

@@ -16,12 +16,12 @@ from pcnet3d.models.evaluation.evaluate import (
     lifter_figures,
     rectifier_figures,
 )
-from pcnet3d.models.evaluation.testbed import BEDS, LiftedTake, lifted_takes, see, write_takes
+from pcnet3d.models.evaluation.testbed import BEDS, LiftedTake, lay_down, lifted_takes, see, write_takes
 from pcnet3d.models.lifter.builtin import Network
 from pcnet3d.models.lifter.load import load_lifter
 from pcnet3d.models.mocap.clips import Clip, read_clips
 from pcnet3d.pipeline import CAMERA, H36M17, InputError
-from pcnet3d.pipeline.canonical import body_axes
+from pcnet3d.pipeline.canonical import body_axes, trunk_lean_deg
 from pcnet3d.pipeline.rotations import geodesic_deg
 
 POSE = {
@@ -108,6 +108,7 @@ def test_no_take_is_lifted_by_who_saw_its_subject(subjects, trained_on, fine, mo
     else:
         with pytest.raises(InputError, match="never saw"):
             next(lifted_takes(subjects))
+        assert list(lifted_takes(subjects, trained_on=True)) == []
 
 
 def test_typical_takes_show_the_same_person_to_other_cameras():
@@ -130,6 +131,30 @@ def test_only_the_clips_asked_for(monkeypatch):
     monkeypatch.setattr(module, "read_clips", lambda subjects, folder: (clip(), clip("accad-m1_x")))
     (take,) = lifted_takes("val", only=lambda one: one.name.startswith("accad"))
     assert take.seen.clip == "accad-m1_x"
+
+
+def test_a_laid_body_lies_and_moves_as_before():
+    upright = clip()
+    for seed in range(5):
+        laid = lay_down(upright, np.random.default_rng(seed))
+        apart = [
+            np.linalg.norm(np.diff(one.joints[:, [0, 5, 9]], axis=1), axis=-1) for one in (upright, laid)
+        ]
+        np.testing.assert_allclose(*apart, atol=1e-5)
+        assert (np.abs(trunk_lean_deg(laid.joints) - 90) < 40).all()
+        assert abs(np.quantile(laid.joints[..., 2], 0.05)) < 1e-5
+    np.testing.assert_array_equal(laid.joints, lay_down(upright, np.random.default_rng(4)).joints)
+
+
+def test_a_share_of_the_takes_is_laid(monkeypatch):
+    clips = tuple(clip(f"09_{i:02}") for i in range(40))
+    monkeypatch.setattr(module, "read_clips", lambda subjects, folder: clips)
+    monkeypatch.setattr(module, "lift", lambda keypoints, *rest: keypoints)
+    takes = [take.seen for take in lifted_takes("test", laid=0.5)]
+    assert 10 <= len(takes) <= 30
+    assert np.mean([take.lying.all() for take in takes]) > 0.9
+    again = [take.seen.clip for take in lifted_takes("test", laid=0.5)]
+    assert again == [take.clip for take in takes]
 
 
 def test_a_take_knows_what_its_person_does():

@@ -1,6 +1,7 @@
 """Training windows of the lifter, and a training run as small as it gets."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,7 +9,7 @@ import pytest
 from golden.trainings import LIFTER, tiny
 from pcnet3d.models.lifter.builtin import lift, network, run
 from pcnet3d.models.lifter.features import CHANNELS
-from pcnet3d.models.mocap.clips import Clip, write_mocap
+from pcnet3d.models.mocap.clips import Clip, lying, write_mocap
 from pcnet3d.models.synthetic.bodies import STANDARD_SIZE_M, size_m
 from pcnet3d.pipeline import H36M17, IMAGE, InputError, PoseSequence
 
@@ -50,6 +51,11 @@ def config(tmp_path, clips, monkeypatch):
 def without_export(monkeypatch):
     """Export takes seconds."""
     monkeypatch.setattr(module, "export", lambda net, path, **said: path.write_bytes(b"slow"))
+
+
+def upright_world(facing_camera):
+    """CAMERA to +Z up."""
+    return (facing_camera[:, [0, 2, 1]] * [1, 1, -1]).astype(np.float32)
 
 
 def batch(clips, material, count, frames, step=0):
@@ -121,6 +127,26 @@ def test_a_truncated_image_loses_the_legs_first_and_absent_joints_are_never_seen
     occluded = lost(occluded=1.0) - plain
     assert 0.02 < occluded[LEGS].mean() < 0.5
     assert np.abs(occluded[H36M17.indices(("pelvis", "thorax", "l_hip", "r_shoulder"))]).max() < 0.05
+
+
+@pytest.mark.parametrize("share", [0.0, 0.5, 1.0])
+def test_clips_of_people_who_lie_are_drawn_as_often_as_asked(clips, facing_camera, share):
+    """Of four clips as long as each other one lies."""
+    upright = tuple(
+        replace(clip, joints=np.tile(upright_world(facing_camera), (150, 1, 1))) for clip in clips
+    )
+    lies = replace(upright[0], joints=upright[0].joints[..., [0, 2, 1]] * np.float32([1, -1, 1]))
+    windows = Windows((*upright, lies), Material(lying=share))
+    drawn = windows._motion(Draw(3, 0), 20, 30.0, 400).numpy()
+    assert float(lying(drawn[:, 0]).mean()) == pytest.approx(share + (1 - share) / 4, abs=0.08)
+
+
+def test_a_material_that_wants_people_who_lie_is_refused_without_any(clips, facing_camera):
+    upright = tuple(
+        replace(clip, joints=np.tile(upright_world(facing_camera), (150, 1, 1))) for clip in clips
+    )
+    with pytest.raises(InputError, match="clips in which somebody lies"):
+        Windows(upright, Material(lying=0.1))
 
 
 def test_windows_longer_than_every_clip_are_refused(clips):

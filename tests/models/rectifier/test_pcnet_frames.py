@@ -97,6 +97,16 @@ def test_turned_bodies_lie_and_lean_under_the_worlds_own_up(clips):
     assert 5 < leaning.mean() < 15
 
 
+def test_laid_bodies_lie_on_every_side_under_the_worlds_own_up(clips):
+    frames = batch(clips, 400, poses=PoseRange(laid=0.5))
+    lies = upright_lean_deg(frames) > 60
+    assert lies.mean() == pytest.approx(0.5, abs=0.1)
+    np.testing.assert_allclose(body_axes(frames.truth, frames.R[..., 2]), frames.R, atol=2e-3)
+    upper = rotate(transpose(frames.R[lies]), frames.truth[lies])[:, H36M17.index("thorax")]
+    assert abs(upper[:, 2].mean()) < 0.1  # head up as often as down
+    assert (np.abs(upper[:, :2]).max(axis=0) > 0.3).all()
+
+
 def test_sampled_limbs_raise_a_knee_or_a_hand(clips):
     def joint(frames, name):
         return rotate(transpose(frames.R), frames.truth)[:, H36M17.index(name), 2]
@@ -187,5 +197,28 @@ def test_what_cannot_be_made_is_refused(clips):
         module.TrainingFrames(clips, module.Mixture(lifted=0.5))
     with pytest.raises(InputError, match="between 0 and 1 for wide, missing"):
         module.Mixture(wide=7, missing=-0.1)
-    with pytest.raises(InputError, match="leave turned and leaning out"):
+    with pytest.raises(InputError, match="leave turned, leaning and laid out"):
         module.TrainingFrames(clips, module.Mixture(poses=PoseRange(turned=0.1)), targets="axes")
+
+
+@pytest.mark.parametrize("share", [0.0, 0.4, 1.0])
+def test_people_who_lie_are_drawn_as_often_as_asked(clips, standing, tmp_path, share):
+    """One frame in 241 lies in the clips, and one in two in the lifted takes."""
+    lying = standing[:, [2, 1, 0]] * np.float32([1, 1, -1])  # on the back
+    alone = Clip("07_01", "07", "asfamc", 30.0, lying[None].astype(np.float32))
+    lifted = read_lifted(
+        [write_lifted(tmp_path / "a.npz", standing), write_lifted(tmp_path / "b.npz", lying)]
+    )
+    few = lifted._replace(lying=trunk_lean_deg(rotate(transpose(lifted.R), lifted.truth)) > 60)
+    for source in (None, few):
+        mixture = module.Mixture(lying=share, lifted=1.0 if source else 0.0)
+        drawn = module.TrainingFrames([*clips, alone], mixture, source).batch(Draw(5, 0), 600)
+        frames = module.Frames(*(part.numpy() for part in drawn))
+        lies = float((upright_lean_deg(frames) > 60).mean())
+        usual = 0.5 if source else 1 / 241
+        assert lies == pytest.approx(share + (1 - share) * usual, abs=0.07)
+
+
+def test_a_mixture_that_wants_people_who_lie_is_refused_without_any(clips):
+    with pytest.raises(InputError, match="clips in which somebody lies"):
+        module.TrainingFrames(clips, module.Mixture(lying=0.1))

@@ -128,6 +128,31 @@ def test_the_best_are_the_best_on_lifted_frames_where_there_are_some(
     assert read_checkpoint(tmp_path / "out")["best"] == min(line["lifted"] for line in lines)
 
 
+def test_people_who_lie_are_a_tenth_of_the_score(config, clips, tmp_path, standing):
+    upright = write_lifted(tmp_path / "upright.npz", standing, names=("07_01",))
+    lies = write_lifted(
+        tmp_path / "lies.npz", standing[:, [2, 1, 0]] * np.float32([1, 1, -1]), names=("07_02",)
+    )
+    held = dict(np.load(lies))
+    np.savez(lies, **held | {"lying": np.ones(len(held["lying"]))})
+    both = module.validation(clips["val"], module.read_lifted([upright, lies]), "body")
+    assert {"lifted", "lifted_lying"} < set(both)
+    torch.manual_seed(0)
+    figures = module.check(module.Deployed(module.PCNet(module.read_config(config).net).eval(), True), both)
+    expected = 0.9 * figures["lifted"] + 0.1 * figures["lifted_lying"]
+    assert figures["score"] == pytest.approx(expected) != figures["lifted"]
+
+
+def test_it_starts_with_the_weights_of_an_earlier_run(config, tmp_path, without_export):
+    module.train_pcnet(config, tmp_path / "first")
+    start = (tmp_path / "first" / "best.pt").as_posix()
+    config.write_text(tiny(("seed = 1", f'seed = 2\nstart = "{start}"'), ("rate = 1e-3", "rate = 1e-12")))
+    module.train_pcnet(config, tmp_path / "second")
+    first, second = (torch.load(tmp_path / run / "best.pt", weights_only=True) for run in ("first", "second"))
+    for name, weights in first.items():
+        torch.testing.assert_close(second[name], weights)
+
+
 def test_validation_of_people_who_are_trained_on_is_refused(config, tmp_path, standing):
     lifted = write_lifted(tmp_path / "val.npz", standing, names=("01_01",))
     config.write_text(tiny(("lifted_val = []", f'lifted_val = ["{lifted.as_posix()}"]')))
