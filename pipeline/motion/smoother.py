@@ -188,12 +188,9 @@ def _jerks(
     hz, power, at = _spectra(y, time_s, dt)
     jerks = size * _JERKS
     errors = _error_density(hz, dt, error_s)[:, None, None] * noise.mean(axis=0)
-    density = _motion_density(hz, dt)
-    score = np.empty((len(jerks), len(at), y.shape[1]))
-    for i, each in enumerate(jerks):
-        expected = each * density[:, None, None] + errors
-        logs = np.log(expected).sum(axis=(0, 2))
-        score[i] = np.einsum("wfnd,fnd->wn", power, 1 / expected, optimize=True) + logs
+    expected = jerks[:, None, None, None] * _motion_density(hz, dt)[:, None, None] + errors  # (S, F, J, D)
+    score = np.einsum("wfnd,sfnd->swn", power, 1 / expected, optimize=True)
+    score += np.log(expected).sum(axis=(1, 3))[:, None]
     weight = np.exp(score.min(axis=0) - score) * np.sqrt(jerks)[:, None, None]
     return at, np.einsum("swn,s->wn", weight, jerks) / weight.sum(axis=0)
 
