@@ -32,13 +32,14 @@ def write_parquet(take: Take, path: Path) -> None:
 
     parts = _parts(take, missing_is_null=False)
     first = next(parts)
-    # Values of measurement hardly repeat: a dictionary of them is made in vain, and makes the file larger.
+    # Values of measurement hardly repeat: a dictionary of them is made in vain, and makes the file larger. The names of
+    # columns are fine for use_dictionary, though pyarrow's types do not say so.
     repeated = [
         name for name, type_ in zip(first.schema.names, first.schema.types, strict=True) if type_ == pa.int8()
     ]
     with (
         whole_file(path) as partial,
-        pq.ParquetWriter(partial, first.schema, use_dictionary=repeated) as file,
+        pq.ParquetWriter(partial, first.schema, use_dictionary=repeated) as file,  # type: ignore[arg-type]
     ):
         for part in chain([first], parts):
             file.write_table(part)
