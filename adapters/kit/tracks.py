@@ -42,14 +42,20 @@ class Detection:
 
     @cached_property
     def found(self) -> np.ndarray:
-        """(J,) whether the joint is there: neither NaN nor the detectors' 0, 0 with score 0 or none."""
-        missing = np.isnan(self.points)
-        return ~missing[:, :2].any(axis=1) & (~missing & (self.points != 0)).any(axis=1)
+        """(J,) whether the joint is there (`found_in`)."""
+        return found_in(self.points)
 
     @cached_property
     def size(self) -> float:
         """Diagonal, in pixels, of the box around the joints that were found."""
         return float(np.linalg.norm(np.ptp(self.points[self.found, :2], axis=0)))
+
+
+def found_in(points: np.ndarray) -> np.ndarray:
+    """(..., J) whether each joint of points (..., J, 3) is there: neither NaN nor the detectors' 0, 0 with score 0 or
+    none."""
+    missing = np.isnan(points)
+    return ~missing[..., :2].any(axis=-1) & (~missing & (points != 0)).any(axis=-1)
 
 
 class Crowd:
@@ -114,8 +120,11 @@ def sequences(
     """
     if not any(detection.found.any() for detection in detections):
         raise InputError(f"{where}: no person was found in any frame.")
-    layout = _layout(detections, layouts, where)
-    points = np.concatenate([detection.points[detection.found] for detection in detections])
+    likely = _layouts_of(detections, layouts, where)
+    points = np.stack([detection.points for detection in detections])
+    there = found_in(points)
+    layout = likely_layout(np.where(there[..., None], points[..., :2], np.nan), likely)
+    points = points[there]
     if np.abs(points[:, :2]).max() <= 1:
         raise InputError(
             f"{where}: expected pixels, got coordinates between -1 and 1; write them in pixels of the video "
@@ -130,7 +139,8 @@ def sequences(
     return tracks if tracked else tuple(poses.noted("link people", method="nearest") for poses in tracks)
 
 
-def _layout(detections: Sequence[Detection], layouts: Iterable[Layout], where: str) -> Layout:
+def _layouts_of(detections: Sequence[Detection], layouts: Iterable[Layout], where: str) -> Sequence[Layout]:
+    """Those of the layouts that have as many joints as every detection; InputError when there is none."""
     known: dict[int, list[Layout]] = defaultdict(list)
     for layout in layouts:
         known[len(layout)].append(layout)
@@ -142,8 +152,7 @@ def _layout(detections: Sequence[Detection], layouts: Iterable[Layout], where: s
         *fewer, most = sorted(counts)
         got = ", ".join([*map(str, fewer), how_many(most, "joint")])
         raise InputError(f"{where}: expected people of {expected}, got {got}.")
-    points = np.stack([np.where(one.found[:, None], one.points[:, :2], np.nan) for one in detections])
-    return likely_layout(points, known[counts.pop()])
+    return known[counts.pop()]
 
 
 def likely_layout(points: np.ndarray, layouts: Sequence[Layout]) -> Layout:
@@ -175,7 +184,8 @@ def _sequence(rows: Sequence[Detection], layout: Layout, unknown: str, where: st
             f"{twice[0]}, so people are not tracked in this file; track them in the detector, or pass "
             "track=true (--set keypoints.track=true) to join each one to the nearest of the frames before."
         )
-    points = np.stack([np.where(row.found[:, None], row.points, np.nan) for row in rows])
+    points = np.stack([row.points for row in rows])
+    points = np.where(found_in(points)[..., None], points, np.nan)
     scores = points[..., 2]
     outside = (scores < 0) | (scores > 1)
     poses = PoseSequence(

@@ -26,7 +26,7 @@ import numpy as np
 from ...pipeline.anthropometry import implied_stature
 from ...pipeline.layouts import H36M17
 from ...pipeline.motion.angles import ANGLES, angles, near
-from ...pipeline.rotations import is_finite, rotate, transpose
+from ...pipeline.rotations import is_finite, transpose
 from ...pipeline.running.cores import cores
 
 NOISE_FILE = Path(__file__).with_name("joint_noise.json")
@@ -134,28 +134,31 @@ def _squares(
     modes: np.ndarray,
 ) -> dict[str, np.ndarray]:
     """{angle: (T,) variance in square degrees}."""
-    rows = H36M17.indices(JOINTS)
+    # Joints and their axes first, (17, 3, T), as `angles` works: moving the axes of every step would take longer.
+    points = np.ascontiguousarray(np.moveaxis(body, 0, -1))
+    scaled = np.ascontiguousarray(np.moveaxis(size[:, None, None] * R_body_from_camera, 0, -1))
+    of_all = np.zeros((len(modes), len(points), 3))
+    of_all[:, H36M17.indices(JOINTS)] = modes
     total = {name: np.zeros(len(body)) for name in ANGLES}
 
     def add(plus: np.ndarray, minus: np.ndarray) -> None:
-        above, below = angles(plus), angles(minus)
+        above, below = (angles(np.moveaxis(stepped, -1, 0)) for stepped in (plus, minus))
         for name in ANGLES:
             total[name] += (near(above[name] - below[name], 0.0) / 2) ** 2
 
-    for mode in modes:
-        step = np.zeros_like(body)
-        step[:, rows] = rotate(R_body_from_camera, size[:, None, None] * mode)
-        add(body + step, body - step)
+    for mode in of_all:
+        step = np.einsum("bct,jc->jbt", scaled, mode)
+        add(points + step, points - step)
     for axis, deg in ((0, tilt_deg), (1, tilt_deg), (2, heading_deg)):
-        add(_turned(body, axis, deg), _turned(body, axis, -deg))
+        add(_turned(points, axis, deg), _turned(points, axis, -deg))
     return total
 
 
-def _turned(body: np.ndarray, axis: int, angle_deg: np.ndarray) -> np.ndarray:
-    """body (T, 17, 3) turned about one of its axes by (T,) degrees."""
+def _turned(points: np.ndarray, axis: int, angle_deg: np.ndarray) -> np.ndarray:
+    """points (17, 3, T) of BODY turned about one of its axes by (T,) degrees."""
     a, b = (axis + 1) % 3, (axis + 2) % 3
-    cosine, sine = np.cos(np.radians(angle_deg))[:, None], np.sin(np.radians(angle_deg))[:, None]
-    out = body.copy()
-    out[..., a] = cosine * body[..., a] - sine * body[..., b]
-    out[..., b] = sine * body[..., a] + cosine * body[..., b]
+    cosine, sine = np.cos(np.radians(angle_deg)), np.sin(np.radians(angle_deg))
+    out = points.copy()
+    out[:, a] = cosine * points[:, a] - sine * points[:, b]
+    out[:, b] = sine * points[:, a] + cosine * points[:, b]
     return out

@@ -67,7 +67,10 @@ def _rhythm(
     rows = len(square)
     width = 1 / (hz[:, None] * frame_s)
     reach = int(_WINDOW * width.max()) + 1
-    size = 2 ** int(np.ceil(np.log2(rows + reach)))  # with zeros enough that the ends do not meet
+    # With zeros enough that the ends do not meet, and of small factors, of which the transform is quick.
+    least = max(rows, reach + 1) + reach
+    eighth = max(2 ** (int(np.ceil(np.log2(least))) - 3), 1)
+    size = -(-least // eighth) * eighth
     lag = np.arange(reach + 1)
     half = np.where(lag <= _WINDOW * width + 0.5, np.exp(-0.5 * (lag / width) ** 2), 0.0)
     window = np.zeros((len(hz), size))

@@ -188,12 +188,9 @@ def _jerks(
     hz, power, at = _spectra(y, time_s, dt)
     jerks = size * _JERKS
     errors = _error_density(hz, dt, error_s)[:, None, None] * noise.mean(axis=0)
-    density = _motion_density(hz, dt)
-    score = np.empty((len(jerks), len(at), y.shape[1]))
-    for i, each in enumerate(jerks):
-        expected = each * density[:, None, None] + errors
-        logs = np.log(expected).sum(axis=(0, 2))
-        score[i] = np.einsum("wfnd,fnd->wn", power, 1 / expected, optimize=True) + logs
+    expected = jerks[:, None, None, None] * _motion_density(hz, dt)[:, None, None] + errors  # (S, F, J, D)
+    score = np.einsum("wfnd,sfnd->swn", power, 1 / expected, optimize=True)
+    score += np.log(expected).sum(axis=(1, 3))[:, None]
     weight = np.exp(score.min(axis=0) - score) * np.sqrt(jerks)[:, None, None]
     return at, np.einsum("swn,s->wn", weight, jerks) / weight.sum(axis=0)
 
@@ -343,8 +340,6 @@ def _observed(
 
     left: (T,) the first knot of each row; basis: (4, T) its four splines. noise: as that of `_solved`.
     """
-    from scipy.sparse import csr_array
-
     (T, N), n = y.shape, int(left[-1]) + 4
 
     # Rows that are independent of each other: each less what of its error the row before already had.
@@ -371,12 +366,14 @@ def _observed(
     right = own * y - others * np.roll(y, 1, axis=0)
 
     band = 3 + max(wide, int((left[row] - left[behind]).max(initial=0)))
-    onto = csr_array((np.ones(T), (origin, np.arange(T))), shape=(n, T))
-    precision, pull = np.zeros((band + 1, n, N)), np.zeros((n, N))
+    begins = np.flatnonzero(np.diff(origin, prepend=-1))  # rows that are the first of a knot
+    knots = origin[begins]
+    # Splines of a later interval than a row's own may lie behind the last knot, and are 0 there.
+    precision, pull = np.zeros((band + 1, n + wide, N)), np.zeros((n + wide, N))
     for i in range(4 + wide):
-        pull[i:] += (onto @ (rows[i] * right))[: n - i]
+        pull[knots + i] += np.add.reduceat(rows[i] * right, begins)
         for j in range(i, 4 + wide):
-            precision[j - i, i:] += (onto @ (rows[i] * rows[j]))[: n - i]
+            precision[j - i, knots + i] += np.add.reduceat(rows[i] * rows[j], begins)
     after, past = own[row, series], gain[row, series] * across * weight[behind, series]
     for i in range(4):
         here, there = basis[i, row] * after, basis[i, behind] * past
@@ -391,7 +388,7 @@ def _observed(
             if j >= i:
                 shared = there * basis[j, behind] * past
                 np.add.at(precision[j - i], (left[behind] + i, series), shared)
-    return precision, pull
+    return precision[:, :n], pull[:n]
 
 
 def _gaps(

@@ -44,6 +44,7 @@ _LEAP = 4.0  # times the usual step from row to row: a velocity beyond is not tr
 _ROWS = (
     48  # whose costs are made at once: so few that BLAS shares them among no threads, which would wait long
 )
+_LOOKED_AT = 1024  # rows whose anatomy in all states is taken at once
 _PASSES = 3  # for runs that overlap
 
 
@@ -193,7 +194,10 @@ def _runs(
     gait = np.zeros((len(clip), len(ways)))
     for k in (k for k, way in enumerate(ways) if way.exchanged):
         gait[:, k] = alternation(vectors[k], times)
-    anatomy = np.stack([_anatomy(_turned(clip, state, ways), layout) for state in states], axis=1)
+    parts = (clip[first : first + _LOOKED_AT] for first in range(0, len(clip), _LOOKED_AT))
+    anatomy = np.concatenate(
+        [_anatomy(np.stack([_turned(part, state, ways) for state in states]), layout).T for part in parts]
+    )
     seconds = np.gradient(times)[:, None]
     cost = seconds * (_PER_SECOND * states.any(axis=1) + _ANATOMY * (anatomy[:, :1] - anatomy))
     cost += seconds * _GAIT * gait @ states.T
@@ -270,7 +274,8 @@ def _median_norm(vectors: np.ndarray, floor: float) -> np.ndarray:
 
 
 def _anatomy(joints: np.ndarray, layout: Layout) -> np.ndarray:
-    """(T,) how much the body looks like one with its left and right and its depth as they are; 0 where unknown."""
+    """(...,) how much joints (..., J, D) look like a body with its left and right and its depth as they are; 0 where
+    unknown."""
     return np.nansum(handedness_cues(joints, layout), axis=-1)
 
 
@@ -288,7 +293,7 @@ def _decoded(
     """(T,) index of each row's state in the likeliest sequence (Viterbi); over all sequences (forward-backward, Baum et
     al. 1970) (T, K) how probable each row is wrong in each way, and (T, K) how probable that has changed since the row
     before; both 0 where the likeliest sequence has nothing wrong, and so asks for neither. continuity: (T, K, 2, 2) of
-    each way; cost: (T, S); states: (S, K).
+    each way; cost: (T, S), 0 in state 0, in which nothing is wrong; states: (S, K).
 
     The hidden state is that of two rows, because a row is expected from the two before it.
     """
@@ -318,14 +323,14 @@ def _decoded(
         first - 1; and the rows' own costs."""
         totals, own = [total], costs(first, end)
         for step in own:
-            totals.append((totals[-1][:, :, None] + step).min(axis=0))
+            totals.append(np.minimum.reduce(totals[-1][:, :, None] + step))
         return totals, own
 
     def reached(first: int, end: int, share: np.ndarray) -> tuple[list[np.ndarray], np.ndarray]:
         """As `cheapest`, probabilities over all sequences up to each row, and the rows' own weights."""
         shares, own = [share], _weights(costs(first, end))
         for step in own:
-            both = np.einsum("ij,ijk->jk", shares[-1], step)
+            both = np.add.reduce(shares[-1][:, :, None] * step)
             shares.append(both / both.sum())
         return shares, own
 
@@ -337,12 +342,16 @@ def _decoded(
     ending = np.broadcast_to(price[0], price.shape)  # or the part behind a change would be wrong more cheaply
     path = np.zeros(rows, dtype=int)
     path[-2:] = np.unravel_index(int((totals[-1] + ending).argmin()), price.shape)
+    likely, turned = np.zeros((rows, states.shape[1])), np.zeros((rows, states.shape[1]))
+    if (
+        not path.any() and totals[-1][0, 0] == 0
+    ):  # what is right throughout costs nothing, and nothing costs less
+        return path, likely, turned
     for (first, end), total in zip(reversed(parts), totals[-2::-1], strict=True):
         before, own = cheapest(first, end, total)
         for t in range(end - 1, first - 1, -1):
             i, j = path[t - 1 : t + 1]
             path[t - 2] = (before[t - first][:, i] + own[t - first][:, i, j]).argmin()
-    likely, turned = np.zeros((rows, states.shape[1])), np.zeros((rows, states.shape[1]))
     if not path.any():
         return path, likely, turned
     shares = [_weights(totals[0])]

@@ -234,8 +234,9 @@ def _area(x: np.ndarray, bottom: np.ndarray, top: np.ndarray) -> str:
     return "".join(pieces)
 
 
-def _rows(curves: Sequence[Curve], spans: Sequence, height: float, width: float) -> list[list[str]]:
-    """What the table says: x, then each curve's value and half its band, to a thousandth of the axes."""
+def _rows(curves: Sequence[Curve], spans: Sequence, height: float, width: float) -> Markup:
+    """What the table says: x, then each curve's value and half its band, to a thousandth of the axes. These are numbers
+    alone, so nothing has to be escaped."""
     digits = min(max(0, 2 - int(np.floor(np.log10(height)))), 4)
     digits_x = max(2, 2 - int(np.floor(np.log10(width)))) if width < 100 else 1
     columns = [[f"{at:.{digits_x}f}" for at in spans[0][0][0]]]
@@ -250,4 +251,4 @@ def _rows(curves: Sequence[Curve], spans: Sequence, height: float, width: float)
                 for a, b, off in zip(low, high, margin, strict=True)
             ]
         )  # fmt: skip
-    return [list(row) for row in zip(*columns, strict=True)]
+    return Markup("".join(f"<tr><td>{'<td>'.join(row)}" for row in zip(*columns, strict=True)))

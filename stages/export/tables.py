@@ -27,11 +27,20 @@ def write_parquet(take: Take, path: Path) -> None:
 
     They say `horizontal: relative to the camera` when the camera moves (stages/trajectories.py).
     """
+    import pyarrow as pa
     import pyarrow.parquet as pq
 
     parts = _parts(take, missing_is_null=False)
     first = next(parts)
-    with whole_file(path) as partial, pq.ParquetWriter(partial, first.schema) as file:
+    # Values of measurement hardly repeat: a dictionary of them is made in vain, and makes the file larger. The names of
+    # columns are fine for use_dictionary, though pyarrow's types do not say so.
+    repeated = [
+        name for name, type_ in zip(first.schema.names, first.schema.types, strict=True) if type_ == pa.int8()
+    ]
+    with (
+        whole_file(path) as partial,
+        pq.ParquetWriter(partial, first.schema, use_dictionary=repeated) as file,  # type: ignore[arg-type]
+    ):
         for part in chain([first], parts):
             file.write_table(part)
 
