@@ -153,6 +153,8 @@ def derivative(x: np.ndarray, time_s: np.ndarray, seams: Sequence[int] = (), ord
     interval: a 3 Hz motion at 30 frames a second keeps 99.9 % of its velocity, where central differences keep 94 %.
     It smooths nothing: filter first.
     """
+    from scipy.interpolate import CubicSpline
+
     x = np.asarray(x, dtype=np.float64)
     result = np.full(x.shape, np.nan)
     for piece in runs(_known(x), time_s, seams):
@@ -160,36 +162,9 @@ def derivative(x: np.ndarray, time_s: np.ndarray, seams: Sequence[int] = (), ord
             continue
         values = x[piece]
         for _ in range(order):
-            values = _slopes(values, time_s[piece])
+            values = CubicSpline(time_s[piece], values)(time_s[piece], 1)
         result[piece] = values
     return result
-
-
-def _slopes(x: np.ndarray, time_s: np.ndarray) -> np.ndarray:
-    """(T, ...) slopes in its points of the cubic spline through T >= 3 points x (T, ...) whose first two pieces are one
-    polynomial, and the last two; through 3 points it is a parabola.
-
-    Those of scipy.interpolate.CubicSpline; importing that would take a sixth of a second, longer than all derivatives
-    of most takes.
-    """
-    from scipy.linalg import solve_banded
-
-    flat = x.reshape(len(x), -1)
-    step = np.diff(time_s)
-    rise = np.diff(flat, axis=0) / step[:, None]
-    lower, diagonal, upper, given = np.zeros(len(x)), np.zeros(len(x)), np.zeros(len(x)), np.zeros(flat.shape)
-    diagonal[1:-1], upper[1:-1], lower[1:-1] = 2 * (step[:-1] + step[1:]), step[:-1], step[1:]
-    given[1:-1] = 3 * (step[1:, None] * rise[:-1] + step[:-1, None] * rise[1:])
-    for end, other, near, far in ((0, upper, 0, 1), (-1, lower, -1, -2)):
-        if len(x) == 3:
-            diagonal[end] = other[end] = 1.0
-            given[end] = 2 * rise[near]
-        else:
-            two = step[near] + step[far]
-            diagonal[end], other[end] = step[far], two
-            given[end] = ((step[near] + 2 * two) * step[far] * rise[near] + step[near] ** 2 * rise[far]) / two
-    bands = np.stack([np.roll(upper, 1), diagonal, np.roll(lower, -1)])
-    return solve_banded((1, 1), bands, given, check_finite=False).reshape(x.shape)
 
 
 def resample(x: np.ndarray, time_s: np.ndarray, at_s: np.ndarray, seams: Sequence[int] = ()) -> np.ndarray:
@@ -291,6 +266,8 @@ def _piecewise(
     smooth: Callable[[np.ndarray], np.ndarray],
 ) -> np.ndarray:
     """smooth(values at even times) on every piece of x that has at least that many rows then; NaN elsewhere."""
+    from scipy.interpolate import CubicSpline
+
     x = np.asarray(x, dtype=np.float64)
     result = np.full(x.shape, np.nan)
     for piece in runs(_known(x), time_s, seams):
@@ -299,8 +276,6 @@ def _piecewise(
             if len(values) >= shortest:
                 result[piece] = smooth(values)
             continue
-        from scipy.interpolate import CubicSpline
-
         count = round(float(times[-1] - times[0]) * fps) + 1
         if count >= shortest and len(values) >= 4:
             grid = np.linspace(times[0], times[-1], count)

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.interpolate import CubicSpline
 
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import H36M17, LEVEL, InputError, PoseSequence
@@ -184,16 +183,6 @@ def test_derivatives_of_the_walker_are_its_own():
 def test_three_rows_have_a_derivative_and_two_have_none():
     assert np.isnan(derivative(np.arange(2.0), np.arange(2.0))).all()
     np.testing.assert_allclose(derivative(np.arange(3.0) ** 2, np.arange(3.0)), [0, 2, 4], atol=1e-12)
-
-
-@pytest.mark.parametrize("rows", [3, 4, 5, 300])
-@pytest.mark.parametrize("axes", [(), (3,)])
-def test_derivatives_are_those_of_scipys_spline(rows, axes):
-    rng = np.random.default_rng(rows)
-    time_s = np.cumsum(rng.uniform(0.01, 0.02, rows))
-    x = rng.normal(size=(rows, *axes))
-    expected = CubicSpline(time_s, x)(time_s, 1)
-    np.testing.assert_allclose(derivative(x, time_s), expected, atol=1e-12 * np.abs(expected).max())
 
 
 def test_resampling_meets_the_points_and_leaves_the_gaps():
