@@ -15,7 +15,7 @@ from pcnet3d.examples.walker.long_video import write_long_video
 from pcnet3d.models.rectifier.onnx import PCNetRectifier
 from pcnet3d.pipeline.reading.take import read_video
 
-# CPU time of a run from files without its network, over that of its network: 4.1 to 5.2 in 15 runs on two busy cores.
+# CPU time of a run from files without its network, over that of its network: 3.7 to 5.2 in 15 runs on two busy cores.
 OWN_OVER_NETWORK = 8.0
 
 
