@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import sys
 import tempfile
 import time
 from collections.abc import Callable
@@ -18,10 +17,10 @@ import numpy as np
 from ..pipeline.reading.settings import RunOptions
 from ..pipeline.running.recipe import Recipe
 from ..pipeline.running.run import run_files
+from ..pipeline.system import peak_memory_bytes
 from ..pipeline.take import Take
 
 _MEGABYTE = 2**20
-_PEAK_UNIT = 1 if sys.platform == "darwin" else 1024  # bytes of getrusage's ru_maxrss
 _GEMM, _GEMM_RUNS = 1024, 20
 T = TypeVar("T")
 
@@ -63,15 +62,13 @@ def in_own_process(function: Callable[..., T], *arguments: Any) -> T:
 
 def measured_run(options: RunOptions, recipe: Recipe | None = None) -> tuple[Take, Measured]:
     """A run into a temporary folder. The peak of memory is that of this process since it began."""
-    import resource  # not on Windows
-
     seconds = {"read": 0.0}
     with tempfile.TemporaryDirectory() as folder:
         start, before = time.perf_counter(), _cpu_s()
         take = run_files(options, Path(folder) / "out", recipe, done=seconds.__setitem__)
         wall_s, cpu_s = time.perf_counter() - start, _cpu_s() - before
     seconds["the rest"] = wall_s - sum(seconds.values())  # imports of stages, the folder
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * _PEAK_UNIT / _MEGABYTE
+    peak = peak_memory_bytes() / _MEGABYTE
     frames = len(take.need("poses"))
     return take, Measured(frames, seconds, wall_s, cpu_s, peak, _array_bytes(take) / _MEGABYTE)
 

@@ -15,6 +15,7 @@ from typing import Annotated, Any
 
 import typer
 
+from ....pipeline.cores import cores
 from ....pipeline.errors import InputError
 from ....pipeline.files.atomic import printable, refuse_unwritable, whole_file
 from ....pipeline.messages import how_many, say
@@ -22,7 +23,6 @@ from ....pipeline.plugins.options import pairs
 from ....pipeline.pose import package_version
 from ....pipeline.reading.settings import Output
 from ....pipeline.running.conclusion import point_to
-from ....pipeline.running.cores import cores
 from ....pipeline.running.progress import counted
 from .manifest import Entry, read_entries
 from .page import as_page

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from collections import Counter
 from collections.abc import Sequence
 from contextlib import nullcontext
@@ -30,6 +29,7 @@ from ....pipeline.running.interrupt import interruptible
 from ....pipeline.running.plan import planned
 from ....pipeline.running.progress import now_and_then, stages, tell
 from ....pipeline.running.run import run_into
+from ....pipeline.system import quoted
 from ...detect import Detect
 from ...rectify import Rectify
 from .recording import live_recording
@@ -85,7 +85,7 @@ def live(
         except (InputError, KeyboardInterrupt) as error:
             say("warning", f"recorded, but not processed as a take: {error or 'interrupted'}")
     show_files(output)
-    shown_then = f"what was known at the time: pcnet3d view {shlex.quote(str(output / LIVE))}"
+    shown_then = f"what was known at the time: pcnet3d view {quoted(output / LIVE)}"
     if take is None:
         print(shown_then)
         return

@@ -1,6 +1,6 @@
 """How many threads may compute: what the system gives, or fewer where it is told."""
 
-from pcnet3d.pipeline.running.cores import cores
+from pcnet3d.pipeline.cores import cores
 
 
 def test_no_more_threads_than_are_given_or_told(monkeypatch):
