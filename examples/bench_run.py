@@ -14,6 +14,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from ..pipeline.files.atomic import read_summary
 from ..pipeline.reading.settings import RunOptions
 from ..pipeline.running.recipe import Recipe
 from ..pipeline.running.run import run_files
@@ -28,7 +29,8 @@ T = TypeVar("T")
 @dataclass(frozen=True)
 class Measured:
     """seconds: wall time of the run's parts by name, which add up to wall_s. wall_s, cpu_s: all of the run, on the
-    clock and of all threads together. peak_mb: resident memory. arrays_mb: the take's arrays."""
+    clock and of all threads together. peak_mb: resident memory. arrays_mb: the take's arrays. devices: where each
+    network computed, by its file's name."""
 
     frames: int
     seconds: dict[str, float]
@@ -36,6 +38,7 @@ class Measured:
     cpu_s: float
     peak_mb: float
     arrays_mb: float
+    devices: dict[str, str]
 
     @property
     def memory_mb(self) -> float:
@@ -51,7 +54,8 @@ class Measured:
             for name, taken in self.seconds.items()
         ]
         memory = f"{self.peak_mb:.0f} MB, of which {self.arrays_mb:.0f} MB are the results' arrays"
-        return "\n".join([*lines, f"  peak memory {memory}"])
+        networks = ", ".join(f"{name} on {device}" for name, device in self.devices.items())
+        return "\n".join([*lines, f"  peak memory {memory}", f"  networks: {networks}"])
 
 
 def in_own_process(function: Callable[..., T], *arguments: Any) -> T:
@@ -67,10 +71,11 @@ def measured_run(options: RunOptions, recipe: Recipe | None = None) -> tuple[Tak
         start, before = time.perf_counter(), _cpu_s()
         take = run_files(options, Path(folder) / "out", recipe, done=seconds.__setitem__)
         wall_s, cpu_s = time.perf_counter() - start, _cpu_s() - before
+        devices = read_summary(Path(folder) / "out")["device"]["networks"]
     seconds["the rest"] = wall_s - sum(seconds.values())  # imports of stages, the folder
     peak = peak_memory_bytes() / _MEGABYTE
     frames = len(take.need("poses"))
-    return take, Measured(frames, seconds, wall_s, cpu_s, peak, _array_bytes(take) / _MEGABYTE)
+    return take, Measured(frames, seconds, wall_s, cpu_s, peak, _array_bytes(take) / _MEGABYTE, devices)
 
 
 def gemm_gflops() -> float:

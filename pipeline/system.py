@@ -30,9 +30,9 @@ def quoted(word: object) -> str:
 
 def cores_given() -> int:
     """The cores that this process may use, which in a container may be fewer than the machine's."""
-    if sys.platform in ("win32", "darwin"):
-        return os.cpu_count() or 1
-    return len(os.sched_getaffinity(0))
+    if sys.platform == "linux":
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
 
 
 def peak_memory_bytes() -> int:
