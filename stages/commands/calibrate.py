@@ -14,7 +14,7 @@ from ...models.gravity.view import camera_of, static_camera
 from ...pipeline.camera import Camera, pitch_roll_deg
 from ...pipeline.device import computing_on
 from ...pipeline.errors import InputError
-from ...pipeline.files.atomic import whole_file
+from ...pipeline.files.images import write_png
 from ...pipeline.files.video_frames import images_at
 from ...pipeline.reading.settings import OnDevice
 from ..drawing.image_lines import drawn
@@ -46,13 +46,7 @@ def calibrate(
     content = {**figures(found), "device": where.summary()}
     print(json.dumps(content, indent=1) if as_json else in_words(found))
     if picture is not None and found.looks:
-        import cv2
-
-        ok, content = cv2.imencode(".png", drawn(image, found, found.looks[0])[:, :, ::-1])
-        if not ok:
-            raise InputError(f"The picture {picture} could not be made.")
-        with whole_file(picture) as partial:
-            partial.write_bytes(content.tobytes())
+        write_png(picture, drawn(image, found, found.looks[0])[:, :, ::-1])
     raise typer.Exit(0 if found.looks else UNKNOWN)
 
 

@@ -204,7 +204,7 @@ def test_a_bench_says_where_it_computed(cuda, monkeypatch, tmp_path, capsys, fai
     bench.rectify(["pcnet"], count=80, rounds=1, threads=1, device="auto", output=tmp_path / "speed.json")
     found = json.loads((tmp_path / "speed.json").read_text())["device"]
     assert found["networks"]["pcnet.onnx"] == device
-    assert [note.split()[0] for note in found["notes"]] == (["pcnet.onnx"] if device == "cpu" else [])
+    assert any("pcnet.onnx fails on cuda" in note for note in found["notes"]) == (device == "cpu")
     assert ("pcnet.onnx computed on cuda; the GEMM on the CPU" in capsys.readouterr().out) == (
         device == "cuda"
     )
