@@ -18,7 +18,8 @@ test: .venv-test/.installed
 lint: .venv-test/.installed
 	.venv-test/bin/ruff check .
 	.venv-test/bin/ruff format --check .
-	.venv-test/bin/pyright --pythonpath .venv-test/bin/python
+	for system in Linux Windows Darwin; do \
+		.venv-test/bin/pyright --pythonplatform $$system --pythonpath .venv-test/bin/python || exit 1; done
 
 # Asks PyPI about known vulnerabilities of every installed version, and fails (--strict) where it cannot be asked.
 audit: .venv-test/.installed

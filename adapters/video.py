@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..pipeline.cores import cores
 from ..pipeline.errors import InputError
 from ..pipeline.reading.describe import in_words
 from ..pipeline.take import Video
@@ -80,6 +81,7 @@ def _described(container: InputContainer, path: Path) -> Video:
     if not container.streams.video:
         raise InputError(f"Expected a video in {path}, but it has no video stream.")
     stream = container.streams.video[0]
+    stream.codec_context.thread_count = cores()
     # Entries that lie behind the file's end; containers without a full index have none to check.
     if any(entry.pos + entry.size > container.size for entry in stream.index_entries):
         raise InputError(

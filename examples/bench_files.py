@@ -13,7 +13,7 @@ from typing import Annotated
 import numpy as np
 import typer
 
-from ..pipeline.reading.settings import RunOptions
+from ..pipeline.reading.settings import OnDevice, RunOptions
 from .bench_run import Measured, gemm_gflops, in_own_process, measured_run
 
 # H36M17, camera axes, metres: somebody who stands upright and faces the camera.
@@ -32,10 +32,11 @@ _START = {
 def files(
     frames: Annotated[int, typer.Option(min=100, help="Frames of the take.")] = 10_000,
     rounds: Annotated[int, typer.Option(min=1, help="Times that it is measured.")] = 1,
+    device: OnDevice = "auto",
 ) -> None:
     """Measure a run on files of poses and keypoints: every stage, the memory, and how long a command takes to start."""
     with tempfile.TemporaryDirectory() as folder:
-        options = write_inputs(Path(folder), frames)
+        options = write_inputs(Path(folder), frames).with_(device=device)
         for _ in range(rounds):
             print(in_own_process(_run, options))
     print(f"matrix products: {gemm_gflops():.0f} GFLOP/s in float32")

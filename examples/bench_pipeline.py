@@ -19,8 +19,9 @@ import typer
 
 from ..models.common.onnx import OnnxFile
 from ..models.detector import video as detect_video
+from ..pipeline.device import Device
 from ..pipeline.plugins.registry import open_model
-from ..pipeline.reading.settings import RunOptions
+from ..pipeline.reading.settings import OnDevice, RunOptions
 from ..pipeline.running.recipe import load_recipe
 from ..pipeline.take import Video
 from .bench_run import Measured, gemm_gflops, in_own_process, measured_run
@@ -36,19 +37,20 @@ def pipeline(
         list[float],
         typer.Option(min=0.05, help="Length of the walker's video; repeatable, to compare memory."),
     ] = [1.0],  # noqa: B006 (typer copies it)
+    device: OnDevice = "auto",
 ) -> None:
     """Measure a run on a video alone: decoding, the 2D network and our own stages, their shares, and the memory."""
     file = open_model("detectors", detector)  # before any work, and downloaded outside the measurement
     print(f"matrix products: {gemm_gflops():.0f} GFLOP/s in float32")
     if video is not None:
-        _print(in_own_process(_run, video, file))
+        _print(in_own_process(_run, video, file, device))
         return
     with tempfile.TemporaryDirectory() as folder:
         first: Measured | None = None
         for length in minutes:
             made = Path(folder) / "walker.mp4"
             write_long_video(made, 60 * length)
-            measured = in_own_process(_run, made, file)
+            measured = in_own_process(_run, made, file, device)
             _print(measured)
             if first is not None:
                 more = measured.memory_mb - first.memory_mb
@@ -64,13 +66,13 @@ def _print(measured: Measured) -> None:
     print(f"  decoding alone: {measured.frames / max(measured.seconds['decoding'], 1e-9):.0f} frames/s")
 
 
-def _run(video: Path, detector: Path) -> Measured:
+def _run(video: Path, detector: Path, device: Device) -> Measured:
     """detect without decoding and network, which are `decoding` and `2D network`; frames: of the video."""
     recipe = load_recipe().starting_with("lift").starting_with("calibrate").starting_with("detect")
     recipe = recipe.with_options("detect", detector=str(detector))
     others = {"decoding": 0.0, "2D network": 0.0}
     with _timed(others):
-        take, measured = measured_run(RunOptions(video=video), recipe)
+        take, measured = measured_run(RunOptions(video=video, device=device), recipe)
     seconds = {"read": measured.seconds["read"], **others, **measured.seconds}
     seconds["detect"] -= sum(others.values())
     return replace(measured, seconds=seconds, frames=len(take.need("video").time_s))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import sys
 import tempfile
 import time
 from collections.abc import Callable
@@ -15,13 +14,14 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from ..pipeline.files.atomic import read_summary
 from ..pipeline.reading.settings import RunOptions
 from ..pipeline.running.recipe import Recipe
 from ..pipeline.running.run import run_files
+from ..pipeline.system import peak_memory_bytes
 from ..pipeline.take import Take
 
 _MEGABYTE = 2**20
-_PEAK_UNIT = 1 if sys.platform == "darwin" else 1024  # bytes of getrusage's ru_maxrss
 _GEMM, _GEMM_RUNS = 1024, 20
 T = TypeVar("T")
 
@@ -29,7 +29,8 @@ T = TypeVar("T")
 @dataclass(frozen=True)
 class Measured:
     """seconds: wall time of the run's parts by name, which add up to wall_s. wall_s, cpu_s: all of the run, on the
-    clock and of all threads together. peak_mb: resident memory. arrays_mb: the take's arrays."""
+    clock and of all threads together. peak_mb: resident memory. arrays_mb: the take's arrays. devices: where each
+    network computed, by its file's name."""
 
     frames: int
     seconds: dict[str, float]
@@ -37,6 +38,7 @@ class Measured:
     cpu_s: float
     peak_mb: float
     arrays_mb: float
+    devices: dict[str, str]
 
     @property
     def memory_mb(self) -> float:
@@ -52,7 +54,8 @@ class Measured:
             for name, taken in self.seconds.items()
         ]
         memory = f"{self.peak_mb:.0f} MB, of which {self.arrays_mb:.0f} MB are the results' arrays"
-        return "\n".join([*lines, f"  peak memory {memory}"])
+        networks = ", ".join(f"{name} on {device}" for name, device in self.devices.items())
+        return "\n".join([*lines, f"  peak memory {memory}", f"  networks: {networks}"])
 
 
 def in_own_process(function: Callable[..., T], *arguments: Any) -> T:
@@ -63,17 +66,16 @@ def in_own_process(function: Callable[..., T], *arguments: Any) -> T:
 
 def measured_run(options: RunOptions, recipe: Recipe | None = None) -> tuple[Take, Measured]:
     """A run into a temporary folder. The peak of memory is that of this process since it began."""
-    import resource  # not on Windows
-
     seconds = {"read": 0.0}
     with tempfile.TemporaryDirectory() as folder:
         start, before = time.perf_counter(), _cpu_s()
         take = run_files(options, Path(folder) / "out", recipe, done=seconds.__setitem__)
         wall_s, cpu_s = time.perf_counter() - start, _cpu_s() - before
+        devices = read_summary(Path(folder) / "out")["device"]["networks"]
     seconds["the rest"] = wall_s - sum(seconds.values())  # imports of stages, the folder
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * _PEAK_UNIT / _MEGABYTE
+    peak = peak_memory_bytes() / _MEGABYTE
     frames = len(take.need("poses"))
-    return take, Measured(frames, seconds, wall_s, cpu_s, peak, _array_bytes(take) / _MEGABYTE)
+    return take, Measured(frames, seconds, wall_s, cpu_s, peak, _array_bytes(take) / _MEGABYTE, devices)
 
 
 def gemm_gflops() -> float:

@@ -13,7 +13,7 @@ import typer
 from ..pipeline.files.atomic import SUMMARY, whole_folder
 from ..pipeline.messages import show
 from ..pipeline.pose import Rectified, package_version
-from ..pipeline.reading.settings import Force, RunOptions
+from ..pipeline.reading.settings import Force, OnDevice, RunOptions
 from ..pipeline.rotations import angle_deg, rotate
 from ..pipeline.running.conclusion import conclude, point_to, show_files
 from ..pipeline.running.progress import stages, tell
@@ -29,6 +29,7 @@ def demo(
     output: Annotated[Path, typer.Option("-o", "--output", help="Folder for the results.")] = Path(
         "pcnet3d-demo"
     ),
+    device: OnDevice = "auto",
     force: Force = False,
 ) -> None:
     """Run the built-in example: a person walks, squats and raises both arms before a tilted camera."""
@@ -46,7 +47,7 @@ def demo(
         made = {"pcnet3d": package_version(), "what": "input files of pcnet3d demo"}
         (folder / SUMMARY).write_text(json.dumps(made) + "\n", encoding="utf-8")
         done("example", time.perf_counter() - start)
-        options = RunOptions(poses=files.poses, video=files.video, keypoints=files.keypoints)
+        options = RunOptions(poses=files.poses, video=files.video, keypoints=files.keypoints, device=device)
         take = run_files(options, output, recipe, force=force, done=done)
     tell(take)
     truth = R_camera_from_body(walk, camera)[take.need("poses").frame_index]

@@ -24,10 +24,10 @@ from pathlib import Path
 import numpy as np
 
 from ...pipeline.anthropometry import implied_stature
+from ...pipeline.cores import cores
 from ...pipeline.layouts import H36M17
 from ...pipeline.motion.angles import ANGLES, angles, near
 from ...pipeline.rotations import is_finite, transpose
-from ...pipeline.running.cores import cores
 
 NOISE_FILE = Path(__file__).with_name("joint_noise.json")
 JOINTS = tuple(name for name in H36M17.joints if name not in ("spine", "nose", "head"))

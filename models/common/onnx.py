@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 
+from ...pipeline.cores import cores
 from ...pipeline.device import AUTO, CPU, KINDS, placement
 from ...pipeline.errors import InputError
-from ...pipeline.running.cores import cores
 
 
 @dataclass(frozen=True, eq=False)

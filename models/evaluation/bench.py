@@ -21,9 +21,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 import typer
 
+from ...pipeline.device import CPU, computing_on, placement
 from ...pipeline.errors import InputError
 from ...pipeline.files.atomic import refuse_unwritable_file, whole_file
 from ...pipeline.pose import package_version
+from ...pipeline.reading.settings import OnDevice
 from ..common.extras import needed_for
 from ..common.metrics import plain
 from ..common.onnx import session_of
@@ -42,6 +44,8 @@ _SINGLES = 300
 _STARTS = 3
 _FIRST_POSE = (
     "import sys, numpy; from pcnet3d.models import load_rectifier; "
+    "from pcnet3d.pipeline.device import computing_on\n"
+    "with computing_on(sys.argv[2]): "
     "load_rectifier(sys.argv[1]).rotation(numpy.random.default_rng(0).normal(size=(1, 17, 3)))"
 )
 
@@ -55,12 +59,14 @@ def rectify(
     threads: Annotated[
         int | None, typer.Option(min=1, help="All that the process may use, by default.")
     ] = None,
+    device: OnDevice = "auto",
     output: Annotated[Path | None, typer.Option("-o", "--output", help="Also write this JSON file.")] = None,
 ) -> None:
     """Measure a rectifier's speed, in float32 and in int8, beside the machine's own."""
     if output is not None:
         refuse_unwritable_file(output)
-    results = measure(rectifier, count, rounds, threads)
+    with computing_on(device) as where:
+        results = {**measure(rectifier, count, rounds, threads), "device": where.summary()}
     if output is not None:
         output.parent.mkdir(parents=True, exist_ok=True)
         with whole_file(output) as partial_:
@@ -101,7 +107,7 @@ def measure(names: list[str], count: int, rounds: int, threads: int | None = Non
         for name, network in opened.items():
             _tell(f"{name}: start, single poses and live")
             results[name] |= {
-                "start_s": _start_s(network.path),
+                "start_s": _start_s(network.path, placement().asked),
                 "single_ms": _frame_ms(lambda pose, _, network=network: network.rotation(pose[None]), poses),
                 "live_ms": _frame_ms(LiveRectifier(network).update, poses),
             }
@@ -175,6 +181,8 @@ def as_text(results: dict[str, Any]) -> str:
         for kind, taken in (("a single pose", row["single_ms"]), ("live, a frame", row["live_ms"])):
             text += f"; {kind} {taken['p50']:.2f} ms (p50), {taken['p95']:.2f} ms (p95)"
         lines.append(f"{text}; a new process's first pose after {row['start_s']:.2f} s")
+    elsewhere = {name: device for name, device in results["device"]["networks"].items() if device != CPU}
+    lines += [f"{name} computed on {device}; the GEMM on the CPU" for name, device in elsewhere.items()]
     return "\n".join(lines)
 
 
@@ -224,12 +232,12 @@ def _frame_ms(answer: Callable[[np.ndarray, float], object], poses: np.ndarray) 
     return {"p50": float(np.median(taken)), "p95": float(np.quantile(taken, 0.95))}
 
 
-def _start_s(path: Path) -> float:
+def _start_s(path: Path, device: str) -> float:
     """A fresh interpreter's imports, loading and first pose; the median of a few."""
     taken = []
     for _ in range(_STARTS):
         start = time.perf_counter()
-        subprocess.run([sys.executable, "-c", _FIRST_POSE, str(path)], check=True)
+        subprocess.run([sys.executable, "-c", _FIRST_POSE, str(path), device], check=True)
         taken.append(time.perf_counter() - start)
     return float(np.median(taken))
 

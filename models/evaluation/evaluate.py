@@ -16,6 +16,7 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
+from ...pipeline.device import computing_on
 from ...pipeline.errors import InputError
 from ...pipeline.files.atomic import refuse_unwritable, whole_file
 from ...pipeline.frames import IMAGE
@@ -23,6 +24,7 @@ from ...pipeline.layouts import H36M17
 from ...pipeline.messages import how_many
 from ...pipeline.plugins.protocols import Rectifier
 from ...pipeline.pose import PoseSequence, package_version
+from ...pipeline.reading.settings import OnDevice
 from ...pipeline.rotations import angle_deg, geodesic_deg, kabsch
 from ..common.metrics import Figure, joint_error, plain, procrustes_error, scaled
 from ..lifter.builtin import lift
@@ -105,6 +107,7 @@ def evaluate(
     real_take: Annotated[
         bool, typer.Option("--real-take", help="Judge everything on real videos of four cameras, with truth.")
     ] = False,
+    device: OnDevice = "auto",
 ) -> None:
     """Judge the lifter and rectifiers, on lifted and on clean poses, against motion capture.
 
@@ -141,49 +144,53 @@ def evaluate(
         raise InputError(f"{asked[0]} judges no rectifier; leave --rectifier out.")
     if gait and len(rectifier or ()) > 1:
         raise InputError("--gait judges with one rectifier; give --rectifier once.")
-    rectifiers = [
-        load_rectifier(name)
-        for name in rectifier
-        or (_DEFAULT[-1:] if gait else ())
-        or _DEFAULT[: 2 if takes or angles or real_take else 1]
-    ]
-    if data is None and (split is not None or targets != "body"):
-        raise InputError("--split and --targets are for --data FILE, a file of pcnet3d mocap.")
-    judged = evaluation_sets(sets, bed or ("typical" if place else "wild"))
-    if takes:
-        results = take_tables(rectifiers, lifter, seed, flip, judged)
-    elif angles:
-        results = angle_tables(rectifiers, lifter, seed, flip, judged)
-    elif motion:
-        results = motion_tables(lifter, seed, flip, judged)
-        if real:
-            from .real_motion import real_motion
+    with computing_on(device) as where:
+        rectifiers = [
+            load_rectifier(name)
+            for name in rectifier
+            or (_DEFAULT[-1:] if gait else ())
+            or _DEFAULT[: 2 if takes or angles or real_take else 1]
+        ]
+        if data is None and (split is not None or targets != "body"):
+            raise InputError("--split and --targets are for --data FILE, a file of pcnet3d mocap.")
+        judged = evaluation_sets(sets, bed or ("typical" if place else "wild"))
+        if takes:
+            results = take_tables(rectifiers, lifter, seed, flip, judged)
+        elif angles:
+            results = angle_tables(rectifiers, lifter, seed, flip, judged)
+        elif motion:
+            results = motion_tables(lifter, seed, flip, judged)
+            if real:
+                from .real_motion import real_motion
 
-            results["real"] = real_motion(load_rectifier("pcnet"), lifter)
-    elif swaps:
-        results = swap_tables(lifter, seed, flip, judged)
-    elif place:
-        results = place_tables(lifter, seed, flip, judged)
-    elif gait:
-        results = gait_tables(rectifiers[0], lifter, seed, flip, judged)
-    elif real_take:
-        results = real_take_tables(rectifiers, lifter, flip)
-    elif data is not None:
-        if real or flip or lifter != "pcnet3d":
-            raise InputError("--real, --flip and --lifter are about the lifter, which --data does not judge.")
-        results = own_evaluation(rectifiers, data, split, targets, seed)
-    else:
-        beds = tuple(BEDS) if bed is None else (bed,)
-        results = evaluation(rectifiers[0], lifter, seed, flip, sets, beds)
-        results["bed"] = judged[0].bed
-        results["rectifiers"] = rectifier_tables(rectifiers, seed, lifter, judged)
-    if real and not asked:
-        from .real_clips import agreement
-        from .real_rectified import consistency
+                results["real"] = real_motion(load_rectifier("pcnet"), lifter)
+        elif swaps:
+            results = swap_tables(lifter, seed, flip, judged)
+        elif place:
+            results = place_tables(lifter, seed, flip, judged)
+        elif gait:
+            results = gait_tables(rectifiers[0], lifter, seed, flip, judged)
+        elif real_take:
+            results = real_take_tables(rectifiers, lifter, flip)
+        elif data is not None:
+            if real or flip or lifter != "pcnet3d":
+                raise InputError(
+                    "--real, --flip and --lifter are about the lifter, which --data does not judge."
+                )
+            results = own_evaluation(rectifiers, data, split, targets, seed)
+        else:
+            beds = tuple(BEDS) if bed is None else (bed,)
+            results = evaluation(rectifiers[0], lifter, seed, flip, sets, beds)
+            results["bed"] = judged[0].bed
+            results["rectifiers"] = rectifier_tables(rectifiers, seed, lifter, judged)
+        if real and not asked:
+            from .real_clips import agreement
+            from .real_rectified import consistency
 
-        results["real"] = agreement(lifter, flip)
-        results["real, rectified"] = consistency(rectifiers, lifter)
-    results |= measured(lifter, rectifiers)
+            results["real"] = agreement(lifter, flip)
+            results["real, rectified"] = consistency(rectifiers, lifter)
+        results |= measured(lifter, rectifiers)
+    results["device"] = where.summary()
     output.mkdir(parents=True, exist_ok=True)
     pages = {
         "--takes": takes_as_markdown, "--angles": angles_as_markdown, "--motion": motion_as_markdown,

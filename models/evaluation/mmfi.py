@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 import typer
 
+from ...pipeline.device import AUTO, CPU, computing_on
 from ...pipeline.errors import InputError
 from ...pipeline.files.atomic import whole_file
 from ...pipeline.running.recipe import load_toml
@@ -46,7 +47,9 @@ def mmfi(
     config: Annotated[
         Path | None, typer.Option(help="Another training config than models/rectifier/training/mmfi.toml.")
     ] = None,
-    device: Annotated[str, typer.Option(help="auto (a GPU where there is one), cpu or cuda.")] = "auto",
+    device: Annotated[
+        str, typer.Option(help="Where to train: auto (a GPU where there is one), cpu or cuda.")
+    ] = "auto",
     threads: Annotated[int, typer.Option(min=1, help="CPU threads.")] = 4,
 ) -> None:
     """Train on MM-Fi by its protocols and print the paper's table."""
@@ -75,10 +78,14 @@ def mmfi(
         counts = [f"{len(names)} {part}" for part, names in splits[name].items() if part != "by"]
         print(f"{name}: {', '.join(counts)} clips")
         train(run, as_toml(run), output / name, device)
-    rows = table(runs, output)
+    # What onnxruntime can use is not what torch can; the exported networks are judged where it offers.
+    with computing_on(CPU if device == CPU else AUTO) as where:
+        rows = table(runs, output)
     text = as_markdown(rows, runs, activities)
     with whole_file(output / "mmfi.json") as partial:
-        partial.write_text(json.dumps(plain(rows), indent=1), encoding="utf-8")
+        partial.write_text(
+            json.dumps(plain({"rows": rows, "device": where.summary()}), indent=1), encoding="utf-8"
+        )
     with whole_file(output / "mmfi.md") as partial:
         partial.write_text(text, encoding="utf-8")
     print(text)

@@ -19,12 +19,14 @@ import numpy as np
 import typer
 
 from ...pipeline.canonical import R_world_from_body
+from ...pipeline.device import computing_on
 from ...pipeline.errors import InputError
 from ...pipeline.files.atomic import refuse_unwritable_file, whole_file
 from ...pipeline.frames import IMAGE
 from ...pipeline.layouts import H36M17
 from ...pipeline.messages import how_many
 from ...pipeline.pose import PoseSequence
+from ...pipeline.reading.settings import OnDevice
 from ...pipeline.rotations import rotate
 from ..common.metrics import relative
 from ..common.spread import stated_spread
@@ -205,20 +207,22 @@ def write_takes(
     laid: Annotated[
         float, typer.Option(min=0, max=1, help="Only this share of the clips, and their bodies laid down.")
     ] = 0.0,
+    device: OnDevice = "auto",
 ) -> None:
     """Write lifted takes with ground truth for training and evaluation.
 
     One .npz of plain arrays, takes one after another: lifted, truth (N, 17, 3), R_camera_from_body (N, 3, 3),
     up (N, 3), lying (N,), spread (N,), the lifter's stated error (models/common/spread.py); take_start (C + 1,),
-    clip, subject, source (C,).
+    clip, subject, source (C,); device (), where the lifter computed.
     """
     refuse_unwritable_file(output)
     drawn = BodyRange() if bodies else None
-    takes = list(
-        lifted_takes(
-            subjects, seed, model=lifter, bodies=drawn, views=BEDS[bed], trained_on=trained_on, laid=laid
+    with computing_on(device) as where:
+        takes = list(
+            lifted_takes(
+                subjects, seed, model=lifter, bodies=drawn, views=BEDS[bed], trained_on=trained_on, laid=laid
+            )
         )
-    )
     if not takes:
         raise InputError(f"There is no take of {MIN_FRAMES} frames or more of the subjects '{subjects}'.")
     frames = [len(take.lifted) for take in takes]
@@ -237,5 +241,6 @@ def write_takes(
             clip=np.array([take.clip for take in seen]),
             subject=np.array([take.subject for take in seen]),
             source=np.array([take.source for take in seen]),
+            device=np.array(", ".join(sorted({*where.used.values()}))),
         )
     print(f"{output}: {how_many(len(takes), 'take')}, {sum(frames):,} frames")

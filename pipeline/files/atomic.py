@@ -12,9 +12,11 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from glob import escape
 from pathlib import Path
+from secrets import token_hex
 
 from ..errors import InputError
 from ..pose import package_version
+from ..system import is_running
 
 SUMMARY, REPORT = "summary.json", "report.html"
 
@@ -96,7 +98,9 @@ def _exchange(new: Path, path: Path) -> None:
     if not path.exists():
         os.replace(new, path)
         return
-    old = Path(tempfile.mkdtemp(prefix=f".{path.name}.old-{_us()}-", dir=path.parent))
+    old = path.with_name(
+        f".{path.name}.old-{_us()}-{token_hex(4)}"
+    )  # not there: Windows renames onto no folder
     os.replace(path, old)
     try:
         os.replace(new, path)
@@ -109,10 +113,8 @@ def _exchange(new: Path, path: Path) -> None:
 def _tidy_up(path: Path) -> None:
     """Remove what killed processes left beside a folder, and put back what one had moved out of the way there."""
     if not path.exists():
-        for old in _dead(path.parent, f".{path.name}.old-"):
-            if any(old.iterdir()):
-                os.replace(old, path)
-                break
+        for old in _dead(path.parent, f".{path.name}.old-")[:1]:
+            os.replace(old, path)
     for kind in ("partial", "old"):
         _remove_dead(path.parent, f".{path.name}.{kind}-")
 
@@ -136,21 +138,9 @@ def _dead(folder: Path, prefix: str, suffix: str = "") -> list[Path]:
     found = []
     for left in folder.glob(f"{escape(prefix)}*{escape(suffix)}"):
         told = re.match(r"(\d+)@([A-Za-z0-9._]*)-", left.name.removeprefix(prefix))
-        if told and told[2] == here and not _alive(int(told[1])):
+        if told and told[2] == here and not is_running(int(told[1])):
             found.append(left)
     return found
-
-
-def _alive(process: int) -> bool:
-    if os.name != "posix":  # where signal 0 would end it
-        return True
-    try:
-        os.kill(process, 0)
-    except ProcessLookupError:
-        return False
-    except (OSError, OverflowError):  # somebody else's
-        return True
-    return True
 
 
 def _check_replaceable(path: Path, force: bool, inputs: Iterable[Path]) -> None:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..cores import cores
 from ..errors import InputError
 from ..take import Video
 
@@ -37,7 +38,7 @@ def frames_from(video: Video, first: int = 0) -> Iterator[tuple[int, VideoFrame]
     try:
         with av.open(str(video.path), metadata_errors="ignore") as container:
             stream = container.streams.video[0]
-            stream.thread_type = "AUTO"
+            stream.thread_type, stream.codec_context.thread_count = "AUTO", cores()
             tick = float(stream.time_base or 1)
             start = next((frame.pts for frame in container.decode(stream) if frame.pts is not None), 0)
             stamps = start + np.round(video.time_s / tick).astype(np.int64)
@@ -89,5 +90,5 @@ def shown_size(video: Video) -> tuple[int, int]:
 
 
 def _upright(frame: VideoFrame, rotation_deg: int) -> np.ndarray:
-    image = frame.to_ndarray(format="rgb24")
+    image = frame.to_ndarray(format="rgb24", threads=cores())
     return np.ascontiguousarray(np.rot90(image, -rotation_deg // 90)) if rotation_deg else image

@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from ..errors import InputError
+from ..system import apart
 from .atomic import REPORT
 
 RECORDING = "take.rrd"
@@ -113,9 +114,7 @@ def following(recording: Path, web: bool = False) -> Iterator[None]:
                 f"{_origin(server)}/{RECORDING}",
             ]
             silent = subprocess.DEVNULL
-            subprocess.Popen(
-                command, env=os.environ | QUIET, stdout=silent, stderr=silent, start_new_session=True
-            )
+            subprocess.Popen(command, env=os.environ | QUIET, stdout=silent, stderr=silent, **apart())
         yield
     finally:
         ended.set()

@@ -8,8 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import InputError
-from ..files.atomic import whole_file
+from ..files.images import write_png
 from ..files.video_frames import images_at
 from ..layouts import Layout
 from ..messages import how_many
@@ -70,11 +69,7 @@ def draw_people(people: Sequence[Shown], video: Video | None, path: Path) -> Non
         cv2.rectangle(sheet, (x, y), (x + _CELL - 1, y + _CELL - 1), _WHITE, 2)
         _write(sheet, f"--person {one.name}", (x + 6, y + _CELL + 18), 0.55, 2)
         _write(sheet, one.words, (x + 6, y + _CELL + 36), 0.4, 1)
-    with whole_file(path) as partial:
-        done, content = cv2.imencode(".png", sheet)
-        if not done:
-            raise InputError(f"Cannot write {path}.")
-        partial.write_bytes(content.tobytes())
+    write_png(path, sheet)
 
 
 def _frames(one: Shown) -> int:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import InputError
-from ..files.atomic import whole_file
+from ..files.images import write_png
 from ..frames import Frame
 from ..layouts import H36M17
 from ..pose import PoseSequence
@@ -69,6 +69,4 @@ def draw(poses: PoseSequence, path: Path) -> None:
             for start, end in H36M17.bones:
                 a, b = (tuple(int(v) for v in points[H36M17.index(joint)].round()) for joint in (start, end))
                 cv2.line(image, a, b, bone_colour(start, end), 2, cv2.LINE_AA)
-    with whole_file(path) as partial:
-        if not cv2.imwrite(str(partial), image):
-            raise InputError(f"Cannot write {path}.")
+    write_png(path, image)

@@ -101,6 +101,14 @@ Pick = Annotated[
     bool,
     _option(_PERSON, "Only draw everybody, with the IDs that --person takes, into DIR-people.png.", "--pick"),
 ]
+OnDevice = Annotated[
+    Device,
+    _option(
+        _INPUT,
+        "Where networks compute: auto (the first of `pcnet3d list devices` that works), cpu, ...",
+        "--device",
+    ),
+]
 Strict = Annotated[
     bool,
     _option(_OUTPUT, "Exit with 3 if the poses are suspicious, 4 if unusable or not levelled.", "--strict"),
@@ -162,12 +170,7 @@ class RunOptions(BaseModel):
         _option(_INPUT, "Second lifter of the same keypoints, to see where the two disagree; as --lifter."),
         To(("second_lift.lifter",)),
     ] = None
-    device: Annotated[
-        Device,
-        _option(
-            _INPUT, "Where networks compute: auto (the first of `pcnet3d list devices` that works), cpu, ..."
-        ),
-    ] = "auto"
+    device: OnDevice = "auto"
     person: Annotated[
         str | None,
         _option(_PERSON, "Person ID in the file, or longest, largest, all (one folder each)."),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -12,6 +11,7 @@ from ..answer import answer
 from ..files.viewer import RECORDING, find_page
 from ..inspect.inspect import EXIT_CODES
 from ..messages import how_many, show
+from ..system import quoted
 from ..take import Take
 from ..verdict import verdict, verdict_words
 
@@ -38,13 +38,13 @@ def show_files(folder: Path) -> None:
     """Name the files of a finished run, and what opens its recording."""
     show(f"{folder}: {', '.join(sorted(path.name for path in folder.iterdir()))}")
     if (folder / RECORDING).is_file():
-        show(f"the recording: pcnet3d view {shlex.quote(str(folder))}")
+        show(f"the recording: pcnet3d view {quoted(folder)}")
 
 
 def point_to(folder: Path) -> None:
     """Print the last line, where the folder has a page: what opens it."""
     if (page := find_page(folder)) is not None:
-        print(f"open {shlex.quote(str(page))}")
+        print(f"open {quoted(page)}")
 
 
 def trust(take: Take) -> tuple[int, str]:

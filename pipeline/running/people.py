@@ -13,6 +13,7 @@ import numpy as np
 
 from ..files.atomic import SUMMARY, whole_file
 from ..pose import package_version
+from ..system import is_file_name
 from ..take import Take
 
 _LONGEST = 60  # characters of a folder's name
@@ -35,6 +36,7 @@ def folder_names(people: Sequence[str]) -> list[str]:
     names: list[str] = []
     for person in people:
         safe = re.sub(r"[^A-Za-z0-9_-]+", "_", person)[:_LONGEST] or "_"
+        safe = safe if is_file_name(safe) else f"{safe}_"
         name, number = safe, 2
         while name.lower() in (taken.lower() for taken in names):
             name, number = f"{safe}_{number}", number + 1

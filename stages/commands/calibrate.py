@@ -12,9 +12,11 @@ import typer
 from ...adapters import video as videos
 from ...models.gravity.view import camera_of, static_camera
 from ...pipeline.camera import Camera, pitch_roll_deg
+from ...pipeline.device import computing_on
 from ...pipeline.errors import InputError
-from ...pipeline.files.atomic import whole_file
+from ...pipeline.files.images import write_png
 from ...pipeline.files.video_frames import images_at
+from ...pipeline.reading.settings import OnDevice
 from ..drawing.image_lines import drawn
 
 _SAYS = {"told": "as told", "file": "by the video file", "lines": "by the lines"}
@@ -32,22 +34,19 @@ def calibrate(
     picture: Annotated[
         Path | None, typer.Option(help="PNG to write: the lines by direction, the horizon, up.")
     ] = None,
+    device: OnDevice = "auto",
     as_json: Annotated[bool, typer.Option("--json", help="For programs.")] = False,
 ) -> None:
     """Say how a camera stands and its focal length, by the straight lines that it sees.
 
     Exit code 3 when the lines do not tell. People in the image do not matter much, they are few lines among many.
     """
-    found, image = _looked(files, focal, gravity_network)
-    print(json.dumps(figures(found), indent=1) if as_json else in_words(found))
+    with computing_on(device) as where:
+        found, image = _looked(files, focal, gravity_network)
+    content = {**figures(found), "device": where.summary()}
+    print(json.dumps(content, indent=1) if as_json else in_words(found))
     if picture is not None and found.looks:
-        import cv2
-
-        ok, content = cv2.imencode(".png", drawn(image, found, found.looks[0])[:, :, ::-1])
-        if not ok:
-            raise InputError(f"The picture {picture} could not be made.")
-        with whole_file(picture) as partial:
-            partial.write_bytes(content.tobytes())
+        write_png(picture, drawn(image, found, found.looks[0])[:, :, ::-1])
     raise typer.Exit(0 if found.looks else UNKNOWN)
 
 

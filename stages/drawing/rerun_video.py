@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...pipeline.cores import cores
 from ...pipeline.errors import InputError
 from ...pipeline.files.video_frames import frames_from
 from ...pipeline.messages import how_many
@@ -204,8 +205,8 @@ def _upright(video: Video) -> Iterator[VideoFrame]:
     try:
         with av.open(str(video.path), metadata_errors="ignore") as source:
             stream = source.streams.video[0]
-            stream.thread_type = "AUTO"
             graph = Graph()
+            graph.threads = cores()
             filters = (*_UPRIGHT[video.rotation_deg], _EVEN, ("format", "yuv420p"), ("buffersink",))
             graph.link_nodes(graph.add_buffer(template=stream), *(graph.add(*f) for f in filters)).configure()
             stamps = np.round(video.time_s / float(TICK)).astype(int).tolist()
@@ -235,6 +236,7 @@ def h264_stream(target: OutputContainer, width: int, height: int, fps: float) ->
     stream = target.add_stream("libx264", rate=rate, options=options)
     stream.width, stream.height, stream.pix_fmt = width, height, "yuv420p"
     stream.codec_context.time_base = TICK
+    stream.codec_context.thread_count = cores()
     return stream
 
 

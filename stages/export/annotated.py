@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from ...pipeline.camera import Camera
+from ...pipeline.cores import cores
 from ...pipeline.errors import InputError
 from ...pipeline.files.atomic import whole_file
 from ...pipeline.files.video_frames import images_from, shown_size
@@ -77,7 +78,7 @@ def write_annotated(take: Take, path: Path) -> tuple[Event, ...]:
                 if number > last:
                     break
                 frame = av.VideoFrame.from_ndarray(page.drawn(number, image), format="rgb24")
-                frame = frame.reformat(format="yuv420p")
+                frame = frame.reformat(format="yuv420p", threads=cores())
                 frame.time_base = TICK
                 frame.pts = round((video.time_s[number] - video.time_s[first]) / float(TICK))
                 target.mux(encoder.encode(frame))

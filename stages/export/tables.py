@@ -58,7 +58,11 @@ def write_csv(take: Take, path: Path) -> None:
         parts = (_told(part) for part in _parts(take, missing_is_null=True))
         first = next(parts)
         options = csv.WriteOptions(quoting_style="none")
-        with csv.CSVWriter(partial, first.schema, write_options=options) as table:
+        # Opened here, for the writer leaves a file that it opened itself open, and Windows renames none such.
+        with (
+            open(partial, "wb") as file,
+            csv.CSVWriter(file, first.schema, write_options=options) as table,
+        ):
             for part in chain([first], parts):
                 table.write_table(part)
 

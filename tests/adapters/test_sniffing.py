@@ -24,7 +24,7 @@ def _npz(path: Path) -> None:
 
 def _json(path: Path) -> None:
     entry = {"image_id": "0.jpg", "category_id": 1, "keypoints": [0.5] * 51, "score": 2.0}
-    path.write_text(json.dumps([entry] * (LONG // len(json.dumps(entry)))))
+    path.write_text(json.dumps([entry] * (LONG // len(json.dumps(entry)))), encoding="utf-8")
 
 
 def _frames(path: Path) -> None:
@@ -33,16 +33,17 @@ def _frames(path: Path) -> None:
         "instances": [{"keypoints": [[0.5, 0.5, 0.5]] * 17, "keypoint_scores": [1.0] * 17}],
     }
     path.write_text(
-        json.dumps({"meta_info": {}, "instance_info": [entry] * (LONG // len(json.dumps(entry)))})
+        json.dumps({"meta_info": {}, "instance_info": [entry] * (LONG // len(json.dumps(entry)))}),
+        encoding="utf-8",
     )
 
 
 def _csv(path: Path) -> None:
-    path.write_text("frame,landmark,x,y,z\n" + "0,nose,1.0,2.0,3.0\n" * (LONG // 19))
+    path.write_text("frame,landmark,x,y,z\n" + "0,nose,1.0,2.0,3.0\n" * (LONG // 19), encoding="utf-8")
 
 
 def _points(path: Path) -> None:
-    path.write_text("frame,keypoint,x,y,z\n" + "0,nose,1.0,2.0,3.0\n" * (LONG // 19))
+    path.write_text("frame,keypoint,x,y,z\n" + "0,nose,1.0,2.0,3.0\n" * (LONG // 19), encoding="utf-8")
 
 
 def _pickle(path: Path) -> None:
@@ -95,7 +96,7 @@ def _bytes_read() -> int:
     counted = Path("/proc/self/io")
     if not counted.exists():
         pytest.skip("only Linux counts what a process reads")
-    return int(counted.read_text().split()[1])
+    return int(counted.read_text(encoding="utf-8").split()[1])
 
 
 @pytest.mark.parametrize("name", FILES)

@@ -81,7 +81,7 @@ def finished(out: Path) -> dict[str, int]:
 
 def killed(folder: Path, manifest: Path) -> Path:
     """The batch killed KILLS times, at random some seconds after it was begun, then finished."""
-    latest_s = KILLED_WITHIN_S * len(manifest.read_text().splitlines())
+    latest_s = KILLED_WITHIN_S * len(manifest.read_text(encoding="utf-8").splitlines())
     rng, out, known, twice = random.Random(0), folder / "killed", {}, 0
     for _ in range(KILLS):
         batch = subprocess.Popen(

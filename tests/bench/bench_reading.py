@@ -38,7 +38,7 @@ def write(path: Path, frames: int, people: int) -> None:
         )
         for joints in body.tolist()
     ]
-    with path.open("w") as file:
+    with path.open("w", encoding="utf-8") as file:
         for frame in range(frames):
             file.write(
                 f'{"," if frame else "["}{{"frame_id": {frame}, "instances": {clip[frame % len(clip)]}}}'

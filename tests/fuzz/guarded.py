@@ -37,7 +37,7 @@ class Outcome:
 
 
 def _memory(key: str) -> int:
-    with open("/proc/self/status") as status:
+    with open("/proc/self/status", encoding="utf-8") as status:
         return next(int(line.split()[1]) * 1024 for line in status if line.startswith(key))
 
 
@@ -45,7 +45,7 @@ def watched(reading: Callable[[], object]) -> Outcome:
     """The reading, done here."""
     from pcnet3d.pipeline import InputError
 
-    with suppress(OSError), open("/proc/self/clear_refs", "w") as file:
+    with suppress(OSError), open("/proc/self/clear_refs", "w", encoding="utf-8") as file:
         file.write("5")
     before, start = _memory("VmRSS"), time.process_time()
     ended, said = "valid", ""

@@ -115,7 +115,7 @@ def write_pair(path: Path) -> Path:
         for body in bodies
     ]
     listed = [{"frame_id": i, "instances": people} for i, people in enumerate(frames)]
-    path.write_text(json.dumps(listed))
+    path.write_text(json.dumps(listed), encoding="utf-8")
     return path
 
 

@@ -204,6 +204,7 @@ def test_a_network_is_asked_where_lines_do_not_tell(tmp_path, monkeypatch, capsy
     assert found["sources"] == {"focal": "network", "up": "network"}
     assert found["pitch_deg"] == pytest.approx(12.0, abs=1e-6)
     assert asked == [(1, "net.onnx", None)]
+    assert found["device"] == {"asked": "auto", "networks": {}, "notes": []}  # the stand-in opens no file
 
 
 def test_a_guessed_focal_length_is_not_called_known(tmp_path):

@@ -28,7 +28,7 @@ def golden(walk, tmp_path):
     rows = np.column_stack([walk.time_s, (1000 * joints * [1, -1, -1]).reshape(len(walk), -1)])
     lines = [",".join(HEADER), *(",".join(f"{value:.4f}" for value in row) for row in rows)]
     path = tmp_path / "poses.csv"
-    path.write_text("\n".join(lines) + "\n")
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
     return path
 
 
@@ -48,10 +48,10 @@ def test_what_was_written_comes_back(golden, walk):
 
 
 def test_an_empty_cell_is_missing(golden):
-    text = golden.read_text().splitlines()
+    text = golden.read_text(encoding="utf-8").splitlines()
     cells = text[3].split(",")
     cells[HEADER.index("r_wrist_x")] = ""
-    golden.write_text("\n".join([*text[:3], ",".join(cells), *text[4:]]))
+    golden.write_text("\n".join([*text[:3], ",".join(cells), *text[4:]]), encoding="utf-8")
     with pytest.raises(InputError, match=r"--set read\.missing=gap"):
         read(golden)
     missing = np.isnan(read(golden, missing="gap").joint("r_wrist")).any(axis=1)
@@ -62,7 +62,7 @@ def test_an_empty_cell_is_missing(golden):
     "damage", [lambda text: text[:-100], lambda text: text.replace("0.0000", "start", 1)]
 )
 def test_damage_has_words(golden, damage):
-    golden.write_text(damage(golden.read_text()))
+    golden.write_text(damage(golden.read_text(encoding="utf-8")), encoding="utf-8")
     with pytest.raises(InputError, match=r"poses\.csv: expected 52 numbers"):
         read(golden)
 
@@ -85,7 +85,7 @@ def test_paths_are_those_of_level(walk, tmp_path):
     joints[2, H36M17.index("r_wrist")] = np.nan
     rectified = rectify(poses.with_(joints=joints), rectifier="geometric")
     write(Take("walk", rectified=rectified), tmp_path / "paths.json")
-    content = json.loads((tmp_path / "paths.json").read_text())
+    content = json.loads((tmp_path / "paths.json").read_text(encoding="utf-8"))
     assert content["paths"]["r_wrist"][2] is None
     np.testing.assert_allclose(content["paths"]["l_knee"], rectified.level.joint("l_knee"))
     np.testing.assert_allclose(content["time_s"], walk.time_s)

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 import numpy as np
 import typer
 
+from ....pipeline.device import CPU, computing_on
 from ....pipeline.errors import InputError
 from ....pipeline.files.atomic import whole_file
 from ....pipeline.rotations import geodesic_deg
@@ -43,6 +44,7 @@ def quantise_file(
     )
 
 
+@computing_on(CPU)  # which int8 is for
 def quantise(source: Path, output: Path) -> Figure:
     """Write the int8 form of a rectifier's file -> how far its rotations are from the original's, in degrees.
 

@@ -9,6 +9,7 @@ import threading
 import time
 
 from ....pipeline.cli import main
+from ....pipeline.system import terminate_self
 
 _TO_TIDY_UP_S = 5.0
 
@@ -17,7 +18,7 @@ def _end_with_parent() -> None:
     """Wait for the end of stdin, which nobody writes to, then leave as on SIGTERM, or at once if that does not help."""
     while os.read(0, 4096):
         pass
-    os.kill(os.getpid(), signal.SIGTERM)
+    terminate_self()
     time.sleep(_TO_TIDY_UP_S)
     os._exit(128 + signal.SIGTERM)
 

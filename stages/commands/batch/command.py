@@ -15,14 +15,15 @@ from typing import Annotated, Any
 
 import typer
 
+from ....pipeline.cores import cores
+from ....pipeline.device import AUTO, computing_on
 from ....pipeline.errors import InputError
 from ....pipeline.files.atomic import printable, refuse_unwritable, whole_file
 from ....pipeline.messages import how_many, say
 from ....pipeline.plugins.options import pairs
 from ....pipeline.pose import package_version
-from ....pipeline.reading.settings import Output
+from ....pipeline.reading.settings import OnDevice, Output
 from ....pipeline.running.conclusion import point_to
-from ....pipeline.running.cores import cores
 from ....pipeline.running.progress import counted
 from .manifest import Entry, read_entries
 from .page import as_page
@@ -58,6 +59,7 @@ def batch(
             help="OPTION=VALUE of `run`, or STAGE.KEY=VALUE, for every take that has no other; repeatable.",
         ),
     ] = None,
+    device: OnDevice = "auto",
     outside: Annotated[
         bool, typer.Option("--outside", help="Let paths of the manifest leave its folder.")
     ] = False,
@@ -69,7 +71,15 @@ def batch(
     """
     if dask and workers:
         raise InputError("--workers is of this machine, --dask of a cluster; give one of them.")
-    entries = read_entries(source, pairs(common, "--set"), outside)
+    shared = pairs(common, "--set")
+    if device != AUTO:
+        if "device" in shared:
+            raise InputError("--device and --set device are the same option; give one of them.")
+        shared = {**shared, "device": device}
+    if not dask:
+        with computing_on(device):  # refused now rather than by every take
+            pass
+    entries = read_entries(source, shared, outside)
     output = output.resolve()
     with connected(dask) if dask else nullcontext() as client, _ours_alone(output):
         jobs = [Job(entry, output, timeout) for entry in entries]

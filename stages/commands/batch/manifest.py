@@ -19,6 +19,7 @@ from ....pipeline.plugins.options import did_you_mean
 from ....pipeline.reading.find import adapters, recognises
 from ....pipeline.reading.settings import MOVED, RunOptions, flag_of, flags, is_repeatable
 from ....pipeline.running.plan import checked_setting, planned
+from ....pipeline.system import is_file_name
 
 LABELS = ("subject", "visit", "condition")
 VIDEOS = (
@@ -31,7 +32,6 @@ _NAMED_POSES = re.compile(r"(?<![a-z])(x?3d|poses?|joints?|skeletons?|results?|p
 _ROLES = ("video", "poses", "keypoints")
 _DECIDING = (*_ROLES, "recipe", "calibrate", "person")  # which stages a take has
 _LARGEST = 64 << 20  # bytes of a manifest; some 300,000 takes
-_NO_NAME = re.compile(r'[\x00-\x1f\x7f/\\:*?"<>|]|^[.\s]|[.\s]$')
 _LONGEST = 100  # characters of a take's name, which becomes a folder's
 
 
@@ -290,7 +290,7 @@ def _check_names(entries: list[Entry], places: list[str]) -> None:
     takes: dict[str, str] = {}
     for entry, where in zip(entries, places, strict=True):
         _stem(entry.options, where)
-        if _NO_NAME.search(entry.name) or len(entry.name) > _LONGEST:
+        if not is_file_name(entry.name) or len(entry.name) > _LONGEST:
             raise InputError(
                 f"{where}: the name {entry.name!r} cannot be a folder's; give another in a column 'name'."
             )

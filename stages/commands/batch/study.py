@@ -45,6 +45,7 @@ class _Figures(BaseModel, strict=True):
     duration_s: float | None
     unit: _Words
     method: _Words
+    device: _Words
     level_ok: bool | None
     level_reason: _Words
     up_error_deg: float | None
@@ -67,10 +68,10 @@ def figures(folder: Path) -> tuple[dict[str, Any], ...]:
 def _figures(folder: Path, place: Path) -> dict[str, Any]:
     """place: of the folder, seen from the study's page."""
     summary = read_summary(folder)
-    parts = {name: summary.get(name) or {} for name in ("poses", "rectification", "measures")}
+    parts = {name: summary.get(name) or {} for name in ("poses", "rectification", "measures", "device")}
     if wrong := [name for name, part in parts.items() if not isinstance(part, dict)]:
         raise InputError(_damaged(folder, f"{wrong[0]} is no table"))
-    poses, rectified = parts["poses"], parts["rectification"]
+    poses, rectified, networks = parts["poses"], parts["rectification"], parts["device"].get("networks")
     found = {
         "person": folder.name if len(place.parts) > 2 else "",
         "report": (place / REPORT).as_posix() if (folder / REPORT).exists() else "",
@@ -82,6 +83,7 @@ def _figures(folder: Path, place: Path) -> dict[str, Any]:
         "duration_s": poses.get("duration_s"),
         "unit": poses.get("unit", ""),
         "method": rectified.get("method", ""),
+        "device": ", ".join(sorted({*map(str, networks.values())})) if isinstance(networks, dict) else "",
         "level_ok": rectified.get("level_ok"),
         "level_reason": rectified.get("level_reason", ""),
         "up_error_deg": rectified.get("up_error_deg", rectified.get("up_error_deg_mean")),
@@ -152,6 +154,7 @@ def write_table(rows: Sequence[Mapping[str, Any]], path: Path) -> None:
         "report",
         "unit",
         "method",
+        "device",
         "verdict",
     )
     kinds: dict[str, Any] = dict.fromkeys((*words, "verdict", "level_reason"), pa.string())
@@ -171,7 +174,7 @@ def write_table(rows: Sequence[Mapping[str, Any]], path: Path) -> None:
         "duration_s",
         "unit",
     ]
-    order += ["method", "level_ok", "level_reason", *QUALITY]
+    order += ["method", "device", "level_ok", "level_reason", *QUALITY]
     columns = {
         name: pa.array([row.get(name) for row in rows], type=kinds.get(name, pa.float64())) for name in order
     }

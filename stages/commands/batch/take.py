@@ -12,6 +12,7 @@ import subprocess
 import sys
 import threading
 import time
+from contextlib import suppress
 from dataclasses import dataclass, field
 from glob import escape
 from pathlib import Path
@@ -26,11 +27,16 @@ from ....pipeline.pose import package_version
 from ....pipeline.reading.take import sha256
 from ....pipeline.running.recipe import load_recipe
 from ....pipeline.running.run import checkpoint_of
+from ....pipeline.system import apart, kill
 from .manifest import Entry
 from .study import figures
 
 _KEY = "batch"  # in a take's summary.json
 _TO_END_S = 5.0  # for a take that is asked to leave
+# As many processes as there are cores: each computes with one thread, or they get in each other's way. One on every
+# machine, since another number of threads rounds otherwise. What they say is read back here.
+_ENVIRONMENT = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
+_ENVIRONMENT |= {"OPENCV_FOR_THREADS_NUM": "1", "PYTHONIOENCODING": "utf-8"}
 _TAIL = 64 << 10  # bytes of a log that are searched for its last words
 
 
@@ -192,7 +198,7 @@ def _tidy(folder: Path) -> None:
             shutil.rmtree(left, ignore_errors=True)
 
 
-_running: set[subprocess.Popen[bytes]] = set()
+_running: set[subprocess.Popen[Any]] = set()
 _stopped = threading.Event()
 
 
@@ -200,13 +206,20 @@ def stop_takes() -> None:
     """End the takes that this process runs, and whichever would begin after them."""
     _stopped.set()
     for child in tuple(_running):
-        child.terminate()
+        _ask_to_leave(child)
     deadline = time.monotonic() + _TO_END_S
     for child in tuple(_running):
         try:
             child.wait(max(0.0, deadline - time.monotonic()))
         except subprocess.TimeoutExpired:
-            _kill(child)
+            kill(child)
+
+
+def _ask_to_leave(child: subprocess.Popen[Any]) -> None:
+    """It tidies up first, as `child` does when its parent is gone."""
+    with suppress(OSError):
+        if child.stdin:
+            child.stdin.close()
 
 
 def _run(job: Job, resume: bool) -> tuple[int, str]:
@@ -220,38 +233,27 @@ def _run(job: Job, resume: bool) -> tuple[int, str]:
         f"--output={job.folder}",
     ]
     command += ["--resume"] if resume else []
-    # As many processes as there are cores: each computes with one thread, or they get in each other's way.
-    threads = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
     with open(job.log, "wb") as log:
         child = subprocess.Popen(
             [*command, *job.entry.arguments],
             stdin=subprocess.PIPE,
             stdout=log,
             stderr=subprocess.STDOUT,
-            env={**threads, **os.environ},
-            start_new_session=True,
+            env={**os.environ, **_ENVIRONMENT},
+            **apart(),
         )
         _running.add(child)
         if _stopped.is_set():
-            child.terminate()
+            _ask_to_leave(child)
         try:
             code = child.wait(job.timeout_s)
         except subprocess.TimeoutExpired:
-            _kill(child)
+            kill(child)
             return 124, f"took longer than the {job.timeout_s:g} s of --timeout, and was ended"
         finally:
             _running.discard(child)
-            if child.stdin:
-                child.stdin.close()
+            _ask_to_leave(child)
     return code, _last_words(code, job.log) if code else ""
-
-
-def _kill(child: subprocess.Popen[bytes]) -> None:
-    """The process, and where the system knows groups what it started."""
-    if hasattr(os, "killpg"):
-        os.killpg(child.pid, signal.SIGKILL)
-    child.kill()
-    child.wait()
 
 
 def _last_words(code: int, log: Path) -> str:

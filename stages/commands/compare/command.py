@@ -11,13 +11,14 @@ import numpy as np
 import typer
 
 from ....models.common.metrics import joint_error, plain
+from ....pipeline.device import computing_on
 from ....pipeline.errors import InputError
 from ....pipeline.files.atomic import add_to_list, whole_folder
 from ....pipeline.files.viewer import RECORDING
 from ....pipeline.messages import how_many, say_all, show
 from ....pipeline.motion.angles import ANGLES
 from ....pipeline.pose import package_version
-from ....pipeline.reading.settings import Force
+from ....pipeline.reading.settings import Force, OnDevice
 from ....pipeline.reading.take import sha256
 from ....pipeline.running.conclusion import point_to
 from .accelerations import accelerations
@@ -67,6 +68,7 @@ def compare(
         Path | None,
         typer.Option("-o", "--output", help="Folder for the results; `compare` in the first run's."),
     ] = None,
+    device: OnDevice = "auto",
     force: Force = False,
 ) -> None:
     """Compare runs with each other or with motion capture: angles, limits of agreement, cycles, wrist paths."""
@@ -91,11 +93,17 @@ def compare(
     recordings = {
         side.name: folder / RECORDING for side, folder in zip(sides[-len(folders) :], folders, strict=True)
     }
-    found = compared(sides, align, offset, search, recordings)
+    with computing_on(device) as where:
+        found = compared(sides, align, offset, search, recordings)
     words = "\n".join([*as_text(found), *(f"warning: {warning}" for warning in found.warnings)])
     target = folders[0] / "compare" if output is None else output
     with whole_folder(target, force, (*folders, *([truth] if truth else []))) as partial:
-        content = {"pcnet3d": package_version(), "what": "comparison", **figures(found)}
+        content = {
+            "pcnet3d": package_version(),
+            "what": "comparison",
+            **figures(found),
+            "device": where.summary(),
+        }
         text = json.dumps(plain(content), indent=1, allow_nan=False)
         (partial / "compare.json").write_text(text + "\n", encoding="utf-8")
         (partial / "compare.html").write_text(as_page(found), encoding="utf-8")

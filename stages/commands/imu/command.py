@@ -11,7 +11,6 @@ of the video's is compared with it, of the run's own method alone.
 from __future__ import annotations
 
 import json
-import shlex
 import shutil
 from collections.abc import Sequence
 from dataclasses import replace
@@ -33,6 +32,7 @@ from ....pipeline.pose import package_version
 from ....pipeline.reading.find import adapters, find_adapter, recognises
 from ....pipeline.reading.take import sha256
 from ....pipeline.rotations import is_finite
+from ....pipeline.system import quoted
 from ..finished_run import Run, load_run, methods
 from .align import Alignment, Signal, agreement, agreement_of_norms, align, heading_deg, turned
 from .motion import as_vertical, even_times, imu_norm, imu_signal, path_acceleration, still_pelvis
@@ -118,7 +118,7 @@ def imu(
     add_to_list(folder, "imu")
     show(words)
     show(f"{folder / 'imu'}: {', '.join(sorted(file.name for file in (folder / 'imu').iterdir()))}")
-    print(f"look at it with: pcnet3d view {shlex.quote(str(folder / 'imu' / IMU_RECORDING))}")
+    print(f"look at it with: pcnet3d view {quoted(folder / 'imu' / IMU_RECORDING)}")
 
 
 def _compared_before(folder: Path) -> dict[str, dict[str, Any]]:

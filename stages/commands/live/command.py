@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 from collections import Counter
 from collections.abc import Sequence
 from contextlib import nullcontext
@@ -20,7 +19,7 @@ from ....models.gravity.live import LiveRectifier
 from ....models.lifter.live import LiveLifter
 from ....pipeline.device import computing_on
 from ....pipeline.errors import InputError
-from ....pipeline.files.atomic import whole_folder
+from ....pipeline.files.atomic import add_to_summary, whole_folder
 from ....pipeline.files.detections import KEYPOINTS
 from ....pipeline.files.viewer import following
 from ....pipeline.messages import how_many, say, show
@@ -30,6 +29,7 @@ from ....pipeline.running.interrupt import interruptible
 from ....pipeline.running.plan import planned
 from ....pipeline.running.progress import now_and_then, stages, tell
 from ....pipeline.running.run import run_into
+from ....pipeline.system import quoted
 from ...detect import Detect
 from ...rectify import Rectify
 from .recording import live_recording
@@ -64,7 +64,7 @@ def live(
     shown = open_source(source)
     frames = not options.no_frames
     inputs = [] if shown.video is None else [shown.video.path]
-    with computing_on(options.device), whole_folder(output, force, inputs) as folder:
+    with computing_on(options.device) as where, whole_folder(output, force, inputs) as folder:
         networks = _networks(options.with_(video=Path(source)))
         watching = following(folder / LIVE, web) if view or web else nullcontext()
         with watching:
@@ -84,8 +84,9 @@ def live(
             tell(take)
         except (InputError, KeyboardInterrupt) as error:
             say("warning", f"recorded, but not processed as a take: {error or 'interrupted'}")
+        add_to_summary(folder, device=where.summary())
     show_files(output)
-    shown_then = f"what was known at the time: pcnet3d view {shlex.quote(str(output / LIVE))}"
+    shown_then = f"what was known at the time: pcnet3d view {quoted(output / LIVE)}"
     if take is None:
         print(shown_then)
         return

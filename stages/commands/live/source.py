@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from ....pipeline.cores import cores
 from ....pipeline.errors import InputError
 from ....pipeline.files.video_frames import images_from
 from ....pipeline.reading.take import read_video
@@ -50,7 +51,7 @@ def open_source(source: str) -> Source:
 
     InputError when it cannot be opened, or later when it breaks.
     """
-    if source.isdigit() or source.startswith("/dev/"):
+    if source.isdigit() or Path(source).is_char_device():
         return Source(f"camera {source}", _camera(source), None, waits=False)
     if source == "-":
         # Unbuffered: what is in the pipe is taken, and nothing more is waited for.
@@ -83,13 +84,15 @@ def _stream(source: str | FileIO, name: str, protocols: str) -> Iterator[Shot]:
             if not container.streams.video:
                 raise InputError(f"Expected a video from {name}, but it has no video stream.")
             stream = container.streams.video[0]
-            stream.thread_type = "SLICE"  # threads by frame would hold some back
+            # Threads by frame would hold some back.
+            stream.thread_type, stream.codec_context.thread_count = "SLICE", cores()
             start: float | None = None
             for number, frame in enumerate(container.decode(stream)):
                 rate = float(stream.average_rate or 30)
                 now = number / rate if frame.time is None else frame.time
                 start = now if start is None else start
-                image = np.rot90(frame.to_ndarray(format="rgb24"), round(frame.rotation / 90))
+                pixels = frame.to_ndarray(format="rgb24", threads=cores())
+                image = np.rot90(pixels, round(frame.rotation / 90))
                 yield Shot(number, now - start, np.ascontiguousarray(image))
     except FFmpegError as error:
         raise InputError(f"Expected a video from {name}, but it cannot be read: {error.strerror}.") from None

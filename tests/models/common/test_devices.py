@@ -1,6 +1,7 @@
 """Networks on devices that onnxruntime offers, offers and cannot start, or that fail half-way."""
 
 import json
+from typing import get_args
 
 import numpy as np
 import onnxruntime
@@ -10,11 +11,13 @@ from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models import load_rectifier
 from pcnet3d.models.common.onnx import PlacedSession, open_onnx
+from pcnet3d.models.evaluation import bench
 from pcnet3d.models.lifter.builtin import SHIPPED
-from pcnet3d.pipeline.cli import load_command
+from pcnet3d.pipeline.camera import Camera
+from pcnet3d.pipeline.cli import _points, load_command
 from pcnet3d.pipeline.device import KINDS, computing_on, listed, placement
 from pcnet3d.pipeline.errors import InputError
-from pcnet3d.pipeline.reading.settings import RunOptions
+from pcnet3d.pipeline.reading.settings import OnDevice, RunOptions
 from pcnet3d.pipeline.running.recipe import Recipe, StageEntry
 from pcnet3d.pipeline.running.run import run_files
 
@@ -177,3 +180,41 @@ def test_devices_are_listed(cuda, capsys):
     assert {row["name"]: row["is"] for row in listed()}["cuda"] == "offered"
     load_command("list").main(["devices"], standalone_mode=False)
     assert "coreml    not offered  onnxruntime, on macOS" in capsys.readouterr().out
+
+
+# mmfi and train compute with torch, whose --device is its own; an int8 form is made for processors.
+WITHOUT = {"inspect", "view", "list", "imu", "mocap", "mmfi", "train", "quantise"}
+
+
+@pytest.mark.parametrize("name", sorted(_points().keys() - WITHOUT))
+def test_every_command_that_opens_networks_takes_the_same_option(name):
+    command = load_command(name)
+    for each in getattr(command, "commands", {name: command}).values():
+        (option,) = (parameter for parameter in each.params if "--device" in parameter.opts)
+        assert option.help == get_args(OnDevice)[1].help
+        assert option.default == "auto"
+
+
+@pytest.mark.parametrize(("fails_after", "device"), [(10**9, "cuda"), (50, "cpu")])
+def test_a_bench_says_where_it_computed(cuda, monkeypatch, tmp_path, capsys, fails_after, device):
+    monkeypatch.setattr(cuda, "fails_after", fails_after)
+    monkeypatch.setattr(
+        bench, "_start_s", lambda path, device: 0.1
+    )  # a process that has the real onnxruntime
+    bench.rectify(["pcnet"], count=80, rounds=1, threads=1, device="auto", output=tmp_path / "speed.json")
+    found = json.loads((tmp_path / "speed.json").read_text())["device"]
+    assert found["networks"]["pcnet.onnx"] == device
+    assert any("pcnet.onnx fails on cuda" in note for note in found["notes"]) == (device == "cpu")
+    assert ("pcnet.onnx computed on cuda; the GEMM on the CPU" in capsys.readouterr().out) == (
+        device == "cuda"
+    )
+
+
+def test_calibrate_records_where_the_network_computed(cuda, monkeypatch, capsys):
+    def looked(*_):
+        open_onnx(SHIPPED)
+        return Camera((640, 480), 512.0, 100.0, "prior"), np.zeros((480, 640, 3), np.uint8)
+
+    monkeypatch.setattr("pcnet3d.stages.commands.calibrate._looked", looked)
+    assert load_command("calibrate").main(["x.png", "--json", "--device", "cuda"], standalone_mode=False) == 3
+    assert json.loads(capsys.readouterr().out)["device"]["networks"] == {"lifter.onnx": "cuda"}

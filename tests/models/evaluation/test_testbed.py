@@ -173,6 +173,7 @@ def test_the_command_writes_plain_arrays(tmp_path, monkeypatch):
     with np.load(tmp_path / "takes.npz", allow_pickle=False) as file:
         assert file["take_start"].tolist() == [0, 50, 90]  # 20 frames are too few
         assert file["clip"].tolist() == ["09_01", "09_03"]
+        assert str(file["device"]) == "cpu"
         np.testing.assert_allclose(file["truth"][:50], see(clip(), 0).truth, atol=1e-6)
         np.testing.assert_allclose(file["R_camera_from_body"][..., 2], file["up"], atol=1e-9)
 
@@ -203,6 +204,7 @@ def test_evaluate_writes_tables_and_json(tmp_path, monkeypatch, capsys):
     assert "| CMU test upright (50 frames) |" in text
     assert "HDM05 lying" not in text  # nobody lies
     content = json.loads((tmp_path / "out" / "evaluation.json").read_text())
+    assert content["device"]["asked"] == "auto"
     for bed in ("wild", "typical"):
         figures = content["beds"][bed]["focal assumed"]["CMU test upright"]
         assert figures["lifter"]["frame"]["MPJPE"]["mean"] > 0

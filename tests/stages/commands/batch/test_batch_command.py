@@ -77,6 +77,7 @@ def test_the_table_has_a_row_for_every_take(finished):
             expected = measures["range_of_motion"]["r_knee_flexion"]["p05_p95_deg"]
             assert row["range_of_motion.r_knee_flexion.p05_p95_deg"] == expected
             assert row["frames"] == 45
+            assert row["device"] == ""  # of the geometric rectifier, which is no network
             assert row["warnings"]
 
 
@@ -100,9 +101,21 @@ def test_a_second_batch_does_what_has_changed_and_keeps_the_rest(finished, pcnet
     assert "3 takes" not in result.stderr
 
 
+def test_a_device_is_for_every_take_and_refused_before_any_runs(small, pcnet3d, tmp_path):
+    out = tmp_path / "out"
+    refused(pcnet3d("batch", small, "-o", out, "--device", "directml"), "offers here", "--device directml")
+    twice = pcnet3d("batch", small, "-o", out, "--device", "cpu", "--set", "device=auto")
+    refused(twice, "--device and --set device")
+    assert not out.exists()
+    result = pcnet3d("batch", small, "-o", out, "--device", "cpu")
+    assert result.returncode == 0, result.stderr
+    summaries = [json.loads(path.read_text()) for path in out.glob("takes/*/summary.json")]
+    assert [summary["device"]["asked"] for summary in summaries] == ["cpu", "cpu"]
+
+
 def only_good(manifest: Path) -> tuple[Path, list[str]]:
     """A manifest without those that fail, and its rows."""
-    head, *rows = manifest.read_text().splitlines()
+    head, *rows = manifest.read_text(encoding="utf-8").splitlines()
     good = [row for row in rows if row.startswith("good")]
     (manifest.parent / "good.csv").write_text("\n".join([head, *good]) + "\n")
     return manifest.parent / "good.csv", good

@@ -123,8 +123,11 @@ def test_figures_are_single_numbers_by_their_keys(tmp_path):
         "walking": {"steps": 3, "right": {"x_s": 0.5}, "landings_s": [1.0], "reason": "none"},
         "none": None,
     }
-    (run / "summary.json").write_text(json.dumps({"measures": measures, "warnings": ["careful"]}))
+    device = {"asked": "auto", "networks": {"a.onnx": "cuda", "b.onnx": "cpu", "c.onnx": "cuda"}}
+    summary = {"measures": measures, "warnings": ["careful"], "device": device}
+    (run / "summary.json").write_text(json.dumps(summary))
     (found,) = figures(run)
+    assert found["device"] == "cpu, cuda"
     assert found["measures"] == {"walking.steps": 3.0, "walking.right.x_s": 0.5}
     assert found["warnings"] == ["careful"]
     assert found["report"] == ""

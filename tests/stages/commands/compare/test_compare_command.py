@@ -36,6 +36,10 @@ def cameras(runs) -> dict:
     return json.loads((runs / "side/compare/compare.json").read_text())
 
 
+def test_where_the_rectifier_computed_is_recorded(against_truth):
+    assert against_truth["device"] == {"asked": "auto", "networks": {"pcnet.onnx": "cpu"}, "notes": []}
+
+
 @pytest.fixture(scope="module")
 def against_truth(runs) -> dict:
     """Motion capture at 120 a second that was started half a second later."""

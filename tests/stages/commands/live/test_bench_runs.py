@@ -38,11 +38,13 @@ def test_a_long_video_goes_there_and_back_without_a_jump(tmp_path):
 
 
 def test_shares_add_up(toy_detector, numbered_film):
-    measured = _run(numbered_film, toy_detector)
+    measured = _run(numbered_film, toy_detector, "cpu")
     assert measured.frames == 60
     assert sum(measured.seconds.values()) == pytest.approx(measured.wall_s)
     assert 0 < measured.seconds["the rest"] < measured.wall_s / 4
     assert measured.seconds["2D network"] > 0
+    assert measured.devices[toy_detector.name] == "cpu"
+    assert f"{toy_detector.name} on cpu" in str(measured)
     assert measured.seconds["decoding"] > 0
     assert measured.cpu_s > 0
     assert 0 < measured.arrays_mb < measured.peak_mb

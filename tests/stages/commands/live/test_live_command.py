@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import signal
 import subprocess
 import sys
@@ -73,6 +74,8 @@ def test_the_take_is_then_processed_as_by_run(from_file, joints_px):
     np.testing.assert_allclose(person.joints, joints_px, atol=0.01)
     with np.load(from_file / "poses.npz") as poses:
         assert poses["frame_index"].tolist() == list(range(60))
+    device = json.loads((from_file / "summary.json").read_text())["device"]
+    assert {"toy.onnx", "lifter.onnx"} <= device["networks"].keys()
 
 
 def test_a_pipe_loses_no_frame_and_its_video_is_kept(numbered_film, toy_detector, tmp_path):

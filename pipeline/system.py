@@ -1,0 +1,93 @@
+"""What differs between operating systems: processes, memory, cores, names of files, words on a command line. Nothing
+else asks which system this is."""
+
+from __future__ import annotations
+
+import _thread
+import os
+import re
+import shlex
+import signal
+import subprocess
+import sys
+from contextlib import suppress
+from typing import Any
+
+# Windows gives these to devices, with any suffix and in any case.
+_DEVICES = re.compile(r"(con|prn|aux|nul|conin\$|conout\$|com[0-9¹²³]|lpt[0-9¹²³])\s*(\.|$)", re.IGNORECASE)
+_NO_NAME = re.compile(r'[\x00-\x1f\x7f/\\:*?"<>|]|^[.\s]|[.\s]$|^$')
+
+
+def is_file_name(name: str) -> bool:
+    """Whether every system takes it as the name of a file or folder, one that is not hidden."""
+    return not _NO_NAME.search(name) and not _DEVICES.match(name)
+
+
+def quoted(word: object) -> str:
+    """A word as it is typed in this system's shell."""
+    return subprocess.list2cmdline([str(word)]) if sys.platform == "win32" else shlex.quote(str(word))
+
+
+def cores_given() -> int:
+    """The cores that this process may use, which in a container may be fewer than the machine's."""
+    if sys.platform == "linux":
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def peak_memory_bytes() -> int:
+    """The most resident memory that this process has had since it began."""
+    if sys.platform == "win32":
+        import psutil
+
+        return psutil.Process().memory_info().peak_wset
+    import resource
+
+    unit = 1 if sys.platform == "darwin" else 1024
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit
+
+
+def is_running(process: int) -> bool:
+    """Whether there is a process of that number, anybody's."""
+    if sys.platform == "win32":  # where os.kill would end it
+        import psutil
+
+        return psutil.pid_exists(process)
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except (OSError, OverflowError):  # somebody else's
+        return True
+    return True
+
+
+def apart() -> dict[str, Any]:
+    """Arguments of subprocess.Popen for a process that Ctrl-C on this one's terminal leaves alone."""
+    if sys.platform == "win32":
+        return {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP}
+    return {"start_new_session": True}
+
+
+def kill(process: subprocess.Popen[Any]) -> None:
+    """End at once a process that was started `apart`, and what it has started."""
+    if sys.platform == "win32":
+        import psutil
+
+        with suppress(psutil.NoSuchProcess):
+            for each in psutil.Process(process.pid).children(recursive=True):
+                with suppress(psutil.NoSuchProcess):
+                    each.kill()
+    else:
+        with suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+    process.kill()
+    process.wait()
+
+
+def terminate_self() -> None:
+    """This process gets SIGTERM, from any of its threads."""
+    if sys.platform == "win32":  # where os.kill would not run the handler
+        _thread.interrupt_main(signal.SIGTERM)
+    else:
+        os.kill(os.getpid(), signal.SIGTERM)
