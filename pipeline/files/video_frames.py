@@ -89,5 +89,5 @@ def shown_size(video: Video) -> tuple[int, int]:
 
 
 def _upright(frame: VideoFrame, rotation_deg: int) -> np.ndarray:
-    image = frame.to_ndarray(format="rgb24")
+    image = frame.to_ndarray(format="rgb24", threads=1)  # starting threads for each frame costs more than they save
     return np.ascontiguousarray(np.rot90(image, -rotation_deg // 90)) if rotation_deg else image
