@@ -63,17 +63,14 @@ def in_own_process(function: Callable[..., T], *arguments: Any) -> T:
 
 def measured_run(options: RunOptions, recipe: Recipe | None = None) -> tuple[Take, Measured]:
     """A run into a temporary folder. The peak of memory is that of this process since it began."""
-    import resource  # not on Windows
-
     seconds = {"read": 0.0}
     with tempfile.TemporaryDirectory() as folder:
-        start, before = time.perf_counter(), _cpu_s()
+        start, before = time.perf_counter(), cpu_s()
         take = run_files(options, Path(folder) / "out", recipe, done=seconds.__setitem__)
-        wall_s, cpu_s = time.perf_counter() - start, _cpu_s() - before
+        wall_s, used_s = time.perf_counter() - start, cpu_s() - before
     seconds["the rest"] = wall_s - sum(seconds.values())  # imports of stages, the folder
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * _PEAK_UNIT / _MEGABYTE
     frames = len(take.need("poses"))
-    return take, Measured(frames, seconds, wall_s, cpu_s, peak, _array_bytes(take) / _MEGABYTE)
+    return take, Measured(frames, seconds, wall_s, used_s, peak_mb(), _array_bytes(take) / _MEGABYTE)
 
 
 def gemm_gflops() -> float:
@@ -87,9 +84,18 @@ def gemm_gflops() -> float:
     return 2 * _GEMM**3 * _GEMM_RUNS / (time.perf_counter() - start) / 1e9
 
 
-def _cpu_s() -> float:
+def cpu_s() -> float:
+    """That this process and those that it has waited for have used so far."""
     times = os.times()
     return times.user + times.system + times.children_user + times.children_system
+
+
+def peak_mb(of_children: bool = False) -> float:
+    """The most memory that was resident in this process so far, or in one of those that it has waited for."""
+    import resource  # not on Windows
+
+    whose = resource.RUSAGE_CHILDREN if of_children else resource.RUSAGE_SELF
+    return resource.getrusage(whose).ru_maxrss * _PEAK_UNIT / _MEGABYTE
 
 
 def _array_bytes(value: Any) -> int:

@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from pcnet3d.examples.bench_batch import measured_batch
 from pcnet3d.examples.bench_files import write_inputs
 from pcnet3d.examples.bench_pipeline import _run
 from pcnet3d.examples.bench_run import measured_run
@@ -51,3 +52,12 @@ def test_a_run_on_files_says_where_its_time_went(tmp_path):
     assert sum(measured.seconds.values()) == pytest.approx(measured.wall_s)
     assert 0 < measured.seconds["the rest"] < measured.wall_s / 4
     assert 0 < measured.arrays_mb < measured.peak_mb
+
+
+def test_a_study_says_what_a_take_costs():
+    measured = measured_batch(3, 1.5, workers=2)
+    assert (measured.takes, measured.workers) == (3, 2)
+    assert 0 < measured.network_s < measured.wall_s
+    assert measured.own_s == pytest.approx(measured.wall_s * 2 / 3 - measured.network_s)
+    assert measured.cpu_s > 0
+    assert measured.peak_mb > 0
