@@ -1,10 +1,12 @@
-"""`pcnet3d bench`: how fast rectifiers, and whole runs from files and from a video, are on this machine."""
+"""`pcnet3d bench`: how fast rectifiers, and whole runs from files and from a video, and studies are on this
+machine."""
 
 from __future__ import annotations
 
 import typer
 
 from ..models.evaluation.bench import rectify
+from .bench_batch import batch
 from .bench_files import files
 from .bench_pipeline import pipeline
 
@@ -12,3 +14,4 @@ bench = typer.Typer(help="Measure speed and memory on this machine.", no_args_is
 bench.command()(rectify)
 bench.command()(files)
 bench.command()(pipeline)
+bench.command()(batch)

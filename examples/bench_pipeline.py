@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 from unittest.mock import patch
 
 import numpy as np
@@ -23,7 +23,6 @@ from ..pipeline.device import Device
 from ..pipeline.plugins.registry import open_model
 from ..pipeline.reading.settings import OnDevice, RunOptions
 from ..pipeline.running.recipe import load_recipe
-from ..pipeline.take import Video
 from .bench_run import Measured, gemm_gflops, in_own_process, measured_run
 from .walker.long_video import write_long_video
 
@@ -39,7 +38,7 @@ def pipeline(
     ] = [1.0],  # noqa: B006 (typer copies it)
     device: OnDevice = "auto",
 ) -> None:
-    """Measure a run on a video alone: decoding, the 2D network and our own stages, their shares, and the memory."""
+    """Measure a run on a video alone: the 2D network and our own stages, their shares, and the memory."""
     file = open_model("detectors", detector)  # before any work, and downloaded outside the measurement
     print(f"matrix products: {gemm_gflops():.0f} GFLOP/s in float32")
     if video is not None:
@@ -60,17 +59,15 @@ def pipeline(
 
 def _print(measured: Measured) -> None:
     print(measured)
-    others = measured.seconds["decoding"] + measured.seconds["2D network"]
-    own_s = measured.wall_s - others
-    print(f"  our own stages together: {own_s:.1f} s, {100 * own_s / measured.wall_s:.1f} %")
-    print(f"  decoding alone: {measured.frames / max(measured.seconds['decoding'], 1e-9):.0f} frames/s")
+    own_s = measured.wall_s - measured.seconds["2D network"]
+    print(f"  all but the 2D network: {own_s:.1f} s, {100 * own_s / measured.wall_s:.1f} %")
 
 
 def _run(video: Path, detector: Path, device: Device) -> Measured:
-    """detect without decoding and network, which are `decoding` and `2D network`; frames: of the video."""
+    """detect without waiting for images and without the network, which stand by themselves; frames: of the video."""
     recipe = load_recipe().starting_with("lift").starting_with("calibrate").starting_with("detect")
     recipe = recipe.with_options("detect", detector=str(detector))
-    others = {"decoding": 0.0, "2D network": 0.0}
+    others = {"images": 0.0, "2D network": 0.0}
     with _timed(others):
         take, measured = measured_run(RunOptions(video=video, device=device), recipe)
     seconds = {"read": measured.seconds["read"], **others, **measured.seconds}
@@ -80,15 +77,16 @@ def _run(video: Path, detector: Path, device: Device) -> Measured:
 
 @contextmanager
 def _timed(seconds: dict[str, float]) -> Iterator[None]:
-    """Adds up what decoding images and running 2D networks take, while the block runs."""
-    decode, run = detect_video.images_from, OnnxFile.run
+    """Adds up how long detection waits for images, which are decoded beside it, and what running 2D networks takes,
+    while the block runs."""
+    decode, run = detect_video.images_ahead, OnnxFile.run
 
-    def images_from(video: Video, first: int = 0) -> Iterator[tuple[int, np.ndarray]]:
-        decoding = decode(video, first)
+    def images_ahead(*asked: Any) -> Iterator[tuple[int, np.ndarray]]:
+        decoding = decode(*asked)
         while True:
             start = time.perf_counter()
             following = next(decoding, None)
-            seconds["decoding"] += time.perf_counter() - start
+            seconds["images"] += time.perf_counter() - start
             if following is None:
                 return
             yield following
@@ -101,7 +99,7 @@ def _timed(seconds: dict[str, float]) -> Iterator[None]:
             seconds["2D network"] += time.perf_counter() - start
 
     with (
-        patch.object(detect_video, "images_from", images_from),
+        patch.object(detect_video, "images_ahead", images_ahead),
         patch.object(OnnxFile, "run", timed_run),
     ):
         yield

@@ -68,14 +68,13 @@ def measured_run(options: RunOptions, recipe: Recipe | None = None) -> tuple[Tak
     """A run into a temporary folder. The peak of memory is that of this process since it began."""
     seconds = {"read": 0.0}
     with tempfile.TemporaryDirectory() as folder:
-        start, before = time.perf_counter(), _cpu_s()
+        start, before = time.perf_counter(), cpu_s()
         take = run_files(options, Path(folder) / "out", recipe, done=seconds.__setitem__)
-        wall_s, cpu_s = time.perf_counter() - start, _cpu_s() - before
+        wall_s, used_s = time.perf_counter() - start, cpu_s() - before
         devices = read_summary(Path(folder) / "out")["device"]["networks"]
     seconds["the rest"] = wall_s - sum(seconds.values())  # imports of stages, the folder
-    peak = peak_memory_bytes() / _MEGABYTE
     frames = len(take.need("poses"))
-    return take, Measured(frames, seconds, wall_s, cpu_s, peak, _array_bytes(take) / _MEGABYTE, devices)
+    return take, Measured(frames, seconds, wall_s, used_s, peak_mb(), _array_bytes(take) / _MEGABYTE, devices)
 
 
 def gemm_gflops() -> float:
@@ -89,9 +88,16 @@ def gemm_gflops() -> float:
     return 2 * _GEMM**3 * _GEMM_RUNS / (time.perf_counter() - start) / 1e9
 
 
-def _cpu_s() -> float:
+def cpu_s() -> float:
+    """That this process and those that it has waited for have used so far."""
     times = os.times()
     return times.user + times.system + times.children_user + times.children_system
+
+
+def peak_mb(of_children: bool = False) -> float:
+    """The most memory that was resident in this process so far, or in one of those that it has waited for
+    (NaN where the system does not tell)."""
+    return peak_memory_bytes(of_children) / _MEGABYTE
 
 
 def _array_bytes(value: Any) -> int:

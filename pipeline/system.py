@@ -35,16 +35,19 @@ def cores_given() -> int:
     return os.cpu_count() or 1
 
 
-def peak_memory_bytes() -> int:
-    """The most resident memory that this process has had since it began."""
+def peak_memory_bytes(of_children: bool = False) -> float:
+    """The most resident memory that this process has had since it began; of_children: that one of those had that it has
+    waited for, NaN where the system does not tell."""
     if sys.platform == "win32":
         import psutil
 
-        return psutil.Process().memory_info().peak_wset
+        return float("nan") if of_children else psutil.Process().memory_info().peak_wset
     import resource
 
     unit = 1 if sys.platform == "darwin" else 1024
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit
+    return (
+        resource.getrusage(resource.RUSAGE_CHILDREN if of_children else resource.RUSAGE_SELF).ru_maxrss * unit
+    )
 
 
 def is_running(process: int) -> bool:

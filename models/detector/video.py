@@ -10,7 +10,7 @@ import numpy as np
 
 from ...pipeline.errors import InputError
 from ...pipeline.files.detections import Detections
-from ...pipeline.files.video_frames import images_from
+from ...pipeline.files.video_frames import images_ahead
 from ...pipeline.messages import how_many
 from ...pipeline.running.interrupt import interruptible
 from ...pipeline.running.progress import counted
@@ -157,11 +157,9 @@ def detect(
     keep_at = time.monotonic() + _KEEP_S
     seen = total
     with interruptible() as asked, counted("detect", total - first) as count:
-        for number, image in images_from(video, search.seen):
+        for number, image in images_ahead(video, search.seen, total - 1):
             search.look(number, float(video.time_s[number]), image)
             count(search.seen - first)
-            if search.seen == total:
-                break
             if asked():
                 seen = search.seen
                 break

@@ -77,9 +77,7 @@ def _every(video: Video, frames: Sequence[int]) -> Iterator[tuple[int, np.ndarra
     wanted = set(frames)
     with counted("calibrate", len(frames)) as tell:
         done = 0
-        for number, image in images_from(video, frames[0]):
-            if number > frames[-1]:
-                break
+        for number, image in images_from(video, frames[0], frames[-1]):
             if number in wanted:
                 yield number, image
                 done += 1

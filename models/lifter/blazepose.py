@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...pipeline.errors import InputError
-from ...pipeline.files.video_frames import images_from
+from ...pipeline.files.video_frames import images_ahead
 from ...pipeline.frames import CAMERA
 from ...pipeline.layouts import BLAZEPOSE33, H36M17, remap
 from ...pipeline.pose import PoseSequence
@@ -163,8 +163,6 @@ def crops_around(pixels: np.ndarray, confidence: np.ndarray, rows: np.ndarray) -
 def _wanted(video: Video, frames: np.ndarray) -> Iterator[tuple[int, np.ndarray]]:
     """(row, image) of these frame numbers, in order."""
     row_of = {int(frame): row for row, frame in enumerate(frames)}
-    for number, image in images_from(video, int(frames[0])):
+    for number, image in images_ahead(video, int(frames[0]), int(frames[-1])):
         if number in row_of:
             yield row_of[number], image
-        if number >= frames[-1]:
-            return

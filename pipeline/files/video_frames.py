@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections import deque
+from collections.abc import Generator, Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing, contextmanager
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,73 +17,105 @@ from ..take import Video
 if TYPE_CHECKING:
     from av import VideoFrame
     from av.container import InputContainer
-    from av.video.stream import VideoStream
 
+_AHEAD = 2  # images that are decoded before they are asked for
 _BACK_S = 10.0  # before where a key frame should be, in a file that is searched without an index
 
 
-def images_from(video: Video, first: int = 0) -> Iterator[tuple[int, np.ndarray]]:
-    """(frame number, image) from frame `first` on: (H, W, 3) uint8 RGB, the video's rotation obeyed.
+def images_from(video: Video, first: int = 0, last: float = np.inf) -> Generator[tuple[int, np.ndarray]]:
+    """(frame number, image) from frame `first` to `last`: (H, W, 3) uint8 RGB, the video's rotation obeyed.
 
     Numbers count the rows of `video.time_s`; a frame that the decoder leaves out is left out here too. Before `first`
     no more is decoded than lies between it and the key frame before it. InputError for a video that cannot be decoded.
     """
     for number, frame in frames_from(video, first):
-        yield number, _upright(frame, video.rotation_deg)
+        if number <= last:
+            yield number, _upright(frame, video.rotation_deg)
+        if number >= last:
+            return
+
+
+def images_ahead(video: Video, first: int = 0, last: float = np.inf) -> Iterator[tuple[int, np.ndarray]]:
+    """As `images_from`, the next images decoded in a thread of their own while the caller looks at one. InputError as
+    there."""
+    with closing(images_from(video, first, last)) as images, ThreadPoolExecutor(1) as decoder:
+        coming = deque(decoder.submit(next, images, None) for _ in range(_AHEAD))
+        while (shown := coming.popleft().result()) is not None:
+            coming.append(decoder.submit(next, images, None))
+            yield shown
 
 
 def frames_from(video: Video, first: int = 0) -> Iterator[tuple[int, VideoFrame]]:
     """As `images_from`, the frames as they are stored. InputError as there."""
-    import av
-    from av.error import FFmpegError
-
-    number = first
-    try:
-        with av.open(str(video.path), metadata_errors="ignore") as container:
-            stream = container.streams.video[0]
-            stream.thread_type, stream.codec_context.thread_count = "AUTO", cores()
-            tick = float(stream.time_base or 1)
-            start = next((frame.pts for frame in container.decode(stream) if frame.pts is not None), 0)
-            stamps = start + np.round(video.time_s / tick).astype(np.int64)
-            if first >= len(stamps):
-                return
-            for frame in _decoded(container, stream, int(stamps[first]), start, round(_BACK_S / tick)):
-                if frame.pts is None or frame.pts < stamps[first]:
-                    continue
-                number = int(np.searchsorted(stamps, frame.pts))
-                if number < len(stamps) and stamps[number] == frame.pts:
-                    yield number, frame
-    except FFmpegError as error:
-        raise InputError(
-            f"The video {video.path} cannot be decoded beyond frame {number}: {error.strerror}; it may be damaged: "
-            "copy it again, or rewrite it with ffmpeg."
-        ) from None
-
-
-def _decoded(
-    container: InputContainer, stream: VideoStream, stamp: int, start: int, back: int
-) -> Iterator[VideoFrame]:
-    """The frames from the key frame before `stamp` on, or from an earlier one: in a file without an index, such as
-    MPEG-TS, seeking may land behind it. All in ticks."""
-    for target in (stamp, stamp - back, start):
-        container.seek(max(target, start), stream=stream, backward=True)
-        frames = container.decode(stream)
-        landed = next((frame for frame in frames if frame.pts is not None), None)
-        if landed is not None and (landed.pts or 0) <= stamp:
-            yield landed
-            yield from frames
-            return
+    with _opened(video) as film:
+        yield from film.frames_from(first)
 
 
 def images_at(video: Video, frames: Iterable[int]) -> dict[int, np.ndarray]:
     """The images (H, W, 3) uint8 RGB of these frame numbers; one that is not found is left out. InputError as for
     `images_from`."""
     found = {}
-    for wanted in sorted(frames):
-        number, image = next(images_from(video, wanted), (None, None))
-        if number == wanted and image is not None:
-            found[number] = image
+    with _opened(video) as film:
+        for wanted in sorted(frames):
+            number, frame = next(film.frames_from(wanted), (None, None))
+            if number == wanted and frame is not None:
+                found[number] = _upright(frame, video.rotation_deg)
     return found
+
+
+@contextmanager
+def _opened(video: Video) -> Iterator[_Film]:
+    """InputError for a video that cannot be decoded, also while the block runs."""
+    import av
+    from av.error import FFmpegError
+
+    film = None
+    try:
+        with av.open(str(video.path), metadata_errors="ignore") as container:
+            film = _Film(video, container)
+            yield film
+    except FFmpegError as error:
+        raise InputError(
+            f"The video {video.path} cannot be decoded beyond frame {film.number if film else 0}: {error.strerror}; it "
+            "may be damaged: copy it again, or rewrite it with ffmpeg."
+        ) from None
+
+
+class _Film:
+    """An open video. number: of the last frame that came."""
+
+    def __init__(self, video: Video, container: InputContainer) -> None:
+        self.number = 0
+        self._container, self._stream = container, container.streams.video[0]
+        self._stream.thread_type, self._stream.codec_context.thread_count = "AUTO", cores()
+        self._tick = float(self._stream.time_base or 1)
+        frames = container.decode(self._stream)
+        self._start = next((frame.pts for frame in frames if frame.pts is not None), 0)
+        self._stamps = self._start + np.round(video.time_s / self._tick).astype(np.int64)
+
+    def frames_from(self, first: int) -> Iterator[tuple[int, VideoFrame]]:
+        """Frame numbers and frames, from the one numbered `first` on."""
+        self.number = first
+        if first >= len(self._stamps):
+            return
+        for frame in self._decoded(int(self._stamps[first])):
+            if frame.pts is None or frame.pts < self._stamps[first]:
+                continue
+            self.number = number = int(np.searchsorted(self._stamps, frame.pts))
+            if number < len(self._stamps) and self._stamps[number] == frame.pts:
+                yield number, frame
+
+    def _decoded(self, stamp: int) -> Iterator[VideoFrame]:
+        """The frames from the key frame before `stamp` on, or from an earlier one: in a file without an index, such as
+        MPEG-TS, seeking may land behind it."""
+        for target in (stamp, stamp - round(_BACK_S / self._tick), self._start):
+            self._container.seek(max(target, self._start), stream=self._stream, backward=True)
+            frames = self._container.decode(self._stream)
+            landed = next((frame for frame in frames if frame.pts is not None), None)
+            if landed is not None and (landed.pts or 0) <= stamp:
+                yield landed
+                yield from frames
+                return
 
 
 def shown_size(video: Video) -> tuple[int, int]:
@@ -90,5 +125,6 @@ def shown_size(video: Video) -> tuple[int, int]:
 
 
 def _upright(frame: VideoFrame, rotation_deg: int) -> np.ndarray:
-    image = frame.to_ndarray(format="rgb24", threads=cores())
+    # Starting threads for each frame costs more than they save.
+    image = frame.to_ndarray(format="rgb24", threads=1)
     return np.ascontiguousarray(np.rot90(image, -rotation_deg // 90)) if rotation_deg else image

@@ -9,10 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from ...pipeline.camera import Camera
-from ...pipeline.cores import cores
 from ...pipeline.errors import InputError
 from ...pipeline.files.atomic import whole_file
-from ...pipeline.files.video_frames import images_from, shown_size
+from ...pipeline.files.video_frames import images_ahead, shown_size
 from ...pipeline.intrinsics import undistorted
 from ...pipeline.layouts import Layout, with_feet
 from ...pipeline.messages import how_many
@@ -74,11 +73,9 @@ def write_annotated(take: Take, path: Path) -> tuple[Event, ...]:
     try:
         with whole_file(path) as partial, av.open(str(partial), "w", format="mp4") as target:
             encoder = h264_stream(target, *page.size, video.fps)
-            for number, image in images_from(video, first):
-                if number > last:
-                    break
+            for number, image in images_ahead(video, first, last):
                 frame = av.VideoFrame.from_ndarray(page.drawn(number, image), format="rgb24")
-                frame = frame.reformat(format="yuv420p", threads=cores())
+                frame = frame.reformat(format="yuv420p", threads=1)
                 frame.time_base = TICK
                 frame.pts = round((video.time_s[number] - video.time_s[first]) / float(TICK))
                 target.mux(encoder.encode(frame))

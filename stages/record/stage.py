@@ -75,6 +75,7 @@ def record(take: Take, path: str | Path, frames: bool = True) -> tuple[Event, ..
     """
     import rerun as rr
     from rerun.error_utils import catch_and_log_exceptions
+    from rerun_bindings import flush_and_cleanup_orphaned_recordings
 
     poses = take.poses
     if poses is None or take.rectified is None:
@@ -89,6 +90,8 @@ def record(take: Take, path: str | Path, frames: bool = True) -> tuple[Event, ..
     # Where the SDK cannot write even the beginning, it waits forever.
     needed = _FIXED_BYTES + _FRAME_BYTES * len(poses) + (take.video.span_bytes if take.video else 0)
     require_space(path.parent, needed, "The recording")
+    # As rr.init does: else the SDK keeps threads and memory of every earlier take's recording.
+    flush_and_cleanup_orphaned_recordings()
     recording = rr.RecordingStream("pcnet3d")
     with whole_file(path) as partial, catch_and_log_exceptions(strict=True):
         try:

@@ -304,7 +304,9 @@ def full_disk(bench: Bench) -> Answer:
     _cut(bench.data / "video/walk_crop.mp4", words[0], 25)
     with (
         patch.object(shutil, "disk_usage", lambda path: full),
-        patch("pcnet3d.models.detector.video.images_from", side_effect=AssertionError("was detected before")),
+        patch(
+            "pcnet3d.models.detector.video.images_ahead", side_effect=AssertionError("was detected before")
+        ),
     ):
         code, said = bench.command("run", *words, "-o", bench.folder / "full")
     return said, code == 2 and "The run needs about" in said
@@ -321,13 +323,13 @@ def killed(bench: Bench) -> Answer:
 import os, signal
 from pcnet3d.models.detector import video as detect_video
 from pcnet3d.pipeline.cli import main
-shown = detect_video.images_from
-def killing(video, first=0):
-    for number, picture in shown(video, first):
+shown = detect_video.images_ahead
+def killing(*asked):
+    for number, picture in shown(*asked):
         if number == 15:
             os.kill(os.getpid(), signal.SIGKILL)
         yield number, picture
-detect_video.images_from, detect_video._KEEP_S, detect_video._KEEP_RARELY = killing, 0.0, 0
+detect_video.images_ahead, detect_video._KEEP_S, detect_video._KEEP_RARELY = killing, 0.0, 0
 main()
 """
     subprocess.run([sys.executable, "-c", script, *map(str, words)], capture_output=True, timeout=60)

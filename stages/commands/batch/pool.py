@@ -9,13 +9,14 @@ from contextlib import contextmanager
 from typing import Any
 
 from ....pipeline.errors import InputError
-from .take import Job, Outcome, run_take, stop_takes
+from .take import Job, Outcome, run_take
+from .workers import close_workers, stop_takes
 
 _LOOK_S = 0.1
 
 
 def on_this_machine(jobs: Sequence[Job], workers: int) -> Generator[Outcome]:
-    """Outcomes as they come. The threads only wait: every take has a process of its own."""
+    """Outcomes as they come. The threads only wait: each has a process that runs its takes."""
     with ThreadPoolExecutor(workers) as pool:
         try:
             for future in as_completed([pool.submit(run_take, job) for job in jobs]):
@@ -24,6 +25,8 @@ def on_this_machine(jobs: Sequence[Job], workers: int) -> Generator[Outcome]:
             pool.shutdown(wait=False, cancel_futures=True)
             stop_takes()
             raise
+        finally:
+            close_workers()
 
 
 @contextmanager

@@ -1,18 +1,13 @@
-"""One take of a batch: skipped when it is done and unchanged, else `pcnet3d run` in a process of its own."""
+"""One take of a batch: skipped when it is done and unchanged, else `pcnet3d run` in a worker process."""
 
 from __future__ import annotations
 
 import hashlib
 import json
-import os
 import shutil
 import signal
 import socket
-import subprocess
-import sys
-import threading
 import time
-from contextlib import suppress
 from dataclasses import dataclass, field
 from glob import escape
 from pathlib import Path
@@ -27,16 +22,11 @@ from ....pipeline.pose import package_version
 from ....pipeline.reading.take import sha256
 from ....pipeline.running.recipe import load_recipe
 from ....pipeline.running.run import checkpoint_of
-from ....pipeline.system import apart, kill
 from .manifest import Entry
 from .study import figures
+from .workers import run_in_worker
 
 _KEY = "batch"  # in a take's summary.json
-_TO_END_S = 5.0  # for a take that is asked to leave
-# As many processes as there are cores: each computes with one thread, or they get in each other's way. One on every
-# machine, since another number of threads rounds otherwise. What they say is read back here.
-_ENVIRONMENT = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
-_ENVIRONMENT |= {"OPENCV_FOR_THREADS_NUM": "1", "PYTHONIOENCODING": "utf-8"}
 _TAIL = 64 << 10  # bytes of a log that are searched for its last words
 
 
@@ -198,61 +188,13 @@ def _tidy(folder: Path) -> None:
             shutil.rmtree(left, ignore_errors=True)
 
 
-_running: set[subprocess.Popen[Any]] = set()
-_stopped = threading.Event()
-
-
-def stop_takes() -> None:
-    """End the takes that this process runs, and whichever would begin after them."""
-    _stopped.set()
-    for child in tuple(_running):
-        _ask_to_leave(child)
-    deadline = time.monotonic() + _TO_END_S
-    for child in tuple(_running):
-        try:
-            child.wait(max(0.0, deadline - time.monotonic()))
-        except subprocess.TimeoutExpired:
-            kill(child)
-
-
-def _ask_to_leave(child: subprocess.Popen[Any]) -> None:
-    """It tidies up first, as `child` does when its parent is gone."""
-    with suppress(OSError):
-        if child.stdin:
-            child.stdin.close()
-
-
 def _run(job: Job, resume: bool) -> tuple[int, str]:
-    """Exit code of the take's process and why it is not 0. Its words go to the log."""
-    command = [
-        sys.executable,
-        "-P",
-        "-m",
-        "pcnet3d.stages.commands.batch.child",
-        "run",
-        f"--output={job.folder}",
-    ]
-    command += ["--resume"] if resume else []
-    with open(job.log, "wb") as log:
-        child = subprocess.Popen(
-            [*command, *job.entry.arguments],
-            stdin=subprocess.PIPE,
-            stdout=log,
-            stderr=subprocess.STDOUT,
-            env={**os.environ, **_ENVIRONMENT},
-            **apart(),
-        )
-        _running.add(child)
-        if _stopped.is_set():
-            _ask_to_leave(child)
-        try:
-            code = child.wait(job.timeout_s)
-        except subprocess.TimeoutExpired:
-            kill(child)
-            return 124, f"took longer than the {job.timeout_s:g} s of --timeout, and was ended"
-        finally:
-            _running.discard(child)
-            _ask_to_leave(child)
+    """Exit code of the take and why it is not 0. Its words go to the log."""
+    words = ["run", f"--output={job.folder}", *(["--resume"] if resume else []), *job.entry.arguments]
+    try:
+        code = run_in_worker(words, job.log, job.timeout_s)
+    except TimeoutError:
+        return 124, f"took longer than the {job.timeout_s:g} s of --timeout, and was ended"
     return code, _last_words(code, job.log) if code else ""
 
 

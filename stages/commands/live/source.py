@@ -91,8 +91,7 @@ def _stream(source: str | FileIO, name: str, protocols: str) -> Iterator[Shot]:
                 rate = float(stream.average_rate or 30)
                 now = number / rate if frame.time is None else frame.time
                 start = now if start is None else start
-                pixels = frame.to_ndarray(format="rgb24", threads=cores())
-                image = np.rot90(pixels, round(frame.rotation / 90))
+                image = np.rot90(frame.to_ndarray(format="rgb24", threads=1), round(frame.rotation / 90))
                 yield Shot(number, now - start, np.ascontiguousarray(image))
     except FFmpegError as error:
         raise InputError(f"Expected a video from {name}, but it cannot be read: {error.strerror}.") from None

@@ -107,15 +107,15 @@ def test_a_rate_against_the_videos_own_is_told(walk_film, toy, quick, tmp_path, 
 def test_interrupted_and_resumed(walk_film, toy, quick, tmp_path, call, monkeypatch):
     words = (walk_film.path, "--detector", toy, "--recipe", quick)
     assert call(*words, "-o", tmp_path / "whole")[0] == 0
-    shown = detect_video.images_from
+    shown = detect_video.images_ahead
 
-    def pressing(video, first=0):
-        for number, image in shown(video, first):
+    def pressing(*asked):
+        for number, image in shown(*asked):
             if number == 25:
                 signal.raise_signal(signal.SIGINT)
             yield number, image
 
-    monkeypatch.setattr(detect_video, "images_from", pressing)
+    monkeypatch.setattr(detect_video, "images_ahead", pressing)
     code, said = call(*words, "-o", tmp_path / "part")
     assert code == 130
     assert "Interrupted at frame 26 of 40; --resume goes on from there." in said
@@ -123,7 +123,7 @@ def test_interrupted_and_resumed(walk_film, toy, quick, tmp_path, call, monkeypa
     assert any(text.startswith("Interrupted at frame 26") for text in summary["warnings"])
     with np.load(tmp_path / "part/poses.npz") as poses:
         assert len(poses["source"]) == 26
-    monkeypatch.setattr(detect_video, "images_from", shown)
+    monkeypatch.setattr(detect_video, "images_ahead", shown)
     assert call(*words, "-o", tmp_path / "part", "--resume")[0] == 0
     with np.load(tmp_path / "part/poses.npz") as a, np.load(tmp_path / "whole/poses.npz") as b:
         for name in b.files:
@@ -138,13 +138,13 @@ def test_interrupted_before_anybody_was_found(film, toys, toy, quick, tmp_path, 
     from pcnet3d.pipeline.running.run import run_files
 
     video = film([toys.scene(None)] * 5)
-    shown = detect_video.images_from
+    shown = detect_video.images_ahead
 
-    def pressing(video, first=0):
+    def pressing(*asked):
         signal.raise_signal(signal.SIGINT)
-        yield from shown(video, first)
+        yield from shown(*asked)
 
-    monkeypatch.setattr(detect_video, "images_from", pressing)
+    monkeypatch.setattr(detect_video, "images_ahead", pressing)
     recipe = load_recipe(quick).with_options("detect", detector=str(toy))
     with pytest.raises(KeyboardInterrupt):
         run_files(RunOptions(video=video.path), tmp_path / "out", recipe)
@@ -243,7 +243,7 @@ def test_a_full_disk(walk_film, toy, quick, tmp_path, limit):
 
 def test_room_is_asked_for_before_the_detection(walk_film, toy, tmp_path, call, monkeypatch):
     monkeypatch.setattr(shutil, "disk_usage", lambda path: shutil._ntuple_diskusage(10**9, 10**9, 1000))
-    monkeypatch.setattr(detect_video, "images_from", lambda *_: pytest.fail("was detected before"))
+    monkeypatch.setattr(detect_video, "images_ahead", lambda *_: pytest.fail("was detected before"))
     code, said = call(walk_film.path, "--detector", toy, "-o", tmp_path / "out")
     assert code == 2
     assert "The run needs about 4 MB" in said
@@ -284,13 +284,13 @@ def test_killed_and_resumed(walk_film, toy, quick, tmp_path, call):
 import os, signal
 from pcnet3d.models.detector import video as detect_video
 from pcnet3d.pipeline.cli import main
-shown = detect_video.images_from
-def killing(video, first=0):
-    for number, picture in shown(video, first):
+shown = detect_video.images_ahead
+def killing(*asked):
+    for number, picture in shown(*asked):
         if number == 25:
             os.kill(os.getpid(), signal.SIGKILL)
         yield number, picture
-detect_video.images_from, detect_video._KEEP_S, detect_video._KEEP_RARELY = killing, 0.0, 0
+detect_video.images_ahead, detect_video._KEEP_S, detect_video._KEEP_RARELY = killing, 0.0, 0
 main()
 """
     out = tmp_path / "part"

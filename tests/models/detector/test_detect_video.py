@@ -78,16 +78,16 @@ def test_gaps_are_bridged_and_nobody_is_followed_over_a_cut(eventful, toy):
 @pytest.mark.parametrize("stop", [0, 5, 11, 13, 21, 22, 33, 68, 69])
 def test_interrupted_and_resumed_is_bitwise_the_same(eventful, toy, tmp_path, monkeypatch, stop):
     whole = detect(eventful, load_detector(toy), "here")
-    shown = detect_video.images_from
+    shown = detect_video.images_ahead
 
-    def pressing(video, first=0):
-        for number, image in shown(video, first):
+    def pressing(*asked):
+        for number, image in shown(*asked):
             if number == stop:
                 signal.raise_signal(signal.SIGINT)
             yield number, image
 
     with monkeypatch.context() as patched:
-        patched.setattr(detect_video, "images_from", pressing)
+        patched.setattr(detect_video, "images_ahead", pressing)
         part = detect(eventful, load_detector(toy), "here")
     assert part.frames_seen == stop + 1
     assert part.frame_index.max() <= stop

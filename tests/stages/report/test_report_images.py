@@ -1,5 +1,6 @@
 """Key frames: which they are, that they are the right images, and that none is there when none is wanted."""
 
+import threading
 from dataclasses import replace
 
 import cv2
@@ -9,7 +10,7 @@ import pytest
 from golden import numbered
 from pcnet3d.adapters.video import read
 from pcnet3d.pipeline import H36M17, InputError
-from pcnet3d.pipeline.files.video_frames import images_at, images_from
+from pcnet3d.pipeline.files.video_frames import images_ahead, images_at, images_from
 from pcnet3d.stages.report.key_frames import jpeg, key_rows
 from pcnet3d.stages.report.stage import report
 
@@ -57,6 +58,24 @@ def test_all_images_from_a_frame_on(film):
         for number, image in shown.items():
             assert square(image) == pytest.approx(10 * number % 624, abs=2)
     assert list(images_from(video, 30)) == []
+    assert [number for number, _ in images_from(video, 13, 17)] == list(range(13, 18))
+
+
+def test_images_decoded_ahead_are_the_same(film):
+    video = film(frames=30)
+    for span in ((0,), (13,), (3, 11), (29,), (30,)):
+        ahead, plain = (list(images(video, *span)) for images in (images_ahead, images_from))
+        assert [number for number, _ in ahead] == [number for number, _ in plain]
+        assert all(np.array_equal(a, b) for (_, a), (_, b) in zip(ahead, plain, strict=True))
+
+
+def test_images_decoded_ahead_stop_with_whoever_asks(film):
+    threads = threading.active_count()
+    images = images_ahead(film(frames=30))
+    assert next(images)[0] == 0
+    assert threading.active_count() > threads
+    images.close()
+    assert threading.active_count() == threads
 
 
 def test_a_stream_without_an_index_is_found_in_too(tmp_path):

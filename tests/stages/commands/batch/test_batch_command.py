@@ -1,5 +1,6 @@
 """`pcnet3d batch` as a user runs it: trouble in one take, a stop on the way, and folders that are not to be used."""
 
+import contextlib
 import json
 import os
 import resource
@@ -143,16 +144,21 @@ def wait_for(condition, seconds=60):
         time.sleep(0.05)
 
 
-def alive(word: str) -> list[int]:
-    """Processes with that word in their command line."""
+def children(process: int) -> list[int]:
+    """Of a process, by their numbers."""
     found = []
-    for path in Path("/proc").glob("[0-9]*/cmdline"):
-        try:
-            if word.encode() in path.read_bytes():
+    for path in Path("/proc").glob("[0-9]*/stat"):
+        with contextlib.suppress(OSError):
+            if int(path.read_text().rpartition(")")[2].split()[1]) == process:
                 found.append(int(path.parent.name))
-        except OSError:
-            continue
-    return [pid for pid in found if pid != os.getpid()]
+    return found
+
+
+def alive(process: int) -> bool:
+    """Whether it still runs; what has ended and waits for its parent has no command line."""
+    with contextlib.suppress(OSError):
+        return bool(Path(f"/proc/{process}/cmdline").read_bytes())
+    return False
 
 
 @pytest.mark.skipif(not Path("/proc/self/cmdline").exists(), reason="looks at processes through /proc")
@@ -160,14 +166,14 @@ def alive(word: str) -> list[int]:
 def test_stopped_on_the_way_it_goes_on_where_it_was(begun, pcnet3d, told, tmp_path, how):
     manifest, out = write_study(tmp_path / "in", 2, hanging=1), tmp_path / "out"
     batch = begun("batch", manifest, "-o", out, "--workers", 2)
-    wait_for(
-        lambda: any("kept" in f or "good" in f for f in told(out / "takes")) and alive(f"{out}/takes/hang")
-    )
+    wait_for(lambda: any("good" in f for f in told(out / "takes")) and list((out / "logs").glob("hang*")))
+    workers = children(batch.pid)
+    assert workers
     batch.send_signal(how)
     _, err = batch.communicate(timeout=30)
     assert batch.returncode == {signal.SIGKILL: -9, signal.SIGTERM: 143, signal.SIGINT: 130}[how], err
     assert "Traceback" not in err
-    wait_for(lambda: not alive(str(out / "takes")), 20)
+    wait_for(lambda: not any(map(alive, workers)), 20)
     rows = [line for line in manifest.read_text().splitlines() if not line.startswith("hang")]
     manifest.write_text("\n".join(rows) + "\n")
     result = pcnet3d("batch", manifest, "-o", out)
@@ -240,13 +246,10 @@ def test_a_disk_that_cannot_be_written_is_said_at_once(finished, told, beside, t
     if shutil.which("unshare") is None or subprocess.run([*unshare, probe], capture_output=True).returncode:
         pytest.skip("no file system can be mounted read-only here")
     before = told(out)
-    command = (
-        f"{probe} && exec {sys.executable} -m pcnet3d.stages.commands.batch.child batch {manifest} -o {out}"
-    )
-    keep_open = subprocess.PIPE  # the child leaves at the end of its stdin
+    program = "from pcnet3d.pipeline.cli import main; main()"
+    command = f"{probe} && exec {sys.executable} -c '{program}' batch {manifest} -o {out}"
     with subprocess.Popen(
         [*unshare, command],
-        stdin=keep_open,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,

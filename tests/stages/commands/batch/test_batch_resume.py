@@ -48,14 +48,14 @@ def test_what_lies_there_from_who_knows_whom_is_not_taken(job, monkeypatch):
 
 
 def test_the_process_is_told(job, monkeypatch):
-    commands = []
+    orders = []
 
-    def refuse(command, **_):
-        commands.append(command)
+    def refuse(words, *_):
+        orders.append(words)
         raise OSError(12, "no memory", "v")
 
-    monkeypatch.setattr(_batch_take.subprocess, "Popen", refuse)
+    monkeypatch.setattr(_batch_take, "run_in_worker", refuse)
     run_take(job)
     checkpoint_of(job.folder).write_bytes(b"keypoints")
     run_take(job)
-    assert ["--resume" in command for command in commands] == [False, True]
+    assert ["--resume" in words for words in orders] == [False, True]

@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from pcnet3d.examples.bench_batch import measured_batch
 from pcnet3d.examples.bench_files import write_inputs
 from pcnet3d.examples.bench_pipeline import _run
 from pcnet3d.examples.bench_run import measured_run
@@ -45,7 +46,7 @@ def test_shares_add_up(toy_detector, numbered_film):
     assert measured.seconds["2D network"] > 0
     assert measured.devices[toy_detector.name] == "cpu"
     assert f"{toy_detector.name} on cpu" in str(measured)
-    assert measured.seconds["decoding"] > 0
+    assert measured.seconds["images"] > 0
     assert measured.cpu_s > 0
     assert 0 < measured.arrays_mb < measured.peak_mb
 
@@ -75,3 +76,12 @@ def test_own_work_stays_in_proportion_to_the_networks(tmp_path, monkeypatch):
     monkeypatch.setattr(PCNetRectifier, "rotation", timed)
     _, measured = measured_run(write_inputs(tmp_path, 3000))
     assert (measured.cpu_s - sum(spent)) / sum(spent) < OWN_OVER_NETWORK
+
+
+def test_a_study_says_what_a_take_costs():
+    measured = measured_batch(3, 1.5, workers=2)
+    assert (measured.takes, measured.workers) == (3, 2)
+    assert 0 < measured.network_s < measured.wall_s
+    assert measured.own_s == pytest.approx(measured.wall_s * 2 / 3 - measured.network_s)
+    assert measured.cpu_s > 0
+    assert measured.peak_mb > 0
