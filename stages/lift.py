@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..models import load_lifter, load_rectifier
-from ..models.gravity import known_up, told_up
+from ..models.gravity import known_moving_up, known_up, told_up
 from ..models.gravity.levelling import Camera as CameraMotion
 from ..models.lifter.builtin import OwnLifter
 from ..pipeline.camera import Camera
@@ -28,8 +28,8 @@ from ..pipeline.take import Event, Take
 
 @dataclass(frozen=True)
 class Lift:
-    """The stage. Our own lifter lifts again where it is known which way is up, from the image of a camera that stands
-    still or from the user, and the first lift does not contradict that.
+    """The stage. Our own lifter lifts again where it is known which way is up, from the images or from the user, and
+    the first lift does not contradict that.
 
     lifter: "pcnet3d", the built-in one, or an .onnx file; lifter_kind: what that is, where its shapes leave it open
     (models.load_lifter). image_size: the image's width and height in pixels, for a take without a video;
@@ -96,12 +96,16 @@ class Lift:
         return take.with_(poses=poses, findings=findings_of(poses)).saying(*events)
 
     def _known_up(self, camera: Camera | None, poses: PoseSequence) -> np.ndarray | None:
-        """(3,) unit, which way is up in a camera that stands still, where that is known well; None else."""
+        """(3,) unit, which way is up in a camera that stands still, or (T, 3) in one that moves, where that is known
+        well; None else."""
         told = told_up(self.gravity, self.pitch_deg, self.roll_deg)
-        look = camera.looks[0] if camera is not None and camera.looks else None
-        if self.camera == "moving" or not (told or look):
+        looks = camera.looks if camera is not None else ()
+        if not (told or looks):
             return None
-        return known_up(poses, load_rectifier("pcnet"), told, look)
+        rectifier = load_rectifier("pcnet")
+        if self.camera == "moving":
+            return known_moving_up(poses, rectifier, looks)
+        return known_up(poses, rectifier, told, looks[0] if looks else None)
 
     def _focal_px(self, camera: Camera | None) -> tuple[float | None, bool]:
         """The focal length to lift with, in pixels, and whether it is a guess, which is good enough for our own lifter

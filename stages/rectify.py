@@ -23,9 +23,8 @@ from ..models.gravity import (
     why_not,
 )
 from ..models.gravity.levelling import Camera
-from ..models.gravity.moving import WINDOW_S
+from ..models.gravity.moving import WINDOW_S, timed
 from ..pipeline.camera import Camera as View
-from ..pipeline.camera import Look
 from ..pipeline.errors import InputError
 from ..pipeline.frames import BODY, CAMERA, LEVEL, Z_UP, Frame, change_frame, turned_covariance
 from ..pipeline.layouts import H36M17
@@ -163,7 +162,7 @@ def _rectify(
             if told:
                 raise InputError("A moving camera has no one pitch, roll or gravity; leave them out.")
             found = [
-                level_moving(one, _looks(view, source), options.window_s)
+                level_moving(one, timed(view.looks if view else (), source), options.window_s)
                 for one, source in zip(seen, sources, strict=True)
             ]
         elif together:
@@ -263,12 +262,6 @@ def _rectified(
         up_pulls=levelled.up.pulls,
         up_own={name: (R_source_from_reference @ up, error) for name, (up, error) in levelled.up.own.items()},
     )
-
-
-def _looks(view: View | None, source: PoseSequence) -> list[tuple[float, Look]]:
-    """What the images of a moving camera say, each with its time in the take."""
-    looks = view.looks if view else ()
-    return [(float(np.interp(look.frame, source.frame_index, _times(source))), look) for look in looks]
 
 
 def _in(source: PoseSequence, reference: Frame) -> PoseSequence:

@@ -10,7 +10,7 @@ of several people, `live` while the camera runs.
 
 from .evidence import Evidence, TakeUp, direction, fuse
 from .floor import level_feet, stance
-from .known import known_up
+from .known import known_moving_up, known_up
 from .levelling import Levelled, level_moving, level_static, level_world, why_not
 from .people import level_people
 from .sampling import take_rotation
@@ -29,6 +29,6 @@ from .votes import (
 
 __all__ = [
     "LEAN_DEG", "TILT_SHARE", "UNKNOWN_DEG", "Evidence", "Levelled", "Seen", "TakeUp", "Votes", "direction",
-    "effective_number", "fuse", "known_up", "level_feet", "level_moving", "level_people", "level_static", "level_world",
-    "pool", "robust_mean", "stance", "take_rotation", "take_up", "told_up", "why_not",
+    "effective_number", "fuse", "known_moving_up", "known_up", "level_feet", "level_moving", "level_people",
+    "level_static", "level_world", "pool", "robust_mean", "stance", "take_rotation", "take_up", "told_up", "why_not",
 ]  # fmt: skip

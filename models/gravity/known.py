@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -12,6 +13,8 @@ from ...pipeline.pose import PoseSequence
 from ..common.spread import stated_spread
 from .evidence import Evidence
 from .levelling import static_up
+from .moving import moving_up, timed
+from .sampling import take_rotation
 from .seen import Seen
 
 _KNOWN_DEG = 3.0  # root mean square error up to which our own lifter gains; it was trained on such
@@ -31,3 +34,25 @@ def known_up(
     seen = Seen(poses.joints[rows], R, error_deg, poses.times[rows], spread=stated_spread(poses)[rows])
     up = static_up(seen, told, look)
     return up.up if float(up.error_deg) < _KNOWN_DEG else None
+
+
+def known_moving_up(poses: PoseSequence, rectifier: Rectifier, looks: Sequence[Look]) -> np.ndarray | None:
+    """(T, 3) unit, the smooth up of a camera that moves, or None as of known_up. poses: as there; looks: what its
+    images say.
+
+    Between two clip boundaries it is there throughout or nowhere (NaN), for a lift that is told up in some frames only
+    jumps where that begins: it is there where images tell up well in most frames, and in the others it is what images
+    further away and the skeletons say."""
+    if not looks:
+        return None
+    said = timed(looks, poses)
+    R, error_deg = take_rotation(rectifier, poses.joints, poses.times, poses.seams)
+    seen = Seen(poses.joints, R, error_deg, poses.times, poses.seams, spread=stated_spread(poses))
+    up = moving_up(seen, said)
+    known = np.full((len(poses), 3), np.nan)
+    for start, end in pairwise([0, *poses.seams, len(poses)]):
+        part = slice(start, end)
+        looked_at = any(poses.times[start] <= at <= poses.times[end - 1] for at, _ in said)
+        if looked_at and np.median(np.broadcast_to(up.error_deg, len(poses))[part]) < _KNOWN_DEG:
+            known[part] = up.up[part]
+    return known if np.isfinite(known).any() else None

@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from ...pipeline.camera import Look
+from ...pipeline.pose import PoseSequence
 from ...pipeline.rotations import angle_deg, is_finite, unit
 from .evidence import FRAMES, IMAGE, TakeUp
 from .fusion import settled
@@ -26,6 +27,13 @@ def moving_up(seen: Seen, looks: Sequence[tuple[float, Look]] = (), window_s: fl
     """The up (T, 3) of each frame. looks: what images say, each with its time in seconds; window_s: of sliding_up."""
     bodies = sliding_up(seen, window_s)
     return with_looks(bodies, seen, looks) if looks else bodies
+
+
+def timed(looks: Sequence[Look], poses: PoseSequence) -> list[tuple[float, Look]]:
+    """What the images of the poses' video say, each with its time in the take; without time stamps the poses count as
+    30 frames a second."""
+    times = np.arange(len(poses)) / 30 if poses.time_s is None else poses.time_s
+    return [(float(np.interp(look.frame, poses.frame_index, times)), look) for look in looks]
 
 
 def sliding_up(seen: Seen, window_s: float = WINDOW_S) -> TakeUp:

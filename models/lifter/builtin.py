@@ -42,8 +42,9 @@ def lift(
     keypoints: H36M17 (remap first) in IMAGE, pixels; missing joints NaN. image_size: width and height in pixels.
     focal_px: focal length in pixels; unknown, it is taken for the longer image side. flip: average with the lift
     of the mirrored person, twice the time and a little better. model: "pcnet3d", the shipped one, or a file. up: (3,)
-    unit, which way is up in the camera, where that is known within a few degrees: then a lean away from the camera is
-    told from a camera that looks down.
+    unit, or (T, 3) before a camera that moves, which way is up in the camera, where that is known within a few degrees:
+    then a lean away from the camera is told from a camera that looks down. NaN in frames where it is unknown; the lift
+    jumps between those and others.
     -> joints (T, 17, 3) in CAMERA axes relative to the pelvis, unit arbitrary, about the metres of a person 1.7 m
     tall. The confidence is the keypoints', the covariance the one that the network states. Frames in a run of more than
     15 without any joint are NaN; the history counts them. Single missing joints are filled in from the others. Trained
@@ -59,7 +60,9 @@ def lift(
     focal = float(focal_px) if focal_px is not None else ASSUMED_FOCAL * size.max()
     pixels, confidence, rows = on_grid(keypoints)
     refuse_two_people(pixels)
-    told = None if up is None else np.broadcast_to(up, (len(pixels), 3))
+    told = np.full((len(pixels), 3), np.nan)
+    if up is not None:
+        told[rows] = up
     x, R_camera_from_ray = features(pixels, confidence, size, np.asarray(focal), told)
     joints, sd = run(x, model)
     if flip:

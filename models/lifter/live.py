@@ -27,10 +27,11 @@ class LiveLifter:
         image_size: tuple[int, int],
         focal_px: float | None = None,
         model: str | Path = "pcnet3d",
+        up: np.ndarray | None = None,
     ) -> None:
-        """layout: of the keypoints that will come. image_size: width and height in pixels. focal_px, model: as in
+        """layout: of the keypoints that will come. image_size: width and height in pixels. focal_px, model, up: as in
         lifter.lift."""
-        self._layout, self._model = layout, model
+        self._layout, self._model, self._up = layout, model, up
         self._size = np.asarray(image_size, dtype=float)
         self._focal = np.asarray(ASSUMED_FOCAL * self._size.max() if focal_px is None else focal_px)
         window = network(model).reach + HALF_WINDOW + 1  # no answer rests on more
@@ -51,5 +52,8 @@ class LiveLifter:
         if not is_finite(seen.joints).any():
             return np.full((len(H36M17), 3), np.nan)
         last = slice(-self._count, None)
-        x, R_camera_from_ray = features(self._pixels[last], self._confidence[last], self._size, self._focal)
+        up = None if self._up is None else np.broadcast_to(self._up, (self._count, 3))
+        x, R_camera_from_ray = features(
+            self._pixels[last], self._confidence[last], self._size, self._focal, up
+        )
         return rotate(R_camera_from_ray[-1], run(x, self._model)[0][-1].astype(np.float64))

@@ -127,7 +127,9 @@ def test_the_lift_uses_the_up_that_is_known(take, walk):
     assert not up_known(take)
     assert up_known(take.with_(camera=seen))
     assert up_known(take, gravity=tuple(-up))
-    assert not up_known(take.with_(camera=seen), camera="moving")
+    assert not up_known(take.with_(camera=seen), camera="moving")  # one look tells little of a whole take
+    often = tuple(replace(look, frame=frame) for frame in range(0, 120, 10))
+    assert up_known(take.with_(camera=replace(seen, looks=often)), camera="moving")
     unsure = replace(look, covariance=look.covariance * 100)
     assert not up_known(take.with_(camera=replace(seen, looks=(unsure,))))
 

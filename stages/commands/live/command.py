@@ -15,6 +15,7 @@ import typer
 from ....models.detector.load import load_detector
 from ....models.detector.protocols import Detector, Found
 from ....models.detector.video import Search
+from ....models.gravity import Evidence, fuse, told_up
 from ....models.gravity.live import LiveRectifier
 from ....models.lifter.live import LiveLifter
 from ....pipeline.device import computing_on
@@ -97,17 +98,27 @@ def live(
 
 @dataclass(frozen=True, eq=False)
 class _Networks:
+    """told: what the user tells about up, which nothing contradicts while the camera runs: the run at the end does."""
+
     detector: Detector
     rectifier: str
     focal_px: float | None
+    told: Sequence[Evidence]
+
+    def for_camera(self, image_size: tuple[int, int]) -> tuple[LiveLifter, LiveRectifier]:
+        """Of a camera, or of another one behind a cut. Our own lifter may rest on an up that is told."""
+        up = fuse(self.told).up if self.told else None
+        lifter = LiveLifter(self.detector.layout, image_size, self.focal_px, up=up)
+        return lifter, LiveRectifier(self.rectifier, self.told)
 
 
 def _networks(options: RunOptions) -> _Networks:
-    """Those that a run with the source for its video would use."""
+    """Those that a run with the source for its video would use. InputError as of told_up."""
     told = {entry.use: entry.options for entry in planned(options).stages}
     detect, rectify = Detect(**told["detect"]), Rectify(**told.get("rectify", {}))
     detector = load_detector(detect.detector, detect.person_detector, detect.person_kind)
-    return _Networks(detector, rectify.rectifier, options.focal)
+    up = told_up(rectify.gravity, rectify.pitch_deg, rectify.roll_deg)
+    return _Networks(detector, rectify.rectifier, options.focal, up)
 
 
 @dataclass(frozen=True)
@@ -124,8 +135,7 @@ def _watch(shown: Source, networks: _Networks, folder: Path, frames: bool) -> _S
     """Every image of a source until it ends or Ctrl-C: LIVE, the video unless it is a file, and KEYPOINTS."""
     detector = networks.detector
     search, person = Search(detector), _Followed()
-    rectifier = LiveRectifier(networks.rectifier)
-    lifter, size = None, (0, 0)
+    estimators, size = None, (0, 0)
     incoming = Incoming(shown)
     own_video = folder / _VIDEO if shown.video is None and frames else None
     total = None if shown.video is None else len(shown.video.time_s)
@@ -137,10 +147,10 @@ def _watch(shown: Source, networks: _Networks, folder: Path, frames: bool) -> _S
         for shot in incoming.until(asked):
             cuts = len(search.cuts)
             found = person.choose(shot.number, search.look(shot.number, shot.time_s, shot.image))
-            if lifter is None or len(search.cuts) > cuts:
+            if estimators is None or len(search.cuts) > cuts:
                 size = shot.image.shape[1::-1]
-                lifter = LiveLifter(detector.layout, size, networks.focal_px)
-                rectifier = LiveRectifier(networks.rectifier)
+                estimators = networks.for_camera(size)
+            lifter, rectifier = estimators
             missing = np.full((len(detector.layout), 2), np.nan)
             xy, score = (missing, missing[:, 0]) if found is None else (found.xy, found.score)
             joints = lifter.update(xy, score)

@@ -127,6 +127,23 @@ def test_a_camera_that_is_rolled_gives_the_same_skeleton_where_up_is_known():
     assert (features(pixels, confidence, size, focal)[0][:, -2:] == 0).all()
 
 
+def test_a_camera_that_rolls_meanwhile_gives_the_same_skeleton_where_each_frames_up_is_known():
+    pixels, size = person(40, at=(960, 620)), np.array(SIZE, dtype=float)
+    roll = np.radians(np.linspace(-40, 40, 40))
+    c, s, zero, one = np.cos(roll), np.sin(roll), 0 * roll, 0 * roll + 1
+    R = np.stack([c, -s, zero, s, c, zero, zero, zero, one], axis=-1).reshape(-1, 3, 3)
+    up = unit(np.array([0.0, -1.0, -0.3]))
+    rolled = np.einsum("tij,tkj->tki", R[:, :2, :2], pixels - size / 2) + size / 2
+    keep = np.r_[0:10, 14:40]  # rows that a file leaves out are frames all the same
+    straight, turned = (
+        lift(PoseSequence(p[keep], H36M17, IMAGE, frame_index=keep), SIZE, 1500.0, up=told).joints
+        for p, told in ((pixels, up), (rolled, (R @ up)[keep]))
+    )
+    np.testing.assert_allclose(turned, rotate(R[keep], straight.astype(np.float64)), atol=0.004)
+    late = lift(PoseSequence(rolled[keep], H36M17, IMAGE, frame_index=keep), SIZE, 1500.0, up=(R @ up)[:36])
+    assert np.abs(late.joints - turned).max() > 0.02
+
+
 def test_missing_joints_are_filled_from_the_others():
     pixels = person()
     pixels[:, H36M17.index("l_wrist")] = np.nan

@@ -13,7 +13,11 @@ import numpy as np
 import pytest
 
 from pcnet3d.adapters import read_all
+from pcnet3d.models.lifter.live import LiveLifter
 from pcnet3d.pipeline import InputError
+from pcnet3d.pipeline.layouts import COCO17
+from pcnet3d.pipeline.reading.take import read_video
+from pcnet3d.pipeline.rotations import unit
 from pcnet3d.stages.commands.live.command import live
 from pcnet3d.stages.commands.live.source import Incoming, Shot, Source, open_source
 
@@ -76,6 +80,37 @@ def test_the_take_is_then_processed_as_by_run(from_file, joints_px):
         assert poses["frame_index"].tolist() == list(range(60))
     device = json.loads((from_file / "summary.json").read_text())["device"]
     assert {"toy.onnx", "lifter.onnx"} <= device["networks"].keys()
+
+
+def test_a_gravity_that_is_told_is_believed_from_the_first_frame_on(
+    from_file, numbered_film, toy_detector, joints_px, tmp_path
+):
+    """It once reached the run at the end only."""
+    up = np.array([0.3, -0.95, 0.1])
+    told = {"gravity": tuple(-up), "settings": GEOMETRIC}
+    live(source=str(numbered_film), output=tmp_path / "out", detector=str(toy_detector), **told)
+    bounds = [
+        np.concatenate(logged(folder / "live.rrd", "rotation/bound", "Scalars:scalars")[1])
+        for folder in (from_file, tmp_path / "out")
+    ]
+    assert np.nanmax(bounds[1]) < 2 < np.nanmin(bounds[0])
+    film = read_video(numbered_film)
+    lifters = [LiveLifter(COCO17, (film.width, film.height), up=each) for each in (unit(up), None)]
+    expected, other = ([lifter.update(xy, np.full(17, 0.9)) for xy in joints_px][-1] for lifter in lifters)
+    _, positions = logged(tmp_path / "out" / "live.rrd", "source/joints", "Points3D:positions")
+    np.testing.assert_allclose(positions[-1], expected, atol=0.002)
+    assert np.abs(other - expected).max() > 0.01
+
+
+def test_a_gravity_that_is_none_is_refused_before_anything_is_recorded(numbered_film, toy_detector, tmp_path):
+    with pytest.raises(InputError, match="direction for gravity"):
+        live(
+            source=str(numbered_film),
+            output=tmp_path / "out",
+            detector=str(toy_detector),
+            gravity=(0.0, 0.0, 0.0),
+        )
+    assert not any(tmp_path.iterdir())
 
 
 def test_a_pipe_loses_no_frame_and_its_video_is_kept(numbered_film, toy_detector, tmp_path):

@@ -1,0 +1,67 @@
+"""What of a moving camera's up a lift may rest on: all of a stretch between two clip boundaries, or nothing."""
+
+from collections.abc import Iterable
+
+import numpy as np
+import pytest
+
+from pcnet3d.examples.walker.camera import camera_poses, side_camera
+from pcnet3d.examples.walker.walk import walker
+from pcnet3d.models import load_rectifier
+from pcnet3d.models.gravity import known_moving_up
+from pcnet3d.pipeline import PoseSequence
+from pcnet3d.pipeline.camera import Look
+from pcnet3d.pipeline.rotations import angle_deg, rotate
+
+GEOMETRIC = load_rectifier("geometric")
+
+
+@pytest.fixture(scope="module")
+def turning() -> tuple[PoseSequence, np.ndarray]:
+    """The walker, (T, 17, 3), before a camera that rolls by 30 degrees meanwhile, and its up (T, 3)."""
+    walk = walker(seconds=4)
+    camera = side_camera(walk)
+    poses = camera_poses(walk, camera)
+    roll = np.radians(np.linspace(-15, 15, len(poses)))
+    c, s, zero, one = np.cos(roll), np.sin(roll), 0 * roll, 0 * roll + 1
+    R = np.stack([c, -s, zero, s, c, zero, zero, zero, one], axis=-1).reshape(-1, 3, 3)
+    return poses.with_(joints=rotate(R, poses.joints.astype(float))), R @ camera.up
+
+
+def looks(up: np.ndarray, frames: Iterable[int]) -> list[Look]:
+    """What images say at these frames of a camera's up (T, 3)."""
+    return [Look(frame, up[frame], np.radians(0.5) ** 2 * np.eye(3), failure=0.004) for frame in frames]
+
+
+def test_the_up_of_images_all_along_is_known_and_follows_the_camera(turning):
+    poses, up = turning
+    known = known_moving_up(poses, GEOMETRIC, looks(up, [*range(0, len(poses), 10), len(poses) - 1]))
+    assert np.max(angle_deg(known, up)) < 1.0
+
+
+def test_without_images_nothing_is_known(turning):
+    assert known_moving_up(turning[0], GEOMETRIC, []) is None
+
+
+def test_known_for_most_of_a_take_it_is_told_throughout_else_nowhere(turning):
+    """Told in some frames only, lifted joints jump where that begins."""
+    poses, up = turning
+    count = len(poses)
+    most = known_moving_up(poses, GEOMETRIC, looks(up, range(0, 3 * count // 4, 10)))
+    assert np.isfinite(most).all()
+    assert known_moving_up(poses, GEOMETRIC, looks(up, range(0, count // 4, 10))) is None
+
+
+def test_no_clip_is_told_what_another_one_knows(turning):
+    poses, up = turning
+    cut = len(poses) // 2
+    known = known_moving_up(poses.with_(seams=(cut,)), GEOMETRIC, looks(up, range(cut + 5, len(poses), 10)))
+    np.testing.assert_array_equal(np.isfinite(known).all(axis=1), np.arange(len(poses)) >= cut)
+
+
+def test_images_that_the_skeletons_contradict_are_not_believed(turning):
+    """A pattern of diagonal lines looks like a camera that is rolled by 45 degrees."""
+    poses, up = turning
+    c = np.sqrt(0.5)
+    diagonal = up @ np.array([[c, -c, 0], [c, c, 0], [0, 0, 1.0]]).T
+    assert known_moving_up(poses, GEOMETRIC, looks(diagonal, range(0, len(poses), 10))) is None
