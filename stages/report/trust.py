@@ -62,14 +62,9 @@ def _up(facts: Facts) -> Check:
     known = f"Known to within {facts.bound_words.replace(' to', '° to')}° (90 %)."
     if max(facts.up_bound_deg or (0.0,)) <= _WELL:
         return "Which way is up", "good", [known + rests]
-    return (
-        "Which way is up",
-        "care",
-        [
-            f"{known} {_TO_GRAVITY[0].upper()}{_TO_GRAVITY[1:]} may be off by as much; angles between segments, such as "
-            f"the knee's, do not depend on it.{rests}"
-        ],
-    )
+    tilted = f"{_TO_GRAVITY[0].upper()}{_TO_GRAVITY[1:]} may be off by as much"
+    others = "angles between segments, such as the knee's, do not depend on it"
+    return "Which way is up", "care", [f"{known} {tilted}; {others}.{rests}"]
 
 
 def _angles(take: Take) -> list[Check]:

@@ -156,16 +156,22 @@ def _aligned(
             raise InputError("Motion capture of another motion tells nothing; give that of the take itself.")
         return None, []
     together = one_clock(side, reference)
-    if align == "stamps" or (align == "auto" and together):
-        found = stamped(side, reference, offset_s)
-    else:
-        found = correlated(side, reference, offset_s, search_s)
+    may_differ = align == "auto" and reference.run is not None and not together
+    apart = "taken for different motions, so only their ranges and cycles are compared."
+    try:
+        if align == "stamps" or (align == "auto" and together):
+            found = stamped(side, reference, offset_s)
+        else:
+            found = correlated(side, reference, offset_s, search_s)
+    except InputError:
+        if not may_differ:
+            raise
+        tried = f"within {search_s:g} s (--search) of {offset_s:g} s (--offset)"
+        return None, [f"{side.name} and {reference.name} share no second by their clocks, {tried}: {apart}"]
     if not found.r >= _WEAK:
         weak = f"The angles of {side.name} and {reference.name} correlate weakly (r {found.r:.2f})"
-        if align == "auto" and reference.run is not None and not together:
-            return None, [
-                f"{weak}: taken for different motions, so only their ranges and cycles are compared."
-            ]
+        if may_differ:
+            return None, [f"{weak}: {apart}"]
         return found, [f"{weak}: are they of one motion, and is the shift right?"]
     if found.runner_up > _AMBIGUOUS * found.r:
         return found, [

@@ -85,7 +85,7 @@ def load_side(folder: Path) -> Side:
     run = load_run(folder)
     run = replace(run, source=relative(run.source))
     try:
-        table = pq.ParquetFile(folder / "kinematics.parquet").read()  # read_table takes "a:b" for an address
+        table = pq.read_table(folder.resolve() / "kinematics.parquet")  # it takes "a:b" for an address
         summary: dict[str, Any] = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
         body = load(folder / "poses.npz", run.source.shape, key="body").astype(np.float64)
     except (OSError, ValueError, pyarrow.lib.ArrowException) as error:
