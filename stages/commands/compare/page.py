@@ -12,7 +12,6 @@ from ....pipeline.pose import package_version
 from ...drawing.page import (
     Cell,
     Soft,
-    Stated,
     answer,
     box,
     bullets,
@@ -186,7 +185,7 @@ def _movements(pair: Pair, reference: Side) -> Markup:
     rows: list[list[Cell]] = [
         [
             f"{named(one)} ({one.unit})",
-            *(Stated(*of) for of in zip(one.values, one.errors, strict=True)),
+            *(f"{value:g} ± {error:g}" for value, error in zip(one.values, one.errors, strict=True)),
             _by(one),
         ]
         for one in pair.changes
