@@ -137,6 +137,7 @@ def _suffix(key: str) -> str:
 
 
 def words_and_unit(key: str) -> tuple[str, str]:
+    """`mean_step_time_s` as "mean step time" and "s"; the unit is empty where the key names none."""
     suffix = _suffix(key)
     name = key.removesuffix(suffix)
     if name not in _WORDS and name.startswith("sd_"):
