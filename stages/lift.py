@@ -129,7 +129,7 @@ def _without_strays(seen: PoseSequence, keypoints: PoseSequence) -> tuple[PoseSe
 
 def _who(said: dict[str, Any]) -> str:
     if said["kind"] == "pcnet3d":
-        return f"The poses are our own lift of the 2D keypoints (network {said['model']})."
+        return f"The poses are the built-in lifter's, from the 2D keypoints (network {said['model']})."
     return f"The poses are the lift by {said['model']}, a network of the kind {said['kind']}."
 
 

@@ -57,9 +57,11 @@ def find_adapter(path: Path, name: str = "auto", gives: str | None = None) -> Ad
         raise InputError(f"{path} fits several adapters: {names}; name the right one with {flag}.")
     if others := exchanged(path, gives):
         raise InputError(others)
+    own = gives != "keypoints" and path.suffix in (".npy", ".npz")
+    arrays = " An array of joints of your own: --adapter arrays -O layout=H36M17 -O frame=CAMERA -O unit=m."
     raise InputError(
         f"No adapter recognises {path} as {gives or 'poses'}: it is {in_words(path)}. If it is one of "
-        f"{', '.join(known)}, name it with {flag}."
+        f"{', '.join(known)}, name it with {flag}.{arrays if own else ''}"
     )
 
 

@@ -59,7 +59,7 @@ def trust(take: Take) -> tuple[int, str]:
         if not levelled:
             words[-1] += f": {take.rectified.level_reason}"
         elif np.isfinite(bound).any():
-            words[-1] += f", its up known to within {np.nanmax(bound):.0f} degrees"
+            words[-1] += f", its up known to within {how_many(round(float(np.nanmax(bound))), 'degree')}"
     return code, "; ".join(words)
 
 

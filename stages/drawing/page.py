@@ -163,12 +163,18 @@ def _column(cells: Sequence[Cell]) -> tuple[list[str], bool]:
     decimals = 0 if largest >= 1000 else 1 if largest >= 10 else 2 if largest >= 1 else 3
     shown = [
         "–" if cell is None else f"{cell:z.{decimals}f}" if isinstance(cell, float)
-        else cell.words if isinstance(cell, Link | Soft)
+        else _breaking(cell.words) if isinstance(cell, Link)
+        else cell.words if isinstance(cell, Soft)
         else f"{cell.value:g} ± {cell.error:g}" if isinstance(cell, Stated)
         else cell if isinstance(cell, str) else str(cell)
         for cell in cells
     ]  # fmt: skip
     return shown, bool(numbers) and len(numbers) == sum(cell is not None for cell in cells)
+
+
+def _breaking(name: str) -> Markup:
+    """A file's or a take's name, which may go on in a new line behind an underscore."""
+    return Markup("_<wbr>").join(name.split("_"))
 
 
 def _cell(cell: Cell, shown: str, right: bool) -> tuple[str, str, str]:

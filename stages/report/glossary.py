@@ -35,6 +35,7 @@ _EXPLAINED = {
     "log_dimensionless_jerk": "Smoothness of a movement by its jerk: -4.4 for a single smooth one.",
     "jump_height": "By how much the centre of mass rises after the feet have left the floor.",
     "floor_height": "Of the floor under the feet, from where the path is counted: the camera, or the world's origin.",
+    "places": "Of standing feet, from which the floor is known.",
     "slope": "Of the floor along the walk.",
     "path_length": "How far it moves in all.",
     "mean_speed": "Path length by time.",

@@ -43,7 +43,7 @@ _ERRORS = (
     "± is one standard deviation (SD) of the figure before it; a click on a figure says what it is. Grey: a difference "
     "that lies within its error (90 %)."
 )
-_FIRST = {"walking": 0, "floor": 1}  # of the groups
+_ORDER = {"walking": -1, "floor": 1}  # of the groups; the others are between
 _ELSEWHERE = ("range_of_motion", "symmetry", "paths")  # beside the angles and the speeds
 _MOMENTS = ("start_s", "stop_s", "landings_s", "toe_offs_s")
 _FEW = 3  # members, which are a table's columns
@@ -56,7 +56,7 @@ def happened(measures: Mapping[str, Any], length: str) -> Markup:
     measures: as of stages/measures/stage.py, and whatever other groups there are. length: the unit of lengths, "m" or
     "au"."""
     parts, absent = [], []
-    for name, group in sorted(measures.items(), key=lambda one: _FIRST.get(one[0], len(_FIRST))):
+    for name, group in sorted(measures.items(), key=lambda one: _ORDER.get(one[0], 0)):
         if name in _ELSEWHERE or not isinstance(group, Mapping):
             continue
         if _found(group):
@@ -128,7 +128,7 @@ def _with_units(value: Any, length: str) -> Any:
 
 def named(key: str) -> str:
     """`range_of_motion_deg` as "range of motion (°)"."""
-    words, unit = _words_and_unit(key)
+    words, unit = words_and_unit(key)
     return f"{words} ({unit})" if unit else words
 
 
@@ -136,7 +136,8 @@ def _suffix(key: str) -> str:
     return max((end for end in _UNITS if key.endswith(end)), key=len, default="")
 
 
-def _words_and_unit(key: str) -> tuple[str, str]:
+def words_and_unit(key: str) -> tuple[str, str]:
+    """`mean_step_time_s` as "mean step time" and "s"; the unit is empty where the key names none."""
     suffix = _suffix(key)
     name = key.removesuffix(suffix)
     if name not in _WORDS and name.startswith("sd_"):
@@ -221,7 +222,7 @@ def _hidden(group: Mapping[str, Any]) -> set[str]:
 def _told(key: str, own: Mapping[str, Any]) -> Told:
     """A figure that stands alone: its name, and it with its error and unit, in grey where it lies within that."""
     value, error = own[key], own.get(error_key(key))
-    words, unit = _words_and_unit(key)
+    words, unit = words_and_unit(key)
     about = explained(key.removesuffix(_suffix(key)))
     if isinstance(value, Sequence) and len(value) > _MANY:
         return Told(words, _shown(value), about)

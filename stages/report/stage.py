@@ -69,8 +69,8 @@ def report(take: Take, frames: bool = True, files: Sequence[str] = ()) -> str:
     head += trust(take, facts) + told_of(take, facts)
     sections = [
         ("Key frames", _key_frames(take, frames)),
-        ("What happened", happened(measures, facts.length)),
         ("Ranges of motion", ranges(measures)),
+        ("What happened", happened(measures, facts.length)),
         ("Joint angles over time", angle_charts(take)),
         ("Speeds and accelerations", motion_charts(take) + _path_lengths(measures, facts.length)),
         ("Where two lifters disagree", second_lift(take)),

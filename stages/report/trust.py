@@ -49,20 +49,22 @@ def _poses(facts: Facts) -> list[Check]:
 def _up(facts: Facts) -> Check:
     if not facts.level_ok:
         text = f"The take could not be levelled: {facts.level_reason}. Do not believe {_TO_GRAVITY}."
-        return "Up", "bad", [text]
+        return "Which way is up", "bad", [text]
     if facts.camera == "gravity":
-        return "Up", "good", ["The source knows its own up."]
+        return "Which way is up", "good", ["The source knows its own up."]
     if facts.bound_words is None:
-        return "Up", "care", [f"How well it is known is not stated; with it {_TO_GRAVITY} are uncertain."]
+        return (
+            "Which way is up",
+            "care",
+            [f"How well it is known is not stated; with it {_TO_GRAVITY} are uncertain."],
+        )
     rests = f" {up_rests(facts)}".rstrip()
     known = f"Known to within {facts.bound_words.replace(' to', '° to')}° (90 %)."
     if max(facts.up_bound_deg or (0.0,)) <= _WELL:
-        return "Up", "good", [known + rests]
-    return (
-        "Up",
-        "care",
-        [f"{known} By as much {_TO_GRAVITY} may be tilted; angles between segments are not.{rests}"],
-    )
+        return "Which way is up", "good", [known + rests]
+    tilted = f"{_TO_GRAVITY[0].upper()}{_TO_GRAVITY[1:]} may be off by as much"
+    others = "angles between segments, such as the knee's, do not depend on it"
+    return "Which way is up", "care", [f"{known} {tilted}; {others}.{rests}"]
 
 
 def _angles(take: Take) -> list[Check]:

@@ -32,6 +32,7 @@ def files(tmp_path_factory) -> Path:
     numbered.toy_detector(folder / "movenet.onnx")
     write_keypoints(folder / "alphapose-results.json", walk, camera, rows, 1.0, rng)
     write_poses(folder / "X3D.npy", walk, camera, rows, 0.008, rng)
+    np.savez(folder / "joints.npz", joints=camera_poses(walk, camera).joints)
     _two_people(folder, walk, camera)
     _motion_capture(folder)
     _finished(folder)

@@ -63,7 +63,7 @@ def test_a_run_from_video_and_keypoints_alone(files, tmp_path):
         "place",
         "rectify",
     ]
-    assert any("our own lift" in text for text in summary["notes"])
+    assert any("the built-in lifter's" in text for text in summary["notes"])
     assert lifted.poses is not None
     thigh = np.linalg.norm(lifted.poses.joint("r_knee") - lifted.poses.joint("r_hip"), axis=-1)
     assert 0.3 < np.nanmedian(thigh) < 0.55

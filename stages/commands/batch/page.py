@@ -91,15 +91,14 @@ def _conclusion(rows: Rows, done: Rows, found: Sequence[Change]) -> Iterator[str
     trusted = f"{len(doubtful)} of them with doubts" if doubtful else "no doubts about poses or levelling"
     yield f"{how_many(len(names), 'take')}{of}; {trusted}."
     for (factor, earlier, later), changes in _by_step(found).items():
-        beyond = [one for one in changes if one.lower > 0 or one.upper < 0]
+        beyond = [one for one in changes if one.of_the_mean]
         beyond.sort(key=lambda one: -abs(one.bias) / max(one.sd, 1e-9))
         step = f"From {factor} {earlier} to {later}, {how_many(max(one.n for one in changes), 'subject')}"
-        counts = (
-            f"{len(beyond) or 'none'} of {how_many(len(changes), 'measure')} changed one way in nearly all"
-        )
+        counts = f"{len(beyond) or 'none'} of {how_many(len(changes), 'measure')} changed on average"
         told = ", ".join(f"{_WORDS[one.measure]} {one.bias:+.3g}" for one in beyond[:_MOST_TOLD])
         more = f" and {len(beyond) - _MOST_TOLD} more" if len(beyond) > _MOST_TOLD else ""
-        yield f"{step}: {counts} (limits of agreement without 0){f': {told}{more}' if told else ''}."
+        chance = "95 % interval of the mean without 0; of twenty that do not change one does by chance"
+        yield f"{step}: {counts} ({chance}){f': {told}{more}' if told else ''}."
 
 
 def _by_step(found: Sequence[Change]) -> dict[tuple[str, str, str], list[Change]]:
@@ -230,7 +229,7 @@ def _changes(found: Sequence[Change]) -> Markup:
                 )
         paired = {_RANGE.format(name) for name in ANGLES if name not in MIDLINE}
         rest = [[_WORDS[one.measure], *_changed(one)] for one in of if one.measure not in paired]
-        head = ("change", "limits of agreement", "subjects")
+        head = ("mean change", "95 % interval", "single subjects", "n")
         tables += [
             heading(f"{factor} {later} less {earlier}"),
             table(
@@ -240,15 +239,17 @@ def _changes(found: Sequence[Change]) -> Markup:
         ]
     words = (
         "Differences of each subject's mean, compared within the same condition or visit; subjects who have both, "
-        "without takes that could not be levelled. "
-        "Limits of agreement: bias and 1.96 standard deviations of the differences to each side (Bland & Altman "
-        "1986). With few subjects the limits themselves are uncertain. All measures are in changes.csv."
+        "without takes that could not be levelled. 95 % interval: of the mean (Student's t); n: subjects. Single "
+        "subjects: limits of agreement, the mean and 1.96 standard deviations of the differences to each side (Bland & "
+        "Altman 1986), in which change of the person and error of the method are not told apart. All measures are in "
+        "changes.csv."
     )
     return joined(tables) + small(words) if tables else Markup("")
 
 
 def _changed(one: Change | None) -> list[Cell]:
     if one is None:
-        return [None] * 3
+        return [None] * 4
     digits = 1 if max(abs(one.lower), abs(one.upper)) >= 10 else 2
-    return [one.bias, f"{one.lower:z.{digits}f} to {one.upper:z.{digits}f}", one.n]
+    spans = ((one.mean_lower, one.mean_upper), (one.lower, one.upper))
+    return [one.bias, *(f"{low:z.{digits}f} to {high:z.{digits}f}" for low, high in spans), one.n]

@@ -190,7 +190,8 @@ class Change:
     """Of a measure within subjects, from one visit or condition to another.
 
     n: subjects who have both. bias: mean of the differences, later less earlier; sd: their standard deviation;
-    lower, upper: 95 % limits of agreement.
+    mean_lower, mean_upper: 95 % confidence interval of the bias (Student's t). lower, upper: 95 % limits of agreement,
+    between which the change of a single subject lies.
     """
 
     factor: str
@@ -200,8 +201,15 @@ class Change:
     n: int
     bias: float
     sd: float
+    mean_lower: float
+    mean_upper: float
     lower: float
     upper: float
+
+    @property
+    def of_the_mean(self) -> bool:
+        """Whether the subjects changed on average: 0 lies outside the interval of the mean."""
+        return self.mean_lower > 0 or self.mean_upper < 0
 
 
 def changes(rows: Sequence[Mapping[str, Any]]) -> list[Change]:
@@ -211,6 +219,8 @@ def changes(rows: Sequence[Mapping[str, Any]]) -> list[Change]:
     conditions), and these differences averaged, so that a subject counts once. Fewer than two subjects: no row.
     Takes that could not be levelled have no say, nor has the unknown unit of a take without a scale in its lengths.
     """
+    from scipy.stats import t as student_t
+
     found = []
     done = [
         row for row in rows if row.get("subject") and row.get("measures") and row["level_ok"] is not False
@@ -223,7 +233,8 @@ def changes(rows: Sequence[Mapping[str, Any]]) -> list[Change]:
                 off = _differences(done, name, factor, other, levels[0], later)
                 if len(off) >= 2:
                     bias, sd = float(off.mean()), float(off.std(ddof=1))
-                    limits = (bias - _LIMIT * sd, bias + _LIMIT * sd)
+                    margin = float(student_t.ppf(0.975, len(off) - 1)) * sd / np.sqrt(len(off))
+                    limits = (bias - margin, bias + margin, bias - _LIMIT * sd, bias + _LIMIT * sd)
                     found.append(Change(factor, levels[0], later, name, len(off), bias, sd, *limits))
     return found
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from ....pipeline.errors import InputError
 from ....pipeline.rotations import is_finite, rotate
-from .side import Side
+from .side import LEAST_S, Side
 
 # Angles that need neither gravity nor a heading, so that a wrong one of these does not shift the clock.
 _ANGLES = tuple(
@@ -18,7 +18,6 @@ _ANGLES = tuple(
     for name in ("knee_flexion", "elbow_flexion", "hip_flexion", "shoulder_flexion")
 )
 _FINEST_S = 1 / 60  # step of the search
-_LEAST_S = 1.0  # of common motion
 _LEAST_SHARE = 0.5  # of the largest common motion at any shift; less makes chance peaks
 _SAME_PEAK_S = 0.25
 
@@ -58,7 +57,7 @@ def correlated(side: Side, reference: Side, offset_s: float, search_s: float) ->
     own, other = _angles(side, times), _angles(reference, around)
     found = [_score(own, other[i : i + len(times)]) for i in range(2 * reach + 1)]
     scores, common = (np.array(part) for part in zip(*found, strict=True))
-    enough = common * step >= max(_LEAST_S, _LEAST_SHARE * common.max() * step)
+    enough = common * step >= max(LEAST_S, _LEAST_SHARE * common.max() * step)
     if not (enough & np.isfinite(scores)).any():
         raise InputError(_apart(side, reference, offset_s, search_s))
     scores = np.where(enough, np.nan_to_num(scores, nan=-1.0), -1.0)
@@ -121,7 +120,7 @@ def _apart(side: Side, reference: Side, offset_s: float, search_s: float) -> str
     ]
     tried = f" and shifts up to {search_s:g} s" if search_s else ""
     return (
-        f"Expected at least {_LEAST_S:g} s of motion that both know, got none: {' and '.join(spans)}, with an offset "
+        f"Expected at least {LEAST_S:g} s of motion that both know, got none: {' and '.join(spans)}, with an offset "
         f"of {offset_s:g} s{tried}; give what must be added to the first one's time with --offset S, or a wider "
         "--search S."
     )

@@ -23,13 +23,14 @@ from ....pipeline.reading.take import sha256
 from ....pipeline.running.conclusion import point_to
 from .accelerations import accelerations
 from .align import Alignment, correlated, size_ratio, stamped, turn_deg, turned
+from .changes import changes
 from .comparison import Comparison, Pair, as_text, figures, result
 from .cycles import cycles
 from .figures import agreement, view_spread
 from .joints import joint_agreement
 from .page import as_page
 from .recording import COLOURS, write_recording
-from .side import Side, load_side, named_apart, same_recording, truth_side, unrectified
+from .side import Side, load_side, named_apart, one_clock, truth_side, unrectified
 from .truth import Up, read_truth
 from .wrists import limbs_of, wrists
 
@@ -146,12 +147,10 @@ def compared(
         how, said = _aligned(side, reference, align, offset_s, search_s)
         warnings += said
         recording = (recordings or {}).get(side.name)
-        pairs.append(_pair(side, reference, how, recording))
-        if how is None and not pairs[-1].cycles:
-            warnings.append(
-                f"{side.name} and {reference.name} have no kind of cycle of which both hold two or more: nothing is "
-                "compared."
-            )
+        pair = _pair(side, reference, how, recording)
+        pairs.append(
+            replace(pair, changes=changes(side, reference), one_recording=one_clock(side, reference))
+        )
     spread, without = _spreads(reference, pairs)
     return Comparison(reference, tuple(pairs), spread, without, tuple(warnings))
 
@@ -164,15 +163,23 @@ def _aligned(
         if reference.run is None:
             raise InputError("Motion capture of another motion tells nothing; give that of the take itself.")
         return None, []
-    one_clock = reference.run is not None and same_recording([side, reference])
-    if align == "stamps" or (align == "auto" and one_clock):
-        found = stamped(side, reference, offset_s)
-    else:
-        found = correlated(side, reference, offset_s, search_s)
+    together = one_clock(side, reference)
+    may_differ = align == "auto" and reference.run is not None and not together
+    apart = "taken for different motions, so only their ranges and cycles are compared."
+    try:
+        if align == "stamps" or (align == "auto" and together):
+            found = stamped(side, reference, offset_s)
+        else:
+            found = correlated(side, reference, offset_s, search_s)
+    except InputError:
+        if not may_differ:
+            raise
+        tried = f"within {search_s:g} s (--search) of {offset_s:g} s (--offset)"
+        return None, [f"{side.name} and {reference.name} share no second by their clocks, {tried}: {apart}"]
     if not found.r >= _WEAK:
         weak = f"The angles of {side.name} and {reference.name} correlate weakly (r {found.r:.2f})"
-        if align == "auto" and reference.run is not None and not one_clock:
-            return None, [f"{weak}: taken for different motions, so only their cycles are compared."]
+        if may_differ:
+            return None, [f"{weak}: {apart}"]
         return found, [f"{weak}: are they of one motion, and is the shift right?"]
     if found.runner_up > _AMBIGUOUS * found.r:
         return found, [

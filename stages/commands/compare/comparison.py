@@ -12,6 +12,7 @@ from ....pipeline.messages import how_many
 from ...report.sections import spoken
 from .accelerations import Accelerations
 from .align import Alignment, turned
+from .changes import Change, as_figures, told
 from .cycles import Cycles
 from .joints import JointAgreement
 from .side import Side
@@ -24,7 +25,8 @@ class Pair:
 
     times: (T,) the side's rows on the reference's clock. at_reference, sd: by angle (T,) the reference's value at the
     side's rows, and the standard error of the difference. agreement: of figures.agreement by angle. turn_deg, scale:
-    what brought the side's LEVEL to the reference's. joints_mm: mean distance of the joints in LEVEL then.
+    what brought the side's LEVEL to the reference's. joints_mm: mean distance of the joints in LEVEL then. changes:
+    of the measures of both. one_recording: whether both read the same one, so that their errors are not independent.
     """
 
     side: Side
@@ -40,6 +42,8 @@ class Pair:
     joints: JointAgreement = field(default_factory=dict)
     wrists: Wrists | None = None
     accelerations: Accelerations | None = None
+    changes: list[Change] = field(default_factory=list)
+    one_recording: bool = False
 
     @property
     def level(self) -> np.ndarray:
@@ -85,22 +89,33 @@ def as_text(found: Comparison) -> Iterator[str]:
 
 
 def result(pair: Pair, reference: str) -> Iterator[str]:
-    """What came of a pair in two lines: whether they move alike, and by how much their angles differ, also beside the
-    errors that are stated."""
+    """What came of a pair: whether they move alike, by how much their angles differ, also beside the errors that are
+    stated, and which measures of two recordings differ by more than their errors."""
     against = f"{pair.side.name} against {reference}"
     if pair.alignment is None or not pair.agreement:
         kinds = len({cycle.kind for cycle in pair.cycles})
-        yield f"{against}: two motions, not one"
-        yield f"{how_many(kinds, 'kind')} of cycle compared" if kinds else "nothing could be compared"
-        return
+        both = ["the ranges of motion"] * bool(pair.changes) + [how_many(kinds, "kind") + " of cycle"] * bool(
+            kinds
+        )
+        yield f"{against}: two motions, not one; compared: {' and '.join(both) or 'nothing'}"
+    else:
+        yield (
+            f"{against}: one motion, shifted by {pair.alignment.shift_s:+.3f} s "
+            f"(correlation {pair.alignment.r:.2f})"
+        )
+        yield _angles_apart(pair)
+    if not pair.one_recording:
+        yield from told(pair.changes, f"{pair.side.name} less {reference}")
+
+
+def _angles_apart(pair: Pair) -> str:
     rmse = {name: of["rmse_deg"] for name, of in pair.agreement.items()}
     worst = max(rmse, key=lambda name: rmse[name])
-    yield f"{against}: one motion, shifted by {pair.alignment.shift_s:+.3f} s (correlation {pair.alignment.r:.2f})"
     inside = [of["within_band"] for of in pair.agreement.values() if "within_band" in of]
     allowed = (
         f"; {100 * np.mean(inside):.0f} % of the differences are within the stated errors, of 90 % expected"
     )
-    yield (
+    return (
         f"{how_many(len(rmse), 'angle')} differ by {np.median(list(rmse.values())):.1f} degrees in the median, most "
         f"{spoken(worst)} by {rmse[worst]:.1f} (root mean square){allowed if inside else ''}"
     )
@@ -120,6 +135,7 @@ def figures(found: Comparison) -> dict[str, Any]:
                 "joints_mm": pair.joints_mm,
                 "joints": pair.joints,
                 "angles": pair.agreement,
+                "changes": as_figures(pair.changes),
                 "cycles": [{"kind": c.kind, "angle": c.angle, **c.agreement} for c in pair.cycles],
                 "accelerations": {} if pair.accelerations is None else pair.accelerations.agreement,
                 "wrists": None

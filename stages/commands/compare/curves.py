@@ -11,7 +11,7 @@ from markupsafe import Markup
 from ....models.common.metrics import SD_90
 from ....pipeline.canonical import R_world_from_body
 from ....pipeline.layouts import H36M17
-from ....pipeline.motion.angles import MIDLINE, OF_BOTH, near, of_both, sides_of
+from ....pipeline.motion.angles import MIDLINE, OF_BOTH, near, sides_of
 from ....pipeline.rotations import is_finite, rotate, transpose
 from ...drawing.charts import LEFT, MIDDLE, RIGHT, SOFT, Cloud, Curve, over_time, path, scatter
 from ...drawing.page import charts, figure, joined
@@ -66,8 +66,8 @@ def differences(name: str, values: np.ndarray, reference: np.ndarray, of: Mappin
 
 
 def cycle_rows(found: Sequence[Cycles], side: Side, reference: Side) -> Markup:
-    """The mean cycles of both with a band of one standard deviation, a row for every angle of one kind of cycle."""
-    rows: dict[tuple[str, str], list[Markup]] = {}
+    """The mean cycles of both with a band of one standard deviation, each kind of cycle on rows of its own."""
+    rows: dict[str, list[Markup]] = {}
     for one in found:
         mine, other = ((each.mean(axis=0), each.std(axis=0, ddof=1)) for each in (one.curves, one.reference))
         curves = [
@@ -76,7 +76,7 @@ def cycle_rows(found: Sequence[Cycles], side: Side, reference: Side) -> Markup:
         ]
         title = f"{one.kind.capitalize()}: {spoken(one.angle)} (°)"
         chart = over_time(curves, np.linspace(0, 100, len(mine[0])), f"{title} over a cycle", "cycle (%)")
-        rows.setdefault((one.kind, of_both(one.angle)), []).append(figure([chart], title))
+        rows.setdefault(one.kind, []).append(figure([chart], title))
     return joined(map(charts, rows.values()))
 
 

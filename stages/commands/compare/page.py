@@ -9,14 +9,32 @@ from markupsafe import Markup
 
 from ....pipeline.motion.angles import ANGLES, MIDLINE, OF_BOTH, sides_of
 from ....pipeline.pose import package_version
-from ...drawing.page import Cell, answer, beside, box, bullets, details, heading, joined, page, small, table
+from ...drawing.page import (
+    Cell,
+    Soft,
+    answer,
+    box,
+    bullets,
+    details,
+    heading,
+    joined,
+    page,
+    small,
+    table,
+)
 from ...report.angles import range_words
 from ...report.sections import spoken
+from .changes import Change, named
 from .comparison import Comparison, Pair, result
 from .curves import acceleration_rows, angle_rows, cycle_rows, thumbnails, wrist_paths
 from .joints import joint_table
 from .side import Side
 from .wrists import AXES, WRISTS, wrist_charts
+
+_ERRORS = (
+    "± is one standard deviation; those of two runs are taken for independent. What is marked 90 %, or said to be "
+    "within the errors, is so in nine of ten cases."
+)
 
 
 def as_page(found: Comparison) -> str:
@@ -26,20 +44,29 @@ def as_page(found: Comparison) -> str:
         of = f": {pair.side.name}" if len(found.pairs) > 1 else ""
         sections += [
             (f"At the same moments{of}", _moments(pair, found.reference)),
+            (f"Ranges of motion{of}", _ranges(pair, found.reference)),
+            (f"Walking and repetitions{of}", _movements(pair, found.reference)),
             (f"Agreement of the angles{of}", _agreement(pair, found.reference)),
             (f"Agreement of the joints{of}", joint_table(pair.joints, found.reference.run is None)),
-            (f"Ranges of motion{of}", _ranges(pair, found.reference)),
             (f"Cycles{of}", _cycles(pair, found.reference)),
             (f"Angles over time and differences{of}", _angles(pair, found.reference)),
             (f"Wrists against motion capture{of}", _wrists(pair)),
             (f"Wrist paths and accelerations{of}", _motion(pair, found.reference)),
         ]
-    sections += [("View-consistency", _spread(found)), ("How they were brought together", _together(found))]
-    names = " and ".join([pair.side.name for pair in found.pairs] + [found.reference.name])
+    spread, together = _spread(found), _together(found)
+    if len(found.pairs) == 1:  # of two, it says no more than their agreement
+        spread, together = Markup(""), together + details("Spread of each angle between the runs", spread)
+    sections += [("View-consistency", spread), ("How they were brought together", together)]
+    names = " and ".join([found.reference.name, *(pair.side.name for pair in found.pairs)])
     about = [f"Reference: {found.reference.name} ({found.reference.about})"]
     about += [f"compared: {pair.side.name} ({pair.side.about})" for pair in found.pairs]
     said = [f"{line}." for pair in found.pairs for line in result(pair, found.reference.name)]
-    head = small(" · ".join(about)) + answer(said) + box("Warnings", list(found.warnings), "warning")
+    head = (
+        small(" · ".join(about))
+        + answer(said)
+        + small(_ERRORS)
+        + box("Warnings", list(found.warnings), "warning")
+    )
     return page(names, head, sections)
 
 
@@ -59,7 +86,8 @@ def _together(found: Comparison) -> Markup:
         how = pair.alignment
         if how is None:
             lines.append(
-                f"{pair.side.name}: another motion than {found.reference.name}'s, so only cycles are compared."
+                f"{pair.side.name}: another motion than {found.reference.name}'s, so only ranges and cycles are "
+                "compared."
             )
             continue
         lines.append(
@@ -68,18 +96,22 @@ def _together(found: Comparison) -> Markup:
             f"{found.reference.name}'s for the recording."
             + ("" if pair.joints_mm is None else f" Joints then differ by {pair.joints_mm:.0f} mm.")
         )
-    cutoffs = {side.cutoff_hz for side in (found.reference, *(pair.side for pair in found.pairs))}
+    sides = (found.reference, *(pair.side for pair in found.pairs))
+    cutoffs = {side.cutoff_hz for side in sides}
     words = " and ".join(
         "unfiltered" if hz is None else f"{hz:g} Hz" for hz in sorted(cutoffs, key=lambda x: x or 0)
     )
-    return bullets([*lines, f"Low-pass of the joints: {words}.", f"pcnet3d {package_version()}."])
+    by = " and ".join(dict.fromkeys(side.rectifier for side in sides if side.rectifier))
+    return bullets(
+        [*lines, f"Rectified by {by}; low-pass of the joints: {words}.", f"pcnet3d {package_version()}."]
+    )
 
 
 def _agreement(pair: Pair, reference: Side) -> Markup:
     if not pair.agreement:
         return Markup("")
     shown = {name: _agreed(pair.agreement.get(name)) for name in ANGLES}
-    head = ("difference (°)", "RMSE (°)", "r", "within its error (%)")
+    head = ("difference (°)", "RMSE (°)", "r", "within error")
     rows: list[list[Cell]] = [
         [spoken(both), *(cell for name in sides_of(both) for cell in shown[name])]
         for both in OF_BOTH
@@ -89,7 +121,7 @@ def _agreement(pair: Pair, reference: Side) -> Markup:
     return (
         small(
             f"{pair.side.name} less {reference.name}: bias, and in brackets the limits of agreement, 1.96 standard "
-            "deviations of the differences to each side of it (Bland & Altman 1986), of this take's frames. Within its "
+            "deviations of the differences to each side of it (Bland & Altman 1986), of this take's frames. Within "
             "error: share of frames whose difference is what the stated standard errors allow in nine of ten."
         )
         + table(("", *(f"{side}: {word}" for side in ("right", "left") for word in head)), rows)
@@ -102,8 +134,9 @@ def _agreed(of: Mapping[str, float | int] | None) -> list[Cell]:
     if of is None:
         return [None] * 4
     words = f"{of['bias_deg']:+z.1f} ({of['lower_deg']:z.0f} to {of['upper_deg']:z.0f})"
-    inside = 100 * of["within_band"] if "within_band" in of else None
-    return [words, _cell(of["rmse_deg"]), _cell(of["r"]), inside]
+    r = f"{of['r']:.2f}" if np.isfinite(of["r"]) else None
+    inside = f"{100 * of['within_band']:.0f} %" if "within_band" in of else None
+    return [words, f"{of['rmse_deg']:.1f}", r, inside]
 
 
 def _agreement_figures(pair: Pair, reference: Side) -> Markup:
@@ -126,9 +159,10 @@ def _ranges(pair: Pair, reference: Side) -> Markup:
     both = [(side.measures or {}).get("range_of_motion", {}) for side in (reference, pair.side)]
     if not all(both):
         return Markup("")
+    by = {change.item: _by(change) for change in pair.changes if change.group == "range_of_motion"}
 
     def cells(name: str) -> list[Cell]:
-        return [range_words(of.get(name, {})) for of in both]
+        return [*(range_words(of.get(name, {})) for of in both), by.get(name)]
 
     rows: list[list[Cell]] = [
         [spoken(name), *(cell for part in sides_of(name) for cell in cells(part))]
@@ -136,13 +170,32 @@ def _ranges(pair: Pair, reference: Side) -> Markup:
         if name not in MIDLINE
     ]
     middle: list[list[Cell]] = [[spoken(name), *cells(name)] for name in MIDLINE]
-    names = (reference.name, pair.side.name)
+    names = (reference.name, pair.side.name, "difference")
     head = ("", *(f"{side}: {name}" for side in ("right", "left") for name in names))
     words = (
         "From the 5th to the 95th percentile of each whole take, in degrees; ± is the angle's standard deviation. "
-        "Grey: some values are such as no joint reaches."
+        f"Difference: {pair.side.name} less {reference.name}, of how wide the range is. Grey: a difference that lies "
+        "within its error (90 %), or a range with values such as no joint reaches."
     )
-    return small(words) + beside(table(head, rows), table(("", *names), middle))
+    return small(words) + table(head, rows) + table(("", *names), middle)
+
+
+def _movements(pair: Pair, reference: Side) -> Markup:
+    """Of two runs: what else both state with an error."""
+    rows: list[list[Cell]] = [
+        [
+            f"{named(one)} ({one.unit})",
+            *(f"{value:g} ± {error:g}" for value, error in zip(one.values, one.errors, strict=True)),
+            _by(one),
+        ]
+        for one in pair.changes
+        if one.group != "range_of_motion"
+    ]
+    return table(("", reference.name, pair.side.name, "difference"), rows)
+
+
+def _by(change: Change) -> Cell:
+    return Soft(change.words) if change.within_error else change.words
 
 
 def _angles(pair: Pair, reference: Side) -> Markup:
@@ -221,10 +274,11 @@ def _spread(found: Comparison) -> Markup:
         for name in ANGLES
         if name in found.spread
     ]
-    return table(("angle", "between the runs (°)", "cameras taken as level (°)"), rows) + small(
+    words = small(
         "Root mean square over frames of the standard deviation between the runs: 0 when all give the same angle. The "
         "last column is the same without rectification, for angles to gravity; the others do not depend on it."
     )
+    return table(("angle", "between the runs (°)", "cameras taken as level (°)"), rows) + words
 
 
 def _wrists(pair: Pair) -> Markup:

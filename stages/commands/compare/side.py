@@ -28,6 +28,7 @@ from ...report.motion import cannot_be_told
 from ..finished_run import Run, load_run, methods
 
 TRUTH = "motion capture"
+LEAST_S = 1.0  # of motion that both sides know, for them to be compared moment by moment
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +85,7 @@ def load_side(folder: Path) -> Side:
     run = load_run(folder)
     run = replace(run, source=relative(run.source))
     try:
-        table = pq.read_table(folder / "kinematics.parquet")
+        table = pq.read_table(folder.resolve() / "kinematics.parquet")  # it takes "a:b" for an address
         summary: dict[str, Any] = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
         body = load(folder / "poses.npz", run.source.shape, key="body").astype(np.float64)
     except (OSError, ValueError, pyarrow.lib.ArrowException) as error:
@@ -119,7 +120,7 @@ def load_side(folder: Path) -> Side:
         )
     return Side(
         name=folder.resolve().name,
-        about=f"{run.name}, rectified by {method}, {how_many(len(run.time_s), 'frame')}",
+        about=_about(summary, run),
         time_s=run.time_s,
         frame_index=run.frame_index,
         seams=run.seams,
@@ -137,6 +138,14 @@ def load_side(folder: Path) -> Side:
         rectifier=method,
         warnings=tuple(warnings),
     )
+
+
+def _about(summary: dict[str, Any], run: Run) -> str:
+    """What was told of the session, if anything, the recording and its length."""
+    told = summary.get("session") or {}
+    person = f"person {told['person_id']}" if told.get("person_id") else ""
+    words = (told.get("title"), person, told.get("date"), run.name, how_many(len(run.time_s), "frame"))
+    return ", ".join(str(word) for word in words if word)
 
 
 def truth_side(poses: PoseSequence, about: str, cutoff_hz: float | None) -> Side:
@@ -171,10 +180,14 @@ def named_apart(sides: Sequence[Side]) -> list[Side]:
     ]
 
 
-def same_recording(sides: Sequence[Side]) -> bool:
-    """Whether all runs read the same file of video or keypoints, so that their clocks are one."""
-    read = [{entry["sha256"] for entry in side.sources if entry.get("role") != "poses"} for side in sides]
-    return bool(set.intersection(*read))
+def one_clock(side: Side, reference: Side) -> bool:
+    """Whether both are runs that read the same file of video or keypoints, and share a second of its time at least."""
+    read = [
+        {entry["sha256"] for entry in each.sources if entry.get("role") != "poses"}
+        for each in (side, reference)
+    ]
+    begin, end = max(side.time_s[0], reference.time_s[0]), min(side.time_s[-1], reference.time_s[-1])
+    return bool(read[0] & read[1]) and bool(end - begin >= LEAST_S)
 
 
 def as_poses(side: Side, joints: np.ndarray, time_s: np.ndarray, frame_index: np.ndarray) -> PoseSequence:

@@ -213,6 +213,16 @@ def test_a_file_that_nobody_recognises_is_described(tmp_path, name, write, words
         read(tmp_path / name)
 
 
+def test_an_array_of_ones_own_is_told_how_to_come_in(tmp_path):
+    path = tmp_path / "mine.npz"
+    np.savez(path, pred=np.random.default_rng(0).normal(size=(20, 17, 3)))
+    with pytest.raises(InputError) as caught:
+        read(path)
+    words = str(caught.value).partition("--adapter arrays ")[2].rstrip(".").split()
+    options = dict(word.split("=") for word in words if word != "-O")
+    assert len(read(path, "arrays", fps=30, **options)) == 20
+
+
 def test_the_wrong_adapter_names_the_right_one(lifted):
     with pytest.raises(InputError, match=r"X3D\.npy.* looks like a file for adapter motionbert\."):
         read(lifted, "ddhpose")

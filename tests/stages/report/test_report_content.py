@@ -67,6 +67,17 @@ def test_it_has_every_part_and_a_chart_for_every_angle(content):
     assert "geometric" in shown.words
 
 
+def test_the_ranges_stand_before_what_is_long(walk_take):
+    """What goes into a file is on the first sheets."""
+    ranges = {"r_knee_flexion": {"p05_deg": 2.0, "p95_deg": 60.0, "p05_p95_deg": 58.0}}
+    take = walk_take.with_(
+        measures={"range_of_motion": ranges, "knee_bends": {"count": 1}, "floor": {"places": 9}}
+    )
+    content = report(take)
+    assert re.findall(r"<h2>(.*?)</h2>", content)[:3] == ["Key frames", "Ranges of motion", "What happened"]
+    assert content.index("<h3>Knee bends</h3>") < content.index("<h3>Floor</h3>")
+
+
 def test_an_acceleration_that_is_less_certain_than_large_is_left_to_words(walk_take):
     columns = dict(walk_take.kinematics)
     columns["r_wrist_acceleration_reason"] = np.full_like(columns["r_wrist_acceleration_reason"], UNCERTAIN)

@@ -153,12 +153,13 @@ def test_the_conclusion_tells_what_is_done_and_what_changed():
     rows = study()
     head = as_page("study", rows, changes(rows)).split("<nav>")[0]
     assert "24 takes of 25 done; 2 of them with doubts." in head  # not levelled
-    assert "From visit before to after, 10 subjects: none of 5 measures changed one way in nearly all" in head
+    assert "From visit before to after, 10 subjects: none of 5 measures changed on average" in head
     for row in rows:
         if row["visit"] == "after":
             row["measures"]["walking.steps"] += 7.0
     head = as_page("study", rows, changes(rows)).split("<nav>")[0]
-    assert "1 of 5 measures changed one way in nearly all (limits of agreement without 0): steps +7." in head
+    assert "1 of 5 measures changed on average (95 % interval of the mean without 0" in head
+    assert "does by chance): steps +7." in head
     assert "2 takes done, none failed; no doubts" in as_page("study", rows[:2], [])
 
 

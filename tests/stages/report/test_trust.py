@@ -40,7 +40,7 @@ def test_a_take_without_doubts_is_to_be_trusted(walk_take):
 @pytest.mark.parametrize(
     ("change", "expected", "words"),
     [
-        (lambda take: known(take, 12.0), "care", "may be tilted"),
+        (lambda take: known(take, 12.0), "care", "may be off by as much"),
         (lambda take: erring(take, 10.0), "care", "Known to within 16°"),
         (lambda take: take.saying(Event("warning", "exchanged", about="left and right")), "care", "exchanged"),
         (lambda take: take.saying(Event("warning", "feet out of view", about="view")), "care", "feet out of view"),

@@ -52,6 +52,9 @@ def test_limits_of_agreement_by_hand():
     assert change.bias == pytest.approx(3.0)
     assert change.sd == pytest.approx(2.0)
     assert (change.lower, change.upper) == pytest.approx((3 - 1.96 * 2, 3 + 1.96 * 2))
+    margin = 4.3027 * 2 / np.sqrt(3)  # Student's t of two degrees of freedom, 97.5 %
+    assert (change.mean_lower, change.mean_upper) == pytest.approx((3 - margin, 3 + margin), abs=1e-3)
+    assert not change.of_the_mean
 
 
 def test_the_first_visit_is_the_one_that_the_manifest_names_first():

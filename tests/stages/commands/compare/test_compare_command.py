@@ -18,8 +18,10 @@ from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.motion.angles import ANGLES, OF_BOTH, near
 from pcnet3d.stages.commands.compare.align import correlated, size_ratio, turn_deg, turned
 from pcnet3d.stages.commands.compare.command import compare, compared
+from pcnet3d.stages.commands.compare.comparison import figures, result
 from pcnet3d.stages.commands.compare.cycles import spans
-from pcnet3d.stages.commands.compare.side import load_side, named_apart
+from pcnet3d.stages.commands.compare.page import as_page
+from pcnet3d.stages.commands.compare.side import load_side, named_apart, one_clock
 from pcnet3d.stages.commands.compare.wrists import limbs_of
 
 LATE_S = 0.5
@@ -133,7 +135,7 @@ def test_files_and_page(cameras, against_truth, runs):
         "raw 2D, right wrist",
     ):
         assert words in page
-    assert "View-consistency" in (runs / "side/compare/compare.html").read_text()
+    assert "Spread of each angle between the runs" in (runs / "side/compare/compare.html").read_text()
     assert page.count("<script") == 1  # reads off the charts
     assert len(page) < 10e6
 
@@ -144,9 +146,9 @@ def test_the_page_of_two_runs_begins_with_what_came_of_it(cameras, runs):
     assert "front against side: one motion" in head
     names = [re.search(r"<h2>([^<]+)</h2>", section).group(1) for section in sections]
     assert names == [
-        "At the same moments", "Agreement of the angles", "Agreement of the joints", "Ranges of motion", "Cycles",
-        "Angles over time and differences", "Wrist paths and accelerations", "View-consistency",
-        "How they were brought together",
+        "At the same moments", "Ranges of motion", "Walking and repetitions", "Agreement of the angles",
+        "Agreement of the joints", "Cycles",
+        "Angles over time and differences", "Wrist paths and accelerations", "How they were brought together",
     ]  # fmt: skip
     shown = dict(zip(names, sections, strict=True))
     assert shown["At the same moments"].count('class="skeleton"') == 6
@@ -223,11 +225,66 @@ def test_takes_of_different_motions_have_their_cycles_compared(sides):
     assert "different motions" in found.warnings[0]
     still = {name: np.zeros(len(values)) for name, values in other.items()}
     nothing = compared([sides[0], replace(sides[1], angles=still, measures=None)], align="cycles")
-    assert "nothing is compared" in nothing.warnings[-1]
+    assert next(result(nothing.pairs[0], "side")).endswith("compared: nothing")
     visits = compared(sides, align="cycles").pairs[0]
-    assert not any("nothing is compared" in said for said in compared(sides, align="cycles").warnings)
+    assert re.search(r"compared: the ranges of motion and \d kinds? of cycle$", next(result(visits, "side")))
     assert visits.agreement == {}
     assert max(c.agreement["difference_deg"] for c in visits.cycles if c.kind == "arm raises") < 0.5
+
+
+def of_visit(side, low_deg, high_deg, speed):
+    """The side as a take with one range of motion, known to 4 degrees, and one walking speed, known to 0.05 m/s."""
+    ranges = {"r_knee_flexion": {"p05_deg": low_deg, "p95_deg": high_deg, "p05_p95_deg": high_deg - low_deg}}
+    ranges["r_knee_flexion"] |= {"p05_p95_error_deg": 4.0, "sd_deg": 3.0}
+    walking = {"walking_speed": speed, "walking_speed_error": 0.05, "steps": 4}
+    return replace(side, measures={"range_of_motion": ranges, "walking": walking}, metric=True)
+
+
+def test_a_difference_of_two_visits_stands_with_its_error(sides):
+    visits = [of_visit(sides[0], 5.0, 55.0, 1.0), of_visit(sides[1], 5.0, 75.0, 1.1)]
+    found = compared(visits)
+    knee, speed = found.pairs[0].changes
+    assert (knee.item, knee.by, knee.error) == ("r_knee_flexion", 20.0, pytest.approx(np.hypot(4, 4)))
+    assert not knee.within_error  # 20 of 1.645 * 5.7
+    assert speed.within_error  # 0.10 of 1.645 * 0.071
+    said = list(result(found.pairs[0], "side"))[-1]
+    assert said.startswith(
+        "1 of 2 ranges of motion and figures of movements differ by more than the error (90 %"
+    )
+    assert said.endswith("front less side: range of right knee flexion +20 ± 5.7°")
+    page = as_page(found)
+    assert 'data-label="right: difference">+20 ± 5.7</td>' in page
+    assert "<td class=soft>+0.1 ± 0.071</td>" in page
+    (entry,) = (one for one in figures(found)["pairs"]["front"]["changes"] if one["unit"] == "m/s")
+    assert (entry["reference"], entry["value"], entry["within_error"]) == (1.0, 1.1, True)
+
+
+def test_visits_that_are_alike_differ_in_nothing(sides):
+    visits = [of_visit(side, 5.0, 55.0, 1.0) for side in sides]
+    assert list(result(compared(visits).pairs[0], "side"))[-1].startswith("None of 2 ranges")
+    unknown = replace(visits[1], metric=False)  # whose lengths are in a unit of its own
+    assert [change.item for change in compared([visits[0], unknown]).pairs[0].changes] == ["r_knee_flexion"]
+
+
+def test_estimators_of_one_recording_are_no_visits(sides):
+    """Their errors are not independent, so nothing is said of changes."""
+    visits = [of_visit(sides[0], 5.0, 55.0, 1.0), replace(of_visit(sides[0], 5.0, 75.0, 1.0), name="twin")]
+    assert not any("ranges of motion" in said for said in result(compared(visits).pairs[0], "side"))
+
+
+def test_parts_of_one_recording_that_share_no_time_are_two_takes(sides):
+    later = replace(sides[0], name="later", time_s=sides[0].time_s + 100.0)
+    assert not one_clock(later, sides[0])
+    found = compared([sides[0], later])
+    assert found.pairs[0].alignment is None
+    assert "share no second" in found.warnings[0]
+    assert one_clock(replace(later, time_s=sides[0].time_s + 3.0), sides[0])
+
+
+def test_a_folder_may_be_called_as_an_address_is(runs, tmp_path, monkeypatch):
+    shutil.copytree(runs / "side", tmp_path / "part0:3")
+    monkeypatch.chdir(tmp_path)
+    assert load_side(Path("part0:3")).name == "part0:3"
 
 
 def test_heading_and_size_are_found(sides):
