@@ -54,9 +54,9 @@ class OnnxFile:
         """Inputs and outputs in words, for a message."""
         return f"inputs {_words(self.inputs)}; outputs {_words(self.outputs)}"
 
-    def run(self, value: np.ndarray) -> list[np.ndarray]:
-        """Every output for the value of the first input."""
-        return self.session.run(None, {next(iter(self.inputs)): value})
+    def run(self, *values: np.ndarray) -> list[np.ndarray]:
+        """Every output, for a value of each input in their order."""
+        return self.session.run(None, dict(zip(self.inputs, values, strict=True)))
 
 
 _WARNINGS, _SILENT = (
