@@ -27,8 +27,11 @@ class Answers:
     @staticmethod
     def none(rows: int, points: int, joints: int, source: str) -> Answers:
         """Of that many rows, before anything was looked at."""
-        shapes = (rows, points, 3), (rows, joints), (rows,)
-        return Answers(*(np.full(shape, np.nan, np.float32) for shape in shapes), 0, source)
+
+        def nothing(*shape: int) -> np.ndarray:
+            return np.full(shape, np.nan, np.float32)
+
+        return Answers(nothing(rows, points, 3), nothing(rows, joints), nothing(rows), 0, source)
 
     def save(self, path: Path) -> None:
         """Write them as plain arrays; all of the file or none."""

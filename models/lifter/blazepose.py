@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from ...pipeline.layouts import BLAZEPOSE33, H36M17, Layout
+from ...pipeline.layouts import BLAZEPOSE33, H36M17
 from ...pipeline.rotations import is_finite, rotate
 from ..common.onnx import OnnxFile
 from ..detector.blazepose import is_blazepose
@@ -37,7 +37,7 @@ class BlazePose:
     network: OnnxFile
     kind = "blazepose"
     licence = "Apache-2.0 (MediaPipe)"
-    layout: Layout = BLAZEPOSE33
+    layout = BLAZEPOSE33
     unit = "m"
     mirror = BLAZEPOSE33.mirror
     enough = 0.5  # probability from which the answer counts, as in MediaPipe

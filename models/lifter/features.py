@@ -54,8 +54,8 @@ def features(
 
     count = np.maximum(present.sum(axis=-1), 1)
     size = np.sqrt((turned**2).sum(axis=(-2, -1)) / count)
-    mean_size = np.maximum(averaged(size, seen), 1e-6)
-    way = (centre - np.stack([averaged(centre[..., i], seen) for i in (0, 1)], axis=-1)) / mean_size[
+    mean_size = np.maximum(_averaged(size, seen), 1e-6)
+    way = (centre - np.stack([_averaged(centre[..., i], seen) for i in (0, 1)], axis=-1)) / mean_size[
         ..., None
     ]
     image = np.clip(turned / mean_size[..., None, None], -5, 5)
@@ -130,12 +130,14 @@ def _filled(centre: np.ndarray, seen: np.ndarray) -> np.ndarray:
     return np.take_along_axis(centre, source[..., None], axis=-2)
 
 
-def averaged(values: np.ndarray, seen: np.ndarray, half: int = HALF_WINDOW) -> np.ndarray:
-    """(..., T) mean of the values that are seen, (T,) or (..., T), within `half` frames on each side; of what there is
-    at the ends of a take."""
-    frames, seen = values.shape[-1], np.broadcast_to(seen, values.shape)
+def _averaged(values: np.ndarray, seen: np.ndarray) -> np.ndarray:
+    """(..., T) mean of the seen values within HALF_WINDOW frames; of what there is at the ends of a take."""
+    frames = values.shape[-1]
     sums = np.cumsum(np.stack([np.where(seen, values, 0.0), seen], axis=-1), axis=-2)
     sums = np.concatenate([np.zeros_like(sums[..., :1, :]), sums], axis=-2)
     frame = np.arange(frames)
-    window = sums[..., np.minimum(frame + half + 1, frames), :] - sums[..., np.maximum(frame - half, 0), :]
+    window = (
+        sums[..., np.minimum(frame + HALF_WINDOW + 1, frames), :]
+        - sums[..., np.maximum(frame - HALF_WINDOW, 0), :]
+    )
     return window[..., 0] / np.maximum(window[..., 1], 1)

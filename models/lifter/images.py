@@ -20,7 +20,6 @@ from ...pipeline.rotations import is_finite
 from ...pipeline.running.interrupt import Keeper, interruptible
 from ...pipeline.running.progress import counted
 from ...pipeline.take import Video
-from ..common.onnx import OnnxFile
 from .answers import Answers
 from .input import checked_size, long_gaps, on_grid, refuse_two_people
 from .scaling import filled
@@ -88,14 +87,18 @@ class ImageNetwork(Protocol):
         centre in the same unit, where the network knows it; and what the history is to say.
     """
 
-    network: OnnxFile
-    kind: str
-    licence: str
-    layout: Layout
-    unit: str
-    mirror: np.ndarray
-    enough: float
-
+    @property
+    def kind(self) -> str: ...
+    @property
+    def licence(self) -> str: ...
+    @property
+    def layout(self) -> Layout: ...
+    @property
+    def unit(self) -> str: ...
+    @property
+    def mirror(self) -> np.ndarray: ...
+    @property
+    def enough(self) -> float: ...
     @property
     def size(self) -> tuple[int, int]: ...
     def crops(self, pixels: np.ndarray, confidence: np.ndarray, rows: np.ndarray) -> Crops: ...

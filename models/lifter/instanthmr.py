@@ -48,7 +48,7 @@ class InstantHMR:
     network: OnnxFile
     kind = "instanthmr"
     licence = "SAM License (Meta)"
-    layout: Layout = _LAYOUT
+    layout = _LAYOUT
     unit = "m"
     mirror = np.append(_LAYOUT.mirror, len(_LAYOUT))
     enough = 0.0  # it never says that there is nobody

@@ -7,8 +7,8 @@ from the middle of the hips (`simcc_3d_label.py`; rtmlib divides by another axis
 is the lower of its peaks in x and y (MMPose get_simcc_maximum); it is no probability.
 
 The network sees pixels and metres of depth, but not how many metres a pixel is. MMPose takes the depth of the hips from
-the user's data; here it is the one at which the limbs are as long as those of a person 1.7 m tall, averaged over a
-second. So bodies have no scale of their own, and stay of one size when the person comes nearer.
+the user's data; here it is the one at which the limbs are as long as those of a person 1.7 m tall, on a straight line
+over a second around each frame. So bodies have no scale of their own, and keep their size when the person comes nearer.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ from typing import Any
 import numpy as np
 
 from ...pipeline.anthropometry import LIMBS
-from ...pipeline.layouts import COCO23, Layout
+from ...pipeline.layouts import COCO23
 from ...pipeline.rotations import rotate, transpose
 from ..common.onnx import OnnxFile
 from ..detector.rtmpose import DEVIATION, MEAN
 from .crop_rays import from_ray
-from .features import ASSUMED_FOCAL, averaged, ray_rotation
+from .features import ASSUMED_FOCAL, ray_rotation
 from .images import Crops, Seen, View, upright_crops
 
 _JOINTS = 133  # COCO-WholeBody, of which the body's and the feet's come first
@@ -43,7 +43,7 @@ class RTMW3D:
     network: OnnxFile
     kind = "rtmw3d"
     licence = "Apache-2.0 (MMPose), trained on Human3.6M among others, which is for research only"
-    layout: Layout = COCO23
+    layout = COCO23
     unit = "arbitrary"
     mirror = COCO23.mirror
     enough = 0.3  # mean score, as of the SimCC detectors
@@ -115,9 +115,19 @@ def _distance(across: np.ndarray, away: np.ndarray) -> np.ndarray:
             (rest**2).sum(axis=-1) + depth**2 - _LENGTHS**2,
         ]
     )
-    there = np.isfinite(terms).all(axis=0)
-    sums = np.where(there, terms, 0.0).sum(axis=-1)
-    a, b, c = averaged(sums, there.any(axis=-1), _HALF_SECOND)
+    a, b, c = np.where(np.isfinite(terms).all(axis=0), terms, 0.0).sum(axis=-1)
     with np.errstate(invalid="ignore", divide="ignore"):
         distance = (np.sqrt(b**2 - a * c) - b) / a
-    return np.where(there.any(axis=-1) & (distance > 0), distance, np.nan)
+    return _straightened(np.where(distance > 0, distance, np.nan))
+
+
+def _straightened(distance: np.ndarray) -> np.ndarray:
+    """(T,) by a straight line of its logarithm through the frames around each; NaN stays NaN."""
+    from scipy.signal import savgol_filter
+
+    seen, frame = np.isfinite(distance), np.arange(len(distance))
+    window = min(2 * _HALF_SECOND + 1, len(distance) - (len(distance) + 1) % 2)
+    if window < 3 or not seen.any():
+        return distance
+    filled = np.interp(frame, frame[seen], np.log(distance[seen]))
+    return np.where(seen, np.exp(savgol_filter(filled, window, 1)), np.nan)
