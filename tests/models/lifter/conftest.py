@@ -186,9 +186,10 @@ def markers(tmp_path):
 @pytest.fixture
 def instanthmr(tmp_path):
     """instanthmr(joints (70, 3), place (3,)) -> file of InstantHMR's inputs and outputs: the same answer to any image,
-    but the nose's z is greater by the mean of the image; without a place that is `cliff_cond`. left_out: an output."""
+    but the nose's z is greater by the mean of the image; without a place that is `cliff_cond`. left_out: an output.
+    fails_from: the first number of `cliff_cond` from which it fails."""
 
-    def make(joints, place=None, left_out="", metadata=(), name="instanthmr.onnx"):
+    def make(joints, place=None, left_out="", metadata=(), fails_from=None, name="instanthmr.onnx"):
         shapes = {
             "mhr_params": (204,), "shape_params": (45,), "cam_trans": (3,), "joints_2d": (70, 2), "joints_3d": (70, 3),
         }  # fmt: skip
@@ -196,6 +197,8 @@ def instanthmr(tmp_path):
         nose_z[0, MHR70.index("nose"), 2] = 1
         weights = {f"{name}_0": np.zeros((1, *shape), np.float32) for name, shape in shapes.items()}
         weights |= {"joints_3d_0": np.asarray(joints, np.float32)[None], "nose_z": nose_z}
+        weights |= {"first": np.array([0]), "row": np.array([1])}
+        weights["limit"] = np.float32(10 if fails_from is None else fails_from)
         if place is not None:
             weights["cam_trans_0"] = np.asarray(place, np.float32)[None]
         node = helper.make_node
@@ -203,7 +206,12 @@ def instanthmr(tmp_path):
             node("ReduceMean", ["image"], ["mean"], axes=[1, 2, 3], keepdims=0),
             node("Mul", ["mean", "nose_z"], ["shift"]),
             node("Add", ["joints_3d_0", "shift"], ["joints_3d"]),
-            node("Identity", ["cliff_cond" if place is None else "cam_trans_0"], ["cam_trans"]),
+            node("Identity", ["cliff_cond" if place is None else "cam_trans_0"], ["where"]),
+            node("Gather", ["cliff_cond", "first"], ["across"], axis=1),
+            node("GreaterOrEqual", ["across", "limit"], ["is_beyond"]),
+            node("Cast", ["is_beyond"], ["beyond"], to=TensorProto.INT64),
+            node("Reshape", ["beyond", "row"], ["row_of_one"]),
+            node("Gather", ["where", "row_of_one"], ["cam_trans"], axis=0),  # there is no second row
             *(
                 node("Identity", [f"{name}_0"], [name])
                 for name in ("mhr_params", "shape_params", "joints_2d")
