@@ -24,6 +24,7 @@ import numpy as np
 from ...pipeline.errors import InputError
 from ...pipeline.layouts import MHR70, Layout
 from ...pipeline.rotations import rotate, transpose
+from ..common import download
 from ..common.onnx import OnnxFile
 from .features import ray_rotation
 from .images import Crops, Seen, View, upright_crops
@@ -47,7 +48,7 @@ class InstantHMR:
 
     network: OnnxFile
     kind = "instanthmr"
-    licence = "SAM License (Meta)"
+    licence = download.INSTANTHMR.licence
     layout = _LAYOUT
     unit = "m"
     mirror = np.append(_LAYOUT.mirror, len(_LAYOUT))

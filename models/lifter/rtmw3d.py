@@ -21,6 +21,7 @@ import numpy as np
 from ...pipeline.anthropometry import LIMBS
 from ...pipeline.layouts import COCO23
 from ...pipeline.rotations import rotate, transpose
+from ..common import download
 from ..common.onnx import OnnxFile
 from ..detector.rtmpose import DEVIATION, MEAN
 from .crop_rays import from_ray
@@ -42,7 +43,7 @@ class RTMW3D:
 
     network: OnnxFile
     kind = "rtmw3d"
-    licence = "Apache-2.0 (MMPose), trained on Human3.6M among others, which is for research only"
+    licence = download.RTMW3D.licence
     layout = COCO23
     unit = "arbitrary"
     mirror = COCO23.mirror
@@ -130,4 +131,4 @@ def _straightened(distance: np.ndarray) -> np.ndarray:
     if window < 3 or not seen.any():
         return distance
     filled = np.interp(frame, frame[seen], np.log(distance[seen]))
-    return np.where(seen, np.exp(savgol_filter(filled, window, 1)), np.nan)
+    return np.where(seen, np.exp(np.asarray(savgol_filter(filled, window, 1))), np.nan)
