@@ -161,13 +161,13 @@ def _focal(said: dict[str, Any]) -> list[str]:
         guess = f"The focal length is unknown and taken for {said['focal_px']:.0f} pixels (--focal)."
         return [] if known else [guess]
     if said.get("placed_by_the_lifter"):
-        place = f"Where the person is is the lifter's own word, at a focal length of {said['focal_px']:.0f} pixels"
-        return [f"{place}; it states no error."]
+        path = "The pelvis's path before the camera is the lifter's own"
+        return [f"{path}, at a focal length of {said['focal_px']:.0f} pixels; it states no error."]
     if said.get("focal_of_the_network"):
         guess = (
             f"The lifter takes the focal length for {said['focal_px']:.0f} pixels, which nobody has measured"
         )
-        return [f"{guess}, so its own word on where the person is is not used (--focal)."]
+        return [f"{guess}, so its own path of the pelvis before the camera is not used (--focal)."]
     if "bearing_deg" not in said:
         text = "The lifter sees where in the picture the person is; the focal length is not used."
         return [text] if known else []
