@@ -40,7 +40,9 @@ SEGMENTS: dict[tuple[str, str], float] = {
     },
 }
 
-_LIMBS = ("knee", "ankle", "elbow", "wrist")
+LIMBS = {
+    bone: part for bone, part in SEGMENTS.items() if bone[1].endswith(("knee", "ankle", "elbow", "wrist"))
+}
 
 
 def implied_stature(joints: np.ndarray) -> float:
@@ -49,9 +51,9 @@ def implied_stature(joints: np.ndarray) -> float:
     joints: (T, 17, 3), H36M17. NaN when no limb bone is ever complete.
     """
     measured, fractions = 0.0, 0.0
-    for (start, end), fraction in SEGMENTS.items():
+    for (start, end), fraction in LIMBS.items():
         length = np.linalg.norm(joints[:, H36M17.index(end)] - joints[:, H36M17.index(start)], axis=-1)
-        if end.endswith(_LIMBS) and np.isfinite(length).any():
+        if np.isfinite(length).any():
             measured += float(np.nanmedian(length))
             fractions += fraction
     return measured / fractions if fractions else float("nan")

@@ -11,7 +11,9 @@ import numpy as np
 from ..models import load_lifter, load_rectifier
 from ..models.gravity import known_moving_up, known_up, told_up
 from ..models.gravity.levelling import Camera as CameraMotion
+from ..models.lifter.answers import Answers, load_answers
 from ..models.lifter.builtin import OwnLifter
+from ..models.lifter.images import ImageLifter
 from ..pipeline.camera import Camera
 from ..pipeline.files.video_frames import shown_size
 from ..pipeline.intrinsics import undistorted
@@ -35,6 +37,8 @@ class Lift:
     (models.load_lifter). image_size: the image's width and height in pixels, for a take without a video;
     focal_px: the focal length, if known; flip: average with the lift of the mirrored person. parity: what to do when
     left and right of the lift look exchanged. camera, gravity, pitch_deg, roll_deg: of stages.rectify.
+    checkpoint: a file for what a lifter that looks at the images has answered so far, written every minute. resume: the
+    file of an interrupted run to go on from.
     """
 
     lifter: str = "pcnet3d"
@@ -47,6 +51,8 @@ class Lift:
     gravity: tuple[float, float, float] | None = None
     pitch_deg: float | None = None
     roll_deg: float | None = None
+    checkpoint: Path | None = None
+    resume: Path | None = None
     _opened: Lifter = field(init=False, repr=False, compare=False)
 
     name: ClassVar[str] = "lift"
@@ -61,7 +67,10 @@ class Lift:
         size = self.image_size or (shown_size(take.video) if take.video else None)
         keypoints, intrinsics = take.need("keypoints"), take.camera.intrinsics if take.camera else None
         if intrinsics is not None:
-            keypoints = keypoints.with_(joints=undistorted(keypoints.joints, intrinsics))
+            if not isinstance(
+                self._opened, ImageLifter
+            ):  # which looks at distorted images, and straightens itself
+                keypoints = keypoints.with_(joints=undistorted(keypoints.joints, intrinsics))
             keypoints = keypoints.noted(
                 "undistort", camera=intrinsics.name, file=Path(intrinsics.source).name
             )
@@ -74,7 +83,7 @@ class Lift:
                 )
                 take = take.saying(Event("repair", text))
         focal_px, guessed = self._focal_px(take.camera)
-        poses = self._opened.lift(keypoints, size, focal_px, self.flip, take.video)
+        poses = self._lifted(take, keypoints, size, focal_px)
         if isinstance(self._opened, OwnLifter) and (up := self._known_up(take.camera, poses)) is not None:
             poses = self._opened.lift(keypoints, size, focal_px, self.flip, take.video, up)
         if guessed:  # what phones usually have is no knowledge of this camera
@@ -94,6 +103,21 @@ class Lift:
             *(Event("warning", text) for text in warnings),
         )
         return take.with_(poses=poses, findings=findings_of(poses)).saying(*events)
+
+    def _lifted(
+        self, take: Take, keypoints: PoseSequence, size: tuple[int, int] | None, focal_px: float | None
+    ) -> PoseSequence:
+        if not isinstance(self._opened, ImageLifter):
+            return self._opened.lift(keypoints, size, focal_px, self.flip, take.video)
+        before = None if self.resume is None else load_answers(self.resume)
+        intrinsics = take.camera.intrinsics if take.camera else None
+        return self._opened.lift(
+            keypoints, size, focal_px, self.flip, take.video, intrinsics, before, self._keep
+        )
+
+    def _keep(self, answers: Answers) -> None:
+        if self.checkpoint is not None:
+            answers.save(self.checkpoint)
 
     def _known_up(self, camera: Camera | None, poses: PoseSequence) -> np.ndarray | None:
         """(3,) unit, which way is up in a camera that stands still, or (T, 3) in one that moves, where that is known
@@ -130,7 +154,8 @@ def _without_strays(seen: PoseSequence, keypoints: PoseSequence) -> tuple[PoseSe
 def _who(said: dict[str, Any]) -> str:
     if said["kind"] == "pcnet3d":
         return f"The poses are the built-in lifter's, from the 2D keypoints (network {said['model']})."
-    return f"The poses are the lift by {said['model']}, a network of the kind {said['kind']}."
+    licence = f", published under {said['licence']}" if "licence" in said else ""
+    return f"The poses are the lift by {said['model']}, a network of the kind {said['kind']}{licence}."
 
 
 def _focal(said: dict[str, Any]) -> list[str]:
@@ -139,6 +164,14 @@ def _focal(said: dict[str, Any]) -> list[str]:
     if said["kind"] == "pcnet3d":
         guess = f"The focal length is unknown and taken for {said['focal_px']:.0f} pixels (--focal)."
         return [] if known else [guess]
+    if said.get("placed_by_the_lifter"):
+        path = "The pelvis's path before the camera is the lifter's own"
+        return [f"{path}, at a focal length of {said['focal_px']:.0f} pixels; it states no error."]
+    if said.get("focal_of_the_network"):
+        guess = (
+            f"The lifter takes the focal length for {said['focal_px']:.0f} pixels, which nobody has measured"
+        )
+        return [f"{guess}, so its own path of the pelvis before the camera is not used (--focal)."]
     if "bearing_deg" not in said:
         text = "The lifter sees where in the picture the person is; the focal length is not used."
         return [text] if known else []
@@ -155,5 +188,7 @@ def _gaps(said: dict[str, Any]) -> list[str]:
     texts = {
         "frames_without_joints": "frames have no keypoints for too long to be lifted.",
         "frames_without_person": "frames have keypoints, but the lifter sees nobody in their pictures.",
+        "frames_without_numbers": "frames have keypoints, but the lifter's answer to them is no number.",
+        "frames_without_scale": "frames have limbs that are longer in depth alone than any person's.",
     }
     return [f"{said[key]} {text}" for key, text in texts.items() if said.get(key)]

@@ -1,6 +1,8 @@
-"""Networks of others that are downloaded when they are first asked for by name, once, and checked by their SHA-256.
+"""Networks of others that go by a name: downloaded when they are first asked for, once, and checked by their SHA-256;
+or, where a licence is the user's to accept, put in place by hand.
 
-The digests are those of the .onnx files as they lie at these addresses, or in the archives there (end2end.onnx).
+The digests are those of the .onnx files as they lie at these addresses, or in the archives there (end2end.onnx). They
+were taken from the files, but for RTMW3D's, which several projects that load this file state alike.
 """
 
 from __future__ import annotations
@@ -20,8 +22,8 @@ _SECONDS = 30  # without an answer, until a download is given up
 @dataclass(frozen=True)
 class Network:
     """A model (pipeline.plugins.protocols.Model) that opens as its .onnx file. name: what the option --KIND takes.
-    kind: detector, person-detector or gravity-network. url: of the .onnx file or of a .zip that holds one. sha256,
-    megabytes: of the .onnx file. licence: shown before a download."""
+    kind: detector, person-detector, lifter or gravity-network. url: of the .onnx file or of a .zip that holds one.
+    sha256, megabytes: of the .onnx file. licence: shown before a download."""
 
     name: str
     kind: str
@@ -34,14 +36,13 @@ class Network:
     @property
     def what(self) -> str:
         """One line for `pcnet3d list models`."""
-        return f"{self.about}; {self.licence} ({self.megabytes} MB, {self.sha256[:12]}, downloaded when first used)"
+        there = "downloaded" if self.is_there else "downloaded when first used"
+        return f"{self.about}; {self.licence} ({self.megabytes} MB, {self.sha256[:12]}, {there})"
 
     @property
     def path(self) -> Path:
         """Where the file lies, or is to be put by hand."""
-        import pooch
-
-        return Path(pooch.os_cache(_FOLDER)) / f"{self.name}.onnx"
+        return _path_of(self.name)
 
     @property
     def is_there(self) -> bool:
@@ -76,6 +77,46 @@ class Network:
                 f"put it at {self.path} (.onnx file, SHA-256 {self.sha256}), or give a file of your own with "
                 f"--{self.kind} FILE.onnx."
             ) from None
+
+
+@dataclass(frozen=True)
+class ByHand:
+    """A model that opens as an .onnx file which is never downloaded, since its licence is the user's to accept. name:
+    what the option --KIND takes. kind: as of Network. page: where the user gets it, file: what it is called there.
+    licence: its name and, in words, what it asks."""
+
+    name: str
+    kind: str
+    about: str
+    page: str
+    file: str
+    licence: str
+
+    @property
+    def what(self) -> str:
+        """One line for `pcnet3d list models`."""
+        there = "there" if self.path.is_file() else "not there"
+        return f"{self.about}; {self.licence} (never downloaded; {there}: {self.path})"
+
+    @property
+    def path(self) -> Path:
+        """Where it is to be put."""
+        return _path_of(self.name)
+
+    def open(self) -> Path:
+        """The file. InputError that says where to get it when it is not there."""
+        if not self.path.is_file():
+            raise InputError(
+                f"The network '{self.name}' is never downloaded, for its licence is yours to accept ({self.licence}): "
+                f"get {self.file} from {self.page} and put it at {self.path}, or give it with --{self.kind} FILE.onnx."
+            )
+        return self.path
+
+
+def _path_of(name: str) -> Path:
+    import pooch
+
+    return Path(pooch.os_cache(_FOLDER)) / f"{name}.onnx"
 
 
 _OPENMMLAB = "https://download.openmmlab.com/mmpose/v1/projects/rtmposev1/onnx_sdk"
@@ -115,6 +156,24 @@ YOLOX = Network(
     "ceb11c07298f95c50d7c5abeb906d03340c85f23aa79e3e66966e7fb6c307250",
     20.0,
     "Apache-2.0 (MMPose), trained on COCO and Human-Art, the latter for non-commercial use",
+)
+RTMW3D = Network(
+    "rtmw3d",
+    "lifter",
+    "RTMW3D-x, looks at the images; no scale of its own",
+    "https://huggingface.co/Soykaf/RTMW3D-x/resolve/main/onnx/"
+    "rtmw3d-x_8xb64_cocktail14-384x288-b0a0eab7_20240626.onnx",
+    "4a289c0e99d47eb595e99679d9d4a2d1def1b4241f9adcbafba44b9ff585ebcd",
+    369.3,
+    "Apache-2.0 (MMPose), trained on Human3.6M among others, which is for research only",
+)
+INSTANTHMR = ByHand(
+    "instanthmr",
+    "lifter",
+    "InstantHMR, looks at the images; metres, and where the person is if the focal length is known",
+    "https://huggingface.co/momolesang/InstantHMR",
+    "instanthmr.onnx",
+    "SAM License (Meta), which rules out military, nuclear and other uses, and asks publications to name it",
 )
 GEOCALIB = Network(
     "geocalib",

@@ -54,9 +54,9 @@ class OnnxFile:
         """Inputs and outputs in words, for a message."""
         return f"inputs {_words(self.inputs)}; outputs {_words(self.outputs)}"
 
-    def run(self, value: np.ndarray) -> list[np.ndarray]:
-        """Every output for the value of the first input."""
-        return self.session.run(None, {next(iter(self.inputs)): value})
+    def run(self, *values: np.ndarray) -> list[np.ndarray]:
+        """Every output, for a value of each input in their order."""
+        return self.session.run(None, dict(zip(self.inputs, values, strict=True)))
 
 
 _WARNINGS, _SILENT = (
@@ -88,7 +88,7 @@ def session_of(content: bytes, threads: int = 0, device: str = CPU) -> Any:
 
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads = threads or cores()
-    options.log_severity_level = 3
+    options.log_severity_level = _SILENT  # what fails is raised as well
     # Threads that wait for the next image in a loop hold the cores that decode it.
     options.add_session_config_entry("session.intra_op.allow_spinning", "0")
     if device == CPU:

@@ -16,8 +16,8 @@ from ..common.onnx import OnnxFile
 from .crops import Crop, box_around, fitted
 from .protocols import Found
 
-_MEAN = np.array([123.675, 116.28, 103.53], dtype=np.float32)
-_DEVIATION = np.array([58.395, 57.12, 57.375], dtype=np.float32)
+MEAN = np.array([123.675, 116.28, 103.53], dtype=np.float32)
+DEVIATION = np.array([58.395, 57.12, 57.375], dtype=np.float32)
 _SEEN = 0.3  # score from which a joint belongs into the person's box, MMPose's own threshold for drawing
 LAYOUTS = {17: COCO17, 26: HALPE26, 133: COCO23}  # by number of joints, of which the first count
 
@@ -46,7 +46,7 @@ class SimCC:
 
     def look(self, image: np.ndarray, crop: Crop) -> Found:
         """As CropNetwork says."""
-        cropped = (crop.cut(image, self._size) - _MEAN) / _DEVIATION
+        cropped = (crop.cut(image, self._size) - MEAN) / DEVIATION
         bins = dict(
             zip(self._network.outputs, self._network.run(cropped.transpose(2, 0, 1)[None]), strict=True)
         )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from array import array
 from collections.abc import Callable, Sequence
 
@@ -12,15 +11,12 @@ from ...pipeline.errors import InputError
 from ...pipeline.files.detections import Detections
 from ...pipeline.files.video_frames import images_ahead
 from ...pipeline.messages import how_many
-from ...pipeline.running.interrupt import interruptible
+from ...pipeline.running.interrupt import Keeper, interruptible
 from ...pipeline.running.progress import counted
 from ...pipeline.take import Video
 from .protocols import Detector, Found
 from .scene_cuts import Glance
 from .tracker import Sighting, Tracker
-
-_KEEP_S = 60.0
-_KEEP_RARELY = 20  # times as long as the last writing took
 
 
 class _Rows:
@@ -154,8 +150,13 @@ def detect(
                 "--resume out to begin anew."
             )
         search.take_up(resume)
-    keep_at = time.monotonic() + _KEEP_S
     seen = total
+
+    def keep_now() -> None:
+        if search.people:
+            keep(search.detections(total, search.seen, source))
+
+    kept = Keeper(keep_now)
     with interruptible() as asked, counted("detect", total - first) as count:
         for number, image in images_ahead(video, search.seen, total - 1):
             search.look(number, float(video.time_s[number]), image)
@@ -163,10 +164,7 @@ def detect(
             if asked():
                 seen = search.seen
                 break
-            if (start := time.monotonic()) >= keep_at and search.people:
-                keep(search.detections(total, search.seen, source))
-                # Hours of video take seconds to write, which is to be a small part of the time.
-                keep_at = time.monotonic() + max(_KEEP_S, _KEEP_RARELY * (time.monotonic() - start))
+            kept()
     found = search.detections(total, seen, source)
     if search.people:
         keep(found)

@@ -126,7 +126,8 @@ class Lifter(Protocol):
         unknown; flip: average with the lift of the mirrored person; video: the one that the frame numbers are of
         -> the same rows as H36M17 in CAMERA axes relative to the pelvis. The last step of the history, "lift", has
         the options `model`, `kind`, `focal_px`, `focal_known`, `flip` and `frames_without_joints`, of a lifter that
-        sees a crop also `bearing_deg` and `turned_by_the_ray`. Raises InputError.
+        sees a crop also `bearing_deg` and `turned_by_the_ray`, or `focal_of_the_network` where it assumes a focal
+        length of its own; `placed_by_the_lifter` where it gives the root. Raises InputError.
     method: how results name it, "name@<hash>".
     """
 

@@ -95,7 +95,10 @@ Force = Annotated[
     bool, _option(_OUTPUT, "Overwrite the output folder even if pcnet3d did not create it.", "--force")
 ]
 Resume = Annotated[
-    bool, _option(_OUTPUT, "Continue the detection that was interrupted in this output folder.", "--resume")
+    bool,
+    _option(
+        _OUTPUT, "Continue the detection or lift that was interrupted in this output folder.", "--resume"
+    ),
 ]
 Pick = Annotated[
     bool,
@@ -162,7 +165,7 @@ class RunOptions(BaseModel):
     ] = None
     lifter: Annotated[
         str | None,
-        _option(_INPUT, "Lifter when --poses is absent: pcnet3d (built-in), or an .onnx file."),
+        _option(_INPUT, "Lifter when --poses is absent: a name of `pcnet3d list models`, or an .onnx file."),
         To(("lift.lifter",)),
     ] = None
     also_lifter: Annotated[

@@ -15,7 +15,7 @@ from .pick import pick as write_sheet
 from .plan import planned
 from .progress import stages, tell, tell_people, telling_of_kept
 from .recipe import Recipe
-from .run import checkpoint_of, run_files, run_people
+from .run import checkpoints_of, run_files, run_people
 
 
 @offering()
@@ -36,13 +36,13 @@ def run(
     if pick:
         write_sheet(options, output, chosen)
         return
-    detecting = chosen.has("detect")
+    kept = [path for stage, path in checkpoints_of(output).items() if chosen.has(stage)]
     if resume:
         chosen = _resumed(chosen, output)
     names = ["read", *(entry.use for entry in chosen.stages)]
     for entry in chosen.stages:
         debug(entry.use, ", ".join(f"{key}={value}" for key, value in entry.options.items()) or "defaults")
-    with telling_of_kept(checkpoint_of(output) if detecting else None, resume), stages(names) as done:
+    with telling_of_kept(kept, resume), stages(names) as done:
         if options.person == "all":
             people = run_people(options, output, chosen, force=force, done=done)
             takes = {f"person {run.person}: ": run.take for run in people if run.take}
@@ -65,9 +65,16 @@ def run(
 
 def _resumed(recipe: Recipe, output: Path) -> Recipe:
     """The recipe that goes on from what an interrupted run left, beside its folder or in it."""
-    if not recipe.has("detect"):
-        raise InputError("--resume is for the stage 'detect', which this run does not have.")
-    for path in (checkpoint_of(output), output / KEYPOINTS):
-        if path.is_file():
-            return recipe.with_options("detect", resume=path)
-    raise InputError(f"There is no interrupted run in {output} to go on with; leave --resume out.")
+    places = {stage: [path] for stage, path in checkpoints_of(output).items() if recipe.has(stage)}
+    if not places:
+        raise InputError("--resume is for the stages 'detect' and 'lift', which this run does not have.")
+    if "detect" in places:
+        places["detect"].append(output / KEYPOINTS)
+    found = {
+        stage: path for stage, paths in places.items() if (path := next(filter(Path.is_file, paths), None))
+    }
+    if not found:
+        raise InputError(f"There is no interrupted run in {output} to go on with; leave --resume out.")
+    for stage, path in found.items():
+        recipe = recipe.with_options(stage, resume=path)
+    return recipe

@@ -104,20 +104,21 @@ def now_and_then(what: str, total: int | None) -> Iterator[Callable[[int], None]
 
 
 @contextmanager
-def telling_of_kept(checkpoint: Path | None, resumed: bool) -> Iterator[None]:
-    """Say what there is to go on from: before a run that would begin anew, and after one that failed. checkpoint: where
-    a run keeps what it has detected; None for one that detects nothing."""
-    if checkpoint is not None and checkpoint.is_file() and not resumed:
+def telling_of_kept(checkpoints: Sequence[Path], resumed: bool) -> Iterator[None]:
+    """Say what there is to go on from: before a run that would begin anew, and after one that failed. checkpoints:
+    where a run keeps what it has detected and lifted."""
+    found = [str(path) for path in checkpoints if path.is_file()]
+    if found and not resumed:
         words = (
-            f"a run into this folder was interrupted, and what it had detected is kept in {checkpoint} until this one "
-            "has detected for a minute; --resume goes on from there"
+            f"a run into this folder was interrupted, and what it had done is kept in {' and '.join(found)} until this "
+            "one has done as much for a minute; --resume goes on from there"
         )
         say("note", words)
     try:
         yield
     except BaseException:
-        if checkpoint is not None and checkpoint.is_file():
-            words = "what was detected is kept; the same command with --resume goes on from there"
+        if any(path.is_file() for path in checkpoints):
+            words = "what was done is kept; the same command with --resume goes on from there"
             say("note", words)
         raise
 

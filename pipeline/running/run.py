@@ -27,11 +27,17 @@ _FRAME_BYTES, _FIXED_BYTES = 5000, 1 << 22  # of a run without its video; 18,000
 _WRITERS = ("detect", "record", "export", "report")  # stages that are told where the run's folder is
 
 
-def checkpoint_of(output: Path) -> Path:
-    """Where a run into that folder keeps what it has detected until it is complete; it stays when the run fails or is
-    killed."""
+_KEPT = {
+    "detect": KEYPOINTS,
+    "lift": "lift.npz",
+}  # stages that keep what they have done so far, and the file's name
+
+
+def checkpoints_of(output: Path) -> dict[str, Path]:
+    """By stage, where a run into that folder keeps what it has detected and lifted until it is complete; the files
+    stay when the run fails or is killed."""
     output = output.resolve()
-    return output.with_name(f".{output.name}.{KEYPOINTS}")
+    return {stage: output.with_name(f".{output.name}.{name}") for stage, name in _KEPT.items()}
 
 
 def run_files(
@@ -46,11 +52,13 @@ def run_files(
 
     done: called with "read" and then each stage's name, and its seconds. Raises InputError.
     """
-    kept = checkpoint_of(output)
-    recipe = _checked(recipe or load_recipe()).with_options("detect", checkpoint=kept)
+    recipe, kept = _checked(recipe or load_recipe()), checkpoints_of(output)
+    for stage, path in kept.items():
+        recipe = recipe.with_options(stage, checkpoint=path)
     with whole_folder(output, force, _inputs(options)) as folder:
         take = run_into(folder, options, recipe, done)
-    kept.unlink(missing_ok=True)
+    for path in kept.values():
+        path.unlink(missing_ok=True)
     return take
 
 
@@ -144,7 +152,7 @@ def _ended(person: Person, end: Take | InputError, folder: str | None) -> Person
 
 def _checked(recipe: Recipe) -> Recipe:
     for entry in recipe.stages:
-        if entry.use in _WRITERS and entry.options.keys() & {"folder", "checkpoint"}:
+        if entry.use in (*_WRITERS, *_KEPT) and entry.options.keys() & {"folder", "checkpoint"}:
             raise InputError(f"Stage '{entry.use}': the folder is the run's own (-o DIR), not the recipe's.")
     return recipe
 

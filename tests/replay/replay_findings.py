@@ -323,13 +323,14 @@ def killed(bench: Bench) -> Answer:
 import os, signal
 from pcnet3d.models.detector import video as detect_video
 from pcnet3d.pipeline.cli import main
+from pcnet3d.pipeline.running import interrupt
 shown = detect_video.images_ahead
 def killing(*asked):
     for number, picture in shown(*asked):
         if number == 15:
             os.kill(os.getpid(), signal.SIGKILL)
         yield number, picture
-detect_video.images_ahead, detect_video._KEEP_S, detect_video._KEEP_RARELY = killing, 0.0, 0
+detect_video.images_ahead, interrupt._KEEP_S, interrupt._KEEP_RARELY = killing, 0.0, 0
 main()
 """
     subprocess.run([sys.executable, "-c", script, *map(str, words)], capture_output=True, timeout=60)

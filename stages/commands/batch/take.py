@@ -21,7 +21,7 @@ from ....pipeline.plugins import registry
 from ....pipeline.pose import package_version
 from ....pipeline.reading.take import sha256
 from ....pipeline.running.recipe import load_recipe
-from ....pipeline.running.run import checkpoint_of
+from ....pipeline.running.run import checkpoints_of
 from .manifest import Entry
 from .study import figures
 from .workers import run_in_worker
@@ -102,7 +102,7 @@ def run_take(job: Job) -> Outcome:
             key = _key(job.entry, files)
             if kept.key == key:
                 return Outcome(name, "kept", seconds=kept.seconds, host=host, rows=figures(job.folder))
-            code, reason = _run(job, _detected_before(job, key))
+            code, reason = _run(job, _begun_before(job, key))
             seconds = round(time.perf_counter() - start, 2)
             if code:
                 _tidy(job.folder)
@@ -169,13 +169,14 @@ def _key(entry: Entry, files: dict[str, dict[str, str]]) -> str:
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
 
-def _detected_before(job: Job, key: str) -> bool:
-    """Whether a run of the same take that failed or was killed has left what it had detected; what a run of another
-    left there is removed."""
-    kept = checkpoint_of(job.folder)
+def _begun_before(job: Job, key: str) -> bool:
+    """Whether a run of the same take that failed or was killed has left what it had detected or lifted; what a run of
+    another left there is removed."""
+    kept = checkpoints_of(job.folder).values()
     if job.begun.is_file() and job.begun.read_text(encoding="utf-8") == key:
-        return kept.is_file()
-    kept.unlink(missing_ok=True)
+        return any(path.is_file() for path in kept)
+    for path in kept:
+        path.unlink(missing_ok=True)
     with whole_file(job.begun) as partial:
         partial.write_text(key, encoding="utf-8")
     return False

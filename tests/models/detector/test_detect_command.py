@@ -238,7 +238,7 @@ def test_a_full_disk(walk_film, toy, quick, tmp_path, limit):
     assert not [left for left in tmp_path.iterdir() if ".partial-" in left.name]
     kept = limit == 12_000
     assert (tmp_path / ".out.keypoints.npz").exists() == kept
-    assert ("what was detected is kept; the same command with --resume" in done.stderr) == kept
+    assert ("what was done is kept; the same command with --resume" in done.stderr) == kept
 
 
 def test_room_is_asked_for_before_the_detection(walk_film, toy, tmp_path, call, monkeypatch):
@@ -284,13 +284,14 @@ def test_killed_and_resumed(walk_film, toy, quick, tmp_path, call):
 import os, signal
 from pcnet3d.models.detector import video as detect_video
 from pcnet3d.pipeline.cli import main
+from pcnet3d.pipeline.running import interrupt
 shown = detect_video.images_ahead
 def killing(*asked):
     for number, picture in shown(*asked):
         if number == 25:
             os.kill(os.getpid(), signal.SIGKILL)
         yield number, picture
-detect_video.images_ahead, detect_video._KEEP_S, detect_video._KEEP_RARELY = killing, 0.0, 0
+detect_video.images_ahead, interrupt._KEEP_S, interrupt._KEEP_RARELY = killing, 0.0, 0
 main()
 """
     out = tmp_path / "part"

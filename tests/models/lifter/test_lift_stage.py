@@ -1,7 +1,6 @@
 """`pcnet3d run --lifter`: what the run says about another lifter, and what it refuses."""
 
 import json
-import sys
 
 import numpy as np
 import pytest
@@ -10,7 +9,6 @@ from pcnet3d.examples.walker.camera import side_camera
 from pcnet3d.examples.walker.files import write_files
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import InputError, load_recipe
-from pcnet3d.pipeline.cli import main
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_take
 from pcnet3d.stages.lift import Lift
@@ -27,19 +25,6 @@ def files(tmp_path_factory):
 @pytest.fixture(scope="module")
 def take(files):
     return open_take(RunOptions(video=files.video, keypoints=files.keypoints))
-
-
-@pytest.fixture
-def pcnet3d(monkeypatch, capsys):
-    """pcnet3d(*arguments) -> exit code, stderr."""
-
-    def run(*arguments):
-        monkeypatch.setattr(sys, "argv", ["pcnet3d", *map(str, arguments)])
-        with pytest.raises(SystemExit) as ended:
-            main()
-        return ended.value.code, capsys.readouterr().err
-
-    return run
 
 
 def test_a_mirrored_network_is_refused_and_put_right_when_asked(per_frame, facing_camera, take):

@@ -41,14 +41,14 @@ def upright():
 def test_the_crop_is_around_the_hips_and_holds_the_body(upright):
     crops = crops_around(upright, np.full((2, 17), np.nan), np.arange(2))
     assert_allclose(crops.centre, [[300, 200]] * 2)
-    assert_allclose(crops.side, 250)  # 2 x 1.25 x 100; the head does not count
+    assert_allclose(crops.size, 250)  # 2 x 1.25 x 100; the head does not count
     assert_allclose(crops.R_image_from_crop, [np.eye(2)] * 2, atol=1e-12)
 
 
 def test_doubtful_keypoints_do_not_widen_the_crop(upright):
     confidence = np.full((2, 17), 0.9)
     confidence[0, H36M17.index("l_ankle")] = 0.1
-    sides = crops_around(upright, confidence, np.arange(2)).side
+    sides = crops_around(upright, confidence, np.arange(2)).size[:, 0]
     assert sides[0] < 200
     assert sides[1] == 250
 
@@ -61,8 +61,8 @@ def test_a_turned_image_gives_the_same_crop(upright):
     nothing = np.full((2, 17), np.nan)
     standing, lying = (crops_around(pixels, nothing, np.arange(2)) for pixels in (upright, lying))
     assert_allclose(lying.R_image_from_crop[0], [[0, -1], [1, 0]], atol=1e-12)
-    a, b = standing.cut(0, image, 250), lying.cut(0, turned, 250)
-    assert_allclose(b[2:-2, 2:-2], a[2:-2, 2:-2], atol=0.02)
+    a, b = (crops.cut(0, seen, (250, 250)) for crops, seen in ((standing, image), (lying, turned)))
+    assert_allclose(b[2:-2, 2:-2], a[2:-2, 2:-2], atol=5)
 
 
 def test_landmarks_become_the_17_joints_about_the_pelvis(landmarks, take):

@@ -160,7 +160,11 @@ def test_what_does_not_say_its_kind_has_to_be_told(per_frame, convolution):
 @pytest.mark.parametrize(
     ("name", "kind", "words"),
     [
-        ("motionbert", None, "no lifter 'motionbert'; known are pcnet3d.*as its .onnx file"),
+        (
+            "motionbert",
+            None,
+            "no lifter 'motionbert'; known are instanthmr, pcnet3d, rtmw3d.*as its .onnx file",
+        ),
         ("pcnet3d", "motionbert", "kind pcnet3d, not motionbert"),
         ("pcnet3d", "motionbret", "did you mean motionbert"),
         ("nowhere.onnx", None, "nowhere.onnx: No such file"),

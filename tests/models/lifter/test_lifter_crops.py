@@ -1,0 +1,479 @@
+"""RTMW3D and InstantHMR: what they are shown, what becomes of their answers, and how a lift is taken up again."""
+
+import signal
+import weakref
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from golden.bodies import feet_of
+from golden.lifters import MARKER_COLOURS
+from pcnet3d.examples.walker.camera import side_camera
+from pcnet3d.examples.walker.files import write_files
+from pcnet3d.examples.walker.walk import walker
+from pcnet3d.models import load_lifter
+from pcnet3d.models.lifter import images
+from pcnet3d.models.lifter.answers import Answers, load_answers
+from pcnet3d.models.lifter.features import ray_rotation
+from pcnet3d.models.lifter.images import Crops, upright_crops
+from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, InputError, PoseSequence, remap, rotate
+from pcnet3d.pipeline.anthropometry import implied_stature
+from pcnet3d.pipeline.device import computing_on
+from pcnet3d.pipeline.intrinsics import Intrinsics
+from pcnet3d.pipeline.layouts import COCO17, COCO23, FEET, MHR70
+from pcnet3d.pipeline.reading.take import read_video
+
+SIZE = (1280, 960)
+FOCAL = 1500.0
+RNG = np.random.default_rng(4)
+
+
+@pytest.fixture(scope="module")
+def video(tmp_path_factory):
+    """Any video; the tests show other images."""
+    walk = walker(seconds=1)
+    return read_video(write_files(tmp_path_factory.mktemp("walk"), walk, side_camera(walk)).video)
+
+
+@pytest.fixture
+def body(facing_camera):
+    """(23, 3) COCO23 in CAMERA of a person 1.7 m tall, about the middle of the hips."""
+    own = dict(zip(H36M17.joints, facing_camera, strict=True))
+    own |= dict(zip(FEET.joints, feet_of(facing_camera[None])[0], strict=True))
+    face = {"eye": (0.03, -0.03, 0.01), "ear": (0.07, 0.0, 0.09)}
+    for part, (x, y, z) in face.items():
+        own |= {f"{side}_{part}": own["nose"] + (sign * x, y, z) for side, sign in (("l", 1), ("r", -1))}
+    joints = np.array([own[name] for name in COCO23.joints])
+    joints -= joints[COCO23.indices(("l_hip", "r_hip"))].mean(axis=0)
+    return joints * 1.7 / implied_stature(facing_camera[None])
+
+
+def placed(joints: np.ndarray, x: float, y: float, z: float) -> np.ndarray:
+    return joints + np.array([x, y, z])
+
+
+def projected(joints: np.ndarray) -> np.ndarray:
+    return joints[..., :2] / joints[..., 2:] * FOCAL + np.array(SIZE) / 2
+
+
+def shown(pixels: np.ndarray, hidden: tuple[str, ...] = ()) -> np.ndarray:
+    """An image with a disc for each of COCO23's joints (23, 2), in its colour."""
+    import cv2
+
+    image = np.zeros((SIZE[1], SIZE[0], 3), np.uint8)
+    for name, colour, (x, y) in zip(COCO23.joints, MARKER_COLOURS.tolist(), pixels.tolist(), strict=True):
+        if name not in hidden:
+            cv2.circle(image, (round(16 * x), round(16 * y)), 16 * 5, colour, -1, shift=4)
+    return image
+
+
+@pytest.fixture
+def showing(monkeypatch):
+    """showing(images): from now on the lifter is shown these, frame by frame."""
+
+    def show(frames):
+        def given(video, first=0):
+            yield from ((i, frames[i]) for i in range(first, len(frames)))
+
+        monkeypatch.setattr(images, "images_ahead", given)
+
+    return show
+
+
+def keypoints_of(pixels: np.ndarray) -> PoseSequence:
+    """Of COCO23's joints (T, 23, 2), those of COCO17."""
+    return PoseSequence(pixels[:, : len(COCO17)], COCO17, IMAGE, frame_index=np.arange(len(pixels)))
+
+
+def box_of(pixels: np.ndarray) -> tuple[np.ndarray, float]:
+    """Middle (2,) from the image's, and longer side, of the box around the joints of the first frame."""
+    joints = remap(keypoints_of(pixels)).joints[0].astype(float)
+    low, high = joints.min(axis=0), joints.max(axis=0)
+    return (low + high) / 2 - np.array(SIZE) / 2, (high - low).max()
+
+
+@pytest.mark.parametrize("size", [(288, 384), (224, 224)])
+def test_from_the_image_to_the_crop_and_back_is_within_a_pixel(size):
+    import cv2
+
+    dots = RNG.uniform((420, 220), (760, 600), (20, 2))
+    centre, aspect = np.array([[600.0, 400.0]] * 20), size[0] / size[1]
+    crops = Crops(centre, np.tile([[600 * aspect, 600]], (20, 1)), np.tile(np.eye(2), (20, 1, 1)))
+    found = []
+    for row, dot in enumerate(dots):
+        image = np.zeros((800, 1000, 3), np.uint8)
+        cv2.circle(image, (round(16 * dot[0]), round(16 * dot[1])), 16 * 6, (255, 255, 255), -1, shift=4)
+        y, x = np.nonzero(crops.cut(row, image, size)[..., 0] > 100)
+        found.append(2 * np.array([x.mean(), y.mean()]) / size - 1)
+    assert np.abs(crops.pixels(np.array(found)[:, None])[:, 0] - dots).max() < 1
+
+
+def test_what_lies_beyond_the_image_is_black():
+    crops = Crops(np.zeros((1, 2)), np.full((1, 2), 100.0), np.eye(2)[None])
+    part = crops.cut(0, np.full((200, 200, 3), 200, np.uint8), (50, 50))
+    assert (part[:24, :24] == 0).all()
+    assert (part[26:, 26:] == 200).all()
+
+
+def test_upright_crops_hold_the_body_at_the_network_s_aspect():
+    pixels = RNG.uniform((300, 200), (400, 600), (3, 17, 2))
+    pixels[0, 0], pixels[0, 1] = (300, 200), (400, 600)
+    confidence = np.full((3, 17), 0.9)
+    pixels[1, 2], confidence[1, 2] = (2000, 2000), 0.1  # a guess
+    crops = upright_crops(pixels, confidence, np.arange(3), 1.5, 0.75)
+    assert_allclose(crops.centre[0], (350, 400))
+    assert_allclose(crops.size[0], (450, 600))
+    assert crops.size[1].max() <= 601
+    wide = upright_crops(pixels[..., ::-1], confidence, np.arange(3), 1.5, 0.75)
+    assert_allclose(wide.size[0], (600, 800))
+
+
+@pytest.mark.parametrize("hidden", [(), ("l_wrist", "r_big_toe")])
+def test_rtmw3d_s_joints_are_where_they_are_in_the_image(markers, body, hidden):
+    """To a pixel, left ones at the left ones' discs; the network's input is what it was trained on."""
+    network = load_lifter(markers(body[:, 2])).network
+    pixels = projected(placed(body, 0.6, -0.1, 3.5))
+    crops = network.crops(remap(keypoints_of(pixels[None])).joints, np.full((1, 17), np.nan), np.arange(1))
+    seen = network.look(crops.cut(0, shown(pixels, hidden), network.size), np.zeros(0))
+    found = crops.pixels(seen.points[None, :, :2])[0]
+    missing = np.isin(COCO23.joints, hidden)
+    assert np.isnan(found[missing]).all()
+    scale = crops.size[0, 0] / network.size[0]  # image pixels to one of the crop
+    assert np.linalg.norm(found - pixels, axis=-1)[~missing].max() < scale
+    depth = seen.points[~missing, 2]
+    assert_allclose(depth, body[~missing, 2], atol=2.1744869 / 288)
+
+
+def test_rtmw3d_gives_the_body_back(markers, body, showing, video):
+    """Coming nearer, on the axis of a camera of known focal length; the size stays."""
+    places = np.stack([np.zeros(60), np.full(60, -0.05), np.linspace(6, 3, 60)], axis=-1)
+    truth = body + places[:, None]
+    showing([shown(pixels) for pixels in projected(truth)])
+    keypoints = keypoints_of(projected(truth))
+    lifted = load_lifter(markers(body[:, 2])).lift(keypoints, SIZE, FOCAL, video=video)
+    expected = remap(PoseSequence(truth, COCO23, CAMERA))
+    expected = expected.joints - expected.joint("pelvis")[:, None]
+    assert np.linalg.norm(lifted.joints - expected, axis=-1).max() < 0.06  # a crop's pixel is up to 1.5 cm
+    assert np.median(np.linalg.norm(lifted.joints - expected, axis=-1)) < 0.015
+    sizes = [implied_stature(part) for part in (lifted.joints[:20], lifted.joints[-20:])]
+    assert_allclose(sizes, 1.7, rtol=0.02)
+    assert (lifted.frame.name, lifted.frame.unit, lifted.root) == ("CAMERA", "arbitrary", None)
+    assert (
+        lifted.joint("l_wrist")[:, 0].min() > 0 > lifted.joint("r_wrist")[:, 0].max()
+    )  # who faces the camera
+    heels = lifted.feet[:, FEET.indices(("l_heel", "r_heel"))]
+    assert_allclose(
+        np.ptp(heels[..., 0], axis=1), np.ptp(body[COCO23.indices(("l_heel", "r_heel")), 0]), atol=0.04
+    )
+
+
+@pytest.mark.parametrize("place", [(1.0, -0.3, 4.0), (-1.2, -0.2, 3.5), (0.3, -0.1, 3.0)])
+def test_rtmw3d_s_body_projects_onto_its_joints(markers, body, showing, video, place):
+    """Wherever it stands: some place before the camera puts all of its joints on their pixels."""
+    pixels = projected(placed(body, *place))
+    showing([shown(pixels)])
+    lifted = load_lifter(markers(body[:, 2])).lift(keypoints_of(pixels[None]), SIZE, FOCAL, video=video)
+    assert lifted.history[-1].options["turned_by_the_ray"]
+    names = [name for name in COCO23.joints if name in H36M17]
+    joints = lifted.joints[0, H36M17.indices(names)].astype(float)
+    rays = (pixels[COCO23.indices(names)] - np.array(SIZE) / 2) / FOCAL
+    # x - u z = 0 of every joint, linear in the place: x0 - u z0 = u z - x.
+    axes = np.array([[1, 0], [0, 1]])
+    rows = np.concatenate([np.column_stack([np.tile(axes[i], (len(rays), 1)), -rays[:, i]]) for i in (0, 1)])
+    rest = np.concatenate([rays[:, i] * joints[:, 2] - joints[:, i] for i in (0, 1)])
+    where = np.linalg.lstsq(rows, rest, rcond=None)[0]
+    again = (joints + where)[:, :2] / (joints + where)[:, 2:] * FOCAL
+    scale = 1.25**2 * np.ptp(pixels[:, 1]) / 384  # about the image pixels to one of the crop
+    assert np.linalg.norm(again - rays * FOCAL, axis=-1).max() < scale
+
+
+def test_without_a_focal_length_the_bearing_is_told(markers, body, showing, video):
+    pixels = projected(placed(body, 1.2, 0.0, 4.0))
+    showing([shown(pixels)])
+    lifted = load_lifter(markers(body[:, 2])).lift(keypoints_of(pixels[None]), SIZE, video=video)
+    said = lifted.history[-1].options
+    assert not said["turned_by_the_ray"]
+    assert said["bearing_deg"][0] == pytest.approx(np.degrees(np.arctan(0.3 * FOCAL / SIZE[0])), abs=1)
+
+
+def test_distorted_images_are_straightened(markers, body, showing, video):
+    """The crop is where the person is in the filmed image, the body as a pinhole camera has it."""
+    import cv2
+
+    lens = Intrinsics((FOCAL, FOCAL), (660.0, 470.0), (-0.25, 0.08, 0.0, 0.0), image_size=SIZE)
+    truth = placed(body, 0.9, 0.1, 3.2)
+    matrix = np.array([[FOCAL, 0, 660], [0, FOCAL, 470], [0, 0, 1.0]])
+    filmed = cv2.projectPoints(truth, np.zeros(3), np.zeros(3), matrix, np.array(lens.distortion))[0][:, 0]
+    lifter = load_lifter(markers(body[:, 2]))
+    showing([shown(filmed)])
+    found = lifter.lift(keypoints_of(filmed[None]), SIZE, FOCAL, video=video, intrinsics=lens)
+    showing([shown(projected(truth))])
+    ideal = lifter.lift(keypoints_of(projected(truth)[None]), SIZE, FOCAL, video=video)
+    assert np.linalg.norm(found.joints - ideal.joints, axis=-1).max() < 0.04
+
+
+def test_nobody_in_the_image_is_a_counted_gap(markers, body, showing, video):
+    pixels = np.tile(projected(placed(body, 0, 0, 4)), (6, 1, 1))
+    images = [shown(pixels[0])] * 6
+    images[2] = np.zeros_like(images[0])
+    images[4] = shown(pixels[0], ("r_elbow",))
+    showing(images)
+    lifted = load_lifter(markers(body[:, 2])).lift(keypoints_of(pixels), SIZE, FOCAL, video=video)
+    missing = np.isnan(lifted.joints).any(axis=-1)
+    assert missing[2].all()
+    assert missing[4].tolist() == [joint == "r_elbow" for joint in H36M17.joints]
+    assert not np.delete(missing, (2, 4), axis=0).any()
+    said = lifted.history[-1].options
+    assert (said["frames_without_person"], said["frames_without_numbers"]) == (1, 0)
+
+
+def test_frames_without_keypoints_are_not_looked_at(markers, body, showing, video):
+    pixels = np.tile(projected(placed(body, 0, 0, 4)), (40, 1, 1))
+    showing([shown(pixels[0])] * 40)
+    pixels[10:30] = np.nan
+    lifted = load_lifter(markers(body[:, 2])).lift(keypoints_of(pixels), SIZE, FOCAL, video=video)
+    assert np.flatnonzero(np.isnan(lifted.joints).all(axis=(1, 2))).tolist() == list(range(10, 30))
+    assert lifted.history[-1].options["frames_without_joints"] == 20
+
+
+def test_a_body_that_is_deeper_than_long_has_no_scale(rtmw3d, body, showing, video):
+    points = np.column_stack([np.full((23, 2), 0.5), 10 * body[:, 2]])
+    pixels = projected(placed(body, 0, 0, 4))
+    showing([shown(pixels)])
+    lifted = load_lifter(rtmw3d(points)).lift(keypoints_of(pixels[None]), SIZE, FOCAL, video=video)
+    assert np.isnan(lifted.joints).all()
+    assert lifted.history[-1].options["frames_without_scale"] == 1
+
+
+@pytest.mark.parametrize("kind", ["rtmw3d", "instanthmr"])
+def test_flip_takes_out_what_a_network_prefers_on_one_side(request, body, showing, video, kind):
+    """Always the same body, whose left wrist is too far out: half of that goes to the right wrist's side."""
+    pixels = projected(placed(body, 0, 0, 4))
+    showing([shown(pixels)])
+    if kind == "rtmw3d":
+        points = np.column_stack([0.5 + body[:, 0] / 2, 0.5 + body[:, 1] / 3, body[:, 2]])
+        points[COCO23.index("l_wrist"), 0] += 0.1
+    else:
+        points = mhr(body)
+        points[MHR70.index("l_wrist"), 0] += 0.2
+    lifter = load_lifter(request.getfixturevalue(kind)(points))
+    straight, fair = (
+        lifter.lift(keypoints_of(pixels[None]), SIZE, FOCAL, flip, video).joints[0].astype(float)
+        for flip in (False, True)
+    )
+    left, right = H36M17.indices(("l_wrist", "r_wrist"))
+    assert straight[left, 0] + straight[right, 0] > 0.1
+    assert abs(fair[left, 0] + fair[right, 0]) < 0.02
+    assert fair[left, 0] > 0 > fair[right, 0]
+
+
+def mhr(body: np.ndarray) -> np.ndarray:
+    """(70, 3) the body (23, 3) as InstantHMR's keypoints; what it lacks is at its nose."""
+    neck = body[COCO23.indices(("l_shoulder", "r_shoulder"))].mean(axis=0)
+    own = dict(zip(COCO23.joints, body, strict=True)) | {"neck": neck}
+    return np.array([own.get(name, own["nose"]) for name in MHR70.joints])
+
+
+def test_instanthmr_gives_body_and_place_back(instanthmr, body, showing, video):
+    """In the axes of its own camera, whose focal length is the image's diagonal."""
+    showing([np.zeros((SIZE[1], SIZE[0], 3), np.uint8)] * 3)
+    pixels = np.tile(projected(placed(body, 0.5, 0, 4)), (3, 1, 1))
+    diagonal = float(np.hypot(*SIZE))
+    lifter = load_lifter(instanthmr(mhr(body), (0.5, 0.1, 4.0)))
+    lifted = lifter.lift(keypoints_of(pixels), SIZE, diagonal, video=video)
+    expected = remap(PoseSequence(mhr(body)[None], MHR70, CAMERA))
+    expected = expected.joints - expected.joint("pelvis")[:, None]
+    others = np.delete(np.arange(17), H36M17.index("nose"))
+    assert_allclose(lifted.joints[:, others], np.repeat(expected[:, others], 3, axis=0), atol=1e-5)
+    assert_allclose(lifted.root, [[0.5, 0.1, 4.0]] * 3, atol=1e-5)
+    heel = body[COCO23.index("l_heel")]
+    assert_allclose(lifted.feet[:, FEET.index("l_heel")], [heel] * 3, atol=1e-5)
+    assert (lifted.frame.unit, lifted.frame.origin) == ("m", "pelvis")
+    assert np.isnan(lifted.confidence).all()
+    said = lifted.history[-1].options
+    assert (said["kind"], said["focal_known"], said["placed_by_the_lifter"]) == ("instanthmr", True, True)
+    assert "SAM License" in said["licence"]
+
+
+def test_another_focal_length_turns_the_body_and_moves_it_along(instanthmr, body, showing, video):
+    """Seen at the same pixel: at twice the focal length twice as far, and turned from the one ray to the other."""
+    showing([np.zeros((SIZE[1], SIZE[0], 3), np.uint8)])
+    diagonal = float(np.hypot(*SIZE))
+    pixels = projected(placed(body, 1.0, 0.0, 4.0))[None]
+    lifter = load_lifter(instanthmr(mhr(body), (1.0, 0.0, 4.0)))
+    own, far = (lifter.lift(keypoints_of(pixels), SIZE, f * diagonal, video=video) for f in (1, 2))
+    assert_allclose(far.root, own.root * [1, 1, 2], atol=1e-5)
+    middle, _ = box_of(pixels)
+    middle /= diagonal
+    turn = ray_rotation(middle / 2) @ ray_rotation(middle).T
+    assert_allclose(far.joints[0], rotate(turn, own.joints[0].astype(float)), atol=2e-3)
+
+
+def test_without_a_focal_length_instanthmr_s_place_is_not_believed(instanthmr, body, showing, video):
+    showing([np.zeros((SIZE[1], SIZE[0], 3), np.uint8)])
+    pixels = projected(placed(body, 0, 0, 4))[None]
+    lifted = load_lifter(instanthmr(mhr(body), (0, 0, 4.0))).lift(keypoints_of(pixels), SIZE, video=video)
+    assert lifted.root is None
+    assert not lifted.history[-1].options["focal_known"]
+
+
+@pytest.mark.parametrize("angles", [False, True])
+def test_instanthmr_is_told_where_the_box_is(instanthmr, body, showing, video, angles):
+    """Its answer here is what it was told."""
+    image = np.zeros((SIZE[1], SIZE[0], 3), np.uint8)
+    showing([image])
+    pixels = projected(placed(body, 0.8, 0.3, 4.0))[None]
+    path = instanthmr(np.zeros((70, 3)), metadata={"cliff_focal": "true"} if angles else {})
+    lifted = load_lifter(path).lift(keypoints_of(pixels), SIZE, FOCAL, video=video)
+    middle, side = box_of(pixels)
+    side *= 1.2
+    told = [*(2 * middle / SIZE), side / SIZE[0] * FOCAL / np.hypot(*SIZE)]  # the last one as a depth
+    if angles:
+        told = [*np.arctan(middle / FOCAL), side / FOCAL]
+    assert_allclose(lifted.root[0], told, rtol=0.02)
+
+
+def test_instanthmr_sees_the_crop_as_imagenet_has_it(instanthmr, body, showing, video):
+    """The nose's depth is the mean of the crop, here of a grey image that fills it."""
+    grey = 90
+    showing([np.full((SIZE[1], SIZE[0], 3), grey, np.uint8)])
+    pixels = projected(placed(body, 0, 0, 6.0))[None]
+    lifted = load_lifter(instanthmr(np.zeros((70, 3)), (0, 0, 6.0))).lift(
+        keypoints_of(pixels), SIZE, video=video
+    )
+    mean = np.mean((grey / 255 - np.array([0.485, 0.456, 0.406])) / [0.229, 0.224, 0.225])
+    assert_allclose(lifted.joint("nose")[0], (0, 0, mean), atol=0.01)
+
+
+@pytest.mark.parametrize(
+    ("network", "words"),
+    [
+        (lambda make: make["rtmw3d"](np.full((17, 3), 0.5), joints=17), "no lifter: expected keypoints"),
+        (lambda make: make["instanthmr"](np.zeros((70, 3)), left_out="joints_3d"), "but no joints_3d"),
+        (lambda make: make["instanthmr"](np.zeros((70, 3)), left_out="cam_trans"), "no lifter: expected keypoints"),
+    ],
+)  # fmt: skip
+def test_networks_of_other_shapes_are_refused(rtmw3d, instanthmr, network, words):
+    with pytest.raises(InputError, match=words) as refused:
+        load_lifter(network({"rtmw3d": rtmw3d, "instanthmr": instanthmr}))
+    assert "\n" not in str(refused.value)
+
+
+def test_kinds_are_told_and_contradicted(rtmw3d, instanthmr):
+    path = rtmw3d(np.full((23, 3), 0.5))
+    assert load_lifter(path, "rtmw3d").network.kind == "rtmw3d"
+    with pytest.raises(InputError, match="of the kind rtmw3d, not instanthmr"):
+        load_lifter(path, "instanthmr")
+    with pytest.raises(InputError, match="of the kind instanthmr, not motionbert"):
+        load_lifter(instanthmr(np.zeros((70, 3))), "motionbert")
+
+
+def test_the_device_is_asked_for(rtmw3d):
+    with computing_on("cpu") as placement:
+        load_lifter(rtmw3d(np.full((23, 3), 0.5)))
+    assert placement.used == {"rtmw3d.onnx": "cpu"}
+
+
+@pytest.fixture
+def long_take(markers, body):
+    """A lifter, 30 images and the keypoints in them."""
+    places = np.stack([np.linspace(-0.5, 0.5, 30), np.zeros(30), np.full(30, 4.0)], axis=-1)
+    pixels = projected(body + places[:, None])
+    return load_lifter(markers(body[:, 2])), [shown(each) for each in pixels], keypoints_of(pixels)
+
+
+@pytest.mark.parametrize("stop", [0, 12, 28])
+def test_interrupted_and_taken_up_again_is_bitwise_the_same(
+    long_take, showing, video, monkeypatch, tmp_path, stop
+):
+    lifter, frames, keypoints = long_take
+    showing(frames)
+    whole = lifter.lift(keypoints, SIZE, FOCAL, video=video)
+    given = images.images_ahead
+    asked = []
+
+    def pressing(video, first=0):
+        for number, image in given(video, first):
+            if number == stop:
+                signal.raise_signal(signal.SIGINT)
+            yield number, image
+
+    def noting(video, first=0):
+        for number, image in given(video, first):
+            asked.append(number)
+            yield number, image
+
+    monkeypatch.setattr(images, "images_ahead", pressing)
+    with pytest.raises(KeyboardInterrupt):
+        lifter.lift(keypoints, SIZE, FOCAL, video=video, keep=lambda found: found.save(tmp_path / "part.npz"))
+    part = load_answers(tmp_path / "part.npz")
+    assert part.looked == stop + 1
+    monkeypatch.setattr(images, "images_ahead", noting)
+    resumed = lifter.lift(keypoints, SIZE, FOCAL, video=video, before=part)
+    assert asked == list(range(stop + 1, 30))
+    np.testing.assert_array_equal(resumed.joints, whole.joints)
+    np.testing.assert_array_equal(resumed.confidence, whole.confidence)
+    assert resumed.history == whole.history
+
+
+def test_answers_of_another_lift_count_for_nothing(long_take, showing, video):
+    lifter, frames, keypoints = long_take
+    showing(frames)
+    whole = lifter.lift(keypoints, SIZE, FOCAL, video=video)
+    found: list[Answers] = []
+    lifter.lift(keypoints, SIZE, FOCAL, flip=True, video=video, keep=found.append)
+    again = lifter.lift(keypoints, SIZE, FOCAL, video=video, before=found[-1])
+    np.testing.assert_array_equal(again.joints, whole.joints)
+
+
+def test_what_is_no_file_of_answers_is_refused(tmp_path):
+    path = tmp_path / "part.npz"
+    for content in (b"", b"PK\x03\x04"):
+        path.write_bytes(content)
+        with pytest.raises(InputError, match=r"part\.npz"):
+            load_answers(path)
+    np.savez(
+        path, points=np.zeros((3, 2, 3)), confidence=np.zeros((2, 2)), sure=np.zeros(3), looked=1, source=""
+    )
+    with pytest.raises(InputError, match=r"do not belong together.*delete it"):
+        load_answers(path)
+
+
+def test_images_are_let_go_of(long_take, monkeypatch, video):
+    """However long the video, no more than two are held."""
+    lifter, frames, keypoints = long_take
+    held: list[weakref.ref] = []
+    most = []
+
+    def given(video, first=0):
+        for number in range(first, len(frames)):
+            image = frames[number].copy()
+            held.append(weakref.ref(image))
+            yield number, image
+            most.append(sum(ref() is not None for ref in held))
+
+    monkeypatch.setattr(images, "images_ahead", given)
+    lifter.lift(keypoints, SIZE, FOCAL, video=video)
+    assert max(most) <= 2
+
+
+def test_a_network_that_fails_half_way_keeps_what_it_has_answered(long_take, showing, video, monkeypatch):
+    lifter, frames, keypoints = long_take
+    showing(frames)
+    look, kept = type(lifter.network).look, []
+
+    def failing(network, crop, condition):
+        if len(looked) == 7:
+            raise RuntimeError("out of memory.\nmore words")
+        looked.append(1)
+        return look(network, crop, condition)
+
+    looked: list[int] = []
+    monkeypatch.setattr(type(lifter.network), "look", failing)
+    with pytest.raises(
+        InputError, match=r"markers.onnx@\w+ failed at video frame 7: out of memory; give"
+    ) as error:
+        lifter.lift(keypoints, SIZE, FOCAL, video=video, keep=kept.append)
+    assert "\n" not in str(error.value)
+    assert kept[-1].looked == 7

@@ -1,0 +1,195 @@
+"""`pcnet3d run --lifter rtmw3d|instanthmr`: what a run says about them, where their files are, and how it goes on."""
+
+import json
+import signal
+from html import unescape
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pcnet3d.examples.walker.camera import side_camera
+from pcnet3d.examples.walker.files import write_files
+from pcnet3d.examples.walker.walk import walker
+from pcnet3d.models.lifter import images
+from pcnet3d.pipeline import H36M17
+from pcnet3d.pipeline.layouts import COCO23, MHR70
+from pcnet3d.pipeline.plugins.registry import listed
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory):
+    walk = walker(seconds=1)
+    return write_files(tmp_path_factory.mktemp("walk"), walk, side_camera(walk))
+
+
+@pytest.fixture
+def make(facing_camera, rtmw3d, instanthmr):
+    """make(kind, **changes) -> file of a network that always sees someone who faces the camera, 4 m away."""
+    own = dict(zip(H36M17.joints, facing_camera, strict=True))
+    near = {"eye": "nose", "ear": "head", "toe": "ankle", "heel": "ankle"}
+
+    def point(name):
+        side, _, part = name.partition("_")
+        part = part.split("_")[-1]
+        if name in own:
+            return own[name]
+        stand_in = near.get(part, "thorax")
+        return own.get(f"{side}_{stand_in}", own.get(stand_in))
+
+    def build(kind, **changes):
+        if kind == "rtmw3d":
+            joints = np.array([point(name) for name in COCO23.joints])
+            return rtmw3d(joints * [1 / 1.5, 1 / 2, 1] + [0.5, 0.45, 0], **changes)
+        return instanthmr(np.array([point(name) for name in MHR70.joints]), (0, 0, 4.0), **changes)
+
+    return build
+
+
+@pytest.fixture
+def quick(tmp_path):
+    """A recipe without recording and report."""
+    path = tmp_path / "quick.toml"
+    stages = ("lift", "clean", "scale", "rectify", "trajectories", "export")
+    path.write_text("".join(f'[[stages]]\nuse = "{stage}"\n' for stage in stages))
+    return path
+
+
+@pytest.fixture
+def cache(tmp_path, monkeypatch):
+    """The folder that networks with a name lie in."""
+    monkeypatch.setattr("pooch.os_cache", lambda name: tmp_path / "cache" / name)
+    (tmp_path / "cache/pcnet3d").mkdir(parents=True)
+    return tmp_path / "cache/pcnet3d"
+
+
+@pytest.mark.parametrize(
+    ("kind", "licence"), [("rtmw3d", "Apache-2.0"), ("instanthmr", "SAM License (Meta)")]
+)
+def test_a_run_names_network_licence_and_device(files, make, pcnet3d, tmp_path, kind, licence):
+    out = tmp_path / "out"
+    words = ("run", files.video, "--keypoints", files.keypoints, "--lifter", make(kind), "--focal", 640)
+    code, said = pcnet3d(*words, "--device", "cpu", "-o", out)
+    assert code == 0, said
+    summary = json.loads((out / "summary.json").read_text())
+    (step,) = (step for step in summary["history"] if step["name"] == "lift")
+    assert step["options"]["kind"] == kind
+    assert step["options"]["model"].startswith(f"{kind}.onnx@")
+    assert step["options"]["licence"].startswith(licence)
+    assert summary["device"]["networks"][f"{kind}.onnx"] == "cpu"
+    report = unescape((out / "report.html").read_text())
+    assert step["options"]["model"] in report
+    assert f"published under {licence}" in report
+    with np.load(out / "poses.npz") as poses:
+        assert np.isfinite(poses["level"]).all()
+        assert (str(poses["unit"]) == "m") == (kind == "instanthmr")
+        assert np.isfinite(poses["root"]).all() or kind == "rtmw3d"  # that body fits no walker
+    assert ("placed_by_the_lifter" in step["options"]) == (kind == "instanthmr")
+    assert not (tmp_path / ".out.lift.npz").exists()
+
+
+def test_instanthmr_is_never_downloaded(files, make, quick, pcnet3d, cache, tmp_path):
+    words = ("run", files.video, "--keypoints", files.keypoints, "--recipe", quick, "--lifter", "instanthmr")
+    code, said = pcnet3d(*words, "-o", tmp_path / "out")
+    assert code == 2
+    assert said.count("\n") == 1
+    for part in ("never downloaded", "SAM License", "momolesang/InstantHMR", str(cache / "instanthmr.onnx")):
+        assert part in said
+    assert not (tmp_path / "out").exists()
+    assert "not there" in _line("instanthmr")
+
+    (cache / "instanthmr.onnx").write_bytes(Path(make("instanthmr")).read_bytes())
+    assert "; there:" in _line("instanthmr")
+    code, said = pcnet3d(*words, "-o", tmp_path / "out")
+    assert code == 0, said
+    assert "lift by instanthmr.onnx@" in said
+
+    (cache / "instanthmr.onnx").write_bytes(Path(make("rtmw3d")).read_bytes())
+    code, said = pcnet3d(*words, "-o", tmp_path / "other")
+    assert code == 2
+    assert "is another network than instanthmr" in said
+
+
+def test_the_list_says_what_was_downloaded(make, cache):
+    assert "downloaded when first used" in _line("rtmw3d")
+    (cache / "rtmw3d.onnx").write_bytes(Path(make("rtmw3d")).read_bytes())
+    assert "downloaded)" in _line("rtmw3d")
+
+
+def _line(name: str) -> str:
+    (row,) = (row for row in listed("models") if row["name"] == name)
+    assert row["is"] == "lifter"
+    return row["what"]
+
+
+@pytest.mark.parametrize("changes", [{"left_out": "joints_3d"}, {"left_out": "cam_trans"}])
+def test_a_network_of_other_shapes_is_one_sentence(files, make, pcnet3d, tmp_path, changes):
+    lifter = make("instanthmr", **changes)
+    words = ("run", files.video, "--keypoints", files.keypoints, "--lifter", lifter, "-o", tmp_path / "out")
+    code, said = pcnet3d(*words)
+    assert (code, said.count("\n")) == (2, 1)
+    assert "Traceback" not in said
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_network_that_fails_half_way_leaves_no_results(files, make, quick, pcnet3d, tmp_path):
+    """The walker goes to the right, beyond what it can do."""
+    words = ("run", files.video, "--keypoints", files.keypoints, "--recipe", quick, "-o", tmp_path / "out")
+    code, said = pcnet3d(*words, "--lifter", make("instanthmr", fails_from=0.0))
+    assert code == 2, said
+    assert "instanthmr.onnx@" in said
+    assert "failed at video frame" in said
+    assert "what was done is kept; the same command with --resume goes on from there" in said
+    assert "Traceback" not in said
+    assert not (tmp_path / "out").exists()
+    with np.load(tmp_path / ".out.lift.npz") as kept:
+        assert kept["looked"] == 7
+
+
+def test_interrupted_and_resumed(files, make, quick, pcnet3d, tmp_path, monkeypatch):
+    lifter = make("instanthmr")
+    words = ("run", files.video, "--keypoints", files.keypoints, "--recipe", quick, "--lifter", lifter)
+    assert pcnet3d(*words, "-o", tmp_path / "whole")[0] == 0
+    given, asked = images.images_ahead, []
+
+    def pressing(video, first=0):
+        for number, image in given(video, first):
+            if number == 11:
+                signal.raise_signal(signal.SIGINT)
+            yield number, image
+
+    def noting(video, first=0):
+        for number, image in given(video, first):
+            asked.append(number)
+            yield number, image
+
+    monkeypatch.setattr(images, "images_ahead", pressing)
+    code, said = pcnet3d(*words, "-o", tmp_path / "part")
+    assert code == 130
+    assert "what was done is kept" in said
+    assert not (tmp_path / "part").exists()
+    monkeypatch.setattr(images, "images_ahead", noting)
+    code, said = pcnet3d(*words, "-o", tmp_path / "part", "--resume")
+    assert code == 0, said
+    assert asked[0] == 12
+    with np.load(tmp_path / "part/poses.npz") as a, np.load(tmp_path / "whole/poses.npz") as b:
+        for name in b.files:
+            np.testing.assert_array_equal(a[name], b[name])
+    assert not [left.name for left in tmp_path.iterdir() if left.name.startswith(".")]
+    code, said = pcnet3d(*words, "-o", tmp_path / "part", "--resume")
+    assert code == 2
+    assert "There is no interrupted run in" in said
+
+
+@pytest.mark.data
+@pytest.mark.parametrize("kind", ["rtmw3d", "instanthmr"])
+def test_from_a_real_video_alone(data, make, pcnet3d, tmp_path, kind):
+    """Detection, crops and recording; the toy's body is always the same, but where it is looked at is not."""
+    out = tmp_path / "out"
+    detector = data / "models/movenet_lightning_int8.onnx"
+    words = ("run", data / "video/walk_crop.mp4", "--detector", detector, "--lifter", make(kind))
+    code, said = pcnet3d(*words, "--time-range", "0:2", "-o", out)
+    assert code == 0, said
+    summary = json.loads((out / "summary.json").read_text())
+    assert {"take.rrd", "report.html", "keypoints.npz"} <= set(summary["files"])
+    assert any(f"a network of the kind {kind}" in text for text in summary["notes"])
