@@ -27,7 +27,7 @@ Camera = Literal["static", "moving"]
 HEADING_S = (
     0.07  # standard deviation of the Gaussian that smooths headings on the circle (val: longer lags on turns)
 )
-HEADING_SHARE = 0.65  # of a frame's expected rotation error, what is heading (lifted takes of val subjects)
+HEADING_SHARE = 0.73  # of a frame's expected rotation error, what is heading (lifted takes of val subjects)
 # Mean error of a frame's heading where the lifter states the usual spread, and how it grows with that.
 STATED_HEADING_DEG, HEADING_POWER = 4.4, 0.43
 # Mean over root mean square of a direction's error in two dimensions.
