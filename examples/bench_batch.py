@@ -19,6 +19,8 @@ import typer
 
 from ..models.rectifier.load import load_rectifier
 from ..models.rectifier.onnx import PCNetRectifier
+from ..pipeline.device import AUTO, Device, computing_on
+from ..pipeline.reading.settings import OnDevice
 from ..stages.commands.batch.command import batch as run_batch
 from .bench_run import cpu_s, gemm_gflops, in_own_process, peak_mb
 from .walker.camera import camera_poses, side_camera
@@ -57,12 +59,13 @@ def batch(
     ] = [20],  # noqa: B006 (typer copies it)
     seconds: Annotated[float, typer.Option(min=1, help="Length of a take.")] = 5.0,
     workers: Annotated[int, typer.Option(min=1, help="Takes at a time.")] = 1,
+    device: OnDevice = "auto",
 ) -> None:
     """Measure a study of short takes: what each costs beyond its networks, and the memory of the processes."""
     print(f"matrix products: {gemm_gflops():.0f} GFLOP/s in float32")
     first: MeasuredBatch | None = None
     for count in takes:
-        measured = in_own_process(measured_batch, count, seconds, workers)
+        measured = in_own_process(measured_batch, count, seconds, workers, device)
         print(measured)
         if first is not None:
             wall_s = (measured.wall_s - first.wall_s) / max(measured.takes - first.takes, 1)
@@ -72,7 +75,7 @@ def batch(
         first = first or measured
 
 
-def measured_batch(takes: int, seconds: float, workers: int) -> MeasuredBatch:
+def measured_batch(takes: int, seconds: float, workers: int, device: Device = AUTO) -> MeasuredBatch:
     """A study of so many takes of poses, all different, in a temporary folder. The peak of memory is that of all child
     processes that this one has had."""
     with tempfile.TemporaryDirectory() as folder:
@@ -80,9 +83,11 @@ def measured_batch(takes: int, seconds: float, workers: int) -> MeasuredBatch:
         joints = np.load(Path(folder) / "take_000.npy")
         start, before = time.perf_counter(), cpu_s()
         with contextlib.redirect_stdout(io.StringIO()):
-            run_batch(manifest, Path(folder) / "out", workers)
+            run_batch(manifest, Path(folder) / "out", workers, device=device)
         wall_s, used_s = time.perf_counter() - start, cpu_s() - before
-    return MeasuredBatch(takes, workers, wall_s, used_s, _network_s(joints), peak_mb(of_children=True))
+            with computing_on(device):
+            network_s = _network_s(joints)
+    return MeasuredBatch(takes, workers, wall_s, used_s, network_s, peak_mb(of_children=True))
 
 
 def write_takes(folder: Path, takes: int, seconds: float) -> Path:

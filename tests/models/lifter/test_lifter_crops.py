@@ -73,8 +73,8 @@ def showing(monkeypatch):
     """showing(images): from now on the lifter is shown these, frame by frame."""
 
     def show(frames):
-        def given(video, first=0):
-            yield from ((i, frames[i]) for i in range(first, len(frames)))
+        def given(video, first, last):
+            yield from ((i, frames[i]) for i in range(first, last + 1))
 
         monkeypatch.setattr(images, "images_ahead", given)
 
@@ -393,14 +393,14 @@ def test_interrupted_and_taken_up_again_is_bitwise_the_same(
     given = images.images_ahead
     asked = []
 
-    def pressing(video, first=0):
-        for number, image in given(video, first):
+    def pressing(*asked_for):
+        for number, image in given(*asked_for):
             if number == stop:
                 signal.raise_signal(signal.SIGINT)
             yield number, image
 
-    def noting(video, first=0):
-        for number, image in given(video, first):
+    def noting(*asked_for):
+        for number, image in given(*asked_for):
             asked.append(number)
             yield number, image
 
@@ -446,8 +446,8 @@ def test_images_are_let_go_of(long_take, monkeypatch, video):
     held: list[weakref.ref] = []
     most = []
 
-    def given(video, first=0):
-        for number in range(first, len(frames)):
+    def given(video, first, last):
+        for number in range(first, last + 1):
             image = frames[number].copy()
             held.append(weakref.ref(image))
             yield number, image

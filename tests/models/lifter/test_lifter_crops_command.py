@@ -152,14 +152,14 @@ def test_interrupted_and_resumed(files, make, quick, pcnet3d, tmp_path, monkeypa
     assert pcnet3d(*words, "-o", tmp_path / "whole")[0] == 0
     given, asked = images.images_ahead, []
 
-    def pressing(video, first=0):
-        for number, image in given(video, first):
+    def pressing(*asked_for):
+        for number, image in given(*asked_for):
             if number == 11:
                 signal.raise_signal(signal.SIGINT)
             yield number, image
 
-    def noting(video, first=0):
-        for number, image in given(video, first):
+    def noting(*asked_for):
+        for number, image in given(*asked_for):
             asked.append(number)
             yield number, image
 
