@@ -85,8 +85,8 @@ def measured_batch(takes: int, seconds: float, workers: int, device: Device = AU
         with contextlib.redirect_stdout(io.StringIO()):
             run_batch(manifest, Path(folder) / "out", workers, device=device)
         wall_s, used_s = time.perf_counter() - start, cpu_s() - before
-            with computing_on(device):
-            network_s = _network_s(joints)
+    with computing_on(device):
+        network_s = _network_s(joints)
     return MeasuredBatch(takes, workers, wall_s, used_s, network_s, peak_mb(of_children=True))
 
 
