@@ -66,6 +66,7 @@ BLOCKS = {
             "takes/HDM05, lifted, lying/takes",
             "takes/HDM05, lifted, lying/methods/pcnet, a take/[il]*",  # levelled, and inside where any is
             "takes/HDM05, lifted, lying/methods/pcnet, a take/tilt/mean",
+            "takes/HDM05, lifted, lying/methods/pcnet, a take/tilt/p50",
             "takes/HDM05, lifted, lying/methods/pcnet, a take, with its image/rotation/mean",
             "acceleration/CMU test, lifted/level/*/rmse/p50",
             "acceleration/CMU test, lifted/lift/*/rmse/p50",
