@@ -60,8 +60,8 @@ def row(clip: str, lifter: str, joints: np.ndarray, frame: int) -> np.ndarray:
 
 def main() -> None:
     rows = [
-        row(clip, lifter, joints, int(share * len(joints)))
-        for clip, lifter, joints, _ in real_poses()
+        row(clip, lifter, poses.joints, int(share * len(poses)))
+        for clip, lifter, poses in real_poses()
         if not lifter.startswith("pcnet3d")
         for share in SHARE
     ]

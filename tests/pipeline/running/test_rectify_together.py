@@ -60,7 +60,7 @@ def test_the_pooled_up_is_no_surer_than_the_surest_person(scene, both):
     surest = min(one.up_error_deg[0] for one in alone)
     for rectified in both:
         assert rectified.up_error_deg[0] == pytest.approx(surest)
-    assert surest >= 0.9 * LEAN_DEG  # what a lifter leans with all its frames, less what feet tell
+    assert surest >= 0.85 * LEAN_DEG  # what a lifter leans with all its frames, less what feet tell
     assert both[0].up_shares.keys() == {"person 0", "person 1"}
     assert sum(both[0].up_shares.values()) == pytest.approx(1)
 
