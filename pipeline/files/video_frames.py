@@ -36,7 +36,7 @@ def images_from(video: Video, first: int = 0, last: float = np.inf) -> Generator
 
 
 def images_ahead(video: Video, first: int = 0, last: float = np.inf) -> Iterator[tuple[int, np.ndarray]]:
-    """(number, (height, width, 3) RGB) as `images_from`, the next images decoded in a thread of their own while the
+    """(number, image (H, W, 3) RGB) as `images_from`, the next images decoded in a thread of their own while the
     caller looks at one. InputError as there."""
     with closing(images_from(video, first, last)) as images, ThreadPoolExecutor(1) as decoder:
         coming = deque(decoder.submit(next, images, None) for _ in range(_AHEAD))
