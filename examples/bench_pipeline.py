@@ -20,11 +20,15 @@ import typer
 from ..models.common.onnx import OnnxFile
 from ..models.detector import video as detect_video
 from ..pipeline.device import Device
+from ..pipeline.files.video_frames import images_from
 from ..pipeline.plugins.registry import open_model
 from ..pipeline.reading.settings import OnDevice, RunOptions
 from ..pipeline.running.recipe import load_recipe
+from ..pipeline.take import Video
 from .bench_run import Measured, gemm_gflops, in_own_process, measured_run
 from .walker.long_video import write_long_video
+
+_DECODED = 1000  # frames that the rate of decoding is measured on
 
 
 def pipeline(
@@ -42,29 +46,31 @@ def pipeline(
     file = open_model("detectors", detector)  # before any work, and downloaded outside the measurement
     print(f"matrix products: {gemm_gflops():.0f} GFLOP/s in float32")
     if video is not None:
-        _print(in_own_process(_run, video, file, device))
+        _print(*in_own_process(_run, video, file, device))
         return
     with tempfile.TemporaryDirectory() as folder:
         first: Measured | None = None
         for length in minutes:
             made = Path(folder) / "walker.mp4"
             write_long_video(made, 60 * length)
-            measured = in_own_process(_run, made, file, device)
-            _print(measured)
+            measured, decoded = in_own_process(_run, made, file, device)
+            _print(measured, decoded)
             if first is not None:
                 more = measured.memory_mb - first.memory_mb
                 print(f"  {more:+.0f} MB against the first, result arrays aside")
             first = first or measured
 
 
-def _print(measured: Measured) -> None:
+def _print(measured: Measured, decoded: float) -> None:
     print(measured)
     own_s = measured.wall_s - measured.seconds["2D network"]
     print(f"  all but the 2D network: {own_s:.1f} s, {100 * own_s / measured.wall_s:.1f} %")
+    print(f"  decoding alone: {decoded:.0f} frames/s")
 
 
-def _run(video: Path, detector: Path, device: Device) -> Measured:
-    """detect without waiting for images and without the network, which stand by themselves; frames: of the video."""
+def _run(video: Path, detector: Path, device: Device) -> tuple[Measured, float]:
+    """detect without waiting for images and without the network, which stand by themselves; frames: of the video. And
+    how many images a second decoding alone gives."""
     recipe = load_recipe().starting_with("lift").starting_with("calibrate").starting_with("detect")
     recipe = recipe.with_options("detect", detector=str(detector))
     others = {"images": 0.0, "2D network": 0.0}
@@ -72,7 +78,14 @@ def _run(video: Path, detector: Path, device: Device) -> Measured:
         take, measured = measured_run(RunOptions(video=video, device=device), recipe)
     seconds = {"read": measured.seconds["read"], **others, **measured.seconds}
     seconds["detect"] -= sum(others.values())
-    return replace(measured, seconds=seconds, frames=len(take.need("video").time_s))
+    film = take.need("video")
+    return replace(measured, seconds=seconds, frames=len(film.time_s)), _decoded_a_second(film)
+
+
+def _decoded_a_second(video: Video) -> float:
+    start = time.perf_counter()
+    count = sum(1 for _ in images_from(video, last=_DECODED - 1))
+    return count / (time.perf_counter() - start)
 
 
 @contextmanager

@@ -39,7 +39,8 @@ def test_a_long_video_goes_there_and_back_without_a_jump(tmp_path):
 
 
 def test_shares_add_up(toy_detector, numbered_film):
-    measured = _run(numbered_film, toy_detector, "cpu")
+    measured, decoded = _run(numbered_film, toy_detector, "cpu")
+    assert decoded > 0
     assert measured.frames == 60
     assert sum(measured.seconds.values()) == pytest.approx(measured.wall_s)
     assert 0 < measured.seconds["the rest"] < measured.wall_s / 4
