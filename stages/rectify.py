@@ -57,6 +57,13 @@ class Rectify:
     needs: ClassVar[tuple[str, ...]] = ("poses",)
     gives: ClassVar[tuple[str, ...]] = ("rectified",)
 
+    def __post_init__(self) -> None:
+        """InputError for options that cannot be, before a run has looked at the whole video in vain."""
+        if not 0 < self.window_s < np.inf:
+            raise InputError(f"Expected a window_s of more than 0 seconds, got {self.window_s:g}.")
+        if told_up(self.gravity, self.pitch_deg, self.roll_deg) and self.camera == "moving":
+            raise InputError("A moving camera has no one pitch, roll or gravity; leave them out.")
+
     def __call__(self, take: Take) -> Take:
         ((rectified, events),) = _rectify([take.need("poses")], self.rectifier, self, take.camera, False)
         return _filled(take, rectified, events)
@@ -140,8 +147,6 @@ def _rectify(
     together: bool,
 ) -> list[tuple[Rectified, list[Event]]]:
     """Of each of the people, in the order given; together: in one LEVEL."""
-    if not 0 < options.window_s < np.inf:
-        raise InputError(f"Expected a window_s of more than 0 seconds, got {options.window_s:g}.")
     told = told_up(options.gravity, options.pitch_deg, options.roll_deg)
     sources = [_checked(poses) for poses in people]
     families = {source.frame.family for source in sources}
@@ -159,8 +164,6 @@ def _rectify(
         seen = [_seen(source, chosen, options.camera) for source in sources]
         look = view.looks[0] if view and view.looks else None
         if options.camera == "moving":
-            if told:
-                raise InputError("A moving camera has no one pitch, roll or gravity; leave them out.")
             found = [
                 level_moving(one, timed(view.looks if view else (), source), options.window_s)
                 for one, source in zip(seen, sources, strict=True)

@@ -253,3 +253,18 @@ def test_the_votes_and_their_share_are_told(joints):
     np.testing.assert_allclose(np.linalg.norm(rectified.up_votes, axis=-1), 1, atol=1e-6)
     assert sum(rectified.up_shares.values()) == pytest.approx(1)
     assert (rectified.up_error_deg == rectified.up_error_deg[0]).all()
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"gravity": (0, 0, 0)}, "direction for gravity"),
+        ({"pitch_deg": 300.0}, "in degrees"),
+        ({"gravity": (0, 1, 0), "roll_deg": 2.0}, "not both"),
+        ({"camera": "moving", "pitch_deg": 3.0}, "A moving camera"),
+        ({"window_s": 0.0}, "window_s"),
+    ],
+)
+def test_options_that_cannot_be_are_refused_before_anything_is_computed(options, words):
+    with pytest.raises(InputError, match=words):
+        Rectify(**options)
