@@ -70,7 +70,10 @@ def on_cluster(jobs: Sequence[Job], client: Any, patience_s: float = 60.0) -> Ge
         while not waiting.is_empty():
             batch = waiting.next_batch(block=False)
             for future in batch:
-                yield _outcome(future, names[future.key], address)
+                if future.status in ("lost", "pending"):  # its answer was on a worker that has died since
+                    waiting.add(future)
+                else:
+                    yield _outcome(future, names[future.key], address)
             if batch or _has_workers(client, address):
                 seen = time.monotonic()
             elif time.monotonic() - seen > patience_s:

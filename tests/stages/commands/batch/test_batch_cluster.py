@@ -5,6 +5,7 @@ import os
 import signal
 import socket
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 from pyarrow import parquet
@@ -14,7 +15,7 @@ from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.pose import package_version
 from pcnet3d.stages.commands.batch.manifest import read_entries
 from pcnet3d.stages.commands.batch.pool import connected, on_cluster
-from pcnet3d.stages.commands.batch.take import Job, run_take
+from pcnet3d.stages.commands.batch.take import Job, Outcome, run_take
 
 distributed = pytest.importorskip("distributed")
 
@@ -81,6 +82,45 @@ def test_a_worker_that_is_killed_costs_nothing_but_time(cluster, pcnet3d, tmp_pa
     assert "3 takes done (3 of them before)" in result.stdout
     rows = parquet.read_table(tmp_path / "out" / "study.parquet").to_pylist()
     assert [row["state"] for row in rows] == ["done"] * 3 + ["failed"]
+
+
+def test_an_answer_that_is_lost_with_its_worker_is_waited_for_again(monkeypatch, tmp_path):
+    """A take was done, and its worker died before anybody asked for the outcome; another worker finds it done."""
+
+    class Future:
+        key, status = "a", "lost"
+
+        def result(self):
+            return Outcome("good_000", "kept")
+
+    class Waiting(list):
+        def __init__(self, futures):
+            super().__init__(futures)
+            self.again = 0
+
+        def is_empty(self):
+            return not self
+
+        def next_batch(self, block):
+            return [self.pop()]
+
+        def add(self, future):
+            self.again += 1
+            future.status = "pending" if self.again == 1 else "finished"
+            self.append(future)
+
+    class Client:
+        scheduler = SimpleNamespace(address="tcp://here")
+
+        def map(self, function, jobs, pure):
+            return [Future()]
+
+        def cancel(self, futures):
+            pass
+
+    monkeypatch.setattr(distributed, "as_completed", Waiting)
+    (outcome,) = on_cluster(jobs(tmp_path, good=1), Client())
+    assert (outcome.name, outcome.state) == ("good_000", "kept")
 
 
 def test_a_cluster_without_workers_is_given_up(cluster, tmp_path):
