@@ -144,7 +144,7 @@ def lay_down(clip: Clip, rng: np.random.Generator) -> Clip:
 
     towards, angle = rng.uniform(0, 2 * np.pi), np.radians(90 + _LAID_SD_DEG * rng.standard_normal())
     R = Rotation.from_rotvec(angle * np.array([np.cos(towards), np.sin(towards), 0.0])).as_matrix()
-    pelvis = clip.joints[:, :1]
+    pelvis = clip.joints[:, [H36M17.index("pelvis")]]
     joints = pelvis + rotate(R, clip.joints - pelvis)
     joints[..., 2] -= np.quantile(joints[..., 2], _ON_THE_FLOOR)
     return replace(clip, joints=joints.astype(np.float32))

@@ -16,7 +16,7 @@ from ...pipeline.frames import CAMERA
 from ...pipeline.intrinsics import Intrinsics, undistorted
 from ...pipeline.layouts import H36M17, Layout, remap
 from ...pipeline.pose import PoseSequence
-from ...pipeline.rotations import is_finite
+from ...pipeline.rotations import is_finite, rotate
 from ...pipeline.running.interrupt import Keeper, interruptible
 from ...pipeline.running.progress import counted
 from ...pipeline.take import Video
@@ -42,14 +42,13 @@ class Crops:
         import cv2
 
         turn = self.R_image_from_crop[row] * (self.size[row] / size)
-        shift = self.centre[row] - turn @ (np.array(size) / 2)
+        shift = self.centre[row] - rotate(self.R_image_from_crop[row], self.size[[row]] / 2)[0]
         how = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
         return cv2.warpAffine(image, np.column_stack([turn, shift]), size, flags=how).astype(np.float32)
 
     def pixels(self, places: np.ndarray) -> np.ndarray:
         """(T, N, 2) pixels of the image, of places in the crop, which reaches from -1 to 1."""
-        turned = np.einsum("tij,tnj->tni", self.R_image_from_crop, places * self.size[:, None] / 2)
-        return turned + self.centre[:, None]
+        return rotate(self.R_image_from_crop, places * self.size[:, None] / 2) + self.centre[:, None]
 
 
 @dataclass(frozen=True, eq=False)

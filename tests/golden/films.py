@@ -1,5 +1,7 @@
 """Tiny videos."""
 
+import signal
+from collections.abc import Callable, Iterator
 from fractions import Fraction
 from pathlib import Path
 
@@ -49,3 +51,30 @@ def film_of(path: Path, images, fps: int = 30) -> Path:
         for packet in stream.encode():
             container.mux(packet)
     return path
+
+
+def pressing_ctrl_c(
+    images: Callable[..., Iterator[tuple[int, np.ndarray]]], at: int
+) -> Callable[..., Iterator]:
+    """images_ahead, with Ctrl-C pressed before frame `at` is shown."""
+
+    def shown(*asked: object) -> Iterator[tuple[int, np.ndarray]]:
+        for number, image in images(*asked):
+            if number == at:
+                signal.raise_signal(signal.SIGINT)
+            yield number, image
+
+    return shown
+
+
+def noting(
+    images: Callable[..., Iterator[tuple[int, np.ndarray]]], seen: list[int]
+) -> Callable[..., Iterator]:
+    """images_ahead, whose frame numbers are added to `seen`."""
+
+    def shown(*asked: object) -> Iterator[tuple[int, np.ndarray]]:
+        for number, image in images(*asked):
+            seen.append(number)
+            yield number, image
+
+    return shown

@@ -1,6 +1,5 @@
 """RTMW3D and InstantHMR: what they are shown, what becomes of their answers, and how a lift is taken up again."""
 
-import signal
 import weakref
 
 import numpy as np
@@ -8,6 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from golden.bodies import feet_of
+from golden.films import noting, pressing_ctrl_c
 from golden.lifters import MARKER_COLOURS
 from pcnet3d.examples.walker.camera import side_camera
 from pcnet3d.examples.walker.files import write_files
@@ -390,26 +390,13 @@ def test_interrupted_and_taken_up_again_is_bitwise_the_same(
     lifter, frames, keypoints = long_take
     showing(frames)
     whole = lifter.lift(keypoints, SIZE, FOCAL, video=video)
-    given = images.images_ahead
-    asked = []
-
-    def pressing(*asked_for):
-        for number, image in given(*asked_for):
-            if number == stop:
-                signal.raise_signal(signal.SIGINT)
-            yield number, image
-
-    def noting(*asked_for):
-        for number, image in given(*asked_for):
-            asked.append(number)
-            yield number, image
-
-    monkeypatch.setattr(images, "images_ahead", pressing)
+    given, asked = images.images_ahead, []
+    monkeypatch.setattr(images, "images_ahead", pressing_ctrl_c(given, stop))
     with pytest.raises(KeyboardInterrupt):
         lifter.lift(keypoints, SIZE, FOCAL, video=video, keep=lambda found: found.save(tmp_path / "part.npz"))
     part = load_answers(tmp_path / "part.npz")
     assert part.looked == stop + 1
-    monkeypatch.setattr(images, "images_ahead", noting)
+    monkeypatch.setattr(images, "images_ahead", noting(given, asked))
     resumed = lifter.lift(keypoints, SIZE, FOCAL, video=video, before=part)
     assert asked == list(range(stop + 1, 30))
     np.testing.assert_array_equal(resumed.joints, whole.joints)

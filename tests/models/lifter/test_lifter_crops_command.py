@@ -1,13 +1,13 @@
 """`pcnet3d run --lifter rtmw3d|instanthmr`: what a run says about them, where their files are, and how it goes on."""
 
 import json
-import signal
 from html import unescape
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from golden.films import noting, pressing_ctrl_c
 from pcnet3d.examples.walker.camera import side_camera
 from pcnet3d.examples.walker.files import write_files
 from pcnet3d.examples.walker.walk import walker
@@ -151,24 +151,12 @@ def test_interrupted_and_resumed(files, make, quick, pcnet3d, tmp_path, monkeypa
     words = ("run", files.video, "--keypoints", files.keypoints, "--recipe", quick, "--lifter", lifter)
     assert pcnet3d(*words, "-o", tmp_path / "whole")[0] == 0
     given, asked = images.images_ahead, []
-
-    def pressing(*asked_for):
-        for number, image in given(*asked_for):
-            if number == 11:
-                signal.raise_signal(signal.SIGINT)
-            yield number, image
-
-    def noting(*asked_for):
-        for number, image in given(*asked_for):
-            asked.append(number)
-            yield number, image
-
-    monkeypatch.setattr(images, "images_ahead", pressing)
+    monkeypatch.setattr(images, "images_ahead", pressing_ctrl_c(given, 11))
     code, said = pcnet3d(*words, "-o", tmp_path / "part")
     assert code == 130
     assert "what was done is kept" in said
     assert not (tmp_path / "part").exists()
-    monkeypatch.setattr(images, "images_ahead", noting)
+    monkeypatch.setattr(images, "images_ahead", noting(given, asked))
     code, said = pcnet3d(*words, "-o", tmp_path / "part", "--resume")
     assert code == 0, said
     assert asked[0] == 12
