@@ -27,15 +27,17 @@ _LISTED = 5  # people named in a note
 @dataclass(frozen=True)
 class Detect:
     """The stage. detector, person_detector: names of `pcnet3d list models` or .onnx files. person_kind: "yolox" or
-    "rtmdet". person: who, by number, or "largest"; without it the longest track. swaps: what to do about limbs that are
-    exchanged for some frames. smooth_hz: low-pass of the keypoints, forwards and backwards; none without it, for the
-    lifter was trained on what detectors give. fps: frame rate instead of the video's own. folder: where keypoints.npz
-    goes. checkpoint: a file for what was found so far, written every minute. resume: the file of an interrupted run to
-    go on from."""
+    "rtmdet". looks: at every person in every image, 1 to 4, of which the mean is taken; without it 2, or 1 for a
+    network that finds people by itself. person: who, by number, or "largest"; without it the longest track. swaps:
+    what to do about limbs that are exchanged for some frames. smooth_hz: low-pass of the keypoints, forwards and
+    backwards; none without it, for the lifter was trained on what detectors give. fps: frame rate instead of the
+    video's own. folder: where keypoints.npz goes. checkpoint: a file for what was found so far, written every
+    minute. resume: the file of an interrupted run to go on from."""
 
     detector: str = "movenet"
     person_detector: str | None = None
     person_kind: PersonKind = "yolox"
+    looks: int | None = None
     person: str | None = None
     swaps: Swaps = "report"
     smooth_hz: float | None = None
@@ -52,7 +54,7 @@ class Detect:
         video = take.need("video")
         if self.fps is not None:
             check_fps(self.fps)  # before the minutes that detection takes
-        detector = load_detector(self.detector, self.person_detector, self.person_kind)
+        detector = load_detector(self.detector, self.person_detector, self.person_kind, self.looks)
         before = None if self.resume is None else load_detections(self.resume)
         digest = next((entry["sha256"] for entry in take.inputs if entry["role"] == "video"), None)
         source = f"{digest or sha256(video.path)} {package_version()}"

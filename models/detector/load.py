@@ -9,6 +9,7 @@ from ...pipeline.errors import InputError
 from ...pipeline.plugins.registry import open_model
 from ..common.onnx import OnnxFile, open_onnx
 from .blazepose import BlazePose, is_blazepose
+from .looks import MOST_LOOKS, SeveralLooks
 from .movenet import MoveNet, MultiMoveNet
 from .protocols import CropNetwork, Detector, Found, PersonNetwork
 from .rtmpose import SimCC
@@ -19,24 +20,32 @@ __all__ = ["Detector", "Found", "load_detector"]
 
 
 PersonKind = Literal["yolox", "rtmdet"]
+_USUAL_LOOKS = 2  # twice the time, and most of what four gain
 
 
 def load_detector(
-    detector: str | Path, person_detector: str | Path | None = None, person_kind: PersonKind = "yolox"
+    detector: str | Path,
+    person_detector: str | Path | None = None,
+    person_kind: PersonKind = "yolox",
+    looks: int | None = 1,
 ) -> Detector:
     """The detector of a name of `pcnet3d list models`, downloaded if need be, or the one in an .onnx file.
 
     Files may hold MoveNet (one person, or up to six), RTMPose and other SimCC networks, and BlazePose's landmarks. One
     that looks at a single person follows it through the images, or gets everybody's box from `person_detector`, a name
-    or the .onnx file of a YOLOX or RTMDet; `person_kind` says which, for their files look alike. InputError when there
-    is no such name or file, or it is of another kind.
+    or the .onnx file of a YOLOX or RTMDet; `person_kind` says which, for their files look alike. looks: at every person
+    that such a network looks at, 1 to 4 (looks.py); None for 2, or 1 where the network finds people by itself.
+    InputError when there is no such name or file, or it is of another kind.
     """
+    if looks is not None and not 1 <= looks <= MOST_LOOKS:
+        raise InputError(f"Expected 1 to {MOST_LOOKS} looks at a person, got --set detect.looks={looks}.")
     file = open_model("detectors", detector)
     if not isinstance(file, Path):
         if person_detector is not None:
             raise InputError(
                 f"The detector '{detector}' finds people by itself; leave --set detect.person_detector out."
             )
+        _check_one_look(f"The detector '{detector}'", looks)
         return file
     network = open_onnx(file, "a network that finds joints in pictures")
     opened = _joints(network)
@@ -50,12 +59,20 @@ def load_detector(
             raise InputError(
                 f"{network.path} finds people by itself; leave --set detect.person_detector out."
             )
+        _check_one_look(str(network.path), looks)
         return opened
+    count = _USUAL_LOOKS if looks is None else looks
+    opened = SeveralLooks(opened, count) if count > 1 else opened
     return (
         Follower(opened)
         if person_detector is None
         else TopDown(opened, _persons(person_detector, person_kind))
     )
+
+
+def _check_one_look(name: str, looks: int | None) -> None:
+    if looks is not None and looks > 1:
+        raise InputError(f"{name} looks at everybody at once; leave --set detect.looks={looks} out.")
 
 
 def _joints(network: OnnxFile) -> CropNetwork | MultiMoveNet | None:

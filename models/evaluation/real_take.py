@@ -203,7 +203,7 @@ def _with_image(
 
 def found_keypoints(video: Video) -> PoseSequence:
     """COCO17 in IMAGE: whom the data's own detector sees for longest. InputError when it sees nobody."""
-    found = detect(video, load_detector(data_folder() / _DETECTOR))
+    found = detect(video, load_detector(data_folder() / _DETECTOR, looks=None))
     if not len(found.person):
         raise InputError(f"Expected a person in {video.path}, but {found.method} finds nobody.")
     return choose_person(found.people(), "longest", str(video.path))

@@ -1,0 +1,67 @@
+"""Several looks at one person: a network's answers for the same part of the image, mirrored and a little closer.
+
+What a network is off by changes with where the joints fall on its grid and with which side is which, so the mean of
+several looks is off by less, and trembles less from frame to frame (docs/detect.md). Mirrored looks are the usual
+"flip test" of 2D pose estimation (e.g. Newell et al., "Stacked Hourglass Networks", ECCV 2016).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...pipeline.layouts import Layout
+from .crops import Crop, around
+from .protocols import CropNetwork, Found
+
+# The crop's size as a share of what the network asks for, and whether it is mirrored: the first look, the second ...
+_LOOKS = ((1.0, False), (0.88, True), (1.0, True), (0.88, False))
+MOST_LOOKS = len(_LOOKS)
+_SAME = 0.06  # of the person's size: answers nearer to each other than this mean the same point
+_SURE = 0.3  # a first look less sure than this sees nobody, and further ones will not either
+
+
+class SeveralLooks:
+    """CropNetwork whose every look is `count` looks of another one, 2 to MOST_LOOKS.
+
+    Of each joint the answer that most others agree with counts, and with it the mean of those that do, by their scores;
+    the score is less where some do not agree.
+    """
+
+    def __init__(self, network: CropNetwork, count: int) -> None:
+        self._network, self._further = network, _LOOKS[1:count]
+        self.aspect, self.room = network.aspect, network.room
+        self.layout: Layout = network.layout
+        self.method = f"{network.method}, {count} looks"
+
+    def look(self, image: np.ndarray, crop: Crop) -> Found:
+        """As CropNetwork says."""
+        first = self._network.look(image, crop)
+        if first.sure < _SURE:
+            return first
+        further = (self._again(image, crop, *how) for how in self._further)
+        xy, score = (np.stack(parts) for parts in zip((first.xy, first.score), *further, strict=True))
+        size = np.ptp(first.box.reshape(2, 2), axis=0).max()
+        near = np.linalg.norm(xy[:, None] - xy[None], axis=-1) <= _SAME * size  # (looks, looks, J)
+        chosen = (near * score).sum(axis=1).argmax(axis=0)  # (J,) a row of looks; of equals the earlier look
+        agree = np.take_along_axis(near, chosen[None, None], axis=0)[0]  # (looks, J)
+        weights = agree * np.maximum(score, 1e-6)
+        mean = (weights[..., None] * xy).sum(axis=0) / weights.sum(axis=0)[:, None]
+        return Found(mean, (agree * score).mean(axis=0), first.box, first.sure)
+
+    def next_crop(self, found: Found) -> Crop:
+        """As CropNetwork says."""
+        return self._network.next_crop(found)
+
+    def _again(
+        self, image: np.ndarray, crop: Crop, size: float, mirrored: bool
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """(J, 2) joints and (J,) scores of a look at a part of that size about the same middle."""
+        centre = np.array([crop.left + crop.width / 2, crop.top + crop.height / 2])
+        part = around(centre, size * crop.width, size * crop.height)
+        if not mirrored:
+            found = self._network.look(image, part)
+            return found.xy, found.score
+        width, other = image.shape[1], self.layout.mirror
+        there = Crop(width - part.left - part.width, part.top, part.width, part.height)
+        found = self._network.look(image[:, ::-1], there)
+        return np.array([width, 0]) + found.xy[other] * (-1, 1), found.score[other]
