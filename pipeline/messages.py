@@ -24,6 +24,11 @@ def how_many(count: int, one: str, more: str = "") -> str:
     return f"{count} {one if count == 1 else more or one + 's'}"
 
 
+def bound_in_words(bound: float) -> str:
+    """A bound or an error in degrees, to the digits that it leaves: "0.8", "8"."""
+    return f"{bound:.1f}" if round(bound, 1) < 3 else f"{bound:.0f}"
+
+
 def set_detail(detail: Detail) -> None:
     """How much this process says: "quiet", only errors and a command's last line; "verbose", also `debug` lines."""
     global _detail

@@ -201,9 +201,10 @@ def _with_image(
     return look, poses if up is None else lift(*given, up)
 
 
-def found_keypoints(video: Video) -> PoseSequence:
-    """COCO17 in IMAGE: whom the data's own detector sees for longest. InputError when it sees nobody."""
-    found = detect(video, load_detector(data_folder() / _DETECTOR, looks=None))
+def found_keypoints(video: Video, looks: int | None = None) -> PoseSequence:
+    """COCO17 in IMAGE: whom the data's own detector sees for longest. looks: of load_detector, as in a run without it.
+    InputError when it sees nobody."""
+    found = detect(video, load_detector(data_folder() / _DETECTOR, looks=looks))
     if not len(found.person):
         raise InputError(f"Expected a person in {video.path}, but {found.method} finds nobody.")
     return choose_person(found.people(), "longest", str(video.path))

@@ -10,7 +10,7 @@ import numpy as np
 from ..answer import answer
 from ..files.viewer import RECORDING, find_page
 from ..inspect.inspect import EXIT_CODES
-from ..messages import how_many, show
+from ..messages import bound_in_words, how_many, show
 from ..system import quoted
 from ..take import Take
 from ..verdict import verdict, verdict_words
@@ -59,7 +59,7 @@ def trust(take: Take) -> tuple[int, str]:
         if not levelled:
             words[-1] += f": {take.rectified.level_reason}"
         elif np.isfinite(bound).any():
-            words[-1] += f", its up known to within {how_many(round(float(np.nanmax(bound))), 'degree')}"
+            words[-1] += f", its up known to within {bound_in_words(float(np.nanmax(bound)))} degrees"
     return code, "; ".join(words)
 
 

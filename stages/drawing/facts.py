@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...pipeline.camera import pitch_roll_deg
+from ...pipeline.messages import bound_in_words
 from ...pipeline.motion.checks import bone_spread
 from ...pipeline.pose import Rectified, Step
 from ...pipeline.rotations import angle_deg, is_finite, rotate
@@ -96,7 +97,7 @@ class Facts:
         not levelled or it is not stated."""
         if not self.level_ok or self.up_bound_deg is None:
             return None
-        least, most = (f"{bound:.1f}" for bound in self.up_bound_deg)
+        least, most = map(bound_in_words, self.up_bound_deg)
         return most if least == most else f"{least} to {most}"
 
     @property

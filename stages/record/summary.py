@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...pipeline.messages import how_many
+from ...pipeline.messages import bound_in_words, how_many
 from ...pipeline.take import Take
 from ...pipeline.verdict import verdict_words
 from ..drawing.facts import Facts, facts_of, listed
@@ -13,7 +13,7 @@ from ..drawing.facts import Facts, facts_of, listed
 def summary_markdown(take: Take) -> str:
     """The take's summary: warnings first, then how it was rectified, what it is, and what was done to it."""
     facts = facts_of(take)
-    error = f"{facts.error_deg:.1f} deg (median)" if np.isfinite(facts.error_deg) else "not known"
+    error = f"{bound_in_words(facts.error_deg)} deg (median)" if np.isfinite(facts.error_deg) else "not known"
     lines = [
         f"### {take.title}",
         *_told("#### ⚠ Warnings", facts.warnings, "**"),

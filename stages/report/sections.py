@@ -11,7 +11,7 @@ from markupsafe import Markup
 
 from ...models.common.metrics import RAYLEIGH_90
 from ...pipeline.files.atomic import REPORT, SUMMARY
-from ...pipeline.messages import how_many
+from ...pipeline.messages import bound_in_words, how_many
 from ...pipeline.pose import package_version
 from ...pipeline.take import Take
 from ..drawing.facts import Facts
@@ -93,7 +93,7 @@ def gravity_words(facts: Facts) -> Markup:
         *([rests] if (rests := up_rests(facts)) else []),
         f"Heading of LEVEL: {facts.level_heading}.",
         *(
-            [f"Expected error of a frame's whole rotation: {error:.1f}° (median)."]
+            [f"Expected error of a frame's whole rotation: {bound_in_words(error)}° (median)."]
             if np.isfinite(error)
             else []
         ),
@@ -118,8 +118,9 @@ def _rounded(value: float | None, bound: float | None) -> str | None:
     """A figure to the digits that its 90 % bound leaves."""
     if value is None or bound is None:
         return None
-    digits = 0 if bound >= 3 else 1
-    return f"{value:z.{digits}f}" + (f" ± {bound:.{digits}f}" if bound != 1.0 else "")
+    stated = bound_in_words(bound)
+    digits = 1 if "." in stated else 0
+    return f"{value:z.{digits}f}" + (f" ± {stated}" if bound != 1.0 else "")
 
 
 def spoken(name: str) -> str:

@@ -4,6 +4,7 @@ import webbrowser
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from pcnet3d.pipeline import InputError, Take
@@ -12,6 +13,7 @@ from pcnet3d.pipeline.files.viewer import view_page
 from pcnet3d.pipeline.running.conclusion import conclude, point_to, seen, show_files, trust
 from pcnet3d.pipeline.verdict import Finding
 from pcnet3d.stages import rectify
+from pcnet3d.stages.drawing.facts import facts_of
 
 
 @pytest.fixture(scope="module")
@@ -33,6 +35,15 @@ def test_two_lines_and_the_page(take, tmp_path, capsys):
     assert files == f"{tmp_path}: report.html, take.rrd"
     assert view == f"the recording: pcnet3d view {tmp_path}"
     assert page == f"open {tmp_path / 'report.html'}"
+
+
+@pytest.mark.parametrize(
+    ("bound", "words"), [(0.84, "0.8"), (2.94, "2.9"), (2.97, "3"), (8.45, "8"), (0.0, "0.0")]
+)
+def test_a_bound_is_said_with_the_same_digits_everywhere(take, bound, words):
+    known = take.with_(rectified=replace(take.rectified, up_bound_deg=np.full(len(take.poses), bound)))
+    assert trust(known)[1].endswith(f"its up known to within {words} degrees")
+    assert facts_of(known).bound_words == words
 
 
 def test_what_moved_is_said_as_the_report_says_it(take):

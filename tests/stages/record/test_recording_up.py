@@ -163,7 +163,7 @@ def told(take: Take, **changes) -> str:
 
 def test_the_summary_says_how_well_up_is_known_and_what_it_rests_on(make_take):
     text = told(make_take())
-    assert "up: known to within **5.0 deg** (90 %), rests on: frames 75 %, feet 25 %" in text
+    assert "up: known to within **5 deg** (90 %), rests on: frames 75 %, feet 25 %" in text
     assert "looks down by 0.0 deg" in text
     assert "relative to the camera" not in text
 
@@ -179,7 +179,7 @@ def test_the_summary_of_a_moving_camera(make_take):
     take = make_take()
     rectified = moving(take.rectified, np.zeros(12))
     text = told(take.with_(rectified=rectified), up_bound_deg=np.linspace(5, 8, 12))
-    assert "within **5.0 to 8.0 deg** (90 %)" in text
+    assert "within **5 to 8 deg** (90 %)" in text
     assert "back and right are relative to the camera" in text
 
 
