@@ -168,9 +168,16 @@ def reading(path: Path) -> Iterator[Path]:
 def load_weights(net: Net, path: Path) -> Net:
     """A net with the weights that torch.save wrote there, unpickling nothing but tensors; InputError when they are not
     there or do not fit."""
-    with reading(path), open(path, "rb") as file:
-        net.load_state_dict(_unpickled(file, path.stat().st_size, path, torch.device("cpu")))
+    weights = read_weights(path)
+    with reading(path):
+        net.load_state_dict(weights)
     return net.eval()
+
+
+def read_weights(path: Path) -> dict[str, Tensor]:
+    """By their names in a network, as torch.save wrote them; InputError when they are not there."""
+    with reading(path), open(path, "rb") as file:
+        return _unpickled(file, path.stat().st_size, path, torch.device("cpu"))
 
 
 def _unpickled(file: IO[bytes], size: int, path: Path, device: torch.device) -> Any:

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import torch
 from pydantic import BaseModel, ConfigDict, NonNegativeFloat, NonNegativeInt, PositiveInt
-from torch import Tensor
+from torch import Tensor, nn
 
 from ....pipeline.errors import InputError
 from ....pipeline.files.atomic import whole_file
@@ -18,7 +18,16 @@ from ....pipeline.layouts import H36M17
 from ...common.extras import needed_for
 from ...common.metrics import joint_error, procrustes_error, scaled
 from ...common.toml_config import read_toml
-from ...common.training import Schedule, State, device_of, fit, load_weights, optimisers_of
+from ...common.training import (
+    Schedule,
+    State,
+    device_of,
+    fit,
+    load_weights,
+    optimisers_of,
+    read_weights,
+    reading,
+)
 from ...mocap.clips import Clip, Subjects, read_clips
 from ...mocap.split import read_parts
 from ...synthetic.on_device.draw import Draw
@@ -48,7 +57,8 @@ class TrainConfig(BaseModel):
 
     subjects: "train", or one half of them for cross-fitted lifts. data, split: a file of `pcnet3d mocap` and one of
     its train and val subjects (mocap_parts), instead of the motion capture that the shipped network was trained on.
-    start: weights of an earlier run of the same network (its best.pt) to begin with. The first `single` steps see
+    start: weights of an earlier run (its best.pt) to begin with, of the same network or of one with fewer blocks; the
+    further ones then do nothing at first. The first `single` steps see
     single frames, as many different people and views as there are frames, which teaches geometry several times faster;
     then windows, `lengths` long and how often (the shares' sum does not matter), teach what time adds.
     """
@@ -92,7 +102,7 @@ def run(
     train, val = clips_of(config)
     net = LifterNet(config.net)
     if config.start is not None:
-        net = load_weights(net, config.start).train()
+        net = started(net, config.start)
     net = net.to(on)
     matrices = [p for p in net.blocks.parameters() if p.ndim == 2]
     state = State(net, optimisers_of(net, config.schedule, matrices))
@@ -118,6 +128,20 @@ def run(
     if not fit(state, config, loss_of, lambda average: check(average, checks), output, minutes):
         return None
     return load_weights(LifterNet(config.net), output / "best.pt")
+
+
+def started(net: LifterNet, path: Path) -> LifterNet:
+    """net with the weights of an earlier run. Blocks that the earlier network did not have add nothing, so that it
+    answers as that one does, and learn from there. InputError as of load_weights."""
+    weights = read_weights(path)
+    for i, block in enumerate(net.blocks):
+        if not any(name.startswith(f"blocks.{i}.") for name in weights):
+            nn.init.zeros_(block.out.weight)
+            nn.init.zeros_(block.out.bias)
+            weights |= {f"blocks.{i}.{name}": value for name, value in block.state_dict().items()}
+    with reading(path):
+        net.load_state_dict(weights)
+    return net.train()
 
 
 def read_config(path: Path) -> TrainConfig:

@@ -82,6 +82,20 @@ def test_pick_shows_the_people_under_the_numbers_that_person_takes(film, toys, t
         np.testing.assert_array_equal(poses["frame_index"], np.arange(20, 40))
 
 
+def test_a_run_looks_twice_at_everybody_unless_it_is_told_otherwise(walk_film, toy, quick, tmp_path, call):
+    words = (walk_film.path, "--detector", toy, "--recipe", quick)
+    code, said = call(*words, "-o", tmp_path / "usual")
+    assert code == 0, said
+    assert load_detections(tmp_path / "usual/keypoints.npz").method.endswith(", 2 looks")
+    assert call(*words, "--set", "detect.looks=1", "-o", tmp_path / "quick")[0] == 0
+    assert "looks" not in load_detections(tmp_path / "quick/keypoints.npz").method
+    for wrong, why in (("0", "Expected 1 to 4 looks"), ("many", "looks")):
+        code, said = call(*words, "--set", f"detect.looks={wrong}", "-o", tmp_path / "none")
+        assert code == 2
+        assert why in said
+        assert not (tmp_path / "none").exists()
+
+
 def test_its_keypoints_can_be_given_again(walk_film, toy, quick, tmp_path, call):
     assert call(walk_film.path, "--detector", toy, "--recipe", quick, "-o", tmp_path / "a")[0] == 0
     recipe = tmp_path / "rest.toml"

@@ -17,6 +17,7 @@ torch = pytest.importorskip("torch", reason="training needs torch, the extra 'tr
 pytest.importorskip("onnxscript", reason="export needs onnxscript, the extra 'train'")
 module = pytest.importorskip("pcnet3d.models.lifter.training.train")
 from golden.checkpoints import read_checkpoint, same  # noqa: E402
+from pcnet3d.models.lifter.training.net import LifterNet, NetConfig  # noqa: E402
 from pcnet3d.models.lifter.training.windows import Batch, Material, Windows  # noqa: E402
 from pcnet3d.models.synthetic.on_device.draw import Draw  # noqa: E402
 from pcnet3d.models.synthetic.on_device.keypoint_noise import Spoilt, detect  # noqa: E402
@@ -186,6 +187,20 @@ def test_the_deviation_that_costs_least_is_the_true_one():
     assert torch.equal(*slopes)
 
 
+def test_the_error_of_bones_is_what_their_two_ends_differ_by():
+    """A knee that is off costs its two bones; a leg that is off as one piece costs the bone above it alone."""
+    joints, sd = torch.zeros(1, 1, 17, 3), torch.ones(1, 1, 17, 2)
+    truth = Batch(joints, joints, joints)
+
+    def cost(bones, *off):
+        answer = joints.clone()
+        answer[:, :, H36M17.indices(off), 0] = 0.1
+        return float(module.loss((answer, sd, joints), truth, module.Weights(bones=bones, deviation=0.0)))
+
+    for off, bones in ((("r_knee",), 2), (("r_hip", "r_knee", "r_ankle"), 1), (("r_ankle",), 1)):
+        assert cost(3.0, *off) - cost(0.0, *off) == pytest.approx(3.0 * bones * 0.1 / 16)
+
+
 def test_a_run_gives_a_network_that_the_run_time_answers_alike(config, tmp_path, capsys):
     out = tmp_path / "out"
     module.train_lifter(config, out)
@@ -245,6 +260,20 @@ def test_it_starts_with_the_weights_of_an_earlier_run(config, tmp_path, without_
     with pytest.raises(InputError, match=r"best\.pt.*size mismatch"):
         module.train_lifter(config, tmp_path / "third")
     assert not (tmp_path / "third").exists()
+
+
+def test_a_network_with_more_blocks_starts_with_the_answers_of_a_smaller_one(tmp_path):
+    small, large = LifterNet(NetConfig(16, (1, 3))), LifterNet(NetConfig(16, (1, 3, 9, 1)))
+    torch.save(small.state_dict(), tmp_path / "small.pt")
+    grown = module.started(large, tmp_path / "small.pt")
+    x = torch.randn(2, 30, CHANNELS)
+    for one, other in zip(small.eval()(x), grown.eval()(x), strict=True):
+        torch.testing.assert_close(one, other)
+    grown(x)[0].square().mean().backward()
+    assert all(block.out.weight.grad.abs().max() > 0 for block in grown.blocks)
+    torch.save(large.state_dict(), tmp_path / "large.pt")
+    with pytest.raises(InputError, match=r"large\.pt.*[Uu]nexpected key"):
+        module.started(small, tmp_path / "large.pt")
 
 
 @pytest.fixture
