@@ -23,8 +23,7 @@ _SURE = 0.3  # a first look less sure than this sees nobody, and further ones wi
 class SeveralLooks:
     """CropNetwork whose every look is `count` looks of another one, 2 to MOST_LOOKS.
 
-    Of each joint the answer that most others agree with counts, and with it the mean of those that do, by their scores;
-    the score is less where some do not agree.
+    Of each joint the answer that most others agree with counts, and with it those that do: their mean by their scores.
     """
 
     def __init__(self, network: CropNetwork, count: int) -> None:
@@ -46,7 +45,7 @@ class SeveralLooks:
         agree = np.take_along_axis(near, chosen[None, None], axis=0)[0]  # (looks, J)
         weights = agree * np.maximum(score, 1e-6)
         mean = (weights[..., None] * xy).sum(axis=0) / weights.sum(axis=0)[:, None]
-        return Found(mean, (agree * score).mean(axis=0), first.box, first.sure)
+        return Found(mean, (agree * score).sum(axis=0) / agree.sum(axis=0), first.box, first.sure)
 
     def next_crop(self, found: Found) -> Crop:
         """As CropNetwork says."""
