@@ -9,7 +9,7 @@ from ...pipeline.errors import InputError
 from ...pipeline.plugins.registry import open_model
 from ..common.onnx import OnnxFile, open_onnx
 from .blazepose import BlazePose, is_blazepose
-from .looks import MOST_LOOKS, SeveralLooks
+from .looks import MOST_LOOKS
 from .movenet import MoveNet, MultiMoveNet
 from .protocols import CropNetwork, Detector, Found, PersonNetwork
 from .rtmpose import SimCC
@@ -62,12 +62,9 @@ def load_detector(
         _check_one_look(str(network.path), looks)
         return opened
     count = _USUAL_LOOKS if looks is None else looks
-    opened = SeveralLooks(opened, count) if count > 1 else opened
-    return (
-        Follower(opened)
-        if person_detector is None
-        else TopDown(opened, _persons(person_detector, person_kind))
-    )
+    if person_detector is None:
+        return Follower(opened, count)
+    return TopDown(opened, _persons(person_detector, person_kind), count)
 
 
 def _check_one_look(name: str, looks: int | None) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 
 from ...pipeline.layouts import Layout
 from .crops import fitted
+from .looks import SeveralLooks
 from .protocols import CropNetwork, Found, PersonNetwork
 
 _LOST = 0.3  # less sure than this, the person is no longer where it was
@@ -20,12 +21,13 @@ class Follower:
     """Detector of one person: looks where the person was, and all over the image when there was none or it is lost.
 
     A person much smaller than the image is overlooked in all of it, so squares as wide as its shorter side are
-    searched as well.
+    searched as well, with one look each.
     """
 
-    def __init__(self, network: CropNetwork) -> None:
-        self._network = network
-        self.method = network.method
+    def __init__(self, network: CropNetwork, looks: int = 1) -> None:
+        """looks: at the person, once it is found (looks.py)."""
+        self._one, self._network = network, SeveralLooks(network, looks) if looks > 1 else network
+        self.method = self._network.method
         self.layout: Layout = network.layout
 
     def people(self, image: np.ndarray, before: Sequence[Found] = ()) -> tuple[Found, ...]:
@@ -35,15 +37,18 @@ class Follower:
             if found.sure >= _LOST and _middle_inside(found, image):
                 return (found,)
         found = self._search(image)
+        if found is not None and self._network is not self._one:
+            again = self._network.look(image, self._one.next_crop(found))
+            found = again if again.sure >= _LOST else found
         return (found,) if found is not None else ()
 
     def _search(self, image: np.ndarray) -> Found | None:
         best = None
         for window in _windows(image):
-            found = self._network.look(image, fitted(window, self._network.aspect))
+            found = self._one.look(image, fitted(window, self._one.aspect))
             for _ in range(_LOOKS):
                 if found.sure >= _HINT:
-                    found = self._network.look(image, self._network.next_crop(found))
+                    found = self._one.look(image, self._one.next_crop(found))
             if found.sure < _FOUND or not _middle_inside(found, image):
                 continue
             if (
@@ -56,9 +61,11 @@ class Follower:
 class TopDown:
     """Detector of everybody whom a network of people finds."""
 
-    def __init__(self, network: CropNetwork, persons: PersonNetwork) -> None:
-        self._network, self._persons = network, persons
-        self.method = f"{network.method}+{persons.method}"
+    def __init__(self, network: CropNetwork, persons: PersonNetwork, looks: int = 1) -> None:
+        """looks: at every person (looks.py)."""
+        self._network = SeveralLooks(network, looks) if looks > 1 else network
+        self._persons = persons
+        self.method = f"{self._network.method}+{persons.method}"
         self.layout: Layout = network.layout
 
     def people(self, image: np.ndarray, before: Sequence[Found] = ()) -> tuple[Found, ...]:

@@ -7,6 +7,7 @@ from pcnet3d.models.detector.crops import Crop
 from pcnet3d.models.detector.load import load_detector
 from pcnet3d.models.detector.looks import MOST_LOOKS, SeveralLooks
 from pcnet3d.models.detector.protocols import Found
+from pcnet3d.models.detector.topdown import Follower
 from pcnet3d.pipeline.errors import InputError
 from pcnet3d.pipeline.layouts import COCO17
 from pcnet3d.stages.detect import Detect
@@ -93,6 +94,19 @@ def test_where_nobody_is_one_look_is_enough(image):
     fake = Fake(sure=0.1)
     assert SeveralLooks(fake, 4).look(image, CROP).sure == pytest.approx(0.1)
     assert len(fake.crops) == 1
+
+
+def test_a_follower_searches_with_single_looks_and_then_looks_as_often_as_it_is_told(image):
+    fake = Fake()
+    follower = Follower(fake, 3)
+    (found,) = follower.people(image)
+    searched = len(fake.crops) - 3
+    assert not any(mirrored for _, mirrored in fake.crops[:searched])
+    assert [crop.width for crop, _ in fake.crops[searched:]] == [200, 176, 200]
+    np.testing.assert_allclose(found.xy, JOINTS, atol=1e-3)
+    before = len(fake.crops)
+    follower.people(image, [found])
+    assert len(fake.crops) == before + 3
 
 
 def test_how_many_looks_a_detector_takes(tmp_path, toys):
