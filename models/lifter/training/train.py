@@ -58,9 +58,9 @@ class TrainConfig(BaseModel):
     subjects: "train", or one half of them for cross-fitted lifts. data, split: a file of `pcnet3d mocap` and one of
     its train and val subjects (mocap_parts), instead of the motion capture that the shipped network was trained on.
     start: weights of an earlier run (its best.pt) to begin with, of the same network or of one with fewer blocks; the
-    further ones then do nothing at first. The first `single` steps see
-    single frames, as many different people and views as there are frames, which teaches geometry several times faster;
-    then windows, `lengths` long and how often (the shares' sum does not matter), teach what time adds.
+    further ones then do nothing at first. The first `single` steps see single frames, as many different people and
+    views as there are frames, which teaches geometry several times faster; then windows, `lengths` long and how often
+    (the shares' sum does not matter), teach what time adds.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -134,12 +134,12 @@ def started(net: LifterNet, path: Path) -> LifterNet:
     """net with the weights of an earlier run. Blocks that the earlier network did not have add nothing, so that it
     answers as that one does, and learn from there. InputError as of load_weights."""
     weights = read_weights(path)
-    for i, block in enumerate(net.blocks):
-        if not any(name.startswith(f"blocks.{i}.") for name in weights):
-            nn.init.zeros_(block.out.weight)
-            nn.init.zeros_(block.out.bias)
-            weights |= {f"blocks.{i}.{name}": value for name, value in block.state_dict().items()}
     with reading(path):
+        for i, block in enumerate(net.blocks):
+            if not any(name.startswith(f"blocks.{i}.") for name in weights):
+                nn.init.zeros_(block.out.weight)
+                nn.init.zeros_(block.out.bias)
+                weights |= {f"blocks.{i}.{name}": value for name, value in block.state_dict().items()}
         net.load_state_dict(weights)
     return net.train()
 

@@ -274,6 +274,9 @@ def test_a_network_with_more_blocks_starts_with_the_answers_of_a_smaller_one(tmp
     torch.save(large.state_dict(), tmp_path / "large.pt")
     with pytest.raises(InputError, match=r"large\.pt.*[Uu]nexpected key"):
         module.started(small, tmp_path / "large.pt")
+    torch.save(torch.zeros(3), tmp_path / "other.pt")
+    with pytest.raises(InputError, match=r"other\.pt is damaged, or no checkpoint of this network"):
+        module.started(large, tmp_path / "other.pt")
 
 
 @pytest.fixture
