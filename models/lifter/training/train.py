@@ -32,7 +32,7 @@ from ...mocap.clips import Clip, Subjects, read_clips
 from ...mocap.split import read_parts
 from ...synthetic.on_device.draw import Draw
 from ..features import CHANNELS
-from .net import LifterNet, NetConfig
+from .net import Block, LifterNet, NetConfig
 from .windows import Batch, Material, Windows
 
 _PARENTS, _CHILDREN = ([H36M17.index(bone[end]) for bone in H36M17.bones] for end in (0, 1))
@@ -137,6 +137,7 @@ def started(net: LifterNet, path: Path) -> LifterNet:
     with reading(path):
         for i, block in enumerate(net.blocks):
             if not any(name.startswith(f"blocks.{i}.") for name in weights):
+                assert isinstance(block, Block)
                 nn.init.zeros_(block.out.weight)
                 nn.init.zeros_(block.out.bias)
                 weights |= {f"blocks.{i}.{name}": value for name, value in block.state_dict().items()}
