@@ -11,13 +11,12 @@ import numpy as np
 
 from ...pipeline.layouts import Layout
 from .crops import Crop, around
-from .protocols import CropNetwork, Found
+from .protocols import LOST, CropNetwork, Found
 
 # The crop's size as a share of what the network asks for, and whether it is mirrored: the first look, the second ...
 _LOOKS = ((1.0, False), (0.88, True), (1.0, True), (0.88, False))
 MOST_LOOKS = len(_LOOKS)
 _SAME = 0.06  # of the person's size: answers nearer to each other than this mean the same point
-_SURE = 0.3  # a first look less sure than this sees nobody, and further ones will not either
 
 
 class SeveralLooks:
@@ -35,8 +34,8 @@ class SeveralLooks:
     def look(self, image: np.ndarray, crop: Crop) -> Found:
         """As CropNetwork says."""
         first = self._network.look(image, crop)
-        if first.sure < _SURE:
-            return first
+        if first.sure < LOST:
+            return first  # nor will further looks see anybody
         further = (self._again(image, crop, *how) for how in self._further)
         xy, score = (np.stack(parts) for parts in zip((first.xy, first.score), *further, strict=True))
         size = np.ptp(first.box.reshape(2, 2), axis=0).max()

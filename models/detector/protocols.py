@@ -11,6 +11,8 @@ import numpy as np
 from ...pipeline.layouts import Layout
 from .crops import Crop
 
+LOST = 0.3  # less sure than this of a look at one person, nobody is there
+
 
 @dataclass(frozen=True, eq=False)
 class Found:

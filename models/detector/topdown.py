@@ -9,9 +9,8 @@ import numpy as np
 from ...pipeline.layouts import Layout
 from .crops import fitted
 from .looks import SeveralLooks
-from .protocols import CropNetwork, Found, PersonNetwork
+from .protocols import LOST, CropNetwork, Found, PersonNetwork
 
-_LOST = 0.3  # less sure than this, the person is no longer where it was
 _FOUND = 0.5  # as sure as this of a second look, somebody was found
 _HINT = 0.1  # as sure as this, a first look is worth a second
 _LOOKS = 3  # more, each closer than the one before
@@ -34,12 +33,12 @@ class Follower:
         """As Detector says; the first of `before` is followed."""
         for person in before[:1]:
             found = self._network.look(image, self._network.next_crop(person))
-            if found.sure >= _LOST and _middle_inside(found, image):
+            if found.sure >= LOST and _middle_inside(found, image):
                 return (found,)
         found = self._search(image)
         if found is not None and self._network is not self._one:
             again = self._network.look(image, self._one.next_crop(found))
-            found = again if again.sure >= _LOST else found
+            found = again if again.sure >= LOST else found
         return (found,) if found is not None else ()
 
     def _search(self, image: np.ndarray) -> Found | None:
@@ -73,7 +72,7 @@ class TopDown:
         network = self._network
         crops = (fitted(box, network.aspect, network.room) for box in self._persons.boxes(image))
         found = (network.look(image, crop) for crop in crops)
-        return tuple(person for person in found if person.sure >= _LOST)
+        return tuple(person for person in found if person.sure >= LOST)
 
 
 def _windows(image: np.ndarray) -> list[np.ndarray]:

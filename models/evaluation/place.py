@@ -29,7 +29,7 @@ from ..common.metrics import SD_90, Figure, scaled
 from ..lifter.builtin import lift
 from ..mocap.clips import data_folder
 from ..place.path import PelvisPath, pelvis_path
-from .real_take import LIMBS, MOVING, read_cameras, read_truth
+from .real_data import LIMBS, MOVING, read_cameras, read_truth
 from .sets import EvaluationSet, evaluation_sets, heading
 from .testbed import SeenTake
 

@@ -29,8 +29,9 @@ from ..lifter.load import load_lifter
 from ..mocap.clips import data_folder
 from ..synthetic.bodies import STANDARD_SIZE_M, size_m
 from .acceleration import NO_MOTION, PARTS, accelerations, agreement, filtered, velocities
+from .real_data import LIMBS, MOVING, found_keypoints, read_cameras, read_truth
 from .real_rectified import real_poses
-from .real_take import LIMBS, MOVING, about_hips, found_keypoints, read_cameras, read_truth, same_heading
+from .real_take import about_hips, same_heading
 
 _ROWS = sorted(row for part in PARTS.values() for row in part)
 _JOINTS = [H36M17.joints[row] for row in _ROWS]

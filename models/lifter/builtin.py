@@ -41,7 +41,7 @@ def lift(
 
     keypoints: H36M17 (remap first) in IMAGE, pixels; missing joints NaN. image_size: width and height in pixels.
     focal_px: focal length in pixels; unknown, it is taken for the longer image side. flip: average with the lift
-    of the mirrored person, twice the time and a little better. model: "pcnet3d", the shipped one, or a file. up: (3,)
+    of the mirrored person, for twice the time. model: "pcnet3d", the shipped one, or a file. up: (3,)
     unit, or (T, 3) before a camera that moves, which way is up in the camera, where that is known within a few degrees:
     then a lean away from the camera is told from a camera that looks down. NaN in frames where it is unknown; the lift
     jumps between those and others.

@@ -14,16 +14,16 @@ import time
 import numpy as np
 
 from pcnet3d.models.detector.looks import MOST_LOOKS
-from pcnet3d.models.evaluation.real_take import (
+from pcnet3d.models.evaluation.real_data import (
     LIMBS,
     MOVING,
     exact_keypoints,
     found_keypoints,
-    lift_row,
     openpose_keypoints,
     read_cameras,
     read_truth,
 )
+from pcnet3d.models.evaluation.real_take import lift_row
 from pcnet3d.models.lifter.builtin import lift
 from pcnet3d.models.mocap.clips import data_folder
 from pcnet3d.pipeline.files.video_frames import shown_size

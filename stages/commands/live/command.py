@@ -116,8 +116,8 @@ def _networks(options: RunOptions) -> _Networks:
     """Those that a run with the source for its video would use. InputError as of told_up."""
     told = {entry.use: entry.options for entry in planned(options).stages}
     detect, rectify = Detect(**told["detect"]), Rectify(**told.get("rectify", {}))
-    # One look is quickest, unless somebody asks for more.
-    detector = load_detector(detect.detector, detect.person_detector, detect.person_kind, detect.looks or 1)
+    looks = 1 if detect.looks is None else detect.looks  # one is quickest
+    detector = load_detector(detect.detector, detect.person_detector, detect.person_kind, looks)
     up = told_up(rectify.gravity, rectify.pitch_deg, rectify.roll_deg)
     return _Networks(detector, rectify.rectifier, options.focal, up)
 

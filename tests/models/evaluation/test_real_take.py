@@ -9,17 +9,15 @@ from scipy.spatial.transform import Rotation
 
 from pcnet3d.models.evaluation import real_take as module
 from pcnet3d.models.evaluation.evaluate import evaluate
-from pcnet3d.models.evaluation.real_take import (
+from pcnet3d.models.evaluation.real_data import (
     LIMBS,
     RealCamera,
     exact_keypoints,
-    level_row,
-    lift_row,
-    mean_row,
     openpose_keypoints,
     read_cameras,
     read_truth,
 )
+from pcnet3d.models.evaluation.real_take import level_row, lift_row, mean_row
 from pcnet3d.pipeline import CAMERA, H36M17, InputError, PoseSequence
 from pcnet3d.pipeline.canonical import body_axes
 from pcnet3d.pipeline.layouts import COCO17

@@ -102,6 +102,19 @@ def test_a_gravity_that_is_told_is_believed_from_the_first_frame_on(
     assert np.abs(other - expected).max() > 0.01
 
 
+@pytest.mark.parametrize(("looks", "why"), [(0, "Expected 1 to 4 looks"), (2, "looks at everybody at once")])
+def test_looks_that_cannot_be_are_refused_before_anything_is_recorded(
+    numbered_film, toy_detector, tmp_path, looks, why
+):
+    """None at all was once silently one."""
+    settings = [*GEOMETRIC, f"detect.looks={looks}"]
+    with pytest.raises(InputError, match=why):
+        live(
+            source=str(numbered_film), output=tmp_path / "out", detector=str(toy_detector), settings=settings
+        )
+    assert not (tmp_path / "out").exists()
+
+
 def test_a_gravity_that_is_none_is_refused_before_anything_is_recorded(numbered_film, toy_detector, tmp_path):
     with pytest.raises(InputError, match="direction for gravity"):
         live(
