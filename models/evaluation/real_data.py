@@ -15,7 +15,7 @@ from ...pipeline.frames import IMAGE
 from ...pipeline.layouts import COCO17
 from ...pipeline.pose import PoseSequence
 from ...pipeline.reading.choose import choose_person
-from ...pipeline.rotations import rotate, unit
+from ...pipeline.rotations import unit
 from ...pipeline.take import Video
 from ..detector.load import load_detector
 from ..detector.video import detect
@@ -43,20 +43,17 @@ class RealCamera:
     t_m: np.ndarray | None = None
 
     def project(self, joints_world: np.ndarray) -> np.ndarray:
-        """(..., 3) world, metres -> (..., 2) pixels, lens distortion included (Brown's model, as OpenCV has it)."""
+        """(..., 3) world, metres -> (..., 2) pixels, lens distortion included."""
+        import cv2
+
         assert self.R_camera_from_world is not None
         assert self.t_m is not None
-        joints = rotate(self.R_camera_from_world, joints_world) + self.t_m
-        rays = joints[..., :2] / joints[..., 2:]
-        k1, k2, p1, p2 = self.distortion
-        x, y = rays[..., 0], rays[..., 1]
-        square = x**2 + y**2
-        radial = (1 + k1 * square + k2 * square**2)[..., None] * rays
-        tangential = [
-            2 * p1 * x * y + p2 * (square + 2 * x**2),
-            p1 * (square + 2 * y**2) + 2 * p2 * x * y,
-        ]
-        return (radial + np.stack(tangential, axis=-1)) * self.focal_px + self.principal_point_px
+        matrix = np.diag([*self.focal_px, 1.0])
+        matrix[:2, 2] = self.principal_point_px
+        turn, _ = cv2.Rodrigues(self.R_camera_from_world)
+        points = joints_world.reshape(-1, 1, 3).astype(np.float64)
+        pixels, _ = cv2.projectPoints(points, turn, self.t_m, matrix, self.distortion)
+        return pixels.reshape(*joints_world.shape[:-1], 2)
 
 
 @dataclass(frozen=True, eq=False)

@@ -39,8 +39,8 @@ class Material(MotionRange):
 
     limbs, trunk: spread of lengths, mirrored: share of mirrored bodies, of bodies.BodyRange. typical: share before
     cameras as people use them, the others before any. pans: share whose camera slowly follows the person. derived:
-    share with pelvis, spine, thorax and head made as for COCO keypoints. quality, truncated, occluded, absent: of
-    on_device.keypoint_noise.Spoilt. other_rates: share of batches at another frame rate than 30, between 20 and 60.
+    share with pelvis, spine, thorax and head made as for COCO keypoints. quality, slow, truncated, occluded, absent:
+    of on_device.keypoint_noise.Spoilt. other_rates: share of batches at another frame rate than 30, between 20 and 60.
     focal_known, focal_estimated: share of windows whose focal length is told, exactly or with an error; the others have
     the assumed one. up_known: share that is told which way is up, with an error (_UP_DEG). lying: share from clips
     drawn by how many of their frames show somebody who lies, crawls or bends deeply (mocap.lying), for these are few.
@@ -54,6 +54,7 @@ class Material(MotionRange):
     pans: float = 0.0
     derived: float = 0.0
     quality: float = 0.0
+    slow: float = 0.0
     truncated: float = 0.0
     occluded: float = 0.0
     absent: dict[str, float] = field(default_factory=dict)
@@ -113,6 +114,7 @@ class Windows:
         self.spoilt = Spoilt(
             Noise(derived=material.derived),
             material.quality,
+            material.slow,
             material.truncated,
             material.occluded,
             material.absent,

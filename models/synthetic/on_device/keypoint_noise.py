@@ -3,6 +3,7 @@ besides: the image's border, long occlusions, joints that a detector does not ha
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import torch
@@ -26,18 +27,22 @@ _GROUPS = (
     ("l_wrist", "r_wrist"), ("nose", "head"), ("l_knee", "r_knee", "l_ankle", "r_ankle"),
 )  # fmt: skip
 
+SLOW_S = 3.0  # MoveNet's and OpenPose's errors stay for seconds where a person holds a posture
+
 
 @dataclass(frozen=True)
 class Spoilt:
     """noise: the formula's constants. The others are shares of the windows.
 
-    quality: spread (of the logarithm) of a window's noise, for detectors are not alike. truncated: the image ends
-    somewhere in the body, mostly below. occluded: a part of the body is not seen for long. absent: joints that the
+    quality: spread (of the logarithm) of a window's noise, for detectors are not alike. slow: standard deviation, as a
+    share of the body's size, of an error that lasts SLOW_S, which the confidence does not know of. truncated: the image
+    ends somewhere in the body, mostly below. occluded: a part of the body is not seen for long. absent: joints that the
     detector does not have at all, each by its own share.
     """
 
     noise: Noise = field(default_factory=Noise)
     quality: float = 0.0
+    slow: float = 0.0
     truncated: float = 0.0
     occluded: float = 0.0
     absent: dict[str, float] = field(default_factory=dict)
@@ -85,13 +90,16 @@ def detect(
     factor = torch.ones(joints, device=draw.device)
     factor[H36M17.indices(FAR_JOINTS)] = noise.far_joints
     quality = (spoilt.quality * draw.normal(count, 1, 1, most=2)).exp()
-    std = noise.std * quality * torch.where(hidden, noise.hidden, 1.0) * factor
-    error = std[..., None] * _ar1(draw.normal(*pixels.shape), noise.correlation ** (30 / fps))
+    spread = (quality * torch.where(hidden, noise.hidden, 1.0) * factor)[..., None]
+    error = noise.std * spread * _ar1(draw.normal(*pixels.shape), noise.correlation ** (30 / fps))
     far = draw.share(noise.outliers * quality, count, frames, joints)
     angle = draw.uniform((0.0, 6.2832), count, frames, joints)
     jump = torch.where(far, draw.uniform(noise.outlier_size, count, frames, joints), 0.0)
     error = error + jump[..., None] * torch.stack([angle.cos(), angle.sin()], dim=-1)
     keypoints = pixels + error * size
+    if spoilt.slow:
+        lasting = _ar1(draw.normal(*pixels.shape), math.exp(-1 / (SLOW_S * fps)))
+        keypoints = keypoints + spoilt.slow * spread * lasting * size
     confidence = confidence_of(error.norm(dim=-1), hidden, draw.normal(count, frames, joints)).clamp(
         0.05, 1.0
     )

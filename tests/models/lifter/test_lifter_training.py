@@ -19,6 +19,7 @@ module = pytest.importorskip("pcnet3d.models.lifter.training.train")
 from golden.checkpoints import read_checkpoint, same  # noqa: E402
 from pcnet3d.models.lifter.training.net import LifterNet, NetConfig  # noqa: E402
 from pcnet3d.models.lifter.training.windows import Batch, Material, Windows  # noqa: E402
+from pcnet3d.models.synthetic.keypoint_noise import Noise  # noqa: E402
 from pcnet3d.models.synthetic.on_device.draw import Draw  # noqa: E402
 from pcnet3d.models.synthetic.on_device.keypoint_noise import Spoilt, detect  # noqa: E402
 
@@ -128,6 +129,25 @@ def test_a_truncated_image_loses_the_legs_first_and_absent_joints_are_never_seen
     occluded = lost(occluded=1.0) - plain
     assert 0.02 < occluded[LEGS].mean() < 0.5
     assert np.abs(occluded[H36M17.indices(("pelvis", "thorax", "l_hip", "r_shoulder"))]).max() < 0.05
+
+
+def test_a_slow_error_lasts_for_seconds_and_the_confidence_does_not_know_of_it(facing_camera):
+    joints = torch.from_numpy(
+        np.tile(facing_camera + np.array([0, 0, 4.0]), (400, 91, 1, 1)).astype(np.float32)
+    )
+    pixels = joints[..., :2] / joints[..., 2:] * 1000 + 500
+    silent = Noise(std=1e-6, outliers=0.0, swap_rate=0.0, missing_rate=0.0, absent_rate=0.0)
+    hips = H36M17.indices(("l_hip", "r_hip"))
+    (plain, sure), (slow, as_sure) = (
+        detect(pixels, joints, Draw(0, 0), Spoilt(silent, slow=share), 30.0) for share in (0.0, 0.02)
+    )
+    body = np.ptp(pixels[0, 0].numpy(), axis=0).max()
+    off = (slow - plain)[:, :, hips].numpy() / body
+    assert off.std() == pytest.approx(0.02, rel=0.1)
+    same = {s: float(np.mean(off[:, 0] * off[:, round(30 * s)]) / 0.02**2) for s in (0.1, 3.0)}
+    assert same[0.1] == pytest.approx(np.exp(-0.1 / 3), abs=0.1)
+    assert same[3.0] == pytest.approx(np.exp(-1), abs=0.15)
+    assert float(as_sure.mean()) == pytest.approx(float(sure.mean()), abs=0.01)
 
 
 @pytest.mark.parametrize("share", [0.0, 0.5, 1.0])
