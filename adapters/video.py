@@ -20,6 +20,7 @@ from ..pipeline.take import Video
 from .kit.beginning import first_bytes
 
 if TYPE_CHECKING:
+    from av import VideoStream
     from av.container import InputContainer
 
 name = "video"
@@ -27,6 +28,7 @@ gives = "video"
 reads = "video: MP4, MOV, MKV, WebM, AVI, WMV, FLV, MPEG (PS, TS, M2TS)"
 
 _FOCAL_35_MM = "camera.focal_length.35mm_equivalent"  # com.apple.quicktime.camera...
+_SQUARE = 0.02  # odd sizes of re-encoded videos have pixels that are nearly square
 _CAPTURE_RATE = re.compile(
     r"capture[._-]?fps$", re.IGNORECASE
 )  # com.android.capture.fps of phones' slow motion
@@ -88,6 +90,7 @@ def _described(container: InputContainer, path: Path) -> Video:
             f"Expected a whole video in {path}, but the file ends before frames that its index lists: it is cut off; "
             "copy it again, or rewrite what is left of it with ffmpeg."
         )
+    _refuse_flat_pixels(stream, path)
     stamps, first = [], None
     for packet in container.demux(stream):
         if first is None:
@@ -107,6 +110,17 @@ def _described(container: InputContainer, path: Path) -> Video:
         focal_px=_focal_px(container.metadata, max(stream.codec_context.width, stream.codec_context.height)),
         capture_fps=_capture_fps({**container.metadata, **stream.metadata}),
     )
+
+
+def _refuse_flat_pixels(stream: VideoStream, path: Path) -> None:
+    """InputError for pixels that players show wider or narrower than high, as of DV and HDV: detectors differ in
+    whether they obey that, so keypoints could mean either, and a body would come out stretched."""
+    ratio = float(stream.codec_context.sample_aspect_ratio or stream.sample_aspect_ratio or 1)
+    if abs(ratio - 1) > _SQUARE:
+        raise InputError(
+            f"Expected square pixels in {path}, but players show them {ratio:.3g} times as wide as high; convert the "
+            "video, ffmpeg -i IN -vf scale=iw*sar:ih,setsar=1 OUT, and detect in the new one."
+        )
 
 
 def _focal_px(metadata: Mapping[str, str], side: int) -> float | None:

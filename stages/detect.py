@@ -14,7 +14,7 @@ from ..pipeline.errors import InputError
 from ..pipeline.files.detections import KEYPOINTS, Detections, interrupted_at, load_detections
 from ..pipeline.messages import how_many
 from ..pipeline.motion.rates import check_fps, rate_doubts, timed
-from ..pipeline.motion.signals import lowpass
+from ..pipeline.motion.signals import breaks, lowpass
 from ..pipeline.motion.swap_repair import Swaps, treated
 from ..pipeline.pose import PoseSequence, package_version
 from ..pipeline.reading.choose import choose_person
@@ -92,7 +92,11 @@ def smoothed(keypoints: PoseSequence, cutoff_hz: float) -> PoseSequence:
     """2D keypoints through a Butterworth low-pass forwards and backwards, each joint by itself, never across missing
     frames. Pieces too short to filter stay as they are. InputError as for `lowpass`."""
     joints = np.stack(
-        [lowpass(joint, keypoints.times, cutoff_hz) for joint in keypoints.joints.swapaxes(0, 1)], axis=1
+        [
+            lowpass(joint, keypoints.times, cutoff_hz, breaks(keypoints))
+            for joint in keypoints.joints.swapaxes(0, 1)
+        ],
+        axis=1,
     )
     joints = np.where(np.isnan(joints), keypoints.joints, joints)
     return keypoints.with_(joints=joints).noted("smooth keypoints", cutoff_hz=cutoff_hz)

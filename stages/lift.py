@@ -14,9 +14,10 @@ from ..models.gravity.levelling import Camera as CameraMotion
 from ..models.lifter.answers import Answers, load_answers
 from ..models.lifter.builtin import OwnLifter
 from ..models.lifter.images import ImageLifter
+from ..models.lifter.input import UNDISTORT, refuse_outside
 from ..pipeline.camera import Camera
 from ..pipeline.files.video_frames import shown_size
-from ..pipeline.intrinsics import undistorted
+from ..pipeline.intrinsics import Intrinsics, undistorted
 from ..pipeline.layouts import H36M17, remap
 from ..pipeline.messages import how_many
 from ..pipeline.motion.checks import implausible, strays_of
@@ -66,14 +67,6 @@ class Lift:
     def __call__(self, take: Take) -> Take:
         size = self.image_size or (shown_size(take.video) if take.video else None)
         keypoints, intrinsics = take.need("keypoints"), take.camera.intrinsics if take.camera else None
-        if intrinsics is not None:
-            if not isinstance(
-                self._opened, ImageLifter
-            ):  # which looks at distorted images, and straightens itself
-                keypoints = keypoints.with_(joints=undistorted(keypoints.joints, intrinsics))
-            keypoints = keypoints.noted(
-                "undistort", camera=intrinsics.name, file=Path(intrinsics.source).name
-            )
         if isinstance(self._opened, OwnLifter) and keypoints.time_s is not None:
             keypoints, strays = _without_strays(seen_only(keypoints, size), keypoints)
             if strays:
@@ -82,6 +75,8 @@ class Lift:
                     "person, left out of the lift."
                 )
                 take = take.saying(Event("repair", text))
+        if intrinsics is not None:  # after what compares keypoints with the border of the filmed image
+            keypoints = self._undistorted(keypoints, intrinsics, size)
         focal_px, guessed = self._focal_px(take.camera)
         poses = self._lifted(take, keypoints, size, focal_px)
         if isinstance(self._opened, OwnLifter) and (up := self._known_up(take.camera, poses)) is not None:
@@ -103,6 +98,17 @@ class Lift:
             *(Event("warning", text) for text in warnings),
         )
         return take.with_(poses=poses, findings=findings_of(poses)).saying(*events)
+
+    def _undistorted(
+        self, keypoints: PoseSequence, intrinsics: Intrinsics, size: tuple[int, int] | None
+    ) -> PoseSequence:
+        if not isinstance(
+            self._opened, ImageLifter
+        ):  # which looks at distorted images, and straightens itself
+            if size is not None:
+                refuse_outside(keypoints, np.array(size))
+            keypoints = keypoints.with_(joints=undistorted(keypoints.joints, intrinsics))
+        return keypoints.noted(UNDISTORT, camera=intrinsics.name, file=Path(intrinsics.source).name)
 
     def _lifted(
         self, take: Take, keypoints: PoseSequence, size: tuple[int, int] | None, focal_px: float | None

@@ -30,10 +30,15 @@ def moving_up(seen: Seen, looks: Sequence[tuple[float, Look]] = (), window_s: fl
 
 
 def timed(looks: Sequence[Look], poses: PoseSequence) -> list[tuple[float, Look]]:
-    """What the images of the poses' video say, each with its time in the take; without time stamps the poses count as
-    30 frames a second."""
+    """What the images of the poses' video say while the person is there, each with its time in the take; without time
+    stamps the poses count as 30 frames a second."""
     times = np.arange(len(poses)) / 30 if poses.time_s is None else poses.time_s
-    return [(float(np.interp(look.frame, poses.frame_index, times)), look) for look in looks]
+    first, last = poses.frame_index[[0, -1]]
+    return [
+        (float(np.interp(look.frame, poses.frame_index, times)), look)
+        for look in looks
+        if first <= look.frame <= last
+    ]
 
 
 def sliding_up(seen: Seen, window_s: float = WINDOW_S) -> TakeUp:

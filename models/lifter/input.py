@@ -15,6 +15,7 @@ _MIN_JUMPS = 4  # scene cuts may explain fewer
 _MIN_JOINTS = 4  # seen in both frames, to call it the whole body
 _MAX_OUTSIDE = 0.5  # of the joints: detectors guess a few beyond the border, never most
 _NORMALISED = 4.0  # no image is this few pixels wide
+UNDISTORT = "undistort"  # the step in the history of keypoints without their lens's distortion
 
 
 def checked_size(
@@ -45,14 +46,21 @@ def checked_size(
             "Expected keypoints in pixels, but none is beyond "
             f"{np.abs(coordinates).max():.2f}: they look normalised; multiply them back to pixels first."
         )
+    if not any(step.name == UNDISTORT for step in keypoints.history):
+        refuse_outside(keypoints, size)
+    return size
+
+
+def refuse_outside(keypoints: PoseSequence, size: np.ndarray) -> None:
+    """InputError when most keypoints, as they were filmed, lie outside a picture of size (2,). Without the lens's
+    distortion they may: a wide lens shows more than the ideal camera's picture of the same size."""
     shown = keypoints.joints[is_finite(keypoints.joints)]
-    outside = ((shown < 0) | (shown > size)).any(axis=-1).mean()
+    outside = ((shown < 0) | (shown > size)).any(axis=-1).mean() if len(shown) else 0.0
     if outside > _MAX_OUTSIDE:
         raise InputError(
             f"Expected keypoints inside a picture of {size[0]:.0f} x {size[1]:.0f} pixels, but {100 * outside:.0f} % "
             "lie outside it; give the size of the picture that they were detected in."
         )
-    return size
 
 
 def long_gaps(seen: np.ndarray) -> np.ndarray:

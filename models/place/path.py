@@ -62,9 +62,9 @@ def pelvis_path(poses: PoseSequence, keypoints: PoseSequence, camera: Camera) ->
     somebody else, are weighed down.
     """
     require(poses.frame, CAMERA, "pelvis_path")
-    if camera.intrinsics is not None:
-        keypoints = keypoints.with_(joints=undistorted(keypoints.joints, camera.intrinsics))
     hidden, _ = unseen(keypoints, camera.image_size, poses.frame_index, poses.times)
+    if camera.intrinsics is not None:  # afterwards, for the filmed image's border is not the ideal one's
+        keypoints = keypoints.with_(joints=undistorted(keypoints.joints, camera.intrinsics))
     seen = remap(keypoints, H36M17)
     rows = np.minimum(np.searchsorted(seen.frame_index, poses.frame_index), len(seen) - 1)
     there = (seen.frame_index[rows] == poses.frame_index)[:, None] & ~hidden

@@ -105,8 +105,8 @@ def _passes(height: np.ndarray, time_s: np.ndarray, row: int, level: float) -> f
 
 
 def _spells(height: np.ndarray, seams: tuple[int, ...]) -> list[tuple[slice, float]]:
-    """Rows in which a height (T,) is well above what it is for a fifth of its unbroken piece, between two lows, and the
-    height that they are above."""
+    """Rows in which a height (T,) is well above what it is for a fifth of its unbroken piece, between two lows that
+    were seen, and the height that they are above."""
     spells, edges = [], [0, *seams, len(height)]
     for start, stop in pairwise(edges):
         piece = height[start:stop]
@@ -118,7 +118,7 @@ def _spells(height: np.ndarray, seams: tuple[int, ...]) -> list[tuple[slice, flo
         spells += [
             (slice(start + a, start + b), least)
             for a, b in changes.reshape(-1, 2)
-            if a > 0 and b < len(piece) and b - a >= _FEWEST
+            if a > 0 and b < len(piece) and b - a >= _FEWEST and np.isfinite(piece[[a - 1, b]]).all()
         ]
     return spells
 

@@ -46,15 +46,17 @@ def guarded(poses: PoseSequence, parity: Handedness, where: str) -> PoseSequence
 
 def repaired(poses: PoseSequence, parity: Handedness) -> PoseSequence:
     """Left and right put right as asked: "mirror" negates x, "swap" and "swap-legs" exchange joints' names."""
-    joints, root, covariance = poses.joints, poses.root, poses.root_covariance
-    feet = poses.feet
+    joints, root, feet = poses.joints, poses.root, poses.feet
+    covariance, root_covariance = poses.covariance, poses.root_covariance
     order = np.arange(len(poses.layout))
     if parity == "ignore":
         return poses
     if parity == "mirror":
         mirror = np.array([-1.0, 1.0, 1.0])
         joints, root = joints * mirror, root if root is None else root * mirror
-        covariance = covariance if covariance is None else covariance * np.outer(mirror, mirror)
+        signs = np.outer(mirror, mirror)
+        covariance = covariance if covariance is None else covariance * signs
+        root_covariance = root_covariance if root_covariance is None else root_covariance * signs
         feet = feet if feet is None else feet * mirror
     else:
         legs = poses.layout.indices([f"{side}_{part}" for side in "lr" for part in ("hip", "knee", "ankle")])
@@ -64,7 +66,8 @@ def repaired(poses: PoseSequence, parity: Handedness) -> PoseSequence:
     return poses.with_(
         joints=joints[:, order],
         confidence=poses.confidence[:, order],
+        covariance=None if covariance is None else covariance[:, order],
         root=root,
-        root_covariance=covariance,
+        root_covariance=root_covariance,
         feet=feet,
     ).noted("parity", repair=parity)

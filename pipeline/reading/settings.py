@@ -206,12 +206,15 @@ class RunOptions(BaseModel):
     ] = None
     pitch: Annotated[
         float | None,
-        _option(_CAMERA, "Camera pitch in degrees, positive looking down."),
+        _option(_CAMERA, "Camera pitch in degrees, positive looking down; with --roll."),
         To(("rectify.pitch_deg",), ("lift.pitch_deg", "second_lift.pitch_deg")),
     ] = None
     roll: Annotated[
         float | None,
-        _option(_CAMERA, "Camera roll in degrees, positive if the image content turns counter-clockwise."),
+        _option(
+            _CAMERA,
+            "Camera roll in degrees, positive if the image content turns counter-clockwise; with --pitch.",
+        ),
         To(("rectify.roll_deg",), ("lift.roll_deg", "second_lift.roll_deg")),
     ] = None
     gravity: Annotated[

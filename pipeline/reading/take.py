@@ -256,6 +256,15 @@ def _keypoints(files: _Files, poses: PoseSequence | None) -> PoseSequence | None
                 "the lifter took several people for one (MotionBERT without --focus); lift one person at a time."
             )
     person = options.person if len(tracks) > 1 else None
+    if person in RANKS and files.poses is not None and len(files.poses.people) > 1:
+        # A rank means metres in one file and pixels in the other, so the poses' choice holds for both.
+        person = poses.person if poses is not None else None
+        if person not in (names := [track.person for track in tracks]):
+            raise InputError(
+                f"Expected the same people in {files.poses.path} and {file.path}, but '{person}', chosen in the first, "
+                f"is not in the second, which has {', '.join(map(str, names))}; choose by a name that both have, or "
+                "leave one file out."
+            )
     return file.normalised(choose_person(tracks, person, str(file.path)))
 
 

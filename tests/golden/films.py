@@ -9,9 +9,10 @@ import numpy as np
 
 
 def film(
-    path: Path, stamps_ms, *, codec="libx264", rotation=None, first_ms=0, reordered=0, **options
+    path: Path, stamps_ms, *, codec="libx264", rotation=None, first_ms=0, reordered=0, pixels=None, **options
 ) -> Path:
-    """A video of 64 x 48 pixels whose frames have the given time stamps in milliseconds."""
+    """A video of 64 x 48 pixels whose frames have the given time stamps in milliseconds. pixels: how many times as wide
+    as high players show them, a Fraction."""
     import av
 
     with av.open(path, "w", options=options) as container:
@@ -20,6 +21,8 @@ def film(
         stream.codec_context.time_base = stream.time_base = Fraction(1, 1000)
         if codec == "libx264":
             stream.options = {"bf": str(reordered)}
+        if pixels is not None:
+            stream.codec_context.sample_aspect_ratio = pixels
         if rotation is not None:
             stream.set_display_rotation(rotation)
         images = []

@@ -171,7 +171,7 @@ def _exchanged(summary: dict[str, Any]) -> str:
 def contradictory_gravity(bench: Bench) -> Answer:
     words = ("--poses", bench.boxing_file, "--fps", 30)
     reaction = bench.refused(*words, "--gravity", "0,-9.81,0")
-    pitch = bench.refused(*words, "--pitch", "80")
+    pitch = bench.refused(*words, "--pitch", "80", "--roll", "0")
     return f"{reaction} | {pitch}", "negate it" in reaction and "pitch" in pitch
 
 

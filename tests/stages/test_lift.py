@@ -3,14 +3,17 @@
 import json
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.files import write_files
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import InputError, Take, load_recipe
 from pcnet3d.pipeline.camera import Camera, Look
+from pcnet3d.pipeline.intrinsics import Intrinsics, undistorted
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_take
 from pcnet3d.pipeline.rotations import kabsch, rotate
@@ -89,6 +92,41 @@ def test_without_a_video_the_image_size_must_be_given(take):
     with pytest.raises(InputError, match="--image-size"):
         Lift()(alone)
     assert Lift(image_size=IMAGE_SIZE)(alone).poses is not None
+
+
+def test_a_wide_lens_hides_nobody_at_the_border_of_its_image(take, walk):
+    """A person at the border, of whom most of the picture without distortion shows nothing, is lifted as in the
+    middle, where the lens hardly distorts."""
+    lens = Intrinsics((420.0, 420.0), (320.0, 180.0), (-0.3, 0.05, 0.0, 0.0), image_size=IMAGE_SIZE)
+    camera = Camera(IMAGE_SIZE, lens.pinhole_focal_px, 0.0, "told", intrinsics=lens)
+    middle = take.keypoints.joints.astype(float)
+    rays = np.concatenate([(middle - [320, 180]) / 900, np.ones((*middle.shape[:2], 1))], axis=-1)
+    turn = Rotation.from_euler("y", 33, degrees=True).as_matrix()
+
+    def filmed(R):
+        pixels, _ = cv2.projectPoints(
+            (rays @ R.T).reshape(-1, 1, 3), np.zeros(3), np.zeros(3), lens.matrix, np.array(lens.distortion)
+        )
+        return take.keypoints.with_(joints=pixels.reshape(middle.shape))
+
+    aside = filmed(turn)
+    inside = np.nanmean((aside.joints[..., 0] > 3) & (aside.joints[..., 0] < 637))
+    assert inside > 0.95
+    assert np.nanmean(undistorted(aside.joints, lens)[..., 0] > 640) > 0.5
+    alone = take.with_(video=None, camera=camera)
+    one, other = (
+        Lift(image_size=IMAGE_SIZE)(alone.with_(keypoints=k)).poses for k in (filmed(np.eye(3)), aside)
+    )
+    apart = rotate(turn, one.joints.astype(float)) - other.joints
+    assert np.nanmean(np.linalg.norm(apart, axis=-1)) < 0.05
+
+
+def test_most_keypoints_outside_the_filmed_picture_are_refused_with_a_lens_too(take):
+    lens = Intrinsics((500.0, 500.0), (320.0, 180.0), (-0.3, 0.05, 0.0, 0.0), image_size=IMAGE_SIZE)
+    camera = Camera(IMAGE_SIZE, lens.pinhole_focal_px, 0.0, "told", intrinsics=lens)
+    beyond = take.keypoints.with_(joints=take.keypoints.joints + np.array([700, 0]))
+    with pytest.raises(InputError, match=r"inside a picture of 640 x 360|missing"):
+        Lift(image_size=IMAGE_SIZE)(take.with_(video=None, camera=camera, keypoints=beyond))
 
 
 def test_a_known_focal_length_is_not_called_unknown(take):

@@ -261,7 +261,9 @@ def test_the_votes_and_their_share_are_told(joints):
         ({"gravity": (0, 0, 0)}, "direction for gravity"),
         ({"pitch_deg": 300.0}, "in degrees"),
         ({"gravity": (0, 1, 0), "roll_deg": 2.0}, "not both"),
-        ({"camera": "moving", "pitch_deg": 3.0}, "A moving camera"),
+        ({"camera": "moving", "pitch_deg": 3.0, "roll_deg": 0.0}, "A moving camera"),
+        ({"pitch_deg": 3.0}, "pitch alone"),
+        ({"roll_deg": 0.0}, "roll alone"),
         ({"window_s": 0.0}, "window_s"),
     ],
 )

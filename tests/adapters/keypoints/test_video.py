@@ -1,5 +1,7 @@
 """Video: real time stamps, rotation, and files that are cut off or no video at all."""
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 
@@ -47,6 +49,15 @@ def test_rotation(film, tmp_path, clockwise):
     assert clip.rotation_deg == clockwise
     assert (clip.width, clip.height) == (64, 48)
     assert cv2.VideoCapture(str(path)).get(cv2.CAP_PROP_ORIENTATION_META) == clockwise
+
+
+@pytest.mark.parametrize("ending", ["mp4", "mkv", "ts"])
+def test_pixels_that_are_not_square_are_refused(film, tmp_path, ending):
+    """As of HDV, 1440 x 1080 shown as 16:9; re-encoded videos of odd sizes are nearly square and fine."""
+    path = film(tmp_path / f"hdv.{ending}", range(0, 400, 40), pixels=Fraction(4, 3))
+    with pytest.raises(InputError, match=r"square pixels.*1\.33 times as wide.*setsar=1"):
+        video.read(path)
+    assert len(video.read(film(tmp_path / f"odd.{ending}", range(0, 400, 40), pixels=Fraction(1280, 1279))))
 
 
 def test_codec_is_the_format_not_the_decoder(film, tmp_path):

@@ -207,5 +207,11 @@ def test_smoothing_takes_jitter_and_leaves_slow_motion(film, toys, toy):
     gap = noisy.with_(joints=np.where((np.arange(40) == 20)[:, None, None], np.nan, noisy.joints))
     missing = np.isnan(smoothed(gap, 5.0).joints).any(axis=(1, 2))
     assert np.flatnonzero(missing).tolist() == [20]
+    leap = np.where(np.arange(40) < 20, 0.0, 100.0)[:, None, None] + np.zeros((1, 17, 2))
+    dropped = noisy.with_(joints=leap, frame_index=np.arange(40) + (np.arange(40) >= 20))
+    dropped = dropped.with_(time_s=dropped.frame_index / 30)
+    np.testing.assert_allclose(
+        smoothed(dropped, 5.0).joints, leap, atol=1e-6
+    )  # nothing crosses the dropped frame
     with pytest.raises(InputError):
         smoothed(noisy, 15.0)

@@ -9,6 +9,7 @@ from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models import load_rectifier
 from pcnet3d.models.gravity import known_moving_up
+from pcnet3d.models.gravity.moving import timed
 from pcnet3d.pipeline import PoseSequence
 from pcnet3d.pipeline.camera import Look
 from pcnet3d.pipeline.rotations import angle_deg, rotate
@@ -65,3 +66,20 @@ def test_images_that_the_skeletons_contradict_are_not_believed(turning):
     c = np.sqrt(0.5)
     diagonal = up @ np.array([[c, -c, 0], [c, c, 0], [0, 0, 1.0]]).T
     assert known_moving_up(poses, GEOMETRIC, looks(diagonal, range(0, len(poses), 10))) is None
+
+
+def test_images_from_before_and_after_a_person_say_nothing_about_their_frames(turning):
+    """Of several people everybody's images are looked at, while one may be there for a part only."""
+    poses, up = turning
+    rows = slice(40, 80)
+    part = PoseSequence(
+        poses.joints[rows],
+        poses.layout,
+        poses.frame,
+        time_s=poses.times[rows],
+        frame_index=poses.frame_index[rows],
+    )
+    all_along = looks(up, range(0, len(poses), 10))
+    assert [look.frame for _, look in timed(all_along, part)] == [40, 50, 60, 70]
+    known = known_moving_up(part, GEOMETRIC, all_along)
+    assert np.max(angle_deg(known, up[rows])) < 3.0

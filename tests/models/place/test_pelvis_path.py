@@ -1,5 +1,6 @@
 """The pelvis's path before a camera: known answers on the walker, whose path and camera are known exactly."""
 
+import cv2
 import numpy as np
 import pytest
 
@@ -124,6 +125,24 @@ def test_a_lens_is_undone(body, points):
         body, seen(body, points).with_(joints=pixels), Camera(SIZE, FOCAL, 0.0, "told", intrinsics=lens)
     )
     assert off(path, points).max() < 0.01
+
+
+def test_a_wide_lens_hides_nobody_at_the_border_of_its_image(body, points):
+    """Without its distortion a point near the border lies far outside a picture of the same size."""
+    lens = Intrinsics((FOCAL, FOCAL), (640.0, 360.0), (-0.27, 0.04, 0.0, 0.0), image_size=SIZE)
+    aside = points.copy()
+    aside[..., 0] += 0.74 * points[:, :1, 2] - points[:, :1, 0]
+    pixels, _ = cv2.projectPoints(
+        aside.reshape(-1, 1, 3), np.zeros(3), np.zeros(3), lens.matrix, np.array(lens.distortion)
+    )
+    filmed = pixels.reshape(*points.shape[:2], 2)
+    there = (filmed[..., 0] < SIZE[0] - 3).all(axis=1)
+    assert there.mean() > 0.5
+    assert (FOCAL * aside[there][..., 0] / aside[there][..., 2] + 640 > SIZE[0]).mean() > 0.3
+    path = pelvis_path(
+        body, seen(body, points).with_(joints=filmed), Camera(SIZE, FOCAL, 0.0, "told", intrinsics=lens)
+    )
+    assert np.median(off(path, aside)[there]) < 0.03
 
 
 def test_a_body_that_follows_its_image_is_brought_to_one_size(body, points):

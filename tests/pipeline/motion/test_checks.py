@@ -27,6 +27,22 @@ def test_a_mirrored_or_renamed_person_is_wrong_and_the_named_repair_mends_it(per
     np.testing.assert_array_equal(repaired(spoiled, spoil).joints, person.joints)
 
 
+@pytest.mark.parametrize("repair", ["mirror", "swap", "swap-legs"])
+def test_stated_errors_go_with_their_joints(person, repair):
+    """Of samples and their covariances: repaired samples have the repaired covariances."""
+    rng = np.random.default_rng(0)
+    errors = rng.normal(size=(400, 17, 3)) * rng.uniform(0.5, 2, (17, 1)) * [1, 1, 3]
+    errors[..., 2] += errors[..., 0]
+
+    def covariance(samples):
+        return np.einsum("nji,njk->jik", samples, samples) / len(samples)
+
+    stated = np.broadcast_to(covariance(errors), (FRAMES, 17, 3, 3)).astype(np.float32)
+    found = repaired(person.with_(covariance=stated), repair)
+    moved = repaired(PoseSequence(errors, H36M17, CAMERA), repair).joints
+    np.testing.assert_allclose(found.covariance[0], covariance(moved), rtol=1e-4, atol=1e-4)
+
+
 def test_legs_alone_exchanged_are_told_apart(person):
     spoiled = repaired(person, "swap-legs")
     assert chirality(spoiled).verdict == "legs against arms"

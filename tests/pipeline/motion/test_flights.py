@@ -8,7 +8,7 @@ import pytest
 from golden.jumps import STATURE_M, jumping, standing
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import H36M17, LEVEL, PoseSequence
-from pcnet3d.pipeline.motion.flights import falls
+from pcnet3d.pipeline.motion.flights import falls, flights
 from pcnet3d.pipeline.motion.rates import fall_doubts
 
 
@@ -62,6 +62,21 @@ def test_what_is_not_well_seen_says_nothing():
     gap = jumping(4).joints.copy()
     gap[::7] = np.nan
     assert fall_doubts(jumping(4).with_(joints=gap)) == []
+
+
+def test_a_flight_whose_beginning_or_end_was_not_seen_is_none():
+    poses = jumping()
+    first, second = flights(poses)
+    for seen_from_s, seen_to_s in (
+        (first.off_s - 0.1, first.off_s + 0.06),
+        (first.land_s - 0.06, first.land_s + 0.1),
+    ):
+        joints = poses.joints.copy()
+        lost = (poses.times >= seen_from_s) & (poses.times <= seen_to_s)
+        joints[lost, H36M17.index("r_ankle")] = np.nan
+        (found,) = flights(poses.with_(joints=joints))
+        assert found.apex_s == pytest.approx(second.apex_s, abs=0.01)
+        assert np.isfinite([found.off_s, found.land_s, found.rise]).all()
 
 
 @pytest.mark.data

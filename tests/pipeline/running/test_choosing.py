@@ -1,5 +1,8 @@
 """Which of several people: by name, the longest, the largest."""
 
+import json
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -7,6 +10,8 @@ from pcnet3d.adapters import read
 from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, Z_UP, InputError, PoseSequence
 from pcnet3d.pipeline.frames import PC_CAMERA, change_frame
 from pcnet3d.pipeline.reading.choose import choose_person
+from pcnet3d.pipeline.reading.settings import RunOptions
+from pcnet3d.pipeline.reading.take import open_take
 
 
 def person(name: str, size: float, frames: int = 5, frame=CAMERA, facing=None) -> PoseSequence:
@@ -55,3 +60,31 @@ def test_from_a_file(mmpose):
 
 def test_the_others_may_be_broken(mmpose):
     assert len(read(mmpose(mirrored=("1",)), person="0", fps=30)) == 90
+
+
+def results_2d(path: Path, scene, names: str) -> Path:
+    """Results of a 2D detector in which the second walker, the smaller one, is seen from nearer by."""
+    listed = []
+    for poses, name, px in zip(scene.poses, names, (100, 300), strict=True):
+        pixels = 400 + px * poses.joints[..., :2].astype(float)
+        for frame, row in zip(poses.frame_index, pixels, strict=True):
+            seen = np.concatenate([row, np.ones((17, 1))], axis=-1)
+            listed.append(
+                {
+                    "image_id": int(frame), "category_id": 1, "keypoints": seen.ravel().tolist(), "score": 0.9,
+                    "bbox": [0, 0, 900, 900], "track_id": int(name),
+                }
+            )  # fmt: skip
+    path.write_text(json.dumps(listed), encoding="utf-8")
+    return path
+
+
+def test_who_is_chosen_by_rank_in_the_poses_is_the_same_in_the_keypoints(mmpose, scene, tmp_path):
+    """The largest in metres is not the largest in pixels."""
+    keypoints = results_2d(tmp_path / "keypoints.json", scene, "01")
+    options = RunOptions(poses=mmpose(), keypoints=keypoints, fps=30, person="largest", image_size=(900, 900))
+    take = open_take(options)
+    assert (take.poses.person, take.keypoints.person) == ("0", "0")
+    others = options.model_copy(update={"keypoints": results_2d(tmp_path / "others.json", scene, "78")})
+    with pytest.raises(InputError, match="'0', chosen in the first, is not in the second, which has 7, 8"):
+        open_take(others)

@@ -138,7 +138,7 @@ def test_a_moving_camera_is_marked_everywhere(take, tmp_path):
 
 
 def test_what_the_user_said_of_the_camera_is_in_the_history_and_the_shares(take, tmp_path):
-    Export(tmp_path / "out")(Rectify("geometric", pitch_deg=2.0)(take))
+    Export(tmp_path / "out")(Rectify("geometric", pitch_deg=2.0, roll_deg=0.0)(take))
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
     said = {step["name"]: step["options"] for step in summary["history"]}
     assert said["rectify"]["pitch_deg"] == 2
