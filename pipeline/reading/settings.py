@@ -213,7 +213,7 @@ class RunOptions(BaseModel):
         float | None,
         _option(
             _CAMERA,
-            "Camera roll in degrees, positive if the image content turns counter-clockwise; with --pitch.",
+            "Camera roll in degrees, positive if the image turns counter-clockwise; with --pitch.",
         ),
         To(("rectify.roll_deg",), ("lift.roll_deg", "second_lift.roll_deg")),
     ] = None
