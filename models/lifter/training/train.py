@@ -15,7 +15,6 @@ from torch import Tensor, nn
 from ....pipeline.errors import InputError
 from ....pipeline.files.atomic import whole_file
 from ....pipeline.layouts import H36M17
-from ...common.extras import needed_for
 from ...common.metrics import joint_error, procrustes_error, scaled
 from ...common.toml_config import read_toml
 from ...common.training import (
@@ -25,13 +24,12 @@ from ...common.training import (
     fit,
     load_weights,
     optimisers_of,
-    read_weights,
     reading,
 )
 from ...mocap.clips import Clip, Subjects, read_clips
 from ...mocap.split import read_parts
 from ...synthetic.on_device.draw import Draw
-from ..features import CHANNELS
+from .exported import export, weights_of
 from .net import Block, LifterNet, NetConfig
 from .windows import Batch, Material, Windows
 
@@ -57,10 +55,10 @@ class TrainConfig(BaseModel):
 
     subjects: "train", or one half of them for cross-fitted lifts. data, split: a file of `pcnet3d mocap` and one of
     its train and val subjects (mocap_parts), instead of the motion capture that the shipped network was trained on.
-    start: weights of an earlier run (its best.pt) to begin with, of the same network or of one with fewer blocks; the
-    further ones then do nothing at first. The first `single` steps see single frames, as many different people and
-    views as there are frames, which teaches geometry several times faster; then windows, `lengths` long and how often
-    (the shares' sum does not matter), teach what time adds.
+    start: weights of an earlier run to begin with, its best.pt or an exported network, such as the shipped one, of the
+    same shape or with fewer blocks; the further ones then do nothing at first. The first `single` steps see single
+    frames, as many different people and views as there are frames, which teaches geometry several times faster; then
+    windows, `lengths` long and how often (the shares' sum does not matter), teach what time adds.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -85,7 +83,7 @@ def train_lifter(config_file: Path, output: Path, device: str = "cpu", minutes: 
     config = read_config(config_file)
     best = run(config, output, device, minutes, config_file.read_text(encoding="utf-8"))
     if best is not None:
-        export(best, output / "lifter.onnx", reach=config.net.reach, trained_on=_trained_on(config))
+        export(best, output / "lifter.onnx", reach=config.net.reach, trained_on=trained_on(config))
 
 
 def run(
@@ -131,9 +129,9 @@ def run(
 
 
 def started(net: LifterNet, path: Path) -> LifterNet:
-    """net with the weights of an earlier run. Blocks that the earlier network did not have add nothing, so that it
-    answers as that one does, and learn from there. InputError as of load_weights."""
-    weights = read_weights(path)
+    """net with the weights of an earlier run (exported.weights_of). Blocks that the earlier network did not have add
+    nothing, so that it answers as that one does, and learn from there. InputError as of load_weights."""
+    weights = weights_of(path)
     with reading(path):
         for i, block in enumerate(net.blocks):
             if not any(name.startswith(f"blocks.{i}.") for name in weights):
@@ -195,7 +193,7 @@ def clips_of(config: TrainConfig) -> tuple[tuple[Clip, ...], dict[str, tuple[Cli
     return read_clips(config.subjects), {name: c for name, c in (("cmu", others), ("accad", accad)) if c}
 
 
-def _trained_on(config: TrainConfig) -> str:
+def trained_on(config: TrainConfig) -> str:
     return f"{config.data.name}, {config.split.name}" if config.data and config.split else config.subjects
 
 
@@ -232,28 +230,3 @@ def check(net: torch.nn.Module, batches: dict[str, Batch]) -> dict[str, float]:
         ratios.append(float((error / spread**2).mean().sqrt()))
     return figures | {"score": float(np.mean(list(figures.values()))), "pa": float(np.mean(pa)),
                       "error_over_sd": float(np.mean(ratios))}  # fmt: skip
-
-
-def export(net: LifterNet, path: Path, **properties: object) -> None:
-    """Write the network as ONNX: "features" (B, T, CHANNELS) -> "joints" (B, T, 17, 3), "sd" (B, T, 17, 2) and
-    "velocity" (B, T, 17, 3), any B and T. properties: kept in the file's metadata; the run time needs `reach`."""
-    with needed_for("The network is trained; writing it as ONNX"):
-        import onnx
-        import onnxscript  # noqa: F401  (torch's exporter needs it, and says so in many lines)
-
-    batch, frames = torch.export.Dim("batch"), torch.export.Dim("frames")
-    program = torch.onnx.export(
-        net.eval(),
-        (torch.zeros(2, 90, CHANNELS),),
-        input_names=["features"],
-        output_names=["joints", "sd", "velocity"],
-        dynamic_shapes=({0: batch, 1: frames},),
-        dynamo=True,
-        external_data=False,
-        verbose=False,
-    )
-    assert program is not None
-    model = program.model_proto
-    onnx.helper.set_model_props(model, {key: str(value) for key, value in properties.items()})
-    with whole_file(path) as partial:
-        onnx.save(model, str(partial))

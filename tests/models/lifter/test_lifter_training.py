@@ -2,12 +2,13 @@
 
 import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from golden.trainings import LIFTER, tiny
-from pcnet3d.models.lifter.builtin import lift, network, run
+from pcnet3d.models.lifter.builtin import SHIPPED, lift, network, run
 from pcnet3d.models.lifter.features import CHANNELS
 from pcnet3d.models.mocap.clips import Clip, lying, write_mocap
 from pcnet3d.models.synthetic.bodies import STANDARD_SIZE_M, size_m
@@ -17,6 +18,8 @@ torch = pytest.importorskip("torch", reason="training needs torch, the extra 'tr
 pytest.importorskip("onnxscript", reason="export needs onnxscript, the extra 'train'")
 module = pytest.importorskip("pcnet3d.models.lifter.training.train")
 from golden.checkpoints import read_checkpoint, same  # noqa: E402
+from pcnet3d.models.lifter.training import mean as averaging  # noqa: E402
+from pcnet3d.models.lifter.training.exported import weights_of  # noqa: E402
 from pcnet3d.models.lifter.training.net import LifterNet, NetConfig  # noqa: E402
 from pcnet3d.models.lifter.training.windows import Batch, Material, Windows  # noqa: E402
 from pcnet3d.models.synthetic.keypoint_noise import Noise  # noqa: E402
@@ -297,6 +300,53 @@ def test_a_network_with_more_blocks_starts_with_the_answers_of_a_smaller_one(tmp
     torch.save(torch.zeros(3), tmp_path / "other.pt")
     with pytest.raises(InputError, match=r"other\.pt is damaged, or no checkpoint of this network"):
         module.started(large, tmp_path / "other.pt")
+
+
+def test_an_exported_network_gives_its_weights_back(tmp_path):
+    net = LifterNet(NetConfig(16, (1, 3)))
+    for value in net.parameters():
+        torch.nn.init.normal_(value)
+    module.export(net, tmp_path / "lifter.onnx")
+    found = weights_of(tmp_path / "lifter.onnx")
+    assert found.keys() == net.state_dict().keys()
+    for name, value in net.state_dict().items():
+        torch.testing.assert_close(found[name], value)
+    (tmp_path / "cut.onnx").write_bytes((tmp_path / "lifter.onnx").read_bytes()[:999])
+    with pytest.raises(InputError, match=r"cut\.onnx is damaged, or no checkpoint"):
+        weights_of(tmp_path / "cut.onnx")
+
+
+def test_the_shipped_lifter_can_be_gone_on_with():
+    config = module.read_config(Path(module.__file__).with_name("lifter.toml"))
+    net = module.started(LifterNet(config.net), SHIPPED).eval()
+    x = np.random.default_rng(0).normal(size=(40, CHANNELS)).astype(np.float32)
+    with torch.no_grad():
+        np.testing.assert_allclose(net(torch.from_numpy(x)[None])[0][0].numpy(), run(x)[0], atol=1e-5)
+
+
+def test_the_mean_of_runs_is_the_mean_of_their_weights(config, tmp_path, monkeypatch):
+    shape = module.read_config(config).net
+    nets = [LifterNet(shape) for _ in range(2)]
+    for i, net in enumerate(nets):
+        torch.save(net.state_dict(), tmp_path / f"{i}.pt")
+    shares = (0.25, 0.75)
+    parts = [(share, tmp_path / f"{i}.pt") for i, share in enumerate(shares)]
+    made = averaging.mean(LifterNet(shape), parts).state_dict()
+    for name, value in made.items():
+        torch.testing.assert_close(
+            value, sum(s * n.state_dict()[name] for s, n in zip(shares, nets, strict=True))
+        )
+    with pytest.raises(InputError, match=r"sum to 1, got 0\.5"):
+        averaging.mean(LifterNet(shape), [(0.5, tmp_path / "0.pt")])
+    written = []
+    monkeypatch.setattr(
+        averaging, "export", lambda net, path, **properties: written.append((net, properties))
+    )
+    averaging.main(config, tmp_path / "mean.onnx", [f"{share}:{path}" for share, path in parts])
+    ((net, properties),) = written
+    assert properties == {"reach": 4, "trained_on": "train"}
+    checks = module.check_batches(module.clips_of(module.read_config(config))[1], torch.device("cpu"))
+    assert module.check(net, checks)["error_over_sd"] == pytest.approx(1, abs=0.01)
 
 
 @pytest.fixture
