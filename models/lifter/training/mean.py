@@ -8,6 +8,7 @@ one than each (Wortsman et al. 2022, model soups).
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Annotated
 
@@ -58,7 +59,7 @@ def main(
         net = mean(LifterNet(asked.net), [part(text) for text in parts])
         checks = check_batches(clips_of(asked)[1], torch.device("cpu"))
         with torch.no_grad():
-            net.leave_sd.bias += torch.tensor(check(net, checks)["error_over_sd"]).log()
+            net.leave_sd.bias.add_(math.log(check(net, checks)["error_over_sd"]))
         for name, value in check(net, checks).items():
             print(f"{name} {value:.2f}")
         export(net, output, reach=asked.net.reach, trained_on=trained_on(asked))
