@@ -117,6 +117,21 @@ def test_looks_that_cannot_be_are_refused_before_anything_is_recorded(
     assert not (tmp_path / "out").exists()
 
 
+def test_a_network_in_the_folder_is_not_replaced_with_it(numbered_film, toy_detector, tmp_path):
+    detector = tmp_path / "out" / "toy.onnx"
+    detector.parent.mkdir()
+    detector.write_bytes(toy_detector.read_bytes())
+    with pytest.raises(InputError, match=r"toy\.onnx, which this run needs"):
+        live(
+            source=str(numbered_film),
+            output=tmp_path / "out",
+            detector=str(detector),
+            settings=GEOMETRIC,
+            force=True,
+        )
+    assert detector.exists()
+
+
 def test_a_gravity_that_is_none_is_refused_before_anything_is_recorded(numbered_film, toy_detector, tmp_path):
     with pytest.raises(InputError, match="direction for gravity"):
         live(
