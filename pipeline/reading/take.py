@@ -290,10 +290,13 @@ def _repairs(lead: PoseSequence) -> list[Event]:
 
 
 def _coverage(lead: PoseSequence, video: Video | None) -> list[Event]:
-    """A note when the data end well before the video does."""
-    if video is None or lead.frame_index[-1] >= 0.95 * video.span[1]:
+    """A note when the data end well before the video does, or the part of it that was asked for."""
+    if video is None:
         return []
+    begin, end = video.span
     first, last = lead.frame_index[[0, -1]]
+    if last >= begin + 0.95 * (end - begin):
+        return []
     return [Event("note", f"The data cover video frames {first} to {last} of {len(video.time_s)}.")]
 
 
