@@ -328,11 +328,12 @@ def _reading(sequence: PoseSequence) -> dict[str, Any]:
 
 
 def sha256(path: Path) -> str:
-    """SHA-256 of a file, or of a folder's relative names and contents in sorted order."""
+    """SHA-256 of a file, or of a folder's relative names and contents in sorted order, the same on every system."""
     if path.is_file():
         with open(path, "rb") as file:
             return hashlib.file_digest(file, "sha256").hexdigest()
     digest = hashlib.sha256()
-    for part in sorted(p for p in path.rglob("*") if p.is_file()):
-        digest.update(f"{part.relative_to(path)}\0{sha256(part)}\n".encode())
+    parts = {part.relative_to(path).as_posix(): part for part in path.rglob("*") if part.is_file()}
+    for name in sorted(parts):
+        digest.update(f"{name}\0{sha256(parts[name])}\n".encode(errors="replace"))
     return digest.hexdigest()
