@@ -11,12 +11,10 @@ from ..pipeline.errors import InputError
 from ..pipeline.files.video_frames import shown_size
 from ..pipeline.layouts import FEET_ANKLES, H36M17
 from ..pipeline.messages import how_many
-from ..pipeline.motion.checks import strays_of
+from ..pipeline.motion.checks import grid_rows, strays_of
 from ..pipeline.motion.visibility import in_words, unseen
 from ..pipeline.pose import PoseSequence
 from ..pipeline.take import Event, Take
-
-_MOST_ROWS = 5_000_000  # beyond this the frame numbers are wrong, not the recording long
 
 
 @dataclass(frozen=True)
@@ -154,15 +152,9 @@ def clean(
 def _every_frame(poses: PoseSequence, video_time_s: np.ndarray | None) -> tuple[PoseSequence, int]:
     """Rows for the frame numbers between first and last that have none, all NaN; and how many they are."""
     index, times = poses.frame_index, poses.times
-    frames = int(index[-1]) - int(index[0]) + 1
+    frames = grid_rows(poses)
     if frames == len(poses):
         return poses, 0
-    if frames > max(_MOST_ROWS, 2 * len(poses)):
-        raise InputError(
-            f"Expected frame numbers of one recording, got {how_many(len(poses), 'row')} numbered "
-            f"{index[0]} to {index[-1]}; "
-            "check the frame numbers of the 2D file."
-        )
     every = np.arange(index[0], index[-1] + 1)
     rows = index - index[0]
     joints, confidence, root, root_covariance, covariance, feet = (

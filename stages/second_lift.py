@@ -93,7 +93,7 @@ def disagreement(
         "frames": int(np.isfinite(column).sum()),
         "apart_percent": Figure.of(column),
         "joints": {H36M17.joints[i]: {"apart_percent": Figure.of(apart[:, i])} for i in moving},
-        "angles": _angles(a, b, source, poses, rectified),
+        "angles": _angles(a, b, poses, rectified),
         "spans_s": [
             [float(source.times[start]), float(source.times[stop])]
             for start, stop in _spans(column > WARNED, source.times)
@@ -102,7 +102,7 @@ def disagreement(
 
 
 def _angles(
-    a: np.ndarray, b: np.ndarray, source: PoseSequence, poses: PoseSequence, rectified: Rectified
+    a: np.ndarray, b: np.ndarray, poses: PoseSequence, rectified: Rectified
 ) -> dict[str, dict[str, float]]:
     R = CAMERA.basis @ poses.frame.basis.T @ rectified.R_source_from_body
     first, second = (angles(rotate(transpose(R), joints)) for joints in (a, b))

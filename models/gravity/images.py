@@ -43,7 +43,6 @@ class ImageUp:
     segments: Segments
     runs_along: np.ndarray
     heading: float
-    centre_px: np.ndarray
     size: tuple[int, int]
 
     @property
@@ -105,7 +104,6 @@ def up_from_images(
         segments=segments,
         runs_along=directions(segments, best),
         heading=best.heading,
-        centre_px=best.centre * side + np.array([width, height]) / 2,
         size=(width, height),
     )
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from ...pipeline.errors import InputError
 from ...pipeline.frames import IMAGE, require
+from ...pipeline.motion.checks import grid_rows
 from ...pipeline.pose import PoseSequence
 from ...pipeline.rotations import is_finite
 
@@ -74,11 +75,12 @@ def long_gaps(seen: np.ndarray) -> np.ndarray:
 
 def on_grid(keypoints: PoseSequence) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Joints (N, J, 2) and confidence (N, J) of evenly spaced frames, NaN for those that are no row; and the rows'
-    places among them. A detector's file often leaves out the frames in which it found nobody."""
+    places among them. A detector's file often leaves out the frames in which it found nobody. InputError for frame
+    numbers that cannot be of one recording."""
     frame = keypoints.frame_index - keypoints.frame_index[0]
     step = max(int(np.gcd.reduce(frame)), 1)
     rows = frame // step
-    joints = np.full((rows[-1] + 1, *keypoints.joints.shape[1:]), np.nan)
+    joints = np.full((grid_rows(keypoints, step), *keypoints.joints.shape[1:]), np.nan)
     confidence = np.full(joints.shape[:2], np.nan)
     joints[rows] = keypoints.joints
     confidence[rows] = keypoints.confidence

@@ -53,6 +53,8 @@ def parse(content: bytes) -> C3d:
     points = values.reshape(frames, width)[:, : 4 * count].reshape(frames, count, 4)
     places = points[..., :3] if item == 4 else points[..., :3] * np.float32(scale)
     (rate_hz,) = parameters.get("POINT:RATE", [])[:1] or [header_rate]
+    if isinstance(rate_hz, str):
+        raise ValueError("its POINT:RATE is a text and no number")
     return C3d(np.where(points[..., 3:] < 0, np.nan, places), rate_hz, parameters)
 
 

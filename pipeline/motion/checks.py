@@ -1,4 +1,4 @@
-"""Checks of a 3D skeleton: left and right, bone lengths, missing frames. They look; they change nothing."""
+"""Checks of a skeleton: left and right, bone lengths, missing frames. They look; they change nothing."""
 
 from __future__ import annotations
 
@@ -9,7 +9,9 @@ from itertools import pairwise
 import numpy as np
 
 from ..anthropometry import implied_stature
+from ..errors import InputError
 from ..layouts import H36M17, Layout
+from ..messages import how_many
 from ..pose import PoseSequence
 from ..rotations import unit
 
@@ -21,6 +23,7 @@ _STRONG = 0.2  # agreement at or below this contradicts
 _UP = {"camera": (0.0, -1.0, 0.0), "world": (0.0, 0.0, 1.0)}  # in the families' reference axes
 _TURNED_OVER = 0.8  # of the frames
 _ROWS = 4096  # judged at a time
+_MOST_ROWS = 5_000_000  # beyond this the frame numbers are wrong, not the recording long
 _STRAY_S = 0.2  # of frames that the whole pose leaps to and from
 _FEW = 0.1  # of the frames
 _LEAP = 0.4  # trunk lengths that the joints move on average from one frame to the next
@@ -199,6 +202,19 @@ def implausible(poses: PoseSequence) -> list[str]:
             f"The limbs imply a stature of {stature:.3g} m; is the unit of the file really metres?"
         )
     return warnings
+
+
+def grid_rows(sequence: PoseSequence, step: int = 1) -> int:
+    """How many rows there are once every frame from the first to the last has one, or every `step`th. InputError when
+    that many cannot be one recording, before they take any memory."""
+    first, last = (int(number) for number in sequence.frame_index[[0, -1]])
+    rows = (last - first) // step + 1
+    if rows > max(_MOST_ROWS, 2 * len(sequence)):
+        raise InputError(
+            f"Expected frame numbers of one recording, got {how_many(len(sequence), 'row')} numbered {first} to "
+            f"{last}; check the frame numbers of the 2D file."
+        )
+    return rows
 
 
 def movement(poses: PoseSequence) -> np.ndarray:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Iterable
+import os
+from collections.abc import Callable, Iterable, Mapping
 from difflib import get_close_matches
+from pathlib import Path
 from typing import Any, get_args, get_origin, get_type_hints
 
 from ..errors import InputError
@@ -28,6 +30,15 @@ def pairs(given: Iterable[str] | None, flag: str = "--option") -> dict[str, str]
             raise InputError(f"Expected KEY=VALUE after {flag}, got '{text}'.")
         found[key.strip()] = value
     return found
+
+
+def files_among(options: Mapping[str, Any]) -> dict[str, Path]:
+    """The options whose value is the path of a file that is there, as seen from the current folder."""
+    return {
+        name: Path(value)
+        for name, value in options.items()
+        if isinstance(value, str | Path) and os.path.isfile(value)  # False too for a text that can be no path
+    }
 
 
 def call(function: Callable[..., Any], *args: Any, what: str, options: dict[str, Any]) -> Any:

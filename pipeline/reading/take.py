@@ -299,10 +299,13 @@ def _repairs(lead: PoseSequence) -> list[Event]:
 
 
 def _coverage(lead: PoseSequence, video: Video | None) -> list[Event]:
-    """A note when the data end well before the video does."""
-    if video is None or lead.frame_index[-1] >= 0.95 * video.span[1]:
+    """A note when the data end well before the video does, or the part of it that was asked for."""
+    if video is None:
         return []
+    begin, end = video.span
     first, last = lead.frame_index[[0, -1]]
+    if last >= begin + 0.95 * (end - begin):
+        return []
     return [Event("note", f"The data cover video frames {first} to {last} of {len(video.time_s)}.")]
 
 
@@ -334,11 +337,12 @@ def _reading(sequence: PoseSequence) -> dict[str, Any]:
 
 
 def sha256(path: Path) -> str:
-    """SHA-256 of a file, or of a folder's relative names and contents in sorted order."""
+    """SHA-256 of a file, or of a folder's relative names and contents in sorted order, the same on every system."""
     if path.is_file():
         with open(path, "rb") as file:
             return hashlib.file_digest(file, "sha256").hexdigest()
     digest = hashlib.sha256()
-    for part in sorted(p for p in path.rglob("*") if p.is_file()):
-        digest.update(f"{part.relative_to(path)}\0{sha256(part)}\n".encode())
+    parts = {part.relative_to(path).as_posix(): part for part in path.rglob("*") if part.is_file()}
+    for name in sorted(parts):
+        digest.update(f"{name}\0{sha256(parts[name])}\n".encode(errors="replace"))
     return digest.hexdigest()

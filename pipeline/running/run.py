@@ -13,6 +13,7 @@ from ..errors import InputError
 from ..files.atomic import add_to_summary, require_space, sign, whole_folder
 from ..files.detections import KEYPOINTS
 from ..messages import how_many
+from ..plugins.options import files_among
 from ..reading.settings import RunOptions
 from ..reading.take import Person, open_people, open_take
 from ..take import Take
@@ -55,7 +56,7 @@ def run_files(
     recipe, kept = _checked(recipe or load_recipe()), checkpoints_of(output)
     for stage, path in kept.items():
         recipe = recipe.with_options(stage, checkpoint=path)
-    with whole_folder(output, force, _inputs(options)) as folder:
+    with whole_folder(output, force, inputs_of(options, recipe)) as folder:
         take = run_into(folder, options, recipe, done)
     for path in kept.values():
         path.unlink(missing_ok=True)
@@ -78,6 +79,14 @@ def run_into(
         take = pipeline(take, done)
     add_to_summary(folder, device=placement.summary())
     return take
+
+
+def inputs_of(options: RunOptions, recipe: Recipe) -> list[Path]:
+    """The files that a run is given, which it must not replace: its own, and those that options of readers and stages
+    name, such as networks and cameras."""
+    own = (options.poses, options.keypoints, options.video, options.recipe)
+    told = (options.options, options.keypoints_options, *(entry.options for entry in recipe.stages))
+    return [path for path in own if path] + [path for each in told for path in files_among(each).values()]
 
 
 def bytes_needed(recipe: Recipe, *takes: Take) -> int:
@@ -111,7 +120,7 @@ def run_people(
         raise InputError("A stature is one person's: leave it out, or run one --person at a time.")
     if options.person_id is not None:
         raise InputError("An ID is one person's: leave --person-id out, or run one --person at a time.")
-    with whole_folder(output, force, _inputs(options)) as folder:
+    with whole_folder(output, force, inputs_of(options, recipe)) as folder:
         start = time.perf_counter()
         people = [_long_enough(person) for person in open_people(options)]
         done("read", time.perf_counter() - start)
@@ -155,10 +164,6 @@ def _checked(recipe: Recipe) -> Recipe:
         if entry.use in (*_WRITERS, *_KEPT) and entry.options.keys() & {"folder", "checkpoint"}:
             raise InputError(f"Stage '{entry.use}': the folder is the run's own (-o DIR), not the recipe's.")
     return recipe
-
-
-def _inputs(options: RunOptions) -> list[Path]:
-    return [path for path in (options.poses, options.keypoints, options.video) if path]
 
 
 def _aimed(recipe: Recipe, folder: Path) -> Recipe:

@@ -57,7 +57,7 @@ def files_beside(names: Sequence[str]) -> Markup:
     return table(("file", "what it holds"), rows)
 
 
-def told_of(take: Take, facts: Facts) -> Markup:
+def told_of(take: Take) -> Markup:
     """What is not to be overlooked besides the gauge of trust, and on demand what was repaired."""
     repairs = [event.text for event in take.events if event.kind == "repair" and not event.about]
     warnings = [event.text for event in take.events if event.kind == "warning" and not event.about]

@@ -66,7 +66,7 @@ def report(take: Take, frames: bool = True, files: Sequence[str] = ()) -> str:
     facts, measures = facts_of(take), take.measures or {}
     said = [*seen(take), *sides_compared(measures)]
     head = session_words(take, facts) + answer(said) + (small(_ERRORS) if said else Markup(""))
-    head += trust(take, facts) + told_of(take, facts)
+    head += trust(take, facts) + told_of(take)
     sections = [
         ("Key frames", _key_frames(take, frames)),
         ("Ranges of motion", ranges(measures)),

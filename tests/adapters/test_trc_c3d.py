@@ -136,3 +136,14 @@ def test_broken_c3d(markers, tmp_path):
         path.write_bytes(content)
         with pytest.raises(InputError, match=r"x\.c3d"):
             read(path, "c3d")
+
+
+def test_a_c3d_whose_rate_is_a_text(markers, tmp_path):
+    path = c3d(tmp_path / "x.c3d", POSE2SIM, 1000 * markers)
+    content = path.read_bytes()
+    kind = content.index(b"RATE", content.index(b"POINT")) + 6  # behind the distance to the next
+    path.write_bytes(content[:kind] + b"\xff" + content[kind + 1 :])
+    with pytest.raises(
+        InputError, match=r"x\.c3d: expected a C3D file with points: its POINT:RATE is a text"
+    ):
+        read(path, "c3d")

@@ -56,7 +56,7 @@ def posed(joints: Tensor, other: Tensor, draw: Draw, poses: PoseRange, fps: floa
     to take limbs from."""
     out = joints
     if poses.swung:
-        out = _swung(out, draw, poses.swung, fps)
+        out = _swung(out, draw, poses.swung)
     if poses.limbs_swung:
         out = _limbs_swung(out, draw, poses.limbs_swung)
     if poses.exchanged or poses.sampled:
@@ -144,7 +144,7 @@ def _moving(draw: Draw, between_deg: tuple[float, float], count: int, frames: in
     )
 
 
-def _swung(joints: Tensor, draw: Draw, share: float, fps: float) -> Tensor:
+def _swung(joints: Tensor, draw: Draw, share: float) -> Tensor:
     count, frames = joints.shape[:2]
     out, use = joints.clone(), draw.share(share, count)[:, None, None]
     for about, moved in (("spine", _ABOVE_SPINE), ("thorax", ("nose", "head"))):

@@ -18,6 +18,7 @@ from pydantic import BaseModel, ValidationError
 from ....pipeline.errors import InputError
 from ....pipeline.files.atomic import add_to_summary, printable, read_summary, whole_file
 from ....pipeline.plugins import registry
+from ....pipeline.plugins.options import files_among
 from ....pipeline.pose import package_version
 from ....pipeline.reading.take import sha256
 from ....pipeline.running.recipe import load_recipe
@@ -127,14 +128,13 @@ def _kept(folder: Path) -> _Kept:
 
 
 def _hashes(entry: Entry, known: dict[str, dict[str, str]]) -> dict[str, dict[str, str]]:
-    """Of every file of the take: its name, a stamp of size and time, and its SHA-256; the hash is taken from the last
-    time where the stamp is still the same."""
+    """Of every file of the take, and of those that its recipe names: its name, a stamp of size and time, and its
+    SHA-256; the hash is taken from the last time where the stamp is still the same."""
     paths = {column: Path(entry.options[column][0]) for column in entry.files}
     if "recipe" in paths:
         for number, stage in enumerate(load_recipe(paths["recipe"]).stages):
-            for option, value in stage.options.items():
-                if isinstance(value, str) and value.endswith(".onnx") and Path(value).is_file():
-                    paths[f"recipe {number} {option}"] = Path(value)
+            for option, path in files_among(stage.options).items():
+                paths[f"recipe {number} {option}"] = path
     found = {}
     for column, path in paths.items():
         stamp = _stamp(path)

@@ -29,7 +29,8 @@ from ....pipeline.running.conclusion import conclude, point_to, show_files
 from ....pipeline.running.interrupt import interruptible
 from ....pipeline.running.plan import planned
 from ....pipeline.running.progress import now_and_then, stages, tell
-from ....pipeline.running.run import run_into
+from ....pipeline.running.recipe import Recipe
+from ....pipeline.running.run import inputs_of, run_into
 from ....pipeline.system import quoted
 from ...detect import Detect
 from ...rectify import Rectify
@@ -64,9 +65,10 @@ def live(
     """
     shown = open_source(source)
     frames = not options.no_frames
-    inputs = [] if shown.video is None else [shown.video.path]
+    asked = planned(options.with_(video=Path(source)))  # of a run with the source for its video
+    inputs = inputs_of(options.with_(video=None if shown.video is None else shown.video.path), asked)
     with computing_on(options.device) as where, whole_folder(output, force, inputs) as folder:
-        networks = _networks(options.with_(video=Path(source)))
+        networks = _networks(asked, options.focal)
         watching = following(folder / LIVE, web) if view or web else nullcontext()
         with watching:
             seen = _watch(shown, networks, folder, frames)
@@ -112,14 +114,14 @@ class _Networks:
         return lifter, LiveRectifier(self.rectifier, self.told)
 
 
-def _networks(options: RunOptions) -> _Networks:
-    """Those that a run with the source for its video would use. InputError as of told_up."""
-    told = {entry.use: entry.options for entry in planned(options).stages}
+def _networks(recipe: Recipe, focal_px: float | None) -> _Networks:
+    """Those that a run by the recipe would use. InputError as of told_up."""
+    told = {entry.use: entry.options for entry in recipe.stages}
     detect, rectify = Detect(**told["detect"]), Rectify(**told.get("rectify", {}))
     looks = 1 if detect.looks is None else detect.looks  # one is quickest
     detector = load_detector(detect.detector, detect.person_detector, detect.person_kind, looks)
     up = told_up(rectify.gravity, rectify.pitch_deg, rectify.roll_deg)
-    return _Networks(detector, rectify.rectifier, options.focal, up)
+    return _Networks(detector, rectify.rectifier, focal_px, up)
 
 
 @dataclass(frozen=True)

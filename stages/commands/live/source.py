@@ -87,10 +87,17 @@ def _stream(source: str | FileIO, name: str, protocols: str) -> Iterator[Shot]:
             # Threads by frame would hold some back.
             stream.thread_type, stream.codec_context.thread_count = "SLICE", cores()
             start: float | None = None
+            last: float | None = None
             for number, frame in enumerate(container.decode(stream)):
-                rate = float(stream.average_rate or 30)
-                now = number / rate if frame.time is None else frame.time
-                start = now if start is None else start
+                now = frame.time
+                if now is None:
+                    now = 0.0 if last is None else last + 1 / float(stream.average_rate or 30)
+                if last is not None and now <= last:
+                    raise InputError(
+                        f"Expected from {name} each image later than the one before, got one at {now:.3f} s after "
+                        f"one at {last:.3f} s; begin again for what follows."
+                    )
+                start, last = now if start is None else start, now
                 image = np.rot90(frame.to_ndarray(format="rgb24", threads=1), round(frame.rotation / 90))
                 yield Shot(number, now - start, np.ascontiguousarray(image))
     except FFmpegError as error:

@@ -196,6 +196,12 @@ def two_people():
         (lambda: poses(person()), SIZE, {"focal_px": -5.0}, "focal length"),
         (lambda: poses(person() * np.nan), SIZE, {}, "every joint of every frame is missing"),
         (two_people, SIZE, {}, "two people look mixed"),
+        (
+            lambda: poses(person(3)).with_(frame_index=[0, 1, 10**12]),
+            SIZE,
+            {},
+            "3 rows numbered 0 to 10{12};",
+        ),
         (lambda: poses(person()), SIZE, {"model": "nowhere.onnx"}, "No such file"),
         (lambda: poses(person()), SIZE, {"model": __file__}, r"Expected a lifter in an \.onnx file"),
     ],

@@ -17,6 +17,9 @@ from pcnet3d.pipeline.files.atomic import (
     whole_file,
     whole_folder,
 )
+from pcnet3d.pipeline.reading.settings import RunOptions
+from pcnet3d.pipeline.running.plan import planned
+from pcnet3d.pipeline.running.run import run_files, run_people
 
 
 def test_a_failed_file_leaves_nothing_and_keeps_the_old_one(tmp_path):
@@ -107,6 +110,32 @@ def test_inputs_and_the_current_folder_are_never_replaced(tmp_path, monkeypatch)
     with pytest.raises(InputError, match="another -o"):
         run(tmp_path, force=True)
     assert (tmp_path / "X3D.npy").exists()
+
+
+@pytest.mark.parametrize(
+    ("recipe", "told"),
+    [
+        ('[[stages]]\nuse = "rectify"', {"poses": "x.npy", "recipe": "out/mine"}),
+        (
+            '[[stages]]\nuse = "rectify"\nrectifier = "out/mine"',
+            {"poses": "x.npy", "recipe": "recipe.toml"},
+        ),
+        ("", {"keypoints": "x.json", "lifter": "out/mine"}),
+        ("", {"video": "x.mp4", "detector": "out/mine"}),
+        ("", {"video": "x.mp4", "settings": {"calibrate.camera_file": "out/mine"}}),
+        ("", {"poses": "x.pkl", "options": {"regressor": "out/mine"}}),
+        ("", {"keypoints": "x.json", "keypoints_options": {"regressor": "out/mine"}}),
+    ],
+)
+def test_no_file_that_an_option_names_is_replaced(tmp_path, monkeypatch, recipe, told):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "out").mkdir()
+    for file in ("recipe.toml", "out/mine"):
+        (tmp_path / file).write_text(recipe)
+    options = RunOptions(**told)
+    for run_of in (run_files, run_people):
+        with pytest.raises(InputError, match=r"out holds out.mine, which this run needs"):
+            run_of(options, tmp_path / "out", planned(options), force=True)
 
 
 def test_a_file_in_the_way_is_refused_even_with_force(tmp_path):

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from pcnet3d.examples.walker.camera import camera_poses, side_camera
+from pcnet3d.examples.walker.files import write_video
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.reading.settings import RunOptions
@@ -60,6 +61,17 @@ def test_rows_carry_all_that_belongs_to_them(opened):
     np.testing.assert_array_equal(part.root, root[30:60])
     assert part.seams == (5,)
     assert len(part) == 30
+
+
+def test_data_that_end_before_the_part_does_are_told(poses, tmp_path):
+    """The part's end once counted from the video's beginning, so that most of a late part could lack unsaid."""
+    walk = walker(seconds=3)
+    write_video(tmp_path / "walk.mp4", walk, side_camera(walk))
+    np.save(tmp_path / "poses.npy", np.load(poses)[:87])
+    told = {"poses": tmp_path / "poses.npy", "adapter": "videopose3d", "video": tmp_path / "walk.mp4"}
+    for part, notes in ((None, []), ("2:", ["The data cover video frames 60 to 86 of 90."]), ("2:2.8", [])):
+        take = open_take(RunOptions(**told, first_frame=0, time_range=part))
+        assert [event.text for event in take.events if "cover" in event.text] == notes
 
 
 def test_who_is_not_in_the_part_is_left_out(tmp_path):

@@ -183,15 +183,18 @@ def test_a_take_is_another_one_when_its_content_its_options_or_a_version_changes
     assert key(entry) != first
 
 
-def test_a_model_that_a_recipe_names_counts_too(entry, tmp_path, monkeypatch):
+@pytest.mark.parametrize(
+    ("stage", "named"), [("rectify", 'rectifier = "m.onnx"'), ("calibrate", 'camera_file = "camera.toml"')]
+)
+def test_a_file_that_a_recipe_names_counts_too(entry, tmp_path, monkeypatch, stage, named):
     monkeypatch.chdir(tmp_path)
-    model, recipe = tmp_path / "m.onnx", tmp_path / "r.toml"
-    model.write_bytes(b"one")
-    recipe.write_text('[[stages]]\nuse = "rectify"\nrectifier = "m.onnx"\n')
+    file, recipe = tmp_path / named.split('"')[1], tmp_path / "r.toml"
+    file.write_bytes(b"one")
+    recipe.write_text(f'[[stages]]\nuse = "{stage}"\n{named}\n')
     options = {**entry.options, "recipe": (str(recipe),)}
     entry = replace(entry, options=options, files=("poses", "recipe"))
     first = key(entry)
-    model.write_bytes(b"two")
+    file.write_bytes(b"two")
     assert key(entry) != first
 
 

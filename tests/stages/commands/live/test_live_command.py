@@ -7,7 +7,9 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import nullcontext
 from itertools import count
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -115,6 +117,21 @@ def test_looks_that_cannot_be_are_refused_before_anything_is_recorded(
     assert not (tmp_path / "out").exists()
 
 
+def test_a_network_in_the_folder_is_not_replaced_with_it(numbered_film, toy_detector, tmp_path):
+    detector = tmp_path / "out" / "toy.onnx"
+    detector.parent.mkdir()
+    detector.write_bytes(toy_detector.read_bytes())
+    with pytest.raises(InputError, match=r"toy\.onnx, which this run needs"):
+        live(
+            source=str(numbered_film),
+            output=tmp_path / "out",
+            detector=str(detector),
+            settings=GEOMETRIC,
+            force=True,
+        )
+    assert detector.exists()
+
+
 def test_a_gravity_that_is_none_is_refused_before_anything_is_recorded(numbered_film, toy_detector, tmp_path):
     with pytest.raises(InputError, match="direction for gravity"):
         live(
@@ -216,6 +233,35 @@ def test_a_camera_that_is_pulled_out_ends_the_take_and_it_is_processed(
     assert frames.tolist() == list(range(60))
     with np.load(tmp_path / "out" / "poses.npz") as poses:
         assert poses["frame_index"].tolist() == list(range(60))
+
+
+def test_a_pipe_whose_time_starts_again_ends_the_take_and_it_is_processed(
+    numbered_film, toy_detector, tmp_path
+):
+    """It once threw the recording away."""
+    output = tmp_path / "out"
+    command = ["live", "-", "-o", str(output), "--detector", str(toy_detector), "--set", *GEOMETRIC]
+    twice = numbered_film.read_bytes() * 2
+    ended = subprocess.run([*PCNET3D, *command], input=twice, capture_output=True)
+    assert ended.returncode == 0, ended.stderr
+    said = " ".join(ended.stderr.decode().split())
+    assert "each image later than the one before" in said
+    assert "What came before is kept." in said
+    assert {"live.rrd", "video.ts", "keypoints.npz"} <= {path.name for path in output.iterdir()}
+    with np.load(output / "poses.npz") as poses:
+        assert poses["frame_index"].tolist() == list(range(60))
+
+
+def test_images_without_a_time_come_at_the_streams_rate_and_none_may_stand_still(monkeypatch):
+    image = SimpleNamespace(rotation=0, to_ndarray=lambda **_: np.zeros((2, 2, 3), np.uint8))
+    images = [SimpleNamespace(time=time_s, **vars(image)) for time_s in (5.0, None, 5.1, 5.1)]
+    stream = SimpleNamespace(average_rate=25, codec_context=SimpleNamespace())
+    container = SimpleNamespace(streams=SimpleNamespace(video=[stream]), decode=lambda _: iter(images))
+    monkeypatch.setattr("av.open", lambda *_, **__: nullcontext(container))
+    shots = open_source("rtsp://somewhere").shots
+    np.testing.assert_allclose([next(shots).time_s for _ in range(3)], [0, 0.04, 0.1])
+    with pytest.raises(InputError, match=r"at 5\.100 s after one at 5\.100 s"):
+        next(shots)
 
 
 @pytest.mark.parametrize(
