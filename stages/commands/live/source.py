@@ -118,7 +118,7 @@ def _camera(source: str) -> Iterator[Shot]:
             there, image = camera.read()
             if not there:
                 raise InputError(f"The camera {source} gives no more pictures; is it still connected?")
-            now = time.monotonic()
+            now = time.perf_counter()  # whose steps are finer than those of monotonic on Windows
             start = now if start is None else start
             yield Shot(number, now - start, np.ascontiguousarray(image[..., ::-1]))
             number += 1
