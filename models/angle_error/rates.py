@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...pipeline.motion.angles import near
+from ...pipeline.motion.angles import near, unwrapped
 from ...pipeline.motion.signals import derivative
 from ...pipeline.motion.smoother import known_noise
 from .take_angles import AngleSeries
@@ -39,7 +39,7 @@ def angle_rates(
     }
     if not stated:
         return rates
-    angles = np.stack([_unwrapped(series[name].value_deg) for name in stated], axis=1)
+    angles = np.stack([unwrapped(series[name].value_deg) for name in stated], axis=1)
     variance = np.stack([series[name].sd_deg for name in stated], axis=1) ** 2
     motion = known_noise(angles[..., None], time_s, variance[..., None, None], breaks, error_s=_ERROR_S)
     seen = np.isfinite(angles)
@@ -53,11 +53,3 @@ def _with_turns(angle_deg: np.ndarray, breaks: Sequence[int]) -> tuple[int, ...]
     step = np.diff(angle_deg)
     around = np.abs(step - near(step, 0.0)) > 1.0
     return tuple(sorted({*breaks, *(np.flatnonzero(around & np.isfinite(step)) + 1).tolist()}))
-
-
-def _unwrapped(angle_deg: np.ndarray) -> np.ndarray:
-    """The angle (T,) without steps around its range."""
-    known = np.isfinite(angle_deg)
-    result = angle_deg.copy()
-    result[known] = np.unwrap(angle_deg[known], period=360.0)
-    return result

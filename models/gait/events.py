@@ -134,7 +134,8 @@ def walks(
         if is_step:
             walk.append(Step(other, start, stop))
             turn = change
-    moving = (_without_stop(walk, feet, float(time_s[-1])) for walk in [*found, walk])
+    ends = [float(time_s[piece.stop - 1]) for piece in runs(seen, time_s, seams)]
+    moving = (_without_stop(walk, feet, ends) for walk in [*found, walk])
     return [walk for walk in moving if len(walk) >= (_FEWEST_FLYING if _flies(walk, feet) else _FEWEST)]
 
 
@@ -150,13 +151,17 @@ def _flies(walk: Sequence[Step], feet: Mapping[str, Sequence[Stance]]) -> bool:
     )
 
 
-def _without_stop(walk: list[Step], feet: Mapping[str, Sequence[Stance]], end_s: float) -> list[Step]:
-    """The walk without a last step behind which the foot stays for more than a stride: there the person stops."""
+def _without_stop(
+    walk: list[Step], feet: Mapping[str, Sequence[Stance]], ends_s: Sequence[float]
+) -> list[Step]:
+    """The walk without a last step behind which the foot stays for more than a stride: there the person stops. ends_s:
+    when each piece ends in which the feet are seen, until which a foot stays at most that is never seen to leave."""
     if len(walk) < 2:
         return walk
     last = walk[-1]
     stays = next(stance.stop_s for stance in feet[last.side] if stance.start_s == last.stop_s)
-    stays = end_s if np.isnan(stays) else stays
+    if np.isnan(stays):
+        stays = min((end for end in ends_s if end >= last.stop_s), default=last.stop_s)
     return walk[:-1] if stays - last.stop_s > last.stop_s - walk[-2].start_s else walk
 
 

@@ -253,6 +253,14 @@ def near(angle_deg: np.ndarray, centre_deg: np.ndarray | float) -> np.ndarray:
     return angle_deg + 360.0 * np.floor((centre_deg - angle_deg + 180.0) / 360.0)
 
 
+def unwrapped(angle_deg: np.ndarray) -> np.ndarray:
+    """An angle (T,) without steps from one end of its range to the other."""
+    known = np.isfinite(angle_deg)
+    result = angle_deg.copy()
+    result[known] = np.unwrap(angle_deg[known], period=360.0)
+    return result
+
+
 def hinge_axis(upper: np.ndarray, lower: np.ndarray, reference: np.ndarray) -> np.ndarray:
     """(3, ...) the axis about which a knee or an elbow turns `lower` from `upper`, all unit vectors (3, ...); NaN where
     it is not defined.

@@ -12,6 +12,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from .angles import near
 from .signals import derivative, rate, resample, runs
 from .smoothness import log_dimensionless_jerk, sparc
 
@@ -62,10 +63,17 @@ def repetitions(
 
 def normalised(x: np.ndarray, time_s: np.ndarray, spans: np.ndarray, seams: Sequence[int] = ()) -> np.ndarray:
     """(N, 101) x (T,) over each of the spans (N, 2), from 0 to 100 % of its duration; spans in which any of x is
-    missing are left out."""
+    missing are left out. An angle goes through `unwrapped` before and `alike` afterwards."""
     at_s = np.linspace(spans[:, 0], spans[:, 1], POINTS, axis=-1)
     curves = resample(x, time_s, at_s.ravel(), seams).reshape(-1, POINTS)
     return curves[np.isfinite(curves).all(axis=1)]
+
+
+def alike(curves_deg: np.ndarray, centre_deg: float) -> np.ndarray:
+    """Curves (N, K) of an angle, each moved by whole turns: the first begins within 180 degrees of centre_deg, the
+    others within 180 degrees of where it begins."""
+    begins = curves_deg[:, :1]
+    return curves_deg + near(begins, near(begins[:1], centre_deg)) - begins
 
 
 def symmetry_index(right: float, left: float) -> float:

@@ -32,6 +32,7 @@ _KEPT = {
     "detect": KEYPOINTS,
     "lift": "lift.npz",
 }  # stages that keep what they have done so far, and the file's name
+_LEFT = ("resume", "checkpoint")  # options that name what the run itself leaves in its folder
 
 
 def checkpoints_of(output: Path) -> dict[str, Path]:
@@ -86,7 +87,8 @@ def inputs_of(options: RunOptions, recipe: Recipe) -> list[Path]:
     name, such as networks and cameras."""
     own = (options.poses, options.keypoints, options.video, options.recipe)
     told = (options.options, options.keypoints_options, *(entry.options for entry in recipe.stages))
-    return [path for path in own if path] + [path for each in told for path in files_among(each).values()]
+    named = [path for each in told for name, path in files_among(each).items() if name not in _LEFT]
+    return [path for path in own if path] + named
 
 
 def bytes_needed(recipe: Recipe, *takes: Take) -> int:

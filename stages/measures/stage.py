@@ -13,8 +13,8 @@ from ...models.gait.gait import separation
 from ...models.gait.of_take import NOISE, SIDES, body_joints, gait_of
 from ...pipeline.errors import InputError
 from ...pipeline.frames import Frame
-from ...pipeline.motion.angles import ANGLES, MIDLINE, of_both
-from ...pipeline.motion.cycles import Repetition, normalised, repetitions
+from ...pipeline.motion.angles import ANGLES, MIDLINE, near, of_both, unwrapped
+from ...pipeline.motion.cycles import Repetition, alike, normalised, repetitions
 from ...pipeline.motion.foot_angles import ALL_ANGLES
 from ...pipeline.motion.signals import breaks, rate
 from ...pipeline.motion.smoothness import path_length
@@ -189,9 +189,21 @@ class _Columns:
     def sd(self, angle: str) -> np.ndarray:
         return self.columns.get(f"{angle}_sd_deg", np.full(len(self.times), np.nan))
 
+    def continuous(self, angle: str) -> np.ndarray:
+        """An angle without steps from one end of its range to the other, about the middle of that range; as it is where
+        it turns all the way round."""
+        values = unwrapped(self(angle))
+        known = values[np.isfinite(values)]
+        if not len(known) or np.ptp(known) > 360:
+            return self(angle)
+        middle = (known.min() + known.max()) / 2
+        return values + near(middle, ALL_ANGLES[angle].centre_deg) - middle
+
     def cycles(self, angle: str, spans: np.ndarray) -> dict[str, Any]:
         """Mean and standard deviation of an angle over spans (N, 2) in seconds; empty when none is whole."""
-        curves = normalised(self(angle), self.times, spans, self.seams)
+        curves = alike(
+            normalised(unwrapped(self(angle)), self.times, spans, self.seams), ALL_ANGLES[angle].centre_deg
+        )
         if not len(curves):
             return {}
         spread = {"sd_deg": figures(curves.std(axis=0, ddof=1))} if len(curves) > 1 else {}
@@ -199,7 +211,7 @@ class _Columns:
 
 
 def _range(take: _Columns, name: str) -> dict[str, Any]:
-    values = take(name)
+    values = take.continuous(name)
     known = values[np.isfinite(values)]
     if len(known) < FEWEST:
         return {"reason": f"fewer than {FEWEST} frames have this angle", **basis(values)}

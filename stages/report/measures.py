@@ -45,7 +45,7 @@ _ERRORS = (
 )
 _ORDER = {"walking": -1, "floor": 1}  # of the groups; the others are between
 _ELSEWHERE = ("range_of_motion", "symmetry", "paths")  # beside the angles and the speeds
-_MOMENTS = ("start_s", "stop_s", "landings_s", "toe_offs_s")
+_MOMENTS = ("start_s", "stop_s", "stride_start_s", "stride_stop_s", "landings_s", "toe_offs_s")
 _FEW = 3  # members, which are a table's columns
 _MANY = 20  # a list of more is a curve, or too long for a table
 _SIDES = {"r_": ("right", RIGHT), "l_": ("left", LEFT)}

@@ -194,6 +194,7 @@ def clips_of(config: TrainConfig) -> tuple[tuple[Clip, ...], dict[str, tuple[Cli
 
 
 def trained_on(config: TrainConfig) -> str:
+    """Whom it trains on, as a network's file says it."""
     return f"{config.data.name}, {config.split.name}" if config.data and config.split else config.subjects
 
 

@@ -8,12 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from ....pipeline.motion.angles import ANGLES, near
-from ....pipeline.motion.cycles import POINTS, normalised
+from ....pipeline.motion.angles import ANGLES, unwrapped
+from ....pipeline.motion.cycles import POINTS, alike, normalised
 from .figures import cycles_agree
 from .side import Side
-
-_STRIDE_S = (0.5, 3.0)  # as pipeline.motion.cycles takes a step for at most 1.5 s
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +43,8 @@ def cycles(side: Side, reference: Side, shift_s: float | None) -> list[Cycles]:
             curves, before = curves[both], before[both]
         curves, before = (each[np.isfinite(each).all(axis=1)] for each in (curves, before))
         if len(curves) and len(before):
-            curves = before.mean(axis=0) + near(curves - before.mean(axis=0), 0.0)
+            together = alike(np.concatenate([before, curves]), ANGLES[angle].centre_deg)
+            before, curves = together[: len(before)], together[len(before) :]
         agreement = cycles_agree(curves, before, paired=shift_s is not None)
         if agreement is not None:
             found.append(Cycles(kind, angle, curves, before, agreement))
@@ -56,7 +55,7 @@ def _cut(side: Side, angle: str, cut: np.ndarray) -> np.ndarray:
     """(N, 101) an angle over each of the spans (N, 2) of the side's time, NaN where any of it is missing."""
     curves = np.full((len(cut), POINTS), np.nan)
     for i, span in enumerate(cut):
-        whole = normalised(side.angles[angle], side.time_s, span[None], side.seams)
+        whole = normalised(unwrapped(side.angles[angle]), side.time_s, span[None], side.seams)
         if len(whole):
             curves[i] = whole[0]
     return curves
@@ -77,14 +76,11 @@ def _spans(measures: dict[str, Any]) -> Iterator[tuple[str, str, np.ndarray]]:
         for angle in raises.get("cycles", {}):
             if angle[0] == side[0]:
                 yield "arm raises", angle, _starts_and_stops(raises.get(side, {}))
-        landings = np.array(walking.get(side, {}).get("landings_s", []), dtype=np.float64)
-        strides = np.stack([landings[:-1], landings[1:]], axis=1)
-        length = np.diff(strides, axis=1)[:, 0]
         for angle in walking.get("cycles", {}):
             if angle[0] == side[0]:
-                yield "strides", angle, strides[(length >= _STRIDE_S[0]) & (length <= _STRIDE_S[1])]
+                yield "strides", angle, _starts_and_stops(walking.get(side, {}), "stride_")
 
 
-def _starts_and_stops(group: dict[str, Any]) -> np.ndarray:
-    both = [group.get("start_s", []), group.get("stop_s", [])]
+def _starts_and_stops(group: dict[str, Any], of: str = "") -> np.ndarray:
+    both = [group.get(f"{of}start_s", []), group.get(f"{of}stop_s", [])]
     return np.array(both, dtype=np.float64).T.reshape(-1, 2)

@@ -20,7 +20,7 @@ from ....pipeline.files.atomic import SUMMARY
 from ....pipeline.frames import LEVEL
 from ....pipeline.layouts import H36M17
 from ....pipeline.messages import how_many
-from ....pipeline.motion.angles import ANGLES
+from ....pipeline.motion.angles import ANGLES, near, unwrapped
 from ....pipeline.motion.signals import CUTOFF_HZ, breaks, resample
 from ....pipeline.pose import PoseSequence
 from ....pipeline.rotations import rotate, transpose
@@ -64,7 +64,8 @@ class Side:
 
     def at(self, name: str, time_s: np.ndarray) -> np.ndarray:
         """An angle (N,) at other times (N,) of this side's clock, NaN in gaps and outside."""
-        return self.resampled(self.angles[name], time_s)
+        angle = self.resampled(unwrapped(self.angles[name]), time_s)
+        return near(angle, ANGLES[name].centre_deg)
 
     def resampled(self, values: np.ndarray, time_s: np.ndarray) -> np.ndarray:
         """A series (T,) of this side's rows as (N,) at other times (N,) of its clock, NaN in gaps and outside."""

@@ -86,6 +86,24 @@ def test_walks_end_at_gaps_long_pauses_and_turns():
     assert first[-1].stop_s < 3.4 < second[0].stop_s
 
 
+def test_a_walk_out_of_the_image_ends_there_however_long_the_take_goes_on():
+    """Nobody knows how long the foot stays that is last seen on the floor."""
+    feet, between = limping(0.5, 0.5)
+    out_s = 2.8  # 0.4 s behind the fifth landing
+    seen = {
+        side: [
+            Stance(side, s.start_s, s.stop_s if s.stop_s < out_s else np.nan) for s in of if s.start_s < out_s
+        ]
+        for side, of in feet.items()
+    }
+    gone = np.where((out_s <= TIME)[:, None], np.nan, between)
+    (alone,) = walks(seen, gone[out_s > TIME], TIME[out_s > TIME], 0.25)
+    again = np.where((TIME > 7)[:, None], between, gone)  # the person comes back
+    (longer,) = walks(seen, again, TIME, 0.25)
+    assert len(alone) == 4
+    assert longer == alone
+
+
 def test_two_steps_are_no_walk():
     feet, between = limping()
     few = {side: found[:2] for side, found in feet.items()}

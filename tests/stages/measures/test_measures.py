@@ -14,7 +14,7 @@ from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.gait.events import Stance, walks
 from pcnet3d.models.gait.of_take import least_step
 from pcnet3d.pipeline import H36M17, Z_UP, InputError, Pipeline, PoseSequence, Take
-from pcnet3d.pipeline.motion.angles import ANGLES, MIDLINE
+from pcnet3d.pipeline.motion.angles import ANGLES, MIDLINE, near
 from pcnet3d.stages.angles import Angles
 from pcnet3d.stages.export.measures import (
     Point,
@@ -139,6 +139,24 @@ def test_one_squat_with_its_depth_and_times(walk, take):
     share = np.linspace(bends["start_s"][0], bends["stop_s"][0], 101)
     np.testing.assert_allclose(curve["mean_deg"], np.interp(share, times, knee), atol=0.6)
     assert (curve["count"], "sd_deg" in curve) == (1, False)
+
+
+def test_an_angle_across_the_end_of_its_range_has_the_range_and_the_cycles_that_it_swings(walk, take):
+    """Shoulder flexion lies in -120 to 240 degrees, where every circle of an arm passes its end."""
+    swing = 240 + 3 * np.sin(2 * np.pi * walk.time_s)
+    kinematics = {
+        **take.kinematics,
+        "r_shoulder_flexion_deg": near(swing, 60.0),
+        "l_shoulder_flexion_deg": near(360 * walk.time_s, 60.0),
+    }
+    found = STAGES[3](take.with_(kinematics=kinematics)).measures
+    assert found["range_of_motion"]["r_shoulder_flexion"]["full_range_deg"] == pytest.approx(6, abs=0.2)
+    assert found["range_of_motion"]["l_shoulder_flexion"]["full_range_deg"] == pytest.approx(
+        348, abs=1
+    )  # 12 degrees a frame
+    curve = np.array(found["walking"]["cycles"]["r_shoulder_flexion"]["mean_deg"])
+    assert np.abs(near(curve - 240, 0.0)).max() < 3.1
+    assert np.abs(np.diff(curve)).max() < 1
 
 
 def test_knees_that_bend_together_in_a_step_make_no_squat(walk, take):

@@ -232,6 +232,30 @@ def test_takes_of_different_motions_have_their_cycles_compared(sides):
     assert max(c.agreement["difference_deg"] for c in visits.cycles if c.kind == "arm raises") < 0.5
 
 
+def test_circles_of_an_arm_are_resampled_without_the_steps_of_their_range(sides):
+    circling = near(180 * sides[0].time_s, ANGLES["r_shoulder_flexion"].centre_deg)
+    side = replace(sides[0], angles={**sides[0].angles, "r_shoulder_flexion": circling})
+    between_s = (side.time_s[1:] + side.time_s[:-1]) / 2
+    found = side.at("r_shoulder_flexion", between_s)
+    known = np.isfinite(found)
+    assert known.mean() > 0.9
+    assert np.abs(near(found - 180 * between_s, 0.0))[known].max() < 1e-3
+    assert np.abs(found[known] - ANGLES["r_shoulder_flexion"].centre_deg).max() <= 180
+
+
+def test_no_stride_reaches_across_a_turn_between_two_walks(runs):
+    """Of one who walks there and back the feet land on both sides of the turn within three seconds."""
+    summary = json.loads((runs / "side" / "summary.json").read_text())
+    walking = summary["measures"]["walking"]
+    walking["right"] |= {
+        "landings_s": [0.0, 1.1, 3.3, 4.4],
+        "stride_start_s": [0.0, 3.3],
+        "stride_stop_s": [1.1, 4.4],
+    }
+    cut = spans(summary["measures"])["strides", "r_knee_flexion"]
+    np.testing.assert_array_equal(cut, [[0.0, 1.1], [3.3, 4.4]])
+
+
 def of_visit(side, low_deg, high_deg, speed):
     """The side as a take with one range of motion, known to 4 degrees, and one walking speed, known to 0.05 m/s."""
     ranges = {"r_knee_flexion": {"p05_deg": low_deg, "p95_deg": high_deg, "p05_p95_deg": high_deg - low_deg}}
