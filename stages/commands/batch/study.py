@@ -6,6 +6,7 @@ measurement", Lancet 1986: mean of the differences and 1.96 of their standard de
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -217,13 +218,20 @@ def changes(rows: Sequence[Mapping[str, Any]]) -> list[Change]:
 
     A subject's takes of one visit and condition are averaged, then compared within each condition (or visit, for
     conditions), and these differences averaged, so that a subject counts once. Fewer than two subjects: no row.
-    Takes that could not be levelled have no say, nor has the unknown unit of a take without a scale in its lengths.
+    Takes that could not be levelled have no say, nor has the unknown unit of a take without a scale in its lengths. Nor
+    have takes of several people: nothing says which of them is the subject, or who is who at the next visit.
     """
     from scipy.stats import t as student_t
 
     found = []
+    people = Counter(row["name"] for row in rows if row.get("person"))
     done = [
-        row for row in rows if row.get("subject") and row.get("measures") and row["level_ok"] is not False
+        row
+        for row in rows
+        if row.get("subject")
+        and row.get("measures")
+        and row["level_ok"] is not False
+        and not (row.get("person") and people[row["name"]] > 1)
     ]
     names = dict.fromkeys(key for row in done for key in row["measures"] if not _rests_on(key.split(".")[-1]))
     for factor, other in (("visit", "condition"), ("condition", "visit")):

@@ -27,6 +27,18 @@ def test_a_take_that_could_not_be_levelled_has_no_say():
     assert (change.n, change.bias) == (2, 1.0)
 
 
+def test_people_of_one_take_are_not_averaged_into_its_subject():
+    rows = [row(s, v, 1.0 + (v == "2")) for s in "ab" for v in "12"]
+    crowd = [
+        {**row("c", v, 100.0 * (v == "2")), "name": f"c_{v}", "person": person}
+        for v in "12"
+        for person in "01"
+    ]
+    alone = [{**row("d", v, 1.0 + (v == "2")), "name": f"d_{v}", "person": "0"} for v in "12"]
+    (change,) = changes([*rows, *crowd, *alone])
+    assert (change.n, change.bias) == (3, 1.0)
+
+
 def test_lengths_of_a_take_without_a_scale_have_no_say():
     name = "paths.r_wrist.path_length"
     rows = [
