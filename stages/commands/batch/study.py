@@ -218,8 +218,9 @@ def changes(rows: Sequence[Mapping[str, Any]]) -> list[Change]:
 
     A subject's takes of one visit and condition are averaged, then compared within each condition (or visit, for
     conditions), and these differences averaged, so that a subject counts once. Fewer than two subjects: no row.
-    Takes that could not be levelled have no say, nor has the unknown unit of a take without a scale in its lengths. Nor
-    have takes of several people: nothing says which of them is the subject, or who is who at the next visit.
+    Takes that could not be levelled or have unusable poses have no say, nor have takes of several people: nothing says
+    which of them is the subject, or who is who at the next visit. Nor has the unknown unit of a take without a scale in
+    its lengths.
     """
     from scipy.stats import t as student_t
 
@@ -231,6 +232,7 @@ def changes(rows: Sequence[Mapping[str, Any]]) -> list[Change]:
         if row.get("subject")
         and row.get("measures")
         and row["level_ok"] is not False
+        and row.get("verdict") != "unusable"
         and not (row.get("person") and people[row["name"]] > 1)
     ]
     names = dict.fromkeys(key for row in done for key in row["measures"] if not _rests_on(key.split(".")[-1]))

@@ -20,9 +20,10 @@ def row(subject, visit, value, condition=""):
     return {**labels, "level_ok": True, "measures": {NAME: value}}
 
 
-def test_a_take_that_could_not_be_levelled_has_no_say():
+@pytest.mark.parametrize("doubt", [{"level_ok": False}, {"verdict": "unusable"}])
+def test_a_take_that_is_not_to_be_believed_has_no_say(doubt):
     rows = [row(s, v, 1.0 + (v == "2")) for s in "abc" for v in "12"]
-    rows[-1] |= {"level_ok": False, "measures": {NAME: 100.0}}
+    rows[-1] |= {**doubt, "measures": {NAME: 100.0}}
     (change,) = changes(rows)
     assert (change.n, change.bias) == (2, 1.0)
 
