@@ -26,7 +26,8 @@ from ...report.key_frames import key_rows
 QUALITY = ("up_error_deg", "up_bound_deg", "error_deg_mean", "bone_length_spread")
 
 _LIMIT = 1.96
-_NO_MEASURE = ("frames", "nan_share", "beyond_anatomy_frames")  # what a measure rests on
+# What a measure rests on, or its error.
+_NO_MEASURE = ("frames", "nan_share", "beyond_anatomy_frames", "places", "sd_deg")
 
 
 _Words = Annotated[str, AfterValidator(printable)]
@@ -235,7 +236,7 @@ def changes(rows: Sequence[Mapping[str, Any]]) -> list[Change]:
         and row.get("verdict") != "unusable"
         and not (row.get("person") and people[row["name"]] > 1)
     ]
-    names = dict.fromkeys(key for row in done for key in row["measures"] if not _rests_on(key.split(".")[-1]))
+    names = dict.fromkeys(key for row in done for key in row["measures"] if not _rests_on(key))
     for factor, other in (("visit", "condition"), ("condition", "visit")):
         levels = list(dict.fromkeys(row[factor] for row in done if row[factor]))
         for later in levels[1:]:
@@ -249,9 +250,12 @@ def changes(rows: Sequence[Mapping[str, Any]]) -> list[Change]:
     return found
 
 
-def _rests_on(key: str) -> bool:
-    """Whether a figure says what a measure rests on or how wrong it is, and is none itself."""
-    return key in _NO_MEASURE or "_error_" in key or key.endswith("_error")
+def _rests_on(name: str) -> bool:
+    """Whether a figure says what a measure rests on or how wrong it is, and is none itself. A count of a curve's cycles
+    is of those that are whole; other counts are of what the person did."""
+    *groups, key = name.split(".")
+    whole_cycles = key == "count" and "cycles" in groups
+    return key in _NO_MEASURE or whole_cycles or "_error_" in key or key.endswith("_error")
 
 
 def _differences(

@@ -120,16 +120,14 @@ def test_nothing_is_said_of_fewer_than_two_subjects(rows):
     assert changes(rows) == []
 
 
-def test_what_a_measure_rests_on_is_no_measure(tmp_path):
-    rows = [
-        {
-            **row(s, v, 1.0),
-            "measures": {"walking.frames": 5.0, "walking.nan_share": 0.0, "walking.cadence_error_spm": 1.0},
-        }
-        for s in "ab"
-        for v in "12"
-    ]
-    assert changes(rows) == []
+def test_what_a_measure_rests_on_is_no_measure():
+    names = [
+        "walking.frames", "walking.nan_share", "walking.cadence_error_spm", "walking.walking_speed_error",
+        "range_of_motion.r_knee_flexion.sd_deg", "floor.places", "knee_bends.cycles.r_knee_flexion.count",
+        "knee_bends.count", "walking.sd_step_time_s",
+    ]  # fmt: skip
+    rows = [{**row(s, v, 1.0), "measures": dict.fromkeys(names, 1.0)} for s in "ab" for v in "12"]
+    assert [change.measure for change in changes(rows)] == names[-2:]
 
 
 def test_figures_are_single_numbers_by_their_keys(tmp_path):
