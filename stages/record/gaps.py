@@ -57,8 +57,10 @@ def _last(take: Take) -> int:
 
 
 def _before_gaps(poses: PoseSequence, last: int) -> np.ndarray:
-    """Rows that the next video frame does not follow; last: as `_last` says."""
-    return np.flatnonzero(np.diff(poses.frame_index, append=last + 1) > 1)
+    """Rows that are not followed by another at the usual step, which is of two frames where poses are of every second;
+    last: as `_last` says."""
+    usual = np.median(np.diff(poses.frame_index)) if len(poses) > 1 else 1
+    return np.flatnonzero(np.diff(poses.frame_index, append=last + 1) > usual)
 
 
 def _marked(poses: PoseSequence, behind: np.ndarray) -> PoseSequence:

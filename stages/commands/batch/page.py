@@ -239,10 +239,10 @@ def _changes(found: Sequence[Change]) -> Markup:
         ]
     words = (
         "Differences of each subject's mean, compared within the same condition or visit; subjects who have both, "
-        "without takes that could not be levelled. 95 % interval: of the mean (Student's t); n: subjects. Single "
-        "subjects: limits of agreement, the mean and 1.96 standard deviations of the differences to each side (Bland & "
-        "Altman 1986), in which change of the person and error of the method are not told apart. All measures are in "
-        "changes.csv."
+        "without takes that could not be levelled, have unusable poses or show several people, of whom nothing says "
+        "who the subject is. 95 % interval: of the mean (Student's t); n: subjects. Single subjects: limits of "
+        "agreement, the mean and 1.96 standard deviations of the differences to each side (Bland & Altman 1986), "
+        "in which change of the person and error of the method are not told apart. All measures are in changes.csv."
     )
     return joined(tables) + small(words) if tables else Markup("")
 

@@ -6,6 +6,7 @@ measurement", Lancet 1986: mean of the differences and 1.96 of their standard de
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,7 +26,8 @@ from ...report.key_frames import key_rows
 QUALITY = ("up_error_deg", "up_bound_deg", "error_deg_mean", "bone_length_spread")
 
 _LIMIT = 1.96
-_NO_MEASURE = ("frames", "nan_share", "beyond_anatomy_frames")  # what a measure rests on
+# What a measure rests on, or its error.
+_NO_MEASURE = ("frames", "nan_share", "beyond_anatomy_frames", "places", "sd_deg")
 
 
 _Words = Annotated[str, AfterValidator(printable)]
@@ -217,15 +219,24 @@ def changes(rows: Sequence[Mapping[str, Any]]) -> list[Change]:
 
     A subject's takes of one visit and condition are averaged, then compared within each condition (or visit, for
     conditions), and these differences averaged, so that a subject counts once. Fewer than two subjects: no row.
-    Takes that could not be levelled have no say, nor has the unknown unit of a take without a scale in its lengths.
+    Takes that could not be levelled or have unusable poses have no say, nor have takes of several people: nothing says
+    which of them is the subject, or who is who at the next visit. Nor has the unknown unit of a take without a scale in
+    its lengths.
     """
     from scipy.stats import t as student_t
 
     found = []
+    people = Counter(row["name"] for row in rows if row.get("person"))
     done = [
-        row for row in rows if row.get("subject") and row.get("measures") and row["level_ok"] is not False
+        row
+        for row in rows
+        if row.get("subject")
+        and row.get("measures")
+        and row["level_ok"] is not False
+        and row.get("verdict") != "unusable"
+        and not (row.get("person") and people[row["name"]] > 1)
     ]
-    names = dict.fromkeys(key for row in done for key in row["measures"] if not _rests_on(key.split(".")[-1]))
+    names = dict.fromkeys(key for row in done for key in row["measures"] if not _rests_on(key))
     for factor, other in (("visit", "condition"), ("condition", "visit")):
         levels = list(dict.fromkeys(row[factor] for row in done if row[factor]))
         for later in levels[1:]:
@@ -239,9 +250,12 @@ def changes(rows: Sequence[Mapping[str, Any]]) -> list[Change]:
     return found
 
 
-def _rests_on(key: str) -> bool:
-    """Whether a figure says what a measure rests on or how wrong it is, and is none itself."""
-    return key in _NO_MEASURE or "_error_" in key or key.endswith("_error")
+def _rests_on(name: str) -> bool:
+    """Whether a figure says what a measure rests on or how wrong it is, and is none itself. A count of a curve's cycles
+    is of those that are whole; other counts are of what the person did."""
+    *groups, key = name.split(".")
+    whole_cycles = key == "count" and "cycles" in groups
+    return key in _NO_MEASURE or whole_cycles or "_error_" in key or key.endswith("_error")
 
 
 def _differences(

@@ -51,7 +51,7 @@ def correlated(side: Side, reference: Side, offset_s: float, search_s: float) ->
     from scipy.optimize import minimize_scalar
 
     step = max(*(float(np.median(np.diff(each.time_s))) for each in (side, reference)), _FINEST_S)
-    reach = int(np.ceil(search_s / step))
+    reach = max(1, int(np.ceil(search_s / step)))  # a peak has neighbours
     times = np.arange(side.time_s[0], side.time_s[-1] + 1e-9, step)
     around = times[0] + offset_s + step * np.arange(-reach, len(times) + reach)
     own, other = _angles(side, times), _angles(reference, around)

@@ -114,19 +114,19 @@ def as_markdown(take: str, segments: Mapping[str, Mapping[str, Any]]) -> str:
     lines += [
         "Each cell: back / right / up of LEVEL / norm (or the norm alone), the heading fitted to each method. RMSE is "
         "without the means, whose difference is the offset (bias and tilt). Gain: the video's amplitude over the "
-        "IMU's. Own lag: where that axis alone fits best, ? where it does not.",
+        "IMU's. Own lag: where that axis alone fits best. ? is not known.",
         "",
     ]
     return "\n".join(lines)
 
 
 def _cell(lag_s: float, axes: Mapping[str, Mapping[str, float | None]], figure: str) -> str:
-    values = np.array([of.get(figure) for of in axes.values()], dtype=float)
+    # The norm has no offset; what is only unknown keeps its place among the axes.
+    values = np.array([of[figure] for of in axes.values() if figure in of], dtype=float)
     if figure == "lag_s":
-        late = 1000 * (lag_s + values)
-        return " / ".join(f"{value:.0f}" if np.isfinite(value) else "?" for value in late)
-    form = ".3f" if figure == "r" else ".2f"
-    return " / ".join(format(value, form) for value in values if np.isfinite(value))
+        values = 1000 * (lag_s + values)
+    form = {"lag_s": ".0f", "r": ".3f"}.get(figure, ".2f")
+    return " / ".join(format(value, form) if np.isfinite(value) else "?" for value in values)
 
 
 def as_page(result: Comparison) -> str:

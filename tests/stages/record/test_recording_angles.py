@@ -70,6 +70,29 @@ def test_gaps_end_the_curves(make_take, read_rrd, tmp_path):
     assert np.flatnonzero(np.isnan(values).any(axis=1)).tolist() == [6]
 
 
+@pytest.mark.parametrize(("dropped", "marked"), [(0, []), (2, [6])])
+def test_poses_of_every_second_frame_have_gaps_where_one_is_lost(
+    make_take, read_rrd, tmp_path, dropped, marked
+):
+    take = make_take()
+    clock = 2 * np.arange(12)
+    clock[6:] += dropped
+    told = {"frame_index": clock, "time_s": clock / 25}
+    rectified = replace(
+        take.rectified, body=take.rectified.body.with_(**told), level=take.rectified.level.with_(**told)
+    )
+    keypoints = take.keypoints.with_(frame_index=clock[-1] - 10 + np.arange(12))  # they end a frame later
+    take = take.with_(
+        poses=take.poses.with_(**told), rectified=rectified, keypoints=keypoints, kinematics=columns()
+    )
+    record(take, tmp_path / "take.rrd")
+    recording = read_rrd(tmp_path / "take.rrd")
+    _, _, angles = recording.over_time("angles/knee_flexion", "Scalars:scalars")
+    assert np.flatnonzero(np.isnan(angles).any(axis=1)).tolist() == marked
+    _, _, joints = recording.over_time("level/joints", "Points3D:positions")
+    assert np.flatnonzero(np.isnan(joints).any(axis=(1, 2))).tolist() == marked
+
+
 @pytest.mark.parametrize("kinematics", [None, {"r_knee_flexion_deg": np.full(12, np.nan)}])
 def test_no_angles_no_view(recorded, kinematics):
     recording = recorded(kinematics)

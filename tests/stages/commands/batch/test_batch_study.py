@@ -20,11 +20,24 @@ def row(subject, visit, value, condition=""):
     return {**labels, "level_ok": True, "measures": {NAME: value}}
 
 
-def test_a_take_that_could_not_be_levelled_has_no_say():
+@pytest.mark.parametrize("doubt", [{"level_ok": False}, {"verdict": "unusable"}])
+def test_a_take_that_is_not_to_be_believed_has_no_say(doubt):
     rows = [row(s, v, 1.0 + (v == "2")) for s in "abc" for v in "12"]
-    rows[-1] |= {"level_ok": False, "measures": {NAME: 100.0}}
+    rows[-1] |= {**doubt, "measures": {NAME: 100.0}}
     (change,) = changes(rows)
     assert (change.n, change.bias) == (2, 1.0)
+
+
+def test_people_of_one_take_are_not_averaged_into_its_subject():
+    rows = [row(s, v, 1.0 + (v == "2")) for s in "ab" for v in "12"]
+    crowd = [
+        {**row("c", v, 100.0 * (v == "2")), "name": f"c_{v}", "person": person}
+        for v in "12"
+        for person in "01"
+    ]
+    alone = [{**row("d", v, 1.0 + (v == "2")), "name": f"d_{v}", "person": "0"} for v in "12"]
+    (change,) = changes([*rows, *crowd, *alone])
+    assert (change.n, change.bias) == (3, 1.0)
 
 
 def test_lengths_of_a_take_without_a_scale_have_no_say():
@@ -107,16 +120,14 @@ def test_nothing_is_said_of_fewer_than_two_subjects(rows):
     assert changes(rows) == []
 
 
-def test_what_a_measure_rests_on_is_no_measure(tmp_path):
-    rows = [
-        {
-            **row(s, v, 1.0),
-            "measures": {"walking.frames": 5.0, "walking.nan_share": 0.0, "walking.cadence_error_spm": 1.0},
-        }
-        for s in "ab"
-        for v in "12"
-    ]
-    assert changes(rows) == []
+def test_what_a_measure_rests_on_is_no_measure():
+    names = [
+        "walking.frames", "walking.nan_share", "walking.cadence_error_spm", "walking.walking_speed_error",
+        "range_of_motion.r_knee_flexion.sd_deg", "floor.places", "knee_bends.cycles.r_knee_flexion.count",
+        "knee_bends.count", "walking.sd_step_time_s",
+    ]  # fmt: skip
+    rows = [{**row(s, v, 1.0), "measures": dict.fromkeys(names, 1.0)} for s in "ab" for v in "12"]
+    assert [change.measure for change in changes(rows)] == names[-2:]
 
 
 def test_figures_are_single_numbers_by_their_keys(tmp_path):

@@ -216,6 +216,10 @@ def test_a_shift_is_found_to_a_fraction_of_a_frame(sides, late_s):
     assert correlated(moved, sides[0], 0.0, 5.0).shift_s == pytest.approx(-late_s, abs=2e-3)
 
 
+def test_a_search_of_nothing_finds_a_shift_of_nothing(sides):
+    assert correlated(sides[1], sides[0], 0.0, 0.0).shift_s == pytest.approx(0, abs=2e-3)
+
+
 def test_takes_of_different_motions_have_their_cycles_compared(sides):
     rng = np.random.default_rng(0)
     other = {name: rng.normal(0, 20, len(values)) for name, values in sides[1].angles.items()}

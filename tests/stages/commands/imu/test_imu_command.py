@@ -22,6 +22,7 @@ from pcnet3d.pipeline.running.run import run_files
 from pcnet3d.stages.commands.finished_run import load_run
 from pcnet3d.stages.commands.imu.command import compare as compare_with_run
 from pcnet3d.stages.commands.imu.command import imu, read_imus
+from pcnet3d.stages.commands.imu.output import as_markdown
 
 RECIPE = Recipe(stages=[{"use": stage} for stage in ("rectify", "trajectories", "record", "export")])
 METHODS = ["camera axes", "geometric per frame", "geometric", "pcnet per frame", "pcnet"]
@@ -73,6 +74,17 @@ def test_levelling_shows_against_the_tilted_camera(compared):
     assert methods["pcnet"]["z"]["rmse_mps2"] < 0.5 * methods["camera axes"]["z"]["rmse_mps2"]
     norms = [of["norm"]["r"] for name, of in methods.items() if "per frame" not in name]
     assert np.ptp(norms) < 1e-3  # no rotation of the take changes a norm
+
+
+def test_an_unknown_figure_keeps_its_place_among_the_axes(compared):
+    figures = compared["segments"]["r_forearm"]
+    axes = {axis: dict.fromkeys(of, 1.0) for axis, of in figures["methods"]["pcnet"].items()}
+    axes["x"] |= {"r": None, "lag_s": None, "offset_mps2": None}
+    words = as_markdown("walk", {"r_forearm": {**figures, "lag_s": 0.0, "methods": {"pcnet": axes}}})
+    assert (
+        "| pcnet | ? / 1.000 / 1.000 / 1.000 | 1.00 / 1.00 / 1.00 / 1.00 | 1.00 / 1.00 / 1.00 / 1.00 | "
+        "? / 1000 / 1000 / 1000 | ? / 1.00 / 1.00 |"
+    ) in words
 
 
 def test_files_of_the_comparison(compared, made):
