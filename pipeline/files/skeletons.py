@@ -116,7 +116,7 @@ def h36m17_of_skeleton(skeleton: Skeleton, joints: np.ndarray, R_world_from_join
 def h36m17(
     points: Mapping[str, np.ndarray], spine: np.ndarray, forward: np.ndarray, up: np.ndarray
 ) -> np.ndarray:
-    """(T, 17, 3) from points by name (T, 3): hips to wrists, and the neck's ends, "neck" below and "head" above.
+    """(T, 17, 3) from points by name (T, 3), metres: hips to wrists, the neck's ends as "neck" (below) and "head".
 
     spine: (T, S, 3) joints between pelvis and neck, from below; S may be 0. forward, up: (T, 3) the head's own axes.
     pelvis is mid-hips, spine lies 43 % of the way along the back, thorax a quarter up the neck, nose 5 cm in front
@@ -134,7 +134,8 @@ def h36m17(
 
 
 def h36m17_named(joints: np.ndarray, names: list[str] | None) -> np.ndarray:
-    """(T, 17, 3) from joints (T, J, 3) by their names, or by their order without names (17, or SMPL's 22 and more).
+    """(T, 17, 3) from joints (T, J, 3), metres, by their names, or by their order without names (17, or SMPL's 22 and
+    more).
 
     InputError when a joint has no known name.
     """
