@@ -15,7 +15,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..layouts import H36M17
-from ..rotations import rotate, unit
+from ..rotations import is_finite, rotate, unit
 
 _LIMBS = ("hip", "knee", "ankle", "shoulder", "elbow", "wrist")
 # The joints where thigh, shank, foot, upper arm, forearm and hand begin, as the programs name them.
@@ -192,8 +192,10 @@ def _nearest_axis(v: np.ndarray) -> np.ndarray:
 
 
 def _along(path: np.ndarray, share: float) -> np.ndarray:
-    """The point (T, 3) a share of the way along a path of points (T, P, 3), by the lengths of the first frame."""
-    length = np.linalg.norm(np.diff(path[0], axis=0), axis=-1)
+    """The point (T, 3) a share of the way along a path of points (T, P, 3), by the lengths of the first frame that has
+    all of them."""
+    whole = path[is_finite(path).all(axis=1).argmax()]
+    length = np.linalg.norm(np.diff(whole, axis=0), axis=-1)
     before = np.concatenate([[0.0], np.cumsum(length)])
     i = int(np.clip(np.searchsorted(before, share * before[-1], side="right") - 1, 0, len(length) - 1))
     t = (share * before[-1] - before[i]) / max(length[i], 1e-9)
