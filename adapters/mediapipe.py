@@ -66,7 +66,7 @@ def read(path: Path) -> tuple[PoseSequence, ...]:
 
     Frame numbers and times are those of the file, if it has them; a column whose unit its name does not say, such as
     `timestamp`, is not taken for a time. A frame whose numbers are all -1, as some write for nobody, or all missing
-    has no row. Raises InputError for image landmarks and for files of another form.
+    has no row, but counts. Raises InputError for image landmarks and for files of another form.
     """
     found, frames_known, times = Bodies(BLAZEPOSE33), True, {}
     at, last = -1, None
@@ -104,7 +104,8 @@ def _check_world(joints: np.ndarray, path: Path) -> None:
 
 
 def _json(path: Path) -> Iterator[Body]:
-    """Everybody in the file; several people of a frame share its number, which is counted where none is said."""
+    """Everybody in the file, and one of NaN for a frame without anybody; several people of a frame share its number,
+    which is counted where none is said."""
     count = 0
     for i, (key, entry) in enumerate(each(path, "MediaPipe's landmarks")):
         where = f"{path}, entry {i}"
@@ -129,6 +130,8 @@ def _json(path: Path) -> Iterator[Body]:
         people = _people(landmarks, where)
         if frame is None and len(people) > 1:
             raise InputError(f"{where}: expected frames with a number ('frame') where people are several.")
+        if not people:  # counts as a table's empty row does, so that later frames keep their places and times
+            yield Body(np.full((COUNT, 4), np.nan), frame, time_s)
         for place, values in enumerate(people):
             yield Body(values, frame, time_s, boxes[place] if len(boxes) == len(people) else None)
         count += 1

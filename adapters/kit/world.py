@@ -8,6 +8,7 @@ import numpy as np
 
 from ...pipeline.errors import InputError
 from ...pipeline.files.markers import Markers, Up
+from ...pipeline.files.skeletons import UNITS as METRES
 from ...pipeline.files.skeletons import h36m17_named
 from ...pipeline.frames import UNITS, Y_UP, Z_UP, Frame
 from ...pipeline.layouts import H36M17, Layout, remap
@@ -46,11 +47,12 @@ def poses_of(found: Markers, where: str, unit: str | None, up: Up | None) -> Pos
     the unit is unknown, and when the person does not stand along the axis that the file's kind has up.
     """
     names = [_ours(name) for name in found.names]
-    layout, joints, made = _named(names, found)
+    frame = world(up or found.up, unit or found.unit)
+    layout, joints, made = _named(names, found, METRES[frame.unit])
     poses = PoseSequence(
         joints=joints,
         layout=layout,
-        frame=world(up or found.up, unit or found.unit),
+        frame=frame,
         time_s=found.time_s,
         frame_index=found.numbers - found.numbers[0],
         frames_known=False,
@@ -60,13 +62,14 @@ def poses_of(found: Markers, where: str, unit: str | None, up: Up | None) -> Pos
     return poses.noted("markers", derived=made) if made else poses
 
 
-def _named(names: list[str], found: Markers) -> tuple[Layout, np.ndarray, list[str]]:
+def _named(names: list[str], found: Markers, metres: float) -> tuple[Layout, np.ndarray, list[str]]:
+    """metres: one unit of the points."""
     chosen = {name: i for i, name in reversed(list(enumerate(names)))}
     if set(chosen) >= _NEEDED:
         kept = {name: i for name, i in sorted(chosen.items(), key=lambda item: item[1]) if name in _KNOWN}
         return Layout("markers", tuple(kept)), found.points[:, list(kept.values())], []
     try:
-        joints = h36m17_named(found.points, found.names)
+        joints = h36m17_named(found.points * metres, found.names) / metres
     except InputError:
         raise InputError(
             "expected points at the joint centres (nose, hips, knees, ankles, shoulders, elbows, wrists, neck and "

@@ -10,8 +10,9 @@ A network with `cliff_focal` true in its metadata, as newer exports have it, wan
 box to the optical axis, and the longer side over the focal length, that of the camera or 1.05 times the diagonal.
 Exports without `joints_3d` leave the joints to Meta's body model, and are refused.
 
-With a known focal length the body is turned from the ray that the network took to the true one, and its distance grows
-with the focal length; without it nobody can tell how far away it is, and `cam_trans` is not used.
+With a known focal length the body is turned from the ray that the network took to the true one and put on the true ray
+through its pixel, at a distance that grows with the focal length; without it nobody can tell how far away it is, and
+`cam_trans` is not used.
 """
 
 from __future__ import annotations
@@ -97,7 +98,12 @@ class InstantHMR:
             return joints, None, said
         middle = view.straight(crops.centre) - view.image_size / 2
         R_own, R_true = (ray_rotation(middle / focal) for focal in (own, view.focal_px))
-        root = (place + joints[:, _HIPS].mean(axis=1)) * (1, 1, view.focal_px / own)
+        hips = place + joints[:, _HIPS].mean(axis=1)
+        away = hips[:, 2:] * view.focal_px / own
+        # The network knows neither the lens nor the principal point: its camera filmed the hips at this pixel.
+        filmed = hips[:, :2] / hips[:, 2:] * own + view.image_size / 2
+        across = (view.straight(filmed) - view.image_size / 2) / view.focal_px
+        root = np.concatenate([across * away, away], axis=1)
         said |= {"focal_px": round(view.focal_px, 1), "focal_known": True, "placed_by_the_lifter": True}
         return rotate(R_true @ transpose(R_own), joints), root, said
 

@@ -37,7 +37,7 @@ def read(path: Path, folder: Path, how: How) -> Found:
     fps = how.fps or next(iter(rates), None)
     if not fps or fps <= 0:
         raise InputError(f"expected the frame rate in {', '.join(_RATES)}; say it with --fps.")
-    joints = h36m17_named(joints, names) * UNITS[how.unit or "m"]
+    joints = h36m17_named(joints * UNITS[how.unit or "m"], names)
     joints = z_up(joints, how.up or "z").astype(np.float32)
     require_plausible(joints)
     subject, name = label(path, folder, how.subject)

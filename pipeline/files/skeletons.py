@@ -15,7 +15,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..layouts import H36M17
-from ..rotations import rotate, unit
+from ..rotations import is_finite, rotate, unit
 
 _LIMBS = ("hip", "knee", "ankle", "shoulder", "elbow", "wrist")
 # The joints where thigh, shank, foot, upper arm, forearm and hand begin, as the programs name them.
@@ -116,7 +116,7 @@ def h36m17_of_skeleton(skeleton: Skeleton, joints: np.ndarray, R_world_from_join
 def h36m17(
     points: Mapping[str, np.ndarray], spine: np.ndarray, forward: np.ndarray, up: np.ndarray
 ) -> np.ndarray:
-    """(T, 17, 3) from points by name (T, 3): hips to wrists, and the neck's ends, "neck" below and "head" above.
+    """(T, 17, 3) from points by name (T, 3), metres: hips to wrists, the neck's ends as "neck" (below) and "head".
 
     spine: (T, S, 3) joints between pelvis and neck, from below; S may be 0. forward, up: (T, 3) the head's own axes.
     pelvis is mid-hips, spine lies 43 % of the way along the back, thorax a quarter up the neck, nose 5 cm in front
@@ -134,7 +134,8 @@ def h36m17(
 
 
 def h36m17_named(joints: np.ndarray, names: list[str] | None) -> np.ndarray:
-    """(T, 17, 3) from joints (T, J, 3) by their names, or by their order without names (17, or SMPL's 22 and more).
+    """(T, 17, 3) from joints (T, J, 3), metres, by their names, or by their order without names (17, or SMPL's 22 and
+    more).
 
     InputError when a joint has no known name.
     """
@@ -191,8 +192,10 @@ def _nearest_axis(v: np.ndarray) -> np.ndarray:
 
 
 def _along(path: np.ndarray, share: float) -> np.ndarray:
-    """The point (T, 3) a share of the way along a path of points (T, P, 3), by the lengths of the first frame."""
-    length = np.linalg.norm(np.diff(path[0], axis=0), axis=-1)
+    """The point (T, 3) a share of the way along a path of points (T, P, 3), by the lengths of the first frame that has
+    all of them."""
+    whole = path[is_finite(path).all(axis=1).argmax()]
+    length = np.linalg.norm(np.diff(whole, axis=0), axis=-1)
     before = np.concatenate([[0.0], np.cumsum(length)])
     i = int(np.clip(np.searchsorted(before, share * before[-1], side="right") - 1, 0, len(length) - 1))
     t = (share * before[-1] - before[i]) / max(length[i], 1e-9)

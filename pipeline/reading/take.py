@@ -122,9 +122,11 @@ def _read(options: RunOptions) -> _Files:
 def _joined(files: _Files, poses: PoseSequence | None, keypoints: PoseSequence | None) -> Take:
     """One person's poses and keypoints on one clock."""
     options, video = files.options, files.video
-    begins = min(int(one.frame_index[0]) for one in files.lead.people)  # one shift for everybody in the file
+    # One shift for everybody in the file; rows without numbers are counted from 0, whoever is seen in the first.
+    begins = min(int(one.frame_index[0]) if one.frames_known else 0 for one in files.lead.people)
     if poses is not None and options.first_frame is not None and not poses.frames_known:
-        poses, begins = starting_at(options.first_frame, poses), options.first_frame
+        shift, begins = options.first_frame - begins, options.first_frame
+        poses = starting_at(int(poses.frame_index[0]) + shift, poses)
     if poses is not None and keypoints is not None:
         poses = numbered_by(keypoints, poses, f"{options.poses} and {options.keypoints}")
     path = files.lead.path

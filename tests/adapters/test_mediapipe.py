@@ -105,6 +105,22 @@ def test_frames_without_a_person(tmp_path, world, nobody):
     assert read(path).frame_index.tolist() == [i for i in range(FRAMES) if i != 10]
 
 
+@pytest.mark.parametrize("nobody", [None, []])
+@pytest.mark.parametrize("timed", [False, True])
+def test_json_frames_without_a_person_count(tmp_path, world, nobody, timed):
+    frames = [
+        {"pose_world_landmarks": nobody if i in (0, 10, 11) else points(row)} for i, row in enumerate(world)
+    ]
+    if timed:
+        frames = [{"timestamp_ms": 40 * i, **frame} for i, frame in enumerate(frames)]
+    poses = read(dump(tmp_path, frames))
+    seen = [i for i in range(FRAMES) if i not in (0, 10, 11)]
+    assert poses.frame_index.tolist() == seen
+    assert not poses.frames_known
+    if timed:
+        np.testing.assert_allclose(poses.times, 0.04 * np.array(seen))
+
+
 @pytest.mark.parametrize("boxes", [True, False])
 def test_people_are_separated(tmp_path, world, turning, boxes):
     """Two people whose order is exchanged half-way."""

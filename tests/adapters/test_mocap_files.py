@@ -96,6 +96,14 @@ def test_amass_with_joints(standing, tmp_path, rate):
     assert not poses.frames_known
 
 
+def test_amass_in_millimetres_is_the_same_body(standing, tmp_path):
+    joints = smpl(standing(FRAMES))
+    np.savez(tmp_path / "m.npz", joints=joints, fps=30)
+    np.savez(tmp_path / "mm.npz", joints=1000 * joints, fps=30)
+    metres, millimetres = read(tmp_path / "m.npz"), read(tmp_path / "mm.npz", unit="mm")
+    np.testing.assert_allclose(millimetres.joints, metres.joints, atol=2e-6)
+
+
 def test_joints_by_name_keep_their_own_nose(standing, tmp_path):
     order = np.random.default_rng(0).permutation(len(H36M17))
     np.savez(

@@ -88,11 +88,16 @@ def test_mirrored_bodies_are_refused(markers, tmp_path):
         read(path)
 
 
-def test_without_a_nose_it_is_put_in_front_of_the_neck_and_said(markers, tmp_path):
+@pytest.mark.parametrize(("units", "told", "scale"), [("m", None, 1), ("mm", None, 1000), ("m", "mm", 1000)])
+def test_without_a_nose_it_is_put_in_front_of_the_neck_and_said(markers, tmp_path, units, told, scale):
+    """5 cm in front of the neck's end, and the crown 13 cm above it, whatever unit the file or the user says."""
     kept = [i for i, name in enumerate(POSE2SIM) if name != "Nose"]
     names = [name for name in POSE2SIM if name != "Nose"]
-    poses = read(trc(tmp_path / "x.trc", names, y_up(markers)[:, kept]))
+    path = trc(tmp_path / "x.trc", names, scale * y_up(markers)[:, kept], units=units)
+    poses = read(path, unit=told)
     assert any("as the shoulders face" in str(step.options) for step in poses.history)
+    apart = np.linalg.norm(poses.joint("nose") - poses.joint("head"), axis=-1)
+    np.testing.assert_allclose(apart, np.hypot(0.05, 0.13), atol=1e-5)
 
 
 def test_skin_markers_units_and_damage_have_words(markers, tmp_path):

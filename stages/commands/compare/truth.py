@@ -67,14 +67,14 @@ def _of_markers(found: Markers, up: Up | None, unit: str | None, fps: float | No
     if unit not in UNITS:
         raise InputError(f"expected a unit of {', '.join(UNITS)}, got '{unit}'; say it with --unit.")
     try:
-        joints = h36m17_named(found.points, found.names)
+        joints = h36m17_named(found.points * UNITS[unit], found.names)
     except InputError:
         raise InputError(
             "expected points at the joint centres (hips, knees, ankles, shoulders, elbows, wrists, neck and head, "
             f"under names in use), got {', '.join(found.names[:30])}; markers on the skin must be turned "
             "into joint centres first."
         ) from None
-    joints = z_up(joints * UNITS[unit], up or found.up)
+    joints = z_up(joints, up or found.up)
     return _poses(joints, found.time_s if fps is None else np.arange(len(joints)) / fps)
 
 

@@ -310,6 +310,23 @@ def test_another_focal_length_turns_the_body_and_moves_it_along(instanthmr, body
     assert_allclose(far.joints[0], rotate(turn, own.joints[0].astype(float)), atol=2e-3)
 
 
+def test_instanthmr_s_place_is_straightened_as_its_body_is(instanthmr, body, showing, video):
+    """Where the network's own camera has the hips on their filmed pixel, they are where they were filmed."""
+    import cv2
+
+    showing([np.zeros((SIZE[1], SIZE[0], 3), np.uint8)])
+    lens = Intrinsics((FOCAL, FOCAL), (660.0, 470.0), (-0.25, 0.08, 0.0, 0.0), image_size=SIZE)
+    truth = np.array([0.9, 0.1, 3.2])
+    still = np.zeros(3)
+    points = np.concatenate([placed(body, *truth), truth[None]])
+    filmed = cv2.projectPoints(points, still, still, lens.matrix, np.array(lens.distortion))[0][:, 0]
+    diagonal = float(np.hypot(*SIZE))
+    seen = np.append((filmed[-1] - np.array(SIZE) / 2) / diagonal, 1) * truth[2] * diagonal / FOCAL
+    lifter = load_lifter(instanthmr(mhr(body), seen))
+    lifted = lifter.lift(keypoints_of(filmed[None, :-1]), SIZE, FOCAL, video=video, intrinsics=lens)
+    assert_allclose(lifted.root, [truth], atol=1e-4)
+
+
 def test_without_a_focal_length_instanthmr_s_place_is_not_believed(instanthmr, body, showing, video):
     showing([np.zeros((SIZE[1], SIZE[0], 3), np.uint8)])
     pixels = projected(placed(body, 0, 0, 4))[None]

@@ -66,6 +66,11 @@ def test_unit_and_axes_told(read, standing):
     np.testing.assert_allclose(other.joints, clip.joints, atol=1e-6)
 
 
+def test_smpl_joints_in_millimetres_are_the_same_body(read, smpl):
+    metres, millimetres = read(joints=smpl, fps=30), read(How(unit="mm"), joints=1000 * smpl, fps=30)
+    np.testing.assert_allclose(millimetres.joints, metres.joints, atol=1e-6)
+
+
 def test_body_model_parameters_are_refused(read):
     with pytest.raises(InputError, match="body model"):
         read(poses=np.zeros((4, 156)), trans=np.zeros((4, 3)), betas=np.zeros(16), mocap_framerate=120)

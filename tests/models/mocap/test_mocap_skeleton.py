@@ -5,7 +5,13 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from pcnet3d.pipeline import H36M17, InputError
-from pcnet3d.pipeline.files.skeletons import Skeleton, h36m17_of_skeleton, match, place
+from pcnet3d.pipeline.files.skeletons import (
+    Skeleton,
+    h36m17_named,
+    h36m17_of_skeleton,
+    match,
+    place,
+)
 
 CHAIN = Skeleton(("a", "b", "c"), (-1, 0, 1), np.array([[0, 0, 0], [0, 2, 0], [0, 1, 0]], dtype=float))
 LIMBS = ("hip", "knee", "ankle", "shoulder", "elbow", "wrist")
@@ -116,3 +122,13 @@ def test_made_joints_of_a_t_pose():
     np.testing.assert_allclose(made["nose"], [0.05, 0.6, 0], atol=1e-12)
     np.testing.assert_allclose(made["head"], [0, 0.73, 0], atol=1e-12)
     np.testing.assert_allclose(made["l_wrist"], [0.8, 0.5, 0])
+
+
+@pytest.mark.parametrize("missing", ["neck", "spine1", "l_hip"])
+def test_a_marker_that_is_missing_in_the_first_frame_takes_the_spine_of_that_frame_alone(missing):
+    names = [*(f"{s}_{j}" for s in "lr" for j in LIMBS), "spine1", "neck", "head"]
+    joints = np.tile(np.random.default_rng(0).normal(size=(len(names), 3)), (3, 1, 1))
+    whole = h36m17_named(joints, names)[:, H36M17.index("spine")]
+    joints[0, names.index(missing)] = np.nan
+    spine = h36m17_named(joints, names)[:, H36M17.index("spine")]
+    np.testing.assert_allclose(spine[1:], whole[1:])

@@ -6,6 +6,7 @@ import sys
 import numpy as np
 import pytest
 
+from golden.estimators import mhr70
 from pcnet3d.pipeline import InputError, cli
 from pcnet3d.pipeline.files.atomic import SUMMARY
 from pcnet3d.pipeline.files.viewer import find_recording
@@ -167,6 +168,18 @@ def test_the_first_frame_is_the_files(mmpose):
     assert (
         open_take(RunOptions(poses=mmpose(), fps=30, first_frame=100, person="1")).poses.frame_index[0] == 115
     )
+
+
+def test_the_first_frame_is_that_of_the_first_row_where_nothing_numbers_the_rows(scene, tmp_path):
+    """InstantHMR's arrays, whose first three rows show nobody and whose second person comes later."""
+    first, second = (mhr70(poses.joints) for poses in scene.poses)
+    joints = np.full((len(first), 2, *first.shape[1:]), np.nan, np.float32)
+    joints[3:, 0], joints[15:, 1] = first[3:], second
+    places = np.broadcast_to(np.float32([[0, 0, 6], [2, 0, 6]]), (len(joints), 2, 3))
+    np.savez(tmp_path / "x.npz", joints_3d=joints, cam_trans=places)
+    people = open_people(RunOptions(poses=tmp_path / "x.npz", fps=30, first_frame=100))
+    assert [person.take.poses.frame_index[0] for person in people] == [103, 115]
+    assert all(person.take.poses.frames_known for person in people)
 
 
 def test_the_command(mmpose, tmp_path, monkeypatch, capsys):

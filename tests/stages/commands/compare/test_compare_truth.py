@@ -61,6 +61,8 @@ def test_a_trc_of_other_names_in_millimetres_with_gaps(walk, tmp_path):
     np.testing.assert_allclose(poses.joint("l_wrist")[:, 2], walk.joint("l_wrist")[:, 2], atol=1e-4)
     legs = [np.linalg.norm(j("l_knee") - j("l_hip"), axis=-1) for j in (poses.joint, walk.joint)]
     np.testing.assert_allclose(*legs, atol=1e-4)
+    apart = np.linalg.norm(poses.joint("nose") - poses.joint("head"), axis=-1)
+    np.testing.assert_allclose(apart, np.hypot(0.05, 0.13), atol=1e-4)  # made from the neck's ends
 
 
 def test_which_axis_is_up_is_checked_and_can_be_told(walk, tmp_path):
