@@ -108,7 +108,9 @@ def clean(
         raise InputError(f"clean needs max_gap_s and spike of 0 or more, got {max_gap_s} and {spike}.")
     strays = strays_of(poses) if spike > 0 else np.zeros(len(poses), dtype=bool)
     poses = poses.mapped(
-        lambda points: np.where(strays[:, None, None], np.nan, points), covariance=poses.covariance
+        lambda points: np.where(strays[:, None, None], np.nan, points),
+        covariance=poses.covariance,
+        root=None if poses.root is None else np.where(strays[:, None], np.nan, poses.root),
     )
     poses, inserted = _every_frame(poses, video_time_s)
     trunk = np.linalg.norm(poses.joint("thorax") - poses.joint("pelvis"), axis=-1)
@@ -120,11 +122,17 @@ def clean(
         return spikes, *_filled(without, poses.times, poses.seams, max_gap_s)
 
     spikes, filled, count = cleaned(poses.joints)
-    root = None if poses.root is None else cleaned(poses.root[:, None])[1][:, 0]
-    feet, jumps = poses.feet, 0
+    root, root_covariance, jumps = poses.root, poses.root_covariance, 0
+    if root is not None:
+        leaps, path, more = cleaned(root[:, None])
+        unknown = np.isnan(root).any(-1) | leaps[:, 0]
+        if root_covariance is not None:
+            root_covariance = np.where(unknown[:, None, None], np.nan, root_covariance)
+        root, jumps, count = path[:, 0], int(leaps.sum()), count + more
+    feet = poses.feet
     if feet is not None:
         leaps, feet, more = cleaned(feet)
-        jumps, count = int(leaps.sum()), count + more
+        jumps, count = jumps + int(leaps.sum()), count + more
     made = np.isnan(poses.joints).any(-1) | spikes
     covariance = poses.covariance  # nobody states the error of what was filled in
     covariance = (
@@ -133,6 +141,7 @@ def clean(
     return poses.with_(
         joints=filled,
         root=root,
+        root_covariance=root_covariance,
         feet=feet,
         covariance=covariance,
         confidence=np.where(made, np.nan, poses.confidence),

@@ -72,10 +72,10 @@ def disagreement(
     the first by one factor for the take; angles to gravity and trunk angles of both by the first one's rectification.
 
     poses, second: H36M17 in axes of the camera; rows are matched by `frame_index`. -> (T,) the mean distance of the
-    joints in per cent of the person's size (the root mean square distance of the joints from the pelvis), NaN where
-    either lacks a joint; and figures with the unit in their names: of the distance of all joints and of each, of the
-    difference of each angle (second less first) its mean, root mean square and 95th percentile, and `spans_s`, when
-    the column is above WARNED.
+    joints that both have at times, in per cent of the person's size (the root mean square distance of the joints from
+    the pelvis), NaN where either lacks one of them; and figures with the unit in their names: of the distance of all
+    joints and of each, of the difference of each angle (second less first) its mean, root mean square and 95th
+    percentile, and `spans_s`, when the column is above WARNED.
     """
     source = change_frame(poses, CAMERA.with_(origin="pelvis", unit=poses.frame.unit))
     a = source.joints.astype(np.float64)
@@ -88,7 +88,8 @@ def disagreement(
     size = person_size(a)
     b *= size / person_size(b)
     apart = 100 * np.linalg.norm(a - b, axis=-1) / size
-    column = apart[:, moving].mean(axis=1)
+    column = apart[:, [i for i in moving if both[:, i].any()]]
+    column = column.mean(axis=1) if column.size else np.full(len(apart), np.nan)
     return column, {
         "frames": int(np.isfinite(column).sum()),
         "apart_percent": Figure.of(column),

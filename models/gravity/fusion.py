@@ -56,13 +56,15 @@ def decide(bodies: TakeUp, told: Sequence[Evidence] = (), look: Look | None = No
     """
     told, said = tuple(told), fuse(told)
     warnings = _warnings_of_told(bodies, said, look) if told else ()
+    # What is told is believed; who contradicts it has no say.
+    heard = not (told and is_finite(bodies.up) and _disagree(said, bodies))
     if look is None or (told and _disagree(said, look)):
-        return Decision(told, True, warnings)
+        return Decision(told, heard, warnings)
     if not is_finite(bodies.up) or chi_square(bodies, look) <= _CONTRADICTION:
-        return Decision((*told, of_image(look)), True, warnings)
+        return Decision((*told, of_image(look)), heard, warnings)
     image, sentence = settled(bodies, look, told=bool(told))
     others = (*told, of_image(look)) if image else told
-    return Decision(others, bool(told) or not image, (*warnings, sentence))
+    return Decision(others, heard if told else not image, (*warnings, sentence))
 
 
 def settled(bodies: TakeUp, look: Look, told: bool = False) -> tuple[bool, str]:

@@ -143,8 +143,8 @@ def _smoothed(
     if not fine.any():
         return result[0], result[1]
     y, noise, seen = y[:, fine], noise[:, fine], seen[:, fine]
-    centre = np.nanmean(y, axis=0)
-    y = y - centre
+    line, slope = _line(y, seen, time_s)
+    y = y - line
     dt = 1 / rate(time_s)
     at, jerk = _jerks(_filled(y, time_s), noise, time_s, dt, error_s, size)
     knot_s = max(dt, 1 / _KNOTS_HZ)
@@ -160,12 +160,22 @@ def _smoothed(
             time_s[rows], knot_s, error_s, at, np.repeat(jerk, D, axis=1),
         )  # fmt: skip
         found[:, :, kept] = solved.reshape(2, 3, -1, *y.shape[1:])[:, :, inside]
-    found[0, 0] += centre
+    found[0, 0] += line
+    found[0, 1] += slope
     row = np.arange(T)[:, None]
     first, last = seen.argmax(axis=0), T - 1 - seen[::-1].argmax(axis=0)
     found[:, :, ~((row >= first) & (row <= last))] = np.nan
     result[:, :, :, fine] = found
     return result[0], result[1]
+
+
+def _line(y: np.ndarray, seen: np.ndarray, time_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(T, J, D) the straight line nearest to the seen rows (T, J) of y (T, J, D), and its slope (J, D)."""
+    weight = (seen / seen.sum(axis=0))[..., None]
+    off = time_s[:, None, None] - (weight * time_s[:, None, None]).sum(axis=0)
+    shown = np.where(seen[..., None], y, 0.0)
+    slope = (weight * off * shown).sum(axis=0) / (weight * off**2).sum(axis=0)
+    return (weight * shown).sum(axis=0) + slope * off, slope
 
 
 def _filled(y: np.ndarray, time_s: np.ndarray) -> np.ndarray:
@@ -307,7 +317,8 @@ def _solved(
     for i in range(4):
         for j in range(i, 4):
             precision[j - i, i : i + n - 3] += differences[i] * differences[j] * strength
-    precision[0] += 1e-9 * precision[0].max(axis=0)  # where nothing else says anything
+    # Where nothing else says anything; no more, for the jerk's part is large where a path is smooth.
+    precision[0] += 1e-13 * precision[0].max(axis=0)
 
     factor, found = np.empty_like(precision), np.empty((n, N))
     for i in range(N):

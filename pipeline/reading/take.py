@@ -11,6 +11,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..files.atomic import printable
+from ..files.video_frames import shown_size
 from ..messages import how_many
 from ..motion.checks import implausible
 from ..motion.findings import findings_of
@@ -104,6 +105,13 @@ def open_people(options: RunOptions) -> tuple[Person, ...]:
 
 def _read(options: RunOptions) -> _Files:
     video = read_video(options.video) if options.video else None
+    if video is not None and options.image_size not in (None, size := shown_size(video)):
+        width, height = options.image_size
+        raise InputError(
+            f"Expected the image size of keypoints without a video, or that of {options.video}, which shows "
+            f"{size[0]}x{size[1]}; got {width}x{height}. Leave out --image-size, or the video if the keypoints were "
+            "detected in a copy of another size."
+        )
     poses = keypoints = None
     if options.poses:
         poses = load(options.poses, options.adapter, "poses", options.options)

@@ -144,6 +144,24 @@ def test_frames_of_somebody_else_are_removed(rows):
     )
 
 
+def test_frames_of_somebody_else_lose_their_place_too_and_made_places_state_no_error():
+    poses = moving()
+    walked = np.stack([np.arange(ROWS) / FPS, np.zeros(ROWS), np.full(ROWS, 4.0)], axis=-1)
+    rows = np.arange(20, 23)
+    joints, root = poses.joints.copy(), walked.copy()
+    joints[rows] = -joints[rows]
+    root[rows] += [3, 0, 2]
+    root[40] += 2
+    root[50] = np.nan
+    known = np.broadcast_to(0.01 * np.eye(3), (ROWS, 3, 3))
+    cleaned = clean(poses.with_(joints=joints, root=root, root_covariance=known))
+    np.testing.assert_allclose(cleaned.root, walked, atol=1e-6)
+    made = np.flatnonzero(np.isnan(cleaned.root_covariance).all(axis=(1, 2)))
+    np.testing.assert_array_equal(made, [*rows, 40, 50])
+    assert counts(cleaned)["spikes_removed"] == 1
+    assert counts(cleaned)["values_filled"] == 17 * 3 + 5
+
+
 def test_a_change_of_pose_that_stays_is_no_stray():
     """Which half is wrong, nobody knows."""
     joints = moving().joints.copy()

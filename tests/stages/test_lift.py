@@ -87,6 +87,14 @@ def test_the_videos_rotation_flag_turns_the_image_size(take, monkeypatch):
     assert sizes[0] == sizes[1][::-1]
 
 
+def test_an_image_size_beside_a_video_has_to_be_its_own(files):
+    """The lift would take one size, and the border of the image and the place the other."""
+    options = RunOptions(video=files.video, keypoints=files.keypoints, image_size=(320, 180))
+    with pytest.raises(InputError, match="which shows 640x360; got 320x180"):
+        open_take(options)
+    assert open_take(options.model_copy(update={"image_size": IMAGE_SIZE})).keypoints is not None
+
+
 def test_without_a_video_the_image_size_must_be_given(take):
     alone = take.with_(video=None)
     with pytest.raises(InputError, match="--image-size"):

@@ -85,6 +85,16 @@ def test_rows_are_matched_by_frame_and_missing_joints_say_nothing(poses, levelle
     assert found["frames"] == 29
 
 
+def test_of_half_a_body_the_joints_that_are_seen_are_compared(poses, levelled):
+    joints = poses.joints.copy()
+    joints[:, H36M17.index("l_ankle")] = np.nan
+    half = poses.with_(joints=joints)
+    apart, found = disagreement(half, poses, levelled)
+    assert found["frames"] == len(poses)
+    np.testing.assert_allclose(apart, 0, atol=0.5)
+    assert found["joints"]["r_wrist"]["apart_percent"].p50 == pytest.approx(0, abs=0.5)
+
+
 @pytest.fixture(scope="module")
 def files(walk, tmp_path_factory):
     return write_files(tmp_path_factory.mktemp("walk"), walk, side_camera(walk))

@@ -43,6 +43,26 @@ def test_without_an_error_nothing_is_smoothed(fps):
     assert np.sqrt(motion.variance[0]).max() < 1e-5
 
 
+@pytest.mark.parametrize("fps", [30.0, 60.0])
+@pytest.mark.parametrize("noise_m", [0.0, 0.02, 0.05])
+def test_who_glides_keeps_place_and_speed(fps, noise_m):
+    """An even path, as of a wheelchair, has so little jerk that whatever else pulls at it would move it."""
+    time_s = times(10, fps)
+    path = np.stack([time_s, 0 * time_s, 4 + 0 * time_s], axis=-1)[:, None]
+    seen = path + noise_m * np.random.default_rng(0).normal(size=path.shape)
+    motion = known_noise(seen, time_s)
+    assert np.median(motion.values[1, :, 0, 0]) == pytest.approx(1.0, abs=0.01)
+    assert np.abs(motion.values[0] - path).max() < 1e-6 + 1.5 * noise_m
+
+
+def test_three_rows_of_something_else_do_not_stop_who_glides():
+    time_s = times(3)
+    path = np.stack([time_s, 0 * time_s, 4 + 0 * time_s], axis=-1)[:, None]
+    seen = path.copy()
+    seen[40:43, :, 0] += 0.1
+    assert np.median(known_noise(seen, time_s).values[1, :, 0, 0]) == pytest.approx(1.0, abs=0.02)
+
+
 def test_a_cycle_a_second_keeps_its_peaks_when_the_error_is_small():
     time_s = times(6)
     path, acceleration = wave(time_s, 1.0)
