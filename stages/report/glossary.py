@@ -23,6 +23,8 @@ _EXPLAINED = {
     "double_support": "Share of the gait cycle in which both feet are on the floor; none in a run.",
     "flight_time": "How long both feet are in the air.",
     "symmetry_index": "Right less left, over their mean: 0 % when both are alike, positive when the right is larger.",
+    "stride_start": "When each stride begins: the foot lands.",
+    "stride_stop": "When each stride ends: the same foot lands again, in the same walk.",
     "landings": "When the foot first touches the floor (initial contact).",
     "toe_offs": "When the foot leaves the floor.",
     "belt_speed": "Of the treadmill.",

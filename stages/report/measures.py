@@ -37,7 +37,8 @@ _WORDS = {
     "p05": "5th percentile", "p95": "95th percentile", "p05_p95": "range between them",
     "sd": "stated standard deviation", "beyond_anatomy_frames": "frames beyond anatomy",
     "mean_stance": "mean stance phase", "mean_swing": "mean swing phase", "landings": "initial contacts",
-    "toe_offs": "toe-offs", "nan_share": "share without a value", "sparc_up": "SPARC up", "sparc_down": "SPARC down",
+    "toe_offs": "toe-offs", "stride_start": "strides begin", "stride_stop": "strides end",
+    "nan_share": "share without a value", "sparc_up": "SPARC up", "sparc_down": "SPARC down",
 }  # fmt: skip
 _ERRORS = (
     "± is one standard deviation (SD) of the figure before it; a click on a figure says what it is. Grey: a difference "
