@@ -102,11 +102,10 @@ class Lift:
     def _undistorted(
         self, keypoints: PoseSequence, intrinsics: Intrinsics, size: tuple[int, int] | None
     ) -> PoseSequence:
-        if not isinstance(
-            self._opened, ImageLifter
-        ):  # which looks at distorted images, and straightens itself
-            if size is not None:
-                refuse_outside(keypoints, np.array(size))
+        if size is not None:
+            refuse_outside(keypoints, np.array(size))
+        # A lifter of images looks at distorted ones, and straightens what it sees itself.
+        if not isinstance(self._opened, ImageLifter):
             keypoints = keypoints.with_(joints=undistorted(keypoints.joints, intrinsics))
         return keypoints.noted(UNDISTORT, camera=intrinsics.name, file=Path(intrinsics.source).name)
 

@@ -9,6 +9,7 @@ one than each (Wortsman et al. 2022, model soups).
 from __future__ import annotations
 
 import math
+import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -64,7 +65,8 @@ def main(
             print(f"{name} {value:.2f}")
         export(net, output, reach=asked.net.reach, trained_on=trained_on(asked))
     except InputError as error:
-        raise SystemExit(str(error)) from None
+        print(f"pcnet3d: {error}", file=sys.stderr)
+        raise SystemExit(2) from None
 
 
 if __name__ == "__main__":
