@@ -31,8 +31,8 @@ _OPPOSITE = {
 }  # fmt: skip
 _ROWS = 4096  # that are turned at a time: hours of video in float64 would take several times their memory
 _NEAREST_M = 0.5  # a pelvis less far ahead of the camera is a lifter's, which leaves it about the origin
-_METRES = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "inch": 0.0254}
-UNITS = (*_METRES, "px", "arbitrary")
+METRES = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "inch": 0.0254}
+UNITS = (*METRES, "px", "arbitrary")
 
 
 def _direction(family: str, word: str) -> tuple[float, ...]:
@@ -88,7 +88,7 @@ class Frame:
 
     @property
     def metric(self) -> bool:
-        return self.unit in _METRES
+        return self.unit in METRES
 
     def with_(self, *, origin: str | None = None, unit: str | None = None) -> Frame:
         return replace(self, origin=origin or self.origin, unit=unit or self.unit)
@@ -143,7 +143,7 @@ def change_frame(poses: PoseSequence, to: Frame, R_to_from_source: np.ndarray | 
     if source.unit == to.unit:
         factor = 1.0
     elif source.metric and to.metric:
-        factor = _METRES[source.unit] / _METRES[to.unit]
+        factor = METRES[source.unit] / METRES[to.unit]
     else:
         raise InputError(
             f"Points in {source} cannot become {to}: the scale between their units is not known."
@@ -206,6 +206,6 @@ def _place(poses: PoseSequence) -> np.ndarray | None:
     if len(seen) == 0 or np.ptp(seen, axis=0).max() == 0:
         return None
     if frame.origin == "camera":
-        ahead = np.median(seen @ frame.basis[:, 2]) * _METRES.get(frame.unit, 0.0)
+        ahead = np.median(seen @ frame.basis[:, 2]) * METRES.get(frame.unit, 0.0)
         return place if ahead > _NEAREST_M else None
     return place

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import InputError
+from ..frames import METRES
 from ..layouts import H36M17
 from ..rotations import is_finite, rotate, unit
 
@@ -41,7 +42,7 @@ _THORAX = 0.25
 
 _SOMA_FACE = ("LeftEye", "RightEye", "HeadEnd")  # joints that other skeletons leave to the head's axes
 
-UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "inch": 0.0254, "asf": 0.0254 / 0.45}
+UNITS = {**METRES, "asf": METRES["inch"] / 0.45}
 LEG_M = (0.6, 1.15)  # thigh and shank of an adult
 # The body of SMPL; SMPL-H and SMPL-X go on with hands and face (formats.md section 7).
 SMPL = (
