@@ -2,8 +2,8 @@
 
 A man who balances, seen by four calibrated cameras that stand still and lean: his limbs are known from all of them
 together (triangulated), and so is which way is up. Every camera is judged by itself, focal length unknown, on three
-kinds of 2D keypoints: found in the video, those that OpenPose found, and the truth seen through the camera. Then the
-same man standing still, of whom only up is known.
+kinds of 2D keypoints, without those that a run takes for not seen: found in the video, those that OpenPose found, and
+the truth seen through the camera. Then the same man standing still, of whom only up is known.
 """
 
 from __future__ import annotations
@@ -18,9 +18,10 @@ from ...pipeline.camera import Look
 from ...pipeline.canonical import R_world_from_body
 from ...pipeline.errors import InputError
 from ...pipeline.files.video_frames import shown_size
-from ...pipeline.layouts import H36M17, remap
+from ...pipeline.layouts import H36M17
 from ...pipeline.messages import how_many
 from ...pipeline.motion.angles import FINE
+from ...pipeline.motion.visibility import seen_only
 from ...pipeline.plugins.protocols import Rectifier
 from ...pipeline.pose import PoseSequence, package_version
 from ...pipeline.reading.take import read_video
@@ -76,7 +77,7 @@ def real_take_tables(
         given = openpose_keypoints(truth.openpose[name], video.time_s)
         sources = (found_keypoints(video), given, exact_keypoints(camera, truth.limbs, given))
         for kind, keypoints in zip(_KEYPOINTS, sources, strict=True):
-            poses = lift(remap(keypoints, H36M17), shown_size(video), flip=flip, model=lifter)
+            poses = lift(seen_only(keypoints, shown_size(video)), shown_size(video), flip=flip, model=lifter)
             limbs = truth.limbs[poses.frame_index]
             results["lift"].setdefault(kind, {})[name] = lift_row(poses, limbs)
             for rectifier in rectifiers:
@@ -90,7 +91,7 @@ def real_take_tables(
     for name, camera in read_cameras(folder / STANDING).items():
         video = read_video(camera.video)
         keypoints = found_keypoints(video)
-        poses = lift(remap(keypoints, H36M17), shown_size(video), flip=flip, model=lifter)
+        poses = lift(seen_only(keypoints, shown_size(video)), shown_size(video), flip=flip, model=lifter)
         seen, with_image = _with_image(video, keypoints, lifter, flip)
         for rectifier in rectifiers:
             rows = results["standing"].setdefault(rectifier.method, {})
@@ -110,7 +111,7 @@ def _with_image(
     it."""
     seen = camera_of(video, keypoints, (int(keypoints.frame_index[0]), int(keypoints.frame_index[-1])))
     look = seen.looks[0] if seen.looks else None
-    given = remap(keypoints, H36M17), shown_size(video), seen.focal_px, flip, lifter
+    given = seen_only(keypoints, shown_size(video)), shown_size(video), seen.focal_px, flip, lifter
     poses = lift(*given)
     up = known_up(poses, load_rectifier("pcnet"), look=look)
     return look, poses if up is None else lift(*given, up)

@@ -18,11 +18,12 @@ from ...pipeline.errors import InputError
 from ...pipeline.frames import CAMERA
 from ...pipeline.layouts import H36M17, remap
 from ...pipeline.pose import PoseSequence
-from ...pipeline.rotations import is_finite, rotate
+from ...pipeline.rotations import is_finite, rotate, unit
 from ...pipeline.take import Video
 from ..common.onnx import open_onnx
+from .clock import clock_of
 from .features import ASSUMED_FOCAL, features, flipped
-from .input import checked_size, long_gaps, on_grid, refuse_two_people
+from .input import checked_size, long_gaps, on_grid, rate_of, refuse_two_people
 
 KIND = "pcnet3d"
 SHIPPED = Path(__file__).parent / "lifter.onnx"  # the built-in lifter's weights
@@ -47,8 +48,9 @@ def lift(
     jumps between those and others.
     -> joints (T, 17, 3) in CAMERA axes relative to the pelvis, unit arbitrary, about the metres of a person 1.7 m
     tall. The confidence is the keypoints', the covariance the one that the network states. Frames in a run of more than
-    15 without any joint are NaN; the history counts them. Single missing joints are filled in from the others. Trained
-    on 20 to 60 frames per second.
+    15 without any joint are NaN; the history counts them. Joints that are missing for a moment are put on a line
+    between where they were seen, others are filled in from the rest of the body. Takes of other frame rates than 20 to
+    60 per second are lifted at one that the network knows (clock.py); keypoints without time stamps count as 30.
     Raises InputError for another layout or frame, normalised coordinates, an unusable image size, or keypoints
     that jump between two people.
     """
@@ -59,20 +61,28 @@ def lift(
     size = checked_size(keypoints, image_size, focal_px)
     focal = float(focal_px) if focal_px is not None else ASSUMED_FOCAL * size.max()
     pixels, confidence, rows = on_grid(keypoints)
-    refuse_two_people(pixels)
-    told = np.full((len(pixels), 3), np.nan)
-    if up is not None:
-        told[rows] = up
-    x, R_camera_from_ray = features(pixels, confidence, size, np.asarray(focal), told)
-    joints, sd = run(x, model)
-    if flip:
-        mirrored, mirrored_sd = run(flipped(x), model)
-        joints = (joints + mirrored[:, H36M17.mirror] * np.array([-1, 1, 1], dtype=np.float32)) / 2
-        sd = (sd + mirrored_sd[:, H36M17.mirror]) / 2
-    joints = rotate(R_camera_from_ray, joints.astype(np.float64))
-    unseen = long_gaps(np.any(is_finite(pixels), axis=1))
-    joints = np.where(unseen[:, None, None], np.nan, joints)[rows]
-    covariance = np.where(unseen[rows, None, None, None], np.nan, _covariance(sd, R_camera_from_ray)[rows])
+    rate = rate_of(keypoints, rows)
+    refuse_two_people(pixels, rate)
+    seen = is_finite(pixels)
+    unseen = long_gaps(np.any(seen, axis=1))[rows]
+    clock = clock_of(rate, rows)
+    pixels, confidence = clock.rows(pixels, confidence)
+    places = rows * clock.finer
+    told = _told(up, places, len(pixels))
+    joints, covariance = np.empty((*pixels.shape[:2], 3)), np.empty((*pixels.shape[:2], 3, 3), np.float32)
+    for phase in range(clock.phases):
+        part = slice(phase, None, clock.phases)
+        x, R_camera_from_ray = features(pixels[part], confidence[part], size, np.asarray(focal), told[part])
+        answer, sd = run(x, model)
+        if flip:
+            mirrored, mirrored_sd = run(flipped(x), model)
+            answer = (answer + mirrored[:, H36M17.mirror] * np.array([-1, 1, 1], dtype=np.float32)) / 2
+            sd = (sd + mirrored_sd[:, H36M17.mirror]) / 2
+        joints[part] = rotate(R_camera_from_ray, answer.astype(np.float64))
+        covariance[part] = _covariance(sd, R_camera_from_ray)
+    joints, covariance = (clock.averaged(each)[places] for each in (joints, covariance))
+    joints[unseen], covariance[unseen] = np.nan, np.nan
+    on_a_line = is_finite(pixels)[places] & ~seen[rows] & ~unseen[:, None]
     return keypoints.with_(
         joints=joints, covariance=covariance, frame=CAMERA.with_(origin="pelvis", unit="arbitrary")
     ).noted(
@@ -83,8 +93,21 @@ def lift(
         focal_known=focal_px is not None,
         flip=flip,
         up_known=up is not None,
-        frames_without_joints=int(unseen[rows].sum()),
+        frames_without_joints=int(unseen.sum()),
+        joints_on_a_line=int(on_a_line.sum()),
     )
+
+
+def _told(up: np.ndarray | None, places: np.ndarray, count: int) -> np.ndarray:
+    """(count, 3) what is told of up (3,), or (T, 3) at these places (T,), NaN where nothing is; between two places that
+    are told it, what lies between them."""
+    told = np.full((count, 3), np.nan)
+    if up is not None:
+        up = np.broadcast_to(up, (len(places), 3))
+        between = np.stack([np.interp(np.arange(count), places, axis) for axis in up.T], axis=-1)
+        told = unit(between)
+        told[places] = up
+    return told
 
 
 def run(x: np.ndarray, model: str | Path = "pcnet3d", chunk: int = CHUNK) -> tuple[np.ndarray, np.ndarray]:

@@ -21,7 +21,7 @@ from ...pipeline.running.interrupt import Keeper, interruptible
 from ...pipeline.running.progress import counted
 from ...pipeline.take import Video
 from .answers import Answers
-from .input import checked_size, long_gaps, on_grid, refuse_two_people
+from .input import checked_size, long_gaps, on_grid, rate_of, refuse_two_people
 from .scaling import filled
 
 SEEN = 0.2  # keypoints below this score do not widen a crop
@@ -138,7 +138,7 @@ class ImageLifter:
             raise InputError(f"The lifter {self.method} looks at the pictures; give the video.")
         size = checked_size(keypoints, image_size, focal_px)
         pixels, confidence, rows = on_grid(remap(keypoints, H36M17))
-        refuse_two_people(pixels)
+        refuse_two_people(pixels, rate_of(keypoints, rows))
         straight = partial(undistorted, intrinsics=intrinsics) if intrinsics is not None else np.asarray
         view = View(size, focal_px, straight)
         crops = self.network.crops(pixels, confidence, rows)

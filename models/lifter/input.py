@@ -11,7 +11,8 @@ from ...pipeline.pose import PoseSequence
 from ...pipeline.rotations import is_finite
 
 _GAP_FRAMES = 15  # without any joint for longer than this, frames are missing in 3D too
-_JUMP = 0.8  # of the body's longer side from one frame to the next: no person moves like that
+_JUMP = 0.8  # of the body's longer side from one frame to the next: no person moves like that ...
+_JUMP_HZ = 10.0  # ... at this many frames a second, nor this far in less time
 _MIN_JUMPS = 4  # scene cuts may explain fewer
 _MIN_JOINTS = 4  # seen in both frames, to call it the whole body
 _MAX_OUTSIDE = 0.5  # of the joints: detectors guess a few beyond the border, never most
@@ -87,9 +88,16 @@ def on_grid(keypoints: PoseSequence) -> tuple[np.ndarray, np.ndarray, np.ndarray
     return joints, confidence, rows
 
 
-def refuse_two_people(joints: np.ndarray) -> None:
+def rate_of(keypoints: PoseSequence, rows: np.ndarray) -> float | None:
+    """Evenly spaced frames a second, of keypoints with these places (T,) among them (on_grid); None where unknown."""
+    if keypoints.time_s is None or len(rows) < 2:
+        return None
+    return float(rows[-1] - rows[0]) / float(keypoints.time_s[-1] - keypoints.time_s[0])
+
+
+def refuse_two_people(joints: np.ndarray, rate: float | None) -> None:
     """InputError when the whole body lands somewhere else from one frame to the next, again and again.
-    joints: (T, J, 2) pixels."""
+    joints: (T, J, 2) pixels. rate: of rate_of."""
     there = is_finite(joints)
     low, high = (np.where(there[..., None], joints, fill) for fill in (np.inf, -np.inf))
     side = (high.max(axis=1) - low.min(axis=1)).max(axis=-1)
@@ -97,7 +105,8 @@ def refuse_two_people(joints: np.ndarray) -> None:
     usable = np.flatnonzero(both.sum(axis=1) >= _MIN_JOINTS)
     step = np.where(both[..., None], np.diff(joints, axis=0), np.nan)[usable]
     moved = np.linalg.norm(np.nanmedian(step, axis=1), axis=-1) if len(usable) else np.zeros(0)
-    jumps = int((moved > _JUMP * np.maximum(side[usable + 1], side[usable])).sum())
+    farthest = _JUMP * max(1.0, _JUMP_HZ / rate if rate else 1.0)
+    jumps = int((moved > farthest * np.maximum(side[usable + 1], side[usable])).sum())
     if jumps >= _MIN_JUMPS:
         raise InputError(
             f"Expected the keypoints of one person, but the whole body jumps to another place {jumps} times: two "

@@ -16,7 +16,7 @@ from ...pipeline.take import Video
 from ..common.onnx import OnnxFile
 from .crop_rays import from_ray
 from .features import body_centre
-from .input import checked_size, long_gaps, on_grid, refuse_two_people
+from .input import checked_size, long_gaps, on_grid, rate_of, refuse_two_people
 from .scaling import KINDS, filled
 from .seams import blended, slid
 
@@ -60,7 +60,7 @@ class SequenceLifter:
         kind = KINDS[self.kind]
         size = checked_size(keypoints, image_size, focal_px)
         pixels, confidence, rows = on_grid(remap(keypoints, kind.layout))
-        refuse_two_people(pixels)
+        refuse_two_people(pixels, rate_of(keypoints, rows))
         seen = is_finite(pixels)
         confidence = np.where(seen, np.where(np.isnan(confidence), 1.0, confidence), 0.0)
         x = kind.scaled(filled(pixels), confidence, size)

@@ -1,9 +1,9 @@
-"""What stands between the lifter and the truth: the people it never saw, the keypoints' errors, the unknown focal length.
+"""What stands between the lifter and the truth: unseen people, the keypoints' errors, the unknown focal length.
 
     python tests/bench/bench_lifter_limits.py [seed]
 
-Upright frames of wild views: all validation takes, and every sixth take that the lifter was trained on. MPJPE in mm with
-one scale a frame, and its parts along the ray and across it (means over joints).
+Upright frames of wild views: all validation takes, and every sixth take that the lifter was trained on. MPJPE in mm
+with one scale a frame, and its parts along the ray and across it (means over joints).
 """
 
 from __future__ import annotations
@@ -33,7 +33,12 @@ def errors(subjects: Subjects, seed: int, noise: Noise | None, focal_known: bool
     train = subjects == "train"
     frames = []
     for take in lifted_takes(
-        subjects, seed, noise=noise, focal_known=focal_known, trained_on=train, only=one_in_six if train else None
+        subjects,
+        seed,
+        noise=noise,
+        focal_known=focal_known,
+        trained_on=train,
+        only=one_in_six if train else None,
     ):
         lifted, truth = take.lifted.joints.astype(np.float64), take.seen.truth
         judged = np.isfinite(lifted).all((1, 2)) & ~take.seen.lying

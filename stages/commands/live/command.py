@@ -156,7 +156,7 @@ def _watch(shown: Source, networks: _Networks, folder: Path, frames: bool) -> _S
             lifter, rectifier = estimators
             missing = np.full((len(detector.layout), 2), np.nan)
             xy, score = (missing, missing[:, 0]) if found is None else (found.xy, found.score)
-            joints = lifter.update(xy, score)
+            joints = lifter.update(xy, score, shot.time_s)
             recording.log(shot, found, joints, rectifier.update(joints, shot.time_s))
             count(search.seen)
         recording.close()

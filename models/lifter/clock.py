@@ -1,0 +1,77 @@
+"""Keypoints of any frame rate, and with holes, as rows that the network was trained on.
+
+It saw 20 to 60 frames per second, most often 30, and hardly a joint that is missing for a frame or two. So rows that
+are further apart get others between them; rows that are nearer together are lifted as several takes, each of every so
+manieth row, whose answers are averaged; and a joint that is missing for a moment lies on a line from where it was seen
+to where it is seen again. docs/research.md, "Frame rates and holes", has what each of these is worth.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...pipeline.rotations import is_finite
+
+_USUAL_HZ = 30.0
+_FASTEST_HZ = 60.0
+_LINE_S = 0.3  # a joint that is missing for longer is left to the network
+
+
+@dataclass(frozen=True)
+class Clock:
+    """finer: rows of the network's clock to a row of the take. phases: takes that the rows are lifted as. longest: rows
+    of the clock that a line bridges."""
+
+    finer: int
+    phases: int
+    longest: int
+
+    def rows(self, pixels: np.ndarray, confidence: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Joints (T, J, 2) and confidence (T, J) of a take as rows of the clock, ((T - 1) * finer + 1, ...); a joint
+        on a line has the lesser of the confidences at its ends."""
+        count = (len(pixels) - 1) * self.finer + 1
+        fine_pixels = np.full((count, *pixels.shape[1:]), np.nan)
+        fine_confidence = np.full((count, pixels.shape[1]), np.nan)
+        fine_pixels[:: self.finer], fine_confidence[:: self.finer] = pixels, confidence
+        row, seen = np.arange(count), is_finite(fine_pixels)
+        for joint in np.flatnonzero(seen.any(axis=0)):
+            there = np.flatnonzero(seen[:, joint])
+            after = np.searchsorted(there, row)  # of the sightings, the first that is not before the row
+            inside = (after > 0) & (after < len(there)) & ~seen[:, joint]
+            after = after[inside]
+            one, other = there[after - 1], there[after]
+            near = other - one <= self.longest + 1
+            gap, one, other = row[inside][near], one[near], other[near]
+            share = ((gap - one) / (other - one))[:, None]
+            ends = fine_pixels[one, joint], fine_pixels[other, joint]
+            fine_pixels[gap, joint] = (1 - share) * ends[0] + share * ends[1]
+            fine_confidence[gap, joint] = np.minimum(
+                fine_confidence[one, joint], fine_confidence[other, joint]
+            )
+        return fine_pixels, fine_confidence
+
+    def averaged(self, answers: np.ndarray) -> np.ndarray:
+        """Answers (T, ...) of all phases, each row the mean over the phases about it; where there is but one, as they
+        are."""
+        if self.phases == 1:
+            return answers
+        # Every phase has the same weight, and the row is in the middle.
+        weight = np.convolve(
+            np.full(self.phases, 1 / self.phases), [0.5, 0.5] if self.phases % 2 == 0 else [1.0]
+        )
+        half = len(weight) // 2
+        padded = np.concatenate(
+            [np.repeat(answers[:1], half, axis=0), answers, np.repeat(answers[-1:], half, axis=0)]
+        )
+        return sum(part * padded[i : i + len(answers)] for i, part in enumerate(weight))
+
+
+def clock_of(rate: float | None, rows: np.ndarray | None = None) -> Clock:
+    """The clock of a take with so many rows a second, gaps counted; None where that is unknown, which counts as the
+    usual one. rows: (T,) places of those that are there, where some may be missing."""
+    rate = _USUAL_HZ if rate is None else rate
+    finer, phases = max(round(_USUAL_HZ / rate), 1), max(round(rate / _FASTEST_HZ), 1)
+    step = 1 if rows is None or len(rows) < 2 else int(np.median(np.diff(rows)))
+    return Clock(finer, phases, max(round(_LINE_S * rate * finer), step * finer - 1))

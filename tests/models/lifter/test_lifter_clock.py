@@ -1,0 +1,150 @@
+"""Frame rates and holes that the lifter's network was not trained on."""
+
+import numpy as np
+import pytest
+
+from pcnet3d.examples.walker.camera import camera_poses, side_camera
+from pcnet3d.examples.walker.walk import walker
+from pcnet3d.models.common.metrics import joint_error, scaled
+from pcnet3d.models.lifter.builtin import lift
+from pcnet3d.models.lifter.clock import clock_of
+from pcnet3d.models.lifter.live import LiveLifter
+from pcnet3d.pipeline import H36M17, IMAGE, InputError, PoseSequence
+from pcnet3d.pipeline.rotations import is_finite
+
+SECONDS = 6.0
+
+
+def seen(fps, camera=None):
+    """The walker's keypoints with a pixel or two of error that changes within 0.2 s, the camera, and the truth."""
+    walk = walker(fps=fps, seconds=SECONDS)
+    camera = camera or side_camera(walk)
+    exact = camera.project(walk.world)
+    moments = np.arange(0, SECONDS + 0.2, 0.2)
+    error = np.random.default_rng(0).normal(0, 1.5, (len(moments), 17 * 2))
+    error = np.stack([np.interp(walk.time_s, moments, each) for each in error.T], axis=-1).reshape(
+        exact.shape
+    )
+    frames = np.arange(len(walk.time_s))
+    score = np.full(exact.shape[:2], 0.9)
+    keypoints = PoseSequence(
+        exact + error, H36M17, IMAGE, confidence=score, time_s=walk.time_s, frame_index=frames
+    )
+    return keypoints, camera, camera_poses(walk, camera).joints.astype(np.float64)
+
+
+def size(camera):
+    return camera.width, camera.height
+
+
+def mpjpe(keypoints, camera, truth):
+    """mm, one scale for the take; and of the motion from frame to frame, mm a second."""
+    lifted = lift(keypoints, size(camera), camera.focal_px).joints.astype(np.float64)
+    off = scaled(lifted, truth, "take") - truth
+    speed = np.linalg.norm(np.diff(off, axis=0), axis=-1).mean() * keypoints.fps
+    return 1000 * joint_error(off, 0 * off).mean(), 1000 * speed
+
+
+def some(keypoints, rows):
+    return PoseSequence(
+        keypoints.joints[rows],
+        H36M17,
+        IMAGE,
+        confidence=keypoints.confidence[rows],
+        time_s=keypoints.time_s[rows],
+        frame_index=keypoints.frame_index[rows],
+    )
+
+
+@pytest.mark.parametrize("fps", [2, 5, 10, 15, 24, 50, 60, 120, 240])
+def test_any_frame_rate_is_lifted_about_as_well_as_thirty(fps):
+    usual, _ = mpjpe(*seen(30))
+    error, speed = mpjpe(*seen(fps))
+    assert error < 1.3 * usual
+    assert speed < 1.6 * mpjpe(*seen(30))[1]
+
+
+def test_an_odd_row_among_every_third_changes_nothing_much():
+    keypoints, camera, truth = seen(60)
+    every = np.arange(0, len(keypoints), 3)
+    odd = np.append(every, every[-1] + 1)
+    regular, _ = mpjpe(some(keypoints, every), camera, truth[every])
+    with_odd, _ = mpjpe(some(keypoints, odd), camera, truth[odd])
+    assert with_odd < 1.1 * regular
+
+
+@pytest.mark.parametrize("what", ["joints", "rows"])
+def test_what_is_missing_here_and_there_costs_hardly_anything(what):
+    keypoints, camera, truth = seen(30)
+    lost = np.random.default_rng(3).uniform(size=keypoints.joints.shape[: 2 if what == "joints" else 1]) < 0.3
+    pixels = keypoints.joints.copy()
+    pixels[lost] = np.nan
+    before, after = mpjpe(keypoints, camera, truth), mpjpe(keypoints.with_(joints=pixels), camera, truth)
+    assert after[0] < 1.05 * before[0]
+    assert after[1] < 1.15 * before[1]
+
+
+def test_joints_on_a_line_are_counted_and_longer_gaps_are_left_to_the_network():
+    keypoints, camera, _ = seen(30)
+    pixels = keypoints.joints.copy()
+    pixels[10:14, 3] = np.nan
+    pixels[20:50, 5] = np.nan
+    pixels[:4, 6] = np.nan  # before it was first seen
+    said = lift(keypoints.with_(joints=pixels), size(camera)).history[-1].options
+    assert said["joints_on_a_line"] == 4
+
+
+def test_a_line_goes_from_sighting_to_sighting():
+    pixels = np.full((9, 2, 2), np.nan)
+    pixels[[0, 4, 8], 0] = [[0, 0], [4, 40], [8, 0]]
+    pixels[3, 1] = 7.0
+    score = np.where(is_finite(pixels), 0.5, 0.0)
+    score[0, 0] = 0.3
+    filled, confidence = clock_of(30.0).rows(pixels, score)
+    np.testing.assert_allclose(filled[:, 0, 0], np.arange(9))
+    np.testing.assert_allclose(filled[:, 0, 1], [0, 10, 20, 30, 40, 30, 20, 10, 0])
+    np.testing.assert_allclose(confidence[:, 0], [0.3, 0.3, 0.3, 0.3, 0.5, 0.5, 0.5, 0.5, 0.5])
+    np.testing.assert_array_equal(np.isfinite(filled[:, 1, 0]), np.arange(9) == 3)
+
+
+@pytest.mark.parametrize(
+    "rate, finer, phases",
+    [(2, 15, 1), (10, 3, 1), (24, 1, 1), (30, 1, 1), (59.94, 1, 1), (120, 1, 2), (240, 1, 4)],
+)
+def test_the_clock_is_one_that_the_network_knows(rate, finer, phases):
+    clock = clock_of(rate)
+    assert (clock.finer, clock.phases) == (finer, phases)
+    assert 20 <= rate * clock.finer / clock.phases <= 60
+
+
+@pytest.mark.parametrize("rate", [120, 180, 240])
+def test_the_mean_over_phases_keeps_lines_and_takes_out_what_differs_between_phases(rate):
+    clock = clock_of(rate)
+    line = np.linspace(0, 1, 40)[:, None]
+    inside = slice(clock.phases, -clock.phases)
+    np.testing.assert_allclose(clock.averaged(line)[inside], line[inside], atol=1e-12)
+    offset = np.arange(40.0)[:, None] % clock.phases
+    np.testing.assert_allclose(clock.averaged(offset)[inside], (clock.phases - 1) / 2, atol=1e-12)
+
+
+@pytest.mark.parametrize("fps", [10, 25, 60])
+def test_live_is_the_last_of_a_lift_of_all_so_far_at_any_rate(fps):
+    keypoints, camera, _ = seen(fps)
+    live = LiveLifter(H36M17, size(camera))
+    rows = min(len(keypoints), 90)
+    answers = [
+        live.update(keypoints.joints[i], keypoints.confidence[i], keypoints.time_s[i]) for i in range(rows)
+    ]
+    for last in (7, rows // 2, rows - 1):
+        whole = lift(keypoints.rows(0, last + 1), size(camera)).joints[-1]
+        np.testing.assert_allclose(answers[last], whole, atol=2e-5)
+
+
+def test_who_crosses_the_image_at_two_frames_a_second_is_one_person():
+    keypoints, camera, _ = seen(2)
+    pixels = keypoints.joints.astype(np.float64)
+    pixels += np.arange(len(pixels))[:, None, None] * [1.2 * np.ptp(pixels, axis=1).max(), 0.0]
+    wide = int(pixels.max()) + 50, camera.height
+    assert np.isfinite(lift(keypoints.with_(joints=pixels), wide).joints).all()
+    with pytest.raises(InputError, match="two people look mixed"):
+        lift(keypoints.with_(joints=pixels, time_s=keypoints.time_s / 15), wide)
