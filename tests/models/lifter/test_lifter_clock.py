@@ -108,7 +108,7 @@ def test_a_line_goes_from_sighting_to_sighting():
 
 
 @pytest.mark.parametrize(
-    "rate, finer, phases",
+    ("rate", "finer", "phases"),
     [(2, 15, 1), (10, 3, 1), (24, 1, 1), (30, 1, 1), (59.94, 1, 1), (120, 1, 2), (240, 1, 4)],
 )
 def test_the_clock_is_one_that_the_network_knows(rate, finer, phases):
