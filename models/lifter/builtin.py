@@ -48,9 +48,9 @@ def lift(
     jumps between those and others.
     -> joints (T, 17, 3) in CAMERA axes relative to the pelvis, unit arbitrary, about the metres of a person 1.7 m
     tall. The confidence is the keypoints', the covariance the one that the network states. Frames in a run of more than
-    15 without any joint are NaN; the history counts them. Joints that are missing for a moment are put on a line
-    between where they were seen, others are filled in from the rest of the body. Takes of other frame rates than 20 to
-    60 per second are lifted at one that the network knows (clock.py); keypoints without time stamps count as 30.
+    half a second without any joint are NaN; the history counts them. Joints that are missing for a moment are put on a
+    line between where they were seen, others are filled in from the rest of the body. Takes of other frame rates than
+    20 to 60 per second are lifted at one that the network knows (clock.py); without time stamps they count as 30.
     Raises InputError for another layout or frame, normalised coordinates, an unusable image size, or keypoints
     that jump between two people.
     """
@@ -64,7 +64,7 @@ def lift(
     rate = rate_of(keypoints, rows)
     refuse_two_people(pixels, rate)
     seen = is_finite(pixels)
-    unseen = long_gaps(np.any(seen, axis=1))[rows]
+    unseen = long_gaps(np.any(seen, axis=1), rate)[rows]
     clock = clock_of(rate, rows)
     pixels, confidence = clock.rows(pixels, confidence)
     places = rows * clock.finer

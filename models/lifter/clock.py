@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...pipeline.rotations import is_finite
+from .input import USUAL_HZ
 
-_USUAL_HZ = 30.0
 _FASTEST_HZ = 60.0
 _LINE_S = 0.3  # a joint that is missing for longer is left to the network
 
@@ -71,7 +71,7 @@ class Clock:
 def clock_of(rate: float | None, rows: np.ndarray | None = None) -> Clock:
     """The clock of a take with so many rows a second, gaps counted; None where that is unknown, which counts as the
     usual one. rows: (T,) places of those that are there, where some may be missing."""
-    rate = _USUAL_HZ if rate is None else rate
-    finer, phases = max(round(_USUAL_HZ / rate), 1), max(round(rate / _FASTEST_HZ), 1)
+    rate = USUAL_HZ if rate is None else rate
+    finer, phases = max(round(USUAL_HZ / rate), 1), max(round(rate / _FASTEST_HZ), 1)
     step = 1 if rows is None or len(rows) < 2 else int(np.median(np.diff(rows)))
     return Clock(finer, phases, max(round(_LINE_S * rate * finer), step * finer - 1))

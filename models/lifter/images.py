@@ -126,8 +126,8 @@ class ImageLifter:
         before: Answers | None = None,
         keep: Callable[[Answers], None] = lambda answers: None,
     ) -> PoseSequence:
-        """Keypoints say where to look. Frames without an image, without any keypoint for more than 15 frames, or where
-        the network is not sure of a person, are NaN.
+        """Keypoints say where to look. Frames without an image, without any keypoint for more than half a second, or
+        where the network is not sure of a person, are NaN.
 
         intrinsics: of the camera, whose distortion is in images and keypoints. keep: called with the answers so far,
         about every minute and at the end, which Ctrl-C brings forward as KeyboardInterrupt. before: such answers to go
@@ -138,11 +138,12 @@ class ImageLifter:
             raise InputError(f"The lifter {self.method} looks at the pictures; give the video.")
         size = checked_size(keypoints, image_size, focal_px)
         pixels, confidence, rows = on_grid(remap(keypoints, H36M17))
-        refuse_two_people(pixels, rate_of(keypoints, rows))
+        rate = rate_of(keypoints, rows)
+        refuse_two_people(pixels, rate)
         straight = partial(undistorted, intrinsics=intrinsics) if intrinsics is not None else np.asarray
         view = View(size, focal_px, straight)
         crops = self.network.crops(pixels, confidence, rows)
-        unseen = long_gaps(np.any(is_finite(pixels), axis=1))[rows]
+        unseen = long_gaps(np.any(is_finite(pixels), axis=1), rate)[rows]
         source = self._source(keypoints, view, flip)
         answers = Answers.none(len(rows), len(self.network.mirror), len(self.network.layout), source)
         if before is not None and before.source == source:

@@ -10,7 +10,8 @@ from ...pipeline.motion.checks import grid_rows
 from ...pipeline.pose import PoseSequence
 from ...pipeline.rotations import is_finite
 
-_GAP_FRAMES = 15  # without any joint for longer than this, frames are missing in 3D too
+USUAL_HZ = 30.0  # of takes whose rate is unknown
+_GAP_S = 0.5  # without any joint for longer than this, frames are missing in 3D too
 _JUMP = 0.8  # of the body's longer side from one frame to the next: no person moves like that ...
 _JUMP_HZ = 10.0  # ... at this many frames a second, nor this far in less time
 _MIN_JUMPS = 4  # scene cuts may explain fewer
@@ -65,12 +66,13 @@ def refuse_outside(keypoints: PoseSequence, size: np.ndarray) -> None:
         )
 
 
-def long_gaps(seen: np.ndarray) -> np.ndarray:
-    """(T,) True in runs of more than _GAP_FRAMES frames that are not seen."""
+def long_gaps(seen: np.ndarray, rate: float | None) -> np.ndarray:
+    """(T,) True in runs of more than half a second of frames (T,) that are not seen. rate: of rate_of."""
+    longest = round(_GAP_S * (rate or USUAL_HZ))
     gaps = np.zeros(len(seen), dtype=bool)
     edges = np.flatnonzero(np.diff(np.concatenate([[True], seen, [True]]).astype(int)))
     for start, end in edges.reshape(-1, 2):
-        gaps[start:end] = end - start > _GAP_FRAMES
+        gaps[start:end] = end - start > longest
     return gaps
 
 

@@ -56,11 +56,12 @@ class SequenceLifter:
         video: Video | None = None,
     ) -> PoseSequence:
         """Missing joints are put on a line between where they were seen and have no confidence; an unknown
-        confidence counts as 1. Frames in a run of more than 15 without any joint are NaN."""
+        confidence counts as 1. Frames in a run of more than half a second without any joint are NaN."""
         kind = KINDS[self.kind]
         size = checked_size(keypoints, image_size, focal_px)
         pixels, confidence, rows = on_grid(remap(keypoints, kind.layout))
-        refuse_two_people(pixels, rate_of(keypoints, rows))
+        rate = rate_of(keypoints, rows)
+        refuse_two_people(pixels, rate)
         seen = is_finite(pixels)
         confidence = np.where(seen, np.where(np.isnan(confidence), 1.0, confidence), 0.0)
         x = kind.scaled(filled(pixels), confidence, size)
@@ -71,7 +72,7 @@ class SequenceLifter:
             mirror = kind.layout.mirror
             turned = x[:, mirror] * np.array([-1, 1, 1][: self.channels])
             joints = (joints + self._answer(turned)[:, H36M17.mirror] * np.array([-1, 1, 1])) / 2
-        unseen = long_gaps(np.any(seen, axis=1))
+        unseen = long_gaps(np.any(seen, axis=1), rate)
         joints = np.where(unseen[:, None, None], np.nan, joints)[rows]
         focal: dict[str, Any] = {"focal_px": focal_px, "focal_known": focal_px is not None}
         if kind.crop:

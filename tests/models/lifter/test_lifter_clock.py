@@ -140,6 +140,16 @@ def test_live_is_the_last_of_a_lift_of_all_so_far_at_any_rate(fps):
         np.testing.assert_allclose(answers[last], whole, atol=2e-5)
 
 
+@pytest.mark.parametrize(("fps", "rows"), [(10, 6), (30, 16), (240, 121)])
+def test_half_a_second_without_anybody_is_missing_at_any_rate(fps, rows):
+    keypoints, camera, _ = seen(fps)
+    for count, missing in ((rows, rows), (rows - 1, 0)):
+        pixels = keypoints.joints.copy()
+        pixels[8 : 8 + count] = np.nan
+        lifted = lift(keypoints.with_(joints=pixels), size(camera)).joints
+        assert np.isnan(lifted).all(axis=(1, 2)).sum() == missing
+
+
 def test_who_crosses_the_image_at_two_frames_a_second_is_one_person():
     keypoints, camera, _ = seen(2)
     pixels = keypoints.joints.astype(np.float64)
