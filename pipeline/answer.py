@@ -114,7 +114,8 @@ def _range(ranges: Mapping[str, Mapping[str, Any]], name: str) -> str:
     if not known:
         return ""
     parts = [
-        f"{of['p05_deg']:.0f} to {of['p95_deg']:.0f}{f' ({side})' * bool(side)}" for side, of in known.items()
+        f"{of['p05_deg']:z.0f} to {of['p95_deg']:z.0f}{f' ({side})' * bool(side)}"
+        for side, of in known.items()
     ]
     errors = [_NINE_IN_TEN * of["sd_deg"] for of in known.values() if "sd_deg" in of]
     within = f", {'each ' * (len(known) > 1)}within {max(errors):.0f}" if errors else ""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Sequence
 from typing import Literal
@@ -22,6 +23,11 @@ def how_many(count: int, one: str, more: str = "") -> str:
     """A count in a sentence: how_many(1, "row") is "1 row", and of 2 "2 rows". more: the words behind any other
     count, where they are not `one` with an s."""
     return f"{count} {one if count == 1 else more or one + 's'}"
+
+
+def rate_in_words(fps: float, before: str) -> str:
+    """Frames a second behind the words before them, such as " at 30 a second"; empty where one frame has no rate."""
+    return f"{before}{fps:.4g} a second" if math.isfinite(fps) else ""
 
 
 def bound_in_words(bound: float) -> str:

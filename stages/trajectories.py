@@ -206,6 +206,8 @@ def smooth(
 
 
 def _unfiltered(level: PoseSequence) -> str:
+    if len(level) < 2:
+        return "A single frame carries no filter: joints are unfiltered."
     return (
         f"{rate(level.times):.4g} frames a second do not carry a filter at {CUTOFF_HZ:g} Hz: joints are unfiltered, "
         "and the rates of angles are those of the noise too."

@@ -8,7 +8,7 @@ from typing import Any
 
 from ..camera import pitch_roll_deg
 from ..files.video_frames import shown_size
-from ..messages import how_many
+from ..messages import how_many, rate_in_words
 from ..motion.rates import rate_doubts
 from ..plugins import registry
 from ..reading.take import read_video
@@ -57,7 +57,7 @@ class InspectedVideo:
         turned = f", turned by {said['rotation_deg']} degrees" if said["rotation_deg"] else ""
         lines = [
             f"{said['file']}: video, {said['codec']}, {said['width']} x {said['height']} pixels{turned}",
-            f"{how_many(said['frames'], 'frame')}, {said['fps']:.4g} a second, {said['duration_s']:.1f} s",
+            f"{how_many(said['frames'], 'frame')}{rate_in_words(said['fps'], ', ')}, {said['duration_s']:.1f} s",
             *rate_doubts(None, self.video),
             *(event.text for event in self.take.events),
         ]

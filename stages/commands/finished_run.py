@@ -27,7 +27,7 @@ class Run:
     source, level: (T, 17, 3) relative to the pelvis. root: (T, 3) the pelvis in LEVEL, NaN where the source does not
     know its place.
     R_source_from_level: (3, 3) or (T, 3, 3). up_votes: (T, 3).
-    time_s, frame_index: (T,). seams: rows no derivative crosses. camera: "static", "moving" or "gravity".
+    time_s, frame_index: (T,). seams: rows no derivative crosses. camera, level_heading: as of Rectified.
     """
 
     name: str
@@ -42,6 +42,7 @@ class Run:
     seams: tuple[int, ...]
     method: str
     camera: str
+    level_heading: str
     metric: bool
     level_ok: bool
 
@@ -67,6 +68,7 @@ def load_run(folder: Path) -> Run:
             seams=tuple(sorted({*summary["poses"]["seams"], *map(int, jumps)})),
             method=str(rectification["method"]).partition("@")[0],
             camera=str(rectification["camera"]),
+            level_heading=str(rectification["level_heading"]),
             metric=str(arrays["unit"]) == "m",
             level_ok=bool(rectification["level_ok"]),
         )

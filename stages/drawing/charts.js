@@ -6,19 +6,20 @@
     const [from, to, left, right] = ["from", "to", "left", "right"].map(name => parseFloat(svg.dataset[name]));
     const outputs = [...box.querySelectorAll(".key span output")], at = box.querySelector(".at");
     return { over: box.dataset.over, svg, rows, from, to, left, right, outputs, at,
-      cursor: svg.querySelector(".cursor"), places: rows.map(row => parseFloat(row.cells[0].textContent)) };
+      row: null, cursor: svg.querySelector(".cursor"), places: rows.map(row => parseFloat(row.cells[0].textContent)) };
   });
 
   const nearest = (places, wanted) =>
     places.reduce((best, place, i) => Math.abs(place - wanted) < Math.abs(places[best] - wanted) ? i : best, 0);
 
   const show = (over, wanted) => charts.filter(chart => chart.over === over).forEach(chart => {
-    const row = wanted === null ? null : chart.rows[nearest(chart.places, wanted)];
+    chart.row = wanted === null ? null : nearest(chart.places, wanted);
+    const row = chart.row === null ? null : chart.rows[chart.row];
     chart.cursor.setAttribute("visibility", row ? "visible" : "hidden");
     chart.outputs.forEach((output, i) => output.textContent = row ? row.cells[i + 1].textContent : "");
     chart.at.textContent = row ? `${row.cells[0].textContent} ${/\((.*)\)/.exec(over)?.[1] ?? ""}` : "";
     if (row) {
-      const share = (parseFloat(row.cells[0].textContent) - chart.from) / (chart.to - chart.from);
+      const share = (chart.places[chart.row] - chart.from) / (chart.to - chart.from);
       chart.cursor.setAttribute("transform", `translate(${chart.left + share * (chart.right - chart.left)} 0)`);
     }
   });
@@ -45,7 +46,7 @@
       const step = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
       if (!step) return;
       event.preventDefault();
-      const row = chart.at.textContent ? nearest(chart.places, parseFloat(chart.at.textContent)) + step : 0;
+      const row = chart.row === null ? 0 : chart.row + step;
       show(chart.over, chart.places[Math.min(Math.max(row, 0), chart.places.length - 1)]);
     });
     if (!chart.over.startsWith("time") || !frames.length) continue;
@@ -56,6 +57,6 @@
     chart.svg.classList.add("leads");
     chart.svg.addEventListener("click", event => lead(place(chart, event)));
     chart.svg.addEventListener("keydown", event =>
-      event.key === "Enter" && chart.at.textContent && lead(parseFloat(chart.at.textContent)));
+      event.key === "Enter" && chart.row !== null && lead(chart.places[chart.row]));
   }
 }

@@ -26,6 +26,7 @@ _LEFT, _RIGHT, _TOP, _BOTTOM = 42, 384, 8, 156  # of the field within the axes
 _BOX = {"width": _WIDTH, "height": _HEIGHT, "left": _LEFT, "right": _RIGHT, "top": _TOP, "bottom": _BOTTOM}
 _MOST_POINTS = 2000  # of a path
 _MOST_DOTS = 350  # of a cloud
+_MOST_DECIMALS = 6  # along x: microseconds
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,15 +151,14 @@ def path(wrists: Mapping[str, np.ndarray], centre: np.ndarray, reach: float, alt
 
 
 def ranges(x: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Where, the lowest and the highest value of each slice of a long curve (T,) over x (T,), NaN where it has none; of
-    a short one each value itself, twice."""
+    """The middle along x, the lowest and the highest value of each slice of a long curve (T,) over x (T,), these NaN
+    where it has none; of a short one each value itself, twice. Slices are equally long but for a row, so that the
+    nearest middle is that of the slice itself."""
     if len(x) <= 2 * SLICES:
         return x, values, values
-    each = -(-len(x) // SLICES)
-    padded = np.full(-(-len(x) // each) * each, np.nan)
-    padded[: len(values)] = values
-    slices = padded.reshape(-1, each)
-    return x[::each], np.fmin.reduce(slices, axis=1), np.fmax.reduce(slices, axis=1)
+    first = np.arange(SLICES) * len(x) // SLICES
+    last = np.append(first[1:], len(x)) - 1
+    return (x[first] + x[last]) / 2, np.fmin.reduceat(values, first), np.fmax.reduceat(values, first)
 
 
 @dataclass(frozen=True)
@@ -239,7 +239,7 @@ def _rows(curves: Sequence[Curve], spans: Sequence, height: float, width: float)
     alone, so nothing has to be escaped."""
     digits = min(max(0, 2 - int(np.floor(np.log10(height)))), 4)
     digits_x = max(2, 2 - int(np.floor(np.log10(width)))) if width < 100 else 1
-    columns = [[f"{at:.{digits_x}f}" for at in spans[0][0][0]]]
+    columns = [_places(spans[0][0][0], digits_x)]
     for curve, ((at, low, high), _) in zip(curves, spans, strict=True):
         thinned = len(at) < len(curve.values)
         margin = np.full(len(at), np.nan) if thinned or curve.margin is None else curve.margin
@@ -252,3 +252,10 @@ def _rows(curves: Sequence[Curve], spans: Sequence, height: float, width: float)
             ]
         )  # fmt: skip
     return Markup("".join(f"<tr><td>{'<td>'.join(row)}" for row in zip(*columns, strict=True)))
+
+
+def _places(at: np.ndarray, digits: int) -> list[str]:
+    """Values along x to so many decimals, or to more where two would be alike: charts.js finds its rows by them."""
+    places = [f"{x:z.{digits}f}" for x in at]
+    alike = len({*places}) < len(places)
+    return _places(at, digits + 1) if alike and digits < _MOST_DECIMALS else places

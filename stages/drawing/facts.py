@@ -159,6 +159,16 @@ def voted(rectified: Rectified) -> bool:
     return bool((is_finite(rectified.up_votes) & is_finite(shared_up(rectified))).any())
 
 
+def ways_of_level(heading: str) -> tuple[str, str]:
+    """What lies at -X and at +Y of LEVEL, by its heading (Rectified.level_heading): the person's front and right only
+    where that is their own (design.md section 4)."""
+    ways = {
+        "camera": ("the camera's side", "the camera's left"),
+        "world": ("the world's south", "the world's west"),
+    }
+    return ways.get(heading, ("the front", "the right side"))
+
+
 def listed(options: Mapping[str, object]) -> str:
     """Names and values in a line: "a 1, b 2"."""
     return ", ".join(f"{key} {value}" for key, value in options.items())

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...pipeline.messages import bound_in_words, how_many
+from ...pipeline.messages import bound_in_words, how_many, rate_in_words
 from ...pipeline.take import Take
 from ...pipeline.verdict import verdict_words
 from ..drawing.facts import Facts, facts_of, listed
@@ -26,7 +26,8 @@ def summary_markdown(take: Take) -> str:
         f"- expected rotation error: {error}",
         f"- axes of BODY and LEVEL: x back, y right, z up{_relative(facts)}",
         "#### Take",
-        f"- {how_many(facts.frames, 'frame')}, {facts.first_frame} to {facts.last_frame}, {facts.fps:.4g} a second",
+        f"- {how_many(facts.frames, 'frame')}, {facts.first_frame} to {facts.last_frame}"
+        + rate_in_words(facts.fps, ", "),
         f"- source axes: {facts.axes}",
         f"- unit of length: {'arbitrary, the source has no scale' if facts.unit == 'arbitrary' else facts.unit}",
         *_told("#### Repairs", facts.repairs),

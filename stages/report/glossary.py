@@ -5,9 +5,9 @@ from __future__ import annotations
 
 # By a measure's name without its unit, `mean_` and `sd_`.
 _EXPLAINED = {
-    "steps": "From one foot's landing to the other foot's; so there is one landing more than there are steps.",
+    "steps": "From one foot's landing to the other foot's; a walk has one landing more than it has steps.",
     "strides": "From a foot's landing to the next landing of the same foot.",
-    "walks": "Stretches of three steps or more without a stop or a sharp turn.",
+    "walks": "Stretches of three steps or more, of a run two, without a stop or a sharp turn.",
     "cadence": "Steps a minute, by the mean step time. Adults at ease walk 100 to 120.",
     "walking_speed": "Mean step length by mean step time. Adults at ease walk 1.2 to 1.4 m/s.",
     "step_length": "From the other foot's place to this foot's, along the walk.",

@@ -41,7 +41,7 @@ def key_figures(take: Take, pictures: bool) -> list[Markup]:
     """A figure for each key frame: the video's image with the 2D keypoints on it, beside the rectified skeleton.
 
     pictures: False keeps every image of the person out; then, as without a video, the keypoints alone are drawn, or
-    the skeleton as the camera saw it. Raises InputError when the video cannot be decoded.
+    the skeleton before rectification. Raises InputError when the video cannot be decoded.
     """
     body = take.need("rectified").body
     rows = key_rows(body.joints)
@@ -63,10 +63,11 @@ def _key_figure(take: Take, row: int, image: np.ndarray | None) -> Markup:
     elif np.isfinite(flat).any():
         before = skeletons({"2D keypoints": flat * (1, -1)}, layout, f"2D keypoints of frame {frame}")
     else:
-        source = poses.joints[row].astype(np.float64)
-        source -= source[poses.layout.index("pelvis")]
-        words = f"Skeleton of frame {frame} before rectification, as the camera sees it"
-        before = skeletons({"before": seen_by_camera(source, poses.frame)}, poses.layout, words)
+        # Not from the pelvis, which may be missing: a drawing has its own middle.
+        source = seen_by_camera(poses.joints[row].astype(np.float64), poses.frame)
+        seen = "as the camera sees it" if poses.frame.family == "camera" else "as seen by one who looks north"
+        words = f"Skeleton of frame {frame} before rectification, {seen}"
+        before = skeletons({"before": source}, poses.layout, words)
     after = skeletons(rectified, body.layout, f"Rectified skeleton of frame {frame}, two views")
     time_s = float(body.times[row])
     return figure([before, after], f"{time_s:.2f} s", f"frame {frame}", time_s=round(time_s, 3))
@@ -120,8 +121,8 @@ def keypoints_at(take: Take, frame: int) -> tuple[np.ndarray, Layout]:
 
 
 def seen_by_camera(points: np.ndarray, frame: Frame) -> np.ndarray:
-    """(..., 2) of points (..., 3) from the pelvis, to the right and up, as the camera sees them; as one who looks
-    north does for a source with a world of its own."""
+    """(..., 2) of points (..., 3), to the right and up, as the camera sees them; as one who looks north does for a
+    source with a world of its own."""
     turned = rotate(frame.basis.T, points)
     return turned[..., [0, 1]] * (1, -1) if frame.family == "camera" else turned[..., [1, 2]] * (-1, 1)
 

@@ -11,7 +11,7 @@ from markupsafe import Markup
 
 from ...models.common.metrics import RAYLEIGH_90
 from ...pipeline.files.atomic import REPORT, SUMMARY
-from ...pipeline.messages import bound_in_words, how_many
+from ...pipeline.messages import bound_in_words, how_many, rate_in_words
 from ...pipeline.pose import package_version
 from ...pipeline.take import Take
 from ..drawing.facts import Facts
@@ -41,7 +41,7 @@ def session_words(take: Take, facts: Facts) -> Markup:
         f"Person {take.session.person_id}" if take.session.person_id else "",
         take.session.date,
         take.name if take.name != take.title else "",
-        f"{how_many(facts.frames, 'frame')}, {facts.duration_s:.1f} s at {facts.fps:.4g} a second",
+        f"{how_many(facts.frames, 'frame')}, {facts.duration_s:.1f} s{rate_in_words(facts.fps, ' at ')}",
         {"static": "camera stands still", "moving": "camera moves"}.get(facts.camera, ""),
     ]
     return small(" · ".join(words for words in told if words))
@@ -143,8 +143,8 @@ def provenance(facts: Facts, take: Take) -> Markup:
     if take.video is not None:
         video = take.video
         about.append(
-            f"Video: {video.width} x {video.height} pixels, {how_many(len(video.time_s), 'frame')} "
-            f"at {video.fps:.4g} a second, "
+            f"Video: {video.width} x {video.height} pixels, {how_many(len(video.time_s), 'frame')}"
+            f"{rate_in_words(video.fps, ' at ')}, "
             f"{video.codec}" + (f", turned by {video.rotation_deg}°." if video.rotation_deg else ".")
         )
     if facts.seams_s:

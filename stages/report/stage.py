@@ -19,7 +19,7 @@ from ...pipeline.pose import PoseSequence
 from ...pipeline.rotations import angle_deg, is_finite, rotate
 from ...pipeline.take import Take
 from ..drawing.charts import LEFT, RIGHT, SOFT, Curve, over_time, path, sides
-from ..drawing.facts import Facts, facts_of, shared_up, voted
+from ..drawing.facts import Facts, facts_of, shared_up, voted, ways_of_level
 from ..drawing.image_lines import WORDS, drawn
 from ..drawing.page import answer, charts, details, figure, page, picture, small
 from .angles import angle_charts, ranges, sides_compared
@@ -99,8 +99,11 @@ def _key_frames(take: Take, frames: bool) -> Markup:
 def _wrists(take: Take) -> Markup:
     rectified = take.need("rectified")
     before, after = take.need("poses"), rectified.level
-    moving = rectified.camera == "moving"
-    heading = "each frame's camera's: front and right are relative to it" if moving else "one for the take"
+    camera = "each frame's camera's" if rectified.camera == "moving" else "the camera's"
+    heading = {
+        "camera": f"{camera}: back is away from it, right to its left",
+        "world": "the world's: back is its north, right its west",
+    }.get(rectified.level_heading, "one for the take")
     return (
         small(
             "From the pelvis, unfiltered. Before: in the axes that the poses came in. After: in LEVEL, whose up is "
@@ -114,13 +117,17 @@ def _wrists(take: Take) -> Markup:
 
 
 def _ways(take: Take) -> Iterator[Markup]:
-    """Both wrists' paths as lines: as the camera sees them, and in LEVEL; all at one scale."""
+    """Both wrists' paths as lines: as the camera or one who looks north sees them, and in LEVEL; all at one scale."""
     source, rectified = take.need("poses"), take.need("rectified")
     before, level = (_from_pelvis(poses, "r_wrist", "l_wrist") for poses in (source, rectified.level))
+    seen, words = "camera's view", "right and up are the image's"
+    if source.frame.family != "camera":
+        seen, words = "looking north", "the world's east is to the right"
+    front, right = ways_of_level(rectified.level_heading)
     views = {
-        "Before: camera's view": (seen_by_camera(before, source.frame), "right and up are the image's"),
-        "After: right side": (level[..., [0, 2]] * (-1, 1), "front is to the right"),
-        "After: from above": (level[..., [1, 0]] * (1, -1), "front is up, the right side to the right"),
+        f"Before: {seen}": (seen_by_camera(before, source.frame), words),
+        f"After: from {right}": (level[..., [0, 2]] * (-1, 1), f"{front} is to the right"),
+        "After: from above": (level[..., [1, 0]] * (1, -1), f"{front} is up, {right} to the right"),
     }
     boxes = {name: _box(points) for name, (points, _) in views.items()}
     reach = max(reach for _, reach in boxes.values())

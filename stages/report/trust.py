@@ -19,6 +19,7 @@ _WELL = 6.0
 # Degrees that joint angles are known to within (90 %, median): less than a knee bends in the stance of a walk (15 to
 # 20, Perry & Burnfield 2010), so that such a movement can be told.
 _TOLD = 15.0
+_WHOLE = 0.05  # share of the joints that may be missing "but for moments": one second in twenty
 _MOST = 5  # stretches that are told
 _LEVELS: tuple[Level, ...] = ("bad", "care", "good")
 _WORDS = {
@@ -99,18 +100,18 @@ def _sides(take: Take) -> Check:
 
 def _view(take: Take) -> Check:
     texts = [event.text for event in take.events if event.about == "view"]
-    gone = _missing(take.need("poses"))
+    poses = take.need("poses")
+    missing = float(np.isnan(poses.joints).any(axis=-1).mean())
+    words = f"{100 * missing:.0f} % of the joints are missing. " if missing >= 0.005 else ""
+    words += _missing(poses)
     if texts:
-        return "In view", "care", [*texts, gone]
-    if take.keypoints is not None:
-        return "In view", "good", [f"Both arms and legs were seen throughout, but for moments. {gone}"]
-    missing = float(np.isnan(take.need("poses").joints).any(axis=-1).mean())
-    words = f"{100 * missing:.0f} % of the joints are missing. {gone}" if missing >= 0.005 else gone
-    return (
-        "In view",
-        "good" if missing < 0.05 else "care",
-        [f"{words} Without 2D keypoints more is not known."],
-    )
+        return "In view", "care", [*texts, words]
+    level: Level = "good" if missing < _WHOLE else "care"
+    if take.keypoints is None:
+        words += " Without 2D keypoints more is not known."
+    elif level == "good":
+        words = f"Both arms and legs were seen throughout, but for moments. {words}"
+    return "In view", level, [words]
 
 
 def _missing(poses: PoseSequence) -> str:

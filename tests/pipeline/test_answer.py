@@ -61,5 +61,10 @@ def test_where_nothing_is_recognised_the_main_joints_are_told_and_why_steps_are_
     assert said[2] == "Steps cannot be counted: the person faces along the camera's line of sight."
 
 
+def test_a_zero_has_no_sign():
+    ranges = {"trunk_lean_sagittal": {"p05_deg": -0.4, "p95_deg": -0.2}}
+    assert answer(take(range_of_motion=ranges))[1] == "Trunk forward 0 to 0 degrees."
+
+
 def test_without_measures_nothing_is_said():
     assert answer(Take("take", poses=take().poses)) == []

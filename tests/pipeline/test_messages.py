@@ -41,6 +41,11 @@ def test_a_count_of_one_is_singular():
     assert messages.how_many(2, "person", "people") == "2 people"
 
 
+def test_one_frame_has_no_rate():
+    assert messages.rate_in_words(29.97, " at ") == " at 29.97 a second"
+    assert messages.rate_in_words(float("nan"), ", ") == ""
+
+
 def test_a_terminal_gets_wrapped_lines_whose_kinds_look_different(monkeypatch):
     monkeypatch.setenv("COLUMNS", "40")
     monkeypatch.setenv("TERM", "xterm-256color")

@@ -194,6 +194,9 @@ def test_a_single_frame_has_no_path_and_says_so(facing_camera):
     take = stage(facing_camera, 1, 30)
     assert np.isnan(take.kinematics["r_wrist_speed"]).all()
     assert warnings(take) == "A single frame has no path: velocities and accelerations are missing."
+    level = PoseSequence(facing_camera[None], H36M17, LEVEL, time_s=np.zeros(1))
+    said = smooth(level).history[-1].options["warning"]
+    assert said == "A single frame carries no filter: joints are unfiltered."
 
 
 def test_a_take_too_short_for_the_filter_has_nan_and_a_warning(facing_camera):

@@ -14,6 +14,7 @@ from ....pipeline.layouts import H36M17
 from ....pipeline.motion.angles import MIDLINE, OF_BOTH, near, sides_of
 from ....pipeline.rotations import is_finite, rotate, transpose
 from ...drawing.charts import LEFT, MIDDLE, RIGHT, SOFT, Cloud, Curve, over_time, path, scatter
+from ...drawing.facts import ways_of_level
 from ...drawing.page import charts, figure, joined
 from ...report.key_frames import body_views, key_rows, skeletons
 from ...report.sections import spoken
@@ -81,12 +82,13 @@ def cycle_rows(found: Sequence[Cycles], side: Side, reference: Side) -> Markup:
 
 
 def wrist_paths(pair: Pair, reference: Side, unit: str) -> Markup:
-    """Both wrists from the right, from above and from the front, in the reference's LEVEL and at one scale."""
+    """Both wrists from two sides and from above, in the reference's LEVEL and at one scale."""
     mine, other = (_wrists(joints) for joints in (pair.level, reference.joints_at(pair.times)))
+    front, right = ways_of_level(reference.run.level_heading if reference.run else "median")
     views = {
-        "From the right": ((0, 2), (-1, 1), "front is to the right"),
-        "From above": ((1, 0), (1, -1), "front is up, the right side to the right"),
-        "From the front": ((1, 2), (-1, 1), "the right side is to the left"),
+        f"From {right}": ((0, 2), (-1, 1), f"{front} is to the right"),
+        "From above": ((1, 0), (1, -1), f"{front} is up, {right} to the right"),
+        f"From {front}": ((1, 2), (-1, 1), f"{right} is to the left"),
     }
     every = np.concatenate([*mine.values(), *other.values()])
     every = every[is_finite(every)]

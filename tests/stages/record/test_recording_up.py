@@ -189,5 +189,10 @@ def test_the_summary_of_a_take_that_is_not_level_claims_nothing(make_take):
     assert "known to within" not in text
 
 
+def test_the_summary_of_one_frame_has_no_rate(make_take):
+    assert "- 12 frames, 5 to 16, 25 a second\n" in told(make_take())
+    assert "- 1 frame, 5 to 5\n" in told(make_take(1))
+
+
 def test_the_summary_of_a_source_that_knows_its_up(make_take):
     assert "up: that of the source's own axes" in told(make_take(), camera="gravity", up_votes=None)

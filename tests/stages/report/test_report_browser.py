@@ -2,11 +2,13 @@
 
 import base64
 
+import numpy as np
 import pytest
 from markupsafe import Markup
 
 from pcnet3d.pipeline.take import Event
-from pcnet3d.stages.drawing.page import page
+from pcnet3d.stages.drawing.charts import Curve, over_time
+from pcnet3d.stages.drawing.page import charts, figure, page
 from pcnet3d.stages.report.stage import report
 
 
@@ -122,6 +124,19 @@ def test_arrow_keys_move_the_cursor_and_enter_shows_the_key_frame(content, opene
     browser.value("document.activeElement.blur()")
     assert browser.value(at) == ""
     assert browser.complaints == []
+
+
+def test_arrow_keys_pass_every_frame_of_a_fast_camera(opened):
+    x = np.arange(720) / 240
+    drawn = figure([over_time([Curve("a", np.sin(x))], x, "a over time")], "a")
+    browser = opened(page("fast", Markup(""), [("a", charts([drawn]))]))
+    browser.value("document.querySelector('.chart svg').focus()")
+    said = []
+    for _ in range(6):
+        for kind in ("rawKeyDown", "keyUp"):
+            browser.ask("Input.dispatchKeyEvent", type=kind, key="ArrowRight")
+        said.append(browser.value("document.querySelector('.at').textContent"))
+    assert [float(words.split()[0]) for words in said] == pytest.approx(x[:6], abs=0.0005)
 
 
 def test_it_is_dark_where_that_is_asked_for_but_not_on_paper(content, opened):

@@ -10,12 +10,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pcnet3d.pipeline import BODY, H36M17, InputError, PoseSequence
+from pcnet3d.examples.walker.walk import walker
+from pcnet3d.pipeline import BODY, H36M17, Y_UP, Z_UP, InputError, PoseSequence, Take, change_frame
 from pcnet3d.pipeline.motion.angles import ANGLES
 from pcnet3d.pipeline.take import Event, Session
 from pcnet3d.stages.drawing import page as page_module
 from pcnet3d.stages.drawing.charts import LEFT, MIDDLE, RIGHT, SLICES, Curve, over_time, ranges, sides
 from pcnet3d.stages.drawing.page import answer, page, table
+from pcnet3d.stages.rectify import Rectify
 from pcnet3d.stages.report.angles import angle_table
 from pcnet3d.stages.report.measures import _percent
 from pcnet3d.stages.report.stage import Report, report
@@ -149,8 +151,57 @@ def test_what_a_take_lacks_is_left_out(walk_take):
     said = report(bare)
     assert "Joint angles" not in said
     assert "before rectification, as the camera sees it" in said  # in place of image and keypoints
+    assert "Before: camera&#39;s view (m)" in said
     with pytest.raises(InputError, match="rectify"):
         report(walk_take.with_(rectified=None))
+
+
+def test_a_source_without_a_camera_is_not_said_to_be_seen_by_one():
+    take = Take("world", poses=change_frame(walker(seconds=1.0).poses, Y_UP))
+    said = report(Rectify()(take))
+    assert "before rectification, as seen by one who looks north" in said
+    assert "Before: looking north (m)" in said
+    for words in ("the camera", "camera&#39;s", "the image&#39;s"):
+        assert words not in said
+
+
+def test_front_and_right_are_said_only_where_the_heading_is_the_persons(walk_take):
+    """Two people who are seen from the side: in their common LEVEL front is not where they face."""
+    both = Rectify(rectifier="geometric").together([walk_take, walk_take])
+    said = report(both[0])
+    assert "the front is to the right" in report(walk_take)
+    assert "front is" not in said
+    assert "After: from the camera&#39;s left (m)" in said
+    assert "whose heading is the camera&#39;s: back is away from it, right to its left." in said
+    # What is said is so: in the camera's axes, x right, y down, z away.
+    back, right, up = both[0].rectified.R_source_from_level.T
+    assert up @ (0, -1, 0) > 0.9
+    assert right @ (-1, 0, 0) > 0.9
+    assert back @ (0, 0, 1) > 0.9
+
+
+def test_front_and_right_of_several_people_in_a_world_are_the_worlds():
+    take = Take("world", poses=change_frame(walker(seconds=1.0).poses, Z_UP))
+    rectified = Rectify().together([take, take])[0]
+    said = report(rectified)
+    assert "front is" not in said
+    assert "the world&#39;s south is up, the world&#39;s west to the right" in said
+    np.testing.assert_array_equal(rectified.rectified.R_source_from_level, np.eye(3))  # x north, y west
+
+
+def test_a_key_frame_without_a_pelvis_is_drawn(walk_take):
+    poses = walk_take.poses
+    joints = np.nan_to_num(poses.joints)
+    whole = walk_take.with_(poses=poses.with_(joints=joints), keypoints=None)
+    joints = joints.copy()
+    joints[:, H36M17.index("pelvis")] = np.nan
+    drawn = [
+        re.findall(r'<svg class="skeleton"[^>]*before rectification.*?</svg>', report(take))
+        for take in (whole, whole.with_(poses=poses.with_(joints=joints)))
+    ]
+    assert len(drawn[0]) == len(drawn[1]) == 6
+    bones = [sum(one.count("L") for one in each) for each in drawn]
+    assert bones[0] > bones[1] > 0.7 * bones[0]
 
 
 def test_a_take_that_nothing_is_known_of_still_has_a_report(walk_take):
@@ -193,7 +244,9 @@ def test_a_single_frame(walk_take):
     take = walk_take.with_(
         poses=first["poses"], rectified=rectified, kinematics=None, filtered=None, keypoints=None
     )
-    assert "1 frame," in report(take)
+    said = Page(report(take)).words
+    assert "1 frame, 0.0 s · camera" in said
+    assert not re.search(r"\bnan\b", said)
 
 
 def test_the_angle_table_counts_and_gives_reasons():
@@ -229,6 +282,38 @@ def test_long_curves_keep_their_extremes_and_their_gaps():
     assert np.isnan(low[gap]).all()
     assert np.isfinite(low[~gap & ((at < 98) | (at > 201))]).all()
     assert (low[np.isfinite(low)] <= high[np.isfinite(high)]).all()
+
+
+@pytest.mark.parametrize("rows", [801, 1_000, 1_250, 17_999, 18_000])
+def test_the_row_that_is_read_off_a_long_curve_holds_what_is_asked_for(rows):
+    """As charts.js finds it: the row whose x is nearest."""
+    x = np.arange(rows) / 30.0
+    at, first, last = ranges(x, x)
+    assert first[0] == x[0]
+    assert last[-1] == x[-1]
+    for share in (0.1, 0.5, 0.9):
+        wanted = first + share * (last - first)
+        nearest = np.abs(at - wanted[:, None]).argmin(axis=1)
+        np.testing.assert_array_equal(nearest, np.arange(len(at)))
+
+
+def test_the_table_of_a_long_curve_tells_the_middle_of_each_range():
+    x = np.arange(18_000) / 30.0
+    drawn = over_time([Curve("milliseconds", 1000 * x)], x, "time over time")
+    rows = re.findall(r"<tr><td>([\d.]+)<td>(\d+) to (\d+)", drawn)
+    assert len(rows) == SLICES
+    at, low, high = np.array(rows, dtype=float).T
+    np.testing.assert_allclose(at, (low + high) / 2000, atol=0.051)  # to a decimal of a second
+
+
+@pytest.mark.parametrize(
+    "x", [np.arange(720) / 240, 0.005 + np.arange(300) / 100, 500 + np.arange(600) / 1000]
+)
+def test_every_row_of_values_has_an_x_of_its_own(x):
+    """By it charts.js finds the row again: of rows with one time the arrow keys would not leave the first."""
+    at = re.findall(r"<tr><td>([^<]+)<td>", over_time([Curve("a", np.sin(x))], x, "a over time"))
+    assert len({*at}) == len(at) == len(x)
+    np.testing.assert_allclose(np.array(at, dtype=float), x, atol=0.0051)
 
 
 def line(drawn: str) -> np.ndarray:

@@ -60,6 +60,24 @@ def test_what_lowers_it(walk_take, change, expected, words):
     assert words in trust(take, facts_of(take))
 
 
+def gone(take, share: float):
+    joints = take.poses.joints.copy()
+    joints[: round(share * len(joints))] = np.nan
+    return take.with_(poses=replace(take.poses, joints=joints))
+
+
+def test_who_is_gone_for_a_while_was_not_seen_throughout(walk_take):
+    """With 2D keypoints too, which have no row where nobody was found, and so say nothing there."""
+    whole, seen = known(walk_take, 2.7), "seen throughout"
+    assert whole.keypoints is not None
+    assert seen in trust(whole, facts_of(whole))
+    for take in (gone(whole, 0.4), gone(whole, 0.4).with_(keypoints=None)):
+        said = trust(take, facts_of(take))
+        assert level(take) == "care"
+        assert seen not in said
+        assert re.search(r"4\d % of the joints are missing\. Joints are missing from 0\.00 to", said)
+
+
 def test_it_says_when_joints_are_missing(walk_take):
     take = known(walk_take, 2.7)
     joints = np.nan_to_num(take.poses.joints)

@@ -162,6 +162,15 @@ def test_the_page_of_two_runs_begins_with_what_came_of_it(cameras, runs):
     assert motion.index("Right wrist acceleration (m/s²)") < motion.index("Left wrist acceleration (m/s²)")
 
 
+def test_wrist_paths_are_from_the_front_only_where_the_heading_is_the_persons(sides):
+    reference, side = sides
+    assert "<figcaption>From the front (m)</figcaption>" in as_page(compared([reference, side]))
+    shared = replace(reference, run=replace(reference.run, level_heading="camera"))  # with another person
+    said = as_page(compared([shared, side]))
+    assert "From the front" not in said
+    assert "<figcaption>From the camera&#39;s side (m)</figcaption>" in said
+
+
 def test_two_cameras_give_the_same_accelerations(cameras, sides):
     found = cameras["pairs"]["front"]["accelerations"]
     assert set(found) == {"r_wrist", "l_wrist", "r_ankle", "l_ankle"}
