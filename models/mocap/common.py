@@ -22,6 +22,9 @@ _LIMBS = tuple(
     for side in "lr"
     for a, b in (("hip", "knee"), ("knee", "ankle"), ("shoulder", "elbow"), ("elbow", "wrist"))
 )
+_UPRIGHT = H36M17.indices(
+    ("head", *(f"{side}_{joint}" for side in "lr" for joint in ("hip", "knee", "ankle")))
+)
 _MIN_VOTES = 20  # bent knees, before they say anything
 _BACKWARD = 0.2  # share of knees bent forward at or below which left and right are not what the file says
 _LIMB_SPREAD = 0.15  # of optical capture it is below 0.01, of markerless capture up to 0.1
@@ -105,7 +108,11 @@ def require_plausible(joints: np.ndarray) -> None:
 
 
 def upright_share(joints: np.ndarray) -> float:
-    """Share of frames of joints (T, 17, 3), +Z up, whose head is above both feet by half a leg."""
+    """Share of frames of joints (T, 17, 3), +Z up, whose head is above both feet by half a leg; of those that know the
+    head and both legs, NaN where none does."""
+    joints = joints[np.isfinite(joints[:, _UPRIGHT]).all(axis=(1, 2))]
+    if not len(joints):
+        return float("nan")
     head, feet = joints[:, H36M17.index("head"), 2], joints[:, H36M17.indices(("l_ankle", "r_ankle")), 2]
     return float((head > feet.max(axis=1) + leg_length(joints) / 2).mean())
 

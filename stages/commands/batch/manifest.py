@@ -33,6 +33,7 @@ _ROLES = ("video", "poses", "keypoints")
 _DECIDING = (*_ROLES, "recipe", "calibrate", "person")  # which stages a take has
 _LARGEST = 64 << 20  # bytes of a manifest; some 300,000 takes
 _LONGEST = 100  # characters of a take's name, which becomes a folder's
+_NO = ("no",)  # of a flag; it is no option of the take, but a common one does not win over it
 
 
 @dataclass(frozen=True)
@@ -97,6 +98,7 @@ def read_entries(source: Path, common: Mapping[str, str], outside: bool = False)
         used |= {name for name, reason in reasons.items() if not reason}
         refused |= {name: reason for name, reason in reasons.items() if reason}
         options = {**{name: shared[name] for name, reason in reasons.items() if not reason}, **own}
+        options = {name: values for name, values in options.items() if values is not _NO}
         files = tuple(
             option for option in options if option in (own_files if option in own else shared_files)
         )
@@ -232,7 +234,8 @@ def _looks_like_poses(path: Path) -> bool:
 def _options(
     row: Mapping[str, str], base: Path, inside: Path | None, where: str
 ) -> tuple[dict[str, tuple[str, ...]], list[str]]:
-    """Options of `run`, checked by their types, and which of them are files. inside: the folder that no path leaves."""
+    """Options of `run`, checked by their types, and which of them are files. inside: the folder that no path leaves.
+    A flag that is switched off has the value _NO."""
     options: dict[str, tuple[str, ...]] = {}
     files = []
     for name, cell in row.items():
@@ -245,7 +248,7 @@ def _options(
         except InputError as error:
             raise InputError(f"{where}: {error}") from None
         if name in flags() and value is False:
-            continue
+            values = _NO
         if isinstance(value, Path) or cell.lower().endswith(".onnx"):
             values = (str(_found(cell, base, inside, f"{where}: {name}")),)
             files.append(name)

@@ -44,7 +44,7 @@ _PARTS = {
     "arms": [name for both in _PAIRED if both.startswith(_ARM) for name in sides_of(both)],
     "trunk and pelvis": list(MIDLINE),
 }
-_MOST = 20  # names of takes in a sentence
+_MOST = 20  # names of runs in a sentence
 _MOST_TOLD = 5  # changes
 
 _LABELS = ("subject", "visit", "condition")
@@ -72,8 +72,9 @@ def _head(rows: Rows, done: Rows, found: Sequence[Change]) -> Markup:
     named = {label: dict.fromkeys(row[label] for row in rows if row[label]) for label in _LABELS}
     about = [how_many(len(names), label) for label, names in named.items() if names]
     unsure = [
-        f"{how_many(len(names), 'take')} {what}: {', '.join(names[:_MOST])}{' ...' if len(names) > _MOST else ''}"
-        for what, names in doubts(done).items()
+        f"{how_many(len(runs), 'run')} {what}: {'; '.join(map(name_of, runs[:_MOST]))}"
+        f"{' ...' if len(runs) > _MOST else ''}"
+        for what, runs in doubts(done).items()
     ]
     return (
         small(" · ".join([*about, f"pcnet3d {package_version()}"]))
@@ -87,7 +88,7 @@ def _conclusion(rows: Rows, done: Rows, found: Sequence[Change]) -> Iterator[str
     names = {row["name"] for row in done}
     failed = len({row["name"] for row in rows} - names)
     of = f" of {len(names) + failed} done" if failed else " done, none failed"
-    doubtful = {name for names in doubts(done).values() for name in names}
+    doubtful = {row["name"] for runs in doubts(done).values() for row in runs}
     trusted = f"{len(doubtful)} of them with doubts" if doubtful else "no doubts about poses or levelling"
     yield f"{how_many(len(names), 'take')}{of}; {trusted}."
     for (factor, earlier, later), changes in _by_step(found).items():

@@ -124,15 +124,15 @@ def _numbers(group: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, f
             yield f"{above}{key}", value
 
 
-def doubts(rows: Sequence[Mapping[str, Any]]) -> dict[str, list[str]]:
-    """Names of finished takes by what is not to be believed of them, such as "with unusable poses"; rows: as of
-    `study_rows`."""
+def doubts(rows: Sequence[Mapping[str, Any]]) -> dict[str, list[Mapping[str, Any]]]:
+    """Finished runs by what is not to be believed of them, such as "with unusable poses"; rows: as of `study_rows`, one
+    for each person of a take."""
     found = {
-        f"with {weight} poses": [name_of(row) for row in rows if row.get("verdict") == weight]
+        f"with {weight} poses": [row for row in rows if row.get("verdict") == weight]
         for weight in ("suspicious", "unusable")
     }
-    found["not levelled"] = [name_of(row) for row in rows if row.get("level_ok") is False]
-    return {what: names for what, names in found.items() if names}
+    found["not levelled"] = [row for row in rows if row.get("level_ok") is False]
+    return {what: doubtful for what, doubtful in found.items() if doubtful}
 
 
 def name_of(row: Mapping[str, Any]) -> str:
@@ -215,7 +215,8 @@ class Change:
 
 
 def changes(rows: Sequence[Mapping[str, Any]]) -> list[Change]:
-    """Every visit against the first one, and every condition, in the order in which the manifest names them.
+    """Every visit against the first one, and every condition, in the order in which the manifest names them, whatever
+    became of the takes that name them first. One without any take to compare is left out.
 
     A subject's takes of one visit and condition are averaged, then compared within each condition (or visit, for
     conditions), and these differences averaged, so that a subject counts once. Fewer than two subjects: no row.
@@ -238,7 +239,8 @@ def changes(rows: Sequence[Mapping[str, Any]]) -> list[Change]:
     ]
     names = dict.fromkeys(key for row in done for key in row["measures"] if not _rests_on(key))
     for factor, other in (("visit", "condition"), ("condition", "visit")):
-        levels = list(dict.fromkeys(row[factor] for row in done if row[factor]))
+        usable = {row[factor] for row in done}
+        levels = [level for level in dict.fromkeys(row[factor] for row in rows) if level and level in usable]
         for later in levels[1:]:
             for name in names:
                 off = _differences(done, name, factor, other, levels[0], later)

@@ -17,6 +17,7 @@ _ANGLES = tuple(
     for side in "rl"
     for name in ("knee_flexion", "elbow_flexion", "hip_flexion", "shoulder_flexion")
 )
+WEAK = 0.5  # r of the angles below which two takes are not of one motion
 _FINEST_S = 1 / 60  # step of the search
 _LEAST_SHARE = 0.5  # of the largest common motion at any shift; less makes chance peaks
 _SAME_PEAK_S = 0.25
@@ -44,7 +45,8 @@ def stamped(side: Side, reference: Side, shift_s: float) -> Alignment:
 
 
 def correlated(side: Side, reference: Side, offset_s: float, search_s: float) -> Alignment:
-    """By the correlation of eight joint angles, for shifts within search_s of offset_s, to a fraction of a frame.
+    """By the correlation of those of eight joint angles that both know, for shifts within search_s of offset_s, to a
+    fraction of a frame.
 
     InputError when less than a second of motion is known to both.
     """
@@ -55,6 +57,10 @@ def correlated(side: Side, reference: Side, offset_s: float, search_s: float) ->
     times = np.arange(side.time_s[0], side.time_s[-1] + 1e-9, step)
     around = times[0] + offset_s + step * np.arange(-reach, len(times) + reach)
     own, other = _angles(side, times), _angles(reference, around)
+    known = np.isfinite(own).any(axis=0) & np.isfinite(other).any(axis=0)
+    if not known.any():
+        raise InputError(_apart(side, reference, offset_s, search_s))
+    own, other = own[:, known], other[:, known]
     found = [_score(own, other[i : i + len(times)]) for i in range(2 * reach + 1)]
     scores, common = (np.array(part) for part in zip(*found, strict=True))
     enough = common * step >= max(LEAST_S, _LEAST_SHARE * common.max() * step)
@@ -65,7 +71,7 @@ def correlated(side: Side, reference: Side, offset_s: float, search_s: float) ->
     top = int(np.argmax(scores))
 
     def loss(shift_s: float) -> float:
-        return -_score(own, _angles(reference, times + shift_s))[0]
+        return -_score(own, _angles(reference, times + shift_s)[:, known])[0]
 
     best: Any = minimize_scalar(
         loss, bounds=(shifts[top] - step, shifts[top] + step), method="bounded", options={"xatol": 1e-4}

@@ -22,7 +22,7 @@ from ....pipeline.reading.settings import Force, OnDevice
 from ....pipeline.reading.take import sha256
 from ....pipeline.running.conclusion import point_to
 from .accelerations import accelerations
-from .align import Alignment, correlated, size_ratio, stamped, turn_deg, turned
+from .align import WEAK, Alignment, correlated, size_ratio, stamped, turn_deg, turned
 from .changes import changes
 from .comparison import Comparison, Pair, as_text, figures, result
 from .cycles import cycles
@@ -30,14 +30,15 @@ from .figures import agreement, view_spread
 from .joints import joint_agreement
 from .page import as_page
 from .recording import COLOURS, write_recording
-from .side import Side, load_side, named_apart, one_clock, truth_side, unrectified
+from .side import Side, load_side, named_apart, one_clock, told_apart, truth_side, unrectified
 from .truth import Up, read_truth
 from .wrists import limbs_of, wrists
 
 Align = Literal["auto", "stamps", "correlate", "cycles"]
 
-_WEAK = 0.5  # r of the angles below which two takes are not of one motion
-_AMBIGUOUS = 0.9  # of r: another shift that fits as well, as in a periodic motion
+# Of r: another shift that fits as well. All walks before two cameras have one (docs/compare.md), and in most the best
+# shift is wrong; of takes without such a one, of walks with turns, squats, lifts, it is wrong in one of fifty at most.
+_AMBIGUOUS = 0.9
 
 
 def compare(
@@ -56,7 +57,7 @@ def compare(
         Align,
         typer.Option(
             help="By time stamps, by correlation of the angles, or cycles only (other motions). auto: stamps for runs "
-            "of one recording, else correlate, and cycles where the takes do not fit."
+            "of one recording, cycles for other dates or people, else correlate, and cycles where that leaves doubts."
         ),
     ] = "auto",
     offset: Annotated[
@@ -166,6 +167,10 @@ def _aligned(
     together = one_clock(side, reference)
     may_differ = align == "auto" and reference.run is not None and not together
     apart = "taken for different motions, so only their ranges and cycles are compared."
+    if may_differ and (words := told_apart(side, reference)):
+        return None, [
+            f"{side.name} and {reference.name} have different {' and '.join(words)}: {apart} --align correlate if not."
+        ]
     try:
         if align == "stamps" or (align == "auto" and together):
             found = stamped(side, reference, offset_s)
@@ -176,16 +181,22 @@ def _aligned(
             raise
         tried = f"within {search_s:g} s (--search) of {offset_s:g} s (--offset)"
         return None, [f"{side.name} and {reference.name} share no second by their clocks, {tried}: {apart}"]
-    if not found.r >= _WEAK:
+    if not found.r >= WEAK:
         weak = f"The angles of {side.name} and {reference.name} correlate weakly (r {found.r:.2f})"
         if may_differ:
             return None, [f"{weak}: {apart}"]
         return found, [f"{weak}: are they of one motion, and is the shift right?"]
     if found.runner_up > _AMBIGUOUS * found.r:
-        return found, [
-            f"Another shift of {side.name} fits nearly as well (r {found.runner_up:.2f} against {found.r:.2f}), as in "
-            "a periodic motion; narrow it with --offset and --search."
-        ]
+        fits = (
+            f"Another shift of {side.name} fits nearly as well (r {found.runner_up:.2f} against {found.r:.2f}), as it "
+            "does where a motion repeats itself, in two takes of walking too"
+        )
+        narrow = "narrow it with --offset and --search"
+        if may_differ:
+            return None, [
+                f"{fits}: {apart} If they are one, {narrow}, or give --align stamps where both began together."
+            ]
+        return found, [f"{fits}; {narrow}."]
     return found, []
 
 

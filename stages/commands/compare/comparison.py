@@ -11,11 +11,11 @@ import numpy as np
 from ....pipeline.messages import how_many
 from ...report.sections import spoken
 from .accelerations import Accelerations
-from .align import Alignment, turned
+from .align import WEAK, Alignment, turned
 from .changes import Change, as_figures, told
 from .cycles import Cycles
 from .joints import JointAgreement
-from .side import Side
+from .side import TRUTH, Side
 from .wrists import Wrists
 
 
@@ -79,7 +79,8 @@ def as_text(found: Comparison) -> Iterator[str]:
         for method, wrists in pair.wrists.agreement.items() if pair.wrists else ():
             for wrist, axes in wrists.items():
                 said = ", ".join(f"{a} r {v['r']:.3f} RMSE {v['rmse_mm']:.0f} mm" for a, v in axes.items())
-                yield f"{wrist}, {method}: {said}"
+                if said:
+                    yield f"{wrist}, {method}: {said}"
         for cycle in pair.cycles:
             of = cycle.agreement
             yield (
@@ -89,23 +90,32 @@ def as_text(found: Comparison) -> Iterator[str]:
 
 
 def result(pair: Pair, reference: str) -> Iterator[str]:
-    """What came of a pair: whether they move alike, by how much their angles differ, also beside the errors that are
-    stated, and which measures of two recordings differ by more than their errors."""
+    """What came of a pair: whether they are taken for one motion, by how much their angles differ, also beside the
+    errors that are stated, and which measures of two recordings differ by more than their errors."""
     against = f"{pair.side.name} against {reference}"
     if pair.alignment is None or not pair.agreement:
         kinds = len({cycle.kind for cycle in pair.cycles})
         both = ["the ranges of motion"] * bool(pair.changes) + [how_many(kinds, "kind") + " of cycle"] * bool(
             kinds
         )
-        yield f"{against}: two motions, not one; compared: {' and '.join(both) or 'nothing'}"
+        yield f"{against}: taken for two motions; compared: {' and '.join(both) or 'nothing'}"
     else:
-        yield (
-            f"{against}: one motion, shifted by {pair.alignment.shift_s:+.3f} s "
-            f"(correlation {pair.alignment.r:.2f})"
-        )
+        yield f"{against}: {_of_one_motion(pair, pair.alignment, reference)}"
         yield _angles_apart(pair)
     if not pair.one_recording:
         yield from told(pair.changes, f"{pair.side.name} less {reference}")
+
+
+def _of_one_motion(pair: Pair, how: Alignment, reference: str) -> str:
+    """That both are compared as one motion; only of one recording it is known, for two takes may correlate as well."""
+    alike = how.r >= WEAK
+    taken = "one motion" if alike and pair.one_recording else "taken for one motion"
+    though = "" if alike else " though their angles hardly correlate"
+    # Motion capture is asked for as that of the take itself.
+    way_out = (
+        "" if pair.one_recording or reference == TRUTH else "; if they are two takes, say --align cycles"
+    )
+    return f"{taken}{though}, shifted by {how.shift_s:+z.3f} s (correlation {how.r:.2f}){way_out}"
 
 
 def _angles_apart(pair: Pair) -> str:

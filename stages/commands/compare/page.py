@@ -86,8 +86,8 @@ def _together(found: Comparison) -> Markup:
         how = pair.alignment
         if how is None:
             lines.append(
-                f"{pair.side.name}: another motion than {found.reference.name}'s, so only ranges and cycles are "
-                "compared."
+                f"{pair.side.name}: taken for another motion than {found.reference.name}'s, so only ranges and cycles "
+                "are compared."
             )
             continue
         lines.append(

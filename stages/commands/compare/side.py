@@ -39,8 +39,8 @@ class Side:
     pipeline.motion.angles.ANGLES, NaN for an angle that the run lacks; sd is the stated standard error. measures: of
     stages.measures.stage. acceleration, acceleration_sd: (T,) norms by joint, relative to the pelvis, of those that can
     be told, and their standard error; none of motion capture. sources: what was read, for telling takes of one
-    recording. run, body, rectifier: the run's own arrays, its joints (T, 17, 3) in BODY and the full name of its
-    method; None for motion capture.
+    recording. session: what the user said about it, by field of Session. run, body, rectifier: the run's own arrays,
+    its joints (T, 17, 3) in BODY and the full name of its method; None for motion capture.
     """
 
     name: str
@@ -57,6 +57,7 @@ class Side:
     acceleration: dict[str, np.ndarray] = field(default_factory=dict)
     acceleration_sd: dict[str, np.ndarray] = field(default_factory=dict)
     sources: tuple[dict[str, Any], ...] = ()
+    session: dict[str, str] = field(default_factory=dict)
     run: Run | None = None
     body: np.ndarray | None = None
     rectifier: str | None = None
@@ -134,6 +135,7 @@ def load_side(folder: Path) -> Side:
         acceleration={joint: columns[f"{joint}_acceleration"] for joint in joints},
         acceleration_sd={joint: columns.get(f"{joint}_acceleration_sd", unknown) for joint in joints},
         sources=tuple(summary.get("inputs", ())),
+        session=summary.get("session") or {},
         run=run,
         body=body,
         rectifier=method,
@@ -189,6 +191,12 @@ def one_clock(side: Side, reference: Side) -> bool:
     ]
     begin, end = max(side.time_s[0], reference.time_s[0]), min(side.time_s[-1], reference.time_s[-1])
     return bool(read[0] & read[1]) and bool(end - begin >= LEAST_S)
+
+
+def told_apart(side: Side, reference: Side) -> list[str]:
+    """What the user said of both recordings that makes them two: "dates", "people"; empty where nothing does."""
+    both = [(side.session.get(key), reference.session.get(key)) for key in ("date", "person_id")]
+    return [word for word, (a, b) in zip(("dates", "people"), both, strict=True) if a and b and a != b]
 
 
 def as_poses(side: Side, joints: np.ndarray, time_s: np.ndarray, frame_index: np.ndarray) -> PoseSequence:

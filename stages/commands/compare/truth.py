@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -33,7 +34,8 @@ def read_truth(
     gt_skel_gbl_pos.txt): H36M17, metres, Z-up world, with time stamps from the file's own beginning.
 
     clip: which of a .npz file of several. up, unit, fps: of files that do not say it, or say it wrong. InputError when
-    the file is not what it should be, has no joints of these names, or does not stand upright.
+    the file is not what it should be, has no joints of these names or does not stand upright, and for what is said of a
+    format that leaves no choice.
     """
     if not path.is_file():
         raise InputError(f"Expected motion capture at {path}, found no file there.")
@@ -50,14 +52,16 @@ def read_truth(
         elif kind == ".npz":
             poses = _npz(path, clip, How(unit, up, fps))
         else:
-            poses = _adapted(path)
+            poses = _adapted(path, How(unit, up, fps))
     except InputError as error:
         raise error if str(path) in str(error) else InputError(f"{path}: {error}") from None
-    share = upright_share(poses.joints[np.isfinite(poses.joints).all(axis=(1, 2))])
-    if not share >= 0.5:
+    share = upright_share(poses.joints)
+    if np.isnan(share):
+        raise InputError(f"{path}: expected frames with the head and both legs, which tell up; got none.")
+    if share < 0.5:
         raise InputError(
-            f"{path}: only in {100 * np.nan_to_num(share):.0f} % of the frames is the head above the feet; say which "
-            "axis is up with --up."
+            f"{path}: only in {100 * share:.0f} % of the frames is the head above the feet; say which axis is up with "
+            "--up."
         )
     return poses
 
@@ -92,6 +96,7 @@ def _npz(path: Path, name: str | None, how: How) -> PoseSequence:
             raise InputError("a clip is chosen from a file of several; this holds one.")
         clip = mocap_joints.read(path, path.parent, how).clip
     else:
+        _refuse(how, "a file of several clips is in metres with +Z up and says its frame rate")
         clips = {clip.name: clip for clip in read_mocap(path)}
         if name is None and len(clips) > 1:
             raise InputError(
@@ -103,7 +108,7 @@ def _npz(path: Path, name: str | None, how: How) -> PoseSequence:
     return _poses(clip.joints, np.arange(len(clip)) / clip.fps)
 
 
-def _adapted(path: Path) -> PoseSequence:
+def _adapted(path: Path, how: How) -> PoseSequence:
     people = [
         poses
         for adapter in adapters("poses").values()
@@ -115,8 +120,20 @@ def _adapted(path: Path) -> PoseSequence:
         raise InputError(
             "expected one person's motion capture: TRC, C3D, BVH, .npz, or TotalCapture's gt_skel_gbl_pos.txt."
         )
+    _refuse(replace(how, fps=None), "this file's format says which")
     poses = remap(people[0], H36M17)
+    if how.fps is not None:
+        poses = poses.with_(time_s=poses.frame_index / how.fps)
+    if poses.time_s is None:
+        raise InputError("it does not say its frame rate; give it with --rate.")
     return change_frame(poses, Z_UP.with_(origin=poses.frame.origin))
+
+
+def _refuse(how: How, why: str) -> None:
+    """InputError when anything of `how` is told of a file that leaves no choice."""
+    said = {"--unit": how.unit, "--up": how.up, "--rate": how.fps}
+    if given := [option for option, value in said.items() if value is not None]:
+        raise InputError(f"{', '.join(given)}: {why}; leave that out.")
 
 
 def _poses(joints: np.ndarray, time_s: np.ndarray) -> PoseSequence:

@@ -55,7 +55,7 @@ def test_quietly_the_last_line_is_all_that_is_said(folder, tmp_path):
         (["nowhere"], "found nothing"),
         (["mocap", "--format", "fbx"], "no format 'fbx'"),
         (["mocap", "--format", "asfamc"], "found none"),
-        (["mocap", "--unit", "yard"], "unit of m, cm"),
+        (["mocap", "--unit", "yard"], "unit of m, mm"),
         (["mocap", "--up", "z"], "--up"),
         (["mocap", "--subject", "("], "regular expression"),
         (["mocap", "--subject", "[0-9]+"], "first group"),

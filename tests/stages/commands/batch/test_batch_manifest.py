@@ -45,6 +45,14 @@ def test_every_option_of_a_run_is_a_column(study):
     assert set(two.arguments) == {f"--poses={study / 'b.npy'}", "--fps=25", "--camera=moving"}
 
 
+def test_a_flag_that_a_take_switches_off_wins_over_the_common_one(study):
+    lines = ("poses,no-frames", "a.npy,no", "b.npy,")
+    off, common = read_entries(manifest(study, *lines), {"no-frames": "yes"})
+    assert "--no-frames" not in off.arguments
+    assert "--no-frames" in common.arguments
+    assert off.options.keys() == {"poses"}  # as if nothing were said: the same take
+
+
 def test_the_arguments_are_ones_that_run_takes(study, pcnet3d, tmp_path):
     lines = ("video,also,person", "a.npy,csv;trc,-1")
     (entry,) = read_entries(manifest(study, *lines), {})

@@ -8,9 +8,11 @@ import pytest
 
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.plugins import registry
+from pcnet3d.stages.commands.batch.command import study_rows
 from pcnet3d.stages.commands.batch.manifest import Entry
+from pcnet3d.stages.commands.batch.page import as_page
 from pcnet3d.stages.commands.batch.study import changes, figures
-from pcnet3d.stages.commands.batch.take import _hashes, _kept, _key
+from pcnet3d.stages.commands.batch.take import Outcome, _hashes, _kept, _key
 
 NAME = "range_of_motion.r_knee_flexion.p05_p95_deg"
 
@@ -80,6 +82,34 @@ def test_the_first_visit_is_the_one_that_the_manifest_names_first():
     ]
     (change,) = changes(rows)  # the third visit has one subject only
     assert (change.earlier, change.later, change.bias, change.sd) == ("10", "9", 4.0, 0.0)
+
+
+@pytest.mark.parametrize(
+    "trouble", [{"state": "failed"}, {"level_ok": False}], ids=["failed", "not levelled"]
+)
+def test_the_first_visit_stays_the_first_when_its_first_take_is_of_no_use(trouble):
+    rows = [row(s, v, 50.0 + 10 * (v == "after")) for s in "abc" for v in ("before", "after")]
+    if "state" in trouble:
+        rows[0] = {key: rows[0][key] for key in ("subject", "visit", "condition")}
+    rows[0] |= trouble
+    (change,) = changes(rows)
+    assert (change.earlier, change.later, change.n, change.bias) == ("before", "after", 2, 10.0)
+
+
+def test_where_no_take_of_the_first_visit_can_be_used_the_next_one_is_compared():
+    rows = [row(s, v, float(v)) for v in "123" for s in "ab"]
+    for of_first in rows[:2]:
+        of_first["level_ok"] = False
+    assert [(one.earlier, one.later, one.bias) for one in changes(rows)] == [("2", "3", 1.0)]
+
+
+def test_people_of_one_take_are_counted_as_one_take():
+    entry = Entry("t", {}, (), {"subject": "", "visit": "", "condition": ""})
+    people = [{"person": p, "level_ok": p != "1", "verdict": "suspicious", "measures": {}} for p in "012"]
+    page = as_page("Study", study_rows([entry], [Outcome("t", "done", rows=tuple(people))]), [])
+    assert "1 take done, none failed; 1 of them with doubts." in page
+    assert "3 runs with suspicious poses: t, 0; t, 1; t, 2<" in page
+    assert "1 run not levelled: t, 1<" in page
 
 
 def test_a_subject_counts_once_however_many_takes_there_are():

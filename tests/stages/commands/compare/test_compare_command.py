@@ -143,7 +143,7 @@ def test_files_and_page(cameras, against_truth, runs):
 def test_the_page_of_two_runs_begins_with_what_came_of_it(cameras, runs):
     page = (runs / "side/compare/compare.html").read_text()
     head, *sections = page.split("<section")
-    assert "front against side: one motion" in head
+    assert "front against side: taken for one motion" in head
     names = [re.search(r"<h2>([^<]+)</h2>", section).group(1) for section in sections]
     assert names == [
         "At the same moments", "Ranges of motion", "Walking and repetitions", "Agreement of the angles",
@@ -243,6 +243,73 @@ def test_takes_of_different_motions_have_their_cycles_compared(sides):
     assert re.search(r"compared: the ranges of motion and \d kinds? of cycle$", next(result(visits, "side")))
     assert visits.agreement == {}
     assert max(c.agreement["difference_deg"] for c in visits.cycles if c.kind == "arm raises") < 0.5
+
+
+def walking(side, stride_s, **session):
+    """The side as a walk of even strides, and what was said about its recording."""
+    phase = 2 * np.pi * side.time_s / stride_s
+    swings = {name: 30 * np.sin(phase + np.pi * name.startswith("l_")) for name in side.angles}
+    return replace(side, angles=swings, session=session)
+
+
+@pytest.mark.parametrize("key", ["date", "person_id"])
+def test_what_the_user_says_of_two_visits_makes_them_two_motions(sides, key):
+    visits = [walking(sides[0], 1.0, **{key: "2026-03-02"}), walking(sides[1], 1.05, **{key: "2026-05-04"})]
+    found = compared(visits, search_s=0.4)  # of less than a stride, so that no other shift fits
+    (pair,) = found.pairs
+    assert (pair.alignment, pair.agreement, found.spread) == (None, {}, {})
+    assert {"date": "different dates", "person_id": "different people"}[key] in found.warnings[0]
+    assert next(result(pair, "side")).startswith("front against side: taken for two motions")
+    assert compared(visits, "correlate", search_s=0.4).pairs[0].alignment is not None
+    one_day = [replace(each, session=visits[0].session) for each in visits]
+    assert compared(one_day, search_s=0.4).pairs[0].alignment is not None
+
+
+def test_walks_that_fit_at_every_stride_are_compared_moment_by_moment_on_demand_only(sides):
+    """Two people's as well as one's before two cameras: nothing tells which stride is which."""
+    for stride_s in (1.0, 1.05):
+        walks = [walking(sides[0], 1.0), walking(sides[1], stride_s)]
+        found = compared(walks)
+        assert found.pairs[0].alignment is None
+        assert "fits nearly as well" in found.warnings[0]
+        (pair,) = compared(walks, search_s=0.4).pairs
+        said = next(result(pair, "side"))
+        assert said.startswith("front against side: taken for one motion, shifted by")
+        assert said.endswith("; if they are two takes, say --align cycles")
+        assert compared(walks, "correlate").pairs[0].alignment is not None
+
+
+def test_what_hardly_correlates_is_not_said_to_be_one_motion(sides):
+    rng = np.random.default_rng(0)
+    other = {name: rng.normal(0, 20, len(values)) for name, values in sides[1].angles.items()}
+    twin = replace(sides[0], angles=other)  # of the same recording
+    for pair in (sides[0], replace(sides[1], angles=other)), (sides[0], twin):
+        (found,) = compared(list(pair), "stamps").pairs
+        assert "taken for one motion though their angles hardly correlate" in next(result(found, "side"))
+    assert "side: one motion, shifted by +0.000 s" in next(result(compared([sides[0]] * 2).pairs[0], "side"))
+
+
+def test_the_session_of_a_run_is_known_to_its_side(runs, tmp_path):
+    shutil.copytree(runs / "front", tmp_path / "later")
+    summary = json.loads((tmp_path / "later/summary.json").read_text())
+    summary["session"] = {"date": "2026-05-04"}
+    (tmp_path / "later/summary.json").write_text(json.dumps(summary))
+    assert load_side(tmp_path / "later").session == {"date": "2026-05-04"}
+    assert load_side(runs / "front").session == {}
+
+
+def test_a_short_take_whose_arms_nobody_saw_is_its_own_match(sides):
+    rows = slice(56)  # 1.87 s, of which 1 s has to be known
+    legs = {
+        name: np.where("elbow" in name or "shoulder" in name, np.nan, values[rows])
+        for name, values in sides[0].angles.items()
+    }
+    short = replace(sides[0], time_s=sides[0].time_s[rows], angles=legs)
+    found = correlated(short, short, 0.0, 1.0)
+    assert (found.shift_s, found.r) == (pytest.approx(0, abs=2e-3), pytest.approx(1))
+    unseen = replace(short, angles={name: values + np.nan for name, values in legs.items()})
+    with pytest.raises(InputError, match="both know"):
+        correlated(unseen, short, 0.0, 1.0)
 
 
 def test_circles_of_an_arm_are_resampled_without_the_steps_of_their_range(sides):

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from golden.worlds import freemocap_rtmpose
 from pcnet3d.models.mocap.clips import Clip, write_mocap
 from pcnet3d.pipeline import H36M17, InputError
 from pcnet3d.stages.commands.compare.truth import read_truth
@@ -72,6 +73,20 @@ def test_which_axis_is_up_is_checked_and_can_be_told(walk, tmp_path):
     np.testing.assert_allclose(read_truth(tmp_path / "x.trc", up="z").joints, walk.world, atol=1e-4)
 
 
+@pytest.mark.filterwarnings("error")
+def test_a_joint_that_never_is_there_says_nothing_of_up(walk, tmp_path):
+    for joint in ("l_wrist", "r_knee"):
+        world = walk.world.copy()
+        world[:, H36M17.index(joint)] = np.nan
+        (tmp_path / f"{joint}.trc").write_text(trc(H36M17.joints, world, units="m"))
+    poses = read_truth(tmp_path / "l_wrist.trc", up="z")
+    np.testing.assert_allclose(poses.joint("r_wrist"), walk.joint("r_wrist"), atol=1e-4)
+    with pytest.raises(InputError, match="say which axis is up"):
+        read_truth(tmp_path / "l_wrist.trc")
+    with pytest.raises(InputError, match="head and both legs"):
+        read_truth(tmp_path / "r_knee.trc", up="z")
+
+
 def test_markers_on_the_skin_and_broken_files_have_words(walk, tmp_path):
     (tmp_path / "x.trc").write_text(trc(["LASI", "RASI"], walk.world[:, :2]))
     with pytest.raises(InputError, match=r"x\.trc: expected points at the joint centres"):
@@ -103,6 +118,8 @@ def test_a_clip_of_several_by_its_name(walk, tmp_path):
         read_truth(tmp_path / "x.npz")
     with pytest.raises(InputError, match="did you mean"):
         read_truth(tmp_path / "x.npz", clip="a_3")
+    with pytest.raises(InputError, match="--unit, --up, --rate: a file of several clips is in metres"):
+        read_truth(tmp_path / "x.npz", clip="a_2", up="y", unit="mm", fps=60.0)
 
 
 def test_totalcaptures_positions(walk, tmp_path):
@@ -119,3 +136,15 @@ def test_totalcaptures_positions(walk, tmp_path):
     poses = read_truth(tmp_path / "gt_skel_gbl_pos.txt")
     assert poses.fps == pytest.approx(60)
     np.testing.assert_allclose(poses.joint("l_elbow"), walk.joint("l_elbow"), atol=1e-4)
+    assert read_truth(tmp_path / "gt_skel_gbl_pos.txt", fps=30.0).fps == pytest.approx(30)
+    with pytest.raises(InputError, match="--unit, --up: this file's format says which"):
+        read_truth(tmp_path / "gt_skel_gbl_pos.txt", up="z", unit="mm")
+
+
+def test_a_file_that_does_not_say_its_rate_is_told_it(walk, tmp_path):
+    np.save(tmp_path / "rtmpose_body_3d_xyz.npy", freemocap_rtmpose(walk.world))
+    with pytest.raises(InputError, match="--rate"):
+        read_truth(tmp_path / "rtmpose_body_3d_xyz.npy")
+    poses = read_truth(tmp_path / "rtmpose_body_3d_xyz.npy", fps=30.0)
+    np.testing.assert_allclose(poses.times, walk.time_s, atol=1e-6)
+    np.testing.assert_allclose(poses.joint("l_knee"), walk.joint("l_knee"), atol=1e-3)
