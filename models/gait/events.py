@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import groupby, pairwise
 
 import numpy as np
 
@@ -95,8 +95,8 @@ def walks(
     facing_deg: np.ndarray | None = None,
 ) -> list[list[Step]]:
     """Each of at least three steps in order, of a run two: feet that land in turn, 0.2 to 1.5 s after one another, each
-    time on the other side of the other foot. Standing, turning and the step with which the person stops are no part of
-    a walk.
+    time on the other side of the other foot. Standing, turning and the steps to a stop and from it are no part of a
+    walk.
 
     feet: stances by side. between: (T, 2) how far the right ankle is in front of the left one and to its right, in
     lengths of a leg. least: by how much the first of that changes from landing to landing at least. Where the feet land
@@ -135,7 +135,7 @@ def walks(
             walk.append(Step(other, start, stop))
             turn = change
     ends = [float(time_s[piece.stop - 1]) for piece in runs(seen, time_s, seams)]
-    moving = (_without_stop(walk, feet, ends) for walk in [*found, walk])
+    moving = [part for walk in [*found, walk] for part in _between_stops(walk, feet, ends)]
     return [walk for walk in moving if len(walk) >= (_FEWEST_FLYING if _flies(walk, feet) else _FEWEST)]
 
 
@@ -143,26 +143,43 @@ def _flies(walk: Sequence[Step], feet: Mapping[str, Sequence[Stance]]) -> bool:
     """Whether every foot that lands finds the other off the floor."""
     if not walk:
         return False
-    landings = [(walk[0].side, walk[0].start_s), *((_OTHER[step.side], step.stop_s) for step in walk)]
     return not any(
         not stance.start_s >= at_s and not stance.stop_s < at_s
-        for other, at_s in landings
-        for stance in feet[other]
+        for side, at_s in _landings(walk)
+        for stance in feet[_OTHER[side]]
     )
 
 
-def _without_stop(
+def _landings(walk: Sequence[Step]) -> list[tuple[str, float]]:
+    """Side and time of each foot that lands: one more than steps."""
+    return [(_OTHER[walk[0].side], walk[0].start_s), *((step.side, step.stop_s) for step in walk)]
+
+
+def _between_stops(
     walk: list[Step], feet: Mapping[str, Sequence[Stance]], ends_s: Sequence[float]
-) -> list[Step]:
-    """The walk without a last step behind which the foot stays for more than a stride: there the person stops. ends_s:
-    when each piece ends in which the feet are seen, until which a foot stays at most that is never seen to leave."""
+) -> list[list[Step]]:
+    """A walk in parts, without the steps to and from a foot that stays for more than a stride: there the person stops.
+    ends_s: when each piece ends in which the feet are seen, until which a foot stays at most that is never seen to
+    leave.
+
+    The stride is the last before the foot lands or the first after the other has landed, whichever is longer. Who stops
+    on both feet keeps the one behind there as long: the person stops where most of a foot's stay passes before the
+    other lands.
+    """
     if len(walk) < 2:
-        return walk
-    last = walk[-1]
-    stays = next(stance.stop_s for stance in feet[last.side] if stance.start_s == last.stop_s)
-    if np.isnan(stays):
-        stays = min((end for end in ends_s if end >= last.stop_s), default=last.stop_s)
-    return walk[:-1] if stays - last.stop_s > last.stop_s - walk[-2].start_s else walk
+        return [walk]
+    sides, at_s = zip(*_landings(walk), strict=True)
+    stops = []
+    for i, side in enumerate(sides):
+        leaves = next(stance.stop_s for stance in feet[side] if stance.start_s == at_s[i])
+        if np.isnan(leaves):
+            leaves = min((end for end in ends_s if end >= at_s[i]), default=at_s[i])
+        stays = leaves - at_s[i]
+        waits = at_s[i + 1] - at_s[i] if i < len(walk) else np.inf
+        beside = [at_s[stop] - at_s[stop - 2] for stop in (i, i + 3) if 2 <= stop <= len(walk)]
+        stops.append(bool(beside) and stays > max(beside) and 2 * waits > stays)
+    parts = groupby(zip(walk, pairwise(stops), strict=True), key=lambda of: any(of[1]))
+    return [[step for step, _ in part] for stopped, part in parts if not stopped]
 
 
 def _facing(facing_deg: np.ndarray, time_s: np.ndarray, at_s: np.ndarray, seams: Sequence[int]) -> np.ndarray:

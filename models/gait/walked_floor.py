@@ -8,9 +8,10 @@ from itertools import groupby
 import numpy as np
 
 FEWEST = 4  # places: a line through fewer says nothing of its error
-_BEYOND = 2.0 * float(
-    np.sqrt(2)
-)  # standard deviations of a place's height: twice that of a difference of two
+_BEYOND = 2.0  # standard deviations of a difference of two heights
+# Of the way from place to place, for a rise to be a stair: stairs have 20 degrees and more (ISO 14122-1), and ramps for
+# people 5 to 7.
+_STEEP = float(np.tan(np.radians(15)))
 _MEDIAN = 0.6745  # median size of a Gaussian value of standard deviation 1
 _STAIRS = 3  # rises in a row, all up or all down
 
@@ -41,7 +42,8 @@ def walked_floor(places: np.ndarray, sd: float, shared_sd: float, up_sd_deg: flo
 
     sd: standard deviation of one place's height, shared_sd: of all alike, in the places' unit; up_sd_deg: of up about
     any horizontal axis. Where heights are off the line by more than `sd`, that is what the line's errors rest on;
-    where they jump from place to place by more, rises have to exceed that, and what an up that is off makes of a step.
+    where they jump from place to place by more, rises have to exceed that, and what an up that is off makes of a step,
+    by two standard deviations. They have to be steeper than a ramp, too.
     """
     if len(places) < FEWEST:
         return None
@@ -60,6 +62,7 @@ def walked_floor(places: np.ndarray, sd: float, shared_sd: float, up_sd_deg: flo
         _MEDIAN * np.sqrt(6)
     )  # none on a ramp, few on stairs
     difference_sd = np.hypot(np.sqrt(2) * max(sd, bends), tilt * step)
+    stair = np.maximum(_BEYOND * difference_sd, _STEEP * step)
     return WalkedFloor(
         height=float(middle[2]),
         height_sd=float(
@@ -67,5 +70,5 @@ def walked_floor(places: np.ndarray, sd: float, shared_sd: float, up_sd_deg: flo
         ),
         slope_deg=float(np.degrees(np.arctan(slope))) * (1 if along[-1] >= along[0] else -1),
         slope_sd_deg=float(np.degrees(np.arctan(np.hypot(scatter / np.sqrt(apart), tilt)))),
-        rises=(np.sign(rise) * (np.abs(rise) > _BEYOND * difference_sd)).astype(int),
+        rises=(np.sign(rise) * (np.abs(rise) > stair)).astype(int),
     )

@@ -32,6 +32,8 @@ _MASSES = (
         )
     ),
 )
+# Joints that a frame of a flight needs.
+NEEDED = tuple(dict.fromkeys(joint for start, end, _, _ in _MASSES for joint in (start, end)))
 _UP = 0.07  # statures by which both ankles are above their floor in the air; standing on the toes lifts them by 0.05
 # The lower ankle passes that height so long after the feet have left the floor, and before they land (medians of 88
 # captured flights).

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -20,15 +21,16 @@ from .figures import with_error
 _ANKLE = 0.039  # statures above the sole (Winter, Biomechanics and Motor Control, 4th ed. 2009, figure 4.1)
 
 
-def floor(gait: Gait, filtered: PoseSequence, rectified: Rectified) -> dict[str, Any]:
+def floor(
+    walking: Mapping[str, Any], gait: Gait, filtered: PoseSequence, rectified: Rectified
+) -> dict[str, Any]:
     """The group `floor`: height over where the path is counted from (the camera), slope along the walk, both with their
-    errors, and `stairs`; or the reason why there are none."""
+    errors, and `stairs`; or the reason why there are none. On the belt of a treadmill feet stand in the same places
+    again and again, which tells its height only. walking: the group `walking`."""
     if filtered.root is None:
         return {"reason": "where the person is in the room is not known, or the camera moves"}
-    if not rectified.level_ok:
-        return {"reason": f"the take is not levelled: {rectified.level_reason}"}
-    if not gait.walks:
-        return {"reason": "nobody walks"}
+    if "reason" in walking:
+        return {"reason": walking["reason"]}
     ankles = {side: filtered.joint(f"{side}_ankle").astype(np.float64) for side in SIDES}
     flat = [
         (side, rows)
@@ -46,8 +48,11 @@ def floor(gait: Gait, filtered: PoseSequence, rectified: Rectified) -> dict[str,
         **with_error(
             "floor_height", found.height - _ANKLE * implied_stature(filtered.joints), found.height_sd
         ),
-        **with_error("slope_deg", found.slope_deg, found.slope_sd_deg),
-        "stairs": found.stairs,
+        **(
+            {"slope_reason": "the feet are carried by a belt"}
+            if "belt" in walking
+            else {**with_error("slope_deg", found.slope_deg, found.slope_sd_deg), "stairs": found.stairs}
+        ),
         "places": len(places),
     }
 

@@ -6,9 +6,11 @@ from typing import Any
 
 from ...models.gait.gait import Gait
 from ...pipeline.anthropometry import implied_stature
-from ...pipeline.motion.flights import flights
+from ...pipeline.motion.flights import NEEDED, flights
 from ...pipeline.pose import Rectified
+from ...pipeline.rotations import is_finite
 from .figures import figure_of_error, figures, rounded
+from .walking import FEWEST
 
 # What holds for nine in ten of 88 captured flights of train and validation subjects, against the feet's true contacts,
 # by 1.645: frames at either end, and how far the ankle is stretched.
@@ -26,6 +28,9 @@ def jumps(rectified: Rectified, gait: Gait) -> dict[str, Any]:
         return {"reason": "the pelvis path rests on the keypoints, and is too uncertain for flights"}
     if not rectified.level_ok:
         return {"reason": f"the take is not levelled: {rectified.level_reason}"}
+    seen = is_finite(level.joints[:, level.layout.indices(NEEDED)]).all(axis=1) & is_finite(level.root)
+    if seen.sum() < FEWEST:
+        return {"reason": f"fewer than {FEWEST} frames have the trunk, both arms and both legs"}
     found = [
         flight
         for flight in flights(level)

@@ -101,8 +101,8 @@ def measures(
 
     An `_error_` is one standard deviation of the figure beside it: of angles by what they are stated with, the errors
     of two moments taken for independent; of means over repetitions by their spread, but by half of a frame's length at
-    least; of gait figures by what they were off on lifted walks with truth (models/gait/errors.py). Figures end at
-    the first digit of their error.
+    least; of gait figures by what they were off on lifted walks with truth (models/gait/errors.py), and of lengths and
+    speeds that no lifter has had a part in, none. Figures end at the first digit of their error.
 
     range_of_motion: of each angle; p05_p95_deg leaves the highest and lowest twentieth of the frames out, which are
         noise's, and sd_deg is the middle of the stated standard deviations. beyond_anatomy_frames: in how many frames
@@ -117,7 +117,8 @@ def measures(
         mean step time, of three strides of a walk and two of a run at least. Stance, swing and single support are
         shares of the stride, as is double support of a walk; a run has a flight time instead. Speed, lengths and width
         are there where the pelvis path is known or the belt's speed told, else `lengths_reason`.
-    floor: height, slope along the walk and stairs by where the feet stand, where the pelvis path is known.
+    floor: height, slope along the walk and stairs by where the feet stand, where the pelvis path is known; of a belt
+        the height, and `slope_reason`.
     jumps: flights in which the centre of mass falls freely, where the source knows the pelvis path.
     paths: lengths from the pelvis, and of the pelvis (root) where its way is known.
 
@@ -169,7 +170,7 @@ def measures(
             name: _repeats(take, take(name), take.sd(name), _ANY, [name]) for name in repeated
         }
     result["walking"] = walking(body, gait, kinematics, take.cycles, filtered, rectified, source, belt_speed)
-    result["floor"] = floor(gait, filtered, rectified)
+    result["floor"] = floor(result["walking"], gait, filtered, rectified)
     result["jumps"] = jumps(rectified, gait)
     result["paths"] = _paths(take, rectified)
     return result

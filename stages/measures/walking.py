@@ -33,7 +33,6 @@ from .figures import (
     figures,
     rounded,
     symmetry,
-    time_resolution,
     with_error,
 )
 
@@ -75,12 +74,14 @@ def walking(
             "reason": f"no three steps in a row, nor two of a run{_hidden(apart)}",
             **basis(apart),
         }
-    lifted = any(name.endswith("_sd_deg") for name in columns)
+    lifted = source.family == "camera"
     root_sd, share = _path_error(filtered, rectified, gait)
-    said = _Means(gait.kind, lifted, time_resolution(rate(filtered.times)), leg_length(body), root_sd)
+    said = _Means(gait.kind, lifted, leg_length(body), root_sd)
     values = time_values(gait)
     phases = (*_PHASES, "flight_time_s" if gait.kind == "running" else "double_support_percent")
-    lengths, over_floor = _lengths(gait, filtered, rectified, belt_speed)
+    lengths, over_floor = _lengths(
+        gait, filtered, rectified, belt_speed, _BELT_SHARE if lifted else float("nan")
+    )
     share = float(np.hypot(share, over_floor.pop("belt_share", 0.0)))
     strides = gait.strides
     spans = {
@@ -133,33 +134,25 @@ def _hidden(apart: np.ndarray) -> str:
 
 
 class _Means:
-    """Means of gait figures with their errors. gait: "walking" or "running". lifted: whether the poses state errors at
-    all; of others only what frames leave of times is. resolution: seconds, of one time between two frames. leg: length
-    of a leg, root_sd: of the pelvis path, in the poses' unit."""
+    """Means of gait figures with their errors. gait: "walking" or "running". lifted: whether a lifter made the poses;
+    of others the errors of lengths and speeds are unknown, while times are those of contacts, which are found alike.
+    leg: length of a leg, root_sd: of the pelvis path, in the poses' unit."""
 
-    def __init__(self, gait: str, lifted: bool, resolution: float, leg: float, root_sd: float) -> None:
-        self.gait, self.lifted, self.resolution, self.leg, self.root_sd = (
-            gait,
-            lifted,
-            resolution,
-            leg,
-            root_sd,
-        )
+    def __init__(self, gait: str, lifted: bool, leg: float, root_sd: float) -> None:
+        self.gait, self.lifted, self.leg, self.root_sd = gait, lifted, leg, root_sd
 
     def error(self, name: str, count: int) -> float:
         """Of the mean of `count` values; NaN where none is stated."""
-        if name in OF_LENGTH:
-            share = mean_error(self.gait, name, count, self.root_sd / self.leg)
-            return self.leg * share if self.lifted else float("nan")
-        if self.lifted:
+        if name not in OF_LENGTH:
             return mean_error(self.gait, name, count)
-        return self.resolution / np.sqrt(count) if name.endswith("_time_s") else float("nan")
+        share = mean_error(self.gait, name, count, self.root_sd / self.leg)
+        return self.leg * share if self.lifted else float("nan")
 
     def single(self, name: str) -> float:
         """What a spread of values has to exceed to be the person's."""
-        if not self.lifted:
-            return self.resolution if name.endswith("_time_s") else 0.0
-        return mean_error(self.gait, name, 1) * (self.leg if name in OF_LENGTH else 1.0)
+        if name not in OF_LENGTH:
+            return mean_error(self.gait, name, 1)
+        return self.leg * mean_error(self.gait, name, 1) if self.lifted else 0.0
 
     def __call__(
         self,
@@ -234,9 +227,10 @@ def _path_error(filtered: PoseSequence, rectified: Rectified, gait: Gait) -> tup
 
 
 def _lengths(
-    gait: Gait, filtered: PoseSequence, rectified: Rectified, belt_speed: float | None
+    gait: Gait, filtered: PoseSequence, rectified: Rectified, belt_speed: float | None, belt_share: float
 ) -> tuple[Values, dict[str, Any]]:
-    """Lengths and speed of the walks, and what is said of the belt or why there are none."""
+    """Lengths and speed of the walks, and what is said of the belt or why there are none. belt_share: of its speed, by
+    which that is off where it is not told; NaN where unknown."""
     if rectified.camera == "moving" or (filtered.root is None and belt_speed is None):
         return {}, {"lengths_reason": "where the person is in the room is not known, or the camera moves"}
     level, seams = filtered.joints.astype(np.float64), breaks(filtered)
@@ -252,7 +246,7 @@ def _lengths(
     if not belt:
         return values, {}
     told = belt_speed is not None
-    share = 0.0 if told else _BELT_SHARE
+    share = 0.0 if told else belt_share
     said = with_error("belt_speed", belt, share * belt or float("nan"))
     return values, {
         **said,

@@ -86,6 +86,58 @@ def test_walks_end_at_gaps_long_pauses_and_turns():
     assert first[-1].stop_s < 3.4 < second[0].stop_s
 
 
+def pausing(pause_s, at=5, both_feet=True, count=11, step_s=0.55):
+    """Stances and separation of a walk that pauses before a landing, on both feet or on the one that landed last."""
+    lands = 0.3 + step_s * np.arange(count) + pause_s * (np.arange(count) >= at)
+    feet = {"r": [], "l": []}
+    for i, start in enumerate(lands):
+        leaves = (lands[i + 1] if i + 1 < count else start + step_s) + 0.1
+        if not both_feet and i == at - 2:
+            leaves -= pause_s
+        feet["rl"[i % 2]].append(Stance("rl"[i % 2], float(start), float(leaves)))
+    apart = np.interp(TIME, lands, (-1.0) ** np.arange(count))
+    return feet, np.column_stack([apart, np.zeros_like(apart)])
+
+
+def step_times(walks):
+    return [step.stop_s - step.start_s for walk in walks for step in walk]
+
+
+@pytest.mark.parametrize("pause_s", [0.7, 0.9])
+@pytest.mark.parametrize("both_feet", [True, False])
+def test_a_pause_ends_a_walk_and_is_in_no_step(pause_s, both_feet):
+    """A pause of less than 0.95 s, with which a step takes less than 1.5, was a step of the walk."""
+    first, second = walks(*pausing(pause_s, both_feet=both_feet), TIME, 0.25)
+    np.testing.assert_allclose(step_times([first, second]), 0.55)
+    assert (len(first), len(second)) == (3, 5)  # without the step before the pause, and the one it is in
+
+
+@pytest.mark.parametrize(("at", "steps"), [(1, 9), (10, 8)])
+def test_a_pause_in_the_first_or_the_last_step_leaves_one_walk(at, steps):
+    (walk,) = walks(*pausing(0.9, at), TIME, 0.25)
+    assert len(walk) == steps
+    np.testing.assert_allclose(step_times([walk]), 0.55)
+
+
+def test_a_slow_walk_a_limp_and_a_walk_out_of_a_run_have_no_pause():
+    for feet, between in (limping(0.6, 1.2, 0.75), limping(0.9, 0.9, 0.8), limping(1.0, 0.5, 0.9)):
+        (walk,) = walks(feet, between, TIME, 0.25)
+        landings = [stance.start_s for of in feet.values() for stance in of if stance.start_s < TIME[-1]]
+        assert len(walk) == len(landings) - 1
+    lands = 0.3 + np.cumsum([0, 0.35, 0.34, 0.34, 0.33, 0.49, 0.59, 0.62, 0.6])  # of a validation subject
+    stays = [0.22, 0.26, 0.27, 0.39, 0.69, 0.74, 0.82, 0.76, 0.8]
+    feet = {
+        side: [
+            Stance(side, float(at), float(at + stay))
+            for at, stay in zip(lands[i::2], stays[i::2], strict=True)
+        ]
+        for i, side in enumerate("rl")
+    }
+    apart = np.interp(TIME, lands, (-1.0) ** np.arange(len(lands)))
+    (walk,) = walks(feet, np.column_stack([apart, 0 * apart]), TIME, 0.25)
+    assert len(walk) == 8
+
+
 def test_a_walk_out_of_the_image_ends_there_however_long_the_take_goes_on():
     """Nobody knows how long the foot stays that is last seen on the floor."""
     feet, between = limping(0.5, 0.5)

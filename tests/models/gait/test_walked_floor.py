@@ -8,8 +8,11 @@ from pcnet3d.models.gait.walked_floor import walked_floor
 WAY = np.array([0.6, 0.8])
 
 
-def places(heights, first=0.0):
-    along = first + 0.7 * np.arange(len(heights))
+STEP, TREAD = 0.7, 0.28
+
+
+def places(heights, first=0.0, step=STEP):
+    along = first + step * np.arange(len(heights))
     return np.column_stack([along[:, None] * WAY, heights])
 
 
@@ -30,6 +33,18 @@ def test_a_ramp_has_its_slope_and_is_no_stairs(slope_deg):
     assert found.stairs == "none"
 
 
+@pytest.mark.parametrize("slope_deg", [1.0, 4.0, 8.0, -8.0])
+@pytest.mark.parametrize("shaken", [0.0, 0.005])
+def test_a_ramp_whose_places_are_measured_is_no_stairs(slope_deg, shaken):
+    """Motion capture states no error of places: then every millimetre by which a foot stands higher was a stair."""
+    even = np.tan(np.radians(slope_deg)) * STEP * np.arange(12)
+    for seed in range(20):
+        heights = even + np.random.default_rng(seed).normal(0, shaken, 12)
+        found = walked_floor(places(heights), 0.0, 0.0, 0.0)
+        assert found.slope_deg == pytest.approx(slope_deg, abs=0.5)
+        assert found.stairs == "none"
+
+
 def test_the_error_of_up_tilts_what_is_far_away():
     near, far = (walked_floor(places(np.zeros(6), first), 0.02, 0.0, 2.0) for first in (-1.75, 8.25))
     assert far.height_sd == pytest.approx(np.hypot(near.height_sd, 10 * np.tan(np.radians(2))), rel=0.01)
@@ -37,13 +52,21 @@ def test_the_error_of_up_tilts_what_is_far_away():
 
 def test_stairs_are_three_rises_in_a_row_beyond_the_error():
     up = np.array([0, 0, 0.17, 0.34, 0.51, 0.68, 0.68])
-    assert walked_floor(places(up), 0.03, 0.0, 1.0).stairs == "up"
-    assert walked_floor(places(-up), 0.03, 0.0, 1.0).stairs == "down"
-    assert walked_floor(places(up), 0.1, 0.0, 1.0).stairs == "none"
+    for sd in (0.0, 0.03, 0.05):
+        assert walked_floor(places(up, step=TREAD), sd, 0.0, 1.0).stairs == "up"
+        assert walked_floor(places(-up, step=TREAD), sd, 0.0, 1.0).stairs == "down"
+    assert walked_floor(places(up, step=TREAD), 0.1, 0.0, 1.0).stairs == "none"
     shaken = up + 0.2 * (-1) ** np.arange(len(up))
-    assert walked_floor(places(shaken), 0.0, 0.0, 1.0).stairs == "none"
-    kerb = walked_floor(places(np.repeat([0.0, 0.17], [4, 5])), 0.03, 0.0, 1.0)
+    assert walked_floor(places(shaken, step=TREAD), 0.0, 0.0, 1.0).stairs == "none"
+    kerb = walked_floor(places(np.repeat([0.0, 0.17], [4, 5]), step=TREAD), 0.03, 0.0, 1.0)
     assert (kerb.stairs, kerb.rises.tolist()) == ("none", [0, 0, 0, 1, 0, 0, 0, 0])
+
+
+@pytest.mark.parametrize(("sds", "stairs"), [(1.8, "none"), (2.2, "up")])
+def test_a_stair_is_two_standard_deviations_of_a_difference_high(sds, stairs):
+    sd = 0.05
+    up = sds * np.sqrt(2) * sd * np.array([0, 0, 1, 2, 3, 4, 4])
+    assert walked_floor(places(up, step=TREAD), sd, 0.0, 0.0).stairs == stairs
 
 
 def test_stated_slopes_hold_nine_in_ten():

@@ -11,6 +11,7 @@ from pyarrow import parquet
 from golden import jumps
 from pcnet3d.examples.walker.camera import aimed, camera_poses
 from pcnet3d.examples.walker.walk import walker
+from pcnet3d.models.gait.errors import mean_error
 from pcnet3d.models.gait.events import Stance, walks
 from pcnet3d.models.gait.of_take import least_step
 from pcnet3d.pipeline import H36M17, Z_UP, InputError, Pipeline, PoseSequence, Take
@@ -224,6 +225,17 @@ def test_missing_joints_make_figures_absent_with_a_reason(without):
     assert found["arm_raises"]["right"]["count"] == 2
 
 
+@pytest.mark.parametrize("joint", ["l_ankle", "r_wrist"])
+def test_what_legs_or_arms_that_are_missing_would_show_is_not_said_to_be_absent(joint, without):
+    """Floor and jumps of a walker without an ankle were "nobody walks" and a count of 0."""
+    found = measured(without(joint, slice(None))).measures
+    assert found["jumps"] == {"reason": "fewer than 10 frames have the trunk, both arms and both legs"}
+    if joint == "l_ankle":
+        assert found["floor"] == {"reason": found["walking"]["reason"]}
+    else:
+        assert "floor_height" in found["floor"]
+
+
 def test_a_gap_in_the_squat_is_counted_as_missing_and_no_squat(walk, without):
     rows = slice(*(int(30 * second) for second in np.add(walk.phases_s["squat"], (1.2, -1.2))))
     found = measured(without("r_ankle", rows)).measures
@@ -409,6 +421,22 @@ def test_cadence_and_its_error_have_the_digits_that_frames_leave(take):
     assert walking["step_time_within_error"]
 
 
+def test_lengths_of_motion_capture_have_no_errors_of_a_lifter(walk, take):
+    """Its angles have columns of standard deviations too, all NaN. Contacts are found alike, whoever made the poses."""
+    walking = take.measures["walking"]
+    lifted = measured(seen_from(walk, 90.0)).measures["walking"]
+    for name in ("walking_speed", "mean_step_length", "mean_stride_length", "mean_step_width"):
+        assert name in walking
+        assert f"{name}_error" not in walking
+    assert "step_length_symmetry_index_percent" in walking
+    assert not [key for key in walking if key.startswith("step_length_") and ("error" in key)]
+    for found in (walking, lifted):
+        strides = found["right"]["strides"] + found["left"]["strides"]
+        error = mean_error("walking", "stride_time_s", strides)
+        assert found["mean_stride_time_error_s"] == pytest.approx(error, rel=0.05)
+        assert "mean_stance_error_percent" in found
+
+
 def seen_from(walk, heading_deg, flat=1.0):
     """The walker in CAMERA axes, metres, depth made `flat` of what it is."""
     camera = aimed(walk.root.mean(axis=0), 6.0, heading_deg, 0.0, 0.0)
@@ -504,6 +532,36 @@ def test_a_treadmill_by_the_drift_of_the_feet_and_by_what_is_told(walk):
     ]
     assert nowhere["mean_step_length"] == pytest.approx(1.25 * 60 / straight.cadence_spm, rel=0.05)
     assert "belt" not in measured(straight.poses).measures["walking"]
+    assert "belt_speed_error" not in found  # which is known of lifted walks only
+
+
+@pytest.mark.parametrize("incline", [0.0, 0.1])
+@pytest.mark.parametrize("belt_speed", [None, 1.25])
+def test_a_belt_has_a_height_and_no_slope(incline, belt_speed):
+    """The places of feet on it lie beside one another, and their line was called the slope."""
+    straight = walker(seconds=30, turn_deg=0)
+    rows = straight.during("walk")
+    on_belt = straight.world[rows] - straight.root[rows, None] * (1, 1, 0)
+    on_belt += np.random.default_rng(0).normal(0, 0.002, on_belt.shape)
+    on_belt[..., 2] += incline * on_belt[..., 0]  # the walker goes north
+    poses = PoseSequence(
+        on_belt, H36M17, Z_UP, time_s=straight.time_s[rows], frame_index=np.flatnonzero(rows)
+    )
+    floor = measured(poses, (*STAGES[:3], Measures(belt_speed=belt_speed))).measures["floor"]
+    assert floor["slope_reason"] == "the feet are carried by a belt"
+    assert {"slope_deg", "slope_error_deg", "stairs"}.isdisjoint(floor)
+    assert floor["floor_height"] == pytest.approx(0, abs=0.03)
+
+
+def test_a_ramp_of_motion_capture_has_its_slope_and_no_stairs():
+    straight = walker(seconds=12, turn_deg=0)
+    rows = straight.during("walk")
+    world = straight.world[rows] + np.random.default_rng(0).normal(0, 0.003, straight.world[rows].shape)
+    world[..., 2] += np.tan(np.radians(4)) * world[..., 0]
+    poses = PoseSequence(world, H36M17, Z_UP, time_s=straight.time_s[rows], frame_index=np.flatnonzero(rows))
+    floor = measured(poses).measures["floor"]
+    assert floor["slope_deg"] == pytest.approx(4, abs=0.5)
+    assert floor["stairs"] == "none"
 
 
 @pytest.mark.parametrize("speed", [0.0, -1.0, np.nan])
