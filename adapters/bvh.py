@@ -1,9 +1,9 @@
 """BVH: an animated skeleton with names, as motion capture programs export it (formats.md section 7).
 
-Y up unless the option `up` says z. The unit is not in the file: it is the one in which the legs are an adult's. Nose
-and top of the head are points of the head's own axes; pipeline/files/skeletons.py says how the 17 joints are made. A
-first frame in which nothing is turned is an added T-pose: it and the nine frames smoothed into it are left out. Which
-video frame a row is cannot be known.
+Y up unless the option `up` says z. The unit is not in the file: it is the one in which the legs are an adult's, and
+metres of a child in our own files. Where they are no joints, nose and top of the head are points of the head's own
+axes; pipeline/files/skeletons.py says how the 17 joints are made. A first frame in which nothing is turned is an added
+T-pose: it and the nine frames smoothed into it are left out. Which video frame a row is cannot be known.
 """
 
 from __future__ import annotations
@@ -55,5 +55,4 @@ def read(path: Path, unit: str | None = None, up: Up | None = None) -> tuple[Pos
     )
     if up is None:
         check_upright(poses, str(path))
-    made = ["nose = before the head, as its rest pose faces", "head = above it"]
-    return (poses.noted("bvh", unit=found.unit, frames_left_out=found.first, derived=made),)
+    return (poses.noted("bvh", unit=found.unit, frames_left_out=found.first, derived=list(found.derived)),)

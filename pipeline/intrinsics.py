@@ -17,6 +17,9 @@ from .errors import InputError
 _COUNTS = (0, 4, 5, 8, 12)  # of OpenCV's polynomial coefficients; its 14 are of a tilted sensor
 _FOCAL = (0.2, 20.0)  # focal length over the longer side of the image: fisheye lenses to telephoto lenses
 _PIXEL_ASPECT = 2.0  # the most that one focal length may be over the other: anamorphic video has 1.46
+_OFF_CENTRE = (
+    0.1  # of a side, from the image's middle: lenses stay within some per cent, 4:3 in 16:9 is 0.125 off
+)
 _SAME_ASPECT = 0.01  # by which the aspect of two images may differ: video is cut to even or round numbers
 _STEPS = 30  # of Newton's method; lenses take 3 to 8, the border of a fisheye's image 20
 _STEP = 1e-6  # of finite differences, of the focal length
@@ -84,15 +87,26 @@ class Intrinsics:
     def at_size(self, image_size: tuple[int, int]) -> Intrinsics:
         """The same camera's with images of this width and height, scaled as a whole. InputError for an image of another
         aspect, which was cut or turned in a way that nobody told. Intrinsics that belong to no size are taken to belong
-        to this one."""
-        if self.image_size in (None, image_size):
+        to this one, unless their principal point lies far from its middle."""
+        width, height = image_size
+        like = f"a calibration of images like the video's, which has {width} x {height} pixels"
+        (fx, fy), (cx, cy) = self.focal_px, self.principal_point_px
+        if self.image_size is None:
+            if max(abs((cx + 0.5) / width - 0.5), abs((cy + 0.5) / height - 0.5)) > _OFF_CENTRE:
+                raise self._refused(
+                    like,
+                    f"one that names no image size, with a principal point ({cx:g}, {cy:g}) far from the middle of "
+                    "such an image; add the image_width and image_height of the calibration's own images to the file",
+                )
             return replace(self, image_size=image_size)
-        (width, height), old = image_size, self.image_size or image_size
+        if self.image_size == image_size:
+            return self
+        old = self.image_size
         sx, sy = width / old[0], height / old[1]
         if abs(sx / sy - 1) > _SAME_ASPECT:
             turned = abs(width / old[1] * old[0] / height - 1) <= _SAME_ASPECT
             raise self._refused(
-                f"a calibration of images like the video's, which has {width} x {height} pixels",
+                like,
                 f"one of {old[0]} x {old[1]}; "
                 + (
                     "the video was turned: turn the images of the calibration in the same way and repeat it"
@@ -100,7 +114,6 @@ class Intrinsics:
                     else "calibrate with the camera's settings of this video"
                 ),
             )
-        (fx, fy), (cx, cy) = self.focal_px, self.principal_point_px
         # The image's border, not its first pixel's centre, stays where it is.
         centre = ((cx + 0.5) * sx - 0.5, (cy + 0.5) * sy - 0.5)
         return replace(self, focal_px=(fx * sx, fy * sy), principal_point_px=centre, image_size=image_size)

@@ -137,7 +137,7 @@ def detect(
 
     Ctrl-C ends it early: what was found so far comes back, with `frames_seen` less than `frames`. resume: such an
     answer to go on from; the result is the same as in one go. Memory grows by what was found alone. InputError when
-    the video cannot be decoded, or `resume` is of something else.
+    the video cannot be decoded, or not one image of it, or `resume` is of something else.
     """
     first, total = video.span[0], video.span[1] + 1
     search = Search(detector)
@@ -165,6 +165,11 @@ def detect(
                 seen = search.seen
                 break
             kept()
+    if search.seen == first:
+        raise InputError(
+            f"Expected images in {video.path}, but not one of its {how_many(total - first, 'frame')} can be decoded; "
+            "rewrite the video with ffmpeg, for example as H.264 in an .mp4."
+        )
     found = search.detections(total, seen, source)
     if search.people:
         keep(found)

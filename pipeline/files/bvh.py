@@ -8,31 +8,45 @@ Units are not in the file.
 from __future__ import annotations
 
 from dataclasses import replace
+from decimal import Decimal
 from typing import NamedTuple
 
 import numpy as np
 
 from ..errors import InputError
 from ..messages import how_many
-from .skeletons import UNITS, Skeleton, h36m17_of_skeleton, leg_length, place, unit_by_legs
+from .skeletons import (
+    UNITS,
+    Skeleton,
+    h36m17_of_skeleton,
+    is_ours,
+    leg_length,
+    made_points,
+    place,
+    unit_by_legs,
+)
 
 _AXES = "XYZ"
+_OWN_LEG_M = (0.3, 1.15)  # thigh and shank, 0.49 of the stature, of an infant of 0.6 m to a tall adult
+_WHOLE = 0.005  # of a rate, by which it may be rounded where the digits are few
 _T_POSE_FRAMES = 10  # CMU's BVH files begin with an added T-pose that was smoothed into the frames after it
 
 
 class Motion(NamedTuple):
     """joints: (T, 17, 3) H36M17, metres, in the file's axes. unit: the file's, of UNITS. first: the file's frame in
-    the first row; those before it are an added T-pose and what was smoothed into it."""
+    the first row; those before it are an added T-pose and what was smoothed into it. derived: as `made_points`."""
 
     joints: np.ndarray
     fps: float
     unit: str
     first: int
+    derived: tuple[str, ...]
 
 
 def read_motion(text: str, unit: str | None = None) -> Motion:
-    """The person of a BVH file, in the unit that fits the legs unless `unit` says it. InputError when none fits, when
-    the file is damaged, and when joints have names that are not in use."""
+    """The person of a BVH file, in the unit that fits the legs unless `unit` says it; our own files are in metres, and
+    may be of children. InputError when none fits, when the file is damaged, and when joints have names that are not in
+    use."""
     skeleton, channels, frames, fps = parse(text)
     turning = [i for i, (joint, name) in enumerate(channels) if joint > 0 and name.endswith("rotation")]
     posed = len(frames) > _T_POSE_FRAMES and np.abs(frames[0, turning]).max() < 1e-6
@@ -40,10 +54,12 @@ def read_motion(text: str, unit: str | None = None) -> Motion:
     rest = skeleton.rest
     still = np.broadcast_to(np.eye(3), (1, len(rest), 3, 3))
     if unit is None:
-        unit = unit_by_legs(leg_length(h36m17_of_skeleton(skeleton, rest[None], still)))
+        leg = leg_length(h36m17_of_skeleton(skeleton, rest[None], still))
+        ours = is_ours(skeleton.names) and _OWN_LEG_M[0] <= leg <= _OWN_LEG_M[1]
+        unit = "m" if ours else unit_by_legs(leg)
     skeleton = replace(skeleton, offsets=skeleton.offsets * UNITS[unit])
     joints, R = pose(skeleton, channels, frames[first:], UNITS[unit])
-    return Motion(h36m17_of_skeleton(skeleton, joints, R), fps, unit, first)
+    return Motion(h36m17_of_skeleton(skeleton, joints, R), fps, unit, first, made_points(skeleton.names))
 
 
 def parse(text: str) -> tuple[Skeleton, list[tuple[int, str]], np.ndarray, float]:
@@ -78,12 +94,14 @@ def parse(text: str) -> tuple[Skeleton, list[tuple[int, str]], np.ndarray, float
                 case ["CHANNELS"]:
                     channels += [(open_joints[-1], word) for word in words[2 : 2 + int(words[1])]]
         count_line, time_line, *lines = (line for line in motion.splitlines() if line.strip())
-        count, frame_s = int(count_line.split()[-1]), float(time_line.split()[-1])
+        count, frame_text = int(count_line.split()[-1]), time_line.split()[-1]
+        frame_s = float(frame_text)
         numbers = np.array(" ".join(lines).split(), dtype=float).reshape(-1, max(len(channels), 1))
         skeleton = Skeleton(tuple(names), tuple(parents), np.array(offsets).reshape(-1, 3))
     except (ValueError, IndexError) as error:
         raise InputError(f"the BVH file is damaged: {error}.") from None
-    if len(numbers) != count or not (count and frame_s > 0 and np.isfinite(numbers).all()):
+    timed = frame_s > 0 and 0 < 1 / frame_s < np.inf
+    if len(numbers) != count or not (count and timed and np.isfinite(numbers).all()):
         raise InputError(
             f"expected {how_many(count, 'frame')} of {how_many(len(channels), 'number')}, {frame_s} "
             f"s each, got {len(numbers)}."
@@ -99,8 +117,16 @@ def parse(text: str) -> tuple[Skeleton, list[tuple[int, str]], np.ndarray, float
         raise InputError(
             f"expected one root and known channels, got {', '.join(sorted(unknown)) or 'several'}."
         )
-    fps = 1 / frame_s
-    return skeleton, channels, numbers, round(fps) if abs(fps - round(fps)) < 0.005 * fps else fps
+    return skeleton, channels, numbers, _rate(frame_text)
+
+
+def _rate(frame_time: str) -> float:
+    """Frames per second of a frame time in seconds as it is written: a whole number where no more than the last digit
+    is between them, so that 0.0333333 is 30 and 0.0333667 stays 29.97."""
+    fps = 1 / float(frame_time)
+    whole, digit = round(fps), 10.0 ** int(Decimal(frame_time).as_tuple().exponent)
+    near = abs(fps - whole) < _WHOLE * fps and abs(float(frame_time) - 1 / whole) <= digit
+    return whole if near else fps
 
 
 def pose(

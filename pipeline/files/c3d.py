@@ -16,13 +16,16 @@ from ..messages import how_many
 _BLOCK = 512
 _INTEL, _DEC, _MIPS = 84, 85, 86  # the processor whose numbers the file has
 _ITEM = {-1: 1, 1: 1, 2: 2, 4: 4}  # bytes by a parameter's type: text, byte, integer, real
+LAST = 65535  # the greatest number of a frame that the header's two bytes hold
 
 
 class C3d(NamedTuple):
-    """points: (T, M, 3) float32 in the file's unit, NaN where the residual is negative. rate_hz: of the points.
-    parameters: values by "GROUP:NAME", texts or numbers in the file's order."""
+    """points: (T, M, 3) float32 in the file's unit, NaN where the residual is negative. first: the number of the first
+    frame, usually 1. rate_hz: of the points. parameters: values by "GROUP:NAME", texts or numbers in the file's
+    order."""
 
     points: np.ndarray
+    first: int
     rate_hz: float
     parameters: dict[str, list[Any]]
 
@@ -39,7 +42,8 @@ def parse(content: bytes) -> C3d:
     _, count, analog, first, last, _, _, _, block = map(
         int, _integers(content[:18], processor).view(np.uint16)
     )
-    width, frames = 4 * count + analog, _frames(first, last, parameters)
+    first, last = _span(first, last, parameters)
+    width, frames = 4 * count + analog, last - first + 1
     scale, header_rate = (float(_reals(content[at : at + 4], processor)[0]) for at in (12, 20))
     item = 4 if scale < 0 else 2
     start, promised = (block - 1) * _BLOCK, frames * width * item
@@ -48,6 +52,11 @@ def parse(content: bytes) -> C3d:
             f"its header promises {how_many(frames, 'frame')} of {how_many(count, 'point')}, "
             f"{len(content)} bytes do not hold them"
         )
+    if last == LAST and len(content) - start - promised >= max(_BLOCK, width * item):
+        raise ValueError(
+            f"its header counts to frame {LAST}, the last that it can, and more data follow, so the file does not say "
+            "how many frames it has; export it in parts, or as TRC"
+        )
     data = content[start : start + promised]
     values = _reals(data, processor) if item == 4 else _integers(data, processor).astype(np.float32)
     points = values.reshape(frames, width)[:, : 4 * count].reshape(frames, count, 4)
@@ -55,7 +64,7 @@ def parse(content: bytes) -> C3d:
     (rate_hz,) = parameters.get("POINT:RATE", [])[:1] or [header_rate]
     if isinstance(rate_hz, str):
         raise ValueError("its POINT:RATE is a text and no number")
-    return C3d(np.where(points[..., 3:] < 0, np.nan, places), rate_hz, parameters)
+    return C3d(np.where(points[..., 3:] < 0, np.nan, places), first, rate_hz, parameters)
 
 
 def texts(parameters: dict[str, list[Any]], name: str) -> list[str]:
@@ -68,13 +77,12 @@ def texts(parameters: dict[str, list[Any]], name: str) -> list[str]:
     return found
 
 
-def _frames(first: int, last: int, parameters: dict[str, list[Any]]) -> int:
-    """How many there are; more than the header's two bytes can count are told by parameters."""
+def _span(first: int, last: int, parameters: dict[str, list[Any]]) -> tuple[int, int]:
+    """The numbers of the first and last frame; those that the header's two bytes cannot hold are told by parameters."""
     starts, ends = (parameters.get(f"TRIAL:ACTUAL_{end}_FIELD", []) for end in ("START", "END"))
     if len(starts) == len(ends) == 2 and all(isinstance(value, int) for value in (*starts, *ends)):
-        low, high = ((two[0] & 0xFFFF) + 65536 * (two[1] & 0xFFFF) for two in (starts, ends))
-        return high - low + 1
-    return last - first + 1
+        first, last = ((two[0] & 0xFFFF) + 65536 * (two[1] & 0xFFFF) for two in (starts, ends))
+    return first, last
 
 
 def _parameters(content: bytes, at: int, processor: int) -> dict[str, list[Any]]:

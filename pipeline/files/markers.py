@@ -13,6 +13,7 @@ from ..errors import InputError
 from ..messages import how_many
 from .c3d import parse, texts
 
+C3D_GROUP = "PCNET3D"  # of parameters: the provenance, in our own C3D files
 Up = Literal["y", "z"]
 
 
@@ -56,7 +57,8 @@ def read_trc(path: Path) -> Markers:
 
 def read_c3d(path: Path) -> Markers:
     """The points of a C3D file, those of negative residual missing; +z is up, as in most laboratories, unless the
-    file's POINT Y_SCREEN says +Y (formats.md section 7). InputError for what is no C3D."""
+    file's POINT Y_SCREEN says +Y (formats.md section 7). Time begins with the first row, but in our own files where
+    that frame's number says, as the take's does. InputError for what is no C3D."""
     try:
         file = parse(path.read_bytes())
     except (OSError, ValueError) as error:
@@ -69,7 +71,8 @@ def read_c3d(path: Path) -> Markers:
             f"{how_many(file.points.shape[1], 'point')} and their rate, got "
             f"{how_many(len(names), 'name')} and {file.rate_hz:g} a second."
         )
-    numbers = np.arange(len(file.points))
+    begin = file.first - 1 if f"{C3D_GROUP}:PROVENANCE" in file.parameters else 0
+    numbers = begin + np.arange(len(file.points))
     up = "y" if said["Y_SCREEN"][:1] == ["+Y"] else "z"
     unit = "".join(said["UNITS"][:1]) or "mm"
     return Markers(names, file.points.astype(np.float64), numbers / file.rate_hz, unit, up, numbers)

@@ -66,7 +66,8 @@ def _lines(text: str) -> Iterator[tuple[int, str]]:
 
 
 def _words(value: str) -> list[str]:
-    return re.split(r"[ \t]*,[ \t]*", re.sub(r"[\[\]]", "", value).strip().rstrip(","))
+    words = re.sub(r"[\[\]]", "", value).strip().rstrip(",")
+    return re.split(r"[ \t]*,[ \t]*", words) if words else []
 
 
 def _scalar(value: str) -> str | bool:

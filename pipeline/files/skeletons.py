@@ -89,7 +89,7 @@ def place(
 def h36m17_of_skeleton(skeleton: Skeleton, joints: np.ndarray, R_world_from_joint: np.ndarray) -> np.ndarray:
     """joints (T, J, 3) metres -> (T, 17, 3) H36M17, in the same axes: those of these names where it has all of them, as
     our own BVH files do, else by the names in use. InputError naming what has no known name."""
-    if set(H36M17.joints) <= set(skeleton.names):
+    if is_ours(skeleton.names):
         return joints[:, [skeleton.names.index(joint) for joint in H36M17.joints]]
     named = match(skeleton.names)
     rest = {joint: skeleton.rest[i] for joint, i in named.items()}
@@ -106,12 +106,30 @@ def h36m17_of_skeleton(skeleton: Skeleton, joints: np.ndarray, R_world_from_join
         joints[:, chain],
         *np.moveaxis(rotate(R_head, np.stack([forward, up])), 1, 0),
     )
-    if "LeftShin" in skeleton.names and set(_SOMA_FACE) <= set(skeleton.names):
+    if _is_soma(skeleton.names):
         # GEM-X writes SOMA's joints in axes of their own: the pose at rest is none, and does not tell the head's front.
         left_eye, right_eye, top = (joints[:, skeleton.names.index(name)] for name in _SOMA_FACE)
         made[:, H36M17.index("nose")] = (left_eye + right_eye) / 2
         made[:, H36M17.index("head")] = top
     return made
+
+
+def is_ours(names: Sequence[str]) -> bool:
+    """Whether these names of joints are H36M17's and maybe more, as in our own BVH files."""
+    return set(H36M17.joints) <= set(names)
+
+
+def _is_soma(names: Sequence[str]) -> bool:
+    return {"LeftShin", *_SOMA_FACE} <= set(names)
+
+
+def made_points(names: Sequence[str]) -> tuple[str, ...]:
+    """What `h36m17_of_skeleton` makes of others on the head of a skeleton with joints of these names, in words."""
+    if is_ours(names):
+        return ()
+    if _is_soma(names):
+        return ("nose = mean(LeftEye, RightEye)",)
+    return ("nose = before the head, as its rest pose faces", "head = above it")
 
 
 def h36m17(

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 _AHEAD = 2  # images that are decoded before they are asked for
 _BACK_S = 10.0  # before where a key frame should be, in a file that is searched without an index
+_NO_SEEKING = ("mpeg",)  # MPEG programme streams: behind a seek FFmpeg's stamps are one frame early
 
 
 def images_from(video: Video, first: int = 0, last: float = np.inf) -> Generator[tuple[int, np.ndarray]]:
@@ -66,12 +67,11 @@ def images_at(video: Video, frames: Iterable[int]) -> dict[int, np.ndarray]:
 @contextmanager
 def _opened(video: Video) -> Iterator[_Film]:
     """InputError for a video that cannot be decoded, also while the block runs."""
-    import av
     from av.error import FFmpegError
 
     film = None
     try:
-        with av.open(str(video.path), metadata_errors="ignore") as container:
+        with _container(video) as container:
             film = _Film(video, container)
             yield film
     except FFmpegError as error:
@@ -81,17 +81,27 @@ def _opened(video: Video) -> Iterator[_Film]:
         ) from None
 
 
+@contextmanager
+def _container(video: Video) -> Iterator[InputContainer]:
+    """The file, newly opened, its first moving image decoded by as many threads as there are cores."""
+    import av
+
+    with av.open(str(video.path), metadata_errors="ignore") as container:
+        stream = container.streams.video[0]
+        stream.thread_type, stream.codec_context.thread_count = "AUTO", cores()
+        yield container
+
+
 class _Film:
     """An open video. number: of the last frame that came."""
 
     def __init__(self, video: Video, container: InputContainer) -> None:
         self.number = 0
-        self._container, self._stream = container, container.streams.video[0]
-        self._stream.thread_type, self._stream.codec_context.thread_count = "AUTO", cores()
-        self._tick = float(self._stream.time_base or 1)
-        frames = container.decode(self._stream)
-        self._start = next((frame.pts for frame in frames if frame.pts is not None), 0)
-        self._stamps = self._start + np.round(video.time_s / self._tick).astype(np.int64)
+        self._video, self._container = video, container
+        self._tick = float(container.streams.video[0].time_base or 1)
+        frames = container.decode(video=0)
+        start = next((frame.pts for frame in frames if frame.pts is not None), 0)
+        self._stamps = start + np.round(video.time_s / self._tick).astype(np.int64)
 
     def frames_from(self, first: int) -> Iterator[tuple[int, VideoFrame]]:
         """Frame numbers and frames, from the one numbered `first` on."""
@@ -106,16 +116,28 @@ class _Film:
                 yield number, frame
 
     def _decoded(self, stamp: int) -> Iterator[VideoFrame]:
-        """The frames from the key frame before `stamp` on, or from an earlier one: in a file without an index, such as
-        MPEG-TS, seeking may land behind it."""
-        for target in (stamp, stamp - round(_BACK_S / self._tick), self._start):
-            self._container.seek(max(target, self._start), stream=self._stream, backward=True)
-            frames = self._container.decode(self._stream)
+        """The frames from the key frame before `stamp` on, or from an earlier one.
+
+        In a file without an index, such as MPEG-TS, seeking goes by the stamps of decoding, which with B-frames are
+        before those of showing, and may land behind that key frame; in some there is no seeking to before the first.
+        What seeking does not find is found from the beginning.
+        """
+        from av.error import FFmpegError
+
+        container, targets = self._container, (stamp, stamp - round(_BACK_S / self._tick))
+        for target in () if container.format.name in _NO_SEEKING else targets:
+            try:
+                container.seek(target, stream=container.streams.video[0], backward=True)
+            except FFmpegError:
+                continue
+            frames = container.decode(video=0)
             landed = next((frame for frame in frames if frame.pts is not None), None)
             if landed is not None and (landed.pts or 0) <= stamp:
                 yield landed
                 yield from frames
                 return
+        with _container(self._video) as again:
+            yield from again.decode(video=0)
 
 
 def shown_size(video: Video) -> tuple[int, int]:

@@ -52,12 +52,31 @@ def runs(valid: np.ndarray, time_s: np.ndarray, seams: Sequence[int] = ()) -> li
 
 def evenly_spaced(time_s: np.ndarray, fps: float) -> bool:
     """Whether stamps (T,) are evenly spaced at about that rate, but for a rounding to milliseconds."""
+    return len(time_s) < 3 or _grid(time_s, np.arange(len(time_s)), fps) is not None
+
+
+def even_grid(time_s: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+    """Evenly spaced seconds (N,) on which stamps (T,) lie, but for a rounding to milliseconds, and the number (T,) of
+    each there: a video's frames, some of which were lost. None where stamps lie on no such grid."""
     if len(time_s) < 3:
-        return True
-    row = np.arange(len(time_s))
-    interval, start = np.polyfit(row, time_s, 1)
-    off = np.abs(time_s - (start + interval * row)).max()
-    return bool(abs(interval * fps - 1) < 0.02 and off <= max(_STAMP_S, 0.01 / fps))
+        return None
+    fps = rate(time_s)
+    steps = np.round(np.diff(time_s) * fps).astype(int)
+    numbers = np.concatenate([[0], np.cumsum(steps)])
+    found = None if (steps < 1).any() else _grid(time_s, numbers, fps)
+    if found is None:
+        return None
+    start, interval = found
+    return start + interval * np.arange(numbers[-1] + 1), numbers
+
+
+def _grid(time_s: np.ndarray, numbers: np.ndarray, fps: float) -> tuple[float, float] | None:
+    """Start and interval in seconds of the even grid of about that rate on which stamps (T,) have these numbers (T,),
+    None where they are further off than rounded ones."""
+    interval, start = np.polyfit(numbers, time_s, 1)
+    off = np.abs(time_s - (start + interval * numbers)).max()
+    near = abs(interval * fps - 1) < 0.02 and off <= max(_STAMP_S, 0.01 / fps)
+    return (float(start), float(interval)) if near else None
 
 
 def uneven_rows(valid: np.ndarray, time_s: np.ndarray, seams: Sequence[int] = ()) -> int:

@@ -88,8 +88,10 @@ class Armature:
         if any(self.cut):
             said.append(
                 f"what has no pose is left out, {how_many(self.cut[0], 'frame')} at the beginning and "
-                f"{how_many(self.cut[1], 'frame')} at the end: it begins at {self.time_s[0]:.3f} s of the take."
+                f"{how_many(self.cut[1], 'frame')} at the end."
             )
+        if round(self.time_s[0], 3):
+            said.append(f"its time begins with 0 at {self.time_s[0]:.3f} s of the take.")
         by_count = defaultdict(list)
         for name, count in self.held.items():
             by_count[count].append(name)

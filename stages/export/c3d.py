@@ -7,26 +7,37 @@ from textwrap import wrap
 
 import numpy as np
 
+from ...pipeline.errors import InputError
 from ...pipeline.files.atomic import whole_file
-from ...pipeline.files.markers import check_c3d
+from ...pipeline.files.c3d import LAST
+from ...pipeline.files.markers import C3D_GROUP, check_c3d
 from ...pipeline.frames import LEVEL
-from ...pipeline.take import Take
+from ...pipeline.take import Event, Take
 from .markers import markers
 from .provenance import provenance
 
 _LONGEST, _MOST = 100, 255  # characters of a text, texts of a parameter: a C3D file counts both in one byte
 
 
-def write_c3d(take: Take, path: Path) -> None:
+def write_c3d(take: Take, path: Path) -> tuple[Event, ...]:
     """Points in millimetres, x back, y right, z up, named as our joints; a missing one has the residual -1.
 
-    The group PCNET3D holds the provenance; POINT X_SCREEN and Y_SCREEN say which axes to draw to the right and up.
-    Raises as `markers` does.
+    The number of the first frame says when it begins, counted from 1 at 0 s of the take; returns a note where that is
+    no number that the file can hold. The group PCNET3D holds the provenance; POINT X_SCREEN and Y_SCREEN say which axes
+    to draw to the right and up. InputError for more frames than the file can number, and as `markers` raises it.
     """
     check_c3d()
     import ezc3d
 
     found = markers(take, LEVEL)
+    count, begin_s = len(found.time_s), float(found.time_s[0])
+    if count > LAST:
+        raise InputError(
+            f"C3D numbers {LAST} frames at most, and the take has {count}; write TRC (--also trc), or a part of it "
+            "(--time-range)."
+        )
+    before = round(begin_s * found.fps) if count > 1 else 0
+    numbered = 0 <= before <= LAST - count
     points = 1000 * np.moveaxis(found.joints, 0, -1).swapaxes(0, 1)  # (3, M, N)
     missing = np.isnan(points).any(axis=0, keepdims=True)
     file = ezc3d.c3d()
@@ -34,6 +45,7 @@ def write_c3d(take: Take, path: Path) -> None:
     point["UNITS"]["value"] = ["mm"]
     point["RATE"]["value"] = [found.fps]
     point["LABELS"]["value"] = list(found.names)
+    file["header"]["points"]["first_frame"] = before if numbered else 0
     file["data"]["points"] = np.concatenate([points, np.ones_like(points[:1])])
     file["data"]["meta_points"] = {
         "residuals": np.where(missing, -1.0, 0.0),
@@ -42,9 +54,13 @@ def write_c3d(take: Take, path: Path) -> None:
     file.add_parameter("POINT", "X_SCREEN", ["-X"])
     file.add_parameter("POINT", "Y_SCREEN", ["+Z"])
     lines = [part for name, text in provenance(take).items() for part in _wrapped(f"{name}: {text}")]
-    file.add_parameter("PCNET3D", "PROVENANCE", lines[:_MOST])
+    file.add_parameter(C3D_GROUP, "PROVENANCE", lines[:_MOST])
     with whole_file(path) as partial:
         file.write(str(partial))
+    if numbered:
+        return ()
+    said = f"{path.name}: its first frame, which has the number 1, is at {begin_s:.3f} s of the take."
+    return (Event("note", said),)
 
 
 def _wrapped(line: str) -> list[str]:

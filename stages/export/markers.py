@@ -10,7 +10,8 @@ import numpy as np
 from ...pipeline.errors import InputError
 from ...pipeline.frames import LEVEL, Frame
 from ...pipeline.layouts import with_feet
-from ...pipeline.motion.signals import breaks, evenly_spaced, rate, resample
+from ...pipeline.motion.signals import breaks, even_grid, evenly_spaced, rate, resample
+from ...pipeline.pose import PoseSequence
 from ...pipeline.rotations import rotate
 from ...pipeline.take import Take
 
@@ -47,8 +48,9 @@ def markers(take: Take, frame: Frame) -> Markers:
 def evenly(take: Take, frame: Frame) -> Markers:
     """The take's filtered joints from the pelvis, in its own unit and the axes of a frame of LEVEL's family.
 
-    The files of other programs know no time stamps but a rate: a take whose stamps are not evenly spaced is brought
-    to its usual rate by cubic splines, none of which crosses a gap. InputError for a take without a filtered skeleton.
+    The files of other programs know no time stamps but a rate: rows that a take lacks are NaN, and one whose stamps are
+    not evenly spaced is brought to its usual rate by cubic splines, none of which crosses a gap. InputError for a take
+    without a filtered skeleton.
     """
     if take.filtered is None:
         raise InputError(
@@ -59,9 +61,23 @@ def evenly(take: Take, frame: Frame) -> Markers:
     points = joints if path.root is None else np.concatenate([joints, path.root[:, None]], axis=1)
     time_s, fps = path.times, rate(path.times)
     if not evenly_spaced(time_s, fps):
-        grid = np.arange(time_s[0], time_s[-1] + 1e-9, 1 / fps)
-        each = [resample(points[:, i], time_s, grid, breaks(path)) for i in range(points.shape[1])]
-        points, time_s = np.stack(each, axis=1), grid
+        points, time_s, fps = _at_even_times(points, path)
     points, count = rotate(frame.basis @ LEVEL.basis.T, points), joints.shape[1]
     root = None if path.root is None else points[:, count]
     return Markers(points[:, :count], path.layout.joints, time_s, fps, root, path.frame.unit)
+
+
+def _at_even_times(points: np.ndarray, path: PoseSequence) -> tuple[np.ndarray, np.ndarray, float]:
+    """points (T, M, 3) of a path's rows, at even times (N,) and how many those are a second. Rows of an even rate of
+    which some are missing stay what they are: a spline would lose those beside each gap, whose rounded stamps lie a
+    little beyond the even ones."""
+    time_s, fps = path.times, rate(path.times)
+    on_grid = even_grid(time_s)
+    if on_grid is None:
+        even_s = np.arange(time_s[0], time_s[-1] + 1e-9, 1 / fps)
+        each = [resample(points[:, i], time_s, even_s, breaks(path)) for i in range(points.shape[1])]
+        return np.stack(each, axis=1), even_s, fps
+    even_s, rows = on_grid
+    placed = np.full((len(even_s), *points.shape[1:]), np.nan)
+    placed[rows] = points
+    return placed, even_s, (len(even_s) - 1) / float(even_s[-1] - even_s[0])

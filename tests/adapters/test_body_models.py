@@ -64,6 +64,8 @@ def test_gemx_bvh_takes_the_face_from_its_joints(tmp_path, standing):
     for joint in ("nose", "head"):
         expected = world[:, H36M17.index(joint)] - world[:, H36M17.indices(["l_hip", "r_hip"])].mean(axis=1)
         np.testing.assert_allclose(poses.joint(joint), expected, atol=1e-4)
+    (step,) = [step for step in poses.history if step.name == "bvh"]
+    assert step.options["derived"] == ["nose = mean(LeftEye, RightEye)"]
 
 
 @pytest.fixture

@@ -22,15 +22,16 @@ def joints_px() -> np.ndarray:
     return side_camera(walk).project(halpe26(walk))[:, HALPE26.indices(COCO17.joints)].astype(np.float32)
 
 
-def numbered_film(path: Path) -> Path:
-    """60 images of a floor, whose upper left corner tells their number by its brightness; H.264 in MPEG-TS, which
-    can be read from a pipe."""
+def numbered_film(path: Path, codec: str = "libx264", **options: str) -> Path:
+    """60 images of a floor, whose upper left corner tells their number by its brightness; H.264 without B-frames unless
+    the options of the codec say otherwise. MPEG-TS can be read from a pipe."""
     import av
 
     rows, columns = np.indices((HEIGHT, WIDTH))
     floor = (120 + 60 * np.sin(columns / 40) * np.sin(rows / 30)).astype(np.uint8)
     with av.open(str(path), "w") as container:
-        stream = container.add_stream("libx264", rate=FPS, options={"crf": "12", "bf": "0"})
+        fine = {"crf": "12", "bf": "0"} if codec == "libx264" else {"b": "8M"}
+        stream = container.add_stream(codec, rate=FPS, options=fine | options)
         stream.width, stream.height, stream.pix_fmt = WIDTH, HEIGHT, "yuv420p"
         for number in range(FRAMES):
             image = np.repeat(floor[..., None], 3, axis=-1)

@@ -105,6 +105,12 @@ def test_resuming_something_else_is_refused(walk_film, toy, toys, tmp_path):
         detect(walk_film, other, "one video", found)
 
 
+def test_a_video_of_which_no_image_can_be_decoded_is_not_one_without_people(walk_film, toy, monkeypatch):
+    monkeypatch.setattr(detect_video, "images_ahead", lambda *_: iter(()))
+    with pytest.raises(InputError, match="not one of its 40 frames can be decoded"):
+        detect(walk_film, load_detector(toy))
+
+
 @pytest.mark.parametrize("size", [(321, 241), (64, 200), (33, 31)])
 def test_odd_sizes(film, toys, toy, size):
     box = (0.3 * size[0], 0.2 * size[1], 0.6 * size[0], 0.9 * size[1])

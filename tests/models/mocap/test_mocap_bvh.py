@@ -65,6 +65,40 @@ def test_the_channels_order_is_the_order_of_multiplication(order, angles, end):
     np.testing.assert_allclose(joints[0, 1] - joints[0, 0], end, atol=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("frame_time", "fps"),
+    [
+        ("0.0333333", 30),
+        ("0.033333", 30),
+        ("3.33333E-02", 30),
+        ("0.033", 1 / 0.033),  # nobody knows
+        ("0.0333667", 1 / 0.0333667),
+        ("0.033366700", 29.97),
+        ("0.0417083", 24 / 1.001),
+        ("0.016666", 60),  # cut off, not rounded
+        ("0.0166833", 60 / 1.001),
+        ("0.0083333", 120),
+        ("0.008", 125),
+        ("0.04", 25),
+        ("2", 0.5),
+    ],
+)
+def test_a_rate_is_rounded_no_further_than_its_digits_leave_it_open(frame_time, fps):
+    text = CHAIN.format(
+        order="Zrotation Yrotation Xrotation", more=3, place="", numbers=" ".join(["0"] * 9)
+    ).replace("0.0083333", frame_time)
+    assert bvh_file.parse(text)[-1] == pytest.approx(fps, rel=1e-5 if fps != round(fps) else 1e-12)
+
+
+@pytest.mark.parametrize("frame_time", ["0", "-1", "nan", "inf", "1e-320"])
+def test_a_frame_time_that_is_none(frame_time):
+    text = CHAIN.format(
+        order="Zrotation Yrotation Xrotation", more=3, place="", numbers=" ".join(["0"] * 9)
+    ).replace("0.0083333", frame_time)
+    with pytest.raises(InputError, match="s each"):
+        bvh_file.parse(text)
+
+
 def test_position_channels_of_a_joint_stand_in_for_its_offset():
     text = CHAIN.format(
         order="Zrotation Yrotation Xrotation", more=6, place="Xposition Yposition Zposition ",

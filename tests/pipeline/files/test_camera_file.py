@@ -59,6 +59,16 @@ def test_the_message_of_ros_is_read_as_well(tmp_path):
     assert camera.image_size == SIZE
 
 
+def test_a_camera_without_distortion_says_so_with_an_empty_list(tmp_path):
+    """As ROS 2 writes it."""
+    path = tmp_path / "message.yaml"
+    numbers = ", ".join(map(str, MATRIX.ravel()))
+    path.write_text(f"height: 720\nwidth: 1280\ndistortion_model: ''\nd: []\nk: [{numbers}]\n")
+    camera = read_camera(path)
+    assert camera.distortion == ()
+    np.testing.assert_allclose(camera.matrix, MATRIX)
+
+
 @pytest.mark.parametrize(
     ("form", "names"),
     [
@@ -85,12 +95,19 @@ def test_the_intrinsics_are_scaled_to_the_video(written):
     assert half.at_size(SIZE).principal_point_px == pytest.approx((630, 365))
 
 
-def test_without_a_size_the_videos_is_believed(written):
-    assert read_camera(written("PyYAML"), image_size=(1920, 1080)).image_size == (1920, 1080)
-    with pytest.raises(
-        InputError, match=r"principal point inside the image of 600 x 300 .* got \(630, 365\)"
-    ):
-        read_camera(written("PyYAML"), image_size=(600, 300))
+def test_without_a_size_that_of_a_video_with_the_same_middle_is_believed(written):
+    assert read_camera(written("PyYAML"), image_size=SIZE).image_size == SIZE
+    cut = (1280, 800)  # a principal point may lie some per cent off
+    assert read_camera(written("PyYAML"), image_size=cut).image_size == cut
+
+
+@pytest.mark.parametrize(
+    "size", [(720, 1280), (1920, 1080), (3840, 2160), (640, 360), (960, 720), (1280, 960)]
+)
+def test_without_a_size_a_video_with_another_middle_is_refused(size, written):
+    words = rf"the video's, which has {size[0]} x {size[1]} pixels .* point \(630, 365\) far .* add the image_width"
+    with pytest.raises(InputError, match=words):
+        read_camera(written("PyYAML"), image_size=size)
 
 
 @pytest.mark.parametrize(

@@ -16,6 +16,7 @@ from pcnet3d.pipeline.files.number_yaml import number_yaml
         ("a:\n- - 1\n  - -2\n- - 3\nb: 4", {"a": {"data": ["1", "-2", "3"]}, "b": "4"}),
         ("a:\n  - [1, 2]\n  - [3]\n", {"a": {"data": ["1", "2", "3"]}}),
         ("a:\n  b:\n    c: 1\n  d: 2\ne:\nf: 3", {"a": {"b": {"c": "1"}, "d": "2"}, "e": {}, "f": "3"}),
+        ("a: []\nb: [ ]\nc:\n  - []\n  - [1]\n", {"a": [], "b": [], "c": {"data": ["1"]}}),
         ("", {}),
     ],
 )  # fmt: skip

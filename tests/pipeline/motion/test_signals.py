@@ -12,6 +12,7 @@ from pcnet3d.pipeline.motion.signals import (
     check_cutoff,
     derivative,
     each_path,
+    even_grid,
     evenly_spaced,
     lowpass,
     rate,
@@ -109,6 +110,24 @@ def test_stamps_rounded_to_milliseconds_count_as_even():
     jittered = np.arange(300) / 30 + np.random.default_rng(0).uniform(-0.008, 0.008, 300)
     assert not evenly_spaced(jittered, rate(jittered))
     assert uneven_rows(np.ones(300, dtype=bool), jittered) == 300
+
+
+@pytest.mark.parametrize("fps", [24, 29.97, 59.94, 240])
+@pytest.mark.parametrize("tick_s", [1e-9, 1 / 90_000, 1e-3])
+def test_rows_of_an_even_rate_have_their_numbers_whatever_is_lost(fps, tick_s):
+    """A long take, whose rate has to be known to a hundredth of a frame in all of it."""
+    rng = np.random.default_rng(3)
+    rows = np.union1d([0, 1, 39_999], np.flatnonzero(rng.random(40_000) < 0.7))
+    time_s = 5 + np.round(rows / fps / tick_s) * tick_s
+    even_s, numbers = even_grid(time_s)
+    np.testing.assert_array_equal(numbers, rows)
+    np.testing.assert_allclose(even_s, 5 + np.arange(40_000) / fps, atol=1e-3)
+
+
+def test_stamps_of_no_even_rate_have_no_numbers():
+    rng = np.random.default_rng(4)
+    assert even_grid(np.cumsum(rng.uniform(0.02, 0.045, 300))) is None
+    assert even_grid(np.concatenate([np.arange(100) / 30, 100 / 30 + np.arange(100) / 50])) is None
 
 
 @FILTERS

@@ -11,14 +11,18 @@ import numpy as np
 import pytest
 
 from pcnet3d.adapters import bvh
-from pcnet3d.pipeline import H36M17
+from pcnet3d.examples.walker.walk import walker
+from pcnet3d.pipeline import H36M17, Pipeline, Take
 from pcnet3d.pipeline.files.skeletons import place
+from pcnet3d.pipeline.motion.checks import without_made_nose
 from pcnet3d.pipeline.rotations import rotate, unit
 from pcnet3d.stages.export.armature import ANIMATION, armature
 from pcnet3d.stages.export.bvh import write_bvh
 from pcnet3d.stages.export.glb import write_glb
 from pcnet3d.stages.export.markers import evenly
 from pcnet3d.stages.export.stage import Export
+from pcnet3d.stages.rectify import Rectify
+from pcnet3d.stages.trajectories import Trajectories
 
 _NUMBERS = {5121: np.uint8, 5123: np.uint16, 5126: np.float32}
 _WIDTHS = {"SCALAR": 1, "VEC3": 3, "VEC4": 4, "MAT4": 16}
@@ -176,6 +180,25 @@ def test_bvh_read_again_is_the_take(walked, tmp_path):
     order = [wanted.names.index(joint) for joint in H36M17.joints]
     np.testing.assert_allclose(poses.joints, places[:, order], atol=2e-3)
     assert poses.fps == pytest.approx(wanted.fps)
+
+
+def test_bvh_of_a_child_is_read_again_in_metres(tmp_path):
+    child = walker(seconds=1, stature_m=1.1).poses
+    stages = Rectify("geometric"), Trajectories(smoother="none")
+    take = Pipeline(stages)(Take("child", poses=child))
+    write_bvh(take, tmp_path / "a.bvh")
+    (poses,) = bvh.read(tmp_path / "a.bvh")
+    thigh = np.linalg.norm(poses.joint("r_knee") - poses.joint("r_hip"), axis=-1)
+    true = np.linalg.norm(child.joint("r_knee") - child.joint("r_hip"), axis=-1)
+    np.testing.assert_allclose(thigh, true, atol=2e-3)
+
+
+def test_bvh_read_again_has_the_nose_that_was_seen(walked, tmp_path):
+    """So that it goes on saying where the front is."""
+    write_bvh(walked(), tmp_path / "a.bvh")
+    (poses,) = bvh.read(tmp_path / "a.bvh")
+    assert poses.history[-1].options["derived"] == []
+    assert without_made_nose(poses) is poses
 
 
 def test_bvh_angles_do_not_jump(walked, tmp_path):

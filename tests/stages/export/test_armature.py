@@ -1,5 +1,7 @@
 """The animated skeleton against the walker's joints: where they are, how it stands at rest, what a gap does."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -115,6 +117,35 @@ def test_uneven_stamps_become_an_even_rate(walked, walk):
     found = armature(walked(time_s=stamps))
     assert found.fps == pytest.approx(rate(stamps))
     np.testing.assert_allclose(np.diff(found.time_s), 1 / found.fps, atol=1e-9)
+
+
+@pytest.mark.parametrize("tick_s", [1e-9, 1 / 90_000, 1e-3])
+def test_every_measured_row_is_kept_where_others_are_lost(walked, walk, tick_s):
+    """A fifth of the frames was lost; the stamps of the rest are rounded as MP4, MPEG-TS and MKV do."""
+    kept = np.union1d([0, len(walk) - 1], np.flatnonzero(np.random.default_rng(1).random(len(walk)) < 0.8))
+    whole = walked()
+    part = whole.with_(
+        filtered=replace(
+            whole.filtered,
+            joints=whole.filtered.joints[kept],
+            root=whole.filtered.root[kept],
+            confidence=whole.filtered.confidence[kept],
+            time_s=np.round(whole.filtered.times[kept] / tick_s) * tick_s,
+            frame_index=whole.filtered.frame_index[kept],
+        )
+    )
+    found, wanted = evenly(part, ANIMATION), evenly(whole, ANIMATION)
+    np.testing.assert_allclose(found.time_s, wanted.time_s, atol=1e-3)
+    np.testing.assert_array_equal(found.joints[kept], wanted.joints[kept])
+    np.testing.assert_array_equal(found.root[kept], wanted.root[kept])
+    lost = np.setdiff1d(np.arange(len(walk)), kept)
+    assert np.isnan(found.joints[lost]).all()
+
+
+def test_when_the_take_begins_is_said(walked, walk):
+    assert not any("begins" in event.text for event in armature(walked()).notes("a.bvh"))
+    said = [event.text for event in armature(walked(time_s=walk.time_s + 7.25)).notes("a.bvh")]
+    assert "a.bvh: its time begins with 0 at 7.250 s of the take." in said
 
 
 def test_what_cannot_be_animated_is_refused(walked):

@@ -8,9 +8,11 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
+from pcnet3d.adapters import c3d
 from pcnet3d.pipeline import CAMERA, H36M17, InputError, PoseSequence, Take
 from pcnet3d.pipeline.take import Event
 from pcnet3d.stages.angles import Angles
+from pcnet3d.stages.export.c3d import write_c3d
 from pcnet3d.stages.export.stage import Export
 from pcnet3d.stages.rectify import Rectify
 from pcnet3d.stages.trajectories import Trajectories
@@ -129,6 +131,41 @@ def test_c3d_round_trip(take, tmp_path):
     missing = np.isnan(take.filtered.joints).any(axis=-1).T
     np.testing.assert_array_equal(file["data"]["meta_points"]["residuals"][0] < 0, missing)
     assert any("sha256 000" in line for line in file["parameters"]["PCNET3D"]["PROVENANCE"]["value"])
+
+
+@pytest.mark.parametrize("begin_s", [0.0, 0.4, 7.0])
+def test_c3d_read_again_is_on_the_clock_of_the_take(facing_camera, tmp_path, begin_s):
+    ezc3d = pytest.importorskip("ezc3d", reason="the extra c3d is not installed")
+    take = made(facing_camera, time_s=np.arange(ROWS) / FPS + begin_s)
+    path = exported(take, tmp_path, "c3d") / "markers.c3d"
+    assert ezc3d.c3d(str(path))["header"]["points"]["first_frame"] == round(begin_s * FPS)
+    (poses,) = c3d.read(path)
+    np.testing.assert_allclose(poses.times, take.poses.times, atol=1e-5)
+
+
+@pytest.mark.parametrize("begin_s", [-1.0, 3000.0])
+def test_c3d_that_cannot_number_its_first_frame_says_when_it_is(facing_camera, tmp_path, begin_s):
+    pytest.importorskip("ezc3d", reason="the extra c3d is not installed")
+    take = made(facing_camera, time_s=np.arange(ROWS) / FPS + begin_s)
+    path = exported(take, tmp_path, "c3d") / "markers.c3d"
+    notes = json.loads((tmp_path / "summary.json").read_text())["notes"]
+    assert (
+        f"markers.c3d: its first frame, which has the number 1, is at {begin_s:.3f} s of the take." in notes
+    )
+    (poses,) = c3d.read(path)
+    assert poses.times[0] == 0
+
+
+def test_more_frames_than_c3d_counts_are_refused(take, tmp_path):
+    pytest.importorskip("ezc3d", reason="the extra c3d is not installed")
+    rows = 65_536
+    joints = np.broadcast_to(take.filtered.joints[0], (rows, 17, 3))
+    long = PoseSequence(joints, H36M17, take.filtered.frame, time_s=np.arange(rows) / FPS)
+    with pytest.raises(
+        InputError, match=r"65535 frames at most, and the take has 65536; .*--also trc.*--time-range"
+    ):
+        write_c3d(take.with_(filtered=long), tmp_path / "markers.c3d")
+    assert not list(tmp_path.iterdir())
 
 
 def test_c3d_takes_texts_of_any_length_and_script(take, tmp_path):
