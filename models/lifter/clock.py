@@ -65,7 +65,10 @@ class Clock:
         padded = np.concatenate(
             [np.repeat(answers[:1], half, axis=0), answers, np.repeat(answers[-1:], half, axis=0)]
         )
-        return sum(part * padded[i : i + len(answers)] for i, part in enumerate(weight))
+        total = np.zeros_like(answers)
+        for first, part in enumerate(weight):
+            total += part * padded[first : first + len(answers)]
+        return total
 
 
 def clock_of(rate: float | None, rows: np.ndarray | None = None) -> Clock:
