@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 from ..errors import InputError
-from ..plugins.protocols import SharedStage, Stage
+from ..plugins.protocols import RatedStage, SharedStage, Stage
 from ..take import Take
 
 
@@ -40,6 +40,12 @@ class Pipeline:
                         f"the order is {' > '.join(s.name for s in self.stages)}."
                     )
             filled.update(stage.gives)
+
+    def check_rate(self, fps: float) -> None:
+        """Raise InputError when so many video frames a second will not do for a stage."""
+        for stage in self.stages:
+            if isinstance(stage, RatedStage):
+                stage.check_rate(fps)
 
     def __call__(self, take: Take, done: Callable[[str, float], None] = lambda stage, seconds: None) -> Take:
         """The take after every stage; `done(stage name, seconds)` is called after each."""
