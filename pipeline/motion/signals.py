@@ -25,7 +25,10 @@ _STAMP_S = 0.6e-3  # stamps rounded to milliseconds lie this near to even ones
 _ORDER = 4  # of both passes of the Butterworth filter together
 _AT_ONCE = 1 << 17  # rows times paths that are filtered at once: some tens of megabytes
 _HALF_POWER = np.sqrt(0.5)  # gain at the cut-off
-_CUBIC, _SHORTEST = 3, 5  # of a Savitzky-Golay filter the usual order, and the rows that it does not fit exactly
+_CUBIC, _SHORTEST = (
+    3,
+    5,
+)  # of a Savitzky-Golay filter the usual order, and the rows that it does not fit exactly
 
 
 def breaks(poses: PoseSequence) -> tuple[int, ...]:
@@ -148,10 +151,10 @@ def savitzky_golay(
 def highest_savgol_cutoff(fps: float) -> float:
     """The highest cut-off in Hz that `savitzky_golay` has at a frame rate, that of its shortest window, rounded down to
     a hundredth."""
-    from scipy.optimize import brentq
-
-    share = brentq(lambda hz: _savgol_gain(_SHORTEST, hz) - _HALF_POWER, 0.0, 0.5)
-    return float(np.floor(100 * share * fps) / 100)
+    # The weights of its five rows are (-3, 12, 17, 12, -3) / 35, so the gain is 1 - 12 (1 - cos)^2 / 35 of the angle by
+    # which a sine goes on from row to row.
+    angle = np.arccos(1 - np.sqrt(35 / 12 * (1 - _HALF_POWER)))
+    return float(np.floor(100 * fps * angle / (2 * np.pi)) / 100)
 
 
 def check_savgol_cutoff(cutoff_hz: float, fps: float) -> None:

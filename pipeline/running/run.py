@@ -67,6 +67,12 @@ def run_files(
     return take
 
 
+def check_plan(recipe: Recipe, *given: str) -> None:
+    """InputError when a run by the recipe cannot work, before there is a take for it. given: names of the fields of
+    Take that will be filled."""
+    _aimed(_checked(recipe), Path()).build().check_given(given)
+
+
 def run_into(
     folder: Path,
     options: RunOptions,
@@ -101,9 +107,10 @@ def _frame_rate(recipe: Recipe, take: Take) -> float:
     if rows is not None:
         step = np.diff(rows.frame_index)
         return rate(rows.times) * float(np.median(step)) if len(step) else float("nan")
-    told = [entry.options["fps"] for entry in recipe.stages if entry.options.get("fps") and entry.use == "detect"]
-    first, last = take.need("video").span
-    return float(told[0]) if told else rate(take.need("video").time_s[first : last + 1])
+    told = next((entry.options.get("fps") for entry in recipe.stages if entry.use == "detect"), None)
+    video = take.need("video")
+    first, last = video.span
+    return rate(video.time_s[first : last + 1]) if told is None else float(told)
 
 
 def bytes_needed(recipe: Recipe, *takes: Take) -> int:

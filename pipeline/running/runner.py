@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -21,8 +21,12 @@ class Pipeline:
     def check(self, take: Take) -> None:
         """Raise InputError when a stage needs something that neither the take nor a stage before it gives, or changes
         something that an earlier stage has drawn conclusions from."""
+        self.check_given(field.name for field in fields(Take) if getattr(take, field.name) is not None)
+
+    def check_given(self, given: Iterable[str]) -> None:
+        """The same of a take that is still to come, in which the fields of these names will be filled."""
         known = {field.name for field in fields(Take)}
-        filled = {name for name in known if getattr(take, name) is not None}
+        filled = set(given)
         for position, stage in enumerate(self.stages):
             for earlier in self.stages[:position]:
                 for name in set(earlier.needs).intersection(stage.gives):

@@ -51,7 +51,9 @@ def test_the_widest_savitzky_golay_window_of_at_least_half_the_power(fps, cutoff
 
 def test_a_cutoff_that_no_savitzky_golay_window_has():
     """There is no option for the order, which the sentence once named."""
-    with pytest.raises(InputError, match=r"no window for a cut-off of 12 Hz.* of at most 7\.13 Hz, or the Butt"):
+    with pytest.raises(
+        InputError, match=r"no window for a cut-off of 12 Hz.* of at most 7\.13 Hz, or the Butt"
+    ):
         savitzky_golay(np.zeros(50), np.arange(50) / 30, cutoff_hz=12)
 
 
