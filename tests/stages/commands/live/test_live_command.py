@@ -15,8 +15,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from golden import numbered
 
+from golden import numbered
 from pcnet3d.adapters import read_all
 from pcnet3d.models.lifter.live import LiveLifter
 from pcnet3d.pipeline import InputError
