@@ -11,7 +11,7 @@ from ..pipeline.errors import InputError
 from ..pipeline.files.video_frames import shown_size
 from ..pipeline.layouts import FEET_ANKLES, H36M17
 from ..pipeline.messages import how_many
-from ..pipeline.motion.checks import grid_rows, strays_of
+from ..pipeline.motion.checks import NEAR_S, grid_rows, strays_of
 from ..pipeline.motion.visibility import in_words, unseen
 from ..pipeline.pose import PoseSequence
 from ..pipeline.take import Event, Take
@@ -97,7 +97,8 @@ def clean(
     max_gap_s: gaps of a joint up to this long, in seconds, are interpolated (monotone cubic, never across a
         clip boundary, never beyond the first or last sighting); 0 fills none.
     spike: a joint that jumps off the line between its neighbours in time by more than this many trunk lengths,
-        and three times further than they lie apart, for a single frame, is removed; 0 removes none. Nor do frames
+        and three times further than they lie apart, for a single frame, is removed; 0 removes none. Of frames more than
+        1/15 s apart it takes more, by the square of the time, for a limb may go and return meanwhile. Nor do frames
         stay that the whole pose leaps to and from, or to at an end of a clip, within 0.2 s: they show somebody else.
     video_time_s: (V,) the video's time stamps, which rows put back take when the others have theirs from it.
 
@@ -117,7 +118,7 @@ def clean(
     furthest = 0.0 if np.isnan(trunk).all() else spike * float(np.nanmedian(trunk))
 
     def cleaned(points: np.ndarray) -> tuple[np.ndarray, np.ndarray, int]:
-        spikes = _spikes(points, furthest, poses.seams)
+        spikes = _spikes(points, furthest, poses.times, poses.seams)
         without = np.where(spikes[..., None], np.nan, points)
         return spikes, *_filled(without, poses.times, poses.seams, max_gap_s)
 
@@ -201,15 +202,17 @@ def _spread(values: np.ndarray, rows: np.ndarray, frames: int) -> np.ndarray:
     return result
 
 
-def _spikes(points: np.ndarray, furthest: float, seams: tuple[int, ...]) -> np.ndarray:
-    """(T, J) True where a point of (T, J, 3) leaves its path for one frame, by more than that; 0 finds none."""
+def _spikes(points: np.ndarray, furthest: float, time_s: np.ndarray, seams: tuple[int, ...]) -> np.ndarray:
+    """(T, J) True where a point of (T, J, 3) leaves its path for one frame, by more than that of frames near in time;
+    0 finds none."""
     joints = points.astype(np.float64)
     spikes = np.zeros(joints.shape[:2], dtype=bool)
     if furthest == 0 or len(joints) < 3:
         return spikes
     off = np.linalg.norm(joints[1:-1] - (joints[2:] + joints[:-2]) / 2, axis=-1)
     apart = np.linalg.norm(joints[2:] - joints[:-2], axis=-1)
-    spikes[1:-1] = (off > furthest) & (off > 3 * apart)
+    slow = np.maximum((time_s[2:] - time_s[:-2])[:, None] / (2 * NEAR_S), 1.0)
+    spikes[1:-1] = (off > furthest * slow**2) & (off > 3 * apart)
     for seam in seams:
         spikes[max(seam - 1, 0) : seam + 1] = False
     return spikes

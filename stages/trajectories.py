@@ -34,8 +34,11 @@ from ..pipeline.motion.rates import fall_doubts, pace_doubts
 from ..pipeline.motion.signals import (
     CUTOFF_HZ,
     breaks,
+    check_cutoff,
+    check_savgol_cutoff,
     derivative,
     each_path,
+    highest_savgol_cutoff,
     lowpass,
     rate,
     residual_cutoff,
@@ -131,6 +134,12 @@ class Trajectories:
             *(Event("warning", text) for text in fall_doubts(level) or pace_doubts(path)),
         )
 
+    def check_rate(self, fps: float) -> None:
+        """InputError for a cut-off that is given and that the filter does not have at that frame rate."""
+        if isinstance(self.cutoff_hz, int | float) and self.classical != "none" and np.isfinite(fps):
+            check = check_savgol_cutoff if self.classical == "savgol" else check_cutoff
+            check(self.cutoff_hz, fps)
+
     @property
     def classical(self) -> Filter:
         """The filter of the joints that angles are taken from."""
@@ -174,20 +183,25 @@ def smooth(
 
     filter: "butterworth" (two passes, order 4 together, no phase shift), "savgol" (Savitzky-Golay, order 3), "none".
     cutoff_hz: where half the power is left; None is 6 Hz, or no filter where the frame rate does not carry that;
-        "auto" is the highest that residual analysis finds for any of the joints `moving`.
+        "auto" is the highest that residual analysis finds for any of the joints `moving`. Below 25.3 frames a second a
+        Savitzky-Golay filter has no 6 Hz: where no number is given it takes the highest that it has.
 
     A joint is NaN in pieces too short for the filter. The history ends with what was done and its counts, or with the
-    warning that nothing was. InputError for a cut-off at or above half the frame rate, and for a take too short to
-    choose one from.
+    warning that nothing was. InputError for a given cut-off that the filter does not have at that frame rate, and for
+    a take too short to choose one from.
     """
     times, seams = level.times, breaks(level)
     if filter == "none":
         return level.noted("low-pass filter", filter=filter)
     if cutoff_hz is None and not rate(times) > 2 * CUTOFF_HZ:
         return level.noted("low-pass filter", filter="none", warning=_unfiltered(level))
+    given = cutoff_hz not in (None, "auto")
     if cutoff_hz == "auto":
         cutoff_hz = _chosen(level, moving)
     cutoff = CUTOFF_HZ if cutoff_hz is None else cutoff_hz
+    lowered: dict[str, float] = {}
+    if filter == "savgol" and not given and cutoff > (highest := highest_savgol_cutoff(rate(times))):
+        cutoff, lowered = highest, {"lowered_from_hz": cutoff}
     joints = level.joints.astype(np.float64)
 
     def smoothed(path: np.ndarray) -> np.ndarray:
@@ -200,6 +214,7 @@ def smooth(
         "low-pass filter",
         filter=filter,
         cutoff_hz=cutoff,
+        **lowered,
         rows_resampled=uneven_rows(np.asarray(is_finite(joints).any(axis=1)), times, seams),
         values_lost=int((is_finite(joints) & ~is_finite(result)).sum()),
     )
@@ -327,6 +342,12 @@ def _told(path: PoseSequence, known_error: bool) -> list[Event]:
     if "warning" in done:
         return [Event("warning", str(done["warning"]))]
     events = []
+    if "lowered_from_hz" in done:
+        text = (
+            f"The cut-off is {done['cutoff_hz']:g} Hz instead of {done['lowered_from_hz']:.3g} Hz: a Savitzky-Golay "
+            f"filter has no higher one at {rate(path.times):.4g} frames a second."
+        )
+        events.append(Event("note", text))
     if done.get("values_lost"):
         missing = "angles" if known_error else "paths, velocities and accelerations"
         events.append(

@@ -25,6 +25,10 @@ _STAMP_S = 0.6e-3  # stamps rounded to milliseconds lie this near to even ones
 _ORDER = 4  # of both passes of the Butterworth filter together
 _AT_ONCE = 1 << 17  # rows times paths that are filtered at once: some tens of megabytes
 _HALF_POWER = np.sqrt(0.5)  # gain at the cut-off
+_CUBIC, _SHORTEST = (
+    3,
+    5,
+)  # of a Savitzky-Golay filter the usual order, and the rows that it does not fit exactly
 
 
 def breaks(poses: PoseSequence) -> tuple[int, ...]:
@@ -148,9 +152,8 @@ def savitzky_golay(
     time_s: np.ndarray,
     cutoff_hz: float = CUTOFF_HZ,
     seams: Sequence[int] = (),
-    order: int = 3,
 ) -> np.ndarray:
-    """x (T,) or (T, D), each row the value there of the polynomial of that order fitted to its window.
+    """x (T,) or (T, D), each row the value there of the polynomial of order 3 fitted to its window.
 
     The window is the widest whose power at cutoff_hz is not yet below a half. Missing rows stay NaN, as do pieces
     shorter than the window. InputError for a cut-off that no window has.
@@ -158,11 +161,29 @@ def savitzky_golay(
     from scipy.signal import savgol_filter
 
     fps = rate(time_s)
-    check_cutoff(cutoff_hz, fps)
-    window = _window(cutoff_hz, fps, order)
+    window = _window(cutoff_hz, fps)
     return _piecewise(
-        x, time_s, seams, fps, window, lambda piece: np.asarray(savgol_filter(piece, window, order, axis=0))
+        x, time_s, seams, fps, window, lambda piece: np.asarray(savgol_filter(piece, window, _CUBIC, axis=0))
     )
+
+
+def highest_savgol_cutoff(fps: float) -> float:
+    """The highest cut-off in Hz that `savitzky_golay` has at a frame rate, that of its shortest window, rounded down to
+    a hundredth."""
+    # The weights of its five rows are (-3, 12, 17, 12, -3) / 35, so the gain is 1 - 12 (1 - cos)^2 / 35 of the angle by
+    # which a sine goes on from row to row.
+    angle = np.arccos(1 - np.sqrt(35 / 12 * (1 - _HALF_POWER)))
+    return float(np.floor(100 * fps * angle / (2 * np.pi)) / 100)
+
+
+def check_savgol_cutoff(cutoff_hz: float, fps: float) -> None:
+    """InputError unless `savitzky_golay` has a window for the cut-off at that frame rate."""
+    check_cutoff(cutoff_hz, fps)
+    if _savgol_gain(_SHORTEST, cutoff_hz / fps) < _HALF_POWER:
+        raise InputError(
+            f"A Savitzky-Golay filter of order {_CUBIC} has no window for a cut-off of {cutoff_hz:g} Hz at {fps:.4g} "
+            f"frames a second; choose one of at most {highest_savgol_cutoff(fps):g} Hz, or the Butterworth filter."
+        )
 
 
 def derivative(x: np.ndarray, time_s: np.ndarray, seams: Sequence[int] = (), order: int = 1) -> np.ndarray:
@@ -255,25 +276,22 @@ def _white_noise(cutoffs: np.ndarray, fps: float) -> tuple[np.ndarray, np.ndarra
     return ((1 - gain) ** 2).mean(axis=1), (gain**2).mean(axis=1)
 
 
-def _window(cutoff_hz: float, fps: float, order: int) -> int:
-    """The widest odd window of a Savitzky-Golay filter that lets half the power at the cut-off through."""
-    from scipy.signal import savgol_coeffs
-
-    def gain(window: int) -> float:
-        offset = np.arange(window) - window // 2
-        weights = savgol_coeffs(window, order)
-        return float(weights @ np.cos(2 * np.pi * cutoff_hz / fps * offset))
-
-    shortest = order + 1 + order % 2
-    if gain(shortest) < _HALF_POWER:
-        raise InputError(
-            f"A Savitzky-Golay filter of order {order} has no window for a cut-off of {cutoff_hz:g} Hz at {fps:.4g} "
-            "frames a second; choose a lower cut-off, a higher order, or the Butterworth filter."
-        )
-    window = shortest
-    while gain(window + 2) >= _HALF_POWER:
+def _window(cutoff_hz: float, fps: float) -> int:
+    """The widest odd window of a Savitzky-Golay filter that lets half the power at the cut-off through. InputError as
+    of `check_savgol_cutoff`."""
+    check_savgol_cutoff(cutoff_hz, fps)
+    window = _SHORTEST
+    while _savgol_gain(window + 2, cutoff_hz / fps) >= _HALF_POWER:
         window += 2
     return window
+
+
+def _savgol_gain(window: int, hz: float) -> float:
+    """What a Savitzky-Golay filter leaves of a sine. hz: its frequency over the frame rate."""
+    from scipy.signal import savgol_coeffs
+
+    offset = np.arange(window) - window // 2
+    return float(savgol_coeffs(window, _CUBIC) @ np.cos(2 * np.pi * hz * offset))
 
 
 def _piecewise(

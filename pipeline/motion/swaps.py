@@ -264,13 +264,14 @@ def _continuity(vectors: np.ndarray, times: np.ndarray, floor: float) -> np.ndar
 
 
 def _median_norm(vectors: np.ndarray, floor: float) -> np.ndarray:
-    """(M,) median length of vectors (T, M, D) over time, at least `floor`; infinite where all are missing."""
+    """(M,) median length of vectors (T, M, D) over time, at least `floor`; infinite where all are missing, and where it
+    is 0 and so is the floor: without a trunk in sight, what keeps still has no size to judge it by."""
     length = np.linalg.norm(vectors, axis=-1)
     seen = np.isfinite(length).any(axis=0)
     median = np.full(length.shape[1], np.inf)
     middle = np.median if np.isfinite(length).all() else np.nanmedian  # which takes many times as long
     median[seen] = np.maximum(middle(length[:, seen], axis=0), floor)
-    return median
+    return np.where(median > 0, median, np.inf)
 
 
 def _anatomy(joints: np.ndarray, layout: Layout) -> np.ndarray:

@@ -59,6 +59,16 @@ class SharedStage(Stage, Protocol):
     def together(self, takes: Sequence[Take]) -> Sequence[Take]: ...
 
 
+@runtime_checkable
+class RatedStage(Stage, Protocol):
+    """A stage that not every frame rate will do for.
+
+    check_rate(fps): InputError, before any of the run's work is done, for so many frames a second.
+    """
+
+    def check_rate(self, fps: float) -> None: ...
+
+
 class Writer(Protocol):
     """Writes one more file of a run, on `--also NAME`.
 

@@ -8,11 +8,14 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from ..device import computing_on
 from ..errors import InputError
 from ..files.atomic import add_to_summary, require_space, sign, whole_folder
 from ..files.detections import KEYPOINTS
 from ..messages import how_many
+from ..motion.signals import rate
 from ..plugins.options import files_among
 from ..reading.settings import RunOptions
 from ..reading.take import Person, open_people, open_take
@@ -64,6 +67,12 @@ def run_files(
     return take
 
 
+def check_plan(recipe: Recipe, *given: str) -> None:
+    """InputError when a run by the recipe cannot work, before there is a take for it. given: names of the fields of
+    Take that will be filled."""
+    _aimed(_checked(recipe), Path()).build().check_given(given)
+
+
 def run_into(
     folder: Path,
     options: RunOptions,
@@ -76,6 +85,7 @@ def run_into(
         start = time.perf_counter()
         take = open_take(options)
         done("read", time.perf_counter() - start)
+        pipeline.check_rate(_frame_rate(recipe, take))
         require_space(folder, bytes_needed(recipe, take), "The run")
         take = pipeline(take, done)
     add_to_summary(folder, device=placement.summary())
@@ -89,6 +99,18 @@ def inputs_of(options: RunOptions, recipe: Recipe) -> list[Path]:
     told = (options.options, options.keypoints_options, *(entry.options for entry in recipe.stages))
     named = [path for each in told for name, path in files_among(each).items() if name not in _LEFT]
     return [path for path in own if path] + named
+
+
+def _frame_rate(recipe: Recipe, take: Take) -> float:
+    """Video frames a second, as stages will have them; NaN where there is one only."""
+    rows = take.keypoints if take.poses is None else take.poses
+    if rows is not None:
+        step = np.diff(rows.frame_index)
+        return rate(rows.times) * float(np.median(step)) if len(step) else float("nan")
+    told = next((entry.options.get("fps") for entry in recipe.stages if entry.use == "detect"), None)
+    video = take.need("video")
+    first, last = video.span
+    return rate(video.time_s[first : last + 1]) if told is None else float(told)
 
 
 def bytes_needed(recipe: Recipe, *takes: Take) -> int:
@@ -131,6 +153,8 @@ def run_people(
         folders = dict(zip(takes, folder_names([person.name for person in takes]), strict=True))
         with computing_on(options.device) as placement:
             pipelines = [_aimed(recipe, folder / name).build() for name in folders.values()]
+            for pipeline, take in zip(pipelines, takes.values(), strict=True):
+                pipeline.check_rate(_frame_rate(recipe, take))
             ended = dict(zip(takes, run_together(pipelines, list(takes.values()), done), strict=True))
         runs = tuple(_ended(person, ended.get(person, person.take), folders.get(person)) for person in people)
         for person, name in folders.items():

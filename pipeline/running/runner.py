@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
 from ..errors import InputError
-from ..plugins.protocols import SharedStage, Stage
+from ..plugins.protocols import RatedStage, SharedStage, Stage
 from ..take import Take
 
 
@@ -21,8 +21,12 @@ class Pipeline:
     def check(self, take: Take) -> None:
         """Raise InputError when a stage needs something that neither the take nor a stage before it gives, or changes
         something that an earlier stage has drawn conclusions from."""
+        self.check_given(field.name for field in fields(Take) if getattr(take, field.name) is not None)
+
+    def check_given(self, given: Iterable[str]) -> None:
+        """The same of a take that is still to come, in which the fields of these names will be filled."""
         known = {field.name for field in fields(Take)}
-        filled = {name for name in known if getattr(take, name) is not None}
+        filled = set(given)
         for position, stage in enumerate(self.stages):
             for earlier in self.stages[:position]:
                 for name in set(earlier.needs).intersection(stage.gives):
@@ -40,6 +44,12 @@ class Pipeline:
                         f"the order is {' > '.join(s.name for s in self.stages)}."
                     )
             filled.update(stage.gives)
+
+    def check_rate(self, fps: float) -> None:
+        """Raise InputError when so many video frames a second will not do for a stage."""
+        for stage in self.stages:
+            if isinstance(stage, RatedStage):
+                stage.check_rate(fps)
 
     def __call__(self, take: Take, done: Callable[[str, float], None] = lambda stage, seconds: None) -> Take:
         """The take after every stage; `done(stage name, seconds)` is called after each."""

@@ -41,16 +41,23 @@ def numbered_film(path: Path, codec: str = "libx264", **options: str) -> Path:
     return path
 
 
-def toy_detector(path: Path) -> Path:
-    """MoveNet's multi-person inputs and outputs; looks the answer up by the corner's brightness."""
+def toy_detector(path: Path, joints: np.ndarray | None = None, score: float = 0.9) -> Path:
+    """MoveNet's multi-person inputs and outputs; looks the answer up by the corner's brightness.
+
+    joints: (60, 17, 2) those that it finds, in pixels of the video; without them `joints_px`. score: of each of them.
+    """
     onnx = pytest.importorskip("onnx")
     helper, kinds = onnx.helper, onnx.TensorProto
     answers = np.zeros((FRAMES, 1, 6, 56), np.float32)
     person = np.concatenate(
-        [joints_px()[..., ::-1] / (PADDED, WIDTH), np.full((FRAMES, 17, 1), 0.9, np.float32)], axis=-1
+        [
+            (joints_px() if joints is None else joints)[..., ::-1] / (PADDED, WIDTH),
+            np.full((FRAMES, 17, 1), score, np.float32),
+        ],
+        axis=-1,
     )
     answers[:, 0, 0, :51] = person.reshape(FRAMES, 51)
-    answers[:, 0, 0, 55] = 0.9
+    answers[:, 0, 0, 55] = score
     constants = {
         "answers": answers,
         "first": np.array([0, 4, 4, 0]),

@@ -5,7 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import CAMERA, H36M17, InputError, PoseSequence, Take
+from pcnet3d.pipeline.motion.checks import leaps
 from pcnet3d.stages.clean import Clean, clean
 
 FPS = 30
@@ -110,6 +112,36 @@ def test_a_fast_punch_is_not_a_jump():
     reach = np.concatenate([np.zeros(20), [0.15, 0.45, 0.6, 0.45, 0.15], np.zeros(ROWS - 25)])
     joints[:, H36M17.index("r_wrist"), 0] += reach
     assert counts(clean(poses.with_(joints=joints)))["spikes_removed"] == 0
+
+
+@pytest.mark.parametrize("speed_mps", [1.25, 2.0, 3.0])
+@pytest.mark.parametrize("fps", [2, 3, 4, 5, 8, 10, 12, 15, 25, 60, 240])
+def test_true_movement_is_no_jump_at_any_frame_rate(fps, speed_mps):
+    """At 5 frames a second 116 positions of a runner once went."""
+    walk = walker(fps=fps, speed_mps=speed_mps).poses
+    body = walk.with_(joints=walk.joints - walk.joint("pelvis")[:, None])
+    cleaned = clean(body)
+    assert set(counts(cleaned).values()) == {0}
+    assert len(leaps(body)) == 0
+
+
+def test_only_time_between_frames_excuses_a_jump():
+    """A hand 0.8 m away for a frame; a fifth of a second suffices to go there and return. Two metres are too far."""
+
+    def removed(far_m: float, fps: float) -> int:
+        joints = moving().joints.copy()
+        joints[30, H36M17.index("r_wrist"), 0] += far_m
+        return counts(clean(moving().with_(joints=joints, time_s=np.arange(ROWS) / fps)))["spikes_removed"]
+
+    assert [removed(0.8, fps) for fps in (120, 30, 15, 5)] == [1, 1, 1, 0]
+    assert removed(2.0, 10) == 1
+
+
+@pytest.mark.parametrize("time_s", [None, np.arange(ROWS) / FPS, np.arange(ROWS) / 5])
+def test_somebody_else_is_a_leap_at_any_frame_rate(time_s):
+    joints = moving().joints.copy()
+    joints[20:22] *= -1
+    assert leaps(moving().with_(joints=joints, time_s=time_s)).tolist() == [20, 22]
 
 
 def test_frame_numbers_that_cannot_be_are_refused():

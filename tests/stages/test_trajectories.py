@@ -173,6 +173,40 @@ def test_a_cutoff_above_nyquist_is_refused_in_words():
         smooth(wave(1.0, fps=30), cutoff_hz=50.0)
 
 
+@pytest.mark.parametrize("cutoff_hz", [None, "auto"])
+@pytest.mark.parametrize("filter", ["butterworth", "savgol"])
+@pytest.mark.parametrize("fps", [13, 24, 25, 30, 50])
+def test_whoever_gives_no_cutoff_gets_a_filter_at_any_usual_frame_rate(fps, filter, cutoff_hz):
+    """Takes of 24 and 25 frames a second were once refused, when the long work was done."""
+    smoothed = smooth(wave(0.3 * fps, fps=fps), filter, cutoff_hz)  # all of which "auto" wants to keep
+    done = smoothed.history[-1].options
+    assert 0 < done["cutoff_hz"] < fps / 2
+    assert np.isfinite(smoothed.joints).all()
+    assert ("lowered_from_hz" in done) == (filter == "savgol" and (cutoff_hz == "auto" or fps < 25.2))
+    if cutoff_hz is None:
+        assert done.get("lowered_from_hz", done["cutoff_hz"]) == 6.0
+
+
+def test_a_cutoff_that_had_to_be_lowered_is_said(facing_camera):
+    take = stage(facing_camera, 60, 25, smoother="savgol")
+    (said,) = [event.text for event in take.events if "cut-off" in event.text]
+    assert said.startswith("The cut-off is 5.94 Hz instead of 6 Hz")
+    assert "25 frames a second" in said
+    with pytest.raises(InputError, match=r"at most 5\.94 Hz"):
+        stage(facing_camera, 60, 25, smoother="savgol", cutoff_hz=6.0)
+
+
+@pytest.mark.parametrize(
+    ("smoother", "highest"), [("auto", 12.4), ("butterworth", 12.4), ("savgol", 5.9), ("none", 99.0)]
+)
+def test_the_stage_refuses_a_given_cutoff_by_the_frame_rate_alone(smoother, highest):
+    Trajectories(smoother=smoother, cutoff_hz=highest).check_rate(25)
+    Trajectories(smoother=smoother).check_rate(1)
+    if smoother != "none":
+        with pytest.raises(InputError, match="25 frames a second"):
+            Trajectories(smoother=smoother, cutoff_hz=highest + 0.2).check_rate(25)
+
+
 def test_a_take_too_short_to_choose_a_cutoff_from():
     with pytest.raises(InputError, match="too short"):
         smooth(wave(1.0, seconds=0.1), cutoff_hz="auto")

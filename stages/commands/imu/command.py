@@ -112,7 +112,7 @@ def imu(
         for name in kept:
             shutil.copy(folder / "imu" / f"{name}.html", partial)
         for result in results:
-            (partial / f"{result.segment}.html").write_text(as_page(result), encoding="utf-8")
+            (partial / f"{result.segment}.html").write_text(as_page(result, offset), encoding="utf-8")
         axes = {name: list(next(iter(of["methods"].values()))) for name, of in segments.items()}
         write_recording(run, results, axes, words, folder, partial / IMU_RECORDING)
     add_to_list(folder, "imu")

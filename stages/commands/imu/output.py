@@ -95,7 +95,8 @@ def as_markdown(take: str, segments: Mapping[str, Mapping[str, Any]]) -> str:
             "",
             f"- {of['pelvis']}; {of['compared_s']:.1f} s compared",
             f"- both sides low-passed at {of['cutoff_hz']:g} Hz; the IMU samples at {of['imu_hz']:.4g} Hz",
-            f"- the IMU's stamps are {1000 * of['lag_s']:.0f} ms later than the video's, its clock runs at "
+            f"- the IMU's stamps{_added(of['offset_s'])} are {1000 * of['lag_s']:.0f} ms later than the video's, "
+            "its clock runs at "
             f"{of['clock_rate']:.5f}"
             + (
                 ""
@@ -120,6 +121,11 @@ def as_markdown(take: str, segments: Mapping[str, Mapping[str, Any]]) -> str:
     return "\n".join(lines)
 
 
+def _added(offset_s: float) -> str:
+    """What a lag is counted from, where --offset moved the IMU's stamps; all digits, for some count from 1970."""
+    return f", with {offset_s:.15g} s added by --offset," if offset_s else ""
+
+
 def _cell(lag_s: float, axes: Mapping[str, Mapping[str, float | None]], figure: str) -> str:
     # The norm has no offset; what is only unknown keeps its place among the axes.
     values = np.array([of[figure] for of in axes.values() if figure in of], dtype=float)
@@ -129,9 +135,9 @@ def _cell(lag_s: float, axes: Mapping[str, Mapping[str, float | None]], figure: 
     return " / ".join(format(value, form) if np.isfinite(value) else "?" for value in values)
 
 
-def as_page(result: Comparison) -> str:
+def as_page(result: Comparison, offset_s: float) -> str:
     """One HTML page of a sensor: back, right, up and norm over time, the IMU beside the run's own method, for the take
-    and per frame."""
+    and per frame. offset_s: what was added to the IMU's stamps first."""
     rows = _busiest(result)
     per_frame = f"{result.own} per frame"
     lines = [
@@ -155,7 +161,8 @@ def as_page(result: Comparison) -> str:
         if result.axes == ["norm"]
         else "Acceleration relative to the pelvis"
     )
-    said = f"{what}: the IMU is {1000 * result.alignment.lag_s:.0f} ms late, {result.compared_s:.1f} s were compared."
+    late = f"the IMU{_added(offset_s)} is {1000 * result.alignment.lag_s:.0f} ms late"
+    said = f"{what}: {late}, {result.compared_s:.1f} s were compared."
     head = answer([said]) + box("Warnings", list(result.warnings), "warning")
     return page(f"{result.segment}: video against IMU", head, [("Over time", charts(shown))])
 

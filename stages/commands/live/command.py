@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 import typer
@@ -24,13 +24,15 @@ from ....pipeline.files.atomic import add_to_summary, whole_folder
 from ....pipeline.files.detections import KEYPOINTS
 from ....pipeline.files.viewer import following
 from ....pipeline.messages import how_many, say, show
+from ....pipeline.motion.swap_repair import Swaps
+from ....pipeline.plugins.options import call
 from ....pipeline.reading.settings import Force, Output, RunOptions, offering
 from ....pipeline.running.conclusion import conclude, point_to, show_files
 from ....pipeline.running.interrupt import interruptible
 from ....pipeline.running.plan import planned
 from ....pipeline.running.progress import now_and_then, stages, tell
 from ....pipeline.running.recipe import Recipe
-from ....pipeline.running.run import inputs_of, run_into
+from ....pipeline.running.run import check_plan, inputs_of, run_into
 from ....pipeline.system import quoted
 from ...detect import Detect
 from ...rectify import Rectify
@@ -39,6 +41,7 @@ from .source import Incoming, Source, open_source
 
 LIVE = "live.rrd"
 _VIDEO = "video.ts"
+_KNOWN = ("detector", "person_detector", "person_kind", "looks", "swaps")  # of the options of detect
 _LOST = 30  # frames without the person who is shown, after which another may be
 
 
@@ -66,29 +69,40 @@ def live(
     shown = open_source(source)
     frames = not options.no_frames
     asked = planned(options.with_(video=Path(source)))  # of a run with the source for its video
+    detect = _detect(asked)
     inputs = inputs_of(options.with_(video=None if shown.video is None else shown.video.path), asked)
     with computing_on(options.device) as where, whole_folder(output, force, inputs) as folder:
-        networks = _networks(asked, options.focal)
+        video = shown.video.path if shown.video else folder / _VIDEO if frames else None
+        recorded = _recorded(options, detect.swaps, folder / KEYPOINTS, video)
+        _check_end(recorded)
+        networks = _networks(asked, detect, options.focal)
         watching = following(folder / LIVE, web) if view or web else nullcontext()
         with watching:
             seen = _watch(shown, networks, folder, frames)
         say("live", seen.words)
-        if seen.files is None:
-            raise InputError(
-                f"Nobody was found in {seen.words} of {shown.name} by {networks.detector.method}."
-            )
-        others = {name: value for name, value in options.settings.items() if not name.startswith("detect.")}
-        recorded = options.with_(**seen.files, detector=None, image_size=seen.size, settings=others)
-        recipe = planned(recorded)
-        take = None
+        take = fault = None
         try:
+            if seen.person is None:
+                raise InputError(
+                    f"Nobody was found in {seen.words} of {shown.name} by {networks.detector.method}."
+                )
+            size = seen.size if video is None else None  # a video has its own; that of ours is even
+            recorded = recorded.with_(person=seen.person, image_size=size)
+            recipe = _end(recorded)
             with stages(["read", *(entry.use for entry in recipe.stages)]) as done:
                 take = run_into(folder, recorded, recipe, done)
             tell(take)
         except (InputError, KeyboardInterrupt) as error:
+            if seen.person is None and (video is None or shown.video or not any(seen.size)):  # none is kept
+                raise
             say("warning", f"recorded, but not processed as a take: {error or 'interrupted'}")
+        except Exception as error:  # nothing of ours may cost a recording that cannot be made again
+            fault = error
+            say("warning", "recorded, but not processed as a take: a fault of this program, below.")
         add_to_summary(folder, device=where.summary())
     show_files(output)
+    if fault is not None:
+        raise fault
     shown_then = f"what was known at the time: pcnet3d view {quoted(output / LIVE)}"
     if take is None:
         print(shown_then)
@@ -96,6 +110,42 @@ def live(
     show(shown_then)
     conclude({"": take})
     point_to(output)
+
+
+def _detect(recipe: Recipe) -> Detect:
+    """The stage that looks while the camera runs. InputError where the recipe has none, or options of it that are of
+    whole videos and would go unheard."""
+    told = next((entry.options for entry in recipe.stages if entry.use == "detect"), None)
+    if told is None:
+        raise InputError("Expected somebody to be looked for by live, got detect=off; leave it out.")
+    detect = call(Detect, what="Stage 'detect'", options=told)
+    if unheard := [f"detect.{name}" for name in told if name not in _KNOWN]:
+        raise InputError(
+            f"Expected for live no options of detect but {', '.join(_KNOWN)}, got {', '.join(unheard)}; leave it out, "
+            "or give it to a run of the video afterwards."
+        )
+    return detect
+
+
+def _recorded(options: RunOptions, swaps: Swaps, keypoints: Path, video: Path | None) -> RunOptions:
+    """The run at the end, but for the person and the image's size, which are not known before."""
+    others = {name: value for name, value in options.settings.items() if not name.startswith("detect.")}
+    return options.with_(keypoints=keypoints, video=video, detector=None, swaps=swaps, settings=others)
+
+
+def _end(recorded: RunOptions) -> Recipe:
+    """The recipe of the run at the end, in which nobody is looked for again."""
+    recipe = planned(recorded)
+    return recipe.without("detect") if recipe.has("detect") else recipe
+
+
+def _check_end(recorded: RunOptions) -> None:
+    """InputError when the run at the end cannot work, before the camera runs."""
+    given = ["keypoints"] if recorded.video is None else ["keypoints", "video"]
+    try:
+        check_plan(_end(recorded), *given)
+    except InputError as error:
+        raise InputError(f"live ends with a run of its {' and its '.join(given)}: {error}") from None
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,10 +164,10 @@ class _Networks:
         return lifter, LiveRectifier(self.rectifier, self.told)
 
 
-def _networks(recipe: Recipe, focal_px: float | None) -> _Networks:
+def _networks(recipe: Recipe, detect: Detect, focal_px: float | None) -> _Networks:
     """Those that a run by the recipe would use. InputError as of told_up."""
     told = {entry.use: entry.options for entry in recipe.stages}
-    detect, rectify = Detect(**told["detect"]), Rectify(**told.get("rectify", {}))
+    rectify = Rectify(**told.get("rectify", {}))
     looks = 1 if detect.looks is None else detect.looks  # one is quickest
     detector = load_detector(detect.detector, detect.person_detector, detect.person_kind, looks)
     up = told_up(rectify.gravity, rectify.pitch_deg, rectify.roll_deg)
@@ -126,12 +176,11 @@ def _networks(recipe: Recipe, focal_px: float | None) -> _Networks:
 
 @dataclass(frozen=True)
 class _Seen:
-    """What was watched: in words, the image's width and height, and, if anybody was there, the RunOptions that name the
-    files and the person it is processed from."""
+    """What was watched: in words, the image's width and height, and, if anybody was there, who was shown most."""
 
     words: str
     size: tuple[int, int]
-    files: dict[str, Any] | None
+    person: str | None
 
 
 def _watch(shown: Source, networks: _Networks, folder: Path, frames: bool) -> _Seen:
@@ -168,12 +217,7 @@ def _watch(shown: Source, networks: _Networks, folder: Path, frames: bool) -> _S
     if not person.shown:
         return _Seen(words, size, None)
     search.detections(total or search.seen, search.seen).save(folder / KEYPOINTS)
-    files = {
-        "keypoints": folder / KEYPOINTS,
-        "video": shown.video.path if shown.video is not None else own_video,
-        "person": str(person.shown.most_common(1)[0][0]),
-    }
-    return _Seen(words, size, files)
+    return _Seen(words, size, str(person.shown.most_common(1)[0][0]))
 
 
 @dataclass

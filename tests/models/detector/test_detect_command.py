@@ -107,6 +107,18 @@ def test_its_keypoints_can_be_given_again(walk_film, toy, quick, tmp_path, call)
         np.testing.assert_array_equal(a["source"], b["source"])
 
 
+def test_a_cutoff_that_the_rate_does_not_carry_is_refused_before_the_video_is_looked_at(
+    walk_film, toy, quick, tmp_path, call
+):
+    words = (walk_film.path, "--detector", toy, "--recipe", quick, "--set", "trajectories.cutoff_hz=20")
+    code, said = call(*words, "-o", tmp_path / "out")
+    assert code == 2
+    assert "got 20 Hz" in said
+    assert not any(tmp_path.glob(".out.keypoints*"))  # what a run that fails later leaves
+    code, said = call(*words, "--fps", "60", "-o", tmp_path / "out")
+    assert code == 0, said
+
+
 def test_a_rate_against_the_videos_own_is_told(walk_film, toy, quick, tmp_path, call):
     """Silent once where the keypoints were detected: a cadence of 197 instead of 98."""
     words = (walk_film.path, "--detector", toy, "--recipe", quick)

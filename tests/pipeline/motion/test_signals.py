@@ -10,10 +10,12 @@ from pcnet3d.pipeline import H36M17, LEVEL, InputError, PoseSequence
 from pcnet3d.pipeline.motion.signals import (
     breaks,
     check_cutoff,
+    check_savgol_cutoff,
     derivative,
     each_path,
     even_grid,
     evenly_spaced,
+    highest_savgol_cutoff,
     lowpass,
     rate,
     resample,
@@ -49,8 +51,19 @@ def test_the_widest_savitzky_golay_window_of_at_least_half_the_power(fps, cutoff
 
 
 def test_a_cutoff_that_no_savitzky_golay_window_has():
-    with pytest.raises(InputError, match="no window for a cut-off of 12 Hz"):
+    """There is no option for the order, which the sentence once named."""
+    with pytest.raises(
+        InputError, match=r"no window for a cut-off of 12 Hz.* of at most 7\.13 Hz, or the Butt"
+    ):
         savitzky_golay(np.zeros(50), np.arange(50) / 30, cutoff_hz=12)
+
+
+@pytest.mark.parametrize("fps", [12.5, 24, 25, 29.97, 240])
+def test_the_highest_savitzky_golay_cutoff_is_had_and_a_higher_one_is_not(fps):
+    highest = highest_savgol_cutoff(fps)
+    assert gain(savitzky_golay, highest, fps, cutoff_hz=highest) == pytest.approx(np.sqrt(0.5), abs=3e-3)
+    with pytest.raises(InputError, match="no window"):
+        check_savgol_cutoff(highest + 0.02, fps)
 
 
 @FILTERS

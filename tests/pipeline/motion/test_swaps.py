@@ -142,6 +142,16 @@ def test_missing_joints_have_no_say(poses):
     assert find_swaps(wrong.with_(joints=joints[:2], time_s=None, frame_index=None, confidence=None)) == ()
 
 
+@pytest.mark.parametrize("step_px", [0, 1, 20])
+@pytest.mark.filterwarnings("error")
+def test_half_a_body_that_keeps_still_in_whole_pixels_has_no_swaps(step_px):
+    """Without hips and with a step of 0 there is no size to judge a hand by; numpy once warned the user of it."""
+    joints = np.repeat(pictured().joints[:1].round(), 60, axis=0)
+    joints[:, H36M17.indices(("l_hip", "r_hip"))] = np.nan
+    joints[30:33, H36M17.index("r_wrist")] += step_px
+    assert find_swaps(PoseSequence(joints, H36M17, IMAGE, time_s=np.arange(60) / 30)) == ()
+
+
 @pytest.mark.parametrize("how", ["seam", "gap"])
 def test_a_break_ends_what_continuity_can_say(poses, how):
     """From a clip boundary or a gap on everything is exchanged: no motion goes across, so only anatomy could tell."""

@@ -69,6 +69,28 @@ def test_lag_and_correlation_reach_their_aims(compared):
         assert figures["warnings"] == []
 
 
+def test_a_lag_is_told_with_the_offset_that_it_comes_on_top_of(made, tmp_path):
+    """Stamps of a clock that began a thousand seconds earlier were said to be 137 ms late."""
+    run = tmp_path / "run"
+    shutil.copytree(made / "run", run, ignore=shutil.ignore_patterns("imu"))
+    segments = ["r_forearm", "pelvis"]
+    sensors, _ = read_imus([made / f"{segment}.csv" for segment in segments], segments)
+    files = [tmp_path / f"{segment}.csv" for segment in segments]
+    for file, segment in zip(files, segments, strict=True):
+        write_csv(file, replace(sensors[segment], time_s=sensors[segment].time_s + 1000))
+    imu(run, imu=files, segment=segments, offset=-1000.0)
+    figures = json.loads((run / "imu/imu.json").read_text())["segments"]["r_forearm"]
+    assert figures["lag_s"] - figures["offset_s"] == pytest.approx(1000.137, abs=0.005)
+    for file, words in (
+        ("imu.md", "stamps{} are 13[678] ms later"),
+        ("r_forearm.html", "IMU{} is 13[678] ms late"),
+    ):
+        said = (run / "imu" / file).read_text()
+        assert re.search(words.format(", with -1000 s added by --offset,"), said), file
+    epoch = {**figures, "offset_s": -1700000000.25}
+    assert "-1700000000.25 s added" in as_markdown("walk", {"r_forearm": epoch})
+
+
 def test_levelling_shows_against_the_tilted_camera(compared):
     methods = compared["segments"]["r_forearm"]["methods"]
     assert methods["pcnet"]["z"]["rmse_mps2"] < 0.5 * methods["camera axes"]["z"]["rmse_mps2"]

@@ -3,25 +3,30 @@
 from __future__ import annotations
 
 import json
+import re
 import signal
 import subprocess
 import sys
 import time
 from contextlib import nullcontext
+from dataclasses import fields, replace
 from itertools import count
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from golden import numbered
 from pcnet3d.adapters import read_all
 from pcnet3d.models.lifter.live import LiveLifter
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.layouts import COCO17
+from pcnet3d.pipeline.motion.swaps import kinds
 from pcnet3d.pipeline.reading.take import read_video
 from pcnet3d.pipeline.rotations import unit
 from pcnet3d.stages.commands.live.command import live
 from pcnet3d.stages.commands.live.source import Incoming, Shot, Source, open_source
+from pcnet3d.stages.detect import Detect
 
 PCNET3D = [sys.executable, "-c", "from pcnet3d.pipeline.cli import main; main()"]
 GEOMETRIC = ["rectify.rectifier=geometric"]
@@ -115,6 +120,133 @@ def test_looks_that_cannot_be_are_refused_before_anything_is_recorded(
             source=str(numbered_film), output=tmp_path / "out", detector=str(toy_detector), settings=settings
         )
     assert not (tmp_path / "out").exists()
+
+
+@pytest.fixture
+def camera(monkeypatch, numbered_film):
+    """A camera that shows the film; `camera(change)` one whose images are changed first."""
+
+    def shows(change):
+        def shots():
+            for shot in open_source(str(numbered_film)).shots:
+                yield replace(shot, image=change(shot.image))
+
+        came = Source("camera", shots(), None, waits=True)
+        monkeypatch.setattr("pcnet3d.stages.commands.live.command.open_source", lambda source: came)
+
+    shows(lambda image: image)
+    return shows
+
+
+@pytest.fixture
+def no_camera(camera):
+    """One that must not be looked at."""
+
+    def started(image):
+        raise AssertionError
+
+    camera(started)
+
+
+@pytest.mark.parametrize(
+    ("settings", "no_frames", "why"),
+    [
+        ("detect=off", False, "got detect=off"),
+        ("lift=off", False, "keypoints and its video: Stage 'clean' needs poses"),
+        ("rectify=off", False, "'trajectories' needs rectified"),
+        ("lift.lifter=nothing.onnx", False, "nothing.onnx"),
+        ("calibrate=off", True, "run of its keypoints: calibrate=off is for the stage 'calibrate'"),
+        ("calibrate.camera_file=lens.toml", True, "calibrate.camera_file is for the stage 'calibrate'"),
+    ],
+)
+def test_what_the_run_at_the_end_cannot_do_is_refused_before_anything_is_recorded(
+    no_camera, tmp_path, settings, no_frames, why
+):
+    """The whole recording was once thrown away, or its take."""
+    with pytest.raises(InputError, match=re.escape(why)):
+        live(source="0", output=tmp_path / "out", settings=[settings], no_frames=no_frames)
+    assert not any(tmp_path.iterdir())
+
+
+VALUES = {
+    "person_kind": "yolox", "looks": "1", "swaps": "mask", "smooth_hz": "6", "fps": "60",
+    "folder": "there", "checkpoint": "part.npz", "resume": "part.npz", "person": "0",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", [field.name for field in fields(Detect)])
+def test_every_option_of_detect_is_heard_or_refused_before_anything_is_recorded(
+    no_camera, toy_detector, tmp_path, name
+):
+    heard = name in ("detector", "person_detector", "person_kind", "looks", "swaps")
+    told = {"detect.detector": str(toy_detector), f"detect.{name}": VALUES.get(name, str(toy_detector))}
+    settings = [*GEOMETRIC, *(f"{key}={value}" for key, value in told.items())]
+    if heard and name != "person_detector":  # the toy finds people by itself, and says so
+        with pytest.raises(AssertionError):
+            live(source="0", output=tmp_path / "out", settings=settings)
+        return
+    with pytest.raises(InputError, match=f"detect.{name}"):
+        live(source="0", output=tmp_path / "out", settings=settings)
+    assert not any(tmp_path.iterdir())
+
+
+def test_exchanged_limbs_are_put_right_in_the_run_at_the_end(camera, joints_px, tmp_path):
+    wrong = joints_px.copy()
+    for way in kinds(COCO17, depth=False):
+        wrong[20:30] = way.applied(wrong[20:30])
+    settings = [*GEOMETRIC, "detect.swaps=repair"]
+    toy = numbered.toy_detector(tmp_path / "toy.onnx", wrong)
+    live(source="0", output=tmp_path / "out", detector=str(toy), settings=settings)
+    said = json.loads((tmp_path / "out" / "summary.json").read_text())["repairs"]
+    assert any("put right as asked" in text and "frames 20-29" in text for text in said), said
+
+
+def test_images_with_odd_sides_get_their_take(camera, toy_detector, joints_px, tmp_path):
+    """The video has even sides, and was once refused for it."""
+    camera(lambda image: image[:-1, :-1])
+    live(source="0", output=tmp_path / "out", detector=str(toy_detector), settings=GEOMETRIC)
+    assert read_video(tmp_path / "out" / "video.ts").height == 358
+    (person,) = read_all(tmp_path / "out" / "keypoints.npz")
+    np.testing.assert_allclose(person.joints, joints_px, atol=1)
+    with np.load(tmp_path / "out" / "poses.npz") as poses:
+        assert poses["frame_index"].tolist() == list(range(60))
+
+
+def kept(folder) -> bool:
+    """Whether all of the recording, and nothing of a take, is in the folder."""
+    names = {path.name for path in folder.iterdir()}
+    assert "take.rrd" not in names
+    assert len(logged(folder / "live.rrd", "video", "VideoStream:sample")[0]) == 60
+    return {"live.rrd", "video.ts", "summary.json"} <= names
+
+
+@pytest.mark.parametrize("error", [InputError("No."), RuntimeError("a fault"), KeyboardInterrupt()])
+def test_whatever_fails_behind_the_camera_the_recording_is_kept(
+    camera, toy_detector, tmp_path, monkeypatch, capsys, error
+):
+    def fails(*_):
+        raise error
+
+    monkeypatch.setattr("pcnet3d.stages.commands.live.command.run_into", fails)
+    told = {"detector": str(toy_detector), "settings": GEOMETRIC}
+    ends = pytest.raises(RuntimeError, match="a fault") if isinstance(error, RuntimeError) else nullcontext()
+    with ends:
+        live(source="0", output=tmp_path / "out", **told)
+    assert "recorded, but not processed as a take" in capsys.readouterr().err
+    assert kept(tmp_path / "out")
+    assert (tmp_path / "out" / "keypoints.npz").exists()
+
+
+@pytest.mark.parametrize("no_frames", [False, True])
+def test_a_video_in_which_nobody_was_found_is_kept_too(camera, tmp_path, capsys, no_frames):
+    toy = numbered.toy_detector(tmp_path / "toy.onnx", score=0.0)
+    told = {"detector": str(toy), "settings": GEOMETRIC, "no_frames": no_frames}
+    with pytest.raises(InputError, match="Nobody was found in 60 frames") if no_frames else nullcontext():
+        live(source="0", output=tmp_path / "out", **told)
+    assert (tmp_path / "out").exists() != no_frames
+    if not no_frames:
+        assert "Nobody was found in 60 frames of camera" in capsys.readouterr().err
+        assert kept(tmp_path / "out")
 
 
 def test_a_network_in_the_folder_is_not_replaced_with_it(numbered_film, toy_detector, tmp_path):
