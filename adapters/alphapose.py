@@ -3,8 +3,9 @@
 The list holds one entry a detection, {image_id: "12.jpg", category_id, keypoints: x, y, score of every
 joint, score, box, idx}, of COCO-17 or Halpe-26. AlphaPose names a video's frames from "0.jpg" on; names are
 sorted by number, not as text. `idx` is the person only where AlphaPose tracked (--pose_track): without
-tracking everybody is 0, and after non-maximum suppression it may be a list of lists. The dict is keyed by
-image name and holds the 18 joints of OpenPose's COCO model, without `idx`. Joint scores are heatmap maxima.
+tracking everybody is 0, and after non-maximum suppression it may be a list of lists. A list with
+`track_id` and without `idx` is somebody else's (adapter coco). The dict is keyed by image name and holds the 18
+joints of OpenPose's COCO model, without `idx`. Joint scores are heatmap maxima.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ import numpy as np
 from ..pipeline.errors import InputError
 from ..pipeline.layouts import COCO17, HALPE26, OPENPOSE18
 from ..pipeline.pose import PoseSequence
-from .kit.json import beginning, each, entries, field, first_detection, frame_number, load, numbers
+from .kit.json import Images, beginning, each, entries, field, first_detection, load, numbers
 from .kit.tracks import Detection, counted, sequences, triples
 
 name = "alphapose"
@@ -34,8 +35,14 @@ def sniff(path: Path) -> bool:
     content = beginning(path)
     entry = first_detection(content)
     if entry is not None:
-        return isinstance(entry["image_id"], str) or not entry.keys().isdisjoint(("idx", "box"))
+        return is_alphaposes(entry)
     return _bodies_key(content) is not None
+
+
+def is_alphaposes(entry: dict[str, Any]) -> bool:
+    """Whether a detection in a flat list has the fields by which AlphaPose's differ from COCO's."""
+    named = isinstance(entry["image_id"], str) or "box" in entry
+    return "idx" in entry or (named and "track_id" not in entry)
 
 
 def read(path: Path, track: bool = False) -> tuple[PoseSequence, ...]:
@@ -43,7 +50,8 @@ def read(path: Path, track: bool = False) -> tuple[PoseSequence, ...]:
 
     track: ignore `idx` and join each detection to the nearest of the frames before.
     Scores above 1 are clipped and counted in the history. Raises InputError when the file is not AlphaPose's,
-    when an image has no number, and when a person is in a frame twice because nobody was tracked.
+    when an image has no number, when images are of several videos (one number twice, or several folders), and when a
+    person is in a frame twice because nobody was tracked.
     """
     what, start = "AlphaPose results", beginning(path)
     if not isinstance(start, list | dict):
@@ -53,15 +61,21 @@ def read(path: Path, track: bool = False) -> tuple[PoseSequence, ...]:
         found, layouts = _from_dict(each(path, what), key, track, path), (OPENPOSE18,)
     else:
         entries(start, str(path))
-        listed = enumerate(each(path, what))
-        found = (_from_entry(entry, track, f"{path}, entry {i}") for i, (_, entry) in listed)
+        listed, images = enumerate(each(path, what)), Images()
+        found = (_from_entry(entry, images, track, f"{path}, entry {i}") for i, (_, entry) in listed)
         layouts = (COCO17, HALPE26)
     return sequences(counted(found, str(path)), layouts, str(path))
 
 
-def _from_entry(entry: Any, track: bool, where: str) -> Detection:
+def _from_entry(entry: Any, images: Images, track: bool, where: str) -> Detection:
+    image = field(entry, "image_id", where)
+    if "track_id" in entry and "idx" not in entry:
+        raise InputError(
+            f"{where}: expected a person's idx, as AlphaPose calls it, got a track_id, which adapter coco reads (--set "
+            "read.keypoints_adapter=coco)."
+        )
     return Detection(
-        frame=frame_number(field(entry, "image_id", where), where),
+        frame=images.number(image, where),
         points=triples(field(entry, "keypoints", where), where),
         person=None if track else track_named(entry.get("idx", 0), where),
     )
@@ -88,10 +102,11 @@ def _bodies_key(content: Any) -> str | None:
     )
 
 
-def _from_dict(images: Iterable[tuple[str, Any]], key: str, track: bool, path: Path) -> Iterator[Detection]:
-    for image, content in images:
+def _from_dict(listed: Iterable[tuple[str, Any]], key: str, track: bool, path: Path) -> Iterator[Detection]:
+    images = Images()
+    for image, content in listed:
         where = f"{path}, image {image}"
-        frame = frame_number(image, where)
+        frame = images.number(image, where)
         for body in entries(field(content, key, where), where):
             points = triples(field(body, _BODIES[key], where), where)
             _refuse_head_as_neck(points, where)

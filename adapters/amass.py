@@ -19,7 +19,7 @@ from ..pipeline.layouts import H36M17
 from ..pipeline.messages import how_many
 from ..pipeline.pose import PoseSequence
 from .kit.numpy import arrays_in, keys, load, load_all
-from .kit.world import poses_of
+from .kit.world import people_of
 
 name = "amass"
 gives = "poses"
@@ -34,7 +34,7 @@ def sniff(path: Path) -> bool:
     return held >= _PARAMETERS or ("joints" in held and bool(held & set(_RATES)))
 
 
-def read(path: Path, unit: str = "m", up: Up | None = None) -> tuple[PoseSequence]:
+def read(path: Path, unit: str = "m", up: Up | None = None) -> tuple[PoseSequence, ...]:
     """The one person of the file in its world, with time stamps from its rate.
 
     unit: "m", "mm", "cm" or "inch". up: "y" or "z", the axis that is up; without it the person has to stand along z.
@@ -53,7 +53,7 @@ def read(path: Path, unit: str = "m", up: Up | None = None) -> tuple[PoseSequenc
     rows = np.arange(len(joints))
     names = _names(path, held, joints.shape[1])
     found = Markers(names, joints.astype(np.float64), rows / rate, unit, "z", rows)
-    return (poses_of(found, str(path), None, up),)
+    return people_of(found, str(path), None, up)
 
 
 def _names(path: Path, held: tuple[str, ...], count: int) -> list[str]:

@@ -2,8 +2,9 @@
 
 A result is {image_id, category_id, keypoints: x, y, v of every joint, score}, with COCO-17 or Halpe-26
 joints and an integer image_id; OpenPose (--write_coco_json), Detectron and MMPose's evaluation write such
-lists. A list whose entries have `idx`, `box` or a text as image_id is AlphaPose's. An annotation dict is
-{images: [{id, file_name}], annotations: [{image_id, keypoints, ...}], ...}. `track_id` is read where it is.
+lists. A list whose entries have `idx`, or `box` or a text as image_id and no `track_id`, is AlphaPose's. An annotation
+dict is {images: [{id, file_name}], annotations: [{image_id, keypoints, ...}], ...}. `track_id` is read where it is; a
+detection without one, in a file where others have it, is nobody's and left out.
 
 v is a score in results. Where all of them are 0, 1 or 2 they are flags (not labelled, hidden, visible): 0
 means that the joint is missing, the others say nothing about certainty, and the confidence is NaN.
@@ -21,7 +22,8 @@ import numpy as np
 from ..pipeline.errors import InputError
 from ..pipeline.layouts import COCO17, HALPE26
 from ..pipeline.pose import PoseSequence
-from .kit.json import beginning, each, entries, field, first_detection, frame_number, load
+from .alphapose import is_alphaposes
+from .kit.json import Images, beginning, each, entries, field, first_detection, load
 from .kit.tracks import Detection, counted, sequences, triples
 
 name = "coco"
@@ -36,7 +38,7 @@ def sniff(path: Path) -> bool:
     content = beginning(path)
     entry = first_detection(content)
     if entry is not None:
-        return isinstance(entry["image_id"], int) and entry.keys().isdisjoint(("idx", "box"))
+        return isinstance(entry["image_id"], int | str) and not is_alphaposes(entry)
     return _has(content, "images", "id", "file_name") or _has(content, "annotations", "image_id", "keypoints")
 
 
@@ -53,7 +55,8 @@ def read(path: Path, track: bool = False) -> tuple[PoseSequence, ...]:
     frame_index is the image_id of results, and the number in the file_name of annotations.
     track: ignore `track_id` and join people by nearness all the same.
     Scores above 1 are clipped and counted in the history. Raises InputError when the file is neither form,
-    when an image has no number, and when a track has two people in one frame.
+    when an image has no number, when images with people are of several videos (one number twice, or several folders),
+    and when a track has two people in one frame.
     """
     what, where = "COCO keypoints", str(path)
     if isinstance(beginning(path), list):
@@ -75,24 +78,26 @@ def read(path: Path, track: bool = False) -> tuple[PoseSequence, ...]:
 
 def _results(listed: Iterable[Any], where: str) -> Iterator[tuple[Any, int, str]]:
     """Each entry with its frame and its place in the file."""
+    images = Images()
     for i, entry in enumerate(listed):
         here = f"{where}, entry {i}"
-        yield entry, frame_number(field(entry, "image_id", here), here), here
+        yield entry, images.number(field(entry, "image_id", here), here), here
 
 
 def _annotations(content: dict[str, Any], where: str) -> Iterator[tuple[Any, int, str]]:
     """Each annotation that has keypoints, with its frame and its place in the file."""
-    frames = {}
+    listed: dict[str, tuple[Any, str]] = {}  # name and place of each image
     for i, image in enumerate(entries(field(content, "images", where), where)):
         here = f"{where}, image {i}"
-        frames[str(field(image, "id", here))] = frame_number(field(image, "file_name", here), here)
+        listed[str(field(image, "id", here))] = field(image, "file_name", here), here
+    images = Images()
     for i, entry in enumerate(entries(field(content, "annotations", where), where)):
         here = f"{where}, annotation {i}"
         image = field(entry, "image_id", here)
-        if str(image) not in frames:
+        if str(image) not in listed:
             raise InputError(f"{here}: expected an image that the file lists, got {reprlib.repr(image)}.")
         if "keypoints" in entry:
-            yield entry, frames[str(image)], here
+            yield entry, images.number(*listed[str(image)], identity=str(image)), here
 
 
 def _detection(entry: Any, frame: int, track: bool, where: str) -> Detection:

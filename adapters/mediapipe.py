@@ -64,7 +64,8 @@ def sniff(path: Path) -> bool:
 def read(path: Path) -> tuple[PoseSequence, ...]:
     """One sequence a person, joined from frame to frame: BLAZEPOSE33 in camera axes, metres.
 
-    Frame numbers and times are those of the file, if it has them; a column whose unit its name does not say, such as
+    Frame numbers and times are those of the file, if it has them; with times alone the numbers are counted by these, so
+    that frames which were dropped leave a gap. A column whose unit its name does not say, such as
     `timestamp`, is not taken for a time. A frame whose numbers are all -1, as some write for nobody, or all missing
     has no row, but counts. Raises InputError for image landmarks and for files of another form.
     """
@@ -84,12 +85,33 @@ def read(path: Path) -> tuple[PoseSequence, ...]:
         found.add(frame, joints, body.values[:, 3], body.box)
     _check_world(found.joints, path)
     people = found.sequences(CAMERA.with_(origin="camera"), _IMAGE_AXES, str(path))
-    return tuple(_timed(poses.with_(frames_known=frames_known), times) for poses in people)
+    numbers = {} if frames_known or len(times) != at + 1 else _numbers(times)
+    return tuple(_timed(poses.with_(frames_known=frames_known), times, numbers) for poses in people)
 
 
-def _timed(poses: PoseSequence, times: dict[int, float]) -> PoseSequence:
-    stamps = [times.get(int(frame)) for frame in poses.frame_index]
-    return poses if None in stamps else poses.with_(time_s=np.array(stamps, dtype=np.float64))
+def _numbers(times: dict[int, float]) -> dict[int, int]:
+    """Frame numbers, counted from 0, of frames that were counted, by their times: a step of about n usual ones is n
+    frames. {} for times that do not increase."""
+    steps = np.diff(list(times.values()))
+    if len(steps) == 0 or not (steps > 0).all():
+        return {}
+    # The median is of rounded times (33, 33, 34 ms), which over a long gap would miss frames; the mean is not.
+    usual = steps[np.rint(steps / np.median(steps)) == 1].mean()
+    counted = np.cumsum([0, *np.fmax(np.rint(steps / usual), 1)])
+    return dict(zip(times, counted.astype(int).tolist(), strict=True))
+
+
+def _timed(poses: PoseSequence, times: dict[int, float], numbers: dict[int, int]) -> PoseSequence:
+    """The poses with the times of their frames, and with other numbers of these where there are any."""
+    frames = poses.frame_index.tolist()
+    stamps = [times.get(frame) for frame in frames]
+    if None in stamps:
+        return poses
+    return poses.with_(
+        time_s=np.array(stamps, dtype=np.float64),
+        frame_index=np.array([numbers.get(frame, frame) for frame in frames]),
+        frames_known=poses.frames_known,
+    )
 
 
 def _check_world(joints: np.ndarray, path: Path) -> None:

@@ -48,7 +48,8 @@ def read(path: Path, unit: str = "m") -> tuple[PoseSequence, ...]:
     """One sequence a person, joined from frame to frame by nearness: axes of the camera at the origin.
 
     unit: that of the calibration: "m", "mm", "cm", "inch" or "arbitrary".
-    The score 1 of every joint that was found says no more than that, so confidences are unknown.
+    BODY_25 and BODY_25B are told apart by the bones of all bodies. The score 1 of every joint that was found says no
+    more than that, so confidences are unknown.
     frame_index = number in the file's name; a frame without a person has no row; a joint that was not found is NaN.
     Raises InputError when the folder holds no such files, those of several videos, or 2D results only.
     """
@@ -61,12 +62,15 @@ def read(path: Path, unit: str = "m") -> tuple[PoseSequence, ...]:
         if len(points) not in _LAYOUTS or (found and len(points) != len(found.layout)):
             raise InputError(f"{where}: expected 25 or 18 joints, in all frames alike, got {len(points)}.")
         if np.isfinite(joints).any():
-            found = found or Bodies(likely_layout(joints[None], _LAYOUTS[len(points)]))
+            found = found or Bodies(_LAYOUTS[len(points)][0])
             found.add(frame, joints, np.where(points[:, 3] > 0, points[:, 3], np.nan))
     if found is None:
         raise InputError(
             f"{path}: expected OpenPose's 3D results ({_FIELDS[0]}), found none; adapter openpose reads its 2D results."
         )
+    found.layout = likely_layout(
+        found.joints, _LAYOUTS[len(found.layout)]
+    )  # the first body may be half in view
     return found.sequences(CAMERA.with_(origin="camera", unit=unit), _IMAGE_AXES, str(path), placed=True)
 
 

@@ -18,6 +18,8 @@ from .beginning import first_bytes
 _PEEK_BYTES = 1 << 16  # more than the metadata that MMPose's demos write before the first frame
 _TOKEN = re.compile(r'"(?:[^"\\]|\\.)*"?|[\[\]{},]', re.DOTALL)
 _SUFFIX = re.compile(r"\.[A-Za-z][A-Za-z0-9]*$")
+# Roboflow's exports put a hash behind the name: walk_mp4-0003_jpg.rf.0f31b2.jpg
+_ROBOFLOW = re.compile(r"\.rf\.\w+$")
 _SPACE = re.compile(r"[ \t\r\n]*")
 _DECODER = json.JSONDecoder()
 _PIECE = 1 << 18
@@ -213,7 +215,7 @@ def frame_number(image: Any, where: str) -> int:
     for anything else."""
     number = image
     if isinstance(image, str):
-        digits = re.findall(r"0*([0-9]+)", _SUFFIX.sub("", image))
+        digits = re.findall(r"0*([0-9]+)", _ROBOFLOW.sub("", _SUFFIX.sub("", image)))
         number = int(digits[-1]) if digits and len(digits[-1]) < 20 else None
     if not isinstance(number, int) or isinstance(number, bool) or not 0 <= number < _MAX_FRAME:
         raise InputError(
@@ -221,3 +223,26 @@ def frame_number(image: Any, where: str) -> int:
             f"got {reprlib.repr(image)}."
         )
     return number
+
+
+class Images:
+    """The images of one video by their numbers, so that those of several videos are refused while they are read."""
+
+    def __init__(self) -> None:
+        self._seen: dict[int, tuple[Any, str]] = {}  # identity and name by number
+        self._folder: str | None = None
+
+    def number(self, image: Any, where: str, identity: Any = None) -> int:
+        """The `frame_number` of an image, by its number or name. identity: what tells it from others of its name.
+        InputError also for another image of the same number, and for one in another folder than the first."""
+        number, name = frame_number(image, where), str(image)
+        folder = name.replace("\\", "/").rpartition("/")[0]
+        self._folder = folder if self._folder is None else self._folder
+        known, other = self._seen.setdefault(number, (identity or name, name))
+        if folder != self._folder or known != (identity or name):
+            raise InputError(
+                f"{where}: expected the images of one video, in one folder and each with a number of its own, got "
+                f"{name} beside {other if folder == self._folder else self._folder or 'no folder'}; keep each video's "
+                "keypoints in a file of their own."
+            )
+        return number

@@ -29,7 +29,8 @@ def frame_files(path: Path) -> list[Path]:
 def people(path: Path) -> Iterator[tuple[int, Any, str]]:
     """(frame, person, where) of everybody; frame = number in the file's name, where = the file, for errors.
 
-    Raises InputError when the folder holds no such files or those of several videos, and when a file is not OpenPose's.
+    Raises InputError when the folder holds no such files, those of several videos or one without a number, and when a
+    file is not OpenPose's.
     """
     for frame, file in _frames(path):
         where = str(file)
@@ -39,7 +40,8 @@ def people(path: Path) -> Iterator[tuple[int, Any, str]]:
 
 
 def _frames(path: Path) -> list[tuple[int, Path]]:
-    """Frame and file in order of names: the last number in a name that is not the same in all of them counts."""
+    """Frame and file in order of names: the last number in a name that is not the same in all of them counts.
+    InputError for a file without it."""
     files = frame_files(path)
     if not files:
         raise InputError(
@@ -49,6 +51,12 @@ def _frames(path: Path) -> list[tuple[int, Path]]:
     names = [_NUMBER.split(file.name.removesuffix(".json").removesuffix("_keypoints")) for file in files]
     places = range(2, max(map(len, names)) + 1, 2)  # of the numbers, from the end
     place = next((p for p in places if len({name[-p] for name in names if len(name) > p}) > 1), 2)
+    short = next((file for file, name in zip(files, names, strict=True) if len(name) <= place), None)
+    if short is not None:
+        raise InputError(
+            f"Expected a frame's number in the name of each file in {path}, in the same place, got {short.name}; take "
+            "it out of the folder, or number it."
+        )
     videos = sorted({"".join((*name[:-place], "*", *name[len(name) - place + 1 :])) for name in names})
     if len(videos) > 1:
         raise InputError(

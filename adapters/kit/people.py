@@ -6,6 +6,7 @@ from array import array
 from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import groupby
 
 import numpy as np
@@ -14,7 +15,8 @@ from ...pipeline.errors import InputError
 from ...pipeline.frames import Frame
 from ...pipeline.layouts import Layout
 from ...pipeline.pose import PoseSequence, Step, package_version
-from .tracks import Crowd, Detection, followed, saying_nothing
+from ...pipeline.rotations import is_finite
+from .tracks import Crowd, Detection, followed, leap, saying_nothing
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -22,6 +24,11 @@ class _Seen(Detection):
     """A body by what it shows in the image plane; row: its place among the bodies."""
 
     row: int
+
+    @cached_property
+    def found(self) -> np.ndarray:
+        """(J,) whether the point is there: 0, 0 is a place in space, and a box's corner."""
+        return is_finite(self.points)
 
 
 class Bodies:
@@ -95,18 +102,19 @@ class Bodies:
     def _groups(
         self, frames: np.ndarray, plane: tuple[int, int], placed: bool
     ) -> tuple[list[np.ndarray | slice], tuple[Step, ...]]:
-        """Each person's rows in order of time, and the step of the history that says how they were found."""
-        if (np.diff(frames) > 0).all():
-            return [slice(None)], ()  # a view, where an index would copy hours of video
-        if len(np.unique(frames)) == len(frames):
-            return [np.argsort(frames)], ()
+        """Each person's rows in order of time, and the step of the history that says how they were found, where there
+        was somebody to tell apart or a `leap` casts doubt."""
         boxes = np.frombuffer(self._boxes, np.float32).reshape(-1, 4)
         boxed = bool(np.isfinite(boxes).all() and np.ptp(boxes, axis=0).any())
-        options = {"method": "nearest box"}
-        points = boxes.reshape(-1, 2, 2)
-        if not boxed:
-            points = self.joints[..., plane]
-            options = {"method": "nearest position"}
+        alone = len(np.unique(frames)) == len(frames)
+        if alone and not boxed and not placed:
+            return [_in_order(frames)], ()
+        points = boxes.reshape(-1, 2, 2) if boxed else self.joints[..., plane]
+        if alone:
+            rows = _in_order(frames)
+            doubt = leap(frames[rows], points[rows])
+            return [rows], (Step("leap", package_version(), {"warning": doubt}),) if doubt else ()
+        options = {"method": "nearest box" if boxed else "nearest position"}
         if not boxed and not placed:
             options = {
                 "method": "nearest pose",
@@ -118,6 +126,11 @@ class Bodies:
             people[one.person].append(one.row)
         steps = (Step("link people", package_version(), options),)
         return [np.frombuffer(rows, np.int64) for rows in people.values()], steps
+
+
+def _in_order(frames: np.ndarray) -> np.ndarray | slice:
+    """The rows in order of time: a view where they are so already, for an index would copy hours of video."""
+    return slice(None) if (np.diff(frames) > 0).all() else np.argsort(frames)
 
 
 def _seen(frames: np.ndarray, points: np.ndarray) -> Iterator[list[_Seen]]:

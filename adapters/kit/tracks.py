@@ -25,6 +25,8 @@ _NEIGHBOURS = (
 )  # fmt: skip
 _MOST_IN_FRAME, _MOST_NAMES = 500, 5_000  # more than detectors find in a crowd, or trackers name in a day
 _MEMORY = 30  # frames after which somebody who was lost counts as a new person
+_WANDER = 0.05  # of the body's size a frame: how much further somebody may get unseen, running at 2.5 m/s and 30 fps
+_PIECE = 10_000  # frames whose steps are looked at together
 _PACE = 10  # frames over which it is seen how people move on
 
 
@@ -32,7 +34,7 @@ _PACE = 10  # frames over which it is seen how people move on
 class Detection:
     """One person in one video frame.
 
-    points: (J, 3) float64, x and y in pixels and the detector's score (NaN without); 0, 0, 0 or NaN is no joint.
+    points: (J, 3) float64, x and y in pixels and the detector's score (NaN without); 0, 0 or NaN is no joint.
     person: the detector's name of the person, None when it does not follow people from frame to frame.
     """
 
@@ -52,10 +54,10 @@ class Detection:
 
 
 def found_in(points: np.ndarray) -> np.ndarray:
-    """(..., J) whether each joint of points (..., J, 3) is there: neither NaN nor the detectors' 0, 0 with score 0 or
-    none."""
-    missing = np.isnan(points)
-    return ~missing[..., :2].any(axis=-1) & (~missing & (points != 0)).any(axis=-1)
+    """(..., J) whether each joint of points (..., J, 3) is there: neither NaN nor at 0, 0, which detectors write for
+    none, some of them with a score above 0 (Ultralytics' YOLO)."""
+    places = points[..., :2]
+    return ~np.isnan(places).any(axis=-1) & (places != 0).any(axis=-1)
 
 
 class Crowd:
@@ -112,12 +114,16 @@ def sequences(
     """One sequence a person in IMAGE, frames in order, people in the order in which they appear.
 
     layouts: those that the format can hold, told apart by their number of joints.
-    People without names are told apart by `linked`; the history says so. A joint that was not found is NaN
-    with confidence NaN. Scores are taken for confidences, except that those outside [0, 1] are clipped, and
-    those that say nothing (`saying_nothing`) are NaN; the history tells both.
+    People without names are told apart by `linked`; the history says so, and warns of a `leap`. Where some detections
+    have a name, those without are left out, for trackers name nobody where they are not sure; the history warns with
+    their number. A joint that was not found is NaN with confidence NaN. Scores are taken for confidences, except that
+    those outside [0, 1] are clipped, and those that say nothing (`saying_nothing`) are NaN; the history tells both.
     Raises InputError for nobody at all, another layout, coordinates that are no pixels, and a person who is
     in a frame twice.
     """
+    named = [detection for detection in detections if detection.person is not None]
+    unnamed = len(detections) - len(named) if named else 0
+    detections = named or detections
     if not any(detection.found.any() for detection in detections):
         raise InputError(f"{where}: no person was found in any frame.")
     likely = _layouts_of(detections, layouts, where)
@@ -131,12 +137,21 @@ def sequences(
             "(OpenPose: --keypoint_scale 0)."
         )
     unknown = saying_nothing(points[:, 2])
-    tracked = all(detection.person is not None for detection in detections)
     people: dict[str | None, list[Detection]] = defaultdict(list)
-    for detection in sorted(detections if tracked else linked(detections), key=lambda one: one.frame):
+    for detection in sorted(named or linked(detections), key=lambda one: one.frame):
         people[detection.person].append(detection)
     tracks = tuple(_sequence(rows, layout, unknown, where) for rows in people.values())
-    return tracks if tracked else tuple(poses.noted("link people", method="nearest") for poses in tracks)
+    if not named:
+        doubt = leap(tracks[0].frame_index, tracks[0].joints) if len(tracks) == 1 else ""
+        told = {"warning": doubt} if doubt else {}
+        return tuple(poses.noted("link people", method="nearest", **told) for poses in tracks)
+    if not unnamed:
+        return tracks
+    words = (
+        f"Left out for want of a track number: {how_many(unnamed, 'detection')} of {unnamed + len(named)}; track=true "
+        "(--set keypoints.track=true) ignores the numbers and joins people to the nearest of the frames before."
+    )
+    return tuple(poses.noted("track numbers", left_out=unnamed, warning=words) for poses in tracks)
 
 
 def _layouts_of(detections: Sequence[Detection], layouts: Iterable[Layout], where: str) -> Sequence[Layout]:
@@ -221,11 +236,11 @@ def saying_nothing(scores: np.ndarray) -> str:
 def linked(detections: Iterable[Seen]) -> list[Seen]:
     """The same detections with people named "0", "1", ... in order of appearance.
 
-    Where no frame holds more than one person, all are one. Otherwise each frame's people are joined to the
-    nearest ones seen in the last 30 frames, nearest pairs first, who are taken to have gone on as they went in the
-    frames before; the distance is that of the joints found both times, on average, and must stay below half the body's
-    size (its box's diagonal). People who cross may be exchanged: a tracker does better. A detection without a single
-    joint is dropped.
+    Where no frame holds more than one person, all are one, though `leap` may doubt it. Otherwise each frame's people
+    are joined to the nearest ones seen in the last 30 frames, nearest pairs first, who are taken to have gone on as
+    they went in the frames before; the distance is that of the joints found both times, on average, and must stay below
+    half the body's size (its box's diagonal). People who cross may be exchanged: a tracker does better. A detection
+    without a single joint is dropped.
     """
     frames: dict[int, list[Seen]] = defaultdict(list)
     for detection in detections:
@@ -249,6 +264,37 @@ def followed(frames: Iterable[Sequence[Seen]]) -> Iterator[Seen]:
             ]
             tracks[name : name + 1] = [[*before, detection]]
             yield replace(detection, person=str(name))
+
+
+def leap(frames: np.ndarray, points: np.ndarray) -> str:
+    """In words, where somebody who is alone in each frame leaps so far that it may be somebody else; "" where not.
+
+    frames: (T,) increasing; points: (T, J, 2) in the image or in any plane, NaN where missing. The distance is that of
+    `linked`, which may be half the body's size, and more after frames in which nobody was seen. Who leaps stays one
+    person all the same, for a cut or a camera that turns fast does that too.
+    """
+    if len(frames) < 2:
+        return ""
+    starts = range(0, len(frames) - 1, _PIECE)  # hours of video at once would double the memory
+    far = np.concatenate([_steps(points[start : start + _PIECE + 1]) for start in starts])
+    unseen = np.diff(frames) - 1
+    far = np.where(far < _REACH + _WANDER * unseen, 0, far)
+    row = int(far.argmax())
+    if far[row] == 0:
+        return ""
+    since = f", after {how_many(int(unseen[row]), 'frame')} in which nobody was seen" if unseen[row] else ""
+    return (
+        f"The person leaps by {far[row]:.1f} body sizes at frame {frames[row + 1]}{since}: it may be somebody else "
+        "from there on."
+    )
+
+
+def _steps(points: np.ndarray) -> np.ndarray:
+    """(T - 1,) `_distance` from each row of points (T, J, 2) to the next, 0 where no joint is seen in both."""
+    apart = np.linalg.norm(np.diff(points, axis=0), axis=-1)
+    size = np.linalg.norm(np.fmax.reduce(points, axis=1) - np.fmin.reduce(points, axis=1), axis=-1)
+    sizes = np.isfinite(apart).sum(axis=1) * np.fmax(size[1:], size[:-1])
+    return np.divide(np.nansum(apart, axis=1), sizes, out=np.zeros(len(apart)), where=sizes > 0)
 
 
 def _gone_on(track: Sequence[Detection], frame: int) -> Detection:

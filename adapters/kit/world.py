@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import os
 import re
 
 import numpy as np
 
 from ...pipeline.errors import InputError
-from ...pipeline.files.markers import Markers, Up
+from ...pipeline.files.markers import Markers, Up, by_subject
 from ...pipeline.files.skeletons import UNITS as METRES
 from ...pipeline.files.skeletons import h36m17_named
 from ...pipeline.frames import UNITS, Y_UP, Z_UP, Frame
@@ -40,15 +41,38 @@ def world(up: Up, unit: str) -> Frame:
     return (Y_UP if up == "y" else Z_UP).with_(unit=unit)
 
 
-def poses_of(found: Markers, where: str, unit: str | None, up: Up | None) -> PoseSequence:
-    """One person of named points, in the file's world and unit, with its times; frames count from the first row.
+def people_of(found: Markers, where: str, unit: str | None, up: Up | None) -> tuple[PoseSequence, ...]:
+    """Everybody of named points, in the file's world and unit, with its times; frames count from the first row.
 
-    unit, up: instead of what the file says. InputError when the points are not joint centres under names in use, when
-    the unit is unknown, and when the person does not stand along the axis that the file's kind has up.
+    Points of several subjects (`by_subject`) are as many people of their names; a subject whose points make no body,
+    such as a ball, is left out, and the history warns. unit, up: instead of what the file says. InputError when
+    nobody's points are joint centres under names in use, when the unit is unknown, and when somebody does not stand
+    along the axis that the file's kind has up.
     """
-    names = [_ours(name) for name in found.names]
     frame = world(up or found.up, unit or found.unit)
-    layout, joints, made = _named(names, found, METRES[frame.unit])
+    subjects = by_subject(found)
+    if len(subjects) == 1:
+        return tuple(_person(points, where, frame, up) for points in subjects.values())
+    people, reasons = [], {}
+    for name, points in subjects.items():
+        try:
+            people.append(_person(points, f"{where}, subject {name}", frame, up).with_(person=name))
+        except _NoBodyError as error:
+            reasons[name] = error
+    if not people:
+        raise next(iter(reasons.values()))
+    if not reasons:
+        return tuple(people)
+    words = f"Left out for want of joint centres: the points of {' and '.join(reasons)}."
+    return tuple(poses.noted("subjects", left_out=list(reasons), warning=words) for poses in people)
+
+
+class _NoBodyError(InputError):
+    """Points that are not the joint centres of a body."""
+
+
+def _person(found: Markers, where: str, frame: Frame, up: Up | None) -> PoseSequence:
+    layout, joints, made = _named(found, METRES[frame.unit])
     poses = PoseSequence(
         joints=joints,
         layout=layout,
@@ -62,16 +86,18 @@ def poses_of(found: Markers, where: str, unit: str | None, up: Up | None) -> Pos
     return poses.noted("markers", derived=made) if made else poses
 
 
-def _named(names: list[str], found: Markers, metres: float) -> tuple[Layout, np.ndarray, list[str]]:
-    """metres: one unit of the points."""
-    chosen = {name: i for i, name in reversed(list(enumerate(names)))}
+def _named(found: Markers, metres: float) -> tuple[Layout, np.ndarray, list[str]]:
+    """metres: one unit of the points. A prefix that all names share ("Ann_RHip") does not matter."""
+    shared = len(os.path.commonprefix(found.names))  # noqa: RUF071 (characters are meant, these are no paths)
+    plain = [name[shared:] for name in found.names]
+    chosen = {_ours(name): i for i, name in reversed(list(enumerate(plain)))}
     if set(chosen) >= _NEEDED:
         kept = {name: i for name, i in sorted(chosen.items(), key=lambda item: item[1]) if name in _KNOWN}
         return Layout("markers", tuple(kept)), found.points[:, list(kept.values())], []
     try:
-        joints = h36m17_named(found.points * metres, found.names) / metres
+        joints = h36m17_named(found.points * metres, plain) / metres
     except InputError:
-        raise InputError(
+        raise _NoBodyError(
             "expected points at the joint centres (nose, hips, knees, ankles, shoulders, elbows, wrists, neck and "
             f"head, under names in use), got {', '.join(found.names[:30])}; markers on the skin must be turned "
             "into joint centres first."

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Literal
@@ -28,6 +28,21 @@ class Markers:
     unit: str
     up: Up
     numbers: np.ndarray
+
+
+def by_subject(found: Markers) -> dict[str, Markers]:
+    """The points of each subject by its name, which stands before a colon ("Ann:RHip", as Vicon writes it) and is taken
+    away. Of a file with one subject, all points under its name; with none, under ""."""
+    parted = [name.rpartition(":") for name in found.names]
+    plain = [name for _, _, name in parted]
+    subjects = list(dict.fromkeys(subject for subject, _, _ in parted if subject))
+    if len(subjects) < 2:
+        return {"".join(subjects): replace(found, names=plain)}
+    rows = {name: [i for i, (subject, _, _) in enumerate(parted) if subject == name] for name in subjects}
+    return {
+        name: replace(found, names=[plain[i] for i in own], points=found.points[:, own])
+        for name, own in rows.items()
+    }
 
 
 def check_c3d() -> None:

@@ -9,6 +9,15 @@ from ..messages import how_many
 from ..pose import PoseSequence
 from ..rotations import is_finite, rotate
 
+_LIMBS = [
+    f"{side}_{joint}" for side in "lr" for joint in ("hip", "knee", "ankle", "shoulder", "elbow", "wrist")
+]
+# How far a lift is from its own keypoints in the image (`_apart`), and how much further everybody else must be. Lifts
+# of real takes by MotionBERT, MHFormer and BlazePose are 0.045 to 0.16 off their own keypoints or another detector's,
+# 0.18 to 0.6 off the same person's a third of a second later, and 0.44 to 0.66 off another person's.
+_ALIKE, _BY_FAR = (0.04, 0.25), 1.5
+_ENOUGH_JOINTS, _ENOUGH_FRAMES = 6, 10  # medians of three frames were up to 0.8 off where a person turned
+
 
 def choose_person(people: tuple[PoseSequence, ...], person: str | None, where: str) -> PoseSequence:
     """The one of that name, or the only one; otherwise InputError.
@@ -24,7 +33,7 @@ def choose_person(people: tuple[PoseSequence, ...], person: str | None, where: s
     if person is None and len(people) == 1:
         return people[0]
     names = {poses.person: poses for poses in people}
-    listed = ", ".join(f"{name} ({how_many(len(poses), 'frame')})" for name, poses in names.items())
+    listed = _listed(people)
     if person is None:
         raise InputError(
             f"{where} holds {len(people)} people: {listed}; choose one with --person, or 'longest' or 'largest'."
@@ -32,6 +41,56 @@ def choose_person(people: tuple[PoseSequence, ...], person: str | None, where: s
     if person not in names:
         raise InputError(f"{where} has no person '{person}'; it holds {listed}.")
     return names[person]
+
+
+def same_person(
+    poses: PoseSequence, tracks: tuple[PoseSequence, ...], names: tuple[str, str]
+) -> PoseSequence:
+    """The 2D track that shows the person of 3D poses, by how the limbs lie in the image. InputError unless one does by
+    far, and for poses in a world, which do not tell what an image shows.
+
+    poses: H36M17, of a camera in CAMERA. tracks: in IMAGE, by the same frame numbers. names: of the file of each, for
+    errors. The step that is noted says how far apart the two are (`_apart`).
+    """
+    of_camera = poses.frame.family == "camera"
+    apart = [_apart(poses, track) if of_camera else np.inf for track in tracks]
+    best, *others = np.argsort(apart).tolist()
+    least, most = _ALIKE
+    if apart[best] > most or any(apart[other] < _BY_FAR * max(apart[best], least) for other in others):
+        raise InputError(
+            f"The people of {names[0]} and {names[1]} were numbered apart from each other, and how the limbs lie does "
+            f"not tell which track shows person '{poses.person}': the second holds {_listed(tracks)}; choose it with "
+            "--set read.keypoints_person=NAME, or leave --keypoints out."
+        )
+    return tracks[best].noted("same person", poses=poses.person, apart=round(float(apart[best]), 3))
+
+
+def _apart(poses: PoseSequence, track: PoseSequence) -> float:
+    """Median over the frames that both have of the distance between hips to wrists in the image plane, over their
+    spread, when each frame's are moved and scaled onto each other: 0 for the same pose, 1 for none; infinite for too
+    few frames."""
+    _, rows, seen_rows = np.intersect1d(
+        poses.frame_index, track.frame_index, assume_unique=True, return_indices=True
+    )
+    limbs = [joint for joint in _LIMBS if joint in track.layout]
+    body = poses.joints[rows][:, poses.layout.indices(limbs), :2].astype(np.float64)
+    seen = track.joints[seen_rows][:, track.layout.indices(limbs)].astype(np.float64)
+    both = (is_finite(body) & is_finite(seen))[..., None]
+    enough = both.sum(axis=(1, 2)) >= _ENOUGH_JOINTS
+    if enough.sum() < _ENOUGH_FRAMES:
+        return np.inf
+    body, seen, both = (array[enough] for array in (body, seen, both))
+    body, seen = (
+        np.where(both, points - np.nanmean(np.where(both, points, np.nan), axis=1, keepdims=True), 0)
+        for points in (body, seen)
+    )
+    spreads = np.linalg.norm(body, axis=(1, 2)) * np.linalg.norm(seen, axis=(1, 2))
+    alike = np.divide((body * seen).sum(axis=(1, 2)), spreads, out=np.zeros(len(body)), where=spreads > 0)
+    return float(np.median(np.sqrt(1 - np.clip(alike, 0, 1) ** 2)))
+
+
+def _listed(people: tuple[PoseSequence, ...]) -> str:
+    return ", ".join(f"{poses.person} ({how_many(len(poses), 'frame')})" for poses in people)
 
 
 def _area(poses: PoseSequence, where: str) -> float:

@@ -266,6 +266,7 @@ class RunOptions(BaseModel):
     missing: Missing = "refuse"
     first_frame: int | None = None
     keypoints_adapter: str = "auto"
+    keypoints_person: str | None = None
     keypoints_options: Annotated[dict[str, Any], BeforeValidator(_pairs)] = {}
 
     def __init__(self, **given: Any) -> None:

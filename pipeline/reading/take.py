@@ -19,7 +19,7 @@ from ..motion.swap_repair import treated
 from ..plugins.options import call
 from ..pose import PoseSequence
 from ..take import Event, Session, Take, Video
-from .choose import RANKS, choose_person
+from .choose import RANKS, choose_person, same_person
 from .clock import Clock, check_numbers, numbered_by, range_note, rows_within, starting_at
 from .find import exchanged, find_adapter, recognises
 from .load import Source, load
@@ -48,6 +48,22 @@ class _Files:
             )
         return lead
 
+    @property
+    def nameless(self) -> bool:
+        """Whether equal names in both files say nothing, since one holds several people whom an adapter numbered by
+        itself."""
+        if self.poses is None or self.keypoints is None:
+            return False
+        people = (*self.poses.people, *self.keypoints.people)
+        steps = [step.name for one in people for step in one.history]
+        return len(people) > 2 and "link people" in steps
+
+    def same(self, poses: PoseSequence) -> PoseSequence:
+        """The track in the file of keypoints that shows the person of these poses (`same_person`)."""
+        assert self.poses is not None
+        assert self.keypoints is not None
+        return same_person(poses, self.keypoints.people, (str(self.poses.path), str(self.keypoints.path)))
+
 
 def open_take(options: RunOptions) -> Take:
     """Read everything and join it. Raises InputError when parts do not fit each other or there is no clock.
@@ -75,12 +91,17 @@ class Person:
 def open_people(options: RunOptions) -> tuple[Person, ...]:
     """A take of everybody in the file of poses, or without one of keypoints; whoever cannot be read has a reason.
 
-    Keypoints beside poses belong to the person of the same name. Raises InputError when a file cannot be read at all,
-    and when the two files name other people.
+    Keypoints beside poses belong to the person of the same name, or where a file's people have none of their own, to
+    the one whose limbs lie as theirs. Raises InputError when a file cannot be read at all, and when the two files name
+    other people.
     """
     files = _read(options)
     poses, keypoints = files.poses, files.keypoints
-    if poses and keypoints:
+    if options.keypoints_person is not None:
+        raise InputError(
+            "--set read.keypoints_person names one person, and everybody is asked for; leave it out."
+        )
+    if poses and keypoints and not files.nameless:
         names = [sorted(one.person for one in file.people) for file in (poses, keypoints)]
         if names[0] != names[1]:
             raise InputError(
@@ -94,7 +115,10 @@ def open_people(options: RunOptions) -> tuple[Person, ...]:
             body = (
                 poses.normalised(one, parity=options.left_right, missing=options.missing) if poses else None
             )
-            track = keypoints.normalised(tracks[one.person]) if keypoints else None
+            track = None
+            if keypoints:
+                own = files.same(body) if body is not None and files.nameless else tracks[one.person]
+                track = keypoints.normalised(own)
             take = _joined(files, body, track)
             take = take.with_(name=f"{take.name}, person {printable(one.person)}")
         except InputError as error:
@@ -129,22 +153,10 @@ def _read(options: RunOptions) -> _Files:
 
 def _joined(files: _Files, poses: PoseSequence | None, keypoints: PoseSequence | None) -> Take:
     """One person's poses and keypoints on one clock."""
-    options, video = files.options, files.video
-    # One shift for everybody in the file; rows without numbers are counted from 0, whoever is seen in the first.
-    begins = min(int(one.frame_index[0]) if one.frames_known else 0 for one in files.lead.people)
-    if poses is not None and options.first_frame is not None and not poses.frames_known:
-        shift, begins = options.first_frame - begins, options.first_frame
-        poses = starting_at(int(poses.frame_index[0]) + shift, poses)
-    if poses is not None and keypoints is not None:
-        poses = numbered_by(keypoints, poses, f"{options.poses} and {options.keypoints}")
-    path = files.lead.path
+    options, video, path = files.options, files.video, files.lead.path
+    poses, keypoints = _numbered(files, poses, keypoints)
     lead = keypoints if poses is None else poses
     assert lead is not None
-    if options.first_frame is not None:
-        shift = options.first_frame - begins
-        lead = starting_at(int(lead.frame_index[0]) + shift, lead)
-        if poses is not None and keypoints is not None and shift:
-            keypoints = starting_at(int(keypoints.frame_index[0]) + shift, keypoints)
     check_numbers(lead, video, path)
     clock = Clock(video, options.fps, keypoints if lead.time_s is None else lead)
     lead = lead.with_(time_s=clock.seconds(lead.frame_index, path))
@@ -181,6 +193,29 @@ def _joined(files: _Files, poses: PoseSequence | None, keypoints: PoseSequence |
         inputs=_provenance(files, poses, keypoints),
         session=_session(files.options),
     )
+
+
+def _numbered(
+    files: _Files, poses: PoseSequence | None, keypoints: PoseSequence | None
+) -> tuple[PoseSequence | None, PoseSequence | None]:
+    """Both with the numbers of their video frames, as far as the files and `first_frame` tell."""
+    first, numbering = files.options.first_frame, files.lead
+    if poses is not None and not poses.frames_known:
+        if files.keypoints and keypoints and (first is None or len(poses) == len(keypoints)):
+            numbering = files.keypoints  # the rows of the one are those of the other
+        elif first is not None:
+            poses = starting_at(int(poses.frame_index[0]) + first, poses)
+            first = None  # done, for keypoints beside them have numbers of their own
+    if poses is not None and keypoints is not None:
+        poses = numbered_by(keypoints, poses, f"{files.options.poses} and {files.options.keypoints}")
+    if first is None:
+        return poses, keypoints
+    # One shift for everybody in the file; rows without numbers are counted from 0, whoever is seen in the first.
+    shift = first - min(int(one.frame_index[0]) if one.frames_known else 0 for one in numbering.people)
+    poses, keypoints = (
+        one and starting_at(int(one.frame_index[0]) + shift, one) for one in (poses, keypoints)
+    )
+    return poses, keypoints
 
 
 def _session(options: RunOptions) -> Session:
@@ -250,11 +285,14 @@ def _poses(files: _Files) -> PoseSequence | None:
 
 
 def _keypoints(files: _Files, poses: PoseSequence | None) -> PoseSequence | None:
-    """The person's 2D keypoints, when there is a file of them: the track that is named, alone, or fits the poses."""
+    """The person's 2D keypoints, when there is a file of them: the track that is named, alone, or fits the poses, by
+    its length where these have no numbers or by the limbs where names say nothing."""
     file, options = files.keypoints, files.options
     if file is None:
         return None
     tracks = file.people
+    if options.keypoints_person is not None:
+        return file.normalised(choose_person(tracks, options.keypoints_person, str(file.path)))
     if options.person is None and len(tracks) > 1 and poses is not None and not poses.frames_known:
         fitting = [track for track in tracks if len(track) == len(poses)]
         if len(fitting) == 1:
@@ -265,13 +303,16 @@ def _keypoints(files: _Files, poses: PoseSequence | None) -> PoseSequence | None
                 f"people of {file.path} together: "
                 "the lifter took several people for one (MotionBERT without --focus); lift one person at a time."
             )
+    others = files.poses if files.poses and len(files.poses.people) > 1 and len(tracks) > 1 else None
+    if others and poses is not None and files.nameless:
+        return file.normalised(files.same(poses))
     person = options.person if len(tracks) > 1 else None
-    if person in RANKS and files.poses is not None and len(files.poses.people) > 1:
+    if others and person in RANKS:
         # A rank means metres in one file and pixels in the other, so the poses' choice holds for both.
         person = poses.person if poses is not None else None
         if person not in (names := [track.person for track in tracks]):
             raise InputError(
-                f"Expected the same people in {files.poses.path} and {file.path}, but '{person}', chosen in the first, "
+                f"Expected the same people in {others.path} and {file.path}, but '{person}', chosen in the first, "
                 f"is not in the second, which has {', '.join(map(str, names))}; choose by a name that both have, or "
                 "leave one file out."
             )
@@ -325,9 +366,7 @@ def _doubts(lead: PoseSequence) -> list[str]:
     if lead.frame.dims == 3:
         warnings += implausible(lead)
     if not lead.frames_known:
-        warnings.append(
-            "Nothing says which video frames the rows are; they are taken for consecutive ones from 0."
-        )
+        warnings.append("Nothing says which video frames the rows are; they are counted from 0.")
     return warnings
 
 

@@ -72,6 +72,7 @@ def _check_readers(options: RunOptions, alone: bool) -> None:
         "poses": {"--adapter": options.adapter != "auto", "--option": options.options},
         "keypoints": {
             flag_of("keypoints_adapter"): options.keypoints_adapter != "auto",
+            flag_of("keypoints_person"): options.keypoints_person,
             "--set keypoints": options.keypoints_options,
         },
     }

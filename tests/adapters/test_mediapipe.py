@@ -121,6 +121,18 @@ def test_json_frames_without_a_person_count(tmp_path, world, nobody, timed):
         np.testing.assert_allclose(poses.times, 0.04 * np.array(seen))
 
 
+@pytest.mark.parametrize("fps", [25, 30])
+def test_frames_that_a_clocked_table_lacks_leave_a_gap(tmp_path, world, fps):
+    """Times in whole milliseconds, 33 and 34 at 30 frames a second, and no frame numbers."""
+    kept = [i for i in range(400) if not 100 <= i < 300]
+    header = ["timestamp_ms", *[f"{axis}{i}" for i in range(33) for axis in "xyzv"]]
+    rows = [[round(1000 * i / fps) + 500, *world[i % FRAMES].ravel()] for i in kept]
+    poses = read(write_csv(tmp_path / "a.csv", header, rows))
+    assert poses.frame_index.tolist() == kept
+    assert not poses.frames_known
+    assert poses.fps == pytest.approx(fps, rel=1e-3)
+
+
 @pytest.mark.parametrize("boxes", [True, False])
 def test_people_are_separated(tmp_path, world, turning, boxes):
     """Two people whose order is exchanged half-way."""

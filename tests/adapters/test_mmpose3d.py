@@ -83,6 +83,14 @@ def test_people_are_separated_when_slots_shift(save, turning, boxes):
         assert ("warning" in step.options) == (not boxes)
 
 
+def test_a_box_in_the_corner_of_the_image_is_followed(save, turning):
+    """0, 0 is no joint of keypoints, but a corner of a box all the same."""
+    bodies = as_mmpose(turning(FRAMES))
+    people = [[instance(body, [left, 0.0, left + 200, 400.0]) for left in (0.0, 600.0)] for body in bodies]
+    first, second = read_all(save([pair if i % 2 else pair[::-1] for i, pair in enumerate(people)]))
+    assert len(first) == len(second) == FRAMES
+
+
 def test_frames_without_people_have_no_row(save, alone):
     frames = [[], *alone[:20], [], *alone[21:]]
     assert read(save(frames)).frame_index.tolist() == [*range(1, 21), *range(22, FRAMES + 1)]

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from golden.lifters import openpose3d, openpose_joints
+from pcnet3d.adapters import openpose3d as openpose3d_adapter
 from pcnet3d.adapters import read, read_all
 from pcnet3d.pipeline import H36M17, InputError
 from pcnet3d.pipeline.layouts import BODY_25, BODY_25B, OPENPOSE18
@@ -74,6 +75,21 @@ def test_people_whose_order_changes(save, alone):
     np.testing.assert_allclose(first.joints, second.joints, atol=1e-5)
     (step,) = [step for step in first.history if step.name == "link people"]
     assert step.options == {"method": "nearest position"}
+
+
+def test_two_who_are_never_seen_together_are_doubted(save, alone):
+    frames = [[body + (np.array([3.0, 0, 0]) if i >= 20 else 0)] for i, (body,) in enumerate(alone)]
+    (poses,) = read_all(save(frames))
+    (step,) = [step for step in poses.history if step.name == "leap"]
+    assert "body sizes at frame 20: it may be somebody else" in step.options["warning"]
+
+
+def test_the_layout_is_that_of_all_bodies(save, alone):
+    """Of the first body only neck, nose and elbow are in view, whose bones are none of either layout's."""
+    seen = BODY_25.indices(["neck", "nose", "r_elbow"])
+    alone[0][0][np.setdiff1d(np.arange(25), seen)] = np.nan
+    (poses,) = openpose3d_adapter.read(save(alone))
+    assert poses.layout == BODY_25
 
 
 def test_2d_results_only(save, alone):

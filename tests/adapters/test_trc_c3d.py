@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from golden.worlds import POSE2SIM, c3d, trc, y_up
-from pcnet3d.adapters import read
+from pcnet3d.adapters import read, read_all
 from pcnet3d.pipeline import H36M17, Y_UP, Z_UP, InputError, change_frame
 from pcnet3d.pipeline.files.c3d import parse
 from pcnet3d.pipeline.reading.find import adapters
@@ -99,6 +99,32 @@ def test_without_a_nose_it_is_put_in_front_of_the_neck_and_said(markers, tmp_pat
     assert any("as the shoulders face" in str(step.options) for step in poses.history)
     apart = np.linalg.norm(poses.joint("nose") - poses.joint("head"), axis=-1)
     np.testing.assert_allclose(apart, np.hypot(0.05, 0.13), atol=1e-5)
+
+
+@pytest.mark.parametrize("prefix", ["S1:", "Ann_"])
+def test_a_subjects_name_before_the_points_does_not_matter(standing, markers, tmp_path, prefix):
+    path = trc(tmp_path / "x.trc", [prefix + name for name in POSE2SIM], y_up(markers))
+    agrees(read(path), standing(FRAMES))
+    ours = trc(tmp_path / "y.trc", [prefix + joint for joint in H36M17.joints], y_up(standing(FRAMES)))
+    agrees(read(ours), standing(FRAMES), leave_out=())
+
+
+@pytest.mark.parametrize("write", [trc, c3d])
+def test_subjects_are_people(standing, markers, tmp_path, write):
+    """Bob lacks an ankle in the second file, which is not to be Ann's."""
+    other = standing(FRAMES + 200)[200:]
+    points = np.concatenate([markers, other[:, H36M17.indices(list(POSE2SIM.values()))] + [3, 0, 0]], axis=1)
+    names = [f"{subject}:{name}" for subject in ("Ann", "Bob") for name in POSE2SIM]
+    points = y_up(points) if write is trc else 1000 * points
+    ann, bob = read_all(write(tmp_path / f"x.{write.__name__}", names, points))
+    assert (ann.person, bob.person) == ("Ann", "Bob")
+    agrees(ann, standing(FRAMES))
+    agrees(bob, other)
+
+    names[names.index("Bob:LAnkle")] = "Bob:LASI"
+    (ann,) = read_all(write(tmp_path / f"y.{write.__name__}", names, points))
+    agrees(ann, standing(FRAMES))
+    assert any("the points of Bob" in step.options.get("warning", "") for step in ann.history)
 
 
 def test_skin_markers_units_and_damage_have_words(markers, tmp_path):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ from ....models.mocap.common import How, upright_share, z_up
 from ....pipeline.errors import InputError
 from ....pipeline.files.arrays import keys
 from ....pipeline.files.bvh import parse
-from ....pipeline.files.markers import Markers, Up, read_c3d, read_trc
+from ....pipeline.files.markers import Markers, Up, by_subject, read_c3d, read_trc
 from ....pipeline.files.skeletons import UNITS, h36m17_named
 from ....pipeline.frames import Z_UP, change_frame
 from ....pipeline.layouts import H36M17, remap
@@ -70,14 +71,21 @@ def _of_markers(found: Markers, up: Up | None, unit: str | None, fps: float | No
     unit = unit or found.unit
     if unit not in UNITS:
         raise InputError(f"expected a unit of {', '.join(UNITS)}, got '{unit}'; say it with --unit.")
-    try:
-        joints = h36m17_named(found.points * UNITS[unit], found.names)
-    except InputError:
+    bodies = {}
+    for subject, points in by_subject(found).items():
+        with suppress(InputError):
+            bodies[subject] = h36m17_named(points.points * UNITS[unit], points.names)
+    if len(bodies) > 1:
+        raise InputError(
+            f"expected one person's points, got those of {', '.join(bodies)}; keep one of them in the file."
+        )
+    if not bodies:
         raise InputError(
             "expected points at the joint centres (hips, knees, ankles, shoulders, elbows, wrists, neck and head, "
             f"under names in use), got {', '.join(found.names[:30])}; markers on the skin must be turned "
             "into joint centres first."
-        ) from None
+        )
+    (joints,) = bodies.values()
     joints = z_up(joints, up or found.up)
     return _poses(joints, found.time_s if fps is None else np.arange(len(joints)) / fps)
 

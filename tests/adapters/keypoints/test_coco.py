@@ -78,3 +78,60 @@ def test_negative_image_id(write, moving):
     path.write_text(path.read_text().replace('"image_id": 3,', '"image_id": -3,'))
     with pytest.raises(InputError, match="entry 3: expected an image that is numbered"):
         read(path)
+
+
+def test_detections_that_a_tracker_did_not_name_are_left_out_and_counted(write, moving):
+    """The second person comes first in the file's first frame, so that the order of appearance is not that of names."""
+    path = write("coco_tracks", {"5": moving(17, number=1), "4": moving(17)})
+    content = json.loads(path.read_text())
+    content[6]["track_id"] = None
+    del content[9]["track_id"]
+    path.write_text(json.dumps(content))
+    people = {poses.person: poses for poses in read_all(path)}
+    assert sorted(people) == ["4", "5"]
+    assert sum(map(len, people.values())) == 22
+    np.testing.assert_allclose(people["4"].joints[:, 0, 0], 100.25 + 2 * people["4"].frame_index)
+    (step,) = [step for step in people["4"].history if step.name == "track numbers"]
+    assert step.options["left_out"] == 2
+    assert "2 detections of 24" in step.options["warning"]
+    assert [len(poses) for poses in read_all(path, track=True)] == [12, 12]
+
+
+@pytest.mark.parametrize(
+    ("names", "frames", "words"),
+    [
+        (["a/0001.jpg", "a/0002.jpg"], [1, 2], None),
+        (["a/0001.jpg", "b/0002.jpg"], None, "in one folder.*b/0002.jpg beside a"),
+        (["0001.jpg", "b/0002.jpg"], None, "in one folder.*b/0002.jpg beside no folder"),
+        (["walk_0001.jpg", "run_0001.jpg"], None, "run_0001.jpg beside walk_0001.jpg"),
+        (["0001.jpg", "0001.jpg"], None, "0001.jpg beside 0001.jpg"),
+        (["walk_mp4-0001_jpg.rf.0f31b2c4.jpg", "walk_mp4-0002_jpg.rf.b7e0a991.jpg"], [1, 2], None),
+    ],
+)
+def test_images_are_those_of_one_video(write, moving, names, frames, words):
+    path = write("coco_annotations", {"0": moving(17, [1, 2])})
+    content = json.loads(path.read_text())
+    for image, name in zip(content["images"], names, strict=True):
+        image["file_name"] = name
+    path.write_text(json.dumps(content))
+    if words is None:
+        assert read(path).frame_index.tolist() == frames
+    else:
+        with pytest.raises(InputError, match=rf"image 1: expected the images of one video.*{words}"):
+            read(path)
+
+
+@pytest.mark.parametrize("beside", [{}, {"box": [0, 0, 9, 9]}])
+def test_track_numbers_beside_images_names(write, moving, beside):
+    """AlphaPose, whose images have names too, calls the track idx."""
+    path = write("coco_tracks", {"4": moving(17, range(6)), "5": moving(17, range(6, 12))})
+    content = [
+        {**entry, **beside, "image_id": f"{entry['image_id']}.jpg"} for entry in json.loads(path.read_text())
+    ]
+    path.write_text(json.dumps(content))
+    people = read_all(path)
+    assert people[0].history[0].options["adapter"] == "coco"
+    assert [poses.person for poses in people] == ["4", "5"]
+    np.testing.assert_array_equal(people[1].frame_index, np.arange(6, 12))
+    with pytest.raises(InputError, match=r"entry 0: expected a person's idx.*adapter coco"):
+        read_all(path, "alphapose")

@@ -97,6 +97,17 @@ def test_two_videos_in_one_folder_are_refused(write, moving):
         read(folder)
 
 
+def test_a_file_without_a_number_is_refused(write, moving):
+    folder = write("openpose", {"0": moving(25)})
+    (folder / "front_keypoints.json").write_text('{"people": []}')
+    with pytest.raises(InputError, match=r"a frame's number in the name.*got front_keypoints\.json"):
+        read(folder)
+    for file in folder.glob("walk*"):
+        file.unlink()
+    with pytest.raises(InputError, match=r"a frame's number in the name.*got front_keypoints\.json"):
+        openpose.read(folder)
+
+
 def test_nobody(tmp_path):
     (tmp_path / "walk_000000000000_keypoints.json").write_text('{"version": 1.3, "people": []}')
     with pytest.raises(InputError, match="no person was found"):

@@ -71,10 +71,12 @@ def test_two_people_and_gaps(write, moving, form, adapter, layout):
         np.testing.assert_allclose(poses.joints[rows], points[..., :2], atol=1e-4)
 
 
+@pytest.mark.parametrize("scored", [False, True])
 @pytest.mark.parametrize(("form", "adapter", "layout"), FORMS)
-def test_missing_joint(write, moving, form, adapter, layout):
+def test_missing_joint(write, moving, form, adapter, layout, scored):
+    """In the image's corner, where exports of YOLO leave a score."""
     frames, points = moving(len(layout))
-    points[3, layout.index("r_wrist")] = 0
+    points[3, layout.index("r_wrist"), : 2 if scored else 3] = 0
     (poses,) = read_all(write(form, {"0": (frames, points)}), gives="keypoints")
     missing = np.isnan(poses.joints).any(axis=-1)
     assert missing[3, layout.index("r_wrist")]

@@ -117,6 +117,19 @@ def test_first_frame_shifts_numbers_that_begin_with_one(tmp_path):
     assert take.keypoints.frame_index.tolist() == [f - 1 for f in frames]
 
 
+def test_first_frame_shifts_poses_and_the_keypoints_that_number_them(tmp_path, lifted):
+    """A 2D file whose numbers begin with 1, with a gap, of two people; the second is seen from its third image on."""
+    frames = [f + 1 for f in range(ROWS + 1) if f != 7]
+    path = alphapose(tmp_path / "ap.json", {1: frames, 2: frames[2:]})
+    take = open_take(RunOptions(poses=lifted, keypoints=path, fps=25, first_frame=0))
+    for rows in (take.poses, take.keypoints):
+        assert rows.frame_index.tolist() == [f - 1 for f in frames]
+    np.save(lifted, np.load(lifted)[: ROWS - 2])
+    take = open_take(RunOptions(poses=lifted, keypoints=path, fps=25, first_frame=0))
+    for rows in (take.poses, take.keypoints):
+        assert rows.frame_index.tolist() == [f - 1 for f in frames[2:]]
+
+
 def test_a_person_who_is_in_no_file_is_refused(tmp_path, lifted):
     path = alphapose(tmp_path / "ap.json", {1: list(range(ROWS))})
     with pytest.raises(InputError, match="no person '9'"):

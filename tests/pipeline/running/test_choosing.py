@@ -6,6 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from golden.detections import AS_COCO
+from golden.estimators import alphapose3d
 from pcnet3d.adapters import read
 from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, Z_UP, InputError, PoseSequence
 from pcnet3d.pipeline.frames import PC_CAMERA, change_frame
@@ -66,7 +68,7 @@ def results_2d(path: Path, scene, names: str) -> Path:
     """Results of a 2D detector in which the second walker, the smaller one, is seen from nearer by."""
     listed = []
     for poses, name, px in zip(scene.poses, names, (100, 300), strict=True):
-        pixels = 400 + px * poses.joints[..., :2].astype(float)
+        pixels = 400 + px * poses.joints[:, AS_COCO, :2].astype(float)
         for frame, row in zip(poses.frame_index, pixels, strict=True):
             seen = np.concatenate([row, np.ones((17, 1))], axis=-1)
             listed.append(
@@ -79,12 +81,23 @@ def results_2d(path: Path, scene, names: str) -> Path:
     return path
 
 
-def test_who_is_chosen_by_rank_in_the_poses_is_the_same_in_the_keypoints(mmpose, scene, tmp_path):
-    """The largest in metres is not the largest in pixels."""
-    keypoints = results_2d(tmp_path / "keypoints.json", scene, "01")
+@pytest.mark.parametrize("names", ["01", "10", "78"])
+def test_who_is_chosen_by_rank_in_the_poses_is_the_same_in_the_keypoints(mmpose, scene, tmp_path, names):
+    """The largest in metres is not the largest in pixels, and MMPose's people have no names, so that limbs tell."""
+    keypoints = results_2d(tmp_path / "keypoints.json", scene, names)
     options = RunOptions(poses=mmpose(), keypoints=keypoints, fps=30, person="largest", image_size=(900, 900))
     take = open_take(options)
-    assert (take.poses.person, take.keypoints.person) == ("0", "0")
+    assert (take.poses.person, take.keypoints.person) == ("0", names[0])
+
+
+def test_who_is_chosen_by_rank_in_the_poses_has_that_name_in_the_keypoints(scene, tmp_path):
+    """AlphaPose's 3D results name people."""
+    second = scene.poses[1].joints
+    poses = alphapose3d(tmp_path, [scene.poses[0].joints[-len(second) :], second])
+    keypoints = results_2d(tmp_path / "keypoints.json", scene, "12")
+    options = RunOptions(poses=poses, keypoints=keypoints, fps=30, person="largest", image_size=(900, 900))
+    take = open_take(options)
+    assert (take.poses.person, take.keypoints.person) == ("1", "1")
     others = options.model_copy(update={"keypoints": results_2d(tmp_path / "others.json", scene, "78")})
-    with pytest.raises(InputError, match="'0', chosen in the first, is not in the second, which has 7, 8"):
+    with pytest.raises(InputError, match="'1', chosen in the first, is not in the second, which has 7, 8"):
         open_take(others)

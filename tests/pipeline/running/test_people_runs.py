@@ -6,7 +6,8 @@ import sys
 import numpy as np
 import pytest
 
-from golden.estimators import mhr70
+from golden.detections import AS_COCO
+from golden.estimators import alphapose3d, mhr70
 from pcnet3d.pipeline import InputError, cli
 from pcnet3d.pipeline.files.atomic import SUMMARY
 from pcnet3d.pipeline.files.viewer import find_recording
@@ -144,22 +145,83 @@ def test_folders_have_safe_names_of_their_own(people, folders):
     assert folder_names(people) == folders
 
 
-def test_keypoints_go_with_the_person_of_the_same_name(mmpose, tmp_path):
-    path = mmpose()
-    listed = json.loads(path.read_text())
-    for frame in listed:
+def shown(poses, folder, order=lambda people, frame: people):
+    """MMPose's 2D JSON of the people of its 3D JSON, each at a place of their own, in that order in each frame."""
+    listed = json.loads(poses.read_text())
+    for i, frame in enumerate(listed):
         for person in frame["instances"]:
-            person["keypoints"] = [[500 + 100 * x, 300 - 100 * z] for x, _, z in person["keypoints"]]
-    keypoints = tmp_path / "keypoints.json"
-    keypoints.write_text(json.dumps(listed))
-    people = open_people(RunOptions(poses=path, keypoints=keypoints, fps=30))
-    for person in people:
-        assert person.take.keypoints.person == person.name
-        np.testing.assert_array_equal(person.take.keypoints.frame_index, person.take.poses.frame_index)
+            left, joints = person["bbox"][0][0] + 300, np.array(person["keypoints"])[AS_COCO]
+            person["keypoints"] = np.stack([left - 100 * joints[:, 0], 300 - 100 * joints[:, 2]], -1).tolist()
+        frame["instances"] = order(frame["instances"], i)
+    (folder / "keypoints.json").write_text(json.dumps(listed))
+    return folder / "keypoints.json"
 
-    keypoints.write_text(json.dumps([frame | {"instances": frame["instances"][:1]} for frame in listed]))
+
+def late_and_reversed(people, frame):
+    """The first to be numbered is who comes second in the file of poses."""
+    return people[::-1] if frame >= 15 else []
+
+
+@pytest.mark.parametrize(
+    ("order", "numbers"), [(lambda people, frame: people, ["0", "1"]), (late_and_reversed, ["1", "0"])]
+)
+def test_keypoints_go_with_whom_they_show_whatever_their_number(mmpose, scene, tmp_path, order, numbers):
+    path = mmpose()
+    options = RunOptions(poses=path, keypoints=shown(path, tmp_path, order), fps=30)
+    asked = [open_take(options.with_(person=name)) for name in ("0", "1")]
+    assert [take.keypoints.person for take in asked] == numbers
+    assert [one.take.keypoints.person for one in open_people(options)] == numbers
+    for take, true in zip(asked, scene.poses, strict=True):
+        np.testing.assert_array_equal(
+            take.keypoints.frame_index, [i for i in true.frame_index if i >= take.keypoints.frame_index[0]]
+        )
+        knees = take.keypoints.joint("r_knee") - take.keypoints.joint("l_knee")
+        rows = np.isin(true.frame_index, take.keypoints.frame_index)
+        expected = 100 * (true.joint("r_knee") - true.joint("l_knee"))[rows, :2]
+        np.testing.assert_allclose(knees, expected, atol=1e-3)
+
+
+def test_keypoints_of_whom_nothing_tells_need_a_name(mmpose, tmp_path):
+    """Two who do the same: the second one's keypoints are the first one's, 500 pixels further to the right."""
+    path = mmpose()
+
+    def twins(people, frame):
+        first = people[0]
+        moved = [[x + 500, y] for x, y in first["keypoints"]]
+        return [first, first | {"keypoints": moved}]
+
+    options = RunOptions(poses=path, keypoints=shown(path, tmp_path, twins), fps=30, person="0")
+    with pytest.raises(InputError, match=r"person '0'.*--set read\.keypoints_person=NAME"):
+        open_take(options)
+    assert all(isinstance(one.take, InputError) for one in open_people(options.with_(person=None)))
+    assert open_take(options.with_(keypoints_person="1")).keypoints.person == "1"
+    with pytest.raises(InputError, match="everybody is asked for"):
+        open_people(options.with_(keypoints_person="1"))
+
+
+def test_keypoints_of_one_person_leave_the_others_out(mmpose, tmp_path):
+    path = mmpose()
+    keypoints = shown(path, tmp_path, lambda people, frame: people[:1])
+    first, second = open_people(RunOptions(poses=path, keypoints=keypoints, fps=30))
+    assert first.take.keypoints.person == "0"
+    assert "person '1'" in str(second.take)
+
+
+def test_keypoints_go_with_the_person_of_the_same_name_where_the_file_names_them(scene, tmp_path):
+    """AlphaPose's idx of both files; a 2D file of others is refused."""
+    first, second = (poses.joints for poses in scene.poses)
+    poses = alphapose3d(tmp_path, [first[-len(second) :], second])
+    listed = json.loads(poses.read_text())
+    for i, entry in enumerate(listed):
+        del entry["pred_xyz_jts"]
+        entry["keypoints"] = [float(200 + (7 * i + j) % 31) if j % 3 < 2 else 0.5 for j in range(51)]
+    keypoints = tmp_path / "keypoints.json"
+    keypoints.write_text(json.dumps(listed[::-1]))
+    people = open_people(RunOptions(poses=poses, keypoints=keypoints, fps=30))
+    assert [(one.name, one.take.keypoints.person) for one in people] == [("1", "1"), ("2", "2")]
+    keypoints.write_text(json.dumps([entry | {"idx": entry["idx"] + 1} for entry in listed]))
     with pytest.raises(InputError, match="who is who"):
-        open_people(RunOptions(poses=path, keypoints=keypoints, fps=30))
+        open_people(RunOptions(poses=poses, keypoints=keypoints, fps=30))
 
 
 def test_the_first_frame_is_the_files(mmpose):

@@ -95,6 +95,7 @@ def test_settings_of_reading_are_fields():
         ("read.mising=gap", ["read.mising", "did you mean missing"]),
         ("read.missing=gaps", ["read.missing=gaps", "'gap'"]),
         ("keypoints.track=true", ["--keypoints"]),
+        ("read.keypoints_person=2", ["--keypoints"]),
         ("stature=1.8", ["STAGE.KEY=VALUE", "stature is --stature"]),
         ("stature", ["KEY=VALUE", "--set", "'stature'"]),
     ],

@@ -66,6 +66,18 @@ def test_a_trc_of_other_names_in_millimetres_with_gaps(walk, tmp_path):
     np.testing.assert_allclose(apart, np.hypot(0.05, 0.13), atol=1e-4)  # made from the neck's ends
 
 
+def test_the_points_of_one_subject_are_taken_and_of_two_refused(walk, tmp_path):
+    path, names = tmp_path / "x.trc", [f"Ann:{joint}" for joint in H36M17.joints]
+    points = walk.world @ R_Y_UP_FROM_Z_UP.T
+    ball = np.concatenate([points, points[:, :1] + 1], axis=1)
+    path.write_text(trc([*names, "Ball:top"], ball, units="m"))
+    np.testing.assert_allclose(distances(read_truth(path).joints), distances(walk.world), atol=1e-3)
+    both = [*names, *(name.replace("Ann", "Bob") for name in names)]
+    path.write_text(trc(both, np.concatenate([points, points + 3], axis=1), units="m"))
+    with pytest.raises(InputError, match="one person's points, got those of Ann, Bob"):
+        read_truth(path)
+
+
 def test_which_axis_is_up_is_checked_and_can_be_told(walk, tmp_path):
     (tmp_path / "x.trc").write_text(trc(H36M17.joints, walk.world, units="m"))
     with pytest.raises(InputError, match="--up"):
