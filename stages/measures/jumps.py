@@ -8,7 +8,7 @@ from ...models.gait.gait import Gait
 from ...pipeline.anthropometry import implied_stature
 from ...pipeline.motion.flights import flights
 from ...pipeline.pose import Rectified
-from .figures import figure_of_error, figures, rounded
+from .figures import figure_of_error, moments, rounded
 
 # What holds for nine in ten of 88 captured flights of train and validation subjects, against the feet's true contacts,
 # by 1.645: frames at either end, and how far the ankle is stretched.
@@ -37,7 +37,7 @@ def jumps(rectified: Rectified, gait: Gait) -> dict[str, Any]:
     error = _HEIGHT_SD * stature
     return {
         "count": len(found),
-        "start_s": figures(flight.off_s for flight in found),
+        "start_s": moments(flight.off_s for flight in found),
         "flight_time_s": [rounded(flight.land_s - flight.off_s, _TIME_SD_S) for flight in found],
         "flight_time_error_s": [figure_of_error(_TIME_SD_S)] * len(found),
         "jump_height": [rounded(flight.rise * stature, error) for flight in found],
