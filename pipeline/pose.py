@@ -287,3 +287,9 @@ class Rectified:
                 )
             array.setflags(write=False)
             object.__setattr__(self, name, array)
+
+    @property
+    def turned(self) -> np.ndarray:
+        """(T,) bool, the frames that could be rectified. In the others, where nobody is there, a moving camera's up is
+        carried on from afar, so that its error there says nothing about the person."""
+        return np.asarray(np.isfinite(self.R_source_from_body).all(axis=(1, 2)))

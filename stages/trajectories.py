@@ -298,7 +298,7 @@ def unit_of(column: str, length: str) -> str:
 
 def _trusted(rectified: Rectified) -> PoseSequence:
     """LEVEL with the frames that could not be rectified missing, so that nothing is taken across them."""
-    refused = ~np.asarray(is_finite(rectified.R_source_from_body).all(axis=-1))
+    refused = ~rectified.turned
     return rectified.level.mapped(
         lambda points: np.where(refused[:, None, None], np.nan, points), covariance=rectified.level.covariance
     )

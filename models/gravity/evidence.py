@@ -52,6 +52,11 @@ class TakeUp:
         """The angle that nine in ten takes should stay under, as error_deg."""
         return RAYLEIGH_90 * self.error_deg
 
+    @property
+    def by_bodies(self) -> float:
+        """The part of the information that is one person's frames, feet and floor."""
+        return sum(self.shares.get(source, 0.0) for source in (FRAMES, FEET, FLOOR))
+
 
 def direction(name: str, up: np.ndarray, error_deg: float) -> Evidence:
     """A source that knows up itself: a gravity sensor, the camera's known pitch and roll, the frames' votes.
@@ -72,9 +77,9 @@ def of_image(look: Look) -> Evidence:
 
 
 def fuse(sources: Sequence[Evidence]) -> TakeUp:
-    """The up of all sources together, NaN without any."""
+    """The up of all sources together, NaN without any that knows more than a plane (feet on the ground do not)."""
     up = _up_of(sources)
-    if not sources:
+    if not is_finite(up):
         return TakeUp(up, float("nan"))
     across = np.eye(3) - np.outer(up, up)
     parts = {source.name: float(np.trace(across @ source.information)) for source in sources}
@@ -83,8 +88,8 @@ def fuse(sources: Sequence[Evidence]) -> TakeUp:
         alone, others = _up_of([source]), [other for other in sources if other is not source]
         if is_finite(alone):
             own[source.name] = alone, _error_of([source], alone)
-        if others:
-            pulls[source.name] = float(angle_deg(up, _up_of(others)))
+        if is_finite(theirs := _up_of(others)):
+            pulls[source.name] = float(angle_deg(up, theirs))
     shares = {name: part / sum(parts.values()) for name, part in parts.items()}
     return TakeUp(up, _error_of(sources, up), shares, pulls, own)
 

@@ -14,7 +14,7 @@ import numpy as np
 from ...pipeline.camera import Look
 from ...pipeline.canonical import R_world_from_body
 from ...pipeline.rotations import angle_deg, from_columns, is_finite, unit
-from .evidence import FEET, FLOOR, FRAMES, Evidence, TakeUp
+from .evidence import Evidence, TakeUp
 from .floor import of_feet
 from .fusion import fused_up
 from .moving import WINDOW_S, moving_up
@@ -39,6 +39,7 @@ _FEWEST_FRAMES = 10
 _FROM_IMAGE_DEG = 60.0  # a take's up further from the image's up than this is not believed
 _SCATTER_DEG = 35.0  # median deviation of the frames' up from the take's up beyond which no up is stated
 _WIDEST_BOUND_DEG = 30.0  # 90 % bound of up beyond which no take is called level
+_VERTICAL_DEG = 1.0  # a camera that looks so steeply has no horizontal direction of view
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,25 +130,29 @@ def level_world(joints: np.ndarray, time_s: np.ndarray, together: bool = False) 
 
 def camera_frame(up: np.ndarray) -> np.ndarray:
     """R_camera_from_level (..., 3, 3) of the given up (..., 3) whose -X is the camera's horizontal viewing direction
-    reversed, so that a person who faces the camera faces -X as in BODY (design.md section 4)."""
+    reversed, so that a person who faces the camera faces -X as in BODY (design.md section 4). Of one that looks
+    straight down or up it is where the image's top, or its bottom, points, which is what it comes to without roll."""
     view = np.broadcast_to(np.array([0.0, 0.0, 1.0]), up.shape)
     image_up = np.array([0.0, -1.0, 0.0])
-    # A camera that looks straight down has no horizontal direction of view; then the image's top is ahead.
-    steep = np.abs((up * view).sum(-1, keepdims=True)) > 0.98
-    ahead = np.where(steep, image_up, view)
+    looks_up = (up * view).sum(-1, keepdims=True)
+    vertical = np.abs(looks_up) > np.cos(np.radians(_VERTICAL_DEG))
+    ahead = np.where(vertical, -np.sign(looks_up) * image_up, view)
     back = unit(ahead - (ahead * up).sum(-1, keepdims=True) * up)
     return from_columns(back, np.cross(up, back), up)
 
 
 def why_not(levelled: Levelled) -> str:
-    """In words why a take could not be levelled, or "". Where up is known from elsewhere, only the heading can fail."""
+    """In words why a take could not be levelled, or "". Where up is known from elsewhere, only the heading can fail,
+    and how well it is known; that counts in frames that have a rotation."""
     fine = is_finite(levelled.R_camera_from_body).all(axis=1)
     if not fine.any():
         return "no frame has the torso joints that a rotation needs"
     if fine.sum() < _FEWEST_FRAMES:
         return f"only {fine.sum()} {'frame has' if fine.sum() == 1 else 'frames have'} a rotation"
-    if sum(levelled.up.shares.get(source, 0.0) for source in (FRAMES, FEET, FLOOR)) < 0.5:
-        return ""
+    bound = float(levelled.up_bound_deg[fine].max())
+    wide = f"its up is only known to within {bound:.0f} degrees" if bound > _WIDEST_BOUND_DEG else ""
+    if levelled.up.by_bodies < 0.5:
+        return wide
     voted = fine & is_finite(levelled.votes)
     ups = levelled.R_camera_from_body[:, :, 2]
     leans = float(angle_deg(unit(ups[fine].mean(axis=0)), np.array([0.0, -1.0, 0.0])))
@@ -156,10 +161,7 @@ def why_not(levelled: Levelled) -> str:
     scatter = float(np.median(angle_deg(levelled.votes[voted], ups[voted])))
     if not scatter < _SCATTER_DEG:
         return f"the frames' up directions scatter by {scatter:.0f} degrees about their mean"
-    bound = float(np.nanmax(levelled.up_bound_deg))
-    if bound > _WIDEST_BOUND_DEG:
-        return f"its up is only known to within {bound:.0f} degrees"
-    return ""
+    return wide
 
 
 def upright(seen: Seen, up: np.ndarray) -> np.ndarray:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -14,7 +15,7 @@ from .evidence import FRAMES, IMAGE, TakeUp
 from .fusion import settled
 from .seen import Seen
 from .smoothing import smoothed, trust
-from .votes import UNKNOWN_DEG, lean_square
+from .votes import expected_deg, lean_square
 
 WINDOW_S = 2.0  # standard deviation of the Gaussian in which frames vote on up
 _VOTE_DEG = 10.0  # votes this far from their neighbours' mean count half
@@ -51,7 +52,7 @@ def sliding_up(seen: Seen, window_s: float = WINDOW_S) -> TakeUp:
     apart = np.where(fine, np.nan_to_num(angle_deg(votes, up)), 0.0)
     weights = trusted / (1 + (apart / _VOTE_DEG) ** 2)
     up, looks, lag_deg = _local_line(votes, weights, seen, window_s)
-    expected = np.where(np.isfinite(seen.error_deg), seen.error_deg, UNKNOWN_DEG)
+    expected = expected_deg(seen.error_deg)
     square = np.stack([np.where(fine, expected**2, 0.0), apart**2], axis=-1)
     mean, scatter = np.moveaxis(smoothed(square, trusted, seen, window_s), -1, 0)
     spread = np.full(len(votes), np.nan)
@@ -74,7 +75,8 @@ def _local_line(
     (shrunk by Wiener's factor, signal over signal and noise); what is left out of it is the lag. The normalised line
     follows an arc to the second order of its angle.
     """
-    times = seen.time_s[:, None]
+    # From the take's beginning: squares of seconds since 1970 have no digits left for the spread.
+    times = (seen.time_s - seen.time_s[:1])[:, None]
     square = (votes**2).sum(-1, keepdims=True)
     columns = np.concatenate([votes, times * votes, times, times**2, square], axis=-1)
     means = smoothed(columns, weights, seen, window_s)
@@ -94,24 +96,28 @@ def _local_line(
 
 def with_looks(bodies: TakeUp, seen: Seen, looks: Sequence[tuple[float, Look]]) -> TakeUp:
     """The bodies' up (T, 3) together with the images', each by 1 / error^2; no look is carried over a clip boundary.
-    Where they contradict each other, the loser only speaks where the winner does not."""
+    Where they contradict each other, the loser only speaks where the winner does not; an image's voice fades away
+    from it, until it may be lost by as much as the bodies err."""
     ups = np.stack([bodies.up, np.full(bodies.up.shape, np.nan)])
     errors = np.stack([np.maximum(bodies.error_deg, 0.1), np.full(len(bodies.up), np.inf)])
+    lost_deg = np.full(len(bodies.up), np.inf)
     for start, end in pairwise([0, *seen.seams, len(bodies.up)]):
         part = slice(start, end)
         times = seen.time_s[part]
         inside = [(at, look) for at, look in looks if len(times) and times[0] - 0.2 <= at <= times[-1] + 0.2]
         if inside:
-            ups[1, part], errors[1, part] = _between(inside, times)
+            ups[1, part], errors[1, part], lost_deg[part] = _between(inside, times)
     fine = is_finite(ups)
     weights = np.where(fine, 1 / errors**2, 0.0)
     both = fine.all(axis=0)
     warnings: tuple[str, ...] = ()
-    apart = angle_deg(*ups)[both] / np.hypot(bodies.error_deg, errors[1])[both]
-    if both.any() and np.median(apart) > _CONTRADICTION:
-        usual = TakeUp(unit(np.nanmean(bodies.up, axis=0)), float(np.nanmedian(bodies.error_deg)))
-        image, sentence = settled(usual, looks[len(looks) // 2][1])
-        weights[0 if image else 1, both] = 0.0
+    near = both & (lost_deg < errors[0])  # where images speak of what they saw
+    apart = angle_deg(*ups)[near] / np.hypot(bodies.error_deg, errors[1])[near]
+    if near.any() and np.median(apart) > _CONTRADICTION:
+        theirs, its = unit(ups[:, near].mean(axis=1))
+        usual = TakeUp(theirs, float(np.median(errors[0, near])))
+        image, sentence = settled(usual, replace(looks[len(looks) // 2][1], up=its))
+        weights[0 if image else 1, both] *= np.minimum(lost_deg / errors[0], 1.0)[both] if image else 0.0
         warnings = (sentence,)
     total = weights.sum(axis=0)
     heard = total > 0
@@ -121,8 +127,11 @@ def with_looks(bodies: TakeUp, seen: Seen, looks: Sequence[tuple[float, Look]]) 
     return TakeUp(up, error_deg, {FRAMES: 1 - share, IMAGE: share}, warnings=warnings)
 
 
-def _between(looks: Sequence[tuple[float, Look]], time_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(T, 3) the images' up between their times, on a line, and (T,) its error in degrees."""
+def _between(
+    looks: Sequence[tuple[float, Look]], time_s: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(T, 3) the images' up between their times, on a line; (T,) its error in degrees, and (T,) what of that is because
+    the camera may have gone elsewhere where no image was looked at."""
     at = np.array([time for time, _ in looks])
     ups = np.array([look.up for _, look in looks])
     own = np.array([look.error_deg for _, look in looks])
@@ -138,7 +147,7 @@ def _between(looks: Sequence[tuple[float, Look]], time_s: np.ndarray) -> tuple[n
     nearest = np.abs(time_s[:, None] - at).min(axis=1)
     outside = np.maximum(np.maximum(at[0] - time_s, time_s - at[-1]), 0.0)
     gap = float(np.median(np.diff(at))) if len(at) > 1 else 1.0
-    wander = unsteady * np.minimum(nearest / max(gap, 1e-3), 1.0) + _LOST_DEG_PER_S * np.maximum(
-        nearest - gap, 0.0
-    )
-    return up, np.sqrt(np.interp(time_s, at, own) ** 2 + wander**2 + (_LOST_DEG_PER_S * outside) ** 2)
+    beyond = np.maximum(nearest - gap, 0.0)
+    wander = unsteady * np.minimum(nearest / max(gap, 1e-3), 1.0) + _LOST_DEG_PER_S * beyond
+    error_deg = np.sqrt(np.interp(time_s, at, own) ** 2 + wander**2 + (_LOST_DEG_PER_S * outside) ** 2)
+    return up, error_deg, _LOST_DEG_PER_S * np.maximum(beyond, outside)

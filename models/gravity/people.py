@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from ...pipeline.camera import Look
@@ -14,7 +14,6 @@ from .seen import Seen
 
 _APART_DEG = 12.0  # a person's own up this far from the common one, and further than
 _APART_ERRORS = 3.0  # this many of its expected errors, is said
-_PEOPLE = "people"
 
 
 def level_people(
@@ -25,13 +24,15 @@ def level_people(
     Each person's up counts by 1 / error^2; who could not be levelled alone (lies, is hardly seen) has no say and takes
     the others' up. Lifted by the same network, people may lean alike: the pooled error is stated as no less than the
     best person's own. told: what the user tells; look: what the image says. Where nobody can be levelled alone and
-    nothing else is told, everybody keeps an up of their own, and the reason why it is none."""
+    nothing else is told, everybody keeps an up of their own, and the reason why it is none. People of one name are
+    numbered in the shares, in the order given."""
     alone = [level(one, static_up(one)) for one in people]
     # The alone have shares of frames, feet or floor, so that nothing is taken on trust.
     heard = [not why_not(levelled) for levelled in alone]
     if not any(heard) and not told and look is None:
         return alone
-    own = [(one.name, levelled.up) for one, levelled, use in zip(people, alone, heard, strict=True) if use]
+    names = _numbered([one.name for one in people])
+    own = {name: levelled.up for name, levelled, use in zip(names, alone, heard, strict=True) if use}
     shared = _shared(own, told, look)
     return [
         replace(level(one, shared), apart_deg=_apart_deg(levelled.up, shared) if use else float("nan"))
@@ -39,19 +40,23 @@ def level_people(
     ]
 
 
-def _shared(own: Sequence[tuple[str, TakeUp]], told: Sequence[Evidence], look: Look | None) -> TakeUp:
-    """own: each person's name and up."""
+def _shared(own: Mapping[str, TakeUp], told: Sequence[Evidence], look: Look | None) -> TakeUp:
+    """own: each person's up by name."""
     if not own:
         return fused_up((), told, look)
-    pooled = fuse([direction(name, up.up, float(up.error_deg)) for name, up in own])
-    error_deg = float(max(pooled.error_deg, min(up.error_deg for _, up in own)))
-    pooled = replace(pooled, error_deg=error_deg)
-    found = fused_up([direction(_PEOPLE, pooled.up, error_deg)], told, look)
-    theirs = found.shares.get(_PEOPLE, 0.0)
-    if theirs == 1:  # nobody else is heard
-        return replace(pooled, warnings=found.warnings)
-    each = {name: theirs * share for name, share in pooled.shares.items() if theirs}
-    return replace(found, shares=each | {name: s for name, s in found.shares.items() if name != _PEOPLE})
+    errors = {name: float(up.error_deg) for name, up in own.items()}
+    pooled = fuse([direction(name, up.up, errors[name]) for name, up in own.items()])
+    wider = max(1.0, min(errors.values()) / float(pooled.error_deg))
+    found = fused_up([direction(name, up.up, wider * errors[name]) for name, up in own.items()], told, look)
+    return replace(found, own=found.own | {name: (up.up, errors[name]) for name, up in own.items()})
+
+
+def _numbered(names: Sequence[str]) -> list[str]:
+    """The names, those that are not the only ones with a number behind them."""
+    return [
+        f"{name} ({names[: row + 1].count(name)})" if names.count(name) > 1 else name
+        for row, name in enumerate(names)
+    ]
 
 
 def _apart_deg(own: TakeUp, shared: TakeUp) -> float:

@@ -7,12 +7,12 @@ from itertools import pairwise
 import numpy as np
 
 from .seen import Seen
-from .votes import UNKNOWN_DEG
+from .votes import expected_deg
 
 
 def trust(error_deg: np.ndarray | float) -> np.ndarray:
     """(...,) a frame's weight, 1 / error^2."""
-    return 1 / np.maximum(np.where(np.isfinite(error_deg), error_deg, UNKNOWN_DEG), 0.5) ** 2
+    return 1 / expected_deg(error_deg) ** 2
 
 
 def smoothed(values: np.ndarray, weights: np.ndarray, seen: Seen, std_s: float) -> np.ndarray:

@@ -169,7 +169,7 @@ def _by_network(
     focal, sd, source = found.focal_px, found.focal_sd_px, found.focal_source
     if source == "prior" and answer.focal_sd_px / answer.focal_px < sd / focal:
         focal, sd, source = answer.focal_px, answer.focal_sd_px, "network"
-    return replace(found, looks=(look,), focal_px=focal, focal_sd_px=sd, focal_source=source)
+    return replace(found, looks=(look,), focal_px=focal, focal_sd_px=sd, focal_source=source, reason="")
 
 
 def before(
@@ -203,8 +203,8 @@ def _camera(
         ends=answer.segments.ends[:first] * max(size) + np.array(size) / 2,
         runs_along=answer.runs_along[:first],
     )
-    # Lines that say no more about the focal length than was known before leave it as it was.
-    if answer.focal_sd_px / answer.focal_px < 0.8 * spread:
+    # What is told stays. Lines that say no more about the focal length than was known before leave it as it was, too.
+    if source != "told" and answer.focal_sd_px / answer.focal_px < 0.8 * spread:
         return Camera(
             size, answer.focal_px, answer.focal_sd_px, "lines" if source == "prior" else source, (look,)
         )

@@ -24,6 +24,7 @@ LEAN_DEG = 4.7
 STATED_LEAN_DEG = 6.1
 USUAL_SPREAD, USUAL_DEG = 0.0155, 9.0
 UNKNOWN_DEG = 12.0  # expected error of a frame whose rectifier does not say
+SUREST_DEG = 0.5  # a frame counts as no surer, whatever it states: one of error 0 would be the only one heard
 
 _OUTLIER_DEG = 5.0  # votes this far off count half
 _TURNS = 30  # of the reweighting, at most; it ends when the mean moves by less than
@@ -56,6 +57,12 @@ def take_up(
     return fuse([*others, *pool(up, error_deg, time_s).evidence])
 
 
+def expected_deg(error_deg: np.ndarray | float) -> np.ndarray:
+    """(...,) what rotation error counts as a frame's, of what its rectifier states: UNKNOWN_DEG where that is NaN, and
+    SUREST_DEG at least."""
+    return np.maximum(np.where(np.isfinite(error_deg), error_deg, UNKNOWN_DEG), SUREST_DEG)
+
+
 def lean_square(
     expected_square: np.ndarray | float, scatter_square: np.ndarray | float, spread: np.ndarray | float
 ) -> np.ndarray:
@@ -85,7 +92,7 @@ def pool(
     if not fine.any():
         return Votes(np.full(3, np.nan), float("nan"), weights, 0.0, float("nan"))
     votes = unit(up[fine].astype(np.float64))
-    expected = np.where(np.isfinite(error_deg[fine]), error_deg[fine], UNKNOWN_DEG)
+    expected = expected_deg(error_deg[fine])
     trust = (expected.min() / expected) ** 2
     centre, robust = robust_mean(votes, trust)
     weights[fine] = robust

@@ -53,7 +53,7 @@ def trust(take: Take) -> tuple[int, str]:
     findings = take.findings or ()
     code, words = EXIT_CODES[verdict(findings)], [] if take.findings is None else [verdict_words(findings)]
     if take.rectified is not None:
-        levelled, bound = take.rectified.level_ok, take.rectified.up_bound_deg
+        levelled, bound = take.rectified.level_ok, take.rectified.up_bound_deg[take.rectified.turned]
         code = code if levelled else EXIT_CODES["unusable"]
         words.append(f"the take is {'' if levelled else 'not '}levelled")
         if not levelled:

@@ -110,7 +110,7 @@ class Facts:
 def facts_of(take: Take) -> Facts:
     """The facts of a take that is rectified; InputError of one that is not."""
     poses, rectified = take.need("poses"), take.need("rectified")
-    bound = rectified.up_bound_deg[np.isfinite(rectified.up_bound_deg)]
+    bound = rectified.up_bound_deg[rectified.turned & np.isfinite(rectified.up_bound_deg)]
     error = rectified.error_deg[np.isfinite(rectified.error_deg)]
     off = angle_deg(rectified.up_votes, shared_up(rectified))
     off = off[np.isfinite(off)]
@@ -131,7 +131,7 @@ def facts_of(take: Take) -> Facts:
         root_known=poses.root is not None,
         method=rectified.method,
         camera=rectified.camera,
-        turned=int(is_finite(rectified.R_source_from_body).all(axis=1).sum()),
+        turned=int(rectified.turned.sum()),
         level_ok=rectified.level_ok,
         level_reason=rectified.level_reason,
         level_heading=rectified.level_heading,

@@ -143,8 +143,8 @@ def summary(take: Take) -> dict[str, Any]:
             **_window(rectified),
             "frames_rectified": facts.turned,
             "error_deg_mean": _mean(rectified.error_deg),
-            **_up("up_error_deg", rectified.up_error_deg, facts.camera),
-            **_up("up_bound_deg", rectified.up_bound_deg, facts.camera),
+            **_up("up_error_deg", rectified.up_error_deg, rectified),
+            **_up("up_bound_deg", rectified.up_bound_deg, rectified),
             "up_shares": rectified.up_shares,
             "up_by_source": {name: _told(source) for name, source in facts.sources.items()},
             "vote_deviation_deg_mean": facts.vote_deviation_deg,
@@ -185,11 +185,12 @@ def _window(rectified: Rectified) -> dict[str, float]:
     return {"window_s": told[-1]} if told else {}
 
 
-def _up(name: str, values: np.ndarray, camera: str) -> dict[str, float]:
-    """One figure for the take, or the mean and the largest of a moving camera's."""
+def _up(name: str, values: np.ndarray, rectified: Rectified) -> dict[str, float]:
+    """One figure for the take, or the mean and the largest of a moving camera's frames that are rectified."""
+    if rectified.camera != "moving":
+        return {name: _mean(values)}
+    values = values[rectified.turned]
     mean = _mean(values)
-    if camera != "moving":
-        return {name: mean}
     return {f"{name}_mean": mean, f"{name}_max": float(np.nanmax(values)) if np.isfinite(mean) else mean}
 
 

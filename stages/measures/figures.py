@@ -91,6 +91,11 @@ def figures(values: Iterable[Any]) -> list[float]:
     return [figure(value) for value in values]
 
 
+def moments(values: Iterable[Any]) -> list[float]:
+    """Times in a take in seconds, each as `figure` but to the millisecond at least: stamps may count from 1970."""
+    return [figure(value) if abs(value) < 1000 else round(float(value), 3) for value in values]
+
+
 def figure(value: Any) -> float:
     """As a Python number of six digits, for what no error is known of."""
     return float(f"{value:.6g}")

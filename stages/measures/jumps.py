@@ -9,7 +9,7 @@ from ...pipeline.anthropometry import implied_stature
 from ...pipeline.motion.flights import NEEDED, flights
 from ...pipeline.pose import Rectified
 from ...pipeline.rotations import is_finite
-from .figures import figure_of_error, figures, rounded
+from .figures import figure_of_error, figures, moments, rounded
 from .walking import FEWEST
 
 # What holds for nine in ten of 88 captured flights of train and validation subjects, against the feet's true contacts,
@@ -42,7 +42,7 @@ def jumps(rectified: Rectified, gait: Gait) -> dict[str, Any]:
     error = _HEIGHT_SD * stature
     return {
         "count": len(found),
-        "start_s": figures(flight.off_s for flight in found),
+        "start_s": moments(flight.off_s for flight in found),
         "flight_time_s": [rounded(flight.land_s - flight.off_s, _TIME_SD_S) for flight in found],
         "flight_time_error_s": [figure_of_error(_TIME_SD_S)] * len(found),
         "jump_height": [rounded(flight.rise * stature, error) for flight in found],

@@ -27,6 +27,7 @@ from .figures import (
     figure_of_error,
     figures,
     middle,
+    moments,
     rounded,
     spread,
     symmetry,
@@ -281,8 +282,8 @@ def _repeats(
         return result
     spans = np.array([(one.start_s, one.stop_s) for one in found])
     result |= {
-        "start_s": figures(spans[:, 0]),
-        "stop_s": figures(spans[:, 1]),
+        "start_s": moments(spans[:, 0]),
+        "stop_s": moments(spans[:, 1]),
         **_peaks(take, found, sd),
         **spread("duration_s", spans[:, 1] - spans[:, 0], time_resolution(rate(take.times))),
         **spread("rise_deg", np.array([one.rise for one in found]), shared=np.sqrt(2) * usual),

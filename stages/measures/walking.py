@@ -30,7 +30,7 @@ from .figures import (
     basis,
     error_key,
     figure_of_error,
-    figures,
+    moments,
     rounded,
     symmetry,
     with_error,
@@ -100,10 +100,10 @@ def walking(
             "strides": len(spans[side]),
             **said(values, ("step_time_s", "stance_time_s", *phases), side),
             **said(lengths, ("step_length",), side, share),
-            "stride_start_s": figures(spans[side][:, 0]),
-            "stride_stop_s": figures(spans[side][:, 1]),
-            "landings_s": figures(contact_times(gait.walks, side)),
-            "toe_offs_s": figures(s.off_s for s in strides if s.side == side and np.isfinite(s.off_s)),
+            "stride_start_s": moments(spans[side][:, 0]),
+            "stride_stop_s": moments(spans[side][:, 1]),
+            "landings_s": moments(contact_times(gait.walks, side)),
+            "toe_offs_s": moments(s.off_s for s in strides if s.side == side and np.isfinite(s.off_s)),
         }
         for words, side in SIDES.items()
     }

@@ -47,7 +47,8 @@ def row(name: str, images: list[Room], told: bool) -> str:
             if isinstance(a, ImageUp) and abs(shown.pitch_deg) > _PITCHED_DEG
         ]
     )
-    focal = f"{100 * np.mean(np.abs(ratio - 1)):.1f} %" if len(ratio) else "-"
+    # What is told stays a camera's focal length, whatever the lines make of it.
+    focal = "as told" if told else f"{100 * np.mean(np.abs(ratio - 1)):.1f} %" if len(ratio) else "-"
     p50, p95 = np.quantile(errors[fine], (0.5, 0.95)) if fine.any() else (np.nan, np.nan)
     mean = errors[fine].mean() if fine.any() else np.nan
     cells = [

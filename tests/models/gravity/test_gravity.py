@@ -10,12 +10,16 @@ from pcnet3d.models.common.metrics import RAYLEIGH_90
 from pcnet3d.models.gravity import (
     LEAN_DEG,
     UNKNOWN_DEG,
+    Seen,
     direction,
     effective_number,
+    fuse,
     level_feet,
+    level_static,
     pool,
     stance,
     take_up,
+    why_not,
 )
 from pcnet3d.models.gravity.votes import STATED_LEAN_DEG, TILT_SHARE, USUAL_SPREAD
 from pcnet3d.pipeline import H36M17, rotate
@@ -72,6 +76,16 @@ def test_copies_of_a_frame_are_one_vote(error_deg):
 def test_what_a_lone_frame_states_is_what_its_rectifier_expects_but_no_less_than_the_lean():
     errors = [pool(UP[None], constant(stated, 1), np.zeros(1)).error_deg for stated in (1, 8, np.nan)]
     np.testing.assert_allclose(errors, [LEAN_DEG, TILT_SHARE * 8, TILT_SHARE * UNKNOWN_DEG])
+
+
+def test_frames_that_state_no_error_at_all_count_as_very_sure_ones():
+    """A rectifier that knows the truth states 0."""
+    votes = votes_about(UP, 3, 20, np.random.default_rng(0))
+    sure, exact = (pool(votes, constant(stated, 20), seldom(20)) for stated in (0.1, 0.0))
+    np.testing.assert_array_equal(exact.up, sure.up)
+    assert exact.error_deg == sure.error_deg > 0
+    mixed = pool(votes, np.where(np.arange(20) < 1, 0.0, 8.0), seldom(20))
+    assert np.isfinite([*mixed.up, mixed.error_deg]).all()
 
 
 def test_independent_votes_average_out_down_to_what_they_share():
@@ -216,6 +230,19 @@ def test_level_feet_correct_votes_that_lean_sideways_and_not_those_that_lean_for
         assert after < 5 if corrects else after == pytest.approx(6, abs=0.1)
         assert helped.error_deg < alone.error_deg
         assert sum(helped.shares.values()) == pytest.approx(1)
+
+
+def test_feet_of_somebody_who_has_no_trunk_leave_what_is_told(standing):
+    """A file of legs alone: they stand, and no frame has a rotation. A level line tells no up by itself."""
+    legs = Seen(standing, np.full((90, 3, 3), np.nan), np.full(90, np.nan), np.arange(90) / 30)
+    feet = level_feet(standing, UP, legs.time_s)
+    assert np.isnan(fuse([feet]).up).all()
+    levelled = level_static(legs, [direction("told", UP, 1.0)])
+    np.testing.assert_allclose(levelled.up.up, UP, atol=0.01)
+    assert levelled.up.error_deg <= 1.0
+    assert levelled.up.shares.keys() == {"told", "feet"}
+    assert levelled.up.pulls.keys() == {"feet"}  # without what is told there is nothing for it to pull at
+    assert "torso" in why_not(levelled)
 
 
 def test_feet_turn_with_the_camera(standing):

@@ -6,7 +6,7 @@ import pytest
 from golden.rooms import no_lines, room, street
 from pcnet3d.models.gravity import Seen, TakeUp, direction
 from pcnet3d.models.gravity.fusion import fused_up
-from pcnet3d.models.gravity.images import ImageUp, Unknown, up_from_images
+from pcnet3d.models.gravity.images import TOLD_SPREAD, ImageUp, Unknown, up_from_images
 from pcnet3d.models.gravity.moving import with_looks
 from pcnet3d.models.gravity.view import before, moving_camera, static_camera
 from pcnet3d.pipeline import InputError
@@ -102,6 +102,16 @@ def test_a_camera_keeps_the_lines_of_its_first_image(streets):
     assert set(look.runs_along) <= {-1, 0, 1, 2}
 
 
+@pytest.mark.parametrize("times", [1.0, 1.04])
+def test_the_focal_length_that_is_told_is_the_cameras(streets, times):
+    """Also where lines tell it better: up is fitted with theirs, and the told one stays as it was told."""
+    shown = streets[0]
+    told_px = times * shown.focal_px
+    found = static_camera({0: shown.image}, {0: shown.boxes}, told_px)
+    assert (found.focal_px, found.focal_sd_px, found.focal_source) == (told_px, TOLD_SPREAD * told_px, "told")
+    assert angle_deg(found.looks[0].up, shown.up) < 2.5
+
+
 def test_a_moving_camera_says_why_it_knows_nothing():
     grass = no_lines("grass", 0).image
     found = moving_camera([(0, grass), (10, grass)], grass.shape[1::-1], {})
@@ -176,6 +186,29 @@ def test_images_of_a_moving_camera_win_over_leaning_bodies_with_a_warning():
     (warning,) = found.warnings
     assert "35 degrees" in warning
     assert "The image is believed" in warning
+
+
+@pytest.mark.parametrize("last_s", [6.0, 12.0])
+def test_bodies_that_images_outvote_speak_again_where_none_was_looked_at(last_s):
+    """Of 20 s the first 6 or 12 were looked at; how a body leans there says little about the rest."""
+    time_s = np.arange(600) / 30
+    true, bodies = ups(np.full(600, 10.0)), ups(np.full(600, 45.0))
+    found = heard(bodies, 6.0, time_s, [look(t, true[0]) for t in np.arange(0, last_s + 0.1, 0.5)])
+    assert "35 degrees" in found.warnings[0]
+    assert np.max(angle_deg(found.up, true)[time_s <= last_s]) < 0.5
+    assert np.max(angle_deg(found.up, bodies)[time_s > last_s + 3]) < 1.0
+    assert np.max(found.error_deg) < 10.0
+    assert np.max(angle_deg(found.up[1:], found.up[:-1])) < 5.0  # no jump
+
+
+def test_a_contradiction_is_that_of_the_frames_looked_at():
+    """A camera that is level for 10 s, with bodies that lean, and looks down by 60 degrees ever after."""
+    time_s = np.arange(600) / 30
+    bodies = ups(np.where(time_s < 10, 30.0, 60.0))
+    found = heard(bodies, 6.0, time_s, [look(t, ups(np.array(0.0))) for t in np.arange(10.0)])
+    (warning,) = found.warnings
+    assert "by 30 degrees: pitch 0, roll 0 by the image" in warning.replace("-0", "0")
+    assert "pitch 30, roll 0 by the skeletons" in warning.replace("-0", "0")
 
 
 def test_a_moving_and_a_static_camera_say_the_same_about_a_contradiction():

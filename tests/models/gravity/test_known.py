@@ -1,15 +1,18 @@
 """What of a moving camera's up a lift may rest on: all of a stretch between two clip boundaries, or nothing."""
 
 from collections.abc import Iterable
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models import load_rectifier
-from pcnet3d.models.gravity import known_moving_up
+from pcnet3d.models.gravity import known, known_moving_up, known_up
 from pcnet3d.models.gravity.moving import timed
+from pcnet3d.models.gravity.votes import USUAL_SPREAD
 from pcnet3d.pipeline import PoseSequence
 from pcnet3d.pipeline.camera import Look
 from pcnet3d.pipeline.rotations import angle_deg, rotate
@@ -66,6 +69,31 @@ def test_images_that_the_skeletons_contradict_are_not_believed(turning):
     c = np.sqrt(0.5)
     diagonal = up @ np.array([[c, -c, 0], [c, c, 0], [0, 0, 1.0]]).T
     assert known_moving_up(poses, GEOMETRIC, looks(diagonal, range(0, len(poses), 10))) is None
+
+
+class Sure:
+    """A rectifier with which the skeletons' own up is known better than a lift needs."""
+
+    method = "sure"
+
+    def rotation(self, joints: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        R, error_deg = GEOMETRIC.rotation(joints)
+        return R, np.full(len(error_deg), 3.0)
+
+
+def test_what_surer_skeletons_say_is_not_known_from_elsewhere(turning, monkeypatch):
+    """A diagonal pattern that they contradict, and an image that was looked at a moment only."""
+    monkeypatch.setattr(known, "stated_spread", lambda poses: np.full(len(poses), USUAL_SPREAD))
+    poses, up = turning
+    still = poses.with_(joints=np.repeat(poses.joints[:1], len(poses), axis=0))
+    diagonal = Rotation.from_rotvec([0, 0, np.pi / 5]).apply(up)
+    throughout = [*range(0, len(poses), 10), len(poses) - 1]
+    for shown, frames in ((diagonal, throughout), (up, [0])):
+        assert known_moving_up(poses, Sure(), looks(shown, frames)) is None
+    failing = replace(looks(diagonal, [0])[0], failure=0.15)
+    assert known_up(still, Sure(), look=failing) is None
+    assert np.max(angle_deg(known_up(still, Sure(), look=looks(up, [0])[0]), up[0])) < 1.0
+    assert np.max(angle_deg(known_moving_up(poses, Sure(), looks(up, throughout)), up)) < 1.0
 
 
 def test_images_from_before_and_after_a_person_say_nothing_about_their_frames(turning):

@@ -6,16 +6,26 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.ndimage import gaussian_filter1d
 from scipy.spatial.transform import Rotation
 
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models import load_rectifier
-from pcnet3d.models.gravity import Seen, direction, level_moving, level_static, why_not
-from pcnet3d.models.gravity.levelling import HEADING_S, upright
+from pcnet3d.models.gravity import (
+    Seen,
+    TakeUp,
+    direction,
+    level_moving,
+    level_people,
+    level_static,
+    why_not,
+)
+from pcnet3d.models.gravity.levelling import HEADING_S, camera_frame, level, upright
 from pcnet3d.models.gravity.moving import sliding_up
 from pcnet3d.models.gravity.votes import STATED_LEAN_DEG, USUAL_SPREAD
 from pcnet3d.models.synthetic.cameras import view_rotation
 from pcnet3d.pipeline import rotate
+from pcnet3d.pipeline.camera import Look
 from pcnet3d.pipeline.canonical import R_world_from_body
 from pcnet3d.pipeline.rotations import angle_deg, from_columns, geodesic_deg, unit
 
@@ -358,6 +368,52 @@ def test_a_gap_has_a_level_and_no_body(seen):
     assert geodesic_deg(levelled.R_camera_from_level, seen.R_level).max() < 0.1
 
 
+def test_when_a_take_was_changes_nothing(seen):
+    """Stamps may count from 1970, in files of arrays and of cameras that are synchronised."""
+    own = sliding_up(seen.seen(noise_about(seen.R, 6)))
+    late = sliding_up(replace(seen.seen(noise_about(seen.R, 6)), time_s=seen.time_s + 1.7e9))
+    assert angle_deg(late.up, own.up).max() < 1e-3
+    np.testing.assert_allclose(late.error_deg, own.error_deg, rtol=1e-3)
+
+
+@pytest.mark.parametrize(
+    "gone", [slice(0, 180), slice(780, 960), slice(330, 630)], ids=["start", "end", "middle"]
+)
+def test_how_well_up_is_known_while_nobody_is_there_is_no_reason_against_a_take(gone):
+    """Lifted skeletons lean one way and then another; the line through that goes far where there are none."""
+    time_s = np.arange(960) / 30
+    lean = gaussian_filter1d(np.random.default_rng(2).normal(size=(960, 3)), 15, axis=0)
+    R = Rotation.from_rotvec(np.radians(8) * lean / lean.std()).as_matrix()
+    R = Rotation.from_euler("x", 90, degrees=True).as_matrix() @ R  # the camera stands straight
+    R[gone] = np.nan
+    levelled = level_moving(seen_of(R, np.full(960, 8.0), time_s))
+    assert why_not(levelled) == ""
+
+
+def test_up_that_is_badly_known_levels_no_take_whoever_told_it(seen):
+    ups = np.tile(seen.up[0], (len(seen.up), 1))
+    unsure = TakeUp(ups, np.where(seen.time_s < 2, 25.0, 3.0), {"image": 0.9, "frames": 0.1})
+    assert "only known to within 38" in why_not(level(seen.seen(), unsure))
+
+
+@pytest.mark.parametrize("roll", [0.0, 20.0, 90.0, 180.0])
+def test_a_camera_that_nods_keeps_its_heading(roll):
+    """From looking nearly straight up to nearly straight down, one degree at a time, level, leaning or turned over."""
+    pitch = np.arange(-88.0, 88.5)
+    R_camera_from_world = view_rotation(np.zeros(len(pitch)), pitch, np.full(len(pitch), roll))
+    R_world_from_level = np.swapaxes(R_camera_from_world, 1, 2) @ camera_frame(R_camera_from_world[:, :, 2])
+    np.testing.assert_allclose(R_world_from_level, R_world_from_level[[88] * len(pitch)], atol=1e-9)
+
+
+def test_a_camera_that_looks_straight_down_or_up_goes_on_as_it_nodded():
+    for pitch in (-90.0, 90.0):
+        nearly, straight = (
+            camera_frame(view_rotation(np.array(0.0), np.array(angle), np.array(0.0))[:, 2])
+            for angle in (0.8 * pitch, pitch)
+        )
+        assert geodesic_deg(nearly, straight) == pytest.approx(18, abs=0.1)
+
+
 def test_a_camera_that_looks_straight_down_still_has_a_heading():
     down = Filmed(pitch=90.0, roll=0.0)
     R = down.moving().R_camera_from_level
@@ -365,13 +421,62 @@ def test_a_camera_that_looks_straight_down_still_has_a_heading():
     np.testing.assert_allclose(np.linalg.det(R), 1)
 
 
-@pytest.mark.parametrize("level", [level_static, level_moving])
-def test_a_lifter_that_is_unsure_widens_what_is_stated(level):
+@pytest.mark.parametrize("levelling", [level_static, level_moving])
+def test_a_lifter_that_is_unsure_widens_what_is_stated(levelling):
     R, time_s = headed(np.zeros(90)), np.arange(90) / 30
     usual, unsure = (
-        level(replace(seen_of(R, np.full(90, 9.0), time_s), spread=np.full(90, times * USUAL_SPREAD)))
+        levelling(replace(seen_of(R, np.full(90, 9.0), time_s), spread=np.full(90, times * USUAL_SPREAD)))
         for times in (1, 2)
     )
     np.testing.assert_allclose(usual.up_error_deg, STATED_LEAN_DEG, rtol=1e-6)
     np.testing.assert_allclose(unsure.up_error_deg, 2**1.5 * STATED_LEAN_DEG, rtol=1e-6)
     assert (unsure.error_deg > 1.5 * usual.error_deg).all()
+
+
+# --- several people before one camera
+
+
+def look_at(up, failure=0.004) -> Look:
+    """An image that says so to within 0.7 degrees."""
+    return Look(0, up, np.radians(0.5) ** 2 * (np.eye(3) - np.outer(up, up)), failure)
+
+
+@pytest.fixture(scope="module")
+def two(seen) -> list[Seen]:
+    return [replace(seen.seen(noise_about(seen.R, 3, seed)), name=f"person {seed}") for seed in (0, 1)]
+
+
+def test_each_person_and_the_image_are_told_with_share_pull_and_own_answer(seen, two):
+    up = level_people(two, (), look_at(seen.up[0]))[0].up
+    everybody = {"person 0", "person 1", "image"}
+    assert up.shares.keys() == up.pulls.keys() == up.own.keys() == everybody
+    assert sum(up.shares.values()) == pytest.approx(1)
+    for one in two:
+        alone = level_static(one).up
+        np.testing.assert_allclose(up.own[one.name][0], alone.up, atol=1e-9)
+        assert up.own[one.name][1] == pytest.approx(alone.error_deg)
+
+
+def test_an_image_that_several_people_outvote_is_still_told(seen, two):
+    askew = Rotation.from_rotvec([0, 0, np.radians(40)]).apply(seen.up[0])
+    up = level_people(two, (), look_at(askew, failure=0.15))[0].up
+    assert "The skeletons are believed" in up.warnings[0]
+    assert up.shares.keys() == {"person 0", "person 1"}
+    assert angle_deg(up.own["image"][0], askew) < 1e-6
+    assert {"person 0", "person 1"} < up.own.keys()
+
+
+def test_people_that_an_image_outvotes_are_still_told(seen, two):
+    """Everybody leans by 45 degrees."""
+    across = Rotation.from_rotvec(np.radians(45) * unit(np.cross(seen.up[0], Z))).as_matrix()
+    leaning = [replace(one, R_camera_from_body=across @ one.R_camera_from_body) for one in two]
+    up = level_people(leaning, (), look_at(seen.up[0]))[0].up
+    assert "The image is believed" in up.warnings[0]
+    assert up.shares == {"image": 1.0}
+    assert up.own.keys() == {"person 0", "person 1", "image"}
+
+
+def test_people_of_one_name_each_have_their_share(two):
+    up = level_people([replace(one, name="person") for one in two])[0].up
+    assert up.shares == pytest.approx({"person (1)": 0.5, "person (2)": 0.5}, abs=0.05)
+    assert up.own.keys() == up.shares.keys()

@@ -8,9 +8,12 @@ import pyarrow.parquet as pq
 import pytest
 
 from pcnet3d.pipeline import CAMERA, H36M17, Pipeline, PoseSequence, Take
+from pcnet3d.pipeline.messages import bound_in_words
 from pcnet3d.pipeline.rotations import angle_deg, rotate
+from pcnet3d.pipeline.running.conclusion import trust
 from pcnet3d.pipeline.take import Event
 from pcnet3d.stages.angles import Angles
+from pcnet3d.stages.drawing.facts import facts_of
 from pcnet3d.stages.export.stage import Export
 from pcnet3d.stages.rectify import Rectify
 from pcnet3d.stages.trajectories import Trajectories
@@ -128,13 +131,25 @@ def test_a_moving_camera_is_marked_everywhere(take, tmp_path):
     assert found["camera"] == "moving"
     assert found["window_s"] == 0.5
     for name in ("up_error_deg", "up_bound_deg"):
-        values = getattr(take.rectified, name)
-        assert found[f"{name}_mean"] == pytest.approx(np.nanmean(values))
-        assert found[f"{name}_max"] == pytest.approx(np.nanmax(values))
+        values = getattr(take.rectified, name)[take.rectified.turned]
+        assert found[f"{name}_mean"] == pytest.approx(values.mean())
+        assert found[f"{name}_max"] == pytest.approx(values.max())
     metadata = pq.read_table(tmp_path / "out" / "kinematics.parquet").schema.metadata
     assert metadata[b"horizontal"] == b"relative to the camera"
     with np.load(tmp_path / "out" / "poses.npz") as file:
         assert file["R_source_from_level"].shape == (8, 3, 3)
+
+
+def test_up_that_nobody_was_there_to_show_is_in_no_figure_of_a_moving_camera(take, tmp_path):
+    rectified = Rectify("geometric", camera="moving")(take).rectified
+    assert np.flatnonzero(~rectified.turned).tolist() == [5]
+    wide = np.where(rectified.turned, rectified.up_bound_deg, 80.0)
+    take = take.with_(rectified=replace(rectified, up_bound_deg=wide, level_ok=True, level_reason=""))
+    Export(tmp_path / "out")(take)
+    most = rectified.up_bound_deg[rectified.turned].max()
+    assert rectification(tmp_path / "out")["up_bound_deg_max"] == pytest.approx(most)
+    assert facts_of(take).up_bound_deg[1] == pytest.approx(most)
+    assert f"within {bound_in_words(most)} degrees" in trust(take)[1]
 
 
 def test_what_the_user_said_of_the_camera_is_in_the_history_and_the_shares(take, tmp_path):

@@ -9,7 +9,7 @@ import pytest
 from pyarrow import parquet
 
 from golden import jumps
-from pcnet3d.examples.walker.camera import aimed, camera_poses
+from pcnet3d.examples.walker.camera import aimed, camera_poses, side_camera
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.gait.errors import mean_error
 from pcnet3d.models.gait.events import Stance, walks
@@ -46,6 +46,22 @@ def walk():
 @pytest.fixture(scope="module")
 def take(walk):
     return measured(walk.poses)
+
+
+@pytest.mark.parametrize("camera", ["static", "moving"])
+def test_a_take_shows_the_same_whenever_it_was(walk, camera):
+    """Stamps that count from 1970: what was done when is told from then, and as well as it was."""
+    poses = camera_poses(walk, side_camera(walk))
+    stages = (Rectify(camera=camera), *STAGES[1:])
+    found, late = (measured(poses.with_(time_s=poses.times + s), stages).measures for s in (0.0, 1.7e9))
+    assert late["walking"]["steps"] == found["walking"]["steps"] > 5
+    assert late["walking"]["cadence_spm"] == found["walking"]["cadence_spm"]
+    groups = [("knee_bends", "start_s"), ("knee_bends", "stop_s"), ("walking", "left", "landings_s")]
+    for group, *keys in groups:
+        own, later = found[group], late[group]
+        for key in keys:
+            own, later = own[key], later[key]
+        np.testing.assert_allclose(np.array(later) - 1.7e9, own, atol=2e-3)
 
 
 @pytest.fixture
