@@ -9,7 +9,7 @@ from ...pipeline.anthropometry import implied_stature
 from ...pipeline.motion.flights import NEEDED, flights
 from ...pipeline.pose import Rectified
 from ...pipeline.rotations import is_finite
-from .figures import figure_of_error, figures, moments, rounded
+from .figures import figure_of_error, moments, rounded
 from .walking import FEWEST
 
 # What holds for nine in ten of 88 captured flights of train and validation subjects, against the feet's true contacts,
