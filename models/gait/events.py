@@ -101,7 +101,8 @@ def walks(
     feet: stances by side. between: (T, 2) how far the right ankle is in front of the left one and to its right, in
     lengths of a leg. least: by how much the first of that changes from landing to landing at least. Where the feet land
     twice as far apart sideways as in front (a jumping jack), a walk ends; so it does at a gap. facing_deg: (T,) where
-    the person faces, in any still axes; a step in which that turns by 30 degrees or more ends a walk too.
+    the person faces, in any still axes; a step in which that turns by 30 degrees or more ends a walk too, where what
+    swings to and fro from step to step, as pelvises do, is no turn.
     """
     lands = sorted(
         (stance.start_s, stance.side)
@@ -116,7 +117,8 @@ def walks(
     broken = np.array([_broken(seen, time_s, a, b, seams) for a, b in pairwise(at)], dtype=bool)
     turned = np.zeros(len(broken))
     if facing_deg is not None and len(at):
-        turned = np.abs(np.diff(_facing(facing_deg, time_s, at, seams)))
+        facing = _facing(facing_deg, time_s, at, seams)
+        turned = np.abs(np.diff(facing - _swing(facing, [side for _, side in lands])))
     found: list[list[Step]] = []
     walk: list[Step] = []
     turn = 0.0  # which way the last step changed what is ahead: right foot forward is positive
@@ -190,6 +192,17 @@ def _facing(facing_deg: np.ndarray, time_s: np.ndarray, at_s: np.ndarray, seams:
     result = np.full(len(at_s), np.nan)
     result[known] = np.degrees(np.unwrap(np.arctan2(y[known], x[known])))
     return result
+
+
+def _swing(facing_deg: np.ndarray, sides: Sequence[str]) -> np.ndarray:
+    """What of facing_deg (N,) at landings of sides is of the foot that lands: half of by how much it differs from the
+    mean of the landings before and after, in the median, for one side, and less that for the other. A median, for a turn
+    is of two landings only."""
+    sign = np.array([1.0 if side == "r" else -1.0 for side in sides])
+    middle = np.flatnonzero((sign[:-2] == sign[2:]) & (sign[:-2] != sign[1:-1])) + 1
+    differs = sign[middle] * (facing_deg[middle] - (facing_deg[middle - 1] + facing_deg[middle + 1]) / 2)
+    differs = differs[np.isfinite(differs)]
+    return sign * (np.median(differs) / 2 if len(differs) else 0.0)
 
 
 def _broken(

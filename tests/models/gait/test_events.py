@@ -86,6 +86,18 @@ def test_walks_end_at_gaps_long_pauses_and_turns():
     assert first[-1].stop_s < 3.4 < second[0].stop_s
 
 
+@pytest.mark.parametrize("swing_deg", [20.0, -28.0])
+def test_a_pelvis_that_swings_with_every_step_does_not_turn(swing_deg):
+    """Who swings it by 15 degrees to either side did not walk: each step turned by 30."""
+    feet, between = limping(0.6, 0.6)
+    swing = swing_deg * np.cos(np.pi * (TIME - 0.4) / 0.6)
+    (walk,) = walks(feet, between, TIME, 0.25, facing_deg=swing)
+    assert walk == walks(feet, between, TIME, 0.25)[0]
+    turning = swing + np.where(TIME < 3.1, 0.0, 60.0)
+    first, second = walks(feet, between, TIME, 0.25, facing_deg=turning)
+    assert first[-1].stop_s < 3.1 < second[0].stop_s
+
+
 def pausing(pause_s, at=5, both_feet=True, count=11, step_s=0.55):
     """Stances and separation of a walk that pauses before a landing, on both feet or on the one that landed last."""
     lands = 0.3 + step_s * np.arange(count) + pause_s * (np.arange(count) >= at)
