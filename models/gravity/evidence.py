@@ -72,7 +72,7 @@ def of_image(look: Look) -> Evidence:
     """An image's answer."""
     information = np.linalg.pinv(look.covariance, hermitian=True, rcond=1e-9)
     # Along up itself nothing can be wrong; a finite number there keeps the fused direction a unit vector. It is that of
-    # the direction known worst, for the roll's would count as knowledge of the pitch once another source moved up there.
+    # the direction known worst: the roll's would count as knowledge of the pitch once another source moved up there.
     worst = np.linalg.eigvalsh(look.covariance)[-1]
     information = information + np.outer(look.up, look.up) / worst
     return Evidence(IMAGE, information, information @ look.up)
