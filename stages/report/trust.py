@@ -60,7 +60,9 @@ def _up(facts: Facts) -> Check:
             [f"How well it is known is not stated; with it {_TO_GRAVITY} are uncertain."],
         )
     rests = f" {up_rests(facts)}".rstrip()
-    known = f"Known to within {facts.bound_words.replace(' to', '° to')}° (90 %)."
+    known = f"Known to within {facts.bound_words.replace(' to', '° to')}° (90 %){facts.unless_words}."
+    if facts.nobody_upright:
+        return "Which way is up", "care", [f"{known} {facts.nobody_upright}{rests}"]
     if max(facts.up_bound_deg or (0.0,)) <= _WELL:
         return "Which way is up", "good", [known + rests]
     tilted = f"{_TO_GRAVITY[0].upper()}{_TO_GRAVITY[1:]} may be off by as much"

@@ -23,6 +23,13 @@ def erring(take, sd: float):
     return take.with_(kinematics={**take.kinematics, **stated})
 
 
+def laid(take):
+    level = take.rectified.level
+    return take.with_(
+        rectified=replace(take.rectified, level=level.with_(joints=level.joints[..., [2, 1, 0]]))
+    )
+
+
 def level(take) -> str:
     return re.findall(r'<div class="gauge (\w+)">', trust(take, facts_of(take)))[0]
 
@@ -40,6 +47,7 @@ def test_a_take_without_doubts_is_to_be_trusted(walk_take):
 @pytest.mark.parametrize(
     ("change", "expected", "words"),
     [
+        (laid, "care", "Known to within 2.7° (90 %), unless the picture is turned. The trunk is more than 60 degrees"),
         (lambda take: known(take, 12.0), "care", "may be off by as much"),
         (lambda take: erring(take, 10.0), "care", "Known to within 16°"),
         (lambda take: take.saying(Event("warning", "exchanged", about="left and right")), "care", "exchanged"),
