@@ -68,6 +68,27 @@ def test_what_lowers_it(walk_take, change, expected, words):
     assert words in trust(take, facts_of(take))
 
 
+def test_only_who_moves_is_said_to_move_as_people_do(walk_take):
+    def said(rows) -> str:
+        take = known(walk_take, 2.7)
+        take = take.with_(poses=take.poses.with_(joints=take.poses.joints[rows]))
+        return trust(take, facts_of(take))
+
+    everything, photo = np.arange(len(walk_take.poses)), np.zeros(len(walk_take.poses), dtype=int)
+    assert "A body with steady bones that moves as people do." in said(everything)
+    assert "A body with steady bones." in said(photo)
+
+
+def test_one_frame_shows_no_movement(walk_take):
+    take = known(walk_take, 2.7)
+    joints = take.poses.joints.copy()
+    joints[1:] = np.nan
+    take = take.with_(poses=take.poses.with_(joints=joints))
+    said = trust(take, facts_of(take))
+    assert "moves as people do" not in said
+    assert "show neither steady bones nor movement" in said
+
+
 def gone(take, share: float):
     joints = take.poses.joints.copy()
     joints[: round(share * len(joints))] = np.nan
