@@ -8,7 +8,7 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from ..models.gravity.view import before
-from ..models.place.path import SCALE_SD, PelvisPath, pelvis_path
+from ..models.place.path import FEWEST_FRAMES, SCALE_SD, PelvisPath, pelvis_path
 from ..pipeline.camera import Camera
 from ..pipeline.errors import InputError
 from ..pipeline.files.video_frames import shown_size
@@ -95,6 +95,8 @@ class Place:
             return "the camera moves, and how it does is not known"
         if camera is None:
             return "the image's size is not known (--image-size)"
+        if len(poses) < FEWEST_FRAMES:
+            return f"a path takes {FEWEST_FRAMES} frames, got {len(poses)}"
         return None
 
 

@@ -29,6 +29,7 @@ from ..pipeline.errors import InputError
 from ..pipeline.frames import BODY, CAMERA, LEVEL, Z_UP, Frame, change_frame, turned_covariance
 from ..pipeline.layouts import H36M17
 from ..pipeline.messages import how_many
+from ..pipeline.motion.checks import nobody_upright
 from ..pipeline.plugins.protocols import Rectifier
 from ..pipeline.pose import PoseSequence, Rectified
 from ..pipeline.rotations import rotate, transpose
@@ -86,6 +87,9 @@ def _filled(take: Take, rectified: Rectified, events: list[Event]) -> Take:
         events = [*events, Event("warning", text)]
     if not rectified.level_ok:
         events = [*events, Event("warning", f"The take could not be levelled: {rectified.level_reason}.")]
+    told = any(finding.name == "upside down" for finding in take.findings or ())
+    if (text := nobody_upright(rectified)) and not told:
+        events = [*events, Event("warning", text)]
     return take.with_(rectified=rectified).saying(*events)
 
 

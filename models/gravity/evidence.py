@@ -35,10 +35,10 @@ class Evidence:
 @dataclass(frozen=True, eq=False)
 class TakeUp:
     """A take's up. up: (3,), unit, or (T, 3) before a camera that moves; NaN where there is no evidence. error_deg:
-    expected root mean square angle to the truth, of the take or (T,) of each frame. shares: each source's part of the
-    information, by name. pulls: by how many degrees each source moves up against what the others say together. own:
-    the up that each source would have by itself, and its error in degrees, of those that know one. warnings: about
-    sources that contradict each other, in words."""
+    expected root mean square angle to the truth, of the take or (T,) of each frame. shares: by name, each source's part
+    of the information in a direction across up, its mean over all such directions. pulls: by how many degrees each
+    source moves up against what the others say together. own: the up that each source would have by itself, and its
+    error in degrees, of those that know one. warnings: about sources that contradict each other, in words."""
 
     up: np.ndarray
     error_deg: float | np.ndarray
@@ -54,7 +54,7 @@ class TakeUp:
 
     @property
     def by_bodies(self) -> float:
-        """The part of the information that is one person's frames, feet and floor."""
+        """The share that is one person's frames', feet's and floor's."""
         return sum(self.shares.get(source, 0.0) for source in (FRAMES, FEET, FLOOR))
 
 
@@ -71,8 +71,10 @@ def direction(name: str, up: np.ndarray, error_deg: float) -> Evidence:
 def of_image(look: Look) -> Evidence:
     """An image's answer."""
     information = np.linalg.pinv(look.covariance, hermitian=True, rcond=1e-9)
-    # Along up itself nothing can be wrong; a finite number there keeps the fused direction a unit vector.
-    information = information + np.outer(look.up, look.up) * np.trace(information)
+    # Along up itself nothing can be wrong; a finite number there keeps the fused direction a unit vector. It is that of
+    # the direction known worst: the roll's would count as knowledge of the pitch once another source moved up there.
+    worst = np.linalg.eigvalsh(look.covariance)[-1]
+    information = information + np.outer(look.up, look.up) / worst
     return Evidence(IMAGE, information, information @ look.up)
 
 
@@ -81,8 +83,9 @@ def fuse(sources: Sequence[Evidence]) -> TakeUp:
     up = _up_of(sources)
     if not is_finite(up):
         return TakeUp(up, float("nan"))
-    across = np.eye(3) - np.outer(up, up)
-    parts = {source.name: float(np.trace(across @ source.information)) for source in sources}
+    # How far up moves with each source's: who is very sure of the roll alone has no share in the pitch.
+    across, covariance = _across(sources, up)
+    parts = {source.name: np.trace(covariance @ across @ source.information @ across.T) for source in sources}
     pulls, own = {}, {}
     for source in sources:
         alone, others = _up_of([source]), [other for other in sources if other is not source]
@@ -90,7 +93,7 @@ def fuse(sources: Sequence[Evidence]) -> TakeUp:
             own[source.name] = alone, _error_of([source], alone)
         if is_finite(theirs := _up_of(others)):
             pulls[source.name] = float(angle_deg(up, theirs))
-    shares = {name: part / sum(parts.values()) for name, part in parts.items()}
+    shares = {name: float(part / sum(parts.values())) for name, part in parts.items()}
     return TakeUp(up, _error_of(sources, up), shares, pulls, own)
 
 
@@ -104,6 +107,11 @@ def _up_of(sources: Sequence[Evidence]) -> np.ndarray:
 
 def _error_of(sources: Sequence[Evidence], up: np.ndarray) -> float:
     """Degrees, root mean square, of their up (3,)."""
-    across = np.eye(3) - np.outer(up, up)
+    return float(np.degrees(np.sqrt(np.trace(_across(sources, up)[1]))))
+
+
+def _across(sources: Sequence[Evidence], up: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(2, 3) two directions across up (3,), and (2, 2) the covariance of the sources' up along them, square radians."""
+    across = np.linalg.svd(up[None])[2][1:]
     information = np.sum([source.information for source in sources], axis=0)
-    return float(np.degrees(np.sqrt(np.trace(np.linalg.pinv(across @ information @ across)))))
+    return across, np.linalg.pinv(across @ information @ across.T, hermitian=True)

@@ -20,6 +20,7 @@ from .smoothing import covariances, smoothed
 
 # Every estimator puts nose, head and spine elsewhere, the detector and the lifter too.
 JOINTS = tuple(name for name in H36M17.joints if name not in ("spine", "nose", "head"))
+FEWEST_FRAMES = 3  # a path is smoothed by its acceleration, and two have none
 # Of the distance: the body's size, as a stature gives it, moves the whole path to or from the camera.
 SCALE_SD = 0.037
 _UNKNOWN_CONFIDENCE = 0.7  # as for the lifter
@@ -52,7 +53,8 @@ class PelvisPath:
 
 
 def pelvis_path(poses: PoseSequence, keypoints: PoseSequence, camera: Camera) -> PelvisPath | None:
-    """The pelvis's path before a camera that stands still; None where too few joints tell where it is.
+    """The pelvis's path before a camera that stands still; None where too few joints tell where it is,
+    and of fewer than FEWEST_FRAMES.
 
     poses: H36M17 in CAMERA axes, relative to the pelvis, with times, in any unit. keypoints: of the same person, pixels
     as they were filmed, in any layout that has H36M17's joints; rows belong together by their frame numbers. Those that
@@ -80,7 +82,7 @@ def _path(
     """joints: (T, 17, 3). rays: (T, 17, 2) x / z and y / z of the keypoints; confidence: (T, 17). NaN where missing.
     time_s: (T,). focal_sd: standard deviation of the focal length as a share of it."""
     stature = implied_stature(joints)
-    if not stature > 0 or len(joints) < 3:
+    if not stature > 0 or len(joints) < FEWEST_FRAMES:
         return None
     growth = _growth(joints.astype(np.float64), rays, time_s)
     body = joints / (stature * growth)[:, None, None]

@@ -46,8 +46,8 @@ _ARM_TURN = 2.0
 class Angle:
     """One angle. group: heading under which a recording shows it. words: what it is. positive: when it grows. joints:
     that it is made of. needs_gravity: whether it is taken against the vertical. centre_deg: its values lie within 180
-    of this, so that it is continuous where bodies move, through 180 too. anatomy_deg: what no joint goes beyond; for
-    segments against the vertical, none while the trunk is upright."""
+    of this, so that it is continuous where bodies move, through 180 too. anatomy_deg: what no joint goes beyond;
+    no limits against the vertical, since people lie, crawl and stand on their hands."""
 
     group: str
     words: str
@@ -60,7 +60,7 @@ class Angle:
 
 # Degrees, by the end of an angle's name: the mean active range of healthy adults (American Academy of Orthopaedic
 # Surgeons, "Joint Motion: Method of Measuring and Recording", 1965: knee 0 to 135, elbow 0 to 150, hip -30 to 120 and
-# -30 to 45, shoulder -60 to 180, trunk 45 to either side, 80 forward) and up to 30 more for the supple and for segments
+# -30 to 45, shoulder -60 to 180, trunk turned by 45 to either side) and up to 30 more for the supple and for segments
 # that 17 joints cannot tell apart: the hip is taken against the whole trunk, which bends too.
 _ANATOMY = {
     "knee_flexion": (-20.0, 165.0),
@@ -70,12 +70,6 @@ _ANATOMY = {
     "shoulder_flexion": (-90.0, 210.0),
     "shoulder_abduction": (-75.0, 90.0),
     "shoulder_elevation": (0.0, 180.0),
-    "thigh_sagittal": (-60.0, 150.0),
-    "shank_sagittal": (-165.0, 120.0),
-    "upper_arm_sagittal": (-90.0, 210.0),
-    "trunk_lean_sagittal": (-60.0, 150.0),
-    "trunk_lean_frontal": (-90.0, 90.0),
-    "pelvis_obliquity": (-60.0, 60.0),
     "thorax_pelvis_rotation": (-75.0, 75.0),
 }
 
@@ -169,10 +163,10 @@ def _definitions() -> dict[str, Angle]:
             _union(_PELVIS, _THORAX),
         ),
     }  # fmt: skip
-    return {
-        name: replace(angle, anatomy_deg=_ANATOMY[name.removeprefix("r_").removeprefix("l_")])
-        for name, angle in angles.items()
-    }
+    for name, angle in angles.items():
+        if not angle.needs_gravity:
+            angles[name] = replace(angle, anatomy_deg=_ANATOMY[name.removeprefix("r_").removeprefix("l_")])
+    return angles
 
 
 def _union(*parts: tuple[str, ...]) -> tuple[str, ...]:

@@ -12,8 +12,8 @@ from ..anthropometry import implied_stature
 from ..errors import InputError
 from ..layouts import H36M17, Layout
 from ..messages import how_many
-from ..pose import PoseSequence
-from ..rotations import unit
+from ..pose import PoseSequence, Rectified
+from ..rotations import angle_deg, unit
 
 _LEGS = (("l_hip", "l_knee", "l_ankle"), ("r_hip", "r_knee", "r_ankle"))
 _MIN_KNEE_BEND = 0.03  # of the leg's length; a straighter knee does not tell front from back
@@ -22,6 +22,7 @@ _MIN_VOTES = 20  # frames that must vote before evidence counts as strong
 _STRONG = 0.2  # agreement at or below this contradicts
 _UP = {"camera": (0.0, -1.0, 0.0), "world": (0.0, 0.0, 1.0)}  # in the families' reference axes
 _TURNED_OVER = 0.8  # of the frames
+_OFF_UP_DEG = 60.0  # of the trunk, from which nobody is upright; a picture on its side makes 90
 _ROWS = 4096  # judged at a time
 _MOST_ROWS = 5_000_000  # beyond this the frame numbers are wrong, not the recording long
 _STRAY_S = 0.2  # of frames that the whole pose leaps to and from
@@ -184,11 +185,36 @@ def upside_down(poses: PoseSequence) -> list[str]:
     share = float((below @ (poses.frame.basis @ _UP[poses.frame.family]) > np.maximum(trunk, 1e-12)).mean())
     if share < _TURNED_OVER:
         return []
-    return [
-        f"The head is below the feet in {100 * share:.0f} % of the frames: the file's vertical axis seems to be turned "
-        "over. If its y points up, read it with --adapter arrays -O layout=H36M17 -O frame=GL_CAMERA (or Y_UP) -O "
-        "unit=m; otherwise the person stands on their hands, or the camera on its head."
-    ]
+    if any(step.name == "lift" for step in poses.history):  # they have the picture's axes
+        cause = (
+            "the picture (or the keypoints' y axis) is upside down and has to be turned before the run, or the person "
+            "stands on their hands."
+        )
+    else:
+        cause = (
+            "the file's vertical axis seems to be turned over. If its y points up, read it with --adapter arrays "
+            "-O layout=H36M17 -O frame=GL_CAMERA (or Y_UP) -O unit=m; otherwise the person stands on their hands, or "
+            "the camera on its head."
+        )
+    return [f"The head is below the feet in {100 * share:.0f} % of the frames: {cause}"]
+
+
+def nobody_upright(rectified: Rectified) -> str:
+    """A sentence where the trunk is far off the up that a take was given nearly all the time: the lines of a picture
+    that is turned by 90 or 180 degrees say the same as those of an upright one. "" elsewhere, and where the source
+    knows its own up."""
+    if not rectified.level_ok or rectified.camera == "gravity":
+        return ""
+    trunk = rectified.level.joint("thorax") - rectified.level.joint("pelvis")
+    off_deg = angle_deg(trunk, np.array([0, 0, 1]))
+    off_deg = off_deg[np.isfinite(off_deg)]
+    share = float((off_deg > _OFF_UP_DEG).mean()) if len(off_deg) else 0.0
+    if share < _TURNED_OVER:
+        return ""
+    return (
+        f"The trunk is more than {_OFF_UP_DEG:.0f} degrees off up in {100 * share:.0f} % of the frames: the person "
+        "lies or bends down, or the picture is turned. If it is, turn the video, or tell --pitch and --roll."
+    )
 
 
 def implausible(poses: PoseSequence) -> list[str]:

@@ -11,6 +11,7 @@ from ..answer import answer
 from ..files.viewer import RECORDING, find_page
 from ..inspect.inspect import EXIT_CODES
 from ..messages import bound_in_words, how_many, show
+from ..motion.checks import nobody_upright
 from ..system import quoted
 from ..take import Take
 from ..verdict import verdict, verdict_words
@@ -60,6 +61,7 @@ def trust(take: Take) -> tuple[int, str]:
             words[-1] += f": {take.rectified.level_reason}"
         elif np.isfinite(bound).any():
             words[-1] += f", its up known to within {bound_in_words(float(np.nanmax(bound)))} degrees"
+            words[-1] += " unless the picture is turned" if nobody_upright(take.rectified) else ""
     return code, "; ".join(words)
 
 

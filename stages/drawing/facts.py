@@ -9,7 +9,7 @@ import numpy as np
 
 from ...pipeline.camera import pitch_roll_deg
 from ...pipeline.messages import bound_in_words
-from ...pipeline.motion.checks import bone_spread
+from ...pipeline.motion.checks import bone_spread, nobody_upright
 from ...pipeline.pose import Rectified, Step
 from ...pipeline.rotations import angle_deg, is_finite, rotate
 from ...pipeline.take import Take
@@ -39,7 +39,8 @@ class Facts:
     "m" or "arbitrary". method, camera, level_heading, level_reason: of the rectification. turned: frames that have a
     rotation. up_bound_deg: least and most of the 90 % bound, None where it is not stated. standing_deg: pitch and roll
     of a camera that stands still, by the take's up; None for others. error_deg: median of the expected rotation errors.
-    vote_deviation_deg: mean angle between the frames' votes and the take's up. verdict, doubts: of the findings, None
+    nobody_upright: why up may be quite another, in a sentence, else "". vote_deviation_deg: mean angle between the
+    frames' votes and the take's up. verdict, doubts: of the findings, None
     and empty without. history: every step, oldest first, up to the filter that kinematics rest on.
     """
 
@@ -65,6 +66,7 @@ class Facts:
     standing_deg: tuple[float, float] | None
     sources: dict[str, Source]
     error_deg: float
+    nobody_upright: str
     vote_deviation_deg: float
     verdict: str | None
     doubts: tuple[Finding, ...]
@@ -99,6 +101,11 @@ class Facts:
             return None
         least, most = map(bound_in_words, self.up_bound_deg)
         return most if least == most else f"{least} to {most}"
+
+    @property
+    def unless_words(self) -> str:
+        """What the bound of up does not count, behind it."""
+        return ", unless the picture is turned" if self.nobody_upright else ""
 
     @property
     def shares_words(self) -> str:
@@ -139,6 +146,7 @@ def facts_of(take: Take) -> Facts:
         standing_deg=_standing(take),
         sources=_sources(take),
         error_deg=float(np.median(error)) if len(error) else float("nan"),
+        nobody_upright=nobody_upright(rectified),
         vote_deviation_deg=float(off.mean()) if len(off) else float("nan"),
         verdict=None if take.findings is None else verdict(take.findings),
         doubts=tuple(finding for finding in take.findings or () if finding.weight != "note"),

@@ -53,7 +53,7 @@ def _up(facts: Facts) -> list[str]:
     if facts.bound_words is None:
         return ["- up: how well it is known is not stated", camera]
     rests = f", rests on: {facts.shares_words}" if facts.shares_words else ""
-    return [f"- up: known to within **{facts.bound_words} deg** (90 %){rests}", camera]
+    return [f"- up: known to within **{facts.bound_words} deg** (90 %){facts.unless_words}{rests}", camera]
 
 
 def _relative(facts: Facts) -> str:

@@ -89,7 +89,7 @@ def gravity_words(facts: Facts) -> Markup:
     error = facts.error_deg
     lines = [
         f"The camera {facts.camera_words}{relative}.",
-        f"Up is known to within (90 %): {up_bound(facts)}.",
+        f"Up is known to within (90 %): {up_bound(facts)}{facts.unless_words}.",
         *([rests] if (rests := up_rests(facts)) else []),
         f"Heading of LEVEL: {facts.level_heading}.",
         *(

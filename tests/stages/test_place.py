@@ -104,6 +104,12 @@ def test_poses_of_a_world_and_people_whom_nobody_sees_are_not_placed(take, walk)
     assert "too few joints" in found.events[-1].text
 
 
+def test_a_take_of_two_frames_names_the_frames_and_no_joints(take):
+    short = take.with_(poses=take.poses.rows(0, 2))
+    (said,) = [event.text for event in Place()(short).events if event not in short.events]
+    assert said.endswith("is not known: a path takes 3 frames, got 2.")
+
+
 def test_without_a_camera_what_is_told_counts_and_a_guess_says_so(take, placed):
     told = Place(focal_px=FOCAL, image_size=SIZE)(take.with_(camera=None))
     assert (told.camera.focal_px, told.camera.image_size, told.camera.focal_source) == (FOCAL, SIZE, "told")

@@ -11,10 +11,14 @@ from pcnet3d.examples.walker.camera import aimed, camera_poses, side_camera
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.gravity import LEAN_DEG
 from pcnet3d.pipeline import CAMERA, H36M17, InputError, PoseSequence, Take, change_frame, rotate
+from pcnet3d.pipeline.camera import Camera as View
+from pcnet3d.pipeline.camera import Look
 from pcnet3d.pipeline.frames import GL_CAMERA
+from pcnet3d.pipeline.motion.checks import nobody_upright
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.rotations import angle_deg, geodesic_deg
 from pcnet3d.pipeline.running.run import run_files
+from pcnet3d.pipeline.verdict import Finding
 from pcnet3d.stages.rectify import Rectify, rectify
 
 RECTIFIERS = ("pcnet", "geometric")
@@ -224,6 +228,29 @@ def test_a_camera_on_its_side_is_believed_when_the_user_says_so(joints, camera):
     told = rectify(poses, "geometric", gravity=tuple(-Q @ camera.up))
     assert told.level_ok
     assert angle_deg(up_of(told), Q @ camera.up) < 0.5
+
+
+@pytest.mark.parametrize("turn_deg", [90, -90, 180])
+def test_a_picture_that_is_turned_is_told_where_its_lines_decide(joints, camera, turn_deg):
+    """Lines at right angles look the same on their side and upside down, and the image is believed."""
+    Q = Rotation.from_euler("z", turn_deg, degrees=True).as_matrix()
+    look = Look(
+        0, camera.up, np.radians(0.6) ** 2 * (np.eye(3) - np.outer(camera.up, camera.up)), failure=0.004
+    )
+    view = View((1000, 1000), 1000.0, 10.0, "lines", looks=(look,))
+    upright, turned = (
+        Rectify("geometric")(Take("walk", poses=poses_of(rotate(R, joints)), camera=view))
+        for R in (np.eye(3), Q)
+    )
+    assert turned.rectified.level_ok
+    assert "% of the frames: the person lies" in warnings(turned)[-1]
+    assert "the picture is turned" in warnings(turned)[-1]
+    assert nobody_upright(turned.rectified) == warnings(turned)[-1]
+    assert not nobody_upright(upright.rectified)
+    said = turned.with_(findings=(Finding("suspicious", "upside down", "The head is below the feet."),))
+    assert not [text for text in warnings(Rectify("geometric")(said.with_(events=()))) if "trunk" in text]
+    told = Rectify("geometric", gravity=tuple(-Q @ camera.up))(turned.with_(camera=None, events=()))
+    assert not nobody_upright(told.rectified)
 
 
 @pytest.mark.parametrize(

@@ -5,13 +5,13 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from pcnet3d.models.gravity import direction, fuse, pool, take_up
-from pcnet3d.models.gravity.evidence import IMAGE
+from pcnet3d.models.gravity.evidence import IMAGE, Evidence, of_image
 from pcnet3d.models.gravity.fusion import chi_square, decide, fused_up
 from pcnet3d.models.gravity.held import held
 from pcnet3d.models.gravity.lines import tangent
 from pcnet3d.models.synthetic.cameras import view_rotation
 from pcnet3d.pipeline import InputError
-from pcnet3d.pipeline.camera import Look
+from pcnet3d.pipeline.camera import Look, pitch_roll_deg
 from pcnet3d.pipeline.rotations import angle_deg
 
 TIMES = np.arange(120) / 30
@@ -46,6 +46,30 @@ def test_an_exact_image_and_vague_bodies_give_about_the_image():
     assert found.error_deg < 1.0
     assert found.pulls[IMAGE] > found.pulls["frames"]
     assert angle_deg(found.own["frames"][0], up_of(16)) < 1.0
+
+
+def test_who_is_sure_of_one_direction_has_no_share_in_the_other():
+    """However sure: an image that knows the roll within 0.05 and the pitch within 5 degrees, bodies the pitch only."""
+    up = up_of(0)  # -y; x is across it in roll, z in pitch
+    sds = {"image": (0.05, 1.0, 5.0), "bodies": (5.0, 1.0, 0.5)}
+    sources = [
+        Evidence(name, information, information @ up)
+        for name, sd in sds.items()
+        for information in [np.diag(np.radians(sd) ** -2.0)]
+    ]
+    assert fuse(sources).shares == pytest.approx({"image": 0.5, "bodies": 0.5}, abs=0.01)
+
+
+def test_the_shares_are_how_far_up_goes_with_each_source():
+    """Bodies and image equally sure of the pitch: up lies halfway in pitch, at the image's in roll."""
+    plane = np.array([up_of(11) - up_of(10), up_of(10, 1) - up_of(10)])
+    image = Look(0, up_of(10), plane.T @ np.diag([4.0, 0.1]) ** 2 @ plane, failure=0.01)
+    found = fuse([direction("bodies", up_of(14, 3), 4.0 * np.sqrt(2)), of_image(image)])
+    pitch, roll = pitch_roll_deg(found.up)
+    assert pitch == pytest.approx(12, abs=0.1)
+    assert roll == pytest.approx(0, abs=0.1)
+    assert found.shares["bodies"] == pytest.approx(0.25, abs=0.01)
+    assert found.error_deg == pytest.approx(4 / np.sqrt(2), rel=0.01)
 
 
 def test_the_error_of_two_is_less_than_that_of_either():

@@ -57,6 +57,14 @@ def test_y_up(save, bodies):
     assert upside_down(read(path, "arrays", layout="H36M17", frame="GL_CAMERA", unit="m")) == []
 
 
+def test_a_lift_that_is_upside_down_has_its_cause_in_the_picture(save, bodies):
+    """A lifter's axes are its own, and there is no file of poses to be read in another way."""
+    poses = read(save(bodies * np.float32([1, -1, -1])), "motionbert").noted("lift", model="some network")
+    (said,) = upside_down(poses)
+    assert "the picture (or the keypoints' y axis) is upside down" in said
+    assert "--adapter" not in said
+
+
 def test_who_lies_or_bends_is_not_upside_down(save, bodies):
     poses = read(save(bodies), "motionbert")
     lying = poses.joints[..., [1, 0, 2]]  # head to the side

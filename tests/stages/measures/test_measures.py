@@ -529,6 +529,17 @@ def test_ranges_beyond_anatomy_are_marked(walk, take):
     assert [name for name, entry in ranges.items() if "beyond_anatomy_frames" in entry] == ["l_elbow_flexion"]
 
 
+def test_who_lies_or_hangs_has_no_trunk_beyond_anatomy(walk, take):
+    """All angles to gravity turned by 94 degrees back, as of somebody on the floor."""
+    lying = {
+        name: take.kinematics[f"{name}_deg"] - 94 for name, angle in ANGLES.items() if angle.needs_gravity
+    }
+    turned = columns_with(take, **{f"{name}_deg": values for name, values in lying.items()})
+    ranges = STAGES[3](take.with_(kinematics=turned)).measures["range_of_motion"]
+    assert "trunk_lean_sagittal" in lying
+    assert not [name for name, entry in ranges.items() if "beyond_anatomy_frames" in entry]
+
+
 def test_a_treadmill_by_the_drift_of_the_feet_and_by_what_is_told(walk):
     straight = walker(seconds=12, turn_deg=0)
     world = straight.world - straight.root[:, None] * (

@@ -189,6 +189,12 @@ def test_the_summary_of_a_take_that_is_not_level_claims_nothing(make_take):
     assert "known to within" not in text
 
 
+def test_the_summary_of_a_take_in_which_nobody_stands_has_a_condition(make_take):
+    level = make_take().rectified.level
+    text = told(make_take(), level=level.with_(joints=level.joints[..., [2, 1, 0]]))
+    assert "known to within **5 deg** (90 %), unless the picture is turned, rests on" in text
+
+
 def test_the_summary_of_one_frame_has_no_rate(make_take):
     assert "- 12 frames, 5 to 16, 25 a second\n" in told(make_take())
     assert "- 1 frame, 5 to 5\n" in told(make_take(1))

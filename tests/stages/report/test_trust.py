@@ -23,6 +23,13 @@ def erring(take, sd: float):
     return take.with_(kinematics={**take.kinematics, **stated})
 
 
+def laid(take):
+    level = take.rectified.level
+    return take.with_(
+        rectified=replace(take.rectified, level=level.with_(joints=level.joints[..., [2, 1, 0]]))
+    )
+
+
 def level(take) -> str:
     return re.findall(r'<div class="gauge (\w+)">', trust(take, facts_of(take)))[0]
 
@@ -40,6 +47,7 @@ def test_a_take_without_doubts_is_to_be_trusted(walk_take):
 @pytest.mark.parametrize(
     ("change", "expected", "words"),
     [
+        (laid, "care", "Known to within 2.7° (90 %), unless the picture is turned. The trunk is more than 60 degrees"),
         (lambda take: known(take, 12.0), "care", "may be off by as much"),
         (lambda take: erring(take, 10.0), "care", "Known to within 16°"),
         (lambda take: take.saying(Event("warning", "exchanged", about="left and right")), "care", "exchanged"),
@@ -58,6 +66,27 @@ def test_what_lowers_it(walk_take, change, expected, words):
     take = change(known(walk_take, 2.7))
     assert level(take) == expected
     assert words in trust(take, facts_of(take))
+
+
+def test_only_who_moves_is_said_to_move_as_people_do(walk_take):
+    def said(rows) -> str:
+        take = known(walk_take, 2.7)
+        take = take.with_(poses=take.poses.with_(joints=take.poses.joints[rows]))
+        return trust(take, facts_of(take))
+
+    everything, photo = np.arange(len(walk_take.poses)), np.zeros(len(walk_take.poses), dtype=int)
+    assert "A body with steady bones that moves as people do." in said(everything)
+    assert "A body with steady bones." in said(photo)
+
+
+def test_one_frame_shows_no_movement(walk_take):
+    take = known(walk_take, 2.7)
+    joints = take.poses.joints.copy()
+    joints[1:] = np.nan
+    take = take.with_(poses=take.poses.with_(joints=joints))
+    said = trust(take, facts_of(take))
+    assert "moves as people do" not in said
+    assert "show neither steady bones nor movement" in said
 
 
 def gone(take, share: float):
