@@ -93,7 +93,7 @@ def _container(video: Video) -> Iterator[InputContainer]:
 
 
 class _Film:
-    """An open video. number: of the last frame that came."""
+    """An open video. number: of the last frame that was decoded, also on the way to one that is wanted."""
 
     def __init__(self, video: Video, container: InputContainer) -> None:
         self.number = 0
@@ -105,15 +105,16 @@ class _Film:
 
     def frames_from(self, first: int) -> Iterator[tuple[int, VideoFrame]]:
         """Frame numbers and frames, from the one numbered `first` on."""
-        self.number = first
         if first >= len(self._stamps):
             return
         for frame in self._decoded(int(self._stamps[first])):
-            if frame.pts is None or frame.pts < self._stamps[first]:
+            if frame.pts is None:
                 continue
-            self.number = number = int(np.searchsorted(self._stamps, frame.pts))
+            number = int(np.searchsorted(self._stamps, frame.pts))
             if number < len(self._stamps) and self._stamps[number] == frame.pts:
-                yield number, frame
+                self.number = number
+                if number >= first:
+                    yield number, frame
 
     def _decoded(self, stamp: int) -> Iterator[VideoFrame]:
         """The frames from the key frame before `stamp` on, or from an earlier one.
