@@ -142,6 +142,7 @@ def _events(
                 "from one scene to the next.",
             )
         )
+    events += [Event("warning", text) for text in found.doubts()]
     interrupted = interrupted_at(take)
     if interrupted is not None:
         text = f"Interrupted at frame {interrupted} of {found.frames}; --resume goes on from there."
