@@ -10,6 +10,7 @@ import numpy as np
 from ..errors import InputError
 from ..frames import IMAGE
 from ..layouts import Layout, layout_named
+from ..messages import how_many
 from ..pose import PoseSequence
 from ..take import Take
 from .arrays import keys, load_all
@@ -54,16 +55,23 @@ class Detections:
     damaged: np.ndarray
 
     def doubts(self) -> list[str]:
-        """In words, what makes the images doubtful."""
+        """In words, what makes the images doubtful as those of one take."""
+        doubts = []
+        if len(self.cuts):
+            doubts.append(
+                f"The video changes to another scene {how_many(len(self.cuts), 'time')}, at frame "
+                f"{_listed(self.cuts)}; nobody is followed from one scene to the next."
+            )
         if not len(self.damaged):
-            return []
+            return doubts
         return [
+            *doubts,
             f"The video is damaged at frame {_listed(self.damaged)}; images there, and behind it until the next key "
-            "frame, may be wrong or missing: copy it again, or leave that part out (--time-range)."
+            "frame, may be wrong or missing: copy it again, or leave that part out (--time-range).",
         ]
 
     def people(self) -> tuple[PoseSequence, ...]:
-        """One sequence a person in IMAGE, in order of appearance."""
+        """One sequence a person in IMAGE, in order of appearance; their histories tell the scene that each is in."""
         layout: Layout = layout_named(self.layout)
         rows = {int(person): self.person == person for person in np.unique(self.person)}
         return tuple(
@@ -80,6 +88,7 @@ class Detections:
                 detector=self.method,
                 people=len(rows),
                 cuts=len(self.cuts),
+                scene=int(np.searchsorted(self.cuts, self.frame_index[mine][0], side="right")),
                 frames_seen=self.frames_seen,
                 frames=self.frames,
             )
@@ -115,6 +124,14 @@ def load_detections(path: Path) -> Detections:
     except ValueError as error:
         raise InputError(f"Expected 2D keypoints of a run ({KEYPOINTS}) at {path}: {error}.") from None
     return Detections(**found)
+
+
+def scene_of(take: Take) -> int:
+    """Which of the video's scenes shows the person, counted from 0; 0 as well where nothing tells scenes apart."""
+    for step in take.keypoints.history if take.keypoints else ():
+        if step.name == "detect":
+            return int(step.options["scene"])
+    return 0
 
 
 def _listed(frames: np.ndarray) -> str:
