@@ -28,6 +28,8 @@ gives = "video"
 reads = "video: MP4, MOV, MKV, WebM, AVI, WMV, FLV, MPEG (PS, TS, M2TS)"
 
 _FOCAL_35_MM = "camera.focal_length.35mm_equivalent"  # com.apple.quicktime.camera...
+_DURATION = re.compile(r"(\d+):(\d+):(\d+(?:\.\d*)?)")  # of a track, in Matroska
+_SHORT_S = 0.5  # by which images may end before the file does: sound goes on, or stamps are rounded
 _SQUARE = 0.02  # odd sizes of re-encoded videos have pixels that are nearly square
 _CAPTURE_RATE = re.compile(
     r"capture[._-]?fps$", re.IGNORECASE
@@ -58,7 +60,8 @@ def read(path: Path) -> tuple[Video]:
     """The file's first moving image. time_s comes from the container, sorted into display order.
 
     Frames that an edit list cuts away are left out, as decoders do. rotation_deg is the clockwise turn that
-    the display matrix asks for, (0, 90, 180 or 270). Only the first frame is decoded, to learn it.
+    the display matrix asks for, (0, 90, 180 or 270). Only the first frame is decoded, to learn it. doubts tells
+    images that end well before the file says, where no index lists them.
     Raises InputError when there is no readable video, when the file is cut off, and when frames have no time
     stamps of their own.
     """
@@ -85,6 +88,7 @@ def _described(container: InputContainer, path: Path) -> Video:
     stream = container.streams.video[0]
     stream.codec_context.thread_count = cores()
     # Entries that lie behind the file's end; containers without a full index have none to check.
+    indexed = len(stream.index_entries)
     if any(entry.pos + entry.size > container.size for entry in stream.index_entries):
         raise InputError(
             f"Expected a whole video in {path}, but the file ends before frames that its index lists: it is cut off; "
@@ -99,16 +103,42 @@ def _described(container: InputContainer, path: Path) -> Video:
             stamps.append(packet.pts)
     if first is None:
         raise InputError(f"Expected a video in {path}, but it has no frame that can be decoded.")
+    time_s = _times(stamps, path) * float(stream.time_base or 0)
+    ends_s = max(stamp for stamp in stamps if stamp is not None) * float(stream.time_base or 0)
     return Video(
         path=path,
         width=stream.codec_context.width,
         height=stream.codec_context.height,
-        time_s=_times(stamps, path) * float(stream.time_base or 0),
+        time_s=time_s,
         codec=stream.codec_context.codec.canonical_name,
         # PyAV gives the display matrix's angle anticlockwise.
         rotation_deg=round(-first.rotation / 90) % 4 * 90,
         focal_px=_focal_px(container.metadata, max(stream.codec_context.width, stream.codec_context.height)),
         capture_fps=_capture_fps({**container.metadata, **stream.metadata}),
+        doubts=() if indexed >= len(stamps) else _cut_off(time_s, ends_s, _stated_s(container, stream), path),
+    )
+
+
+def _stated_s(container: InputContainer, stream: VideoStream) -> float:
+    """The second at which the images end, as the file says, or all of it where that is all it says; 0 where it does
+    not. It is written once a recording is complete, so that what is cut off later still has it."""
+    if stream.duration is not None:
+        return stream.duration * float(stream.time_base or 0)
+    if said := _DURATION.match(stream.metadata.get("DURATION", "")):
+        hours, minutes, seconds = map(float, said.groups())
+        return 3600 * hours + 60 * minutes + seconds
+    return (container.duration or 0) / 1e6  # FFmpeg's AV_TIME_BASE
+
+
+def _cut_off(time_s: np.ndarray, ends_s: float, stated_s: float, path: Path) -> tuple[str, ...]:
+    """A sentence where images end well before the file says. ends_s: the last one's stamp by the file's own clock, on
+    which some do not begin at 0; its usual time on the screen is added."""
+    ends_s += float(np.median(np.diff(time_s))) if len(time_s) > 1 else 0.0
+    if stated_s - ends_s <= _SHORT_S:
+        return ()
+    return (
+        f"The images of {path.name} end after {ends_s:.1f} s, but the file says that it lasts {stated_s:.1f} s: it may "
+        "be cut off or damaged, so that the rest is missing; copy it again.",
     )
 
 

@@ -22,7 +22,8 @@ class Video:
     time_s: (N,) time stamp of every frame in display order, from the first frame's 0.
     codec: name as FFmpeg writes it, such as "h264" or "mpeg4". focal_px: the focal length that the file states, about.
     capture_fps: frames a second of the camera, where the file states it: more than are shown is slow motion.
-    part: the first and the last frame that the take is about; None for all.
+    part: the first and the last frame that the take is about; None for all. doubts: sentences about a file that seems
+    not to be whole.
     """
 
     path: Path
@@ -34,6 +35,7 @@ class Video:
     focal_px: float | None = None
     capture_fps: float | None = None
     part: tuple[int, int] | None = None
+    doubts: tuple[str, ...] = ()
 
     @property
     def span(self) -> tuple[int, int]:

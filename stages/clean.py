@@ -12,9 +12,12 @@ from ..pipeline.files.video_frames import shown_size
 from ..pipeline.layouts import FEET_ANKLES, H36M17
 from ..pipeline.messages import how_many
 from ..pipeline.motion.checks import NEAR_S, grid_rows, strays_of
+from ..pipeline.motion.signals import BRIDGED_S, holes
 from ..pipeline.motion.visibility import in_words, unseen
 from ..pipeline.pose import PoseSequence
 from ..pipeline.take import Event, Take
+
+_LISTED = 3  # gaps named in a sentence
 
 
 @dataclass(frozen=True)
@@ -54,6 +57,7 @@ class Clean:
             for key, (what, where, done) in texts.items()
             if counts[key]
         ]
+        events += _lacking(poses.times)
         if counts["values_missing"]:
             events.append(
                 Event(
@@ -71,6 +75,29 @@ class Clean:
             poses = without(poses, hidden)
             events += [Event("warning", text, about="view") for text in in_words(hidden, out, poses.times)]
         return take.with_(poses=poses).saying(*events)
+
+
+def _lacking(time_s: np.ndarray) -> list[Event]:
+    """What is said of images that the recording itself lacks, so that no frame number tells of them. time_s: (T,)."""
+    long = holes(time_s, BRIDGED_S)
+    short = np.setdiff1d(holes(time_s), long)
+    events = []
+    if len(short):
+        text = f"The recording lacks images {_when(short, time_s)}; filters go on across gaps of up to {BRIDGED_S} s."
+        events.append(Event("repair", text))
+    if len(long):
+        text = (
+            f"The recording lacks images {_when(long, time_s)}; nothing is taken across that, and walks and "
+            "repetitions end there."
+        )
+        events.append(Event("warning", text, about="view"))
+    return events
+
+
+def _when(rows: np.ndarray, time_s: np.ndarray) -> str:
+    """Of holes before these rows (N,), the first three."""
+    words = ", ".join(f"{time_s[row - 1]:.2f} to {time_s[row]:.2f} s" for row in rows[:_LISTED])
+    return f"from {words}" + (f" and {len(rows) - _LISTED} more times" if len(rows) > _LISTED else "")
 
 
 def without(poses: PoseSequence, hidden: np.ndarray) -> PoseSequence:
@@ -92,7 +119,8 @@ def without(poses: PoseSequence, hidden: np.ndarray) -> PoseSequence:
 def clean(
     poses: PoseSequence, max_gap_s: float = 0.2, spike: float = 0.5, video_time_s: np.ndarray | None = None
 ) -> PoseSequence:
-    """One row for every video frame, without spikes, with short gaps filled; every repair is counted.
+    """One row for every video frame, without spikes, with short gaps filled; every repair is counted. Images that the
+    recording itself lacks get no row: filters bridge a short hole of the clock (pipeline/motion/signals.py).
 
     max_gap_s: gaps of a joint up to this long, in seconds, are interpolated (monotone cubic, never across a
         clip boundary, never beyond the first or last sighting); 0 fills none.

@@ -132,16 +132,7 @@ def _events(
                 f"in frames {chosen.frame_index[0]} to {chosen.frame_index[-1]}; choose with --person.",
             )
         )
-    if len(found.cuts):
-        at = ", ".join(map(str, found.cuts[:_LISTED])) + (", ..." if len(found.cuts) > _LISTED else "")
-        events.append(
-            Event(
-                "warning",
-                f"The video changes to another scene {how_many(len(found.cuts), 'time')}, at frame "
-                f"{at}; nobody is followed "
-                "from one scene to the next.",
-            )
-        )
+    events += [Event("warning", text) for text in found.doubts()]
     interrupted = interrupted_at(take)
     if interrupted is not None:
         text = f"Interrupted at frame {interrupted} of {found.frames}; --resume goes on from there."

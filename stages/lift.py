@@ -88,6 +88,8 @@ class Lift:
         said = poses.history[-1].options
         poses = guarded(poses, self.parity, f"The lift by {self._opened.method}")
         doubts = [str(step.options["warning"]) for step in poses.history if "warning" in step.options]
+        told = [event.text for event in take.events]  # the keypoints' own are in their history too
+        doubts = [text for text in doubts if text not in told]
         if said.get("joints_on_a_line"):
             text = f"{said['joints_on_a_line']} missing keypoints were put on a line between where they were seen."
             take = take.saying(Event("repair", text))

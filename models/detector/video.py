@@ -53,11 +53,13 @@ class _Rows:
 class Search:
     """People followed under their names from image to image, cuts noticed; what was found so far.
 
-    cuts: frames that begin another scene. seen: frames up to the last image.
+    cuts: frames that begin another scene. damaged: frames whose data the decoder calls corrupt, some of them perhaps
+    not looked at yet. seen: frames up to the last image.
     """
 
     def __init__(self, detector: Detector) -> None:
         self.cuts: list[int] = []
+        self.damaged: list[int] = []
         self.seen = 0
         self._detector = detector
         self._rows = _Rows(len(detector.layout))
@@ -86,6 +88,7 @@ class Search:
         return Detections(
             **self._rows.arrays,
             cuts=np.array(self.cuts, dtype=np.int64),
+            damaged=np.array([number for number in self.damaged if number < self.seen], dtype=np.int64),
             thumbnail=np.zeros((0, 0), np.uint8) if self._glance is None else self._glance.small,
             frames=frames,
             frames_seen=seen,
@@ -122,7 +125,8 @@ class Search:
                 before.append(found)
         self._tracker = Tracker(list(last.values()), int(resume.person.max()) + 1)
         self._before, self._glance = before, Glance(resume.thumbnail) if resume.thumbnail.size else None
-        self.cuts, self.seen = resume.cuts.tolist(), resume.frames_seen
+        self.cuts, self.damaged = resume.cuts.tolist(), resume.damaged.tolist()
+        self.seen = resume.frames_seen
 
 
 def detect(
@@ -158,7 +162,7 @@ def detect(
 
     kept = Keeper(keep_now)
     with interruptible() as asked, counted("detect", total - first) as count:
-        for number, image in images_ahead(video, search.seen, total - 1):
+        for number, image in images_ahead(video, search.seen, total - 1, search.damaged):
             search.look(number, float(video.time_s[number]), image)
             count(search.seen - first)
             if asked():

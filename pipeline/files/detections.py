@@ -10,16 +10,20 @@ import numpy as np
 from ..errors import InputError
 from ..frames import IMAGE
 from ..layouts import Layout, layout_named
+from ..messages import how_many
 from ..pose import PoseSequence
 from ..take import Take
-from .arrays import load_all
+from .arrays import keys, load_all
 from .atomic import whole_file
 
 KEYPOINTS = "keypoints.npz"
 _NUMBERS = {  # dimensions, kind of dtype
     "frame_index": (1, "i"), "time_s": (1, "f"), "person": (1, "i"), "joints": (3, "f"), "confidence": (2, "f"),
     "box": (2, "f"), "cuts": (1, "i"), "thumbnail": (2, "u"), "frames": (0, "i"), "frames_seen": (0, "i"),
+    "damaged": (1, "i"),
 }  # fmt: skip
+_LATER = ("damaged",)  # files of earlier versions lack it
+_LISTED = 5  # frames named in a sentence
 _WORDS = ("layout", "method", "source")
 
 
@@ -31,7 +35,8 @@ class Detections:
     pixels. confidence: (N, J) in [0, 1]. box: (N, 4) left, top, right, bottom. frames: of the video, up to the last to
     be looked at; `frames_seen` of them were. cuts: (C,) frames that begin another scene. thumbnail: the last frame that
     showed anything, small. layout: name of the joints' layout. method: of the detector. source: what these rest on, by
-    hash; another run may only go on when its own is the same.
+    hash; another run may only go on when its own is the same. damaged: (D,) frames whose data the decoder called
+    corrupt.
     """
 
     frame_index: np.ndarray
@@ -47,9 +52,26 @@ class Detections:
     layout: str
     method: str
     source: str
+    damaged: np.ndarray
+
+    def doubts(self) -> list[str]:
+        """In words, what makes the images doubtful as those of one take."""
+        doubts = []
+        if len(self.cuts):
+            doubts.append(
+                f"The video changes to another scene {how_many(len(self.cuts), 'time')}, at frame "
+                f"{_listed(self.cuts)}; nobody is followed from one scene to the next."
+            )
+        if not len(self.damaged):
+            return doubts
+        return [
+            *doubts,
+            f"The video is damaged at frame {_listed(self.damaged)}; images there, and behind it until the next key "
+            "frame, may be wrong or missing: copy it again, or leave that part out (--time-range).",
+        ]
 
     def people(self) -> tuple[PoseSequence, ...]:
-        """One sequence a person in IMAGE, in order of appearance."""
+        """One sequence a person in IMAGE, in order of appearance; their histories tell the scene that each is in."""
         layout: Layout = layout_named(self.layout)
         rows = {int(person): self.person == person for person in np.unique(self.person)}
         return tuple(
@@ -66,6 +88,7 @@ class Detections:
                 detector=self.method,
                 people=len(rows),
                 cuts=len(self.cuts),
+                scene=int(np.searchsorted(self.cuts, self.frame_index[mine][0], side="right")),
                 frames_seen=self.frames_seen,
                 frames=self.frames,
             )
@@ -82,7 +105,9 @@ def load_detections(path: Path) -> Detections:
     """What `save` wrote; InputError for anything else."""
     found = {}
     try:
-        held = load_all(path, *_NUMBERS, *_WORDS)
+        lacking = set(_LATER) - set(keys(path))
+        held = load_all(path, *(name for name in _NUMBERS if name not in lacking), *_WORDS)
+        held |= {name: np.zeros(0, np.int64) for name in lacking}
         for name, (dimensions, kind) in _NUMBERS.items():
             array = held[name]
             if array.ndim != dimensions or array.dtype.kind != kind:
@@ -99,6 +124,18 @@ def load_detections(path: Path) -> Detections:
     except ValueError as error:
         raise InputError(f"Expected 2D keypoints of a run ({KEYPOINTS}) at {path}: {error}.") from None
     return Detections(**found)
+
+
+def scene_of(take: Take) -> int:
+    """Which of the video's scenes shows the person, counted from 0; 0 as well where nothing tells scenes apart."""
+    for step in take.keypoints.history if take.keypoints else ():
+        if step.name == "detect":
+            return int(step.options["scene"])
+    return 0
+
+
+def _listed(frames: np.ndarray) -> str:
+    return ", ".join(map(str, frames[:_LISTED])) + (", ..." if len(frames) > _LISTED else "")
 
 
 def interrupted_at(take: Take) -> int | None:

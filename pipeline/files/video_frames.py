@@ -23,23 +23,30 @@ _BACK_S = 10.0  # before where a key frame should be, in a file that is searched
 _NO_SEEKING = ("mpeg",)  # MPEG programme streams: behind a seek FFmpeg's stamps are one frame early
 
 
-def images_from(video: Video, first: int = 0, last: float = np.inf) -> Generator[tuple[int, np.ndarray]]:
+def images_from(
+    video: Video, first: int = 0, last: float = np.inf, damaged: list[int] | None = None
+) -> Generator[tuple[int, np.ndarray]]:
     """(frame number, image) from frame `first` to `last`: (H, W, 3) uint8 RGB, the video's rotation obeyed.
 
     Numbers count the rows of `video.time_s`; a frame that the decoder leaves out is left out here too. Before `first`
-    no more is decoded than lies between it and the key frame before it. InputError for a video that cannot be decoded.
+    no more is decoded than lies between it and the key frame before it. damaged: gets the numbers of frames whose data
+    the decoder calls corrupt. InputError for a video that cannot be decoded.
     """
     for number, frame in frames_from(video, first):
         if number <= last:
+            if frame.is_corrupt and damaged is not None:
+                damaged.append(number)
             yield number, _upright(frame, video.rotation_deg)
         if number >= last:
             return
 
 
-def images_ahead(video: Video, first: int = 0, last: float = np.inf) -> Iterator[tuple[int, np.ndarray]]:
+def images_ahead(
+    video: Video, first: int = 0, last: float = np.inf, damaged: list[int] | None = None
+) -> Iterator[tuple[int, np.ndarray]]:
     """(number, image (H, W, 3) RGB) as `images_from`, the next images decoded in a thread of their own while the
     caller looks at one. InputError as there."""
-    with closing(images_from(video, first, last)) as images, ThreadPoolExecutor(1) as decoder:
+    with closing(images_from(video, first, last, damaged)) as images, ThreadPoolExecutor(1) as decoder:
         coming = deque(decoder.submit(next, images, None) for _ in range(_AHEAD))
         while (shown := coming.popleft().result()) is not None:
             coming.append(decoder.submit(next, images, None))
@@ -93,7 +100,7 @@ def _container(video: Video) -> Iterator[InputContainer]:
 
 
 class _Film:
-    """An open video. number: of the last frame that came."""
+    """An open video. number: of the last frame that was decoded, also on the way to one that is wanted."""
 
     def __init__(self, video: Video, container: InputContainer) -> None:
         self.number = 0
@@ -105,15 +112,16 @@ class _Film:
 
     def frames_from(self, first: int) -> Iterator[tuple[int, VideoFrame]]:
         """Frame numbers and frames, from the one numbered `first` on."""
-        self.number = first
         if first >= len(self._stamps):
             return
         for frame in self._decoded(int(self._stamps[first])):
-            if frame.pts is None or frame.pts < self._stamps[first]:
+            if frame.pts is None:
                 continue
-            self.number = number = int(np.searchsorted(self._stamps, frame.pts))
+            number = int(np.searchsorted(self._stamps, frame.pts))
             if number < len(self._stamps) and self._stamps[number] == frame.pts:
-                yield number, frame
+                self.number = number
+                if number >= first:
+                    yield number, frame
 
     def _decoded(self, stamp: int) -> Iterator[VideoFrame]:
         """The frames from the key frame before `stamp` on, or from an earlier one.

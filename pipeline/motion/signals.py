@@ -1,7 +1,8 @@
 """Signals over time: unbroken pieces, zero-phase low-pass filters, derivatives, and the choice of a cut-off.
 
-Nothing here ever looks across a missing row, a clip boundary or a jump in time. Rows whose time stamps are not evenly
-spaced are brought to even ones by a cubic spline for the filter, and back.
+Nothing here ever looks across a missing row, a clip boundary or a jump in time. A hole of up to 0.2 s in the time
+stamps, as of images that a phone dropped, is none: it is bridged, as `clean` fills gaps of that length. Rows whose time
+stamps are not evenly spaced are brought to even ones by a cubic spline for the filter, and back.
 
 Sources: Winter, Biomechanics and Motor Control of Human Movement, 4th ed. 2009, chapter 3 (low-pass filters, the
 correction for two passes, the idea of residual analysis); Schafer, "What Is a Savitzky-Golay Filter?", IEEE Signal
@@ -20,7 +21,8 @@ from ..pose import PoseSequence
 
 CUTOFF_HZ = 6.0  # what Pose2Sim and Sports2D filter marker positions with, and gait laboratories before them
 
-_GAP = 2.5  # an interval this many times the usual one is a gap: more than one frame was lost
+BRIDGED_S = 0.2  # of images that are lacking, as long as the gaps of rows that `clean` fills
+_GAP = 2.5  # an interval this many times the usual one is a hole: more than one frame was lost
 _STAMP_S = 0.6e-3  # stamps rounded to milliseconds lie this near to even ones
 _ORDER = 4  # of both passes of the Butterworth filter together
 _AT_ONCE = 1 << 17  # rows times paths that are filtered at once: some tens of megabytes
@@ -44,11 +46,20 @@ def rate(time_s: np.ndarray) -> float:
     return float(1 / steps[steps <= 1.5 * np.median(steps)].mean()) if len(steps) else float("nan")
 
 
+def holes(time_s: np.ndarray, longer_s: float = 0.0) -> np.ndarray:
+    """(N,) rows of time_s (T,) before which rows are lacking: an interval of more than two and a half times the usual
+    one, and longer than that by more than longer_s."""
+    steps = np.diff(time_s)
+    if not len(steps):
+        return np.zeros(0, dtype=int)
+    usual = np.median(steps)
+    return np.flatnonzero((steps > _GAP * usual) & (steps > usual + longer_s + 1e-9)) + 1
+
+
 def runs(valid: np.ndarray, time_s: np.ndarray, seams: Sequence[int] = ()) -> list[slice]:
     """The unbroken pieces of valid (T,) rows at time_s (T,), in order: none holds an invalid row, reaches across the
-    beginning of a row after a clip boundary, or across an interval of more than two and a half times the usual one."""
-    steps = np.diff(time_s)
-    jumps = np.flatnonzero(steps > _GAP * np.median(steps)) + 1 if len(steps) else np.zeros(0, dtype=int)
+    beginning of a row after a clip boundary, or across a hole of more than 0.2 s in which rows are lacking."""
+    jumps = holes(time_s, BRIDGED_S)
     changes = np.flatnonzero(np.diff(valid.astype(int))) + 1
     edges = sorted({0, len(valid), *changes.tolist(), *jumps.tolist(), *(int(seam) for seam in seams)})
     return [slice(start, stop) for start, stop in pairwise(edges) if valid[start]]
@@ -209,16 +220,26 @@ def derivative(x: np.ndarray, time_s: np.ndarray, seams: Sequence[int] = (), ord
 
 def resample(x: np.ndarray, time_s: np.ndarray, at_s: np.ndarray, seams: Sequence[int] = ()) -> np.ndarray:
     """x (T,) or (T, D) at other times at_s (N,): a cubic spline inside each unbroken piece, NaN between pieces."""
-    from scipy.interpolate import CubicSpline
-
     x = np.asarray(x, dtype=np.float64)
     result = np.full((len(at_s), *x.shape[1:]), np.nan)
     for piece in runs(_known(x), time_s, seams):
         times = time_s[piece]
         inside = (at_s >= times[0] - 1e-9) & (at_s <= times[-1] + 1e-9)
         if len(times) > 1 and inside.any():
-            result[inside] = CubicSpline(times, x[piece])(at_s[inside])
+            result[inside] = _between(times, x[piece], at_s[inside])
     return result
+
+
+def _between(time_s: np.ndarray, x: np.ndarray, at_s: np.ndarray) -> np.ndarray:
+    """x (T, ...) of one piece at times at_s (N,) inside it: of a cubic spline; in holes of a monotone one, for there
+    the noise of the rows on both sides would swing far."""
+    from scipy.interpolate import CubicSpline, PchipInterpolator
+
+    result = CubicSpline(time_s, x)(at_s)
+    inside = np.isin(np.searchsorted(time_s, at_s), holes(time_s))
+    if inside.any():
+        result[inside] = PchipInterpolator(time_s, x)(at_s[inside])
+    return np.asarray(result)
 
 
 def each_path(filter_: Callable[[np.ndarray], np.ndarray], paths: np.ndarray) -> np.ndarray:
@@ -316,7 +337,7 @@ def _piecewise(
         count = round(float(times[-1] - times[0]) * fps) + 1
         if count >= shortest and len(values) >= 4:
             grid = np.linspace(times[0], times[-1], count)
-            smoothed = smooth(CubicSpline(times, values)(grid))
+            smoothed = smooth(_between(times, values, grid))
             result[piece] = CubicSpline(grid, smoothed)(times)
     return result
 

@@ -186,6 +186,7 @@ def _joined(files: _Files, poses: PoseSequence | None, keypoints: PoseSequence |
         events=(
             *told,
             *_repairs(lead),
+            *_damage(video),
             *(Event("warning", text) for text in (*clock.doubts(), *_doubts(lead))),
             *_coverage(lead, video),
             *swapped,
@@ -257,6 +258,7 @@ def _video_alone(files: _Files) -> Take:
         name=printable(video.path.stem),
         video=video,
         inputs=_provenance(files, None, None),
+        events=_damage(video),
         session=_session(files.options),
     )
     if asked is None:
@@ -329,6 +331,11 @@ def read_video(path: Path) -> Video:
     if not recognises(adapter, path) and (others := exchanged(path, "video")):
         raise InputError(others)
     return call(adapter.read, path, what="Adapter 'video'", options={})[0]
+
+
+def _damage(video: Video | None) -> tuple[Event, ...]:
+    """Warnings about a file that seems not to be whole."""
+    return tuple(Event("warning", text) for text in video.doubts) if video else ()
 
 
 def _repairs(lead: PoseSequence) -> list[Event]:

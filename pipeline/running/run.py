@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shutil
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,16 +13,16 @@ import numpy as np
 from ..device import computing_on
 from ..errors import InputError
 from ..files.atomic import add_to_summary, require_space, sign, whole_folder
-from ..files.detections import KEYPOINTS
+from ..files.detections import KEYPOINTS, scene_of
 from ..messages import how_many
 from ..motion.signals import rate
 from ..plugins.options import files_among
 from ..reading.settings import RunOptions
 from ..reading.take import Person, open_people, open_take
-from ..take import Take
+from ..take import Event, Take
 from .people import PersonRun, folder_names, write_index
 from .recipe import Recipe, load_recipe
-from .runner import run_together
+from .runner import Pipeline, run_together
 
 FEWEST_FRAMES = 10  # of a person who gets a run beside others; fewer cannot be levelled
 
@@ -135,9 +135,10 @@ def run_people(
 ) -> tuple[PersonRun, ...]:
     """A whole run of everybody in the files, each in a folder of `output`, in one common LEVEL; all of it or none.
 
+    People of different scenes of a video, which a cut parts, share no LEVEL and no camera: each scene has its own.
     `output` gets a summary.json that lists the people, in the order of the answer. Who is seen too briefly, or refused
-    by a stage, is left out with the reason. done: as for run_files, each stage once for all. Raises InputError when
-    nobody is left.
+    by a stage, is left out with the reason. done: as for run_files, each stage once for all of a scene. Raises
+    InputError when nobody is left.
     """
     recipe = _checked(recipe or load_recipe())
     if any("stature_m" in entry.options for entry in recipe.stages if entry.use == "scale"):
@@ -155,7 +156,7 @@ def run_people(
             pipelines = [_aimed(recipe, folder / name).build() for name in folders.values()]
             for pipeline, take in zip(pipelines, takes.values(), strict=True):
                 pipeline.check_rate(_frame_rate(recipe, take))
-            ended = dict(zip(takes, run_together(pipelines, list(takes.values()), done), strict=True))
+            ended = _by_scene(dict(zip(takes, pipelines, strict=True)), takes, done)
         runs = tuple(_ended(person, ended.get(person, person.take), folders.get(person)) for person in people)
         for person, name in folders.items():
             if isinstance(ended[person], InputError):
@@ -169,6 +170,22 @@ def run_people(
             raise InputError(f"There is nobody to make a run of: {reasons}.")
         write_index(runs, folder)
         return runs
+
+
+def _by_scene(
+    pipelines: Mapping[Person, Pipeline], takes: Mapping[Person, Take], done: Callable[[str, float], None]
+) -> dict[Person, Take | InputError]:
+    """How each person's pipeline ends, those of one scene of the video together."""
+    scenes: dict[int, list[Person]] = {}
+    for person, take in takes.items():
+        scenes.setdefault(scene_of(take), []).append(person)
+    note = Event("note", "Only people of the same scene of the video share LEVEL and the camera.")
+    said = (note,) if len(scenes) > 1 else ()
+    ended: dict[Person, Take | InputError] = {}
+    for people in scenes.values():
+        begun = [takes[one].saying(*said) for one in people]
+        ended |= zip(people, run_together([pipelines[one] for one in people], begun, done), strict=True)
+    return ended
 
 
 def _long_enough(person: Person) -> Person:

@@ -23,7 +23,7 @@ from ...models.gait.gait import (
 from ...models.gait.of_take import NOISE, SIDES, separation_sd
 from ...pipeline.frames import Frame
 from ...pipeline.messages import how_many
-from ...pipeline.motion.signals import breaks, rate
+from ...pipeline.motion.signals import BRIDGED_S, breaks, holes, rate
 from ...pipeline.pose import PoseSequence, Rectified
 from ...pipeline.rotations import transpose
 from .figures import (
@@ -71,7 +71,7 @@ def walking(
             return {"reason": f"steps cannot be counted: {'; '.join(why)}", **basis(apart)}
         return {
             "steps": 0,
-            "reason": f"no three steps in a row, nor two of a run{_hidden(apart)}",
+            "reason": f"no three steps in a row, nor two of a run{_hidden(apart, filtered.times)}",
             **basis(apart),
         }
     lifted = source.family == "camera"
@@ -124,13 +124,20 @@ def walking(
     }
 
 
-def _hidden(apart: np.ndarray) -> str:
-    """What gaps of the separation (T,) have to do with it; "" where there are none between frames that have it."""
+def _hidden(apart: np.ndarray, time_s: np.ndarray) -> str:
+    """What gaps of the separation (T,) at time_s (T,) have to do with it; "" where there are none between frames that
+    have it."""
     seen = np.flatnonzero(np.isfinite(apart))
     missing = int(seen[-1] - seen[0] + 1 - len(seen))
-    if not missing:
-        return ""
-    return f"; the legs are hidden in {how_many(missing, 'frame')} between, where a walk ends"
+    words = (
+        f"; the legs are hidden in {how_many(missing, 'frame')} between, where a walk ends" if missing else ""
+    )
+    lacking = [row for row in holes(time_s, BRIDGED_S) if seen[0] < row <= seen[-1]]
+    if lacking:
+        first = lacking[0]
+        more = f" and {how_many(len(lacking) - 1, 'more time')}" if len(lacking) > 1 else ""
+        words += f"; there is no image from {time_s[first - 1]:.2f} to {time_s[first]:.2f} s{more}, where a walk ends"
+    return words
 
 
 class _Means:

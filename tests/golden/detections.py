@@ -260,6 +260,7 @@ def keypoints(folder: Path, scene: Scene) -> Path:
         layout=COCO17.name,
         method="movenet@0",
         source="",
+        damaged=np.zeros(0, np.int64),
     )
     found.save(folder / KEYPOINTS)
     return folder / KEYPOINTS

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ....pipeline.errors import InputError
-from ....pipeline.motion.signals import runs
+from ....pipeline.motion.signals import holes, runs
 from ....pipeline.rotations import is_finite, rotate
 
 _SEARCH_HZ = 30.0  # of the first search; signals low-passed at 6 Hz lose nothing
@@ -49,7 +49,8 @@ class Alignment:
 
 
 class Signal:
-    """Samples (T, 3) at time_s (T,) as a continuous function, NaN in gaps and outside."""
+    """Samples (T, 3) at time_s (T,) as a continuous function, NaN outside and in gaps, short ones too: an
+    acceleration says little about the one 0.2 s later."""
 
     def __init__(self, time_s: np.ndarray, values: np.ndarray) -> None:
         from scipy.interpolate import CubicSpline
@@ -57,7 +58,7 @@ class Signal:
         self.time_s, self.values = time_s, values
         self._pieces = [
             (time_s[piece][0], time_s[piece][-1], CubicSpline(time_s[piece], values[piece]))
-            for piece in runs(is_finite(values), time_s)
+            for piece in runs(is_finite(values), time_s, holes(time_s).tolist())
             if piece.stop - piece.start >= 4
         ]
 

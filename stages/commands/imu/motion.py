@@ -8,7 +8,7 @@ import numpy as np
 
 from ....pipeline.layouts import H36M17
 from ....pipeline.motion.imu import GRAVITY_MPS2, Imu
-from ....pipeline.motion.signals import check_cutoff, derivative, lowpass, rate, runs
+from ....pipeline.motion.signals import check_cutoff, derivative, holes, lowpass, rate, runs
 from ....pipeline.rotations import is_finite
 from .align import Signal
 
@@ -61,7 +61,7 @@ def still_pelvis(
 def imu_signal(imu: Imu, reference: Signal | None, cutoff_hz: float) -> Signal:
     """The sensor's acceleration in the world without gravity, less the reference's, on the sensor's clock."""
     check_cutoff(cutoff_hz, imu.rate_hz)
-    acceleration = lowpass(imu.acceleration_mps2, imu.time_s, cutoff_hz)
+    acceleration = lowpass(imu.acceleration_mps2, imu.time_s, cutoff_hz, holes(imu.time_s).tolist())
     if reference is not None:
         acceleration = acceleration - reference(imu.time_s)
     return Signal(imu.time_s, acceleration)
@@ -70,7 +70,8 @@ def imu_signal(imu: Imu, reference: Signal | None, cutoff_hz: float) -> Signal:
 def imu_norm(imu: Imu, cutoff_hz: float) -> Signal:
     """The norm of the sensor's acceleration, gravity included, on the sensor's clock, as `as_vertical`."""
     check_cutoff(cutoff_hz, imu.rate_hz)
-    return Signal(imu.time_s, lowpass(as_vertical(imu.force_mps2), imu.time_s, cutoff_hz))
+    force = lowpass(as_vertical(imu.force_mps2), imu.time_s, cutoff_hz, holes(imu.time_s).tolist())
+    return Signal(imu.time_s, force)
 
 
 def as_vertical(force: np.ndarray) -> np.ndarray:
@@ -88,7 +89,7 @@ def _smooth_path(
 
     check_cutoff(cutoff_hz, rate(time_s))
     fine, begins = np.full((len(grid), 3), np.nan), []
-    for piece in runs(is_finite(path), time_s, seams):
+    for piece in runs(is_finite(path), time_s, [*seams, *holes(time_s)]):  # unfiltered, a hole is not bridged
         if piece.stop - piece.start > 5:
             times = time_s[piece]
             start, stop = np.searchsorted(grid, [times[0] - 1e-9, times[-1] + 1e-9])

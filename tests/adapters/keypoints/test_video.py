@@ -1,5 +1,6 @@
 """Video: real time stamps, rotation, and files that are cut off or no video at all."""
 
+import re
 from fractions import Fraction
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 
 from pcnet3d.adapters import video
 from pcnet3d.pipeline import InputError
+from pcnet3d.pipeline.inspect.video import inspect_video
 
 VARIABLE = [0, 33, 66, 133, 140, 200, 300, 333, 366, 400, 433, 500]
 
@@ -114,6 +116,31 @@ def test_cut_off_after_its_index(film, tmp_path, share):
     path.write_bytes(whole[: int(share * len(whole))])
     with pytest.raises(InputError, match="cut off"):
         video.read(path)
+
+
+@pytest.mark.parametrize("stamps", [range(0, 4000, 40), range(0, 12000, 1000)])
+@pytest.mark.parametrize("ending", ["mkv", "flv"])
+def test_cut_off_without_an_index(film, tmp_path, ending, stamps):
+    """The header still says how long it was; half of a recording went through as a whole one."""
+    import av
+
+    path = film(tmp_path / f"clip.{ending}", stamps)
+    assert video.read(path)[0].doubts == ()
+    with av.open(path) as container:
+        places = [packet.pos for packet in container.demux(video=0) if packet.size]
+    path.write_bytes(path.read_bytes()[: places[len(places) // 2]])
+    (doubt,) = video.read(path)[0].doubts
+    assert re.search(r"images of clip\.\w+ end after (2\.\d|6\.0) s.* lasts (4|11)\.0 s.*cut off", doubt)
+    assert doubt in str(inspect_video(path))
+
+
+@pytest.mark.parametrize("ending", ["mp4", "mov", "mkv", "webm", "avi", "flv", "ts", "wmv"])
+def test_a_whole_video_is_not_doubted(film, tmp_path, ending):
+    codecs = {"webm": "libvpx", "wmv": "wmv2", "avi": "mpeg4"}
+    path = film(
+        tmp_path / f"clip.{ending}", range(0, 4000, 40), codec=codecs.get(ending, "libx264"), first_ms=900
+    )
+    assert video.read(path)[0].doubts == ()
 
 
 def test_sound_alone(tmp_path):

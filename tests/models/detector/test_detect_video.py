@@ -3,11 +3,13 @@
 import signal
 from dataclasses import fields, replace
 
+import av
 import numpy as np
 import pytest
 
 from pcnet3d.adapters.keypoints import read as read_keypoints
 from pcnet3d.adapters.keypoints import sniff
+from pcnet3d.adapters.video import read as read_video
 from pcnet3d.models.detector import video as detect_video
 from pcnet3d.models.detector.load import load_detector
 from pcnet3d.models.detector.protocols import Found
@@ -16,6 +18,8 @@ from pcnet3d.pipeline import InputError, Take
 from pcnet3d.pipeline.files import video_frames
 from pcnet3d.pipeline.files.detections import Detections, interrupted_at, load_detections
 from pcnet3d.pipeline.layouts import COCO17
+from pcnet3d.pipeline.reading.settings import RunOptions
+from pcnet3d.pipeline.reading.take import open_take
 from pcnet3d.stages.detect import Detect, smoothed
 
 
@@ -94,6 +98,33 @@ def test_interrupted_and_resumed_is_bitwise_the_same(eventful, toy, tmp_path, mo
     part.save(tmp_path / "part.npz")
     resumed = detect(eventful, load_detector(toy), "here", load_detections(tmp_path / "part.npz"))
     assert same(resumed, whole)
+
+
+def test_damage_is_said_and_kept(film, toys, toy, tmp_path):
+    """Zeros in a stream, which decoders bridge by images of their own: a run went through without a word."""
+    shown = film([toys.scene(box) for box in toys.walking(40)], name="film.ts")
+    with av.open(shown.path) as container:
+        places = [packet.pos for packet in container.demux(video=0) if packet.size]
+    content, start = bytearray(shown.path.read_bytes()), places[20] + 188  # its stamp stays
+    content[start : places[21]] = bytes(places[21] - start)
+    shown.path.write_bytes(content)
+    (shown,) = read_video(shown.path)
+    found = detect(shown, load_detector(toy), "here")
+    assert 10 < found.damaged.min() < 30
+    found.save(tmp_path / "keypoints.npz")
+    assert same(load_detections(tmp_path / "keypoints.npz"), found)
+    again = open_take(RunOptions(video=shown.path, keypoints=tmp_path / "keypoints.npz"))
+    for take in (Detect(detector=str(toy))(Take("walk", video=shown)), again):
+        (text,) = (event.text for event in take.events if "damaged" in event.text)
+        assert f"damaged at frame {found.damaged[0]}" in text
+
+
+def test_files_of_earlier_versions_know_of_no_damage(walk_film, toy, tmp_path):
+    found = detect(walk_film, load_detector(toy))
+    held = {one.name: getattr(found, one.name) for one in fields(Detections) if one.name != "damaged"}
+    np.savez(tmp_path / "keypoints.npz", **held)
+    assert same(load_detections(tmp_path / "keypoints.npz"), found)
+    assert not len(found.damaged)
 
 
 def test_resuming_something_else_is_refused(walk_film, toy, toys, tmp_path):

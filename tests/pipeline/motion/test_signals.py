@@ -16,6 +16,7 @@ from pcnet3d.pipeline.motion.signals import (
     even_grid,
     evenly_spaced,
     highest_savgol_cutoff,
+    holes,
     lowpass,
     rate,
     resample,
@@ -172,7 +173,27 @@ def test_runs_are_the_valid_rows_and_hold_no_break(valid, steps, seams):
     for piece in found:
         assert not seams & set(range(piece.start + 1, piece.stop))
         if piece.stop - piece.start > 1:
-            assert np.diff(time_s[piece]).max() <= 2.5 * np.median(np.diff(time_s))
+            usual = np.median(np.diff(time_s))
+            assert np.diff(time_s[piece]).max() <= max(2.5 * usual, usual + 0.2 + 1e-6)
+
+
+@FILTERS
+@pytest.mark.parametrize("fps", [30, 60, 240])
+@pytest.mark.parametrize(("lost_s", "bridged"), [(0.1, True), (0.2, True), (0.3, False)])
+def test_a_hole_of_the_clock_is_bridged_as_long_as_a_gap_of_rows_is(smooth, fps, lost_s, bridged):
+    """Images that a phone dropped: no row is missing, and two of them lost a whole walk."""
+    kept = np.delete(np.arange(4 * fps), np.arange(2 * fps, 2 * fps + round(lost_s * fps)))
+    time_s = kept / fps
+    assert len(runs(np.ones(len(kept), bool), time_s)) == (1 if bridged else 2)
+    motion = np.sin(2 * np.pi * time_s)
+    x = motion + np.random.default_rng(0).normal(scale=0.01, size=len(kept))
+    middle = slice(fps // 2, -fps // 2)
+    off = np.abs(smooth(x, time_s) - motion)[middle]
+    assert off.max() < 0.06  # not more beside the hole, where the noise of two rows would swing far
+    assert holes(time_s).tolist() == [2 * fps]
+    between = resample(motion, time_s, np.array([2 + lost_s / 2]))
+    assert np.isfinite(between).all() == bridged
+    assert not bridged or np.abs(between - np.sin(2 * np.pi * (2 + lost_s / 2))).max() < 0.05
 
 
 def test_breaks_are_clip_boundaries_and_dropped_frames():

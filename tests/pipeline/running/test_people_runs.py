@@ -8,11 +8,16 @@ import pytest
 
 from golden.detections import AS_COCO
 from golden.estimators import alphapose3d, mhr70
+from pcnet3d.examples.walker.camera import aimed
+from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import InputError, cli
 from pcnet3d.pipeline.files.atomic import SUMMARY
+from pcnet3d.pipeline.files.detections import Detections
 from pcnet3d.pipeline.files.viewer import find_recording
+from pcnet3d.pipeline.layouts import COCO17
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_people, open_take
+from pcnet3d.pipeline.rotations import angle_deg
 from pcnet3d.pipeline.running.people import folder_names
 from pcnet3d.pipeline.running.recipe import Recipe, StageEntry
 from pcnet3d.pipeline.running.run import run_files, run_people
@@ -222,6 +227,47 @@ def test_keypoints_go_with_the_person_of_the_same_name_where_the_file_names_them
     keypoints.write_text(json.dumps([entry | {"idx": entry["idx"] + 1} for entry in listed]))
     with pytest.raises(InputError, match="who is who"):
         open_people(RunOptions(poses=poses, keypoints=keypoints, fps=30))
+
+
+@pytest.mark.parametrize("cut", [True, False])
+def test_people_of_two_scenes_share_no_level(recipe, tmp_path, cut):
+    """The same walk twice, before cameras that are rolled by 10 degrees to either side: as people of one scene they get
+    one up between both."""
+    walk = walker(seconds=4)
+    cameras = [
+        aimed(walk.root.mean(axis=0), 6, heading_deg=90, pitch_deg=5, roll_deg=roll) for roll in (10, -10)
+    ]
+    points = np.concatenate([camera.project(walk.world) for camera in cameras])[:, AS_COCO].astype(np.float32)
+    frames, each = np.arange(len(points)), len(walk)
+    Detections(
+        frame_index=frames,
+        time_s=frames / 30,
+        person=frames // each,
+        joints=points,
+        confidence=np.full(points.shape[:2], 0.9, np.float32),
+        box=np.concatenate([points.min(axis=1), points.max(axis=1)], axis=1),
+        cuts=np.array([each] if cut else [], np.int64),
+        thumbnail=np.zeros((0, 0), np.uint8),
+        frames=len(frames),
+        frames_seen=len(frames),
+        layout=COCO17.name,
+        method="movenet@0",
+        source="",
+        damaged=np.zeros(0, np.int64),
+    ).save(tmp_path / "keypoints.npz")
+    options = RunOptions(keypoints=tmp_path / "keypoints.npz")
+    lifting = Recipe(stages=(StageEntry(use="lift"), *recipe.stages))
+    lifting = lifting.with_options("lift", image_size=(640, 360)).with_options("rectify", rectifier="pcnet")
+    runs = run_people(options, tmp_path / "out", lifting)
+    ups = [run.take.rectified.R_source_from_level[:, 2] for run in runs]
+    told = [" ".join(event.text for event in run.take.events) for run in runs]
+    warned = [words.count("changes to another scene 1 time, at frame 120") == 1 for words in told]
+    level = json.loads((tmp_path / "out" / SUMMARY).read_text())["level"]
+    assert (level is None, warned) == (cut, [cut, cut])
+    assert (angle_deg(*ups) > 10) == cut
+    assert [("same scene of the video share LEVEL" in words) for words in told] == [cut, cut]
+    if cut:
+        assert all(angle_deg(up, camera.up) < 6 for up, camera in zip(ups, cameras, strict=True))
 
 
 def test_the_first_frame_is_the_files(mmpose):

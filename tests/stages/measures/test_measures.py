@@ -17,6 +17,7 @@ from pcnet3d.models.gait.of_take import least_step
 from pcnet3d.pipeline import H36M17, Z_UP, InputError, Pipeline, PoseSequence, Take
 from pcnet3d.pipeline.motion.angles import ANGLES, MIDLINE, near
 from pcnet3d.stages.angles import Angles
+from pcnet3d.stages.clean import Clean
 from pcnet3d.stages.export.measures import (
     Point,
     Row,
@@ -257,6 +258,42 @@ def test_a_gap_in_the_squat_is_counted_as_missing_and_no_squat(walk, without):
     found = measured(without("r_ankle", rows)).measures
     assert found["knee_bends"]["count"] == 0
     assert found["knee_bends"]["nan_share"] == pytest.approx((rows.stop - rows.start) / len(walk), abs=0.02)
+
+
+def lacking(walk, first, lost_s, numbered, rows=None):
+    """The first rows of a walk before a camera, without images from row `first` on for so long. numbered: whether frame
+    numbers tell of them."""
+    poses = camera_poses(walk, side_camera(walk))
+    kept = np.delete(np.arange(rows or len(walk)), np.arange(first, first + round(30 * lost_s)))
+    fewer = poses.with_(
+        joints=poses.joints[kept],
+        confidence=None,
+        time_s=walk.time_s[kept],
+        frame_index=kept if numbered else np.arange(len(kept)),
+    )
+    return measured(fewer, (Clean(), *STAGES))
+
+
+@pytest.mark.parametrize("lost_s", [2 / 30, 0.2])
+def test_images_that_a_video_lacks_take_no_step(walk, lost_s):
+    """As of a phone that dropped two, whose video numbers the others without a gap: a whole walk was none."""
+    video, rows = (lacking(walk, 70, lost_s, numbered) for numbered in (False, True))
+    found, expected = video.measures["walking"], rows.measures["walking"]
+    assert found["steps"] == expected["steps"] > 5
+    for side in ("left", "right"):
+        np.testing.assert_allclose(found[side]["landings_s"], expected[side]["landings_s"], atol=0.02)
+    (told,) = (event for event in video.events if "lacks images" in event.text)
+    assert (told.kind, f"from 2.30 to {2.3 + lost_s + 1 / 30:.2f} s" in told.text) == ("repair", True)
+    assert len(video.poses) + round(30 * lost_s) == len(rows.poses)
+
+
+def test_images_that_a_video_lacks_for_long_end_a_walk_and_are_named(walk):
+    video = lacking(walk, 35, 1.0, False, rows=100)
+    assert video.measures["walking"]["steps"] == 0
+    assert "there is no image from 1.13 to 2.17 s, where a walk ends" in video.measures["walking"]["reason"]
+    (told,) = (event for event in video.events if "lacks images" in event.text)
+    assert (told.kind, told.about) == ("warning", "view")
+    assert "from 1.13 to 2.17 s; nothing is taken across" in told.text
 
 
 def test_a_take_that_is_not_levelled_has_no_steps(take):

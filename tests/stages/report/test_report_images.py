@@ -1,8 +1,10 @@
 """Key frames: which they are, that they are the right images, and that none is there when none is wanted."""
 
+import re
 import threading
 from dataclasses import replace
 
+import av
 import cv2
 import numpy as np
 import pytest
@@ -48,6 +50,23 @@ def test_a_video_that_cannot_be_decoded(film, tmp_path):
     video.path.write_bytes(b"\0" * 400)
     with pytest.raises(InputError, match="cannot be decoded"):
         images_at(video, [3])
+
+
+def test_damage_is_where_the_last_image_came_from_whichever_is_wanted(film):
+    """Of a wanted frame behind the damage it was said that nothing can be decoded beyond that very frame."""
+    video = film()
+    with av.open(video.path) as container:
+        places = [packet.pos for packet in container.demux(video=0) if packet.size]
+    content = bytearray(video.path.read_bytes())
+    start, stop = places[30], places[-1]
+    content[start:stop] = bytes(stop - start)
+    video.path.write_bytes(content)
+    with pytest.raises(InputError, match="cannot be decoded beyond frame") as through:
+        list(images_from(video))
+    with pytest.raises(InputError) as wanted:
+        images_at(video, [3, 55])
+    assert str(wanted.value) == str(through.value)
+    assert 20 <= int(re.search(r"frame (\d+)", str(wanted.value))[1]) < 40
 
 
 def test_all_images_from_a_frame_on(film):
