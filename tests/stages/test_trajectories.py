@@ -335,6 +335,12 @@ def test_a_run_says_whose_error_it_smooths_by(facing_camera):
     for each, words in ((take, "that the lifter states"), (unstated, "estimated from the paths")):
         assert [event.text for event in Trajectories()(each).events if words in event.text]
         assert not Trajectories(smoother="butterworth")(each).events
+    for each, errors in ((take, "stated"), (unstated, "estimated")):
+        by_error, classical = (
+            Trajectories(smoother=name)(each).need("filtered").history for name in ("auto", "butterworth")
+        )
+        assert by_error[-1].options["joint_errors"] == errors
+        assert classical[-1].name == "low-pass filter"
 
 
 def test_a_swing_is_told_and_what_does_not_move_is_not(facing_camera):
