@@ -292,7 +292,8 @@ def _reasons(values: np.ndarray, covariance: np.ndarray, seen: np.ndarray, about
 
 
 def unit_of(column: str, length: str) -> str:
-    """The unit of a column of kinematics by its name, such as "m/s"; "" for none. length: the paths' unit."""
+    """The unit of a column of kinematics by the end of its name, such as "m/s"; "" for none, and for an end that is not
+    among ours. length: the paths' unit."""
     last = column.removesuffix("_sd").rpartition("_")[2]
     for prefix, norm, unit in _QUANTITIES:
         if last == norm or last in {prefix + axis for axis in "xyz"}:
