@@ -16,12 +16,12 @@ from ..pipeline.pose import Rectified, package_version
 from ..pipeline.reading.settings import Force, OnDevice, RunOptions
 from ..pipeline.rotations import angle_deg, rotate
 from ..pipeline.running.conclusion import conclude, point_to, show_files
+from ..pipeline.running.plan import planned
 from ..pipeline.running.progress import stages, tell
-from ..pipeline.running.recipe import load_recipe
 from ..pipeline.running.run import run_files
 from ..pipeline.take import Take
 from .walker.camera import Camera, R_camera_from_body, side_camera
-from .walker.files import write_files
+from .walker.files import ExampleFiles, write_files
 from .walker.walk import Walk, walker
 
 
@@ -36,19 +36,20 @@ def demo(
     inputs = Path(f"{output}-input")
     walk = walker()
     camera = side_camera(walk)
-    recipe = load_recipe().with_options("scale", stature_m=walk.stature_m)
-    recipe = recipe.with_options("place", focal_px=camera.focal_px)
-    with (
-        stages(["example", "read", *(entry.use for entry in recipe.stages)]) as done,
-        whole_folder(inputs, force) as folder,
-    ):
-        start = time.perf_counter()
-        files = write_files(folder, walk, camera)
-        made = {"pcnet3d": package_version(), "what": "input files of pcnet3d demo"}
-        (folder / SUMMARY).write_text(json.dumps(made) + "\n", encoding="utf-8")
-        done("example", time.perf_counter() - start)
-        options = RunOptions(poses=files.poses, video=files.video, keypoints=files.keypoints, device=device)
-        take = run_files(options, output, recipe, force=force, done=done)
+    with whole_folder(inputs, force) as folder:
+        files = ExampleFiles.of(folder)
+        options = RunOptions(
+            poses=files.poses, video=files.video, keypoints=files.keypoints, stature=walk.stature_m,
+            focal=camera.focal_px, device=device,
+        )  # fmt: skip
+        recipe = planned(options)
+        with stages(["example", "read", *(entry.use for entry in recipe.stages)]) as done:
+            start = time.perf_counter()
+            write_files(folder, walk, camera)
+            made = {"pcnet3d": package_version(), "what": "input files of pcnet3d demo"}
+            (folder / SUMMARY).write_text(json.dumps(made) + "\n", encoding="utf-8")
+            done("example", time.perf_counter() - start)
+            take = run_files(options, output, recipe, force=force, done=done)
     tell(take)
     truth = R_camera_from_body(walk, camera)[take.need("poses").frame_index]
     show(f"{inputs}: a video, 2D keypoints as AlphaPose and 3D poses as MotionBERT would write them")
@@ -71,9 +72,10 @@ def _comparison(rectified: Rectified, truth: np.ndarray) -> str:
     level = found - (found * up).sum(axis=-1, keepdims=True) * up
     up_deg = float(np.nanmean(angle_deg(rectified.R_source_from_level[..., :, 2], up)))
     heading_deg = float(np.nanmedian(angle_deg(level, facing)))
+    skeletons_deg = float(np.nanmean(angle_deg(rectified.up_own["frames"][0], up)))
     return (
-        f"against the truth ({rectified.method}): the take's up is off by {up_deg:.1f} degrees, "
-        f"the heading by {heading_deg:.1f} (median over frames)"
+        f"against the truth ({rectified.method}): the take's up is off by {up_deg:.1f} degrees, by the skeletons alone "
+        f"{skeletons_deg:.1f}, the heading by {heading_deg:.1f} (median over frames)"
     )
 
 

@@ -87,7 +87,7 @@ class Take:
     poses: 3D joints, H36M17 in CAMERA axes, relative to the pelvis.
     findings: what `pcnet3d inspect` finds in the poses as they were read or lifted (pipeline/verdict.py).
     filtered: 3D joints in LEVEL after the low-pass filter that kinematics rest on; its history says which.
-    kinematics: columns (T,) by name, every unit in the name (design.md section 7).
+    kinematics: columns (T,) by name, whose ends tell the units (design.md section 7).
     measures: figures of the take as nested plain dicts, units in the keys.
     second_lift: how far another lifter of the same keypoints is from the poses, as nested plain dicts, units in the
         keys (stages/second_lift.py).

@@ -88,7 +88,8 @@ PATH_REASONS = {
 
 @dataclass(frozen=True)
 class Trajectories:
-    """The stage. joints: whose paths to write; `filtered` has all 17, through the low-pass of `smooth`, for angles.
+    """The stage. joints: whose paths to write; `filtered` has all 17, through the low-pass of `smooth`, for angles; its
+    history also says whose columns come from the smoother instead.
 
     smoother: "auto" knows the error of the paths and states that of its answers (`known_motions`); the others are the
     filters of `smooth`. cutoff_hz: as that of `smooth`; given with "auto", the paths are those of "butterworth".
@@ -119,6 +120,9 @@ class Trajectories:
                 told = [*told, Event("note", _NOT_LOCKED)]
             path = _locked(path, level, rectified)
             motions.pop("root", None)
+        if motions:  # whose columns hold something else than this path, which angles are taken from
+            errors = "estimated" if level.covariance is None else "stated"
+            path = path.noted("smoother", columns_of=list(motions), joint_errors=errors)
         columns = dict(take.kinematics or {})
         for joint in (*self.joints, *(["root"] if path.root is not None else [])):
             columns |= trajectory(level if joint in motions else path, joint, motions.get(joint))
@@ -288,7 +292,8 @@ def _reasons(values: np.ndarray, covariance: np.ndarray, seen: np.ndarray, about
 
 
 def unit_of(column: str, length: str) -> str:
-    """The unit of a column of kinematics by its name, such as "m/s"; "" for none. length: the paths' unit."""
+    """The unit of a column of kinematics by the end of its name, such as "m/s"; "" for none, and for an end that is not
+    among ours. length: the paths' unit."""
     last = column.removesuffix("_sd").rpartition("_")[2]
     for prefix, norm, unit in _QUANTITIES:
         if last == norm or last in {prefix + axis for axis in "xyz"}:

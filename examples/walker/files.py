@@ -27,6 +27,11 @@ class ExampleFiles:
     keypoints: Path
     poses: Path
 
+    @classmethod
+    def of(cls, folder: Path) -> ExampleFiles:
+        """Where they are in that folder."""
+        return cls(folder / "walker.mp4", folder / "alphapose-results.json", folder / "X3D.npy")
+
 
 def write_files(
     folder: Path, walk: Walk, camera: Camera, *, noise_m: float = 0.008, noise_px: float = 1.0, seed: int = 0
@@ -36,7 +41,7 @@ def write_files(
     noise_m, noise_px: standard deviation of each coordinate's error in the 3D and the 2D file; 0 for the truth.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    files = ExampleFiles(folder / "walker.mp4", folder / "alphapose-results.json", folder / "X3D.npy")
+    files = ExampleFiles.of(folder)
     rng = np.random.default_rng(seed)
     rows = np.setdiff1d(np.arange(len(walk)), UNDETECTED)
     write_video(files.video, walk, camera)

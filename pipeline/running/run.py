@@ -23,6 +23,9 @@ from ..take import Event, Take
 from .people import PersonRun, folder_names, write_index
 from .recipe import Recipe, load_recipe
 from .runner import Pipeline, run_together
+from .plan import planned
+from .recipe import Recipe
+from .runner import run_together
 
 FEWEST_FRAMES = 10  # of a person who gets a run beside others; fewer cannot be levelled
 
@@ -47,7 +50,7 @@ def checkpoints_of(output: Path) -> dict[str, Path]:
 
 def run_files(
     options: RunOptions,
-    output: Path,
+    output: str | Path,
     recipe: Recipe | None = None,
     *,
     force: bool = False,
@@ -55,9 +58,11 @@ def run_files(
 ) -> Take:
     """Read the files that the options name, run the recipe, leave its files in `output`; all of them or none.
 
+    recipe: instead of the one that the options ask for (`planned`).
     done: called with "read" and then each stage's name, and its seconds. Raises InputError.
     """
-    recipe, kept = _checked(recipe or load_recipe()), checkpoints_of(output)
+    output = Path(output)
+    recipe, kept = _checked(planned(options) if recipe is None else recipe), checkpoints_of(output)
     for stage, path in kept.items():
         recipe = recipe.with_options(stage, checkpoint=path)
     with whole_folder(output, force, inputs_of(options, recipe)) as folder:
@@ -127,7 +132,7 @@ def bytes_needed(recipe: Recipe, *takes: Take) -> int:
 
 def run_people(
     options: RunOptions,
-    output: Path,
+    output: str | Path,
     recipe: Recipe | None = None,
     *,
     force: bool = False,
@@ -139,8 +144,10 @@ def run_people(
     `output` gets a summary.json that lists the people, in the order of the answer. Who is seen too briefly, or refused
     by a stage, is left out with the reason. done: as for run_files, each stage once for all of a scene. Raises
     InputError when nobody is left.
+    by a stage, is left out with the reason. recipe, done: as for run_files, each stage once for all. Raises InputError
+    when nobody is left.
     """
-    recipe = _checked(recipe or load_recipe())
+    output, recipe = Path(output), _checked(planned(options) if recipe is None else recipe)
     if any("stature_m" in entry.options for entry in recipe.stages if entry.use == "scale"):
         raise InputError("A stature is one person's: leave it out, or run one --person at a time.")
     if options.person_id is not None:

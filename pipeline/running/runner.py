@@ -1,4 +1,4 @@
-"""Runs stages over a take; a chain that cannot work is refused before any data is touched."""
+"""Runs stages over a take; a chain that cannot work is refused before the first of them works."""
 
 from __future__ import annotations
 

@@ -42,6 +42,8 @@ class Facts:
     nobody_upright: why up may be quite another, in a sentence, else "". vote_deviation_deg: mean angle between the
     frames' votes and the take's up. verdict, doubts: of the findings, None
     and empty without. history: every step, oldest first, up to the filter that kinematics rest on.
+    vote_deviation_deg: mean angle between the frames' votes and the take's up. verdict, doubts: of the findings, None
+    and empty without. history: every step, oldest first, to the last that kinematics rest on.
     """
 
     name: str
@@ -122,7 +124,7 @@ def facts_of(take: Take) -> Facts:
     off = angle_deg(rectified.up_votes, shared_up(rectified))
     off = off[np.isfinite(off)]
     told = {kind: tuple(event.text for event in take.events if event.kind == kind) for kind in _KINDS}
-    history = rectified.body.history
+    behind = () if take.filtered is None else take.filtered.history[len(rectified.level.history) :]
     return Facts(
         name=take.name,
         frames=len(poses),
@@ -153,7 +155,7 @@ def facts_of(take: Take) -> Facts:
         warnings=told["warning"],
         repairs=told["repair"],
         notes=told["note"],
-        history=history if take.filtered is None else (*history, take.filtered.history[-1]),
+        history=(*rectified.body.history, *behind),
     )
 
 

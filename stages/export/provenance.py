@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from ...pipeline.pose import package_version
+from ...pipeline.pose import Step, package_version
 from ...pipeline.take import Take
 from ..drawing.facts import facts_of, listed
 
 RELATIVE = "relative to the camera"
 
 
-def provenance(take: Take) -> dict[str, str]:
+def provenance(take: Take, history: tuple[Step, ...] | None = None) -> dict[str, str]:
     """Name and value of each line, one line of text each: version, take, inputs, axes, unit of length ("m" or
-    "arbitrary"), warnings, steps."""
+    "arbitrary"), warnings, steps. history: those steps, for what has not been through all of the take's."""
     facts, rectified = facts_of(take), take.need("rectified")
     lines = {"pcnet3d": package_version(), "take": take.name}
     for entry in take.inputs:
@@ -26,6 +26,6 @@ def provenance(take: Take) -> dict[str, str]:
     lines["rectifier"] = rectified.method
     for number, warning in enumerate(facts.warnings, 1):
         lines[f"warning {number}"] = warning
-    for number, step in enumerate(facts.history, 1):
+    for number, step in enumerate(facts.history if history is None else history, 1):
         lines[f"step {number}"] = f"{step.name} ({step.version}) {listed(step.options)}"
     return {name: " ".join(text.split()) for name, text in lines.items()}

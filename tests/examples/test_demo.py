@@ -1,5 +1,7 @@
 """The demo and the example scripts, run as a user runs them."""
 
+import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -9,12 +11,12 @@ import pytest
 
 import pcnet3d.examples
 from pcnet3d.examples.demo import demo
-from pcnet3d.pipeline import InputError
+from pcnet3d.pipeline import InputError, cli
 
 SCRIPTS = Path(pcnet3d.examples.__file__).parent
 
 
-def test_demo_leaves_inputs_and_results_and_compares_with_the_truth(tmp_path, capsys):
+def test_demo_leaves_inputs_and_results_and_compares_with_the_truth(tmp_path, capsys, monkeypatch):
     output = tmp_path / "out"
     demo(output)
     said = capsys.readouterr().out
@@ -32,6 +34,17 @@ def test_demo_leaves_inputs_and_results_and_compares_with_the_truth(tmp_path, ca
         # Both arms up: the wrists are as far above the pelvis as they are in truth, give or take noise.
         up = stored["level"][:, list(stored["joint_names"]).index("r_wrist"), 2]
     assert up.max() == pytest.approx(1.09, abs=0.1)
+    # What it says is the same by hand is the same.
+    (by_hand,) = re.findall(r"the same by hand: (.*) -o DIR", said)
+    monkeypatch.setattr(
+        sys, "argv", [*by_hand.split(), "-o", str(tmp_path / "by_hand"), "--set", "record=off"]
+    )
+    with pytest.raises(SystemExit):
+        cli.main()
+    own, other = (
+        json.loads((folder / "summary.json").read_text()) for folder in (output, tmp_path / "by_hand")
+    )
+    assert {key for key in own if own[key] != other[key]} == {"files"}  # the recording
 
 
 def test_demo_leaves_a_strangers_folder_alone(tmp_path):

@@ -113,12 +113,13 @@ def test_a_run_reads_by_its_adapter_goes_through_its_stage_and_ends_with_its_wri
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
     assert summary["inputs"][0]["adapter"] == "acme"
     columns = parquet.read_table(tmp_path / "out" / "kinematics.parquet")
-    reach_m = columns["r_reach"].to_numpy()
+    reach_m = columns["r_reach_distance"].to_numpy()
     with np.load(tmp_path / "out" / "poses.npz") as file:
         level = file["level"]
     wrist, shoulder = (level[:, H36M17.index(f"r_{joint}")] for joint in ("wrist", "shoulder"))
+    assert columns.schema.field("r_reach_distance").metadata == {b"unit": b"m"}
     np.testing.assert_allclose(reach_m, np.linalg.norm(wrist - shoulder, axis=-1), atol=0.03)
-    assert "l_reach" not in columns.column_names
+    assert "l_reach_distance" not in columns.column_names
     paths = json.loads((tmp_path / "out" / "paths.json").read_text())["paths"]
     np.testing.assert_allclose(paths["r_wrist"], wrist, atol=1e-6)
 

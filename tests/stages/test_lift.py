@@ -59,12 +59,14 @@ def test_a_run_from_video_and_keypoints_alone(files, tmp_path):
     lifted = run_files(RunOptions(video=files.video, keypoints=files.keypoints), tmp_path / "out", recipe)
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
     assert summary["rectification"]["level_ok"]
-    assert [step["name"] for step in summary["history"]][-6:-1] == [
+    assert [step["name"] for step in summary["history"]][-7:] == [
         "lift",
         "clean",
         "scale",
         "place",
         "rectify",
+        "low-pass filter",
+        "smoother",
     ]
     assert any("the built-in lifter's" in text for text in summary["notes"])
     assert lifted.poses is not None

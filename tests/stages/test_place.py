@@ -15,6 +15,7 @@ from pcnet3d.pipeline.reading.handedness import repaired
 from pcnet3d.pipeline.rotations import rotate
 from pcnet3d.stages.angles import Angles
 from pcnet3d.stages.clean import clean
+from pcnet3d.stages.drawing.facts import facts_of
 from pcnet3d.stages.measures.stage import Measures
 from pcnet3d.stages.place import Place
 from pcnet3d.stages.rectify import Rectify
@@ -184,6 +185,11 @@ def test_locked_feet_do_not_slide_and_the_path_stays_within_its_error(placed, wa
         slides[lock] = np.array([np.ptp(span[:, :2], axis=0).max() for span in spans if len(span)])
     assert np.median(slides[True]) < 0.01
     assert np.median(slides[False]) > 0.02
+    steps = [[step.name for step in facts_of(run).history] for run in (free, locked)]
+    assert steps[0][-3:] == ["rectify", "low-pass filter", "smoother"]
+    assert steps[1][-4:] == ["rectify", "low-pass filter", "foot lock", "smoother"]
+    smoothed = [facts_of(run).history[-1].options["columns_of"] for run in (free, locked)]
+    assert set(smoothed[0]) - set(smoothed[1]) == {"root"}  # whose columns are the locked path's
 
 
 def test_no_feet_are_locked_to_a_path_that_the_source_knows(take, walk, camera):

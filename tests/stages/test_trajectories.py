@@ -321,7 +321,8 @@ def test_paths_have_errors_by_default_and_a_classical_filter_has_none(facing_cam
     # LEVEL's x is the depth, of which less is known.
     assert np.median(found["r_wrist_x_sd"] / found["r_wrist_y_sd"]) > 1.5
     for options in ({"smoother": "butterworth"}, {"cutoff_hz": 3.0}):
-        assert not [name for name in kinematics(take, **options) if "_sd" in name or "_reason" in name]
+        missing = found.keys() ^ kinematics(take, **options).keys()
+        assert missing == {name for name in found if name.endswith(("_sd", "_reason"))}
     assert unit_of("r_wrist_ax_sd", "m") == "m/s2"
     assert unit_of("r_wrist_distance_sd", "m") == "m"
 
@@ -335,6 +336,12 @@ def test_a_run_says_whose_error_it_smooths_by(facing_camera):
     for each, words in ((take, "that the lifter states"), (unstated, "estimated from the paths")):
         assert [event.text for event in Trajectories()(each).events if words in event.text]
         assert not Trajectories(smoother="butterworth")(each).events
+    for each, errors in ((take, "stated"), (unstated, "estimated")):
+        by_error, classical = (
+            Trajectories(smoother=name)(each).need("filtered").history for name in ("auto", "butterworth")
+        )
+        assert by_error[-1].options["joint_errors"] == errors
+        assert classical[-1].name == "low-pass filter"
 
 
 def test_a_swing_is_told_and_what_does_not_move_is_not(facing_camera):

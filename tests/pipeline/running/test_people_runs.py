@@ -131,6 +131,30 @@ def test_a_stature_is_one_persons(mmpose, recipe, tmp_path):
         )
 
 
+def test_the_options_are_those_of_the_command(mmpose, tmp_path, monkeypatch):
+    """A stature, a filter, a rectifier, a file more and stages less reach both, and what one person has is refused."""
+    (tmp_path / "short.toml").write_text("\n".join(f'[[stages]]\nuse = "{name}"' for name in STAGES))
+    options = RunOptions(
+        poses=mmpose(), fps=30, recipe=tmp_path / "short.toml", person="0", stature=1.7, smoother="savgol",
+        also=("csv",), pitch=25, roll=8, settings={"rectify.rectifier": "geometric"},
+    )  # fmt: skip
+    run_files(options, str(tmp_path / "python"))
+    words = f"--poses {options.poses} --fps 30 --recipe {options.recipe} --person 0 --stature 1.7 --smoother savgol "
+    words += f"--also csv --pitch 25 --roll 8 --set rectify.rectifier=geometric -o {tmp_path / 'command'}"
+    monkeypatch.setattr(sys, "argv", ["pcnet3d", "run", *words.split()])
+    with pytest.raises(SystemExit):
+        cli.main()
+    own, command = (json.loads((tmp_path / name / SUMMARY).read_text()) for name in ("python", "command"))
+    assert own == command
+    assert own["poses"]["unit"] == "m"
+    assert "kinematics.csv" in own["files"]
+    with pytest.raises(InputError, match="A stature is one person's"):
+        run_people(options, tmp_path / "out")
+    run_people(options.with_(person=None, stature=None), str(tmp_path / "out"))
+    other = json.loads((tmp_path / "out" / "1" / SUMMARY).read_text())
+    assert other["rectification"]["method"] == "geometric"
+
+
 def test_an_id_is_one_persons(mmpose, recipe, tmp_path):
     with pytest.raises(InputError, match="--person-id"):
         run_people(RunOptions(poses=mmpose(), fps=30, person_id="P-07"), tmp_path / "out", recipe)

@@ -252,6 +252,7 @@ def test_every_table_says_where_it_comes_from(take, tmp_path):
     assert told["axes"].startswith("LEVEL (x back, y right, z up")
     assert told["warning 1"] == "careful, please"
     assert any("low-pass filter" in text and "cutoff_hz 6.0" in text for text in told.values())
+    assert any("smoother" in text and "columns_of ['r_wrist'" in text for text in told.values())
 
 
 def test_a_moving_camera_is_told_in_every_row(take, tmp_path):
@@ -289,7 +290,10 @@ def test_netcdf_has_the_layout_of_movement(take, tmp_path):
         expected = {"ds_type": "poses", "source_software": "pcnet3d", "time_unit": "seconds"}
         assert {key: data.attrs[key] for key in expected} == expected
         assert data.attrs["fps"] == pytest.approx(FPS)
-        assert json.loads(data.attrs["provenance"])["take"] == "waving"
+        said = json.loads(data.attrs["provenance"])
+        assert said["take"] == "waving"
+        steps = [text.split(" (")[0] for name, text in said.items() if name.startswith("step")]
+        assert steps == ["read", "rectify"]  # its positions went through no filter
         np.testing.assert_allclose(data.time, take.poses.times)
         level = take.rectified.level
         np.testing.assert_array_equal(data.position.sel(individual="Ann", space="z"), level.joints[..., 2])
@@ -301,8 +305,10 @@ def test_what_was_filtered_and_measured_is_in_the_summary(take, tmp_path):
     Export(tmp_path)(take.with_(measures={"r_wrist": {"path_length": 1.5}}))
     summary = json.loads((tmp_path / "summary.json").read_text())
     assert summary["measures"] == {"r_wrist": {"path_length": 1.5}}
-    assert summary["history"][-1]["name"] == "low-pass filter"
-    assert summary["history"][-1]["options"]["cutoff_hz"] == 6.0
+    assert [step["name"] for step in summary["history"][-2:]] == ["low-pass filter", "smoother"]
+    assert summary["history"][-2]["options"]["cutoff_hz"] == 6.0
+    paths = ["r_wrist", "l_wrist", "r_ankle", "l_ankle"]
+    assert summary["history"][-1]["options"] == {"columns_of": paths, "joint_errors": "estimated"}
 
 
 def test_nothing_but_what_was_asked_for_is_written(take, tmp_path):

@@ -24,7 +24,7 @@ class Reach:
 
     def __call__(self, take: Take) -> Take:
         sides = "lr" if self.side == "both" else self.side
-        columns = {f"{side}_reach": reach(take.need("filtered"), side) for side in sides}
+        columns = {f"{side}_reach_distance": reach(take.need("filtered"), side) for side in sides}
         return take.with_(kinematics={**(take.kinematics or {}), **columns})
 
 
