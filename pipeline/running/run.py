@@ -142,10 +142,8 @@ def run_people(
 
     People of different scenes of a video, which a cut parts, share no LEVEL and no camera: each scene has its own.
     `output` gets a summary.json that lists the people, in the order of the answer. Who is seen too briefly, or refused
-    by a stage, is left out with the reason. done: as for run_files, each stage once for all of a scene. Raises
+    by a stage, is left out with the reason. recipe, done: as for run_files, each stage once for all of a scene. Raises
     InputError when nobody is left.
-    by a stage, is left out with the reason. recipe, done: as for run_files, each stage once for all. Raises InputError
-    when nobody is left.
     """
     output, recipe = Path(output), _checked(planned(options) if recipe is None else recipe)
     if any("stature_m" in entry.options for entry in recipe.stages if entry.use == "scale"):

@@ -41,8 +41,6 @@ class Facts:
     of a camera that stands still, by the take's up; None for others. error_deg: median of the expected rotation errors.
     nobody_upright: why up may be quite another, in a sentence, else "". vote_deviation_deg: mean angle between the
     frames' votes and the take's up. verdict, doubts: of the findings, None
-    and empty without. history: every step, oldest first, up to the filter that kinematics rest on.
-    vote_deviation_deg: mean angle between the frames' votes and the take's up. verdict, doubts: of the findings, None
     and empty without. history: every step, oldest first, to the last that kinematics rest on.
     """
 
