@@ -21,11 +21,9 @@ from ..reading.settings import RunOptions
 from ..reading.take import Person, open_people, open_take
 from ..take import Event, Take
 from .people import PersonRun, folder_names, write_index
-from .recipe import Recipe, load_recipe
-from .runner import Pipeline, run_together
 from .plan import planned
 from .recipe import Recipe
-from .runner import run_together
+from .runner import Pipeline, run_together
 
 FEWEST_FRAMES = 10  # of a person who gets a run beside others; fewer cannot be levelled
 
