@@ -1,4 +1,4 @@
-"""A camera that runs: one frame at a time goes in, upright joints and a better and better idea of up come out.
+"""A camera that runs: one frame at a time goes in, joints upright by the up of all frames so far come out.
 
 python live.py
 """

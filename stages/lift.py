@@ -64,6 +64,10 @@ class Lift:
         """Opens the lifter, so that a run ends before its detector has looked at the whole video in vain."""
         object.__setattr__(self, "_opened", load_lifter(self.lifter, self.lifter_kind))
 
+    def unit_of(self, before: str) -> str:
+        """A pipeline.plugins.protocols.ScalingStage: the lifter's, where that says it."""
+        return getattr(self._opened, "unit", "")
+
     def __call__(self, take: Take) -> Take:
         size = self.image_size or (shown_size(take.video) if take.video else None)
         keypoints, intrinsics = take.need("keypoints"), take.camera.intrinsics if take.camera else None

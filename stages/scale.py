@@ -23,6 +23,10 @@ class Scale:
     needs: ClassVar[tuple[str, ...]] = ("poses",)
     gives: ClassVar[tuple[str, ...]] = ("poses",)
 
+    def unit_of(self, before: str) -> str:
+        """A pipeline.plugins.protocols.ScalingStage."""
+        return before if self.stature_m is None else "m"
+
     def __call__(self, take: Take) -> Take:
         poses = take.need("poses")
         if self.stature_m is None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -165,6 +165,8 @@ class OwnLifter:
     """The built-in lifter, or a file of one trained here, as a pipeline.plugins.protocols.Lifter."""
 
     model: str = "pcnet3d"
+
+    unit: ClassVar[str] = "arbitrary"
 
     @property
     def method(self) -> str:

@@ -115,6 +115,10 @@ class ImageLifter:
     network: ImageNetwork
     method: str
 
+    @property
+    def unit(self) -> str:
+        return self.network.unit
+
     def lift(
         self,
         keypoints: PoseSequence,

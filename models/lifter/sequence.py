@@ -47,6 +47,10 @@ class SequenceLifter:
     channels: int
     span: Span
 
+    @property
+    def unit(self) -> str:
+        return KINDS[self.kind].unit
+
     def lift(
         self,
         keypoints: PoseSequence,

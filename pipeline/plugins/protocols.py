@@ -69,6 +69,27 @@ class RatedStage(Stage, Protocol):
     def check_rate(self, fps: float) -> None: ...
 
 
+@runtime_checkable
+class ScalingStage(Stage, Protocol):
+    """A stage that decides about the unit of the poses that it gives.
+
+    unit_of(before): "m", "arbitrary" (no scale), or "" where that is not known before it runs; of poses that come to it
+        in the unit `before`, as these words say it.
+    """
+
+    def unit_of(self, before: str) -> str: ...
+
+
+@runtime_checkable
+class MetricStage(Stage, Protocol):
+    """A stage that not every unit of the poses will do for.
+
+    check_unit(unit): InputError, before any of the run's work is done, for poses in this one.
+    """
+
+    def check_unit(self, unit: str) -> None: ...
+
+
 class Writer(Protocol):
     """Writes one more file of a run, on `--also NAME`.
 
@@ -90,6 +111,14 @@ class ImageWriter(Writer, Protocol):
 
     @property
     def images(self) -> bool: ...
+
+
+@runtime_checkable
+class MetricWriter(Writer, Protocol):
+    """A writer that says whether its file holds metres, which a take without a scale does not have."""
+
+    @property
+    def metric(self) -> bool: ...
 
 
 @runtime_checkable
@@ -139,6 +168,8 @@ class Lifter(Protocol):
         sees a crop also `bearing_deg` and `turned_by_the_ray`, or `focal_of_the_network` where it assumes a focal
         length of its own; `placed_by_the_lifter` where it gives the root. Raises InputError.
     method: how results name it, "name@<hash>".
+
+    It may have `unit`, that of its poses: then a run that needs metres and will have none is refused before its work.
     """
 
     @property

@@ -139,7 +139,7 @@ class RunOptions(BaseModel):
     keypoints: Annotated[Path | None, _option(_INPUT, "2D keypoints: a file or a folder.")] = None
     fps: Annotated[
         float | None,
-        _option(_INPUT, "Frame rate, if there is no video to read it from."),
+        _option(_INPUT, "Frames a second: where no file tells, or instead of what one tells (slow motion)."),
         To(too=("detect.fps",)),
     ] = None
     time_range: Annotated[

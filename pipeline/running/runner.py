@@ -8,8 +8,10 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 from ..errors import InputError
-from ..plugins.protocols import RatedStage, SharedStage, Stage
+from ..plugins.protocols import MetricStage, RatedStage, ScalingStage, SharedStage, Stage
 from ..take import Take
+
+_KEEPING = ("clean", "place")  # stages that give poses in the unit in which they get them
 
 
 @dataclass(frozen=True)
@@ -20,11 +22,14 @@ class Pipeline:
 
     def check(self, take: Take) -> None:
         """Raise InputError when a stage needs something that neither the take nor a stage before it gives, or changes
-        something that an earlier stage has drawn conclusions from."""
-        self.check_given(field.name for field in fields(Take) if getattr(take, field.name) is not None)
+        something that an earlier stage has drawn conclusions from; or when poses of their unit will not do for it."""
+        unit = take.poses.frame.unit if take.poses is not None else ""
+        given = (field.name for field in fields(Take) if getattr(take, field.name) is not None)
+        self.check_given(given, unit)
 
-    def check_given(self, given: Iterable[str]) -> None:
-        """The same of a take that is still to come, in which the fields of these names will be filled."""
+    def check_given(self, given: Iterable[str], unit: str = "") -> None:
+        """The same of a take that is still to come, in which the fields of these names will be filled. unit: of its
+        poses, empty where there are none or it is not known."""
         known = {field.name for field in fields(Take)}
         filled = set(given)
         for position, stage in enumerate(self.stages):
@@ -44,6 +49,12 @@ class Pipeline:
                         f"the order is {' > '.join(s.name for s in self.stages)}."
                     )
             filled.update(stage.gives)
+            if isinstance(stage, MetricStage):
+                stage.check_unit(unit)
+            if isinstance(stage, ScalingStage):
+                unit = stage.unit_of(unit)
+            elif "poses" in stage.gives and stage.name not in _KEEPING:
+                unit = ""
 
     def check_rate(self, fps: float) -> None:
         """Raise InputError when so many video frames a second will not do for a stage."""

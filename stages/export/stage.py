@@ -16,7 +16,7 @@ from ...pipeline.files.atomic import REPORT, SUMMARY, whole_file
 from ...pipeline.files.detections import KEYPOINTS
 from ...pipeline.files.viewer import RECORDING
 from ...pipeline.layouts import FEET
-from ...pipeline.plugins.protocols import CheckedWriter, ImageWriter, Writer
+from ...pipeline.plugins.protocols import CheckedWriter, ImageWriter, MetricWriter, Writer
 from ...pipeline.plugins.registry import load
 from ...pipeline.pose import Rectified, package_version
 from ...pipeline.take import Take
@@ -61,6 +61,15 @@ class Export:
                 )
             if isinstance(writer, CheckedWriter):
                 writer.check()
+
+    def check_unit(self, unit: str) -> None:
+        """A pipeline.plugins.protocols.MetricStage."""
+        for name, writer in self._writers().items():
+            if unit == "arbitrary" and isinstance(writer, MetricWriter) and writer.metric:
+                raise InputError(
+                    f"Expected a scale for --also {name}, whose {writer.file} holds metres, and the source has none; "
+                    "give the person's height (--stature METRES)."
+                )
 
     def __call__(self, take: Take) -> Take:
         self.folder.mkdir(parents=True, exist_ok=True)

@@ -20,19 +20,22 @@ from .tables import write_csv
 
 @dataclass(frozen=True)
 class _Format:
-    """A pipeline.plugins.protocols.CheckedWriter and ImageWriter."""
+    """A pipeline.plugins.protocols.CheckedWriter, ImageWriter and MetricWriter."""
 
     file: str
     what: str
     write: Callable[[Take, Path], Sequence[Event] | None]
     check: Callable[[], None] = lambda: None
     images: bool = False
+    metric: bool = False
 
 
 CSV = _Format("kinematics.csv", "the columns of kinematics.parquet as text", write_csv)
-TRC = _Format("markers.trc", "joints as markers for OpenSim; needs metres", write_trc)
+TRC = _Format("markers.trc", "joints as markers for OpenSim; needs metres", write_trc, metric=True)
 MOT = _Format("angles.mot", "joint angles for OpenSim", write_mot)
-C3D = _Format("markers.c3d", "joints as points, with pcnet3d[c3d]; needs metres", write_c3d, check_c3d)
+C3D = _Format(
+    "markers.c3d", "joints as points, with pcnet3d[c3d]; needs metres", write_c3d, check_c3d, metric=True
+)
 NETCDF = _Format("poses.nc", "poses for the package movement and xarray", write_netcdf)
 BVH = _Format("skeleton.bvh", "animated skeleton for animation programs", write_bvh)
 GLB = _Format("skeleton.glb", "animated skeleton for viewers and game engines", write_glb)

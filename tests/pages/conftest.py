@@ -37,8 +37,10 @@ def files(tmp_path_factory) -> Path:
     _motion_capture(folder)
     _finished(folder)
     (folder / "manifest.csv").write_text(text_of("batch", "csv"))
-    for name in ("anna-1.npy", "anna-2.npy"):
+    for name in ("anna-1.npy", "anna-2.npy", "before.npy", "after.npy"):
         shutil.copy(folder / "X3D.npy", folder / name)
+    shutil.copy(folder / "video.mp4", folder / "before.mp4")
+    shutil.copy(numbered.numbered_film(folder / "later.ts", crf="13"), folder / "after.mp4")  # another file
     return folder
 
 

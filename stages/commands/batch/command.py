@@ -104,8 +104,9 @@ def batch(
         f"{output}: {how_many(len(outcomes) - len(failed), 'take')} done ({kept} of them before), {len(failed)} failed"
     )
     done = [row for row in rows if row["state"] == "done"]
-    found = ", ".join(f"{len(doubtful)} {what}" for what, doubtful in doubts(done).items())
-    print(f"of {how_many(len(done), 'run')}: {found or 'no doubts about poses or levelling'}")
+    if done:
+        found = ", ".join(f"{len(doubtful)} {what}" for what, doubtful in doubts(done).items())
+        print(f"of {how_many(len(done), 'run')}: {found or 'no doubts about poses or levelling'}")
     point_to(output)
     if failed:
         raise typer.Exit(2)

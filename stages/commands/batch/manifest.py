@@ -13,7 +13,7 @@ from typing import Any
 
 from ....pipeline.errors import InputError
 from ....pipeline.files.atomic import printable
-from ....pipeline.messages import how_many
+from ....pipeline.messages import how_many, say
 from ....pipeline.plugins import registry
 from ....pipeline.plugins.options import did_you_mean
 from ....pipeline.reading.find import adapters, recognises
@@ -29,7 +29,8 @@ VIDEOS = (
 _POSES = (".npy", ".npz", ".pkl", ".pickle", ".mat", ".h5", ".hdf5", ".trc", ".c3d", ".bvh")
 _NAMED_POSES = re.compile(r"(?<![a-z])(x?3d|poses?|joints?|skeletons?|results?|predictions?)(?![a-z])")
 
-_ROLES = ("video", "poses", "keypoints")
+_BESIDE = ("poses", "keypoints")  # a video; a file that may be both is the first
+_ROLES = ("video", *_BESIDE)
 _DECIDING = (*_ROLES, "recipe", "calibrate", "person")  # which stages a take has
 _LARGEST = 64 << 20  # bytes of a manifest; some 300,000 takes
 _LONGEST = 100  # characters of a take's name, which becomes a folder's
@@ -70,8 +71,9 @@ def read_entries(source: Path, common: Mapping[str, str], outside: bool = False)
     A manifest's columns are `name`, `subject`, `visit`, `condition` and the options of `run`; an empty cell is not
     given, several values of a repeatable option stand between semicolons. Its paths are relative to its folder and
     stay inside it, unless `outside`. In a folder every video is a take, with `STEM.poses.*` and `STEM.keypoints.*`
-    beside it; where there is no video, every file that an adapter recognises as poses. A file that looks like poses by
-    name or suffix and that no adapter recognises is a take too, which its run will refuse with the reason.
+    beside it, and every other file that an adapter recognises as poses. A file that looks like poses by name or suffix
+    and that no adapter recognises is a take too, which its run will refuse with the reason. Poses and keypoints that no
+    take has a use for are said, and those that only have a video's name refused.
     A common option that a take has no use for, such as a detector where there are poses, is not given to it.
     InputError names the row and what is wrong with it, or a common option that no take has a use for; nothing is run
     then.
@@ -198,31 +200,49 @@ def _manifest(path: Path) -> Iterator[tuple[str, dict[str, str]]]:
 def _folder(folder: Path) -> Iterator[tuple[str, dict[str, str]]]:
     files = sorted(path for path in folder.iterdir() if not path.name.startswith("."))
     videos = [path for path in files if path.suffix.lower() in VIDEOS and not path.is_dir()]
-    beside_one: set[Path] = set()
+    beside: dict[tuple[Path, str], Path] = {}  # by the video, and what it is of that
     for video in videos:
         row = {"video": video.name}
-        for role in ("poses", "keypoints"):
-            beside = [path for path in files if path.name.startswith(f"{video.stem}.{role}.")]
-            beside += [path for path in files if path.name == f"{video.stem}.{role}"]
-            if len(beside) > 1:
-                names = " and ".join(path.name for path in beside)
+        for role in _BESIDE:
+            named = [path for path in files if path.name.startswith(f"{video.stem}.{role}.")]
+            named += [path for path in files if path.name == f"{video.stem}.{role}"]
+            if len(named) > 1:
+                names = " and ".join(path.name for path in named)
                 raise InputError(
                     f"{video}: expected one file of {role}, found {names}; keep one, or write a manifest."
                 )
-            if beside:
-                row[role] = beside[0].name
-                beside_one.add(beside[0])
+            if named:
+                row[role] = named[0].name
+                beside[video, role] = named[0]
         yield str(video), row
-    alone = [path for path in files if path not in (*videos, *beside_one) and not path.is_dir()]
+    alone = [path for path in files if path not in (*videos, *beside.values()) and not path.is_dir()]
     taken: Counter[str] = Counter(video.stem.casefold() for video in videos)
     taken.update(path.stem.casefold() for path in alone)
     for path in alone:
         given = {adapter.gives for adapter in adapters().values() if recognises(adapter, path)}
-        if "poses" in given and not videos:
-            yield str(path), {"poses": path.name}
+        if held := next((role for role in _BESIDE if role in given), None):
+            of = next((video for video in videos if video.stem.casefold() == path.stem.casefold()), None)
+            if of is None and held == "poses":
+                yield str(path), {"poses": path.name}
+            else:
+                _left_out(path, held, of, beside.get((of, held)) if of else None)
         elif not given and _looks_like_poses(path):
             name = path.stem if taken[path.stem.casefold()] == 1 else path.name
             yield str(path), {"name": name, "poses": path.name}
+
+
+def _left_out(path: Path, held: str, video: Path | None, instead: Path | None) -> None:
+    """Says that a file of a person is not used. video: of the same name; instead: what that has of the kind. InputError
+    where it has none: this may be what the video was to have."""
+    if video is None:
+        say("note", f"{path} is not used: {held} of a video STEM are called STEM.{held}{path.suffix}")
+    elif instead is not None:
+        say("note", f"{path} is not used: the {held} of {video.name} are {instead.name}")
+    else:
+        raise InputError(
+            f"{path} holds {held} and is named like {video.name}; call it {video.stem}.{held}{path.suffix} if they are "
+            "that video's, name it otherwise if not, or write a manifest."
+        )
 
 
 def _looks_like_poses(path: Path) -> bool:

@@ -90,7 +90,7 @@ def _conclusion(rows: Rows, done: Rows, found: Sequence[Change]) -> Iterator[str
     of = f" of {len(names) + failed} done" if failed else " done, none failed"
     doubtful = {row["name"] for runs in doubts(done).values() for row in runs}
     trusted = f"{len(doubtful)} of them with doubts" if doubtful else "no doubts about poses or levelling"
-    yield f"{how_many(len(names), 'take')}{of}; {trusted}."
+    yield f"{how_many(len(names), 'take')}{of}{f'; {trusted}' if done else ''}."
     for (factor, earlier, later), changes in _by_step(found).items():
         beyond = [one for one in changes if one.of_the_mean]
         beyond.sort(key=lambda one: -abs(one.bias) / max(one.sd, 1e-9))

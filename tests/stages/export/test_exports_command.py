@@ -3,12 +3,25 @@
 import json
 import subprocess
 import sys
+from contextlib import nullcontext
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 import pytest
 
+from pcnet3d.pipeline import CAMERA, H36M17, InputError, Pipeline, PoseSequence, Take
 from pcnet3d.pipeline.plugins import registry
+from pcnet3d.stages.angles import Angles
+from pcnet3d.stages.clean import Clean
+from pcnet3d.stages.export.stage import Export
+from pcnet3d.stages.lift import Lift
+from pcnet3d.stages.place import Place
+from pcnet3d.stages.rectify import Rectify
+from pcnet3d.stages.scale import Scale
+from pcnet3d.stages.trajectories import Trajectories
 
 PCNET3D = [sys.executable, "-c", "from pcnet3d.pipeline.cli import main; main()"]
 
@@ -65,3 +78,45 @@ def test_what_cannot_be_had_is_refused_in_a_sentence(run, arguments, words):
     for word in words:
         assert word in result.stderr
     assert not folder.exists()
+
+
+@dataclass(frozen=True)
+class Measuring:
+    """A stage of another package, which may find a scale."""
+
+    name: ClassVar[str] = "measuring"
+    needs: ClassVar[tuple[str, ...]] = ("poses",)
+    gives: ClassVar[tuple[str, ...]] = ("poses",)
+
+
+@pytest.mark.parametrize(
+    ("unit", "before", "refused"),
+    [
+        ("arbitrary", [Clean], True),
+        ("m", [Clean, Place], False),
+        ("", [Clean], False),  # nobody knows
+        ("", [Lift, Clean, Scale, Place], True),
+        ("", [Lift, Clean, partial(Scale, 1.75), Place], False),
+        ("m", [Lift], True),
+        ("arbitrary", [Measuring], False),
+    ],
+)
+def test_metres_of_a_take_without_a_scale_are_refused_before_any_work(unit, before, refused, tmp_path):
+    """A video of somebody without a height was detected and lifted first."""
+    stages = (*(stage() for stage in before), Export(tmp_path, also=("trc",)))
+    given = ("poses", "keypoints", "rectified", "kinematics")
+    with pytest.raises(InputError, match=r"--also trc.*--stature") if refused else nullcontext():
+        Pipeline(stages).check_given(given, unit)
+
+
+def test_writers_of_metres_say_so():
+    told = [name for name, one in registry.load_all("writers").items() if getattr(one, "metric", False)]
+    assert sorted(told) == ["c3d", "trc"]
+
+
+def test_a_take_says_its_own_unit(facing_camera, tmp_path):
+    poses = PoseSequence(facing_camera[None], H36M17, CAMERA.with_(unit="arbitrary"))
+    pipeline = Pipeline((Rectify("geometric"), Trajectories(), Angles(), Export(tmp_path, also=("trc",))))
+    with pytest.raises(InputError, match="--stature"):
+        pipeline.check(Take("t", poses=poses))
+    pipeline.check(Take("t", poses=poses.with_(frame=CAMERA)))

@@ -284,6 +284,7 @@ def test_a_folders_truncated_file_fails_with_its_reason(pcnet3d, tmp_path):
     result = pcnet3d("batch", tmp_path / "in", "-o", tmp_path / "out")
     assert result.returncode == 2
     assert "0 takes done (0 of them before), 2 failed" in result.stdout
+    assert "no doubts" not in result.stdout  # of no run at all
     reasons = {take["name"]: take["reason"] for take in status(tmp_path / "out")["takes"]}
     assert "it is damaged or cut short" in reasons["X3D"]
     assert "it is empty (0 bytes)" in reasons["empty"]

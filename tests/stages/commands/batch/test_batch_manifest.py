@@ -1,5 +1,6 @@
 """What a batch is to run: manifests and folders, and what is refused in them."""
 
+import json
 import os
 from pathlib import Path
 
@@ -235,7 +236,28 @@ def test_a_file_that_looks_like_a_take_and_cannot_be_read_is_one(tmp_path, facin
         "good.pkl": "good.pkl", "walk": "walk.trc", "gone": "gone.mat",
     }  # fmt: skip
     (tmp_path / "v.mp4").write_bytes(b"")
-    assert {entry.name for entry in read_entries(tmp_path, {})} == {"v", *entries} - {"good"}
+    assert {entry.name for entry in read_entries(tmp_path, {})} == {"v", *entries}
+
+
+def test_no_file_with_a_person_in_it_is_left_out_in_silence(tmp_path, facing_camera, capsys):
+    """As soon as there was one video, readable poses were; keypoints that lie beside none always were."""
+    for video in ("one.mp4", "Visit.mp4"):
+        (tmp_path / video).write_bytes(b"")
+    for poses in ("one.poses.npy", "one.npy", "two.npy"):
+        np.save(tmp_path / poses, np.tile(facing_camera, (10, 1, 1)).astype(np.float32))
+    (tmp_path / "three.npy").write_bytes(b"")
+    person = {"image_id": "0.jpg", "category_id": 1, "keypoints": [1.0, 2.0, 0.9] * 17, "score": 2.0}
+    (tmp_path / "people.json").write_text(json.dumps([person]))
+    assert {entry.name for entry in read_entries(tmp_path, {})} == {"one", "Visit", "two", "three"}
+    said = capsys.readouterr().err.splitlines()
+    assert [line.partition(" is not used")[0] for line in said] == [
+        f"note: {tmp_path / name}" for name in ("one.npy", "people.json")
+    ]
+    assert "one.poses.npy" in said[0]
+    assert "STEM.keypoints.json" in said[1]
+    (tmp_path / "two.npy").rename(tmp_path / "visit.npy")
+    with pytest.raises(InputError, match=r"visit\.npy.*call it Visit\.poses\.npy"):
+        read_entries(tmp_path, {})
 
 
 def test_nothing_there(tmp_path):

@@ -168,6 +168,18 @@ def test_what_the_run_at_the_end_cannot_do_is_refused_before_anything_is_recorde
     assert not any(tmp_path.iterdir())
 
 
+def test_files_in_metres_of_a_person_without_a_height_are_refused_before_anything_is_recorded(
+    no_camera, toy_detector, tmp_path
+):
+    """The whole recording once had no take for it."""
+    told = {"detector": str(toy_detector), "settings": GEOMETRIC, "also": ("trc",)}
+    with pytest.raises(InputError, match=r"run of its keypoints.*--also trc.*--stature"):
+        live(source="0", output=tmp_path / "out", **told)
+    assert not any(tmp_path.iterdir())
+    with pytest.raises(AssertionError):  # the camera runs
+        live(source="0", output=tmp_path / "out", stature=1.75, **told)
+
+
 VALUES = {
     "person_kind": "yolox", "looks": "1", "swaps": "mask", "smooth_hz": "6", "fps": "60",
     "folder": "there", "checkpoint": "part.npz", "resume": "part.npz", "person": "0",
