@@ -1,4 +1,4 @@
-"""Rectification while the camera runs: one frame in, its rotation out, and an up that gets better with every frame.
+"""Rectification while the camera runs: one frame in, its rotation out, and an up of all frames so far.
 
 For a camera that stands still, as models.gravity.levelling.level_static is for a take that is complete. Causal:
 nothing that was said is taken back. After a cut, or once the camera was moved, begin a new LiveRectifier.
