@@ -21,6 +21,7 @@ from ...common.training import (
     Schedule,
     State,
     device_of,
+    fingerprint,
     fit,
     load_weights,
     optimisers_of,
@@ -103,7 +104,9 @@ def run(
         net = started(net, config.start)
     net = net.to(on)
     matrices = [p for p in net.blocks.parameters() if p.ndim == 2]
-    state = State(net, optimisers_of(net, config.schedule, matrices))
+    parts = {"train": train, **{f"val {name}": clips for name, clips in val.items()}}
+    learns_from = fingerprint((f"{part} {c.name}", c.joints) for part, clips in parts.items() for c in clips)
+    state = State(net, optimisers_of(net, config.schedule, matrices), learns_from)
     output.mkdir(parents=True, exist_ok=True)
     state.load(output, config, on)
     if text is not None:

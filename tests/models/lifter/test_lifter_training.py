@@ -380,6 +380,16 @@ def test_training_on_own_data(own, monkeypatch):
     assert {"val_typical", "val_wild"} < figures.keys()
 
 
+def test_a_run_does_not_go_on_with_another_split(own, tmp_path, without_export):
+    """Whoever was trained on would be tested."""
+    log = own() / "log.jsonl"
+    (tmp_path / "split.json").write_text(json.dumps({"train": ["00"], "val": ["02"], "test": ["01"]}))
+    before = log.read_text()
+    with pytest.raises(InputError, match=r"checkpoint\.json learned from other recordings or another split"):
+        own()
+    assert log.read_text() == before
+
+
 @pytest.mark.parametrize(
     ("before", "after", "words"),
     [
