@@ -423,7 +423,10 @@ def test_a_person_in_two_parts_is_refused(own, tmp_path):
         ("pans = 0.2", "pans = 20", "material.*between 0 and 1 for pans"),
         ("sampled = 0.2", "sampled = -1", r"material\.poses.*between 0 and 1 for sampled"),
         ("sampled", "smapled", r"material\.poses\.smapled"),
-        ('"train"', '"everybody"', "subjects"),
+        *(
+            ('"train"', f'"{others}"', "subjects.*train-b")
+            for others in ("everybody", "val", "test", "hdm05")
+        ),
         ("steps = 6", "steps = 6]", "TOML"),
     ],
 )
