@@ -5,12 +5,13 @@ The config file says everything; DIR gets lifter.onnx, the config, and what trai
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 import torch
-from pydantic import BaseModel, ConfigDict, NonNegativeFloat, NonNegativeInt, PositiveInt
+from pydantic import BaseModel, ConfigDict, NonNegativeFloat, NonNegativeInt, PositiveInt, field_validator
 from torch import Tensor, nn
 
 from ....pipeline.errors import InputError
@@ -73,11 +74,18 @@ class TrainConfig(BaseModel):
     bf16: bool
     frames: PositiveInt  # of a batch, all windows together
     single: NonNegativeInt = 0
-    lengths: dict[int, float]
+    lengths: dict[PositiveInt, NonNegativeFloat]
     schedule: Schedule
     net: NetConfig
     weights: Weights = Weights()
     material: Material
+
+    @field_validator("lengths")
+    @classmethod
+    def _some(cls, lengths: dict[int, float]) -> dict[int, float]:
+        if not 0 < sum(lengths.values()) < math.inf:
+            raise InputError("expected a length with a share above 0")
+        return lengths
 
 
 def train_lifter(config_file: Path, output: Path, device: str = "cpu", minutes: float | None = None) -> None:

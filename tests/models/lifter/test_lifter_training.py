@@ -26,6 +26,7 @@ from pcnet3d.models.synthetic.keypoint_noise import Noise  # noqa: E402
 from pcnet3d.models.synthetic.on_device.draw import Draw  # noqa: E402
 from pcnet3d.models.synthetic.on_device.keypoint_noise import Spoilt, detect  # noqa: E402
 
+LENGTHS = "lengths = { 1 = 0.3, 16 = 0.7 }"
 STILL = Material(unchanged=1.0, mirrored=0.0, other_rates=0.0)
 LEGS = H36M17.indices([f"{side}_{part}" for side in "lr" for part in ("knee", "ankle")])
 
@@ -426,6 +427,21 @@ def test_a_person_in_two_parts_is_refused(own, tmp_path):
         *(
             ('"train"', f'"{others}"', "subjects.*train-b")
             for others in ("everybody", "val", "test", "hdm05")
+        ),
+        *(
+            (LENGTHS, f"lengths = {{ {lengths} }}", "lengths")
+            for lengths in ("", "0 = 1.0", "-3 = 1.0", "1 = 0.0", "9 = -1.0", "9 = inf", "1 = 0.5, 9 = nan")
+        ),
+        ("width = 16", "width = 0", "net.*width of at least 1"),
+        *(
+            ("dilations = [1, 3]", f"dilations = {wrong}", "net.*dilations of at least 1")
+            for wrong in ("[-1]", "[1, 0]")
+        ),
+        ("[material]", "[material]\nabsent = { nose = 2.0 }", "material.*absent.*nose = 2"),
+        ("[material]", "[material]\nabsent = { foo = 0.3 }", "material.*absent.*foo = 0.3"),
+        *(
+            ("[material]", f"[material]\n{name} = -1.0", f"material.*at least 0 for {name}")
+            for name in ("quality", "slow", "limbs", "trunk", "redefined_m")
         ),
         ("steps = 6", "steps = 6]", "TOML"),
     ],
