@@ -163,7 +163,7 @@ def evaluate(
             if real:
                 from .real_motion import real_motion
 
-                results["real"] = real_motion(load_rectifier("pcnet"), lifter)
+                results["real"] = real_motion(load_rectifier("pcnet"), lifter, flip)
         elif swaps:
             results = swap_tables(lifter, seed, flip, judged)
         elif place:
@@ -182,13 +182,13 @@ def evaluate(
             beds = tuple(BEDS) if bed is None else (bed,)
             results = evaluation(rectifiers[0], lifter, seed, flip, sets, beds)
             results["bed"] = judged[0].bed
-            results["rectifiers"] = rectifier_tables(rectifiers, seed, lifter, judged)
+            results["rectifiers"] = rectifier_tables(rectifiers, seed, lifter, judged, flip)
         if real and not asked:
             from .real_clips import agreement
             from .real_rectified import consistency
 
             results["real"] = agreement(lifter, flip)
-            results["real, rectified"] = consistency(rectifiers, lifter)
+            results["real, rectified"] = consistency(rectifiers, lifter, flip)
         results |= measured(lifter, rectifiers)
     results["device"] = where.summary()
     output.mkdir(parents=True, exist_ok=True)

@@ -213,6 +213,19 @@ def test_evaluate_writes_tables_and_json(tmp_path, monkeypatch, capsys):
     assert text in capsys.readouterr().out
 
 
+def test_every_table_of_a_flipped_report_is_of_flipped_lifts(tmp_path, monkeypatch):
+    asked = []
+    monkeypatch.setattr(
+        evaluation_sets,
+        "lifted_takes",
+        lambda subjects, seed, *, flip, **_: asked.append(flip) or [taken(lift_error=0.01)],
+    )
+    monkeypatch.setattr(evaluation_sets, "read_clips", lambda subjects: (clip(),))
+    evaluate(tmp_path / "out", flip=True)
+    assert set(asked) == {True}
+    assert len(asked) == 2 * 2 * 2 + 2  # beds, focal lengths and sets of the lifter; sets of the rectifiers
+
+
 def test_a_motion_has_a_row_of_its_own():
     faster = clip(frames=40)
     faster.joints[..., 1] -= np.linspace(0, 0.9, 40)[:, None]
