@@ -154,6 +154,9 @@ def evaluate(
         if data is None and (split is not None or targets != "body"):
             raise InputError("--split and --targets are for --data FILE, a file of pcnet3d mocap.")
         judged = evaluation_sets(sets, bed or ("typical" if place else "wild"))
+        if data is None and not real_take:
+            for one in judged:
+                one.clips()  # a set without takes is refused before the work
         if takes:
             results = take_tables(rectifiers, lifter, seed, flip, judged)
         elif angles:
