@@ -9,7 +9,6 @@ one than each (Wortsman et al. 2022, model soups).
 from __future__ import annotations
 
 import math
-import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -17,6 +16,7 @@ import torch
 import typer
 
 from ....pipeline.errors import InputError
+from ...common.modules import run_command
 from ...common.training import reading
 from .exported import export, weights_of
 from .net import LifterNet
@@ -55,19 +55,15 @@ def main(
 ) -> None:
     """Write the mean of weights as a lifter whose stated deviations are as large as its errors on validation; print
     those."""
-    try:
-        asked = read_config(config)
-        net = mean(LifterNet(asked.net), [part(text) for text in parts])
-        checks = check_batches(clips_of(asked)[1], torch.device("cpu"))
-        with torch.no_grad():
-            net.leave_sd.bias.add_(math.log(check(net, checks)["error_over_sd"]))
-        for name, value in check(net, checks).items():
-            print(f"{name} {value:.2f}")
-        export(net, output, reach=asked.net.reach, trained_on=trained_on(asked))
-    except InputError as error:
-        print(f"pcnet3d: {error}", file=sys.stderr)
-        raise SystemExit(2) from None
+    asked = read_config(config)
+    net = mean(LifterNet(asked.net), [part(text) for text in parts])
+    checks = check_batches(clips_of(asked)[1], torch.device("cpu"))
+    with torch.no_grad():
+        net.leave_sd.bias.add_(math.log(check(net, checks)["error_over_sd"]))
+    for name, value in check(net, checks).items():
+        print(f"{name} {value:.2f}")
+    export(net, output, reach=asked.net.reach, trained_on=trained_on(asked))
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_command(main)
