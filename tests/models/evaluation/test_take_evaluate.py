@@ -2,6 +2,7 @@
 measured as what they are."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -202,6 +203,19 @@ def test_what_the_rotation_adds_is_told_from_the_lift(standing):
     )  # fmt: skip
     assert scores["level"]["oracle, a take"]["wrist"]["vertical"][0] > 1
     assert scores["lift"]["oracle, a take"]["wrist"]["vertical"][0] < 1e-5
+
+
+def test_an_answer_about_another_lift_has_that_lifts_accelerations(standing):
+    """The second lift is the truth, in the true axes, whatever the first one is."""
+    seen = see(clip_of(standing), 0)
+    true = answers([Oracle(seen)], seen.truth, seen.keypoints.times)["oracle"]["a take"]
+    methods = {"first": replace(true, joints=None), "again": replace(true, joints=seen.truth)}
+    noise = np.random.default_rng(0).normal(0, 0.02, seen.truth.shape)
+    scores = scored(seen, methods, seen.truth + noise)
+    for axes in ("level", "body"):
+        assert scores[axes]["first"]["wrist"]["vertical"][0] > 1
+        assert scores[axes]["again"]["wrist"]["vertical"] == pytest.approx((0, 1), abs=1e-5)
+    assert scores["lift"]["again"] == scores["lift"]["first"]  # of the first lift, for all methods
 
 
 def test_a_straight_camera_in_front_of_a_person_needs_no_rotation(facing_camera):
