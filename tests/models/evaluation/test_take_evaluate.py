@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 from pcnet3d.models.evaluation import evaluate as evaluate_module
 from pcnet3d.models.evaluation import sets as evaluation_sets
 from pcnet3d.models.evaluation import take_cameras
+from pcnet3d.models.evaluation import takes as takes_module
 from pcnet3d.models.evaluation.acceleration import accelerations
 from pcnet3d.models.evaluation.take_acceleration import over_takes, take_scores
 from pcnet3d.models.evaluation.take_answers import (
@@ -19,6 +20,7 @@ from pcnet3d.models.evaluation.take_answers import (
     camera_axes,
     constant,
     named,
+    simulated_look,
     with_heading,
 )
 from pcnet3d.models.evaluation.take_cameras import apart, around, positions
@@ -313,6 +315,23 @@ def test_the_command_writes_tables_and_json(tiny, tmp_path, capsys):
     assert content["pooling"]["frames"] == 10_000
     wrist = content["acceleration"]["CMU test, clean"]["level"]["true axes"]["wrist"]["vertical"]
     assert wrist["rmse"]["p50"] == pytest.approx(0, abs=1e-6)
+
+
+def test_another_seed_draws_other_errors_of_the_image(tiny, tmp_path, monkeypatch):
+    drawn = []
+
+    def spy(up, seed, clip):
+        drawn.append(simulated_look(up, seed, clip))
+        return drawn[-1]
+
+    monkeypatch.setattr(takes_module, "simulated_look", spy)
+    said = []
+    for seed in (0, 1):
+        drawn.clear()
+        evaluate_module.evaluate(tmp_path / "out", takes=True, rectifier=["geometric"], seed=seed)
+        said.append(np.array([look.up for look in drawn]))
+    assert said[0].shape == said[1].shape
+    assert (angle_deg(*said) > 0.01).all()  # the takes themselves are the same here
 
 
 def test_what_takes_cannot_be_asked_for(tmp_path):
