@@ -24,13 +24,13 @@ from .train import check, check_batches, clips_of, read_config, trained_on
 
 
 def mean(net: LifterNet, parts: list[tuple[float, Path]]) -> LifterNet:
-    """net with the mean of these weights, by their shares. InputError for files that are not of this network, and for
-    shares that do not sum to 1."""
+    """net with the mean of these weights, by their shares. InputError for files that are not of this network
+    (weights_of), and for shares that do not sum to 1."""
     if abs(sum(share for share, _ in parts) - 1) > 1e-6:
         raise InputError(f"Expected shares that sum to 1, got {sum(share for share, _ in parts):g}.")
     total = {name: torch.zeros_like(value) for name, value in net.state_dict().items()}
     for share, path in parts:
-        weights = weights_of(path)
+        weights = weights_of(path, net)
         with reading(path):
             net.load_state_dict(weights)
         for name, value in net.state_dict().items():

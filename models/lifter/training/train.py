@@ -59,9 +59,9 @@ class TrainConfig(BaseModel):
     subjects: "train", or one half of them for cross-fitted lifts. data, split: a file of `pcnet3d mocap` and one of
     its train and val subjects (mocap_parts), instead of the motion capture that the shipped network was trained on.
     start: weights of an earlier run to begin with, its best.pt or an exported network, such as the shipped one, of the
-    same shape or with fewer blocks; the further ones then do nothing at first. The first `single` steps see single
-    frames, as many different people and views as there are frames, which teaches geometry several times faster; then
-    windows, `lengths` long and how often (the shares' sum does not matter), teach what time adds.
+    same shape and dilations, or with fewer blocks; the further ones then do nothing at first. The first `single` steps
+    see single frames, as many different people and views as there are frames, which teaches geometry several times
+    faster; then windows, `lengths` long and how often (the shares' sum does not matter), teach what time adds.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -142,8 +142,8 @@ def run(
 
 def started(net: LifterNet, path: Path) -> LifterNet:
     """net with the weights of an earlier run (exported.weights_of). Blocks that the earlier network did not have add
-    nothing, so that it answers as that one does, and learn from there. InputError as of load_weights."""
-    weights = weights_of(path)
+    nothing, so that it answers as that one does, and learn from there. InputError as of load_weights and weights_of."""
+    weights = weights_of(path, net)
     with reading(path):
         for i, block in enumerate(net.blocks):
             if not any(name.startswith(f"blocks.{i}.") for name in weights):

@@ -308,13 +308,13 @@ def test_an_exported_network_gives_its_weights_back(tmp_path):
     for value in net.parameters():
         torch.nn.init.normal_(value)
     module.export(net, tmp_path / "lifter.onnx")
-    found = weights_of(tmp_path / "lifter.onnx")
+    found = weights_of(tmp_path / "lifter.onnx", net)
     assert found.keys() == net.state_dict().keys()
     for name, value in net.state_dict().items():
         torch.testing.assert_close(found[name], value)
     (tmp_path / "cut.onnx").write_bytes((tmp_path / "lifter.onnx").read_bytes()[:999])
     with pytest.raises(InputError, match=r"cut\.onnx is damaged, or no checkpoint"):
-        weights_of(tmp_path / "cut.onnx")
+        weights_of(tmp_path / "cut.onnx", net)
 
 
 def test_the_shipped_lifter_can_be_gone_on_with():
@@ -323,6 +323,20 @@ def test_the_shipped_lifter_can_be_gone_on_with():
     x = np.random.default_rng(0).normal(size=(40, CHANNELS)).astype(np.float32)
     with torch.no_grad():
         np.testing.assert_allclose(net(torch.from_numpy(x)[None])[0][0].numpy(), run(x)[0], atol=1e-5)
+
+
+def test_a_network_of_other_dilations_is_not_gone_on_with():
+    """It would answer otherwise, though all its weights fit."""
+    config = module.read_config(Path(module.__file__).with_name("lifter.toml"))
+    straight = NetConfig(config.net.width, (1,) * len(config.net.dilations))
+    for begin in (
+        lambda net: module.started(net, SHIPPED),
+        lambda net: averaging.mean(net, [(1.0, SHIPPED)]),
+    ):
+        with pytest.raises(InputError, match=r"dilations \(1, 1.*lifter\.onnx reaches 54 frames, not 8"):
+            begin(LifterNet(straight))
+    more = NetConfig(config.net.width, (*config.net.dilations, 27))
+    module.started(LifterNet(more), SHIPPED)
 
 
 def test_the_mean_of_runs_is_the_mean_of_their_weights(config, tmp_path, monkeypatch):
