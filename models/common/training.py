@@ -3,7 +3,7 @@
 A trainer says what a step's loss is and how the averaged network does on people it never saw; `fit` does the rest. The
 run's folder gets checkpoint.json with parts of at most 15 MB beside it (so that it can travel where files are limited),
 best.pt (the averaged weights that did best), and log.jsonl: a JSON object a line with `step`, `of`, `s` (seconds since
-this start), `loss` (mean since the last line) and the figures of the validation. pandas draws it:
+this start), `loss` (mean since the last line, or since this start) and the figures of the validation. pandas draws it:
 pandas.read_json("log.jsonl", lines=True).plot(x="step", y="score")
 """
 
