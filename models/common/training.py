@@ -158,11 +158,11 @@ def _refuse_another(before: Any, config: Any, step: int, path: Path) -> None:
 
 
 def fingerprint(arrays: Iterable[tuple[str, np.ndarray]]) -> str:
-    """SHA-256 of arrays with their names, in their order."""
+    """SHA-256 of arrays (...,) of any shape with their names, in their order."""
     whole = hashlib.sha256()
     for name, array in arrays:
         whole.update(f"{name} {array.shape} {array.dtype}\n".encode())
-        whole.update(np.ascontiguousarray(array))
+        whole.update(array.tobytes())
     return whole.hexdigest()
 
 
