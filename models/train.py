@@ -5,7 +5,6 @@ Where the package is not installed, for example on a machine lent for minutes: p
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -14,6 +13,7 @@ import typer
 from ..pipeline.errors import InputError
 from ..pipeline.running.recipe import load_toml
 from .common.extras import needed_for
+from .common.modules import run_command
 
 
 def train(
@@ -50,7 +50,4 @@ def _kind(config: Path) -> str:
 
 
 if __name__ == "__main__":
-    try:
-        typer.run(train)
-    except InputError as error:
-        sys.exit(f"error: {error}")
+    run_command(train)

@@ -12,7 +12,6 @@ everything shipped stays, and angles that have no factor yet get one; `pcnet3d t
 from __future__ import annotations
 
 import json
-import zipfile
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -24,12 +23,15 @@ import typer
 
 from ...pipeline.anthropometry import implied_stature
 from ...pipeline.errors import InputError
+from ...pipeline.files.arrays import keys
 from ...pipeline.files.atomic import whole_file
 from ...pipeline.layouts import H36M17
 from ...pipeline.motion.angles import ANGLES, angles, near, of_both
 from ...pipeline.plugins.protocols import Rectifier
 from ...pipeline.rotations import is_finite, kabsch, rotate, transpose
 from ..common.metrics import SD_90, scaled
+from ..common.modules import run_command
+from ..common.testbed_file import read_testbed
 from ..gravity import Levelled, Seen, level_static, why_not
 from ..rectifier.load import load_rectifier
 from .joint_noise import JOINTS, NOISE_FILE, JointNoise, angle_sd, heading_error, limb_spread, shipped_noise
@@ -69,14 +71,12 @@ class Pair:
 def read_pairs(paths: Sequence[Path]) -> Iterator[Pair]:
     """The takes of pcnet3d testbed's files; InputError for other files."""
     for path in paths:
-        try:
-            with np.load(path, allow_pickle=False) as file:
-                names = ("lifted", "truth", "R_camera_from_body", "lying", "take_start")
-                lifted, truth, R, lying, start = (file[name] for name in names)
-                stated = file["spread"] if "spread" in file else np.full(len(lifted), np.nan)
-        except (OSError, KeyError, ValueError, zipfile.BadZipFile) as error:
-            raise InputError(f"Expected a file of pcnet3d testbed at {path}: {error}.") from None
-        for begin, end in pairwise(start):
+        held = read_testbed(path, "lifted", "truth", "R_camera_from_body", "lying")
+        lifted, truth, R = (held[name] for name in ("lifted", "truth", "R_camera_from_body"))
+        lying, stated = held["lying"].astype(bool), np.full(len(lifted), np.nan)
+        if "spread" in keys(path):
+            stated = read_testbed(path, "spread")["spread"]
+        for begin, end in pairwise(held["take_start"]):
             true = truth[begin:end].astype(np.float64)
             raw = scaled(lifted[begin:end].astype(np.float64), true, "take")
             time_s = np.arange(len(raw)) / _FPS
@@ -181,4 +181,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_command(main)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -30,8 +32,17 @@ def checked(content: dict[str, Any], model: type[Config], where: str) -> Config:
 
 def check_shares(config: object, *names: str) -> None:
     """InputError when one of these numbers of a config is no share, between 0 and 1."""
-    if wrong := [name for name in names if not 0 <= getattr(config, name) <= 1]:
-        raise InputError(f"expected a share between 0 and 1 for {', '.join(wrong)}")
+    _refuse(config, names, 1, "a share between 0 and 1")
+
+
+def check_sizes(config: object, *names: str) -> None:
+    """InputError when one of these numbers of a config, such as a standard deviation, is below 0 or has no end."""
+    _refuse(config, names, sys.float_info.max, "a number of at least 0")
+
+
+def _refuse(config: object, names: Sequence[str], most: float, what: str) -> None:
+    if wrong := [name for name in names if not 0 <= getattr(config, name) <= most]:
+        raise InputError(f"expected {what} for {', '.join(wrong)}")
 
 
 def as_toml(config: BaseModel) -> str:

@@ -3,7 +3,7 @@
 A trainer says what a step's loss is and how the averaged network does on people it never saw; `fit` does the rest. The
 run's folder gets checkpoint.json with parts of at most 15 MB beside it (so that it can travel where files are limited),
 best.pt (the averaged weights that did best), and log.jsonl: a JSON object a line with `step`, `of`, `s` (seconds since
-this start), `loss` (mean since the last line) and the figures of the validation. pandas draws it:
+this start), `loss` (mean since the last line, or since this start) and the figures of the validation. pandas draws it:
 pandas.read_json("log.jsonl", lines=True).plot(x="step", y="score")
 """
 
@@ -73,10 +73,12 @@ class Schedule(BaseModel):
 
 @dataclass
 class State:
-    """Everything that a run needs to go on exactly, for batches depend on the seed and the step only."""
+    """Everything that a run needs to go on exactly, for batches depend on the seed and the step only. learns_from: the
+    fingerprint of what it is trained and validated on, so that it goes on with nothing else."""
 
     net: nn.Module
     optimisers: list[torch.optim.Optimizer]
+    learns_from: str | None = None
     average: nn.Module = field(init=False)
     step: int = 0
     best: float = math.inf
@@ -107,6 +109,7 @@ class State:
             "config": config.model_dump_json(),
             "parts": names,
             "sha256": hashlib.sha256(content).hexdigest(),
+            "learns_from": self.learns_from,
         }
         with whole_file(folder / "checkpoint.json") as partial:
             partial.write_text(json.dumps(listed), encoding="utf-8")
@@ -115,8 +118,8 @@ class State:
                 old.unlink(missing_ok=True)
 
     def load(self, folder: Path, config: BaseModel, device: torch.device) -> None:
-        """Go on from the folder's checkpoint, if it has one. InputError when it is damaged, of another network, or of
-        another config (more steps apart, before it cools down)."""
+        """Go on from the folder's checkpoint, if it has one. InputError when it is damaged, of another network, of
+        another config (more steps apart, before it cools down), or learned from something else."""
         listing = folder / "checkpoint.json"
         if not listing.exists():
             return
@@ -128,6 +131,12 @@ class State:
             before = type(config).model_validate_json(listed["config"])
             saved = _unpickled(io.BytesIO(content), len(content), path, device)
             _refuse_another(before, config, int(saved["step"]), path)
+            # Checkpoints of earlier versions do not say what they learned from.
+            if listed.get("learns_from") not in (None, self.learns_from):
+                raise InputError(
+                    f"{path} learned from other recordings or another split than these; choose another -o DIR, or put "
+                    "back what it was made with."
+                )
             self.net.load_state_dict(saved["net"])
             self.average.load_state_dict(saved["average"])
             for optimiser, state in zip(self.optimisers, saved["optimisers"], strict=True):
@@ -146,6 +155,15 @@ def _refuse_another(before: Any, config: Any, step: int, path: Path) -> None:
         raise InputError(
             f"{path} is at step {step} and cools down after {cooling}; its number of steps cannot be changed any more."
         )
+
+
+def fingerprint(arrays: Iterable[tuple[str, np.ndarray]]) -> str:
+    """SHA-256 of arrays (...,) of any shape with their names, in their order."""
+    whole = hashlib.sha256()
+    for name, array in arrays:
+        whole.update(f"{name} {array.shape} {array.dtype}\n".encode())
+        whole.update(array.tobytes())
+    return whole.hexdigest()
 
 
 @contextmanager

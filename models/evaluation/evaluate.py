@@ -154,6 +154,9 @@ def evaluate(
         if data is None and (split is not None or targets != "body"):
             raise InputError("--split and --targets are for --data FILE, a file of pcnet3d mocap.")
         judged = evaluation_sets(sets, bed or ("typical" if place else "wild"))
+        if data is None and not real_take:
+            for one in judged:
+                one.clips()  # a set without takes is refused before the work
         if takes:
             results = take_tables(rectifiers, lifter, seed, flip, judged)
         elif angles:
@@ -163,7 +166,7 @@ def evaluate(
             if real:
                 from .real_motion import real_motion
 
-                results["real"] = real_motion(load_rectifier("pcnet"), lifter)
+                results["real"] = real_motion(load_rectifier("pcnet"), lifter, flip)
         elif swaps:
             results = swap_tables(lifter, seed, flip, judged)
         elif place:
@@ -182,13 +185,13 @@ def evaluate(
             beds = tuple(BEDS) if bed is None else (bed,)
             results = evaluation(rectifiers[0], lifter, seed, flip, sets, beds)
             results["bed"] = judged[0].bed
-            results["rectifiers"] = rectifier_tables(rectifiers, seed, lifter, judged)
+            results["rectifiers"] = rectifier_tables(rectifiers, seed, lifter, judged, flip)
         if real and not asked:
             from .real_clips import agreement
             from .real_rectified import consistency
 
             results["real"] = agreement(lifter, flip)
-            results["real, rectified"] = consistency(rectifiers, lifter)
+            results["real, rectified"] = consistency(rectifiers, lifter, flip)
         results |= measured(lifter, rectifiers)
     results["device"] = where.summary()
     output.mkdir(parents=True, exist_ok=True)

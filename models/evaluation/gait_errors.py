@@ -19,6 +19,7 @@ import typer
 from ...pipeline.files.atomic import whole_file
 from ...pipeline.running.progress import each
 from ..common.metrics import SD_90
+from ..common.modules import run_command
 from ..gait.errors import ERROR_FILE, OF_LENGTH
 from ..rectifier.load import load_rectifier
 from .gait import TRUE, JudgedGait, Mean, judge_both
@@ -105,4 +106,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_command(main)

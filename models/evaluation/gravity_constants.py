@@ -16,9 +16,11 @@ from typing import Annotated
 import numpy as np
 import typer
 
+from ...pipeline.errors import InputError
 from ...pipeline.rotations import angle_deg, unit
 from ..angle_error.fit import read_pairs
 from ..common.metrics import RAYLEIGH_90
+from ..common.modules import run_command
 from ..gravity import LEAN_DEG, TILT_SHARE, Votes, pool, take_up
 from ..gravity.levelling import HEADING_POWER, HEADING_SHARE, STATED_HEADING_DEG
 from ..gravity.votes import STATED_LEAN_DEG, USUAL_DEG, USUAL_SPREAD
@@ -82,7 +84,8 @@ def stated_heading(heading_deg: np.ndarray, spread: np.ndarray) -> tuple[float, 
 
 
 def constants(paths: Sequence[Path], rectifier: str = "pcnet") -> Constants:
-    """Of lifted takes, upright and of 2 s at least, in files of pcnet3d testbed; InputError for other files."""
+    """Of lifted takes, upright and of 2 s at least, in files of pcnet3d testbed; InputError for other files, and for
+    files without such takes."""
     network = load_rectifier(rectifier)
     tilts, headings, expected, off, stated, spreads, pooled = [], [], [], [], [], [], []
     for pair in read_pairs(paths):
@@ -99,6 +102,8 @@ def constants(paths: Sequence[Path], rectifier: str = "pcnet") -> Constants:
         stated.append(found.error_deg)
         spreads.append(pair.stated)
         pooled.append(pool(R[..., 2], error_deg, pair.time_s))
+    if not tilts:
+        raise InputError(f"Expected upright takes of {_SHORTEST} frames or more, got none.")
     tilt, heading, said = (np.concatenate(parts) for parts in (tilts, headings, expected))
     usual = np.array([np.median(each) for each in spreads])
     square = np.array([np.mean(each**2) for each in expected])
@@ -129,4 +134,4 @@ def show(
 
 
 if __name__ == "__main__":
-    typer.run(show)
+    run_command(show)

@@ -70,9 +70,11 @@ def mmfi(
     write_mocap(output / "clips.npz", clips)
     runs = {}
     for name, split in splits.items():
-        with whole_file(output / f"{name}.json") as partial:
+        # Other activities are another split: a network's config keeps naming the one that it was trained on.
+        listed = output / f"{name}-{activities}.json"
+        with whole_file(listed) as partial:
             partial.write_text(json.dumps(split, indent=1), encoding="utf-8")
-        paths = {"data": output / "clips.npz", "split": output / f"{name}.json"}
+        paths = {"data": output / "clips.npz", "split": listed}
         runs[name] = checked({**content, **paths}, TrainConfig, str(source))
     for name, run in runs.items():
         counts = [f"{len(names)} {part}" for part, names in splits[name].items() if part != "by"]

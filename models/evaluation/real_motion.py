@@ -69,13 +69,13 @@ class _Lift:
         return classical | {_KNOWN: self.motion.values[0]}
 
 
-def real_motion(rectifier: Rectifier, lifter: str = "pcnet3d") -> dict[str, Any]:
+def real_motion(rectifier: Rectifier, lifter: str = "pcnet3d", flip: bool = False) -> dict[str, Any]:
     """{"clips": {"CLIP: one, other": {"PAIR'S SMOOTHER": {"PART, QUANTITY": (RMSE, r)}}}, "inside": {"CLIP: one,
     other": {quantity: share of the differences within both 90 % bars}}, "take": {lifter: {smoother: {"PART, QUANTITY":
     (RMSE, r)}}}}. m/s and m/s^2 of a standard body, or of the man; all axes together; the take: mean over cameras.
     InputError where the data is not."""
     clips: dict[str, dict[str, _Lift]] = {}
-    for clip, name, poses in real_poses(lifter):
+    for clip, name, poses in real_poses(lifter, flip):
         size = STANDARD_SIZE_M / size_m(poses.joints[is_finite(poses.joints).all(axis=1)])
         clips.setdefault(clip, {})[name] = _levelled(rectifier, poses, float(size))
     pairs, inside = {}, {}
@@ -85,10 +85,10 @@ def real_motion(rectifier: Rectifier, lifter: str = "pcnet3d") -> dict[str, Any]
             smoothed = zip(a.smoothed.items(), b.smoothed.values(), strict=True)
             pairs[f"{clip}: {one}, {other}"] = {name: _row(p, q, a.time_s) for (name, p), q in smoothed}
             inside[f"{clip}: {one}, {other}"] = _inside(a.motion, b.motion)
-    return {"clips": pairs, "inside": inside, "take": _against_truth(rectifier, lifter)}
+    return {"clips": pairs, "inside": inside, "take": _against_truth(rectifier, lifter, flip)}
 
 
-def _against_truth(rectifier: Rectifier, lifter: str) -> dict[str, dict[str, Row]]:
+def _against_truth(rectifier: Rectifier, lifter: str, flip: bool) -> dict[str, dict[str, Row]]:
     folder = data_folder() / "real" / MOVING
     cameras = read_cameras(folder)
     limbs = about_hips(read_truth(folder, list(cameras)).limbs)
@@ -98,7 +98,7 @@ def _against_truth(rectifier: Rectifier, lifter: str) -> dict[str, dict[str, Row
         video = read_video(camera.video)
         keypoints = remap(found_keypoints(video), H36M17)
         for name, own in lifters.items():
-            poses = own.lift(keypoints, shown_size(video), video=video)
+            poses = own.lift(keypoints, shown_size(video), flip=flip, video=video)
             true = limbs[poses.frame_index]
             found = relative(poses.joints)[:, H36M17.indices(LIMBS)]
             size = np.median(np.linalg.norm(true, axis=-1)) / np.median(np.linalg.norm(found, axis=-1))

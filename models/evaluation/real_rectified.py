@@ -42,24 +42,26 @@ _PAIRS = (
 )
 
 
-def real_poses(lifter: str = "pcnet3d") -> Iterator[tuple[str, str, PoseSequence]]:
+def real_poses(lifter: str = "pcnet3d", flip: bool = False) -> Iterator[tuple[str, str, PoseSequence]]:
     """(clip, lifter, poses): H36M17 in CAMERA axes relative to the pelvis, the lifter's unit.
 
-    lifter: ours, for the clips of which there are 2D keypoints; their focal length is unknown.
+    lifter, flip: ours, for the clips of which there are 2D keypoints; their focal length is unknown.
     """
     for clip, array, name, layout in _LIFTED:
         with np.load(data_folder() / "lifter" / f"{clip}.npz", allow_pickle=False) as file:
             found, time_s = file[array], np.arange(len(file[array])) / float(file["fps"])
             if name == _OURS:
                 width, height = (int(side) for side in file["image_size"])
-                poses = lift(image_poses(found, layout), (width, height), model=lifter)
+                poses = lift(image_poses(found, layout), (width, height), flip=flip, model=lifter)
             else:
                 poses = remap(PoseSequence(found, layout, CAMERA.with_(unit="arbitrary")))
         joints = relative(poses.joints.astype(np.float64))
         yield clip.removeprefix("mhformer_"), name, poses.with_(joints=joints, time_s=time_s)
 
 
-def consistency(rectifiers: Sequence[Rectifier], lifter: str = "pcnet3d") -> dict[str, Any]:
+def consistency(
+    rectifiers: Sequence[Rectifier], lifter: str = "pcnet3d", flip: bool = False
+) -> dict[str, Any]:
     """{"apart": {"clip: lifter, lifter": {axes: Figure}}, "up": {"clip, lifter": {method: Figure}}, "trunk": {"clip,
     lifter": {method: {"lean": Figure, "bound"}}}}, degrees over frames.
 
@@ -70,7 +72,7 @@ def consistency(rectifiers: Sequence[Rectifier], lifter: str = "pcnet3d") -> dic
     """
     joints: dict[tuple[str, str], np.ndarray] = {}
     found: dict[tuple[str, str], dict[str, dict[str, Answer]]] = {}
-    for clip, name, poses in real_poses(lifter):
+    for clip, name, poses in real_poses(lifter, flip):
         joints[clip, name] = poses.joints
         found[clip, name] = answers(rectifiers, poses.joints, poses.times)
     apart = {}

@@ -123,10 +123,10 @@ def clean_takes(clips: Iterable[Clip], view: View, seed: int = 0, targets: Targe
     return takes
 
 
-def lifted(of: EvaluationSet, seed: int = 0, lifter: str = "pcnet3d") -> list[Take]:
+def lifted(of: EvaluationSet, seed: int = 0, lifter: str = "pcnet3d", flip: bool = False) -> list[Take]:
     """The test bed's takes, frames without a lift or a heading left out."""
     takes = []
-    for take in of.takes(seed, lifter):
+    for take in of.takes(seed, lifter, flip):
         seen_, joints = take.seen, take.lifted.joints
         finite = np.isfinite(np.concatenate([joints, seen_.R_camera_from_body], axis=1))
         fine = np.asarray(finite.all(axis=(1, 2)))
@@ -143,12 +143,13 @@ def rectifier_tables(
     seed: int = 0,
     lifter: str = "pcnet3d",
     sets: Sequence[EvaluationSet] | None = None,
+    flip: bool = False,
 ) -> dict[str, Any]:
     """_tables of the people that the shipped networks never saw, lifted and clean."""
     sets = sets or evaluation_sets()
     clips = [one.clips() for one in sets]
     kinds = {
-        one.label: {"lifted": partial(lifted, one, seed, lifter), **_clean(own, seed, "body")}
+        one.label: {"lifted": partial(lifted, one, seed, lifter, flip), **_clean(own, seed, "body")}
         for one, own in zip(sets, clips, strict=True)
     }
     return _tables(rectifiers, kinds, clips[0])

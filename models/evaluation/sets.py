@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
+from ...pipeline.errors import InputError
 from ...pipeline.pose import package_version
 from ..mocap.clips import Clip, Subjects, read_clips
-from .testbed import BEDS, Bed, LiftedTake, lifted_takes
+from .testbed import BEDS, MIN_FRAMES, Bed, LiftedTake, lifted_takes
 
 Sets = Literal["test", "val"]
 _ACCAD = "accad"  # what the names of ACCAD's clips begin with; those of CMU begin with a number
@@ -26,8 +27,14 @@ class EvaluationSet:
     accad: bool | None = None
 
     def clips(self) -> tuple[Clip, ...]:
-        """The motion capture of the set; InputError where the data is not."""
-        return tuple(clip for clip in read_clips(self.subjects) if self._has(clip))
+        """The motion capture of the set; InputError where the data is not, or no take of it is long enough."""
+        clips = tuple(clip for clip in read_clips(self.subjects) if self._has(clip))
+        if not any(len(clip) >= MIN_FRAMES for clip in clips):
+            raise InputError(
+                f"Expected a take of {MIN_FRAMES} frames or more for the set {self.label}, but the motion capture has "
+                "none; set PCNET3D_DATA to a folder that has one."
+            )
+        return clips
 
     def takes(
         self, seed: int, lifter: str | Path = "pcnet3d", flip: bool = False, focal_known: bool = False

@@ -1,11 +1,12 @@
 """What a rotation does to accelerations of wrists and ankles, against motion capture; motion.py judges smoothers.
 
-A lift is brought to the truth's scale, one factor a take. Three comparisons, vertical and horizontal apart:
+A lift is brought to the truth's scale, one factor a take; a method that is about another lift than the first one has
+that lift's joints (Answer.joints). Three comparisons, vertical and horizontal apart:
 
 - "level": in upright axes with one heading for the take, the truth's for every method. A method that answers frame by
   frame has its frames' own ups there, turned to that heading frame by frame; so only its tilt counts against it. It
   is the fair one: all methods and the camera's axes meet one truth.
-- "lift": the same signals against the same lift in the true axes: what the method's rotation alone adds.
+- "lift": the first lift's signals against the same in the true axes: what the method's rotation alone adds.
 - "body": R^T x, what the paper computes, against the true R^T x. The axes turn with the person, so it holds the
   jitter of the frames' headings too; one heading offset a take is taken out. The camera's axes have no place in it.
 """
@@ -57,12 +58,15 @@ def take_scores(
         "body": {},
     }
     for name, answer in answers.items():
-        signal = _limbs(joints, answer.axes(R_camera_from_world), time_s)
+        own = joints if answer.joints is None else answer.joints
+        axes = answer.axes(R_camera_from_world)
+        signal = _limbs(own, axes, time_s)
         scores["level"][name] = {part: compare(signal[part], world[part]) for part in PARTS}
         if lifted and name != TRUE_AXES:
-            scores["lift"][name] = {part: compare(signal[part], lift[part]) for part in PARTS}
+            same = signal if own is joints else _limbs(joints, axes, time_s)
+            scores["lift"][name] = {part: compare(same[part], lift[part]) for part in PARTS}
         if answer.R_camera_from_level is None or answer.levelled is not None:
-            signal = _limbs(joints, with_heading(answer.R_camera_from_body, R_camera_from_body), time_s)
+            signal = _limbs(own, with_heading(answer.R_camera_from_body, R_camera_from_body), time_s)
             scores["body"][name] = {part: compare(signal[part], body[part]) for part in PARTS}
     return scores
 
@@ -90,7 +94,7 @@ def as_markdown(sets: dict[str, Any]) -> list[str]:
     titles = {
         "level": "In upright axes, one heading for the take, the same for every method; frame by frame: each frame's "
         "own up under it. `true axes` is what is left when the rotation is right.",
-        "lift": "The same against the same lift in the true axes: what the rotation alone adds.",
+        "lift": "The first lift's against the same in the true axes: what the rotation alone adds.",
         "body": "In BODY, the paper's R^T x, against the true one.",
     }
     for label, values in sets.items():

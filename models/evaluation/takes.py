@@ -75,7 +75,7 @@ def take_tables(
     results |= {"rectifiers": [r.method for r in rectifiers], "takes": {}, "acceleration": {}}
     for one, own in zip(sets, clips, strict=True):
         tables, signals = one_set(
-            rectifiers, one.label, one.takes(seed, lifter, flip), len(own), lifter, flip
+            rectifiers, one.label, one.takes(seed, lifter, flip), len(own), lifter, flip, seed
         )
         results["takes"] |= tables
         results["acceleration"] |= signals
@@ -93,6 +93,7 @@ def one_set(
     total: int,
     lifter: str | Path = "pcnet3d",
     flip: bool = False,
+    seed: int = 0,
 ) -> tuple[dict[str, Any], dict[str, Any]]:
     """({"LABEL, lifted, GROUP": {"takes", "frames", "methods": {method: figures}}}, accelerations by set)."""
     judged: dict[str, dict[str, list[Judged]]] = {
@@ -103,7 +104,7 @@ def one_set(
     for take in each(takes, f"{label} takes", total):
         seen = take.seen
         for kind, joints in (("lifted", joints_of(take.lifted, seen.truth)), ("clean", seen.truth)):
-            look = simulated_look(seen.up, 0, seen.clip)
+            look = simulated_look(seen.up, seed, seen.clip)
             spread = again = None
             if kind == "lifted":
                 told = lift(seen.keypoints, seen.image_size, None, flip, lifter, look.up)

@@ -7,7 +7,6 @@ the pelvis path are read from the motion capture that they were made of. It need
 from __future__ import annotations
 
 import json
-import zipfile
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from pathlib import Path
@@ -22,7 +21,10 @@ from ...pipeline.files.atomic import whole_file
 from ...pipeline.layouts import H36M17
 from ...pipeline.motion.signals import lowpass
 from ...pipeline.rotations import kabsch, rotate, transpose
+from ..common.extras import needed_for
 from ..common.metrics import relative, scaled
+from ..common.modules import run_command
+from ..common.testbed_file import read_testbed
 from ..mocap.clips import Clip, Subjects, read_clips
 from .contact import CONTACT_FILE, SIDES, ContactNet, contacts, window_features
 from .events import ON_FLOOR
@@ -45,14 +47,9 @@ def true_takes(paths: Sequence[Path], clips: Sequence[Clip]) -> Iterator[tuple[C
     the take, CAMERA axes. InputError for other files, and for takes of other clips or other bodies than the clips'."""
     by_name = {clip.name: clip for clip in clips}
     for path in paths:
-        try:
-            with np.load(path, allow_pickle=False) as file:
-                lifted, truth, start, names = (
-                    file[name] for name in ("lifted", "truth", "take_start", "clip")
-                )
-        except (OSError, KeyError, ValueError, zipfile.BadZipFile) as error:
-            raise InputError(f"Expected a file of pcnet3d testbed at {path}: {error}.") from None
-        for name, (begin, end) in zip(names, pairwise(start), strict=True):
+        held = read_testbed(path, "lifted", "truth", "clip")
+        lifted, truth = held["lifted"], held["truth"]
+        for name, (begin, end) in zip(held["clip"], pairwise(held["take_start"]), strict=True):
             clip = by_name.get(str(name))
             if clip is None or len(clip) != end - begin:
                 raise InputError(
@@ -118,7 +115,8 @@ def on_floor(spells: np.ndarray, time_s: np.ndarray) -> np.ndarray:
 def trained(features: np.ndarray, contact: np.ndarray, weight: np.ndarray, seed: int = 0) -> ContactNet:
     """The network that says best which of the frames are contacts. features (N, F), contact (N,) 0 or 1, weight (N,) in
     the cross-entropy."""
-    import torch
+    with needed_for("Training"):
+        import torch
 
     torch.manual_seed(seed)
     centre, scale = features.mean(axis=0), features.std(axis=0) + 1e-6
@@ -201,4 +199,4 @@ def _short(values: np.ndarray) -> list[Any]:
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_command(main)

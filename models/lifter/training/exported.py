@@ -7,11 +7,12 @@ from pathlib import Path
 import torch
 from torch import Tensor
 
+from ....pipeline.errors import InputError
 from ....pipeline.files.atomic import whole_file
 from ...common.extras import needed_for
 from ...common.training import read_weights, reading
 from ..features import CHANNELS
-from .net import LifterNet
+from .net import Block, LifterNet
 
 
 def export(net: LifterNet, path: Path, **properties: object) -> None:
@@ -39,9 +40,10 @@ def export(net: LifterNet, path: Path, **properties: object) -> None:
         onnx.save(model, str(partial))
 
 
-def weights_of(path: Path) -> dict[str, Tensor]:
+def weights_of(path: Path, net: LifterNet) -> dict[str, Tensor]:
     """The weights of a run's best.pt, or of a network that `export` wrote, such as the shipped lifter.onnx, by their
-    names in LifterNet. InputError when it is neither."""
+    names in LifterNet. InputError when it is neither, or says another reach than net's first as many blocks have:
+    dilations are in no weight. Of a best.pt nobody knows them."""
     if path.suffix.lower() != ".onnx":
         return read_weights(path)
     with needed_for("Reading weights out of an ONNX file"):
@@ -49,7 +51,8 @@ def weights_of(path: Path) -> dict[str, Tensor]:
         from onnx import numpy_helper
 
     with reading(path):
-        graph = onnx.load(str(path), load_external_data=False).graph
+        model = onnx.load(str(path), load_external_data=False)
+        graph = model.graph
         stored = {
             each.name: torch.from_numpy(numpy_helper.to_array(each).copy()) for each in graph.initializer
         }
@@ -61,4 +64,12 @@ def weights_of(path: Path) -> dict[str, Tensor]:
             biases = [name for name in node.input if name in weights]
             if node.op_type == "Add" and matrices and biases:
                 weights[biases[0].removesuffix("bias") + "weight"] = matrices[0].T.contiguous()
+        said = {prop.key: prop.value for prop in model.metadata_props}
+        count = len({name.split(".")[1] for name in weights if name.startswith("blocks.")})
+        dilations = [block.dilation for block in net.blocks if isinstance(block, Block)][:count]
+        if "reach" in said and int(said["reach"]) != sum(dilations):
+            raise InputError(
+                f"Expected a network whose first {count} blocks have the config's dilations "
+                f"({', '.join(map(str, dilations))}), but {path} reaches {said['reach']} frames, not {sum(dilations)}."
+            )
         return weights

@@ -9,7 +9,6 @@ one than each (Wortsman et al. 2022, model soups).
 from __future__ import annotations
 
 import math
-import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -17,6 +16,7 @@ import torch
 import typer
 
 from ....pipeline.errors import InputError
+from ...common.modules import run_command
 from ...common.training import reading
 from .exported import export, weights_of
 from .net import LifterNet
@@ -24,13 +24,13 @@ from .train import check, check_batches, clips_of, read_config, trained_on
 
 
 def mean(net: LifterNet, parts: list[tuple[float, Path]]) -> LifterNet:
-    """net with the mean of these weights, by their shares. InputError for files that are not of this network, and for
-    shares that do not sum to 1."""
+    """net with the mean of these weights, by their shares. InputError for files that are not of this network
+    (weights_of), and for shares that do not sum to 1."""
     if abs(sum(share for share, _ in parts) - 1) > 1e-6:
         raise InputError(f"Expected shares that sum to 1, got {sum(share for share, _ in parts):g}.")
     total = {name: torch.zeros_like(value) for name, value in net.state_dict().items()}
     for share, path in parts:
-        weights = weights_of(path)
+        weights = weights_of(path, net)
         with reading(path):
             net.load_state_dict(weights)
         for name, value in net.state_dict().items():
@@ -55,19 +55,15 @@ def main(
 ) -> None:
     """Write the mean of weights as a lifter whose stated deviations are as large as its errors on validation; print
     those."""
-    try:
-        asked = read_config(config)
-        net = mean(LifterNet(asked.net), [part(text) for text in parts])
-        checks = check_batches(clips_of(asked)[1], torch.device("cpu"))
-        with torch.no_grad():
-            net.leave_sd.bias.add_(math.log(check(net, checks)["error_over_sd"]))
-        for name, value in check(net, checks).items():
-            print(f"{name} {value:.2f}")
-        export(net, output, reach=asked.net.reach, trained_on=trained_on(asked))
-    except InputError as error:
-        print(f"pcnet3d: {error}", file=sys.stderr)
-        raise SystemExit(2) from None
+    asked = read_config(config)
+    net = mean(LifterNet(asked.net), [part(text) for text in parts])
+    checks = check_batches(clips_of(asked)[1], torch.device("cpu"))
+    with torch.no_grad():
+        net.leave_sd.bias.add_(math.log(check(net, checks)["error_over_sd"]))
+    for name, value in check(net, checks).items():
+        print(f"{name} {value:.2f}")
+    export(net, output, reach=asked.net.reach, trained_on=trained_on(asked))
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_command(main)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor, nn
 
+from ....pipeline.errors import InputError
 from ....pipeline.layouts import H36M17
 from ..features import CHANNELS
 
@@ -21,6 +22,11 @@ class NetConfig:
 
     width: int = 320
     dilations: tuple[int, ...] = (1, 3, 9, 27, 1, 3)
+
+    def __post_init__(self) -> None:
+        sizes = {"width": self.width, "dilations": min(self.dilations, default=1)}
+        if small := [name for name, size in sizes.items() if size < 1]:
+            raise InputError(f"expected {' and '.join(small)} of at least 1")
 
     @property
     def reach(self) -> int:

@@ -5,11 +5,13 @@ The config file says everything; DIR gets lifter.onnx, the config, and what trai
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import torch
-from pydantic import BaseModel, ConfigDict, NonNegativeFloat, NonNegativeInt, PositiveInt
+from pydantic import BaseModel, ConfigDict, NonNegativeFloat, NonNegativeInt, PositiveInt, field_validator
 from torch import Tensor, nn
 
 from ....pipeline.errors import InputError
@@ -21,12 +23,13 @@ from ...common.training import (
     Schedule,
     State,
     device_of,
+    fingerprint,
     fit,
     load_weights,
     optimisers_of,
     reading,
 )
-from ...mocap.clips import Clip, Subjects, read_clips
+from ...mocap.clips import Clip, read_clips
 from ...mocap.split import read_parts
 from ...synthetic.on_device.draw import Draw
 from .exported import export, weights_of
@@ -56,14 +59,14 @@ class TrainConfig(BaseModel):
     subjects: "train", or one half of them for cross-fitted lifts. data, split: a file of `pcnet3d mocap` and one of
     its train and val subjects (mocap_parts), instead of the motion capture that the shipped network was trained on.
     start: weights of an earlier run to begin with, its best.pt or an exported network, such as the shipped one, of the
-    same shape or with fewer blocks; the further ones then do nothing at first. The first `single` steps see single
-    frames, as many different people and views as there are frames, which teaches geometry several times faster; then
-    windows, `lengths` long and how often (the shares' sum does not matter), teach what time adds.
+    same shape and dilations, or with fewer blocks; the further ones then do nothing at first. The first `single` steps
+    see single frames, as many different people and views as there are frames, which teaches geometry several times
+    faster; then windows, `lengths` long and how often (the shares' sum does not matter), teach what time adds.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
     kind: str = "lifter"
-    subjects: Subjects = "train"
+    subjects: Literal["train", "train-a", "train-b"] = "train"  # nobody who validates or tests it
     data: Path | None = None
     split: Path | None = None
     start: Path | None = None
@@ -71,11 +74,18 @@ class TrainConfig(BaseModel):
     bf16: bool
     frames: PositiveInt  # of a batch, all windows together
     single: NonNegativeInt = 0
-    lengths: dict[int, float]
+    lengths: dict[PositiveInt, NonNegativeFloat]
     schedule: Schedule
     net: NetConfig
     weights: Weights = Weights()
     material: Material
+
+    @field_validator("lengths")
+    @classmethod
+    def _some(cls, lengths: dict[int, float]) -> dict[int, float]:
+        if not 0 < sum(lengths.values()) < math.inf:
+            raise InputError("expected a length with a share above 0")
+        return lengths
 
 
 def train_lifter(config_file: Path, output: Path, device: str = "cpu", minutes: float | None = None) -> None:
@@ -103,7 +113,9 @@ def run(
         net = started(net, config.start)
     net = net.to(on)
     matrices = [p for p in net.blocks.parameters() if p.ndim == 2]
-    state = State(net, optimisers_of(net, config.schedule, matrices))
+    parts = {"train": train, **{f"val {name}": clips for name, clips in val.items()}}
+    learns_from = fingerprint((f"{part} {c.name}", c.joints) for part, clips in parts.items() for c in clips)
+    state = State(net, optimisers_of(net, config.schedule, matrices), learns_from)
     output.mkdir(parents=True, exist_ok=True)
     state.load(output, config, on)
     if text is not None:
@@ -130,8 +142,8 @@ def run(
 
 def started(net: LifterNet, path: Path) -> LifterNet:
     """net with the weights of an earlier run (exported.weights_of). Blocks that the earlier network did not have add
-    nothing, so that it answers as that one does, and learn from there. InputError as of load_weights."""
-    weights = weights_of(path)
+    nothing, so that it answers as that one does, and learn from there. InputError as of load_weights and weights_of."""
+    weights = weights_of(path, net)
     with reading(path):
         for i, block in enumerate(net.blocks):
             if not any(name.startswith(f"blocks.{i}.") for name in weights):

@@ -13,7 +13,8 @@ import torch
 from torch import Tensor
 
 from ....pipeline.errors import InputError
-from ...common.toml_config import check_shares
+from ....pipeline.layouts import H36M17
+from ...common.toml_config import check_shares, check_sizes
 from ...mocap.clips import Clip, lying
 from ...synthetic.bodies import BodyRange
 from ...synthetic.cameras import TYPICAL, ViewRange
@@ -70,6 +71,13 @@ class Material(MotionRange):
             "truncated", "occluded", "other_rates", "focal_known", "focal_estimated",
             "up_known", "lying",
         )  # fmt: skip
+        check_sizes(self, "limbs", "trunk", "redefined_m", "quality", "slow")
+        unknown = sorted(set(self.absent) - set(H36M17.joints))
+        if unknown or not all(0 <= share <= 1 for share in self.absent.values()):
+            raise InputError(
+                f"expected joints of {', '.join(H36M17.joints)} in absent, each with a share between 0 and 1, got "
+                f"{', '.join(f'{joint} = {share:g}' for joint, share in self.absent.items())}"
+            )
 
 
 class Batch(NamedTuple):

@@ -17,7 +17,7 @@ from torch import Tensor
 
 from ....pipeline.errors import InputError
 from ....pipeline.layouts import H36M17
-from ...common.toml_config import check_shares
+from ...common.toml_config import check_shares, check_sizes
 from ...mocap.clips import Clip, lying
 from ...synthetic.bodies import BodyRange
 from ...synthetic.on_device.bodies import proportions, redefined
@@ -56,6 +56,7 @@ class Mixture(MotionRange):
 
     def __post_init__(self) -> None:
         check_shares(self, *MOTION_SHARES, "lifted", "lying", "wide", "noisy", "flipped", "missing")
+        check_sizes(self, "redefined_m", "roll_deg", "noise_m")
 
 
 class Frames(NamedTuple):

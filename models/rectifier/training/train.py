@@ -17,7 +17,7 @@ from ....pipeline.errors import InputError
 from ....pipeline.files.atomic import whole_file
 from ....pipeline.rotations import geodesic_deg
 from ...common.toml_config import read_toml
-from ...common.training import Schedule, State, device_of, fit, load_weights, optimisers_of
+from ...common.training import Schedule, State, device_of, fingerprint, fit, load_weights, optimisers_of
 from ...mocap.clips import Clip, Subjects, lying, read_clips
 from ...mocap.split import Parts, read_parts
 from ...synthetic.on_device.draw import Draw
@@ -77,13 +77,13 @@ def train(
     """Run a config, or the next piece of it; text: the file it comes from, kept in DIR."""
     on = device_of(device)
     torch.manual_seed(config.seed)
-    frames, checks = prepare(config, on)
+    frames, checks, learns_from = prepare(config, on)
     net = PCNet(config.net)
     if config.start is not None:
         net = load_weights(net, config.start).train()
     net = net.to(on)
     matrices = [p for p in net.encoder.parameters() if p.ndim == 2]
-    state = State(net, optimisers_of(net, config.schedule, matrices))
+    state = State(net, optimisers_of(net, config.schedule, matrices), learns_from)
     net.bf16 = config.bf16  # and not what is judged, state.average
     output.mkdir(parents=True, exist_ok=True)
     state.load(output, config, on)
@@ -119,8 +119,9 @@ def best_of(config: TrainConfig, folder: Path) -> PCNet:
     return load_weights(PCNet(config.net), folder / "best.pt")
 
 
-def prepare(config: TrainConfig, device: torch.device) -> tuple[TrainingFrames, dict[str, Frames]]:
-    """What a config learns from, and what it is validated on. InputError when people of one part are in another."""
+def prepare(config: TrainConfig, device: torch.device) -> tuple[TrainingFrames, dict[str, Frames], str]:
+    """What a config learns from, what it is validated on, and the fingerprint of both. InputError when people of one
+    part are in another."""
     parts = parts_of(config)
     lifted = read_lifted(config.lifted) if config.lifted else None
     if parts.by == "subject":
@@ -134,7 +135,11 @@ def prepare(config: TrainConfig, device: torch.device) -> tuple[TrainingFrames, 
         refuse_shared_subjects(lifted_val.clips, [clip.name for clip in everybody], "the validation's")
     frames = TrainingFrames(parts.clips["train"], config.mixture, lifted, config.targets, device)
     checks = validation(parts.clips["val"], lifted_val, config.targets)
-    return frames, {name: Frames(*(part.to(device) for part in check)) for name, check in checks.items()}
+    held = [(f"{part} {c.name}", c.joints) for part in ("train", "val") for c in parts.clips[part]]
+    for name, takes in (("lifted", lifted), ("lifted_val", lifted_val)):
+        held += [(name, array) for array in (takes.joints, takes.R)] if takes else []
+    on = {name: Frames(*(part.to(device) for part in check)) for name, check in checks.items()}
+    return frames, on, fingerprint(held)
 
 
 def parts_of(config: TrainConfig) -> Parts:

@@ -28,6 +28,16 @@ def test_another_file_is_refused(tmp_path):
         constants([tmp_path / "other.npz"])
 
 
+def test_takes_that_are_too_short_are_refused(tmp_path):
+    joints = np.random.default_rng(0).normal(size=(40, 17, 3))
+    np.savez(
+        tmp_path / "short.npz", lifted=joints, truth=joints, R_camera_from_body=np.tile(np.eye(3), (40, 1, 1)),
+        lying=np.zeros(40, bool), take_start=[0, 40],
+    )  # fmt: skip
+    with pytest.raises(InputError, match="upright takes of 60 frames or more"):
+        constants([tmp_path / "short.npz"])
+
+
 def test_a_stated_lean_and_heading_are_those_of_takes_made_by_them():
     rng = np.random.default_rng(2)
     spread = USUAL_SPREAD * rng.uniform(0.6, 1.8, 20_000)

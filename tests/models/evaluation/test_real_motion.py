@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 
+from pcnet3d.models.evaluation import real_motion as module
 from pcnet3d.models.evaluation.acceleration import PARTS
 from pcnet3d.models.evaluation.real_motion import _inside, _Lift, _row, as_markdown
+from pcnet3d.models.rectifier.geometric import Geometric
 from pcnet3d.pipeline import rotate
 
 TIME = np.arange(150) / 30
@@ -43,6 +45,23 @@ def test_bars_hold_differences_of_their_size_and_no_larger_ones():
     )
     assert _inside(one, swing(0.01, stated=0.05).motion) == {"velocity": 1.0, "acceleration": 1.0}
     assert _inside(swing(stated=1e-4).motion, still)["velocity"] < 0.3
+
+
+@pytest.mark.data
+def test_flipped_lifts_are_asked_for(data, monkeypatch):
+    """Of the clips and of the take, whose first camera is enough."""
+    asked = []
+
+    class Spy:
+        def lift(self, keypoints, image_size, focal_px=None, flip=False, video=None):
+            asked.append(flip)
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(module, "real_poses", lambda lifter, flip=False: asked.append(flip) or [])
+    monkeypatch.setattr(module, "load_lifter", lambda name: Spy())
+    with pytest.raises(KeyboardInterrupt):
+        module.real_motion(Geometric(), flip=True)
+    assert asked == [True, True]
 
 
 def test_the_page_has_a_line_for_each():

@@ -2,6 +2,7 @@
 measured as what they are."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from scipy.spatial.transform import Rotation
 from pcnet3d.models.evaluation import evaluate as evaluate_module
 from pcnet3d.models.evaluation import sets as evaluation_sets
 from pcnet3d.models.evaluation import take_cameras
+from pcnet3d.models.evaluation import takes as takes_module
 from pcnet3d.models.evaluation.acceleration import accelerations
 from pcnet3d.models.evaluation.take_acceleration import over_takes, take_scores
 from pcnet3d.models.evaluation.take_answers import (
@@ -18,6 +20,7 @@ from pcnet3d.models.evaluation.take_answers import (
     camera_axes,
     constant,
     named,
+    simulated_look,
     with_heading,
 )
 from pcnet3d.models.evaluation.take_cameras import apart, around, positions
@@ -204,6 +207,19 @@ def test_what_the_rotation_adds_is_told_from_the_lift(standing):
     assert scores["lift"]["oracle, a take"]["wrist"]["vertical"][0] < 1e-5
 
 
+def test_an_answer_about_another_lift_has_that_lifts_accelerations(standing):
+    """The second lift is the truth, in the true axes, whatever the first one is."""
+    seen = see(clip_of(standing), 0)
+    true = answers([Oracle(seen)], seen.truth, seen.keypoints.times)["oracle"]["a take"]
+    methods = {"first": replace(true, joints=None), "again": replace(true, joints=seen.truth)}
+    noise = np.random.default_rng(0).normal(0, 0.02, seen.truth.shape)
+    scores = scored(seen, methods, seen.truth + noise)
+    for axes in ("level", "body"):
+        assert scores[axes]["first"]["wrist"]["vertical"][0] > 1
+        assert scores[axes]["again"]["wrist"]["vertical"] == pytest.approx((0, 1), abs=1e-5)
+    assert scores["lift"]["again"] == scores["lift"]["first"]  # of the first lift, for all methods
+
+
 def test_a_straight_camera_in_front_of_a_person_needs_no_rotation(facing_camera):
     upright = rotate(transpose(camera_axes(1).R_camera_from_body[0]), facing_camera)
     assert upright[H36M17.index("head"), 2] > 0.7
@@ -299,6 +315,23 @@ def test_the_command_writes_tables_and_json(tiny, tmp_path, capsys):
     assert content["pooling"]["frames"] == 10_000
     wrist = content["acceleration"]["CMU test, clean"]["level"]["true axes"]["wrist"]["vertical"]
     assert wrist["rmse"]["p50"] == pytest.approx(0, abs=1e-6)
+
+
+def test_another_seed_draws_other_errors_of_the_image(tiny, tmp_path, monkeypatch):
+    drawn = []
+
+    def spy(up, seed, clip):
+        drawn.append(simulated_look(up, seed, clip))
+        return drawn[-1]
+
+    monkeypatch.setattr(takes_module, "simulated_look", spy)
+    said = []
+    for seed in (0, 1):
+        drawn.clear()
+        evaluate_module.evaluate(tmp_path / "out", takes=True, rectifier=["geometric"], seed=seed)
+        said.append(np.array([look.up for look in drawn]))
+    assert said[0].shape == said[1].shape
+    assert (angle_deg(*said) > 0.01).all()  # the takes themselves are the same here
 
 
 def test_what_takes_cannot_be_asked_for(tmp_path):

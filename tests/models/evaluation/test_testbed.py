@@ -213,6 +213,32 @@ def test_evaluate_writes_tables_and_json(tmp_path, monkeypatch, capsys):
     assert text in capsys.readouterr().out
 
 
+def test_every_table_of_a_flipped_report_is_of_flipped_lifts(tmp_path, monkeypatch):
+    asked = []
+    monkeypatch.setattr(
+        evaluation_sets,
+        "lifted_takes",
+        lambda subjects, seed, *, flip, **_: asked.append(flip) or [taken(lift_error=0.01)],
+    )
+    monkeypatch.setattr(evaluation_sets, "read_clips", lambda subjects: (clip(),))
+    evaluate(tmp_path / "out", flip=True)
+    assert set(asked) == {True}
+    assert len(asked) == 2 * 2 * 2 + 2  # beds, focal lengths and sets of the lifter; sets of the rectifiers
+
+
+@pytest.mark.parametrize("report", ["", "takes", "angles", "motion", "swaps", "place", "gait"])
+@pytest.mark.parametrize(
+    ("clips", "missing"),
+    [((clip(), clip("accad-m1_01", 20)), "ACCAD m1"), ((clip(frames=20), clip("accad-m1_01")), "CMU val")],
+)
+def test_a_set_without_takes_is_refused_before_the_work(tmp_path, monkeypatch, report, clips, missing):
+    monkeypatch.setattr(evaluation_sets, "lifted_takes", lambda *_, **__: pytest.fail("it works"))
+    monkeypatch.setattr(evaluation_sets, "read_clips", lambda subjects: clips)
+    with pytest.raises(InputError, match=f"30 frames or more for the set {missing}"):
+        evaluate(tmp_path / "out", sets="val", **({report: True} if report else {}))
+    assert not (tmp_path / "out").exists()
+
+
 def test_a_motion_has_a_row_of_its_own():
     faster = clip(frames=40)
     faster.joints[..., 1] -= np.linspace(0, 0.9, 40)[:, None]

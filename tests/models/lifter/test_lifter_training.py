@@ -26,6 +26,7 @@ from pcnet3d.models.synthetic.keypoint_noise import Noise  # noqa: E402
 from pcnet3d.models.synthetic.on_device.draw import Draw  # noqa: E402
 from pcnet3d.models.synthetic.on_device.keypoint_noise import Spoilt, detect  # noqa: E402
 
+LENGTHS = "lengths = { 1 = 0.3, 16 = 0.7 }"
 STILL = Material(unchanged=1.0, mirrored=0.0, other_rates=0.0)
 LEGS = H36M17.indices([f"{side}_{part}" for side in "lr" for part in ("knee", "ankle")])
 
@@ -307,13 +308,13 @@ def test_an_exported_network_gives_its_weights_back(tmp_path):
     for value in net.parameters():
         torch.nn.init.normal_(value)
     module.export(net, tmp_path / "lifter.onnx")
-    found = weights_of(tmp_path / "lifter.onnx")
+    found = weights_of(tmp_path / "lifter.onnx", net)
     assert found.keys() == net.state_dict().keys()
     for name, value in net.state_dict().items():
         torch.testing.assert_close(found[name], value)
     (tmp_path / "cut.onnx").write_bytes((tmp_path / "lifter.onnx").read_bytes()[:999])
     with pytest.raises(InputError, match=r"cut\.onnx is damaged, or no checkpoint"):
-        weights_of(tmp_path / "cut.onnx")
+        weights_of(tmp_path / "cut.onnx", net)
 
 
 def test_the_shipped_lifter_can_be_gone_on_with():
@@ -322,6 +323,20 @@ def test_the_shipped_lifter_can_be_gone_on_with():
     x = np.random.default_rng(0).normal(size=(40, CHANNELS)).astype(np.float32)
     with torch.no_grad():
         np.testing.assert_allclose(net(torch.from_numpy(x)[None])[0][0].numpy(), run(x)[0], atol=1e-5)
+
+
+def test_a_network_of_other_dilations_is_not_gone_on_with():
+    """It would answer otherwise, though all its weights fit."""
+    config = module.read_config(Path(module.__file__).with_name("lifter.toml"))
+    straight = NetConfig(config.net.width, (1,) * len(config.net.dilations))
+    for begin in (
+        lambda net: module.started(net, SHIPPED),
+        lambda net: averaging.mean(net, [(1.0, SHIPPED)]),
+    ):
+        with pytest.raises(InputError, match=r"dilations \(1, 1.*lifter\.onnx reaches 54 frames, not 8"):
+            begin(LifterNet(straight))
+    more = NetConfig(config.net.width, (*config.net.dilations, 27))
+    module.started(LifterNet(more), SHIPPED)
 
 
 def test_the_mean_of_runs_is_the_mean_of_their_weights(config, tmp_path, monkeypatch):
@@ -339,9 +354,8 @@ def test_the_mean_of_runs_is_the_mean_of_their_weights(config, tmp_path, monkeyp
     with pytest.raises(InputError, match=r"sum to 1, got 0\.5"):
         averaging.mean(LifterNet(shape), [(0.5, tmp_path / "0.pt")])
     for wrong in ("0.5", "half:0.pt", "1:nowhere.pt"):
-        with pytest.raises(SystemExit) as ended:
+        with pytest.raises(InputError):
             averaging.main(config, tmp_path / "mean.onnx", [wrong])
-        assert ended.value.code == 2
     written = []
     monkeypatch.setattr(
         averaging, "export", lambda net, path, **properties: written.append((net, properties))
@@ -380,6 +394,16 @@ def test_training_on_own_data(own, monkeypatch):
     assert {"val_typical", "val_wild"} < figures.keys()
 
 
+def test_a_run_does_not_go_on_with_another_split(own, tmp_path, without_export):
+    """Whoever was trained on would be tested."""
+    log = own() / "log.jsonl"
+    (tmp_path / "split.json").write_text(json.dumps({"train": ["00"], "val": ["02"], "test": ["01"]}))
+    before = log.read_text()
+    with pytest.raises(InputError, match=r"checkpoint\.json learned from other recordings or another split"):
+        own()
+    assert log.read_text() == before
+
+
 @pytest.mark.parametrize(
     ("before", "after", "words"),
     [
@@ -413,7 +437,25 @@ def test_a_person_in_two_parts_is_refused(own, tmp_path):
         ("pans = 0.2", "pans = 20", "material.*between 0 and 1 for pans"),
         ("sampled = 0.2", "sampled = -1", r"material\.poses.*between 0 and 1 for sampled"),
         ("sampled", "smapled", r"material\.poses\.smapled"),
-        ('"train"', '"everybody"', "subjects"),
+        *(
+            ('"train"', f'"{others}"', "subjects.*train-b")
+            for others in ("everybody", "val", "test", "hdm05")
+        ),
+        *(
+            (LENGTHS, f"lengths = {{ {lengths} }}", "lengths")
+            for lengths in ("", "0 = 1.0", "-3 = 1.0", "1 = 0.0", "9 = -1.0", "9 = inf", "1 = 0.5, 9 = nan")
+        ),
+        ("width = 16", "width = 0", "net.*width of at least 1"),
+        *(
+            ("dilations = [1, 3]", f"dilations = {wrong}", "net.*dilations of at least 1")
+            for wrong in ("[-1]", "[1, 0]")
+        ),
+        ("[material]", "[material]\nabsent = { nose = 2.0 }", "material.*absent.*nose = 2"),
+        ("[material]", "[material]\nabsent = { foo = 0.3 }", "material.*absent.*foo = 0.3"),
+        *(
+            ("[material]", f"[material]\n{name} = -1.0", f"material.*at least 0 for {name}")
+            for name in ("quality", "slow", "limbs", "trunk", "redefined_m")
+        ),
         ("steps = 6", "steps = 6]", "TOML"),
     ],
 )

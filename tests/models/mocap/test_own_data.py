@@ -213,6 +213,17 @@ def test_a_config_that_contradicts_itself_is_refused(training, tmp_path, change,
     assert not (tmp_path / "out").exists()
 
 
+def test_a_run_does_not_go_on_with_another_split(training, files, monkeypatch):
+    from pcnet3d.models.rectifier.training import train as pcnet_train
+
+    monkeypatch.setattr(pcnet_train, "export", lambda deployed, path, **said: None)
+    training()
+    training()  # the same goes on, and has nothing left to do
+    files[1].write_text(json.dumps({"train": ["01"], "val": ["03"], "test": ["04", "02"]}))
+    with pytest.raises(InputError, match="other recordings or another split"):
+        training()
+
+
 def test_training_refuses_a_split_that_shares_a_subject(training, files, tmp_path):
     files[1].write_text(json.dumps({**SPLIT, "test": ["04", "02"]}))
     with pytest.raises(InputError, match="02 is in train and test"):

@@ -1,6 +1,7 @@
 """The paper's table, end to end on a tree of five people."""
 
 import json
+from importlib.resources import files
 
 import numpy as np
 import pytest
@@ -16,6 +17,14 @@ PEOPLE = ("S01", "S02", "S03", "S05", "S31")
 @pytest.fixture
 def tree(mmfi_tree):
     return mmfi_tree({subject: ["A01", "A13", "A14"] for subject in PEOPLE})
+
+
+def tiny_config():
+    """The shipped one's text, of a small network."""
+    text = files("pcnet3d.models.rectifier.training").joinpath("mmfi.toml").read_text(encoding="utf-8")
+    return text.replace("batch = 1024", "batch = 32").replace(
+        "[net]", '[net]\nnet = "mlp"\nwidth = 16\noutput = 8\nblocks = 1\n#'
+    )
 
 
 def subjects(names):
@@ -49,15 +58,9 @@ def test_a_tree_without_test_people_is_refused(mmfi_tree):
 def test_the_table(tree, tmp_path, capsys):
     pytest.importorskip("torch", reason="training needs torch, the extra 'train'")
     pytest.importorskip("onnxscript", reason="export needs onnxscript, the extra 'train'")
-    from importlib.resources import files
-
     from pcnet3d.models.rectifier.training.train import read_config
 
-    text = files("pcnet3d.models.rectifier.training").joinpath("mmfi.toml").read_text(encoding="utf-8")
-    tiny = text.replace("batch = 1024", "batch = 32").replace(
-        "[net]", '[net]\nnet = "mlp"\nwidth = 16\noutput = 8\nblocks = 1\n#'
-    )
-    (tmp_path / "tiny.toml").write_text(tiny, encoding="utf-8")
+    (tmp_path / "tiny.toml").write_text(tiny_config(), encoding="utf-8")
     out = tmp_path / "out"
     mmfi(tree, out, steps=3, config=tmp_path / "tiny.toml", device="cpu", threads=1)
     assert (out / "mmfi.md").read_text() in capsys.readouterr().out
@@ -77,7 +80,22 @@ def test_the_table(tree, tmp_path, capsys):
     for trained in ("S2", "S3"):
         assert (out / trained / "pcnet.onnx").is_file()
         kept = read_config(out / trained / "pcnet.toml")
-        assert (kept.targets, kept.schedule.steps, kept.split) == ("axes", 3, out / f"{trained}.json")
+        assert (kept.targets, kept.schedule.steps, kept.split) == ("axes", 3, out / f"{trained}-P3.json")
+
+
+def test_other_activities_are_another_run(tree, tmp_path, capsys):
+    """Or a network trained on some would be in the table of the others."""
+    pytest.importorskip("torch", reason="training needs torch, the extra 'train'")
+    pytest.importorskip("onnxscript", reason="export needs onnxscript, the extra 'train'")
+    (tmp_path / "tiny.toml").write_text(tiny_config(), encoding="utf-8")
+    settings = {"steps": 1, "config": tmp_path / "tiny.toml", "device": "cpu", "threads": 1}
+    mmfi(tree, tmp_path / "out", protocols=["S2"], **settings)
+    split = (tmp_path / "out" / "S2-P3.json").read_text()
+    page = (tmp_path / "out" / "mmfi.md").read_text()
+    with pytest.raises(InputError, match="another -o DIR"):
+        mmfi(tree, tmp_path / "out", protocols=["S2"], activities="P1", **settings)
+    assert (tmp_path / "out" / "S2-P3.json").read_text() == split
+    assert (tmp_path / "out" / "mmfi.md").read_text() == page
 
 
 def test_the_config_is_the_papers():

@@ -20,7 +20,7 @@ def clip():
 @pytest.fixture
 def results(clip, monkeypatch):
     monkeypatch.setattr(evaluation_sets, "read_clips", lambda subjects: (clip,))
-    monkeypatch.setattr(module, "lifted", lambda of, seed, lifter: module.clean_takes([clip], "wide", seed))
+    monkeypatch.setattr(module, "lifted", lambda of, seed, *_: module.clean_takes([clip], "wide", seed))
     return module.rectifier_tables([Geometric()])
 
 

@@ -207,6 +207,7 @@ def test_lifted_takes_of_a_test_subject_are_refused(config, tmp_path, standing):
         ('net = "mlp"', 'net = "cnn"', r"net\.net"),
         ("blocks", "bloks", r"net\.bloks"),
         ("wide = 0.5", "wider = 0.5", r"mixture\.wider"),
+        ("roll_deg = 10.0", "roll_deg = inf", "mixture.*at least 0 for roll_deg"),
         ("turned = 0.2", "turnt = 0.2", r"mixture\.poses\.turnt"),
         ("[weights]", "[weights]\nregulr = 1", r"weights\.regulr"),
         ("average", "avrage", r"schedule\.avrage|schedule\.average"),

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from pcnet3d.models import load_rectifier
+from pcnet3d.models.evaluation import real_rectified as module
 from pcnet3d.models.evaluation.real_rectified import consistency, real_poses, spread_deg
+from pcnet3d.models.lifter.builtin import lift
 
 
 def test_the_spread_of_a_cone_is_its_half_angle() -> None:
@@ -30,6 +32,19 @@ def test_the_trunk_of_who_walks_is_upright_within_the_stated_bound(data) -> None
     for lifter in ("pcnet3d on MoveNet", "BlazePose"):
         (trunk,) = results["trunk"][f"walk_crop, {lifter}"].values()
         assert trunk["lean"].p50 < trunk["bound"] < 15
+
+
+@pytest.mark.data
+def test_flipped_lifts_are_asked_for(data, monkeypatch) -> None:
+    asked = []
+
+    def spy(*args, flip=False, **settings):
+        asked.append(flip)
+        return lift(*args, flip=flip, **settings)
+
+    monkeypatch.setattr(module, "lift", spy)
+    consistency([load_rectifier("geometric")], flip=True)
+    assert asked == [True] * 3  # the clips with keypoints
 
 
 @pytest.mark.data
