@@ -96,7 +96,8 @@ def _numbers(times: dict[int, float]) -> dict[int, int]:
     if len(steps) == 0 or not (steps > 0).all():
         return {}
     # The median is of rounded times (33, 33, 34 ms), which over a long gap would miss frames; the mean is not.
-    usual = steps[np.rint(steps / np.median(steps)) == 1].mean()
+    median = np.percentile(steps, 50, method="lower")  # one of the steps, where two kinds of them alternate
+    usual = steps[np.rint(steps / median) == 1].mean()
     counted = np.cumsum([0, *np.fmax(np.rint(steps / usual), 1)])
     return dict(zip(times, counted.astype(int).tolist(), strict=True))
 

@@ -120,14 +120,15 @@ def _described(container: InputContainer, path: Path) -> Video:
 
 
 def _stated_s(container: InputContainer, stream: VideoStream) -> float:
-    """The second at which the images end, as the file says, or all of it where that is all it says; 0 where it does
-    not. It is written once a recording is complete, so that what is cut off later still has it."""
+    """The second at which the images end, as the file says, or all of it where that is all it says and there is nothing
+    else in it, such as sound that goes on; 0 where it does not. It is written once a recording is complete, so that
+    what is cut off later still has it."""
     if stream.duration is not None:
         return stream.duration * float(stream.time_base or 0)
     if said := _DURATION.match(stream.metadata.get("DURATION", "")):
         hours, minutes, seconds = map(float, said.groups())
         return 3600 * hours + 60 * minutes + seconds
-    return (container.duration or 0) / 1e6  # FFmpeg's AV_TIME_BASE
+    return (container.duration or 0) / 1e6 if len(container.streams) == 1 else 0.0  # FFmpeg's AV_TIME_BASE
 
 
 def _cut_off(time_s: np.ndarray, ends_s: float, stated_s: float, path: Path) -> tuple[str, ...]:

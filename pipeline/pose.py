@@ -227,6 +227,9 @@ def _increasing(name: str, values: np.ndarray, rows: int) -> None:
         raise InputError(f"Expected {name} to increase from row to row; it does not.")
 
 
+TOLD_UP = ("gravity vector", "camera pitch and roll")  # sources of up that the user tells, by name
+
+
 @dataclass(frozen=True, eq=False)
 class Rectified:
     """A skeleton in the canonical frames of design.md section 4.

@@ -87,7 +87,7 @@ def _lacking(time_s: np.ndarray) -> list[Event]:
         events.append(Event("repair", text))
     if len(long):
         text = (
-            f"The recording lacks images {_when(long, time_s)}; nothing is taken across that, and walks and "
+            f"The recording lacks images {_when(long, time_s)}; no filter goes across that, and walks and "
             "repetitions end there."
         )
         events.append(Event("warning", text, about="view"))

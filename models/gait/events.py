@@ -196,12 +196,14 @@ def _facing(facing_deg: np.ndarray, time_s: np.ndarray, at_s: np.ndarray, seams:
 
 def _swing(facing_deg: np.ndarray, sides: Sequence[str]) -> np.ndarray:
     """What of facing_deg (N,) at landings of sides is of the foot that lands: half of by how much it differs from the
-    mean of the landings before and after, in the median, for one side, and less that for the other. It is a median, for
-    a turn is of two landings only."""
+    mean of the landings before and after, in the median, for one side, and less that for the other. Landings about
+    which the person turns tell nothing of it; the other foot's before and after are apart there."""
     sign = np.array([1.0 if side == "r" else -1.0 for side in sides])
     middle = np.flatnonzero((sign[:-2] == sign[2:]) & (sign[:-2] != sign[1:-1])) + 1
-    differs = sign[middle] * (facing_deg[middle] - (facing_deg[middle - 1] + facing_deg[middle + 1]) / 2)
-    differs = differs[np.isfinite(differs)]
+    before, after = facing_deg[middle - 1], facing_deg[middle + 1]
+    differs = (sign[middle] * (facing_deg[middle] - (before + after) / 2))[
+        np.abs(after - before) < _TURNS_DEG
+    ]
     return sign * (np.median(differs) / 2 if len(differs) else 0.0)
 
 

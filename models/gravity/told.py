@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from ...pipeline.errors import InputError
+from ...pipeline.pose import TOLD_UP
 from ..synthetic.cameras import view_rotation
 from .evidence import Evidence, direction
 
+_GRAVITY, _ANGLES = TOLD_UP
 _TOLD_DEG = 1.0  # error of a camera's pitch, roll or gravity vector that the user states
 
 
@@ -26,7 +28,7 @@ def told_up(
             raise InputError(
                 f"Expected a direction for gravity, such as 0,1,0 (down the picture), got {gravity}."
             )
-        return [direction("gravity vector", -falls, _TOLD_DEG)]
+        return [direction(_GRAVITY, -falls, _TOLD_DEG)]
     if pitch_deg is None and roll_deg is None:
         return []
     if not all(angle is None or abs(angle) <= 180 for angle in (pitch_deg, roll_deg)):
@@ -38,4 +40,4 @@ def told_up(
             "down has --pitch 0, one whose pictures show the horizon level --roll 0."
         )
     angles = (np.array(angle, dtype=np.float64) for angle in (0.0, pitch_deg, roll_deg))
-    return [direction("camera pitch and roll", view_rotation(*angles)[:, 2], _TOLD_DEG)]
+    return [direction(_ANGLES, view_rotation(*angles)[:, 2], _TOLD_DEG)]

@@ -70,7 +70,7 @@ def lift(
     places = rows * clock.finer
     told = _told(up, places, len(pixels))
     joints, covariance = np.empty((*pixels.shape[:2], 3)), np.empty((*pixels.shape[:2], 3, 3), np.float32)
-    for phase in range(clock.phases):
+    for phase in range(min(clock.phases, len(pixels))):
         part = slice(phase, None, clock.phases)
         x, R_camera_from_ray = features(pixels[part], confidence[part], size, np.asarray(focal), told[part])
         answer, sd = run(x, model)

@@ -11,6 +11,8 @@ from ...pipeline.pose import PoseSequence
 from ...pipeline.rotations import is_finite
 
 USUAL_HZ = 30.0  # of takes whose rate is unknown
+_APART_S = 5.0  # the built-in lifter's network sees 4.7 s on each side at 20 frames a second
+_HOLE = 1.5  # usual intervals beyond what frame numbers say, from which on a recording lacks images
 _GAP_S = 0.5  # without any joint for longer than this, frames are missing in 3D too
 _JUMP = 0.8  # of the body's longer side from one frame to the next: no person moves like that ...
 _JUMP_HZ = 10.0  # ... at this many frames a second, nor this far in less time
@@ -78,23 +80,39 @@ def long_gaps(seen: np.ndarray, rate: float | None) -> np.ndarray:
 
 def on_grid(keypoints: PoseSequence) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Joints (N, J, 2) and confidence (N, J) of evenly spaced frames, NaN for those that are no row; and the rows'
-    places among them. A detector's file often leaves out the frames in which it found nobody. InputError for frame
-    numbers that cannot be of one recording."""
+    places among them. A detector's file often leaves out the frames in which it found nobody, and a recording may lack
+    images, which its time stamps tell alone: of these there are frames for 5 s at most. InputError for frame numbers
+    that cannot be of one recording."""
     frame = keypoints.frame_index - keypoints.frame_index[0]
     step = max(int(np.gcd.reduce(frame)), 1)
-    rows = frame // step
-    joints = np.full((grid_rows(keypoints, step), *keypoints.joints.shape[1:]), np.nan)
+    count, rows = grid_rows(keypoints, step), frame // step
+    if keypoints.time_s is not None and len(rows) > 1:
+        more = lacking(keypoints.time_s, rows)
+        count, rows = count + int(more.sum()), rows + np.concatenate([[0], np.cumsum(more)])
+    joints = np.full((count, *keypoints.joints.shape[1:]), np.nan)
     confidence = np.full(joints.shape[:2], np.nan)
     joints[rows] = keypoints.joints
     confidence[rows] = keypoints.confidence
     return joints, confidence, rows
 
 
+def lacking(time_s: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """(T - 1,) images that a recording lacks between its rows, 5 s of them at most, by their times (T,) and by their
+    places (T,) among evenly spaced frames."""
+    took, apart = np.diff(time_s), np.diff(rows)
+    usual = float(np.median(took / apart))
+    if not usual > 0:
+        return np.zeros(len(took), dtype=int)
+    more = np.minimum(np.rint(took / usual) - apart, max(_APART_S // usual, 1))
+    return np.where(took > (apart + _HOLE) * usual, more, 0).astype(int)
+
+
 def rate_of(keypoints: PoseSequence, rows: np.ndarray) -> float | None:
     """Evenly spaced frames a second, of keypoints with these places (T,) among them (on_grid); None where unknown."""
     if keypoints.time_s is None or len(rows) < 2:
         return None
-    return float(rows[-1] - rows[0]) / float(keypoints.time_s[-1] - keypoints.time_s[0])
+    each = np.diff(keypoints.time_s) / np.diff(rows)
+    return 1 / float(each[each <= _HOLE * np.median(each)].mean())
 
 
 def refuse_two_people(joints: np.ndarray, rate: float | None) -> None:

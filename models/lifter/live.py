@@ -13,6 +13,7 @@ from ...pipeline.rotations import is_finite, rotate
 from .builtin import network, run
 from .clock import clock_of
 from .features import ASSUMED_FOCAL, HALF_WINDOW, features
+from .input import lacking
 
 
 class LiveLifter:
@@ -49,16 +50,12 @@ class LiveLifter:
         -> (17, 3), H36M17 in CAMERA axes relative to the pelvis, unit arbitrary; NaN for a frame without a joint.
         """
         seen = remap(PoseSequence(xy[None], self._layout, IMAGE, confidence=score[None]), H36M17)
-        now = np.nan if time_s is None else time_s
-        newest = (self._pixels, seen.joints[0]), (self._confidence, seen.confidence[0]), (self._time_s, now)
-        for kept, new in newest:
-            kept[:-1] = kept[1:].copy()
-            kept[-1] = new
-        self._count = min(self._count + 1, len(self._pixels))
+        if time_s is not None:
+            self._push_lacking(time_s)
+        self._push(seen.joints[0], seen.confidence[0], np.nan if time_s is None else time_s)
         if not is_finite(seen.joints).any():
             return np.full((len(H36M17), 3), np.nan)
-        took = self._time_s[-1] - self._time_s[-self._count]
-        clock = clock_of((self._count - 1) / took if took > 0 else None)
+        clock = clock_of(self._rate())
         last = slice(-min(self._count, len(self._pixels) // clock.finer + 1), None)
         pixels, confidence = clock.rows(self._pixels[last], self._confidence[last])
         # Of several phases the newest frame's own: the means over the others' ends would be of the past.
@@ -66,3 +63,27 @@ class LiveLifter:
         up = None if self._up is None else np.broadcast_to(self._up, (len(pixels), 3))
         x, R_camera_from_ray = features(pixels, confidence, self._size, self._focal, up)
         return rotate(R_camera_from_ray[-1], run(x, self._model)[0][-1].astype(np.float64))
+
+    def _push(self, xy: np.ndarray | float, score: np.ndarray | float, time_s: float) -> None:
+        for kept, new in (self._pixels, xy), (self._confidence, score), (self._time_s, time_s):
+            kept[:-1] = kept[1:].copy()
+            kept[-1] = new
+        self._count = min(self._count + 1, len(self._pixels))
+
+    def _push_lacking(self, time_s: float) -> None:
+        """Rows without a joint for images that the camera lost before this time."""
+        times = np.append(self._times(), time_s)
+        if len(times) > 2:
+            lost = int(lacking(times, np.arange(len(times)))[-1])
+            for between in np.linspace(times[-2], time_s, lost + 2)[1:-1]:
+                self._push(np.nan, np.nan, between)
+
+    def _rate(self) -> float | None:
+        """Rows a second, None where that is unknown."""
+        steps = np.diff(self._times())
+        usual = float(np.median(steps)) if len(steps) else 0.0
+        return 1 / usual if usual > 0 else None
+
+    def _times(self) -> np.ndarray:
+        """(N,) of the rows so far."""
+        return self._time_s[len(self._time_s) - self._count :]

@@ -12,7 +12,7 @@ from ..anthropometry import implied_stature
 from ..errors import InputError
 from ..layouts import H36M17, Layout
 from ..messages import how_many
-from ..pose import PoseSequence, Rectified
+from ..pose import TOLD_UP, PoseSequence, Rectified
 from ..rotations import angle_deg, unit
 
 _LEGS = (("l_hip", "l_knee", "l_ankle"), ("r_hip", "r_knee", "r_ankle"))
@@ -202,8 +202,9 @@ def upside_down(poses: PoseSequence) -> list[str]:
 def nobody_upright(rectified: Rectified) -> str:
     """A sentence where the trunk is far off the up that a take was given nearly all the time: the lines of a picture
     that is turned by 90 or 180 degrees say the same as those of an upright one. "" elsewhere, and where the source
-    knows its own up."""
-    if not rectified.level_ok or rectified.camera == "gravity":
+    knows its own up or the user has told most of it."""
+    told = sum(rectified.up_shares.get(source, 0.0) for source in TOLD_UP)
+    if not rectified.level_ok or rectified.camera == "gravity" or told > 0.5:
         return ""
     trunk = rectified.level.joint("thorax") - rectified.level.joint("pelvis")
     off_deg = angle_deg(trunk, np.array([0, 0, 1]))

@@ -31,6 +31,20 @@ def numbered_by(keypoints: PoseSequence, poses: PoseSequence, where: str) -> Pos
     )
 
 
+def numbered_by_times(video: Video, poses: PoseSequence) -> PoseSequence:
+    """The poses with the numbers of the video's frames at their own times, where they have times and no numbers, and
+    each is within half an interval of one frame. A phone's video lacks images, which numbers counted by times would
+    count."""
+    if poses.frames_known or poses.time_s is None or len(video.time_s) < 2:
+        return poses
+    middles = (video.time_s[1:] + video.time_s[:-1]) / 2
+    numbers = np.searchsorted(middles, poses.time_s)
+    off = np.abs(video.time_s[numbers] - poses.time_s)
+    if (off >= np.median(np.diff(video.time_s)) / 2).any() or (np.diff(numbers) <= 0).any():
+        return poses
+    return poses.with_(frame_index=numbers, frames_known=True).noted("frame numbers", source="times")
+
+
 def starting_at(first_frame: int, sequence: PoseSequence) -> PoseSequence:
     """The sequence with its first row at that video frame and the others as far from it as they were.
     InputError for a negative frame."""

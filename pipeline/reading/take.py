@@ -20,7 +20,15 @@ from ..plugins.options import call
 from ..pose import PoseSequence
 from ..take import Event, Session, Take, Video
 from .choose import RANKS, choose_person, same_person
-from .clock import Clock, check_numbers, numbered_by, range_note, rows_within, starting_at
+from .clock import (
+    Clock,
+    check_numbers,
+    numbered_by,
+    numbered_by_times,
+    range_note,
+    rows_within,
+    starting_at,
+)
 from .find import exchanged, find_adapter, recognises
 from .load import Source, load
 from .normalise import missing_in_words
@@ -187,7 +195,7 @@ def _joined(files: _Files, poses: PoseSequence | None, keypoints: PoseSequence |
             *told,
             *_repairs(lead),
             *_damage(video),
-            *(Event("warning", text) for text in (*clock.doubts(), *_doubts(lead))),
+            *(Event("warning", text) for text in (*clock.doubts(), *_doubts(lead, keypoints))),
             *_coverage(lead, video),
             *swapped,
         ),
@@ -201,6 +209,8 @@ def _numbered(
 ) -> tuple[PoseSequence | None, PoseSequence | None]:
     """Both with the numbers of their video frames, as far as the files and `first_frame` tell."""
     first, numbering = files.options.first_frame, files.lead
+    if poses is not None and keypoints is None and files.video and first is None:
+        poses = numbered_by_times(files.video, poses)
     if poses is not None and not poses.frames_known:
         if files.keypoints and keypoints and (first is None or len(poses) == len(keypoints)):
             numbering = files.keypoints  # the rows of the one are those of the other
@@ -367,9 +377,13 @@ def _coverage(lead: PoseSequence, video: Video | None) -> list[Event]:
     return [Event("note", f"The data cover video frames {first} to {last} of {len(video.time_s)}.")]
 
 
-def _doubts(lead: PoseSequence) -> list[str]:
-    """Warnings about data that were read but should not be believed as they are."""
-    warnings = [str(step.options["warning"]) for step in lead.history if "warning" in step.options]
+def _doubts(lead: PoseSequence, keypoints: PoseSequence | None) -> list[str]:
+    """Warnings about data that were read but should not be believed as they are. keypoints: the lead, or those beside
+    it."""
+    steps = (*lead.history, *(keypoints.history if keypoints is not None else ()))
+    warnings = list(
+        dict.fromkeys(str(step.options["warning"]) for step in steps if "warning" in step.options)
+    )
     if lead.frame.dims == 3:
         warnings += implausible(lead)
     if not lead.frames_known:

@@ -31,7 +31,7 @@ class Pipeline:
         """The same of a take that is still to come, in which the fields of these names will be filled. unit: of its
         poses, empty where there are none or it is not known."""
         known = {field.name for field in fields(Take)}
-        filled = set(given)
+        filled = {*given, *(field.name for field in fields(Take) if field.default is not None)}
         for position, stage in enumerate(self.stages):
             for earlier in self.stages[:position]:
                 for name in set(earlier.needs).intersection(stage.gives):

@@ -7,7 +7,6 @@ from textwrap import wrap
 
 import numpy as np
 
-from ...pipeline.errors import InputError
 from ...pipeline.files.atomic import whole_file
 from ...pipeline.files.c3d import LAST
 from ...pipeline.files.markers import C3D_GROUP, check_c3d
@@ -24,7 +23,8 @@ def write_c3d(take: Take, path: Path) -> tuple[Event, ...]:
 
     The number of the first frame says when it begins, counted from 1 at 0 s of the take; returns a note where that is
     no number that the file can hold. The group PCNET3D holds the provenance; POINT X_SCREEN and Y_SCREEN say which axes
-    to draw to the right and up. InputError for more frames than the file can number, and as `markers` raises it.
+    to draw to the right and up. More frames than the file can number are not written, and a warning says so. InputError
+    as `markers` raises it.
     """
     check_c3d()
     import ezc3d
@@ -32,10 +32,11 @@ def write_c3d(take: Take, path: Path) -> tuple[Event, ...]:
     found = markers(take, LEVEL)
     count, begin_s = len(found.time_s), float(found.time_s[0])
     if count > LAST:
-        raise InputError(
-            f"C3D numbers {LAST} frames at most, and the take has {count}; write TRC (--also trc), or a part of it "
-            "(--time-range)."
+        said = (
+            f"{path.name} was not written: C3D numbers {LAST} frames at most, and the take has {count} at one even "
+            "rate; write TRC (--also trc), or a part of it (--time-range)."
         )
+        return (Event("warning", said),)
     before = round(begin_s * found.fps) if count > 1 else 0
     numbered = 0 <= before <= LAST - count
     points = 1000 * np.moveaxis(found.joints, 0, -1).swapaxes(0, 1)  # (3, M, N)

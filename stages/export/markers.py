@@ -10,7 +10,7 @@ import numpy as np
 from ...pipeline.errors import InputError
 from ...pipeline.frames import LEVEL, Frame
 from ...pipeline.layouts import with_feet
-from ...pipeline.motion.signals import breaks, even_grid, evenly_spaced, rate, resample
+from ...pipeline.motion.signals import breaks, even_grid, evenly_spaced, holes, rate, resample
 from ...pipeline.pose import PoseSequence
 from ...pipeline.rotations import rotate
 from ...pipeline.take import Take
@@ -75,7 +75,8 @@ def _at_even_times(points: np.ndarray, path: PoseSequence) -> tuple[np.ndarray, 
     on_grid = even_grid(time_s)
     if on_grid is None:
         even_s = np.arange(time_s[0], time_s[-1] + 1e-9, 1 / fps)
-        each = [resample(points[:, i], time_s, even_s, breaks(path)) for i in range(points.shape[1])]
+        seams = (*breaks(path), *holes(time_s).tolist())
+        each = [resample(points[:, i], time_s, even_s, seams) for i in range(points.shape[1])]
         return np.stack(each, axis=1), even_s, fps
     even_s, rows = on_grid
     placed = np.full((len(even_s), *points.shape[1:]), np.nan)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from golden.films import film
 from golden.landmarks import (
     bare,
     bare_json,
@@ -27,6 +28,8 @@ from pcnet3d.adapters import read, read_all
 from pcnet3d.pipeline import H36M17, InputError
 from pcnet3d.pipeline.layouts import BLAZEPOSE33
 from pcnet3d.pipeline.reading.find import adapters
+from pcnet3d.pipeline.reading.settings import RunOptions
+from pcnet3d.pipeline.reading.take import open_take
 
 FRAMES = 50
 
@@ -131,6 +134,27 @@ def test_frames_that_a_clocked_table_lacks_leave_a_gap(tmp_path, world, fps):
     assert poses.frame_index.tolist() == kept
     assert not poses.frames_known
     assert poses.fps == pytest.approx(fps, rel=1e-3)
+
+
+@pytest.mark.filterwarnings("error")
+def test_two_kinds_of_steps_in_turn_are_counted_by_the_shorter(tmp_path, world):
+    """A live stream that drops two of four: their median is neither."""
+    header = ["timestamp_ms", *[f"{axis}{i}" for i in range(33) for axis in "xyzv"]]
+    times = np.cumsum([0, *[33, 100] * 8])
+    poses = read(write_csv(tmp_path / "a.csv", header, [[t, *world[i].ravel()] for i, t in enumerate(times)]))
+    assert np.diff(poses.frame_index).tolist() == [1, 3] * 8
+
+
+def test_rows_with_times_are_the_videos_frames_at_these(tmp_path, world):
+    """A phone's video lacks images, of which a row an image knows nothing but its time."""
+    stamps = [40 * i for i in range(40) if i not in (10, 11, 25)]
+    header = ["timestamp_ms", *[f"{axis}{i}" for i in range(33) for axis in "xyzv"]]
+    rows = [[stamp, *world[i].ravel()] for i, stamp in enumerate(stamps)]
+    del rows[5]  # nobody was found
+    path = write_csv(tmp_path / "a.csv", header, rows)
+    take = open_take(RunOptions(poses=path, video=film(tmp_path / "a.mkv", stamps)))
+    assert take.poses.frame_index.tolist() == [i for i in range(len(stamps)) if i != 5]
+    assert take.poses.frames_known
 
 
 @pytest.mark.parametrize("boxes", [True, False])

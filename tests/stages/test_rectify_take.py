@@ -1,6 +1,7 @@
 """A take's one gravity through the stage and a whole run: bad takes, and what a user says about the camera."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -251,6 +252,8 @@ def test_a_picture_that_is_turned_is_told_where_its_lines_decide(joints, camera,
     assert not [text for text in warnings(Rectify("geometric")(said.with_(events=()))) if "trunk" in text]
     told = Rectify("geometric", gravity=tuple(-Q @ camera.up))(turned.with_(camera=None, events=()))
     assert not nobody_upright(told.rectified)
+    lies = replace(turned.rectified, up_shares={"camera pitch and roll": 0.9, "frames": 0.1})
+    assert not nobody_upright(lies)  # who has told pitch and roll is not asked to
 
 
 @pytest.mark.parametrize(

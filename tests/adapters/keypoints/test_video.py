@@ -143,6 +143,27 @@ def test_a_whole_video_is_not_doubted(film, tmp_path, ending):
     assert video.read(path)[0].doubts == ()
 
 
+def test_sound_that_goes_on_is_no_cut(tmp_path):
+    """FLV says how long all of it is, and no more."""
+    import av
+
+    path = tmp_path / "long.flv"
+    with av.open(path, "w") as container:
+        images, sound = container.add_stream("libx264", rate=25), container.add_stream("aac", rate=44100)
+        images.width, images.height, images.pix_fmt = 64, 48, "yuv420p"
+        for _ in range(50):
+            container.mux(
+                images.encode(av.VideoFrame.from_ndarray(np.zeros((48, 64, 3), np.uint8), format="rgb24"))
+            )
+        container.mux(images.encode())
+        for i in range(200):  # 4.6 s
+            part = av.AudioFrame.from_ndarray(np.zeros((2, 1024), np.float32), format="fltp", layout="stereo")
+            part.sample_rate, part.pts = 44100, 1024 * i
+            container.mux(sound.encode(part))
+        container.mux(sound.encode())
+    assert video.read(path)[0].doubts == ()
+
+
 def test_sound_alone(tmp_path):
     import av
 

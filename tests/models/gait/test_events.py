@@ -98,6 +98,18 @@ def test_a_pelvis_that_swings_with_every_step_does_not_turn(swing_deg):
     assert first[-1].stop_s < 3.1 < second[0].stop_s
 
 
+@pytest.mark.parametrize("landings", [4, 5, 6, 7])
+@pytest.mark.parametrize("turn_deg", [35.0, 45.0, 65.0, 90.0])
+def test_a_turn_in_a_short_walk_is_no_swing(landings, turn_deg):
+    """Half of a turn in the middle of four or five landings was taken for what the pelvis swings."""
+    feet, between = limping(0.6, 0.6)
+    end_s = 0.4 + 0.6 * (landings - 1) + 0.1
+    feet = {side: [stance for stance in all_ if stance.start_s < end_s] for side, all_ in feet.items()}
+    turns_s = 0.4 + 0.6 * (landings // 2) - 0.3
+    for walk in walks(feet, between, TIME, 0.25, facing_deg=np.where(turns_s > TIME, 0.0, turn_deg)):
+        assert not any(step.start_s < turns_s < step.stop_s for step in walk)
+
+
 def pausing(pause_s, at=5, both_feet=True, count=11, step_s=0.55):
     """Stances and separation of a walk that pauses before a landing, on both feet or on the one that landed last."""
     lands = 0.3 + step_s * np.arange(count) + pause_s * (np.arange(count) >= at)

@@ -158,3 +158,60 @@ def test_who_crosses_the_image_at_two_frames_a_second_is_one_person():
     assert np.isfinite(lift(keypoints.with_(joints=pixels), wide).joints).all()
     with pytest.raises(InputError, match="two people look mixed"):
         lift(keypoints.with_(joints=pixels, time_s=keypoints.time_s / 15), wide)
+
+
+def paused(keypoints, at, pause_s):
+    """The same frames by their numbers, with a pause before one that the time stamps alone tell."""
+    return keypoints.with_(time_s=keypoints.time_s + pause_s * (np.arange(len(keypoints)) >= at))
+
+
+@pytest.mark.parametrize("pause_s", [8.0, 100.0, 36000.0])
+def test_what_lies_behind_a_hole_in_the_recording_has_no_say(pause_s):
+    """A pause of 100 s made 30 frames a second 2, and all of them were lifted 14 times slower."""
+    keypoints, camera, _ = seen(30)
+    other = keypoints.with_(joints=np.concatenate([keypoints.joints[:60], keypoints.joints[:59:-1]]))
+    one, two = (lift(paused(each, 60, pause_s), size(camera)).joints for each in (keypoints, other))
+    np.testing.assert_allclose(one[:60], two[:60], atol=1e-6)
+    alone = lift(keypoints.rows(60, 180), size(camera)).joints
+    assert (
+        np.abs(one[60:] - alone)[30:].mean() < 0.002
+    )  # near its edge a take is lifted otherwise than near a hole
+
+
+def test_images_that_were_dropped_are_missing_rows():
+    keypoints, camera, _ = seen(30)
+    there = np.delete(np.arange(len(keypoints)), np.arange(60, 68))
+    numbered = lift(some(keypoints, there), size(camera))
+    counted = some(keypoints, there).with_(
+        frame_index=np.arange(len(there))
+    )  # as a video's own stamps tell it
+    np.testing.assert_allclose(lift(counted, size(camera)).joints, numbered.joints, atol=1e-6)
+
+
+def test_half_a_second_without_anybody_is_half_a_second_beside_a_hole():
+    keypoints, camera, _ = seen(30)
+    pixels = keypoints.joints.copy()
+    pixels[30:34] = np.nan
+    lifted = lift(paused(keypoints.with_(joints=pixels), 90, 100.0), size(camera))
+    assert lifted.history[-1].options["frames_without_joints"] == 0
+    pixels[88:92] = np.nan  # on both sides of the pause: not to be bridged
+    lifted = lift(paused(keypoints.with_(joints=pixels), 90, 100.0), size(camera))
+    assert not is_finite(lifted.joints[88:92]).any()
+
+
+@pytest.mark.parametrize("fps", [30, 120, 240, 1000])
+@pytest.mark.parametrize("rows", [1, 2, 3, 5])
+def test_a_few_rows_of_any_rate_are_lifted(fps, rows):
+    """Three rows at 240 frames a second are of three takes; the fourth, without a row, ended in a traceback."""
+    keypoints, camera, _ = seen(30)
+    short = keypoints.rows(0, rows).with_(time_s=np.arange(rows) / fps)
+    assert is_finite(lift(short, size(camera)).joints).all()
+
+
+def test_live_sees_the_hole_too():
+    keypoints, camera, _ = seen(30)
+    live = LiveLifter(H36M17, size(camera))
+    late = paused(keypoints, 20, 1.0)
+    for i in range(30):
+        answer = live.update(late.joints[i], late.confidence[i], late.time_s[i])
+    np.testing.assert_allclose(answer, lift(late.rows(0, 30), size(camera)).joints[-1], atol=2e-5)

@@ -138,6 +138,20 @@ def test_a_person_who_is_in_no_file_is_refused(tmp_path, lifted):
         open_take(RunOptions(poses=lifted, fps=25, person="9"))
 
 
+def test_what_is_said_of_keypoints_is_said_beside_poses_too(tmp_path, lifted):
+    path = alphapose(tmp_path / "coco.json", {1: list(range(ROWS + 2))})
+    entries = [
+        {"image_id": i, "category_id": 1, "keypoints": entry["keypoints"], "score": 0.9, "track_id": 1}
+        for i, entry in enumerate(json.loads(path.read_text()))
+    ]
+    for entry in entries[-2:]:
+        del entry["track_id"]
+    path.write_text(json.dumps(entries))
+    alone, beside = (open_take(RunOptions(keypoints=path, poses=poses, fps=25)) for poses in (None, lifted))
+    (said,) = [event.text for event in alone.events if "2 detections of 32" in event.text]
+    assert said in [event.text for event in beside.events if event.kind == "warning"]
+
+
 def test_two_longest_people_need_a_name(tmp_path):
     path = alphapose(tmp_path / "ap.json", {1: list(range(9)), 2: list(range(9)), 3: [0]})
     with pytest.raises(InputError, match=r"1 \(9 frames\), 2 \(9 frames\)"):

@@ -109,6 +109,14 @@ def test_metres_of_a_take_without_a_scale_are_refused_before_any_work(unit, befo
         Pipeline(stages).check_given(given, unit)
 
 
+def test_what_every_take_has_is_given():
+    @dataclass(frozen=True)
+    class Labels(Measuring):
+        needs: ClassVar[tuple[str, ...]] = ("keypoints", "session", "events", "name")
+
+    Pipeline((Labels(),)).check_given(("keypoints",))
+
+
 def test_writers_of_metres_say_so():
     told = [name for name, one in registry.load_all("writers").items() if getattr(one, "metric", False)]
     assert sorted(told) == ["c3d", "trc"]

@@ -293,7 +293,7 @@ def test_images_that_a_video_lacks_for_long_end_a_walk_and_are_named(walk):
     assert "there is no image from 1.13 to 2.17 s, where a walk ends" in video.measures["walking"]["reason"]
     (told,) = (event for event in video.events if "lacks images" in event.text)
     assert (told.kind, told.about) == ("warning", "view")
-    assert "from 1.13 to 2.17 s; nothing is taken across" in told.text
+    assert "from 1.13 to 2.17 s; no filter goes across" in told.text
 
 
 def test_a_take_that_is_not_levelled_has_no_steps(take):
