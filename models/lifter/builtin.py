@@ -21,7 +21,7 @@ from ...pipeline.pose import PoseSequence
 from ...pipeline.rotations import is_finite, rotate, unit
 from ...pipeline.take import Video
 from ..common.onnx import open_onnx
-from .clock import clock_of
+from .clock import averaged, clock_of
 from .features import ASSUMED_FOCAL, features, flipped
 from .input import checked_size, long_gaps, on_grid, rate_of, refuse_two_people
 
@@ -69,18 +69,23 @@ def lift(
     pixels, confidence = clock.rows(pixels, confidence)
     places = rows * clock.finer
     told = _told(up, places, len(pixels))
-    joints, covariance = np.empty((*pixels.shape[:2], 3)), np.empty((*pixels.shape[:2], 3, 3), np.float32)
-    for phase in range(min(clock.phases, len(pixels))):
-        part = slice(phase, None, clock.phases)
-        x, R_camera_from_ray = features(pixels[part], confidence[part], size, np.asarray(focal), told[part])
-        answer, sd = run(x, model)
-        if flip:
-            mirrored, mirrored_sd = run(flipped(x), model)
-            answer = (answer + mirrored[:, H36M17.mirror] * np.array([-1, 1, 1], dtype=np.float32)) / 2
-            sd = (sd + mirrored_sd[:, H36M17.mirror]) / 2
-        joints[part] = rotate(R_camera_from_ray, answer.astype(np.float64))
-        covariance[part] = _covariance(sd, R_camera_from_ray)
-    joints, covariance = (clock.averaged(each)[places] for each in (joints, covariance))
+    answers = []
+    for phases in clock.phases:
+        joints, covariance = np.empty((*pixels.shape[:2], 3)), np.empty((*pixels.shape[:2], 3, 3), np.float32)
+        for phase in range(min(phases, len(pixels))):
+            part = slice(phase, None, phases)
+            x, R_camera_from_ray = features(
+                pixels[part], confidence[part], size, np.asarray(focal), told[part]
+            )
+            answer, sd = run(x, model)
+            if flip:
+                mirrored, mirrored_sd = run(flipped(x), model)
+                answer = (answer + mirrored[:, H36M17.mirror] * np.array([-1, 1, 1], dtype=np.float32)) / 2
+                sd = (sd + mirrored_sd[:, H36M17.mirror]) / 2
+            joints[part] = rotate(R_camera_from_ray, answer.astype(np.float64))
+            covariance[part] = _covariance(sd, R_camera_from_ray)
+        answers.append([averaged(each, phases)[places] for each in (joints, covariance)])
+    joints, covariance = (sum(each[1:], each[0]) / len(each) for each in zip(*answers, strict=True))
     joints[unseen], covariance[unseen] = np.nan, np.nan
     on_a_line = is_finite(pixels)[places] & ~seen[rows] & ~unseen[:, None]
     return keypoints.with_(

@@ -2,8 +2,9 @@
 
 It saw 20 to 60 frames per second, most often 30, and hardly a joint that is missing for a frame or two. So rows that
 are further apart get others between them; rows that are nearer together are lifted as several takes, each of every so
-manieth row, whose answers are averaged; and a joint that is missing for a moment lies on a line from where it was seen
-to where it is seen again. docs/research.md, "Frame rates and holes", has what each of these is worth.
+manieth row, once at about 60 a second and once at about 30, and all answers are averaged; and a joint that is missing
+for a moment lies on a line from where it was seen to where it is seen again. docs/research.md, "Frame rates and holes",
+has what each of these is worth.
 """
 
 from __future__ import annotations
@@ -21,11 +22,11 @@ _LINE_S = 0.3  # a joint that is missing for longer is left to the network
 
 @dataclass(frozen=True)
 class Clock:
-    """finer: rows of the network's clock to a row of the take. phases: takes that the rows are lifted as. longest: rows
-    of the clock that a line bridges."""
+    """finer: rows of the network's clock to a row of the take. phases: as how many takes the rows are lifted, once for
+    each. longest: rows of the clock that a line bridges."""
 
     finer: int
-    phases: int
+    phases: tuple[int, ...]
     longest: int
 
     def rows(self, pixels: np.ndarray, confidence: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -52,29 +53,31 @@ class Clock:
             )
         return fine_pixels, fine_confidence
 
-    def averaged(self, answers: np.ndarray) -> np.ndarray:
-        """Answers (T, ...) of all phases, each row the mean over the phases about it; where there is but one, as they
-        are."""
-        if self.phases == 1:
-            return answers
-        # Every phase has the same weight, and the row is in the middle.
-        weight = np.convolve(
-            np.full(self.phases, 1 / self.phases), [0.5, 0.5] if self.phases % 2 == 0 else [1.0]
-        )
-        half = len(weight) // 2
-        padded = np.concatenate(
-            [np.repeat(answers[:1], half, axis=0), answers, np.repeat(answers[-1:], half, axis=0)]
-        )
-        total = np.zeros_like(answers)
-        for first, part in enumerate(weight):
-            total += part * padded[first : first + len(answers)]
-        return total
+
+def averaged(answers: np.ndarray, phases: int) -> np.ndarray:
+    """Answers (T, ...) of all phases, each row the mean over the phases about it; where there is but one, as they
+    are."""
+    if phases == 1:
+        return answers
+    # Every phase has the same weight, and the row is in the middle.
+    weight = np.convolve(np.full(phases, 1 / phases), [0.5, 0.5] if phases % 2 == 0 else [1.0])
+    half = len(weight) // 2
+    padded = np.concatenate(
+        [np.repeat(answers[:1], half, axis=0), answers, np.repeat(answers[-1:], half, axis=0)]
+    )
+    total = np.zeros_like(answers)
+    for first, part in enumerate(weight):
+        total += part * padded[first : first + len(answers)]
+    return total
 
 
 def clock_of(rate: float | None, rows: np.ndarray | None = None) -> Clock:
     """The clock of a take with so many rows a second, gaps counted; None where that is unknown, which counts as the
     usual one. rows: (T,) places of those that are there, where some may be missing."""
     rate = USUAL_HZ if rate is None else rate
-    finer, phases = max(round(USUAL_HZ / rate), 1), max(round(rate / _FASTEST_HZ), 1)
+    finer, phases = (
+        max(round(USUAL_HZ / rate), 1),
+        {max(round(rate / each), 1) for each in (_FASTEST_HZ, USUAL_HZ)},
+    )
     step = 1 if rows is None or len(rows) < 2 else int(np.median(np.diff(rows)))
-    return Clock(finer, phases, max(round(_LINE_S * rate * finer), step * finer - 1))
+    return Clock(finer, tuple(sorted(phases)), max(round(_LINE_S * rate * finer), step * finer - 1))

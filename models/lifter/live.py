@@ -19,7 +19,7 @@ from .input import lacking
 class LiveLifter:
     """Lifts the newest frame from what came before it; no frame is waited for.
 
-    The answer is the one that lifter.lift gives for the last frame of all so far, at up to 90 frames a second. With
+    The answer is the one that lifter.lift gives for the last frame of all so far, at up to 45 frames a second. With
     frames on both sides, as in a finished take, it is better: of what a frame's answer rests on, the half that is still
     to come is missing.
     """
@@ -59,7 +59,12 @@ class LiveLifter:
         last = slice(-min(self._count, len(self._pixels) // clock.finer + 1), None)
         pixels, confidence = clock.rows(self._pixels[last], self._confidence[last])
         # Of several phases the newest frame's own: the means over the others' ends would be of the past.
-        pixels, confidence = (each[:: -clock.phases][::-1] for each in (pixels, confidence))
+        answers = [
+            self._answer(pixels[::-phases][::-1], confidence[::-phases][::-1]) for phases in clock.phases
+        ]
+        return np.mean(answers, axis=0)
+
+    def _answer(self, pixels: np.ndarray, confidence: np.ndarray) -> np.ndarray:
         up = None if self._up is None else np.broadcast_to(self._up, (len(pixels), 3))
         x, R_camera_from_ray = features(pixels, confidence, self._size, self._focal, up)
         return rotate(R_camera_from_ray[-1], run(x, self._model)[0][-1].astype(np.float64))

@@ -90,7 +90,7 @@ def take_of(clip: Clip, fps: float, seed: int) -> Take:
 @contextmanager
 def rows_as_they_come() -> Iterator[None]:
     clock = builtin.clock_of
-    builtin.clock_of = lambda rate, rows: Clock(finer=1, phases=1, longest=0)
+    builtin.clock_of = lambda rate, rows: Clock(finer=1, phases=(1,), longest=0)
     try:
         yield
     finally:

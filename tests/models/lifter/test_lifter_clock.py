@@ -7,7 +7,7 @@ from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.common.metrics import joint_error, scaled
 from pcnet3d.models.lifter.builtin import lift
-from pcnet3d.models.lifter.clock import clock_of
+from pcnet3d.models.lifter.clock import averaged, clock_of
 from pcnet3d.models.lifter.live import LiveLifter
 from pcnet3d.pipeline import H36M17, IMAGE, InputError, PoseSequence
 from pcnet3d.pipeline.rotations import is_finite
@@ -109,25 +109,32 @@ def test_a_line_goes_from_sighting_to_sighting():
 
 @pytest.mark.parametrize(
     ("rate", "finer", "phases"),
-    [(2, 15, 1), (10, 3, 1), (24, 1, 1), (30, 1, 1), (59.94, 1, 1), (120, 1, 2), (240, 1, 4)],
+    [
+        (2, 15, (1,)),
+        (10, 3, (1,)),
+        (24, 1, (1,)),
+        (30, 1, (1,)),
+        (59.94, 1, (1, 2)),
+        (120, 1, (2, 4)),
+        (240, 1, (4, 8)),
+    ],
 )
 def test_the_clock_is_one_that_the_network_knows(rate, finer, phases):
     clock = clock_of(rate)
     assert (clock.finer, clock.phases) == (finer, phases)
-    assert 20 <= rate * clock.finer / clock.phases <= 60
+    assert all(20 <= rate * clock.finer / each <= 60 for each in clock.phases)
 
 
-@pytest.mark.parametrize("rate", [120, 180, 240])
-def test_the_mean_over_phases_keeps_lines_and_takes_out_what_differs_between_phases(rate):
-    clock = clock_of(rate)
+@pytest.mark.parametrize("phases", [2, 3, 4])
+def test_the_mean_over_phases_keeps_lines_and_takes_out_what_differs_between_phases(phases):
     line = np.linspace(0, 1, 40)[:, None]
-    inside = slice(clock.phases, -clock.phases)
-    np.testing.assert_allclose(clock.averaged(line)[inside], line[inside], atol=1e-12)
-    offset = np.arange(40.0)[:, None] % clock.phases
-    np.testing.assert_allclose(clock.averaged(offset)[inside], (clock.phases - 1) / 2, atol=1e-12)
+    inside = slice(phases, -phases)
+    np.testing.assert_allclose(averaged(line, phases)[inside], line[inside], atol=1e-12)
+    offset = np.arange(40.0)[:, None] % phases
+    np.testing.assert_allclose(averaged(offset, phases)[inside], (phases - 1) / 2, atol=1e-12)
 
 
-@pytest.mark.parametrize("fps", [10, 25, 60])
+@pytest.mark.parametrize("fps", [10, 25, 40])
 def test_live_is_the_last_of_a_lift_of_all_so_far_at_any_rate(fps):
     keypoints, camera, _ = seen(fps)
     live = LiveLifter(H36M17, size(camera))
