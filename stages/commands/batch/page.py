@@ -93,7 +93,7 @@ def _conclusion(rows: Rows, done: Rows, found: Sequence[Change]) -> Iterator[str
     yield f"{how_many(len(names), 'take')}{of}{f'; {trusted}' if done else ''}."
     for (factor, earlier, later), changes in _by_step(found).items():
         beyond = [one for one in changes if one.of_the_mean]
-        beyond.sort(key=lambda one: -abs(one.bias) / max(one.sd, 1e-9))
+        beyond.sort(key=lambda one: -abs(one.bias) / one.sd)
         step = f"From {factor} {earlier} to {later}, {how_many(max(one.n for one in changes), 'subject')}"
         counts = f"{len(beyond) or 'none'} of {how_many(len(changes), 'measure')} changed on average"
         told = ", ".join(f"{_WORDS[one.measure]} {one.bias:+.3g}" for one in beyond[:_MOST_TOLD])
@@ -243,7 +243,8 @@ def _changes(found: Sequence[Change]) -> Markup:
         "without takes that could not be levelled, have unusable poses or show several people, of whom nothing says "
         "who the subject is. 95 % interval: of the mean (Student's t); n: subjects. Single subjects: limits of "
         "agreement, the mean and 1.96 standard deviations of the differences to each side (Bland & Altman 1986), "
-        "in which change of the person and error of the method are not told apart. All measures are in changes.csv."
+        "in which change of the person and error of the method are not told apart. Both hold what the rounding of the "
+        "figures makes at least. All measures are in changes.csv."
     )
     return joined(tables) + small(words) if tables else Markup("")
 

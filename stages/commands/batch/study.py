@@ -7,8 +7,9 @@ measurement", Lancet 1986: mean of the differences and 1.96 of their standard de
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from decimal import Decimal
 from pathlib import Path
 from statistics import fmean
 from typing import Annotated, Any
@@ -26,6 +27,8 @@ from ...report.key_frames import key_rows
 QUALITY = ("up_error_deg", "up_bound_deg", "error_deg_mean", "bone_length_spread")
 
 _LIMIT = 1.96
+# Of the steps in which figures are stated: standard deviation of the difference of two (uniform errors).
+_ROUNDED = float(np.sqrt(2 / 12))
 # What a measure rests on, or its error.
 _NO_MEASURE = ("frames", "nan_share", "beyond_anatomy_frames", "places", "sd_deg")
 
@@ -191,7 +194,8 @@ def write_table(rows: Sequence[Mapping[str, Any]], path: Path) -> None:
 class Change:
     """Of a measure within subjects, from one visit or condition to another.
 
-    n: subjects who have both. bias: mean of the differences, later less earlier; sd: their standard deviation;
+    n: subjects who have both. bias: mean of the differences, later less earlier; sd: their standard deviation, but what
+    the rounding of the figures makes at least, for differences of a few rounded ones may all be the same;
     mean_lower, mean_upper: 95 % confidence interval of the bias (Student's t). lower, upper: 95 % limits of agreement,
     between which the change of a single subject lies.
     """
@@ -238,6 +242,7 @@ def changes(rows: Sequence[Mapping[str, Any]]) -> list[Change]:
         and not (row.get("person") and people[row["name"]] > 1)
     ]
     names = dict.fromkeys(key for row in done for key in row["measures"] if not _rests_on(key))
+    rounding = {name: _ROUNDED * _step(row["measures"].get(name) for row in done) for name in names}
     for factor, other in (("visit", "condition"), ("condition", "visit")):
         usable = {row[factor] for row in done}
         levels = [level for level in dict.fromkeys(row[factor] for row in rows) if level and level in usable]
@@ -245,7 +250,7 @@ def changes(rows: Sequence[Mapping[str, Any]]) -> list[Change]:
             for name in names:
                 off = _differences(done, name, factor, other, levels[0], later)
                 if len(off) >= 2:
-                    bias, sd = float(off.mean()), float(off.std(ddof=1))
+                    bias, sd = float(off.mean()), max(float(off.std(ddof=1)), rounding[name])
                     margin = float(student_t.ppf(0.975, len(off) - 1)) * sd / np.sqrt(len(off))
                     limits = (bias - margin, bias + margin, bias - _LIMIT * sd, bias + _LIMIT * sd)
                     found.append(Change(factor, levels[0], later, name, len(off), bias, sd, *limits))
@@ -258,6 +263,14 @@ def _rests_on(name: str) -> bool:
     *groups, key = name.split(".")
     whole_cycles = key == "count" and "cycles" in groups
     return key in _NO_MEASURE or whole_cycles or "_error_" in key or key.endswith("_error")
+
+
+def _step(values: Iterable[float | None]) -> float:
+    """Of the last decimal in which any is stated, to which all are taken to be rounded; 1 of whole numbers, counts too.
+    Takes that are alike are rounded alike, so that a mean of several is known no better."""
+    known = [value for value in values if value is not None and np.isfinite(value)]
+    ends = [int(Decimal(str(value)).normalize().as_tuple().exponent) for value in known]
+    return float(10.0 ** min([0, *ends]))
 
 
 def _differences(
