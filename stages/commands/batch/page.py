@@ -47,6 +47,8 @@ _PARTS = {
 _MOST = 20  # names of runs in a sentence
 _MOST_TOLD = 5  # changes
 
+_LEVELLED = {True: "yes", False: "no", None: None}
+
 _LABELS = ("subject", "visit", "condition")
 _WORDS = {_RANGE.format(name): f"range of {spoken(name)} (°)" for name in ANGLES} | _OTHERS
 
@@ -145,7 +147,7 @@ def _takes(rows: Rows) -> Markup:
         "frames": [row.get("frames") for row in rows],
         "duration (s)": [row.get("duration_s") for row in rows],
         "poses are": [row.get("verdict") or None for row in rows],
-        "levelled": ["yes" if row.get("level_ok") else "no" for row in rows],
+        "levelled": [_LEVELLED[row.get("level_ok")] for row in rows],
         "up known to within (°, 90 %)": [row.get("up_bound_deg") for row in rows],
         "expected rotation error (°)": [row.get("error_deg_mean") for row in rows],
         "bone lengths vary by (%)": [_percent(row.get("bone_length_spread")) for row in rows],

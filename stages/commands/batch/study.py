@@ -128,13 +128,15 @@ def _numbers(group: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, f
 
 
 def doubts(rows: Sequence[Mapping[str, Any]]) -> dict[str, list[Mapping[str, Any]]]:
-    """Finished runs by what is not to be believed of them, such as "with unusable poses"; rows: as of `study_rows`, one
-    for each person of a take."""
+    """Finished runs by what is not to be believed of them, such as "with unusable poses", or by why it cannot be told;
+    rows: as of `study_rows`, one for each person of a take."""
     found = {
         f"with {weight} poses": [row for row in rows if row.get("verdict") == weight]
         for weight in ("suspicious", "unusable")
     }
     found["not levelled"] = [row for row in rows if row.get("level_ok") is False]
+    # Without the stage `export` a run's summary has no figures.
+    found["that left nothing to judge them by"] = [row for row in rows if row.get("level_ok") is None]
     return {what: doubtful for what, doubtful in found.items() if doubtful}
 
 

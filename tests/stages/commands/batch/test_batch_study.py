@@ -160,6 +160,21 @@ def test_people_of_one_take_are_counted_as_one_take():
     assert "1 run not levelled: t, 1<" in page
 
 
+def test_a_take_without_figures_is_neither_without_doubts_nor_not_levelled():
+    """As after `--set export=off`."""
+    labels = {"subject": "", "visit": "", "condition": "", "state": "done"}
+    bare = {"level_ok": None, "verdict": "", "frames": None, "measures": {}}
+    rows = [{"name": name, **labels, **bare} for name in ("a", "b")]
+    page = as_page("Study", rows, [])
+    assert "2 takes done, none failed; 2 of them with doubts." in page
+    assert "2 runs that left nothing to judge them by: a; b<" in page
+    assert ">levelled<" not in page  # a column without a cell
+    rows[1] |= {"level_ok": True, "frames": 45}
+    page = as_page("Study", rows, [])
+    assert "1 run that left nothing to judge them by: a<" in page
+    assert (page.count(">yes<"), page.count(">no<")) == (1, 0)
+
+
 def test_a_subject_counts_once_however_many_takes_there_are():
     rows = [row("a", "1", 10.0)] * 5 + [
         row("a", "1", 16.0),
