@@ -17,7 +17,7 @@ from ...drawing.page import Cell, Link, Stated, answer, box, heading, joined, pa
 from ...measures.figures import error_key, of_length
 from ...report.key_frames import body_views, skeletons
 from ...report.sections import spoken
-from .study import Change, doubts, name_of
+from .study import Change, doubts, name_of, rates_within
 
 _RANGE = "range_of_motion.{}.p05_p95_deg"
 _OTHERS = {
@@ -78,6 +78,8 @@ def _head(rows: Rows, done: Rows, found: Sequence[Change]) -> Markup:
         f"{' ...' if len(runs) > _MOST else ''}"
         for what, runs in doubts(done).items()
     ]
+    if rates := rates_within(done):
+        unsure.append(rates)
     return (
         small(" · ".join([*about, f"pcnet3d {package_version()}"]))
         + answer(_conclusion(rows, done, found))

@@ -21,8 +21,10 @@ from ....pipeline.errors import InputError
 from ....pipeline.files.arrays import load
 from ....pipeline.files.atomic import REPORT, SUMMARY, printable, read_summary
 from ....pipeline.layouts import H36M17
+from ....pipeline.messages import how_many
 from ...measures.figures import of_length
 from ...report.key_frames import key_rows
+from ..rates import is_lifted, rates_apart
 
 QUALITY = ("up_error_deg", "up_bound_deg", "error_deg_mean", "bone_length_spread")
 
@@ -38,7 +40,7 @@ _Words = Annotated[str, AfterValidator(printable)]
 
 class _Figures(BaseModel, strict=True):
     """What the table says of a run; None where it does not say. report: its place, seen from the study's page. posture:
-    a frame's joints in BODY, for the page alone."""
+    a frame's joints in BODY, and lifted: whether the run lifted its poses itself, for the page alone."""
 
     person: _Words
     report: _Words
@@ -58,6 +60,7 @@ class _Figures(BaseModel, strict=True):
     error_deg_mean: float | None
     bone_length_spread: float | None
     posture: list[list[float]] | None
+    lifted: bool
     measures: dict[_Words, float]
 
 
@@ -96,6 +99,7 @@ def _figures(folder: Path, place: Path) -> dict[str, Any]:
         "error_deg_mean": rectified.get("error_deg_mean"),
         "bone_length_spread": poses.get("bone_length_spread"),
         "posture": _posture(folder / "poses.npz"),
+        "lifted": is_lifted(summary),
         "measures": dict(_numbers(parts["measures"])),
     }
     try:
@@ -138,6 +142,20 @@ def doubts(rows: Sequence[Mapping[str, Any]]) -> dict[str, list[Mapping[str, Any
     # Without the stage `export` a run's summary has no figures.
     found["that left nothing to judge them by"] = [row for row in rows if row.get("level_ok") is None]
     return {what: doubtful for what, doubtful in found.items() if doubtful}
+
+
+def rates_within(rows: Sequence[Mapping[str, Any]]) -> str:
+    """What is to be said of subjects whose lifted takes differ in frame rate, for these are compared with each other;
+    empty where there is no such subject. rows: as of `study_rows`."""
+    rates: dict[str, list[float]] = {}
+    for row in rows:
+        if row.get("subject") and row.get("lifted") and row.get("fps"):
+            rates.setdefault(row["subject"], []).append(row["fps"])
+    apart = [subject for subject, of in rates.items() if rates_apart(of)]
+    if not apart:
+        return ""
+    words = rates_apart(rate for subject in apart for rate in rates[subject])
+    return f"The takes of {how_many(len(apart), 'subject')} were {words}"
 
 
 def name_of(row: Mapping[str, Any]) -> str:

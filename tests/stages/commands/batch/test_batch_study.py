@@ -11,7 +11,7 @@ from pcnet3d.pipeline.plugins import registry
 from pcnet3d.stages.commands.batch.command import study_rows
 from pcnet3d.stages.commands.batch.manifest import Entry
 from pcnet3d.stages.commands.batch.page import as_page
-from pcnet3d.stages.commands.batch.study import changes, figures
+from pcnet3d.stages.commands.batch.study import changes, figures, rates_within
 from pcnet3d.stages.commands.batch.take import Outcome, _hashes, _kept, _key
 
 NAME = "range_of_motion.r_knee_flexion.p05_p95_deg"
@@ -223,6 +223,27 @@ def test_what_a_measure_rests_on_is_no_measure():
     assert [change.measure for change in changes(rows)] == names[-2:]
 
 
+@pytest.mark.parametrize(
+    ("rates", "lifted", "warned"),
+    [
+        ((30.0, 60.0), True, True),
+        ((29.97, 30.0), True, False),
+        ((30.0, 60.0), False, False),
+        ((30.0, None), True, False),
+    ],
+    ids=["two rates", "two clocks", "poses of files", "one frame"],
+)
+def test_a_subject_lifted_at_two_frame_rates_is_warned_of(rates, lifted, warned):
+    rows = [
+        {**row("a", visit, 1.0), "name": visit, "state": "done", "lifted": lifted, "fps": fps}
+        for visit, fps in zip("12", rates, strict=True)
+    ]
+    rows.append({**rows[0], "subject": "b", "fps": 120.0})  # whom nobody compares with another
+    assert ("The takes of 1 subject were lifted at 30 to 60 frames a second" in rates_within(rows)) == warned
+    assert bool(rates_within(rows)) == warned
+    assert ("at 30 to 60 frames a second" in as_page("Study", rows, [])) == warned
+
+
 def test_figures_are_single_numbers_by_their_keys(tmp_path):
     run = tmp_path / "takes" / "a"
     run.mkdir(parents=True)
@@ -237,6 +258,7 @@ def test_figures_are_single_numbers_by_their_keys(tmp_path):
     assert found["device"] == "cpu, cuda"
     assert found["measures"] == {"walking.steps": 3.0, "walking.right.x_s": 0.5}
     assert found["warnings"] == ["careful"]
+    assert not found["lifted"]
     assert found["report"] == ""
     (run / "report.html").write_text("")
     assert figures(run)[0]["report"] == "takes/a/report.html"
