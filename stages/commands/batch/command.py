@@ -28,7 +28,7 @@ from ....pipeline.running.progress import counted
 from .manifest import Entry, read_entries
 from .page import as_page
 from .pool import connected, on_cluster, on_this_machine
-from .study import Change, changes, doubts, write_table
+from .study import Change, changes, doubts, rates_within, write_table
 from .take import Job, Outcome
 
 STATUS = "batch.json"
@@ -100,6 +100,8 @@ def batch(
             f"{how_many(len(strangers), 'take')} in {output} "
             f"{'is' if len(strangers) == 1 else 'are'} not in {source}, and not in the table",
         )
+    if rates := rates_within(rows):
+        say("warning", rates)
     print(
         f"{output}: {how_many(len(outcomes) - len(failed), 'take')} done ({kept} of them before), {len(failed)} failed"
     )

@@ -17,7 +17,7 @@ from ...drawing.page import Cell, Link, Stated, answer, box, heading, joined, pa
 from ...measures.figures import error_key, of_length
 from ...report.key_frames import body_views, skeletons
 from ...report.sections import spoken
-from .study import Change, doubts, name_of
+from .study import Change, doubts, name_of, rates_within
 
 _RANGE = "range_of_motion.{}.p05_p95_deg"
 _OTHERS = {
@@ -46,6 +46,8 @@ _PARTS = {
 }
 _MOST = 20  # names of runs in a sentence
 _MOST_TOLD = 5  # changes
+
+_LEVELLED = {True: "yes", False: "no", None: None}
 
 _LABELS = ("subject", "visit", "condition")
 _WORDS = {_RANGE.format(name): f"range of {spoken(name)} (°)" for name in ANGLES} | _OTHERS
@@ -76,6 +78,8 @@ def _head(rows: Rows, done: Rows, found: Sequence[Change]) -> Markup:
         f"{' ...' if len(runs) > _MOST else ''}"
         for what, runs in doubts(done).items()
     ]
+    if rates := rates_within(done):
+        unsure.append(rates)
     return (
         small(" · ".join([*about, f"pcnet3d {package_version()}"]))
         + answer(_conclusion(rows, done, found))
@@ -93,7 +97,7 @@ def _conclusion(rows: Rows, done: Rows, found: Sequence[Change]) -> Iterator[str
     yield f"{how_many(len(names), 'take')}{of}{f'; {trusted}' if done else ''}."
     for (factor, earlier, later), changes in _by_step(found).items():
         beyond = [one for one in changes if one.of_the_mean]
-        beyond.sort(key=lambda one: -abs(one.bias) / max(one.sd, 1e-9))
+        beyond.sort(key=lambda one: -abs(one.bias) / one.sd)
         step = f"From {factor} {earlier} to {later}, {how_many(max(one.n for one in changes), 'subject')}"
         counts = f"{len(beyond) or 'none'} of {how_many(len(changes), 'measure')} changed on average"
         told = ", ".join(f"{_WORDS[one.measure]} {one.bias:+.3g}" for one in beyond[:_MOST_TOLD])
@@ -145,7 +149,7 @@ def _takes(rows: Rows) -> Markup:
         "frames": [row.get("frames") for row in rows],
         "duration (s)": [row.get("duration_s") for row in rows],
         "poses are": [row.get("verdict") or None for row in rows],
-        "levelled": ["yes" if row.get("level_ok") else "no" for row in rows],
+        "levelled": [_LEVELLED[row.get("level_ok")] for row in rows],
         "up known to within (°, 90 %)": [row.get("up_bound_deg") for row in rows],
         "expected rotation error (°)": [row.get("error_deg_mean") for row in rows],
         "bone lengths vary by (%)": [_percent(row.get("bone_length_spread")) for row in rows],
@@ -243,7 +247,8 @@ def _changes(found: Sequence[Change]) -> Markup:
         "without takes that could not be levelled, have unusable poses or show several people, of whom nothing says "
         "who the subject is. 95 % interval: of the mean (Student's t); n: subjects. Single subjects: limits of "
         "agreement, the mean and 1.96 standard deviations of the differences to each side (Bland & Altman 1986), "
-        "in which change of the person and error of the method are not told apart. All measures are in changes.csv."
+        "in which change of the person and error of the method are not told apart. Both hold what the rounding of the "
+        "figures makes at least. All measures are in changes.csv."
     )
     return joined(tables) + small(words) if tables else Markup("")
 

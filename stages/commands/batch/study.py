@@ -7,8 +7,9 @@ measurement", Lancet 1986: mean of the differences and 1.96 of their standard de
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from decimal import Decimal
 from pathlib import Path
 from statistics import fmean
 from typing import Annotated, Any
@@ -20,12 +21,16 @@ from ....pipeline.errors import InputError
 from ....pipeline.files.arrays import load
 from ....pipeline.files.atomic import REPORT, SUMMARY, printable, read_summary
 from ....pipeline.layouts import H36M17
+from ....pipeline.messages import how_many
 from ...measures.figures import of_length
 from ...report.key_frames import key_rows
+from ..rates import is_lifted, rates_apart
 
 QUALITY = ("up_error_deg", "up_bound_deg", "error_deg_mean", "bone_length_spread")
 
 _LIMIT = 1.96
+# Of the steps in which figures are stated: standard deviation of the difference of two (uniform errors).
+_ROUNDED = float(np.sqrt(2 / 12))
 # What a measure rests on, or its error.
 _NO_MEASURE = ("frames", "nan_share", "beyond_anatomy_frames", "places", "sd_deg")
 
@@ -35,7 +40,7 @@ _Words = Annotated[str, AfterValidator(printable)]
 
 class _Figures(BaseModel, strict=True):
     """What the table says of a run; None where it does not say. report: its place, seen from the study's page. posture:
-    a frame's joints in BODY, for the page alone."""
+    a frame's joints in BODY, and lifted: whether the run lifted its poses itself, for the page alone."""
 
     person: _Words
     report: _Words
@@ -55,6 +60,7 @@ class _Figures(BaseModel, strict=True):
     error_deg_mean: float | None
     bone_length_spread: float | None
     posture: list[list[float]] | None
+    lifted: bool
     measures: dict[_Words, float]
 
 
@@ -93,6 +99,7 @@ def _figures(folder: Path, place: Path) -> dict[str, Any]:
         "error_deg_mean": rectified.get("error_deg_mean"),
         "bone_length_spread": poses.get("bone_length_spread"),
         "posture": _posture(folder / "poses.npz"),
+        "lifted": is_lifted(summary),
         "measures": dict(_numbers(parts["measures"])),
     }
     try:
@@ -125,14 +132,30 @@ def _numbers(group: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, f
 
 
 def doubts(rows: Sequence[Mapping[str, Any]]) -> dict[str, list[Mapping[str, Any]]]:
-    """Finished runs by what is not to be believed of them, such as "with unusable poses"; rows: as of `study_rows`, one
-    for each person of a take."""
+    """Finished runs by what is not to be believed of them, such as "with unusable poses", or by why it cannot be told;
+    rows: as of `study_rows`, one for each person of a take."""
     found = {
         f"with {weight} poses": [row for row in rows if row.get("verdict") == weight]
         for weight in ("suspicious", "unusable")
     }
     found["not levelled"] = [row for row in rows if row.get("level_ok") is False]
+    # Without the stage `export` a run's summary has no figures.
+    found["that left nothing to judge them by"] = [row for row in rows if row.get("level_ok") is None]
     return {what: doubtful for what, doubtful in found.items() if doubtful}
+
+
+def rates_within(rows: Sequence[Mapping[str, Any]]) -> str:
+    """What is to be said of subjects whose lifted takes differ in frame rate, for these are compared with each other;
+    empty where there is no such subject. rows: as of `study_rows`."""
+    rates: dict[str, list[float]] = {}
+    for row in rows:
+        if row.get("subject") and row.get("lifted") and row.get("fps"):
+            rates.setdefault(row["subject"], []).append(row["fps"])
+    apart = [subject for subject, of in rates.items() if rates_apart(of)]
+    if not apart:
+        return ""
+    words = rates_apart(rate for subject in apart for rate in rates[subject])
+    return f"The takes of {how_many(len(apart), 'subject')} were {words}"
 
 
 def name_of(row: Mapping[str, Any]) -> str:
@@ -191,7 +214,8 @@ def write_table(rows: Sequence[Mapping[str, Any]], path: Path) -> None:
 class Change:
     """Of a measure within subjects, from one visit or condition to another.
 
-    n: subjects who have both. bias: mean of the differences, later less earlier; sd: their standard deviation;
+    n: subjects who have both. bias: mean of the differences, later less earlier; sd: their standard deviation, but what
+    the rounding of the figures makes at least, for differences of a few rounded ones may all be the same;
     mean_lower, mean_upper: 95 % confidence interval of the bias (Student's t). lower, upper: 95 % limits of agreement,
     between which the change of a single subject lies.
     """
@@ -238,6 +262,7 @@ def changes(rows: Sequence[Mapping[str, Any]]) -> list[Change]:
         and not (row.get("person") and people[row["name"]] > 1)
     ]
     names = dict.fromkeys(key for row in done for key in row["measures"] if not _rests_on(key))
+    rounding = {name: _ROUNDED * _step(row["measures"].get(name) for row in done) for name in names}
     for factor, other in (("visit", "condition"), ("condition", "visit")):
         usable = {row[factor] for row in done}
         levels = [level for level in dict.fromkeys(row[factor] for row in rows) if level and level in usable]
@@ -245,7 +270,7 @@ def changes(rows: Sequence[Mapping[str, Any]]) -> list[Change]:
             for name in names:
                 off = _differences(done, name, factor, other, levels[0], later)
                 if len(off) >= 2:
-                    bias, sd = float(off.mean()), float(off.std(ddof=1))
+                    bias, sd = float(off.mean()), max(float(off.std(ddof=1)), rounding[name])
                     margin = float(student_t.ppf(0.975, len(off) - 1)) * sd / np.sqrt(len(off))
                     limits = (bias - margin, bias + margin, bias - _LIMIT * sd, bias + _LIMIT * sd)
                     found.append(Change(factor, levels[0], later, name, len(off), bias, sd, *limits))
@@ -258,6 +283,14 @@ def _rests_on(name: str) -> bool:
     *groups, key = name.split(".")
     whole_cycles = key == "count" and "cycles" in groups
     return key in _NO_MEASURE or whole_cycles or "_error_" in key or key.endswith("_error")
+
+
+def _step(values: Iterable[float | None]) -> float:
+    """Of the last decimal in which any is stated, to which all are taken to be rounded; 1 of whole numbers, counts too.
+    Takes that are alike are rounded alike, so that a mean of several is known no better."""
+    known = [value for value in values if value is not None and np.isfinite(value)]
+    ends = [int(Decimal(str(value)).normalize().as_tuple().exponent) for value in known]
+    return float(10.0 ** min([0, *ends]))
 
 
 def _differences(

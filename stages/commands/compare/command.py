@@ -17,10 +17,12 @@ from ....pipeline.files.atomic import add_to_list, whole_folder
 from ....pipeline.files.viewer import RECORDING
 from ....pipeline.messages import how_many, say_all, show
 from ....pipeline.motion.angles import ANGLES
+from ....pipeline.motion.signals import rate
 from ....pipeline.pose import package_version
 from ....pipeline.reading.settings import Force, OnDevice
 from ....pipeline.reading.take import sha256
 from ....pipeline.running.conclusion import point_to
+from ..rates import rates_apart
 from .accelerations import accelerations
 from .align import WEAK, Alignment, correlated, size_ratio, stamped, turn_deg, turned
 from .changes import changes
@@ -143,6 +145,8 @@ def compared(
         warnings.append(
             f"The runs were low-passed at different cut-offs ({', '.join(map(str, cutoffs))} Hz)."
         )
+    if apart := rates_apart(rate(side.time_s) for side in sides if side.lifted):
+        warnings.append(f"The runs were {apart}")
     pairs = []
     for side in others:
         how, said = _aligned(side, reference, align, offset_s, search_s)

@@ -26,6 +26,7 @@ from ....pipeline.pose import PoseSequence
 from ....pipeline.rotations import rotate, transpose
 from ...report.motion import cannot_be_told
 from ..finished_run import Run, load_run, methods
+from ..rates import is_lifted
 
 TRUTH = "motion capture"
 LEAST_S = 1.0  # of motion that both sides know, for them to be compared moment by moment
@@ -40,7 +41,8 @@ class Side:
     stages.measures.stage. acceleration, acceleration_sd: (T,) norms by joint, relative to the pelvis, of those that can
     be told, and their standard error; none of motion capture. sources: what was read, for telling takes of one
     recording. session: what the user said about it, by field of Session. run, body, rectifier: the run's own arrays,
-    its joints (T, 17, 3) in BODY and the full name of its method; None for motion capture.
+    its joints (T, 17, 3) in BODY and the full name of its method; None for motion capture. lifted: whether the run
+    lifted its poses itself.
     """
 
     name: str
@@ -61,6 +63,7 @@ class Side:
     run: Run | None = None
     body: np.ndarray | None = None
     rectifier: str | None = None
+    lifted: bool = False
     warnings: tuple[str, ...] = ()
 
     def at(self, name: str, time_s: np.ndarray) -> np.ndarray:
@@ -139,6 +142,7 @@ def load_side(folder: Path) -> Side:
         run=run,
         body=body,
         rectifier=method,
+        lifted=is_lifted(summary),
         warnings=tuple(warnings),
     )
 

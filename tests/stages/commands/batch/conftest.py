@@ -16,8 +16,9 @@ PCNET3D = [sys.executable, "-c", "from pcnet3d.pipeline.cli import main; main()"
 
 @pytest.fixture(scope="session")
 def beside(tmp_path_factory) -> dict[str, str]:
-    """The environment of every process."""
-    return {**os.environ, "PYTHONPATH": str(write_trouble(tmp_path_factory.mktemp("site")))}
+    """The environment of every process, which imports pcnet3d from where this one does."""
+    site, before = str(write_trouble(tmp_path_factory.mktemp("site"))), os.environ.get("PYTHONPATH")
+    return {**os.environ, "PYTHONPATH": os.pathsep.join([site, before] if before else [site])}
 
 
 @pytest.fixture(scope="session")

@@ -16,7 +16,11 @@ import pytest
 from pyarrow import parquet
 
 from golden.studies import write_pair, write_study
+from pcnet3d.examples.walker.camera import side_camera
+from pcnet3d.examples.walker.files import write_keypoints
+from pcnet3d.examples.walker.walk import walker
 
+_LIFTED = ("lift", "rectify", "trajectories", "angles", "export")
 TIMEOUT_S = 15  # for the take that hangs; the others need some three seconds of one core
 
 
@@ -273,6 +277,22 @@ def test_everybody_of_a_take_has_a_row(pcnet3d, tmp_path):
     ]  # fmt: skip
     kept = pcnet3d("batch", study, "-o", tmp_path / "out")
     assert "1 take done (1 of them before)" in kept.stdout
+
+
+def test_a_subject_filmed_at_two_frame_rates_is_warned_of(pcnet3d, tmp_path):
+    walk = walker(seconds=1.5)
+    camera = side_camera(walk)
+    write_keypoints(tmp_path / "walk.json", walk, camera, np.arange(len(walk)), 0.5, np.random.default_rng(0))
+    (tmp_path / "quick.toml").write_text("".join(f'[[stages]]\nuse = "{use}"\n' for use in _LIFTED))
+    size = f"{camera.width}x{camera.height}"
+    lines = [f"{rate},s,{rate},walk.json,{rate},{size},quick.toml" for rate in (30, 60)]
+    (tmp_path / "manifest.csv").write_text(
+        "\n".join(["name,subject,visit,keypoints,fps,image-size,recipe", *lines]) + "\n"
+    )
+    result = pcnet3d("batch", tmp_path / "manifest.csv", "-o", tmp_path / "out")
+    assert result.returncode == 0, result.stderr
+    assert "warning: The takes of 1 subject were lifted at 30 to 60 frames a second" in result.stderr
+    assert "lifted at 30 to 60 frames a second" in (tmp_path / "out/study.html").read_text(encoding="utf-8")
 
 
 def test_a_folders_truncated_file_fails_with_its_reason(pcnet3d, tmp_path):

@@ -11,7 +11,7 @@ from pcnet3d.pipeline.plugins import registry
 from pcnet3d.stages.commands.batch.command import study_rows
 from pcnet3d.stages.commands.batch.manifest import Entry
 from pcnet3d.stages.commands.batch.page import as_page
-from pcnet3d.stages.commands.batch.study import changes, figures
+from pcnet3d.stages.commands.batch.study import changes, figures, rates_within
 from pcnet3d.stages.commands.batch.take import Outcome, _hashes, _kept, _key
 
 NAME = "range_of_motion.r_knee_flexion.p05_p95_deg"
@@ -72,6 +72,54 @@ def test_limits_of_agreement_by_hand():
     assert not change.of_the_mean
 
 
+def test_what_rounding_alone_can_make_is_no_change():
+    """Stance in whole percents, of three whose true change may be 0.1."""
+    pairs = ((60.0, 61.0), (62.0, 63.0), (58.0, 59.0))
+    rows = [
+        row(f"s{i}", v, value) for i, pair in enumerate(pairs) for v, value in zip("12", pair, strict=True)
+    ]
+    (change,) = changes(rows)
+    assert change.sd == pytest.approx(np.sqrt(1 / 6))  # of the difference of two whole numbers
+    assert not change.of_the_mean
+    finer = [*rows, row("s0", "1", 60.1)]  # what is known to a tenth everywhere is not the rounding's
+    (change,) = changes(finer)
+    assert change.of_the_mean
+
+
+@pytest.mark.parametrize("sd", [0.1, 0.5, 1.0])
+def test_rounded_figures_of_unchanged_subjects_seldom_change(sd):
+    """As the page says: one of twenty by chance, and no more for the rounding."""
+    rng = np.random.default_rng(0)
+    for n in (2, 3, 6):
+        values = np.round(rng.uniform(50, 60, (2000, n, 1)) + rng.normal(0, sd, (2000, n, 2)))
+        names = [f"range_of_motion.{i}.p05_p95_deg" for i in range(len(values))]
+        rows = [
+            {
+                **row(f"s{s}", "12"[v], 0.0),
+                "measures": dict(zip(names, values[:, s, v].tolist(), strict=True)),
+            }
+            for s in range(n)
+            for v in range(2)
+        ]
+        assert np.mean([change.of_the_mean for change in changes(rows)]) < 0.065, n
+
+
+def test_what_differs_by_more_than_its_rounding_keeps_its_spread():
+    rows = [row(f"s{i}", v, 10.0 * i + (v == "2") * (i + 1)) for i in range(3) for v in "12"]
+    (change,) = changes(rows)
+    assert (change.bias, change.sd) == pytest.approx((2.0, 1.0))
+
+
+def test_the_page_names_a_real_change_before_one_that_was_rounded_to_the_same():
+    """Six subjects: knees by 8 to 12 degrees, hips by what was rounded to 1 in all."""
+    hip = NAME.replace("knee", "hip")
+    rows = [row(f"s{i}", v, 60.0 + i + (8.0 + i % 5) * (v == "2")) for i in range(6) for v in "12"]
+    for i, one in enumerate(rows):
+        one["measures"][hip] = 40.0 + i // 2 + i % 2
+    page = as_page("Study", [{**one, "name": "t", "state": "done"} for one in rows], changes(rows))
+    assert page.index("knee flexion (°) +9.67") < page.index("hip flexion (°) +1")
+
+
 def test_the_first_visit_is_the_one_that_the_manifest_names_first():
     rows = [
         row("a", "10", 1.0),
@@ -81,7 +129,7 @@ def test_the_first_visit_is_the_one_that_the_manifest_names_first():
         row("a", "8", 0.0),
     ]
     (change,) = changes(rows)  # the third visit has one subject only
-    assert (change.earlier, change.later, change.bias, change.sd) == ("10", "9", 4.0, 0.0)
+    assert (change.earlier, change.later, change.bias) == ("10", "9", 4.0)
 
 
 @pytest.mark.parametrize(
@@ -110,6 +158,21 @@ def test_people_of_one_take_are_counted_as_one_take():
     assert "1 take done, none failed; 1 of them with doubts." in page
     assert "3 runs with suspicious poses: t, 0; t, 1; t, 2<" in page
     assert "1 run not levelled: t, 1<" in page
+
+
+def test_a_take_without_figures_is_neither_without_doubts_nor_not_levelled():
+    """As after `--set export=off`."""
+    labels = {"subject": "", "visit": "", "condition": "", "state": "done"}
+    bare = {"level_ok": None, "verdict": "", "frames": None, "measures": {}}
+    rows = [{"name": name, **labels, **bare} for name in ("a", "b")]
+    page = as_page("Study", rows, [])
+    assert "2 takes done, none failed; 2 of them with doubts." in page
+    assert "2 runs that left nothing to judge them by: a; b<" in page
+    assert ">levelled<" not in page  # a column without a cell
+    rows[1] |= {"level_ok": True, "frames": 45}
+    page = as_page("Study", rows, [])
+    assert "1 run that left nothing to judge them by: a<" in page
+    assert (page.count(">yes<"), page.count(">no<")) == (1, 0)
 
 
 def test_a_subject_counts_once_however_many_takes_there_are():
@@ -160,6 +223,27 @@ def test_what_a_measure_rests_on_is_no_measure():
     assert [change.measure for change in changes(rows)] == names[-2:]
 
 
+@pytest.mark.parametrize(
+    ("rates", "lifted", "warned"),
+    [
+        ((30.0, 60.0), True, True),
+        ((29.97, 30.0), True, False),
+        ((30.0, 60.0), False, False),
+        ((30.0, None), True, False),
+    ],
+    ids=["two rates", "two clocks", "poses of files", "one frame"],
+)
+def test_a_subject_lifted_at_two_frame_rates_is_warned_of(rates, lifted, warned):
+    rows = [
+        {**row("a", visit, 1.0), "name": visit, "state": "done", "lifted": lifted, "fps": fps}
+        for visit, fps in zip("12", rates, strict=True)
+    ]
+    rows.append({**rows[0], "subject": "b", "fps": 120.0})  # whom nobody compares with another
+    assert ("The takes of 1 subject were lifted at 30 to 60 frames a second" in rates_within(rows)) == warned
+    assert bool(rates_within(rows)) == warned
+    assert ("at 30 to 60 frames a second" in as_page("Study", rows, [])) == warned
+
+
 def test_figures_are_single_numbers_by_their_keys(tmp_path):
     run = tmp_path / "takes" / "a"
     run.mkdir(parents=True)
@@ -174,6 +258,7 @@ def test_figures_are_single_numbers_by_their_keys(tmp_path):
     assert found["device"] == "cpu, cuda"
     assert found["measures"] == {"walking.steps": 3.0, "walking.right.x_s": 0.5}
     assert found["warnings"] == ["careful"]
+    assert not found["lifted"]
     assert found["report"] == ""
     (run / "report.html").write_text("")
     assert figures(run)[0]["report"] == "takes/a/report.html"

@@ -376,6 +376,14 @@ def test_estimators_of_one_recording_are_no_visits(sides):
     assert not any("ranges of motion" in said for said in result(compared(visits).pairs[0], "side"))
 
 
+def test_lifted_runs_of_different_frame_rates_are_warned_of(sides):
+    visits = [sides[0], replace(sides[1], time_s=2 * sides[1].time_s)]
+    assert not compared(visits, "cycles").warnings  # poses of files
+    (said,) = compared([replace(side, lifted=True) for side in visits], "cycles").warnings
+    assert said.startswith("The runs were lifted at 15 to 30 frames a second")
+    assert not compared([replace(side, lifted=True) for side in sides], "cycles").warnings
+
+
 def test_parts_of_one_recording_that_share_no_time_are_two_takes(sides):
     later = replace(sides[0], name="later", time_s=sides[0].time_s + 100.0)
     assert not one_clock(later, sides[0])

@@ -1,0 +1,30 @@
+"""Frame rates of runs that are compared: how far a lifted person is seen to move depends on them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+
+# Of the higher rate to the lower one; 29.97 and 30 a second, or a telephone's 29.2, are one.
+_APART = 1.1
+
+
+def is_lifted(summary: Mapping[str, Any]) -> bool:
+    """Whether a run lifted its poses itself, by its summary.json."""
+    history = summary.get("history")
+    steps = history if isinstance(history, list) else []
+    return any(isinstance(step, dict) and step.get("name") == "lift" for step in steps)
+
+
+def rates_apart(rates: Iterable[float]) -> str:
+    """What is to be said of lifted takes with so many frames a second: "lifted at 30 to 60 frames a second, ..."; empty
+    where they have one rate, or fewer than two are known."""
+    known = sorted(rate for rate in rates if np.isfinite(rate))
+    if not known or known[-1] <= _APART * known[0]:
+        return ""
+    return (
+        f"lifted at {known[0]:.4g} to {known[-1]:.4g} frames a second, which alone changes ranges of motion (of the "
+        "knee in walking by 5 degrees from 30 to 60): film what is to be compared at one rate."
+    )
