@@ -79,8 +79,8 @@ def told(found: list[Change], against: str) -> Iterator[str]:
     words = [f"{named(change)} {change.words}{_gap(change.unit)}{change.unit}" for change in apart[:_MOST]]
     more = f" and {len(apart) - _MOST} more" if len(apart) > _MOST else ""
     yield (
-        f"{len(apart)} of {len(found)} ranges of motion and figures of movements differ by more than the error (90 %; "
-        f"of ten that are alike one does by chance), {against}: {', '.join(words)}{more}"
+        f"{len(apart)} of {len(found)} ranges of motion and figures of movements differ by more than the error (90 %), "
+        f"{against}: {', '.join(words)}{more}"
     )
 
 
