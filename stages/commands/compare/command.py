@@ -22,7 +22,7 @@ from ....pipeline.reading.settings import Force, OnDevice
 from ....pipeline.reading.take import sha256
 from ....pipeline.running.conclusion import point_to
 from .accelerations import accelerations
-from .align import WEAK, Alignment, correlated, size_ratio, stamped, turn_deg, turned
+from .align import AMBIGUOUS, WEAK, Alignment, correlated, size_ratio, stamped, turn_deg, turned
 from .changes import changes
 from .comparison import Comparison, Pair, as_text, figures, result
 from .cycles import cycles
@@ -35,10 +35,6 @@ from .truth import Up, read_truth
 from .wrists import limbs_of, wrists
 
 Align = Literal["auto", "stamps", "correlate", "cycles"]
-
-# Of r: another shift that fits as well. All walks before two cameras have one (docs/compare.md), and in most the best
-# shift is wrong; of takes without such a one, of walks with turns, squats, lifts, it is wrong in one of fifty at most.
-_AMBIGUOUS = 0.9
 
 
 def compare(
@@ -186,9 +182,9 @@ def _aligned(
         if may_differ:
             return None, [f"{weak}: {apart}"]
         return found, [f"{weak}: are they of one motion, and is the shift right?"]
-    if found.runner_up > _AMBIGUOUS * found.r:
+    if found.runner_up > AMBIGUOUS * found.r:
         fits = (
-            f"Another shift of {side.name} fits nearly as well (r {found.runner_up:.2f} against {found.r:.2f}), as it "
+            f"Another shift of {side.name} fits about as well (r {found.runner_up:.2f} against {found.r:.2f}), as it "
             "does where a motion repeats itself, in two takes of walking too"
         )
         narrow = "narrow it with --offset and --search"
@@ -196,7 +192,7 @@ def _aligned(
             return None, [
                 f"{fits}: {apart} If they are one, {narrow}, or give --align stamps where both began together."
             ]
-        return found, [f"{fits}; {narrow}."]
+        return found, [f"{fits}; the one nearest to {offset_s:g} s (--offset) is taken: {narrow}."]
     return found, []
 
 
