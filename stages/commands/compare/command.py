@@ -22,8 +22,8 @@ from ....pipeline.reading.settings import Force, OnDevice
 from ....pipeline.reading.take import sha256
 from ....pipeline.running.conclusion import point_to
 from .accelerations import accelerations
-from .align import AMBIGUOUS, WEAK, Alignment, correlated, size_ratio, stamped, turn_deg, turned
-from .changes import changes
+from .align import AMBIGUOUS, UNUSUAL, WEAK, Alignment, correlated, size_ratio, stamped, turn_deg, turned
+from .changes import changes, other_cadence
 from .comparison import Comparison, Pair, as_text, figures, result
 from .cycles import cycles
 from .figures import agreement, view_spread
@@ -53,7 +53,8 @@ def compare(
         Align,
         typer.Option(
             help="By time stamps, by correlation of the angles, or cycles only (other motions). auto: stamps for runs "
-            "of one recording, cycles for other dates or people, else correlate, and cycles where that leaves doubts."
+            "of one recording, cycles for other dates, people or cadences, else correlate, and cycles where that "
+            "leaves doubts."
         ),
     ] = "auto",
     offset: Annotated[
@@ -163,7 +164,8 @@ def _aligned(
     together = one_clock(side, reference)
     may_differ = align == "auto" and reference.run is not None and not together
     apart = "taken for different motions, so only their ranges and cycles are compared."
-    if may_differ and (words := told_apart(side, reference)):
+    words = [*told_apart(side, reference), *["cadences"] * other_cadence(side, reference)]
+    if may_differ and words:
         return None, [
             f"{side.name} and {reference.name} have different {' and '.join(words)}: {apart} --align correlate if not."
         ]
@@ -193,6 +195,11 @@ def _aligned(
                 f"{fits}: {apart} If they are one, {narrow}, or give --align stamps where both began together."
             ]
         return found, [f"{fits}; the one nearest to {offset_s:g} s (--offset) is taken: {narrow}."]
+    if found.r < UNUSUAL and not together:
+        return found, [
+            f"The angles of {side.name} and {reference.name} correlate less (r {found.r:.2f}) than those of one motion "
+            f"mostly do (r {UNUSUAL:g} and more): are they of one, and is the shift right?"
+        ]
     return found, []
 
 

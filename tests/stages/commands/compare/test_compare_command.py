@@ -11,11 +11,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.common.metrics import SD_90
 from pcnet3d.models.mocap.clips import Clip, write_mocap
-from pcnet3d.pipeline import InputError
+from pcnet3d.pipeline import InputError, load_recipe
 from pcnet3d.pipeline.motion.angles import ANGLES, OF_BOTH, near
+from pcnet3d.pipeline.reading.settings import RunOptions
+from pcnet3d.pipeline.running.recipe import Recipe
+from pcnet3d.pipeline.running.run import run_files
 from pcnet3d.stages.commands.compare.align import correlated, size_ratio, turn_deg, turned
 from pcnet3d.stages.commands.compare.command import compare, compared
 from pcnet3d.stages.commands.compare.comparison import figures, result
@@ -277,6 +281,26 @@ def test_walks_that_fit_at_every_stride_are_compared_moment_by_moment_on_demand_
         assert said.startswith("front against side: taken for one motion, shifted by")
         assert said.endswith("; if they are two takes, say --align cycles")
         assert compared(walks, "correlate").pairs[0].alignment is not None
+
+
+def test_walks_of_other_cadences_are_two_motions(walk, tmp_path):
+    """The walker against himself at four fifths of the tempo: their angles go together, by chance, for four seconds."""
+    np.save(tmp_path / "walk.npy", camera_poses(walk, side_camera(walk)).joints[:120])
+    recipe = Recipe(stages=tuple(one for one in load_recipe().stages if one.use not in ("record", "report")))
+    for fps in (30, 24):
+        sources = RunOptions(poses=tmp_path / "walk.npy", adapter="videopose3d", fps=fps)
+        run_files(sources, tmp_path / f"{fps}", recipe)
+    usual, slow = (load_side(tmp_path / name) for name in ("30", "24"))
+    found = compared([usual, slow])
+    assert found.pairs[0].alignment is None
+    assert found.warnings == (
+        "24 and 30 have different cadences: taken for different motions, so only their ranges and cycles are compared. "
+        "--align correlate if not.",
+    )
+    silent = [replace(side, measures=None) for side in (usual, slow)]
+    for found in (compared([usual, slow], "correlate"), compared(silent)):
+        assert found.pairs[0].alignment.r > 0.5
+        assert "correlate less" in found.warnings[0]
 
 
 def test_of_strides_that_fit_as_well_the_nearest_to_the_offset_is_taken(sides):
