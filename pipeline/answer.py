@@ -66,26 +66,28 @@ def _bent(bends: Mapping[str, Any]) -> list[str]:
     if not count:
         return []
     if squats == count:
-        return [f"squatted {_often(count)}{_peaks([bends])}"]
+        return [f"squatted {_counted([bends])}"]
     among = f", {how_many(squats, 'squat')} among them" if squats else ""
-    return [f"bent the knees {_often(count)}{_peaks([bends])}{among}"]
+    return [f"bent the knees {_counted([bends])}{among}"]
 
 
 def _raised(arms: Mapping[str, Any]) -> list[str]:
     sides = {side: arms.get(side, {}) for side in ("right", "left")}
-    counts = {side: of.get("count", 0) for side, of in sides.items()}
-    if counts["right"] == counts["left"] > 0:
-        return [f"raised both arms {_often(counts['right'])}{_peaks(sides.values())}"]
-    return [
-        f"raised the {side} arm {_often(count)}{_peaks([sides[side]])}"
-        for side, count in counts.items()
-        if count
-    ]
+    right, left = ((of.get("count", 0), of.get("count_reason")) for of in sides.values())
+    if right == left and right[0]:
+        return [f"raised both arms {_counted(sides.values())}"]
+    return [f"raised the {side} arm {_counted([of])}" for side, of in sides.items() if of.get("count")]
 
 
-def _peaks(groups: Iterable[Mapping[str, Any]]) -> str:
-    """Such as " to 102 ± 7 degrees"; of several their lowest and highest, and the largest error."""
+def _counted(groups: Iterable[Mapping[str, Any]]) -> str:
+    """Such as "3 times to 102 ± 7 degrees"; and when there may have been more that nobody saw. groups: of one count."""
     groups = list(groups)
+    often, unseen = _often(groups[0]["count"]), groups[0].get("count_reason")
+    return f"{f'at least {often} ({unseen})' if unseen else often}{_peaks(groups)}"
+
+
+def _peaks(groups: Sequence[Mapping[str, Any]]) -> str:
+    """Such as " to 102 ± 7 degrees"; of several their lowest and highest, and the largest error."""
     peaks = [round(peak) for of in groups for peak in of.get("peak_deg", ())]
     errors = [error for of in groups for error in of.get("peak_error_deg", ())]
     if not peaks:

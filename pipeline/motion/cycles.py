@@ -6,7 +6,7 @@ says so.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -59,6 +59,34 @@ def repetitions(
                 Repetition(start, float(times[peak]), -stop, float(values[peak]), min(rise, fall), up, down)
             )
     return found
+
+
+def hiding(
+    x: np.ndarray,
+    time_s: np.ndarray,
+    least: float,
+    seams: Sequence[int] = (),
+    briefest_s: float = 0.0,
+    counts: Callable[[Repetition], bool] = lambda one: True,
+) -> list[tuple[float, float]]:
+    """The gaps of x (T,), (begin, end) in seconds of the rows beside each, that may have kept `repetitions` from
+    finding one: with x at its highest in all gaps there is one across it, which lasts briefest_s or longer, and counts.
+    """
+    known, step = np.isfinite(x), 1 / rate(time_s)
+    gaps = [
+        (float(time_s[a.stop - 1]), float(time_s[b.start]))
+        for a, b in pairwise(runs(known, time_s, seams))
+        if time_s[b.start] - time_s[a.stop - 1] > 1.5 * step  # a clip boundary lacks no row
+    ]
+    if not gaps:
+        return []
+    inside = np.concatenate([np.arange(begin + step, end - step / 2, step) for begin, end in gaps])
+    times = np.concatenate([time_s[known], inside])
+    values = np.concatenate([x[known], np.full(len(inside), x[known].max())])
+    order = np.argsort(times)
+    found = [one for one in repetitions(values[order], times[order], least) if counts(one)]
+    across = [(one.start_s, one.stop_s) for one in found if one.stop_s - one.start_s >= briefest_s]
+    return [gap for gap in gaps if any(start < gap[1] and gap[0] < stop for start, stop in across)]
 
 
 def normalised(x: np.ndarray, time_s: np.ndarray, spans: np.ndarray, seams: Sequence[int] = ()) -> np.ndarray:

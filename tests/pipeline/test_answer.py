@@ -47,6 +47,22 @@ def test_arms_and_jumps():
     assert said == "Raised the left arm once to 150 degrees; jumped once, 0.32 m high."
 
 
+def test_what_may_have_been_while_nobody_saw_is_not_said_to_be_absent():
+    unseen = {"count_reason": "not seen from 3.60 to 4.50 s"}
+    squats = {"count": 3, "squats": 3, "peak_deg": [102.0, 95.0, 98.0], **unseen}
+    said = "Squatted at least 3 times (not seen from 3.60 to 4.50 s) to between 95 and 102 degrees."
+    assert answer(take(knee_bends=squats))[0] == said
+    arms = {"right": {"count": 3}, "left": {"count": 3, **unseen}}
+    assert answer(take(arm_raises=arms))[0] == (
+        "Raised the right arm 3 times; raised the left arm at least 3 times (not seen from 3.60 to 4.50 s)."
+    )
+    both = {side: {"count": 3, **unseen} for side in ("right", "left")}
+    assert (
+        answer(take(arm_raises=both))[0]
+        == "Raised both arms at least 3 times (not seen from 3.60 to 4.50 s)."
+    )
+
+
 def test_where_nothing_is_recognised_the_main_joints_are_told_and_why_steps_are_not():
     why = "steps cannot be counted: the person faces along the camera's line of sight"
     beyond = {

@@ -65,6 +65,12 @@ def changes(side: Side, reference: Side) -> list[Change]:
     return [*_ranges(before, after), *_movements(before, after, reference.metric and side.metric)]
 
 
+def other_cadence(side: Side, reference: Side) -> bool:
+    """Whether the walks of both have cadences that differ by more than their errors, so that they are two walks: of 110
+    pairs of cameras that saw one captured walk (lifted) none had."""
+    return any(c.item == "cadence" and not c.within_error for c in changes(side, reference))
+
+
 def told(found: list[Change], against: str) -> Iterator[str]:
     """A sentence on how many figures differ by more than their errors, and which. against: "B less A"."""
     if not found:
@@ -79,8 +85,8 @@ def told(found: list[Change], against: str) -> Iterator[str]:
     words = [f"{named(change)} {change.words}{_gap(change.unit)}{change.unit}" for change in apart[:_MOST]]
     more = f" and {len(apart) - _MOST} more" if len(apart) > _MOST else ""
     yield (
-        f"{len(apart)} of {len(found)} ranges of motion and figures of movements differ by more than the error (90 %; "
-        f"of ten that are alike one does by chance), {against}: {', '.join(words)}{more}"
+        f"{len(apart)} of {len(found)} ranges of motion and figures of movements differ by more than the error (90 %), "
+        f"{against}: {', '.join(words)}{more}"
     )
 
 

@@ -24,8 +24,8 @@ from ....pipeline.reading.take import sha256
 from ....pipeline.running.conclusion import point_to
 from ..rates import rates_apart
 from .accelerations import accelerations
-from .align import WEAK, Alignment, correlated, size_ratio, stamped, turn_deg, turned
-from .changes import changes
+from .align import AMBIGUOUS, UNUSUAL, WEAK, Alignment, correlated, size_ratio, stamped, turn_deg, turned
+from .changes import changes, other_cadence
 from .comparison import Comparison, Pair, as_text, figures, result
 from .cycles import cycles
 from .figures import agreement, view_spread
@@ -37,10 +37,6 @@ from .truth import Up, read_truth
 from .wrists import limbs_of, wrists
 
 Align = Literal["auto", "stamps", "correlate", "cycles"]
-
-# Of r: another shift that fits as well. All walks before two cameras have one (docs/compare.md), and in most the best
-# shift is wrong; of takes without such a one, of walks with turns, squats, lifts, it is wrong in one of fifty at most.
-_AMBIGUOUS = 0.9
 
 
 def compare(
@@ -59,7 +55,8 @@ def compare(
         Align,
         typer.Option(
             help="By time stamps, by correlation of the angles, or cycles only (other motions). auto: stamps for runs "
-            "of one recording, cycles for other dates or people, else correlate, and cycles where that leaves doubts."
+            "of one recording, cycles for other dates, people or cadences, else correlate, and cycles where that "
+            "leaves doubts."
         ),
     ] = "auto",
     offset: Annotated[
@@ -171,7 +168,8 @@ def _aligned(
     together = one_clock(side, reference)
     may_differ = align == "auto" and reference.run is not None and not together
     apart = "taken for different motions, so only their ranges and cycles are compared."
-    if may_differ and (words := told_apart(side, reference)):
+    words = [*told_apart(side, reference), *["cadences"] * other_cadence(side, reference)]
+    if may_differ and words:
         return None, [
             f"{side.name} and {reference.name} have different {' and '.join(words)}: {apart} --align correlate if not."
         ]
@@ -190,9 +188,9 @@ def _aligned(
         if may_differ:
             return None, [f"{weak}: {apart}"]
         return found, [f"{weak}: are they of one motion, and is the shift right?"]
-    if found.runner_up > _AMBIGUOUS * found.r:
+    if found.runner_up > AMBIGUOUS * found.r:
         fits = (
-            f"Another shift of {side.name} fits nearly as well (r {found.runner_up:.2f} against {found.r:.2f}), as it "
+            f"Another shift of {side.name} fits about as well (r {found.runner_up:.2f} against {found.r:.2f}), as it "
             "does where a motion repeats itself, in two takes of walking too"
         )
         narrow = "narrow it with --offset and --search"
@@ -200,7 +198,12 @@ def _aligned(
             return None, [
                 f"{fits}: {apart} If they are one, {narrow}, or give --align stamps where both began together."
             ]
-        return found, [f"{fits}; {narrow}."]
+        return found, [f"{fits}; the one nearest to {offset_s:g} s (--offset) is taken: {narrow}."]
+    if found.r < UNUSUAL and not together:
+        return found, [
+            f"The angles of {side.name} and {reference.name} correlate less (r {found.r:.2f}) than those of one motion "
+            f"mostly do (r {UNUSUAL:g} and more): are they of one, and is the shift right?"
+        ]
     return found, []
 
 

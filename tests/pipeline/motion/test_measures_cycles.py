@@ -5,6 +5,7 @@ import pytest
 
 from pcnet3d.pipeline.motion.cycles import (
     POINTS,
+    hiding,
     normalised,
     repetitions,
     symmetry_error,
@@ -61,6 +62,35 @@ def test_nothing_across_gaps_clip_boundaries_and_jumps_in_time():
     assert len(repetitions(gap, TIME, 60)) == 4
     assert len(repetitions(WAVES, TIME, 60, seams=(3 * FPS,))) == 4
     assert len(repetitions(WAVES, TIME + (TIME >= 5), 60)) == 4
+
+
+def waves_without(*gaps):
+    """The waves without these rows, of each gap its first and the row behind its last."""
+    rows = np.concatenate([np.arange(*gap) for gap in gaps])
+    return np.where(np.isin(np.arange(len(TIME)), rows), np.nan, WAVES)
+
+
+@pytest.mark.parametrize("kept", [True, False])
+@pytest.mark.parametrize(("first", "behind"), [(70, 95), (80, 100), (95, 120), (65, 115)])
+def test_a_gap_that_cuts_a_repetition_may_hide_one(first, behind, kept):
+    """On the way up, at the top of 90 and on the way down; as rows without a value, or without rows."""
+    gap, brief = waves_without((first, behind)), 0.8 * 1.59  # seconds that a wave is above its tenth
+    rows = np.isfinite(gap) | kept
+    assert len(repetitions(gap[rows], TIME[rows], 40)) == 4
+    ((begin, end),) = hiding(gap[rows], TIME[rows], 40, briefest_s=brief)
+    assert (begin, end) == (pytest.approx(TIME[first - 1]), pytest.approx(TIME[behind]))
+    assert hiding(gap[rows], TIME[rows], 40, briefest_s=brief, counts=lambda one: one.start_s > 5) == []
+
+
+def test_gaps_at_rest_and_clip_boundaries_hide_nothing():
+    rest = waves_without((52, 70))  # about a valley at 60
+    assert len(repetitions(rest, TIME, 40)) == 5
+    assert hiding(rest, TIME, 40, briefest_s=1.2) == []
+    assert hiding(WAVES, TIME, 40, seams=(3 * FPS,)) == []
+    two = waves_without((80, 100), (172, 188), (262, 280))
+    assert len(hiding(two, TIME, 40, briefest_s=1.2)) == 2  # at the tops of 90 and 270; a valley is at 180
+    assert hiding(np.where(TIME < 2, WAVES, np.nan), TIME, 40) == []  # the end is not a gap
+    assert hiding(np.full(len(TIME), np.nan), TIME, 40) == []
 
 
 def test_a_pause_on_the_way_up_is_part_of_the_movement_and_not_smooth():

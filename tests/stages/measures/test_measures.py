@@ -15,6 +15,7 @@ from pcnet3d.models.gait.errors import mean_error
 from pcnet3d.models.gait.events import Stance, walks
 from pcnet3d.models.gait.of_take import least_step
 from pcnet3d.pipeline import H36M17, Z_UP, InputError, Pipeline, PoseSequence, Take
+from pcnet3d.pipeline.answer import answer
 from pcnet3d.pipeline.motion.angles import ANGLES, MIDLINE, near
 from pcnet3d.stages.angles import Angles
 from pcnet3d.stages.clean import Clean
@@ -30,6 +31,7 @@ from pcnet3d.stages.export.measures import (
 from pcnet3d.stages.measures.stage import Measures
 from pcnet3d.stages.record.measures import measures_markdown
 from pcnet3d.stages.rectify import Rectify
+from pcnet3d.stages.report.measures import happened
 from pcnet3d.stages.trajectories import Trajectories
 
 STAGES = (Rectify(), Trajectories(), Angles(), Measures(("r_elbow_flexion",)))
@@ -258,6 +260,28 @@ def test_a_gap_in_the_squat_is_counted_as_missing_and_no_squat(walk, without):
     found = measured(without("r_ankle", rows)).measures
     assert found["knee_bends"]["count"] == 0
     assert found["knee_bends"]["nan_share"] == pytest.approx((rows.stop - rows.start) / len(walk), abs=0.02)
+    begin, end = walk.time_s[rows.start - 1], walk.time_s[rows.stop]
+    assert found["knee_bends"]["reason"] == f"not seen from {begin:.2f} to {end:.2f} s"
+
+
+def test_a_gap_that_cuts_one_of_several_squats_is_told(walk):
+    """Four squats, the third without a hip for 0.9 s: three, of which nobody can say that they were all."""
+    rows = np.flatnonzero(walk.during("squat"))
+    joints = np.concatenate([walk.poses.joints[rows]] * 4)
+    whole = PoseSequence(joints, H36M17, Z_UP, time_s=np.arange(len(joints)) / 30)
+    assert {"count": 4, "squats": 4}.items() <= measured(whole).measures["knee_bends"].items()
+    middle = 2 * len(rows) + len(rows) // 2
+    cut = joints.copy()
+    cut[middle - 13 : middle + 14, H36M17.index("r_hip")] = np.nan
+    take = measured(whole.with_(joints=cut))
+    found = take.measures["knee_bends"]
+    begin, end = (middle - 14) / 30, (middle + 14) / 30
+    assert found["count"] == 3
+    assert found["count_reason"] == f"not seen from {begin:.2f} to {end:.2f} s"
+    assert answer(take)[0].startswith(
+        f"Squatted at least 3 times (not seen from {begin:.2f} to {end:.2f} s) to "
+    )
+    assert f"There may be more: {found['count_reason']}." in happened(take.measures, "m")
 
 
 def lacking(walk, first, lost_s, numbered, rows=None):
