@@ -14,7 +14,7 @@ from ...models.gait.of_take import NOISE, SIDES, body_joints, gait_of
 from ...pipeline.errors import InputError
 from ...pipeline.frames import Frame
 from ...pipeline.motion.angles import ANGLES, MIDLINE, near, of_both, unwrapped
-from ...pipeline.motion.cycles import Repetition, alike, normalised, repetitions
+from ...pipeline.motion.cycles import Repetition, alike, normalised, repetitions, symmetry_error
 from ...pipeline.motion.foot_angles import ALL_ANGLES
 from ...pipeline.motion.signals import breaks, rate
 from ...pipeline.motion.smoothness import path_length
@@ -257,7 +257,8 @@ def _symmetry(ranges: dict[str, dict[str, Any]]) -> dict[str, Any]:
         if max(right[0], left[0]) < _NO_RANGE:
             result[name]["reason"] = f"both ranges are below {_NO_RANGE:g} degrees"
         else:
-            result[name] |= symmetry(right, left)
+            error = symmetry_error(right[0], left[0], right[1], left[1])
+            result[name] |= symmetry(right[0], left[0], error)
     return result
 
 
