@@ -26,7 +26,15 @@ from ...pipeline.running.progress import each
 from ..common.metrics import SD_90, Figure, relative
 from ..common.spread import stated_spread
 from ..gait.contact import SIDES, contacts, leg_length
-from ..gait.errors import OF_LENGTH, mean_error, path_error
+from ..gait.errors import (
+    FEWEST_OF_A_SIDE,
+    OF_LENGTH,
+    OF_SIDES,
+    depth_of_steps,
+    difference_error,
+    mean_error,
+    path_error,
+)
 from ..gait.events import ON_FLOOR, Stance, stances
 from ..gait.foot_lock import foot_locked
 from ..gait.gait import Gait, Values, facing_deg, find_gait, length_values, time_values
@@ -64,6 +72,11 @@ class Mean:
     root_sd: float = 0.0
     share: float = 0.0
 
+    @property
+    def size(self) -> float:
+        """What an error is a share of."""
+        return self.true
+
     def sd(self, name: str) -> float:
         """The stated standard deviation, in the figure's unit."""
         if name not in OF_LENGTH:
@@ -72,18 +85,40 @@ class Mean:
         return float(np.hypot(own, self.share * self.found))
 
 
+@dataclass(frozen=True)
+class Difference:
+    """A take's mean of one figure over the right side's steps less that over the left's, found and true; lengths in
+    metres. size: mean of both sides in truth, so that an error's share of it is that of the symmetry index. counts:
+    values that were found of right and left. gait, leg: as Mean's. depth: gait.errors.depth_of_steps."""
+
+    found: float
+    true: float
+    size: float
+    counts: tuple[int, int]
+    gait: str
+    leg: float
+    depth: float
+
+    def sd(self, name: str) -> float:
+        """The stated standard deviation, in the figure's unit."""
+        own = difference_error(self.gait, name, *self.counts, self.depth)
+        return self.leg * own if name in OF_LENGTH else own
+
+
 @dataclass(frozen=True, eq=False)
 class JudgedGait:
     """One take. kind: "walking", "running" or "none", by its true contacts. steps: (found, true). frames: (N, 2) bool,
     on the floor as found and in truth. events: {"initial contact", "toe-off": (errors in s (K,), found, true)}. means:
-    {path: {figure: Mean}} of the steps and strides that both have. sliding: (K, 3) metres by which flat feet of walks
-    move over the floor by the true path, the one that was found, and that with its feet locked."""
+    {path: {figure: Mean}} of the steps and strides that both have; differences: {path: {figure: Difference}} of their
+    sides. sliding: (K, 3) metres by which flat feet of walks move over the floor by the true path, the one that was
+    found, and that with its feet locked."""
 
     kind: str
     steps: tuple[int, int]
     frames: np.ndarray
     events: dict[str, tuple[np.ndarray, int, int]]
     means: dict[str, dict[str, Mean]] = field(default_factory=dict)
+    differences: dict[str, dict[str, Difference]] = field(default_factory=dict)
     sliding: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
 
 
@@ -122,7 +157,10 @@ def judge_both(
     focal_px = camera_of(take.seen, ASSUMED).focal_px
     again = lift(take.seen.keypoints, take.seen.image_size, focal_px, flip, lifter)
     guessed = judge(rectifier, LiftedTake(again, take.seen), ASSUMED)
-    return judged if guessed is None else replace(judged, means={**guessed.means, **judged.means})
+    if guessed is None:
+        return judged
+    differences = {**guessed.differences, **judged.differences}
+    return replace(judged, means={**guessed.means, **judged.means}, differences=differences)
 
 
 def judge(rectifier: Rectifier, take: LiftedTake, path: str = KNOWN) -> JudgedGait | None:
@@ -168,12 +206,16 @@ def judge(rectifier: Rectifier, take: LiftedTake, path: str = KNOWN) -> JudgedGa
     true_places = rotate(seen.R_camera_from_world.T, true_smooth)
     true_values = {**time_values(same[1]), **_lengths(same[1], world[:, 0], true_places, time_s)}
 
-    def means(root: np.ndarray, places: np.ndarray, *errors: float) -> dict[str, Mean]:
+    depth = depth_of_steps(level.R_camera_from_body, time_s, same[0].walks)
+
+    def keep(path: str, root: np.ndarray, places: np.ndarray, *errors: float) -> None:
         values = {**time_values(same[0]), **_lengths(same[0], root, places, time_s)}
-        return _means(values, true_values, same[0].kind, leg_length(places), *errors)
+        about = values, true_values, same[0].kind, leg_length(places)
+        judged.means[path] = _means(*about, *errors)
+        judged.differences[path] = _differences(*about, depth)
 
     true_root = rotate(R_level_from_camera, seen.joints_camera[:, H36M17.index("pelvis")][None])[0]
-    judged.means[TRUE] = means(true_root, rotate(R_level_from_camera, smooth))
+    keep(TRUE, true_root, rotate(R_level_from_camera, smooth))
 
     sized = by_stature(take.lifted, seen.truth)
     placed = pelvis_path(sized, seen.keypoints, camera_of(seen, path))
@@ -185,7 +227,7 @@ def judge(rectifier: Rectifier, take: LiftedTake, path: str = KNOWN) -> JudgedGa
     errors = path_error(
         root, covariance, R_level_from_camera[:, 2], SCALE_SD, placed.focal_sd, time_s, same[0].walks
     )
-    judged.means[path] = means(root, places, *errors)
+    keep(path, root, places, *errors)
     ankles = _ankles(places)
     own = turned_covariance(sized.covariance, R_level_from_camera)
     stated = {
@@ -289,6 +331,18 @@ def _means(found: Values, true: Values, gait: str, leg: float, *path_errors: flo
     return result
 
 
+def _differences(found: Values, true: Values, gait: str, leg: float, depth: float) -> dict[str, Difference]:
+    result = {}
+    for name in OF_SIDES:
+        sides = [values[name][side] for values in (found, true) for side in SIDES]
+        sides = [values[np.isfinite(values)] for values in sides]
+        if min(map(len, sides)) >= FEWEST_OF_A_SIDE:
+            right, left, true_right, true_left = (float(values.mean()) for values in sides)
+            size, counts = (true_right + true_left) / 2, (len(sides[0]), len(sides[1]))
+            result[name] = Difference(right - left, true_right - true_left, size, counts, gait, leg, depth)
+    return result
+
+
 def one_kind(takes: Sequence[JudgedGait]) -> dict[str, Any]:
     """Of takes of one kind: steps, contact frames, events and figures."""
     frames = np.concatenate([take.frames for take in takes])
@@ -312,12 +366,14 @@ def one_kind(takes: Sequence[JudgedGait]) -> dict[str, Any]:
             "bias_ms": float(1000 * np.median(error)),
             "error_ms": Figure.of(1000 * np.abs(error)),
         }
-    for path in PATHS:
-        for name in _FIGURES:
-            means = [take.means[path][name] for take in takes if name in take.means.get(path, {})]
-            if means and (path == TRUE or name in OF_LENGTH):
-                label = f"{name}, {path}" if name in OF_LENGTH else name
-                result["figures"][label] = _figure(name, means)
+    means, differences = [take.means for take in takes], [take.differences for take in takes]
+    for what, names, of_takes in (("", _FIGURES, means), (", right less left", OF_SIDES, differences)):
+        for path in PATHS:
+            for name in names:
+                found = [of_paths[path][name] for of_paths in of_takes if name in of_paths.get(path, {})]
+                if found and (path == TRUE or name in OF_LENGTH):
+                    label = f"{name}{what}, {path}" if name in OF_LENGTH else f"{name}{what}"
+                    result["figures"][label] = _figure(name, found)
     sliding = np.concatenate([take.sliding for take in takes])
     if len(sliding):
         result["sliding_cm"] = {
@@ -326,7 +382,8 @@ def one_kind(takes: Sequence[JudgedGait]) -> dict[str, Any]:
     return result
 
 
-def _figure(name: str, means: Sequence[Mean]) -> dict[str, Any]:
+def _figure(name: str, means: Sequence[Mean | Difference]) -> dict[str, Any]:
+    size = np.array([mean.size for mean in means])
     error = np.array([mean.found - mean.true for mean in means])
     true = np.array([mean.true for mean in means])
     inside = np.array([abs(mean.found - mean.true) <= SD_90 * mean.sd(name) for mean in means])
@@ -335,7 +392,7 @@ def _figure(name: str, means: Sequence[Mean]) -> dict[str, Any]:
         "true": float(np.median(true)),
         "bias": float(np.median(error)),
         "error": Figure.of(np.abs(error)),
-        "error_percent": Figure.of(100 * np.abs(error / true)),
+        "error_percent": Figure.of(100 * np.abs(error / size)),
         "inside": float(inside.mean()),
     }
 

@@ -3,7 +3,7 @@
 Every figure's error has three parts (models/gait/errors.py), besides what the pelvis path says of all strides alike.
 They are those under which the errors of the takes' means are most likely, with the true path and with those from
 keypoints and a focal length that is known or assumed, then times the factor that brings nine in ten errors within 1.645
-standard deviations.
+standard deviations. The errors of right less left have three parts too, one of them by how much of a step is depth.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from ..common.metrics import SD_90
 from ..common.modules import run_command
 from ..gait.errors import ERROR_FILE, OF_LENGTH
 from ..rectifier.load import load_rectifier
-from .gait import TRUE, JudgedGait, Mean, judge_both
+from .gait import TRUE, Difference, JudgedGait, Mean, judge_both
 from .sets import evaluation_sets
 from .testbed import BEDS
 
@@ -46,20 +46,53 @@ def fit_errors(takes: Sequence[JudgedGait]) -> dict[str, dict[str, dict[str, flo
     }
 
 
-def _parts(name: str, means: Sequence[Mean]) -> dict[str, float]:
-    from scipy.optimize import minimize
+def fit_differences(takes: Sequence[JudgedGait]) -> dict[str, dict[str, dict[str, float]]]:
+    """{"walking", "running": {figure: {"shared", "each", "depth"}}} of right less left; lengths in lengths of a leg."""
+    found: dict[str, dict[str, list[Difference]]] = {"walking": {}, "running": {}}
+    for take in takes:
+        for path, of_path in take.differences.items():
+            for name, one in of_path.items():
+                if path == TRUE or name in OF_LENGTH:
+                    found[one.gait].setdefault(name, []).append(one)
+    return {
+        gait: {name: _parts_of_difference(name, of) for name, of in figures.items()}
+        for gait, figures in found.items()
+    }
 
+
+def _parts(name: str, means: Sequence[Mean]) -> dict[str, float]:
     unit = np.array([mean.leg if name in OF_LENGTH else 1.0 for mean in means])
     error = np.array([mean.found - mean.true for mean in means]) / unit
     count = np.array([mean.count for mean in means])
     root = np.array([mean.root_sd for mean in means]) / unit * (name in OF_LENGTH)
     alike = np.array([mean.share * mean.found for mean in means]) / unit * (name in OF_LENGTH)
+    shared, single, path = _likeliest(error, count, root**2 / count, alike)
+    return _three_digits({"shared": shared, "each": single, "root": path if name in OF_LENGTH else 0.0})
+
+
+def _parts_of_difference(name: str, found: Sequence[Difference]) -> dict[str, float]:
+    unit = np.array([one.leg if name in OF_LENGTH else 1.0 for one in found])
+    error = np.array([one.found - one.true for one in found]) / unit
+    count = np.array([1 / (1 / one.counts[0] + 1 / one.counts[1]) for one in found])
+    square = np.array([one.depth**2 for one in found])
+    shared, single, depth = _likeliest(error, count, square, np.zeros(len(found)))
+    return _three_digits({"shared": shared, "each": single, "depth": depth})
+
+
+def _likeliest(
+    error: np.ndarray, count: np.ndarray, further: np.ndarray, alike: np.ndarray
+) -> tuple[float, float, float]:
+    """The standard deviations that all of a take's values share, that each has, and that goes with `further`, under
+    which errors (N,) of the means of `count` (N,) values are most likely, besides what is wrong in them by `alike`
+    (N,), times the factor for nine in ten."""
+    from scipy.optimize import minimize
+
     usual = 1.4826 * np.median(np.abs(error))
     cut = np.clip(error, -_CUT * usual, _CUT * usual)
 
     def variance(logs: np.ndarray) -> np.ndarray:
-        shared, single, path = np.exp(2 * logs)
-        return shared + single / count + path * root**2 / count
+        shared, single, third = np.exp(2 * logs)
+        return shared + single / count + third * further
 
     def unlikely(logs: np.ndarray) -> float:
         whole = variance(logs) + alike**2
@@ -75,8 +108,11 @@ def _parts(name: str, means: Sequence[Mean]) -> dict[str, float]:
         found
     )  # of the factor for each to be inside
     factor = float(np.sqrt(np.quantile(square, _COVERED)))
-    shared, single, path = factor * np.exp(found)
-    parts = {"shared": shared, "each": single, "root": path if name in OF_LENGTH else 0.0}
+    shared, single, third = factor * np.exp(found)
+    return shared, single, third
+
+
+def _three_digits(parts: dict[str, float]) -> dict[str, float]:
     return {part: float(f"{value:.3g}") for part, value in parts.items()}
 
 
@@ -94,15 +130,16 @@ def main(
         for take in each(one.takes(seed, focal_known=True), f"{one.label} {bed}", len(one.clips()))
         if (judged := judge_both(rectifier, take)) is not None and judged.kind != "none"
     ]
-    figures = fit_errors(takes)
+    figures, differences = fit_errors(takes), fit_differences(takes)
     content = {
         "made_by": "python -m pcnet3d.models.evaluation.gait_errors",
         "fitted_on": f"{len(takes)} lifted walks and runs of CMU and ACCAD validation subjects",
         "figures": figures,
+        "differences": differences,
     }
     with whole_file(output) as partial:
         partial.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
-    print(json.dumps(figures, indent=1))
+    print(json.dumps({"figures": figures, "differences": differences}, indent=1))
 
 
 if __name__ == "__main__":

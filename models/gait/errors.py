@@ -1,7 +1,9 @@
 """How wrong a gait figure may be: standard deviations that were fitted on lifted walks with truth.
 
 The error of a mean over N steps or strides is made of a part that all of them share, one that each has for itself, and
-what the pelvis path's own error adds where lengths are read from that. gait_error.json was learned by
+what the pelvis path's own error adds where lengths are read from that. A difference of the sides has an error of its
+own: what a lifter puts too near of one leg and too far of the other cancels in the mean over both and is twice as large
+in the difference, the more so the more of a step is depth. gait_error.json was learned by
 models/evaluation/gait_errors.py on validation subjects, so that nine in ten errors lie within 1.645 standard
 deviations.
 """
@@ -21,12 +23,19 @@ ERROR_FILE = Path(__file__).with_name("gait_error.json")
 OF_LENGTH = ("walking_speed", "step_length", "stride_length", "step_width")
 
 
+# Those that are told of each side, and whose difference of the sides has an error.
+OF_SIDES = (
+    "step_time_s", "stance_time_s", "stance_percent", "swing_percent", "single_support_percent",
+    "double_support_percent", "flight_time_s", "step_length",
+)  # fmt: skip
+FEWEST_OF_A_SIDE = 2  # values, for a difference of the sides
+
+
 @cache
-def shipped_errors() -> dict[str, dict[str, dict[str, float]]]:
-    """What gait_error.json holds: {"walking", "running": {figure: {"shared", "each", "root"}}}."""
-    content: dict[str, dict[str, dict[str, float]]] = json.loads(ERROR_FILE.read_text(encoding="utf-8"))[
-        "figures"
-    ]
+def shipped_errors(of: str = "figures") -> dict[str, dict[str, dict[str, float]]]:
+    """What gait_error.json holds. of: "figures" for {"walking", "running": {figure: {"shared", "each", "root"}}} of
+    means, "differences" for {...: {"shared", "each", "depth"}} of right less left."""
+    content: dict[str, dict[str, dict[str, float]]] = json.loads(ERROR_FILE.read_text(encoding="utf-8"))[of]
     return content
 
 
@@ -37,6 +46,32 @@ def mean_error(gait: str, figure: str, count: int, root_sd: float = 0.0) -> floa
     own = shipped_errors()[gait][figure]
     parts = (own["shared"], own["each"] / np.sqrt(count), own["root"] * root_sd / np.sqrt(count))
     return float(np.sqrt(np.sum(np.square(parts))))
+
+
+def difference_error(gait: str, figure: str, right: int, left: int, depth: float) -> float:
+    """Standard deviation of the mean of `right` values of one side less that of `left` values of the other, in the
+    figure's unit, of a length in lengths of a leg. figure: of OF_SIDES. depth: `depth_of_steps`."""
+    own = shipped_errors("differences")[gait][figure]
+    parts = (own["shared"], own["each"] * np.sqrt(1 / right + 1 / left), own["depth"] * depth)
+    return float(np.sqrt(np.sum(np.square(parts))))
+
+
+def side_error(gait: str, figure: str, depth: float) -> float:
+    """Standard deviation that all values of one side share beyond `mean_error`: half of what a difference of the sides
+    has however many steps there are. As those of difference_error."""
+    own = shipped_errors("differences")[gait][figure]
+    return float(np.hypot(own["shared"], own["depth"] * depth)) / 2
+
+
+def depth_of_steps(
+    R_camera_from_body: np.ndarray, time_s: np.ndarray, walks: Sequence[Sequence[Step]]
+) -> float:
+    """How much of a step is depth, 0 (seen from the side) to 1: the root mean square over the walks' frames of the
+    cosine between where the person faces and the camera's axis. R_camera_from_body: (T, 3, 3), NaN where unknown;
+    time_s: (T,). NaN where it is known of no frame."""
+    ahead = R_camera_from_body[_inside(time_s, walks), 2, 0]  # BODY's x is back, CAMERA's z is away
+    ahead = ahead[np.isfinite(ahead)]
+    return float(np.sqrt(np.mean(ahead**2))) if len(ahead) else float("nan")
 
 
 def path_error(
@@ -61,11 +96,18 @@ def path_error(
     if not len(own) or not walks:
         return 0.0, 0.0
     root_sd = float(np.sqrt(np.median(np.maximum(np.linalg.eigvalsh(own)[:, -1], 0.0))))
-    inside = np.any([(time_s >= walk[0].start_s) & (time_s <= walk[-1].stop_s) for walk in walks], axis=0)
-    velocity = np.gradient(root, time_s, axis=0)[inside]
+    velocity = np.gradient(root, time_s, axis=0)[_inside(time_s, walks)]
     velocity = velocity[np.isfinite(velocity).all(axis=1)]
     along = ((velocity @ axis) ** 2).sum() / max((velocity**2).sum(), 1e-12)
     return root_sd, float(np.hypot(scale_sd, focal_sd * along))
+
+
+def _inside(time_s: np.ndarray, walks: Sequence[Sequence[Step]]) -> np.ndarray:
+    """(T,) which frames are of a walk."""
+    inside = np.zeros(len(time_s), dtype=bool)
+    for walk in walks:
+        inside |= (time_s >= walk[0].start_s) & (time_s <= walk[-1].stop_s)
+    return inside
 
 
 def own_covariance(

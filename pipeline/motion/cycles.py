@@ -19,6 +19,7 @@ from .smoothness import log_dimensionless_jerk, sparc
 POINTS = 101  # of a normalised cycle
 
 _ENDS = 0.1  # of the rise: where a repetition begins and ends
+_FINE = 1001  # moments of a repetition: a duration of seconds to milliseconds
 _REST = 0.05  # of a movement's largest speed (Balasubramanian et al. 2015 cut movements so)
 
 
@@ -87,6 +88,17 @@ def hiding(
     found = [one for one in repetitions(values[order], times[order], least) if counts(one)]
     across = [(one.start_s, one.stop_s) for one in found if one.stop_s - one.start_s >= briefest_s]
     return [gap for gap in gaps if any(start < gap[1] and gap[0] < stop for start, stop in across)]
+
+
+def near_ends_s(x: np.ndarray, time_s: np.ndarray, one: Repetition, height: float) -> float:
+    """Seconds of a repetition of x (T,) in which x is not yet `height` above where it begins, or no longer above where
+    it ends: by so much the repetition would be shorter if it began and ended that much higher. NaN for no height."""
+    if not np.isfinite(height):
+        return float("nan")
+    at_s = np.linspace(one.start_s, one.stop_s, _FINE)
+    values = np.interp(at_s, time_s, x)
+    ends = np.where(at_s < one.peak_s, values[0], values[-1])
+    return float((values < ends + height).mean() * (one.stop_s - one.start_s))
 
 
 def normalised(x: np.ndarray, time_s: np.ndarray, spans: np.ndarray, seams: Sequence[int] = ()) -> np.ndarray:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ...models.common.metrics import SD_90
-from ...pipeline.motion.cycles import symmetry_error, symmetry_index
+from ...pipeline.motion.cycles import symmetry_index
 
 _FEWEST = 3  # values for a standard deviation
 _FRAME = float(
@@ -71,10 +71,10 @@ def with_error(key: str, value: float, error: float) -> dict[str, float]:
     return {key: rounded(value, error), **known}
 
 
-def symmetry(right: tuple[float, float], left: tuple[float, float], of: str = "") -> dict[str, Any]:
-    """Symmetry index of two figures and their errors. `within_error`: no difference can be told, since zero lies in
-    the 90 % band about the index. of: what the keys begin with."""
-    index, error = symmetry_index(right[0], left[0]), symmetry_error(right[0], left[0], right[1], left[1])
+def symmetry(right: float, left: float, error: float, of: str = "") -> dict[str, Any]:
+    """Symmetry index of two figures. error: the index's, NaN where unknown. `within_error`: no difference can be told,
+    since zero lies in the 90 % band about the index. of: what the keys begin with."""
+    index = symmetry_index(right, left)
     if not np.isfinite(index):
         return {}
     told = {f"{of}within_error": bool(abs(index) <= SD_90 * error)} if np.isfinite(error) else {}

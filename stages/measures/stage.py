@@ -15,7 +15,15 @@ from ...pipeline.errors import InputError
 from ...pipeline.frames import Frame
 from ...pipeline.messages import how_many
 from ...pipeline.motion.angles import ANGLES, MIDLINE, near, of_both, unwrapped
-from ...pipeline.motion.cycles import Repetition, alike, hiding, normalised, repetitions
+from ...pipeline.motion.cycles import (
+    Repetition,
+    alike,
+    hiding,
+    near_ends_s,
+    normalised,
+    repetitions,
+    symmetry_error,
+)
 from ...pipeline.motion.foot_angles import ALL_ANGLES
 from ...pipeline.motion.signals import breaks, rate
 from ...pipeline.motion.smoothness import path_length
@@ -262,7 +270,8 @@ def _symmetry(ranges: dict[str, dict[str, Any]]) -> dict[str, Any]:
         if max(right[0], left[0]) < _NO_RANGE:
             result[name]["reason"] = f"both ranges are below {_NO_RANGE:g} degrees"
         else:
-            result[name] |= symmetry(right, left)
+            error = symmetry_error(right[0], left[0], right[1], left[1])
+            result[name] |= symmetry(right[0], left[0], error)
     return result
 
 
@@ -289,12 +298,17 @@ def _repeats(
     if not found:
         return result
     spans = np.array([(one.start_s, one.stop_s) for one in found])
+    # Of a height above the valley, as of the whole rise. What a lifter has wrong of the posture in which a repetition
+    # begins it has wrong of the same one at its end and in the next, so that all are too long, or all too short.
+    height_sd = np.sqrt(2) * usual
+    ends_s = float(np.mean([near_ends_s(driver, take.times, one, height_sd) for one in found]))
+    durations_s, frames_s = spans[:, 1] - spans[:, 0], time_resolution(rate(take.times))
     result |= {
         "start_s": moments(spans[:, 0]),
         "stop_s": moments(spans[:, 1]),
         **_peaks(take, found, sd),
-        **spread("duration_s", spans[:, 1] - spans[:, 0], time_resolution(rate(take.times))),
-        **spread("rise_deg", np.array([one.rise for one in found]), shared=np.sqrt(2) * usual),
+        **spread("duration_s", durations_s, frames_s, shared=ends_s),
+        **spread("rise_deg", np.array([one.rise for one in found]), shared=height_sd),
         **_smoothness(found),
     }
     cycles = {name: take.cycles(name, spans) for name in shown}

@@ -9,7 +9,15 @@ from typing import Any
 import numpy as np
 
 from ...models.gait.contact import leg_length
-from ...models.gait.errors import OF_LENGTH, mean_error, path_error
+from ...models.gait.errors import (
+    FEWEST_OF_A_SIDE,
+    OF_LENGTH,
+    depth_of_steps,
+    difference_error,
+    mean_error,
+    path_error,
+    side_error,
+)
 from ...models.gait.events import contact_times
 from ...models.gait.gait import (
     LEAST_STEP,
@@ -76,7 +84,8 @@ def walking(
         }
     lifted = source.family == "camera"
     root_sd, share = _path_error(filtered, rectified, gait)
-    said = _Means(gait.kind, lifted, leg_length(body), root_sd)
+    depth = depth_of_steps(rectified.R_source_from_body, filtered.times, gait.walks) if lifted else 0.0
+    said = _Means(gait.kind, lifted, leg_length(body), root_sd, depth)
     values = time_values(gait)
     phases = (*_PHASES, "flight_time_s" if gait.kind == "running" else "double_support_percent")
     lengths, over_floor = _lengths(
@@ -143,17 +152,25 @@ def _hidden(apart: np.ndarray, time_s: np.ndarray) -> str:
 class _Means:
     """Means of gait figures with their errors. gait: "walking" or "running". lifted: whether a lifter made the poses;
     of others the errors of lengths and speeds are unknown, while times are those of contacts, which are found alike.
-    leg: length of a leg, root_sd: of the pelvis path, in the poses' unit."""
+    leg: length of a leg, root_sd: of the pelvis path, in the poses' unit. depth: errors.depth_of_steps."""
 
-    def __init__(self, gait: str, lifted: bool, leg: float, root_sd: float) -> None:
-        self.gait, self.lifted, self.leg, self.root_sd = gait, lifted, leg, root_sd
+    def __init__(self, gait: str, lifted: bool, leg: float, root_sd: float, depth: float) -> None:
+        self.gait, self.lifted, self.leg, self.root_sd, self.depth = gait, lifted, leg, root_sd, depth
 
-    def error(self, name: str, count: int) -> float:
-        """Of the mean of `count` values; NaN where none is stated."""
+    def error(self, name: str, count: int, of_side: bool = False) -> float:
+        """Of the mean of `count` values, of both sides or of one; NaN where none is stated."""
+        root_sd = self.root_sd / self.leg if name in OF_LENGTH else 0.0
+        own = mean_error(self.gait, name, count, root_sd)
+        return self._in_unit(name, np.hypot(own, side_error(self.gait, name, self.depth)) if of_side else own)
+
+    def difference_error(self, name: str, right: int, left: int) -> float:
+        """Of the mean of so many values of the right side less that of the left; NaN where none is stated."""
+        return self._in_unit(name, difference_error(self.gait, name, right, left, self.depth))
+
+    def _in_unit(self, name: str, error: float) -> float:
         if name not in OF_LENGTH:
-            return mean_error(self.gait, name, count)
-        share = mean_error(self.gait, name, count, self.root_sd / self.leg)
-        return self.leg * share if self.lifted else float("nan")
+            return float(error)
+        return float(self.leg * error) if self.lifted else float("nan")
 
     def single(self, name: str) -> float:
         """What a spread of values has to exceed to be the person's."""
@@ -182,7 +199,7 @@ class _Means:
                 continue
             key = name if name == "walking_speed" else f"mean_{name}"
             mean = float(found.mean())
-            error = float(np.hypot(self.error(name, len(found)), share * mean))
+            error = float(np.hypot(self.error(name, len(found), side is not None), share * mean))
             if not digits:
                 result |= {key: mean, error_key(key): error}
                 continue
@@ -209,9 +226,10 @@ def _symmetries(said: _Means, values: Values) -> dict[str, Any]:
     ):
         sides = [values[name][side] if name in values else np.zeros(0) for side in SIDES.values()]
         sides = [found[np.isfinite(found)] for found in sides]
-        if min(map(len, sides)) >= 2:
-            pairs = [(float(found.mean()), said.error(name, len(found))) for found in sides]
-            result |= symmetry(pairs[0], pairs[1], of=of)
+        if min(map(len, sides)) >= FEWEST_OF_A_SIDE:
+            right, left = (found.mean() for found in sides)
+            share = said.difference_error(name, len(sides[0]), len(sides[1])) / (right + left) * 2
+            result |= symmetry(float(right), float(left), 100 * float(share), of=of)
     return result
 
 

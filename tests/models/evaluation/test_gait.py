@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from pcnet3d.examples.walker.walk import walker
-from pcnet3d.models.evaluation.gait import JudgedGait, Mean, as_markdown, judge, one_kind
-from pcnet3d.models.evaluation.gait_errors import fit_errors
+from pcnet3d.models.evaluation.gait import Difference, JudgedGait, Mean, as_markdown, judge, one_kind
+from pcnet3d.models.evaluation.gait_errors import fit_differences, fit_errors
 from pcnet3d.models.evaluation.testbed import LiftedTake, see
 from pcnet3d.models.mocap.clips import Clip
 from pcnet3d.models.rectifier.geometric import Geometric
@@ -28,6 +28,10 @@ def test_true_joints_have_true_steps(judged):
     assert means["step_time_s"].found == pytest.approx(means["step_time_s"].true, abs=0.02)
     assert means["step_length"].found == pytest.approx(means["step_length"].true, abs=0.03)
     assert means["walking_speed"].true == pytest.approx(1.25, rel=0.04)
+    difference = judged.differences["true path"]["step_length"]
+    assert difference.size == pytest.approx(means["step_length"].true, rel=0.02)
+    assert abs(difference.true) < 0.02
+    assert abs(difference.found) < 1.645 * difference.sd("step_length")
     assert (judged.frames[:, 0] == judged.frames[:, 1]).mean() > 0.8
 
 
@@ -39,6 +43,7 @@ def test_the_report_has_every_row(judged):
         "## here, walking",
         "| initial contact |",
         "| step_width, focal known |",
+        "| step_length, right less left, focal known |",
         "without a walk: 2",
     ):
         assert said in page
@@ -63,3 +68,27 @@ def test_fitted_errors_hold_nine_in_ten():
     assert parts["each"] == pytest.approx(0.05, rel=0.3)
     sd = np.hypot(parts["shared"], parts["each"] / np.sqrt(count))
     assert (np.abs(errors) <= 1.645 * sd).mean() == pytest.approx(0.9, abs=0.01)
+
+
+def test_fitted_errors_of_differences_hold_nine_in_ten_from_every_side():
+    """A lifter's error of the farther leg: the more of a step is depth, the larger the difference."""
+    rng = np.random.default_rng(2)
+    counts = rng.integers(2, 20, (900, 2))
+    depth = rng.uniform(0, 1, 900)
+    sd = np.sqrt((0.1 * depth) ** 2 + 0.04**2 * (1 / counts).sum(axis=1))
+    errors = rng.normal(0, sd)
+    takes = [
+        JudgedGait(
+            "walking",
+            (1, 1),
+            np.zeros((0, 2)),
+            {},
+            {},
+            {"true path": {"step_length": Difference(0.9 * e, 0.0, 0.7, tuple(n), "walking", 0.9, far)}},
+        )
+        for e, n, far in zip(errors, counts, depth, strict=True)
+    ]
+    parts = fit_differences(takes)["walking"]["step_length"]
+    assert parts["each"] == pytest.approx(0.04, rel=0.3)
+    assert parts["depth"] == pytest.approx(0.1, rel=0.15)
+    assert parts["shared"] < 0.01

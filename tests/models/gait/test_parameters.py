@@ -4,7 +4,14 @@ import numpy as np
 import pytest
 
 from pcnet3d.examples.walker.walk import walker
-from pcnet3d.models.gait.errors import mean_error, shipped_errors
+from pcnet3d.models.gait.errors import (
+    OF_SIDES,
+    depth_of_steps,
+    difference_error,
+    mean_error,
+    shipped_errors,
+    side_error,
+)
 from pcnet3d.models.gait.events import Stance, walks
 from pcnet3d.models.gait.gait import Gait, find_gait, length_values, over_belt, time_values
 
@@ -108,6 +115,28 @@ def test_errors_shrink_with_steps_and_grow_with_the_paths():
         assert mean_error(gait, "step_time_s", 20) < mean_error(gait, "step_time_s", 3)
         assert mean_error(gait, "step_length", 3, 0.1) > mean_error(gait, "step_length", 3)
         assert mean_error(gait, "step_time_s", 1) > 0.01  # a single step's, between frames
+
+
+def test_a_difference_of_the_sides_is_less_sure_than_a_mean_the_more_so_the_more_of_a_step_is_depth():
+    for gait in ("walking", "running"):
+        assert set(shipped_errors("differences")[gait]) == set(OF_SIDES)
+        for figure in OF_SIDES:
+            few, many = (difference_error(gait, figure, n, n, 0.5) for n in (2, 20))
+            assert side_error(gait, figure, 0.5) < many / 2 + 1e-9 < few
+    side, along = (difference_error("walking", "step_length", 5, 5, depth) for depth in (0.0, 1.0))
+    assert along > 2 * side > 2 * mean_error("walking", "step_length", 10)
+
+
+@pytest.mark.parametrize(("off_deg", "depth"), [(0, 1.0), (60, 0.5), (90, 0.0), (180, 1.0)])
+def test_how_much_of_a_step_is_depth_is_by_where_the_person_faces(off_deg, depth):
+    _, _, gait = striding()
+    off = np.radians(off_deg)
+    ahead, right = np.array([np.sin(off), 0, np.cos(off)]), np.array([-np.cos(off), 0, np.sin(off)])
+    R_camera_from_body = np.stack([-ahead, right, [0, -1, 0]], axis=-1)  # CAMERA's y is down
+    turning = np.tile(R_camera_from_body, (len(TIME), 1, 1))
+    turning[::3] = np.nan
+    assert depth_of_steps(turning, TIME, gait.walks) == pytest.approx(depth, abs=1e-9)
+    assert np.isnan(depth_of_steps(np.nan * turning, TIME, gait.walks))
 
 
 def test_a_body_that_stands_has_no_walk():

@@ -6,6 +6,7 @@ import pytest
 from pcnet3d.pipeline.motion.cycles import (
     POINTS,
     hiding,
+    near_ends_s,
     normalised,
     repetitions,
     symmetry_error,
@@ -39,6 +40,13 @@ def test_the_same_backwards():
     there, back = repetitions(WAVES, TIME, 40), repetitions(WAVES[::-1], TIME, 40)[::-1]
     np.testing.assert_allclose([10 - one.stop_s for one in back], [one.start_s for one in there])
     np.testing.assert_allclose([one.down for one in back], [one.up for one in there], atol=1e-6)
+
+
+def test_a_repetition_that_begins_and_ends_higher_is_as_much_shorter():
+    one = repetitions(WAVES, TIME, 40)[2]
+    tenth, fifth = (np.arccos(1 - 2 * share) / np.pi for share in (0.1, 0.2))
+    assert near_ends_s(WAVES, TIME, one, 10) == pytest.approx(2 * (fifth - tenth), abs=3e-3)
+    assert np.isnan(near_ends_s(WAVES, TIME, one, np.nan))
 
 
 @pytest.mark.parametrize(("least", "count"), [(99, 5), (101, 0)])

@@ -1,0 +1,76 @@
+"""Stated errors of lifted takes against the same measures of the truth: they are to hold in nine of ten."""
+
+import numpy as np
+import pytest
+
+from pcnet3d.examples.walker.walk import walker
+from pcnet3d.models.evaluation.testbed import see
+from pcnet3d.models.lifter.builtin import lift
+from pcnet3d.models.mocap.clips import Clip, read_clips
+from pcnet3d.models.synthetic.cameras import TYPICAL
+from pcnet3d.pipeline import H36M17, Z_UP, Pipeline, PoseSequence, Take
+from pcnet3d.pipeline.anthropometry import implied_stature
+from pcnet3d.pipeline.camera import Camera
+from pcnet3d.stages.angles import Angles
+from pcnet3d.stages.measures.stage import Measures
+from pcnet3d.stages.place import Place
+from pcnet3d.stages.rectify import Rectify
+from pcnet3d.stages.scale import scale
+from pcnet3d.stages.trajectories import Trajectories
+
+STAGES = (Rectify(), Trajectories(), Angles(), Measures())
+_90 = 1.645  # standard deviations
+_OBLIQUE = (0.4, 0.9)  # cosine between where the person faces and the camera's axis
+
+
+def measures_of_truth(clip):
+    poses = PoseSequence(clip.joints, H36M17, Z_UP, time_s=np.arange(len(clip)) / clip.fps)
+    return Pipeline(STAGES)(Take(clip.name, poses=poses)).measures
+
+
+@pytest.mark.data
+def test_a_difference_of_step_lengths_is_as_uncertain_as_is_stated_from_oblique_views():
+    """What a lifter has wrong of the leg that is farther away made steps of one side longer than the other's."""
+    off = []
+    for clip in read_clips("val"):
+        if not clip.name.startswith(("07_", "08_")):  # walks
+            continue
+        true = measures_of_truth(clip)["walking"]
+        for seed in range(4):
+            seen = see(clip, seed, views=TYPICAL)
+            if not _OBLIQUE[0] < np.abs(seen.R_camera_from_body[:, 2, 0]).mean() < _OBLIQUE[1]:
+                continue
+            camera = Camera(seen.image_size, seen.focal_px, 0.02 * seen.focal_px, "told")
+            lifted = lift(seen.keypoints, seen.image_size, seen.focal_px)
+            poses = scale(lifted, implied_stature(clip.joints))
+            take = Take(clip.name, keypoints=seen.keypoints, camera=camera, poses=poses)
+            found = Pipeline((Place(), *STAGES))(take).measures["walking"]
+            key = "step_length_symmetry_index_percent"
+            if key in found and key in true:
+                off.append((found[key] - true[key]) / found["step_length_symmetry_index_error_percent"])
+    assert len(off) > 30
+    assert np.mean(np.abs(off) <= _90) >= 0.85
+
+
+def test_durations_of_lifted_squats_and_raises_are_as_uncertain_as_is_stated():
+    """One squat and two raises of each arm, from eight sides: what a lifter has wrong of a posture it has wrong every
+    time."""
+    walk = walker(seconds=12)
+    clip = Clip("walker", "w", "own", walk.fps, walk.world.astype(np.float32))
+
+    def durations(measures):
+        raises = measures["arm_raises"]
+        return [
+            (group["mean_duration_s"], group.get("mean_duration_error_s"))
+            for group in (measures["knee_bends"], raises["right"], raises["left"])
+        ]
+
+    true = durations(measures_of_truth(clip))
+    off = []
+    for seed in range(8):
+        seen = see(clip, seed)
+        lifted = lift(seen.keypoints, seen.image_size, seen.focal_px)
+        found = durations(Pipeline(STAGES)(Take("lifted", poses=lifted)).measures)
+        assert all(0.05 < error < 0.6 * mean for mean, error in found)
+        off += [(a - b) / error for (a, error), (b, _) in zip(found, true, strict=True)]
+    assert np.mean(np.abs(off) <= _90) >= 0.85
