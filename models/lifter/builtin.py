@@ -85,7 +85,7 @@ def lift(
             joints[part] = rotate(R_camera_from_ray, answer.astype(np.float64))
             covariance[part] = _covariance(sd, R_camera_from_ray)
         answers.append([averaged(each, phases)[places] for each in (joints, covariance)])
-    joints, covariance = (sum(each[1:], each[0]) / len(each) for each in zip(*answers, strict=True))
+    joints, covariance = (np.mean(each, axis=0) for each in zip(*answers, strict=True))
     joints[unseen], covariance[unseen] = np.nan, np.nan
     on_a_line = is_finite(pixels)[places] & ~seen[rows] & ~unseen[:, None]
     return keypoints.with_(
