@@ -201,9 +201,8 @@ def _swing(facing_deg: np.ndarray, sides: Sequence[str]) -> np.ndarray:
     sign = np.array([1.0 if side == "r" else -1.0 for side in sides])
     middle = np.flatnonzero((sign[:-2] == sign[2:]) & (sign[:-2] != sign[1:-1])) + 1
     before, after = facing_deg[middle - 1], facing_deg[middle + 1]
-    differs = (sign[middle] * (facing_deg[middle] - (before + after) / 2))[
-        np.abs(after - before) < _TURNS_DEG
-    ]
+    differs = sign[middle] * (facing_deg[middle] - (before + after) / 2)
+    differs = differs[np.isfinite(differs) & (np.abs(after - before) < _TURNS_DEG)]
     return sign * (np.median(differs) / 2 if len(differs) else 0.0)
 
 

@@ -15,6 +15,8 @@ from .clock import clock_of
 from .features import ASSUMED_FOCAL, HALF_WINDOW, features
 from .input import lacking
 
+_SETTLED = 10  # rows that tell the usual interval; a stream may begin with a burst
+
 
 class LiveLifter:
     """Lifts the newest frame from what came before it; no frame is waited for.
@@ -78,7 +80,7 @@ class LiveLifter:
     def _push_lacking(self, time_s: float) -> None:
         """Rows without a joint for images that the camera lost before this time."""
         times = np.append(self._times(), time_s)
-        if len(times) > 2:
+        if len(times) > _SETTLED:
             lost = int(lacking(times, np.arange(len(times)))[-1])
             for between in np.linspace(times[-2], time_s, lost + 2)[1:-1]:
                 self._push(np.nan, np.nan, between)

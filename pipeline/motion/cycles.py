@@ -85,7 +85,8 @@ def hiding(
     times = np.concatenate([time_s[known], inside])
     values = np.concatenate([x[known], np.full(len(inside), x[known].max())])
     order = np.argsort(times)
-    found = [one for one in repetitions(values[order], times[order], least) if counts(one)]
+    cuts = np.searchsorted(times[order], time_s[list(seams)])
+    found = [one for one in repetitions(values[order], times[order], least, cuts.tolist()) if counts(one)]
     across = [(one.start_s, one.stop_s) for one in found if one.stop_s - one.start_s >= briefest_s]
     return [gap for gap in gaps if any(start < gap[1] and gap[0] < stop for start, stop in across)]
 

@@ -13,6 +13,8 @@ from ..motion.rates import check_fps, rate_doubts
 from ..pose import PoseSequence
 from ..take import Event, Video
 
+_WHOLE = 0.95  # of a video's frames, up to the last that rows show
+
 
 def numbered_by(keypoints: PoseSequence, poses: PoseSequence, where: str) -> PoseSequence:
     """The poses with the 2D file's frame numbers where they have none of their own. InputError if they cannot be."""
@@ -32,15 +34,16 @@ def numbered_by(keypoints: PoseSequence, poses: PoseSequence, where: str) -> Pos
 
 
 def numbered_by_times(video: Video, poses: PoseSequence) -> PoseSequence:
-    """The poses with the numbers of the video's frames at their own times, where they have times and no numbers, and
-    each is within half an interval of one frame. A phone's video lacks images, which numbers counted by times would
-    count."""
+    """The poses with the numbers of the video's frames at their own times, where they have times and no numbers, each
+    is within half an interval of one frame, and they last about as long as the video: a part's own clock may begin
+    anew. A phone's video lacks images, which numbers counted by times would count."""
     if poses.frames_known or poses.time_s is None or len(video.time_s) < 2:
         return poses
     middles = (video.time_s[1:] + video.time_s[:-1]) / 2
     numbers = np.searchsorted(middles, poses.time_s)
     off = np.abs(video.time_s[numbers] - poses.time_s)
-    if (off >= np.median(np.diff(video.time_s)) / 2).any() or (np.diff(numbers) <= 0).any():
+    whole = numbers[-1] >= _WHOLE * (len(video.time_s) - 1)
+    if not whole or (off >= np.median(np.diff(video.time_s)) / 2).any() or (np.diff(numbers) <= 0).any():
         return poses
     return poses.with_(frame_index=numbers, frames_known=True).noted("frame numbers", source="times")
 

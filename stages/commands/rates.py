@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
-# Of the higher rate to the lower one; 29.97 and 30 a second, or a telephone's 29.2, are one.
-_APART = 1.1
+# Of the higher rate to the lower one, and from which rate on all are lifted alike: 24 and 30 a second, or 60 and 120,
+# change the range of the knee by less than a degree (docs/lifting.md).
+_APART, _ALIKE_HZ = 1.5, 60.0
 
 
 def is_lifted(summary: Mapping[str, Any]) -> bool:
@@ -22,9 +23,9 @@ def rates_apart(rates: Iterable[float]) -> str:
     """What is to be said of lifted takes with so many frames a second: "lifted at 30 to 60 frames a second, ..."; empty
     where they have one rate, or fewer than two are known."""
     known = sorted(rate for rate in rates if np.isfinite(rate))
-    if not known or known[-1] <= _APART * known[0]:
+    if not known or min(known[-1], _ALIKE_HZ) <= _APART * known[0]:
         return ""
     return (
         f"lifted at {known[0]:.4g} to {known[-1]:.4g} frames a second, which alone changes ranges of motion (of the "
-        "knee in walking by 5 degrees from 30 to 60): film what is to be compared at one rate."
+        "knee in walking by 3 degrees from 30 to 60): film what is to be compared at one rate."
     )

@@ -35,14 +35,14 @@ def spread(name: str, values: np.ndarray, resolution: float = 0.0, shared: float
     resolution: the standard deviation with which one value is known, independent of the next; shared: the one that all
     values have in common, NaN where unknown. The values' own is left out where it is not larger than the resolution:
     then it is the measurement's, not the person's. Of fewer than three values their spread is not known, nor without
-    `shared` the error.
+    `shared` the error; with it they count as spread by the resolution.
     """
     if not len(values):
         return {}
     shared = shared if np.isfinite(shared) else 0.0
     sd = float(values.std(ddof=1)) if len(values) >= _FEWEST else float("nan")
-    own = max(sd, resolution) / np.sqrt(len(values)) if np.isfinite(sd) else 0.0
-    error = float(np.hypot(own, shared)) or float("nan")
+    own = np.fmax(sd, resolution) / np.sqrt(len(values))
+    error = float(np.hypot(own, shared)) if np.isfinite(sd) or shared else float("nan")
     digits = error if np.isfinite(error) else resolution
     result = {f"mean_{name}": rounded(values.mean(), digits)}
     if np.isfinite(error):

@@ -98,6 +98,14 @@ def test_a_pelvis_that_swings_with_every_step_does_not_turn(swing_deg):
     assert first[-1].stop_s < 3.1 < second[0].stop_s
 
 
+def test_a_turn_ends_a_walk_though_a_landing_faces_nobody_knows_where():
+    feet, between = limping(0.6, 0.6)
+    facing = np.where(TIME < 3.1, 0.0, 60.0)
+    facing[np.abs(TIME - 1.0) < 0.1] = np.nan
+    for walk in walks(feet, between, TIME, 0.25, facing_deg=facing):
+        assert not any(step.start_s < 3.1 < step.stop_s for step in walk)
+
+
 @pytest.mark.parametrize("landings", [4, 5, 6, 7])
 @pytest.mark.parametrize("turn_deg", [35.0, 45.0, 65.0, 90.0])
 def test_a_turn_in_a_short_walk_is_no_swing(landings, turn_deg):

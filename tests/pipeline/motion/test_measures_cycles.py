@@ -99,6 +99,10 @@ def test_gaps_at_rest_and_clip_boundaries_hide_nothing():
     assert len(hiding(two, TIME, 40, briefest_s=1.2)) == 2  # at the tops of 90 and 270; a valley is at 180
     assert hiding(np.where(TIME < 2, WAVES, np.nan), TIME, 40) == []  # the end is not a gap
     assert hiding(np.full(len(TIME), np.nan), TIME, 40) == []
+    clips = np.where((TIME < 3) | (TIME > 9), 0.0, 60.0)  # of two clips: the rise is the seam
+    clips[5 * FPS : 6 * FPS] = np.nan
+    assert hiding(clips, TIME, 40, seams=(3 * FPS,)) == []
+    assert len(hiding(clips, TIME, 40)) == 1
 
 
 def test_a_pause_on_the_way_up_is_part_of_the_movement_and_not_smooth():

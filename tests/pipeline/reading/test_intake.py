@@ -4,15 +4,18 @@ import hashlib
 import json
 import os
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from pcnet3d.adapters import read
-from pcnet3d.pipeline import InputError
+from pcnet3d.pipeline import CAMERA, H36M17, InputError, PoseSequence
+from pcnet3d.pipeline.reading.clock import numbered_by_times
 from pcnet3d.pipeline.reading.find import find_adapter
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_take, sha256
+from pcnet3d.pipeline.take import Video
 
 ROWS = 30
 
@@ -89,6 +92,15 @@ def test_first_frame_numbers_the_rows(lifted):
     take = open_take(RunOptions(poses=lifted, fps=25, first_frame=100))
     assert take.poses.frame_index.tolist() == list(range(100, 100 + ROWS))
     assert take.poses.times[0] == 4
+
+
+def test_a_part_with_a_clock_of_its_own_is_not_taken_for_the_videos_beginning(facing_camera):
+    """Rows of frames 200 to 299 whose times begin at 0 were laid on frames 0 to 99."""
+    video = Video(Path("a.mp4"), 640, 480, np.arange(300) / 30, "h264")
+    joints = np.tile(facing_camera, (300, 1, 1))
+    for rows, known in ((100, False), (299, True)):
+        poses = PoseSequence(joints[:rows], H36M17, CAMERA, time_s=np.arange(rows) / 30, frames_known=False)
+        assert numbered_by_times(video, poses).frames_known == known
 
 
 def test_unknown_frame_numbers_are_admitted(lifted):

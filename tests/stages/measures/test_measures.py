@@ -28,6 +28,7 @@ from pcnet3d.stages.export.measures import (
     write_measures,
     write_measures_parquet,
 )
+from pcnet3d.stages.measures.figures import spread
 from pcnet3d.stages.measures.stage import Measures
 from pcnet3d.stages.record.measures import measures_markdown
 from pcnet3d.stages.rectify import Rectify
@@ -678,3 +679,11 @@ def test_jumps_with_their_height_and_none_in_a_walk(take):
     # Stiff legs leave the floor without stretching the ankle: they are seen from 0.12 m on, not from 0.09.
     assert found["jump_height"] == pytest.approx([0.25, 0.25], abs=0.02)
     assert found["flight_time_s"] == pytest.approx([0.47, 0.47], abs=0.03)
+
+
+def test_one_or_two_durations_are_known_no_better_than_frames_allow():
+    """Of one knee bend at 5 frames a second the duration was stated to be known to 0.01 s, of three to 0.06."""
+    for values in ([1.0], [1.0, 1.2], [1.0, 1.1, 1.2]):
+        said = spread("duration_s", np.array(values), 0.08, shared=0.01)
+        assert said["mean_duration_error_s"] >= 0.08 / np.sqrt(len(values))
+    assert "mean_duration_error_s" not in spread("duration_s", np.array([1.0, 1.2]), 0.08)

@@ -228,10 +228,12 @@ def test_what_a_measure_rests_on_is_no_measure():
     [
         ((30.0, 60.0), True, True),
         ((29.97, 30.0), True, False),
+        ((24.0, 30.0), True, False),
+        ((60.0, 120.0), True, False),
         ((30.0, 60.0), False, False),
         ((30.0, None), True, False),
     ],
-    ids=["two rates", "two clocks", "poses of files", "one frame"],
+    ids=["two rates", "two clocks", "near", "both fast", "poses of files", "one frame"],
 )
 def test_a_subject_lifted_at_two_frame_rates_is_warned_of(rates, lifted, warned):
     rows = [
