@@ -167,6 +167,9 @@ def voted(rectified: Rectified) -> bool:
     return bool((is_finite(rectified.up_votes) & is_finite(shared_up(rectified))).any())
 
 
+OWN_WAYS = ("the front", "the right side")
+
+
 def ways_of_level(heading: str) -> tuple[str, str]:
     """What lies at -X and at +Y of LEVEL, by its heading (Rectified.level_heading): the person's front and right only
     where that is their own (design.md section 4)."""
@@ -174,7 +177,7 @@ def ways_of_level(heading: str) -> tuple[str, str]:
         "camera": ("the camera's side", "the camera's left"),
         "world": ("the world's south", "the world's west"),
     }
-    return ways.get(heading, ("the front", "the right side"))
+    return ways.get(heading, OWN_WAYS)
 
 
 def listed(options: Mapping[str, object]) -> str:

@@ -54,4 +54,8 @@ def camera_view(take: Take) -> rrb.View:
 
     width, height = take.need("camera").image_size
     bounds = rrb.VisualBounds2D(x_range=(0, width), y_range=(0, height))
-    return rrb.Spatial2DView(origin="camera", name="Lines that tell up, horizon", visual_bounds=bounds)
+    tells = take.need("rectified").up_shares.get("image", 0.0) > 0
+    name = (
+        "Lines that tell up, horizon" if tells else "Lines of the image (up does not rest on them), horizon"
+    )
+    return rrb.Spatial2DView(origin="camera", name=name, visual_bounds=bounds)

@@ -7,7 +7,7 @@ import numpy as np
 from ...pipeline.messages import bound_in_words, how_many, rate_in_words
 from ...pipeline.take import Take
 from ...pipeline.verdict import verdict_words
-from ..drawing.facts import Facts, facts_of, listed
+from ..drawing.facts import OWN_WAYS, Facts, facts_of, listed, ways_of_level
 
 
 def summary_markdown(take: Take) -> str:
@@ -57,8 +57,9 @@ def _up(facts: Facts) -> list[str]:
 
 
 def _relative(facts: Facts) -> str:
+    front, right = ways_of_level(facts.level_heading)
     if facts.camera != "moving":
-        return ""
+        return "" if (front, right) == OWN_WAYS else f"; in LEVEL **-x points to {front}, y to {right}**"
     return (
         "; in LEVEL **back and right are relative to the camera**: how it turns about the vertical cannot be seen, "
         "heights and horizontal distances can"

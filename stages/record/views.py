@@ -9,7 +9,7 @@ import numpy as np
 
 from ...pipeline.rotations import is_finite
 from ...pipeline.take import Take
-from ..drawing.facts import voted
+from ..drawing.facts import OWN_WAYS, voted, ways_of_level
 from .angles import angle_views, angled
 from .camera import camera_view, looked
 from .prints import FootPrint
@@ -39,7 +39,9 @@ def blueprint(take: Take, prints: Sequence[FootPrint], size: float) -> rrb.Bluep
     rectified = take.need("rectified")
     source = take.need("poses").frame
     unit = source.unit if source.metric else "arbitrary units"
-    after = "back, right, up" if rectified.camera != "moving" else "back, right (relative), up"
+    front, right = ways = ways_of_level(rectified.level_heading)
+    after = "back, right, up" if ways == OWN_WAYS else f"from {front}, to {right}, up"
+    after = after if rectified.camera != "moving" else "back, right (relative), up"
     level = "one heading" if rectified.camera != "moving" else "camera's heading"
     flat = {"Video": take.video, "2D keypoints": take.keypoints}
     title = " and ".join(name for name, part in flat.items() if part is not None)

@@ -47,14 +47,19 @@ def test_lines_that_run_along_nothing_are_not_drawn():
     assert (shown[2:6, 2:6] == 64).all()
 
 
-@pytest.mark.parametrize("frames", [True, False])
-def test_a_recording_shows_them(make_take, film, read_rrd, tmp_path, frames):
+@pytest.mark.parametrize(("frames", "tells"), [(True, True), (False, False)])
+def test_a_recording_shows_them_and_says_whether_up_rests_on_them(
+    make_take, film, read_rrd, tmp_path, frames, tells
+):
     take = make_take().with_(video=film(), camera=looking())
+    take = take.with_(rectified=replace(take.rectified, up_shares={"image": 0.9} if tells else {}))
     record(take, tmp_path / "take.rrd", frames)
     seen = read_rrd(tmp_path / "take.rrd")
     assert len(seen.static("camera/lines", "LineStrips2D:strips")) == 2
     assert ("camera/image" in seen.entities) == frames
-    assert any("Lines that tell up" in name for name in seen.blueprint("ViewBlueprint:display_name"))
+    names = seen.blueprint("ViewBlueprint:display_name")
+    assert any("Lines that tell up" in name for name in names) == tells
+    assert any("up does not rest on them" in name for name in names) != tells
 
 
 def test_a_take_without_a_look_has_none(make_take, read_rrd, tmp_path):

@@ -9,6 +9,7 @@ import pytest
 
 from pcnet3d.pipeline import Y_UP, Event, InputError, Pipeline, change_frame
 from pcnet3d.stages.record.stage import Record, record
+from pcnet3d.stages.record.summary import summary_markdown
 
 NAME, ORIGIN = "ViewBlueprint:display_name", "ViewBlueprint:space_origin"
 
@@ -212,6 +213,21 @@ def test_gaps_end_what_is_shown(taken, make_take):
         range(5, 17)
     )
     assert recording.over_time("events", "TextLog:text")[0].tolist() == [9]  # row 3 of the take itself
+
+
+def test_a_level_that_faces_the_camera_is_not_said_to_face_as_the_person(make_take, read_rrd, tmp_path):
+    """Of several people LEVEL's x was called back, which was each one's side."""
+    take = make_take()
+    turned = take.with_(rectified=replace(take.rectified, level_heading="camera"))
+    assert "-x points to" not in summary_markdown(take)
+    assert "-x points to the camera's side, y to the camera's left" in summary_markdown(turned)
+    record(turned, tmp_path / "take.rrd")
+    (name,) = [
+        name
+        for name in read_rrd(tmp_path / "take.rrd").blueprint("ViewBlueprint:display_name")
+        if "after:" in name
+    ]
+    assert "to the camera's left" in name
 
 
 def test_moving_camera(taken, make_take):
