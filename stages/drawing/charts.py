@@ -7,11 +7,12 @@ script they stand in a table below each chart.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from markupsafe import Markup
 
+from ...pipeline.motion.signals import BRIDGED_S, holes
 from ...pipeline.rotations import is_finite
 from . import palette
 from .page import kit
@@ -56,8 +57,9 @@ def over_time(
     curves: Sequence[Curve], x: np.ndarray, alt: str, x_name: str = "time (s)", about: str = ""
 ) -> Markup:
     """A chart of curves over x (T,), with its values in a table below that opens on demand. More than 2 x SLICES rows
-    are drawn, and listed, as the range of values of each slice. alt: what it shows, for those who cannot see it.
-    about: what the values are, in a sentence, above the table."""
+    are drawn, and listed, as the range of values of each slice; curves break off where a recording lacks images. alt:
+    what it shows, for those who cannot see it. about: what the values are, in a sentence, above the table."""
+    curves, x = _parted(curves, x)
     low_x, high_x = float(x[0]), float(x[-1]) if x[-1] > x[0] else float(x[0]) + 1
     spans = [(ranges(x, curve.values), _band(x, curve)) for curve in curves]
     ends = [part for (_, low, high), band in spans for part in (low, high, *band)]
@@ -87,6 +89,26 @@ def over_time(
         {"from": f"{low_x:g}", "to": f"{high_x:g}", "over": x_name, "alt": alt, "about": about},
         _rows(curves, spans, top - bottom, high_x - low_x),
     )
+
+
+def _parted(curves: Sequence[Curve], x: np.ndarray) -> tuple[Sequence[Curve], np.ndarray]:
+    """Curves and x with a row without a value in each hole of x that filters do not bridge."""
+    rows = holes(x, BRIDGED_S)
+    if not len(rows):
+        return curves, x
+
+    def parted(values: np.ndarray) -> np.ndarray:
+        return np.insert(values.astype(float), rows, np.nan)
+
+    curves = [
+        replace(
+            curve,
+            values=parted(curve.values),
+            margin=None if curve.margin is None else parted(curve.margin),
+        )
+        for curve in curves
+    ]
+    return curves, np.insert(x, rows, (x[rows - 1] + x[rows]) / 2)
 
 
 @dataclass(frozen=True, eq=False)

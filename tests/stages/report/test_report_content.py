@@ -335,6 +335,20 @@ def test_a_gap_breaks_the_line():
     assert pieces(wave) == 2
 
 
+@pytest.mark.parametrize("rows", [100, 5000])
+def test_a_pause_of_the_recording_breaks_curve_and_band(rows):
+    """A straight line went across 3 s that the time stamps leave out."""
+    x = np.arange(rows) / 30 + 3.0 * (np.arange(rows) >= rows // 2)
+    drawn = over_time([Curve("a", np.sin(x), margin=np.full(rows, 0.1))], x, "a over time")
+    shapes = re.findall(r' d="([^"]*)"', drawn)
+    assert shapes
+    longest = max(np.diff(np.array(re.findall(r"[ML]([-\d.]+) ", part), dtype=float)).max()
+                  for shape in shapes for part in re.split("(?=M)", shape) if part.count("L") > 1)  # fmt: skip
+    assert longest < 10
+    steady = re.findall(r' d="([^"]*)"', over_time([Curve("a", np.sin(x))], np.arange(rows) / 30, "a"))
+    assert sum(shape.count("M") for shape in steady) < sum(shape.count("M") for shape in shapes)
+
+
 def test_a_chart_is_to_scale():
     """Pixels of the curve are one linear map of its values, upward; ticks stand where the map puts their numbers."""
     x, values = np.linspace(2, 7, 60), 30 * np.sin(np.linspace(0, 9, 60)) - 4
