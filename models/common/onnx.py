@@ -153,6 +153,14 @@ def _placed(on_cpu: Any, content: bytes, threads: int, network: str) -> Any:
     return on_cpu
 
 
+def without_traces(model: Any) -> Any:
+    """A ModelProto that torch has exported, without what it notes of every node: its place in the source files, by
+    their paths on the machine that made it."""
+    for node in model.graph.node:
+        del node.metadata_props[:]
+    return model
+
+
 def _reason(error: Exception) -> str:
     return (str(error).strip() or type(error).__name__).splitlines()[0].rstrip(".")
 

@@ -10,6 +10,7 @@ from torch import Tensor
 from ....pipeline.errors import InputError
 from ....pipeline.files.atomic import whole_file
 from ...common.extras import needed_for
+from ...common.onnx import without_traces
 from ...common.training import read_weights, reading
 from ..features import CHANNELS
 from .net import Block, LifterNet
@@ -34,7 +35,7 @@ def export(net: LifterNet, path: Path, **properties: object) -> None:
         verbose=False,
     )
     assert program is not None
-    model = program.model_proto
+    model = without_traces(program.model_proto)
     onnx.helper.set_model_props(model, {key: str(value) for key, value in properties.items()})
     with whole_file(path) as partial:
         onnx.save(model, str(partial))

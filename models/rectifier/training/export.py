@@ -12,7 +12,7 @@ from ....pipeline.errors import InputError
 from ....pipeline.files.atomic import whole_file
 from ....pipeline.layouts import H36M17
 from ...common.extras import needed_for
-from ...common.onnx import session_of
+from ...common.onnx import session_of, without_traces
 from .net import JOINTS, PCNet, gram_schmidt
 
 _TOLERANCE = 1e-4
@@ -65,7 +65,7 @@ def export(deployed: Deployed, path: Path, **properties: object) -> None:
         verbose=False,
     )
     assert program is not None
-    model = program.model_proto
+    model = without_traces(program.model_proto)
     stated = {"pcnet3d": "rectifier", **properties}
     onnx.helper.set_model_props(model, {key: str(value) for key, value in stated.items()})
     with whole_file(path) as partial:

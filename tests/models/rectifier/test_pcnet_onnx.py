@@ -1,12 +1,16 @@
 """The exported network answers like torch, and its run time refuses what it cannot use."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
+import pcnet3d
 from pcnet3d.models.rectifier import onnx as pcnet_onnx
 from pcnet3d.models.rectifier.onnx import PCNetRectifier, prepare
 from pcnet3d.pipeline import H36M17, InputError
 
+SHIPPED = ("lifter/lifter.onnx", "rectifier/pcnet.onnx", "rectifier/paper.onnx")
 NETS = {"mlp": True, "hybrid": True, "gcn": False, "transformer": False}
 
 
@@ -37,6 +41,13 @@ def poses(facing_camera):
     rng = np.random.default_rng(0)
     joints = facing_camera + rng.normal(0, 0.05, (300, 17, 3))
     return joints - joints[:, :1]
+
+
+def test_networks_do_not_tell_on_which_machine_they_were_made(exported):
+    """torch's exporter notes for every node the source lines that it came from, with their folders."""
+    ours = [Path(pcnet3d.__file__).parent / "models" / name for name in SHIPPED]
+    for path in (*ours, *(path for _, path in exported.values())):
+        assert b".py" not in path.read_bytes()
 
 
 @pytest.mark.parametrize("net", NETS)
