@@ -34,15 +34,15 @@ def R_world_from_body(joints: np.ndarray) -> np.ndarray:
     return body_axes(joints, _UP)
 
 
-def trunk_lean_deg(joints: np.ndarray, up: np.ndarray = _UP) -> np.ndarray:
-    """(...,) the angle in degrees between the trunk, mid-hips to mid-shoulders, of joints (..., 17, 3) and up (3,); NaN
+def trunk_lean_deg(joints: np.ndarray) -> np.ndarray:
+    """(...,) the angle in degrees between the trunk, mid-hips to mid-shoulders, of joints (..., 17, 3) and +z; NaN
     where one of the four is missing."""
     hips, shoulders = (
         joints[..., H36M17.indices((f"l_{part}", f"r_{part}")), :].mean(axis=-2)
         for part in ("hip", "shoulder")
     )
     trunk = (shoulders - hips).astype(np.float64)
-    return np.asarray(angle_deg(trunk, np.broadcast_to(up, trunk.shape)))
+    return np.asarray(angle_deg(trunk, np.broadcast_to(_UP, trunk.shape)))
 
 
 def _axis(joints: np.ndarray, left: str, right: str) -> np.ndarray:

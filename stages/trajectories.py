@@ -77,13 +77,9 @@ _UNITS = {
 }  # of a column whose name ends so; {} is the unit of length
 _FILTERS: dict[str, Callable[..., np.ndarray]] = {"butterworth": lowpass, "savgol": savitzky_golay}
 
-# Codes of `<joint>_distance_reason`, `<joint>_speed_reason` and `<joint>_acceleration_reason`.
+# Codes of `<joint>_distance_reason`, `<joint>_speed_reason` and `<joint>_acceleration_reason`: there is a value; the
+# joint is missing, and too long for a value in between; the standard deviation is larger than all that the take has.
 FINE, MISSING, UNCERTAIN = range(3)
-PATH_REASONS = {
-    FINE: "has a value",
-    MISSING: "the joint is missing, and too long for a value in between",
-    UNCERTAIN: "its standard deviation is larger than all that the take has of it",
-}
 
 
 @dataclass(frozen=True)
@@ -241,8 +237,8 @@ def trajectory(path: PoseSequence, joint: str, motion: Motion | None = None) -> 
     path: poses in LEVEL, filtered (`smooth`) unless derivatives of noise are wanted. Derivatives are those of a cubic
     spline, never taken across a gap, a clip boundary or dropped frames; NaN where they cannot be had.
     motion: of that one path (`known_motions`), whose values are then taken, each with its standard deviation
-    (`..._sd`), and each norm with a reason (int8, PATH_REASONS); where that is MISSING the values are NaN. InputError
-    for a unit that is neither metres nor arbitrary.
+    (`..._sd`), and each norm with a reason (int8, FINE, MISSING or UNCERTAIN); where that is MISSING the values are
+    NaN. InputError for a unit that is neither metres nor arbitrary.
     """
     if path.frame.unit not in ("m", "arbitrary"):
         raise InputError(f"Expected poses in metres or in arbitrary units, got {path.frame.unit}.")

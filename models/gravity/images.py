@@ -62,22 +62,20 @@ def up_from_images(
     images: Sequence[np.ndarray],
     focal_px: float | None = None,
     boxes: Sequence[np.ndarray] | None = None,
-    body: tuple[np.ndarray, float] | None = None,
     focal_spread: float = TOLD_SPREAD,
 ) -> ImageUp | Unknown:
     """Which way is up in images of one camera that stood still, by their straight lines.
 
     images: (H, W, 3) RGB or (H, W) grey, uint8, of one size, without lens distortion to speak of; a few are enough.
     focal_px, focal_spread: where the focal length is known, and the spread of its logarithm. boxes: for each image,
-    (N, 4) left, top, right, bottom in pixels of the people. body: the skeletons' up (3,) and its error in degrees, to
-    choose between answers that explain the lines about equally well; it moves none. Raises InputError for images of
-    other types or of several sizes."""
+    (N, 4) left, top, right, bottom in pixels of the people. Raises InputError for images of other types or of several
+    sizes."""
     _refuse(images, focal_px)
     height, width = images[0].shape[:2]
     side = max(height, width)
     segments = segments_of(images, boxes)
     focal = (focal_px / side, focal_spread) if focal_px else (PRIOR_FOCAL, PRIOR_FOCAL_SPREAD)
-    found = fits(segments, focal, body)
+    found = fits(segments, focal)
     if not found:
         return Unknown("there are hardly any straight lines")
     best = found[0]

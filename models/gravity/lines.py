@@ -72,21 +72,16 @@ def horizontals(up: np.ndarray, heading: np.ndarray) -> np.ndarray:
     return np.stack([c * side + s * ahead, c * ahead - s * side], axis=-2)
 
 
-def fits(
-    segments: Segments,
-    focal: tuple[float, float] = (PRIOR_FOCAL, PRIOR_FOCAL_SPREAD),
-    body: tuple[np.ndarray, float] | None = None,
-) -> list[Fit]:
+def fits(segments: Segments, focal: tuple[float, float] = (PRIOR_FOCAL, PRIOR_FOCAL_SPREAD)) -> list[Fit]:
     """The best hypotheses, best first, a few degrees apart at least; empty where there are too few segments.
 
-    focal: what is known before, in longer sides, and the spread of its logarithm. body: the skeletons' up (3,) and
-    its error in degrees; it weighs which hypothesis is best and moves none, so nothing counts twice."""
+    focal: what is known before, in longer sides, and the spread of its logarithm."""
     if len(segments) < 8:
         return []
     few = segments.longest(_SEARCHED)
     chance, found = _chance(few), []
     coarse, fine = (_COARSE_FOCALS, _FOCALS) if focal[1] > _SURE else ((0.0,), (0.0,))
-    ups = _modes(few, chance, focal[0], body)
+    ups = _modes(few, chance, focal[0])
     # Vertical lines alone hardly tell one up from another; the level ones do, looked at with a blurred eye first.
     blurred = replace(few.longest(_GLANCED), sd=np.hypot(few.longest(_GLANCED).sd, np.radians(_BLURRED_DEG)))
     glance = _chance(blurred)
@@ -97,10 +92,10 @@ def fits(
             key=lambda fit: fit.gain,
         )
         found.append(best)
-    found.sort(key=lambda fit: -(fit.gain + _log_before(fit.up, body)))
+    found.sort(key=lambda fit: -(fit.gain + _log_before(fit.up)))
     chance = _chance(segments)
     polished = [_polished(segments, chance, fit, focal) for fit in found[:_POLISHED]]
-    polished.sort(key=lambda fit: -(fit.gain + _log_before(fit.up, body)))
+    polished.sort(key=lambda fit: -(fit.gain + _log_before(fit.up)))
     distinct: list[Fit] = []
     for fit in polished:
         if all(angle_deg(fit.up, other.up) > _APART_DEG for other in distinct):
@@ -167,13 +162,11 @@ def _grid() -> tuple[np.ndarray, np.ndarray]:
     inside = angle <= np.radians(_WIDEST_DEG)
     ratio = np.divide(np.sin(angle), angle, out=np.ones_like(angle), where=angle > 0)
     ups = np.stack([x * ratio, -np.cos(angle), z * ratio], axis=-1)[inside]
-    return ups, np.array([_log_before(up, None) for up in ups])
+    return ups, np.array([_log_before(up) for up in ups])
 
 
-def _modes(
-    segments: Segments, chance: np.ndarray, focal: float, body: tuple[np.ndarray, float] | None
-) -> list[np.ndarray]:
-    """Ups (3,) at which vertical lines alone explain most, each the best of its neighbourhood; and the skeletons'."""
+def _modes(segments: Segments, chance: np.ndarray, focal: float) -> list[np.ndarray]:
+    """Ups (3,) at which vertical lines alone explain most, each the best of its neighbourhood."""
     ups, before = _grid()
     gain = np.empty(len(ups))
     for start in range(0, len(ups), 256):
@@ -181,15 +174,13 @@ def _modes(
         density = _density(segments, _sine(segments, ups[part], focal, np.zeros(2)))
         gain[part] = np.log1p(_SHARES[0] * (density / chance - 1)) @ segments.weight
     gain += before
-    if body:
-        gain += _DESIGN * np.array([_log_body(up, body) for up in ups])
     chosen: list[np.ndarray] = []
     for row in np.argsort(-gain):
         if all(angle_deg(ups[row], other) > _APART_DEG for other in chosen):
             chosen.append(ups[row])
         if len(chosen) == _MODES:
             break
-    return [*chosen, body[0]] if body else chosen
+    return chosen
 
 
 def _turned(
@@ -260,14 +251,6 @@ def _moved(fit: Fit, change: np.ndarray) -> Fit:
     )
 
 
-def _log_before(up: np.ndarray, body: tuple[np.ndarray, float] | None) -> float:
-    """What speaks for an up before any line, on the scale of gains: how cameras are held, and the skeletons, which are
-    sometimes quite wrong."""
-    return _DESIGN * (float(np.log(held(up) + 1e-9)) + _log_body(up, body))
-
-
-def _log_body(up: np.ndarray, body: tuple[np.ndarray, float] | None) -> float:
-    if body is None:
-        return 0.0
-    ratio = float(angle_deg(up, body[0])) / max(body[1], 1.0)
-    return float(np.log(0.9 * np.exp(-(ratio**2)) + 0.1 * np.exp(-((ratio / 6) ** 2)) + 1e-6))
+def _log_before(up: np.ndarray) -> float:
+    """What speaks for an up before any line, on the scale of gains: how cameras are held."""
+    return _DESIGN * float(np.log(held(up) + 1e-9))

@@ -71,11 +71,6 @@ class Cameras:
         rays = joints_camera[..., :2] / joints_camera[..., 2:]
         return rays * self.focal_px[..., None, None, None] + self.image_size[..., None, None, :] / 2
 
-    def unproject(self, pixels: np.ndarray, depth: np.ndarray) -> np.ndarray:
-        """(..., T, J, 2) pixels and (..., T, J) depth along the axis, metres -> (..., T, J, 3) camera."""
-        rays = (pixels - self.image_size[..., None, None, :] / 2) / self.focal_px[..., None, None, None]
-        return np.concatenate([rays, np.ones_like(rays[..., :1])], axis=-1) * depth[..., None]
-
 
 def view_rotation(yaw_deg: np.ndarray, pitch_deg: np.ndarray, roll_deg: np.ndarray) -> np.ndarray:
     """R_camera_from_world (..., 3, 3) of a camera that looks along heading yaw, world +Z up."""

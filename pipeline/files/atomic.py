@@ -13,6 +13,7 @@ from contextlib import contextmanager, suppress
 from glob import escape
 from pathlib import Path
 from secrets import token_hex
+from typing import Any
 
 from ..errors import InputError
 from ..pose import package_version
@@ -164,14 +165,14 @@ def _check_replaceable(path: Path, force: bool, inputs: Iterable[Path]) -> None:
 
 def _ours(path: Path) -> bool:
     """Whether everything in the folder, and in the runs inside it, is listed as the work of an earlier run."""
-    summary = _read(path / SUMMARY)
+    summary = read_summary(path)
     listed = "pcnet3d" in summary and {file.name for file in path.iterdir()} <= set(summary.get("files", ()))
     return listed and all(_ours(run.parent) for run in path.glob(f"*/{SUMMARY}"))
 
 
-def read_summary(folder: Path) -> dict:
+def read_summary(folder: Path) -> dict[str, Any]:
     """A run's summary.json; empty where there is none."""
-    return _read(folder / SUMMARY)
+    return read_object(folder / SUMMARY)
 
 
 def add_to_summary(folder: Path, **entries: object) -> None:
@@ -187,13 +188,14 @@ def add_to_list(folder: Path, name: str) -> None:
 
 def sign(folder: Path) -> None:
     """Add the list of the folder's files to its summary, so that a later run may replace them."""
-    summary = {"pcnet3d": package_version(), **_read(folder / SUMMARY)}
+    summary = {"pcnet3d": package_version(), **read_summary(folder)}
     summary["files"] = sorted({SUMMARY, *(file.name for file in folder.iterdir())})
     with whole_file(folder / SUMMARY) as partial:
         partial.write_text(json.dumps(summary, indent=1) + "\n", encoding="utf-8")
 
 
-def _read(path: Path) -> dict:
+def read_object(path: Path) -> dict[str, Any]:
+    """What a JSON file holds; empty where there is none, or one that is damaged or holds something else."""
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError):

@@ -134,12 +134,6 @@ def box(heading: str, items: Sequence[str], kind: Literal["plain", "warning"] = 
     return kit().box(heading, items, kind) if items else Markup("")
 
 
-def glance(pairs: Iterable[tuple[str, str]]) -> Markup:
-    """What is said of a thing at a glance; nothing when nothing is."""
-    pairs = list(pairs)
-    return kit().glance(pairs) if pairs else Markup("")
-
-
 def table(head: Sequence[str], rows: Sequence[Sequence[Cell]], sortable: bool = False) -> Markup:
     """The first cell of a row is its heading; a column of numbers has as many decimals as its largest one asks for;
     None is a dash. On a telephone the rows of a wide table stand one below the other, each cell with its column's name.

@@ -33,6 +33,12 @@ def facing_camera() -> np.ndarray:
     return np.array([joints[name] for name in H36M17.joints])
 
 
+def bone_lengths(joints: np.ndarray) -> np.ndarray:
+    """(..., 16) of the bones of joints (..., 17, 3)."""
+    start, end = np.array([H36M17.indices(bone) for bone in H36M17.bones]).T
+    return np.linalg.norm(joints[..., end, :] - joints[..., start, :], axis=-1)
+
+
 def feet_of(bodies: np.ndarray) -> np.ndarray:
     """(T, 6, 3) in the order of FEET: the feet of upright bodies (T, 17, 3), flat, straight ahead and 0.2 m long, in
     any axes, mirrored ones too. The heel is 4 cm behind and 7 below the ankle, the toes are as low."""

@@ -11,7 +11,6 @@ import numpy as np
 from golden.views import Canvas, Plane
 
 LIGHT = np.array([0.3, 0.5, 0.8])  # world; the side from which faces are brighter
-UPRIGHT = np.eye(3)
 
 
 def colour(rng: np.random.Generator, value=(0.3, 0.95), saturation: float = 0.35) -> np.ndarray:

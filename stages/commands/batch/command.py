@@ -18,7 +18,7 @@ import typer
 from ....pipeline.cores import cores
 from ....pipeline.device import AUTO, computing_on
 from ....pipeline.errors import InputError
-from ....pipeline.files.atomic import printable, refuse_unwritable, whole_file
+from ....pipeline.files.atomic import printable, read_object, refuse_unwritable, whole_file
 from ....pipeline.messages import how_many, say
 from ....pipeline.plugins.options import pairs
 from ....pipeline.pose import package_version
@@ -130,7 +130,7 @@ def _ours_alone(output: Path) -> Iterator[None]:
                 left.unlink()
             yield
     except Timeout:
-        owner = _read(output / STATUS).get("owner", "its owner has not said who it is")
+        owner = read_object(output / STATUS).get("owner", "its owner has not said who it is")
         raise InputError(
             f"Another batch is at work in {output}: {printable(str(owner))}; wait for it, or choose another -o."
         ) from None
@@ -140,7 +140,7 @@ def _check(output: Path) -> None:
     """InputError when the folder is somebody else's, or of another version of ours."""
     if not output.exists():
         return
-    of = _read(output / STATUS).get("pcnet3d")
+    of = read_object(output / STATUS).get("pcnet3d")
     ours = {"takes", "logs", "locks", _LOCK}
     names = {path.name for path in output.iterdir() if not path.name.startswith(".partial-")}
     if of is None and (not names <= ours or any((output / "takes").glob("[!.]*"))):
@@ -152,17 +152,9 @@ def _check(output: Path) -> None:
         )
 
 
-def _read(path: Path) -> dict[str, Any]:
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError):
-        return {}
-    return content if isinstance(content, dict) else {}
-
-
 def _failed_before(output: Path) -> set[str]:
     """Names of takes that failed once; they come last, or a batch that is often stopped would try only them."""
-    takes = _read(output / STATUS).get("takes")
+    takes = read_object(output / STATUS).get("takes")
     known = [take for take in takes if isinstance(take, dict)] if isinstance(takes, list) else []
     return {str(t.get("name")) for t in known if t.get("state") == "failed" or t.get("failed_before")}
 

@@ -1,12 +1,12 @@
 """Detection over whole videos: where the person is, cuts, gaps, odd files, interrupted and taken up again."""
 
-import signal
 from dataclasses import fields, replace
 
 import av
 import numpy as np
 import pytest
 
+from golden.films import pressing_ctrl_c
 from pcnet3d.adapters.keypoints import read as read_keypoints
 from pcnet3d.adapters.keypoints import sniff
 from pcnet3d.adapters.video import read as read_video
@@ -82,16 +82,8 @@ def test_gaps_are_bridged_and_nobody_is_followed_over_a_cut(eventful, toy):
 @pytest.mark.parametrize("stop", [0, 5, 11, 13, 21, 22, 33, 68, 69])
 def test_interrupted_and_resumed_is_bitwise_the_same(eventful, toy, tmp_path, monkeypatch, stop):
     whole = detect(eventful, load_detector(toy), "here")
-    shown = detect_video.images_ahead
-
-    def pressing(*asked):
-        for number, image in shown(*asked):
-            if number == stop:
-                signal.raise_signal(signal.SIGINT)
-            yield number, image
-
     with monkeypatch.context() as patched:
-        patched.setattr(detect_video, "images_ahead", pressing)
+        patched.setattr(detect_video, "images_ahead", pressing_ctrl_c(detect_video.images_ahead, stop))
         part = detect(eventful, load_detector(toy), "here")
     assert part.frames_seen == stop + 1
     assert part.frame_index.max() <= stop

@@ -72,13 +72,6 @@ def test_a_told_focal_length_is_kept():
     assert lines.fits(segments, (0.7, 0.001))[0].focal == pytest.approx(0.7, rel=0.01)
 
 
-def test_the_skeletons_choose_between_answers_and_move_none():
-    segments, up = world_segments(5, 12, 3, 0.8)
-    alone = lines.fits(segments)[0]
-    helped = lines.fits(segments, body=(up, 6.0))[0]
-    np.testing.assert_allclose(helped.up, alone.up, atol=1e-4)
-
-
 def test_one_direction_has_no_second_support():
     segments, _ = world_segments(2, 10, 0, 0.8, shares=(0, 120, 0, 40))
     assert np.sort(lines.support(segments, lines.fits(segments)[0]))[-2] < 15

@@ -9,7 +9,6 @@ from pcnet3d.models.evaluation.motion_class import CLASSES, motion_classes
 from pcnet3d.pipeline import H36M17, rotate
 
 FPS = 30.0
-SECONDS = 2.0
 
 
 @pytest.fixture

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from golden.bodies import bone_lengths
 from golden.takes import write_lifted
 from pcnet3d.models.mocap.clips import Clip
 from pcnet3d.models.synthetic.views import read_lifted
@@ -35,11 +36,6 @@ def batch(clips, count=200, step=0, lifted=None, **mixture):
     return module.Frames(*(part.numpy() for part in frames))
 
 
-def lengths(joints):
-    pairs = np.array([H36M17.indices(bone) for bone in H36M17.bones])
-    return np.linalg.norm(joints[:, pairs[:, 0]] - joints[:, pairs[:, 1]], axis=-1)
-
-
 def upright_lean_deg(frames):
     return trunk_lean_deg(rotate(transpose(frames.R), frames.truth))
 
@@ -63,17 +59,17 @@ def test_without_spoiling_the_input_is_the_truth(clips):
     np.testing.assert_array_equal(frames.joints, frames.truth)
     assert (frames.valid == 1).all()
     captured = np.concatenate([clip.joints for clip in clips])
-    both = lengths(np.concatenate([captured, captured[:, H36M17.mirror]]))
-    apart = np.abs(lengths(frames.truth)[:, None] - both).max(-1).min(1)
+    both = bone_lengths(np.concatenate([captured, captured[:, H36M17.mirror]]))
+    apart = np.abs(bone_lengths(frames.truth)[:, None] - both).max(-1).min(1)
     assert apart.max() < 1e-5  # each is one of the captured bodies, or its mirror image
     assert upright_lean_deg(frames).max() < 20
 
 
 def test_other_bodies_have_other_proportions_alike_on_both_sides(standing):
     clip = Clip("01_01", "01", "asfamc", 30.0, np.tile(standing, (2, 1, 1)).astype(np.float32))
-    captured = lengths(standing[None])
-    np.testing.assert_allclose(lengths(batch([clip], 50).truth), captured.repeat(50, 0), atol=1e-5)
-    other = lengths(batch([clip], 300, unchanged=0.0).truth)
+    captured = bone_lengths(standing[None])
+    np.testing.assert_allclose(bone_lengths(batch([clip], 50).truth), captured.repeat(50, 0), atol=1e-5)
+    other = bone_lengths(batch([clip], 300, unchanged=0.0).truth)
     assert ((other / captured).std(axis=0) > 0.03).all()
     left, right = (
         [H36M17.bones.index(bone) for bone in H36M17.bones if bone[1].startswith(s)] for s in ("l_", "r_")
@@ -122,7 +118,7 @@ def test_a_swing_of_limbs_bends_no_knee_and_stretches_nothing(clips):
     swung = posed(joints, joints, Draw(0, 0), PoseRange(limbs_swung=1.0), 30.0)[:, 0].numpy()
     still = [H36M17.index(name) for name in ("pelvis", "spine", "thorax", "head", "l_hip", "r_shoulder")]
     np.testing.assert_array_equal(swung[:, still], clips[0].joints[:, still])
-    np.testing.assert_allclose(lengths(swung), lengths(clips[0].joints), atol=1e-5)
+    np.testing.assert_allclose(bone_lengths(swung), bone_lengths(clips[0].joints), atol=1e-5)
 
     def bent(body, a, at, b):
         a, at, b = (body[:, H36M17.index(name)] for name in (a, at, b))
@@ -145,7 +141,7 @@ def test_a_depth_flip_is_invisible_from_the_front(clips):
     frames = batch(clips, flipped=1.0)
     np.testing.assert_allclose(frames.joints[..., :2], frames.truth[..., :2], atol=1e-6)
     assert np.abs(frames.joints[..., 2] - frames.truth[..., 2]).max() > 0.05
-    np.testing.assert_allclose(lengths(frames.joints), lengths(frames.truth), atol=1e-5)
+    np.testing.assert_allclose(bone_lengths(frames.joints), bone_lengths(frames.truth), atol=1e-5)
 
 
 def test_noise_is_as_large_as_it_says_and_twice_that_in_depth(clips):
@@ -187,7 +183,7 @@ def test_a_batch_has_the_share_of_lifted_frames_that_was_asked_for(clips, standi
     takes = read_lifted([write_lifted(tmp_path / "takes.npz", standing)])
     frames = module.TrainingFrames(clips, module.Mixture(lifted=0.25), takes).batch(Draw(0, 0), 200)
     small = (
-        lengths(frames.truth.numpy()).sum(-1) < 0.8 * lengths(standing[None]).sum()
+        bone_lengths(frames.truth.numpy()).sum(-1) < 0.8 * bone_lengths(standing[None]).sum()
     )  # lifted at 0.6 of the size
     assert small.sum() == 50
 

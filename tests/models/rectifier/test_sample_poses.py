@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from golden.bodies import bone_lengths
 from pcnet3d.models.synthetic.sample_poses import redefined, sample_poses, swing
 from pcnet3d.models.synthetic.views import seen, views
 from pcnet3d.pipeline import H36M17
@@ -15,17 +16,12 @@ def world(standing):
     return (standing + np.random.default_rng(0).normal(0, 0.03, (80, 17, 3))).astype(np.float32)
 
 
-def lengths(joints):
-    pairs = np.array([H36M17.indices(bone) for bone in H36M17.bones])
-    return np.linalg.norm(joints[:, pairs[:, 0]] - joints[:, pairs[:, 1]], axis=-1)
-
-
 def test_the_same_seed_gives_the_same_poses_of_people():
     poses = sample_poses(200)
     np.testing.assert_array_equal(poses, sample_poses(200))
     assert 0.001 < np.isnan(poses[..., 0]).mean() < 0.03
     assert np.isfinite(poses[:, H36M17.indices(("pelvis", "thorax", "l_hip", "r_shoulder"))]).all()
-    assert 0.3 < np.nanmedian(lengths(poses)[:, H36M17.bones.index(("l_knee", "l_ankle"))]) < 0.5
+    assert 0.3 < np.nanmedian(bone_lengths(poses)[:, H36M17.bones.index(("l_knee", "l_ankle"))]) < 0.5
 
 
 def test_a_swing_bends_no_knee_and_stretches_no_limb(world):
@@ -38,7 +34,7 @@ def test_a_swing_bends_no_knee_and_stretches_no_limb(world):
     assert np.abs(swung - world).max() > 0.1
     np.testing.assert_allclose(knee(swung, "l"), knee(world, "l"), atol=1e-2)
     limbs = [i for i, bone in enumerate(H36M17.bones) if bone[0] not in ("spine",)]
-    np.testing.assert_allclose(lengths(swung)[:, limbs], lengths(world)[:, limbs], atol=1e-4)
+    np.testing.assert_allclose(bone_lengths(swung)[:, limbs], bone_lengths(world)[:, limbs], atol=1e-4)
     np.testing.assert_allclose(swing(world, np.random.default_rng(0), 0.0), world, atol=1e-6)
 
 

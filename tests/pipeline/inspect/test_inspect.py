@@ -16,7 +16,7 @@ PCNET3D = [sys.executable, "-c", "from pcnet3d.pipeline.cli import main; main()"
 CAMERA = {"layout": "H36M17", "frame": "CAMERA", "unit": "m"}
 WORLD = CAMERA | {"frame": "Z_UP"}
 FRAMES, FPS = 90, 30
-DOWN, AWAY = 1, 2
+AWAY = 2  # index of the axis
 
 
 def about_x(points, angle):
