@@ -1,4 +1,4 @@
-"""Where a take's figures come from, as lines that every exported table carries."""
+"""Where a take's figures come from, as lines for the files whose format has room for them."""
 
 from __future__ import annotations
 
