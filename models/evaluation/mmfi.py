@@ -94,7 +94,7 @@ def mmfi(
 
 
 def split_of(clips: Sequence[Clip], name: str, activities: Activities) -> dict[str, Any]:
-    """What mocap_parts.read_parts reads: the protocol as far as the clips go, by clip, with people (for S1: clips) of
+    """What mocap.split.read_parts reads: the protocol as far as the clips go, by clip, with people (for S1: clips) of
     its train part kept for validation. InputError when a part is empty."""
     train, test = protocol(name, activities)
     of = {(clip.subject, clip.name[-3:]): clip.name for clip in clips}

@@ -29,7 +29,7 @@ _BONES = np.array([H36M17.indices(bone) for bone in H36M17.bones])
 @dataclass(frozen=True, eq=False)
 class Take:
     """One take to be rectified. joints: (T, 17, 3), CAMERA axes relative to the pelvis. truth: the same without the
-    lifter's errors, metres. R: (T, 3, 3) true R_camera_from_body. lying: (T,). source: of mocap.Clip.
+    lifter's errors, metres. R: (T, 3, 3) true R_camera_from_body. lying: (T,). source: of mocap.clips.Clip.
     motion: {class: (T,)} of motion_class, for the tables by motion."""
 
     joints: np.ndarray

@@ -15,7 +15,7 @@ _CHUNK = 1024
 
 @torch.no_grad()
 def judge_net(net: pcnet.PCNet, take: Take, symmetric: bool) -> Judged:
-    """Like pcnet_evaluate.judge, but of what the residual head made of the pose as well: the corrected pose, in the
+    """Like rectifiers.judge, but of what the residual head made of the pose as well: the corrected pose, in the
     camera's axes, is canonicalised with the deployed rotation."""
     deployed, parts = Deployed(net, symmetric), []
     for start in range(0, len(take.R), _CHUNK):

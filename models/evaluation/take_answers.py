@@ -57,7 +57,7 @@ def answers(
     again: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> dict[str, dict[str, Answer]]:
     """{method: {"a frame", "a take": Answer}}. joints: (T, 17, 3), CAMERA axes relative to the pelvis, any unit. look:
-    what an image of the take says about up; with it also "a take, with its image". spread: of models.gravity.Seen.
+    what an image of the take says about up; with it also "a take, with its image". spread: of models.gravity.seen.Seen.
     again: joints and spread of a lift that knew the image's up, for that answer."""
     both = {}
     for rectifier in rectifiers:

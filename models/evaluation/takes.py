@@ -132,8 +132,8 @@ def one_set(
 
 
 def group_of(take: LiftedTake) -> str:
-    """Upright in every frame (mocap.lying), of 2 s and more or shorter; lying, or bent far down, in half of its frames
-    or more; or in fewer."""
+    """Upright in every frame (mocap.clips.lying), of 2 s and more or shorter; lying, or bent far down, in half of its
+    frames or more; or in fewer."""
     lies = take.seen.lying.mean()
     if lies > 0:
         return _LYING if lies >= 0.5 else _PARTLY

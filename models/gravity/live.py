@@ -44,15 +44,15 @@ class LiveFrame:
 class LiveRectifier:
     """One person before a camera that stands still.
 
-    The votes on up are kept, thinned out evenly over the time so far to at most KEPT, and pooled by gravity.take_up
+    The votes on up are kept, thinned out evenly over the time so far to at most KEPT, and pooled by votes.take_up
     whenever a sixteenth of them is new: an early outlier loses its weight once the others are known, and similar frames
-    count as few. A frame's cost and memory do not grow. The level line between the feet (gravity.level_feet) is not
+    count as few. A frame's cost and memory do not grow. The level line between the feet (floor.level_feet) is not
     used.
     """
 
     def __init__(self, rectifier: str | Rectifier = "pcnet", others: Sequence[Evidence] = ()) -> None:
         """rectifier: a name or a file for load_rectifier, or a rectifier. others: what else knows up, such as
-        gravity.direction("sensor", up, error_deg) of a phone that feels gravity."""
+        evidence.direction("sensor", up, error_deg) of a phone that feels gravity."""
         self._rectifier = load_rectifier(rectifier) if isinstance(rectifier, str) else rectifier
         self._others = tuple(others)
         self._votes = np.full((KEPT, 3), np.nan)

@@ -141,7 +141,7 @@ def _covariance(sd: np.ndarray, R_camera_from_ray: np.ndarray) -> np.ndarray:
 @dataclass(frozen=True)
 class Network:
     """A lifter's file, opened. digest: the first 12 digits of its SHA-256. reach: frames on each side that a
-    frame's answer depends on. trained_on: mocap.Subjects."""
+    frame's answer depends on. trained_on: mocap.clips.Subjects."""
 
     session: Any
     digest: str

@@ -22,7 +22,7 @@ class Parts(NamedTuple):
 
 
 def read_parts(data: Path, split: Path, needed: Sequence[str] = _PARTS) -> Parts:
-    """A file of clips (mocap.read_mocap) by a JSON file of subjects: {"train": [...], "val": [...], "test": [...]}.
+    """A file of clips (clips.read_mocap) by a JSON file of subjects: {"train": [...], "val": [...], "test": [...]}.
 
     A clip's subject is its name up to the first "_". With "by": "clip" the lists hold clip names. InputError when a
     needed part is missing or empty, a name is in two parts, or the data has no such subject or clip.

@@ -22,8 +22,8 @@ class PCNetRectifier:
     """Rectifier from an exported network. method: "pcnet@" and the first 12 digits of the file's SHA-256."""
 
     def __init__(self, path: str | Path, threads: int | None = None) -> None:
-        """path: an .onnx file of pcnet_export or pcnet_quantise. threads: chunks answered at the same time; as many as
-        the process may use by default.
+        """path: an .onnx file of training/export.py or training/quantise.py. threads: chunks answered at the same time;
+        as many as the process may use by default.
 
         InputError when there is no such file, or it is not a rectifier.
         """

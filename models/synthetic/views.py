@@ -1,5 +1,5 @@
 """What 3DPCNet is judged on: bodies seen from random views, in CAMERA axes, one frame at a time, and lifted takes of
-the test bed. Training makes its frames by the same definitions in torch (pcnet_frames)."""
+the test bed. Training makes its frames by the same definitions in torch (models/rectifier/training/frames.py)."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def seen(
 
 class Lifted(NamedTuple):
     """Lifted frames: joints and truth (N, 17, 3), CAMERA axes relative to the pelvis, the truth at the lift's scale;
-    R (N, 3, 3) R_camera_from_body; lying (N,), of mocap.lying; clips, the takes' names."""
+    R (N, 3, 3) R_camera_from_body; lying (N,), of mocap.clips.lying; clips, the takes' names."""
 
     joints: np.ndarray
     truth: np.ndarray

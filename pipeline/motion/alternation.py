@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import numpy as np
 
-_STEPS_HZ = np.geomspace(0.7, 4.0, 60)  # as long as the steps of cycles.py
+_STEPS_HZ = np.geomspace(0.7, 4.0, 60)  # of steps of 0.25 to 1.4 s
 _LEAST_ROWS = 4  # in a step: its square would not be seen to swing
 _DEPTH = 0.5  # of the square's swing over its mean: 1 when the sides change places wholly, less when one stays ahead
 _WINDOW = 4.0  # standard deviations after which a Gaussian window ends
 _NOTHING = 1e-12  # of the largest mean: rounding, where nothing was seen
 _AT_ONCE = 2**16  # rows times rates whose rhythm is taken at once; fits the caches
-_FEWEST = 3.0  # steps in a walk, as in cycles.steps
+_FEWEST = 3.0  # steps in a walk, as in models/gait/events.py
 # Agreement: the share of a walk's rows that fit, less that of those that do not. It is about 1 when people walk, below
 # 0.5 when they hop or bow, which swings the square without alternating (CMU and ACCAD val subjects: few between).
 AGREED = 0.7

@@ -3,7 +3,7 @@
     python tests/bench/same_results.py make DIR        # with one version installed, then with the other
     python tests/bench/same_results.py compare DIR_A DIR_B
 
-`make` runs demo, run, batch, compare and imu on the walker and on real files (PCNET3D_DATA). `compare` prints every
+`make` runs demo, run, batch and compare on the walker and on real files (PCNET3D_DATA). `compare` prints every
 array of poses.npz and every column of kinematics.parquet that differs and by how much, and ends with exit code 1 if any
 does.
 """

@@ -57,7 +57,7 @@ class TrainConfig(BaseModel):
     """The whole of a training run.
 
     subjects: "train", or one half of them for cross-fitted lifts. data, split: a file of `pcnet3d mocap` and one of
-    its train and val subjects (mocap_parts), instead of the motion capture that the shipped network was trained on.
+    its train and val subjects (mocap/split.py), instead of the motion capture that the shipped network was trained on.
     start: weights of an earlier run to begin with, its best.pt or an exported network, such as the shipped one, of the
     same shape and dilations, or with fewer blocks; the further ones then do nothing at first. The first `single` steps
     see single frames, as many different people and views as there are frames, which teaches geometry several times

@@ -36,13 +36,14 @@ _HELD_OUT: tuple[Subjects, ...] = ("val", "test", "hdm05")
 class TrainConfig(BaseModel):
     """The whole of a training run.
 
-    kind: what `pcnet3d train` trains with this file. subjects: mocap.Subjects to train on.
-    lifted: files of `pcnet3d testbed` with takes of train subjects, each lifted by a lifter that never saw them.
-    lifted_val: the same of val subjects; with it, the best weights are the best on these.
+    kind: what `pcnet3d train` trains with this file. subjects: mocap.clips.Subjects to train on.
+    lifted: files of `pcnet3d testbed` with takes of train subjects, by whichever lifter (docs/training.md).
+    lifted_val: the same of val subjects, by a lifter that never saw them; with it, the best weights are the best on
+        these.
     start: weights of an earlier run of the same network (its best.pt) to begin with.
     symmetric: the shipped network's answer is averaged with that to the mirrored body.
-    data, split: a file of `pcnet3d mocap` and one of its train, val and test subjects (mocap_parts), instead of the
-        motion capture that the shipped network was trained on.
+    data, split: a file of `pcnet3d mocap` and one of its train, val and test subjects (models/mocap/split.py), instead
+        of the motion capture that the shipped network was trained on.
     targets: what the rotation leads to; "axes" is the paper's, for data whose people all face one way.
     """
 

@@ -37,7 +37,7 @@ class Comparison:
 
     means: how the pelvis' own motion was dealt with, in words. compared_s: of motion known to both. video, imu: by
     method accelerations (N, 3), m/s^2, at time_s (N,) of the video's clock, in the method's axes (back, right, up).
-    agreement: by method and axis, of _imu_align.agreement, or of the norm alone, which the curves then have as their
+    agreement: by method and axis, of align.agreement, or of the norm alone, which the curves then have as their
     third column. The run's own method is the last.
     """
 
