@@ -44,7 +44,7 @@ class Material(MotionRange):
     of on_device.keypoint_noise.Spoilt. other_rates: share of batches at another frame rate than 30, between 20 and 60.
     focal_known, focal_estimated: share of windows whose focal length is told, exactly or with an error; the others have
     the assumed one. up_known: share that is told which way is up, with an error (_UP_DEG). lying: share from clips
-    drawn by how many of their frames show somebody who lies, crawls or bends deeply (mocap.clips.lying), for these are few.
+    drawn by how many of their frames show somebody who lies, crawls or bends deeply (mocap.clips.lying): they are few.
     """
 
     limbs: float = 0.05

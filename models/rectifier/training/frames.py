@@ -37,7 +37,7 @@ class Mixture(MotionRange):
 
     lifted: share of lifted frames (of the files given to the training), roll_deg: the camera's roll added to them,
     uniform. lying: share of lifted and of captured frames that are drawn among those of people who lie, crawl or bend
-    deeply (mocap.clips.lying), who are few. What follows is shares of the captured frames, as are the fields of MotionRange:
+    deeply (mocap.clips.lying), who are few. What follows is shares of the captured frames, as are MotionRange's fields:
     bodies that lean, crawl or lie keep the world's up as their truth. wide: seen from `wide` views. hips, shoulders:
     widths that bodies are drawn from (bodies.BodyRange). noisy: with Gaussian noise of up to noise_m, twice that in
     depth. flipped: with limbs turned over in depth. missing: with missing joints; lifted frames too.
