@@ -85,7 +85,7 @@ class _Buffer:
     def numpy(self) -> np.ndarray:
         if self.order not in ("C", "F"):
             raise InputError(f"expected arrays stored by rows or columns, got order {self.order!r}.")
-        return np.frombuffer(self.raw, self.dtype.numpy).reshape(self.shape, order=self.order)  # type: ignore[arg-type]
+        return np.frombuffer(self.raw, self.dtype.numpy).reshape(self.shape, order=self.order)
 
 
 class _Scalar:
@@ -132,7 +132,7 @@ _NAMES = {
 
 
 class _Reader(pickle._Unpickler):  # in Python, where the instruction that joblib extends can be replaced
-    dispatch: ClassVar[dict[int, Any]] = dict(pickle._Unpickler.dispatch)  # type: ignore[attr-defined]
+    dispatch: ClassVar[dict[int, Any]] = dict(pickle._Unpickler.dispatch)
 
     def __init__(self, content: bytes) -> None:
         self.stream = BytesIO(content)

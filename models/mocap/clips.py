@@ -159,7 +159,7 @@ def _members(path: Path, part: str) -> dict[str, set[str]]:
         members = {
             name: {key: set(split[name].get(key, ())) for key in _PARTS} for name in _FILES if name in split
         }
-    except (OSError, ValueError, AttributeError, TypeError) as error:
+    except (OSError, ValueError, RecursionError, AttributeError, TypeError) as error:
         raise InputError(f"Expected train, val and test subjects in {path}: {error}.") from None
     places: dict[str, list[str]] = {}
     for parts in members.values():

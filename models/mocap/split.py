@@ -45,7 +45,7 @@ def read_parts(data: Path, split: Path, needed: Sequence[str] = _PARTS) -> Parts
 def _read_split(path: Path) -> tuple[dict[str, set[str]], Literal["subject", "clip"]]:
     try:
         content: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RecursionError) as error:
         reason = error.strerror if isinstance(error, OSError) else error
         raise InputError(
             f"Expected a JSON file of train, val and test subjects at {path}: {reason}."

@@ -98,7 +98,7 @@ def read_lifted(paths: Iterable[Path]) -> Lifted:
         truth.append(b * scale[:, None, None])
         R.append(rotation)
         lying.append(lies[fine])
-    return Lifted(*map(np.concatenate, (joints, truth, R, lying)), clips=tuple(clips))  # type: ignore[call-arg]
+    return Lifted(*map(np.concatenate, (joints, truth, R, lying)), clips=tuple(clips))
 
 
 def refuse_shared_subjects(train: Iterable[str], other: Iterable[str], what: str) -> None:

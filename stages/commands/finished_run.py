@@ -72,7 +72,7 @@ def load_run(folder: Path) -> Run:
             metric=str(arrays["unit"]) == "m",
             level_ok=bool(rectification["level_ok"]),
         )
-    except (OSError, ValueError, KeyError, TypeError):
+    except (OSError, ValueError, RecursionError, KeyError, TypeError):
         raise InputError(
             f"Expected the folder of a finished `pcnet3d run` (poses.npz and {SUMMARY} of this version) at {folder}; "
             "run it again."

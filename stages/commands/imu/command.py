@@ -132,7 +132,7 @@ def _compared_before(folder: Path) -> dict[str, dict[str, Any]]:
             for name, figures in content["segments"].items()
             if name in SEGMENTS and (folder / "imu" / f"{name}.html").is_file()
         }
-    except (OSError, ValueError, LookupError, TypeError, AttributeError):
+    except (OSError, ValueError, RecursionError, LookupError, TypeError, AttributeError):
         return {}
 
 

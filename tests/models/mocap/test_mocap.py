@@ -115,6 +115,9 @@ def test_a_subject_in_two_parts_is_refused(folder):
 def test_unknown_part_and_missing_split_are_refused(folder):
     with pytest.raises(InputError, match="train-a"):
         read_clips("everything", folder)
+    (folder / "splits.json").write_text("[" * 100_000)
+    with pytest.raises(InputError, match=r"splits\.json"):
+        read_clips("train", folder)
     (folder / "splits.json").unlink()
     with pytest.raises(InputError, match=r"splits\.json"):
         read_clips("train", folder)

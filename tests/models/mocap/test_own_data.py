@@ -64,7 +64,7 @@ def test_a_wrong_split_is_refused(files, change, words):
         read_parts(*files)
 
 
-@pytest.mark.parametrize("content", ["", "[]", "{"])
+@pytest.mark.parametrize("content", ["", "[]", "{", "[" * 100_000], ids=["empty", "list", "cut off", "deep"])
 def test_what_is_no_split_is_refused(files, content):
     files[1].write_text(content)
     with pytest.raises(InputError, match=r"split\.json"):

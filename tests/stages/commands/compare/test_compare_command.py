@@ -479,6 +479,13 @@ def test_a_run_without_angles_has_words(runs, tmp_path):
         load_side(tmp_path)
 
 
+def test_a_summary_that_is_nested_too_deeply_is_of_no_finished_run(runs, tmp_path):
+    shutil.copy(runs / "side" / "poses.npz", tmp_path)
+    (tmp_path / "summary.json").write_text("[" * 100_000)
+    with pytest.raises(InputError, match="finished"):
+        load_side(tmp_path)
+
+
 @pytest.mark.parametrize("first", [True, False])
 def test_an_older_run_without_an_angle_is_compared_in_the_others(runs, sides, tmp_path, first):
     import pyarrow.parquet as pq
