@@ -47,6 +47,8 @@ _BRIDGED_S = 0.5  # the longest gap behind which an error goes on; behind a long
 _SETTLED_S = 4.0  # further away no row matters
 _JERKS = np.geomspace(1e-3, 1e9, 41)  # power a hertz, of a take of variance 1 and seconds
 _ERRORS = np.geomspace(1e-7, 0.1, 25)  # of an error's variance
+# The same of one that is forgotten from row to row, which no motion is: of who stands still it may be all that there is.
+_WHITE_ERRORS = np.geomspace(1e-7, 1.0, 29)
 _ERRORS_S = (0.0, 0.05, 0.2, ERROR_S)
 _MOST_WINDOWS = 20  # to tell the error from
 _SHOWN = 0.7  # of a window's rows, or the line across its gaps would be taken for an error
@@ -109,7 +111,8 @@ def known_noise(
         float(np.mean([y[rows, i].var(axis=0).mean() for i, rows in enumerate(seen.T) if rows.any()])), _STILL
     )
     if covariance is None:
-        noise, error_s = _unstated(y, time_s, size, breaks)
+        # A tenth of a lifted path's variance is all of it, times that factor.
+        noise, error_s = _unstated(y, time_s, size, breaks, white=_ERRORS if lifted else _WHITE_ERRORS)
         noise = _SLOW_ERROR * noise if lifted else noise
     else:
         noise = np.einsum("ij,tnjk,ik->tni", axes, covariance, axes, optimize=True)
@@ -211,9 +214,11 @@ def _unstated(
     size: float,
     breaks: Sequence[int],
     errors_s: Sequence[float] = _ERRORS_S,
+    white: np.ndarray = _ERRORS,
 ) -> tuple[np.ndarray, float]:
     """Variances (T, J, D) of errors that nobody states, one a joint and axis, and their correlation time, one of
-    errors_s, by maximum likelihood of the spectra of the take's windows."""
+    errors_s, by maximum likelihood of the spectra of the take's windows. white: (E,) what they may be, as shares of
+    `size`, where that time is 0."""
     pieces = [piece for piece in _pieces(len(y), breaks) if piece.stop - piece.start >= 8]
     none = np.full(y.shape, 1e-9 * size)
     windows = []
@@ -237,14 +242,15 @@ def _unstated(
     motion = size * _JERKS[:, None] * _motion_density(hz, dt)  # (S, F)
     best, chosen = np.inf, (none, 0.0)
     for error_s in errors_s:
-        error = size * _ERRORS[:, None] * _error_density(hz, dt, error_s)
+        shares = _ERRORS if error_s > 0 else white
+        error = size * shares[:, None] * _error_density(hz, dt, error_s)
         expected = motion + error[:, None]  # (E, S, F)
         score = np.einsum("wfnd,esf->eswnd", power, 1 / expected, optimize=True)
         score += np.log(expected).sum(axis=-1)[..., None, None, None]
         score = np.where(counts, score.min(axis=1), 0.0).sum(axis=1)  # (E, J, D)
         if score.min(axis=0).sum() < best:
             best = score.min(axis=0).sum()
-            chosen = np.broadcast_to(size * _ERRORS[score.argmin(axis=0)], y.shape), error_s
+            chosen = np.broadcast_to(size * shares[score.argmin(axis=0)], y.shape), error_s
     return chosen
 
 

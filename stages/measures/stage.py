@@ -120,7 +120,7 @@ def measures(
     range_of_motion: of each angle; p05_p95_deg leaves the highest and lowest twentieth of the frames out, which are
         noise's, and sd_deg is the middle of the stated standard deviations. beyond_anatomy_frames: in how many frames
         the angle is one that no joint reaches (pipeline.motion.angles). symmetry: of the right and left p05_p95_deg.
-    knee_bends: both knees bend and straighten together while the feet stay (rising from a seat and sitting down again
+    knee_bends: both knees bend and straighten together while the feet stay (sitting down on a seat and rising again
         counts too); peak_deg is the less bent knee's; squats: how many reach 70 degrees. arm_raises: an arm goes up
         and down in whichever plane. repetitions: of the angles `repeated`. A repetition rises by 35 (knees), 50 (arms)
         or 20 degrees at least, by half of the largest change in the take, and by more than noise makes: twice the

@@ -42,6 +42,10 @@ def test_the_same_backwards():
     np.testing.assert_allclose([one.down for one in back], [one.up for one in there], atol=1e-6)
 
 
+def test_who_begins_and_ends_on_a_seat_sits_down_once_less_than_they_rise():
+    assert len(repetitions(100 - WAVES, TIME, 40)) == 4
+
+
 def test_a_repetition_that_begins_and_ends_higher_is_as_much_shorter():
     one = repetitions(WAVES, TIME, 40)[2]
     tenth, fifth = (np.arccos(1 - 2 * share) / np.pi for share in (0.1, 0.2))

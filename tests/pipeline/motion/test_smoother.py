@@ -63,6 +63,27 @@ def test_three_rows_of_something_else_do_not_stop_who_glides():
     assert np.median(known_noise(seen, time_s).values[1, :, 0, 0]) == pytest.approx(1.0, abs=0.02)
 
 
+@pytest.mark.parametrize("fps", [30.0, 60.0, 120.0])
+def test_who_stands_still_does_not_shake_by_the_error_of_measured_joints(fps):
+    """All that such paths show is error. A tenth of it was taken for that and the rest for motion: 5 mm made
+    accelerations of 20 to 40 m/s2, up to twice those of the joints as they came."""
+    time_s = times(10, fps)
+    found = known_noise(0.005 * np.random.default_rng(0).normal(size=(len(time_s), 4, 3)), time_s)
+    speed, acceleration = (np.sqrt((found.values[i] ** 2).sum(axis=-1).mean()) for i in (1, 2))
+    assert speed < 0.05
+    assert acceleration < 0.5
+
+
+@pytest.mark.parametrize("noise_m", [0.001, 0.003, 0.005])
+def test_swaying_is_told_from_the_error_of_measured_joints(noise_m):
+    """4 mm to and fro in a second: its velocity is better known than by saying that nobody moves."""
+    time_s = times(10, 60.0)
+    path, _ = wave(time_s, 1.0, 0.004)
+    velocity = np.gradient(path, time_s, axis=0)
+    found = known_noise(path + noise_m * np.random.default_rng(1).normal(size=path.shape), time_s).values[1]
+    assert np.sqrt(((found - velocity) ** 2).mean()) < 0.6 * np.sqrt((velocity**2).mean())
+
+
 def test_a_cycle_a_second_keeps_its_peaks_when_the_error_is_small():
     time_s = times(6)
     path, acceleration = wave(time_s, 1.0)
