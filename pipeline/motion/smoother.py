@@ -94,7 +94,8 @@ def known_noise(
     covariance: (T, J, D, D) of their errors; None where nobody states it. breaks: rows at which something new begins,
     so that nothing is taken across them. lifted: whether a lifter made the points, which errs slowly too: its error
     is then taken for larger than the points tell, and a covariance that is smaller yet for as large. error_s: over
-    which an error that is stated is forgotten. Between two seen rows missing ones have values too, with the error that
+    which an error that is stated is forgotten; a lifter's that shakes far quicker, as of one that sees each frame by
+    itself, from row to row. Between two seen rows missing ones have values too, with the error that
     they have; before the first and behind the last one, and in pieces of fewer than 3 seen rows, they are NaN.
     """
     T, J, D = points.shape
@@ -122,7 +123,13 @@ def known_noise(
         ]
         noise = np.where(stated[..., None], noise, np.array(usual))
         if lifted:
-            told = _LEAST_ERROR * _unstated(y, time_s, size, breaks, (error_s,))[0][0]
+            told = _unstated(y, time_s, size, breaks, (error_s,))[0][0]
+            too_quick = told.max() > 0.99 * size * _ERRORS[-1]  # the most that one forgotten so slowly may be
+            told = _LEAST_ERROR * told
+            if too_quick:
+                white, white_s = _unstated(y, time_s, size, breaks)
+                if white_s == 0:
+                    told, error_s = _SLOW_ERROR * white[0], white_s
             noise = noise * np.maximum(1, told / np.maximum(usual, 1e-9 * size))
     noise = np.maximum(noise, 1e-9 * size)
     for piece in _pieces(T, breaks):

@@ -185,6 +185,19 @@ def test_a_lift_errs_by_more_than_its_path_tells():
     assert (np.median(lift.variance, axis=(1, 2)) > 1.5 * np.median(plain.variance, axis=(1, 2)))[0].all()
 
 
+@pytest.mark.parametrize("fps", [30.0, 60.0, 120.0])
+def test_a_lifter_that_errs_anew_in_every_frame_and_says_by_how_much(fps):
+    """No error that lasts 1.5 s shakes so. The rest of the shaking was motion: accelerations were off by 70 times what
+    they are."""
+    time_s = times(8, fps)
+    path, acceleration = wave(time_s, 1.0)
+    seen = path + 0.04 * np.random.default_rng(3).normal(size=path.shape)
+    found = known_noise(seen, time_s, same(time_s, 0.04), lifted=True)
+    off = (found.values[2] - acceleration)[10:-10]
+    assert np.sqrt((off**2).mean()) < 0.6 * np.sqrt((acceleration**2).mean())
+    assert np.mean(np.abs(off) < 1.645 * np.sqrt(found.variance[2][10:-10])) > 0.85
+
+
 def test_bars_are_wider_across_a_gap_and_nothing_reaches_beyond_the_ends():
     time_s = times(6)
     path, _ = wave(time_s, 0.5)
