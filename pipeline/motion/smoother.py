@@ -47,7 +47,7 @@ _BRIDGED_S = 0.5  # the longest gap behind which an error goes on; behind a long
 _SETTLED_S = 4.0  # further away no row matters
 _JERKS = np.geomspace(1e-3, 1e9, 41)  # power a hertz, of a take of variance 1 and seconds
 _ERRORS = np.geomspace(1e-7, 0.1, 25)  # of an error's variance
-# The same of one that is forgotten from row to row, which no motion is: of who stands still it may be all that there is.
+# The same of one that is forgotten from row to row, as no motion is: of who stands still it may be all that there is.
 _WHITE_ERRORS = np.geomspace(1e-7, 1.0, 29)
 _ERRORS_S = (0.0, 0.05, 0.2, ERROR_S)
 _MOST_WINDOWS = 20  # to tell the error from
