@@ -9,7 +9,7 @@ _EXPLAINED = {
     "strides": "From a foot's landing to the next landing of the same foot.",
     "walks": "Stretches of three steps or more, of a run two, without a stop or a sharp turn.",
     "cadence": "Steps a minute, by the mean step time. Adults at ease walk 100 to 120.",
-    "walking_speed": "How far the pelvis goes from landing to landing, by the time. Adults at ease walk 1.2 to 1.4 m/s.",
+    "walking_speed": "How far the pelvis goes from landing to landing, by time. Adults at ease walk 1.2 to 1.4 m/s.",
     "step_length": "From the other foot's place to this foot's, along the walk.",
     "stride_length": "From a foot's place to its next one, along the walk.",
     "step_width": "How far to the side a foot stands from the middle of the other foot's two places.",
