@@ -91,9 +91,7 @@ def over_time(
     )
 
 
-def _parted(
-    curves: Sequence[Curve], x: np.ndarray
-) -> tuple[Sequence[Curve], np.ndarray, np.ndarray]:
+def _parted(curves: Sequence[Curve], x: np.ndarray) -> tuple[Sequence[Curve], np.ndarray, np.ndarray]:
     """Curves and x with a row without a value in each hole of x that filters do not bridge, and these rows (N,)."""
     rows = holes(x, BRIDGED_S)
     if not len(rows):

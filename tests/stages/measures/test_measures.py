@@ -286,6 +286,22 @@ def test_a_gap_that_cuts_one_of_several_squats_is_told(walk):
     assert f"There may be more: {found['count_reason']}." in happened(take.measures, "m")
 
 
+def test_means_are_of_the_repetitions_that_were_seen_whole(walk):
+    """Of four squats that are alike a gap hides how the third began: what was left of it counted as a whole one."""
+    rows = np.flatnonzero(walk.during("squat"))
+    joints = np.concatenate([walk.poses.joints[rows]] * 4)
+    poses = PoseSequence(joints, H36M17, Z_UP, time_s=np.arange(len(joints)) / 30)
+    whole = measured(poses).measures["knee_bends"]
+    begins = round(30 * whole["start_s"][2])
+    cut = joints.copy()
+    cut[begins - 3 : begins + 9, H36M17.index("r_hip")] = np.nan
+    found = measured(poses.with_(joints=cut)).measures["knee_bends"]
+    assert found["count"] == len(found["peak_deg"]) == 4
+    assert found["mean_rise_deg"] == pytest.approx(whole["mean_rise_deg"], abs=1)
+    assert found["mean_duration_s"] == pytest.approx(whole["mean_duration_s"], abs=0.02)
+    assert {curve["count"] for curve in found["cycles"].values()} == {3}
+
+
 def lacking(walk, first, lost_s, numbered, rows=None):
     """The first rows of a walk before a camera, without images from row `first` on for so long. numbered: whether frame
     numbers tell of them."""
