@@ -25,7 +25,7 @@ from itertools import pairwise
 import numpy as np
 
 from ..rotations import is_finite, rotate
-from .signals import rate
+from .signals import BRIDGED_S, holes, rate
 
 # Chosen on lifted takes of validation subjects (pcnet3d evaluate --motion --sets val -o DIR).
 ERROR_S = 1.5  # over which a lifter's error is forgotten
@@ -97,9 +97,16 @@ def known_noise(
     which an error that is stated is forgotten; a lifter's that shakes far quicker, as of one that sees each frame by
     itself, from row to row. Between two seen rows missing ones have values too, with the error that
     they have; before the first and behind the last one, and in pieces of fewer than 3 seen rows, they are NaN.
+    so that nothing is taken across them, nor across a hole of more than 0.2 s in the times. lifted: whether a lifter
+    made the points, which errs slowly too: its error is then taken for larger than the points tell, and a covariance
+    that is smaller yet for as large. error_s: over which an error that is stated is forgotten. Between two seen rows
+    missing ones have values too, with the error that they have; before the first and behind the last one, and in
+    pieces of fewer than 3 seen rows, they are NaN.
     """
     T, J, D = points.shape
     axes = np.eye(D)
+    # What happens in a pause is no motion of the rows beside it; and a spline through one of a day fills the memory.
+    breaks = (*breaks, *holes(time_s, BRIDGED_S).tolist())
     if covariance is not None:
         stated = np.isfinite(covariance).all(axis=(-2, -1))
         axes = np.linalg.eigh(covariance[stated].mean(axis=0))[1].T if stated.any() else axes

@@ -250,6 +250,16 @@ def test_nothing_is_taken_across_a_break():
     assert np.abs(known_noise(path, time_s, same(time_s, 0.01, 2)).values[1:]).max() > 1
 
 
+@pytest.mark.parametrize("pause_s", [0.3, 5.0, 1e5])
+def test_nothing_is_taken_across_a_pause(pause_s):
+    """Who stood still, elsewhere behind a hole in the time stamps, moved beside it at 0.9 m/s."""
+    rng, time_s = np.random.default_rng(0), times(10)
+    behind = np.arange(len(time_s)) >= 150
+    path = rng.normal(0, 0.005, (len(time_s), 1, 3)) + 2.0 * behind[:, None, None]
+    motion = known_noise(path, time_s + pause_s * behind)
+    assert np.linalg.norm(motion.values[1], axis=-1).max() < 0.2
+
+
 def test_uneven_time_stamps():
     rng = np.random.default_rng(6)
     time_s = np.cumsum(rng.uniform(0.6, 1.4, 150)) / FPS

@@ -16,6 +16,7 @@ from pcnet3d.models.gait.events import Stance, walks
 from pcnet3d.models.gait.of_take import least_step
 from pcnet3d.pipeline import H36M17, Z_UP, InputError, Pipeline, PoseSequence, Take
 from pcnet3d.pipeline.answer import answer
+from pcnet3d.pipeline.frames import PC_CAMERA, change_frame
 from pcnet3d.pipeline.motion.angles import ANGLES, MIDLINE, near
 from pcnet3d.pipeline.motion.foot_angles import ALL_ANGLES
 from pcnet3d.stages.angles import Angles
@@ -286,6 +287,22 @@ def test_a_gap_that_cuts_one_of_several_squats_is_told(walk):
     assert f"There may be more: {found['count_reason']}." in happened(take.measures, "m")
 
 
+def test_means_are_of_the_repetitions_that_were_seen_whole(walk):
+    """Of four squats that are alike a gap hides how the third began: what was left of it counted as a whole one."""
+    rows = np.flatnonzero(walk.during("squat"))
+    joints = np.concatenate([walk.poses.joints[rows]] * 4)
+    poses = PoseSequence(joints, H36M17, Z_UP, time_s=np.arange(len(joints)) / 30)
+    whole = measured(poses).measures["knee_bends"]
+    begins = round(30 * whole["start_s"][2])
+    cut = joints.copy()
+    cut[begins - 3 : begins + 9, H36M17.index("r_hip")] = np.nan
+    found = measured(poses.with_(joints=cut)).measures["knee_bends"]
+    assert found["count"] == len(found["peak_deg"]) == 4
+    assert found["mean_rise_deg"] == pytest.approx(whole["mean_rise_deg"], abs=1)
+    assert found["mean_duration_s"] == pytest.approx(whole["mean_duration_s"], abs=0.02)
+    assert {curve["count"] for curve in found["cycles"].values()} == {3}
+
+
 def lacking(walk, first, lost_s, numbered, rows=None):
     """The first rows of a walk before a camera, without images from row `first` on for so long. numbered: whether frame
     numbers tell of them."""
@@ -532,6 +549,16 @@ def test_a_walk_along_the_line_of_sight_is_said_to_be_uncountable():
     assert measured(seen_from(walk, 90.0)).measures["walking"]["steps"] >= 3
 
 
+def test_errors_of_one_side_do_not_depend_on_how_a_camera_s_axes_are_named():
+    """How much of a step is depth was read off the camera's third axis, whichever way that points."""
+    poses = seen_from(walker(seconds=12, turn_deg=0), 0.0)
+    one, other = (
+        measured(each).measures["walking"]["right"]["mean_stance_time_error_s"]
+        for each in (poses, change_frame(poses, PC_CAMERA))
+    )
+    assert one == other
+
+
 def test_ten_frames_a_second_are_said_where_no_steps_are_found(walk):
     still = np.repeat(walk.poses.joints[-1:], 60, axis=0)
     poses = walk.poses.with_(
@@ -731,3 +758,4 @@ def test_one_or_two_durations_are_known_no_better_than_frames_allow():
         said = spread("duration_s", np.array(values), 0.08, shared=0.01)
         assert said["mean_duration_error_s"] >= 0.08 / np.sqrt(len(values))
     assert "mean_duration_error_s" not in spread("duration_s", np.array([1.0, 1.2]), 0.08)
+    assert spread("rise_deg", np.full(3, 40.0), shared=np.nan) == {"mean_rise_deg": 40.0}
