@@ -92,16 +92,12 @@ def known_noise(
     """The motion of points (T, J, D), missing ones NaN, at time_s (T,).
 
     covariance: (T, J, D, D) of their errors; None where nobody states it. breaks: rows at which something new begins,
-    so that nothing is taken across them. lifted: whether a lifter made the points, which errs slowly too: its error
-    is then taken for larger than the points tell, and a covariance that is smaller yet for as large. error_s: over
-    which an error that is stated is forgotten; a lifter's that shakes far quicker, as of one that sees each frame by
-    itself, from row to row. Between two seen rows missing ones have values too, with the error that
-    they have; before the first and behind the last one, and in pieces of fewer than 3 seen rows, they are NaN.
     so that nothing is taken across them, nor across a hole of more than 0.2 s in the times. lifted: whether a lifter
     made the points, which errs slowly too: its error is then taken for larger than the points tell, and a covariance
-    that is smaller yet for as large. error_s: over which an error that is stated is forgotten. Between two seen rows
-    missing ones have values too, with the error that they have; before the first and behind the last one, and in
-    pieces of fewer than 3 seen rows, they are NaN.
+    that is smaller yet for as large. error_s: over which an error that is stated is forgotten; a lifter's that shakes
+    far quicker, as of one that sees each frame by itself, from row to row. Between two seen rows missing ones have
+    values too, with the error that they have; before the first and behind the last one, and in pieces of fewer than 3
+    seen rows, they are NaN.
     """
     T, J, D = points.shape
     axes = np.eye(D)
