@@ -89,7 +89,8 @@ def open_take(options: RunOptions) -> Take:
 
 @dataclass(frozen=True, eq=False)
 class Person:
-    """One of several people: name and frames in the file, and the take or the reason why there is none."""
+    """One of several people: name in the file, frames there, or in the part of it that is asked for, and the take or
+    the reason why there is none."""
 
     name: str
     frames: int
@@ -129,9 +130,11 @@ def open_people(options: RunOptions) -> tuple[Person, ...]:
                 track = keypoints.normalised(own)
             take = _joined(files, body, track)
             take = take.with_(name=f"{take.name}, person {printable(one.person)}")
+            lead = take.keypoints if take.poses is None else take.poses
+            frames = 0 if lead is None else len(lead)
         except InputError as error:
-            take = error
-        found.append(Person(one.person, len(one), take))
+            take, frames = error, len(one)
+        found.append(Person(one.person, frames, take))
     return tuple(found)
 
 

@@ -64,6 +64,16 @@ def test_who_is_hardly_seen_is_named_and_left_out(done):
     assert "10 are the least" in left_out["reason"] == people[2].reason
 
 
+def test_who_is_hardly_seen_in_the_part_is_left_out_too(mmpose, recipe, tmp_path):
+    """The second one comes in frame 15; of both the frames of the whole file were stated."""
+    options = RunOptions(poses=mmpose(), fps=30, time_range="0:0.6")
+    first, second = run_people(options, tmp_path / "out", recipe)
+    assert (first.frames, second.frames, second.take) == (19, 4, None)
+    index = json.loads((tmp_path / "out" / SUMMARY).read_text())
+    assert [entry["frames"] for entry in (*index["people"], *index["left_out"])] == [19, 4]
+    assert index["left_out"][0]["reason"] == "seen in 4 frames; 10 are the least"
+
+
 def test_a_broken_person_does_not_sink_the_others(mmpose, recipe, tmp_path):
     path = mmpose(mirrored=("1",))
     first, second = run_people(RunOptions(poses=path, fps=30), tmp_path / "out", recipe)
