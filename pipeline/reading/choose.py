@@ -71,6 +71,19 @@ def same_person(
     return tracks[best].noted("same person", poses=poses.person, apart=round(float(apart[best]), 3))
 
 
+def misfit(poses: PoseSequence, track: PoseSequence) -> str:
+    """In words, where a 2D track beside 3D poses shows other limbs than theirs; "" where it does not, or nothing can be
+    told: of poses in a world, and with few frames in common. poses, track: as for `same_person`."""
+    apart, (_, most) = _apart(poses, track) if poses.frame.family == "camera" else 0.0, _ALIKE
+    if not most < apart < np.inf:
+        return ""
+    return (
+        f"The limbs of person '{poses.person}' in the poses lie otherwise in the image than those of person "
+        f"'{track.person}' in the keypoints, by {apart:.2f} of their spread ({most:g} at most of one person): somebody "
+        "else's keypoints, or of other frames; what rests on both, as where the person is, is wrong then."
+    )
+
+
 def _apart(poses: PoseSequence, track: PoseSequence) -> float:
     """Median over the frames that both have of the distance between hips to wrists in the image plane, over their
     spread, when each frame's are moved and scaled onto each other: 0 for the same pose, 1 for none; infinite for too

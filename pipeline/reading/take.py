@@ -19,7 +19,7 @@ from ..motion.swap_repair import treated
 from ..plugins.options import call
 from ..pose import PoseSequence
 from ..take import Event, Session, Take, Video
-from .choose import RANKS, choose_person, same_person
+from .choose import RANKS, choose_person, misfit, same_person
 from .clock import (
     Clock,
     check_numbers,
@@ -169,6 +169,7 @@ def _joined(files: _Files, poses: PoseSequence | None, keypoints: PoseSequence |
     lead = keypoints if poses is None else poses
     assert lead is not None
     check_numbers(lead, video, path)
+    strange = misfit(poses, keypoints) if poses is not None and keypoints is not None else ""
     clock = Clock(video, options.fps, keypoints if lead.time_s is None else lead)
     lead = lead.with_(time_s=clock.seconds(lead.frame_index, path))
     if poses is None:
@@ -198,7 +199,11 @@ def _joined(files: _Files, poses: PoseSequence | None, keypoints: PoseSequence |
             *told,
             *_repairs(lead),
             *_damage(video),
-            *(Event("warning", text) for text in (*clock.doubts(), *_doubts(lead, keypoints))),
+            *(
+                Event("warning", text)
+                for text in (*clock.doubts(), *_doubts(lead, keypoints), strange)
+                if text
+            ),
             *_coverage(lead, video),
             *swapped,
         ),
