@@ -57,8 +57,11 @@ def starting_at(first_frame: int, sequence: PoseSequence) -> PoseSequence:
     return sequence.with_(frame_index=numbers, frames_known=True).noted("frame numbers", first=first_frame)
 
 
-def check_numbers(sequence: PoseSequence, video: Video | None, path: Path) -> None:
-    """InputError when nothing says which of the video's frames the rows are, or there are no such frames."""
+def check_numbers(sequence: PoseSequence, video: Video | None, path: Path, first: int | None) -> None:
+    """InputError when nothing says which of the video's frames the rows are, or there are no such frames.
+
+    first: the lowest number in the file that numbers the rows; None where the user has said which frame that is.
+    """
     if video is None:
         return
     frames = len(video.time_s)
@@ -68,12 +71,23 @@ def check_numbers(sequence: PoseSequence, video: Video | None, path: Path) -> No
             f"{how_many(frames, 'frame')}; give the "
             "2D file that the lifter was run on (--keypoints), or --set read.first_frame=N if the rows are consecutive."
         )
-    if sequence.frame_index[-1] >= frames:
-        raise InputError(
-            f"{path}, or the 2D file that numbers its rows, reaches video frame {sequence.frame_index[-1]}, but "
-            f"{video.path} ends with frame {frames - 1}; if its numbers begin with 1, pass "
-            "--set read.first_frame=0, otherwise they do not belong together."
+    if (last := int(sequence.frame_index[-1])) < frames:
+        return
+    if first is None:
+        way_out = ", or its first row is another frame (--set read.first_frame=N)"
+    elif first and last == frames:  # the first images may show nobody, so the lowest number need not be 1
+        way_out = (
+            f", unless its numbers count from 1: then pass --set read.first_frame={first - 1}, the video frame of the "
+            f"lowest of them, {first}"
         )
+    elif first:
+        way_out = f", unless its lowest number, {first}, is video frame N: then pass --set read.first_frame=N"
+    else:
+        way_out = ""
+    raise InputError(
+        f"{path}, or the 2D file that numbers its rows, reaches video frame {last}, but {video.path} ends with frame "
+        f"{frames - 1}; they do not belong together{way_out}."
+    )
 
 
 def rows_within(time_range: tuple[float, float], time_s: np.ndarray) -> tuple[int, int]:

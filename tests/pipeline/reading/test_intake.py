@@ -3,12 +3,14 @@
 import hashlib
 import json
 import os
+import re
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from golden.films import film
 from pcnet3d.adapters import read
 from pcnet3d.pipeline import CAMERA, H36M17, InputError, PoseSequence
 from pcnet3d.pipeline.reading.clock import numbered_by_times
@@ -127,6 +129,25 @@ def test_first_frame_shifts_numbers_that_begin_with_one(tmp_path):
     path = alphapose(tmp_path / "ap.json", {1: frames})
     take = open_take(RunOptions(keypoints=path, fps=25, first_frame=0))
     assert take.keypoints.frame_index.tolist() == [f - 1 for f in frames]
+
+
+def test_what_the_refusal_of_numbers_that_count_from_one_says_to_do_puts_rows_where_they_belong(tmp_path):
+    """Nobody was found in the first images, and the lowest number is that of another frame than the video's first."""
+    clip = film(tmp_path / "a.mp4", range(0, 40 * 33, 33))
+    shown = [f for f in range(12, 40) if f != 20]
+    path = alphapose(tmp_path / "ap.json", {1: [f + 1 for f in shown[3:]], 2: [f + 1 for f in shown]})
+    with pytest.raises(InputError, match="count from 1") as refused:
+        open_take(RunOptions(video=clip, keypoints=path, person="1"))
+    first = int(re.search(r"read\.first_frame=(\d+)", str(refused.value))[1])
+    take = open_take(RunOptions(video=clip, keypoints=path, person="1", first_frame=first))
+    assert take.keypoints.frame_index.tolist() == shown[3:]
+    for frames, first, said in (
+        ((50, 60), None, "lowest number, 50, is"),
+        ((5, 9), 35, "its first row is another"),
+    ):
+        alphapose(path, {1: [*range(*frames), frames[1] + 1]})
+        with pytest.raises(InputError, match=said):
+            open_take(RunOptions(video=clip, keypoints=path, first_frame=first))
 
 
 def test_first_frame_shifts_poses_and_the_keypoints_that_number_them(tmp_path, lifted):
