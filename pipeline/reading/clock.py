@@ -14,6 +14,7 @@ from ..pose import PoseSequence
 from ..take import Event, Video
 
 _WHOLE = 0.95  # of a video's frames, up to the last that rows show
+_OTHER_RATE = 1.05  # times as many frames a second; 33 ms a frame, as rounded times say, are 29.97 a second
 
 
 def numbered_by(keypoints: PoseSequence, poses: PoseSequence, where: str) -> PoseSequence:
@@ -150,6 +151,22 @@ class Clock:
         return known + outside / self.other.fps
 
     def doubts(self) -> list[str]:
-        """In words, where the rate contradicts the video's, or without one the other sequence's."""
+        """In words, where the rate contradicts the video's or, without one, the other sequence's; and where these two
+        contradict each other."""
         known = self.other is not None and self.other.time_s is not None and len(self.other) > 1
-        return rate_doubts(self.fps, self.video, self.other.fps if known and self.other else None)
+        stated = self.other.fps if known and self.other else None
+        found = rate_doubts(self.fps, self.video, stated)
+        if found or self.fps is not None or self.video is None or self.other is None or stated is None:
+            return found
+        first, last = self.other.frame_index[[0, -1]]
+        if last >= len(self.video.time_s):  # refused as soon as its seconds are asked for
+            return []
+        start_s, stop_s = self.video.time_s[[first, last]]
+        shown = float((last - first) / (stop_s - start_s))  # of the same frames
+        if 1 / _OTHER_RATE < stated / shown < _OTHER_RATE:
+            return []
+        return [
+            f"The video's {shown:.4g} frames per second are used although the file's own times say {stated:.4g}: if "
+            f"the file is right, as it may be of slow motion, give --fps {stated:.4g}; speeds and cadences are "
+            f"{shown / stated:.3g} times what they should be."
+        ]

@@ -169,6 +169,7 @@ def _joined(files: _Files, poses: PoseSequence | None, keypoints: PoseSequence |
     assert lead is not None
     check_numbers(lead, video, path, None if options.first_frame is not None else lowest)
     clock = Clock(video, options.fps, keypoints if lead.time_s is None else lead)
+    doubts = clock.doubts()
     lead = lead.with_(time_s=clock.seconds(lead.frame_index, path))
     if poses is None:
         keypoints = lead
@@ -197,7 +198,7 @@ def _joined(files: _Files, poses: PoseSequence | None, keypoints: PoseSequence |
             *told,
             *_repairs(lead),
             *_damage(video),
-            *(Event("warning", text) for text in (*clock.doubts(), *_doubts(lead, keypoints))),
+            *(Event("warning", text) for text in (*doubts, *_doubts(lead, keypoints))),
             *_coverage(lead, video),
             *swapped,
         ),

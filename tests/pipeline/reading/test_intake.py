@@ -96,6 +96,39 @@ def test_first_frame_numbers_the_rows(lifted):
     assert take.poses.times[0] == 4
 
 
+def timed_rows(path, bodies, fps):
+    np.savez(path, joints=bodies, time_s=np.arange(ROWS) / fps, frame_index=np.arange(ROWS))
+    return {
+        "poses": path,
+        "adapter": "arrays",
+        "options": {"layout": "H36M17", "frame": "CAMERA", "unit": "m"},
+    }
+
+
+def warnings_of(**told):
+    return " ".join(event.text for event in open_take(RunOptions(**told)).events if event.kind == "warning")
+
+
+@pytest.mark.parametrize(
+    ("fps", "said"), [(100, "give --fps 100; speeds and cadences are 0.25 times"), (25.3, "")]
+)
+def test_times_of_a_file_that_contradict_the_video_are_not_passed_over(tmp_path, facing_camera, fps, said):
+    """Slow motion: the poses know when they were captured, the video when it is shown."""
+    clip = film(tmp_path / "a.mp4", range(0, 40 * ROWS, 40))
+    own = timed_rows(tmp_path / "own.npz", np.tile(facing_camera, (ROWS, 1, 1)), fps)
+    text = warnings_of(video=clip, **own)
+    assert said in text
+    assert ("own times" in text) == bool(said)
+    assert "own times" not in warnings_of(video=clip, fps=fps, **own)
+
+
+def test_a_rate_that_contradicts_the_file_is_told_beside_keypoints_too(tmp_path, facing_camera):
+    own = timed_rows(tmp_path / "own.npz", np.tile(facing_camera, (ROWS, 1, 1)), 30)
+    keypoints = alphapose(tmp_path / "ap.json", {1: list(range(ROWS))})
+    for beside in (None, keypoints):
+        assert "--fps 25 is used although the file says 30" in warnings_of(keypoints=beside, fps=25, **own)
+
+
 def test_a_part_with_a_clock_of_its_own_is_not_taken_for_the_videos_beginning(facing_camera):
     """Rows of frames 200 to 299 whose times begin at 0 were laid on frames 0 to 99."""
     video = Video(Path("a.mp4"), 640, 480, np.arange(300) / 30, "h264")
