@@ -196,6 +196,13 @@ def test_first_frame_shifts_poses_and_the_keypoints_that_number_them(tmp_path, l
         assert rows.frame_index.tolist() == [f - 1 for f in frames[2:]]
 
 
+def test_a_person_whose_name_is_a_number_may_be_asked_for_by_it(tmp_path):
+    """Of person=2 it was said that there is no person '2', for there are 1 and 2."""
+    path = alphapose(tmp_path / "ap.json", {1: [0, 1], 2: [0, 1, 2]})
+    for person in (2, "2"):
+        assert len(read(path, person=person)) == 3
+
+
 def test_a_person_who_is_in_no_file_is_refused(tmp_path, lifted):
     path = alphapose(tmp_path / "ap.json", {1: list(range(ROWS))})
     with pytest.raises(InputError, match="no person '9'"):
