@@ -44,6 +44,7 @@ def choose_person(people: tuple[PoseSequence, ...], person: str | None, where: s
         raise InputError(
             f"{where} holds {len(people)} people: {listed}; choose one with --person, or 'longest' or 'largest'."
         )
+    person = str(person)  # names of people are often numbers, and callers in Python write them as such
     if person not in names:
         raise InputError(f"{where} has no person '{person}'; it holds {listed}.")
     return names[person]

@@ -165,12 +165,16 @@ def _read(options: RunOptions) -> _Files:
 def _joined(files: _Files, poses: PoseSequence | None, keypoints: PoseSequence | None) -> Take:
     """One person's poses and keypoints on one clock."""
     options, video, path = files.options, files.video, files.lead.path
+    rows = files.lead if poses is None or poses.frames_known or not files.keypoints else files.keypoints
+    lowest = min(int(one.frame_index[0]) for one in rows.people)
     poses, keypoints = _numbered(files, poses, keypoints)
     lead = keypoints if poses is None else poses
     assert lead is not None
     check_numbers(lead, video, path)
     strange = misfit(poses, keypoints) if poses is not None and keypoints is not None else ""
+    check_numbers(lead, video, path, None if options.first_frame is not None else lowest)
     clock = Clock(video, options.fps, keypoints if lead.time_s is None else lead)
+    doubts = clock.doubts()
     lead = lead.with_(time_s=clock.seconds(lead.frame_index, path))
     if poses is None:
         keypoints = lead
@@ -204,6 +208,7 @@ def _joined(files: _Files, poses: PoseSequence | None, keypoints: PoseSequence |
                 for text in (*clock.doubts(), *_doubts(lead, keypoints), strange)
                 if text
             ),
+            *(Event("warning", text) for text in (*doubts, *_doubts(lead, keypoints))),
             *_coverage(lead, video),
             *swapped,
         ),

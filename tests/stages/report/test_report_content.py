@@ -69,6 +69,13 @@ def test_it_has_every_part_and_a_chart_for_every_angle(content):
     assert "geometric" in shown.words
 
 
+def test_the_axes_that_the_reader_made_are_not_said_to_be_the_files(content):
+    """Millimetres with y up were said to have come in metres with y down."""
+    words = Page(content).words
+    assert "Axes of the poses before they were turned upright: CAMERA (x right, y down" in words
+    assert "came in" not in words
+
+
 def test_the_ranges_stand_before_what_is_long(walk_take):
     """What goes into a file is on the first sheets."""
     ranges = {"r_knee_flexion": {"p05_deg": 2.0, "p95_deg": 60.0, "p05_p95_deg": 58.0}}
