@@ -170,9 +170,8 @@ def _joined(files: _Files, poses: PoseSequence | None, keypoints: PoseSequence |
     poses, keypoints = _numbered(files, poses, keypoints)
     lead = keypoints if poses is None else poses
     assert lead is not None
-    check_numbers(lead, video, path)
-    strange = misfit(poses, keypoints) if poses is not None and keypoints is not None else ""
     check_numbers(lead, video, path, None if options.first_frame is not None else lowest)
+    strange = misfit(poses, keypoints) if poses is not None and keypoints is not None else ""
     clock = Clock(video, options.fps, keypoints if lead.time_s is None else lead)
     doubts = clock.doubts()
     lead = lead.with_(time_s=clock.seconds(lead.frame_index, path))
@@ -203,12 +202,7 @@ def _joined(files: _Files, poses: PoseSequence | None, keypoints: PoseSequence |
             *told,
             *_repairs(lead),
             *_damage(video),
-            *(
-                Event("warning", text)
-                for text in (*clock.doubts(), *_doubts(lead, keypoints), strange)
-                if text
-            ),
-            *(Event("warning", text) for text in (*doubts, *_doubts(lead, keypoints))),
+            *(Event("warning", text) for text in (*doubts, *_doubts(lead, keypoints), strange) if text),
             *_coverage(lead, video),
             *swapped,
         ),
