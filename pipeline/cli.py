@@ -291,7 +291,11 @@ def main() -> None:
         _fail(f"{error.filename or 'A file'} could not be read or written: {error.strerror or error}.", 2)
     except Exception:
         traceback.print_exc()
-        _fail("this is a fault of pcnet3d, not of your input; please report it with the lines above.", 1)
+        others = sorted(registry.packages().keys() - {"pcnet3d"})
+        or_of = f", or of a package that adds to it ({', '.join(others)})" if others else ""
+        _fail(
+            f"this is a fault of pcnet3d{or_of}, not of your input; please report it with the lines above.", 1
+        )
 
 
 def _fail(message: str, code: int) -> None:

@@ -19,7 +19,7 @@ from ..pipeline.motion.swap_repair import Swaps, treated
 from ..pipeline.pose import PoseSequence, package_version
 from ..pipeline.reading.choose import choose_person
 from ..pipeline.reading.take import sha256
-from ..pipeline.take import Event, Take, Video
+from ..pipeline.take import Event, Take
 
 _LISTED = 5  # people named in a note
 
@@ -28,11 +28,11 @@ _LISTED = 5  # people named in a note
 class Detect:
     """The stage. detector, person_detector: names of `pcnet3d list models` or .onnx files. person_kind: "yolox" or
     "rtmdet". looks: at every person in every image, 1 to 4, of which the mean is taken; without it 2, or 1 for a
-    network that finds people by itself. person: who, by number, or "largest"; without it the longest track. swaps:
-    what to do about limbs that are exchanged for some frames. smooth_hz: low-pass of the keypoints, forwards and
-    backwards; none without it, for the lifter was trained on what detectors give. fps: frame rate instead of the
-    video's own. folder: where keypoints.npz goes. checkpoint: a file for what was found so far, written every
-    minute. resume: the file of an interrupted run to go on from."""
+    network that finds people by itself. person: who, by number, or "largest"; without it, or with "longest", the
+    longest track, of equals the largest. swaps: what to do about limbs that are exchanged for some frames. smooth_hz:
+    low-pass of the keypoints, forwards and backwards; none without it, for the lifter was trained on what detectors
+    give. fps: frame rate instead of the video's own. folder: where keypoints.npz goes. checkpoint: a file for what was
+    found so far, written every minute. resume: the file of an interrupted run to go on from."""
 
     detector: str = "movenet"
     person_detector: str | None = None
@@ -74,7 +74,8 @@ class Detect:
             self.folder.mkdir(parents=True, exist_ok=True)
             found.save(self.folder / KEYPOINTS)
         people = found.people()
-        chosen = _longest(found, people) if self.person is None else _named(people, self.person, video)
+        longest = self.person in (None, "longest")
+        chosen = _longest(found, people) if longest else choose_person(people, self.person, str(video.path))
         keypoints = chosen if self.fps is None else timed(chosen, self.fps)
         _, keypoints, swapped, _ = treated(None, keypoints, self.swaps)
         assert keypoints is not None
@@ -110,10 +111,6 @@ def _longest(found: Detections, people: tuple[PoseSequence, ...]) -> PoseSequenc
         return len(poses), float(sides[found.person == int(poses.person)].prod(axis=1).mean())
 
     return max(people, key=rank)
-
-
-def _named(people: tuple[PoseSequence, ...], person: str, video: Video) -> PoseSequence:
-    return choose_person(people, person, str(video.path))
 
 
 def _events(

@@ -15,7 +15,9 @@ from ..models.lifter.answers import Answers, load_answers
 from ..models.lifter.builtin import OwnLifter
 from ..models.lifter.images import ImageLifter
 from ..models.lifter.input import UNDISTORT, refuse_outside
+from ..models.lifter.scaling import KINDS
 from ..pipeline.camera import Camera
+from ..pipeline.errors import InputError
 from ..pipeline.files.video_frames import shown_size
 from ..pipeline.intrinsics import Intrinsics, undistorted
 from ..pipeline.layouts import H36M17, remap
@@ -27,6 +29,8 @@ from ..pipeline.plugins.protocols import Lifter
 from ..pipeline.pose import PoseSequence
 from ..pipeline.reading.handedness import Handedness, guarded
 from ..pipeline.take import Event, Take
+
+_TOLD = ("model", "kind", "focal_known")  # by every lifter of its lift (plugins.protocols.Lifter)
 
 
 @dataclass(frozen=True)
@@ -89,7 +93,7 @@ class Lift:
             last = poses.history[-1]
             last = replace(last, options={**last.options, "focal_known": False})
             poses = poses.with_(history=(*poses.history[:-1], last))
-        said = poses.history[-1].options
+        said = _said(poses, self._opened)
         poses = guarded(poses, self.parity, f"The lift by {self._opened.method}")
         doubts = [str(step.options["warning"]) for step in poses.history if "warning" in step.options]
         told = [event.text for event in take.events]  # the keypoints' own are in their history too
@@ -162,6 +166,18 @@ def _without_strays(seen: PoseSequence, keypoints: PoseSequence) -> tuple[PoseSe
     )
 
 
+def _said(poses: PoseSequence, lifter: Lifter) -> dict[str, Any]:
+    """What a lifter says of its lift; InputError for one of another package that does not say it."""
+    last = poses.history[-1] if poses.history else None
+    said = last.options if last is not None and last.name == "lift" else {}
+    if lacking := [key for key in _TOLD if key not in said]:
+        raise InputError(
+            f"Expected from the lifter {lifter.method} poses whose history ends with the step 'lift' and its options "
+            f"{', '.join(_TOLD)}; got none of {', '.join(lacking)}: repair its package."
+        )
+    return said
+
+
 def _who(said: dict[str, Any]) -> str:
     if said["kind"] == "pcnet3d":
         return f"The poses are the built-in lifter's, from the 2D keypoints (network {said['model']})."
@@ -185,7 +201,7 @@ def _focal(said: dict[str, Any]) -> list[str]:
         return [f"{guess}, so its own path of the pelvis before the camera is not used (--focal)."]
     if "bearing_deg" not in said:
         text = "The lifter sees where in the picture the person is; the focal length is not used."
-        return [text] if known else []
+        return [text] if known and said["kind"] in KINDS else []  # another package's may use it
     least, most = said["bearing_deg"]
     text = (
         "The lifter sees the person in a crop and answers along the ray to the person: a bearing of b degrees shifts "

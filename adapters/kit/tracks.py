@@ -114,10 +114,11 @@ def sequences(
     """One sequence a person in IMAGE, frames in order, people in the order in which they appear.
 
     layouts: those that the format can hold, told apart by their number of joints.
-    People without names are told apart by `linked`; the history says so, and warns of a `leap`. Where some detections
-    have a name, those without are left out, for trackers name nobody where they are not sure; the history warns with
-    their number. A joint that was not found is NaN with confidence NaN. Scores are taken for confidences, except that
-    those outside [0, 1] are clipped, and those that say nothing (`saying_nothing`) are NaN; the history tells both.
+    People without names are told apart by `linked`; the history says so. Where some detections have a name, those
+    without are left out, for trackers name nobody where they are not sure; the history warns with their number. It
+    warns of a `leap` too, of somebody who is alone and of each whom a tracker names, for trackers exchange people. A
+    joint that was not found is NaN with confidence NaN. Scores are taken for confidences, except that those outside
+    [0, 1] are clipped, and those that say nothing (`saying_nothing`) are NaN; the history tells both.
     Raises InputError for nobody at all, another layout, coordinates that are no pixels, and a person who is
     in a frame twice.
     """
@@ -145,6 +146,7 @@ def sequences(
         doubt = leap(tracks[0].frame_index, tracks[0].joints) if len(tracks) == 1 else ""
         told = {"warning": doubt} if doubt else {}
         return tuple(poses.noted("link people", method="nearest", **told) for poses in tracks)
+    tracks = tuple(_leaping(poses) for poses in tracks)
     if not unnamed:
         return tracks
     words = (
@@ -152,6 +154,11 @@ def sequences(
         "(--set keypoints.track=true) ignores the numbers and joins people to the nearest of the frames before."
     )
     return tuple(poses.noted("track numbers", left_out=unnamed, warning=words) for poses in tracks)
+
+
+def _leaping(poses: PoseSequence) -> PoseSequence:
+    doubt = leap(poses.frame_index, poses.joints)
+    return poses.noted("leap", warning=doubt) if doubt else poses
 
 
 def _layouts_of(detections: Sequence[Detection], layouts: Iterable[Layout], where: str) -> Sequence[Layout]:
@@ -267,7 +274,7 @@ def followed(frames: Iterable[Sequence[Seen]]) -> Iterator[Seen]:
 
 
 def leap(frames: np.ndarray, points: np.ndarray) -> str:
-    """In words, where somebody who is alone in each frame leaps so far that it may be somebody else; "" where not.
+    """In words, where one track leaps so far that it may be somebody else; "" where not.
 
     frames: (T,) increasing; points: (T, J, 2) in the image or in any plane, NaN where missing. The distance is that of
     `linked`, which may be half the body's size, and more after frames in which nobody was seen. Who leaps stays one

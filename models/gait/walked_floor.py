@@ -18,8 +18,9 @@ _STAIRS = 3  # rises in a row, all up or all down
 
 @dataclass(frozen=True, eq=False)
 class WalkedFloor:
-    """height: mean of the places, in their unit. slope_deg: positive where it rises along the way. height_sd,
-    slope_sd_deg: their standard deviations. rises: (N - 1,) 1, -1 or 0 from place to place, up, down or level."""
+    """height: mean of the places, in their unit. slope_deg: positive where it rises along the way, of there and back
+    along the way there. height_sd, slope_sd_deg: their standard deviations. rises: (N - 1,) 1, -1 or 0 from place to
+    place, up, down or level."""
 
     height: float
     height_sd: float
@@ -55,6 +56,9 @@ def walked_floor(places: np.ndarray, sd: float, shared_sd: float, up_sd_deg: flo
     if not apart > 0:
         return None
     slope = float(along @ height) / apart
+    farthest = along[
+        np.argmax(np.abs(along - along[0]))
+    ]  # who comes back ends where they began, or short of it
     scatter = max(sd, float(np.linalg.norm(height - slope * along)) / np.sqrt(len(places) - 2))
     tilt = np.tan(np.radians(up_sd_deg))
     rise, step = np.diff(height), np.linalg.norm(np.diff(across[:, :2], axis=0), axis=1)
@@ -68,7 +72,7 @@ def walked_floor(places: np.ndarray, sd: float, shared_sd: float, up_sd_deg: flo
         height_sd=float(
             np.sqrt(scatter**2 / len(places) + shared_sd**2 + (tilt * np.linalg.norm(middle[:2])) ** 2)
         ),
-        slope_deg=float(np.degrees(np.arctan(slope))) * (1 if along[-1] >= along[0] else -1),
+        slope_deg=float(np.degrees(np.arctan(slope))) * (1 if farthest >= along[0] else -1),
         slope_sd_deg=float(np.degrees(np.arctan(np.hypot(scatter / np.sqrt(apart), tilt)))),
         rises=(np.sign(rise) * (np.abs(rise) > stair)).astype(int),
     )

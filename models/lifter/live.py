@@ -39,7 +39,7 @@ class LiveLifter:
         self._layout, self._model, self._up = layout, model, up
         self._size = np.asarray(image_size, dtype=float)
         self._focal = np.asarray(ASSUMED_FOCAL * self._size.max() if focal_px is None else focal_px)
-        window = network(model).reach + HALF_WINDOW + 1  # no answer rests on more
+        window = network(model).reach + HALF_WINDOW + 1  # at up to 45 frames a second no answer rests on more
         self._pixels = np.full((window, len(H36M17), 2), np.nan)
         self._confidence = np.full((window, len(H36M17)), np.nan)
         self._time_s = np.full(window, np.nan)
@@ -82,8 +82,10 @@ class LiveLifter:
         times = np.append(self._times(), time_s)
         if len(times) > _SETTLED:
             lost = int(lacking(times, np.arange(len(times)))[-1])
-            for between in np.linspace(times[-2], time_s, lost + 2)[1:-1]:
-                self._push(np.nan, np.nan, between)
+            # No further apart than others are, for a pause has fewer rows than it took images.
+            apart_s = min(float(np.median(np.diff(times))), (time_s - times[-2]) / (lost + 1))
+            for row in range(lost, 0, -1):
+                self._push(np.nan, np.nan, time_s - row * apart_s)
 
     def _rate(self) -> float | None:
         """Rows a second, None where that is unknown."""

@@ -146,7 +146,12 @@ def _dead(folder: Path, prefix: str, suffix: str = "") -> list[Path]:
 
 def _check_replaceable(path: Path, force: bool, inputs: Iterable[Path]) -> None:
     """InputError unless `path` is free, empty, or ours to replace."""
-    for used in (Path.cwd(), *inputs):
+    if Path.cwd().resolve().is_relative_to(path):
+        raise InputError(
+            f"{path} is the folder that you are in, or holds it, and cannot be replaced; choose another -o DIR, such "
+            "as a new one inside it."
+        )
+    for used in inputs:
         if used.resolve().is_relative_to(path):
             raise InputError(f"{path} holds {used}, which this run needs; choose another -o DIR.")
     if path.is_dir():

@@ -59,7 +59,7 @@ def find_recording(folder: Path) -> Path:
     path = folder / RECORDING if folder.is_dir() else folder
     inside = sorted(run.parent.name for run in folder.glob(f"*/{RECORDING}")) if not path.exists() else []
     if inside:
-        raise InputError(f"{folder} holds a run of each of several people; view one: {folder / inside[0]}.")
+        raise InputError(f"{folder} holds several runs; view one: {folder / inside[0]}.")
     if path.suffix != ".rrd" or not path.is_file():
         raise InputError(f"Expected a run's folder with a {RECORDING}, or an .rrd file, got {folder}.")
     return path
@@ -76,7 +76,7 @@ def view_page(folder: Path) -> None:
     page = find_page(folder)
     if page is None:
         inside = sorted(run.parent.name for run in folder.glob(f"*/{REPORT}"))
-        hint = f"; it holds runs of several people, such as {folder / inside[0]}" if inside else ""
+        hint = f"; it holds runs, such as {folder / inside[0]}" if inside else ""
         raise InputError(f"Expected a folder with one of {', '.join(PAGES)}, got {folder}{hint}.")
     if not webbrowser.open(page.resolve().as_uri()):
         print(f"There is no browser here; open {page}")

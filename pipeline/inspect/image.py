@@ -69,4 +69,5 @@ def draw(poses: PoseSequence, path: Path) -> None:
             for start, end in H36M17.bones:
                 a, b = (tuple(int(v) for v in points[H36M17.index(joint)].round()) for joint in (start, end))
                 cv2.line(image, a, b, bone_colour(start, end), 2, cv2.LINE_AA)
+    path.parent.mkdir(parents=True, exist_ok=True)
     write_png(path, image)

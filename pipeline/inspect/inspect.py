@@ -24,6 +24,7 @@ from ..motion.swap_repair import as_frames
 from ..motion.swaps import Swap, find_swaps
 from ..pose import PoseSequence
 from ..reading.choose import choose_person
+from ..reading.clock import numbered_by, numbered_by_times
 from ..reading.load import load, read_all
 from ..reading.take import read_video
 from ..take import Video
@@ -133,7 +134,7 @@ def inspect(
     recording = None if video is None else read_video(video)
     people = []
     for source in sources:
-        found = [*row_findings(source), *_video_findings(source, recording)]
+        found = [*row_findings(source), *_video_findings(_numbered(source, tracks, recording), recording)]
         poses, fit = None, None
         if source.frame.dims == 3:
             try:
@@ -150,6 +151,16 @@ def inspect(
             found.append(_fit_finding(fit, poses))
         people.append(Person(source, poses, tuple(found), fit, swaps))
     return Inspection(path, read.adapter.name, tuple(people))
+
+
+def _numbered(source: PoseSequence, tracks: tuple[PoseSequence, ...], video: Video | None) -> PoseSequence:
+    """With the numbers that a run would give it: those of the one track of as many rows, or of the video's times."""
+    if source.frames_known or source.frame.dims != 3:
+        return source
+    if not tracks:
+        return source if video is None else numbered_by_times(video, source)
+    fitting = [track for track in tracks if len(track) == len(source)]
+    return numbered_by(fitting[0], source, "") if len(fitting) == 1 else source
 
 
 def _video_findings(source: PoseSequence, video: Video | None) -> list[Finding]:

@@ -37,6 +37,7 @@ _NO_AXIS = 0.05  # of a limb's axis, before it is made a unit vector; 0.34 for a
 _ALONG = np.sin(
     np.radians(15.0)
 )  # a segment within this of the axis that an angle turns about has no such angle
+_AROUND = 270.0  # degrees from frame to frame, from which an angle has stepped around: it moves by 90 at most
 # How far the elbow's reference axis follows the arm from the sagittal plane out to the side; the axis is undefined at
 # one direction of the upper arm: for 2 that is 39 degrees behind and 33 above the horizontal, which no arm reaches.
 _ARM_TURN = 2.0
@@ -248,10 +249,11 @@ def near(angle_deg: np.ndarray, centre_deg: np.ndarray | float) -> np.ndarray:
 
 
 def unwrapped(angle_deg: np.ndarray) -> np.ndarray:
-    """An angle (T,) without steps from one end of its range to the other."""
+    """An angle (T,) without steps from one end of its range to the other. A step by about half a turn, as across the
+    frames in which an arm raised sideways has no flexion, may go either way, and stays as it is."""
     known = np.isfinite(angle_deg)
     result = angle_deg.copy()
-    result[known] = np.unwrap(angle_deg[known], period=360.0)
+    result[known] = np.unwrap(angle_deg[known], discont=_AROUND, period=360.0)
     return result
 
 

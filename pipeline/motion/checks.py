@@ -166,9 +166,12 @@ def bone_spread(poses: PoseSequence) -> float:
 
 
 def empty_rows(poses: PoseSequence) -> np.ndarray:
-    """(T,) True where all joints lie on one point, as failed frames do that were filled with zeros."""
-    spread = np.ptp(np.nan_to_num(poses.joints), axis=1).max(axis=-1)
-    return (spread == 0) & np.isfinite(poses.joints).all(axis=(1, 2))
+    """(T,) True where all joints that are there, more than two, lie on one point, as failed frames do that were filled
+    with zeros; a joint that the source never has stays NaN in these too."""
+    there = np.isfinite(poses.joints).all(axis=-1, keepdims=True)
+    lowest = np.where(there, poses.joints, np.inf).min(axis=1)
+    highest = np.where(there, poses.joints, -np.inf).max(axis=1)
+    return (lowest == highest).all(axis=-1) & (there.sum(axis=(1, 2)) > 2)
 
 
 def upside_down(poses: PoseSequence) -> list[str]:
@@ -193,8 +196,9 @@ def upside_down(poses: PoseSequence) -> list[str]:
     else:
         cause = (
             "the file's vertical axis seems to be turned over. If its y points up, read it with --adapter arrays "
-            "-O layout=H36M17 -O frame=GL_CAMERA (or Y_UP) -O unit=m; otherwise the person stands on their hands, or "
-            "the camera on its head."
+            "-O frame=GL_CAMERA (or Y_UP) and the layout and unit that it has, such as -O layout=H36M17 -O unit=mm, or "
+            "-O unit=arbitrary where it has no scale; otherwise the person stands on their hands, or the camera on its "
+            "head."
         )
     return [f"The head is below the feet in {100 * share:.0f} % of the frames: {cause}"]
 

@@ -13,7 +13,7 @@ from itertools import pairwise
 import numpy as np
 
 from .angles import near
-from .signals import derivative, rate, resample, runs
+from .signals import BRIDGED_S, derivative, rate, resample, runs
 from .smoothness import log_dimensionless_jerk, sparc
 
 POINTS = 101  # of a normalised cycle
@@ -27,7 +27,8 @@ _REST = 0.05  # of a movement's largest speed (Balasubramanian et al. 2015 cut m
 class Repetition:
     """One rise and return. start_s, peak_s, stop_s: it begins and ends where a tenth of the rise lies below. peak: the
     signal's highest value. rise: from the higher of the two valleys beside it. up, down: smoothness of both movements,
-    (SPARC, log dimensionless jerk) of the signal's rate, NaN when they are too short."""
+    (SPARC, log dimensionless jerk) of the signal's rate, NaN when they are too short. whole: False where a gap hides
+    how it began or ended, so that all of these but the peak are of a part."""
 
     start_s: float
     peak_s: float
@@ -36,6 +37,7 @@ class Repetition:
     rise: float
     up: tuple[float, float]
     down: tuple[float, float]
+    whole: bool = True
 
 
 def repetitions(
@@ -43,10 +45,12 @@ def repetitions(
 ) -> list[Repetition]:
     """The times that x (T,) rises by `least` or more and returns as far, in order.
 
-    A rise without its return, or one that a gap cuts, is none; nor is a dip by less than `least` at the top.
+    A rise without its return, or one that a gap cuts, is none; nor is a dip by less than `least` at the top. One that
+    rises and returns by `least` beside a gap, which hides the rest of it, is not `whole`.
     """
     found = []
-    for piece in runs(np.isfinite(x), time_s, seams):
+    pieces = runs(np.isfinite(x), time_s, seams)
+    for piece in pieces:
         values, times = x[piece], time_s[piece]
         speed = np.abs(derivative(values, times))
         peaks = [row for row, is_peak in _turns(values, least) if is_peak]
@@ -56,10 +60,22 @@ def repetitions(
             start, rise, up = _movement(values[left], times[left], speed[left])
             mirrored = values[right][::-1], -times[right][::-1], speed[right][::-1]
             stop, fall, down = _movement(*mirrored)
+            begun = i == 0 and piece != pieces[0] and _had_begun(values[left], times[left], fall)
+            goes_on = peak == peaks[-1] and piece != pieces[-1] and _had_begun(*mirrored[:2], rise)
             found.append(
-                Repetition(start, float(times[peak]), -stop, float(values[peak]), min(rise, fall), up, down)
-            )
+                Repetition(
+                    start, float(times[peak]), -stop, float(values[peak]), min(rise, fall), up, down,
+                    whole=not (begun or goes_on),
+                )
+            )  # fmt: skip
     return found
+
+
+def _had_begun(values: np.ndarray, times: np.ndarray, fall: float) -> bool:
+    """Whether a rise to a peak, the last row, had begun before the first row: that is the lowest, but for 0.2 s, and
+    higher than a tenth of the fall behind the peak, below which a repetition begins."""
+    lowest = int(np.argmin(values))
+    return bool(times[lowest] - times[0] <= BRIDGED_S and values[-1] - values[lowest] < (1 - _ENDS) * fall)
 
 
 def hiding(

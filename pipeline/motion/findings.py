@@ -108,14 +108,17 @@ def swap_findings(source: PoseSequence, swaps: tuple[Swap, ...]) -> list[Finding
 
 
 def _incomplete(source: PoseSequence) -> int:
-    """Rows without a pose: any NaN in 3D, where all joints count; nothing but NaN in 2D."""
+    """Rows without a pose: any NaN in 3D, where all joints count; nothing but NaN in 2D. Not those of one point."""
     absent = np.isnan(source.joints)
-    return int((absent.any(axis=(1, 2)) if source.frame.dims == 3 else absent.all(axis=(1, 2))).sum())
+    lost = absent.any(axis=(1, 2)) if source.frame.dims == 3 else absent.all(axis=(1, 2))
+    return int((lost & ~empty_rows(source)).sum())
 
 
 def repeated_rows(source: PoseSequence) -> np.ndarray:
-    """Rows (N,) that are, digit for digit, the row before; failed rows of zeros do not count."""
-    same = (np.diff(source.joints, axis=0) == 0).all(axis=(1, 2))
+    """Rows (N,) that are, digit for digit, the row before; failed rows, empty or of zeros, do not count."""
+    before, after = source.joints[:-1], source.joints[1:]
+    absent = np.isnan(before) & np.isnan(after)
+    same = ((before == after) | absent).all(axis=(1, 2)) & ~absent.all(axis=(1, 2))
     return np.flatnonzero(same & ~empty_rows(source)[1:]) + 1
 
 

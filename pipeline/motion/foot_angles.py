@@ -43,7 +43,6 @@ def _definitions() -> dict[str, Angle]:
             "toes away from the midline (toe-out)",
             (*foot, *_FACING),
             needs_gravity=True,
-            anatomy_deg=(-60.0, 90.0),
         )
     return angles
 

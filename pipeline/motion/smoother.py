@@ -25,7 +25,7 @@ from itertools import pairwise
 import numpy as np
 
 from ..rotations import is_finite, rotate
-from .signals import rate
+from .signals import BRIDGED_S, holes, rate
 
 # Chosen on lifted takes of validation subjects (pcnet3d evaluate --motion --sets val -o DIR).
 ERROR_S = 1.5  # over which a lifter's error is forgotten
@@ -47,6 +47,8 @@ _BRIDGED_S = 0.5  # the longest gap behind which an error goes on; behind a long
 _SETTLED_S = 4.0  # further away no row matters
 _JERKS = np.geomspace(1e-3, 1e9, 41)  # power a hertz, of a take of variance 1 and seconds
 _ERRORS = np.geomspace(1e-7, 0.1, 25)  # of an error's variance
+# The same of one that is forgotten from row to row, as no motion is: of who stands still it may be all that there is.
+_WHITE_ERRORS = np.geomspace(1e-7, 1.0, 29)
 _ERRORS_S = (0.0, 0.05, 0.2, ERROR_S)
 _MOST_WINDOWS = 20  # to tell the error from
 _SHOWN = 0.7  # of a window's rows, or the line across its gaps would be taken for an error
@@ -90,13 +92,17 @@ def known_noise(
     """The motion of points (T, J, D), missing ones NaN, at time_s (T,).
 
     covariance: (T, J, D, D) of their errors; None where nobody states it. breaks: rows at which something new begins,
-    so that nothing is taken across them. lifted: whether a lifter made the points, which errs slowly too: its error
-    is then taken for larger than the points tell, and a covariance that is smaller yet for as large. error_s: over
-    which an error that is stated is forgotten. Between two seen rows missing ones have values too, with the error that
-    they have; before the first and behind the last one, and in pieces of fewer than 3 seen rows, they are NaN.
+    so that nothing is taken across them, nor across a hole of more than 0.2 s in the times. lifted: whether a lifter
+    made the points, which errs slowly too: its error is then taken for larger than the points tell, and a covariance
+    that is smaller yet for as large. error_s: over which an error that is stated is forgotten; a lifter's that shakes
+    far quicker, as of one that sees each frame by itself, from row to row. Between two seen rows missing ones have
+    values too, with the error that they have; before the first and behind the last one, and in pieces of fewer than 3
+    seen rows, they are NaN.
     """
     T, J, D = points.shape
     axes = np.eye(D)
+    # What happens in a pause is no motion of the rows beside it; and a spline through one of a day fills the memory.
+    breaks = (*breaks, *holes(time_s, BRIDGED_S).tolist())
     if covariance is not None:
         stated = np.isfinite(covariance).all(axis=(-2, -1))
         axes = np.linalg.eigh(covariance[stated].mean(axis=0))[1].T if stated.any() else axes
@@ -109,7 +115,8 @@ def known_noise(
         float(np.mean([y[rows, i].var(axis=0).mean() for i, rows in enumerate(seen.T) if rows.any()])), _STILL
     )
     if covariance is None:
-        noise, error_s = _unstated(y, time_s, size, breaks)
+        # A tenth of a lifted path's variance is all of it, times that factor.
+        noise, error_s = _unstated(y, time_s, size, breaks, white=_ERRORS if lifted else _WHITE_ERRORS)
         noise = _SLOW_ERROR * noise if lifted else noise
     else:
         noise = np.einsum("ij,tnjk,ik->tni", axes, covariance, axes, optimize=True)
@@ -119,7 +126,13 @@ def known_noise(
         ]
         noise = np.where(stated[..., None], noise, np.array(usual))
         if lifted:
-            told = _LEAST_ERROR * _unstated(y, time_s, size, breaks, (error_s,))[0][0]
+            told = _unstated(y, time_s, size, breaks, (error_s,))[0][0]
+            too_quick = told.max() > 0.99 * size * _ERRORS[-1]  # the most that one forgotten so slowly may be
+            told = _LEAST_ERROR * told
+            if too_quick:
+                white, white_s = _unstated(y, time_s, size, breaks)
+                if white_s == 0:
+                    told, error_s = _SLOW_ERROR * white[0], white_s
             noise = noise * np.maximum(1, told / np.maximum(usual, 1e-9 * size))
     noise = np.maximum(noise, 1e-9 * size)
     for piece in _pieces(T, breaks):
@@ -211,9 +224,11 @@ def _unstated(
     size: float,
     breaks: Sequence[int],
     errors_s: Sequence[float] = _ERRORS_S,
+    white: np.ndarray = _ERRORS,
 ) -> tuple[np.ndarray, float]:
     """Variances (T, J, D) of errors that nobody states, one a joint and axis, and their correlation time, one of
-    errors_s, by maximum likelihood of the spectra of the take's windows."""
+    errors_s, by maximum likelihood of the spectra of the take's windows. white: (E,) what they may be, as shares of
+    `size`, where that time is 0."""
     pieces = [piece for piece in _pieces(len(y), breaks) if piece.stop - piece.start >= 8]
     none = np.full(y.shape, 1e-9 * size)
     windows = []
@@ -237,14 +252,15 @@ def _unstated(
     motion = size * _JERKS[:, None] * _motion_density(hz, dt)  # (S, F)
     best, chosen = np.inf, (none, 0.0)
     for error_s in errors_s:
-        error = size * _ERRORS[:, None] * _error_density(hz, dt, error_s)
+        shares = _ERRORS if error_s > 0 else white
+        error = size * shares[:, None] * _error_density(hz, dt, error_s)
         expected = motion + error[:, None]  # (E, S, F)
         score = np.einsum("wfnd,esf->eswnd", power, 1 / expected, optimize=True)
         score += np.log(expected).sum(axis=-1)[..., None, None, None]
         score = np.where(counts, score.min(axis=1), 0.0).sum(axis=1)  # (E, J, D)
         if score.min(axis=0).sum() < best:
             best = score.min(axis=0).sum()
-            chosen = np.broadcast_to(size * _ERRORS[score.argmin(axis=0)], y.shape), error_s
+            chosen = np.broadcast_to(size * shares[score.argmin(axis=0)], y.shape), error_s
     return chosen
 
 

@@ -44,6 +44,12 @@ def registered(group: str) -> dict[str, EntryPoint]:
     return dict(sorted(found.items()))
 
 
+def packages() -> dict[str, str]:
+    """The version of every installed package that registers something, by its name; pcnet3d's own is one of them."""
+    points = (point for group in GROUPS for point in entry_points(group=f"pcnet3d.{group}"))
+    return {point.dist.name: point.dist.version for point in points if point.dist}
+
+
 def load(group: str, name: str) -> Any:
     """The object registered under that name; InputError naming its nearest neighbours when there is none,
     or its package when it cannot be imported or lacks what every one of its group has."""

@@ -26,18 +26,25 @@ def choose_person(people: tuple[PoseSequence, ...], person: str | None, where: s
     the image, by the mean area of the box around the joints of each frame, in pixels for 2D; 3D poses of a camera
     count as a camera far away would see them, in their own unit, whatever their distance.
     """
-    if person in RANKS:
-        ranks = [RANKS[person](poses, where) for poses in people]
-        people = tuple(poses for poses, rank in zip(people, ranks, strict=True) if rank == max(ranks))
+    rank = person if person in RANKS else None
+    if rank is not None:
+        values = [RANKS[rank](poses, where) for poses in people]
+        people = tuple(poses for poses, value in zip(people, values, strict=True) if value == max(values))
         person = None
     if person is None and len(people) == 1:
         return people[0]
     names = {poses.person: poses for poses in people}
     listed = _listed(people)
+    if rank is not None:
+        raise InputError(
+            f"{where} holds {len(people)} people who are equally the {rank}: {listed}; choose one by name with "
+            "--person."
+        )
     if person is None:
         raise InputError(
             f"{where} holds {len(people)} people: {listed}; choose one with --person, or 'longest' or 'largest'."
         )
+    person = str(person)  # names of people are often numbers, and callers in Python write them as such
     if person not in names:
         raise InputError(f"{where} has no person '{person}'; it holds {listed}.")
     return names[person]
@@ -63,6 +70,19 @@ def same_person(
             "--set read.keypoints_person=NAME, or leave --keypoints out."
         )
     return tracks[best].noted("same person", poses=poses.person, apart=round(float(apart[best]), 3))
+
+
+def misfit(poses: PoseSequence, track: PoseSequence) -> str:
+    """In words, where a 2D track beside 3D poses shows other limbs than theirs; "" where it does not, or nothing can be
+    told: of poses in a world, and with few frames in common. poses, track: as for `same_person`."""
+    apart, (_, most) = _apart(poses, track) if poses.frame.family == "camera" else 0.0, _ALIKE
+    if not most < apart < np.inf:
+        return ""
+    return (
+        f"The limbs of person '{poses.person}' in the poses lie otherwise in the image than those of person "
+        f"'{track.person}' in the keypoints, by {apart:.2f} of their spread ({most:g} at most of one person): somebody "
+        "else's keypoints, or of other frames; what rests on both, as where the person is, is wrong then."
+    )
 
 
 def _apart(poses: PoseSequence, track: PoseSequence) -> float:

@@ -14,6 +14,7 @@ from ..pose import PoseSequence
 from ..take import Event, Video
 
 _WHOLE = 0.95  # of a video's frames, up to the last that rows show
+_OTHER_RATE = 1.05  # times as many frames a second; 33 ms a frame, as rounded times say, are 29.97 a second
 
 
 def numbered_by(keypoints: PoseSequence, poses: PoseSequence, where: str) -> PoseSequence:
@@ -57,8 +58,11 @@ def starting_at(first_frame: int, sequence: PoseSequence) -> PoseSequence:
     return sequence.with_(frame_index=numbers, frames_known=True).noted("frame numbers", first=first_frame)
 
 
-def check_numbers(sequence: PoseSequence, video: Video | None, path: Path) -> None:
-    """InputError when nothing says which of the video's frames the rows are, or there are no such frames."""
+def check_numbers(sequence: PoseSequence, video: Video | None, path: Path, first: int | None) -> None:
+    """InputError when nothing says which of the video's frames the rows are, or there are no such frames.
+
+    first: the lowest number in the file that numbers the rows; None where the user has said which frame that is.
+    """
     if video is None:
         return
     frames = len(video.time_s)
@@ -68,12 +72,23 @@ def check_numbers(sequence: PoseSequence, video: Video | None, path: Path) -> No
             f"{how_many(frames, 'frame')}; give the "
             "2D file that the lifter was run on (--keypoints), or --set read.first_frame=N if the rows are consecutive."
         )
-    if sequence.frame_index[-1] >= frames:
-        raise InputError(
-            f"{path}, or the 2D file that numbers its rows, reaches video frame {sequence.frame_index[-1]}, but "
-            f"{video.path} ends with frame {frames - 1}; if its numbers begin with 1, pass "
-            "--set read.first_frame=0, otherwise they do not belong together."
+    if (last := int(sequence.frame_index[-1])) < frames:
+        return
+    if first is None:
+        way_out = ", or its first row is another frame (--set read.first_frame=N)"
+    elif first and last == frames:  # the first images may show nobody, so the lowest number need not be 1
+        way_out = (
+            f", unless its numbers count from 1: then pass --set read.first_frame={first - 1}, the video frame of the "
+            f"lowest of them, {first}"
         )
+    elif first:
+        way_out = f", unless its lowest number, {first}, is video frame N: then pass --set read.first_frame=N"
+    else:
+        way_out = ""
+    raise InputError(
+        f"{path}, or the 2D file that numbers its rows, reaches video frame {last}, but {video.path} ends with frame "
+        f"{frames - 1}; they do not belong together{way_out}."
+    )
 
 
 def rows_within(time_range: tuple[float, float], time_s: np.ndarray) -> tuple[int, int]:
@@ -136,6 +151,22 @@ class Clock:
         return known + outside / self.other.fps
 
     def doubts(self) -> list[str]:
-        """In words, where the rate contradicts the video's, or without one the other sequence's."""
+        """In words, where the rate contradicts the video's or, without one, the other sequence's; and where these two
+        contradict each other."""
         known = self.other is not None and self.other.time_s is not None and len(self.other) > 1
-        return rate_doubts(self.fps, self.video, self.other.fps if known and self.other else None)
+        stated = self.other.fps if known and self.other else None
+        found = rate_doubts(self.fps, self.video, stated)
+        if found or self.fps is not None or self.video is None or self.other is None or stated is None:
+            return found
+        first, last = self.other.frame_index[[0, -1]]
+        if last >= len(self.video.time_s):  # refused as soon as its seconds are asked for
+            return []
+        start_s, stop_s = self.video.time_s[[first, last]]
+        shown = float((last - first) / (stop_s - start_s))  # of the same frames
+        if 1 / _OTHER_RATE < stated / shown < _OTHER_RATE:
+            return []
+        return [
+            f"The video's {shown:.4g} frames per second are used although the file's own times say {stated:.4g}: if "
+            f"the file is right, as it may be of slow motion, give --fps {stated:.4g}; speeds and cadences are "
+            f"{shown / stated:.3g} times what they should be."
+        ]

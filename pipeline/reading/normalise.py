@@ -45,7 +45,8 @@ def missing_in_words(what: str, count: int) -> str:
 
 
 def _missing(poses: PoseSequence, path: Path, missing: Missing) -> PoseSequence:
-    empty, gone = empty_rows(poses), np.isnan(poses.joints).any(axis=(1, 2))
+    empty = empty_rows(poses)
+    gone = np.isnan(poses.joints).any(axis=(1, 2)) & ~empty
     if empty.all():
         raise InputError(
             f"{path}: each frame has every joint on one point ({how_many(len(poses), 'frame')}); "

@@ -19,7 +19,7 @@ from ..motion.swap_repair import treated
 from ..plugins.options import call
 from ..pose import PoseSequence
 from ..take import Event, Session, Take, Video
-from .choose import RANKS, choose_person, same_person
+from .choose import RANKS, choose_person, misfit, same_person
 from .clock import (
     Clock,
     check_numbers,
@@ -89,7 +89,8 @@ def open_take(options: RunOptions) -> Take:
 
 @dataclass(frozen=True, eq=False)
 class Person:
-    """One of several people: name and frames in the file, and the take or the reason why there is none."""
+    """One of several people: name in the file, frames there, or in the part of it that is asked for, and the take or
+    the reason why there is none."""
 
     name: str
     frames: int
@@ -129,9 +130,11 @@ def open_people(options: RunOptions) -> tuple[Person, ...]:
                 track = keypoints.normalised(own)
             take = _joined(files, body, track)
             take = take.with_(name=f"{take.name}, person {printable(one.person)}")
+            lead = take.keypoints if take.poses is None else take.poses
+            frames = 0 if lead is None else len(lead)
         except InputError as error:
-            take = error
-        found.append(Person(one.person, len(one), take))
+            take, frames = error, len(one)
+        found.append(Person(one.person, frames, take))
     return tuple(found)
 
 
@@ -162,11 +165,15 @@ def _read(options: RunOptions) -> _Files:
 def _joined(files: _Files, poses: PoseSequence | None, keypoints: PoseSequence | None) -> Take:
     """One person's poses and keypoints on one clock."""
     options, video, path = files.options, files.video, files.lead.path
+    rows = files.lead if poses is None or poses.frames_known or not files.keypoints else files.keypoints
+    lowest = min(int(one.frame_index[0]) for one in rows.people)
     poses, keypoints = _numbered(files, poses, keypoints)
     lead = keypoints if poses is None else poses
     assert lead is not None
-    check_numbers(lead, video, path)
+    check_numbers(lead, video, path, None if options.first_frame is not None else lowest)
+    strange = misfit(poses, keypoints) if poses is not None and keypoints is not None else ""
     clock = Clock(video, options.fps, keypoints if lead.time_s is None else lead)
+    doubts = clock.doubts()
     lead = lead.with_(time_s=clock.seconds(lead.frame_index, path))
     if poses is None:
         keypoints = lead
@@ -195,7 +202,7 @@ def _joined(files: _Files, poses: PoseSequence | None, keypoints: PoseSequence |
             *told,
             *_repairs(lead),
             *_damage(video),
-            *(Event("warning", text) for text in (*clock.doubts(), *_doubts(lead, keypoints))),
+            *(Event("warning", text) for text in (*doubts, *_doubts(lead, keypoints), strange) if text),
             *_coverage(lead, video),
             *swapped,
         ),

@@ -21,8 +21,8 @@ _LONGEST = 60  # characters of a folder's name
 
 @dataclass(frozen=True, eq=False)
 class PersonRun:
-    """person, frames: name in the file and rows there. folder: name of their run's folder, and take: what it holds;
-    or reason: why there is none."""
+    """person, frames: name in the file, and rows there, or in the part of it that is asked for. folder: name of their
+    run's folder, and take: what it holds; or reason: why there is none."""
 
     person: str
     frames: int

@@ -67,7 +67,7 @@ class Pipeline:
         self.check(take)
         for stage in self.stages:
             start = time.perf_counter()
-            take = stage(take)
+            take = _after(stage, take)
             done(stage.name, time.perf_counter() - start)
         return take
 
@@ -99,9 +99,19 @@ def run_together(
     return results
 
 
+def _after(stage: Stage, take: Take) -> Take:
+    given: object = stage(take)
+    if not isinstance(given, Take):
+        raise InputError(
+            f"Expected a take from stage '{stage.name}', got {type(given).__name__}; a stage returns the take that it "
+            "made (docs/plugins.md): repair its package, or leave the stage out."
+        )
+    return given
+
+
 def _tried(stage: Stage, take: Take) -> Take | InputError:
     try:
-        return stage(take)
+        return _after(stage, take)
     except InputError as error:
         return error
 

@@ -59,9 +59,9 @@ def over_time(
     """A chart of curves over x (T,), with its values in a table below that opens on demand. More than 2 x SLICES rows
     are drawn, and listed, as the range of values of each slice; curves break off where a recording lacks images. alt:
     what it shows, for those who cannot see it. about: what the values are, in a sentence, above the table."""
-    curves, x = _parted(curves, x)
+    curves, x, lacking = _parted(curves, x)
     low_x, high_x = float(x[0]), float(x[-1]) if x[-1] > x[0] else float(x[0]) + 1
-    spans = [(ranges(x, curve.values), _band(x, curve)) for curve in curves]
+    spans = [(ranges(x, curve.values, lacking), _band(x, curve, lacking)) for curve in curves]
     ends = [part for (_, low, high), band in spans for part in (low, high, *band)]
     bottom, top = _limits(np.concatenate(ends))
     across = _Scale(low_x, high_x, _LEFT, _RIGHT)
@@ -91,11 +91,11 @@ def over_time(
     )
 
 
-def _parted(curves: Sequence[Curve], x: np.ndarray) -> tuple[Sequence[Curve], np.ndarray]:
-    """Curves and x with a row without a value in each hole of x that filters do not bridge."""
+def _parted(curves: Sequence[Curve], x: np.ndarray) -> tuple[Sequence[Curve], np.ndarray, np.ndarray]:
+    """Curves and x with a row without a value in each hole of x that filters do not bridge, and these rows (N,)."""
     rows = holes(x, BRIDGED_S)
     if not len(rows):
-        return curves, x
+        return curves, x, rows
 
     def parted(values: np.ndarray) -> np.ndarray:
         return np.insert(values.astype(float), rows, np.nan)
@@ -108,7 +108,7 @@ def _parted(curves: Sequence[Curve], x: np.ndarray) -> tuple[Sequence[Curve], np
         )
         for curve in curves
     ]
-    return curves, np.insert(x, rows, (x[rows - 1] + x[rows]) / 2)
+    return curves, np.insert(x, rows, (x[rows - 1] + x[rows]) / 2), rows + np.arange(len(rows))
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,13 +172,17 @@ def path(wrists: Mapping[str, np.ndarray], centre: np.ndarray, reach: float, alt
     )  # fmt: skip
 
 
-def ranges(x: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def ranges(
+    x: np.ndarray, values: np.ndarray, alone: Sequence[int] | np.ndarray = ()
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The middle along x, the lowest and the highest value of each slice of a long curve (T,) over x (T,), these NaN
     where it has none; of a short one each value itself, twice. Slices are equally long but for a row, so that the
-    nearest middle is that of the slice itself."""
+    nearest middle is that of the slice itself, but for those that end at a row `alone`, which is one by itself: none
+    reaches across a hole."""
     if len(x) <= 2 * SLICES:
         return x, values, values
-    first = np.arange(SLICES) * len(x) // SLICES
+    cuts = np.asarray(alone, dtype=int)
+    first = np.unique(np.concatenate([np.arange(SLICES) * len(x) // SLICES, cuts, cuts + 1]))
     last = np.append(first[1:], len(x)) - 1
     return (x[first] + x[last]) / 2, np.fmin.reduceat(values, first), np.fmax.reduceat(values, first)
 
@@ -198,10 +202,11 @@ class _Scale:
         )
 
 
-def _band(x: np.ndarray, curve: Curve) -> tuple[np.ndarray, ...]:
+def _band(x: np.ndarray, curve: Curve, alone: np.ndarray) -> tuple[np.ndarray, ...]:
     if curve.margin is None:
         return ()
-    return ranges(x, curve.values - curve.margin)[1], ranges(x, curve.values + curve.margin)[2]
+    low, high = curve.values - curve.margin, curve.values + curve.margin
+    return ranges(x, low, alone)[1], ranges(x, high, alone)[2]
 
 
 def _limits(values: np.ndarray) -> tuple[float, float]:

@@ -35,13 +35,13 @@ class Source:
 class Facts:
     """Of one take. Angles in degrees, times in seconds; NaN where unknown.
 
-    frames, first_frame, last_frame, fps, duration_s, seams_s: of the poses. axes: those they came in. unit: of length,
-    "m" or "arbitrary". method, camera, level_heading, level_reason: of the rectification. turned: frames that have a
-    rotation. up_bound_deg: least and most of the 90 % bound, None where it is not stated. standing_deg: pitch and roll
-    of a camera that stands still, by the take's up; None for others. error_deg: median of the expected rotation errors.
-    nobody_upright: why up may be quite another, in a sentence, else "". vote_deviation_deg: mean angle between the
-    frames' votes and the take's up. verdict, doubts: of the findings, None
-    and empty without. history: every step, oldest first, to the last that kinematics rest on.
+    frames, first_frame, last_frame, fps, duration_s, seams_s: of the poses. axes: of the poses before they are turned
+    upright, not of the file. unit: of length, "m" or "arbitrary". method, camera, level_heading, level_reason: of the
+    rectification. turned: frames that have a rotation. up_bound_deg: least and most of the 90 % bound, None where it is
+    not stated. standing_deg: pitch and roll of a camera that stands still, by the take's up; None for others.
+    error_deg: median of the expected rotation errors. nobody_upright: why up may be quite another, in a sentence, else
+    "". vote_deviation_deg: mean angle between the frames' votes and the take's up. verdict, doubts: of the findings,
+    None and empty without. history: every step, oldest first, to the last that kinematics rest on.
     """
 
     name: str

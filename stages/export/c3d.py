@@ -23,8 +23,8 @@ def write_c3d(take: Take, path: Path) -> tuple[Event, ...]:
 
     The number of the first frame says when it begins, counted from 1 at 0 s of the take; returns a note where that is
     no number that the file can hold. The group PCNET3D holds the provenance; POINT X_SCREEN and Y_SCREEN say which axes
-    to draw to the right and up. More frames than the file can number are not written, and a warning says so. InputError
-    as `markers` raises it.
+    to draw to the right and up. More frames than the file can number are not written, nor is a single one, which has no
+    rate for the file to state, and a warning says so. InputError as `markers` raises it.
     """
     check_c3d()
     import ezc3d
@@ -37,7 +37,13 @@ def write_c3d(take: Take, path: Path) -> tuple[Event, ...]:
             "rate; write TRC (--also trc), or a part of it (--time-range)."
         )
         return (Event("warning", said),)
-    before = round(begin_s * found.fps) if count > 1 else 0
+    if count < 2:
+        said = (
+            f"{path.name} was not written: a C3D file states a rate, and a single frame has none; "
+            "write TRC (--also trc)."
+        )
+        return (Event("warning", said),)
+    before = round(begin_s * found.fps)
     numbered = 0 <= before <= LAST - count
     points = 1000 * np.moveaxis(found.joints, 0, -1).swapaxes(0, 1)  # (3, M, N)
     missing = np.isnan(points).any(axis=0, keepdims=True)

@@ -42,7 +42,8 @@ def spread(name: str, values: np.ndarray, resolution: float = 0.0, shared: float
     shared = shared if np.isfinite(shared) else 0.0
     sd = float(values.std(ddof=1)) if len(values) >= _FEWEST else float("nan")
     own = np.fmax(sd, resolution) / np.sqrt(len(values))
-    error = float(np.hypot(own, shared)) if np.isfinite(sd) or shared else float("nan")
+    known = np.isfinite(sd) or shared
+    error = float(np.hypot(own, shared) if known else 0.0) or float("nan")  # none is known to be 0
     digits = error if np.isfinite(error) else resolution
     result = {f"mean_{name}": rounded(values.mean(), digits)}
     if np.isfinite(error):

@@ -25,8 +25,9 @@ def floor(
     walking: Mapping[str, Any], gait: Gait, filtered: PoseSequence, rectified: Rectified
 ) -> dict[str, Any]:
     """The group `floor`: height over where the path is counted from (the camera), slope along the walk, both with their
-    errors, and `stairs`; or the reason why there are none. On the belt of a treadmill feet stand in the same places
-    again and again, which tells its height only. walking: the group `walking`."""
+    errors, and `stairs`; or the reason why there are none. Of poses that no lifter made the height has no error. On the
+    belt of a treadmill feet stand in the same places again and again, which tells its height only. walking: the group
+    `walking`."""
     if filtered.root is None:
         return {"reason": "where the person is in the room is not known, or the camera moves"}
     if "reason" in walking:
@@ -44,10 +45,10 @@ def floor(
     found = walked_floor(places.reshape(-1, 3), own, shared, up_sd_deg)
     if found is None:
         return {"reason": f"feet stand in fewer than {FEWEST} places"}
+    # Places that are measured are alike to a millimetre; where the ankles are above the soles is not known so well.
+    height_sd = float("nan") if rectified.camera == "gravity" else found.height_sd
     return {
-        **with_error(
-            "floor_height", found.height - _ANKLE * implied_stature(filtered.joints), found.height_sd
-        ),
+        **with_error("floor_height", found.height - _ANKLE * implied_stature(filtered.joints), height_sd),
         **(
             {"slope_reason": "the feet are carried by a belt"}
             if "belt" in walking

@@ -120,12 +120,12 @@ def measures(
     range_of_motion: of each angle; p05_p95_deg leaves the highest and lowest twentieth of the frames out, which are
         noise's, and sd_deg is the middle of the stated standard deviations. beyond_anatomy_frames: in how many frames
         the angle is one that no joint reaches (pipeline.motion.angles). symmetry: of the right and left p05_p95_deg.
-    knee_bends: both knees bend and straighten together while the feet stay (rising from a seat and sitting down again
+    knee_bends: both knees bend and straighten together while the feet stay (sitting down on a seat and rising again
         counts too); peak_deg is the less bent knee's; squats: how many reach 70 degrees. arm_raises: an arm goes up
         and down in whichever plane. repetitions: of the angles `repeated`. A repetition rises by 35 (knees), 50 (arms)
         or 20 degrees at least, by half of the largest change in the take, and by more than noise makes: twice the
-        standard deviation of a difference of two values. count_reason: when the angle is missing where one more may
-        have been, so that `count` is the least; `reason` where none was seen whole.
+        standard deviation of a difference of two values. Means are of those that no gap cuts. count_reason: when the
+        angle is missing where one more may have been, so that `count` is the least; `reason` where none was seen.
     walking: steps and strides between the feet's initial contacts (models/gait), in walks of three steps or more
         and runs of two, without turns; no `steps` where they could not be seen, and why. Cadence is a minute by the
         mean step time, of three strides of a walk and two of a run at least. Stance, swing and single support are
@@ -291,25 +291,30 @@ def _repeats(
     usual = _middle_sd(sd)
     least = max(least, _HALF * whole, NOISE * usual if np.isfinite(usual) else 0.0)
     found = [one for one in repetitions(driver, take.times, least, take.seams) if counts(one)]
-    briefest_s = _AS_LONG * min((one.stop_s - one.start_s for one in found), default=0.0)
+    whole_ones = [one for one in found if one.whole]
+    briefest_s = _AS_LONG * min((one.stop_s - one.start_s for one in whole_ones or found), default=0.0)
     gaps = hiding(driver, take.times, least, take.seams, briefest_s, counts)
     said = {"count_reason" if found else "reason": _not_seen(gaps)} if gaps else {}
     result: dict[str, Any] = {"count": len(found), **said, **basis(driver)}
     if not found:
         return result
-    spans = np.array([(one.start_s, one.stop_s) for one in found])
+    result |= {
+        "start_s": moments(one.start_s for one in found),
+        "stop_s": moments(one.stop_s for one in found),
+        **_peaks(take, found, sd),
+    }
+    if not whole_ones:
+        return result
+    spans = np.array([(one.start_s, one.stop_s) for one in whole_ones])
     # Of a height above the valley, as of the whole rise. What a lifter has wrong of the posture in which a repetition
     # begins it has wrong of the same one at its end and in the next, so that all are too long, or all too short.
     height_sd = np.sqrt(2) * usual
-    ends_s = float(np.mean([near_ends_s(driver, take.times, one, height_sd) for one in found]))
+    ends_s = float(np.mean([near_ends_s(driver, take.times, one, height_sd) for one in whole_ones]))
     durations_s, frames_s = spans[:, 1] - spans[:, 0], time_resolution(rate(take.times))
     result |= {
-        "start_s": moments(spans[:, 0]),
-        "stop_s": moments(spans[:, 1]),
-        **_peaks(take, found, sd),
         **spread("duration_s", durations_s, frames_s, shared=ends_s),
-        **spread("rise_deg", np.array([one.rise for one in found]), shared=height_sd),
-        **_smoothness(found),
+        **spread("rise_deg", np.array([one.rise for one in whole_ones]), shared=height_sd),
+        **_smoothness(whole_ones),
     }
     cycles = {name: take.cycles(name, spans) for name in shown}
     return {**result, "cycles": {name: curve for name, curve in cycles.items() if curve}}

@@ -84,7 +84,8 @@ def walking(
         }
     lifted = source.family == "camera"
     root_sd, share = _path_error(filtered, rectified, gait)
-    depth = depth_of_steps(rectified.R_source_from_body, filtered.times, gait.walks) if lifted else 0.0
+    R_camera_from_body = source.basis.T @ rectified.R_source_from_body
+    depth = depth_of_steps(R_camera_from_body, filtered.times, gait.walks) if lifted else 0.0
     said = _Means(gait.kind, lifted, leg_length(body), root_sd, depth)
     values = time_values(gait)
     phases = (*_PHASES, "flight_time_s" if gait.kind == "running" else "double_support_percent")

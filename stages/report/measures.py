@@ -260,7 +260,9 @@ def _whole(cells: list[Cell]) -> list[Cell]:
 
 def _both(key: str, value: Any, error: Any) -> str:
     """A figure, or each of a list, with its error; moments to a hundredth of a second, finer than frames."""
-    values = value if isinstance(value, list) and len(value) <= _MANY else [value]
+    if isinstance(value, list) and len(value) > _MANY:
+        return _shown(value)
+    values = value if isinstance(value, list) else [value]
     errors = error if isinstance(error, list) else [error] * len(values)
     shown = [
         f"{one:.2f}" if key in _MOMENTS and isinstance(one, float)

@@ -138,7 +138,7 @@ def provenance(facts: Facts, take: Take) -> Markup:
         f"Rectified by {facts.method}: {facts.turned} of {how_many(facts.frames, 'frame')}.",
         f"Lengths are in {_UNITS.get(facts.unit, facts.unit)}.",
         f"Poses: video frames {facts.first_frame} to {facts.last_frame}, person {facts.person}.",
-        f"Axes that the poses came in: {facts.axes}.",
+        f"Axes of the poses before they were turned upright: {facts.axes}.",
     ]
     if take.video is not None:
         video = take.video

@@ -106,8 +106,9 @@ def _wrists(take: Take) -> Markup:
     }.get(rectified.level_heading, "one for the take")
     return (
         small(
-            "From the pelvis, unfiltered. Before: in the axes that the poses came in. After: in LEVEL, whose up is "
-            f"against gravity and whose heading is {heading}. Orange: right. Blue: left. The cross is the pelvis."
+            "From the pelvis, unfiltered. Before: in the axes before they were turned upright. After: in LEVEL, "
+            f"whose up is against gravity and whose heading is {heading}. Orange: right. Blue: left. "
+            "The cross is the pelvis."
         )
         + charts(_ways(take))
         + details(

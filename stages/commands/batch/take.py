@@ -159,12 +159,7 @@ def _key(entry: Entry, files: dict[str, dict[str, str]]) -> str:
     content = {
         "options": {name: values for name, values in entry.options.items() if name not in files},
         "files": {column: (file["file"], file["sha256"]) for column, file in files.items()},
-        "versions": {
-            point.dist.name: point.dist.version
-            for group in registry.GROUPS
-            for point in registry.registered(group).values()
-            if point.dist
-        },
+        "versions": registry.packages(),
     }
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 

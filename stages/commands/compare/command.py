@@ -37,6 +37,7 @@ from .truth import Up, read_truth
 from .wrists import limbs_of, wrists
 
 Align = Literal["auto", "stamps", "correlate", "cycles"]
+_MOSTLY = 0.9  # of the longer take: two cameras that were started by hand lack a second or two of each other
 
 
 def compare(
@@ -150,9 +151,9 @@ def compared(
         warnings += said
         recording = (recordings or {}).get(side.name)
         pair = _pair(side, reference, how, recording)
-        pairs.append(
-            replace(pair, changes=changes(side, reference), one_recording=one_clock(side, reference))
-        )
+        pair = replace(pair, changes=changes(side, reference), one_recording=one_clock(side, reference))
+        pairs.append(pair)
+        warnings += _beyond(pair, reference)
     spread, without = _spreads(reference, pairs)
     return Comparison(reference, tuple(pairs), spread, without, tuple(warnings))
 
@@ -205,6 +206,21 @@ def _aligned(
             f"mostly do (r {UNUSUAL:g} and more): are they of one, and is the shift right?"
         ]
     return found, []
+
+
+def _beyond(pair: Pair, reference: Side) -> list[str]:
+    """A doubt about the measures of one motion, of which one take shows more than the other."""
+    if pair.alignment is None or not pair.changes:
+        return []
+    spans = np.array([times[[0, -1]] for times in (pair.times, reference.time_s)])
+    common_s, longest_s = spans[:, 1].min() - spans[:, 0].max(), np.ptp(spans, axis=1).max()
+    if common_s >= _MOSTLY * longest_s:
+        return []
+    return [
+        f"{pair.side.name} and {reference.name} have {common_s:.1f} of {longest_s:.1f} s in common: their ranges of "
+        "motion, counts and figures of movements are each of its whole take, and may differ for that alone; run both "
+        "on the common part (--time-range)."
+    ]
 
 
 def _pair(side: Side, reference: Side, how: Alignment | None, recording: Path | None) -> Pair:

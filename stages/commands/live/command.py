@@ -197,12 +197,15 @@ def _watch(shown: Source, networks: _Networks, folder: Path, frames: bool) -> _S
         now_and_then("live", total) as count,
     ):
         for shot in incoming.until(asked):
-            cuts = len(search.cuts)
+            cuts, before = len(search.cuts), person.name
             found = person.choose(shot.number, search.look(shot.number, shot.time_s, shot.image))
             if estimators is None or len(search.cuts) > cuts:
                 size = shot.image.shape[1::-1]
                 estimators = networks.for_camera(size)
             lifter, rectifier = estimators
+            if before not in (None, person.name):  # the lift of one rests on no keypoints of another
+                lifter, _ = networks.for_camera(size)
+                estimators = lifter, rectifier
             missing = np.full((len(detector.layout), 2), np.nan)
             xy, score = (missing, missing[:, 0]) if found is None else (found.xy, found.score)
             joints = lifter.update(xy, score, shot.time_s)
@@ -216,8 +219,12 @@ def _watch(shown: Source, networks: _Networks, folder: Path, frames: bool) -> _S
         words += f", {incoming.dropped} dropped to keep up"
     if not person.shown:
         return _Seen(words, size, None)
-    search.detections(total or search.seen, search.seen).save(folder / KEYPOINTS)
-    return _Seen(words, size, str(person.shown.most_common(1)[0][0]))
+    everybody = search.detections(total or search.seen, search.seen)
+    everybody.save(folder / KEYPOINTS)
+    most = str(person.shown.most_common(1)[0][0])
+    if (people := len(np.unique(everybody.person))) > 1:
+        words += f"; of {people} people person {most}, who was shown most, is taken"
+    return _Seen(words, size, most)
 
 
 @dataclass

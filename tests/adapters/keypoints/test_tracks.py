@@ -143,13 +143,15 @@ def test_who_passes_behind_somebody_goes_on_as_the_same(write, moving):
 @pytest.mark.parametrize(
     ("gap", "bodies", "warned"), [(1, 0.4, False), (1, 0.6, True), (11, 0.9, False), (11, 1.1, True)]
 )
-def test_two_who_are_never_seen_together_are_doubted(write, moving, gap, bodies, warned):
-    """Half a body's size at once, and a twentieth more for each frame in which nobody was seen."""
+@pytest.mark.parametrize("named", [False, True])
+def test_two_who_are_never_seen_together_are_doubted(write, moving, gap, bodies, warned, named):
+    """Half a body's size at once, and a twentieth more for each frame in which nobody was seen. Of a tracker's names,
+    which it gives to another or exchanges, nothing was said."""
     _, points = moving(17, [0] * 10)
     size = np.linalg.norm(np.ptp(points[0, :, :2], axis=0))
     points[5:, :, 0] += bodies * size
     frames = np.arange(10) + (gap - 1) * (np.arange(10) >= 5)
-    (poses,) = _people(write, "coco_results", (frames, points)).values()
-    said = poses.history[-1].options.get("warning", "")
+    (poses,) = _people(write, "coco_tracks" if named else "coco_results", (frames, points)).values()
+    said = "".join(step.options.get("warning", "") for step in poses.history)
     assert (f"leaps by {bodies} body sizes at frame {frames[5]}" in said) == warned == bool(said)
     assert ("10 frames in which nobody was seen" in said) == (warned and gap > 1)

@@ -221,6 +221,21 @@ def test_the_longest_track_is_taken_unless_another_is_named(walk_film, monkeypat
         Detect(person="7")(take)
 
 
+def test_of_two_who_are_seen_throughout_the_longest_is_the_larger(walk_film, monkeypatch):
+    """They were refused, after all images had been looked at."""
+
+    class Both(_Two):
+        def people(self, image, before=()):
+            self._frame = 5
+            return super().people(image, before)
+
+    monkeypatch.setattr("pcnet3d.stages.detect.load_detector", lambda *_: Both())
+    take = Take("walk", video=walk_film)
+    found = [Detect(person=asked)(take).keypoints for asked in (None, "longest")]
+    assert [len(one) for one in found] == [40, 40]
+    assert all(np.nanmin(one.joints) >= 200 for one in found)
+
+
 def test_another_frame_rate(walk_film, toy):
     take = Detect(detector=str(toy), fps=120)(Take("walk", video=walk_film))
     np.testing.assert_allclose(take.keypoints.times, np.arange(40) / 120)

@@ -33,6 +33,16 @@ def test_a_ramp_has_its_slope_and_is_no_stairs(slope_deg):
     assert found.stairs == "none"
 
 
+@pytest.mark.parametrize("slope_deg", [5.0, -5.0])
+@pytest.mark.parametrize("short", [0.3, -0.3])
+def test_a_ramp_there_and_back_has_the_slope_of_the_way_there(slope_deg, short):
+    """Its sign was that of the few decimetres by which the last step lies behind the first, or before it."""
+    along = np.r_[STEP * np.arange(9), STEP * np.arange(7, 0, -1), short]
+    heights = np.tan(np.radians(slope_deg)) * along
+    found = walked_floor(np.column_stack([along[:, None] * WAY, heights]), 0.01, 0.0, 1.0)
+    assert found.slope_deg == pytest.approx(slope_deg)
+
+
 @pytest.mark.parametrize("slope_deg", [1.0, 4.0, 8.0, -8.0])
 @pytest.mark.parametrize("shaken", [0.0, 0.005])
 def test_a_ramp_whose_places_are_measured_is_no_stairs(slope_deg, shaken):

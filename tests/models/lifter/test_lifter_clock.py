@@ -227,10 +227,12 @@ def test_live_is_not_for_ever_misled_by_a_burst():
     np.testing.assert_allclose(one, two, atol=1e-6)
 
 
-def test_live_sees_the_hole_too():
+@pytest.mark.parametrize("pause_s", [1.0, 20.0, 600.0])
+def test_live_sees_the_hole_too(pause_s):
+    """The rows of a pause of more than 5 s lay so far apart that the stream went on at 7 or less than one a second."""
     keypoints, camera, _ = seen(30)
     live = LiveLifter(H36M17, size(camera))
-    late = paused(keypoints, 20, 1.0)
+    late = paused(keypoints, 20, pause_s)
     for i in range(30):
         answer = live.update(late.joints[i], late.confidence[i], late.time_s[i])
     np.testing.assert_allclose(answer, lift(late.rows(0, 30), size(camera)).joints[-1], atol=2e-5)

@@ -138,6 +138,17 @@ def test_no_file_that_an_option_names_is_replaced(tmp_path, monkeypatch, recipe,
             run_of(options, tmp_path / "out", planned(options), force=True)
 
 
+@pytest.mark.parametrize("inside", ["", "in/it"])
+def test_the_folder_that_one_is_in_is_refused_as_what_it_is(tmp_path, monkeypatch, inside):
+    (tmp_path / "out" / inside).mkdir(parents=True)
+    monkeypatch.chdir(tmp_path / "out" / inside)
+    with (
+        pytest.raises(InputError, match="is the folder that you are in, or holds it"),
+        whole_folder(tmp_path / "out"),
+    ):
+        pass
+
+
 def test_a_file_in_the_way_is_refused_even_with_force(tmp_path):
     (tmp_path / "out").write_text("x")
     with pytest.raises(InputError, match="is a file"), whole_folder(tmp_path / "out", force=True):

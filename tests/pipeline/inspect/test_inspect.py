@@ -7,6 +7,7 @@ import sys
 import numpy as np
 import pytest
 
+from golden.films import film
 from pcnet3d.pipeline import H36M17, InputError
 from pcnet3d.pipeline.inspect.inspect import _video_findings, inspect
 from pcnet3d.pipeline.motion.findings import depth_factor, row_findings
@@ -217,6 +218,15 @@ def test_frames_put_on_the_floor_one_by_one_are_found_and_a_take_put_there_once_
     assert faults(looked_at(tmp_path, rebased, WORLD)) == {"rebase": "suspicious"}
 
 
+def test_a_joint_that_is_never_there_hides_no_repeated_and_no_failed_row(walker, tmp_path):
+    failed = halted(walker.copy())
+    failed[60:62] = 0
+    failed[:, H36M17.index("head")] = np.nan
+    said = {f.name: f.text for f in looked_at(tmp_path, failed).people[0].findings}
+    assert said["duplicates"].startswith("3 rows repeat the one before exactly, the first is row 41")
+    assert "88 with NaN, 2 with all joints on one point" in said["gaps"]
+
+
 def test_dropped_frames_are_counted_by_their_numbers(walker, tmp_path):
     kept = np.r_[0:30, 45:FRAMES]
     found = looked_at(tmp_path, walker[kept], time_s=kept / FPS, frame_index=kept)
@@ -277,6 +287,20 @@ def pictured(tmp_path, joints, shift=0):
     return tmp_path / "alphapose-results.json"
 
 
+def test_rows_that_a_run_would_number_do_not_drift(walker, tmp_path):
+    """By keypoints of as many rows, as MotionBERT's file has none of frames without a detection, or by their times."""
+    clip = film(tmp_path / "a.mp4", (1000 * np.arange(FRAMES) / FPS).round().astype(int).tolist())
+    kept = [i for i in range(FRAMES) if i not in (7, 8, 40)]
+    keypoints = pictured(tmp_path, walker)
+    numbered = json.loads(keypoints.read_text())
+    keypoints.write_text(json.dumps([numbered[i] for i in kept]))
+    rows = saved(tmp_path, walker[kept], time_s=None, frame_index=None)
+    assert faults(inspect(rows, "arrays", CAMERA, keypoints=keypoints, video=clip)) == {}
+    assert faults(inspect(rows, "arrays", CAMERA, video=clip)) == {"video": "suspicious"}
+    timed = saved(tmp_path, walker[kept], time_s=np.array(kept) / FPS, frame_index=None)
+    assert faults(inspect(timed, "arrays", CAMERA, video=clip)) == {}
+
+
 @pytest.mark.parametrize("shift", [0, 7])
 def test_keypoints_of_the_same_take_agree_and_a_shift_in_time_is_found(walker, tmp_path, shift):
     keypoints = pictured(tmp_path, walker, shift)
@@ -326,11 +350,17 @@ def test_the_command_prints_json_draws_and_ends_with_the_verdicts_code(walker, t
 
     options = [text for key, value in CAMERA.items() for text in ("-O", f"{key}={value}")]
     good = command(
-        saved(tmp_path, walker), "--adapter", "arrays", *options, "--json", "--plot", tmp_path / "a.png"
+        saved(tmp_path, walker),
+        "--adapter",
+        "arrays",
+        *options,
+        "--json",
+        "--plot",
+        tmp_path / "new" / "a.png",
     )
     assert good.returncode == 0, good.stderr
     assert json.loads(good.stdout)["people"][0]["verdict"] == "good"
-    image = cv2.imread(str(tmp_path / "a.png"))
+    image = cv2.imread(str(tmp_path / "new" / "a.png"))
     assert image is not None
     assert image.std() > 5
     for spoil, code in ((halted, 3), (mirrored, 4)):

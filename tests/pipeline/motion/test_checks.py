@@ -89,6 +89,11 @@ def test_empty_rows_are_those_with_all_joints_on_one_point(person):
     joints[3], joints[5] = 0, 0.7
     joints[6] = np.nan
     assert np.flatnonzero(empty_rows(person.with_(joints=joints))).tolist() == [3, 5]
+    joints[:, H36M17.index("head")] = np.nan  # a joint that the source never has
+    assert np.flatnonzero(empty_rows(person.with_(joints=joints))).tolist() == [3, 5]
+    joints[7, 2:] = np.nan
+    joints[7, :2] = 0.7  # two points that coincide are no failed frame
+    assert np.flatnonzero(empty_rows(person.with_(joints=joints))).tolist() == [3, 5]
 
 
 @pytest.mark.data

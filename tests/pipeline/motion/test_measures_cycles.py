@@ -42,6 +42,10 @@ def test_the_same_backwards():
     np.testing.assert_allclose([one.down for one in back], [one.up for one in there], atol=1e-6)
 
 
+def test_who_begins_and_ends_on_a_seat_sits_down_once_less_than_they_rise():
+    assert len(repetitions(100 - WAVES, TIME, 40)) == 4
+
+
 def test_a_repetition_that_begins_and_ends_higher_is_as_much_shorter():
     one = repetitions(WAVES, TIME, 40)[2]
     tenth, fifth = (np.arccos(1 - 2 * share) / np.pi for share in (0.1, 0.2))
@@ -88,6 +92,20 @@ def test_a_gap_that_cuts_a_repetition_may_hide_one(first, behind, kept):
     ((begin, end),) = hiding(gap[rows], TIME[rows], 40, briefest_s=brief)
     assert (begin, end) == (pytest.approx(TIME[first - 1]), pytest.approx(TIME[behind]))
     assert hiding(gap[rows], TIME[rows], 40, briefest_s=brief, counts=lambda one: one.start_s > 5) == []
+
+
+@pytest.mark.parametrize("kept", [True, False])
+def test_a_repetition_whose_beginning_a_gap_hides_is_not_whole(kept):
+    """It was a rise of 55 that took 1.4 s, of 100 in 1.6 s."""
+    gap = waves_without((55, 74))  # from a twentieth on the way down to nearly half of the way up
+    rows = np.isfinite(gap) | kept
+    found = repetitions(gap[rows], TIME[rows], 40)
+    assert [one.whole for one in found] == [True, False, True, True, True]
+    assert found[1].peak == pytest.approx(100)
+    backwards = repetitions(gap[rows][::-1], 10 - TIME[rows][::-1], 40)
+    assert [one.whole for one in backwards] == [True, True, True, False, True]
+    # Before the first row nothing is hidden.
+    assert all(one.whole for one in repetitions(WAVES[10:], TIME[10:], 40))
 
 
 def test_gaps_at_rest_and_clip_boundaries_hide_nothing():

@@ -63,6 +63,27 @@ def test_three_rows_of_something_else_do_not_stop_who_glides():
     assert np.median(known_noise(seen, time_s).values[1, :, 0, 0]) == pytest.approx(1.0, abs=0.02)
 
 
+@pytest.mark.parametrize("fps", [30.0, 60.0, 120.0])
+def test_who_stands_still_does_not_shake_by_the_error_of_measured_joints(fps):
+    """All that such paths show is error. A tenth of it was taken for that and the rest for motion: 5 mm made
+    accelerations of 20 to 40 m/s2, up to twice those of the joints as they came."""
+    time_s = times(10, fps)
+    found = known_noise(0.005 * np.random.default_rng(0).normal(size=(len(time_s), 4, 3)), time_s)
+    speed, acceleration = (np.sqrt((found.values[i] ** 2).sum(axis=-1).mean()) for i in (1, 2))
+    assert speed < 0.05
+    assert acceleration < 0.5
+
+
+@pytest.mark.parametrize("noise_m", [0.001, 0.003, 0.005])
+def test_swaying_is_told_from_the_error_of_measured_joints(noise_m):
+    """4 mm to and fro in a second: its velocity is better known than by saying that nobody moves."""
+    time_s = times(10, 60.0)
+    path, _ = wave(time_s, 1.0, 0.004)
+    velocity = np.gradient(path, time_s, axis=0)
+    found = known_noise(path + noise_m * np.random.default_rng(1).normal(size=path.shape), time_s).values[1]
+    assert np.sqrt(((found - velocity) ** 2).mean()) < 0.6 * np.sqrt((velocity**2).mean())
+
+
 def test_a_cycle_a_second_keeps_its_peaks_when_the_error_is_small():
     time_s = times(6)
     path, acceleration = wave(time_s, 1.0)
@@ -164,6 +185,19 @@ def test_a_lift_errs_by_more_than_its_path_tells():
     assert (np.median(lift.variance, axis=(1, 2)) > 1.5 * np.median(plain.variance, axis=(1, 2)))[0].all()
 
 
+@pytest.mark.parametrize("fps", [30.0, 60.0, 120.0])
+def test_a_lifter_that_errs_anew_in_every_frame_and_says_by_how_much(fps):
+    """No error that lasts 1.5 s shakes so. The rest of the shaking was motion: accelerations were off by 70 times what
+    they are."""
+    time_s = times(8, fps)
+    path, acceleration = wave(time_s, 1.0)
+    seen = path + 0.04 * np.random.default_rng(3).normal(size=path.shape)
+    found = known_noise(seen, time_s, same(time_s, 0.04), lifted=True)
+    off = (found.values[2] - acceleration)[10:-10]
+    assert np.sqrt((off**2).mean()) < 0.6 * np.sqrt((acceleration**2).mean())
+    assert np.mean(np.abs(off) < 1.645 * np.sqrt(found.variance[2][10:-10])) > 0.85
+
+
 def test_bars_are_wider_across_a_gap_and_nothing_reaches_beyond_the_ends():
     time_s = times(6)
     path, _ = wave(time_s, 0.5)
@@ -214,6 +248,16 @@ def test_nothing_is_taken_across_a_break():
     path[60:] = 1.0  # a step at the clip boundary
     assert np.abs(known_noise(path, time_s, same(time_s, 0.01, 2), (60,)).values[1:]).max() < 1e-6
     assert np.abs(known_noise(path, time_s, same(time_s, 0.01, 2)).values[1:]).max() > 1
+
+
+@pytest.mark.parametrize("pause_s", [0.3, 5.0, 1e5])
+def test_nothing_is_taken_across_a_pause(pause_s):
+    """Who stood still, elsewhere behind a hole in the time stamps, moved beside it at 0.9 m/s."""
+    rng, time_s = np.random.default_rng(0), times(10)
+    behind = np.arange(len(time_s)) >= 150
+    path = rng.normal(0, 0.005, (len(time_s), 1, 3)) + 2.0 * behind[:, None, None]
+    motion = known_noise(path, time_s + pause_s * behind)
+    assert np.linalg.norm(motion.values[1], axis=-1).max() < 0.2
 
 
 def test_uneven_time_stamps():

@@ -13,9 +13,11 @@ import pytest
 
 from pcnet3d.models import load_lifter, load_rectifier
 from pcnet3d.models.detector.load import load_detector
-from pcnet3d.pipeline import InputError
+from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, InputError, Pipeline, PoseSequence, Take, cli
 from pcnet3d.pipeline.plugins import registry
+from pcnet3d.pipeline.running.runner import run_together
 from pcnet3d.stages.export.stage import RUN_FILES, Export
+from pcnet3d.stages.lift import Lift
 
 OBJECTS = {
     "rectifiers": SimpleNamespace(method="toy@1", rotation=lambda joints: (np.eye(3), 0)),
@@ -91,6 +93,55 @@ def test_a_lifter_of_another_package_has_the_kind_of_its_name(register):
     assert load_lifter("toy", "toy") is OBJECTS["lifters"]
     with pytest.raises(InputError, match="of the kind toy, not motionbert"):
         load_lifter("toy", "motionbert")
+
+
+def test_a_lifter_of_another_package_says_how_it_lifted(register):
+    """One that did not ended in a traceback; of one that uses the focal length it was said that it does not."""
+    pixels = 100 + 50 * np.random.default_rng(0).random((20, 17, 2))
+    keypoints = PoseSequence(pixels, H36M17, IMAGE, time_s=np.arange(20) / 30)
+    take = Take("toy", keypoints=keypoints)
+    said: dict[str, object] = {}
+
+    def lift(keypoints, *_):
+        joints = load_lifter("pcnet3d").lift(keypoints, (400, 300)).joints
+        frame = CAMERA.with_(origin="pelvis", unit="arbitrary")
+        poses = PoseSequence(joints, H36M17, frame, time_s=keypoints.time_s)
+        return poses.noted("lift", **said) if said else poses
+
+    register("lifters", model(SimpleNamespace(method="toy@1", lift=lift)))
+    stage = Lift("toy", image_size=(400, 300), focal_px=400.0, parity="ignore")
+    with pytest.raises(InputError, match=r"the lifter toy@1 .* got none of model, kind, focal_known"):
+        stage(take)
+    said |= {"model": "toy@1", "kind": "toy", "focal_known": True}
+    assert not any("focal length is not used" in event.text for event in stage(take).events)
+
+
+def test_a_stage_that_returns_no_take_is_named():
+    stage = SimpleNamespace(name="toy", needs=(), gives=())
+    nothing = type("Toy", (), {**vars(stage), "__call__": lambda self, take: None})()
+    with pytest.raises(InputError, match="a take from stage 'toy', got NoneType"):
+        Pipeline((nothing,))(Take("toy"))
+    (end,) = run_together([Pipeline((nothing,))], [Take("toy")])
+    assert "got NoneType" in str(end)
+
+
+def test_a_fault_may_be_another_packages(monkeypatch, capsys):
+    def fails(**_):
+        raise RuntimeError("a fault")
+
+    monkeypatch.setattr(cli, "app", fails)
+    for packages, words in (
+        ({"pcnet3d": "1"}, "a fault of pcnet3d, not of your input"),
+        (
+            {"pcnet3d": "1", "pcnet3d-acme": "2"},
+            "or of a package that adds to it (pcnet3d-acme), not of your input",
+        ),
+    ):
+        monkeypatch.setattr(registry, "packages", lambda packages=packages: packages)
+        with pytest.raises(SystemExit) as end:
+            cli.main()
+        assert end.value.code == 1
+        assert words in " ".join(capsys.readouterr().err.split())
 
 
 def test_a_detector_of_another_package_takes_no_person_detector(register):

@@ -3,12 +3,14 @@
 import hashlib
 import json
 import os
+import re
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from golden.films import film
 from pcnet3d.adapters import read
 from pcnet3d.pipeline import CAMERA, H36M17, InputError, PoseSequence
 from pcnet3d.pipeline.reading.clock import numbered_by_times
@@ -94,6 +96,39 @@ def test_first_frame_numbers_the_rows(lifted):
     assert take.poses.times[0] == 4
 
 
+def timed_rows(path, bodies, fps):
+    np.savez(path, joints=bodies, time_s=np.arange(ROWS) / fps, frame_index=np.arange(ROWS))
+    return {
+        "poses": path,
+        "adapter": "arrays",
+        "options": {"layout": "H36M17", "frame": "CAMERA", "unit": "m"},
+    }
+
+
+def warnings_of(**told):
+    return " ".join(event.text for event in open_take(RunOptions(**told)).events if event.kind == "warning")
+
+
+@pytest.mark.parametrize(
+    ("fps", "said"), [(100, "give --fps 100; speeds and cadences are 0.25 times"), (25.3, "")]
+)
+def test_times_of_a_file_that_contradict_the_video_are_not_passed_over(tmp_path, facing_camera, fps, said):
+    """Slow motion: the poses know when they were captured, the video when it is shown."""
+    clip = film(tmp_path / "a.mp4", range(0, 40 * ROWS, 40))
+    own = timed_rows(tmp_path / "own.npz", np.tile(facing_camera, (ROWS, 1, 1)), fps)
+    text = warnings_of(video=clip, **own)
+    assert said in text
+    assert ("own times" in text) == bool(said)
+    assert "own times" not in warnings_of(video=clip, fps=fps, **own)
+
+
+def test_a_rate_that_contradicts_the_file_is_told_beside_keypoints_too(tmp_path, facing_camera):
+    own = timed_rows(tmp_path / "own.npz", np.tile(facing_camera, (ROWS, 1, 1)), 30)
+    keypoints = alphapose(tmp_path / "ap.json", {1: list(range(ROWS))})
+    for beside in (None, keypoints):
+        assert "--fps 25 is used although the file says 30" in warnings_of(keypoints=beside, fps=25, **own)
+
+
 def test_a_part_with_a_clock_of_its_own_is_not_taken_for_the_videos_beginning(facing_camera):
     """Rows of frames 200 to 299 whose times begin at 0 were laid on frames 0 to 99."""
     video = Video(Path("a.mp4"), 640, 480, np.arange(300) / 30, "h264")
@@ -129,6 +164,25 @@ def test_first_frame_shifts_numbers_that_begin_with_one(tmp_path):
     assert take.keypoints.frame_index.tolist() == [f - 1 for f in frames]
 
 
+def test_what_the_refusal_of_numbers_that_count_from_one_says_to_do_puts_rows_where_they_belong(tmp_path):
+    """Nobody was found in the first images, and the lowest number is that of another frame than the video's first."""
+    clip = film(tmp_path / "a.mp4", range(0, 40 * 33, 33))
+    shown = [f for f in range(12, 40) if f != 20]
+    path = alphapose(tmp_path / "ap.json", {1: [f + 1 for f in shown[3:]], 2: [f + 1 for f in shown]})
+    with pytest.raises(InputError, match="count from 1") as refused:
+        open_take(RunOptions(video=clip, keypoints=path, person="1"))
+    first = int(re.search(r"read\.first_frame=(\d+)", str(refused.value))[1])
+    take = open_take(RunOptions(video=clip, keypoints=path, person="1", first_frame=first))
+    assert take.keypoints.frame_index.tolist() == shown[3:]
+    for frames, first, said in (
+        ((50, 60), None, "lowest number, 50, is"),
+        ((5, 9), 35, "its first row is another"),
+    ):
+        alphapose(path, {1: [*range(*frames), frames[1] + 1]})
+        with pytest.raises(InputError, match=said):
+            open_take(RunOptions(video=clip, keypoints=path, first_frame=first))
+
+
 def test_first_frame_shifts_poses_and_the_keypoints_that_number_them(tmp_path, lifted):
     """A 2D file whose numbers begin with 1, with a gap, of two people; the second is seen from its third image on."""
     frames = [f + 1 for f in range(ROWS + 1) if f != 7]
@@ -140,6 +194,13 @@ def test_first_frame_shifts_poses_and_the_keypoints_that_number_them(tmp_path, l
     take = open_take(RunOptions(poses=lifted, keypoints=path, fps=25, first_frame=0))
     for rows in (take.poses, take.keypoints):
         assert rows.frame_index.tolist() == [f - 1 for f in frames[2:]]
+
+
+def test_a_person_whose_name_is_a_number_may_be_asked_for_by_it(tmp_path):
+    """Of person=2 it was said that there is no person '2', for there are 1 and 2."""
+    path = alphapose(tmp_path / "ap.json", {1: [0, 1], 2: [0, 1, 2]})
+    for person in (2, "2"):
+        assert len(read(path, person=person)) == 3
 
 
 def test_a_person_who_is_in_no_file_is_refused(tmp_path, lifted):

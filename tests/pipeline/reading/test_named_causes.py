@@ -50,6 +50,8 @@ def test_y_up(save, bodies):
     path = save(bodies * np.float32([1, -1, -1]))
     (said,) = upside_down(read(path, "motionbert"))
     assert "frame=GL_CAMERA" in said
+    assert "unit=m;" not in said  # this file has no scale, and one that is read with unit=m has metres
+    assert "-O unit=arbitrary where it has no scale" in said
     assert said in implausible(read(path, "motionbert"))
     assert said in [
         event.text for event in open_take(RunOptions(poses=path, adapter="motionbert", fps=30)).events

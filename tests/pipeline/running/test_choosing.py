@@ -47,6 +47,15 @@ def test_the_mean_over_frames_counts_and_missing_joints_do_not(facing_camera):
     assert choose_person((near, far), "longest", "x").person == "far"
 
 
+def test_equals_are_to_be_chosen_by_name(facing_camera):
+    """The advice was what had just been tried."""
+    people = tuple(person(name, 1, facing=facing_camera) for name in "ab")
+    for rank in ("longest", "largest"):
+        said = rf"x holds 2 people who are equally the {rank}: a \(5 frames\), b \(5 frames\); choose one by name"
+        with pytest.raises(InputError, match=said):
+            choose_person(people, rank, "x")
+
+
 def test_a_world_has_no_image(facing_camera):
     with pytest.raises(InputError, match="world's axes"):
         choose_person((person("a", 1, frame=Z_UP, facing=facing_camera),) * 2, "largest", "x")

@@ -87,8 +87,8 @@ def test_the_page_is_opened_or_named(page, tmp_path, monkeypatch, capsys):
     assert str(tmp_path / page) in capsys.readouterr().out
 
 
-def test_without_a_page_one_of_several_people_is_named(tmp_path: Path):
+def test_without_a_page_one_of_the_runs_inside_is_named(tmp_path: Path):
     (tmp_path / "1").mkdir()
     (tmp_path / "1" / "report.html").touch()
-    with pytest.raises(InputError, match=r"of several people, such as .*1"):
+    with pytest.raises(InputError, match=r"it holds runs, such as .*1"):
         view_page(tmp_path)

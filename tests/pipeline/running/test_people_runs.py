@@ -8,7 +8,8 @@ import pytest
 
 from golden.detections import AS_COCO
 from golden.estimators import alphapose3d, mhr70
-from pcnet3d.examples.walker.camera import aimed
+from pcnet3d.examples.walker.camera import aimed, camera_poses
+from pcnet3d.examples.walker.files import write_keypoints
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import InputError, cli
 from pcnet3d.pipeline.files.atomic import SUMMARY
@@ -62,6 +63,16 @@ def test_who_is_hardly_seen_is_named_and_left_out(done):
     (left_out,) = json.loads((output / SUMMARY).read_text())["left_out"]
     assert (left_out["person"], left_out["frames"]) == ("2", 4)
     assert "10 are the least" in left_out["reason"] == people[2].reason
+
+
+def test_who_is_hardly_seen_in_the_part_is_left_out_too(mmpose, recipe, tmp_path):
+    """The second one comes in frame 15; of both the frames of the whole file were stated."""
+    options = RunOptions(poses=mmpose(), fps=30, time_range="0:0.6")
+    first, second = run_people(options, tmp_path / "out", recipe)
+    assert (first.frames, second.frames, second.take) == (19, 4, None)
+    index = json.loads((tmp_path / "out" / SUMMARY).read_text())
+    assert [entry["frames"] for entry in (*index["people"], *index["left_out"])] == [19, 4]
+    assert index["left_out"][0]["reason"] == "seen in 4 frames; 10 are the least"
 
 
 def test_a_broken_person_does_not_sink_the_others(mmpose, recipe, tmp_path):
@@ -226,6 +237,29 @@ def test_keypoints_of_whom_nothing_tells_need_a_name(mmpose, tmp_path):
     assert open_take(options.with_(keypoints_person="1")).keypoints.person == "1"
     with pytest.raises(InputError, match="everybody is asked for"):
         open_people(options.with_(keypoints_person="1"))
+
+
+@pytest.mark.parametrize(
+    ("whose", "late", "warned"), [("own", 0, False), ("own", 9, True), ("other", 0, True)]
+)
+def test_keypoints_of_somebody_else_beside_the_poses_are_warned_of(tmp_path, whose, late, warned):
+    """The pelvis's path, and a walking speed, came of one person's limbs and another one's image."""
+    walks = {"own": walker(turn_deg=0), "other": walker(turn_deg=0, heading_deg=150, speed_mps=1.0)}
+    own = walks["own"]
+    camera = aimed(own.root[-1], 8.0, heading_deg=90, pitch_deg=10, roll_deg=0)
+    rows = np.arange(80)
+    np.savez(tmp_path / "poses.npz", joints=camera_poses(own, camera).joints[rows], frame_index=rows)
+    write_keypoints(tmp_path / "k.json", walks[whose], camera, rows + late, 0.5, np.random.default_rng(0))
+    listed = json.loads((tmp_path / "k.json").read_text())
+    for row, entry in zip(rows, listed, strict=True):
+        entry["image_id"] = f"{row}.jpg"
+    (tmp_path / "k.json").write_text(json.dumps(listed))
+    told = {"layout": "H36M17", "frame": "CAMERA", "unit": "m"}
+    poses = {"poses": tmp_path / "poses.npz", "adapter": "arrays", "options": told}
+    take = open_take(RunOptions(**poses, keypoints=tmp_path / "k.json", fps=30))
+    said = [event.text for event in take.events if "lie otherwise in the image" in event.text]
+    assert len(said) == warned
+    assert all("'0' in the poses" in text and "'1' in the keypoints" in text for text in said)
 
 
 def test_keypoints_of_one_person_leave_the_others_out(mmpose, tmp_path):

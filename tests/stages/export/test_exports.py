@@ -184,6 +184,18 @@ def test_more_frames_than_c3d_counts_cost_that_file_alone(take, tmp_path):
     assert not list(tmp_path.iterdir())
 
 
+def test_a_single_frame_costs_c3d_alone(facing_camera, tmp_path):
+    """Its rate was written as no number, and no program opened the file."""
+    pytest.importorskip("ezc3d", reason="the extra c3d is not installed")
+    poses = PoseSequence(facing_camera[None], H36M17, CAMERA.with_(unit="m"), time_s=np.array([1.0]))
+    take = Angles()(Trajectories()(Rectify("geometric")(Take("photo", poses=poses))))
+    folder = exported(take, tmp_path, "c3d", "trc")
+    assert (folder / "markers.trc").exists()
+    assert not (folder / "markers.c3d").exists()
+    warnings = json.loads((folder / "summary.json").read_text())["warnings"]
+    assert any("markers.c3d was not written: a C3D file states a rate" in said for said in warnings)
+
+
 def test_c3d_takes_texts_of_any_length_and_script(take, tmp_path):
     """A text of more than 255 characters makes a file that nothing opens."""
     ezc3d = pytest.importorskip("ezc3d", reason="the extra c3d is not installed")

@@ -16,7 +16,9 @@ from pcnet3d.models.gait.events import Stance, walks
 from pcnet3d.models.gait.of_take import least_step
 from pcnet3d.pipeline import H36M17, Z_UP, InputError, Pipeline, PoseSequence, Take
 from pcnet3d.pipeline.answer import answer
+from pcnet3d.pipeline.frames import PC_CAMERA, change_frame
 from pcnet3d.pipeline.motion.angles import ANGLES, MIDLINE, near
+from pcnet3d.pipeline.motion.foot_angles import ALL_ANGLES
 from pcnet3d.stages.angles import Angles
 from pcnet3d.stages.clean import Clean
 from pcnet3d.stages.export.measures import (
@@ -285,6 +287,22 @@ def test_a_gap_that_cuts_one_of_several_squats_is_told(walk):
     assert f"There may be more: {found['count_reason']}." in happened(take.measures, "m")
 
 
+def test_means_are_of_the_repetitions_that_were_seen_whole(walk):
+    """Of four squats that are alike a gap hides how the third began: what was left of it counted as a whole one."""
+    rows = np.flatnonzero(walk.during("squat"))
+    joints = np.concatenate([walk.poses.joints[rows]] * 4)
+    poses = PoseSequence(joints, H36M17, Z_UP, time_s=np.arange(len(joints)) / 30)
+    whole = measured(poses).measures["knee_bends"]
+    begins = round(30 * whole["start_s"][2])
+    cut = joints.copy()
+    cut[begins - 3 : begins + 9, H36M17.index("r_hip")] = np.nan
+    found = measured(poses.with_(joints=cut)).measures["knee_bends"]
+    assert found["count"] == len(found["peak_deg"]) == 4
+    assert found["mean_rise_deg"] == pytest.approx(whole["mean_rise_deg"], abs=1)
+    assert found["mean_duration_s"] == pytest.approx(whole["mean_duration_s"], abs=0.02)
+    assert {curve["count"] for curve in found["cycles"].values()} == {3}
+
+
 def lacking(walk, first, lost_s, numbered, rows=None):
     """The first rows of a walk before a camera, without images from row `first` on for so long. numbered: whether frame
     numbers tell of them."""
@@ -531,6 +549,16 @@ def test_a_walk_along_the_line_of_sight_is_said_to_be_uncountable():
     assert measured(seen_from(walk, 90.0)).measures["walking"]["steps"] >= 3
 
 
+def test_errors_of_one_side_do_not_depend_on_how_a_camera_s_axes_are_named():
+    """How much of a step is depth was read off the camera's third axis, whichever way that points."""
+    poses = seen_from(walker(seconds=12, turn_deg=0), 0.0)
+    one, other = (
+        measured(each).measures["walking"]["right"]["mean_stance_time_error_s"]
+        for each in (poses, change_frame(poses, PC_CAMERA))
+    )
+    assert one == other
+
+
 def test_ten_frames_a_second_are_said_where_no_steps_are_found(walk):
     still = np.repeat(walk.poses.joints[-1:], 60, axis=0)
     poses = walk.poses.with_(
@@ -600,6 +628,49 @@ def test_who_lies_or_hangs_has_no_trunk_beyond_anatomy(walk, take):
     ranges = STAGES[3](take.with_(kinematics=turned)).measures["range_of_motion"]
     assert "trunk_lean_sagittal" in lying
     assert not [name for name, entry in ranges.items() if "beyond_anatomy_frames" in entry]
+
+
+def test_no_angle_to_gravity_has_limits_of_anatomy():
+    """Who kneels on flat feet has toes that point back."""
+    limited = [name for name, angle in ALL_ANGLES.items() if np.isfinite(angle.anatomy_deg).any()]
+    assert "r_ankle_dorsiflexion" in limited
+    assert not [name for name in limited if ALL_ANGLES[name].needs_gravity]
+
+
+@pytest.mark.parametrize("ahead_deg", [2.0, -2.0])
+@pytest.mark.parametrize("noise_m", [0.0, 0.003])
+def test_arms_raised_sideways_have_one_range_in_front_of_the_shoulders_and_behind(walk, ahead_deg, noise_m):
+    """On the way flexion is not defined, and steps by about half a turn. Two degrees behind the shoulders that went to
+    -180 and was beyond anatomy, while the columns of the same take ended at 187."""
+    still = walk.world[-1]
+    rise = np.radians(8 + 81 * (1 - np.cos(np.pi * walk.time_s / 2)))
+    ahead = np.radians(ahead_deg)
+    world = np.tile(still, (len(walk), 1, 1))
+    for side, out in (("r", -1.0), ("l", 1.0)):  # the walker stands facing north, the left to the west
+        arm = np.stack(
+            [np.sin(rise) * np.sin(ahead), out * np.sin(rise) * np.cos(ahead), -np.cos(rise)], axis=-1
+        )
+        shoulder, elbow, wrist = H36M17.indices([f"{side}_{part}" for part in ("shoulder", "elbow", "wrist")])
+        upper, lower = (np.linalg.norm(still[a] - still[b]) for a, b in ((elbow, shoulder), (wrist, elbow)))
+        world[:, elbow] = still[shoulder] + upper * arm
+        world[:, wrist] = still[shoulder] + (upper + lower) * arm
+    world += noise_m * np.random.default_rng(0).normal(size=world.shape)
+    raised = measured(walk.poses.with_(joints=world))
+    assert raised.measures["arm_raises"]["right"]["count"] == 3
+    for side in "rl":
+        found = raised.measures["range_of_motion"][f"{side}_shoulder_flexion"]
+        column = raised.kinematics[f"{side}_shoulder_flexion_deg"]
+        assert found["lowest_deg"] == pytest.approx(np.nanmin(column), abs=1e-3)
+        assert found["highest_deg"] == pytest.approx(np.nanmax(column), abs=1e-3)
+        assert "beyond_anatomy_frames" not in found
+
+
+def test_the_floor_of_motion_capture_has_a_height_without_an_error(take):
+    """Places that are measured are alike to a millimetre, and 0.0009 m was stated with an error of 0.0002."""
+    found = take.measures["floor"]
+    assert found["floor_height"] == pytest.approx(0, abs=0.005)
+    assert "floor_height_error" not in found
+    assert "slope_error_deg" in found
 
 
 def test_a_treadmill_by_the_drift_of_the_feet_and_by_what_is_told(walk):
@@ -687,3 +758,4 @@ def test_one_or_two_durations_are_known_no_better_than_frames_allow():
         said = spread("duration_s", np.array(values), 0.08, shared=0.01)
         assert said["mean_duration_error_s"] >= 0.08 / np.sqrt(len(values))
     assert "mean_duration_error_s" not in spread("duration_s", np.array([1.0, 1.2]), 0.08)
+    assert spread("rise_deg", np.full(3, 40.0), shared=np.nan) == {"mean_rise_deg": 40.0}

@@ -69,6 +69,13 @@ def test_it_has_every_part_and_a_chart_for_every_angle(content):
     assert "geometric" in shown.words
 
 
+def test_the_axes_that_the_reader_made_are_not_said_to_be_the_files(content):
+    """Millimetres with y up were said to have come in metres with y down."""
+    words = Page(content).words
+    assert "Axes of the poses before they were turned upright: CAMERA (x right, y down" in words
+    assert "came in" not in words
+
+
 def test_the_ranges_stand_before_what_is_long(walk_take):
     """What goes into a file is on the first sheets."""
     ranges = {"r_knee_flexion": {"p05_deg": 2.0, "p95_deg": 60.0, "p05_p95_deg": 58.0}}
@@ -335,10 +342,10 @@ def test_a_gap_breaks_the_line():
     assert pieces(wave) == 2
 
 
-@pytest.mark.parametrize("rows", [100, 5000])
-def test_a_pause_of_the_recording_breaks_curve_and_band(rows):
-    """A straight line went across 3 s that the time stamps leave out."""
-    x = np.arange(rows) / 30 + 3.0 * (np.arange(rows) >= rows // 2)
+@pytest.mark.parametrize(("rows", "pause_s"), [(100, 3.0), (5000, 3.0), (5000, 60.0), (20000, 600.0)])
+def test_a_pause_of_the_recording_breaks_curve_and_band(rows, pause_s):
+    """A straight line went across what the time stamps leave out; of long takes a slice did."""
+    x = np.arange(rows) / 30 + pause_s * (np.arange(rows) >= rows // 2 + 5)
     drawn = over_time([Curve("a", np.sin(x), margin=np.full(rows, 0.1))], x, "a over time")
     shapes = re.findall(r' d="([^"]*)"', drawn)
     assert shapes

@@ -86,6 +86,14 @@ def test_lists():
     assert "40 values, in summary.json" in said
 
 
+def test_more_repetitions_than_a_table_holds_are_counted():
+    """An arm raised 21 times, each peak with its error, ended a run in a traceback."""
+    for count, peaks in ((2, "170 ± 5, 170 ± 5"), (21, "21 values, in summary.json")):
+        raises = {"count": count, "peak_deg": [170.0] * count, "peak_error_deg": [5.0] * count}
+        said = measure_tables({"arm_raises": {"right": raises, "left": raises}}, level=2)
+        assert cells(said).count(peaks) == 2, cells(said)
+
+
 def test_figures_stand_with_their_errors_and_are_grey_where_these_cover_them():
     measures = {
         "symmetry": {

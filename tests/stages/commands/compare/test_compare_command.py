@@ -416,6 +416,18 @@ def test_estimators_of_one_recording_are_no_visits(sides):
     assert not any("ranges of motion" in said for said in result(compared(visits).pairs[0], "side"))
 
 
+def test_takes_that_have_a_part_in_common_are_said_to_differ_for_that(sides):
+    """Ranges of motion are of whole takes; those of a cut were said to be smaller by more than their errors."""
+    first, other = (of_visit(side, 5.0, 55.0, 1.0) for side in sides)
+    for late_s, warned in ((0.0, False), (0.4, False), (3.0, True)):  # of 8 s
+        later = replace(other, time_s=other.time_s + late_s)
+        for pair in ([first, later], [later, first]):
+            said = [text for text in compared(pair, "stamps").warnings if "in common" in text]
+            assert len(said) == warned
+            assert all("have 5.0 of 8.0 s in common: their ranges of motion" in text for text in said)
+    assert not any("in common" in text for text in compared([first, later], "cycles").warnings)
+
+
 def test_lifted_runs_of_different_frame_rates_are_warned_of(sides):
     visits = [sides[0], replace(sides[1], time_s=2 * sides[1].time_s)]
     assert not compared(visits, "cycles").warnings  # poses of files

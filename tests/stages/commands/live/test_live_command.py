@@ -18,6 +18,7 @@ import pytest
 
 from golden import numbered
 from pcnet3d.adapters import read_all
+from pcnet3d.models.detector.protocols import Found
 from pcnet3d.models.lifter.live import LiveLifter
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.layouts import COCO17
@@ -222,6 +223,38 @@ def test_images_with_odd_sides_get_their_take(camera, toy_detector, joints_px, t
     np.testing.assert_allclose(person.joints, joints_px, atol=1)
     with np.load(tmp_path / "out" / "poses.npz") as poses:
         assert poses["frame_index"].tolist() == list(range(60))
+
+
+def test_the_lift_of_one_person_rests_on_nobody_else(numbered_film, joints_px, tmp_path, monkeypatch, capsys):
+    """Somebody leaves, and somebody else is there, whose first skeletons rested on the other's keypoints."""
+    moved = joints_px[:20] * 0.5
+    frames = count()
+
+    def people(image, before=()):
+        frame = next(frames)
+        xy = joints_px[frame] if frame < 20 else moved[frame - 51] if frame > 50 else None
+        box = None if xy is None else np.r_[xy.min(axis=0), xy.max(axis=0)]
+        return () if xy is None else (Found(xy, np.full(17, 0.9), box),)
+
+    seen: list[list[float]] = []
+
+    class Spy(LiveLifter):
+        def __init__(self, *args, **told):
+            super().__init__(*args, **told)
+            seen.append([])
+
+        def update(self, xy, score, time_s=None):
+            seen[-1].append(float(np.nanmax(xy)) if np.isfinite(xy).any() else np.nan)
+            return super().update(xy, score, time_s)
+
+    toy = SimpleNamespace(method="toy@1", layout=COCO17, people=people)
+    monkeypatch.setattr("pcnet3d.stages.commands.live.command.load_detector", lambda *_: toy)
+    monkeypatch.setattr("pcnet3d.stages.commands.live.command.LiveLifter", Spy)
+    live(source=str(numbered_film), output=tmp_path / "out", settings=GEOMETRIC)
+    first, second = seen
+    assert len(first) == 51
+    np.testing.assert_allclose(second, moved[:9].max(axis=(1, 2)), rtol=1e-5)
+    assert "60 frames; of 2 people person 0, who was shown most, is taken" in capsys.readouterr().err
 
 
 def kept(folder) -> bool:
