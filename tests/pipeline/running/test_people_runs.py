@@ -2,6 +2,7 @@
 
 import json
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -239,14 +240,19 @@ def test_keypoints_of_whom_nothing_tells_need_a_name(mmpose, tmp_path):
         open_people(options.with_(keypoints_person="1"))
 
 
+@pytest.mark.parametrize("corner", [False, True])
 @pytest.mark.parametrize(
     ("whose", "late", "warned"), [("own", 0, False), ("own", 9, True), ("other", 0, True)]
 )
-def test_keypoints_of_somebody_else_beside_the_poses_are_warned_of(tmp_path, whose, late, warned):
-    """The pelvis's path, and a walking speed, came of one person's limbs and another one's image."""
+def test_keypoints_of_somebody_else_beside_the_poses_are_warned_of(tmp_path, whose, late, warned, corner):
+    """The pelvis's path, and a walking speed, came of one person's limbs and another one's image. In a corner
+    of a wide image limbs look otherwise than straight ahead, by as much as a third of their spread."""
     walks = {"own": walker(turn_deg=0), "other": walker(turn_deg=0, heading_deg=150, speed_mps=1.0)}
     own = walks["own"]
-    camera = aimed(own.root[-1], 8.0, heading_deg=90, pitch_deg=10, roll_deg=0)
+    camera = aimed(own.root[40], 8.0, heading_deg=90, pitch_deg=10, roll_deg=0)
+    if corner:
+        right, down, _ = camera.R_camera_from_world
+        camera = replace(camera, focal_px=400.0, position=camera.position - 5.8 * right - 2.9 * down)
     rows = np.arange(80)
     np.savez(tmp_path / "poses.npz", joints=camera_poses(own, camera).joints[rows], frame_index=rows)
     write_keypoints(tmp_path / "k.json", walks[whose], camera, rows + late, 0.5, np.random.default_rng(0))
@@ -256,9 +262,11 @@ def test_keypoints_of_somebody_else_beside_the_poses_are_warned_of(tmp_path, who
     (tmp_path / "k.json").write_text(json.dumps(listed))
     told = {"layout": "H36M17", "frame": "CAMERA", "unit": "m"}
     poses = {"poses": tmp_path / "poses.npz", "adapter": "arrays", "options": told}
-    take = open_take(RunOptions(**poses, keypoints=tmp_path / "k.json", fps=30))
+    own_files = RunOptions(**poses, keypoints=tmp_path / "k.json", fps=30)
+    take = open_take(own_files.with_(image_size=(camera.width, camera.height)))
     said = [event.text for event in take.events if "lie otherwise in the image" in event.text]
     assert len(said) == warned
+    assert not any("lie otherwise" in event.text for event in open_take(own_files).events)  # of no known image
     assert all("'0' in the poses" in text and "'1' in the keypoints" in text for text in said)
 
 
