@@ -165,7 +165,10 @@ class Clock:
         start_s, stop_s = self.video.time_s[[first, last]]
         shown = float((last - first) / (stop_s - start_s))  # of the same frames
         # A file that counts frames at the one rate of a video whose images come unevenly contradicts no more than that.
-        if any(1 / _OTHER_RATE < stated / of < _OTHER_RATE for of in (shown, self.video.fps, rate(self.video.time_s))):
+        if any(
+            1 / _OTHER_RATE < stated / of < _OTHER_RATE
+            for of in (shown, self.video.fps, rate(self.video.time_s))
+        ):
             return []
         return [
             f"The video's {shown:.4g} frames per second are used although the file's own times say {stated:.4g}: if "

@@ -232,7 +232,9 @@ def test_rows_in_which_the_pelvis_alone_is_there_repeat_nothing(walker, tmp_path
     missing = walker.copy()
     missing[:, H36M17.index("pelvis")] = 0.0
     missing[40:60, H36M17.index("pelvis") + 1 :] = np.nan
-    assert {f.name for f in looked_at(tmp_path, missing).people[0].findings} & {"gaps", "duplicates"} == {"gaps"}
+    assert {f.name for f in looked_at(tmp_path, missing).people[0].findings} & {"gaps", "duplicates"} == {
+        "gaps"
+    }
 
 
 def test_dropped_frames_are_counted_by_their_numbers(walker, tmp_path):

@@ -266,7 +266,9 @@ def test_keypoints_of_somebody_else_beside_the_poses_are_warned_of(tmp_path, who
     take = open_take(own_files.with_(image_size=(camera.width, camera.height)))
     said = [event.text for event in take.events if "lie otherwise in the image" in event.text]
     assert len(said) == warned
-    assert not any("lie otherwise" in event.text for event in open_take(own_files).events)  # of no known image
+    assert not any(
+        "lie otherwise" in event.text for event in open_take(own_files).events
+    )  # of no known image
     assert all("'0' in the poses" in text and "'1' in the keypoints" in text for text in said)
 
 
