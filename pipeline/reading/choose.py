@@ -7,6 +7,7 @@ import numpy as np
 from ..camera import PRIOR_FOCAL
 from ..errors import InputError
 from ..messages import how_many
+from ..motion.visibility import certain
 from ..pose import PoseSequence
 from ..rotations import is_finite, rotate, unit
 
@@ -80,6 +81,9 @@ def misfit(poses: PoseSequence, track: PoseSequence, image_size: tuple[int, int]
     if poses.frame.family != "camera" or image_size is None:
         return ""
     _, most = _ALIKE
+    track = certain(
+        track, image_size
+    )  # what is cut off lies at the border in the one and where it is in the other
     apart = _apart(poses, track)
     if most < apart < np.inf:  # of one person a tenth are as far apart if that lay in the axes alone
         apart = min(apart, _apart(_ahead(poses, track, image_size), track))
