@@ -62,7 +62,7 @@ def same_person(
     errors. The step that is noted says how far apart the two are (`_apart`).
     """
     of_camera = poses.frame.family == "camera"
-    apart = [_apart(poses, track) if of_camera else np.inf for track in tracks]
+    apart = [_apart(poses, certain(track, None)) if of_camera else np.inf for track in tracks]
     best, *others = np.argsort(apart).tolist()
     least, most = _ALIKE
     if apart[best] > most or any(apart[other] < _BY_FAR * max(apart[best], least) for other in others):

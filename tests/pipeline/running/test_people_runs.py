@@ -17,7 +17,7 @@ from pcnet3d.pipeline.files.atomic import SUMMARY
 from pcnet3d.pipeline.files.detections import Detections
 from pcnet3d.pipeline.files.viewer import find_recording
 from pcnet3d.pipeline.layouts import COCO17
-from pcnet3d.pipeline.reading.choose import misfit
+from pcnet3d.pipeline.reading.choose import misfit, same_person
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_people, open_take
 from pcnet3d.pipeline.rotations import angle_deg
@@ -292,6 +292,9 @@ def test_legs_that_are_out_of_the_picture_are_nobody_elses(cut, score):
     track = PoseSequence(pixels, H36M17, IMAGE, scores, frame_index=poses.frame_index)
     warned = misfit(poses, track, (camera.width, camera.height))
     assert bool(warned) == (cut == "guessed" and score == 0.6)
+    if cut and score < 0.25:
+        other = track.with_(joints=camera.project(walker(turn_deg=0, heading_deg=150).world)[:80], person="other")
+        assert same_person(poses, (other, track), ("a", "b")).person == track.person
 
 
 def test_keypoints_of_one_person_leave_the_others_out(mmpose, tmp_path):
