@@ -293,7 +293,9 @@ def test_legs_that_are_out_of_the_picture_are_nobody_elses(cut, score):
     warned = misfit(poses, track, (camera.width, camera.height))
     assert bool(warned) == (cut == "guessed" and score == 0.6)
     if cut and score < 0.25:
-        other = track.with_(joints=camera.project(walker(turn_deg=0, heading_deg=150).world)[:80], person="other")
+        other = track.with_(
+            joints=camera.project(walker(turn_deg=0, heading_deg=150).world)[:80], person="other"
+        )
         assert same_person(poses, (other, track), ("a", "b")).person == track.person
 
 
