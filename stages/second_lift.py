@@ -60,7 +60,9 @@ class SecondLift:
             )
         second = self._lift(take).need("poses")
         column, found = disagreement(poses, second, take.need("rectified"))
-        found = {"lifter": second.history[-1].options["model"], **found}
+        # A doubt about left and right comes behind it.
+        lifted = next(step for step in reversed(second.history) if step.name == "lift")
+        found = {"lifter": lifted.options["model"], **found}
         columns = {**(take.kinematics or {}), "lifters_apart_percent": column}
         return take.with_(kinematics=columns, second_lift=found).saying(*_warnings(found, column))
 

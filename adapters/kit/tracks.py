@@ -27,6 +27,7 @@ _MOST_IN_FRAME, _MOST_NAMES = 500, 5_000  # more than detectors find in a crowd,
 _MEMORY = 30  # frames after which somebody who was lost counts as a new person
 _WANDER = 0.05  # of the body's size a frame: how much further somebody may get unseen, running at 2.5 m/s and 30 fps
 _PIECE = 10_000  # frames whose steps are looked at together
+_FEWEST = 3  # joints that tell how far a body has moved
 _PACE = 10  # frames over which it is seen how people move on
 
 
@@ -297,11 +298,14 @@ def leap(frames: np.ndarray, points: np.ndarray) -> str:
 
 
 def _steps(points: np.ndarray) -> np.ndarray:
-    """(T - 1,) `_distance` from each row of points (T, J, 2) to the next, 0 where no joint is seen in both."""
+    """(T - 1,) `_distance` from each row of points (T, J, 2) to the next, 0 where fewer than three joints are seen in
+    both: of who comes into the picture a hand is the whole body at first, and its error as large."""
     apart = np.linalg.norm(np.diff(points, axis=0), axis=-1)
     size = np.linalg.norm(np.fmax.reduce(points, axis=1) - np.fmin.reduce(points, axis=1), axis=-1)
-    sizes = np.isfinite(apart).sum(axis=1) * np.fmax(size[1:], size[:-1])
-    return np.divide(np.nansum(apart, axis=1), sizes, out=np.zeros(len(apart)), where=sizes > 0)
+    both = np.isfinite(apart).sum(axis=1)
+    sizes = both * np.fmax(size[1:], size[:-1])
+    enough = (sizes > 0) & (both >= _FEWEST)
+    return np.divide(np.nansum(apart, axis=1), sizes, out=np.zeros(len(apart)), where=enough)
 
 
 def _gone_on(track: Sequence[Detection], frame: int) -> Detection:

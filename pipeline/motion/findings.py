@@ -115,10 +115,12 @@ def _incomplete(source: PoseSequence) -> int:
 
 
 def repeated_rows(source: PoseSequence) -> np.ndarray:
-    """Rows (N,) that are, digit for digit, the row before; failed rows, empty or of zeros, do not count."""
+    """Rows (N,) that are, digit for digit, the row before; failed rows, of zeros or of two joints at most, as where a
+    pelvis that is always 0 is all that there is, do not count."""
     before, after = source.joints[:-1], source.joints[1:]
     absent = np.isnan(before) & np.isnan(after)
-    same = ((before == after) | absent).all(axis=(1, 2)) & ~absent.all(axis=(1, 2))
+    there = (~absent.any(axis=-1)).sum(axis=1) > 2
+    same = ((before == after) | absent).all(axis=(1, 2)) & there
     return np.flatnonzero(same & ~empty_rows(source)[1:]) + 1
 
 

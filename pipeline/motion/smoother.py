@@ -50,6 +50,7 @@ _ERRORS = np.geomspace(1e-7, 0.1, 25)  # of an error's variance
 # The same of one that is forgotten from row to row, as no motion is: of who stands still it may be all that there is.
 _WHITE_ERRORS = np.geomspace(1e-7, 1.0, 29)
 _ERRORS_S = (0.0, 0.05, 0.2, ERROR_S)
+_QUICK_HZ = 14.0  # rows a second, of fewer of which a runner's limbs look as if they were such an error
 _MOST_WINDOWS = 20  # to tell the error from
 _SHOWN = 0.7  # of a window's rows, or the line across its gaps would be taken for an error
 
@@ -95,9 +96,9 @@ def known_noise(
     so that nothing is taken across them, nor across a hole of more than 0.2 s in the times. lifted: whether a lifter
     made the points, which errs slowly too: its error is then taken for larger than the points tell, and a covariance
     that is smaller yet for as large. error_s: over which an error that is stated is forgotten; a lifter's that shakes
-    far quicker, as of one that sees each frame by itself, from row to row. Between two seen rows missing ones have
-    values too, with the error that they have; before the first and behind the last one, and in pieces of fewer than 3
-    seen rows, they are NaN.
+    far quicker, as of one that sees each frame by itself, from row to row; below 14 rows a second that cannot be told
+    from motion, and less is taken for error. Between two seen rows missing ones have values too, with the error that
+    they have; before the first and behind the last one, and in pieces of fewer than 3 seen rows, they are NaN.
     """
     T, J, D = points.shape
     axes = np.eye(D)
@@ -114,9 +115,11 @@ def known_noise(
     size = max(
         float(np.mean([y[rows, i].var(axis=0).mean() for i, rows in enumerate(seen.T) if rows.any()])), _STILL
     )
+    quick = rate(time_s) >= _QUICK_HZ
     if covariance is None:
         # A tenth of a lifted path's variance is all of it, times that factor.
-        noise, error_s = _unstated(y, time_s, size, breaks, white=_ERRORS if lifted else _WHITE_ERRORS)
+        white = _WHITE_ERRORS if quick and not lifted else _ERRORS
+        noise, error_s = _unstated(y, time_s, size, breaks, white=white)
         noise = _SLOW_ERROR * noise if lifted else noise
     else:
         noise = np.einsum("ij,tnjk,ik->tni", axes, covariance, axes, optimize=True)
@@ -129,10 +132,10 @@ def known_noise(
             told = _unstated(y, time_s, size, breaks, (error_s,))[0][0]
             too_quick = told.max() > 0.99 * size * _ERRORS[-1]  # the most that one forgotten so slowly may be
             told = _LEAST_ERROR * told
-            if too_quick:
-                white, white_s = _unstated(y, time_s, size, breaks)
-                if white_s == 0:
-                    told, error_s = _SLOW_ERROR * white[0], white_s
+            if quick and too_quick:
+                found, found_s = _unstated(y, time_s, size, breaks)
+                if found_s == 0:
+                    told, error_s = _SLOW_ERROR * found[0], found_s
             noise = noise * np.maximum(1, told / np.maximum(usual, 1e-9 * size))
     noise = np.maximum(noise, 1e-9 * size)
     for piece in _pieces(T, breaks):

@@ -42,12 +42,24 @@ def unseen(
     there = (rows < len(seen)) & (seen.frame_index[np.minimum(rows, len(seen) - 1)] == frame_index)
     rows = np.where(there, rows, 0)
     points, score = seen.joints[rows], seen.confidence[rows]
-    out = np.zeros(score.shape, dtype=bool)
-    if image_size is not None:
-        high = np.array(image_size) - 1 - _BORDER_PX
-        out = ((points <= _BORDER_PX) | (points >= high)).any(axis=-1)
+    out = _out(points, image_size)
     bad = (out | ~is_finite(points) | (score < LEAST_SCORE)) & there[:, None]
     return _mostly(bad, times), _mostly(out & there[:, None], times)
+
+
+def certain(keypoints: PoseSequence, image_size: tuple[int, int] | None) -> PoseSequence:
+    """The keypoints, of any layout, without each that by itself is too doubtful, or out of the image; no times are
+    needed."""
+    doubtful = _out(keypoints.joints, image_size) | (keypoints.confidence < LEAST_SCORE)
+    return keypoints.with_(joints=np.where(doubtful[..., None], np.nan, keypoints.joints))
+
+
+def _out(points: np.ndarray, image_size: tuple[int, int] | None) -> np.ndarray:
+    """(...,) of points (..., 2) in pixels, which are at the border of the image, or beyond it."""
+    if image_size is None:
+        return np.zeros(points.shape[:-1], dtype=bool)
+    high = np.array(image_size) - 1 - _BORDER_PX
+    return np.asarray(((points <= _BORDER_PX) | (points >= high)).any(axis=-1))
 
 
 def seen_only(keypoints: PoseSequence, image_size: tuple[int, int] | None) -> PoseSequence:

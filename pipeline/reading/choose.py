@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..camera import PRIOR_FOCAL
 from ..errors import InputError
 from ..messages import how_many
+from ..motion.visibility import certain
 from ..pose import PoseSequence
-from ..rotations import is_finite, rotate
+from ..rotations import is_finite, rotate, unit
 
 _LIMBS = [
     f"{side}_{joint}" for side in "lr" for joint in ("hip", "knee", "ankle", "shoulder", "elbow", "wrist")
@@ -60,7 +62,7 @@ def same_person(
     errors. The step that is noted says how far apart the two are (`_apart`).
     """
     of_camera = poses.frame.family == "camera"
-    apart = [_apart(poses, track) if of_camera else np.inf for track in tracks]
+    apart = [_apart(poses, certain(track, None)) if of_camera else np.inf for track in tracks]
     best, *others = np.argsort(apart).tolist()
     least, most = _ALIKE
     if apart[best] > most or any(apart[other] < _BY_FAR * max(apart[best], least) for other in others):
@@ -72,10 +74,19 @@ def same_person(
     return tracks[best].noted("same person", poses=poses.person, apart=round(float(apart[best]), 3))
 
 
-def misfit(poses: PoseSequence, track: PoseSequence) -> str:
+def misfit(poses: PoseSequence, track: PoseSequence, image_size: tuple[int, int] | None) -> str:
     """In words, where a 2D track beside 3D poses shows other limbs than theirs; "" where it does not, or nothing can be
-    told: of poses in a world, and with few frames in common. poses, track: as for `same_person`."""
-    apart, (_, most) = _apart(poses, track) if poses.frame.family == "camera" else 0.0, _ALIKE
+    told: of poses in a world, with few frames in common, and of an image whose size is unknown. poses, track: as for
+    `same_person`."""
+    if poses.frame.family != "camera" or image_size is None:
+        return ""
+    _, most = _ALIKE
+    track = certain(
+        track, image_size
+    )  # what is cut off lies at the border in the one and where it is in the other
+    apart = _apart(poses, track)
+    if most < apart < np.inf:  # of one person a tenth are as far apart if that lay in the axes alone
+        apart = min(apart, _apart(_ahead(poses, track, image_size), track))
     if not most < apart < np.inf:
         return ""
     return (
@@ -83,6 +94,23 @@ def misfit(poses: PoseSequence, track: PoseSequence) -> str:
         f"'{track.person}' in the keypoints, by {apart:.2f} of their spread ({most:g} at most of one person): somebody "
         "else's keypoints, or of other frames; what rests on both, as where the person is, is wrong then."
     )
+
+
+def _ahead(poses: PoseSequence, track: PoseSequence, image_size: tuple[int, int]) -> PoseSequence:
+    """Poses in the camera's own axes, turned to those in which lifters see a crop: the ray to the person is straight
+    ahead, and from there the limbs look much as in the image, at whichever place of it the person is. The focal length
+    is taken for the usual one. Frames that the track does not have are NaN."""
+    _, rows, seen_rows = np.intersect1d(
+        poses.frame_index, track.frame_index, assume_unique=True, return_indices=True
+    )
+    seen = track.joints[seen_rows].astype(np.float64)
+    size = np.array(image_size, dtype=float)
+    middle = (np.fmax.reduce(seen, axis=1) + np.fmin.reduce(seen, axis=1) - size) / 2
+    away = unit(np.column_stack([middle, np.full(len(middle), PRIOR_FOCAL * size.max())]))
+    right = unit(np.cross([0.0, 1.0, 0.0], away))
+    turned = np.full(poses.joints.shape, np.nan)
+    turned[rows] = rotate(np.stack([right, np.cross(away, right), away], axis=-2), poses.joints[rows])
+    return poses.with_(joints=turned)
 
 
 def _apart(poses: PoseSequence, track: PoseSequence) -> float:

@@ -10,6 +10,7 @@ import numpy as np
 from ..errors import InputError
 from ..messages import how_many
 from ..motion.rates import check_fps, rate_doubts
+from ..motion.signals import rate
 from ..pose import PoseSequence
 from ..take import Event, Video
 
@@ -163,7 +164,11 @@ class Clock:
             return []
         start_s, stop_s = self.video.time_s[[first, last]]
         shown = float((last - first) / (stop_s - start_s))  # of the same frames
-        if 1 / _OTHER_RATE < stated / shown < _OTHER_RATE:
+        # A file that counts frames at the one rate of a video whose images come unevenly contradicts no more than that.
+        if any(
+            1 / _OTHER_RATE < stated / of < _OTHER_RATE
+            for of in (shown, self.video.fps, rate(self.video.time_s))
+        ):
             return []
         return [
             f"The video's {shown:.4g} frames per second are used although the file's own times say {stated:.4g}: if "

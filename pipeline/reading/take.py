@@ -171,7 +171,8 @@ def _joined(files: _Files, poses: PoseSequence | None, keypoints: PoseSequence |
     lead = keypoints if poses is None else poses
     assert lead is not None
     check_numbers(lead, video, path, None if options.first_frame is not None else lowest)
-    strange = misfit(poses, keypoints) if poses is not None and keypoints is not None else ""
+    size = options.image_size if video is None else shown_size(video)
+    strange = misfit(poses, keypoints, size) if poses is not None and keypoints is not None else ""
     clock = Clock(video, options.fps, keypoints if lead.time_s is None else lead)
     doubts = clock.doubts()
     lead = lead.with_(time_s=clock.seconds(lead.frame_index, path))

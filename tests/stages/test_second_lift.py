@@ -9,12 +9,12 @@ from golden import bodies
 from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.files import write_files
 from pcnet3d.examples.walker.walk import walker
-from pcnet3d.pipeline import CAMERA, H36M17, InputError, PoseSequence, rotate
+from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, InputError, PoseSequence, Take, rotate
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.running.plan import planned
 from pcnet3d.pipeline.running.run import run_files
 from pcnet3d.stages import rectify
-from pcnet3d.stages.second_lift import disagreement
+from pcnet3d.stages.second_lift import SecondLift, disagreement
 
 FPS = 30
 ELBOW, WRIST = H36M17.index("r_elbow"), H36M17.index("r_wrist")
@@ -103,13 +103,16 @@ def files(walk, tmp_path_factory):
 @pytest.fixture(scope="module")
 def still(tmp_path_factory) -> str:
     """A lifter that answers with one standing body, whatever the person does."""
+    return answering(tmp_path_factory.mktemp("still") / "still.onnx", bodies.facing_camera())
+
+
+def answering(path, body) -> str:
     onnx = pytest.importorskip("onnx")
     from onnx import TensorProto, helper, numpy_helper
 
-    path = tmp_path_factory.mktemp("still") / "still.onnx"
     value = helper.make_tensor_value_info
     shapes = [value("x", TensorProto.FLOAT, [1, "t", 17, 3]), value("y", TensorProto.FLOAT, [1, "t", 17, 3])]
-    weights = {"zero": np.zeros((3, 3)), "body": bodies.facing_camera()}
+    weights = {"zero": np.zeros((3, 3)), "body": body}
     nodes = [
         helper.make_node("MatMul", ["x", "zero"], ["no"]),
         helper.make_node("Add", ["no", "body"], ["y"]),
@@ -139,6 +142,17 @@ def test_a_run_warns_shows_and_lists_where_the_two_disagree(files, still, tmp_pa
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     assert "Where two lifters disagree" in page
     assert "one errs by at least" in page
+
+
+def test_a_second_lift_whose_left_and_right_are_wrong_is_compared_all_the_same(poses, levelled, tmp_path):
+    """Nobody questions them there; but what is noted of them is its last step, and the lift was looked for in that."""
+    mirrored = answering(tmp_path / "mirrored.onnx", bodies.facing_camera() * [-1, 1, 1])
+    pixels = 200 + 100 * poses.joints[..., :2]
+    keypoints = PoseSequence(pixels, H36M17, IMAGE, time_s=poses.times)
+    take = Take("walk", keypoints=keypoints, poses=poses, rectified=levelled)
+    found = SecondLift(mirrored, image_size=(400, 400))(take).second_lift
+    assert found is not None
+    assert found["lifter"].startswith("mirrored.onnx@")
 
 
 def test_the_poses_of_a_file_get_a_second_opinion(files, tmp_path):

@@ -140,6 +140,18 @@ def test_who_passes_behind_somebody_goes_on_as_the_same(write, moving):
     np.testing.assert_allclose(people["1"].joints, back[~hidden][..., :2], atol=1e-4)
 
 
+@pytest.mark.parametrize(("seen", "warned"), [(2, False), (3, True)])
+@pytest.mark.parametrize("form", ["coco_tracks", "coco_results"])
+def test_who_comes_into_the_picture_does_not_leap(write, moving, form, seen, warned):
+    """Of the first joints that are seen the body's size is a tenth of what it is, and their error as large. Everybody
+    whom a tracker names comes in at a border."""
+    frames, points = moving(17)
+    points[:5, seen:] = 0.0
+    points[3, :seen, 0] += np.linalg.norm(np.ptp(points[3, :seen, :2], axis=0))
+    (poses,) = _people(write, form, (frames, points)).values()
+    assert any("leaps" in step.options.get("warning", "") for step in poses.history) == warned
+
+
 @pytest.mark.parametrize(
     ("gap", "bodies", "warned"), [(1, 0.4, False), (1, 0.6, True), (11, 0.9, False), (11, 1.1, True)]
 )

@@ -227,6 +227,16 @@ def test_a_joint_that_is_never_there_hides_no_repeated_and_no_failed_row(walker,
     assert "88 with NaN, 2 with all joints on one point" in said["gaps"]
 
 
+def test_rows_in_which_the_pelvis_alone_is_there_repeat_nothing(walker, tmp_path):
+    """It is 0 throughout, and the same frames were counted as gaps already."""
+    missing = walker.copy()
+    missing[:, H36M17.index("pelvis")] = 0.0
+    missing[40:60, H36M17.index("pelvis") + 1 :] = np.nan
+    assert {f.name for f in looked_at(tmp_path, missing).people[0].findings} & {"gaps", "duplicates"} == {
+        "gaps"
+    }
+
+
 def test_dropped_frames_are_counted_by_their_numbers(walker, tmp_path):
     kept = np.r_[0:30, 45:FRAMES]
     found = looked_at(tmp_path, walker[kept], time_s=kept / FPS, frame_index=kept)

@@ -122,6 +122,19 @@ def test_times_of_a_file_that_contradict_the_video_are_not_passed_over(tmp_path,
     assert "own times" not in warnings_of(video=clip, fps=fps, **own)
 
 
+@pytest.mark.parametrize("pause_ms", [2000, 8000])
+def test_times_counted_at_the_rate_of_a_video_that_lacks_images_are_not_taken_for_slow_motion(
+    tmp_path, facing_camera, pause_ms
+):
+    """It was to be read with --fps, which would close the pause."""
+    stamps = np.arange(0, 40 * ROWS, 40) + pause_ms * (np.arange(ROWS) >= 15)
+    clip = film(tmp_path / "a.mp4", stamps.tolist())
+    average = (ROWS - 1) * 1000 / (stamps[-1] - stamps[0])
+    for fps in (25, average):
+        own = timed_rows(tmp_path / "own.npz", np.tile(facing_camera, (ROWS, 1, 1)), fps)
+        assert "own times" not in warnings_of(video=clip, **own)
+
+
 def test_a_rate_that_contradicts_the_file_is_told_beside_keypoints_too(tmp_path, facing_camera):
     own = timed_rows(tmp_path / "own.npz", np.tile(facing_camera, (ROWS, 1, 1)), 30)
     keypoints = alphapose(tmp_path / "ap.json", {1: list(range(ROWS))})

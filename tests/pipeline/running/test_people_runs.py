@@ -2,6 +2,7 @@
 
 import json
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,11 +12,12 @@ from golden.estimators import alphapose3d, mhr70
 from pcnet3d.examples.walker.camera import aimed, camera_poses
 from pcnet3d.examples.walker.files import write_keypoints
 from pcnet3d.examples.walker.walk import walker
-from pcnet3d.pipeline import InputError, cli
+from pcnet3d.pipeline import H36M17, IMAGE, InputError, PoseSequence, cli
 from pcnet3d.pipeline.files.atomic import SUMMARY
 from pcnet3d.pipeline.files.detections import Detections
 from pcnet3d.pipeline.files.viewer import find_recording
 from pcnet3d.pipeline.layouts import COCO17
+from pcnet3d.pipeline.reading.choose import misfit, same_person
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_people, open_take
 from pcnet3d.pipeline.rotations import angle_deg
@@ -240,13 +242,21 @@ def test_keypoints_of_whom_nothing_tells_need_a_name(mmpose, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("whose", "late", "warned"), [("own", 0, False), ("own", 9, True), ("other", 0, True)]
-)
-def test_keypoints_of_somebody_else_beside_the_poses_are_warned_of(tmp_path, whose, late, warned):
-    """The pelvis's path, and a walking speed, came of one person's limbs and another one's image."""
+    ("whose", "late", "corner", "warned"),
+    [
+        ("own", 0, False, False), ("own", 0, True, False), ("own", 9, False, True), ("own", 9, True, True),
+        ("other", 0, False, True),
+    ],
+)  # fmt: skip
+def test_keypoints_of_somebody_else_beside_the_poses_are_warned_of(tmp_path, whose, late, corner, warned):
+    """The pelvis's path, and a walking speed, came of one person's limbs and another one's image. In a corner
+    of a wide image limbs look otherwise than straight ahead, by as much as a third of their spread."""
     walks = {"own": walker(turn_deg=0), "other": walker(turn_deg=0, heading_deg=150, speed_mps=1.0)}
     own = walks["own"]
-    camera = aimed(own.root[-1], 8.0, heading_deg=90, pitch_deg=10, roll_deg=0)
+    camera = aimed(own.root[40], 8.0, heading_deg=90, pitch_deg=10, roll_deg=0)
+    if corner:
+        right, down, _ = camera.R_camera_from_world
+        camera = replace(camera, focal_px=300.0, position=camera.position - 6.4 * right - 3.2 * down)
     rows = np.arange(80)
     np.savez(tmp_path / "poses.npz", joints=camera_poses(own, camera).joints[rows], frame_index=rows)
     write_keypoints(tmp_path / "k.json", walks[whose], camera, rows + late, 0.5, np.random.default_rng(0))
@@ -256,10 +266,37 @@ def test_keypoints_of_somebody_else_beside_the_poses_are_warned_of(tmp_path, who
     (tmp_path / "k.json").write_text(json.dumps(listed))
     told = {"layout": "H36M17", "frame": "CAMERA", "unit": "m"}
     poses = {"poses": tmp_path / "poses.npz", "adapter": "arrays", "options": told}
-    take = open_take(RunOptions(**poses, keypoints=tmp_path / "k.json", fps=30))
+    own_files = RunOptions(**poses, keypoints=tmp_path / "k.json", fps=30)
+    take = open_take(own_files.with_(image_size=(camera.width, camera.height)))
     said = [event.text for event in take.events if "lie otherwise in the image" in event.text]
     assert len(said) == warned
+    assert not any(
+        "lie otherwise" in event.text for event in open_take(own_files).events
+    )  # of no known image
     assert all("'0' in the poses" in text and "'1' in the keypoints" in text for text in said)
+
+
+@pytest.mark.parametrize("score", [0.1, 0.6])
+@pytest.mark.parametrize("cut", ["", "bottom", "guessed"])
+def test_legs_that_are_out_of_the_picture_are_nobody_elses(cut, score):
+    """Detectors put them at the border, or with a low score somewhere; a lifter of images has them where they are."""
+    own = walker(turn_deg=0)
+    camera = aimed(own.root[40] + [0.0, 0.0, 0.6], 4.0, heading_deg=90, pitch_deg=0, roll_deg=0)
+    poses = camera_poses(own, camera).rows(0, 80)
+    pixels = camera.project(own.world)[:80]
+    legs = H36M17.indices([f"{side}_{joint}" for side in "lr" for joint in ("knee", "ankle")])
+    scores = np.full(pixels.shape[:2], 0.9)
+    if cut:
+        pixels[:, legs, 1] = camera.height - 1 if cut == "bottom" else pixels[:, legs[:1], 1] - 60
+        scores[:, legs] = score
+    track = PoseSequence(pixels, H36M17, IMAGE, scores, frame_index=poses.frame_index)
+    warned = misfit(poses, track, (camera.width, camera.height))
+    assert bool(warned) == (cut == "guessed" and score == 0.6)
+    if cut and score < 0.25:
+        other = track.with_(
+            joints=camera.project(walker(turn_deg=0, heading_deg=150).world)[:80], person="other"
+        )
+        assert same_person(poses, (other, track), ("a", "b")).person == track.person
 
 
 def test_keypoints_of_one_person_leave_the_others_out(mmpose, tmp_path):
