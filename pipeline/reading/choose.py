@@ -81,9 +81,8 @@ def misfit(poses: PoseSequence, track: PoseSequence, image_size: tuple[int, int]
     if poses.frame.family != "camera" or image_size is None:
         return ""
     _, most = _ALIKE
-    track = certain(
-        track, image_size
-    )  # what is cut off lies at the border in the one and where it is in the other
+    # What the picture cuts off lies at its border in the one, and where it is in the other.
+    track = certain(track, image_size)
     apart = _apart(poses, track)
     if most < apart < np.inf:  # of one person a tenth are as far apart if that lay in the axes alone
         apart = min(apart, _apart(_ahead(poses, track, image_size), track))
