@@ -38,7 +38,7 @@ class Follower:
         found = self._search(image)
         if found is None:
             return ()
-        # A tree that passes for somebody in one look of thousands seldom does so in another, where the next frame looks.
+        # A tree that passes for somebody in one look seldom does so in another, where the next frame looks.
         again = self._network.look(image, self._one.next_crop(found))
         if again.sure < _FOUND:
             return ()
