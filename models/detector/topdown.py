@@ -20,7 +20,7 @@ class Follower:
     """Detector of one person: looks where the person was, and all over the image when there was none or it is lost.
 
     A person much smaller than the image is overlooked in all of it, so squares as wide as its shorter side are
-    searched as well, with one look each.
+    searched as well, with one look each. Whoever is found has to be seen as surely by a look more.
     """
 
     def __init__(self, network: CropNetwork, looks: int = 1) -> None:
@@ -36,10 +36,13 @@ class Follower:
             if found.sure >= LOST and _middle_inside(found, image):
                 return (found,)
         found = self._search(image)
-        if found is not None and self._network is not self._one:
-            again = self._network.look(image, self._one.next_crop(found))
-            found = again if again.sure >= LOST else found
-        return (found,) if found is not None else ()
+        if found is None:
+            return ()
+        # A tree that passes for somebody in one look seldom does so in another, where the next frame looks.
+        again = self._network.look(image, self._one.next_crop(found))
+        if again.sure < _FOUND:
+            return ()
+        return (found if self._network is self._one else again,)
 
     def _search(self, image: np.ndarray) -> Found | None:
         best = None

@@ -15,6 +15,7 @@ from ...pipeline.files.video_frames import images_ahead, shown_size
 from ...pipeline.intrinsics import undistorted
 from ...pipeline.layouts import Layout, with_feet
 from ...pipeline.messages import how_many
+from ...pipeline.motion.visibility import LEAST_SCORE
 from ...pipeline.pose import PoseSequence
 from ...pipeline.rotations import is_finite, rotate
 from ...pipeline.take import Event, Take, Video
@@ -138,7 +139,8 @@ class _Page:
         if self.camera is not None and self.camera.intrinsics is not None:
             points = undistorted(points, self.camera.intrinsics)
         at = self._on_small(points)
-        _draw_bones(small, at, keypoints.layout, self.thick)
+        unseen = keypoints.confidence[row] < LEAST_SCORE  # nothing rests on these points
+        _draw_bones(small, np.where(unseen[:, None], np.nan, at), keypoints.layout, self.thick)
         radius = 3.0 * self.thick
         for name, point, sure in zip(keypoints.layout.joints, at, keypoints.confidence[row], strict=True):
             if not is_finite(point):

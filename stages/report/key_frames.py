@@ -10,6 +10,7 @@ from markupsafe import Markup
 from ...pipeline.files.video_frames import images_at
 from ...pipeline.frames import Frame
 from ...pipeline.layouts import Layout, with_feet
+from ...pipeline.motion.visibility import LEAST_SCORE
 from ...pipeline.rotations import is_finite, rotate
 from ...pipeline.take import Take
 from ..drawing import palette
@@ -111,13 +112,16 @@ def body_views(joints: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def keypoints_at(take: Take, frame: int) -> tuple[np.ndarray, Layout]:
-    """(J, 2) pixels of a video frame's 2D keypoints and their layout; NaN where there are none."""
-    poses = take.need("poses")
-    if take.keypoints is None:
+    """(J, 2) pixels of the 2D keypoints that were seen in a video frame, and their layout; NaN where there are none: a
+    detector puts legs that it does not see somewhere, which nothing rests on (visibility.py)."""
+    poses, keypoints = take.need("poses"), take.keypoints
+    if keypoints is None:
         return np.full((len(poses.layout), 2), np.nan), poses.layout
-    row = np.flatnonzero(take.keypoints.frame_index == frame)
-    missing = np.full((len(take.keypoints.layout), 2), np.nan)
-    return (take.keypoints.joints[row[0]] if len(row) else missing), take.keypoints.layout
+    row = np.flatnonzero(keypoints.frame_index == frame)
+    if not len(row):
+        return np.full((len(keypoints.layout), 2), np.nan), keypoints.layout
+    unseen = keypoints.confidence[row[0]] < LEAST_SCORE
+    return np.where(unseen[:, None], np.nan, keypoints.joints[row[0]]), keypoints.layout
 
 
 def seen_by_camera(points: np.ndarray, frame: Frame) -> np.ndarray:

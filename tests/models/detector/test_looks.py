@@ -1,5 +1,7 @@
 """Several looks at one person: known answers of a network that answers as it is told."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -107,6 +109,20 @@ def test_a_follower_searches_with_single_looks_and_then_looks_as_often_as_it_is_
     before = len(fake.crops)
     follower.people(image, [found])
     assert len(fake.crops) == before + 3
+
+
+@pytest.mark.parametrize("looks", [1, 2])
+@pytest.mark.parametrize(("again", "people"), [(0.45, 0), (0.55, 1)])
+def test_what_passes_for_a_person_in_one_look_alone_is_nobody(image, looks, again, people):
+    """The stem of a tree did in one frame of a hundred, and was followed from there on."""
+
+    class Once(Fake):
+        def look(self, image, crop):
+            found = super().look(image, crop)
+            return replace(found, sure=0.55 if len(self.crops) <= searched else again)
+
+    searched = 12  # three windows, each looked at four times
+    assert len(Follower(Once(), looks).people(image)) == people
 
 
 def test_how_many_looks_a_detector_takes(tmp_path, toys):

@@ -67,6 +67,19 @@ def test_keypoints_are_where_they_are_and_filled_as_far_as_they_are_sure(take, t
     assert len(left) < len(right) / 2
 
 
+def test_no_bone_goes_to_a_point_that_was_not_seen(take, tmp_path):
+    """Legs that the image cuts off were drawn up to the hands."""
+    keypoints = take.keypoints
+    pixels, sure = keypoints.joints.copy(), keypoints.confidence.copy()
+    pixels[:, COCO17.index("l_elbow")], sure[:, COCO17.index("l_elbow")] = (45, 10), 0.9
+    for score, drawn in ((0.05, False), (0.9, True)):
+        sure[:, COCO17.index("l_wrist")] = score
+        told = take.with_(keypoints=keypoints.with_(joints=pixels, confidence=sure))
+        left = near(shown(told, tmp_path)[1][0][:, : SIZE[0]], LEFT)
+        between = (left[:, 1] > 18) & (left[:, 1] < 32) & (np.abs(left[:, 0] - 45) < 4)
+        assert between.any() == drawn
+
+
 def test_the_horizon_of_a_level_camera_is_in_the_middle(take, tmp_path):
     columns = shown(take, tmp_path)[1][0][:, 30:60].sum(axis=-1)
     assert np.abs(columns[:34].argmax(axis=0) - 24).max() <= 2  # keypoints lie below

@@ -11,9 +11,10 @@ import pytest
 
 from golden import numbered
 from pcnet3d.adapters.video import read
-from pcnet3d.pipeline import H36M17, InputError
+from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, InputError, PoseSequence, Take
 from pcnet3d.pipeline.files.video_frames import images_ahead, images_at, images_from
-from pcnet3d.stages.report.key_frames import jpeg, key_rows
+from pcnet3d.pipeline.layouts import COCO17
+from pcnet3d.stages.report.key_frames import jpeg, key_rows, keypoints_at
 from pcnet3d.stages.report.stage import report
 
 
@@ -122,6 +123,19 @@ def test_a_frame_is_found_wherever_seeking_lands(tmp_path, ending, codec, option
     assert sorted(found) == [0, 20, 58]
     for number, image in found.items():
         assert image[:40, :40].mean() == pytest.approx(8 + numbered.STEP * number, abs=1.9)
+
+
+def test_points_that_were_not_seen_are_not_drawn():
+    poses = PoseSequence(np.zeros((2, 17, 3)), H36M17, CAMERA, time_s=np.arange(2) / 30)
+    sure = np.full((2, 17), 0.8)
+    sure[1, :3] = 0.1, 0.2, np.nan
+    pixels = np.arange(2 * 17 * 2, dtype=np.float32).reshape(2, 17, 2)
+    seen = PoseSequence(pixels, COCO17, IMAGE, confidence=sure, time_s=np.arange(2) / 30)
+    points, layout = keypoints_at(Take("t", poses=poses, keypoints=seen), 1)
+    assert layout is COCO17
+    assert np.isnan(points[:2]).all()
+    np.testing.assert_array_equal(points[2:], pixels[1, 2:])
+    assert np.isnan(keypoints_at(Take("t", poses=poses, keypoints=seen), 7)[0]).all()
 
 
 def test_keypoints_are_drawn_where_they_are():
