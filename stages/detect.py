@@ -114,8 +114,8 @@ def hardly_anybody(found: Detections, person: PoseSequence) -> list[str]:
         return []
     return [
         f"The detector is hardly sure that person {person.person} is a person: the scores of shoulders and hips are "
-        f"{sure:.2f} (people have 0.6 and more). Look at the key frames: a tree or a shadow may have passed for one, or "
-        "the picture cuts them off."
+        f"{sure:.2f} (people have 0.6 and more). Look at the key frames: a tree or a shadow may have passed for "
+        "one, or the picture cuts them off."
     ]
 
 
