@@ -19,8 +19,8 @@ def sniff(path: Path) -> bool:
 
 
 def read(path: Path) -> tuple[PoseSequence, ...]:
-    """One sequence a person in IMAGE, in the detector's layout, in order of appearance; what makes the images doubtful
-    is a warning in their histories. InputError when the file is damaged."""
+    """One sequence a person in IMAGE, in the detector's layout, in order of appearance; what makes them or the images
+    doubtful is a warning in their histories. InputError when the file is damaged."""
     found = load_detections(path)
-    doubts = " ".join(found.doubts())
-    return tuple(one.noted("video", warning=doubts) if doubts else one for one in found.people())
+    people = [(one, " ".join(found.doubts(one))) for one in found.people()]
+    return tuple(one.noted("video", warning=doubts) if doubts else one for one, doubts in people)

@@ -22,9 +22,6 @@ from ..pipeline.reading.take import sha256
 from ..pipeline.take import Event, Take
 
 _LISTED = 5  # people named in a note
-# Mean score of shoulders and hips, median over a take, that MoveNet gives to people: 0.57 and more, also to those 17
-# pixels high or on their heads; trees in videos without anybody have 0.38 to 0.5.
-_SURE = 0.5
 
 
 @dataclass(frozen=True)
@@ -106,19 +103,6 @@ def smoothed(keypoints: PoseSequence, cutoff_hz: float) -> PoseSequence:
     return keypoints.with_(joints=joints).noted("smooth keypoints", cutoff_hz=cutoff_hz)
 
 
-def hardly_anybody(found: Detections, person: PoseSequence) -> list[str]:
-    """A sentence where MoveNet, whose scores are known, is so unsure of a person that it may be none."""
-    torso = person.layout.indices(("l_shoulder", "r_shoulder", "l_hip", "r_hip"))
-    sure = float(np.median(person.confidence[:, torso].mean(axis=1)))
-    if not found.method.startswith("movenet") or not sure < _SURE:
-        return []
-    return [
-        f"The detector is hardly sure that person {person.person} is a person: the scores of shoulders and hips are "
-        f"{sure:.2f} (people have 0.6 and more). Look at the key frames: a tree or a shadow may have passed for "
-        "one, or the picture cuts them off."
-    ]
-
-
 def _longest(found: Detections, people: tuple[PoseSequence, ...]) -> PoseSequence:
     """Who is in the most frames; of several, the largest."""
     sides = found.box[:, 2:] - found.box[:, :2]
@@ -145,7 +129,7 @@ def _events(
                 f"in frames {chosen.frame_index[0]} to {chosen.frame_index[-1]}; choose with --person.",
             )
         )
-    events += [Event("warning", text) for text in (*hardly_anybody(found, chosen), *found.doubts())]
+    events += [Event("warning", text) for text in found.doubts(chosen)]
     interrupted = interrupted_at(take)
     if interrupted is not None:
         text = f"Interrupted at frame {interrupted} of {found.frames}; --resume goes on from there."

@@ -25,6 +25,9 @@ _NUMBERS = {  # dimensions, kind of dtype
 _LATER = ("damaged",)  # files of earlier versions lack it
 _LISTED = 5  # frames named in a sentence
 _WORDS = ("layout", "method", "source")
+# Mean score of shoulders and hips, median over a take, that MoveNet of one person gives to people: 0.57 and more, also
+# to those 17 pixels high or on their heads; trees in videos without anybody have 0.38 to 0.5.
+_SURE = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,9 +57,9 @@ class Detections:
     source: str
     damaged: np.ndarray
 
-    def doubts(self) -> list[str]:
-        """In words, what makes the images doubtful as those of one take."""
-        doubts = []
+    def doubts(self, person: PoseSequence) -> list[str]:
+        """In words, what makes one of the people doubtful as somebody, and the images as those of one take."""
+        doubts = self._hardly_anybody(person)
         if len(self.cuts):
             doubts.append(
                 f"The video changes to another scene {how_many(len(self.cuts), 'time')}, at frame "
@@ -68,6 +71,20 @@ class Detections:
             *doubts,
             f"The video is damaged at frame {_listed(self.damaged)}; images there, and behind it until the next key "
             "frame, may be wrong or missing: copy it again, or leave that part out (--time-range).",
+        ]
+
+    def _hardly_anybody(self, person: PoseSequence) -> list[str]:
+        """A sentence where MoveNet, whose scores are known, is so unsure of a person that it may be none."""
+        if not self.method.startswith("movenet@"):
+            return []
+        torso = person.layout.indices(("l_shoulder", "r_shoulder", "l_hip", "r_hip"))
+        sure = float(np.median(person.confidence[:, torso].mean(axis=1)))
+        if not sure < _SURE:
+            return []
+        return [
+            f"The detector is hardly sure that person {person.person} is a person: the scores of shoulders and hips "
+            f"are {sure:.2f} (people have 0.6 and more). Look at the key frames: a tree or a shadow may have passed "
+            "for one, or the picture cuts them off."
         ]
 
     def people(self) -> tuple[PoseSequence, ...]:

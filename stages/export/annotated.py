@@ -139,7 +139,7 @@ class _Page:
         if self.camera is not None and self.camera.intrinsics is not None:
             points = undistorted(points, self.camera.intrinsics)
         at = self._on_small(points)
-        unseen = keypoints.confidence[row] < LEAST_SCORE  # nothing rests on these points
+        unseen = keypoints.confidence[row] < LEAST_SCORE  # for a while so, nothing rests on it
         _draw_bones(small, np.where(unseen[:, None], np.nan, at), keypoints.layout, self.thick)
         radius = 3.0 * self.thick
         for name, point, sure in zip(keypoints.layout.joints, at, keypoints.confidence[row], strict=True):

@@ -113,7 +113,8 @@ def body_views(joints: np.ndarray) -> dict[str, np.ndarray]:
 
 def keypoints_at(take: Take, frame: int) -> tuple[np.ndarray, Layout]:
     """(J, 2) pixels of the 2D keypoints that were seen in a video frame, and their layout; NaN where there are none: a
-    detector puts legs that it does not see somewhere, which nothing rests on (visibility.py)."""
+    detector puts legs that it does not see somewhere. A point so doubtful for a moment alone is not drawn either, but a
+    lift rests on it (visibility.py)."""
     poses, keypoints = take.need("poses"), take.keypoints
     if keypoints is None:
         return np.full((len(poses.layout), 2), np.nan), poses.layout
