@@ -33,6 +33,10 @@ class Clean:
     needs: ClassVar[tuple[str, ...]] = ("poses",)
     gives: ClassVar[tuple[str, ...]] = ("poses",)
 
+    def unit_of(self, before: str) -> str:
+        """A pipeline.plugins.protocols.ScalingStage."""
+        return before
+
     def __call__(self, take: Take) -> Take:
         poses = clean(
             take.need("poses"), self.max_gap_s, self.spike, take.video.time_s if take.video else None

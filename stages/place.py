@@ -32,6 +32,10 @@ class Place:
     needs: ClassVar[tuple[str, ...]] = ("poses",)
     gives: ClassVar[tuple[str, ...]] = ("poses",)
 
+    def unit_of(self, before: str) -> str:
+        """A pipeline.plugins.protocols.ScalingStage."""
+        return before
+
     def __call__(self, take: Take) -> Take:
         poses, keypoints = take.need("poses"), take.keypoints
         if keypoints is None and take.video is None and (self.focal_px or self.image_size):

@@ -9,9 +9,9 @@ standard deviations. The errors of right less left have three parts too, one of 
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, TypeVar
 
 import numpy as np
 import typer
@@ -26,6 +26,8 @@ from .gait import TRUE, Difference, JudgedGait, Mean, judge_both
 from .sets import evaluation_sets
 from .testbed import BEDS
 
+Judged = TypeVar("Judged", Mean, Difference)
+
 _COVERED = 0.9
 _LEAST = 1e-4  # of a part, in the figure's unit: none is without error
 _CUT = 4.0  # robust standard deviations: beyond, an error is cut to that before the parts are fitted
@@ -34,30 +36,25 @@ _CUT = 4.0  # robust standard deviations: beyond, an error is cut to that before
 def fit_errors(takes: Sequence[JudgedGait]) -> dict[str, dict[str, dict[str, float]]]:
     """{"walking", "running": {figure: {"shared", "each", "root"}}} by the gait that was found; lengths and speeds in
     lengths of a leg."""
-    means: dict[str, dict[str, list[Mean]]] = {"walking": {}, "running": {}}
-    for take in takes:
-        for path, of_path in take.means.items():
-            for name, mean in of_path.items():
-                if path == TRUE or name in OF_LENGTH:
-                    means[mean.gait].setdefault(name, []).append(mean)
-    return {
-        gait: {name: _parts(name, found) for name, found in figures.items()}
-        for gait, figures in means.items()
-    }
+    return _fitted([take.means for take in takes], _parts)
 
 
 def fit_differences(takes: Sequence[JudgedGait]) -> dict[str, dict[str, dict[str, float]]]:
     """{"walking", "running": {figure: {"shared", "each", "depth"}}} of right less left; lengths in lengths of a leg."""
-    found: dict[str, dict[str, list[Difference]]] = {"walking": {}, "running": {}}
-    for take in takes:
-        for path, of_path in take.differences.items():
-            for name, one in of_path.items():
+    return _fitted([take.differences for take in takes], _parts_of_difference)
+
+
+def _fitted(
+    takes: Sequence[dict[str, dict[str, Judged]]], parts: Callable[[str, list[Judged]], dict[str, float]]
+) -> dict[str, dict[str, dict[str, float]]]:
+    """takes: each {path: {figure: what was found and true}}; parts: of the error of one figure of one gait."""
+    found: dict[str, dict[str, list[Judged]]] = {"walking": {}, "running": {}}
+    for of_paths in takes:
+        for path, figures in of_paths.items():
+            for name, one in figures.items():
                 if path == TRUE or name in OF_LENGTH:
                     found[one.gait].setdefault(name, []).append(one)
-    return {
-        gait: {name: _parts_of_difference(name, of) for name, of in figures.items()}
-        for gait, figures in found.items()
-    }
+    return {gait: {name: parts(name, of) for name, of in figures.items()} for gait, figures in found.items()}
 
 
 def _parts(name: str, means: Sequence[Mean]) -> dict[str, float]:

@@ -56,9 +56,8 @@ def walked_floor(places: np.ndarray, sd: float, shared_sd: float, up_sd_deg: flo
     if not apart > 0:
         return None
     slope = float(along @ height) / apart
-    farthest = along[
-        np.argmax(np.abs(along - along[0]))
-    ]  # who comes back ends where they began, or short of it
+    # Who comes back ends where they began, or short of it.
+    farthest = along[np.argmax(np.abs(along - along[0]))]
     scatter = max(sd, float(np.linalg.norm(height - slope * along)) / np.sqrt(len(places) - 2))
     tilt = np.tan(np.radians(up_sd_deg))
     rise, step = np.diff(height), np.linalg.norm(np.diff(across[:, :2], axis=0), axis=1)

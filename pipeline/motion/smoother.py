@@ -43,7 +43,7 @@ _STILL = 1e-12  # variance of what does not move
 _WINDOW_S = 2.0  # in which a joint moves alike
 _KNOTS_HZ = 60.0  # at most, of the spline: people do not move faster
 _ROWS = 8192  # that are solved at a time
-_BRIDGED_S = 0.5  # the longest gap behind which an error goes on; behind a longer one it begins anew
+_GOES_ON_S = 0.5  # the longest gap behind which an error goes on; behind a longer one it begins anew
 _SETTLED_S = 4.0  # further away no row matters
 _JERKS = np.geomspace(1e-3, 1e9, 41)  # power a hertz, of a take of variance 1 and seconds
 _ERRORS = np.geomspace(1e-7, 0.1, 25)  # of an error's variance
@@ -430,7 +430,7 @@ def _gaps(
     last = np.vstack([np.full((1, seen.shape[1]), -1), np.maximum.accumulate(index, axis=0)[:-1]])
     row, series = np.nonzero(seen & ~linked & (last >= 0))
     behind = last[row, series]
-    near = time_s[row] - time_s[behind] <= _BRIDGED_S
+    near = time_s[row] - time_s[behind] <= _GOES_ON_S
     return row[near], behind[near], series[near]
 
 

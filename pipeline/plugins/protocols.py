@@ -71,7 +71,7 @@ class RatedStage(Stage, Protocol):
 
 @runtime_checkable
 class ScalingStage(Stage, Protocol):
-    """A stage that decides about the unit of the poses that it gives.
+    """A stage that knows the unit of the poses that it gives.
 
     unit_of(before): "m", "arbitrary" (no scale), or "" where that is not known before it runs; of poses that come to it
         in the unit `before`, as these words say it.

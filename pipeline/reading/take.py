@@ -174,7 +174,7 @@ def _joined(files: _Files, poses: PoseSequence | None, keypoints: PoseSequence |
     size = options.image_size if video is None else shown_size(video)
     strange = misfit(poses, keypoints, size) if poses is not None and keypoints is not None else ""
     clock = Clock(video, options.fps, keypoints if lead.time_s is None else lead)
-    doubts = clock.doubts()
+    doubts = clock.doubts()  # before the keypoints' times stand in for another file's
     lead = lead.with_(time_s=clock.seconds(lead.frame_index, path))
     if poses is None:
         keypoints = lead

@@ -11,8 +11,6 @@ from ..errors import InputError
 from ..plugins.protocols import MetricStage, RatedStage, ScalingStage, SharedStage, Stage
 from ..take import Take
 
-_KEEPING = ("clean", "place")  # stages that give poses in the unit in which they get them
-
 
 @dataclass(frozen=True)
 class Pipeline:
@@ -53,7 +51,7 @@ class Pipeline:
                 stage.check_unit(unit)
             if isinstance(stage, ScalingStage):
                 unit = stage.unit_of(unit)
-            elif "poses" in stage.gives and stage.name not in _KEEPING:
+            elif "poses" in stage.gives:
                 unit = ""
 
     def check_rate(self, fps: float) -> None:
