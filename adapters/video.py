@@ -87,8 +87,9 @@ def _described(container: InputContainer, path: Path) -> Video:
         raise InputError(f"Expected a video in {path}, but it has no video stream.")
     stream = container.streams.video[0]
     stream.codec_context.thread_count = cores()
-    # Entries that lie behind the file's end; containers without a full index have none to check.
+    # Counted before packets are read, which lengthens the index of some containers.
     indexed = len(stream.index_entries)
+    # Entries that lie behind the file's end; containers without a full index have none to check.
     if any(entry.pos + entry.size > container.size for entry in stream.index_entries):
         raise InputError(
             f"Expected a whole video in {path}, but the file ends before frames that its index lists: it is cut off; "

@@ -10,7 +10,7 @@ import numpy as np
 from ..pipeline.errors import InputError
 from ..pipeline.files.video_frames import shown_size
 from ..pipeline.layouts import FEET_ANKLES, H36M17
-from ..pipeline.messages import how_many
+from ..pipeline.messages import how_many, spans_in_words
 from ..pipeline.motion.checks import NEAR_S, grid_rows, strays_of
 from ..pipeline.motion.signals import BRIDGED_S, holes
 from ..pipeline.motion.visibility import in_words, unseen
@@ -99,9 +99,8 @@ def _lacking(time_s: np.ndarray) -> list[Event]:
 
 
 def _when(rows: np.ndarray, time_s: np.ndarray) -> str:
-    """Of holes before these rows (N,), the first three."""
-    words = ", ".join(f"{time_s[row - 1]:.2f} to {time_s[row]:.2f} s" for row in rows[:_LISTED])
-    return f"from {words}" + (f" and {len(rows) - _LISTED} more times" if len(rows) > _LISTED else "")
+    """Of holes before these rows (N,)."""
+    return f"from {spans_in_words(time_s[np.c_[rows - 1, rows]].tolist(), _LISTED)}"
 
 
 def without(poses: PoseSequence, hidden: np.ndarray) -> PoseSequence:

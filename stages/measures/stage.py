@@ -13,7 +13,7 @@ from ...models.gait.gait import separation
 from ...models.gait.of_take import NOISE, SIDES, body_joints, gait_of
 from ...pipeline.errors import InputError
 from ...pipeline.frames import Frame
-from ...pipeline.messages import how_many
+from ...pipeline.messages import spans_in_words
 from ...pipeline.motion.angles import ANGLES, MIDLINE, near, of_both, unwrapped
 from ...pipeline.motion.cycles import (
     Repetition,
@@ -294,7 +294,7 @@ def _repeats(
     whole_ones = [one for one in found if one.whole]
     briefest_s = _AS_LONG * min((one.stop_s - one.start_s for one in whole_ones or found), default=0.0)
     gaps = hiding(driver, take.times, least, take.seams, briefest_s, counts)
-    said = {"count_reason" if found else "reason": _not_seen(gaps)} if gaps else {}
+    said = {"count_reason" if found else "reason": f"not seen from {spans_in_words(gaps)}"} if gaps else {}
     result: dict[str, Any] = {"count": len(found), **said, **basis(driver)}
     if not found:
         return result
@@ -318,12 +318,6 @@ def _repeats(
     }
     cycles = {name: take.cycles(name, spans) for name in shown}
     return {**result, "cycles": {name: curve for name, curve in cycles.items() if curve}}
-
-
-def _not_seen(gaps: Sequence[tuple[float, float]]) -> str:
-    begin, end = gaps[0]
-    more = f" and {how_many(len(gaps) - 1, 'more time')}" if len(gaps) > 1 else ""
-    return f"not seen from {begin:.2f} to {end:.2f} s{more}"
 
 
 def _peaks(take: _Columns, found: Sequence[Repetition], sd: np.ndarray) -> dict[str, list[float]]:

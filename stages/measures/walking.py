@@ -30,7 +30,7 @@ from ...models.gait.gait import (
 )
 from ...models.gait.of_take import NOISE, SIDES, separation_sd
 from ...pipeline.frames import Frame
-from ...pipeline.messages import how_many
+from ...pipeline.messages import how_many, spans_in_words
 from ...pipeline.motion.signals import BRIDGED_S, breaks, holes, rate
 from ...pipeline.pose import PoseSequence, Rectified
 from ...pipeline.rotations import transpose
@@ -142,11 +142,11 @@ def _hidden(apart: np.ndarray, time_s: np.ndarray) -> str:
     words = (
         f"; the legs are hidden in {how_many(missing, 'frame')} between, where a walk ends" if missing else ""
     )
-    lacking = [row for row in holes(time_s, BRIDGED_S) if seen[0] < row <= seen[-1]]
-    if lacking:
-        first = lacking[0]
-        more = f" and {how_many(len(lacking) - 1, 'more time')}" if len(lacking) > 1 else ""
-        words += f"; there is no image from {time_s[first - 1]:.2f} to {time_s[first]:.2f} s{more}, where a walk ends"
+    rows = holes(time_s, BRIDGED_S)
+    rows = rows[(seen[0] < rows) & (rows <= seen[-1])]
+    if len(rows):
+        lacking = spans_in_words(time_s[np.c_[rows - 1, rows]].tolist())
+        words += f"; there is no image from {lacking}, where a walk ends"
     return words
 
 

@@ -10,7 +10,7 @@ from markupsafe import Markup
 from ...pipeline.files.video_frames import images_at
 from ...pipeline.frames import Frame
 from ...pipeline.layouts import Layout, with_feet
-from ...pipeline.motion.visibility import LEAST_SCORE
+from ...pipeline.motion.visibility import certain
 from ...pipeline.rotations import is_finite, rotate
 from ...pipeline.take import Take
 from ..drawing import palette
@@ -119,10 +119,8 @@ def keypoints_at(take: Take, frame: int) -> tuple[np.ndarray, Layout]:
     if keypoints is None:
         return np.full((len(poses.layout), 2), np.nan), poses.layout
     row = np.flatnonzero(keypoints.frame_index == frame)
-    if not len(row):
-        return np.full((len(keypoints.layout), 2), np.nan), keypoints.layout
-    unseen = keypoints.confidence[row[0]] < LEAST_SCORE
-    return np.where(unseen[:, None], np.nan, keypoints.joints[row[0]]), keypoints.layout
+    missing = np.full((len(keypoints.layout), 2), np.nan)
+    return (certain(keypoints, None).joints[row[0]] if len(row) else missing), keypoints.layout
 
 
 def seen_by_camera(points: np.ndarray, frame: Frame) -> np.ndarray:

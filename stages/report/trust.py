@@ -6,6 +6,7 @@ import numpy as np
 from markupsafe import Markup
 
 from ...models.common.metrics import SD_90
+from ...pipeline.messages import spans_in_words
 from ...pipeline.motion.angles import ANGLES
 from ...pipeline.pose import PoseSequence
 from ...pipeline.take import Take
@@ -136,6 +137,4 @@ def _missing(poses: PoseSequence) -> str:
     if not gone.any():
         return "No joint is missing."
     edges = np.flatnonzero(np.diff(np.r_[False, gone, False].astype(int))).reshape(-1, 2)
-    spans = [f"{poses.times[start]:.2f} to {poses.times[stop - 1]:.2f} s" for start, stop in edges]
-    more = f" and {len(spans) - _MOST} more times" if len(spans) > _MOST else ""
-    return f"Joints are missing from {', '.join(spans[:_MOST])}{more}."
+    return f"Joints are missing from {spans_in_words(poses.times[edges - (0, 1)].tolist(), _MOST)}."

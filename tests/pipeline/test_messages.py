@@ -41,6 +41,14 @@ def test_a_count_of_one_is_singular():
     assert messages.how_many(2, "person", "people") == "2 people"
 
 
+def test_spans_of_time_in_a_sentence():
+    spans = [(0.5, 1), (2, 3), (4, 5.125)]
+    assert messages.spans_in_words(spans[:1]) == "0.50 to 1.00 s"
+    assert messages.spans_in_words(spans) == "0.50 to 1.00 s and 2 more times"
+    assert messages.spans_in_words(spans, 2) == "0.50 to 1.00 s, 2.00 to 3.00 s and 1 more time"
+    assert messages.spans_in_words(spans, 3) == "0.50 to 1.00 s, 2.00 to 3.00 s, 4.00 to 5.12 s"
+
+
 def test_one_frame_has_no_rate():
     assert messages.rate_in_words(29.97, " at ") == " at 29.97 a second"
     assert messages.rate_in_words(float("nan"), ", ") == ""

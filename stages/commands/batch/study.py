@@ -40,7 +40,7 @@ _Words = Annotated[str, AfterValidator(printable)]
 
 class _Figures(BaseModel, strict=True):
     """What the table says of a run; None where it does not say. report: its place, seen from the study's page. posture:
-    a frame's joints in BODY, and lifted: whether the run lifted its poses itself, for the page alone."""
+    a frame's joints in BODY, and lifted: whether the run lifted its poses itself; `write_table` has neither."""
 
     person: _Words
     report: _Words

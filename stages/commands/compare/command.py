@@ -147,11 +147,13 @@ def compared(
         warnings.append(f"The runs were {apart}")
     pairs = []
     for side in others:
-        how, said = _aligned(side, reference, align, offset_s, search_s)
+        found = changes(side, reference)
+        differ = [*told_apart(side, reference), *["cadences"] * other_cadence(found)]
+        how, said = _aligned(side, reference, differ, align, offset_s, search_s)
         warnings += said
         recording = (recordings or {}).get(side.name)
         pair = _pair(side, reference, how, recording)
-        pair = replace(pair, changes=changes(side, reference), one_recording=one_clock(side, reference))
+        pair = replace(pair, changes=found, one_recording=one_clock(side, reference))
         pairs.append(pair)
         warnings += _beyond(pair, reference)
     spread, without = _spreads(reference, pairs)
@@ -159,9 +161,10 @@ def compared(
 
 
 def _aligned(
-    side: Side, reference: Side, align: Align, offset_s: float, search_s: float
+    side: Side, reference: Side, differ: list[str], align: Align, offset_s: float, search_s: float
 ) -> tuple[Alignment | None, list[str]]:
-    """How the side's clock is brought to the reference's, None for takes of different motions, and doubts."""
+    """How the side's clock is brought to the reference's, None for takes of different motions, and doubts. differ: what
+    the two do not have in common, as of motions that are not one."""
     if align == "cycles":
         if reference.run is None:
             raise InputError("Motion capture of another motion tells nothing; give that of the take itself.")
@@ -169,10 +172,9 @@ def _aligned(
     together = one_clock(side, reference)
     may_differ = align == "auto" and reference.run is not None and not together
     apart = "taken for different motions, so only their ranges and cycles are compared."
-    words = [*told_apart(side, reference), *["cadences"] * other_cadence(side, reference)]
-    if may_differ and words:
+    if may_differ and differ:
         return None, [
-            f"{side.name} and {reference.name} have different {' and '.join(words)}: {apart} --align correlate if not."
+            f"{side.name} and {reference.name} have different {' and '.join(differ)}: {apart} --align correlate if not."
         ]
     try:
         if align == "stamps" or (align == "auto" and together):

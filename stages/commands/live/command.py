@@ -158,10 +158,13 @@ class _Networks:
     told: Sequence[Evidence]
 
     def for_camera(self, image_size: tuple[int, int]) -> tuple[LiveLifter, LiveRectifier]:
-        """Of a camera, or of another one behind a cut. Our own lifter may rest on an up that is told."""
+        """Of a camera, or of another one behind a cut."""
+        return self.for_person(image_size), LiveRectifier(self.rectifier, self.told)
+
+    def for_person(self, image_size: tuple[int, int]) -> LiveLifter:
+        """Of another person: the lift of one rests on no keypoints of another. It may rest on an up that is told."""
         up = fuse(self.told).up if self.told else None
-        lifter = LiveLifter(self.detector.layout, image_size, self.focal_px, up=up)
-        return lifter, LiveRectifier(self.rectifier, self.told)
+        return LiveLifter(self.detector.layout, image_size, self.focal_px, up=up)
 
 
 def _networks(recipe: Recipe, detect: Detect, focal_px: float | None) -> _Networks:
@@ -202,10 +205,9 @@ def _watch(shown: Source, networks: _Networks, folder: Path, frames: bool) -> _S
             if estimators is None or len(search.cuts) > cuts:
                 size = shot.image.shape[1::-1]
                 estimators = networks.for_camera(size)
+            elif before not in (None, person.name):
+                estimators = networks.for_person(size), estimators[1]
             lifter, rectifier = estimators
-            if before not in (None, person.name):  # the lift of one rests on no keypoints of another
-                lifter, _ = networks.for_camera(size)
-                estimators = lifter, rectifier
             missing = np.full((len(detector.layout), 2), np.nan)
             xy, score = (missing, missing[:, 0]) if found is None else (found.xy, found.score)
             joints = lifter.update(xy, score, shot.time_s)
