@@ -22,7 +22,7 @@ Subjects = Literal["train", "train-a", "train-b", "val", "test", "hdm05"]
 # The train subjects in two halves of about equal minutes, for cross-fitted lifts. 60 and 61 dance together
 # and stay together, as the data's README asks; x are takes of unknown subjects.
 _TRAIN_A = frozenset({"02", "05", "11", "118", "16", "35", "38", "60", "61", "accad-f1"})
-_FILES = ("cmu_mocap", "accad_mocap")
+_FILES = ("cmu_mocap", "accad_mocap", "tennis_mocap")
 _PARTS = ("train", "val", "test")
 _ARRAYS = ("joints", "root", "clip_start", "clip_name", "subject", "source", "fps", "joint_names")
 

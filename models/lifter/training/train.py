@@ -17,7 +17,6 @@ from torch import Tensor, nn
 from ....pipeline.errors import InputError
 from ....pipeline.files.atomic import whole_file
 from ....pipeline.layouts import H36M17
-from ...common.metrics import joint_error, procrustes_error, scaled
 from ...common.toml_config import read_toml
 from ...common.training import (
     Schedule,
@@ -34,11 +33,10 @@ from ...mocap.split import read_parts
 from ...synthetic.on_device.draw import Draw
 from .exported import export, weights_of
 from .net import Block, LifterNet, NetConfig
+from .validation import judged, whole_takes
 from .windows import Batch, Material, Windows
 
 _PARENTS, _CHILDREN = ([H36M17.index(bone[end]) for bone in H36M17.bones] for end in (0, 1))
-_CHECK_SEED = 1
-_CHECK_WINDOWS = (48, 81)  # windows and their frames, of every part of the validation
 
 
 class Weights(BaseModel):
@@ -126,16 +124,17 @@ def run(
         f"{parameters:,} parameters, reach {config.net.reach} frames, {on}, from step {state.step}",
         flush=True,
     )
-    windows, checks = Windows(train, config.material, on), check_batches(val, on)
+    windows = Windows(train, config.material, on)
+    takes = whole_takes([clip for part in val.values() for clip in part])
 
     def loss_of(step: int) -> Tensor:
         draw = Draw(config.seed, step, on)
         batch = windows.batch(draw, *_shape(config, step))
         with torch.autocast(on.type, torch.bfloat16, enabled=config.bf16):
             hidden = net.hidden(batch.x)
-        return loss(net.answer(hidden), batch, config.weights)
+        return loss(net.answer(hidden, batch.x), batch, config.weights)
 
-    if not fit(state, config, loss_of, lambda average: check(average, checks), output, minutes):
+    if not fit(state, config, loss_of, lambda average: judged(average, takes, on), output, minutes):
         return None
     return load_weights(LifterNet(config.net), output / "best.pt")
 
@@ -208,38 +207,3 @@ def clips_of(config: TrainConfig) -> tuple[tuple[Clip, ...], dict[str, tuple[Cli
 def trained_on(config: TrainConfig) -> str:
     """Whom it trains on, as a network's file says it."""
     return f"{config.data.name}, {config.split.name}" if config.data and config.split else config.subjects
-
-
-def check_batches(parts: dict[str, tuple[Clip, ...]], device: torch.device) -> dict[str, Batch]:
-    """The same windows for every run, on the captured bodies, before typical cameras, before any, and before any whose
-    up is told."""
-    batches = {}
-    for name, clips in parts.items():
-        longest = max(map(len, clips))
-        for bed, typical, known in (("typical", 1.0, 0.0), ("wild", 0.0, 0.0), ("wild_up", 0.0, 1.0)):
-            material = Material(
-                unchanged=1.0, mirrored=0.0, other_rates=0.0, derived=0.3, typical=typical, up_known=known
-            )
-            count, frames = _CHECK_WINDOWS
-            windows = Windows(clips, material, "cpu")
-            batch = windows.batch(Draw(_CHECK_SEED, 0), count, min(frames, longest))
-            batches[f"{name}_{bed}"] = Batch(*(part.to(device) for part in batch))
-    return batches
-
-
-@torch.no_grad()
-def check(net: torch.nn.Module, batches: dict[str, Batch]) -> dict[str, float]:
-    """MPJPE in mm of a standard body, the scale aligned in every frame, of every batch; their mean as the "score";
-    PA-MPJPE, and how large errors are against the stated deviations (root mean square; 1 is right)."""
-    figures: dict[str, float] = {}
-    pa, ratios = [], []
-    for name, batch in batches.items():
-        joints, sd, _ = net(batch.x)
-        answer, truth = (part.cpu().numpy().astype(np.float64) for part in (joints, batch.joints))
-        figures[name] = 1000 * float(joint_error(scaled(answer, truth), truth).mean())
-        pa.append(1000 * float(procrustes_error(answer, truth).mean()))
-        error = ((joints - batch.joints) ** 2)[:, :, 1:]
-        spread = torch.cat([sd[:, :, 1:, :1], sd[:, :, 1:, :1], sd[:, :, 1:, 1:]], dim=-1)
-        ratios.append(float((error / spread**2).mean().sqrt()))
-    return figures | {"score": float(np.mean(list(figures.values()))), "pa": float(np.mean(pa)),
-                      "error_over_sd": float(np.mean(ratios))}  # fmt: skip

@@ -21,7 +21,7 @@ _UPPER = [joint not in _LOWER for joint in H36M17.joints]
 _LEG_BONES = [H36M17.joints[child][2:] in ("knee", "ankle") for child in _CHILD]
 _PAIRS = (("knee", "l_knee", "r_knee"), ("ankle", "l_ankle", "r_ankle"), ("elbow", "l_elbow", "r_elbow"),
           ("wrist", "l_wrist", "r_wrist"))  # fmt: skip
-_REAL = ("asfamc", "max", "markers", "accad-bvh")  # sources with the people's own proportions
+_REAL = ("asfamc", "max", "markers", "accad-bvh", "arena")  # sources with the people's own proportions
 
 
 def bone_lengths(joints: Tensor) -> Tensor:
