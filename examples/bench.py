@@ -1,11 +1,12 @@
-"""`pcnet3d bench`: how fast rectifiers, and whole runs from files and from a video, and studies are on this
-machine."""
+"""`pcnet3d bench`: how fast rectifiers, whole runs from files and from a video, studies and the lifter's training
+are on this machine."""
 
 from __future__ import annotations
 
 import typer
 
 from ..models.evaluation.bench import rectify
+from ..models.lifter.training.speed import training
 from .bench_batch import batch
 from .bench_files import files
 from .bench_pipeline import pipeline
@@ -15,3 +16,4 @@ bench.command()(rectify)
 bench.command()(files)
 bench.command()(pipeline)
 bench.command()(batch)
+bench.command()(training)

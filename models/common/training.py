@@ -39,8 +39,10 @@ from ...pipeline.errors import InputError
 from ...pipeline.files.atomic import whole_file
 from ...pipeline.files.unpacked import check_size
 from ...pipeline.running.progress import counted
+from .muon import BatchedMuon
 
 PART_BYTES = 15_000_000
+_LOOK_EVERY = 50  # steps between looks at the losses: on a GPU each waits until all work is done
 Net = TypeVar("Net", bound=nn.Module)
 
 
@@ -236,7 +238,7 @@ def optimisers_of(
     adamw = torch.optim.AdamW(groups, lr=schedule.rate, betas=(0.9, 0.98))
     if not matrices:
         return [adamw]
-    muon = torch.optim.Muon(
+    muon = BatchedMuon(
         matrices,
         lr=schedule.rate,
         weight_decay=schedule.weight_decay,
@@ -262,13 +264,13 @@ def fit(
     checkpoint stays.
     """
     schedule: Schedule = config.schedule
-    start, losses = time.perf_counter(), []
+    start, losses, unseen = time.perf_counter(), [], []
     with open(output / "log.jsonl", "a", encoding="utf-8") as log, counted("train", schedule.steps) as tell:
         while state.step < schedule.steps:
             step = state.step + 1
             torch.manual_seed(config.seed + step)  # for dropout
             try:
-                losses.append(_step(state, schedule, step, loss_of, output))
+                unseen.append(_step(state, schedule, step, loss_of))
             except torch.OutOfMemoryError:
                 raise InputError(
                     f"The device has no memory left at step {step}; {_kept(output)}. Make the batch smaller."
@@ -276,7 +278,11 @@ def fit(
             state.step = step
             tell(step)
             over = minutes is not None and time.perf_counter() - start > 60 * minutes
-            if step % schedule.every == 0 or step == schedule.steps:
+            judge = step % schedule.every == 0 or step == schedule.steps
+            if judge or over or len(unseen) == _LOOK_EVERY:
+                losses += _values(unseen, step, output)
+                unseen.clear()
+            if judge:
                 figures = look(state.average)
                 _refuse_lost(figures["score"], "A figure of the validation", step, output)
                 line = {"step": step, "of": schedule.steps, "s": round(time.perf_counter() - start)}
@@ -302,26 +308,30 @@ def fit(
     return True
 
 
-def _step(
-    state: State, schedule: Schedule, step: int, loss_of: Callable[[int], Tensor], output: Path
-) -> float:
+def _step(state: State, schedule: Schedule, step: int, loss_of: Callable[[int], Tensor]) -> Tensor:
+    """(2,) the loss and the gradient's length, which nobody has waited for yet."""
     state.net.train()
     loss = loss_of(step)
     state.net.zero_grad(set_to_none=True)
     loss.backward()
     norm = torch.nn.utils.clip_grad_norm_(state.net.parameters(), 1.0)
-    value = loss.item()
-    _refuse_lost(value, "The loss", step, output)
-    _refuse_lost(norm.item(), "A gradient", step, output)
     for optimiser in state.optimisers:
         for group in optimiser.param_groups:
             group["lr"] = schedule.rate * schedule.share(step)
         optimiser.step()
     with torch.no_grad():
         decay = min(schedule.average, step / (step + 10))
-        for kept, new in zip(state.average.parameters(), state.net.parameters(), strict=True):
-            kept.lerp_(new, 1 - decay)
-    return value
+        torch._foreach_lerp_(list(state.average.parameters()), list(state.net.parameters()), 1 - decay)
+    return torch.stack([loss.detach(), norm.detach()])
+
+
+def _values(unseen: list[Tensor], step: int, output: Path) -> list[float]:
+    """The losses of the last steps up to `step`. InputError where one or its gradient is no number."""
+    losses, norms = torch.stack(unseen).T.tolist()
+    for at, (loss, norm) in enumerate(zip(losses, norms, strict=True), step - len(losses) + 1):
+        _refuse_lost(loss, "The loss", at, output)
+        _refuse_lost(norm, "A gradient", at, output)
+    return losses
 
 
 def _refuse_lost(value: float, what: str, step: int, output: Path) -> None:

@@ -176,6 +176,14 @@ class LifterNet(nn.Module):
         self.register_buffer("lengths", lengths, persistent=False)
         self.register_buffer("ends", ends, persistent=False)
 
+    def matrices(self) -> list[nn.Parameter]:
+        """Those that Muon is for."""
+        return [p for p in self.blocks.parameters() if p.ndim == 2]
+
+    def compile_hidden(self) -> None:
+        """From now on `hidden` is one graph (torch.compile), made anew for every length of windows."""
+        self.hidden = torch.compile(self.hidden, dynamic=False)  # type: ignore[method-assign]
+
     def forward(self, features: Tensor) -> tuple[Tensor, Tensor, Tensor]:
         return self.answer(self.hidden(features), features)
 

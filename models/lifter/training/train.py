@@ -110,10 +110,9 @@ def run(
     if config.start is not None:
         net = started(net, config.start)
     net = net.to(on)
-    matrices = [p for p in net.blocks.parameters() if p.ndim == 2]
     parts = {"train": train, **{f"val {name}": clips for name, clips in val.items()}}
     learns_from = fingerprint((f"{part} {c.name}", c.joints) for part, clips in parts.items() for c in clips)
-    state = State(net, optimisers_of(net, config.schedule, matrices), learns_from)
+    state = State(net, optimisers_of(net, config.schedule, net.matrices()), learns_from)
     output.mkdir(parents=True, exist_ok=True)
     state.load(output, config, on)
     if text is not None:
@@ -124,15 +123,14 @@ def run(
         f"{parameters:,} parameters, reach {config.net.reach} frames, {on}, from step {state.step}",
         flush=True,
     )
+    if on.type == "cuda":  # one graph instead of thousands of small operations; on a CPU it gains nothing
+        net.compile_hidden()
     windows = Windows(train, config.material, on)
     takes = whole_takes([clip for part in val.values() for clip in part])
 
     def loss_of(step: int) -> Tensor:
         draw = Draw(config.seed, step, on)
-        batch = windows.batch(draw, *_shape(config, step))
-        with torch.autocast(on.type, torch.bfloat16, enabled=config.bf16):
-            hidden = net.hidden(batch.x)
-        return loss(net.answer(hidden, batch.x), batch, config.weights)
+        return loss_of_batch(net, windows.batch(draw, *_shape(config, step)), config)
 
     if not fit(state, config, loss_of, lambda average: judged(average, takes, on), output, minutes):
         return None
@@ -164,6 +162,13 @@ def read_config(path: Path) -> TrainConfig:
     if config.data is not None and config.subjects != "train":
         raise InputError(f'{path}: with `data`, expected subjects = "train"; the split says who that is.')
     return config
+
+
+def loss_of_batch(net: LifterNet, batch: Batch, config: TrainConfig) -> Tensor:
+    """The loss of a network, whose inner layers compute in bfloat16 where the config says so."""
+    with torch.autocast(batch.x.device.type, torch.bfloat16, enabled=config.bf16):
+        hidden = net.hidden(batch.x)
+    return loss(net.answer(hidden, batch.x), batch, config.weights)
 
 
 def loss(answer: tuple[Tensor, Tensor, Tensor], truth: Batch, weights: Weights) -> Tensor:
