@@ -48,7 +48,6 @@ def clips():
 def config(tmp_path, clips, monkeypatch):
     """A config file; everybody is the same three people."""
     monkeypatch.setattr(module, "read_clips", lambda subjects: clips)
-    monkeypatch.setattr(module, "_CHECK_WINDOWS", (4, 20))
     (tmp_path / "tiny.toml").write_text(LIFTER)
     return tmp_path / "tiny.toml"
 
@@ -371,7 +370,6 @@ def test_the_mean_of_runs_is_the_mean_of_their_weights(config, tmp_path, monkeyp
 def own(tmp_path, clips, monkeypatch):
     """Trains on a file of clips and a split, the text changed; nothing else is read."""
     monkeypatch.setenv("PCNET3D_DATA", str(tmp_path / "nowhere"))
-    monkeypatch.setattr(module, "_CHECK_WINDOWS", (4, 20))
     write_mocap(tmp_path / "clips.npz", clips)
     (tmp_path / "split.json").write_text(json.dumps({"train": ["00", "01"], "val": ["02"]}))
     data, split = ((tmp_path / name).as_posix() for name in ("clips.npz", "split.json"))
