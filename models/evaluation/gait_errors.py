@@ -130,7 +130,7 @@ def main(
     figures, differences = fit_errors(takes), fit_differences(takes)
     content = {
         "made_by": "python -m pcnet3d.models.evaluation.gait_errors",
-        "fitted_on": f"{len(takes)} lifted walks and runs of CMU and ACCAD validation subjects",
+        "fitted_on": f"{len(takes)} lifted walks and runs of {', '.join(one.label for one in evaluation_sets('val'))}",
         "figures": figures,
         "differences": differences,
     }

@@ -9,22 +9,21 @@ from typing import Any, Literal
 
 from ...pipeline.errors import InputError
 from ...pipeline.pose import package_version
-from ..mocap.clips import Clip, Subjects, read_clips
+from ..mocap.clips import Clip, Subjects, data_set, read_clips
 from .testbed import BEDS, MIN_FRAMES, Bed, LiftedTake, lifted_takes
 
-Sets = Literal["test", "val"]
-_ACCAD = "accad"  # what the names of ACCAD's clips begin with; those of CMU begin with a number
+Sets = Literal["test", "val", "tennis"]
 
 
 @dataclass(frozen=True)
 class EvaluationSet:
-    """label: its name in tables. subjects: whose clips; accad: ACCAD's of them only, or the others only. bed: the
+    """label: its name in tables. subjects: whose clips; of: those of that data set only (clips.data_set). bed: the
     cameras that see them."""
 
     label: str
     subjects: Subjects
     bed: Bed = "wild"
-    accad: bool | None = None
+    of: str | None = None
 
     def clips(self) -> tuple[Clip, ...]:
         """The motion capture of the set; InputError where the data is not, or no take of it is long enough."""
@@ -51,16 +50,20 @@ class EvaluationSet:
         )
 
     def _has(self, clip: Clip) -> bool:
-        return self.accad is None or clip.name.startswith(_ACCAD) == self.accad
+        return self.of is None or data_set(clip) == self.of
 
 
 def evaluation_sets(sets: Sets = "test", bed: Bed = "wild") -> tuple[EvaluationSet, ...]:
-    """Two sets of people whom no network saw: "test", those that figures are published of; "val", those that networks
-    and constants are chosen by."""
+    """Sets of people whom no network was taught by: "test", those that figures are published of, and "tennis", others
+    at match pace; "val", those that networks and constants are chosen by."""
+    if sets == "tennis":
+        return (EvaluationSet("Tennis test", "tennis", bed),)
     if sets == "test":
         return EvaluationSet("CMU test", "test", bed), EvaluationSet("HDM05", "hdm05", bed)
-    return EvaluationSet("CMU val", "val", bed, accad=False), EvaluationSet(
-        "ACCAD m1", "val", bed, accad=True
+    return (
+        EvaluationSet("CMU val", "val", bed, of="cmu"),
+        EvaluationSet("ACCAD m1", "val", bed, of="accad"),
+        EvaluationSet("Tennis val", "val", bed, of="tennis"),
     )
 
 

@@ -25,7 +25,7 @@ from ..common.extras import needed_for
 from ..common.metrics import relative, scaled
 from ..common.modules import run_command
 from ..common.testbed_file import read_testbed
-from ..mocap.clips import Clip, Subjects, read_clips
+from ..mocap.clips import Clip, data_set, read_clips
 from .contact import CONTACT_FILE, SIDES, ContactNet, contacts, window_features
 from .events import ON_FLOOR
 from .truth import true_contact
@@ -172,12 +172,15 @@ def main(
     seed: Annotated[int, typer.Option(min=0, help="Random seed.")] = 0,
 ) -> None:
     """Learn when feet are on the floor."""
-    features, contact, weight = examples(train, _clips("train"), np.random.default_rng(seed))
+    clips = read_clips("train")
+    features, contact, weight = examples(train, clips, np.random.default_rng(seed))
     net = trained(features, contact, weight, seed)
-    said = {name: round(value, 3) for name, value in scores(net, val, _clips("val")).items()}
+    said = {name: round(value, 3) for name, value in scores(net, val, read_clips("val")).items()}
+    names = {str(name) for path in train for name in read_testbed(path, "clip")["clip"]}
+    sets = sorted({data_set(clip) for clip in clips if clip.name in names})
     content: dict[str, Any] = {
         "made_by": "python -m pcnet3d.models.gait.fit",
-        "learned_on": f"{len(features):,} frames of CMU and ACCAD train subjects, lifted and as captured",
+        "learned_on": f"{len(features):,} frames of train subjects of {', '.join(sets)}, lifted and as captured",
         "files": len(train),
         "seed": seed,
         "validation": said,
@@ -188,10 +191,6 @@ def main(
     with whole_file(output) as partial:
         partial.write_text(json.dumps(content) + "\n", encoding="utf-8")
     print(f"{output}: validation {said}")
-
-
-def _clips(subjects: Subjects) -> tuple[Clip, ...]:
-    return read_clips(subjects)
 
 
 def _short(values: np.ndarray) -> list[Any]:

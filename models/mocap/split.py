@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Literal, NamedTuple
 
 from ...pipeline.errors import InputError
-from .clips import Clip, read_mocap
+from .clips import Clip, read_mocap, subject_of
 
 _PARTS = ("train", "val", "test")
 
@@ -36,7 +36,7 @@ def read_parts(data: Path, split: Path, needed: Sequence[str] = _PARTS) -> Parts
                 f"Expected every {by} in one part of {split} only, but {', '.join(sorted(shared))} is in {part} "
                 f"and {other}."
             )
-    key = {clip.name: clip.name if by == "clip" else clip.name.partition("_")[0] for clip in clips}
+    key = {clip.name: clip.name if by == "clip" else subject_of(clip.name) for clip in clips}
     if unknown := sorted(set().union(*lists.values()) - set(key.values())):
         raise InputError(f"{split} lists {by}s that {data} does not have: {', '.join(unknown[:10])}.")
     return Parts({part: tuple(c for c in clips if key[c.name] in names) for part, names in lists.items()}, by)

@@ -15,6 +15,7 @@ from ...pipeline.files.arrays import load_all
 from ...pipeline.frames import CAMERA, PC_CAMERA
 from ...pipeline.rotations import is_finite, rotate, transpose
 from ..common.metrics import relative
+from ..mocap.clips import subject_of
 
 View = Literal["paper", "wide"]
 # What R leads to: "body", gravity and the body's own heading (design.md section 4), or "axes", the data set's own fixed
@@ -102,8 +103,8 @@ def read_lifted(paths: Iterable[Path]) -> Lifted:
 
 
 def refuse_shared_subjects(train: Iterable[str], other: Iterable[str], what: str) -> None:
-    """InputError when a clip of `train` and one of `other` are of one subject (a clip's name up to the first "_")."""
-    shared = {name.partition("_")[0] for name in train} & {name.partition("_")[0] for name in other}
+    """InputError when a clip of `train` and one of `other` are of one subject (clips.subject_of)."""
+    shared = {subject_of(name) for name in train} & {subject_of(name) for name in other}
     if shared:
         raise InputError(
             f"Expected other subjects to train on than {what}, but both have {', '.join(sorted(shared))}."

@@ -3,7 +3,7 @@
     python tests/bench/bench_lifter_material.py DIR [steps]
 
 Trains a small network for single frames with everything that models/lifter/training/lifter.toml has, and one without
-each kind, all with the same steps and seed; prints MPJPE in mm on CMU val and ACCAD m1, as they are, with bodies
+each kind, all with the same steps and seed; prints MPJPE in mm on each part of the validation, as they are, with bodies
 turned about any axis (as people who lie and fall are), and without a nose. Stopped, the same command goes on.
 """
 

@@ -1,6 +1,6 @@
 """What a lift gains from the up that the images of a moving camera tell:
 
-    python tests/bench/bench_moving_up.py [val|test|hdm05] [seed]
+    python tests/bench/bench_moving_up.py [val|test|hdm05|tennis] [seed]
 
 Upright takes of 2 s and more before wild cameras that follow the person and are held by hand: pitch and roll sway by
 4 and 3 degrees (standard deviation) within about a second. An image in every tenth frame tells up with the error of

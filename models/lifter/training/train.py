@@ -28,7 +28,7 @@ from ...common.training import (
     optimisers_of,
     reading,
 )
-from ...mocap.clips import Clip, read_clips
+from ...mocap.clips import Clip, data_set, read_clips
 from ...mocap.split import read_parts
 from ...synthetic.on_device.draw import Draw
 from .exported import export, weights_of
@@ -203,10 +203,10 @@ def clips_of(config: TrainConfig) -> tuple[tuple[Clip, ...], dict[str, tuple[Cli
     if config.data is not None and config.split is not None:
         parts = read_parts(config.data, config.split, ("train", "val"))
         return parts.clips["train"], {"val": parts.clips["val"]}
-    val = read_clips("val")
-    accad = tuple(clip for clip in val if clip.name.startswith("accad"))
-    others = tuple(clip for clip in val if not clip.name.startswith("accad"))
-    return read_clips(config.subjects), {name: c for name, c in (("cmu", others), ("accad", accad)) if c}
+    val: dict[str, tuple[Clip, ...]] = {}
+    for clip in read_clips("val"):
+        val[data_set(clip)] = (*val.get(data_set(clip), ()), clip)
+    return read_clips(config.subjects), val
 
 
 def trained_on(config: TrainConfig) -> str:

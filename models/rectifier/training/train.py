@@ -30,7 +30,7 @@ from .net import NetConfig, PCNet
 _VALIDATION_FRAMES = 2000
 _LYING_SHARE = 0.1  # of the score
 _VIEWS: tuple[View, ...] = ("paper", "wide")
-_HELD_OUT: tuple[Subjects, ...] = ("val", "test", "hdm05")
+_HELD_OUT: tuple[Subjects, ...] = ("val", "test", "hdm05", "tennis")
 
 
 class TrainConfig(BaseModel):

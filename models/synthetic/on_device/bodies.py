@@ -10,7 +10,7 @@ import torch
 from torch import Tensor
 
 from ....pipeline.layouts import H36M17
-from ...mocap.clips import Clip
+from ...mocap.clips import OWN_SKELETON, Clip, person
 from ..bodies import BodyRange, bone_tree
 from .draw import Draw
 from .turning import across, unit
@@ -21,7 +21,6 @@ _UPPER = [joint not in _LOWER for joint in H36M17.joints]
 _LEG_BONES = [H36M17.joints[child][2:] in ("knee", "ankle") for child in _CHILD]
 _PAIRS = (("knee", "l_knee", "r_knee"), ("ankle", "l_ankle", "r_ankle"), ("elbow", "l_elbow", "r_elbow"),
           ("wrist", "l_wrist", "r_wrist"))  # fmt: skip
-_REAL = ("asfamc", "max", "markers", "accad-bvh", "arena")  # sources with the people's own proportions
 
 
 def bone_lengths(joints: Tensor) -> Tensor:
@@ -75,9 +74,9 @@ def proportions(clips: Sequence[Clip]) -> Tensor:
     """(people, 17) mean bone lengths in metres of the clips' people who come with their own skeleton; may be empty."""
     found: dict[str, list[np.ndarray]] = {}
     for clip in clips:
-        if clip.source in _REAL:
+        if clip.source in OWN_SKELETON:
             lengths = bone_lengths(torch.from_numpy(clip.joints)).mean(0)
-            found.setdefault(clip.subject, []).append(lengths.numpy())
+            found.setdefault(person(clip) or clip.subject, []).append(lengths.numpy())
     rows = [np.mean(parts, axis=0) for parts in found.values()]
     return torch.from_numpy(np.array(rows, dtype=np.float32).reshape(-1, len(H36M17)))
 

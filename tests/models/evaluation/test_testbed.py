@@ -95,7 +95,8 @@ def test_geometric_on_true_joints_of_a_straight_person_is_right():
 @pytest.mark.parametrize(
     ("subjects", "trained_on", "fine"),
     [
-        ("test", "train", True), ("hdm05", "train", True), ("val", "train-a", True), ("train-b", "train-a", True),
+        ("test", "train", True), ("hdm05", "train", True), ("tennis", "train", True), ("val", "train-a", True),
+        ("train-b", "train-a", True),
         ("train", "train", False), ("train-a", "train", False), ("train", "train-b", False),
         ("train-a", "train-a", False),
     ],
@@ -229,7 +230,11 @@ def test_every_table_of_a_flipped_report_is_of_flipped_lifts(tmp_path, monkeypat
 @pytest.mark.parametrize("report", ["", "takes", "angles", "motion", "swaps", "place", "gait"])
 @pytest.mark.parametrize(
     ("clips", "missing"),
-    [((clip(), clip("accad-m1_01", 20)), "ACCAD m1"), ((clip(frames=20), clip("accad-m1_01")), "CMU val")],
+    [
+        ((clip(), clip("accad-m1_01", 20), clip("tennis-a_01")), "ACCAD m1"),
+        ((clip(frames=20), clip("accad-m1_01"), clip("tennis-a_01")), "CMU val"),
+        ((clip(), clip("accad-m1_01"), clip("tennis-a_01", 20)), "Tennis val"),
+    ],
 )
 def test_a_set_without_takes_is_refused_before_the_work(tmp_path, monkeypatch, report, clips, missing):
     monkeypatch.setattr(evaluation_sets, "lifted_takes", lambda *_, **__: pytest.fail("it works"))
@@ -262,11 +267,16 @@ def test_beds_and_sets_are_of_our_own_motion_capture(tmp_path, asked, other):
 
 @pytest.mark.data
 def test_validation_sets_stand_apart(data):
-    cmu, accad = evaluation_sets.evaluation_sets("val", "typical")
-    names = [{clip.name for clip in one.clips()} for one in (cmu, accad)]
-    assert not names[0] & names[1]
-    assert names[0] | names[1] == {clip.name for clip in read_clips("val")}
-    assert {clip.subject for clip in accad.clips()} == {"accad-m1"} or all("m1" in name for name in names[1])
+    cmu, accad, tennis = evaluation_sets.evaluation_sets("val", "typical")
+    names = [{clip.name for clip in one.clips()} for one in (cmu, accad, tennis)]
+    assert sum(map(len, names)) == len(set().union(*names))
+    assert set().union(*names) == {clip.name for clip in read_clips("val")}
+    assert {clip.subject for clip in accad.clips()} == {"accad-m1"}
+    assert {clip.subject for clip in tennis.clips()} == {
+        "tennis-astrejos",
+        "tennis-jangel",
+        "tennis-jgacosta",
+    }
     take = next(accad.takes(0))
     assert take.seen.clip in names[1]
     again = see(next(clip for clip in accad.clips() if clip.name == take.seen.clip), 0, views=BEDS["typical"])

@@ -366,6 +366,17 @@ def test_the_mean_of_runs_is_the_mean_of_their_weights(config, tmp_path, monkeyp
     assert module.check(net, checks)["error_over_sd"] == pytest.approx(1, abs=0.01)
 
 
+def test_validation_has_a_part_for_every_data_set(config, clips, monkeypatch):
+    names = ("07_01", "accad-m1_run", "tennis-jangel_Reves_0")
+    val = tuple(replace(clip, name=name) for clip, name in zip(clips, names, strict=True))
+    monkeypatch.setattr(module, "read_clips", lambda subjects: val if subjects == "val" else clips)
+    train, parts = module.clips_of(module.read_config(config))
+    assert train == clips
+    assert {of: [clip.name for clip in part] for of, part in parts.items()} == {
+        of: [name] for of, name in zip(("cmu", "accad", "tennis"), names, strict=True)
+    }
+
+
 @pytest.fixture
 def own(tmp_path, clips, monkeypatch):
     """Trains on a file of clips and a split, the text changed; nothing else is read."""
@@ -437,7 +448,7 @@ def test_a_person_in_two_parts_is_refused(own, tmp_path):
         ("sampled", "smapled", r"material\.poses\.smapled"),
         *(
             ('"train"', f'"{others}"', "subjects.*train-b")
-            for others in ("everybody", "val", "test", "hdm05")
+            for others in ("everybody", "val", "test", "hdm05", "tennis")
         ),
         *(
             (LENGTHS, f"lengths = {{ {lengths} }}", "lengths")

@@ -6,7 +6,7 @@ import pytest
 from pcnet3d.models.mocap.clips import Clip
 from pcnet3d.pipeline import rotate
 
-SUBJECTS = {"train": "01", "val": "07", "test": "03", "hdm05": "bd"}
+SUBJECTS = {"train": "01", "val": "07", "test": "03", "hdm05": "bd", "tennis": "tennis-lvargas"}
 
 
 @pytest.fixture

@@ -40,6 +40,9 @@ def write_mocap(path, names, joints):
     )
 
 
+OTHERS = {"accad_mocap": {}, "tennis_mocap": {"test": ["tennis-a"]}}  # of the split, beside CMU
+
+
 @pytest.fixture
 def folder(tmp_path, facing_camera, monkeypatch):
     """A data folder with one subject for every part, and a config beside it."""
@@ -49,8 +52,10 @@ def folder(tmp_path, facing_camera, monkeypatch):
     data.mkdir()
     write_mocap(data / "cmu_mocap.npz", ["01", "07", "03"], joints - joints[:, :1])
     write_mocap(data / "hdm05_subset.npz", ["bd"], joints - joints[:, :1])
-    split = {"cmu_mocap": {"train": ["01"], "val": ["07"], "test": ["03"]}}
-    (data / "splits.json").write_text(json.dumps(split))
+    write_mocap(data / "accad_mocap.npz", ["accad-f1"], joints - joints[:, :1])
+    write_mocap(data / "tennis_mocap.npz", ["tennis-a", "tennis-b"], joints - joints[:, :1])
+    cmu = {"train": ["01"], "val": ["07"], "test": ["03"]}
+    (data / "splits.json").write_text(json.dumps({**OTHERS, "cmu_mocap": cmu}))
     (tmp_path / "tiny.toml").write_text(CONFIG)
     monkeypatch.setenv("PCNET3D_DATA", str(data))
     monkeypatch.chdir(tmp_path)
@@ -242,12 +247,12 @@ def test_what_is_no_number_keeps_the_last_good_checkpoint(folder, train, monkeyp
     ],
 )
 def test_a_split_that_shares_or_lacks_subjects(folder, train, lists, words):
-    (folder / "data" / "splits.json").write_text(json.dumps({"cmu_mocap": lists}))
+    (folder / "data" / "splits.json").write_text(json.dumps({**OTHERS, "cmu_mocap": lists}))
     refused(train(), *words)
     assert not (folder / "out").exists()
 
 
-@pytest.mark.parametrize("name", ["cmu_mocap.npz", "hdm05_subset.npz", "splits.json"])
+@pytest.mark.parametrize("name", ["cmu_mocap.npz", "tennis_mocap.npz", "hdm05_subset.npz", "splits.json"])
 def test_a_data_folder_without_its_files(folder, train, name):
     (folder / "data" / name).unlink()
     refused(train(), name)

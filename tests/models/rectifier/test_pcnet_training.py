@@ -182,7 +182,7 @@ def test_lying_people_of_the_validation_have_a_figure_of_their_own(config, clips
     assert [len(checks[name].R) for name in ("paper", "wide", "lying")] == [40, 40, 40]
 
 
-@pytest.mark.parametrize("part", ["val", "test", "hdm05"])
+@pytest.mark.parametrize("part", ["val", "test", "hdm05", "tennis"])
 def test_a_subject_in_train_and_elsewhere_is_refused(config, tmp_path, monkeypatch, part):
     read = module.read_clips
     monkeypatch.setattr(module, "read_clips", lambda p: read("train") if p == part else read(p))
