@@ -75,7 +75,9 @@ class Noise:
     derived: float = 0.0
 
 
-EXACT = Noise(std=0.0, outliers=0.0, swap_rate=0.0, missing_rate=0.0, absent_rate=0.0)  # a detector without error
+EXACT = Noise(
+    std=0.0, outliers=0.0, swap_rate=0.0, missing_rate=0.0, absent_rate=0.0
+)  # a detector without error
 
 
 def hidden_joints(joints_camera: np.ndarray) -> np.ndarray:

@@ -20,7 +20,8 @@ from ...common.modules import run_command
 from ...common.training import reading
 from .exported import export, weights_of
 from .net import LifterNet
-from .train import check, check_batches, clips_of, read_config, trained_on
+from .train import clips_of, read_config, trained_on
+from .validation import judged, whole_takes
 
 
 def mean(net: LifterNet, parts: list[tuple[float, Path]]) -> LifterNet:
@@ -57,10 +58,10 @@ def main(
     those."""
     asked = read_config(config)
     net = mean(LifterNet(asked.net), [part(text) for text in parts])
-    checks = check_batches(clips_of(asked)[1], torch.device("cpu"))
+    takes = whole_takes([clip for part in clips_of(asked)[1].values() for clip in part])
     with torch.no_grad():
-        net.leave_sd.bias.add_(math.log(check(net, checks)["error_over_sd"]))
-    for name, value in check(net, checks).items():
+        net.leave_sd.bias.add_(math.log(judged(net, takes, torch.device("cpu"))["error_over_sd"]))
+    for name, value in judged(net, takes, torch.device("cpu")).items():
         print(f"{name} {value:.2f}")
     export(net, output, reach=asked.net.reach, trained_on=trained_on(asked))
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -29,7 +30,10 @@ def training(
     for length, seconds in measure(config, device, rounds).items():
         frames, *parts = seconds
         whole = [*parts, sum(parts)]
-        print(f"{length:>6} {'frames/s':>11}" + "".join(f"{frames / part:>12,.0f}" for part in whole), flush=True)
+        print(
+            f"{length:>6} {'frames/s':>11}" + "".join(f"{frames / part:>12,.0f}" for part in whole),
+            flush=True,
+        )
 
 
 def measure(config: Path, device: str, rounds: int) -> dict[int, tuple[float, float, float, float]]:
@@ -59,7 +63,7 @@ def measure(config: Path, device: str, rounds: int) -> dict[int, tuple[float, fl
     for length in sorted({1, *asked.lengths}):
         count, seconds = max(asked.frames // length, 1), []
         for step in range(rounds + 1):
-            material, batch = timed(lambda step=step: windows.batch(Draw(asked.seed, step, on), count, length))
+            material, batch = timed(partial(windows.batch, Draw(asked.seed, step, on), count, length))
             network, _ = timed(lambda batch=batch: loss_of_batch(net, batch, asked).backward())
             optimiser, _ = timed(lambda: [each.step() for each in optimisers])
             net.zero_grad(set_to_none=True)

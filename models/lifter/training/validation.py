@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -10,10 +10,11 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from ....pipeline.errors import InputError
 from ....pipeline.rotations import rotate, transpose
 from ...common.metrics import joint_error, procrustes_error, scaled
 from ...evaluation.testbed import MIN_FRAMES, see
-from ...mocap.clips import Clip
+from ...mocap.clips import Clip, lying
 from ...synthetic.bodies import STANDARD_SIZE_M, size_m
 from ...synthetic.cameras import TYPICAL, WILD, ViewRange
 from ...synthetic.keypoint_noise import EXACT, Noise
@@ -42,8 +43,8 @@ SCORED = ("wild", "typical", "wild_up")  # those whose mean chooses
 
 @dataclass(frozen=True, eq=False)
 class Take:
-    """One take before one camera. x: (1, T, CHANNELS) features. joints: (T, 17, 3) the answer, relative to the pelvis in
-    the ray frame, metres of a standard body. upright: (T,) those that are judged."""
+    """One take before one camera. x: (1, T, CHANNELS) features. joints: (T, 17, 3) the answer, relative to the pelvis
+    in the ray frame, metres of a standard body. upright: (T,) those that are judged."""
 
     person: str
     x: Tensor
@@ -52,8 +53,15 @@ class Take:
 
 
 def whole_takes(clips: Sequence[Clip]) -> dict[str, list[Take]]:
-    """The clips of MIN_FRAMES frames or more, by condition; the same for every run."""
-    return {name: [_take(clip, each) for clip in clips if len(clip) >= MIN_FRAMES] for name, each in CONDITIONS.items()}
+    """The clips of MIN_FRAMES frames or more in which somebody is upright, by condition; the same for every run.
+    InputError where there is none."""
+    judged = [clip for clip in clips if len(clip) >= MIN_FRAMES and not lying(clip.joints).all()]
+    if not judged:
+        raise InputError(
+            f"Expected a clip to validate on of {MIN_FRAMES} frames or more in which somebody is upright, but there is "
+            "none; add one to the split's val."
+        )
+    return {name: [_take(clip, each) for clip in judged] for name, each in CONDITIONS.items()}
 
 
 def _take(clip: Clip, condition: Condition) -> Take:
@@ -90,7 +98,9 @@ def judged(net: torch.nn.Module, takes: dict[str, list[Take]], device: torch.dev
 
 def _errors(net: torch.nn.Module, take: Take, device: torch.device) -> tuple[float, float, float]:
     """Of a take's upright frames: MPJPE and PA-MPJPE in mm, and the mean square of errors over deviations."""
-    joints, sd, _ = (part[0].float().cpu().numpy().astype(np.float64)[take.upright] for part in net(take.x.to(device)))
+    joints, sd, _ = (
+        part[0].float().cpu().numpy().astype(np.float64)[take.upright] for part in net(take.x.to(device))
+    )
     truth = take.joints[take.upright]
     square = ((joints - truth) / np.concatenate([sd[..., :1], sd[..., :1], sd[..., 1:]], axis=-1))[:, 1:] ** 2
     return (
