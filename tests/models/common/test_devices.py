@@ -182,14 +182,15 @@ def test_devices_are_listed(cuda, capsys):
     assert "coreml    not offered  onnxruntime, on macOS" in capsys.readouterr().out
 
 
-# mmfi and train compute with torch, whose --device is its own; an int8 form is made for processors.
-WITHOUT = {"inspect", "view", "list", "imu", "mocap", "mmfi", "train", "quantise"}
+# mmfi, train and `bench training` compute with torch, whose --device is its own; an int8 form is made for processors.
+WITHOUT = {"inspect", "view", "list", "imu", "mocap", "mmfi", "train", "training", "quantise"}
 
 
 @pytest.mark.parametrize("name", sorted(_points().keys() - WITHOUT))
 def test_every_command_that_opens_networks_takes_the_same_option(name):
     command = load_command(name)
-    for each in getattr(command, "commands", {name: command}).values():
+    parts = getattr(command, "commands", {name: command})
+    for each in (parts[part] for part in parts.keys() - WITHOUT):
         (option,) = (parameter for parameter in each.params if "--device" in parameter.opts)
         assert option.help == get_args(OnDevice)[1].help
         assert option.default == "auto"

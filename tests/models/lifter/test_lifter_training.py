@@ -34,13 +34,11 @@ LEGS = H36M17.indices([f"{side}_{part}" for side in "lr" for part in ("knee", "a
 
 @pytest.fixture
 def clips():
-    """Three people of other proportions, who stand and hardly move."""
+    """Three people of other proportions, who hardly move."""
     rng = np.random.default_rng(0)
     poses = rng.uniform([-0.4, -0.4, 0], [0.4, 0.4, 1.8], (3, 1, 17, 3)) + rng.normal(
         0, 0.01, (3, 150, 17, 3)
     )
-    for part, height in ("hip", 0.9), ("shoulder", 1.4):
-        poses[:, :, H36M17.indices((f"l_{part}", f"r_{part}")), 2] = height
     poses[:, :, 0] = poses[:, :, H36M17.indices(("l_hip", "r_hip"))].mean(axis=2)
     return tuple(
         Clip(f"0{i}_01", f"0{i}", "asfamc", 30.0, joints.astype(np.float32)) for i, joints in enumerate(poses)
@@ -414,8 +412,11 @@ def test_validation_has_a_part_for_every_data_set(config, clips, monkeypatch):
 
 @pytest.fixture
 def own(tmp_path, clips, monkeypatch):
-    """Trains on a file of clips and a split, the text changed; nothing else is read."""
+    """Trains on a file of clips of people who stand and a split, the text changed; nothing else is read."""
     monkeypatch.setenv("PCNET3D_DATA", str(tmp_path / "nowhere"))
+    for clip in clips:
+        for part, height in ("hip", 0.9), ("shoulder", 1.4):
+            clip.joints[:, H36M17.indices((f"l_{part}", f"r_{part}")), 2] = height
     write_mocap(tmp_path / "clips.npz", clips)
     (tmp_path / "split.json").write_text(json.dumps({"train": ["00", "01"], "val": ["02"]}))
     data, split = ((tmp_path / name).as_posix() for name in ("clips.npz", "split.json"))
@@ -460,6 +461,14 @@ def test_a_run_does_not_go_on_with_another_split(own, tmp_path, without_export):
 def test_own_data_that_cannot_be_trained_on_is_refused(own, before, after, words):
     with pytest.raises(InputError, match=words):
         own((before, after))
+
+
+def test_nobody_upright_to_validate_on_is_refused(own, tmp_path, clips):
+    laid = [replace(clip, joints=clip.joints[..., [2, 1, 0]]) for clip in clips]
+    write_mocap(tmp_path / "clips.npz", laid)
+    with pytest.raises(InputError, match="somebody is upright"):
+        own()
+    assert not (tmp_path / "out" / "lifter.onnx").exists()
 
 
 def test_a_person_in_two_parts_is_refused(own, tmp_path):
