@@ -313,7 +313,9 @@ def _changed(a: np.ndarray, b: np.ndarray) -> list[str]:
     told = [f"- {text}" for text in (left - right).elements()]
     told += [f"+ {text}" for text in (right - left).elements()]
     if told or not (left or right):
-        return told or ["is empty, and in one only"] * ((a is _NOTHING) != (b is _NOTHING))
+        return told or ["holds nothing, in another shape"] * (
+            a is _NOTHING or b is _NOTHING or a.shape != b.shape
+        )
     return [] if np.array_equal(a, b) else ["other order"]
 
 
