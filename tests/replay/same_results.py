@@ -274,7 +274,8 @@ def compare(one: Path, other: Path) -> bool:
                 numbers.append(f"{where}: {difference}")
             for change in _changed(*values) if kinds != {"numbers"} else ():
                 words.setdefault(f"{said}: {change}", []).append(str(name))
-    print(*numbers, sep="\n")
+    for difference in numbers:
+        print(difference)
     for change, files in words.items():
         print(f"{change} ({files[0]}{f' and {len(files) - 1} more' if files[1:] else ''})")
     print(
