@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
 
 import numpy as np
 
@@ -21,8 +20,6 @@ from .moving import WINDOW_S, moving_up
 from .seen import Seen
 from .smoothing import smoothed, trust
 from .votes import USUAL_SPREAD, pool
-
-Camera = Literal["static", "moving"]
 
 HEADING_S = (
     0.07  # standard deviation of the Gaussian that smooths headings on the circle (val: longer lags on turns)

@@ -12,7 +12,7 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 
 from ..pose import PoseSequence
-from ..take import Event, Take, Video
+from ..take import Event, Take, Told, Video
 
 
 class Adapter(Protocol):
@@ -38,6 +38,8 @@ class Stage(Protocol):
     """One step of a pipeline: a callable whose constructor arguments are its options.
 
     needs, gives: names of Take fields that must be filled before, and that are filled after.
+
+    It may have `reads`, names of the fields of `take.told` that it reads: what nobody reads is refused when it is told.
     """
 
     @property
@@ -70,14 +72,24 @@ class RatedStage(Stage, Protocol):
 
 
 @runtime_checkable
+class ToldStage(Stage, Protocol):
+    """A stage that not everything that a user may tell will do for.
+
+    check_told(told): InputError, before any of the run's work is done, where it will not.
+    """
+
+    def check_told(self, told: Told) -> None: ...
+
+
+@runtime_checkable
 class ScalingStage(Stage, Protocol):
     """A stage that knows the unit of the poses that it gives.
 
-    unit_of(before): "m", "arbitrary" (no scale), or "" where that is not known before it runs; of poses that come to it
-        in the unit `before`, as these words say it.
+    unit_of(before, told): "m", "arbitrary" (no scale), or "" where that is not known before it runs; of poses that come
+        to it in the unit `before`, as these words say it. told: what the user tells.
     """
 
-    def unit_of(self, before: str) -> str: ...
+    def unit_of(self, before: str, told: Told) -> str: ...
 
 
 @runtime_checkable
