@@ -38,8 +38,8 @@ class Lift:
 
     lifter: "pcnet3d", the built-in one, or an .onnx file; lifter_kind: what that is, where its shapes leave it open
     (models.load_lifter). flip: average with the lift of the mirrored person. parity: what to do when left and right of
-    the lift look exchanged. checkpoint: a file for what a lifter that looks at the images has answered so far, written every minute. resume: the
-    file of an interrupted run to go on from.
+    the lift look exchanged. checkpoint: a file for what a lifter that looks at the images has answered so far, written
+    every minute. resume: the file of an interrupted run to go on from.
     """
 
     lifter: str = "pcnet3d"

@@ -102,8 +102,8 @@ def rectify(
 
     camera, gravity, pitch_deg, roll_deg: as of pipeline.take.Told; window_s: of Rectify. view: what the images say
     (stages.calibrate). A static camera has one up for the take, which every frame votes on (models/gravity/votes.py),
-    as does the floor under the feet when the source knows where the person is (its root; models/gravity/floor.py); a moving one a smooth up, and
-    LEVEL's heading is then the camera's, so that horizontal directions are relative to it.
+    as does the floor under the feet when the source knows where the person is (its root; models/gravity/floor.py); a
+    moving one a smooth up, and LEVEL's heading is then the camera's, so that horizontal directions are relative to it.
 
     A frame with too few torso joints has a NaN rotation. A take that cannot be levelled has level_ok False and a
     reason, and never raises. InputError for another layout or frame, and for a camera that is told twice how it leans.

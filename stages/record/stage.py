@@ -70,8 +70,8 @@ def record(take: Take, path: str | Path) -> tuple[Event, ...]:
     What the take lacks is left out, what is NaN stays NaN, and where a track has no rows for some frames, one row
     of NaN ends what is shown.
 
-    A take whose `told.images` is False leaves the video out. Returns events for what was done to the video. Raises InputError
-    without poses, rectified poses or time stamps, or when the video cannot be read.
+    A take whose `told.images` is False leaves the video out. Returns events for what was done to the video. Raises
+    InputError without poses, rectified poses or time stamps, or when the video cannot be read.
     """
     import rerun as rr
     from rerun.error_utils import catch_and_log_exceptions
