@@ -24,7 +24,7 @@ from ..pipeline.motion.checks import implausible, strays_of
 from ..pipeline.motion.findings import findings_of
 from ..pipeline.motion.visibility import seen_only
 from ..pipeline.plugins.protocols import Lifter
-from ..pipeline.pose import PoseSequence
+from ..pipeline.pose import MadeBy, PoseSequence
 from ..pipeline.reading.handedness import Handedness, guarded
 from ..pipeline.take import Event, Take, Told
 
@@ -86,6 +86,7 @@ class Lift:
             last = poses.history[-1]
             last = replace(last, options={**last.options, "focal_known": False})
             poses = poses.with_(history=(*poses.history[:-1], last))
+        poses = poses.with_(made_by=MadeBy("estimated", self._opened.method))
         said = _said(poses, self._opened)
         poses = guarded(poses, self.parity, f"The lift by {self._opened.method}")
         doubts = [str(step.options["warning"]) for step in poses.history if "warning" in step.options]

@@ -153,7 +153,10 @@ def _rectify(
             raise InputError(
                 f"These poses know their own gravity ({sources[0].frame}); leave camera, gravity, pitch and roll out."
             )
-        found = [level_world(_in(source, Z_UP).joints, _times(source), together) for source in sources]
+        found = [
+            level_world(_in(source, Z_UP).joints, _times(source), together, source.made_by.kind == "measured")
+            for source in sources
+        ]
         reference, method = Z_UP, "gravity"
     else:
         chosen = _facing(rectifier or options.rectifier)

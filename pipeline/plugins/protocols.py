@@ -24,6 +24,8 @@ class Adapter(Protocol):
     sniff(path): whether the content looks like this format; cheap, and never raises.
     read(path, **options): a tuple of PoseSequence, one a person (or of Video, or of Imu), in the source's own layout
         and a frame that says its axes; InputError when the file is not what it should be.
+
+    It may have `made_by`, a pipeline.pose.MadeBy: who made the poses, where that is the same for all of its files.
     """
 
     name: str

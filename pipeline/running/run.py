@@ -143,8 +143,8 @@ def run_people(
 
     People of different scenes of a video, which a cut parts, share no LEVEL and no camera: each scene has its own.
     `output` gets a summary.json that lists the people, in the order of the answer. Who is seen too briefly, or refused
-    by a stage, is left out with the reason. recipe, resume, done: as for run_files, each stage once for all of a scene. Raises
-    InputError when nobody is left.
+    by a stage, is left out with the reason. recipe, resume, done: as for run_files, each stage once for all of a scene.
+    Raises InputError when nobody is left.
     """
     output, recipe = Path(output), _checked(planned(options, recipe))
     recipe = _resumed(recipe, output) if resume else recipe

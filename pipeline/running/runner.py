@@ -11,6 +11,8 @@ from ..errors import InputError
 from ..plugins.protocols import MetricStage, RatedStage, ScalingStage, SharedStage, Stage, ToldStage
 from ..take import Take, Told
 
+_NOTHING = Told()
+
 
 @dataclass(frozen=True)
 class Pipeline:
@@ -25,7 +27,7 @@ class Pipeline:
         given = (field.name for field in fields(Take) if getattr(take, field.name) is not None)
         self.check_given(given, unit, take.told)
 
-    def check_given(self, given: Iterable[str], unit: str = "", told: Told = Told()) -> None:
+    def check_given(self, given: Iterable[str], unit: str = "", told: Told = _NOTHING) -> None:
         """The same of a take that is still to come, in which the fields of these names will be filled. unit: of its
         poses, empty where there are none or it is not known. told: what the user tells of it."""
         known = {field.name for field in fields(Take)}

@@ -148,6 +148,7 @@ def summary(take: Take) -> dict[str, Any]:
             "source_frame": facts.axes,
             "unit": facts.unit,
             "root_known": facts.root_known,
+            "made_by": asdict(take.need("poses").made_by),
             "seams": list(take.need("poses").seams),
             "bone_length_spread": facts.bone_length_spread,
         },
