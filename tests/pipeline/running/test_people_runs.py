@@ -142,6 +142,17 @@ def test_a_stature_is_one_persons(mmpose, recipe, tmp_path):
         run_people(RunOptions(poses=mmpose(), fps=30, stature=1.7), tmp_path / "out", recipe)
 
 
+def test_what_is_told_reaches_a_run_by_a_given_recipe(mmpose, recipe, tmp_path):
+    options = RunOptions(poses=mmpose(), fps=30, person="0", stature=1.7, camera="moving", no_frames=True)
+    take = run_files(options, tmp_path / "out", recipe)
+    summary = json.loads((tmp_path / "out" / SUMMARY).read_text())
+    assert summary["poses"]["unit"] == "m"
+    assert summary["rectification"]["camera"] == "moving"
+    assert not take.told.images
+    with pytest.raises(InputError, match="--also mp4"):
+        run_files(options.with_(also=("mp4",)), tmp_path / "out", recipe)
+
+
 def test_the_options_are_those_of_the_command(mmpose, tmp_path, monkeypatch):
     """A stature, a filter, a rectifier, a file more and stages less reach both, and what one person has is refused."""
     (tmp_path / "short.toml").write_text("\n".join(f'[[stages]]\nuse = "{name}"' for name in STAGES))

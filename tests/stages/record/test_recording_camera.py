@@ -53,7 +53,7 @@ def test_a_recording_shows_them_and_says_whether_up_rests_on_them(
 ):
     take = make_take().with_(video=film(), camera=looking())
     take = take.with_(rectified=replace(take.rectified, up_shares={"image": 0.9} if tells else {}))
-    record(take, tmp_path / "take.rrd", frames)
+    record(take.telling(images=frames), tmp_path / "take.rrd")
     seen = read_rrd(tmp_path / "take.rrd")
     assert len(seen.static("camera/lines", "LineStrips2D:strips")) == 2
     assert ("camera/image" in seen.entities) == frames
