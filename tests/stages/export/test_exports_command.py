@@ -11,7 +11,7 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from pcnet3d.pipeline import CAMERA, H36M17, InputError, Pipeline, PoseSequence, Take
+from pcnet3d.pipeline import CAMERA, H36M17, InputError, Pipeline, PoseSequence, Take, Told
 from pcnet3d.pipeline.plugins import registry
 from pcnet3d.stages.angles import Angles
 from pcnet3d.stages.clean import Clean
