@@ -22,7 +22,7 @@ from ..device import Device
 from ..errors import InputError
 from ..motion.swap_repair import Swaps
 from ..plugins.options import did_you_mean, pairs
-from ..take import CameraMotion, Told
+from ..take import Told
 from .handedness import Handedness
 from .normalise import Missing
 
@@ -196,9 +196,7 @@ class RunOptions(BaseModel):
     date: Annotated[
         str | None, BeforeValidator(_date), _option(_SESSION, "Day of the recording, YYYY-MM-DD.")
     ] = None
-    camera: Annotated[
-        CameraMotion | None, _option(_CAMERA, "static (default) or moving."), Tells("camera")
-    ] = None
+    camera: Annotated[str | None, _option(_CAMERA, "static (default) or moving."), Tells("camera")] = None
     focal: Annotated[
         float | None, _option(_CAMERA, "Focal length in pixels, if known."), Tells("focal_px")
     ] = None
