@@ -87,9 +87,10 @@ def _check_not_told(stage: str, key: str) -> None:
 def _check_read(options: RunOptions, recipe: Recipe) -> None:
     """InputError for something told that no stage of the recipe reads."""
     told = options.told  # refuses what cannot be
-    read = {field for entry in recipe.stages for field in _reads(entry.use)}
-    for name, field in TOLD.items():
-        if getattr(told, field) is not None and field not in read:
+    given = {name: field for name, field in TOLD.items() if getattr(told, field) is not None}
+    read = {field for entry in recipe.stages for field in _reads(entry.use)} if given else set()
+    for name, field in given.items():
+        if field not in read:
             readers = [f"'{stage}'" for stage in registry.registered("stages") if field in _reads(stage)]
             raise InputError(
                 f"{flag_of(name)} is for the stage {' or '.join(readers)}, which this run does not have."
