@@ -24,6 +24,7 @@ from pcnet3d.models.rectifier.load import load_rectifier
 from pcnet3d.pipeline import CAMERA, H36M17, InputError, Take
 from pcnet3d.pipeline.canonical import R_world_from_body
 from pcnet3d.pipeline.motion.angles import ANGLES, angles, near
+from pcnet3d.pipeline.pose import MadeBy
 from pcnet3d.pipeline.rotations import rotate, transpose
 from pcnet3d.stages.angles import Angles, joint_angles
 from pcnet3d.stages.rectify import rectify
@@ -48,7 +49,7 @@ def seen(walk):
 
 @pytest.fixture(scope="module")
 def camera_poses(walk, seen):
-    return walk.poses.with_(joints=seen[0], frame=CAMERA.with_(origin="pelvis"))
+    return walk.poses.with_(joints=seen[0], frame=CAMERA.with_(origin="pelvis"), made_by=MadeBy("estimated"))
 
 
 def taken(joints, R, **options):
