@@ -192,12 +192,19 @@ def limb_angles(
     """pipeline.motion.angles of joints LIMBS (T, 12, 3) alone, low-passed as in every other evaluation: pelvis and
     thorax are the middles of hips and shoulders, so that both sides of a comparison mean the same by them. Without
     rotations (T, 3, 3) the joints' own +Z is taken for up."""
+    whole = whole_body(limbs)
+    R = R_world_from_body(whole) if R_source_from_body is None else R_source_from_body
+    return take_angles(whole, smoothed(whole, time_s), R, lifted=False)
+
+
+def whole_body(limbs: np.ndarray) -> np.ndarray:
+    """(T, 17, 3) of joints LIMBS (T, 12, 3), relative to the middle of the hips; pelvis and thorax are the middles of
+    hips and shoulders, others NaN."""
     whole = np.full((len(limbs), len(H36M17), 3), np.nan)
     whole[:, _LIMB_ROWS] = about_hips(limbs)
     for middle, part in (("pelvis", "hip"), ("thorax", "shoulder")):
         whole[:, H36M17.index(middle)] = whole[:, H36M17.indices((f"r_{part}", f"l_{part}"))].mean(axis=1)
-    R = R_world_from_body(whole) if R_source_from_body is None else R_source_from_body
-    return take_angles(whole, smoothed(whole, time_s), R, lifted=False)
+    return whole
 
 
 def angle_errors(
