@@ -6,20 +6,27 @@ unless `--sets test` asks for those that figures are published of.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from datetime import date
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
+from ...pipeline.device import computing_on
 from ...pipeline.errors import InputError
+from ...pipeline.files.atomic import refuse_unwritable, whole_file
+from ...pipeline.plugins.protocols import Rectifier
 from ...pipeline.reading.settings import OnDevice
+from ..common.metrics import plain
+from ..lifter.load import load_lifter
+from ..rectifier.load import load_rectifier
 from ..synthetic.views import Targets
+from .ledger import note_look
 from .sets import EvaluationSet, Sets, evaluation_sets
 from .testbed import BEDS, Bed
-
-if TYPE_CHECKING:
-    from ...pipeline.plugins.protocols import Rectifier
 
 evaluate = typer.Typer(help="Judge lifters, rectifiers and what follows them, where the truth is known.")
 
@@ -41,55 +48,58 @@ Because = Annotated[
 ]
 Flip = Annotated[bool, typer.Option("--flip", help="Average with the mirrored lift.")]
 _BOTH = ["geometric", "pcnet"]
-_Judge = Callable[[list["Rectifier"], tuple[EvaluationSet, ...]], dict[str, Any]]
 
 
-def _report(
-    report: str,
-    output: Path,
-    device: OnDevice,
-    judge: _Judge,
-    as_markdown: Callable[[dict[str, Any]], str],
-    lifter: str | None = None,
-    rectifier: Sequence[str] = (),
-    people: tuple[Sets, Bed, str] | None = None,
-    file: str = "evaluation",
-) -> None:
-    """Judges and writes; what every report has in common. people: whom, before what cameras, and why test subjects."""
-    import json
-    from datetime import date
+@dataclass(frozen=True)
+class _Asked:
+    """What every report is asked. people: whom, before what cameras, and why test subjects; None of a report on other
+    data. file: of the report, without its ending."""
 
-    from ...pipeline.device import computing_on
-    from ...pipeline.files.atomic import refuse_unwritable, whole_file
-    from ..common.metrics import plain
-    from ..lifter.load import load_lifter
-    from ..rectifier.load import load_rectifier
-    from .ledger import note_look
+    name: str
+    output: Path
+    device: OnDevice
+    lifter: str | None = None
+    rectifier: Sequence[str] = ()
+    people: tuple[Sets, Bed, str] | None = None
+    file: str = "evaluation"
 
-    refuse_unwritable(output)
-    sets, bed, because = people or ("val", "wild", "")
-    if (sets == "test") != bool(because.strip()):
-        raise InputError(
-            "--sets test looks at the test subjects, which is rare: say why with --because, and only then."
-        )
-    with computing_on(device) as where:
-        rectifiers = [load_rectifier(name) for name in rectifier]
-        judged = evaluation_sets(sets, bed) if people else ()
-        for one in judged:
-            one.clips()  # a set without takes is refused before the work
-        results = {"report": report, **({"judged": sets} if people else {}), **judge(rectifiers, judged)}
-        methods = [*([load_lifter(lifter).method] if lifter else []), *(each.method for each in rectifiers)]
-        results.setdefault("networks", [name for name in methods if "@" in name])
-    results |= {"date": date.today().isoformat(), "device": where.summary()}
-    output.mkdir(parents=True, exist_ok=True)
-    if because:
-        note_look(output, f"pcnet3d evaluate {report} --sets {sets}", results["networks"], because)
-    text = as_markdown(results)
-    with whole_file(output / f"{file}.md") as partial:
-        partial.write_text(text, encoding="utf-8")
-    with whole_file(output / f"{file}.json") as partial:
-        partial.write_text(json.dumps(plain(results), indent=1), encoding="utf-8")
-    print(text)
+    def report(
+        self,
+        judge: Callable[[list[Rectifier], tuple[EvaluationSet, ...]], dict[str, Any]],
+        as_markdown: Callable[[dict[str, Any]], str],
+    ) -> None:
+        """Judge and write. InputError for test subjects without a reason, and for a set without takes."""
+        refuse_unwritable(self.output)
+        sets, bed, because = self.people or ("val", "wild", "")
+        if (sets == "test") != bool(because.strip()):
+            raise InputError(
+                "--sets test looks at the test subjects, which is rare: say why with --because REASON, and only then."
+            )
+        with computing_on(self.device) as where:
+            rectifiers = [load_rectifier(name) for name in self.rectifier]
+            judged = evaluation_sets(sets, bed) if self.people else ()
+            for one in judged:
+                one.clips()  # a set without takes is refused before the work
+            results = {
+                "report": self.name,
+                **({"judged": sets} if judged else {}),
+                **judge(rectifiers, judged),
+            }
+            methods = [load_lifter(self.lifter).method] if self.lifter else []
+            methods += [rectifier.method for rectifier in rectifiers]
+            results.setdefault("networks", [method for method in methods if "@" in method])
+        results |= {"date": date.today().isoformat(), "device": where.summary()}
+        self.output.mkdir(parents=True, exist_ok=True)
+        if because:
+            note_look(
+                self.output, f"pcnet3d evaluate {self.name} --sets {sets}", results["networks"], because
+            )
+        text = as_markdown(results)
+        with whole_file(self.output / f"{self.file}.md") as partial:
+            partial.write_text(text, encoding="utf-8")
+        with whole_file(self.output / f"{self.file}.json") as partial:
+            partial.write_text(json.dumps(plain(results), indent=1), encoding="utf-8")
+        print(text)
 
 
 @evaluate.command()
@@ -109,10 +119,8 @@ def lifters(
     """
     from .lifters import as_markdown, lifter_tables
 
-    def judge(*_: Any) -> dict[str, Any]:
-        return lifter_tables(networks, output / "lifts", seeds, part or ())
-
-    _report("lifters", output, device, judge, as_markdown, file="lifters")
+    asked = _Asked("lifters", output, device, file="lifters")
+    asked.report(lambda *_: lifter_tables(networks, output / "lifts", seeds, part or ()), as_markdown)
 
 
 @evaluate.command()
@@ -131,10 +139,8 @@ def lifter(
 
     beds = tuple(BEDS) if bed is None else (bed,)
 
-    def judge(*_: Any) -> dict[str, Any]:
-        return lifter_tables(lifter, seed, flip, sets, beds)
-
-    _report("lifter", output, device, judge, as_markdown, lifter, (), (sets, beds[0], because))
+    asked = _Asked("lifter", output, device, lifter, (), (sets, beds[0], because))
+    asked.report(lambda *_: lifter_tables(lifter, seed, flip, sets, beds), as_markdown)
 
 
 @evaluate.command()
@@ -152,10 +158,8 @@ def rectifiers(
     """Judge rectifiers frame by frame, on lifted and on clean poses."""
     from .rectifiers import as_markdown, rectifier_tables
 
-    def judge(loaded: list[Rectifier], judged: tuple[EvaluationSet, ...]) -> dict[str, Any]:
-        return rectifier_tables(loaded, seed, lifter, judged, flip)
-
-    _report("rectifiers", output, device, judge, as_markdown, lifter, rectifier, (sets, bed, because))
+    asked = _Asked("rectifiers", output, device, lifter, rectifier, (sets, bed, because))
+    asked.report(lambda loaded, judged: rectifier_tables(loaded, lifter, seed, flip, judged), as_markdown)
 
 
 @evaluate.command("own-data")
@@ -173,10 +177,8 @@ def own_data(
     """Judge rectifiers on clean poses of your own motion capture."""
     from .rectifiers import as_markdown, own_tables
 
-    def judge(loaded: list[Rectifier], _: Any) -> dict[str, Any]:
-        return own_tables(loaded, data, split, targets, seed)
-
-    _report("own-data", output, device, judge, as_markdown, None, rectifier)
+    asked = _Asked("own-data", output, device, None, rectifier)
+    asked.report(lambda loaded, _: own_tables(loaded, data, split, targets, seed), as_markdown)
 
 
 @evaluate.command()
@@ -194,10 +196,8 @@ def takes(
     """Judge one gravity a take: tilt, stated errors, accelerations, one take from eight cameras."""
     from .takes import as_markdown, take_tables
 
-    def judge(loaded: list[Rectifier], judged: tuple[EvaluationSet, ...]) -> dict[str, Any]:
-        return take_tables(loaded, lifter, seed, flip, judged)
-
-    _report("takes", output, device, judge, as_markdown, lifter, rectifier, (sets, bed, because))
+    asked = _Asked("takes", output, device, lifter, rectifier, (sets, bed, because))
+    asked.report(lambda loaded, judged: take_tables(loaded, lifter, seed, flip, judged), as_markdown)
 
 
 @evaluate.command()
@@ -215,10 +215,8 @@ def angles(
     """Judge joint angles, their rates and their stated errors."""
     from .angles import angle_tables, as_markdown
 
-    def judge(loaded: list[Rectifier], judged: tuple[EvaluationSet, ...]) -> dict[str, Any]:
-        return angle_tables(loaded, lifter, seed, flip, judged)
-
-    _report("angles", output, device, judge, as_markdown, lifter, rectifier, (sets, bed, because))
+    asked = _Asked("angles", output, device, lifter, rectifier, (sets, bed, because))
+    asked.report(lambda loaded, judged: angle_tables(loaded, lifter, seed, flip, judged), as_markdown)
 
 
 @evaluate.command()
@@ -235,10 +233,8 @@ def motion(
     """Judge accelerations of wrists and ankles and their stated errors, by smoother."""
     from .motion import as_markdown, motion_tables
 
-    def judge(_: Any, judged: tuple[EvaluationSet, ...]) -> dict[str, Any]:
-        return motion_tables(lifter, seed, flip, judged)
-
-    _report("motion", output, device, judge, as_markdown, lifter, (), (sets, bed, because))
+    asked = _Asked("motion", output, device, lifter, (), (sets, bed, because))
+    asked.report(lambda _, judged: motion_tables(lifter, seed, flip, judged), as_markdown)
 
 
 @evaluate.command()
@@ -255,10 +251,8 @@ def swaps(
     """Judge how exchanged limbs and overturned depth, put into takes, are found."""
     from .swaps import as_markdown, swap_tables
 
-    def judge(_: Any, judged: tuple[EvaluationSet, ...]) -> dict[str, Any]:
-        return swap_tables(lifter, seed, flip, judged)
-
-    _report("swaps", output, device, judge, as_markdown, lifter, (), (sets, bed, because))
+    asked = _Asked("swaps", output, device, lifter, (), (sets, bed, because))
+    asked.report(lambda _, judged: swap_tables(lifter, seed, flip, judged), as_markdown)
 
 
 @evaluate.command()
@@ -275,10 +269,8 @@ def place(
     """Judge the pelvis's path before the camera and its stated error."""
     from .place import as_markdown, place_tables
 
-    def judge(_: Any, judged: tuple[EvaluationSet, ...]) -> dict[str, Any]:
-        return place_tables(lifter, seed, flip, judged)
-
-    _report("place", output, device, judge, as_markdown, lifter, (), (sets, bed, because))
+    asked = _Asked("place", output, device, lifter, (), (sets, bed, because))
+    asked.report(lambda _, judged: place_tables(lifter, seed, flip, judged), as_markdown)
 
 
 @evaluate.command()
@@ -296,10 +288,8 @@ def gait(
     """Judge contacts, steps and figures of walks and runs, with their stated errors."""
     from .gait import as_markdown, gait_tables
 
-    def judge(loaded: list[Rectifier], judged: tuple[EvaluationSet, ...]) -> dict[str, Any]:
-        return gait_tables(loaded[0], lifter, seed, flip, judged)
-
-    _report("gait", output, device, judge, as_markdown, lifter, [rectifier], (sets, bed, because))
+    asked = _Asked("gait", output, device, lifter, [rectifier], (sets, bed, because))
+    asked.report(lambda loaded, judged: gait_tables(loaded[0], lifter, seed, flip, judged), as_markdown)
 
 
 @evaluate.command("real-take")
@@ -313,10 +303,8 @@ def real_take(
     """Judge the way from the video to upright joints and angles, on real videos of four cameras with truth."""
     from .real_take import as_markdown, real_take_tables
 
-    def judge(loaded: list[Rectifier], _: Any) -> dict[str, Any]:
-        return real_take_tables(loaded, lifter, flip)
-
-    _report("real-take", output, device, judge, as_markdown, lifter, rectifier)
+    asked = _Asked("real-take", output, device, lifter, rectifier)
+    asked.report(lambda loaded, _: real_take_tables(loaded, lifter, flip), as_markdown)
 
 
 @evaluate.command("real-clips")
@@ -330,10 +318,8 @@ def real_clips(
     """Compare lifters on real clips, raw and rectified, where nobody knows the truth."""
     from .real_rectified import as_markdown, real_clip_tables
 
-    def judge(loaded: list[Rectifier], _: Any) -> dict[str, Any]:
-        return real_clip_tables(loaded, lifter, flip)
-
-    _report("real-clips", output, device, judge, as_markdown, lifter, rectifier)
+    asked = _Asked("real-clips", output, device, lifter, rectifier)
+    asked.report(lambda loaded, _: real_clip_tables(loaded, lifter, flip), as_markdown)
 
 
 @evaluate.command("real-motion")
@@ -343,7 +329,5 @@ def real_motion(
     """Judge velocities and accelerations of wrists and ankles on real recordings."""
     from .real_motion import as_markdown, real_motion_tables
 
-    def judge(loaded: list[Rectifier], _: Any) -> dict[str, Any]:
-        return real_motion_tables(loaded[0], lifter, flip)
-
-    _report("real-motion", output, device, judge, as_markdown, lifter, ["pcnet"])
+    asked = _Asked("real-motion", output, device, lifter, ["pcnet"])
+    asked.report(lambda loaded, _: real_motion_tables(loaded[0], lifter, flip), as_markdown)

@@ -129,7 +129,9 @@ def as_markdown(results: dict[str, Any]) -> str:
             ]
             tables.append(Table(f"{bed} views, {focal}, a {per}".capitalize(), ["", *names], cells, note))
     about = f"{settings(results)}; {results['frames_per_s']:,.0f} frames/s."
-    return page("Lifter", f"{about} Cells are p50 / mean / p95; mm of each person's own size, degrees.", tables)
+    return page(
+        "Lifter", f"{about} Cells are p50 / mean / p95; mm of each person's own size, degrees.", tables
+    )
 
 
 def _along(error: np.ndarray, take: LiftedTake) -> dict[str, np.ndarray]:

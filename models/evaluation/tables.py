@@ -9,7 +9,8 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Table:
-    """title: its heading, none where it is "". head, rows: cells, said as `str` says them; note: words above it."""
+    """title: its heading, none where it is "". head, rows: cells, said as `str` says them, or a row's words with " | "
+    between its cells. note: words above it."""
 
     title: str
     head: Sequence[object]
@@ -19,8 +20,9 @@ class Table:
     def __str__(self) -> str:
         lines = [f"## {self.title}", ""] if self.title else []
         lines += [self.note, ""] if self.note else []
-        cells = [self.head, ["---"] * len(self.head), *self.rows] if self.head else []
-        return "\n".join([*lines, *(f"| {' | '.join(map(str, row))} |" for row in cells)]).rstrip()
+        rows = [self.head, ["---"] * len(self.head), *self.rows]
+        said = (row if isinstance(row, str) else " | ".join(map(str, row)) for row in rows)
+        return "\n".join([*lines, *(f"| {row} |" for row in said)])
 
 
 def page(title: str, about: str, tables: Iterable[Table | str]) -> str:
