@@ -41,7 +41,7 @@ _MARK = re.compile(r"(<!-- docs/accuracy/write\.py: (\w+) -->\n).*?(<!-- end -->
 
 @dataclass(frozen=True)
 class Block:
-    """Figures that one evaluation gives. report: of `pcnet3d evaluate`, and its options. rests_on: networks by which the
+    """Figures that one evaluation gives. report, options: of `pcnet3d evaluate`. rests_on: networks by which the
     figures would change. quoted: patterns of paths in the evaluation.json."""
 
     report: str
