@@ -20,6 +20,7 @@ from ..keypoint_noise import (
     confidence_of,
 )
 from .draw import Draw
+from .turning import dot, length, picked
 
 _GROUPS = (
     ("l_knee", "l_ankle"), ("r_knee", "r_ankle"), ("l_ankle", "r_ankle"),
@@ -50,16 +51,17 @@ class Spoilt:
 
 def hidden_joints(joints_camera: Tensor) -> Tensor:
     """(..., J) True where the trunk, the head or a leg is between the camera and the joint."""
-    rays = joints_camera[..., :2] / joints_camera[..., 2:]
-    depth = joints_camera[..., 2]
-    trunk = _vector(joints_camera, "pelvis", "thorax").norm(dim=-1)
+    depth = joints_camera[..., 2].contiguous()
+    rays = [joints_camera[..., i] / depth for i in (0, 1)]
+    trunk = length(_vector(joints_camera, "pelvis", "thorax"))
     hidden = torch.zeros(depth.shape, dtype=torch.bool, device=depth.device)
     for start, end, radius in SOLIDS:
         a, b = H36M17.index(start), H36M17.index(end)
-        line = (rays[..., b, :] - rays[..., a, :])[..., None, :]
-        offset = rays - rays[..., a, None, :]
-        along = ((offset * line).sum(-1) / (line * line).sum(-1).clamp_min(1e-9)).clamp(0, 1)
-        apart = ((offset - along[..., None] * line) ** 2).sum(-1)
+        (x, line_x), (y, line_y) = (
+            (ray - ray[..., a, None], (ray[..., b] - ray[..., a])[..., None]) for ray in rays
+        )
+        along = ((x * line_x + y * line_y) / (line_x**2 + line_y**2).clamp_min(1e-9)).clamp(0, 1)
+        apart = (x - along * line_x) ** 2 + (y - along * line_y) ** 2
         here = depth[..., a, None] * (1 - along) + depth[..., b, None] * along
         reach = (radius * trunk)[..., None]
         behind = (apart < (reach / here) ** 2) & (depth > here + reach)
@@ -72,7 +74,8 @@ def in_profile(joints_camera: Tensor, cosine: float) -> Tensor:
     """(..., T) True where hips and shoulders together point along the view: |cos| of the angle above `cosine`."""
     aside = sum(_vector(joints_camera, f"r_{part}", f"l_{part}") for part in ("hip", "shoulder"))
     view = joints_camera[..., H36M17.index("pelvis"), :]
-    return (aside * view).sum(-1).abs() > cosine * aside.norm(dim=-1) * view.norm(dim=-1)  # type: ignore[union-attr]
+    assert isinstance(aside, Tensor)
+    return dot(aside, view).abs() > cosine * length(aside) * length(view)
 
 
 def detect(
@@ -100,14 +103,12 @@ def detect(
     if spoilt.slow:
         lasting = _ar1(draw.normal(*pixels.shape), math.exp(-1 / (SLOW_S * fps)))
         keypoints = keypoints + spoilt.slow * spread * lasting * size
-    confidence = confidence_of(error.norm(dim=-1), hidden, draw.normal(count, frames, joints)).clamp(
-        0.05, 1.0
-    )
+    confidence = confidence_of(length(error), hidden, draw.normal(count, frames, joints)).clamp(0.05, 1.0)
 
     profile = in_profile(joints_camera, noise.profile_cosine)
     for order in EXCHANGED_LIMBS:
         swap = draw.runs(noise.swap_rate * 30 / fps * profile, noise.swap_run * fps / 30) & profile
-        keypoints = torch.where(swap[..., None, None], keypoints[..., order, :], keypoints)
+        keypoints = torch.where(swap[..., None, None], picked(keypoints, order), keypoints)
         confidence = torch.where(swap[..., None], confidence[..., order], confidence)
 
     if noise.derived:
@@ -131,8 +132,8 @@ def detect(
 def derive(keypoints: Tensor, head_height: Tensor) -> Tensor:
     """Pelvis and thorax in the middle of hips and shoulders, the spine between, the head between nose and top."""
     out = keypoints.clone()
-    shoulders = keypoints[..., H36M17.indices(("l_shoulder", "r_shoulder")), :].mean(-2)
-    pelvis = keypoints[..., H36M17.indices(("l_hip", "r_hip")), :].mean(-2)
+    shoulders = picked(keypoints, H36M17.indices(("l_shoulder", "r_shoulder"))).mean(-2)
+    pelvis = picked(keypoints, H36M17.indices(("l_hip", "r_hip"))).mean(-2)
     nose, top = keypoints[..., H36M17.index("nose"), :], keypoints[..., H36M17.index("head"), :]
     out[..., H36M17.index("head"), :] = nose + head_height * (top - nose)
     for joint, place in (("pelvis", pelvis), ("spine", (shoulders + pelvis) / 2), ("thorax", shoulders)):
