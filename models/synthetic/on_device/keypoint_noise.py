@@ -13,6 +13,7 @@ from ....pipeline.layouts import H36M17
 from ..keypoint_noise import (
     EXCHANGED_LIMBS,
     FAR_JOINTS,
+    GOOD,
     HEAD_HEIGHT,
     HIDDEN_MISSING,
     SOLIDS,
@@ -35,14 +36,16 @@ SLOW_S = 3.0  # MoveNet's and OpenPose's errors stay for seconds where a person 
 class Spoilt:
     """noise: the formula's constants. The others are shares of the windows.
 
-    quality: spread (of the logarithm) of a window's noise, for detectors are not alike. slow: standard deviation, as a
-    share of the body's size, of an error that lasts SLOW_S, which the confidence does not know of. truncated: the image
-    ends somewhere in the body, mostly below. occluded: a part of the body is not seen for long. absent: joints that the
-    detector does not have at all, each by its own share.
+    quality: spread (of the logarithm) of a window's noise, for detectors are not alike. good: a good detector's, with
+    the errors, outliers, exchanges and gaps of GOOD. slow: standard deviation, as a share of the body's size, of an
+    error that lasts SLOW_S, which the confidence does not know of. truncated: the image ends somewhere in the body,
+    mostly below. occluded: a part of the body is not seen for long. absent: joints that the detector does not have at
+    all, each by its own share.
     """
 
     noise: Noise = field(default_factory=Noise)
     quality: float = 0.0
+    good: float = 0.0
     slow: float = 0.0
     truncated: float = 0.0
     occluded: float = 0.0
@@ -90,12 +93,21 @@ def detect(
     count, frames, joints = pixels.shape[:3]
     size = (pixels.amax(2) - pixels.amin(2)).amax(-1)[..., None, None]
     hidden = hidden_joints(joints_camera)
-    factor = torch.ones(joints, device=draw.device)
-    factor[H36M17.indices(FAR_JOINTS)] = noise.far_joints
+    good = draw.share(spoilt.good, count, 1, 1) if spoilt.good else torch.zeros_like(hidden[:, :1, :1])
+
+    def level(name: str) -> Tensor:
+        """(B, 1, 1) a constant of the window's detector."""
+        return torch.where(good, getattr(GOOD, name), getattr(noise, name))
+
+    far_joints = torch.zeros(joints, dtype=torch.bool, device=draw.device)
+    far_joints[H36M17.indices(FAR_JOINTS)] = True
+    factor = torch.where(far_joints, level("far_joints"), 1.0)
     quality = (spoilt.quality * draw.normal(count, 1, 1, most=2)).exp()
     spread = (quality * torch.where(hidden, noise.hidden, 1.0) * factor)[..., None]
-    error = noise.std * spread * _ar1(draw.normal(*pixels.shape), noise.correlation ** (30 / fps))
-    far = draw.share(noise.outliers * quality, count, frames, joints)
+    error = (
+        level("std")[..., None] * spread * _ar1(draw.normal(*pixels.shape), noise.correlation ** (30 / fps))
+    )
+    far = draw.share(level("outliers") * quality, count, frames, joints)
     angle = draw.uniform((0.0, 6.2832), count, frames, joints)
     jump = torch.where(far, draw.uniform(noise.outlier_size, count, frames, joints), 0.0)
     error = error + jump[..., None] * torch.stack([angle.cos(), angle.sin()], dim=-1)
@@ -107,7 +119,7 @@ def detect(
 
     profile = in_profile(joints_camera, noise.profile_cosine)
     for order in EXCHANGED_LIMBS:
-        swap = draw.runs(noise.swap_rate * 30 / fps * profile, noise.swap_run * fps / 30) & profile
+        swap = draw.runs(level("swap_rate")[..., 0] * 30 / fps * profile, noise.swap_run * fps / 30) & profile
         keypoints = torch.where(swap[..., None, None], picked(keypoints, order), keypoints)
         confidence = torch.where(swap[..., None], confidence[..., order], confidence)
 
@@ -115,9 +127,9 @@ def detect(
         made = derive(keypoints, draw.uniform(HEAD_HEIGHT, count)[:, None, None])
         keypoints = torch.where(draw.share(noise.derived, count)[:, None, None, None], made, keypoints)
 
-    rate = (noise.missing_rate * 30 / fps) * torch.where(hidden, HIDDEN_MISSING, 1.0)
+    rate = (level("missing_rate") * 30 / fps) * torch.where(hidden, HIDDEN_MISSING, 1.0)
     lost = draw.runs(rate.transpose(1, 2), noise.missing_run * fps / 30).transpose(1, 2)
-    nobody = torch.full((count, frames), noise.absent_rate * 30 / fps, device=draw.device)
+    nobody = (level("absent_rate")[..., 0] * 30 / fps).expand(count, frames)
     lost = lost | draw.runs(nobody, noise.absent_run * fps / 30)[..., None]
     lost = (
         lost
