@@ -11,8 +11,9 @@ TRUNK = [
     row for row, joint in enumerate(LIMBS) if H36M17.joints[joint][2:] in ("hip", "shoulder")
 ]  # of LIMBS
 
-# A row is a second of a video, or less: x (right) and y (down) of the mean of hips and shoulders from the image's middle,
-# the root mean square distance of LIMBS from there, all in longer image sides, and the image's width over its height.
+# A row is a second of a video or less: x (right) and y (down) of the mean of hips and shoulders from the image's
+# middle, the root mean square distance of LIMBS from there, all in longer image sides, and the image's width over its
+# height.
 PLACES = (
     # A boxer, 854 x 480, found by AlphaPose (MotionBERT's demo output at 638e8dd).
     (0.089, -0.067, 0.118, 1.78), (0.074, -0.071, 0.118, 1.78),
