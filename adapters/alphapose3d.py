@@ -18,13 +18,14 @@ from ..pipeline.errors import InputError
 from ..pipeline.files.skeletons import SMPL, h36m17_named
 from ..pipeline.frames import CAMERA
 from ..pipeline.layouts import H36M17, Layout
-from ..pipeline.pose import PoseSequence
+from ..pipeline.pose import MadeBy, PoseSequence
 from .alphapose import track_named
 from .kit.json import beginning, each, field, first_detection, frame_number, numbers
 from .kit.people import Bodies
 
 name = "alphapose3d"
 gives = "poses"
+made_by = MadeBy("estimated", "AlphaPose")
 reads = "alphapose-results.json of AlphaPose's SMPL model: 3D joints (pred_xyz_jts) in camera axes"
 
 _KEY = "pred_xyz_jts"

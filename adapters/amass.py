@@ -17,15 +17,16 @@ from ..pipeline.files.markers import Markers, Up
 from ..pipeline.files.skeletons import SMPL
 from ..pipeline.layouts import H36M17
 from ..pipeline.messages import how_many
-from ..pipeline.pose import PoseSequence
+from ..pipeline.pose import UNSAID, MadeBy, PoseSequence
 from .kit.numpy import arrays_in, keys, load, load_all
-from .kit.world import people_of
+from .kit.world import Maker, maker, people_of
 
 name = "amass"
 gives = "poses"
 reads = ".npz of AMASS with joints beside the parameters: metres, z up, SMPL's order or named"
 
-_RATES = ("mocap_framerate", "mocap_frame_rate", "fps")
+_MOCAP_RATES = ("mocap_framerate", "mocap_frame_rate")
+_RATES = (*_MOCAP_RATES, "fps")
 _PARAMETERS = {"poses", "trans", "betas"}
 
 
@@ -34,11 +35,15 @@ def sniff(path: Path) -> bool:
     return held >= _PARAMETERS or ("joints" in held and bool(held & set(_RATES)))
 
 
-def read(path: Path, unit: str = "m", up: Up | None = None) -> tuple[PoseSequence, ...]:
+def read(
+    path: Path, unit: str = "m", up: Up | None = None, made_by: Maker | None = None
+) -> tuple[PoseSequence, ...]:
     """The one person of the file in its world, with time stamps from its rate.
 
     unit: "m", "mm", "cm" or "inch". up: "y" or "z", the axis that is up; without it the person has to stand along z.
-    InputError for parameters without joints, for joints without names in use, and for a file without a rate.
+    made_by: "measured" or "estimated"; without it files with AMASS's own parameters and a frame rate of "mocap" are
+    motion capture, and of others it is not known. InputError for parameters without joints, for joints without names in
+    use, and for a file without a rate.
     """
     held = keys(path)
     if "joints" not in held and _PARAMETERS & set(held):
@@ -53,7 +58,13 @@ def read(path: Path, unit: str = "m", up: Up | None = None) -> tuple[PoseSequenc
     rows = np.arange(len(joints))
     names = _names(path, held, joints.shape[1])
     found = Markers(names, joints.astype(np.float64), rows / rate, unit, "z", rows)
-    return people_of(found, str(path), None, up)
+    says = MadeBy("measured", "motion capture (AMASS)") if _is_mocap(held) else UNSAID
+    return people_of(found, str(path), None, up, maker(made_by, says))
+
+
+def _is_mocap(held: tuple[str, ...]) -> bool:
+    """By AMASS's own words; who saves an estimator's joints in its form has no rate of motion capture."""
+    return set(held) >= _PARAMETERS and bool(set(held) & set(_MOCAP_RATES))
 
 
 def _names(path: Path, held: tuple[str, ...], count: int) -> list[str]:

@@ -13,6 +13,7 @@ from ..pipeline.frames import FRAMES, Frame
 from ..pipeline.layouts import layout_named
 from ..pipeline.pose import PoseSequence
 from .kit.numpy import keys, load
+from .kit.world import Maker, maker
 
 name = "arrays"
 gives = "poses"
@@ -27,13 +28,17 @@ def sniff(path: Path) -> bool:
     return False
 
 
-def read(path: Path, layout: str, frame: str, unit: str, key: str | None = None) -> tuple[PoseSequence]:
+def read(
+    path: Path, layout: str, frame: str, unit: str, key: str | None = None, made_by: Maker | None = None
+) -> tuple[PoseSequence]:
     """The one person of the file, in the layout, frame and unit that the caller names.
 
     layout: a joint layout by name, such as "H36M17" or "COCO17".
     frame: the axes by name: "CAMERA", "GL_CAMERA", "PC_CAMERA", "Z_UP" or "Y_UP".
     unit: "m", "mm", "cm", "inch", "px" or "arbitrary".
     key: which array of an .npz holds the joints; may be left out where only one can.
+    made_by: "measured" or "estimated"; without it poses in a camera's axes are taken for an estimator's, and of those
+    in a world's nobody knows how well they stand.
     Camera axes may have their origin anywhere; the reader subtracts the pelvis. An .npz may also hold
     `confidence` (frames, joints), `time_s` (frames,) and `frame_index` (frames,), whole numbers from 0.
     Raises InputError for unknown names, for arrays of another shape, and when several could be the joints.
@@ -48,7 +53,7 @@ def read(path: Path, layout: str, frame: str, unit: str, key: str | None = None)
         raise InputError(
             f"{path}, array 'frame_index': expected whole numbers of video frames, got fractions."
         )
-    return (PoseSequence(joints=joints, layout=joint_layout, frame=axes, **beside),)
+    return (PoseSequence(joints=joints, layout=joint_layout, frame=axes, made_by=maker(made_by), **beside),)
 
 
 def _axes(frame: str, unit: str) -> Frame:

@@ -19,7 +19,7 @@ from ..pipeline.files.skeletons import UNITS
 from ..pipeline.layouts import H36M17
 from ..pipeline.pose import PoseSequence
 from .kit.beginning import first_bytes
-from .kit.world import check_upright, world
+from .kit.world import Maker, check_upright, maker, world
 
 name = "bvh"
 gives = "poses"
@@ -32,12 +32,14 @@ def sniff(path: Path) -> bool:
     return first_bytes(path, 256).removeprefix(b"\xef\xbb\xbf").lstrip().startswith(_BEGINS)
 
 
-def read(path: Path, unit: str | None = None, up: Up | None = None) -> tuple[PoseSequence]:
+def read(
+    path: Path, unit: str | None = None, up: Up | None = None, made_by: Maker | None = None
+) -> tuple[PoseSequence]:
     """The one person of the file: H36M17, metres, in its world, with time stamps from its frame time.
 
     unit: "m", "cm", "mm", "inch" or "asf" (0.0254 / 0.45 m, CMU's), where the legs do not tell. up: "y" or "z", the
-    axis that is up; without it the person has to stand along y. InputError when the file is damaged or its joints have
-    names that are not in use.
+    axis that is up; without it the person has to stand along y. made_by: "measured" or "estimated", which the file does
+    not say. InputError when the file is damaged or its joints have names that are not in use.
     """
     if unit is not None and unit not in UNITS:
         raise InputError(f"Expected a unit of {', '.join(UNITS)}; got '{unit}'.")
@@ -52,6 +54,7 @@ def read(path: Path, unit: str | None = None, up: Up | None = None) -> tuple[Pos
         layout=H36M17,
         frame=world(up or "y", "m"),
         time_s=(found.first + np.arange(len(found.joints))) / found.fps,
+        made_by=maker(made_by),
     )
     if up is None:
         check_upright(poses, str(path))

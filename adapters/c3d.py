@@ -12,7 +12,7 @@ from pathlib import Path
 from ..pipeline.errors import InputError
 from ..pipeline.files.markers import Up, read_c3d
 from ..pipeline.pose import PoseSequence
-from .kit.world import people_of
+from .kit.world import Maker, maker, people_of
 
 name = "c3d"
 gives = "poses"
@@ -39,13 +39,16 @@ def sniff(path: Path) -> bool:
     return len(parameters) == 4 and parameters[3] in _PROCESSORS
 
 
-def read(path: Path, unit: str | None = None, up: Up | None = None) -> tuple[PoseSequence, ...]:
+def read(
+    path: Path, unit: str | None = None, up: Up | None = None, made_by: Maker | None = None
+) -> tuple[PoseSequence, ...]:
     """The person of the file, or each of its subjects by name, in the file's own world and unit, with time stamps from
     its rate.
 
     unit: "m", "mm", "cm" or "inch", instead of the file's. up: "y" or "z", the axis that is up; without it the person
-    has to stand along the one that is taken for up. InputError when the file is no C3D, or its points are not joint
-    centres under names in use.
+    has to stand along the one that is taken for up. made_by: "measured" or "estimated"; without it a C3D file is motion
+    capture's, but for our own and those of programs that need no markers, by the name in MANUFACTURER. InputError when
+    the file is no C3D, or its points are not joint centres under names in use.
     """
     if not path.is_file():
         raise InputError(f"Expected a C3D file at {path}, found no file there.")
@@ -53,4 +56,4 @@ def read(path: Path, unit: str | None = None, up: Up | None = None) -> tuple[Pos
         found = read_c3d(path)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
-    return people_of(found, str(path), unit, up)
+    return people_of(found, str(path), unit, up, maker(made_by, found.made_by))

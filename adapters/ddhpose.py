@@ -27,12 +27,13 @@ from ..pipeline.errors import InputError
 from ..pipeline.frames import CAMERA
 from ..pipeline.layouts import H36M17
 from ..pipeline.messages import how_many
-from ..pipeline.pose import PoseSequence
+from ..pipeline.pose import MadeBy, PoseSequence
 from .kit.metric import FRAMES, check_metric, looks_metric
 from .kit.numpy import load, peek
 
 name = "ddhpose"
 gives = "poses"
+made_by = MadeBy("estimated", "DDHPose")
 reads = "DDHPose, D3DP and MixSTE exports (.npy), also as clips of 243 with steps and proposals, metres"
 
 _CLIP = 243

@@ -15,11 +15,12 @@ import numpy as np
 from ..pipeline.errors import InputError
 from ..pipeline.frames import CAMERA
 from ..pipeline.layouts import MPI3DHP17
-from ..pipeline.pose import PoseSequence
+from ..pipeline.pose import MadeBy, PoseSequence
 from .kit.matlab import keys, load, numbers
 
 name = "ddhpose_3dhp"
 gives = "poses"
+made_by = MadeBy("estimated", "DDHPose")
 reads = "DDHPose's and D3DP's inference_data_*.mat of MPI-INF-3DHP, with option sequence: camera axes, millimetres"
 
 _SEQUENCES = tuple(f"TS{number}" for number in range(1, 7))

@@ -20,7 +20,7 @@ import numpy as np
 from ..pipeline.errors import InputError
 from ..pipeline.frames import CAMERA
 from ..pipeline.layouts import H36M17
-from ..pipeline.pose import PoseSequence
+from ..pipeline.pose import MadeBy, PoseSequence
 from ..pipeline.rotations import rotate, transpose
 from .kit.metric import FRAMES, check_metric, looks_metric
 from .kit.numpy import load, peek
@@ -28,6 +28,7 @@ from .kit.quaternions import rotations
 
 name = "display"
 gives = "poses"
+made_by = MadeBy("estimated", "D3DP")
 reads = "D3DP's *_postprocess.npy and others turned for display, with option undo, metres"
 
 _ALL = ("steps", "proposals", *FRAMES)

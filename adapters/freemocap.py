@@ -24,7 +24,7 @@ from ..pipeline.anthropometry import implied_stature
 from ..pipeline.errors import InputError
 from ..pipeline.frames import Z_UP
 from ..pipeline.layouts import BLAZEPOSE33, COCO23, Layout, remap
-from ..pipeline.pose import PoseSequence
+from ..pipeline.pose import MadeBy, PoseSequence
 from .kit.beginning import first_bytes
 from .kit.numpy import load, peek
 from .kit.tables import opened_table
@@ -32,6 +32,7 @@ from .kit.world import check_upright
 
 name = "freemocap"
 gives = "poses"
+made_by = MadeBy("estimated", "FreeMoCap")
 reads = "FreeMoCap's *_body_3d_xyz.npy and .csv, freemocap_data_by_frame.csv, mediaPipeSkel_...npy: millimetres, z up"
 
 _SHAPES = (

@@ -22,13 +22,14 @@ import numpy as np
 from ..pipeline.errors import InputError
 from ..pipeline.frames import CAMERA
 from ..pipeline.layouts import BLAZEPOSE33
-from ..pipeline.pose import PoseSequence
+from ..pipeline.pose import MadeBy, PoseSequence
 from .kit.json import beginning, each, frame_number, numbers
 from .kit.landmarks import COUNT, Body, is_table, seconds, table
 from .kit.people import Bodies
 
 name = "mediapipe"
 gives = "poses"
+made_by = MadeBy("estimated", "MediaPipe")
 reads = "MediaPipe Pose world landmarks in CSV or JSON, metres; image landmarks are refused"
 
 _WORLD = ("pose_world_landmarks", "world_landmarks", "pose_world", "poseWorldLandmarks", "worldLandmarks")

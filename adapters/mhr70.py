@@ -2,14 +2,16 @@
 
 Neither program has a file of its own: SAM 3D Body's process_one_image returns a list with a dict for each person of an
 image, and people save these dicts, or stack their arrays. Read are an .npz of stacked arrays, (frames, 70, 3) or
-(frames, people, 70, 3); an .npz whose Python objects are the lists of dicts; a folder of .npz, one a frame, numbered in
-its name; and JSON, a list with the list of each frame or an object of lists by image. Keypoints are metres in camera
-axes about the body; the translation beside them says where before the camera the body is, as far as the focal length
-is right that the program assumed or estimated. Nobody is followed from frame to frame.
+(frames, people, 70, 3), or (70, 3) of one person in one image; an .npz whose Python objects are the lists of dicts; a
+folder of .npz, one a frame, numbered in its name, or one a person of an image, as in "img_0012_subj03.npz"; and JSON, a
+list with the list of each frame or an object of lists by image. Keypoints are metres in camera axes about the body; the
+translation beside them says where before the camera the body is, as far as the focal length is right that the program
+assumed or estimated. Nobody is followed from frame to frame.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -19,13 +21,14 @@ import numpy as np
 from ..pipeline.errors import InputError
 from ..pipeline.frames import CAMERA
 from ..pipeline.layouts import MHR70
-from ..pipeline.pose import PoseSequence
+from ..pipeline.pose import MadeBy, PoseSequence
 from .kit.json import beginning, each, frame_number, numbers
 from .kit.numpy import arrays_in, keys, load, load_objects, objects_begin, shape_in
 from .kit.people import Bodies
 
 name = "mhr70"
 gives = "poses"
+made_by = MadeBy("estimated", "SAM 3D Body or InstantHMR")
 reads = ".npz, folder of .npz or JSON of SAM 3D Body or InstantHMR: 70 keypoints in camera axes, metres"
 
 _KEYPOINTS = {  # the keypoints, and the translation that belongs to them
@@ -36,6 +39,9 @@ _KEYPOINTS = {  # the keypoints, and the translation that belongs to them
 _NUMBERS = ("frame_indices", "frame_index")  # the rows' video frames
 _SHAPE = (len(MHR70), 3)
 _IMAGE_AXES = (0, 1)
+_PERSON = re.compile(
+    r"[_-](subj|subject|person|pid)[_-]?\d+$", re.IGNORECASE
+)  # behind an image's name: one of its people
 
 
 def sniff(path: Path) -> bool:
@@ -150,15 +156,18 @@ def _frames(path: Path) -> Iterator[tuple[int, Any, str]]:
 
 
 def _of_folder(path: Path) -> Iterator[tuple[int, Any, str]]:
-    seen: dict[int, str] = {}
+    seen: dict[int, tuple[str, str]] = {}  # image and file by frame
     for file in _files(path):
-        frame = frame_number(file.name, str(file))
-        if frame in seen:
+        image = _PERSON.sub("", file.stem)
+        one_image = image != file.stem and not re.search(r"\d", image)  # its people alone are numbered
+        frame = 0 if one_image else frame_number(image, str(file))
+        other, beside = seen.setdefault(frame, (image, file.name))
+        if other != image:
             raise InputError(
-                f"{path}: expected one .npz a frame, got {seen[frame]} and {file.name} of frame {frame}; put everybody "
-                "of a frame into one file, and each video into a folder of its own."
+                f"{path}: expected one .npz a frame, got {beside} and {file.name} of frame {frame}; put everybody "
+                "of a frame into one file, or name the files IMAGE_subj00.npz, IMAGE_subj01.npz, and put each video "
+                "into a folder of its own."
             )
-        seen[frame] = file.name
         yield frame, _of_archive(file), str(file)
     if not seen:
         raise InputError(f"{path}: expected a folder of .npz, one a frame of SAM 3D Body, found none there.")
@@ -182,6 +191,8 @@ def _of_archive(path: Path) -> Any:
 def _rows(path: Path, held: dict[str, np.ndarray]) -> list[tuple[int, dict[str, np.ndarray]]]:
     """Video frame and values by name of each row of stacked arrays."""
     keypoints = held[_key(held) or ""]
+    if keypoints.shape == _SHAPE:
+        return [(0, held)]
     if keypoints.ndim not in (3, 4):
         raise InputError(
             f"{path}: expected keypoints of shape (frames, 70, 3) or (frames, people, 70, 3), got {keypoints.shape}."

@@ -17,11 +17,12 @@ from pathlib import Path
 
 from ..pipeline.frames import Frame
 from ..pipeline.layouts import H36M17
-from ..pipeline.pose import PoseSequence
+from ..pipeline.pose import MadeBy, PoseSequence
 from .kit.mmpose import bodies, rebase_said, recognised
 
 name = "mmpose3d"
 gives = "poses"
+made_by = MadeBy("estimated", "MMPose")
 reads = "3D JSON of MMPose 1.x lifters, inferencer or demo, no known scale (with option metric: metres)"
 
 _AXES = Frame("MMPOSE3D", "camera", ("left", "away", "up"), origin="lowest joint")

@@ -16,11 +16,12 @@ import numpy as np
 from ..pipeline.errors import InputError
 from ..pipeline.frames import CAMERA
 from ..pipeline.layouts import H36M17
-from ..pipeline.pose import PoseSequence
+from ..pipeline.pose import MadeBy, PoseSequence
 from .kit.numpy import load, peek
 
 name = "motionbert"
 gives = "poses"
+made_by = MadeBy("estimated", "MotionBERT")
 reads = (
     "X3D.npy of MotionBERT's infer_wild.py, Human3.6M order, no known scale (with option pixel: from --pixel)"
 )

@@ -18,11 +18,12 @@ import numpy as np
 from ..pipeline.errors import InputError
 from ..pipeline.frames import CAMERA
 from ..pipeline.layouts import MPI3DHP17
-from ..pipeline.pose import PoseSequence
+from ..pipeline.pose import MadeBy, PoseSequence
 from .kit.matlab import keys, load, numbers
 
 name = "mpi3dhp"
 gives = "poses"
+made_by = MadeBy("measured", "MPI-INF-3DHP's cameras")
 reads = "MPI-INF-3DHP's annot.mat and annot_data.mat: camera axes, millimetres"
 
 _KEY = "annot3"

@@ -17,7 +17,7 @@ import numpy as np
 from ..pipeline.errors import InputError
 from ..pipeline.frames import CAMERA
 from ..pipeline.layouts import BODY_25, BODY_25B, OPENPOSE18
-from ..pipeline.pose import PoseSequence
+from ..pipeline.pose import MadeBy, PoseSequence
 from .kit.json import beginning, numbers
 from .kit.openpose import frame_files, people
 from .kit.people import Bodies
@@ -25,6 +25,7 @@ from .kit.tracks import likely_layout
 
 name = "openpose3d"
 gives = "poses"
+made_by = MadeBy("estimated", "OpenPose")
 reads = "folder of *_keypoints.json from OpenPose's --3d --write_json, metres (option unit)"
 
 _FIELDS = ("pose_keypoints_3d", "body_keypoints_3d")

@@ -24,11 +24,12 @@ import numpy as np
 from ..pipeline.errors import InputError
 from ..pipeline.frames import CAMERA
 from ..pipeline.layouts import BODY_25
-from ..pipeline.pose import PoseSequence
+from ..pipeline.pose import MadeBy, PoseSequence
 from .kit.pickles import beginning, load
 
 name = "phalp"
 gives = "poses"
+made_by = MadeBy("estimated", "PHALP")
 reads = "4D-Humans and PHALP tracks (.pkl): camera axes, metres (GVHMR and GEM-X results are refused with the reason)"
 
 _JOINTS = "3d_joints"

@@ -20,11 +20,12 @@ from ..pipeline.anthropometry import implied_stature
 from ..pipeline.errors import InputError
 from ..pipeline.frames import Frame
 from ..pipeline.layouts import COCO23, remap
-from ..pipeline.pose import PoseSequence
+from ..pipeline.pose import MadeBy, PoseSequence
 from .kit.mmpose import bodies, rebase_said, recognised
 
 name = "rtmw3d"
 gives = "poses"
+made_by = MadeBy("estimated", "RTMW3D")
 reads = "JSON of RTMW3D's demo in MMPose, 133 joints, metres by a stature that is assumed (option stature_m)"
 
 _AXES = Frame("RTMW3D", "camera", ("left", "toward", "up"), origin="crop")

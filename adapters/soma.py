@@ -1,4 +1,5 @@
-"""Joints of NVIDIA's SOMA body in an .npz: `posed_joints` (frames, 77, 3) of Kimodo's format (formats.md section 15).
+"""Joints of NVIDIA's SOMA body in an .npz: `posed_joints` (frames, 77, 3) of Kimodo's format, or
+(frames, 30, 3) of its first examples (formats.md section 15).
 
 Metres in a world with gravity, y up. GEM-X saves the parameters of SOMA alone; its demo_soma_fbx.py writes a BVH of
 them, which adapter bvh reads, and its motions come in Kimodo's format by whatever converts them. Eyes, jaw and head end
@@ -11,32 +12,39 @@ from pathlib import Path
 
 from ..pipeline.errors import InputError
 from ..pipeline.frames import Y_UP
-from ..pipeline.layouts import SOMA77
+from ..pipeline.layouts import SOMA30, SOMA77
 from ..pipeline.pose import PoseSequence
 from .kit.numpy import keys, load, shape_in
-from .kit.world import check_upright
+from .kit.world import Maker, check_upright, maker
 
 name = "soma"
 gives = "poses"
 reads = ".npz with posed_joints of NVIDIA's SOMA body (Kimodo's format): metres, y up"
 
 _KEY = "posed_joints"
-_SHAPE = (len(SOMA77), 3)
+_LAYOUTS = {len(layout): layout for layout in (SOMA77, SOMA30)}
 
 
 def sniff(path: Path) -> bool:
     shape = shape_in(path, _KEY)
-    return len(shape) == 3 and shape[1:] == _SHAPE
+    return len(shape) == 3 and shape[1] in _LAYOUTS and shape[2] == 3
 
 
-def read(path: Path) -> tuple[PoseSequence]:
-    """The one person of the file: SOMA77 in the Y-up world, metres.
+def read(path: Path, made_by: Maker | None = None) -> tuple[PoseSequence]:
+    """The one person of the file: SOMA77 or SOMA30 in the Y-up world, metres.
 
-    InputError when the file has no such array, and when the person does not stand along y.
+    made_by: "measured" or "estimated", which the file does not say. InputError when the file has no such array, and
+    when the person does not stand along y.
     """
     if not keys(path):
         raise InputError(f"{path}: expected an .npz with the array {_KEY}, got an array without a name.")
-    joints = load(path, ("frames", *_SHAPE), key=_KEY)
-    poses = PoseSequence(joints=joints, layout=SOMA77, frame=Y_UP, frames_known=False)
+    joints = load(path, *(("frames", count, 3) for count in _LAYOUTS), key=_KEY)
+    poses = PoseSequence(
+        joints=joints,
+        layout=_LAYOUTS[joints.shape[1]],
+        frame=Y_UP,
+        frames_known=False,
+        made_by=maker(made_by),
+    )
     check_upright(poses, str(path))
     return (poses,)

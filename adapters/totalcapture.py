@@ -13,11 +13,12 @@ import numpy as np
 from ..pipeline.errors import InputError
 from ..pipeline.frames import Y_UP
 from ..pipeline.layouts import H36M17
-from ..pipeline.pose import PoseSequence
+from ..pipeline.pose import MadeBy, PoseSequence
 from .kit.beginning import first_bytes
 
 name = "totalcapture"
 gives = "poses"
+made_by = MadeBy("measured", "TotalCapture's Vicon cameras")
 reads = "TotalCapture's gt_skel_gbl_pos.txt: motion capture, inches, y up"
 
 _RATE_HZ = 60.0

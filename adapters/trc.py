@@ -19,7 +19,7 @@ from ..pipeline.errors import InputError
 from ..pipeline.files.markers import Markers, Up, read_trc
 from ..pipeline.pose import PoseSequence
 from .kit.beginning import first_bytes
-from .kit.world import people_of
+from .kit.world import Maker, maker, people_of
 
 name = "trc"
 gives = "poses"
@@ -35,12 +35,15 @@ def sniff(path: Path) -> bool:
     return first_bytes(path, len(_BEGINS)) == _BEGINS
 
 
-def read(path: Path, unit: str | None = None, up: Up | None = None) -> tuple[PoseSequence, ...]:
+def read(
+    path: Path, unit: str | None = None, up: Up | None = None, made_by: Maker | None = None
+) -> tuple[PoseSequence, ...]:
     """The person of the file, or each of its subjects by name, in the file's own world and unit, with its time stamps.
 
     unit: "m", "mm", "cm" or "inch", instead of the header's. up: "y" or "z", the axis that is up; "y" without it, and
-    then the person has to stand along it. Empty cells are NaN. InputError when the file is no TRC, its points are
-    not joint centres under names in use, or their depth is Sports2D's.
+    then the person has to stand along it. made_by: "measured" or "estimated", which the file does not say. Empty cells
+    are NaN. InputError when the file is no TRC, its points are not joint centres under names in use, or their depth is
+    Sports2D's.
     """
     try:
         found = read_trc(path)
@@ -55,7 +58,7 @@ def read(path: Path, unit: str | None = None, up: Up | None = None) -> tuple[Pos
             f"{path}: expected positions in space, got a Sports2D file, whose z is a constant from a table for each "
             "marker and not measured; give its 2D detections with --keypoints and have them lifted."
         )
-    return people_of(found, str(path), unit, up)
+    return people_of(found, str(path), unit, up, maker(made_by))
 
 
 def _invented_depth(found: Markers) -> bool:

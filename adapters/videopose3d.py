@@ -19,12 +19,13 @@ import numpy as np
 from ..pipeline.errors import InputError
 from ..pipeline.frames import CAMERA
 from ..pipeline.layouts import H36M17
-from ..pipeline.pose import PoseSequence
+from ..pipeline.pose import MadeBy, PoseSequence
 from .kit.metric import FRAMES, check_metric, looks_metric
 from .kit.numpy import keys, load, peek
 
 name = "videopose3d"
 gives = "poses"
+made_by = MadeBy("estimated", "VideoPose3D or its kin")
 reads = "VideoPose3D, MixSTE, video-to-pose3D (.npy), MHFormer, StridedTransformer (.npz or the vis.py folder), metres"
 
 _KEY = "reconstruction"

@@ -20,12 +20,13 @@ from ..pipeline.errors import InputError
 from ..pipeline.files.skeletons import SMPL
 from ..pipeline.frames import CAMERA
 from ..pipeline.layouts import FEET, H36M17_B, Layout
-from ..pipeline.pose import PoseSequence
+from ..pipeline.pose import MadeBy, PoseSequence
 from .kit.numpy import load as load_array
 from .kit.pickles import beginning, load
 
 name = "wham"
 gives = "poses"
+made_by = MadeBy("estimated", "WHAM")
 reads = "wham_output.pkl of WHAM: meshes in camera axes, metres (option regressor: SMPL's, as a .npy)"
 
 _VERTICES = 6890

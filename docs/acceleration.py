@@ -1,4 +1,4 @@
-"""Draws the accelerations that `pcnet3d evaluate --takes -o DIR` found:
+"""Draws the accelerations that `pcnet3d evaluate takes --sets test --because REASON -o DIR` found:
 
     python docs/acceleration.py DIR/evaluation.json OUT.png
 

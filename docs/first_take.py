@@ -19,7 +19,7 @@ from pcnet3d.adapters import read
 from pcnet3d.examples.walker.camera import side_camera
 from pcnet3d.examples.walker.files import write_keypoints
 from pcnet3d.examples.walker.walk import walker
-from pcnet3d.pipeline import H36M17, Pipeline, Take
+from pcnet3d.pipeline import H36M17, Pipeline, Take, Told
 from pcnet3d.stages.angles import Angles
 from pcnet3d.stages.lift import Lift
 from pcnet3d.stages.rectify import Rectify
@@ -50,14 +50,15 @@ print(f"{len(keypoints)} frames at {keypoints.fps:g} per second, {keypoints.join
 # %%
 stages = Pipeline(
     (
-        Lift(image_size=(camera.width, camera.height), focal_px=camera.focal_px),
-        Scale(stature_m=walk.stature_m),
+        Lift(),
+        Scale(),
         Rectify(),
         Trajectories(),
         Angles(),
     )
 )
-take = stages(Take("walker", keypoints=keypoints))
+told = Told(image_size=(camera.width, camera.height), focal_px=camera.focal_px, stature_m=walk.stature_m)
+take = stages(Take("walker", keypoints=keypoints, told=told))
 for event in take.events:
     print(f"{event.kind}: {event.text}")
 

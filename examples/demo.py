@@ -49,7 +49,7 @@ def demo(
             made = {"pcnet3d": package_version(), "what": "input files of pcnet3d demo"}
             (folder / SUMMARY).write_text(json.dumps(made) + "\n", encoding="utf-8")
             done("example", time.perf_counter() - start)
-            take = run_files(options, output, recipe, force=force, done=done)
+            take = run_files(options, output, force=force, done=done)
     tell(take)
     truth = R_camera_from_body(walk, camera)[take.need("poses").frame_index]
     show(f"{inputs}: a video, 2D keypoints as AlphaPose and 3D poses as MotionBERT would write them")

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from .running.recipe import load_recipe
     from .running.run import run_files
     from .running.runner import Pipeline
-    from .take import Event, Take, Video
+    from .take import Event, Take, Told, Video
 
 _HOMES = {
     "errors": ("InputError",),
@@ -29,13 +29,13 @@ _HOMES = {
     "running.recipe": ("load_recipe",),
     "running.run": ("run_files",),
     "running.runner": ("Pipeline",),
-    "take": ("Event", "Take", "Video"),
+    "take": ("Event", "Take", "Told", "Video"),
 }
 
 __all__ = [
     "BODY", "CAMERA", "H36M17", "IMAGE", "LEVEL", "Y_UP", "Z_UP",
     "Event", "Frame", "InputError", "Layout", "Pipeline", "PoseSequence", "Rectified", "RunOptions",
-    "Take", "Video",
+    "Take", "Told", "Video",
     "change_frame", "load_recipe", "open_take", "planned", "remap", "rotate", "run_files",
 ]  # fmt: skip
 

@@ -1,7 +1,7 @@
 """Joint layouts as data: names, bones, mirror pairs, and how to get from one to another by name.
 
 Joint orders: formats.md section 1 (orders A, B, C), section 5 (BlazePose), section 6 (2D detectors), section 8.3
-(MPI-INF-3DHP) and section 15 (MHR-70, SOMA-77). "l_" and "r_" are the subject's own left and right.
+(MPI-INF-3DHP) and section 15 (MHR-70, SOMA-30 and -77). "l_" and "r_" are the subject's own left and right.
 """
 
 from __future__ import annotations
@@ -194,11 +194,20 @@ SOMA77 = Layout(
      *(name for side in "lr" for name in (*_limb(side, *_LEG), f"{side}_toe_base", f"{side}_toe_end"))),
 )  # fmt: skip
 
+# The same with fewer joints, as Kimodo's first examples have it: no top of the head, and two points a hand.
+SOMA30 = Layout(
+    "SOMA30",
+    ("hips", "spine1", "spine2", "chest", "neck", "neck2", "skull", "jaw", "l_eye", "r_eye",
+     *(name for side in "lr" for name in (f"{side}_collar", *_limb(side, *_ARM),
+                                            f"{side}_thumb_end", f"{side}_middle_end")),
+     *(name for side in "lr" for name in (*_limb(side, *_LEG), f"{side}_toe_base"))),
+)  # fmt: skip
+
 LAYOUTS = {
     layout.name: layout
     for layout in (
         H36M17, H36M17_B, H36M17_C, COCO17, COCO23, HALPE26, OPENPOSE18, BODY_25, BODY_25B, BLAZEPOSE33,
-        MPI3DHP17, MHR70, SOMA77,
+        MPI3DHP17, MHR70, SOMA30, SOMA77,
     )
 }  # fmt: skip
 

@@ -8,7 +8,7 @@ from copy import copy
 from dataclasses import dataclass, field, replace
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -35,6 +35,22 @@ class Step:
     options: dict[str, Any] = field(default_factory=dict)
 
 
+@dataclass(frozen=True)
+class MadeBy:
+    """Who made poses, which says what is known of their errors.
+
+    kind: "measured" by motion capture; "estimated" by a network out of images, whose errors are known in a camera's
+    axes only (docs/accuracy.md); "unknown" where neither the file nor the user says. by: the system's or the program's
+    name, "" where it is not known.
+    """
+
+    kind: Literal["measured", "estimated", "unknown"] = "unknown"
+    by: str = ""
+
+
+UNSAID = MadeBy()
+
+
 @dataclass(frozen=True, eq=False)
 class PoseSequence:
     """One person's joints over time.
@@ -48,6 +64,7 @@ class PoseSequence:
     seams: rows at which the estimator began a new clip without looking at the old one (formats.md 11.5);
         no derivative may be taken across one.
     person: the source's name of the person.
+    made_by: who made the poses, as the adapter, the lifter or the user says.
     history: what was done so far, oldest first.
     root: (T, D) float64 of joints relative to the pelvis: the pelvis in the same axes and unit, from a point that does
         not move (the camera, the world's origin); NaN where missing, None when its place is not known.
@@ -75,6 +92,7 @@ class PoseSequence:
     root_covariance: np.ndarray | None = None
     covariance: np.ndarray | None = None
     feet: np.ndarray | None = None
+    made_by: MadeBy = UNSAID
 
     def __post_init__(self) -> None:
         joints = _owned(self.joints, np.float32)
@@ -150,6 +168,12 @@ class PoseSequence:
     def joint(self, name: str) -> np.ndarray:
         """(T, D) positions of one joint."""
         return self.joints[:, self.layout.index(name)]
+
+    @property
+    def lifted(self) -> bool:
+        """Whether the errors are those of lifted poses: in a camera's axes, and not measured. In a world's axes nobody
+        has judged an estimator."""
+        return self.frame.family == "camera" and self.made_by.kind != "measured"
 
     @property
     def measured_root(self) -> np.ndarray | None:

@@ -13,6 +13,8 @@ from .errors import InputError
 from .pose import PoseSequence, Rectified
 from .verdict import Finding
 
+CameraMotion = Literal["static", "moving"]
+
 
 @dataclass(frozen=True, eq=False)
 class Video:
@@ -70,6 +72,57 @@ class Event:
 
 
 @dataclass(frozen=True)
+class Told:
+    """What the user tells about a recording; None where nothing was said. Stages read it here and nowhere else, so that
+    no two of them hold different ones.
+
+    camera: "static" for one that stands still during the take, "moving" for one that pans or is carried. focal_px: its
+    focal length. gravity: which way things fall, in the camera's axes (x right, y down, z away), any length. pitch_deg,
+    roll_deg: of the camera, positive when it looks down, and when the image's content turns counter-clockwise; both or
+    neither, for an angle that nobody told is not 0. image_size: width and height in pixels, of a take without a video.
+    stature_m: the person's height. images: False keeps every image of the person out of the results.
+
+    InputError for what cannot be, before a run has looked at the whole video in vain.
+    """
+
+    camera: CameraMotion | None = None
+    focal_px: float | None = None
+    gravity: tuple[float, float, float] | None = None
+    pitch_deg: float | None = None
+    roll_deg: float | None = None
+    image_size: tuple[int, int] | None = None
+    stature_m: float | None = None
+    images: bool = True
+
+    def __post_init__(self) -> None:
+        pitch, roll = self.pitch_deg, self.roll_deg
+        angles = [angle for angle in (pitch, roll) if angle is not None]
+        if self.camera not in (None, "static", "moving"):
+            raise InputError(f"Expected a camera that is static or moving, got '{self.camera}'.")
+        if self.gravity is not None and angles:
+            raise InputError("Expected the camera's gravity, or its pitch and roll, not both.")
+        if self.gravity is not None and not 0 < np.linalg.norm(self.gravity) < np.inf:
+            raise InputError(
+                f"Expected a direction for gravity, such as 0,1,0 (down the picture), got {self.gravity}."
+            )
+        if not all(abs(angle) <= 180 for angle in angles):
+            raise InputError(f"Expected pitch and roll in degrees, got {pitch} and {roll}.")
+        if len(angles) == 1:
+            alone = "roll" if pitch is None else "pitch"
+            raise InputError(
+                f"Expected the camera's pitch and roll together, got the {alone} alone; a camera that looks neither "
+                "up nor down has --pitch 0, one whose pictures show the horizon level --roll 0."
+            )
+        if self.moving and (angles or self.gravity is not None):
+            raise InputError("A moving camera has no one pitch, roll or gravity; leave them out.")
+
+    @property
+    def moving(self) -> bool:
+        """Whether the camera moves; one of which nothing is told is taken for one that stands still."""
+        return self.camera == "moving"
+
+
+@dataclass(frozen=True)
 class Session:
     """What the user says about a recording; empty where nothing was said. date: YYYY-MM-DD."""
 
@@ -92,6 +145,7 @@ class Take:
     second_lift: how far another lifter of the same keypoints is from the poses, as nested plain dicts, units in the
         keys (stages/second_lift.py).
     session: what the user says about the recording: title, person, date.
+    told: what the user tells that stages reckon with: camera, up, image size, stature, privacy.
     inputs: what was read: role, path, SHA-256, adapter.
     """
 
@@ -109,6 +163,7 @@ class Take:
     events: tuple[Event, ...] = ()
     inputs: tuple[dict[str, Any], ...] = ()
     session: Session = Session()
+    told: Told = Told()
 
     @property
     def title(self) -> str:
@@ -117,6 +172,10 @@ class Take:
 
     def with_(self, **changes: Any) -> Take:
         return replace(self, **changes)
+
+    def telling(self, **told: Any) -> Take:
+        """A copy with other values in these fields of `told`."""
+        return replace(self, told=replace(self.told, **told))
 
     @overload
     def need(self, what: Literal["poses", "keypoints", "filtered"]) -> PoseSequence: ...

@@ -37,7 +37,27 @@ class Angles:
         columns = joint_angles(
             take.need("poses"), take.need("rectified"), take.need("filtered"), self.smoother == "auto"
         )
-        return take.with_(kinematics={**(take.kinematics or {}), **columns}).saying(*_events(columns))
+        events = _events(columns)
+        if why := errors_unknown(take.need("poses")):
+            events.append(Event("note", why))
+        return take.with_(kinematics={**(take.kinematics or {}), **columns}).saying(*events)
+
+
+def errors_unknown(poses: PoseSequence) -> str:
+    """Why the errors of the angles of poses are not known, in a sentence; "" where they are, or where the poses were
+    measured."""
+    if poses.lifted or poses.made_by.kind == "measured":
+        return ""
+    if poses.made_by.kind == "unknown":
+        return (
+            "The errors of the angles are not known: nobody says who made the poses, which may err as a lifter's do "
+            "(-O made_by=measured, or estimated)."
+        )
+    by = f" by {poses.made_by.by}" if poses.made_by.by else ""
+    return (
+        f"The errors of the angles are not known: the poses were estimated{by} in a world's axes, where no estimator "
+        "has been judged."
+    )
 
 
 def joint_angles(
@@ -50,16 +70,16 @@ def joint_angles(
 
     poses: what was rectified; rectified: the answer; filtered: its `level` through the low-pass
     (stages.trajectories.smooth). Rates are smoothed by the angles' errors (models/angle_error/rates.py), or, without
-    rates_by_error, derivatives. Poses in axes that know their gravity come without errors, for no lifter made them:
-    theirs are derivatives anyway. InputError for another layout or frame.
+    rates_by_error, derivatives. Poses that are measured, and those in a world's axes, come without errors
+    (PoseSequence.lifted): theirs are derivatives anyway. InputError for another layout or frame.
     """
     if poses.layout != H36M17:
         raise InputError(f"Angles need joints in layout H36M17, got {poses.layout.name}; use remap first.")
     require(filtered.frame, LEVEL, "Angles' filtered joints")
     source = change_frame(poses, poses.frame.with_(origin="pelvis"))
-    lifted = source.frame.family == "camera"
+    lifted = source.lifted
     # The noise of lifted joints is known in the camera's own axes.
-    reference = CAMERA if lifted else source.frame
+    reference = CAMERA if source.frame.family == "camera" else source.frame
     R_reference_from_source = reference.basis @ source.frame.basis.T
     source = change_frame(source, reference.with_(origin="pelvis", unit=source.frame.unit))
     R_reference_from_level = R_reference_from_source @ rectified.R_source_from_level

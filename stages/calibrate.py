@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar, Literal
+from typing import ClassVar
 
 from ..models.gravity.view import camera_of
 from ..pipeline.camera import Camera, pitch_roll_deg
@@ -13,30 +13,28 @@ from ..pipeline.errors import InputError
 from ..pipeline.files.camera_file import read_camera
 from ..pipeline.files.video_frames import shown_size
 from ..pipeline.pose import PoseSequence
-from ..pipeline.take import Event, Take, Video
+from ..pipeline.take import Event, Take, Told, Video
 
 
 @dataclass(frozen=True)
 class Calibrate:
-    """The stage. focal_px: the focal length in pixels, if known; camera_file, camera_name: or a calibration file, and
-    which of its cameras. gravity_network: a name or a file, asked where the image's lines do not tell up. camera:
-    "static" for one that stands still during the take, "moving" for one that pans or is carried."""
+    """The stage. camera_file, camera_name: a calibration file, and which of its cameras, instead of a focal length that
+    is told. gravity_network: a name or a file, asked where the image's lines do not tell up."""
 
-    focal_px: float | None = None
     camera_file: Path | None = None
     camera_name: str | None = None
     gravity_network: str | None = None
-    camera: Literal["static", "moving"] = "static"
 
     name: ClassVar[str] = "calibrate"
     needs: ClassVar[tuple[str, ...]] = ("video",)
     gives: ClassVar[tuple[str, ...]] = ("camera",)
+    reads: ClassVar[tuple[str, ...]] = ("camera", "focal_px")
 
     def __call__(self, take: Take) -> Take:
         video = take.need("video")
         poses = take.keypoints or take.poses
-        found = self._found(video, take.keypoints, _span(video, poses))
-        return take.with_(camera=found).saying(*_events(found, self.camera))
+        found = self._found(take.told, video, take.keypoints, _span(video, poses))
+        return take.with_(camera=found).saying(*_events(found, take.told.moving))
 
     def together(self, takes: Sequence[Take]) -> list[Take]:
         """Several people of one video have one camera."""
@@ -46,20 +44,29 @@ class Calibrate:
         spans = [_span(first.video, poses) for poses in everybody] or [first.video.span]
         span = min(start for start, _ in spans), max(end for _, end in spans)
         keypoints = [take.keypoints for take in takes if take.keypoints is not None]
-        found = self._found(first.video, keypoints, span)
-        return [take.with_(camera=found).saying(*_events(found, self.camera)) for take in takes]
+        found = self._found(first.told, first.video, keypoints, span)
+        return [take.with_(camera=found).saying(*_events(found, take.told.moving)) for take in takes]
+
+    def check_told(self, told: Told) -> None:
+        """A pipeline.plugins.protocols.ToldStage."""
+        if self.camera_file is not None and told.focal_px is not None:
+            raise InputError(
+                "Expected a focal length or a camera file, not both; the file has a focal length."
+            )
 
     def _found(
-        self, video: Video, people: PoseSequence | Sequence[PoseSequence] | None, span: tuple[int, int]
+        self,
+        told: Told,
+        video: Video,
+        people: PoseSequence | Sequence[PoseSequence] | None,
+        span: tuple[int, int],
     ) -> Camera:
+        self.check_told(told)
         intrinsics = None
         if self.camera_file is not None:
-            if self.focal_px is not None:
-                raise InputError(
-                    "Expected a focal length or a camera file, not both; the file has a focal length."
-                )
             intrinsics = read_camera(self.camera_file, self.camera_name, shown_size(video))
-        return camera_of(video, people, span, self.focal_px, self.camera, intrinsics, self.gravity_network)
+        camera = "moving" if told.moving else "static"
+        return camera_of(video, people, span, told.focal_px, camera, intrinsics, self.gravity_network)
 
 
 def _span(video: Video, poses: PoseSequence | None) -> tuple[int, int]:
@@ -72,11 +79,11 @@ def _span(video: Video, poses: PoseSequence | None) -> tuple[int, int]:
 _WHAT = {"lines": "the straight lines", "network": "a network's view"}
 
 
-def _events(found: Camera, camera: str) -> tuple[Event, ...]:
+def _events(found: Camera, moving: bool) -> tuple[Event, ...]:
     """What was found, in words."""
     if not found.looks:
         return (Event("note", f"The image does not tell which way is up: {found.reason}."),)
-    if camera == "moving":
+    if moving:
         return (
             Event("note", f"The image tells which way is up in {len(found.looks)} of the frames looked at."),
         )

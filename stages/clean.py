@@ -8,32 +8,32 @@ from typing import ClassVar
 import numpy as np
 
 from ..pipeline.errors import InputError
-from ..pipeline.files.video_frames import shown_size
+from ..pipeline.files.video_frames import image_size
 from ..pipeline.layouts import FEET_ANKLES, H36M17
 from ..pipeline.messages import how_many, spans_in_words
 from ..pipeline.motion.checks import NEAR_S, grid_rows, strays_of
 from ..pipeline.motion.signals import BRIDGED_S, holes
 from ..pipeline.motion.visibility import in_words, unseen
 from ..pipeline.pose import PoseSequence
-from ..pipeline.take import Event, Take
+from ..pipeline.take import Event, Take, Told
 
 _LISTED = 3  # gaps named in a sentence
 
 
 @dataclass(frozen=True)
 class Clean:
-    """The stage. Options as those of `clean`; image_size: width and height in pixels, for a take without a video, whose
-    keypoints may lie outside."""
+    """The stage. Options as those of `clean`. Keypoints may lie outside the image, whose size the video or the user
+    tells."""
 
     max_gap_s: float = 0.2
     spike: float = 0.5
-    image_size: tuple[int, int] | None = None
 
     name: ClassVar[str] = "clean"
     needs: ClassVar[tuple[str, ...]] = ("poses",)
     gives: ClassVar[tuple[str, ...]] = ("poses",)
+    reads: ClassVar[tuple[str, ...]] = ("image_size",)
 
-    def unit_of(self, before: str) -> str:
+    def unit_of(self, before: str, told: Told) -> str:
         """A pipeline.plugins.protocols.ScalingStage."""
         return before
 
@@ -74,8 +74,7 @@ class Clean:
                 )
             )
         if take.keypoints is not None and poses.layout == H36M17:
-            size = shown_size(take.video) if take.video else self.image_size
-            hidden, out = unseen(take.keypoints, size, poses.frame_index, poses.times)
+            hidden, out = unseen(take.keypoints, image_size(take), poses.frame_index, poses.times)
             poses = without(poses, hidden)
             events += [Event("warning", text, about="view") for text in in_words(hidden, out, poses.times)]
         return take.with_(poses=poses).saying(*events)

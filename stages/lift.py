@@ -10,15 +10,13 @@ import numpy as np
 
 from ..models import load_lifter, load_rectifier
 from ..models.gravity import known_moving_up, known_up, told_up
-from ..models.gravity.levelling import Camera as CameraMotion
 from ..models.lifter.answers import Answers, load_answers
 from ..models.lifter.builtin import OwnLifter
 from ..models.lifter.images import ImageLifter
 from ..models.lifter.input import UNDISTORT, refuse_outside
 from ..models.lifter.scaling import KINDS
-from ..pipeline.camera import Camera
 from ..pipeline.errors import InputError
-from ..pipeline.files.video_frames import shown_size
+from ..pipeline.files.video_frames import image_size
 from ..pipeline.intrinsics import Intrinsics, undistorted
 from ..pipeline.layouts import H36M17, remap
 from ..pipeline.messages import how_many
@@ -26,9 +24,9 @@ from ..pipeline.motion.checks import implausible, strays_of
 from ..pipeline.motion.findings import findings_of
 from ..pipeline.motion.visibility import seen_only
 from ..pipeline.plugins.protocols import Lifter
-from ..pipeline.pose import PoseSequence
+from ..pipeline.pose import MadeBy, PoseSequence
 from ..pipeline.reading.handedness import Handedness, guarded
-from ..pipeline.take import Event, Take
+from ..pipeline.take import Event, Take, Told
 
 _TOLD = ("model", "kind", "focal_known")  # by every lifter of its lift (plugins.protocols.Lifter)
 
@@ -39,23 +37,15 @@ class Lift:
     the first lift does not contradict that.
 
     lifter: "pcnet3d", the built-in one, or an .onnx file; lifter_kind: what that is, where its shapes leave it open
-    (models.load_lifter). image_size: the image's width and height in pixels, for a take without a video;
-    focal_px: the focal length, if known; flip: average with the lift of the mirrored person. parity: what to do when
-    left and right of the lift look exchanged. camera, gravity, pitch_deg, roll_deg: of stages.rectify.
-    checkpoint: a file for what a lifter that looks at the images has answered so far, written every minute. resume: the
-    file of an interrupted run to go on from.
+    (models.load_lifter). flip: average with the lift of the mirrored person. parity: what to do when left and right of
+    the lift look exchanged. checkpoint: a file for what a lifter that looks at the images has answered so far, written
+    every minute. resume: the file of an interrupted run to go on from.
     """
 
     lifter: str = "pcnet3d"
     lifter_kind: str | None = None
-    image_size: tuple[int, int] | None = None
-    focal_px: float | None = None
     flip: bool = False
     parity: Handedness = "refuse"
-    camera: CameraMotion = "static"
-    gravity: tuple[float, float, float] | None = None
-    pitch_deg: float | None = None
-    roll_deg: float | None = None
     checkpoint: Path | None = None
     resume: Path | None = None
     _opened: Lifter = field(init=False, repr=False, compare=False)
@@ -63,17 +53,20 @@ class Lift:
     name: ClassVar[str] = "lift"
     needs: ClassVar[tuple[str, ...]] = ("keypoints",)
     gives: ClassVar[tuple[str, ...]] = ("poses",)
+    reads: ClassVar[tuple[str, ...]] = (
+        "camera", "focal_px", "gravity", "pitch_deg", "roll_deg", "image_size"
+    )  # fmt: skip
 
     def __post_init__(self) -> None:
         """Opens the lifter, so that a run ends before its detector has looked at the whole video in vain."""
         object.__setattr__(self, "_opened", load_lifter(self.lifter, self.lifter_kind))
 
-    def unit_of(self, before: str) -> str:
+    def unit_of(self, before: str, told: Told) -> str:
         """A pipeline.plugins.protocols.ScalingStage: the lifter's, where that says it."""
         return getattr(self._opened, "unit", "")
 
     def __call__(self, take: Take) -> Take:
-        size = self.image_size or (shown_size(take.video) if take.video else None)
+        size = image_size(take)
         keypoints, intrinsics = take.need("keypoints"), take.camera.intrinsics if take.camera else None
         if isinstance(self._opened, OwnLifter) and keypoints.time_s is not None:
             keypoints, strays = _without_strays(seen_only(keypoints, size), keypoints)
@@ -85,14 +78,15 @@ class Lift:
                 take = take.saying(Event("repair", text))
         if intrinsics is not None:  # after what compares keypoints with the border of the filmed image
             keypoints = self._undistorted(keypoints, intrinsics, size)
-        focal_px, guessed = self._focal_px(take.camera)
+        focal_px, guessed = self._focal_px(take)
         poses = self._lifted(take, keypoints, size, focal_px)
-        if isinstance(self._opened, OwnLifter) and (up := self._known_up(take.camera, poses)) is not None:
+        if isinstance(self._opened, OwnLifter) and (up := _known_up(take, poses)) is not None:
             poses = self._opened.lift(keypoints, size, focal_px, self.flip, take.video, up)
         if guessed:  # what phones usually have is no knowledge of this camera
             last = poses.history[-1]
             last = replace(last, options={**last.options, "focal_known": False})
             poses = poses.with_(history=(*poses.history[:-1], last))
+        poses = poses.with_(made_by=MadeBy("estimated", self._opened.method))
         said = _said(poses, self._opened)
         poses = guarded(poses, self.parity, f"The lift by {self._opened.method}")
         doubts = [str(step.options["warning"]) for step in poses.history if "warning" in step.options]
@@ -134,26 +128,27 @@ class Lift:
         if self.checkpoint is not None:
             answers.save(self.checkpoint)
 
-    def _known_up(self, camera: Camera | None, poses: PoseSequence) -> np.ndarray | None:
-        """(3,) unit, which way is up in a camera that stands still, or (T, 3) in one that moves, where that is known
-        well; None else."""
-        told = told_up(self.gravity, self.pitch_deg, self.roll_deg)
-        looks = camera.looks if camera is not None else ()
-        if not (told or looks):
-            return None
-        rectifier = load_rectifier("pcnet")
-        if self.camera == "moving":
-            return known_moving_up(poses, rectifier, looks)
-        return known_up(poses, rectifier, told, looks[0] if looks else None)
-
-    def _focal_px(self, camera: Camera | None) -> tuple[float | None, bool]:
+    def _focal_px(self, take: Take) -> tuple[float | None, bool]:
         """The focal length to lift with, in pixels, and whether it is a guess, which is good enough for our own lifter
         only: others turn the whole body by it."""
-        if self.focal_px is not None or camera is None:
-            return self.focal_px, False
+        camera = take.camera
+        if camera is None:
+            return take.told.focal_px, False
         if camera.focal_source != "prior":
             return camera.focal_px, False
         return (camera.focal_px, True) if isinstance(self._opened, OwnLifter) else (None, False)
+
+
+def _known_up(take: Take, poses: PoseSequence) -> np.ndarray | None:
+    """(3,) unit, which way is up in a camera that stands still, or (T, 3) in one that moves, where that is known well;
+    None else."""
+    told, looks = told_up(take.told), take.camera.looks if take.camera else ()
+    if not (told or looks):
+        return None
+    rectifier = load_rectifier("pcnet")
+    if take.told.moving:
+        return known_moving_up(poses, rectifier, looks)
+    return known_up(poses, rectifier, told, looks[0] if looks else None)
 
 
 def _without_strays(seen: PoseSequence, keypoints: PoseSequence) -> tuple[PoseSequence, int]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar, Literal
+from typing import ClassVar
 
 import numpy as np
 
@@ -11,42 +11,37 @@ from ..models.gravity.view import before
 from ..models.place.path import FEWEST_FRAMES, SCALE_SD, PelvisPath, pelvis_path
 from ..pipeline.camera import Camera
 from ..pipeline.errors import InputError
-from ..pipeline.files.video_frames import shown_size
+from ..pipeline.files.video_frames import image_size
 from ..pipeline.frames import scaled_covariance
 from ..pipeline.pose import PoseSequence
 from ..pipeline.rotations import is_finite
-from ..pipeline.take import Event, Take
+from ..pipeline.take import Event, Take, Told
 
 
 @dataclass(frozen=True)
 class Place:
-    """The stage. camera: "static" for one that stands still during the take, "moving" for one that pans or is carried,
-    before which nobody can be placed. focal_px: the focal length in pixels, if known, and image_size: the image's width
-    and height in pixels, of a take without a video."""
-
-    camera: Literal["static", "moving"] = "static"
-    focal_px: float | None = None
-    image_size: tuple[int, int] | None = None
+    """The stage. Nobody can be placed before a camera that moves."""
 
     name: ClassVar[str] = "place"
     needs: ClassVar[tuple[str, ...]] = ("poses",)
     gives: ClassVar[tuple[str, ...]] = ("poses",)
+    reads: ClassVar[tuple[str, ...]] = ("camera", "focal_px", "image_size")
 
-    def unit_of(self, before: str) -> str:
+    def unit_of(self, before: str, told: Told) -> str:
         """A pipeline.plugins.protocols.ScalingStage."""
         return before
 
     def __call__(self, take: Take) -> Take:
         poses, keypoints = take.need("poses"), take.keypoints
-        if keypoints is None and take.video is None and (self.focal_px or self.image_size):
+        if keypoints is None and take.video is None and (take.told.focal_px or take.told.image_size):
             raise InputError(
                 "A focal length and an image size are for keypoints or a video, and this run has neither; leave "
                 "--focal and --image-size out."
             )
         if poses.root is not None:
             return take
-        camera = self._camera(take)
-        if reason := self._why_not(poses, keypoints, camera):
+        camera = _camera(take)
+        if reason := _why_not(poses, keypoints, take.told.moving, camera):
             return take.saying(_nowhere(reason))
         assert keypoints is not None  # or there is a reason
         assert camera is not None
@@ -77,31 +72,33 @@ class Place:
             events.append(Event("repair", text))
         return take.with_(poses=placed, camera=camera).saying(*events)
 
-    def _camera(self, take: Take) -> Camera | None:
-        """The take's, or what is told of it; None where not even the image's size is known."""
-        if take.camera is not None:
-            return take.camera
-        size = shown_size(take.video) if take.video else self.image_size
-        if size is None:
-            return None
-        focal, spread, source = before(size, self.focal_px, None)
-        return Camera(size, focal, focal * spread, source)
 
-    def _why_not(
-        self, poses: PoseSequence, keypoints: PoseSequence | None, camera: Camera | None
-    ) -> str | None:
-        """Why the person cannot be placed, in words; None where nothing is in the way."""
-        if poses.frame.family != "camera":
-            return "the poses are not in a camera's axes"
-        if keypoints is None:
-            return "there are no 2D keypoints (--keypoints)"
-        if self.camera == "moving":
-            return "the camera moves, and how it does is not known"
-        if camera is None:
-            return "the image's size is not known (--image-size)"
-        if len(poses) < FEWEST_FRAMES:
-            return f"a path takes {FEWEST_FRAMES} frames, got {len(poses)}"
+def _camera(take: Take) -> Camera | None:
+    """The take's, or what is told of it; None where not even the image's size is known."""
+    if take.camera is not None:
+        return take.camera
+    size = image_size(take)
+    if size is None:
         return None
+    focal, spread, source = before(size, take.told.focal_px, None)
+    return Camera(size, focal, focal * spread, source)
+
+
+def _why_not(
+    poses: PoseSequence, keypoints: PoseSequence | None, moving: bool, camera: Camera | None
+) -> str | None:
+    """Why the person cannot be placed, in words; None where nothing is in the way."""
+    if poses.frame.family != "camera":
+        return "the poses are not in a camera's axes"
+    if keypoints is None:
+        return "there are no 2D keypoints (--keypoints)"
+    if moving:
+        return "the camera moves, and how it does is not known"
+    if camera is None:
+        return "the image's size is not known (--image-size)"
+    if len(poses) < FEWEST_FRAMES:
+        return f"a path takes {FEWEST_FRAMES} frames, got {len(poses)}"
+    return None
 
 
 def _nowhere(reason: str) -> Event:

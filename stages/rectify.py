@@ -22,7 +22,6 @@ from ..models.gravity import (
     told_up,
     why_not,
 )
-from ..models.gravity.levelling import Camera
 from ..models.gravity.moving import WINDOW_S, timed
 from ..pipeline.camera import Camera as View
 from ..pipeline.errors import InputError
@@ -33,47 +32,38 @@ from ..pipeline.motion.checks import nobody_upright
 from ..pipeline.plugins.protocols import Rectifier
 from ..pipeline.pose import PoseSequence, Rectified
 from ..pipeline.rotations import rotate, transpose
-from ..pipeline.take import Event, Take
+from ..pipeline.take import CameraMotion, Event, Take, Told
 
 
 @dataclass(frozen=True)
 class Rectify:
     """The stage.
 
-    rectifier: "pcnet", "paper", "geometric", or a trained network's .onnx file. camera: "static" for one that stands
-    still during the take, "moving" for one that pans or is carried. gravity: which way things fall, in the camera's
-    axes (x right, y down, z away). pitch_deg, roll_deg: of the camera, positive when it looks down, and when the
-    image's content turns counter-clockwise. window_s: of a moving camera, how far in time frames share their up,
-    the standard deviation of a Gaussian.
+    rectifier: "pcnet", "paper", "geometric", or a trained network's .onnx file. window_s: of a moving camera, how far
+    in time frames share their up, the standard deviation of a Gaussian.
     """
 
     rectifier: str = "pcnet"
-    camera: Camera = "static"
-    gravity: tuple[float, float, float] | None = None
-    pitch_deg: float | None = None
-    roll_deg: float | None = None
     window_s: float = WINDOW_S
 
     name: ClassVar[str] = "rectify"
     needs: ClassVar[tuple[str, ...]] = ("poses",)
     gives: ClassVar[tuple[str, ...]] = ("rectified",)
+    reads: ClassVar[tuple[str, ...]] = ("camera", "gravity", "pitch_deg", "roll_deg")
 
     def __post_init__(self) -> None:
-        """InputError for options that cannot be, before a run has looked at the whole video in vain."""
+        """InputError for a window that cannot be, before a run has looked at the whole video in vain."""
         if not 0 < self.window_s < np.inf:
             raise InputError(f"Expected a window_s of more than 0 seconds, got {self.window_s:g}.")
-        if told_up(self.gravity, self.pitch_deg, self.roll_deg) and self.camera == "moving":
-            raise InputError("A moving camera has no one pitch, roll or gravity; leave them out.")
 
     def __call__(self, take: Take) -> Take:
-        ((rectified, events),) = _rectify([take.need("poses")], self.rectifier, self, take.camera, False)
+        ((rectified, events),) = _rectify([take.need("poses")], self, take.told, take.camera, False)
         return _filled(take, rectified, events)
 
     def together(self, takes: Sequence[Take]) -> list[Take]:
         """Several people of one recording, in one LEVEL (rectify_together)."""
         people = [take.poses for take in takes if take.poses is not None]
-        view = next((take.camera for take in takes), None)
-        found = _rectify(people, self.rectifier, self, view, True)
+        found = _rectify(people, self, takes[0].told, takes[0].camera, True)
         return [_filled(take, *each) for take, each in zip(takes, found, strict=True)]
 
 
@@ -96,7 +86,7 @@ def _filled(take: Take, rectified: Rectified, events: list[Event]) -> Take:
 def rectify(
     poses: PoseSequence,
     rectifier: str | Rectifier = "pcnet",
-    camera: Camera = "static",
+    camera: CameraMotion = "static",
     *,
     gravity: tuple[float, float, float] | None = None,
     pitch_deg: float | None = None,
@@ -110,22 +100,22 @@ def rectify(
     but the heading. The joints are taken relative to the pelvis; NaN stays NaN. "source" in the rotations' names
     are the axes that the poses come in. Poses without time stamps count as 30 frames a second.
 
-    camera, gravity, pitch_deg, roll_deg, window_s: of Rectify. view: what the images say (stages.calibrate). A static
-    camera has one up for the take, which every frame votes on (models/gravity/votes.py), as does the floor under the
-    feet when the source knows where the person is (its root; models/gravity/floor.py); a moving one a smooth up, and
-    LEVEL's heading is then the camera's, so that horizontal directions are relative to it.
+    camera, gravity, pitch_deg, roll_deg: as of pipeline.take.Told; window_s: of Rectify. view: what the images say
+    (stages.calibrate). A static camera has one up for the take, which every frame votes on (models/gravity/votes.py),
+    as does the floor under the feet when the source knows where the person is (its root; models/gravity/floor.py); a
+    moving one a smooth up, and LEVEL's heading is then the camera's, so that horizontal directions are relative to it.
 
     A frame with too few torso joints has a NaN rotation. A take that cannot be levelled has level_ok False and a
     reason, and never raises. InputError for another layout or frame, and for a camera that is told twice how it leans.
     """
-    options = Rectify("", camera, gravity, pitch_deg, roll_deg, window_s)
-    return _rectify([poses], rectifier, options, view, together=False)[0][0]
+    told = Told(camera, gravity=gravity, pitch_deg=pitch_deg, roll_deg=roll_deg)
+    return _rectify([poses], Rectify("", window_s), told, view, together=False, rectifier=rectifier)[0][0]
 
 
 def rectify_together(
     people: Sequence[PoseSequence],
     rectifier: str | Rectifier = "pcnet",
-    camera: Camera = "static",
+    camera: CameraMotion = "static",
     *,
     gravity: tuple[float, float, float] | None = None,
     pitch_deg: float | None = None,
@@ -139,46 +129,51 @@ def rectify_together(
     A static camera's up is pooled over the people (models/gravity/people.py). Before a moving camera each person has
     their own up, as each frame has, and the common heading.
     """
-    options = Rectify("", camera, gravity, pitch_deg, roll_deg, window_s)
-    return tuple(rectified for rectified, _ in _rectify(people, rectifier, options, view, together=True))
+    told = Told(camera, gravity=gravity, pitch_deg=pitch_deg, roll_deg=roll_deg)
+    found = _rectify(people, Rectify("", window_s), told, view, together=True, rectifier=rectifier)
+    return tuple(rectified for rectified, _ in found)
 
 
 def _rectify(
     people: Sequence[PoseSequence],
-    rectifier: str | Rectifier,
     options: Rectify,
+    told: Told,
     view: View | None,
     together: bool,
+    rectifier: str | Rectifier = "",
 ) -> list[tuple[Rectified, list[Event]]]:
-    """Of each of the people, in the order given; together: in one LEVEL."""
-    told = told_up(options.gravity, options.pitch_deg, options.roll_deg)
+    """Of each of the people, in the order given; together: in one LEVEL. rectifier: instead of that of the options."""
+    up = told_up(told)
     sources = [_checked(poses) for poses in people]
     families = {source.frame.family for source in sources}
     if len(families) > 1:
         raise InputError("Expected people in one frame, got some in a camera's axes and some in a world's.")
     if families == {"world"}:
-        if told or options.camera != "static":
+        if up or told.moving:
             raise InputError(
                 f"These poses know their own gravity ({sources[0].frame}); leave camera, gravity, pitch and roll out."
             )
-        found = [level_world(_in(source, Z_UP).joints, _times(source), together) for source in sources]
+        found = [
+            level_world(_in(source, Z_UP).joints, _times(source), together, source.made_by.kind == "measured")
+            for source in sources
+        ]
         reference, method = Z_UP, "gravity"
     else:
-        chosen = _facing(rectifier)
-        seen = [_seen(source, chosen, options.camera) for source in sources]
+        chosen = _facing(rectifier or options.rectifier)
+        seen = [_seen(source, chosen, told.moving) for source in sources]
         look = view.looks[0] if view and view.looks else None
-        if options.camera == "moving":
+        if told.moving:
             found = [
                 level_moving(one, timed(view.looks if view else (), source), options.window_s)
                 for one, source in zip(seen, sources, strict=True)
             ]
         elif together:
-            found = level_people(seen, told, look)
+            found = level_people(seen, up, look)
         else:
-            found = [level_static(one, told, look) for one in seen]
+            found = [level_static(one, up, look) for one in seen]
         reference, method = CAMERA, chosen.method
     return [
-        (_rectified(source, reference, levelled, method, options), _events(levelled, source))
+        (_rectified(source, reference, levelled, method, told, options.window_s), _events(levelled, source))
         for source, levelled in zip(sources, found, strict=True)
     ]
 
@@ -209,9 +204,9 @@ def _times(source: PoseSequence) -> np.ndarray:
     return np.arange(len(source)) / 30 if source.time_s is None else source.time_s
 
 
-def _seen(source: PoseSequence, rectifier: Rectifier, camera: Camera) -> Seen:
+def _seen(source: PoseSequence, rectifier: Rectifier, moving: bool) -> Seen:
     poses, time_s = _in(source, CAMERA), _times(source)
-    if camera == "moving":  # every frame has an up of its own
+    if moving:  # every frame has an up of its own
         R, error_deg = rectifier.rotation(poses.joints)
     else:
         R, error_deg = take_rotation(rectifier, poses.joints, time_s, source.seams)
@@ -220,7 +215,7 @@ def _seen(source: PoseSequence, rectifier: Rectifier, camera: Camera) -> Seen:
 
 
 def _rectified(
-    source: PoseSequence, reference: Frame, levelled: Levelled, method: str, options: Rectify
+    source: PoseSequence, reference: Frame, levelled: Levelled, method: str, told: Told, window_s: float
 ) -> Rectified:
     """levelled: in the axes of `reference`, CAMERA or Z_UP."""
     R_source_from_reference = source.frame.basis @ reference.basis.T
@@ -228,13 +223,12 @@ def _rectified(
     R_source_from_level = R_source_from_reference @ levelled.R_camera_from_level
     reason = why_not(levelled)
     said: dict[str, Any] = {
-        "gravity": options.gravity, "pitch_deg": options.pitch_deg, "roll_deg": options.roll_deg,
-        "window_s": options.window_s if options.camera == "moving" else None,
+        "gravity": told.gravity, "pitch_deg": told.pitch_deg, "roll_deg": told.roll_deg,
+        "window_s": window_s if told.moving else None,
     }  # fmt: skip
     said = {name: value for name, value in said.items() if value is not None}
-    noted = source.noted(
-        "rectify", method=method, camera=options.camera, level_heading=levelled.heading, **said
-    )
+    camera = "moving" if told.moving else "static"
+    noted = source.noted("rectify", method=method, camera=camera, level_heading=levelled.heading, **said)
     unit_ = source.frame.unit
     root = root_covariance = None
     if source.root is not None and R_source_from_level.ndim == 2:
@@ -261,7 +255,7 @@ def _rectified(
         level_heading=levelled.heading,
         level_ok=not reason,
         level_reason=reason,
-        camera="gravity" if reference is Z_UP else options.camera,
+        camera="gravity" if reference is Z_UP else camera,
         up_error_deg=levelled.up_error_deg,
         up_bound_deg=levelled.up_bound_deg,
         up_votes=rotate(R_source_from_reference, levelled.votes),

@@ -9,27 +9,26 @@ from ..pipeline.anthropometry import implied_stature
 from ..pipeline.errors import InputError
 from ..pipeline.frames import scaled_covariance
 from ..pipeline.pose import PoseSequence
-from ..pipeline.take import Event, Take
+from ..pipeline.take import Event, Take, Told
 
 
 @dataclass(frozen=True)
 class Scale:
-    """The stage. stature_m: the person's height in metres; without it the source's unit is kept, and said when it has
-    no scale."""
-
-    stature_m: float | None = None
+    """The stage. Metres by the person's stature that the user tells (`take.told`); without one the source's unit is
+    kept, and said when it has no scale."""
 
     name: ClassVar[str] = "scale"
     needs: ClassVar[tuple[str, ...]] = ("poses",)
     gives: ClassVar[tuple[str, ...]] = ("poses",)
+    reads: ClassVar[tuple[str, ...]] = ("stature_m",)
 
-    def unit_of(self, before: str) -> str:
+    def unit_of(self, before: str, told: Told) -> str:
         """A pipeline.plugins.protocols.ScalingStage."""
-        return before if self.stature_m is None else "m"
+        return before if told.stature_m is None else "m"
 
     def __call__(self, take: Take) -> Take:
-        poses = take.need("poses")
-        if self.stature_m is None:
+        poses, stature_m = take.need("poses"), take.told.stature_m
+        if stature_m is None:
             if poses.frame.metric:
                 return take
             return take.saying(
@@ -39,11 +38,11 @@ class Scale:
                     "Give the person's height (--stature METRES) for metres.",
                 )
             )
-        poses = scale(poses, self.stature_m)
+        poses = scale(poses, stature_m)
         return take.with_(poses=poses).saying(
             Event(
                 "repair",
-                f"Scaled by {poses.history[-1].options['factor']:.4g} to a stature of {self.stature_m} m.",
+                f"Scaled by {poses.history[-1].options['factor']:.4g} to a stature of {stature_m} m.",
             )
         )
 

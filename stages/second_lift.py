@@ -8,7 +8,6 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..models.common.metrics import Figure, person_size
-from ..models.gravity.levelling import Camera as CameraMotion
 from ..pipeline.errors import InputError
 from ..pipeline.frames import CAMERA, change_frame
 from ..pipeline.layouts import H36M17
@@ -33,18 +32,13 @@ class SecondLift:
 
     lifter: str = "pcnet3d"
     lifter_kind: str | None = None
-    image_size: tuple[int, int] | None = None
-    focal_px: float | None = None
     flip: bool = False
-    camera: CameraMotion = "static"
-    gravity: tuple[float, float, float] | None = None
-    pitch_deg: float | None = None
-    roll_deg: float | None = None
     _lift: Lift = field(init=False, repr=False, compare=False)
 
     name: ClassVar[str] = "second_lift"
     needs: ClassVar[tuple[str, ...]] = ("keypoints", "poses", "rectified")
     gives: ClassVar[tuple[str, ...]] = ("second_lift", "kinematics")
+    reads: ClassVar[tuple[str, ...]] = Lift.reads
 
     def __post_init__(self) -> None:
         """Opens the lifter, as `Lift` does."""

@@ -109,7 +109,7 @@ class Trajectories:
         known_error = self.smoother == "auto" and self.cutoff_hz is None
         path = smooth(level, self.classical, self.cutoff_hz, self.joints)
         told = _told(path, known_error)
-        lifted = take.need("poses").frame.family == "camera"
+        lifted = take.need("poses").lifted
         motions = known_motions(level, self.joints, lifted) if known_error else {}
         if self.foot_lock:
             if path.root is None or path.root_covariance is None:
@@ -151,7 +151,8 @@ def known_motions(level: PoseSequence, joints: tuple[str, ...], lifted: bool = T
     as one path by name.
 
     The error is the poses' covariance. Without one it is estimated from the paths, which do not tell what errs slowly:
-    then positions state no error, and neither does anything of the root, or of poses that no lifter made (lifted).
+    then positions state no error, and neither does anything of the root, or of poses that are not lifted
+    (PoseSequence.lifted).
     Where a joint is missing its motion has values in between, with the error of that, but not across frames in which
     nobody was seen.
     """

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+from typing import Literal
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from ...pipeline.files.skeletons import UNITS as METRES
 from ...pipeline.files.skeletons import h36m17_named
 from ...pipeline.frames import UNITS, Y_UP, Z_UP, Frame
 from ...pipeline.layouts import H36M17, Layout, remap
-from ...pipeline.pose import PoseSequence
+from ...pipeline.pose import UNSAID, MadeBy, PoseSequence
 from ...pipeline.rotations import is_finite, rotate, transpose
 
 LENGTHS = tuple(unit for unit in UNITS if unit not in ("px", "arbitrary"))
@@ -41,22 +42,32 @@ def world(up: Up, unit: str) -> Frame:
     return (Y_UP if up == "y" else Z_UP).with_(unit=unit)
 
 
-def people_of(found: Markers, where: str, unit: str | None, up: Up | None) -> tuple[PoseSequence, ...]:
+Maker = Literal["measured", "estimated"]
+
+
+def maker(told: Maker | None, says: MadeBy = UNSAID) -> MadeBy:
+    """Who made the poses of a file: as the user tells, else as the file says."""
+    return says if told is None else MadeBy(told, says.by if told == says.kind else "")
+
+
+def people_of(
+    found: Markers, where: str, unit: str | None, up: Up | None, made_by: MadeBy = UNSAID
+) -> tuple[PoseSequence, ...]:
     """Everybody of named points, in the file's world and unit, with its times; frames count from the first row.
 
     Points of several subjects (`by_subject`) are as many people of their names; a subject whose points make no body,
-    such as a ball, is left out, and the history warns. unit, up: instead of what the file says. InputError when
-    nobody's points are joint centres under names in use, when the unit is unknown, and when somebody does not stand
-    along the axis that the file's kind has up.
+    such as a ball, is left out, and the history warns. unit, up: instead of what the file says. made_by: who made them.
+    InputError when nobody's points are joint centres under names in use, when the unit is unknown, and when somebody
+    does not stand along the axis that the file's kind has up.
     """
     frame = world(up or found.up, unit or found.unit)
     subjects = by_subject(found)
     if len(subjects) == 1:
-        return tuple(_person(points, where, frame, up) for points in subjects.values())
+        return tuple(_person(points, where, frame, up, made_by) for points in subjects.values())
     people, reasons = [], {}
     for name, points in subjects.items():
         try:
-            people.append(_person(points, f"{where}, subject {name}", frame, up).with_(person=name))
+            people.append(_person(points, f"{where}, subject {name}", frame, up, made_by).with_(person=name))
         except _NoBodyError as error:
             reasons[name] = error
     if not people:
@@ -71,7 +82,7 @@ class _NoBodyError(InputError):
     """Points that are not the joint centres of a body."""
 
 
-def _person(found: Markers, where: str, frame: Frame, up: Up | None) -> PoseSequence:
+def _person(found: Markers, where: str, frame: Frame, up: Up | None, made_by: MadeBy) -> PoseSequence:
     layout, joints, made = _named(found, METRES[frame.unit])
     poses = PoseSequence(
         joints=joints,
@@ -80,6 +91,7 @@ def _person(found: Markers, where: str, frame: Frame, up: Up | None) -> PoseSequ
         time_s=found.time_s,
         frame_index=found.numbers - found.numbers[0],
         frames_known=False,
+        made_by=made_by,
     )
     if up is None:
         check_upright(poses, where)

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...pipeline.canonical import R_world_from_body
 from ...pipeline.frames import CAMERA, change_frame
-from ...pipeline.pose import PoseSequence
+from ...pipeline.pose import MadeBy, PoseSequence
 from ...pipeline.rotations import rotate
 from .skeleton import UP
 from .walk import Walk
@@ -67,7 +67,8 @@ def side_camera(walk: Walk) -> Camera:
 
 def camera_poses(walk: Walk, camera: Camera) -> PoseSequence:
     """The true skeleton in CAMERA, metres, relative to the pelvis, whose place is left out, as a lifter leaves it."""
-    return change_frame(walk.poses, CAMERA, camera.R_camera_from_world).with_(root=None)
+    seen = change_frame(walk.poses, CAMERA, camera.R_camera_from_world)
+    return seen.with_(root=None, made_by=MadeBy("estimated", "the example itself"))
 
 
 def R_camera_from_body(walk: Walk, camera: Camera) -> np.ndarray:

@@ -9,7 +9,7 @@ import numpy as np
 from ...pipeline.errors import InputError
 from ...pipeline.frames import Z_UP
 from ...pipeline.layouts import H36M17
-from ...pipeline.pose import PoseSequence
+from ...pipeline.pose import MadeBy, PoseSequence
 from .motion import Motion
 from .skeleton import skeleton
 
@@ -66,7 +66,13 @@ class Walk:
     def poses(self) -> PoseSequence:
         """The take as a pose sequence in the Z-up world."""
         return PoseSequence(
-            self.world, H36M17, Z_UP, time_s=self.time_s, frame_index=np.arange(len(self)), person="walker"
+            self.world,
+            H36M17,
+            Z_UP,
+            time_s=self.time_s,
+            frame_index=np.arange(len(self)),
+            person="walker",
+            made_by=MadeBy("measured", "the example itself"),
         )
 
 

@@ -11,7 +11,7 @@ from ...pipeline.motion.signals import derivative
 from ...pipeline.motion.smoother import known_noise
 from .take_angles import AngleSeries
 
-# Chosen on lifted takes of validation subjects (pcnet3d evaluate --angles --sets val -o DIR).
+# Chosen on lifted takes of validation subjects (pcnet3d evaluate angles -o DIR).
 _ERROR_S = 3.0  # over which an angle's error is forgotten
 _TRUE_OVER_MODEL = (
     2.8  # errors of rates, which are larger in fast motion, so that nine in ten lie within 1.645 sd

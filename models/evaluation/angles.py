@@ -1,4 +1,4 @@
-"""Joint angles where the truth is known:  pcnet3d evaluate --angles -o DIR
+"""Joint angles where the truth is known:  pcnet3d evaluate angles -o DIR
 
 Lifted takes of people nobody was trained on, one gravity a take, both sides through the same 6 Hz low-pass: errors of
 every angle and whether the stated errors hold, over upright frames.
@@ -22,6 +22,7 @@ from ..common.metrics import SD_90, Figure
 from ..common.spread import stated_spread
 from ..gravity import Seen, level_static, why_not
 from .sets import EvaluationSet, evaluation_sets, heading
+from .tables import Table, page, settings
 from .testbed import LiftedTake
 
 # What clinics film most, in rows of their own, and the angles that they ask about.
@@ -208,63 +209,72 @@ def _mean(values: np.ndarray) -> float:
 
 def as_markdown(results: dict[str, Any]) -> str:
     """The report as a page of tables."""
-    lines = [
-        "# Angles",
-        "",
-        f"pcnet3d {results['pcnet3d']}, lifter {results['lifter']}, seed {results['seed']}, flip "
-        f"{'on' if results['flip'] else 'off'}; one camera a take, standing still, {results['bed']} views; "
-        f"one gravity a take; lift and motion capture low-passed at {CUTOFF_HZ:g} Hz. Degrees, over upright frames, "
-        "both sides together. Surer half: frames with the smaller stated errors. |error|: p50 / mean / p95. Inside: "
-        "share of errors within 1.645 stated standard deviations, which should be 90 %. Refused: frames without a "
-        "value, by reason code "
+    head = [
+        "angle",
+        "RMSE",
+        "RMSE, surer half",
+        "bias",
+        "\\|error\\|",
+        "inside, %",
+        "stated sd, p50",
+        "refused, %",
+    ]
+    tables: list[Table | str] = [
+        Table(
+            f"{label}, {method}, {values['levelled'][method]} takes levelled, {values['frames']:,} frames",
+            head,
+            [
+                f"{name} | {row['rmse']:.1f} | {row['rmse_half']:.1f} | {row['bias']:+.1f} | {row['error']} | "
+                f"{100 * row['inside']:.0f} | {row['sd']:.1f} | "
+                + ", ".join(f"{100 * share:.1f} ({code})" for code, share in row["refused"].items())
+                for name, row in rows.items()
+            ],
+        )
+        for label, values in results["sets"].items()
+        for method, rows in values["methods"].items()
+    ]
+    rates = [
+        f"{label} | {method} | {name} | {row['derived']:.0f} | {row['smoothed']:.0f} | {100 * row['better']:.0f} | "
+        f"{100 * row['inside']:.0f}"
+        for label, values in results["sets"].items()
+        for method, rows in values["rates"].items()
+        for name, row in rows.items()
+    ]
+    motions = [
+        [label, motion, f"{row['frames']:,}", method]
+        + [f"{row[a]['rmse']:.1f} / {row[a]['mae']:.1f}" for a in MOTION_ANGLES]
+        for label, values in results["sets"].items()
+        for method, by_motion in values["motions"].items()
+        for motion, row in by_motion.items()
+        if row["frames"]
+    ]
+    tables += [
+        Table(
+            "Rates, degrees a second",
+            ["set", "rectifier", "angle", "derivative", "smoothed", "better, %", "inside, %"],
+            rates,
+            "RMSE over a take's upright frames, p50 / mean / p95 over takes and sides: of the filtered angle's "
+            "derivative, and smoothed by the angle's stated error. Better: takes in which the second is. Inside: as "
+            "above, of the second.",
+        ),
+        Table(
+            "By motion, upright frames: RMSE / MAE, degrees",
+            ["set", "motion", "frames", "rectifier", *MOTION_ANGLES],
+            motions,
+        ),
+        Table(
+            "",
+            ["what", "degrees", "source"],
+            PUBLISHED,
+            "Published, with other definitions, motions and references:",
+        ),
+    ]
+    return page(
+        "Angles",
+        f"{settings(results)}; one camera a take, standing still; one gravity a take; lift and motion capture low-"
+        f"passed at {CUTOFF_HZ:g} Hz. Degrees, over upright frames, both sides together. Surer half: frames with the "
+        "smaller stated errors. |error|: p50 / mean / p95. Inside: share of errors within 1.645 stated standard "
+        "deviations, which should be 90 %. Refused: frames without a value, by reason code "
         "(pipeline/motion/angles.py).",
-    ]
-    for label, values in results["sets"].items():
-        for method, rows in values["methods"].items():
-            lines += [
-                "",
-                f"## {label}, {method}, {values['levelled'][method]} takes levelled, {values['frames']:,} frames",
-                "",
-                "| angle | RMSE | RMSE, surer half | bias | \\|error\\| | inside, % | stated sd, p50 | refused, % |",
-                "| --- | --- | --- | --- | --- | --- | --- | --- |",
-            ]
-            for name, figures in rows.items():
-                refused = ", ".join(
-                    f"{100 * share:.1f} ({code})" for code, share in figures["refused"].items()
-                )
-                cells = [
-                    name, f"{figures['rmse']:.1f}", f"{figures['rmse_half']:.1f}", f"{figures['bias']:+.1f}",
-                    str(figures["error"]), f"{100 * figures['inside']:.0f}", f"{figures['sd']:.1f}", refused,
-                ]  # fmt: skip
-                lines.append(f"| {' | '.join(cells)} |")
-    lines += [
-        "",
-        "## Rates, degrees a second",
-        "",
-        "RMSE over a take's upright frames, p50 / mean / p95 over takes and sides: of the filtered angle's "
-        "derivative, and smoothed by the angle's stated error. Better: takes in which the second is. Inside: as above, "
-        "of the second.",
-        "",
-        "| set | rectifier | angle | derivative | smoothed | better, % | inside, % |",
-        "| --- | --- | --- | --- | --- | --- | --- |",
-    ]
-    for label, values in results["sets"].items():
-        for method, rows in values["rates"].items():
-            for name, rates in rows.items():
-                cells = [label, method, name, f"{rates['derived']:.0f}", f"{rates['smoothed']:.0f}"]
-                cells += [f"{100 * rates[what]:.0f}" for what in ("better", "inside")]
-                lines.append(f"| {' | '.join(cells)} |")
-    lines += ["", "## By motion, upright frames: RMSE / MAE, degrees", ""]
-    lines += [f"| set | motion | frames | rectifier | {' | '.join(MOTION_ANGLES)} |"]
-    lines += ["| --- |" + " --- |" * (3 + len(MOTION_ANGLES))]
-    for label, values in results["sets"].items():
-        for method, motions in values["motions"].items():
-            for motion, figures in motions.items():
-                if figures["frames"]:
-                    cells = [label, motion, f"{figures['frames']:,}", method]
-                    cells += [f"{figures[a]['rmse']:.1f} / {figures[a]['mae']:.1f}" for a in MOTION_ANGLES]
-                    lines.append(f"| {' | '.join(cells)} |")
-    lines += ["", "Published, with other definitions, motions and references:", ""]
-    lines += ["| what | degrees | source |", "| --- | --- | --- |"]
-    lines += [f"| {' | '.join(row)} |" for row in PUBLISHED]
-    return "\n".join(lines) + "\n"
+        tables,
+    )

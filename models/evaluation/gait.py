@@ -1,4 +1,4 @@
-"""Contacts, steps and gait figures where the truth is known:  pcnet3d evaluate --gait -o DIR
+"""Contacts, steps and gait figures where the truth is known:  pcnet3d evaluate gait -o DIR
 
 Lifted takes of people nobody was trained on, one gravity per take, in metres by the true scale, against the contacts of
 the motion capture (models/gait/truth.py) and the same figures by them. Lengths and speed are judged with the true
@@ -45,6 +45,7 @@ from ..lifter.builtin import lift
 from ..place.path import SCALE_SD, pelvis_path
 from .place import ASSUMED, KNOWN, by_stature, camera_of
 from .sets import EvaluationSet, evaluation_sets, heading
+from .tables import Table, page, settings
 from .take_answers import joints_of
 from .testbed import LiftedTake
 
@@ -399,45 +400,38 @@ def _figure(name: str, means: Sequence[Mean | Difference]) -> dict[str, Any]:
 
 def as_markdown(results: dict[str, Any]) -> str:
     """The report as a page of tables."""
-    lines = [
-        "# Gait",
-        "",
-        f"pcnet3d {results['pcnet3d']}, lifter {results['lifter']}, rectifier {results['rectifier']}, seed "
-        f"{results['seed']}, flip {'on' if results['flip'] else 'off'}; one camera a take, {results['bed']} views. "
-        "Errors are p50 / mean / p95 of their size: events over events, figures over takes (of a take's mean, of the "
-        "steps that both have). Inside: share of takes whose true mean lies within 1.645 stated standard deviations.",
-    ]
+    parts: list[Table | str] = []
     for label, kinds in results["sets"].items():
         for kind, table in kinds.items():
             if not isinstance(table, dict):
                 continue
             found, true = table["steps"]
             contact = table["contact"]
-            lines += [
-                "",
-                f"## {label}, {kind}",
-                "",
-                f"{table['takes']} takes; {found} steps found, {true} true. Frames on the floor: precision "
-                f"{contact['precision']:.3f}, recall {contact['recall']:.3f}.",
-                "",
-                "| event | precision | recall | bias, ms | error, ms |",
-                "| --- | --- | --- | --- | --- |",
-                *(
-                    f"| {name} | {row['precision']:.2f} | {row['recall']:.2f} | {row['bias_ms']:.0f} | "
-                    f"{row['error_ms']:.0f} |"
-                    for name, row in table["events"].items()
-                ),
-                "",
-                "| figure | takes | true | bias | error | error, % | inside, % |",
-                "| --- | --- | --- | --- | --- | --- | --- |",
-                *(
-                    f"| {name} | {row['takes']} | {row['true']:.3f} | {row['bias']:.3f} | {row['error']:.3f} | "
-                    f"{row['error_percent']:.1f} | {100 * row['inside']:.0f} |"
-                    for name, row in table["figures"].items()
-                ),
+            events = [
+                f"{name} | {row['precision']:.2f} | {row['recall']:.2f} | {row['bias_ms']:.0f} | {row['error_ms']:.0f}"
+                for name, row in table["events"].items()
             ]
+            figures = [
+                f"{name} | {row['takes']} | {row['true']:.3f} | {row['bias']:.3f} | {row['error']:.3f} | "
+                f"{row['error_percent']:.1f} | {100 * row['inside']:.0f}"
+                for name, row in table["figures"].items()
+            ]
+            note = (
+                f"{table['takes']} takes; {found} steps found, {true} true. Frames on the floor: precision "
+                f"{contact['precision']:.3f}, recall {contact['recall']:.3f}."
+            )
+            head = ["event", "precision", "recall", "bias, ms", "error, ms"]
+            parts.append(Table(f"{label}, {kind}", head, events, note))
+            head = ["figure", "takes", "true", "bias", "error", "error, %", "inside, %"]
+            parts.append(Table("", head, figures))
             if "sliding_cm" in table:
                 slides = "; ".join(f"{path} {row:.1f}" for path, row in table["sliding_cm"].items())
-                lines += ["", f"Flat feet slide by, in cm a stance: {slides}."]
-        lines += ["", f"Steps found in takes of {label} without a walk: {kinds['false steps']}."]
-    return "\n".join(lines) + "\n"
+                parts.append(f"Flat feet slide by, in cm a stance: {slides}.")
+        parts.append(f"Steps found in takes of {label} without a walk: {kinds['false steps']}.")
+    return page(
+        "Gait",
+        f"{settings(results)}, rectifier {results['rectifier']}; one camera a take. Errors are p50 / mean / p95 of "
+        "their size: events over events, figures over takes (of a take's mean, of the steps that both have). Inside: "
+        "share of takes whose true mean lies within 1.645 stated standard deviations.",
+        parts,
+    )

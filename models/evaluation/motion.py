@@ -1,4 +1,4 @@
-"""Accelerations by smoother, where the truth is known:  pcnet3d evaluate --motion -o DIR
+"""Accelerations by smoother, where the truth is known:  pcnet3d evaluate motion -o DIR
 
 Wrists and ankles of lifted takes relative to the pelvis, in the true upright axes, at the truth's scale (one factor per
 take), against motion capture; both sides low-passed at 6 Hz without delay. What a wrong up adds is judged by --takes.
@@ -23,6 +23,7 @@ from ...pipeline.running.progress import each
 from ..common.metrics import SD_90, Figure
 from .acceleration import NO_MOTION, PARTS, accelerations, agreement, filtered, velocities
 from .sets import EvaluationSet, evaluation_sets, heading
+from .tables import Table, page, settings
 from .take_answers import joints_of
 from .takes import LONG, group_of
 from .testbed import LiftedTake
@@ -208,52 +209,43 @@ def over_takes(scores: Sequence[Scores]) -> dict[str, Any]:
 
 def as_markdown(results: dict[str, Any]) -> str:
     """The report as a page of tables."""
-    lines = [
-        "# Accelerations by smoother",
-        "",
-        f"pcnet3d {results['pcnet3d']}, lifter {results['lifter']}, seed {results['seed']}, flip "
-        f"{'on' if results['flip'] else 'off'}, {results['bed']} views. Wrists and ankles relative to the pelvis, true "
-        f"upright axes, {CUTOFF_HZ:g} Hz on both sides, against motion capture, upright takes of 2 s and more.",
-    ]
+    parts: list[Table | str] = []
     for label, table in results["sets"].items():
-        lines += ["", f"## {label}, {table['takes']} takes"]
+        parts.append(f"## {label}, {table['takes']} takes")
         if not table["takes"]:
             continue
         columns = list(table["errors"][NO_MOTION])
-        lines += ["", "RMSE in m/s^2, p50 / mean / p95 over takes; r, p50.", "", *_head(columns)]
-        for name, row in table["errors"].items():
-            lines.append(_row([name, *(f"{row[c]['rmse']:.2f}; r {row[c]['r'].p50:.2f}" for c in columns)]))
-        lines += ["", "In how many of 100 takes known noise has the smaller RMSE.", "", *_head(columns)]
-        for name, row in table["better"].items():
-            lines.append(_row([name, *(f"{100 * row[c]:.0f}" for c in columns)]))
+        rows = [
+            [name, *(f"{row[c]['rmse']:.2f}; r {row[c]['r'].p50:.2f}" for c in columns)]
+            for name, row in table["errors"].items()
+        ]
+        parts.append(Table("", ["", *columns], rows, "RMSE in m/s^2, p50 / mean / p95 over takes; r, p50."))
+        rows = [[name, *(f"{100 * row[c]:.0f}" for c in columns)] for name, row in table["better"].items()]
+        note = "In how many of 100 takes known noise has the smaller RMSE."
+        parts.append(Table("", ["", *columns], rows, note))
         for part, quarters in table["quarters"].items():
             names = list(next(iter(quarters.values())))
-            lines += [
-                "",
-                f"{part} by the take's true speed: medians of RMSE and r over takes, vertical and horizontal.",
-                "",
+            rows = [
+                [words, *(f"{row[n]['rmse']:.2f}; {row[n]['r']:.2f}" for n in names)]
+                for words, row in quarters.items()
             ]
-            lines += _head(names)
-            for words, row in quarters.items():
-                lines.append(_row([words, *(f"{row[n]['rmse']:.2f}; {row[n]['r']:.2f}" for n in names)]))
-        lines += ["", "Accel, mm/frame^2, all joints, truth unfiltered: p50 / mean / p95 over takes: "]
-        lines[-1] += "; ".join(f"{name} {figure:.1f}" for name, figure in table["accel"].items()) + "."
-        columns = list(next(iter(table["inside"].values())))
-        lines += ["", "Values within their 90 % bars, %, mean over takes.", "", *_head(columns)]
-        for name, row in table["inside"].items():
-            lines.append(
-                _row([name, *(f"{100 * row[c]:.0f}" if np.isfinite(row[c]) else "" for c in columns)])
+            note = (
+                f"{part} by the take's true speed: medians of RMSE and r over takes, vertical and horizontal."
             )
-    if "real" in results:
-        from .real_motion import as_markdown as real_as_markdown
-
-        lines += ["", real_as_markdown(results["real"])]
-    return "\n".join(lines) + "\n"
-
-
-def _head(columns: Sequence[str]) -> list[str]:
-    return [_row(["", *columns]), _row(["---"] * (len(columns) + 1))]
-
-
-def _row(cells: Sequence[str]) -> str:
-    return f"| {' | '.join(cells)} |"
+            parts.append(Table("", ["", *names], rows, note))
+        accel = "; ".join(f"{name} {figure:.1f}" for name, figure in table["accel"].items())
+        parts.append(
+            f"Accel, mm/frame^2, all joints, truth unfiltered: p50 / mean / p95 over takes: {accel}."
+        )
+        columns = list(next(iter(table["inside"].values())))
+        rows = [
+            [name, *(f"{100 * row[c]:.0f}" if np.isfinite(row[c]) else "" for c in columns)]
+            for name, row in table["inside"].items()
+        ]
+        parts.append(Table("", ["", *columns], rows, "Values within their 90 % bars, %, mean over takes."))
+    return page(
+        "Accelerations by smoother",
+        f"{settings(results)}. Wrists and ankles relative to the pelvis, true upright axes, {CUTOFF_HZ:g} Hz on both "
+        "sides, against motion capture, upright takes of 2 s and more.",
+        parts,
+    )

@@ -1,4 +1,4 @@
-"""How well the pelvis's path before the camera is known, where the truth is:  pcnet3d evaluate --place -o DIR
+"""How well the pelvis's path before the camera is known, where the truth is:  pcnet3d evaluate place -o DIR
 
 Every take is seen by one camera that stands still and lifted; the body is scaled as `--stature` would scale it, or, to
 tell the error of that scale from the rest, to its true size. Then the man of the real take (real_take.py), by each of
@@ -31,6 +31,7 @@ from ..mocap.clips import data_folder
 from ..place.path import PelvisPath, pelvis_path
 from .real_data import LIMBS, MOVING, read_cameras, read_truth
 from .sets import EvaluationSet, evaluation_sets, heading
+from .tables import Table, page, settings
 from .testbed import SeenTake
 
 _SPAN_S = 1.0  # over which walking speed is taken
@@ -241,41 +242,41 @@ def placing_seconds(frames: int) -> float:
 def as_markdown(results: dict[str, Any]) -> str:
     """The report as a page of tables."""
     timing = results["timing"]
-    lines = [
-        "# Places",
-        "",
-        f"pcnet3d {results['pcnet3d']}, lifter {results['lifter']}, seed {results['seed']}, flip "
-        f"{'on' if results['flip'] else 'off'}; one camera per take, standing still, {results['bed']} views. "
+    head = ["set", "case", "takes (not placed)", "frames (not placed)", "path", "still", "along", "across", "inside",
+            "walks", "speed, %", "speed, m/s"]  # fmt: skip
+    rows = [
+        f"{name} | {case} | {row['takes']} ({row['not placed']}) | {row['frames']:,} ({row['frames not placed']:,}) | "
+        + "".join(f"{row[what]:.3f} | " for what in ("path", "still", "along", "across"))
+        + f"{100 * row['inside_along']:.1f}, {100 * row['inside_across']:.1f} | {row['walks']} | "
+        f"{row['speed_percent']:.1f} | {row['speed_mps']:.3f}"
+        for name, cases in results["places"].items()
+        for case, row in cases.items()
+    ]
+    real = [
+        [name, case, f"{row['path']:.2f}", f"{row['still']:.2f}", f"{100 * row['inside_along']:.0f}"]
+        if row
+        else [name, case, "", "", ""]
+        for name, cases in results["real"].items()
+        for case, row in cases.items()
+    ]
+    return page(
+        "Places",
+        f"{settings(results)}; one camera per take, standing still. "
         f"{timing['frames']:,} frames are placed in {timing['seconds']:.2f} s.",
-        "",
-        "Cells of three are p50 / mean / p95 over takes. Path: root mean square error in m; still: after the take's "
-        "mean error is taken off; along and across the ray to the person. Inside: per cent of frames within the stated "
-        "90 % band, along and across. Speed over the floor in spans of a second of walking.",
-        "",
-        "| set | case | takes (not placed) | frames (not placed) | path | still | along | across | inside | walks | "
-        "speed, % | speed, m/s |",
-        f"|{' --- |' * 12}",
-    ]
-    for name, cases in results["places"].items():
-        for case, row in cases.items():
-            lengths = " | ".join(f"{row[what]:.3f}" for what in ("path", "still", "along", "across"))
-            lines.append(
-                f"| {name} | {case} | {row['takes']} ({row['not placed']}) | {row['frames']:,} "
-                f"({row['frames not placed']:,}) | {lengths} | {100 * row['inside_along']:.1f}, "
-                f"{100 * row['inside_across']:.1f} | {row['walks']} | {row['speed_percent']:.1f} | "
-                f"{row['speed_mps']:.3f} |"
-            )
-    lines += [
-        "",
-        "The real take, keypoints by OpenPose: path and still in m, inside along the ray in per cent.",
-        "",
-        "| camera | case | path | still | inside |",
-        f"|{' --- |' * 5}",
-    ]
-    for name, cases in results["real"].items():
-        for case, row in cases.items():
-            found = (
-                f"{row['path']:.2f} | {row['still']:.2f} | {100 * row['inside_along']:.0f}" if row else "| |"
-            )
-            lines.append(f"| {name} | {case} | {found} |")
-    return "\n".join(lines) + "\n"
+        [
+            Table(
+                "",
+                head,
+                rows,
+                "Cells of three are p50 / mean / p95 over takes. Path: root mean square error in m; still: after the "
+                "take's mean error is taken off; along and across the ray to the person. Inside: per cent of frames "
+                "within the stated 90 % band, along and across. Speed over the floor in spans of a second of walking.",
+            ),
+            Table(
+                "",
+                ["camera", "case", "path", "still", "inside"],
+                real,
+                "The real take, keypoints by OpenPose: path and still in m, inside along the ray in per cent.",
+            ),
+        ],
+    )

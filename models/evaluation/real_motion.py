@@ -1,4 +1,4 @@
-"""Velocities and accelerations of wrists and ankles on real recordings:  pcnet3d evaluate --motion --real -o DIR
+"""Velocities and accelerations of wrists and ankles on real recordings:  pcnet3d evaluate real-motion -o DIR
 
 "clips": how far lifters of one video agree; nobody knows the truth. "take": against a man who is known from four
 cameras, of whom each is judged by itself. Every lift is levelled with one gravity for the take, brought to the other
@@ -32,6 +32,8 @@ from .acceleration import NO_MOTION, PARTS, accelerations, agreement, filtered, 
 from .real_data import LIMBS, MOVING, found_keypoints, read_cameras, read_truth
 from .real_rectified import real_poses
 from .real_take import about_hips, same_heading
+from .sets import heading
+from .tables import Table, page, settings
 
 _ROWS = sorted(row for part in PARTS.values() for row in part)
 _JOINTS = [H36M17.joints[row] for row in _ROWS]
@@ -69,7 +71,7 @@ class _Lift:
         return classical | {_KNOWN: self.motion.values[0]}
 
 
-def real_motion(rectifier: Rectifier, lifter: str = "pcnet3d", flip: bool = False) -> dict[str, Any]:
+def real_motion_tables(rectifier: Rectifier, lifter: str = "pcnet3d", flip: bool = False) -> dict[str, Any]:
     """{"clips": {"CLIP: one, other": {"PAIR'S SMOOTHER": {"PART, QUANTITY": (RMSE, r)}}}, "inside": {"CLIP: one,
     other": {quantity: share of the differences within both 90 % bars}}, "take": {lifter: {smoother: {"PART, QUANTITY":
     (RMSE, r)}}}}. m/s and m/s^2 of a standard body, or of the man; all axes together; the take: mean over cameras.
@@ -85,7 +87,9 @@ def real_motion(rectifier: Rectifier, lifter: str = "pcnet3d", flip: bool = Fals
             smoothed = zip(a.smoothed.items(), b.smoothed.values(), strict=True)
             pairs[f"{clip}: {one}, {other}"] = {name: _row(p, q, a.time_s) for (name, p), q in smoothed}
             inside[f"{clip}: {one}, {other}"] = _inside(a.motion, b.motion)
-    return {"clips": pairs, "inside": inside, "take": _against_truth(rectifier, lifter, flip)}
+    return {
+        **heading(lifter, None, flip), "clips": pairs, "inside": inside, "take": _against_truth(rectifier, lifter, flip)
+    }  # fmt: skip
 
 
 def _against_truth(rectifier: Rectifier, lifter: str, flip: bool) -> dict[str, dict[str, Row]]:
@@ -149,20 +153,32 @@ def _mean(rows: list[Row]) -> Row:
 
 
 def as_markdown(results: dict[str, Any]) -> str:
-    """The report as tables."""
+    """The report as a page of tables."""
     columns = [f"{part}, {name}" for part in PARTS for name in _QUANTITIES]
-    lines = ["## Real recordings", "", "RMSE in m/s and m/s^2 of one axis, and r; all three axes together."]
-    for title, rows in (("lifters of one video", results["clips"]), ("against the truth", results["take"])):
-        lines += ["", f"| {title} | smoother | {' | '.join(columns)} |", "| --- |" + " --- |" * 5]
-        for name, smoothers in rows.items():
-            for smoother, row in smoothers.items():
-                cells = [f"{row[c][0]:.2f}" + _r(row[c][1]) for c in columns]
-                lines.append(f"| {' | '.join([name, smoother, *cells])} |")
-    lines += ["", "Differences between two lifters within both 90 % bars, %.", ""]
-    lines += [f"| | {' | '.join(_QUANTITIES)} |", "| --- | --- | --- |"]
-    for name, shares in results["inside"].items():
-        lines.append(f"| {name} | {' | '.join(f'{100 * share:.0f}' for share in shares.values())} |")
-    return "\n".join(lines) + "\n"
+    tables = [
+        Table(
+            "",
+            [title, "smoother", *columns],
+            [
+                [name, smoother, *(f"{row[c][0]:.2f}" + _r(row[c][1]) for c in columns)]
+                for name, smoothers in rows.items()
+                for smoother, row in smoothers.items()
+            ],
+        )
+        for title, rows in (
+            ("lifters of one video", results["clips"]),
+            ("against the truth", results["take"]),
+        )
+    ]
+    shares = [
+        [name, *(f"{100 * share:.0f}" for share in row.values())] for name, row in results["inside"].items()
+    ]
+    note = "Differences between two lifters within both 90 % bars, %."
+    return page(
+        "Real recordings",
+        f"{settings(results)}. RMSE in m/s and m/s^2 of one axis, and r; all three axes together.",
+        [*tables, Table("", ["", *_QUANTITIES], shares, note)],
+    )
 
 
 def _r(r: float) -> str:

@@ -19,7 +19,9 @@ from ...pipeline.rotations import angle_deg, geodesic_deg, kabsch, rotate, trans
 from ..common.metrics import Figure, relative
 from ..lifter.builtin import lift
 from ..mocap.clips import data_folder
-from .real_clips import image_poses
+from .real_clips import agreement, image_poses
+from .sets import heading
+from .tables import Table, page, settings
 from .take_answers import Answer, answers, named
 
 _OURS = "pcnet3d on MoveNet"
@@ -104,25 +106,50 @@ def spread_deg(up: np.ndarray) -> np.ndarray:
     return angle_deg(up, np.broadcast_to(unit(np.nanmean(up, axis=0)), up.shape))
 
 
-def as_markdown(results: dict[str, Any]) -> str:
-    """The tables of what `evaluate --real` found."""
-    methods = list(next(iter(results["up"].values())))
-    lines = ["## Real clips: how far rectified bodies are apart, and how steady up is", ""]
-    lines += ["Degrees over frames, p50 / mean / p95.", ""]
-    lines += _table("two lifters of one video apart", results["apart"])
-    lines += _table("up against the take's mean up", results["up"])
-    trunks = {
-        name: {method: f"{row[method]['lean']}; {row[method]['bound']:.1f}" for method in methods}
-        for name, row in results["trunk"].items()
+def real_clip_tables(
+    rectifiers: Sequence[Rectifier], lifter: str = "pcnet3d", flip: bool = False
+) -> dict[str, Any]:
+    """Everything the report says: real_clips.agreement as "real", and consistency as "real, rectified"."""
+    return {
+        **heading(lifter, None, flip),
+        "real": agreement(lifter, flip),
+        "real, rectified": consistency(rectifiers, lifter, flip),
     }
-    lines += _table("trunk against the take's up; its stated 90 % bound", trunks)
-    return "\n".join(lines)
 
 
-def _table(title: str, rows: dict[str, dict[str, Any]]) -> list[str]:
-    columns = list(next(iter(rows.values())))
-    lines = [f"| {title} | {' | '.join(columns)} |", "| --- |" + " --- |" * len(columns)]
-    return [*lines, *(f"| {name} | {' | '.join(map(str, row.values()))} |" for name, row in rows.items()), ""]
+def as_markdown(results: dict[str, Any]) -> str:
+    """The report as a page of tables."""
+    found = results["real, rectified"]
+    trunk = {
+        name: {method: f"{of['lean']}; {of['bound']:.1f}" for method, of in row.items()}
+        for name, row in found["trunk"].items()
+    }
+    tables = {
+        "two lifters of one video apart": found["apart"],
+        "up against the take's mean up": found["up"],
+        "trunk against the take's up; its stated 90 % bound": trunk,
+    }
+    return page(
+        "Real clips",
+        f"{settings(results)}. Nobody knows the truth of these: how far lifters are apart, and how steady up is.",
+        [
+            Table(
+                "Lifters",
+                ["clip", "one", "other", "apart"],
+                [[*row["pair"], row["apart"]] for row in results["real"]],
+                "PA-MPJPE in mm of a standard body, p50 / mean / p95 over frames.",
+            ),
+            "## Rectified\n\nDegrees over frames, p50 / mean / p95.",
+            *(
+                Table(
+                    "",
+                    [title, *next(iter(rows.values()))],
+                    [[name, *row.values()] for name, row in rows.items()],
+                )
+                for title, rows in tables.items()
+            ),
+        ],
+    )
 
 
 def _trunk(joints: np.ndarray, take: Answer) -> dict[str, Any]:

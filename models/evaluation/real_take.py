@@ -1,4 +1,4 @@
-"""The lifter and all that follows it on real videos with truth:  pcnet3d evaluate --real-take -o DIR
+"""The lifter and all that follows it on real videos with truth:  pcnet3d evaluate real-take -o DIR
 
 A man who balances, seen by four calibrated cameras that stand still and lean: his limbs are known from all of them
 together (triangulated), and so is which way is up. Every camera is judged by itself, focal length unknown, on three
@@ -23,7 +23,7 @@ from ...pipeline.messages import how_many
 from ...pipeline.motion.angles import FINE
 from ...pipeline.motion.visibility import seen_only
 from ...pipeline.plugins.protocols import Rectifier
-from ...pipeline.pose import PoseSequence, package_version
+from ...pipeline.pose import PoseSequence
 from ...pipeline.reading.take import read_video
 from ...pipeline.rotations import angle_deg, kabsch, rotate, transpose
 from ...pipeline.take import Video
@@ -46,6 +46,8 @@ from .real_data import (
     read_cameras,
     read_truth,
 )
+from .sets import heading
+from .tables import Table, page, settings
 
 _LIMB_ROWS = H36M17.indices(LIMBS)
 _KEYPOINTS = ("video, skeletons alone", "OpenPose", "exact limbs")
@@ -61,8 +63,8 @@ def real_take_tables(
     "standing": {method: {camera: row}}}; the rows are lift_row's and level_row's, the last of each the mean over
     cameras. InputError where the data is not."""
     results: dict[str, Any] = {
-        "pcnet3d": package_version(), "lifter": str(lifter), "rectifiers": [r.method for r in rectifiers],
-        "flip": flip, "lift": {}, "level": {}, "standing": {},
+        **heading(lifter, None, flip), "rectifiers": [r.method for r in rectifiers],
+        "lift": {}, "level": {}, "standing": {},
     }  # fmt: skip
     folder = data_folder() / "real"
     cameras = read_cameras(folder / MOVING)
@@ -192,12 +194,19 @@ def limb_angles(
     """pipeline.motion.angles of joints LIMBS (T, 12, 3) alone, low-passed as in every other evaluation: pelvis and
     thorax are the middles of hips and shoulders, so that both sides of a comparison mean the same by them. Without
     rotations (T, 3, 3) the joints' own +Z is taken for up."""
+    whole = whole_body(limbs)
+    R = R_world_from_body(whole) if R_source_from_body is None else R_source_from_body
+    return take_angles(whole, smoothed(whole, time_s), R, lifted=False)
+
+
+def whole_body(limbs: np.ndarray) -> np.ndarray:
+    """(T, 17, 3) of joints LIMBS (T, 12, 3), relative to the middle of the hips; pelvis and thorax are the middles of
+    hips and shoulders, others NaN."""
     whole = np.full((len(limbs), len(H36M17), 3), np.nan)
     whole[:, _LIMB_ROWS] = about_hips(limbs)
     for middle, part in (("pelvis", "hip"), ("thorax", "shoulder")):
         whole[:, H36M17.index(middle)] = whole[:, H36M17.indices((f"r_{part}", f"l_{part}"))].mean(axis=1)
-    R = R_world_from_body(whole) if R_source_from_body is None else R_source_from_body
-    return take_angles(whole, smoothed(whole, time_s), R, lifted=False)
+    return whole
 
 
 def angle_errors(
@@ -235,45 +244,40 @@ def _mean(values: np.ndarray) -> float:
 
 def as_markdown(results: dict[str, Any]) -> str:
     """The report as a page of tables."""
-    lines = [
-        "# A real take",
-        "",
-        f"pcnet3d {results['pcnet3d']}, lifter {results['lifter']}, flip {'on' if results['flip'] else 'off'}; a man "
-        "who balances, each of four cameras by itself, focal length unknown. Keypoints: found in the video alone, "
-        "OpenPose's, or the true limbs as the camera sees them with OpenPose's face.",
-        "",
-        "## Lift",
-        "",
-        "Mean distance of the 12 limb joints, mm: PA, after the best rotation, shift and scale of every frame; rigid, "
-        "from the mid-hips, after one rotation and scale for the take. Angles: RMSE / MAE, degrees.",
-        "",
-        *_table(("keypoints", "camera", "PA", "rigid", "knee", "elbow"), results["lift"], _lift_cells),
-        "",
-        "## One gravity for the take",
-        "",
-        "Up: degrees off, root mean square error stated, and 90 % bound stated; in brackets where the take is refused. "
-        "LEVEL: as rigid, but with the up that was found and one true heading. Lean of the trunk: RMSE / MAE, degrees.",
-        "",
-        *_table(
-            ("keypoints, rectifier", "camera", "up", "stated", "bound", "LEVEL", "lean sagittal", "frontal"),
-            results["level"],
-            _level_cells,
-        ),
-        "",
-        "## The same man standing still, from the video alone",
-        "",
-        *_table(("rectifier", "camera", "up", "stated", "bound"), results["standing"], _up_cells),
-    ]
-    return "\n".join(lines) + "\n"
 
+    def rows(
+        tables: dict[str, dict[str, Any]], cells: Callable[[dict[str, Any]], list[str]]
+    ) -> list[list[str]]:
+        return [[label, camera, *cells(row)] for label, of in tables.items() for camera, row in of.items()]
 
-def _table(
-    head: Sequence[str], tables: dict[str, dict[str, Any]], cells: Callable[[dict[str, Any]], list[str]]
-) -> list[str]:
-    lines = [f"| {' | '.join(head)} |", "| --- |" + " --- |" * (len(head) - 1)]
-    for label, rows in tables.items():
-        lines += [f"| {' | '.join([label, camera, *cells(row)])} |" for camera, row in rows.items()]
-    return lines
+    up = ["camera", "up", "stated", "bound"]
+    return page(
+        "A real take",
+        f"{settings(results)}; a man who balances, each of four cameras by itself, focal length unknown. Keypoints: "
+        "found in the video alone, OpenPose's, or the true limbs as the camera sees them with OpenPose's face.",
+        [
+            Table(
+                "Lift",
+                ["keypoints", "camera", "PA", "rigid", "knee", "elbow"],
+                rows(results["lift"], _lift_cells),
+                "Mean distance of the 12 limb joints, mm: PA, after the best rotation, shift and scale of every frame; "
+                "rigid, from the mid-hips, after one rotation and scale for the take. Angles: RMSE / MAE, degrees.",
+            ),
+            Table(
+                "One gravity for the take",
+                ["keypoints, rectifier", *up, "LEVEL", "lean sagittal", "frontal"],
+                rows(results["level"], _level_cells),
+                "Up: degrees off, root mean square error stated, and 90 % bound stated; in brackets where the take is "
+                "refused. LEVEL: as rigid, but with the up that was found and one true heading. Lean of the trunk: "
+                "RMSE / MAE, degrees.",
+            ),
+            Table(
+                "The same man standing still, from the video alone",
+                ["rectifier", *up],
+                rows(results["standing"], _up_cells),
+            ),
+        ],
+    )
 
 
 def _lift_cells(row: dict[str, Any]) -> list[str]:

@@ -10,18 +10,23 @@ import zlib
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, fields
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ...pipeline.layouts import H36M17
+from ...pipeline.messages import how_many
 from ...pipeline.plugins.protocols import Rectifier
+from ...pipeline.pose import package_version
 from ...pipeline.rotations import angle_deg, geodesic_deg, rotate, transpose
 from ..common.metrics import Figure, joint_error, procrustes_error, scaled, sorting
-from ..mocap.clips import Clip, lying
+from ..mocap.clips import Clip, lying, read_mocap
+from ..mocap.split import read_parts
 from ..synthetic.views import Targets, View, seen, views
 from .motion_class import CLASSES, motion_classes
-from .sets import EvaluationSet, evaluation_sets
+from .sets import EvaluationSet, evaluation_sets, heading
+from .tables import Table, page, settings
 
 _BONES = np.array([H36M17.indices(bone) for bone in H36M17.bones])
 
@@ -140,30 +145,39 @@ def lifted(of: EvaluationSet, seed: int = 0, lifter: str = "pcnet3d", flip: bool
 
 def rectifier_tables(
     rectifiers: Sequence[Rectifier],
-    seed: int = 0,
     lifter: str = "pcnet3d",
-    sets: Sequence[EvaluationSet] | None = None,
+    seed: int = 0,
     flip: bool = False,
+    sets: Sequence[EvaluationSet] | None = None,
 ) -> dict[str, Any]:
-    """_tables of the people that the shipped networks never saw, lifted and clean."""
+    """{"rectifiers": _tables} of the people that the shipped networks never saw, lifted and clean."""
     sets = sets or evaluation_sets()
     clips = [one.clips() for one in sets]
     kinds = {
         one.label: {"lifted": partial(lifted, one, seed, lifter, flip), **_clean(own, seed, "body")}
         for one, own in zip(sets, clips, strict=True)
     }
-    return _tables(rectifiers, kinds, clips[0])
+    found = heading(lifter, seed, flip, sets)
+    return {**found, "about": settings(found), "rectifiers": _tables(rectifiers, kinds, clips[0])}
 
 
 def own_tables(
     rectifiers: Sequence[Rectifier],
-    label: str,
-    clips: Sequence[Clip],
-    seed: int = 0,
+    data: Path,
+    split: Path | None = None,
     targets: Targets = "body",
+    seed: int = 0,
 ) -> dict[str, Any]:
-    """_tables of other motion capture, clean only."""
-    return _tables(rectifiers, {label: _clean(clips, seed, targets)}, clips)
+    """The same of the test subjects of a file of clips, or of everybody without a split, clean only."""
+    clips = read_parts(data, split, ["test"]).clips["test"] if split else read_mocap(data)
+    subjects = sorted({clip.subject for clip in clips})
+    whom = f"{data.name}, {'test' if split else 'everybody'}"
+    about = f"pcnet3d {package_version()}, {data}, {how_many(len(subjects), 'subject')}, targets {targets}, seed {seed}"
+    return {
+        "pcnet3d": package_version(), "data": str(data), "split": str(split or ""), "targets": targets, "seed": seed,
+        "subjects": subjects, "about": about,
+        "rectifiers": _tables(rectifiers, {whom: _clean(clips, seed, targets)}, clips),
+    }  # fmt: skip
 
 
 def _clean(clips: Sequence[Clip], seed: int, targets: Targets) -> dict[str, Callable[[], list[Take]]]:
@@ -232,33 +246,28 @@ def equivariance(rectifier: Rectifier, clips: Sequence[Clip], count: int = 2000,
 
 
 def as_markdown(results: dict[str, Any]) -> str:
-    """Tables for a page; cells of three numbers are p50 / mean / p95."""
-    lines = []
-    for title, key in (
-        ("Rectifiers", "rows"),
-        ("By skeleton, upright", "sources"),
-        ("By view, upright", "views"),
-        ("By motion, upright", "motions"),
-    ):
-        head = ["set", "frames", "rectifier", "rotation, deg", "tilt, deg", "MPJPE, mm", "PA-MPJPE, mm", "bones, %",
-                "Frobenius 'deg'", "expected, mean", "Spearman"]  # fmt: skip
-        lines += [f"## {title}", "", _row(head), _row(["---"] * len(head))]
-        for name in next(iter(results.values()))[key]:
-            for method, result in results.items():
-                row = result[key][name]
-                cells = [name, f"{row['frames']:,}", method, row["rotation"], row["tilt"], row["mpjpe"]]
-                cells += [
-                    f"{row['pa_mpjpe'].mean:.1f}",
-                    f"{row['bones'].mean:.2f}",
-                    f"{row['frobenius'].mean:.1f}",
-                ]
-                cells += [f"{row['expected'].mean:.1f}", f"{row['spearman']:.2f}"]
-                lines.append(_row([str(cell) for cell in cells]))
-        lines.append("")
-    lines += ["Deviation from rotation(Q x) = Q rotation(x), degrees: "]
-    lines[-1] += "; ".join(f"{method} {result['equivariance']}" for method, result in results.items()) + "."
-    return "\n".join(lines) + "\n"
-
-
-def _row(cells: Sequence[str]) -> str:
-    return f"| {' | '.join(cells)} |"
+    """The report as a page of tables; cells of three numbers are p50 / mean / p95."""
+    found = results["rectifiers"]
+    head = ["set", "frames", "rectifier", "rotation, deg", "tilt, deg", "MPJPE, mm", "PA-MPJPE, mm", "bones, %",
+            "Frobenius 'deg'", "expected, mean", "Spearman"]  # fmt: skip
+    titles = {
+        "rows": "Rectifiers", "sources": "By skeleton, upright", "views": "By view, upright",
+        "motions": "By motion, upright",
+    }  # fmt: skip
+    tables: list[Table | str] = [
+        Table(
+            title,
+            head,
+            [
+                f"{name} | {row['frames']:,} | {method} | {row['rotation']} | {row['tilt']} | {row['mpjpe']} | "
+                f"{row['pa_mpjpe'].mean:.1f} | {row['bones'].mean:.2f} | {row['frobenius'].mean:.1f} | "
+                f"{row['expected'].mean:.1f} | {row['spearman']:.2f}"
+                for name in next(iter(found.values()))[key]
+                for method, row in ((method, tables_[key][name]) for method, tables_ in found.items())
+            ],
+        )
+        for key, title in titles.items()
+    ]
+    turned = "; ".join(f"{method} {tables_['equivariance']}" for method, tables_ in found.items())
+    tables.append(f"Deviation from rotation(Q x) = Q rotation(x), degrees: {turned}.")
+    return page("Rectifiers", f"{results['about']}.", tables)

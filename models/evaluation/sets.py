@@ -53,7 +53,7 @@ class EvaluationSet:
         return self.of is None or data_set(clip) == self.of
 
 
-def evaluation_sets(sets: Sets = "test", bed: Bed = "wild") -> tuple[EvaluationSet, ...]:
+def evaluation_sets(sets: Sets = "val", bed: Bed = "wild") -> tuple[EvaluationSet, ...]:
     """Sets of people whom no network was taught by: "test", those that figures are published of, and "tennis", others
     at match pace; "val", those that networks and constants are chosen by."""
     if sets == "tennis":
@@ -67,12 +67,9 @@ def evaluation_sets(sets: Sets = "test", bed: Bed = "wild") -> tuple[EvaluationS
     )
 
 
-def heading(lifter: str | Path, seed: int, flip: bool, sets: Sequence[EvaluationSet]) -> dict[str, Any]:
-    """What every report on sets says first: versions and settings."""
-    return {
-        "pcnet3d": package_version(),
-        "lifter": str(lifter),
-        "seed": seed,
-        "flip": flip,
-        "bed": sets[0].bed,
-    }
+def heading(
+    lifter: str | Path, seed: int | None, flip: bool, sets: Sequence[EvaluationSet] = ()
+) -> dict[str, Any]:
+    """What reports say first: versions and settings; the seed and the cameras of those that have them."""
+    found = {"pcnet3d": package_version(), "lifter": str(lifter), "flip": flip}
+    return found | ({} if seed is None else {"seed": seed}) | ({"bed": sets[0].bed} if sets else {})

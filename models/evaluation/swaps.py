@@ -1,4 +1,4 @@
-"""How well exchanged limbs and overturned depth are found, where they are known:  pcnet3d evaluate --swaps -o DIR
+"""How well exchanged limbs and overturned depth are found, where they are known:  pcnet3d evaluate swaps -o DIR
 
 Swaps of every kind and length are put into takes of the test bed, one about every three seconds, anywhere: into motion
 capture as it is, into its lifts, and into noisy 2D keypoints. What pipeline/motion/swaps.py finds there is compared
@@ -26,6 +26,7 @@ from ..mocap.clips import Clip
 from ..synthetic.cameras import WILD, ViewRange
 from ..synthetic.keypoint_noise import Noise
 from .sets import EvaluationSet, evaluation_sets, heading
+from .tables import Table, page, settings
 from .testbed import BEDS, MIN_FRAMES, SeenTake, see
 
 _LENGTHS = ((1, 1), (3, 10), (11, 30), (31, 60))
@@ -232,48 +233,45 @@ def _share(part: float, whole: float) -> float:
 
 def as_markdown(results: dict[str, Any]) -> str:
     """The report as a page of tables."""
-    lines = [
-        "# Swaps",
-        "",
-        f"pcnet3d {results['pcnet3d']}, lifter {results['lifter']}, seed {results['seed']}, flip "
-        f"{'on' if results['flip'] else 'off'}, {results['bed']} views. A swap is found when one of the same kind "
-        "overlaps with it by half of both together; certain ones are repaired. Shares in %; "
-        "frames count once for each kind.",
-        "",
-        "## Anywhere in the take",
-        "",
-        "| set | swaps | recall | precision | certain | precision of these | frames: recall | precision | "
-        "false a minute, untouched |",
-        "| --- | --- | --- | --- | --- | --- | --- | --- | --- |",
-    ]
-    for name, row in results["anywhere"].items():
-        false = f"{row['false_per_minute']:.2f} in {row['untouched_minutes']:.1f} minutes"
-        lines.append(f"| {name} | {row['swaps']} | {_percents(row)} | {false} |")
-    lines += ["", "Recall by kind and length in frames, found / put in:", ""]
+    shares = ["recall", "precision", "certain", "precision of these", "frames: recall", "precision"]
     lengths = [f"{low}-{high}" for low, high in _LENGTHS]
-    lines += [f"| set | kind | {' | '.join(lengths)} |", "| --- | --- |" + " --- |" * len(lengths)]
-    for name, row in results["anywhere"].items():
-        counts = row["by_kind_and_length"]
-        for kind in _MADE:
-            cells = [counts.get(f"{kind}, {length}") for length in lengths]
-            if any(cells):
-                told = " | ".join(f"{cell[1]} / {cell[0]}" if cell else "" for cell in cells)
-                lines.append(f"| {name} | {kind} | {told} |")
-    lines += [
-        "",
-        "## The noise's own, in profile",
-        "",
-        "Keypoints with runs of 8 frames on average, as the lifter was trained on. MPJPE of our lift in mm (p50 / "
-        "mean / p95), one scale a take, in the frames with swaps.",
-        "",
-        "| set | swaps | recall | precision | certain | precision of these | frames: recall | precision | "
-        "lift without swaps | with | put right |",
-        "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |",
+    anywhere = [
+        f"{name} | {row['swaps']} | {_percents(row)} | {row['false_per_minute']:.2f} in "
+        f"{row['untouched_minutes']:.1f} minutes"
+        for name, row in results["anywhere"].items()
     ]
-    for name, row in results["in profile"].items():
-        errors = " | ".join(str(figure) for figure in row["lift"].values())
-        lines.append(f"| {name} | {row['swaps']} | {_percents(row)} | {errors} |")
-    return "\n".join(lines) + "\n"
+    by_length = [
+        [name, kind, *(f"{cell[1]} / {cell[0]}" if cell else "" for cell in cells)]
+        for name, row in results["anywhere"].items()
+        for kind in _MADE
+        if any(cells := [row["by_kind_and_length"].get(f"{kind}, {length}") for length in lengths])
+    ]
+    in_profile = [
+        f"{name} | {row['swaps']} | {_percents(row)} | {' | '.join(map(str, row['lift'].values()))}"
+        for name, row in results["in profile"].items()
+    ]
+    lifts = ["lift without swaps", "with", "put right"]
+    return page(
+        "Swaps",
+        f"{settings(results)}. A swap is found when one of the same kind overlaps with it by half of both together; "
+        "certain ones are repaired. Shares in %; frames count once for each kind.",
+        [
+            Table("Anywhere in the take", ["set", "swaps", *shares, "false a minute, untouched"], anywhere),
+            Table(
+                "",
+                ["set", "kind", *lengths],
+                by_length,
+                "Recall by kind and length in frames, found / put in:",
+            ),
+            Table(
+                "The noise's own, in profile",
+                ["set", "swaps", *shares, *lifts],
+                in_profile,
+                "Keypoints with runs of 8 frames on average, as the lifter was trained on. MPJPE of our lift in mm "
+                "(p50 / mean / p95), one scale a take, in the frames with swaps.",
+            ),
+        ],
+    )
 
 
 def _percents(row: dict[str, Any]) -> str:

@@ -22,6 +22,7 @@ from ...pipeline.motion.signals import CUTOFF_HZ
 from ...pipeline.rotations import rotate, transpose
 from ..common.metrics import Figure
 from .acceleration import NO_MOTION, PARTS, accelerations, agreement
+from .tables import Table
 from .take_answers import TRUE_AXES, Answer, with_heading
 
 _COLUMNS = [(part, direction) for part in PARTS for direction in ("vertical", "horizontal")]
@@ -83,11 +84,10 @@ def over_takes(scores: Sequence[dict[str, Any]]) -> dict[str, Any]:
     return join(scores) if scores else {}
 
 
-def as_markdown(sets: dict[str, Any]) -> list[str]:
-    """Tables of {set: {"takes": count, "left out": count, **over_takes}}."""
-    lines = [
-        "## Acceleration of wrists and ankles",
-        "",
+def as_tables(sets: dict[str, Any]) -> list[Table | str]:
+    """Of {set: {"takes": count, "left out": count, **over_takes}}."""
+    parts: list[Table | str] = [
+        "## Acceleration of wrists and ankles\n\n"
         f"Relative to the pelvis, {CUTOFF_HZ:g} Hz zero-phase, against motion capture; RMSE in m/s^2 (horizontal: of "
         "one axis), p50 / mean / p95 over takes, and r, p50. Upright takes of 2 s and more without gaps.",
     ]
@@ -101,16 +101,14 @@ def as_markdown(sets: dict[str, Any]) -> list[str]:
         if not values["takes"]:
             continue
         gaps = f", {values['left out']} with gaps left out" if values["left out"] else ""
-        lines += ["", f"### {label}, {values['takes']} takes{gaps}"]
+        parts.append(f"### {label}, {values['takes']} takes{gaps}")
         for axes in (axes for axes in titles if axes in values):
-            lines += ["", titles[axes], "", *_head()]
-            for method, row in values[axes].items():
-                lines.append(_row([method, *(_cell(row[part][direction]) for part, direction in _COLUMNS)]))
-    return lines
-
-
-def _head() -> list[str]:
-    return [_row(["", *(", ".join(column) for column in _COLUMNS)]), _row(["---"] * (len(_COLUMNS) + 1))]
+            rows = [
+                [method, *(_cell(row[part][direction]) for part, direction in _COLUMNS)]
+                for method, row in values[axes].items()
+            ]
+            parts.append(Table("", ["", *map(", ".join, _COLUMNS)], rows, titles[axes]))
+    return parts
 
 
 def _limbs(joints: np.ndarray, R_camera_from_axes: np.ndarray, time_s: np.ndarray) -> dict[str, np.ndarray]:
@@ -122,7 +120,3 @@ def _limbs(joints: np.ndarray, R_camera_from_axes: np.ndarray, time_s: np.ndarra
 def _cell(score: dict[str, Figure]) -> str:
     r = score["r"].p50
     return f"{score['rmse']:.2f}" + (f"; r {r:.2f}" if np.isfinite(r) else "")
-
-
-def _row(cells: Sequence[str]) -> str:
-    return f"| {' | '.join(cells)} |"

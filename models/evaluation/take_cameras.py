@@ -17,6 +17,7 @@ from ..common.metrics import Figure
 from ..lifter.builtin import lift
 from ..mocap.clips import Clip
 from ..synthetic.cameras import WILD, ViewRange
+from .tables import Table
 from .take_answers import CAMERA_AXES, TRUE_AXES, answers, camera_axes, constant, joints_of, named
 from .testbed import SeenTake, see
 
@@ -89,25 +90,28 @@ def camera_tables(
     return tables
 
 
-def as_markdown(tables: dict[str, Any]) -> list[str]:
-    """The lines of the table of one take seen by several cameras."""
-    lines = [
-        "## One take from eight cameras",
-        "",
+def as_table(tables: dict[str, Any]) -> Table:
+    """Of camera_tables."""
+    return Table(
+        "One take from eight cameras",
+        ["", "joints, lifted, mm", "lean, lifted, deg", "joints, clean, mm", "lean, clean, deg"],
+        [
+            [
+                name,
+                *(
+                    tables[kind][name][what]
+                    for kind in ("lifted", "clean")
+                    for what in ("joints_mm", "lean_deg")
+                ),
+            ]
+            for name in tables["lifted"]
+        ],
         f"{tables['takes']} takes of the first set, of 2 s and more; yaw 0 to 315 degrees, pitch of the bed's cameras "
         "between -20 and 40. Root mean square over cameras to their mean, one heading for all: every joint's "
         "position in upright axes, and the trunk's lean from the vertical; p50 / mean / p95 over takes. `true axes` is "
         "what the lifts differ by. The geometric rectifier agrees with itself on clean joints by construction, and "
         "sees no lean to disagree about.",
-        "",
-        "| | joints, lifted, mm | lean, lifted, deg | joints, clean, mm | lean, clean, deg |",
-        "| --- | --- | --- | --- | --- |",
-    ]
-    for name, row in tables["lifted"].items():
-        clean = tables["clean"][name]
-        figures = (row["joints_mm"], row["lean_deg"], clean["joints_mm"], clean["lean_deg"])
-        lines.append(f"| {name} | {' | '.join(map(str, figures))} |")
-    return lines
+    )
 
 
 def _rms(values: np.ndarray) -> float:

@@ -1,4 +1,4 @@
-"""What one gravity a take is worth, where the truth is known:  pcnet3d evaluate --takes -o DIR
+"""What one gravity a take is worth, where the truth is known:  pcnet3d evaluate takes -o DIR
 
 Every take is seen by one camera that stands still; lifted, and with its real joints. Every rectifier answers twice:
 frame by frame, and with the take's one up (models/gravity/levelling.py). Errors, whether the stated errors hold, the
@@ -25,6 +25,7 @@ from ..lifter.builtin import lift
 from ..mocap.clips import Clip, lying
 from . import take_acceleration, take_cameras
 from .sets import EvaluationSet, evaluation_sets, heading
+from .tables import Table, page, settings
 from .take_answers import (
     CAMERA_AXES,
     TRUE_AXES,
@@ -226,46 +227,51 @@ def pooling_seconds(frames: int) -> float:
 def as_markdown(results: dict[str, Any]) -> str:
     """The report as a page of tables."""
     pooling = results["pooling"]
-    lines = [
-        "# Takes",
-        "",
-        f"pcnet3d {results['pcnet3d']}, lifter {results['lifter']}, seed {results['seed']}, flip "
-        f"{'on' if results['flip'] else 'off'}; one camera a take, standing still, {results['bed']} views.",
-        f"A take of {pooling['frames']:,} frames is pooled in {pooling['seconds']:.2f} s beyond the rectifier's own "
-        "time.",
-        "",
-        "## Errors",
-        "",
-        "p50 / mean / p95. Tilt, degrees: over takes, of a take's mean. Rotation of BODY, degrees, and MPJPE, mm, one "
-        "scale a take: over frames. Upright: in every frame; lying: trunk more than 60 degrees from the vertical half "
-        "of the time or more.",
-        "",
-        "| set | takes | frames | method | tilt | rotation | MPJPE |",
-        "| --- | --- | --- | --- | --- | --- | --- |",
+    rows = [
+        (name, table["takes"], table["frames"], method, figures)
+        for name, table in results["takes"].items()
+        for method, figures in table["methods"].items()
     ]
-    for name, table in results["takes"].items():
-        for method, figures in table["methods"].items():
-            counts = f"{table['takes']} | {table['frames']:,}"
-            errors = " | ".join(str(figures[what]) for what in ("tilt", "rotation", "mpjpe"))
-            lines.append(f"| {name} | {counts} | {method} | {errors} |")
-    lines += [
-        "",
-        "## Trust",
-        "",
-        "Levelled: takes that are not refused. Of those, how many have their true up inside the stated 90 % bound, the "
-        "mean stated rotation error over the mean true one, and how well it sorts frames (Spearman). Drift: takes said "
-        "to be seen by a camera that moved; none was.",
-        "",
-        "| set | method | levelled, % | inside the bound, % | stated / true, deg (sorting) | drift |",
-        "| --- | --- | --- | --- | --- | --- |",
+    errors = [
+        [name, takes, f"{frames:,}", method, *(figures[what] for what in ("tilt", "rotation", "mpjpe"))]
+        for name, takes, frames, method, figures in rows
     ]
-    for name, table in results["takes"].items():
-        for method, figures in table["methods"].items():
-            if "levelled" in figures:
-                share = f"{100 * figures['levelled']:.1f} | {100 * figures['inside']:.1f}"
-                stated = f"{figures['expected']:.1f} / {figures['true']:.1f} ({figures['spearman']:.2f})"
-                alarms = f"{figures['drifted']} of {table['takes']}"
-                lines.append(f"| {name} | {method} | {share} | {stated} | {alarms} |")
-    lines += ["", *take_acceleration.as_markdown(results["acceleration"])]
-    lines += ["", *take_cameras.as_markdown(results["cameras"])]
-    return "\n".join(lines) + "\n"
+    trust = [
+        f"{name} | {method} | {100 * figures['levelled']:.1f} | {100 * figures['inside']:.1f} | "
+        f"{figures['expected']:.1f} / {figures['true']:.1f} ({figures['spearman']:.2f}) | "
+        f"{figures['drifted']} of {takes}"
+        for name, takes, _, method, figures in rows
+        if "levelled" in figures
+    ]
+    return page(
+        "Takes",
+        f"{settings(results)}; one camera a take, standing still. A take of {pooling['frames']:,} frames is pooled in "
+        f"{pooling['seconds']:.2f} s beyond the rectifier's own time.",
+        [
+            Table(
+                "Errors",
+                ["set", "takes", "frames", "method", "tilt", "rotation", "MPJPE"],
+                errors,
+                "p50 / mean / p95. Tilt, degrees: over takes, of a take's mean. Rotation of BODY, degrees, and MPJPE, "
+                "mm, one scale a take: over frames. Upright: in every frame; lying: trunk more than 60 degrees from "
+                "the vertical half of the time or more.",
+            ),
+            Table(
+                "Trust",
+                [
+                    "set",
+                    "method",
+                    "levelled, %",
+                    "inside the bound, %",
+                    "stated / true, deg (sorting)",
+                    "drift",
+                ],
+                trust,
+                "Levelled: takes that are not refused. Of those, how many have their true up inside the stated 90 % "
+                "bound, the mean stated rotation error over the mean true one, and how well it sorts frames "
+                "(Spearman). Drift: takes said to be seen by a camera that moved; none was.",
+            ),
+            *take_acceleration.as_tables(results["acceleration"]),
+            take_cameras.as_table(results["cameras"]),
+        ],
+    )

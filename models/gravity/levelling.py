@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
 
 import numpy as np
 
@@ -21,8 +20,6 @@ from .moving import WINDOW_S, moving_up
 from .seen import Seen
 from .smoothing import smoothed, trust
 from .votes import USUAL_SPREAD, pool
-
-Camera = Literal["static", "moving"]
 
 HEADING_S = (
     0.07  # standard deviation of the Gaussian that smooths headings on the circle (val: longer lags on turns)
@@ -118,10 +115,14 @@ def level(seen: Seen, up: TakeUp) -> Levelled:
     )
 
 
-def level_world(joints: np.ndarray, time_s: np.ndarray, together: bool = False) -> Levelled:
+def level_world(
+    joints: np.ndarray, time_s: np.ndarray, together: bool = False, measured: bool = True
+) -> Levelled:
     """Of joints (T, 17, 3) in axes whose +z is known to be up, which stand for the camera's: nothing votes. together:
-    LEVEL's heading is the world's, not the person's."""
-    up = TakeUp(np.array([0.0, 0.0, 1.0]), 0.0, {"the source's own axes": 1.0})
+    LEVEL's heading is the world's, not the person's. measured: by motion capture; of others the error of up is not
+    known, for an estimator's world may lean."""
+    error_deg = 0.0 if measured else float("nan")
+    up = TakeUp(np.array([0.0, 0.0, 1.0]), error_deg, {"the source's own axes": 1.0})
     R = R_world_from_body(joints)
     R_level, heading = (np.eye(3), "world") if together else level_frame(R, up.up, time_s)
     unknown = np.full(len(joints), np.nan)

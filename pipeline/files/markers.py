@@ -11,16 +11,19 @@ import numpy as np
 
 from ..errors import InputError
 from ..messages import how_many
-from .c3d import parse, texts
+from ..pose import UNSAID, MadeBy
+from .c3d import C3d, parse, texts
 
 C3D_GROUP = "PCNET3D"  # of parameters: the provenance, in our own C3D files
+_MARKERLESS = ("theia", "opencap", "pose2sim", "captury", "kinatrax", "freemocap")
 Up = Literal["y", "z"]
 
 
 @dataclass(frozen=True, eq=False)
 class Markers:
     """points: (T, M, 3) in `unit`, NaN where missing. numbers: (T,) the frames' own numbers, from wherever the file
-    counts. up: the axis that is up, as such files usually have it or as this one says."""
+    counts. up: the axis that is up, as such files usually have it or as this one says. made_by: who made them, by the
+    file."""
 
     names: list[str]
     points: np.ndarray
@@ -28,6 +31,7 @@ class Markers:
     unit: str
     up: Up
     numbers: np.ndarray
+    made_by: MadeBy = UNSAID
 
 
 def by_subject(found: Markers) -> dict[str, Markers]:
@@ -90,4 +94,21 @@ def read_c3d(path: Path) -> Markers:
     numbers = begin + np.arange(len(file.points))
     up = "y" if said["Y_SCREEN"][:1] == ["+Y"] else "z"
     unit = "".join(said["UNITS"][:1]) or "mm"
-    return Markers(names, file.points.astype(np.float64), numbers / file.rate_hz, unit, up, numbers)
+    return Markers(
+        names, file.points.astype(np.float64), numbers / file.rate_hz, unit, up, numbers, _maker(file)
+    )
+
+
+def _maker(file: C3d) -> MadeBy:
+    """C3D is motion capture's format. Our own files hold what was made of anything; programs that need no markers name
+    themselves."""
+    if f"{C3D_GROUP}:PROVENANCE" in file.parameters:
+        return UNSAID
+    program = " ".join(
+        word.strip()
+        for name in ("SOFTWARE", "COMPANY")
+        for word in texts(file.parameters, f"MANUFACTURER:{name}")[:1]
+    ).strip()
+    if any(word in program.lower() for word in _MARKERLESS):
+        return MadeBy("estimated", program)
+    return MadeBy("measured", program or "motion capture (C3D)")

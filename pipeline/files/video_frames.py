@@ -12,7 +12,7 @@ import numpy as np
 
 from ..cores import cores
 from ..errors import InputError
-from ..take import Video
+from ..take import Take, Video
 
 if TYPE_CHECKING:
     from av import VideoFrame
@@ -152,6 +152,11 @@ def shown_size(video: Video) -> tuple[int, int]:
     """Width and height of the images, the video's rotation obeyed."""
     turned = video.rotation_deg in (90, 270)
     return (video.height, video.width) if turned else (video.width, video.height)
+
+
+def image_size(take: Take) -> tuple[int, int] | None:
+    """Width and height of a take's images, as its video shows them or as the user tells; None where neither does."""
+    return take.told.image_size if take.video is None else shown_size(take.video)
 
 
 def _upright(frame: VideoFrame, rotation_deg: int) -> np.ndarray:

@@ -27,7 +27,7 @@ import numpy as np
 from ..rotations import is_finite, rotate
 from .signals import BRIDGED_S, holes, rate
 
-# Chosen on lifted takes of validation subjects (pcnet3d evaluate --motion --sets val -o DIR).
+# Chosen on lifted takes of validation subjects (pcnet3d evaluate motion -o DIR).
 ERROR_S = 1.5  # over which a lifter's error is forgotten
 # A lifter blurs fast motion too: by how much true errors of its positions, velocities and accelerations (wrists and
 # ankles) are larger than those of the model, so that nine in ten lie within the 90 % bars.

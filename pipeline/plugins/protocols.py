@@ -12,7 +12,7 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 
 from ..pose import PoseSequence
-from ..take import Event, Take, Video
+from ..take import Event, Take, Told, Video
 
 
 class Adapter(Protocol):
@@ -24,6 +24,8 @@ class Adapter(Protocol):
     sniff(path): whether the content looks like this format; cheap, and never raises.
     read(path, **options): a tuple of PoseSequence, one a person (or of Video, or of Imu), in the source's own layout
         and a frame that says its axes; InputError when the file is not what it should be.
+
+    It may have `made_by`, a pipeline.pose.MadeBy: who made the poses, where that is the same for all of its files.
     """
 
     name: str
@@ -38,6 +40,8 @@ class Stage(Protocol):
     """One step of a pipeline: a callable whose constructor arguments are its options.
 
     needs, gives: names of Take fields that must be filled before, and that are filled after.
+
+    It may have `reads`, names of the fields of `take.told` that it reads: what nobody reads is refused when it is told.
     """
 
     @property
@@ -70,14 +74,24 @@ class RatedStage(Stage, Protocol):
 
 
 @runtime_checkable
+class ToldStage(Stage, Protocol):
+    """A stage that not everything that a user may tell will do for.
+
+    check_told(told): InputError, before any of the run's work is done, where it will not.
+    """
+
+    def check_told(self, told: Told) -> None: ...
+
+
+@runtime_checkable
 class ScalingStage(Stage, Protocol):
     """A stage that knows the unit of the poses that it gives.
 
-    unit_of(before): "m", "arbitrary" (no scale), or "" where that is not known before it runs; of poses that come to it
-        in the unit `before`, as these words say it.
+    unit_of(before, told): "m", "arbitrary" (no scale), or "" where that is not known before it runs; of poses that come
+        to it in the unit `before`, as these words say it. told: what the user tells.
     """
 
-    def unit_of(self, before: str) -> str: ...
+    def unit_of(self, before: str, told: Told) -> str: ...
 
 
 @runtime_checkable

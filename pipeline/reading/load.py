@@ -9,7 +9,7 @@ from typing import Any, Literal, get_args
 from ..errors import InputError
 from ..plugins.options import call
 from ..plugins.protocols import Adapter
-from ..pose import PoseSequence
+from ..pose import UNSAID, PoseSequence
 from .choose import choose_person
 from .find import Gives, adapters, exchanged, find_adapter, recognises
 from .handedness import Handedness
@@ -92,7 +92,13 @@ def load(path: Path, adapter: str, gives: Gives | None, options: dict[str, Any])
     if chosen.gives not in ("poses", "keypoints"):
         raise InputError(f"{path} is a file of {chosen.gives}; expected one of poses or keypoints.")
     try:
-        return Source(path, chosen, call(chosen.read, path, what=f"Adapter '{chosen.name}'", options=options))
+        people = call(chosen.read, path, what=f"Adapter '{chosen.name}'", options=options)
+        maker = getattr(chosen, "made_by", UNSAID)
+        return Source(
+            path,
+            chosen,
+            tuple(one.with_(made_by=maker) if one.made_by == UNSAID else one for one in people),
+        )
     except InputError as error:
         said = str(error) if str(path) in str(error) else f"{path}: {error}"
         others = [other for other in adapters().values() if other is not chosen and recognises(other, path)]

@@ -22,6 +22,7 @@ from ..device import Device
 from ..errors import InputError
 from ..motion.swap_repair import Swaps
 from ..plugins.options import did_you_mean, pairs
+from ..take import Told
 from .handedness import Handedness
 from .normalise import Missing
 
@@ -34,11 +35,18 @@ _SESSION = "Session"
 
 @dataclass(frozen=True)
 class To:
-    """Where a value goes: STAGE.KEY of the first stage that the run has (a run without any of them refuses the value),
-    and of each of `too` that it has."""
+    """Where a value goes: STAGE.KEY of a stage, without which the run refuses the value, and of each of `too` that it
+    has."""
 
-    first: tuple[str, ...] = ()
+    first: str = ""
     too: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Tells:
+    """That a value is no stage's option but told of the recording, as this field of pipeline.take.Told."""
+
+    field: str
 
 
 def _option(panel: str, text: str, *names: str) -> Any:
@@ -151,27 +159,24 @@ class RunOptions(BaseModel):
         tuple[int, int] | None,
         BeforeValidator(_size),
         _option(_INPUT, "WIDTHxHEIGHT in pixels, to lift keypoints without a video."),
-        To(
-            ("lift.image_size", "place.image_size"),
-            ("clean.image_size", "place.image_size", "second_lift.image_size"),
-        ),
+        Tells("image_size"),
     ] = None
     detector: Annotated[
         str | None,
         _option(
             _INPUT, "Network that finds joints in the video: a name of `pcnet3d list models`, or a file."
         ),
-        To(("detect.detector",)),
+        To("detect.detector"),
     ] = None
     lifter: Annotated[
         str | None,
         _option(_INPUT, "Lifter when --poses is absent: a name of `pcnet3d list models`, or an .onnx file."),
-        To(("lift.lifter",)),
+        To("lift.lifter"),
     ] = None
     also_lifter: Annotated[
         str | None,
         _option(_INPUT, "Second lifter of the same keypoints, to see where the two disagree; as --lifter."),
-        To(("second_lift.lifter",)),
+        To("second_lift.lifter"),
     ] = None
     device: OnDevice = "auto"
     person: Annotated[
@@ -182,7 +187,7 @@ class RunOptions(BaseModel):
     stature: Annotated[
         float | None,
         _option(_PERSON, "Body height in metres; sets the scale."),
-        To(("scale.stature_m",)),
+        Tells("stature_m"),
     ] = None
     title: Annotated[
         str | None, _option(_SESSION, "Title of the report; without it the name of the recording.")
@@ -191,23 +196,14 @@ class RunOptions(BaseModel):
     date: Annotated[
         str | None, BeforeValidator(_date), _option(_SESSION, "Day of the recording, YYYY-MM-DD.")
     ] = None
-    camera: Annotated[
-        str | None,
-        _option(_CAMERA, "static (default) or moving."),
-        To(("rectify.camera",), ("calibrate.camera", "lift.camera", "place.camera", "second_lift.camera")),
-    ] = None
+    camera: Annotated[str | None, _option(_CAMERA, "static (default) or moving."), Tells("camera")] = None
     focal: Annotated[
-        float | None,
-        _option(_CAMERA, "Focal length in pixels, if known."),
-        To(
-            ("calibrate.focal_px", "lift.focal_px", "place.focal_px"),
-            ("place.focal_px", "second_lift.focal_px"),
-        ),
+        float | None, _option(_CAMERA, "Focal length in pixels, if known."), Tells("focal_px")
     ] = None
     pitch: Annotated[
         float | None,
         _option(_CAMERA, "Camera pitch in degrees, positive looking down; with --roll."),
-        To(("rectify.pitch_deg",), ("lift.pitch_deg", "second_lift.pitch_deg")),
+        Tells("pitch_deg"),
     ] = None
     roll: Annotated[
         float | None,
@@ -215,13 +211,13 @@ class RunOptions(BaseModel):
             _CAMERA,
             "Camera roll in degrees, positive if the image turns counter-clockwise; with --pitch.",
         ),
-        To(("rectify.roll_deg",), ("lift.roll_deg", "second_lift.roll_deg")),
+        Tells("roll_deg"),
     ] = None
     gravity: Annotated[
         tuple[float, float, float] | None,
         BeforeValidator(_vector),
         _option(_CAMERA, "Gravity direction in camera axes (x right, y down, z forward), e.g. 0,1,0."),
-        To(("rectify.gravity",), ("lift.gravity", "second_lift.gravity")),
+        Tells("gravity"),
     ] = None
     left_right: Annotated[
         Handedness,
@@ -241,7 +237,7 @@ class RunOptions(BaseModel):
             _REPAIR,
             "Of wrist and ankle paths: auto (by the error of the joints; default), butterworth, savgol, none.",
         ),
-        To(("trajectories.smoother",), ("angles.smoother",)),
+        To("trajectories.smoother", ("angles.smoother",)),
     ] = None
     also: Annotated[
         tuple[str, ...],
@@ -249,11 +245,11 @@ class RunOptions(BaseModel):
             _OUTPUT,
             "Further file to write: a name of `pcnet3d list writers`, such as csv or c3d; repeatable.",
         ),
-        To(("export.also",)),
+        To("export.also"),
     ] = ()
     no_frames: Annotated[
         bool, _option(_OUTPUT, "Keep images of the person out of the results.", "--no-frames")
-    ] = False
+    ] = False  # of Told.images
     recipe: Annotated[Path | None, _option(_OUTPUT, "TOML file of stages and their options.")] = None
     settings: Annotated[
         dict[str, Any],
@@ -285,6 +281,20 @@ class RunOptions(BaseModel):
             value = getattr(self, name)
             if value != field.get_default(call_default_factory=True):
                 yield from ((name, value, goal) for goal in field.metadata if isinstance(goal, To))
+
+    @property
+    def told(self) -> Told:
+        """What is told of the recording. InputError for what cannot be."""
+        fields = {field: getattr(self, name) for name, field in TOLD.items()}
+        return Told(**fields, images=not self.no_frames)
+
+
+TOLD = {
+    name: told.field
+    for name, field in RunOptions.model_fields.items()
+    for told in field.metadata
+    if isinstance(told, Tells)
+}  # the options that are told of the recording, and their fields of Told
 
 
 def _place(name: str) -> ParameterInfo | None:

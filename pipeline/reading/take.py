@@ -209,6 +209,7 @@ def _joined(files: _Files, poses: PoseSequence | None, keypoints: PoseSequence |
         ),
         inputs=_provenance(files, poses, keypoints),
         session=_session(files.options),
+        told=files.options.told,
     )
 
 
@@ -278,6 +279,7 @@ def _video_alone(files: _Files) -> Take:
         inputs=_provenance(files, None, None),
         events=_damage(video),
         session=_session(files.options),
+        told=files.options.told,
     )
     if asked is None:
         return take

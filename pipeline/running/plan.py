@@ -6,58 +6,99 @@ from typing import Any
 
 from ..errors import InputError
 from ..plugins import registry
-from ..plugins.options import checked
-from ..reading.settings import OFF, RunOptions, flag_of
+from ..plugins.options import checked, option_types
+from ..reading.settings import OFF, TOLD, RunOptions, flag_of
 from .recipe import Recipe, load_recipe
 
+# Options of stages that there are not, for they are told of the recording, and how they are told.
+_TOLD = {field: flag_of(name) for name, field in TOLD.items()} | {"frames": flag_of("no_frames")}
 
-def planned(options: RunOptions) -> Recipe:
-    """The recipe of a run.
 
-    Without poses the keypoints are lifted, without keypoints too they are first detected; a second lifter lifts them
+def planned(options: RunOptions, recipe: Recipe | None = None) -> Recipe:
+    """The recipe of a run, with all that the options ask for.
+
+    recipe: instead of the default one and of a file of the options; its stages are all that there are. Without it, and
+    without poses, the keypoints are lifted, without keypoints too they are first detected; a second lifter lifts them
     again; a video's images are asked about the camera. InputError for an option of a stage or a file that this run
-    does not have, and for a setting that its stage does not know or of another type.
+    does not have, for something told that no stage reads, for a setting that its stage does not know or of another
+    type, and for two recipes.
     """
     alone = options.poses is None and options.keypoints is None and options.video is not None
     _check_readers(options, alone)
-    goals = tuple(options.goals())
-    chosen = load_recipe(options.recipe)
-    if options.poses is None:
-        chosen = chosen.starting_with("lift")
-    if options.video is not None:
-        chosen = chosen.starting_with("calibrate")
-    if alone:
-        chosen = chosen.starting_with("detect")
-    if options.also_lifter is not None:
-        chosen = chosen.following("second_lift", after="angles")
+    if recipe is not None and options.recipe is not None:
+        raise InputError(f"Expected one recipe, got one beside {options.recipe}; leave either out.")
+    chosen = load_recipe(options.recipe) if recipe is None else recipe
+    for entry in chosen.stages:
+        for key in entry.options:
+            _check_not_told(entry.use, key)
+    if recipe is None:
+        chosen = _with_needed(chosen, options, alone)
     for name, value in options.settings.items():
         if value == OFF and "." not in name:
-            _require(chosen, name, f"{name}={OFF}")
-            chosen = chosen.without(name)
-    for name, value, goal in goals:
-        first = [place for place in goal.first if chosen.has(place.partition(".")[0])]
-        if goal.first and not first:
-            _require(chosen, goal.first[-1].partition(".")[0], flag_of(name))
-        for place in (*first[:1], *goal.too):
+            if recipe is None:
+                _require(chosen, name, f"{name}={OFF}")
+            chosen = chosen.without(name) if chosen.has(name) else chosen
+    for name, value, goal in options.goals():
+        if goal.first:
+            _require(chosen, goal.first.partition(".")[0], flag_of(name))
+        for place in (goal.first, *goal.too):
             stage, _, key = place.partition(".")
-            chosen = chosen.with_options(stage, **{key: value})
+            chosen = chosen.with_options(stage, **{key: value}) if stage else chosen
     for name, value in options.settings.items():
         stage, dot, key = name.partition(".")
         if dot:
             value = checked_setting(name, value)
             _require(chosen, stage, name)
             chosen = chosen.with_options(stage, **{key: value})
-    if options.no_frames:
-        for stage in ("record", "export", "report"):
-            chosen = chosen.with_options(stage, frames=False)
+    _check_read(options, chosen)
     return chosen
 
 
 def checked_setting(name: str, value: Any) -> Any:
     """The value of "STAGE.KEY" in the type that the stage asks for; InputError for a stage, an option or a type that is
-    none, naming the nearest that exist."""
+    none, naming the nearest that exist, and for what is told of the recording."""
     stage, _, key = name.partition(".")
+    _check_not_told(stage, key)
     return checked(registry.load("stages", stage), what=f"Stage '{stage}'", options={key: value})[key]
+
+
+def _with_needed(recipe: Recipe, options: RunOptions, alone: bool) -> Recipe:
+    """With the stages that these files, and a second lifter, ask for. alone: whether there is only a video."""
+    if options.poses is None:
+        recipe = recipe.starting_with("lift")
+    if options.video is not None:
+        recipe = recipe.starting_with("calibrate")
+    if alone:
+        recipe = recipe.starting_with("detect")
+    if options.also_lifter is not None:
+        recipe = recipe.following("second_lift", after="angles")
+    return recipe
+
+
+def _check_not_told(stage: str, key: str) -> None:
+    """InputError for an option of a stage that has none of that name, because it is told of the recording."""
+    if key in _TOLD and key not in option_types(registry.load("stages", stage)):
+        raise InputError(
+            f"{stage}.{key} is no option of a stage, for it is told of the recording, once for all stages; give "
+            f"{_TOLD[key]}."
+        )
+
+
+def _check_read(options: RunOptions, recipe: Recipe) -> None:
+    """InputError for something told that no stage of the recipe reads."""
+    told = options.told  # refuses what cannot be
+    given = {name: field for name, field in TOLD.items() if getattr(told, field) is not None}
+    read = {field for entry in recipe.stages for field in _reads(entry.use)} if given else set()
+    for name, field in given.items():
+        if field not in read:
+            readers = [f"'{stage}'" for stage in registry.registered("stages") if field in _reads(stage)]
+            raise InputError(
+                f"{flag_of(name)} is for the stage {' or '.join(readers)}, which this run does not have."
+            )
+
+
+def _reads(stage: str) -> tuple[str, ...]:
+    return getattr(registry.load("stages", stage), "reads", ())
 
 
 def _require(recipe: Recipe, stage: str, what: str) -> None:

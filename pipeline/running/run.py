@@ -19,7 +19,7 @@ from ..motion.signals import rate
 from ..plugins.options import files_among
 from ..reading.settings import RunOptions
 from ..reading.take import Person, open_people, open_take
-from ..take import Event, Take
+from ..take import Event, Take, Told
 from .people import PersonRun, folder_names, write_index
 from .plan import planned
 from .recipe import Recipe
@@ -51,16 +51,19 @@ def run_files(
     output: str | Path,
     recipe: Recipe | None = None,
     *,
+    resume: bool = False,
     force: bool = False,
     done: Callable[[str, float], None] = lambda stage, seconds: None,
 ) -> Take:
     """Read the files that the options name, run the recipe, leave its files in `output`; all of them or none.
 
-    recipe: instead of the one that the options ask for (`planned`).
-    done: called with "read" and then each stage's name, and its seconds. Raises InputError.
+    recipe: instead of the default one; the options apply to it (`planned`). resume: go on with the detection or the
+    lift that was interrupted in that folder. done: called with "read" and then each stage's name, and its seconds.
+    Raises InputError.
     """
     output = Path(output)
-    recipe, kept = _checked(planned(options) if recipe is None else recipe), checkpoints_of(output)
+    recipe, kept = _checked(planned(options, recipe)), checkpoints_of(output)
+    recipe = _resumed(recipe, output) if resume else recipe
     for stage, path in kept.items():
         recipe = recipe.with_options(stage, checkpoint=path)
     with whole_folder(output, force, inputs_of(options, recipe)) as folder:
@@ -70,10 +73,10 @@ def run_files(
     return take
 
 
-def check_plan(recipe: Recipe, *given: str) -> None:
-    """InputError when a run by the recipe cannot work, before there is a take for it. given: names of the fields of
-    Take that will be filled."""
-    _aimed(_checked(recipe), Path()).build().check_given(given)
+def check_plan(recipe: Recipe, told: Told, *given: str) -> None:
+    """InputError when a run by the recipe cannot work, before there is a take for it. told: what the user tells of it.
+    given: names of the fields of Take that will be filled."""
+    _aimed(_checked(recipe), Path()).build().check_given(given, told=told)
 
 
 def run_into(
@@ -118,13 +121,12 @@ def _frame_rate(recipe: Recipe, take: Take) -> float:
 
 def bytes_needed(recipe: Recipe, *takes: Take) -> int:
     """About how much a run will write, the video in its recordings counted."""
-    images = any(entry.use == "record" and entry.options.get("frames", True) for entry in recipe.stages)
-    needed = 0
+    needed, recorded = 0, recipe.has("record")
     for take in takes:
         rows = take.keypoints if take.poses is None else take.poses
         first, last = take.video.span if take.video else (0, -1)
         needed += _FIXED_BYTES + _FRAME_BYTES * (last + 1 - first if rows is None else len(rows))
-        needed += take.video.span_bytes if take.video and images else 0
+        needed += take.video.span_bytes if take.video and recorded and take.told.images else 0
     return needed
 
 
@@ -133,6 +135,7 @@ def run_people(
     output: str | Path,
     recipe: Recipe | None = None,
     *,
+    resume: bool = False,
     force: bool = False,
     done: Callable[[str, float], None] = lambda stage, seconds: None,
 ) -> tuple[PersonRun, ...]:
@@ -140,11 +143,12 @@ def run_people(
 
     People of different scenes of a video, which a cut parts, share no LEVEL and no camera: each scene has its own.
     `output` gets a summary.json that lists the people, in the order of the answer. Who is seen too briefly, or refused
-    by a stage, is left out with the reason. recipe, done: as for run_files, each stage once for all of a scene. Raises
-    InputError when nobody is left.
+    by a stage, is left out with the reason. recipe, resume, done: as for run_files, each stage once for all of a scene.
+    Raises InputError when nobody is left.
     """
-    output, recipe = Path(output), _checked(planned(options) if recipe is None else recipe)
-    if any("stature_m" in entry.options for entry in recipe.stages if entry.use == "scale"):
+    output, recipe = Path(output), _checked(planned(options, recipe))
+    recipe = _resumed(recipe, output) if resume else recipe
+    if options.stature is not None:
         raise InputError("A stature is one person's: leave it out, or run one --person at a time.")
     if options.person_id is not None:
         raise InputError("An ID is one person's: leave --person-id out, or run one --person at a time.")
@@ -203,6 +207,23 @@ def _ended(person: Person, end: Take | InputError, folder: str | None) -> Person
     if isinstance(end, InputError) or folder is None:
         return PersonRun(person.name, person.frames, reason=str(end))
     return PersonRun(person.name, person.frames, folder, end)
+
+
+def _resumed(recipe: Recipe, output: Path) -> Recipe:
+    """The recipe that goes on from what an interrupted run left, beside its folder or in it."""
+    places = {stage: [path] for stage, path in checkpoints_of(output).items() if recipe.has(stage)}
+    if not places:
+        raise InputError("--resume is for the stages 'detect' and 'lift', which this run does not have.")
+    if "detect" in places:
+        places["detect"].append(output / KEYPOINTS)
+    left = {
+        stage: path for stage, paths in places.items() if (path := next(filter(Path.is_file, paths), None))
+    }
+    if not left:
+        raise InputError(f"There is no interrupted run in {output} to go on with; leave --resume out.")
+    for stage, path in left.items():
+        recipe = recipe.with_options(stage, resume=path)
+    return recipe
 
 
 def _checked(recipe: Recipe) -> Recipe:

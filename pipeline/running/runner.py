@@ -8,8 +8,10 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 from ..errors import InputError
-from ..plugins.protocols import MetricStage, RatedStage, ScalingStage, SharedStage, Stage
-from ..take import Take
+from ..plugins.protocols import MetricStage, RatedStage, ScalingStage, SharedStage, Stage, ToldStage
+from ..take import Take, Told
+
+_NOTHING = Told()
 
 
 @dataclass(frozen=True)
@@ -23,11 +25,11 @@ class Pipeline:
         something that an earlier stage has drawn conclusions from; or when poses of their unit will not do for it."""
         unit = take.poses.frame.unit if take.poses is not None else ""
         given = (field.name for field in fields(Take) if getattr(take, field.name) is not None)
-        self.check_given(given, unit)
+        self.check_given(given, unit, take.told)
 
-    def check_given(self, given: Iterable[str], unit: str = "") -> None:
+    def check_given(self, given: Iterable[str], unit: str = "", told: Told = _NOTHING) -> None:
         """The same of a take that is still to come, in which the fields of these names will be filled. unit: of its
-        poses, empty where there are none or it is not known."""
+        poses, empty where there are none or it is not known. told: what the user tells of it."""
         known = {field.name for field in fields(Take)}
         filled = {*given, *(field.name for field in fields(Take) if field.default is not None)}
         for position, stage in enumerate(self.stages):
@@ -47,10 +49,12 @@ class Pipeline:
                         f"the order is {' > '.join(s.name for s in self.stages)}."
                     )
             filled.update(stage.gives)
+            if isinstance(stage, ToldStage):
+                stage.check_told(told)
             if isinstance(stage, MetricStage):
                 stage.check_unit(unit)
             if isinstance(stage, ScalingStage):
-                unit = stage.unit_of(unit)
+                unit = stage.unit_of(unit, told)
             elif "poses" in stage.gives:
                 unit = ""
 

@@ -81,6 +81,15 @@ class Facts:
         return self.unit if self.unit != "arbitrary" else "au"
 
     @property
+    def up_of_world(self) -> str:
+        """How well a world's own up is known, in a sentence; "" for poses in a camera's axes."""
+        if self.camera != "gravity":
+            return ""
+        if self.up_bound_deg is None:
+            return "Told by the file; its error is not known."
+        return "The source knows its own up."
+
+    @property
     def camera_words(self) -> str:
         """How the camera stands, behind "the camera"."""
         if self.camera == "moving":

@@ -19,7 +19,7 @@ from ...pipeline.layouts import FEET
 from ...pipeline.plugins.protocols import CheckedWriter, ImageWriter, MetricWriter, Writer
 from ...pipeline.plugins.registry import load
 from ...pipeline.pose import Rectified, package_version
-from ...pipeline.take import Take
+from ...pipeline.take import Take, Told
 from ..drawing.facts import Source, facts_of
 from .measures import write_cycles, write_measures
 from .tables import write_parquet
@@ -34,16 +34,15 @@ RUN_FILES = (
 @dataclass(frozen=True)
 class Export:
     """The stage. folder: where the files go. also: names of `pcnet3d list writers`, each of which becomes one more
-    file; InputError for one that would replace another file of the run. frames: False refuses those that hold images
-    of the person."""
+    file; InputError for one that would replace another file of the run."""
 
     folder: Path
     also: tuple[str, ...] = ()
-    frames: bool = True
 
     name: ClassVar[str] = "export"
     needs: ClassVar[tuple[str, ...]] = ("poses", "rectified", "kinematics")
     gives: ClassVar[tuple[str, ...]] = ()
+    reads: ClassVar[tuple[str, ...]] = ("images",)
 
     def __post_init__(self) -> None:
         files = {file: "the run itself" for file in RUN_FILES}
@@ -54,13 +53,18 @@ class Export:
                     f"Expected --also {name} to write a file of its own, got {writer.file}, which {other} writes; "
                     f"leave --also {name} out."
                 )
-            if not self.frames and isinstance(writer, ImageWriter) and writer.images:
+            if isinstance(writer, CheckedWriter):
+                writer.check()
+
+    def check_told(self, told: Told) -> None:
+        """A pipeline.plugins.protocols.ToldStage: none of the files may hold images of the person where none are
+        wanted."""
+        for name, writer in self._writers().items():
+            if not told.images and isinstance(writer, ImageWriter) and writer.images:
                 raise InputError(
                     f"Expected no file with images of the person (--no-frames), got --also {name}, which writes "
                     f"{writer.file}; leave one of the two out."
                 )
-            if isinstance(writer, CheckedWriter):
-                writer.check()
 
     def check_unit(self, unit: str) -> None:
         """A pipeline.plugins.protocols.MetricStage."""
@@ -72,6 +76,7 @@ class Export:
                 )
 
     def __call__(self, take: Take) -> Take:
+        self.check_told(take.told)
         self.folder.mkdir(parents=True, exist_ok=True)
         write_poses(take, self.folder / "poses.npz")
         write_parquet(take, self.folder / "kinematics.parquet")
@@ -143,6 +148,7 @@ def summary(take: Take) -> dict[str, Any]:
             "source_frame": facts.axes,
             "unit": facts.unit,
             "root_known": facts.root_known,
+            "made_by": asdict(take.need("poses").made_by),
             "seams": list(take.need("poses").seams),
             "bone_length_spread": facts.bone_length_spread,
         },

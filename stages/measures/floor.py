@@ -47,12 +47,16 @@ def floor(
         return {"reason": f"feet stand in fewer than {FEWEST} places"}
     # Places that are measured are alike to a millimetre; where the ankles are above the soles is not known so well.
     height_sd = float("nan") if rectified.camera == "gravity" else found.height_sd
+    slope_sd_deg = found.slope_sd_deg if len(up) else float("nan")
     return {
         **with_error("floor_height", found.height - _ANKLE * implied_stature(filtered.joints), height_sd),
         **(
             {"slope_reason": "the feet are carried by a belt"}
             if "belt" in walking
-            else {**with_error("slope_deg", found.slope_deg, found.slope_sd_deg), "stairs": found.stairs}
+            else {
+                **with_error("slope_deg", found.slope_deg, slope_sd_deg),
+                "stairs": found.stairs,
+            }
         ),
         "places": len(places),
     }

@@ -12,7 +12,6 @@ import numpy as np
 from ...models.gait.gait import separation
 from ...models.gait.of_take import NOISE, SIDES, body_joints, gait_of
 from ...pipeline.errors import InputError
-from ...pipeline.frames import Frame
 from ...pipeline.messages import spans_in_words
 from ...pipeline.motion.angles import ANGLES, MIDLINE, near, of_both, unwrapped
 from ...pipeline.motion.cycles import (
@@ -90,7 +89,7 @@ class Measures:
             take.need("filtered"),
             take.need("rectified"),
             take.need("kinematics"),
-            take.need("poses").frame,
+            take.need("poses"),
             self.repeated,
             self.belt_speed,
         )
@@ -101,7 +100,7 @@ def measures(
     filtered: PoseSequence,
     rectified: Rectified,
     kinematics: dict[str, np.ndarray],
-    source: Frame,
+    source: PoseSequence,
     repeated: Sequence[str] = (),
     belt_speed: float | None = None,
 ) -> dict[str, Any]:
@@ -109,8 +108,8 @@ def measures(
     poses', metres or arbitrary. What cannot be had is absent, and its group has a `reason`.
 
     filtered: joints in LEVEL after the low-pass; rectified: where BODY's axes are from; kinematics: columns (T,) with
-    the angles (stages.angles.joint_angles) and paths (stages.trajectories.trajectory); source: the frame of the poses
-    that were rectified; belt_speed: of a treadmill.
+    the angles (stages.angles.joint_angles) and paths (stages.trajectories.trajectory); source: the poses that
+    were rectified; belt_speed: of a treadmill.
 
     An `_error_` is one standard deviation of the figure beside it: of angles by what they are stated with, the errors
     of two moments taken for independent; of means over repetitions by their spread, but by half of a frame's length at

@@ -63,11 +63,11 @@ def walking(
     curves: Callable[[str, np.ndarray], dict[str, Any]],
     filtered: PoseSequence,
     rectified: Rectified,
-    source: Frame,
+    source: PoseSequence,
     belt_speed: float | None = None,
 ) -> dict[str, Any]:
     """The group `walking` (stages/measures/stage.py). body: joints in BODY axes. curves: of an angle over spans (N, 2).
-    source: the frame of the poses that were rectified. belt_speed: a treadmill's, where it is told, in the unit of the
+    source: the poses that were rectified. belt_speed: a treadmill's, where it is told, in the unit of the
     poses a second."""
     apart = separation(body)[:, 0]
     if not rectified.level_ok:
@@ -75,16 +75,16 @@ def walking(
     if np.isfinite(apart).sum() < FEWEST:
         return {"reason": f"fewer than {FEWEST} frames have both legs", **basis(apart)}
     if not gait.walks:
-        if why := uncountable(apart, columns, filtered, rectified, source):
+        if why := uncountable(apart, columns, filtered, rectified, source.frame):
             return {"reason": f"steps cannot be counted: {'; '.join(why)}", **basis(apart)}
         return {
             "steps": 0,
             "reason": f"no three steps in a row, nor two of a run{_hidden(apart, filtered.times)}",
             **basis(apart),
         }
-    lifted = source.family == "camera"
+    lifted = source.lifted
     root_sd, share = _path_error(filtered, rectified, gait)
-    R_camera_from_body = source.basis.T @ rectified.R_source_from_body
+    R_camera_from_body = source.frame.basis.T @ rectified.R_source_from_body
     depth = depth_of_steps(R_camera_from_body, filtered.times, gait.walks) if lifted else 0.0
     said = _Means(gait.kind, lifted, leg_length(body), root_sd, depth)
     values = time_values(gait)

@@ -22,15 +22,14 @@ def looked(take: Take) -> bool:
     return take.camera is not None and bool(take.camera.looks)
 
 
-def log_camera(recording: rr.RecordingStream, take: Take, frames: bool) -> None:
-    """camera/image, camera/lines, camera/horizon and camera/up; nothing where no image told up. frames: False leaves
-    the image out."""
+def log_camera(recording: rr.RecordingStream, take: Take) -> None:
+    """camera/image, camera/lines, camera/horizon and camera/up; nothing where no image told up."""
     import rerun as rr
 
     if take.camera is None or not take.camera.looks:
         return
     look = take.camera.looks[0]
-    if frames and take.video is not None:
+    if take.told.images and take.video is not None:
         for image in images_at(take.video, [look.frame]).values():
             recording.log(
                 "camera/image",

@@ -42,21 +42,21 @@ _UP, _BOUND, _ERROR = (110, 140, 255), (150, 150, 150), (213, 94, 0)
 
 @dataclass(frozen=True)
 class Record:
-    """The stage. folder: where take.rrd goes. frames: False keeps every image of the person out of it."""
+    """The stage. folder: where take.rrd goes."""
 
     folder: Path
-    frames: bool = True
 
     name: ClassVar[str] = "record"
     needs: ClassVar[tuple[str, ...]] = ("poses", "rectified")
     gives: ClassVar[tuple[str, ...]] = ()
+    reads: ClassVar[tuple[str, ...]] = ("images",)
 
     def __call__(self, take: Take) -> Take:
         self.folder.mkdir(parents=True, exist_ok=True)
-        return take.saying(*record(take, self.folder / RECORDING, self.frames))
+        return take.saying(*record(take, self.folder / RECORDING))
 
 
-def record(take: Take, path: str | Path, frames: bool = True) -> tuple[Event, ...]:
+def record(take: Take, path: str | Path) -> tuple[Event, ...]:
     """Write a take into one rerun recording that opens with its own views.
 
     Time axes: "frame", the number of the video's frame, and "video_time", its time stamp in seconds.
@@ -70,8 +70,8 @@ def record(take: Take, path: str | Path, frames: bool = True) -> tuple[Event, ..
     What the take lacks is left out, what is NaN stays NaN, and where a track has no rows for some frames, one row
     of NaN ends what is shown.
 
-    frames: False leaves the video out. Returns events for what was done to the video. Raises InputError
-    without poses, rectified poses or time stamps, or when the video cannot be read.
+    A take whose `told.images` is False leaves the video out. Returns events for what was done to the video. Raises
+    InputError without poses, rectified poses or time stamps, or when the video cannot be read.
     """
     import rerun as rr
     from rerun.error_utils import catch_and_log_exceptions
@@ -80,7 +80,7 @@ def record(take: Take, path: str | Path, frames: bool = True) -> tuple[Event, ..
     poses = take.poses
     if poses is None or take.rectified is None:
         raise InputError("A recording needs 3D poses and their rectification; run rectify first.")
-    parts, events = viewable(take.video) if frames and take.video else (None, ())
+    parts, events = viewable(take.video) if take.told.images and take.video else (None, ())
     take = take.saying(*events).with_(video=take.video if parts else None)
     distance = np.linalg.norm(poses.joints[is_finite(poses.joints)], axis=-1)
     size = float(np.percentile(distance, 98)) if len(distance) else 1.0  # about half the person's height
@@ -105,7 +105,7 @@ def record(take: Take, path: str | Path, frames: bool = True) -> tuple[Event, ..
             del shown
             log_room(recording, take, prints, size)
             log_angles(recording, angles_with_gaps_marked(take))
-            log_camera(recording, take, frames)
+            log_camera(recording, take)
             log_events(recording, take.events, poses)
             texts = {"summary": summary_markdown(take)}
             if take.measures:

@@ -45,8 +45,8 @@ def summary_markdown(take: Take) -> str:
 
 def _up(facts: Facts) -> list[str]:
     """How well up is known and what it rests on; how the camera stands, or that it moves."""
-    if facts.camera == "gravity":
-        return ["- up: that of the source's own axes"]
+    if facts.up_of_world:
+        return [f"- up: that of the source's own axes. {facts.up_of_world}"]
     camera = f"- camera: {facts.camera_words}"
     if not facts.level_ok:
         return ["- up: a guess, not to be relied on", camera]

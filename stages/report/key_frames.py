@@ -38,16 +38,16 @@ def key_rows(joints: np.ndarray, count: int = 6) -> list[int]:
     return rows
 
 
-def key_figures(take: Take, pictures: bool) -> list[Markup]:
+def key_figures(take: Take) -> list[Markup]:
     """A figure for each key frame: the video's image with the 2D keypoints on it, beside the rectified skeleton.
 
-    pictures: False keeps every image of the person out; then, as without a video, the keypoints alone are drawn, or
-    the skeleton before rectification. Raises InputError when the video cannot be decoded.
+    Where no images of the person are wanted, as without a video, the keypoints alone are drawn, or the skeleton before
+    rectification. Raises InputError when the video cannot be decoded.
     """
     body = take.need("rectified").body
     rows = key_rows(body.joints)
     images: dict[int, np.ndarray] = {}
-    if pictures and take.video is not None:
+    if take.told.images and take.video is not None:
         images = images_at(take.video, [int(body.frame_index[row]) for row in rows])
     return [_key_figure(take, row, images.get(int(body.frame_index[row]))) for row in rows]
 

@@ -68,8 +68,8 @@ def told_of(take: Take) -> Markup:
 
 def up_bound(facts: Facts) -> str:
     """The angle that nine in ten takes stay under, in words."""
-    if facts.camera == "gravity":
-        return "the source knows its own up"
+    if facts.up_of_world:
+        return facts.up_of_world[0].lower() + facts.up_of_world[1:-1]
     return "not known" if facts.bound_words is None else f"{facts.bound_words.replace(' to', '° to')}°"
 
 
@@ -83,8 +83,8 @@ def up_rests(facts: Facts) -> str:
 
 def gravity_words(facts: Facts) -> Markup:
     """How the camera stands and what up rests on."""
-    if facts.camera == "gravity":
-        return small("The source's own axes say which way is up; nothing was estimated.")
+    if facts.up_of_world:
+        return small(f"The source's own axes say which way is up: {up_bound(facts)}.")
     relative = "; back and right in LEVEL are relative to it" if facts.camera == "moving" else ""
     error = facts.error_deg
     lines = [

@@ -35,31 +35,31 @@ _ERRORS = "± is one standard deviation; what is said to be within a value, or m
 
 @dataclass(frozen=True)
 class Report:
-    """The stage. folder: where report.html goes. frames: False keeps every image of the person out of it."""
+    """The stage. folder: where report.html goes."""
 
     folder: Path
-    frames: bool = True
 
     name: ClassVar[str] = "report"
     needs: ClassVar[tuple[str, ...]] = ("poses", "rectified")
     gives: ClassVar[tuple[str, ...]] = ()
+    reads: ClassVar[tuple[str, ...]] = ("images",)
 
     def __call__(self, take: Take) -> Take:
         self.folder.mkdir(parents=True, exist_ok=True)
         files = [path.name for path in self.folder.iterdir() if path.is_file()]
         with whole_file(self.folder / REPORT) as partial:
-            partial.write_text(report(take, self.frames, files), encoding="utf-8")
+            partial.write_text(report(take, files), encoding="utf-8")
         return take
 
 
-def report(take: Take, frames: bool = True, files: Sequence[str] = ()) -> str:
+def report(take: Take, files: Sequence[str] = ()) -> str:
     """A take as one HTML page that holds its images, loads nothing, and runs no script but our own for reading off its
     charts.
 
     First what was seen and how far to trust it, then key frames, the movements that happened, angles and paths, and
-    where everything comes from. What the take lacks (video, angles, measures, ...) is left out. frames: False leaves
-    the video's images out. files: names of the files in the page's folder, to lead to. Raises InputError without
-    poses, rectified poses or time stamps, or when the video cannot be decoded.
+    where everything comes from. What the take lacks (video, angles, measures, ...) is left out; so are the video's
+    images where `take.told.images` is False. files: names of the files in the page's folder, to lead to. Raises
+    InputError without poses, rectified poses or time stamps, or when the video cannot be decoded.
     """
     if take.poses is None or take.rectified is None:
         raise InputError("A report needs 3D poses and their rectification; run rectify first.")
@@ -68,14 +68,14 @@ def report(take: Take, frames: bool = True, files: Sequence[str] = ()) -> str:
     head = session_words(take, facts) + answer(said) + (small(_ERRORS) if said else Markup(""))
     head += trust(take, facts) + told_of(take)
     sections = [
-        ("Key frames", _key_frames(take, frames)),
+        ("Key frames", _key_frames(take)),
         ("Ranges of motion", ranges(measures)),
         ("What happened", happened(measures, facts.length)),
         ("Joint angles over time", angle_charts(take)),
         ("Speeds and accelerations", motion_charts(take) + _path_lengths(measures, facts.length)),
         ("Where two lifters disagree", second_lift(take)),
         ("Wrist paths before and after", _wrists(take)),
-        ("Which way is up", _gravity(take, facts, frames)),
+        ("Which way is up", _gravity(take, facts)),
         ("Files beside this page", files_beside(files)),
         ("Where this comes from", provenance(facts, take)),
     ]
@@ -87,8 +87,8 @@ def _path_lengths(measures: Mapping[str, Any], length: str) -> Markup:
     return details("Lengths of the paths", measure_tables(paths, length, level=3) if paths else Markup(""))
 
 
-def _key_frames(take: Take, frames: bool) -> Markup:
-    figures = key_figures(take, frames)
+def _key_frames(take: Take) -> Markup:
+    figures = key_figures(take)
     words = (
         "One frame of each sixth of the take, chosen for its posture. Beside it the same instant turned upright and "
         "facing you, and seen from its right side. Orange is the person's right, blue the left."
@@ -163,7 +163,7 @@ def _components(poses: PoseSequence, when: str) -> Iterator[Markup]:
         yield figure([over_time(curves, poses.times, f"Wrists {title.lower()} over time")], title)
 
 
-def _gravity(take: Take, facts: Facts, frames: bool) -> Markup:
+def _gravity(take: Take, facts: Facts) -> Markup:
     poses, rectified = take.need("poses"), take.need("rectified")
     times, figures = poses.times, []
     if voted(rectified):
@@ -196,14 +196,14 @@ def _gravity(take: Take, facts: Facts, frames: bool) -> Markup:
     return (
         gravity_words(facts)
         + up_table(facts, take.camera is not None)
-        + charts([*_lines(take, frames), *figures])
+        + charts([*_lines(take), *figures])
         + details("Each frame's own up, and the error of its rotation", charts(more))
     )
 
 
-def _lines(take: Take, frames: bool) -> Iterator[Markup]:
+def _lines(take: Take) -> Iterator[Markup]:
     """The frame whose straight lines were looked at, with them and the horizon."""
-    if take.camera is None or not take.camera.looks or take.video is None or not frames:
+    if take.camera is None or not take.camera.looks or take.video is None or not take.told.images:
         return
     look = take.camera.looks[0]
     for image in images_at(take.video, [look.frame]).values():

@@ -10,6 +10,7 @@ from ...pipeline.messages import spans_in_words
 from ...pipeline.motion.angles import ANGLES
 from ...pipeline.pose import PoseSequence
 from ...pipeline.take import Take
+from ..angles import errors_unknown
 from ..drawing.facts import Facts
 from ..drawing.page import Level, gauge
 from .sections import up_rests
@@ -66,8 +67,9 @@ def _up(facts: Facts) -> Check:
     if not facts.level_ok:
         text = f"The take could not be levelled: {facts.level_reason}. Do not believe {_TO_GRAVITY}."
         return "Which way is up", "bad", [text]
-    if facts.camera == "gravity":
-        return "Which way is up", "good", ["The source knows its own up."]
+    if facts.up_of_world:
+        weight = "care" if facts.up_bound_deg is None else "good"
+        return "Which way is up", weight, [facts.up_of_world]
     if facts.bound_words is None:
         return (
             "Which way is up",
@@ -86,7 +88,9 @@ def _up(facts: Facts) -> Check:
 
 
 def _angles(take: Take) -> list[Check]:
-    """How well joint angles are known; nothing where no error is stated."""
+    """How well joint angles are known; nothing of poses that were measured."""
+    if why := errors_unknown(take.need("poses")):
+        return [("Joint angles", "care", [why])]
     columns = take.kinematics or {}
     sds = [columns[f"{name}_sd_deg"] for name in ANGLES if f"{name}_sd_deg" in columns]
     known = [float(np.nanmedian(sd)) for sd in sds if np.isfinite(sd).any()]

@@ -12,6 +12,7 @@ from golden.bodies import feet_of
 from golden.estimators import AWAY_M
 from pcnet3d.adapters import read, read_all
 from pcnet3d.pipeline import H36M17, InputError
+from pcnet3d.pipeline.layouts import SOMA30, SOMA77
 from pcnet3d.pipeline.reading.find import adapters
 
 FRAMES = 40
@@ -40,6 +41,15 @@ def test_soma(tmp_path, standing):
     np.testing.assert_allclose(offset, expected, atol=1e-5)
     assert poses.root is not None
     assert not poses.frames_known
+
+
+def test_soma_of_thirty_joints(tmp_path, standing):
+    """Kimodo's first examples: the same joints, fewer of them."""
+    joints = np.load(estimators.soma(tmp_path, standing(FRAMES)))["posed_joints"]
+    np.savez(tmp_path / "motion.npz", posed_joints=joints[:, SOMA77.indices(SOMA30.joints)])
+    assert recognised(tmp_path / "motion.npz") == ["soma"]
+    found = read(tmp_path / "motion.npz", fps=30)
+    np.testing.assert_allclose(found.joints[:, LIMBS], limbs(worlds.y_up(standing(FRAMES))), atol=1e-5)
 
 
 def test_soma_that_lies_or_is_another_skeleton(tmp_path, standing):

@@ -157,3 +157,32 @@ def test_nothing_of_a_strangers_is_run(tmp_path, turning):
     with pytest.raises(InputError, match="stranger's code"):
         read(tmp_path / "x.npz")
     assert not (tmp_path / "was here").exists()
+
+
+def test_people_of_one_image_are_people_and_not_frames(tmp_path, turning):
+    """Four people of a picture, a file each, were one person of four frames, whose poses were good."""
+    rows = estimators.sam3d(turning(4))
+    for number, row in enumerate(rows):
+        held = {key: value for key, value in row.items() if value is not None}
+        held["bbox"] = np.array([200 * number, 100, 200 * number + 150, 500], np.float32)
+        np.savez(tmp_path / f"img_subj{number:02d}.npz", **held)
+    people = read_all(tmp_path, fps=30)
+    assert [poses.frame_index.tolist() for poses in people] == [[0]] * 4
+    for number in range(4):
+        (tmp_path / f"img_subj{number:02d}.npz").rename(
+            tmp_path / f"img_{number // 2:04d}_subj{number % 2}.npz"
+        )
+    assert sorted(frame for poses in read_all(tmp_path, fps=30) for frame in poses.frame_index) == [
+        0,
+        0,
+        1,
+        1,
+    ]
+
+
+def test_the_file_of_one_person_in_one_image_is_one_frame(tmp_path, turning):
+    held = {key: value for key, value in estimators.sam3d(turning(1))[0].items() if value is not None}
+    assert held["pred_keypoints_3d"].shape == (70, 3)
+    np.savez(tmp_path / "img_subj00.npz", **held)
+    assert recognised(tmp_path / "img_subj00.npz") == ["mhr70"]
+    assert len(read(tmp_path / "img_subj00.npz", fps=30)) == 1

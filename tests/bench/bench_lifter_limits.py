@@ -16,12 +16,11 @@ import numpy as np
 from pcnet3d.models.common.metrics import scaled
 from pcnet3d.models.evaluation.testbed import lifted_takes
 from pcnet3d.models.mocap.clips import Clip, Subjects
-from pcnet3d.models.synthetic.keypoint_noise import Noise
+from pcnet3d.models.synthetic.keypoint_noise import EXACT_KEYPOINTS, Noise
 from pcnet3d.pipeline.rotations import rotate, transpose
 
-EXACT = Noise(std=0.0, outliers=0.0, swap_rate=0.0, missing_rate=0.0, absent_rate=0.0)
 HALF = Noise(std=Noise().std / 2)
-KEYPOINTS = {"as detectors see them": None, "half the error": HALF, "exact": EXACT}
+KEYPOINTS = {"as detectors see them": None, "half the error": HALF, "exact": EXACT_KEYPOINTS}
 
 
 def one_in_six(clip: Clip) -> bool:

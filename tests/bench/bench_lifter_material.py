@@ -1,10 +1,13 @@
 """What each kind of the lifter's training material is worth, on people of the validation:
 
-    python tests/bench/bench_lifter_material.py DIR [steps]
+    python tests/bench/bench_lifter_material.py DIR [STEPS [CHANGE ...]]
 
-Trains a small network for single frames with everything that models/lifter/training/lifter.toml has, and one without
-each kind, all with the same steps and seed; prints MPJPE in mm on each part of the validation, as they are, with bodies
-turned about any axis (as people who lie and fall are), and without a nose. Stopped, the same command goes on.
+Trains a small network for single frames with everything that models/lifter/training/lifter.toml has, and one with each
+CHANGE (a name in CHANGES; without any, all of them), all with the same steps and seed. Prints MPJPE in mm on each
+part of the validation: as they are, with bodies turned about any axis (as people who lie and fall are), without a
+nose, with a good detector's noise, with the errors that last as well (to a single frame more noise), and placed as in
+real videos; then PA and rigid of the real take from OpenPose's keypoints, focal length unknown. Stopped, the same
+command goes on.
 """
 
 from __future__ import annotations
@@ -18,11 +21,19 @@ import torch
 
 from pcnet3d.models.common.metrics import joint_error, scaled
 from pcnet3d.models.common.training import load_weights
+from pcnet3d.models.evaluation.real_data import MOVING, openpose_keypoints, read_cameras, read_truth
+from pcnet3d.models.evaluation.real_take import lift_row
+from pcnet3d.models.lifter import training as lifter
+from pcnet3d.models.lifter.features import ASSUMED_FOCAL, features
 from pcnet3d.models.lifter.training.net import LifterNet, NetConfig
 from pcnet3d.models.lifter.training.train import TrainConfig, clips_of, read_config, run
 from pcnet3d.models.lifter.training.windows import Batch, Material, Windows
+from pcnet3d.models.mocap.clips import data_folder
 from pcnet3d.models.synthetic.on_device.draw import Draw
 from pcnet3d.models.synthetic.on_device.poses import PoseRange
+from pcnet3d.pipeline import CAMERA, remap, rotate
+from pcnet3d.pipeline.files.video_frames import shown_size
+from pcnet3d.pipeline.reading.take import read_video
 
 WITHOUT: dict[str, dict[str, object]] = {
     "everything": {},
@@ -36,6 +47,13 @@ WITHOUT: dict[str, dict[str, object]] = {
     "every joint there": {"absent": {}},
 }
 WITHOUT["none of it"] = {key: value for changes in WITHOUT.values() for key, value in changes.items()}
+WITH: dict[str, dict[str, object]] = {
+    "half placed": {"placed": 0.5},
+    "half good detectors": {"good": 0.5},
+    "lasting errors": {"slow": 0.006},
+}
+WITH["all three"] = {key: value for changes in WITH.values() for key, value in changes.items()}
+CHANGES = WITHOUT | WITH
 
 
 def changed(material: Material, changes: dict[str, object]) -> Material:
@@ -50,6 +68,9 @@ def tests_of(config: TrainConfig) -> dict[str, Batch]:
         "": plain,
         ", turned": replace(plain, poses=PoseRange(turned=1.0)),
         ", no nose": replace(plain, absent={"nose": 1.0}),
+        ", good": replace(plain, good=1.0),
+        ", lasting": replace(plain, slow=0.01),
+        ", placed": replace(plain, placed=1.0),
     }
     _, val = clips_of(config)
     return {
@@ -68,9 +89,33 @@ def errors(net: LifterNet, batches: dict[str, Batch]) -> dict[str, float]:
     return found
 
 
-def main(folder: Path, steps: int = 600) -> None:
+def real_errors(net: LifterNet) -> dict[str, float]:
+    """PA and rigid in mm of evaluation/real_take.py, mean of the cameras, every frame by itself."""
+    folder = data_folder() / "real" / MOVING
+    cameras = read_cameras(folder)
+    truth = read_truth(folder, list(cameras))
+    rows = []
+    for name, camera in cameras.items():
+        size = shown_size(read_video(camera.video))
+        found = openpose_keypoints(truth.openpose[name], np.arange(len(truth.limbs)) / 60)
+        keypoints = remap(found)
+        x, R_camera_from_ray = features(
+            keypoints.joints[:, None],
+            keypoints.confidence[:, None],
+            np.tile(np.array(size, dtype=float), (len(found), 1)),
+            np.full(len(found), ASSUMED_FOCAL * max(size)),
+        )
+        with torch.no_grad():
+            joints = rotate(R_camera_from_ray, net(torch.from_numpy(x))[0].numpy().astype(np.float64))[:, 0]
+        rows.append(lift_row(keypoints.with_(joints=joints, frame=CAMERA), truth.limbs))
+    return {
+        f"real take {kind}": float(np.mean([row[f"{kind}_mm"] for row in rows])) for kind in ("pa", "rigid")
+    }
+
+
+def main(folder: Path, steps: int = 500, *names: str) -> None:
     torch.set_num_threads(1)
-    shipped = read_config(Path(__file__).resolve().parents[2] / "models" / "lifter.toml")
+    shipped = read_config(Path(lifter.__file__).with_name("lifter.toml"))
     schedule = shipped.schedule.model_copy(
         update={"steps": steps, "cooldown": 0.4, "average": 0.99, "every": steps}
     )
@@ -83,15 +128,16 @@ def main(folder: Path, steps: int = 600) -> None:
         }
     )
     batches = tests_of(base)
-    print(f"| | {' | '.join(batches)} |\n|{' --- |' * (len(batches) + 1)}")
-    for name, changes in WITHOUT.items():
-        config = base.model_copy(update={"material": changed(base.material, changes)})
+    for row, name in enumerate(names or CHANGES):
+        config = base.model_copy(update={"material": changed(base.material, CHANGES[name])})
         output = folder / name.replace(" ", "-")
         run(config, output, "cpu")
         net = load_weights(LifterNet(config.net), output / "best.pt")
-        found = errors(net, batches)
+        found = errors(net, batches) | real_errors(net)
+        if row == 0:
+            print(f"| | {' | '.join(found)} |\n|{' --- |' * (len(found) + 1)}")
         print(f"| {name} | {' | '.join(f'{value:.1f}' for value in found.values())} |", flush=True)
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), *map(int, sys.argv[2:3]))
+    main(Path(sys.argv[1]), *map(int, sys.argv[2:3]), *sys.argv[3:])

@@ -27,12 +27,17 @@ FIGURES = json.loads(write.FIGURES.read_text(encoding="utf-8"))
 
 
 def evaluation() -> dict:
-    """As `pcnet3d evaluate --real-take` writes it, the figures those of figures.json and some that nobody quotes."""
+    """As `pcnet3d evaluate real-take` writes it, the figures those of figures.json and some that nobody quotes."""
     shipped = write.shipped()
     content = json.dumps(FIGURES["real_take"]["figures"])
     content = re.sub(r'pcnet(?=[",])', f"pcnet@{shipped['pcnet']}", content)
     networks = [f"pcnet3d@{shipped['lifter']}", f"pcnet@{shipped['pcnet']}"]
-    return json.loads(content) | {"date": "2031-01-02", "networks": networks, "flip": False, "pcnet3d": "9.9"}
+    return json.loads(content) | {
+        "date": "2031-01-02",
+        "networks": networks,
+        "flip": False,
+        "report": "real-take",
+    }
 
 
 @pytest.mark.parametrize("name", ["docs/accuracy.md", *write.MARKED])
@@ -72,11 +77,9 @@ def test_every_figure_is_of_the_shipped_networks():
 
 def test_a_new_network_asks_for_new_figures(monkeypatch):
     monkeypatch.setattr(write, "shipped", lambda: {"lifter": "new", "pcnet": "old", "paper": "old"})
-    block = {"command": "pcnet3d evaluate --takes", "networks": {"lifter": "old", "pcnet": "old"}}
+    block = {"command": "pcnet3d evaluate takes", "networks": {"lifter": "old", "pcnet": "old"}}
     (sentence,) = write.stale({"takes": block})
-    assert (
-        "another lifter (old) than the shipped one (new); run `pcnet3d evaluate --takes -o DIR`" in sentence
-    )
+    assert "another lifter (old) than the shipped one (new); run `pcnet3d evaluate takes -o DIR`" in sentence
 
 
 def test_an_evaluation_replaces_its_block_only():
@@ -104,6 +107,7 @@ def test_only_figures_that_are_quoted_are_kept():
         ({"flip": True}, "flip"),
         ({"seed": 3}, "seed"),
         ({"bed": "typical"}, "typical"),
+        ({"judged": "val"}, "val"),
         ({"lift": {}}, "quote lift/"),
     ],
 )
@@ -113,5 +117,5 @@ def test_an_evaluation_of_something_else_is_refused(wrong, words):
 
 
 def test_a_file_without_any_block_is_refused():
-    with pytest.raises(InputError, match="evaluate --takes"):
-        write.updated(FIGURES, {"swaps": {}})
+    with pytest.raises(InputError, match="evaluate takes"):
+        write.updated(FIGURES, {"report": "swaps"})

@@ -50,6 +50,7 @@ def test_what_is_not_run():
         "plugins: needs the template installed; tests/plugin does that and runs it",
         "place: needs a video and a network's time",
         "training: needs a machine on which nothing is installed",
+        "training: needs the project's own data",
         "training: needs the project's own data, and most of an hour",
         "training: needs the motion capture that the shipped networks were trained on, and hours",
     }

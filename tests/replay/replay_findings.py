@@ -53,7 +53,7 @@ NOT_HERE = {
     22: "options of the command line",
     30: "a wish for recipes",
     33: "no recording here shows it",
-    34: "see pcnet3d evaluate --real-take",
+    34: "see pcnet3d evaluate real-take",
 }
 
 

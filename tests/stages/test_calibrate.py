@@ -14,7 +14,7 @@ from pcnet3d.models.gravity import geocalib
 from pcnet3d.models.gravity.geocalib import FieldsUp
 from pcnet3d.models.gravity.view import _boxes, camera_of
 from pcnet3d.models.synthetic.cameras import view_rotation
-from pcnet3d.pipeline import H36M17, InputError, PoseSequence, Take, Video
+from pcnet3d.pipeline import H36M17, InputError, PoseSequence, Take, Told, Video
 from pcnet3d.pipeline.camera import Camera, pitch_roll_deg
 from pcnet3d.pipeline.cli import main
 from pcnet3d.pipeline.frames import IMAGE
@@ -54,7 +54,7 @@ def test_the_stage_gives_the_camera_and_says_so(video, shown):
 
 
 def test_a_told_focal_length_stays(video):
-    take = Calibrate(focal_px=1234.0)(Take("street", video=video))
+    take = Calibrate()(Take("street", video=video, told=Told(focal_px=1234.0)))
     assert take.camera.focal_source == "told"
     assert take.camera.focal_px == 1234
 
@@ -159,7 +159,7 @@ def test_a_calibrated_camera_has_the_files_focal_length_and_no_distortion_left(v
     assert take.camera.focal_px == pytest.approx(0.9 * max(video.width, video.height), rel=0.05)
     assert take.camera.intrinsics.name == "cam01"
     with pytest.raises(InputError, match="not both"):
-        Calibrate(camera_file=calibration, focal_px=1000.0)(Take("street", video=video))
+        Calibrate(camera_file=calibration)(Take("street", video=video, told=Told(focal_px=1000.0)))
 
 
 def test_the_lifter_sees_undistorted_keypoints(video, calibration, monkeypatch):

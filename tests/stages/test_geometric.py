@@ -10,6 +10,7 @@ from pcnet3d.models import load_rectifier
 from pcnet3d.models.gravity.levelling import level_frame
 from pcnet3d.pipeline import CAMERA, H36M17, Y_UP, Z_UP, InputError, PoseSequence, change_frame
 from pcnet3d.pipeline.frames import GL_CAMERA, PC_CAMERA
+from pcnet3d.pipeline.pose import MadeBy
 from pcnet3d.pipeline.rotations import angle_deg, geodesic_deg, rotate, transpose
 from pcnet3d.stages.rectify import rectify
 
@@ -146,7 +147,7 @@ def test_a_source_that_knows_its_gravity_is_levelled_by_it(facing_camera):
     trunk = H36M17.indices(["spine", "thorax", "nose", "head", "l_shoulder", "r_shoulder"])
     lean = Rotation.from_euler("x", 30, degrees=True).as_matrix()
     leaning[trunk] = rotate(lean, leaning[trunk])
-    world = PoseSequence(rotate(R_world_from_camera, leaning)[None], H36M17, Z_UP)
+    world = PoseSequence(rotate(R_world_from_camera, leaning)[None], H36M17, Z_UP, made_by=MadeBy("measured"))
     rectified = rectify(world, "geometric")
     assert rectified.method == "gravity"
     np.testing.assert_allclose(rectified.R_source_from_body[0, :, 2], [0, 0, 1], atol=1e-12)

@@ -55,8 +55,9 @@ def test_the_walker_is_recognised_from_his_keypoints(walk, take):
 
 
 def test_a_run_from_video_and_keypoints_alone(files, tmp_path):
-    recipe = load_recipe().starting_with("lift").with_options("scale", stature_m=STATURE_M)
-    lifted = run_files(RunOptions(video=files.video, keypoints=files.keypoints), tmp_path / "out", recipe)
+    recipe = load_recipe().starting_with("lift")
+    options = RunOptions(video=files.video, keypoints=files.keypoints, stature=STATURE_M)
+    lifted = run_files(options, tmp_path / "out", recipe)
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
     assert summary["rectification"]["level_ok"]
     assert [step["name"] for step in summary["history"]][-7:] == [
@@ -101,7 +102,7 @@ def test_without_a_video_the_image_size_must_be_given(take):
     alone = take.with_(video=None)
     with pytest.raises(InputError, match="--image-size"):
         Lift()(alone)
-    assert Lift(image_size=IMAGE_SIZE)(alone).poses is not None
+    assert Lift()(alone.telling(image_size=IMAGE_SIZE)).poses is not None
 
 
 def test_a_wide_lens_hides_nobody_at_the_border_of_its_image(take, walk):
@@ -123,10 +124,8 @@ def test_a_wide_lens_hides_nobody_at_the_border_of_its_image(take, walk):
     inside = np.nanmean((aside.joints[..., 0] > 3) & (aside.joints[..., 0] < 637))
     assert inside > 0.95
     assert np.nanmean(undistorted(aside.joints, lens)[..., 0] > 640) > 0.5
-    alone = take.with_(video=None, camera=camera)
-    one, other = (
-        Lift(image_size=IMAGE_SIZE)(alone.with_(keypoints=k)).poses for k in (filmed(np.eye(3)), aside)
-    )
+    alone = take.with_(video=None, camera=camera).telling(image_size=IMAGE_SIZE)
+    one, other = (Lift()(alone.with_(keypoints=k)).poses for k in (filmed(np.eye(3)), aside))
     apart = rotate(turn, one.joints.astype(float)) - other.joints
     assert np.nanmean(np.linalg.norm(apart, axis=-1)) < 0.05
 
@@ -136,12 +135,12 @@ def test_most_keypoints_outside_the_filmed_picture_are_refused_with_a_lens_too(t
     camera = Camera(IMAGE_SIZE, lens.pinhole_focal_px, 0.0, "told", intrinsics=lens)
     beyond = take.keypoints.with_(joints=take.keypoints.joints + np.array([700, 0]))
     with pytest.raises(InputError, match=r"inside a picture of 640 x 360|missing"):
-        Lift(image_size=IMAGE_SIZE)(take.with_(video=None, camera=camera, keypoints=beyond))
+        Lift()(take.with_(video=None, camera=camera, keypoints=beyond).telling(image_size=IMAGE_SIZE))
 
 
 def test_a_known_focal_length_is_not_called_unknown(take):
     assert any("unknown" in event.text for event in Lift()(take).events)
-    assert not any("unknown" in event.text for event in Lift(focal_px=500)(take).events)
+    assert not any("unknown" in event.text for event in Lift()(take.telling(focal_px=500)).events)
 
 
 def test_frames_without_keypoints_for_two_seconds_are_missing_and_counted(take):
@@ -164,8 +163,8 @@ def test_a_frame_of_somebody_else_is_left_out_of_the_lift(take):
     assert trunk[-1] @ trunk[-2] > 0.9 * np.linalg.norm(trunk[-1]) * np.linalg.norm(trunk[-2])
 
 
-def up_known(take, **options) -> bool:
-    return Lift(**options)(take).poses.history[-1].options["up_known"]
+def up_known(take, **told) -> bool:
+    return Lift()(take.telling(**told)).poses.history[-1].options["up_known"]
 
 
 def test_the_lift_uses_the_up_that_is_known(take, walk):
@@ -188,5 +187,5 @@ def test_an_up_that_the_skeletons_contradict_does_not_bend_the_lift(take):
     look = Look(0, up, np.radians(0.5) ** 2 * (np.eye(3) - np.outer(up, up)), failure=0.05)
     seen = take.with_(camera=Camera(IMAGE_SIZE, 500.0, 20.0, "lines", (look,)))
     np.testing.assert_array_equal(
-        Lift(focal_px=500.0)(seen).poses.joints, Lift(focal_px=500.0)(take).poses.joints
+        Lift()(seen.telling(focal_px=500.0)).poses.joints, Lift()(take.telling(focal_px=500.0)).poses.joints
     )

@@ -8,7 +8,7 @@ from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.gait.events import Stance
 from pcnet3d.models.gait.parameters import flat_span
 from pcnet3d.models.gait.truth import true_contact
-from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, Z_UP, InputError, PoseSequence, Take, change_frame
+from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, Z_UP, InputError, PoseSequence, Take, Told, change_frame
 from pcnet3d.pipeline.camera import Camera
 from pcnet3d.pipeline.motion.flights import falls
 from pcnet3d.pipeline.reading.handedness import repaired
@@ -79,15 +79,15 @@ def test_a_place_that_the_source_knows_is_kept(take):
 
 
 @pytest.mark.parametrize(
-    ("changed", "stage", "why"),
+    ("changed", "why"),
     [
-        ({"keypoints": None}, Place(), "no 2D keypoints"),
-        ({}, Place(camera="moving"), "the camera moves"),
-        ({"camera": None}, Place(), "image's size is not known"),
+        ({"keypoints": None}, "no 2D keypoints"),
+        ({"told": Told(camera="moving")}, "the camera moves"),
+        ({"camera": None}, "image's size is not known"),
     ],
 )
-def test_who_cannot_be_placed_is_told_why(take, changed, stage, why):
-    found = stage(take.with_(**changed))
+def test_who_cannot_be_placed_is_told_why(take, changed, why):
+    found = Place()(take.with_(**changed))
     assert found.poses is take.poses
     assert why in found.events[-1].text
 
@@ -112,17 +112,17 @@ def test_a_take_of_two_frames_names_the_frames_and_no_joints(take):
 
 
 def test_without_a_camera_what_is_told_counts_and_a_guess_says_so(take, placed):
-    told = Place(focal_px=FOCAL, image_size=SIZE)(take.with_(camera=None))
+    told = Place()(take.with_(camera=None, told=Told(focal_px=FOCAL, image_size=SIZE)))
     assert (told.camera.focal_px, told.camera.image_size, told.camera.focal_source) == (FOCAL, SIZE, "told")
     np.testing.assert_allclose(told.poses.root, placed.poses.root)
-    guessed = Place(image_size=SIZE)(take.with_(camera=None))
+    guessed = Place()(take.with_(camera=None, told=Told(image_size=SIZE)))
     assert "a guess" in guessed.events[-1].text
     assert guessed.poses.root_sd[:, 2].mean() > 3 * placed.poses.root_sd[:, 2].mean()
 
 
 def test_a_focal_length_for_nothing_is_refused(take):
     with pytest.raises(InputError, match="--focal"):
-        Place(focal_px=900)(take.with_(camera=None, keypoints=None))
+        Place()(take.with_(camera=None, keypoints=None, told=Told(focal_px=900)))
 
 
 def test_an_estimated_path_is_no_evidence_on_up_or_on_the_frame_rate(take, placed, walk, camera):
@@ -140,7 +140,7 @@ def test_in_level_it_is_turned_with_its_error(placed, through):
     np.testing.assert_allclose(R @ level.root_covariance @ R.T, placed.poses.root_covariance, atol=1e-12)
     columns = through.kinematics
     np.testing.assert_array_equal(columns["root_x_sd"], level.root_sd[:, 0])
-    moving = Rectify(rectifier="geometric", camera="moving")(placed).rectified.level
+    moving = Rectify(rectifier="geometric")(placed.telling(camera="moving")).rectified.level
     assert moving.root is None
 
 

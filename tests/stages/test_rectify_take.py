@@ -11,7 +11,7 @@ from pcnet3d.examples.walker.camera import R_camera_from_body as true_rotations
 from pcnet3d.examples.walker.camera import aimed, camera_poses, side_camera
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.gravity import LEAN_DEG
-from pcnet3d.pipeline import CAMERA, H36M17, InputError, PoseSequence, Take, change_frame, rotate
+from pcnet3d.pipeline import CAMERA, H36M17, InputError, PoseSequence, Take, Told, change_frame, rotate
 from pcnet3d.pipeline.camera import Camera as View
 from pcnet3d.pipeline.camera import Look
 from pcnet3d.pipeline.frames import GL_CAMERA
@@ -250,7 +250,9 @@ def test_a_picture_that_is_turned_is_told_where_its_lines_decide(joints, camera,
     assert not nobody_upright(upright.rectified)
     said = turned.with_(findings=(Finding("suspicious", "upside down", "The head is below the feet."),))
     assert not [text for text in warnings(Rectify("geometric")(said.with_(events=()))) if "trunk" in text]
-    told = Rectify("geometric", gravity=tuple(-Q @ camera.up))(turned.with_(camera=None, events=()))
+    told = Rectify("geometric")(
+        turned.with_(camera=None, events=(), told=Told(gravity=tuple(-Q @ camera.up)))
+    )
     assert not nobody_upright(told.rectified)
     lies = replace(turned.rectified, up_shares={"camera pitch and roll": 0.9, "frames": 0.1})
     assert not nobody_upright(lies)  # who has told pitch and roll is not asked to
@@ -294,9 +296,11 @@ def test_the_votes_and_their_share_are_told(joints):
         ({"camera": "moving", "pitch_deg": 3.0, "roll_deg": 0.0}, "A moving camera"),
         ({"pitch_deg": 3.0}, "pitch alone"),
         ({"roll_deg": 0.0}, "roll alone"),
-        ({"window_s": 0.0}, "window_s"),
+        ({"camera": "still"}, "static or moving"),
     ],
 )
 def test_options_that_cannot_be_are_refused_before_anything_is_computed(options, words):
     with pytest.raises(InputError, match=words):
-        Rectify(**options)
+        Told(**options)
+    with pytest.raises(InputError, match="window_s"):
+        Rectify(window_s=0.0)

@@ -150,7 +150,7 @@ def test_a_second_lift_whose_left_and_right_are_wrong_is_compared_all_the_same(p
     pixels = 200 + 100 * poses.joints[..., :2]
     keypoints = PoseSequence(pixels, H36M17, IMAGE, time_s=poses.times)
     take = Take("walk", keypoints=keypoints, poses=poses, rectified=levelled)
-    found = SecondLift(mirrored, image_size=(400, 400))(take).second_lift
+    found = SecondLift(mirrored)(take.telling(image_size=(400, 400))).second_lift
     assert found is not None
     assert found["lifter"].startswith("mirrored.onnx@")
 

@@ -8,7 +8,7 @@ from torch import Tensor
 from ....pipeline.layouts import H36M17
 from ...synthetic.bodies import STANDARD_SIZE_M
 from ...synthetic.on_device.bodies import body_size
-from ...synthetic.on_device.turning import rotate, transpose, unit
+from ...synthetic.on_device.turning import dot, rotate, transpose, unit
 from ..features import CENTRE, HALF_WINDOW, IMAGE_UP, STEEP
 
 
@@ -23,11 +23,11 @@ def features(
     rays = rays.nan_to_num()
     centre = _filled(_centre(rays, present), seen)
     R_camera_from_ray = ray_rotation(centre, up)
-    rise = (R_camera_from_ray[..., 2] * up).sum(-1, keepdim=True)
+    rise = dot(R_camera_from_ray[..., 2], up)[..., None]
     known = rise.isfinite()
     turned = rotate(transpose(R_camera_from_ray), torch.cat([rays, torch.ones_like(rays[..., :1])], dim=-1))
     turned = turned[..., :2] / turned[..., 2:].clamp_min(0.1) * present[..., None]
-    size = ((turned**2).sum(dim=(-2, -1)) / present.sum(-1).clamp_min(1)).sqrt()
+    size = (dot(turned, turned).sum(-1) / present.sum(-1).clamp_min(1)).sqrt()
     mean_size = _averaged(size, seen).clamp_min(1e-6)
     path = (centre - torch.stack([_averaged(centre[..., i], seen) for i in (0, 1)], dim=-1)) / mean_size[
         ..., None
@@ -66,7 +66,7 @@ def ray_rotation(centre: Tensor, up: Tensor) -> Tensor:
     """R_camera_from_ray (..., 3, 3): z along the ray (x, y, 1) of centre (..., 2), x across up (..., 3), or across the
     image's own vertical where up is NaN or the ray goes along it."""
     away = unit(torch.cat([centre, torch.ones_like(centre[..., :1])], dim=-1))
-    tells = (away * up).sum(-1, keepdim=True).abs() < STEEP  # False where up is NaN
+    tells = dot(away, up)[..., None].abs() < STEEP  # False where up is NaN
     image_up = torch.as_tensor(IMAGE_UP, dtype=away.dtype, device=away.device)
     right = unit(torch.cross(away, torch.where(tells, up, image_up), dim=-1))
     return torch.stack([right, torch.cross(away, right, dim=-1), away], dim=-1)

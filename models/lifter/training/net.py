@@ -1,5 +1,5 @@
-"""The lifter's network: dilated temporal convolutions with residual blocks, for any number of frames, whose answer is
-built on the rays of the keypoints and on what bones' lengths in the image say of their depth."""
+"""The lifter's network: a token a joint, mixed by a trunk of dilated temporal convolutions, for any number of frames;
+its answer is built on the rays of the keypoints and on what bones' lengths in the image say of their depth."""
 
 from __future__ import annotations
 
@@ -15,7 +15,9 @@ from ..features import CHANNELS
 
 _PELVIS = H36M17.index("pelvis")
 _JOINTS = len(H36M17)
+_TOKENS = _JOINTS + 1
 _CHILDREN, _PARENTS = bone_tree()
+_BONE_OF = [0 if joint == _PELVIS else 1 + _CHILDREN.index(joint) for joint in range(_JOINTS)]
 _LOG_SD = (-7.0, 1.0)  # of metres: 1 mm to 2.7 m
 
 # Metres of bones of a standard body, by their child joint: means over the 33 people of the training data.
@@ -32,13 +34,15 @@ _DISTANCE = 0.37
 
 @dataclass(frozen=True)
 class NetConfig:
-    """width: channels of the hidden layers. dilations: one residual block each, in frames."""
+    """width: channels of a joint's token. trunk: channels of what mixes joints and frames. dilations: one block each,
+    in frames."""
 
-    width: int = 320
-    dilations: tuple[int, ...] = (1, 3, 9, 27, 1, 3)
+    width: int = 48
+    trunk: int = 256
+    dilations: tuple[int, ...] = (1, 3, 9, 27, 3, 1)
 
     def __post_init__(self) -> None:
-        sizes = {"width": self.width, "dilations": min(self.dilations, default=1)}
+        sizes = {"width": self.width, "trunk": self.trunk, "dilations": min(self.dilations, default=1)}
         if small := [name for name, size in sizes.items() if size < 1]:
             raise InputError(f"expected {' and '.join(small)} of at least 1")
 
@@ -49,33 +53,40 @@ class NetConfig:
 
 
 class Block(nn.Module):
-    """Pre-norm residual block: a convolution over three frames `dilation` apart, then one within the frame."""
+    """Of tokens (B, T, 18, width): all of a frame go through the trunk, which looks at three frames `dilation` apart,
+    and back; then the channels of each token are mixed by weights that all share. Pre-norm, residual."""
 
-    def __init__(self, width: int, dilation: int) -> None:
+    def __init__(self, width: int, trunk: int, dilation: int) -> None:
         super().__init__()
         self.dilation = dilation
         self.norm = nn.LayerNorm(width)
-        self.mix = nn.Linear(3 * width, width)  # as a matrix product: faster on CPUs than a dilated Conv1d
-        self.out = nn.Linear(width, width)
+        self.down = nn.Linear(_TOKENS * width, trunk)
+        self.mix = nn.Linear(3 * trunk, trunk)  # as a matrix product: faster on CPUs than a dilated Conv1d
+        self.back = nn.Linear(trunk, _TOKENS * width)
+        self.token_norm = nn.LayerNorm(width)
+        self.widen = nn.Linear(width, 2 * width)
+        self.out = nn.Linear(2 * width, width)
         with torch.no_grad():
             # Starts as a network for single frames; what frames before and after add is learned.
-            self.mix.weight[:, :width] = 0
-            self.mix.weight[:, 2 * width :] = 0
+            self.mix.weight[:, :trunk] = 0
+            self.mix.weight[:, 2 * trunk :] = 0
 
     def forward(self, x: Tensor) -> Tensor:
-        frames, d = x.shape[1], self.dilation
-        here = self.norm(x)
+        near = nn.functional.gelu(self._mixed(self.down(self.norm(x).flatten(-2))))
+        x = x + self.back(near).reshape(x.shape)
+        return x + self.out(nn.functional.gelu(self.widen(self.token_norm(x))))
+
+    def _mixed(self, here: Tensor) -> Tensor:
+        """(B, T, trunk) of the frames and their neighbours; beyond the ends are zeros."""
+        frames, width, d = here.shape[1], here.shape[2], self.dilation
         if frames == 1 and not torch.compiler.is_exporting():  # the same numbers without the zeros around
-            width = x.shape[-1]
-            near = nn.functional.linear(here, self.mix.weight[:, width : 2 * width], self.mix.bias)
-            return x + self.out(nn.functional.gelu(near))
+            return nn.functional.linear(here, self.mix.weight[:, width : 2 * width], self.mix.bias)
         if frames <= d and not torch.compiler.is_exporting():  # the same numbers without a long padding
             before = after = torch.zeros_like(here)
         else:
-            padded = nn.functional.pad(here, (0, 0, d, d))  # zeros before the first and after the last frame
+            padded = nn.functional.pad(here, (0, 0, d, d))
             before, after = padded[:, :frames], padded[:, 2 * d :]
-        near = torch.cat([before, here, after], dim=-1)  # (B, T, 3 width)
-        return x + self.out(nn.functional.gelu(self.mix(near)))
+        return self.mix(torch.cat([before, here, after], dim=-1))
 
 
 class LifterNet(nn.Module):
@@ -93,16 +104,19 @@ class LifterNet(nn.Module):
 
     def __init__(self, config: NetConfig) -> None:
         super().__init__()
-        self.enter = nn.Linear(CHANNELS + 2 * len(_CHILDREN), config.width)
-        self.blocks = nn.ModuleList(Block(config.width, dilation) for dilation in config.dilations)
+        self.enter = nn.Linear(6, config.width)
+        self.enter_frame = nn.Linear(CHANNELS - 4 * _JOINTS, config.width)
+        self.which = nn.Embedding(_TOKENS, config.width)  # which joint a token is of
+        self.blocks = nn.ModuleList(Block(config.width, config.trunk, d) for d in config.dilations)
         self.norm = nn.LayerNorm(config.width)
-        self.leave = nn.Linear(config.width, 3 * _JOINTS)  # across: of joints that were not seen
-        self.leave_off = nn.Linear(config.width, 2 * _JOINTS)
+        self.leave = nn.Linear(config.width, 3)  # across: of a joint that was not seen
+        self.leave_off = nn.Linear(config.width, 2)
         self.leave_distance = nn.Linear(config.width, 1)
-        self.leave_bones = nn.Linear(config.width, 2 * len(_CHILDREN))
-        self.leave_sd = nn.Linear(config.width, 2 * _JOINTS)
-        self.leave_velocity = nn.Linear(config.width, 3 * _JOINTS)
-        for layer in (self.leave_off, self.leave_distance, self.leave_bones, self.leave_sd):
+        self.leave_bone = nn.Linear(config.width, 2)  # of the bone that ends in the joint
+        self.leave_sd = nn.Linear(config.width, 2)
+        self.leave_velocity = nn.Linear(config.width, 3)
+        nn.init.normal_(self.which.weight, std=0.5)
+        for layer in (self.leave_off, self.leave_distance, self.leave_bone, self.leave_sd):
             nn.init.zeros_(layer.weight)
             nn.init.zeros_(layer.bias)
         nn.init.constant_(self.leave_sd.bias, -3.0)  # 5 cm
@@ -126,11 +140,20 @@ class LifterNet(nn.Module):
         return self.answer(self.hidden(features), features)
 
     def hidden(self, features: Tensor) -> Tensor:
-        """(B, T, width): everything but the last layers, which bfloat16 would round to millimetres."""
+        """(B, T, 18, width): everything but the last layers, which bfloat16 would round to millimetres. The last token
+        is the frame's own: place, size and up."""
         shown, there = _bones(features)
         shown = _DISTANCE * shown
-        bones = torch.cat([shown * there, _depth(self.lengths, shown) * there], dim=-1)
-        x = self.enter(torch.cat([features, bones], dim=-1))
+        depth = _depth(self.lengths, shown)
+        # Bones by their child joint: the pelvis, which is no bone's, comes first in the tree and gets zeros.
+        bones = torch.stack([shown, depth], dim=-1) * there[..., None]
+        by_joint = torch.cat([torch.zeros_like(bones[..., :1, :]), bones], dim=-2)[..., _BONE_OF, :]
+        trust = features[..., 2 * _JOINTS : 3 * _JOINTS]
+        own = torch.cat(
+            [_image(features), torch.stack([trust, _present(features)], dim=-1), 3 * by_joint], dim=-1
+        )
+        frame = self.enter_frame(features[..., 4 * _JOINTS :])[..., None, :]
+        x = torch.cat([self.enter(own), frame], dim=-2) + self.which.weight
         for block in self.blocks:
             x = block(x)
         return x
@@ -138,10 +161,11 @@ class LifterNet(nn.Module):
     def answer(self, hidden: Tensor, features: Tensor) -> tuple[Tensor, Tensor, Tensor]:
         """joints, sd and velocity of what `hidden` gives for these features."""
         x, features = self.norm(hidden.float()), features.float()
-        free = _points(self.leave(x), 3)
-        distance = _DISTANCE * self.leave_distance(x).clamp(-1, 1).exp()  # (B, T, 1)
+        x, frame = x[..., :_JOINTS, :], x[..., _JOINTS, :]
+        free = self.leave(x)
+        distance = _DISTANCE * self.leave_distance(frame).clamp(-1, 1).exp()  # (B, T, 1)
         shown, there = _bones(features)
-        share, longer = _points(self.leave_bones(x), 2).unbind(-1)
+        share, longer = self.leave_bone(x[..., _CHILDREN, :]).unbind(-1)
         bones = _depth(self.lengths * (longer.tanh() / 2).exp(), distance * shown) * there
         depth = free[..., 2] + (share * bones) @ self.chains.T
         depth = depth - depth[..., [_PELVIS]]
@@ -149,23 +173,15 @@ class LifterNet(nn.Module):
         size = (features[..., [4 * _JOINTS + 3]] - 2).exp()  # features.py: log(mean_size) + 2
         ray = _image(features) * (distance + size * depth)[..., None]
         seen = _present(features)[..., None]
-        across = seen * (ray + _points(self.leave_off(x), 2)) + (1 - seen) * free[..., :2]
+        across = seen * (ray + self.leave_off(x)) + (1 - seen) * free[..., :2]
         joints = torch.cat([across - across[..., [_PELVIS], :], depth[..., None]], dim=-1)
-        velocity = _points(self.leave_velocity(x), 3)
-        return (
-            joints,
-            _points(self.leave_sd(x), 2).clamp(*_LOG_SD).exp(),
-            velocity - velocity[..., [_PELVIS], :],
-        )
-
-
-def _points(values: Tensor, numbers: int) -> Tensor:
-    return values.unflatten(-1, (-1, numbers))
+        velocity = self.leave_velocity(x)
+        return joints, self.leave_sd(x).clamp(*_LOG_SD).exp(), velocity - velocity[..., [_PELVIS], :]
 
 
 def _image(features: Tensor) -> Tensor:
     """(B, T, 17, 2) of features.py."""
-    return _points(features[..., : 2 * _JOINTS], 2)
+    return features[..., : 2 * _JOINTS].unflatten(-1, (_JOINTS, 2))
 
 
 def _present(features: Tensor) -> Tensor:

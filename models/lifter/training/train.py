@@ -37,7 +37,6 @@ from .validation import judged, whole_takes
 from .windows import Batch, Material, Windows
 
 _PARENTS, _CHILDREN = ([H36M17.index(bone[end]) for bone in H36M17.bones] for end in (0, 1))
-_RAYS_AND_BONES = [f"leave_{part}.{of}" for part in ("off", "distance", "bones") for of in ("weight", "bias")]
 
 
 class Weights(BaseModel):
@@ -140,20 +139,15 @@ def run(
 
 def started(net: LifterNet, path: Path) -> LifterNet:
     """net with the weights of an earlier run (exported.weights_of). Blocks that the earlier network did not have add
-    nothing, so that it answers as that one does, and learn from there; so do rays and bones, which the shipped network
-    does not have: only joints that were seen then lie on their rays. InputError as of load_weights and weights_of."""
+    nothing, so that it answers as that one does, and learn from there. InputError as of load_weights and weights_of."""
     weights = weights_of(path, net)
     with reading(path):
-        if not any(name in weights for name in _RAYS_AND_BONES):
-            beginning = net.state_dict()
-            weights |= {name: beginning[name] for name in _RAYS_AND_BONES}
-            more = beginning["enter.weight"].shape[1] - weights["enter.weight"].shape[1]
-            weights["enter.weight"] = nn.functional.pad(weights["enter.weight"], (0, more))
         for i, block in enumerate(net.blocks):
             if not any(name.startswith(f"blocks.{i}.") for name in weights):
                 assert isinstance(block, Block)
-                nn.init.zeros_(block.out.weight)
-                nn.init.zeros_(block.out.bias)
+                for layer in (block.back, block.out):
+                    nn.init.zeros_(layer.weight)
+                    nn.init.zeros_(layer.bias)
                 weights |= {f"blocks.{i}.{name}": value for name, value in block.state_dict().items()}
         net.load_state_dict(weights)
     return net.train()

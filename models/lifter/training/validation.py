@@ -17,7 +17,7 @@ from ...evaluation.testbed import MIN_FRAMES, see
 from ...mocap.clips import Clip, lying
 from ...synthetic.bodies import STANDARD_SIZE_M, size_m
 from ...synthetic.cameras import TYPICAL, WILD, ViewRange
-from ...synthetic.keypoint_noise import EXACT, Noise
+from ...synthetic.keypoint_noise import EXACT_KEYPOINTS, Noise
 from ..features import ASSUMED_FOCAL, features
 
 _SEED = 1
@@ -36,7 +36,7 @@ CONDITIONS = {
     "wild": Condition(WILD),
     "typical": Condition(TYPICAL),
     "wild_up": Condition(WILD, up_known=True),
-    "exact": Condition(WILD, EXACT, focal_known=True),
+    "exact": Condition(WILD, EXACT_KEYPOINTS, focal_known=True),
 }
 SCORED = ("wild", "typical", "wild_up")  # those whose mean chooses
 

@@ -39,9 +39,10 @@ class Material(MotionRange):
     """What windows are made of, besides the fields of MotionRange; shares are of the windows.
 
     limbs, trunk: spread of lengths, mirrored: share of mirrored bodies, of bodies.BodyRange. typical: share before
-    cameras as people use them, the others before any. pans: share whose camera slowly follows the person. derived:
-    share with pelvis, spine, thorax and head made as for COCO keypoints. quality, slow, truncated, occluded, absent:
-    of on_device.keypoint_noise.Spoilt. other_rates: share of batches at another frame rate than 30, between 20 and 60.
+    cameras as people use them, the others before any. placed: share, of either, with the person where people are in
+    real videos and as large (synthetic.places). pans: share whose camera slowly follows the person. derived: share with
+    pelvis, spine, thorax and head made as for COCO keypoints. quality, good, slow, truncated, occluded, absent: of
+    on_device.keypoint_noise.Spoilt. other_rates: share of batches at another frame rate than 30, between 20 and 60.
     focal_known, focal_estimated: share of windows whose focal length is told, exactly or with an error; the others have
     the assumed one. up_known: share that is told which way is up, with an error (_UP_DEG). lying: share from clips
     drawn by how many of their frames show somebody who lies, crawls or bends deeply (mocap.clips.lying): they are few.
@@ -52,9 +53,11 @@ class Material(MotionRange):
     unchanged: float = 0.3
     mirrored: float = 0.5
     typical: float = 0.0
+    placed: float = 0.0
     pans: float = 0.0
     derived: float = 0.0
     quality: float = 0.0
+    good: float = 0.0
     slow: float = 0.0
     truncated: float = 0.0
     occluded: float = 0.0
@@ -67,8 +70,8 @@ class Material(MotionRange):
 
     def __post_init__(self) -> None:
         check_shares(
-            self, *MOTION_SHARES, "mirrored", "typical", "pans", "derived",
-            "truncated", "occluded", "other_rates", "focal_known", "focal_estimated",
+            self, *MOTION_SHARES, "mirrored", "typical", "placed", "pans", "derived",
+            "good", "truncated", "occluded", "other_rates", "focal_known", "focal_estimated",
             "up_known", "lying",
         )  # fmt: skip
         check_sizes(self, "limbs", "trunk", "redefined_m", "quality", "slow")
@@ -121,11 +124,12 @@ class Windows:
         )
         self.spoilt = Spoilt(
             Noise(derived=material.derived),
-            material.quality,
-            material.slow,
-            material.truncated,
-            material.occluded,
-            material.absent,
+            quality=material.quality,
+            good=material.good,
+            slow=material.slow,
+            truncated=material.truncated,
+            occluded=material.occluded,
+            absent=material.absent,
         )
 
     @torch.no_grad()
@@ -139,7 +143,8 @@ class Windows:
         )
         captured = partial(self._motion, draw, frames, fps)
         world = varied(captured, count, draw, material, self.bodies, self.people, fps)
-        cameras = place(world, draw, TYPICAL, ViewRange(pans=material.pans), material.typical)
+        views = TYPICAL, ViewRange(pans=material.pans)
+        cameras = place(world, draw, *views, material.typical, material.placed)
         joints = cameras.to_camera(world)
         shown = joints
         if material.redefined:

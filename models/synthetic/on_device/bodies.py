@@ -13,9 +13,12 @@ from ....pipeline.layouts import H36M17
 from ...mocap.clips import OWN_SKELETON, Clip, person
 from ..bodies import BodyRange, bone_tree
 from .draw import Draw
-from .turning import across, unit
+from .turning import across, length, picked, unit
 
 _CHILD, _PARENT = bone_tree()
+_PARENT_OF = list(range(len(H36M17)))  # of each joint, the pelvis's being itself
+for _child, _parent in zip(_CHILD, _PARENT, strict=True):
+    _PARENT_OF[_child] = _parent
 _LOWER = ("pelvis", *(f"{side}_{part}" for side in "lr" for part in ("hip", "knee", "ankle")))
 _UPPER = [joint not in _LOWER for joint in H36M17.joints]
 _LEG_BONES = [H36M17.joints[child][2:] in ("knee", "ankle") for child in _CHILD]
@@ -25,18 +28,15 @@ _PAIRS = (("knee", "l_knee", "r_knee"), ("ankle", "l_ankle", "r_ankle"), ("elbow
 
 def bone_lengths(joints: Tensor) -> Tensor:
     """(..., T, 17) length of the bone that ends in each joint of (..., T, 17, 3); 0 at the pelvis."""
-    bones = joints[..., _CHILD, :] - joints[..., _PARENT, :]
-    lengths = torch.zeros_like(joints[..., 0])
-    lengths[..., _CHILD] = bones.norm(dim=-1)
-    return lengths
+    return length(joints - picked(joints, _PARENT_OF))
 
 
 def resize(joints: Tensor, factors: Tensor) -> Tensor:
     """joints (..., T, 17, 3) with every bone's length multiplied; factors (..., 17) by the bone's child joint."""
-    bones = joints[..., _CHILD, :] - joints[..., _PARENT, :]
+    bones = picked(joints, _CHILD) - picked(joints, _PARENT)
     scaled = bones * factors[..., None, _CHILD, None]
     leg = torch.tensor(_LEG_BONES, device=joints.device)
-    before, after = (part[..., leg, :].norm(dim=-1).sum(-1).mean(-1) for part in (bones, scaled))
+    before, after = ((length(part) * leg).sum(-1).mean(-1) for part in (bones, scaled))
     out = torch.empty_like(joints)
     root = H36M17.index("pelvis")
     out[..., root, :] = joints[..., root, :] * (after / before)[..., None, None]
@@ -47,7 +47,7 @@ def resize(joints: Tensor, factors: Tensor) -> Tensor:
 
 def mirror(joints: Tensor) -> Tensor:
     """The mirror image of joints (..., 17, 3) in the plane x = 0, with left and right exchanged."""
-    return joints[..., H36M17.mirror.tolist(), :] * torch.tensor([-1.0, 1.0, 1.0], device=joints.device)
+    return picked(joints, H36M17.mirror.tolist()) * torch.tensor([-1.0, 1.0, 1.0], device=joints.device)
 
 
 def combine(lower: Tensor, upper: Tensor) -> Tensor:
@@ -60,7 +60,7 @@ def combine(lower: Tensor, upper: Tensor) -> Tensor:
         motion[..., H36M17.index("l_hip"), :] - motion[..., H36M17.index("r_hip"), :]
         for motion in (lower, upper)
     ]
-    level = [axis[..., :2].norm(dim=-1) / axis.norm(dim=-1).clamp_min(1e-9) for axis in hips]
+    level = [length(axis[..., :2]) / length(axis).clamp_min(1e-9) for axis in hips]
     turn = torch.atan2(hips[0][..., 1], hips[0][..., 0]) - torch.atan2(hips[1][..., 1], hips[1][..., 0])
     c, s = turn.cos()[..., None], turn.sin()[..., None]
     pelvis = [H36M17.index("pelvis")]
@@ -122,7 +122,7 @@ def _drawn(joints: Tensor, draw: Draw, bodies: BodyRange) -> Tensor:
     size = body_size(joints)
     for part, between in (("hip", bodies.hips), ("shoulder", bodies.shoulders)):
         pair = H36M17.indices((f"l_{part}", f"r_{part}"))
-        width = (joints[..., pair[0], :] - joints[..., pair[1], :]).norm(dim=-1).mean(-1)
+        width = length(joints[..., pair[0], :] - joints[..., pair[1], :]).mean(-1)
         factors[:, pair] = (draw.uniform(between, count) * size / width.clamp_min(1e-3))[:, None]
     return factors
 

@@ -13,6 +13,7 @@ from ....pipeline.layouts import H36M17
 from ..keypoint_noise import (
     EXCHANGED_LIMBS,
     FAR_JOINTS,
+    GOOD,
     HEAD_HEIGHT,
     HIDDEN_MISSING,
     SOLIDS,
@@ -20,6 +21,7 @@ from ..keypoint_noise import (
     confidence_of,
 )
 from .draw import Draw
+from .turning import dot, length, picked
 
 _GROUPS = (
     ("l_knee", "l_ankle"), ("r_knee", "r_ankle"), ("l_ankle", "r_ankle"),
@@ -34,14 +36,16 @@ SLOW_S = 3.0  # MoveNet's and OpenPose's errors stay for seconds where a person 
 class Spoilt:
     """noise: the formula's constants. The others are shares of the windows.
 
-    quality: spread (of the logarithm) of a window's noise, for detectors are not alike. slow: standard deviation, as a
-    share of the body's size, of an error that lasts SLOW_S, which the confidence does not know of. truncated: the image
-    ends somewhere in the body, mostly below. occluded: a part of the body is not seen for long. absent: joints that the
-    detector does not have at all, each by its own share.
+    quality: spread (of the logarithm) of a window's noise, for detectors are not alike. good: a good detector's, with
+    the errors, outliers, exchanges and gaps of GOOD. slow: standard deviation, as a share of the body's size, of an
+    error that lasts SLOW_S, which the confidence does not know of. truncated: the image ends somewhere in the body,
+    mostly below. occluded: a part of the body is not seen for long. absent: joints that the detector does not have at
+    all, each by its own share.
     """
 
     noise: Noise = field(default_factory=Noise)
     quality: float = 0.0
+    good: float = 0.0
     slow: float = 0.0
     truncated: float = 0.0
     occluded: float = 0.0
@@ -50,16 +54,17 @@ class Spoilt:
 
 def hidden_joints(joints_camera: Tensor) -> Tensor:
     """(..., J) True where the trunk, the head or a leg is between the camera and the joint."""
-    rays = joints_camera[..., :2] / joints_camera[..., 2:]
-    depth = joints_camera[..., 2]
-    trunk = _vector(joints_camera, "pelvis", "thorax").norm(dim=-1)
+    depth = joints_camera[..., 2].contiguous()
+    rays = [joints_camera[..., i] / depth for i in (0, 1)]
+    trunk = length(_vector(joints_camera, "pelvis", "thorax"))
     hidden = torch.zeros(depth.shape, dtype=torch.bool, device=depth.device)
     for start, end, radius in SOLIDS:
         a, b = H36M17.index(start), H36M17.index(end)
-        line = (rays[..., b, :] - rays[..., a, :])[..., None, :]
-        offset = rays - rays[..., a, None, :]
-        along = ((offset * line).sum(-1) / (line * line).sum(-1).clamp_min(1e-9)).clamp(0, 1)
-        apart = ((offset - along[..., None] * line) ** 2).sum(-1)
+        (x, line_x), (y, line_y) = (
+            (ray - ray[..., a, None], (ray[..., b] - ray[..., a])[..., None]) for ray in rays
+        )
+        along = ((x * line_x + y * line_y) / (line_x**2 + line_y**2).clamp_min(1e-9)).clamp(0, 1)
+        apart = (x - along * line_x) ** 2 + (y - along * line_y) ** 2
         here = depth[..., a, None] * (1 - along) + depth[..., b, None] * along
         reach = (radius * trunk)[..., None]
         behind = (apart < (reach / here) ** 2) & (depth > here + reach)
@@ -72,7 +77,8 @@ def in_profile(joints_camera: Tensor, cosine: float) -> Tensor:
     """(..., T) True where hips and shoulders together point along the view: |cos| of the angle above `cosine`."""
     aside = sum(_vector(joints_camera, f"r_{part}", f"l_{part}") for part in ("hip", "shoulder"))
     view = joints_camera[..., H36M17.index("pelvis"), :]
-    return (aside * view).sum(-1).abs() > cosine * aside.norm(dim=-1) * view.norm(dim=-1)  # type: ignore[union-attr]
+    assert isinstance(aside, Tensor)
+    return dot(aside, view).abs() > cosine * length(aside) * length(view)
 
 
 def detect(
@@ -87,12 +93,21 @@ def detect(
     count, frames, joints = pixels.shape[:3]
     size = (pixels.amax(2) - pixels.amin(2)).amax(-1)[..., None, None]
     hidden = hidden_joints(joints_camera)
-    factor = torch.ones(joints, device=draw.device)
-    factor[H36M17.indices(FAR_JOINTS)] = noise.far_joints
+    good = draw.share(spoilt.good, count, 1, 1) if spoilt.good else torch.zeros_like(hidden[:, :1, :1])
+
+    def level(name: str) -> Tensor:
+        """(B, 1, 1) a constant of the window's detector."""
+        return torch.where(good, getattr(GOOD, name), getattr(noise, name))
+
+    far_joints = torch.zeros(joints, dtype=torch.bool, device=draw.device)
+    far_joints[H36M17.indices(FAR_JOINTS)] = True
+    factor = torch.where(far_joints, level("far_joints"), 1.0)
     quality = (spoilt.quality * draw.normal(count, 1, 1, most=2)).exp()
     spread = (quality * torch.where(hidden, noise.hidden, 1.0) * factor)[..., None]
-    error = noise.std * spread * _ar1(draw.normal(*pixels.shape), noise.correlation ** (30 / fps))
-    far = draw.share(noise.outliers * quality, count, frames, joints)
+    error = (
+        level("std")[..., None] * spread * _ar1(draw.normal(*pixels.shape), noise.correlation ** (30 / fps))
+    )
+    far = draw.share(level("outliers") * quality, count, frames, joints)
     angle = draw.uniform((0.0, 6.2832), count, frames, joints)
     jump = torch.where(far, draw.uniform(noise.outlier_size, count, frames, joints), 0.0)
     error = error + jump[..., None] * torch.stack([angle.cos(), angle.sin()], dim=-1)
@@ -100,23 +115,21 @@ def detect(
     if spoilt.slow:
         lasting = _ar1(draw.normal(*pixels.shape), math.exp(-1 / (SLOW_S * fps)))
         keypoints = keypoints + spoilt.slow * spread * lasting * size
-    confidence = confidence_of(error.norm(dim=-1), hidden, draw.normal(count, frames, joints)).clamp(
-        0.05, 1.0
-    )
+    confidence = confidence_of(length(error), hidden, draw.normal(count, frames, joints)).clamp(0.05, 1.0)
 
     profile = in_profile(joints_camera, noise.profile_cosine)
     for order in EXCHANGED_LIMBS:
-        swap = draw.runs(noise.swap_rate * 30 / fps * profile, noise.swap_run * fps / 30) & profile
-        keypoints = torch.where(swap[..., None, None], keypoints[..., order, :], keypoints)
+        swap = draw.runs(level("swap_rate")[..., 0] * 30 / fps * profile, noise.swap_run * fps / 30) & profile
+        keypoints = torch.where(swap[..., None, None], picked(keypoints, order), keypoints)
         confidence = torch.where(swap[..., None], confidence[..., order], confidence)
 
     if noise.derived:
         made = derive(keypoints, draw.uniform(HEAD_HEIGHT, count)[:, None, None])
         keypoints = torch.where(draw.share(noise.derived, count)[:, None, None, None], made, keypoints)
 
-    rate = (noise.missing_rate * 30 / fps) * torch.where(hidden, HIDDEN_MISSING, 1.0)
+    rate = (level("missing_rate") * 30 / fps) * torch.where(hidden, HIDDEN_MISSING, 1.0)
     lost = draw.runs(rate.transpose(1, 2), noise.missing_run * fps / 30).transpose(1, 2)
-    nobody = torch.full((count, frames), noise.absent_rate * 30 / fps, device=draw.device)
+    nobody = (level("absent_rate")[..., 0] * 30 / fps).expand(count, frames)
     lost = lost | draw.runs(nobody, noise.absent_run * fps / 30)[..., None]
     lost = (
         lost
@@ -131,8 +144,8 @@ def detect(
 def derive(keypoints: Tensor, head_height: Tensor) -> Tensor:
     """Pelvis and thorax in the middle of hips and shoulders, the spine between, the head between nose and top."""
     out = keypoints.clone()
-    shoulders = keypoints[..., H36M17.indices(("l_shoulder", "r_shoulder")), :].mean(-2)
-    pelvis = keypoints[..., H36M17.indices(("l_hip", "r_hip")), :].mean(-2)
+    shoulders = picked(keypoints, H36M17.indices(("l_shoulder", "r_shoulder"))).mean(-2)
+    pelvis = picked(keypoints, H36M17.indices(("l_hip", "r_hip"))).mean(-2)
     nose, top = keypoints[..., H36M17.index("nose"), :], keypoints[..., H36M17.index("head"), :]
     out[..., H36M17.index("head"), :] = nose + head_height * (top - nose)
     for joint, place in (("pelvis", pelvis), ("spine", (shoulders + pelvis) / 2), ("thorax", shoulders)):

@@ -7,7 +7,6 @@ joint by swing and twist, then a hinge. Ranges are about those of healthy adults
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
 
 import torch
 from torch import Tensor
@@ -15,7 +14,7 @@ from torch import Tensor
 from ....pipeline.layouts import H36M17
 from ...common.toml_config import check_shares
 from .draw import Draw
-from .turning import across, from_vector, rotate, transpose, unit
+from .turning import across, from_vector, length, picked, rotate, transpose, unit
 
 _LIMBS = {
     (side, kind): tuple(f"{side}_{part}" for part in parts)
@@ -80,19 +79,18 @@ def _other_limbs(joints: Tensor, other: Tensor, draw: Draw, poses: PoseRange, fp
     exchanged, sampled = draw.share(poses.exchanged, count), draw.share(poses.sampled, count)
     for (side, kind), names in _LIMBS.items():
         rows = H36M17.indices(names)
-        lengths = [
-            (joints[..., b, :] - joints[..., a, :]).norm(dim=-1, keepdim=True) for a, b in pairwise(rows)
-        ]
-        captured = unit(joints[..., rows[1:], :] - joints[..., rows[:-1], :])
-        moved = rotate(transpose(theirs[kind]), unit(other[..., rows[1:], :] - other[..., rows[:-1], :]))
+        bones, others = (picked(x, rows[1:]) - picked(x, rows[:-1]) for x in (joints, other))
+        captured = unit(bones)
+        moved = rotate(transpose(theirs[kind]), unit(others))
         bent = (_leg if kind == "leg" else _arm)(draw, count, frames, fps, 1.0 if side == "l" else -1.0)
         new = torch.where(
             (exchanged & draw.share(0.5, count))[:, None, None, None], rotate(own[kind], moved), captured
         )
         use = (sampled & draw.share(0.6, count))[:, None, None, None]
         new = torch.where(use, rotate(own[kind], bent), new)
-        out[..., rows[1], :] = out[..., rows[0], :] + lengths[0] * new[..., 0, :]
-        out[..., rows[2], :] = out[..., rows[1], :] + lengths[1] * new[..., 1, :]
+        new = length(bones)[..., None] * new
+        out[..., rows[1], :] = out[..., rows[0], :] + new[..., 0, :]
+        out[..., rows[2], :] = out[..., rows[1], :] + new[..., 1, :]
     return out
 
 
@@ -151,7 +149,7 @@ def _swung(joints: Tensor, draw: Draw, share: float) -> Tensor:
         vector = 0.26 * draw.normal(count, 1, 3, most=2).expand(-1, frames, -1)
         R = from_vector(vector * use)
         rows, centre = H36M17.indices(moved), out[..., [H36M17.index(about)], :]
-        out[..., rows, :] = centre + rotate(R, out[..., rows, :] - centre)
+        out[..., rows, :] = centre + rotate(R, picked(out, rows) - centre)
     return out
 
 
@@ -161,7 +159,7 @@ def _limbs_swung(joints: Tensor, draw: Draw, share: float) -> Tensor:
         vector = _SWING_DEG[kind] * draw.normal(len(joints), 1, 3, most=2) * use
         R = from_vector(vector.deg2rad())
         rows, centre = H36M17.indices(moved), out[..., [H36M17.index(about)], :]
-        out[..., rows, :] = centre + rotate(R, out[..., rows, :] - centre)
+        out[..., rows, :] = centre + rotate(R, picked(out, rows) - centre)
     return out
 
 

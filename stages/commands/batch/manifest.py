@@ -31,6 +31,7 @@ _NAMED_POSES = re.compile(r"(?<![a-z])(x?3d|poses?|joints?|skeletons?|results?|p
 
 _BESIDE = ("poses", "keypoints")  # a video; a file that may be both is the first
 _ROLES = ("video", *_BESIDE)
+_TOGETHER = ("pitch", "roll")  # of which none is taken without the other
 _DECIDING = (*_ROLES, "recipe", "calibrate", "person")  # which stages a take has
 _LARGEST = 64 << 20  # bytes of a manifest; some 300,000 takes
 _LONGEST = 100  # characters of a take's name, which becomes a folder's
@@ -140,7 +141,8 @@ def _column(name: str, where: str) -> str:
 
 def _no_use(name: str, options: Mapping[str, tuple[str, ...]]) -> str:
     """Why `run` would refuse one of a take's options because of what the take is; empty where it takes it."""
-    given = {key: options[key] for key in _DECIDING if key in options}
+    others = _TOGETHER if name in _TOGETHER else ()
+    given = {key: options[key] for key in (*_DECIDING, *others) if key in options}
     if "video" not in given:
         given.pop("calibrate", None)  # one for all takes, which this one has no use for
     given |= {role: ("a file",) for role in _ROLES if role in given}  # which one does not matter

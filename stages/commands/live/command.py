@@ -34,6 +34,7 @@ from ....pipeline.running.progress import now_and_then, stages, tell
 from ....pipeline.running.recipe import Recipe
 from ....pipeline.running.run import check_plan, inputs_of, run_into
 from ....pipeline.system import quoted
+from ....pipeline.take import Told
 from ...detect import Detect
 from ...rectify import Rectify
 from .recording import live_recording
@@ -75,7 +76,7 @@ def live(
         video = shown.video.path if shown.video else folder / _VIDEO if frames else None
         recorded = _recorded(options, detect.swaps, folder / KEYPOINTS, video)
         _check_end(recorded)
-        networks = _networks(asked, detect, options.focal)
+        networks = _networks(asked, detect, options.told)
         watching = following(folder / LIVE, web) if view or web else nullcontext()
         with watching:
             seen = _watch(shown, networks, folder, frames)
@@ -143,7 +144,7 @@ def _check_end(recorded: RunOptions) -> None:
     """InputError when the run at the end cannot work, before the camera runs."""
     given = ["keypoints"] if recorded.video is None else ["keypoints", "video"]
     try:
-        check_plan(_end(recorded), *given)
+        check_plan(_end(recorded), recorded.told, *given)
     except InputError as error:
         raise InputError(f"live ends with a run of its {' and its '.join(given)}: {error}") from None
 
@@ -167,14 +168,13 @@ class _Networks:
         return LiveLifter(self.detector.layout, image_size, self.focal_px, up=up)
 
 
-def _networks(recipe: Recipe, detect: Detect, focal_px: float | None) -> _Networks:
-    """Those that a run by the recipe would use. InputError as of told_up."""
-    told = {entry.use: entry.options for entry in recipe.stages}
-    rectify = Rectify(**told.get("rectify", {}))
+def _networks(recipe: Recipe, detect: Detect, told: Told) -> _Networks:
+    """Those that a run by the recipe would use."""
+    options = {entry.use: entry.options for entry in recipe.stages}
+    rectify = Rectify(**options.get("rectify", {}))
     looks = 1 if detect.looks is None else detect.looks  # one is quickest
     detector = load_detector(detect.detector, detect.person_detector, detect.person_kind, looks)
-    up = told_up(rectify.gravity, rectify.pitch_deg, rectify.roll_deg)
-    return _Networks(detector, rectify.rectifier, focal_px, up)
+    return _Networks(detector, rectify.rectifier, told.focal_px, told_up(told))
 
 
 @dataclass(frozen=True)

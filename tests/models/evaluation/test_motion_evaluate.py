@@ -5,11 +5,10 @@ import numpy as np
 import pytest
 
 from pcnet3d.models.evaluation.acceleration import NO_MOTION
-from pcnet3d.models.evaluation.evaluate import evaluate
 from pcnet3d.models.evaluation.motion import ESTIMATED, STATED, as_markdown, judged, over_takes
 from pcnet3d.models.evaluation.testbed import LiftedTake, see
 from pcnet3d.models.mocap.clips import Clip
-from pcnet3d.pipeline import CAMERA, H36M17, InputError, rotate
+from pcnet3d.pipeline import CAMERA, H36M17, rotate
 
 FPS, SWING = 30.0, 0.1
 LIMBS = H36M17.indices(("l_wrist", "r_wrist", "l_ankle", "r_ankle"))
@@ -73,10 +72,3 @@ def test_without_a_stated_error_it_is_estimated_and_short_takes_are_left_out(tak
     assert STATED not in scores.errors
     assert ESTIMATED in scores.errors
     assert over_takes([])["takes"] == 0
-
-
-def test_it_judges_no_rectifier(tmp_path):
-    with pytest.raises(InputError, match="--motion judges no rectifier"):
-        evaluate(tmp_path, motion=True, rectifier=["geometric"])
-    with pytest.raises(InputError, match="one at a time"):
-        evaluate(tmp_path, motion=True, takes=True)

@@ -60,13 +60,14 @@ def test_flipped_lifts_are_asked_for(data, monkeypatch):
     monkeypatch.setattr(module, "real_poses", lambda lifter, flip=False: asked.append(flip) or [])
     monkeypatch.setattr(module, "load_lifter", lambda name: Spy())
     with pytest.raises(KeyboardInterrupt):
-        module.real_motion(Geometric(), flip=True)
+        module.real_motion_tables(Geometric(), flip=True)
     assert asked == [True, True]
 
 
 def test_the_page_has_a_line_for_each():
     row = {f"{part}, {name}": (1.0, np.nan) for part in PARTS for name in ("velocity", "acceleration")}
     text = as_markdown({
+        "pcnet3d": "0", "lifter": "l", "flip": False,
         "clips": {"boxing: a, b": {"known noise": row}}, "take": {"pcnet3d": {"no motion": row}},
         "inside": {"boxing: a, b": {"velocity": 0.9, "acceleration": 1.0}},
     })  # fmt: skip

@@ -8,7 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from pcnet3d.models.evaluation import real_take as module
-from pcnet3d.models.evaluation.evaluate import evaluate
+from pcnet3d.models.evaluation.evaluate import real_take
 from pcnet3d.models.evaluation.real_data import (
     LIMBS,
     RealCamera,
@@ -166,13 +166,6 @@ def test_cameras_that_say_too_little_are_refused(tmp_path, content):
         read_cameras(tmp_path)
 
 
-def test_it_is_a_report_of_its_own(tmp_path):
-    with pytest.raises(InputError, match="reports of their own"):
-        evaluate(tmp_path, real_take=True, angles=True)
-    with pytest.raises(InputError, match="leave --real"):
-        evaluate(tmp_path, real_take=True, real=True)
-
-
 @pytest.mark.data
 def test_the_cameras_see_the_truth_where_openpose_does(data):
     folder = data / "real" / "pose2sim"
@@ -194,7 +187,7 @@ def test_the_whole_report(data, tmp_path, monkeypatch, capsys):
         return openpose_keypoints(truth.openpose["cam01"][: len(video.time_s)], video.time_s)
 
     monkeypatch.setattr(module, "found_keypoints", found)
-    evaluate(tmp_path / "out", ["pcnet"], real_take=True)
+    real_take(tmp_path / "out", ["pcnet"])
     results = json.loads((tmp_path / "out" / "evaluation.json").read_text())
     assert list(results["lift"]["OpenPose"]) == ["cam01", "cam02", "cam03", "cam04", "mean"]
     assert 20 < results["lift"]["exact limbs"]["mean"]["pa_mm"] < 100

@@ -28,7 +28,7 @@ from pcnet3d.models.evaluation.takes import group_of, judge, one_set, row, some_
 from pcnet3d.models.evaluation.testbed import LiftedTake, see
 from pcnet3d.models.mocap.clips import Clip
 from pcnet3d.models.rectifier.geometric import Geometric
-from pcnet3d.pipeline import CAMERA, H36M17, InputError, rotate
+from pcnet3d.pipeline import CAMERA, H36M17, rotate
 from pcnet3d.pipeline.canonical import R_world_from_body
 from pcnet3d.pipeline.rotations import angle_deg, transpose
 
@@ -303,7 +303,7 @@ def tiny(standing, monkeypatch):
 
 
 def test_the_command_writes_tables_and_json(tiny, tmp_path, capsys):
-    evaluate_module.evaluate(tmp_path / "out", takes=True, rectifier=["geometric"])
+    evaluate_module.takes(tmp_path / "out", ["geometric"], sets="test", because="known answers")
     text = (tmp_path / "out" / "evaluation.md").read_text()
     assert text in capsys.readouterr().out
     assert "| CMU test, lifted, upright, 2 s and more | 1 | 75 | geometric, a take |" in text
@@ -328,14 +328,9 @@ def test_another_seed_draws_other_errors_of_the_image(tiny, tmp_path, monkeypatc
     said = []
     for seed in (0, 1):
         drawn.clear()
-        evaluate_module.evaluate(tmp_path / "out", takes=True, rectifier=["geometric"], seed=seed)
+        evaluate_module.takes(
+            tmp_path / "out", ["geometric"], seed=seed, sets="test", because="known answers"
+        )
         said.append(np.array([look.up for look in drawn]))
     assert said[0].shape == said[1].shape
     assert (angle_deg(*said) > 0.01).all()  # the takes themselves are the same here
-
-
-def test_what_takes_cannot_be_asked_for(tmp_path):
-    for wrong in ({"real": True}, {"data": tmp_path / "mocap.npz"}):
-        with pytest.raises(InputError, match="--takes"):
-            evaluate_module.evaluate(tmp_path / "out", takes=True, **wrong)
-    assert not (tmp_path / "out").exists()

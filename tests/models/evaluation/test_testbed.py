@@ -1,5 +1,6 @@
 """Lifted takes: deterministic, true to their camera, and judged by evaluate."""
 
+import csv
 import json
 from datetime import date
 
@@ -7,15 +8,12 @@ import numpy as np
 import pytest
 
 from pcnet3d.models import load_rectifier
+from pcnet3d.models.common.metrics import Figure
+from pcnet3d.models.evaluation import evaluate as reports
+from pcnet3d.models.evaluation import ledger
 from pcnet3d.models.evaluation import sets as evaluation_sets
 from pcnet3d.models.evaluation import testbed as module
-from pcnet3d.models.evaluation.evaluate import (
-    Figure,
-    evaluate,
-    groups,
-    lifter_figures,
-    rectifier_figures,
-)
+from pcnet3d.models.evaluation.lifter import groups, lifter_figures
 from pcnet3d.models.evaluation.testbed import BEDS, LiftedTake, lay_down, lifted_takes, see, write_takes
 from pcnet3d.models.lifter.builtin import Network
 from pcnet3d.models.lifter.load import load_lifter
@@ -84,12 +82,6 @@ def test_depth_lateral_and_vertical_tell_errors_apart():
         figures = lifter_figures([LiftedTake(lifted, take.seen)], "upright")["frame"]
         assert figures[name].mean == pytest.approx(1.0, abs=0.2)  # 17 mm at one of 17 joints
         assert figures["depth" if name == "lateral" else "lateral"].mean < 0.4
-
-
-def test_geometric_on_true_joints_of_a_straight_person_is_right():
-    figures = rectifier_figures(load_rectifier("geometric"), [taken()], "upright")
-    assert figures["rotation, true joints"].p95 < 0.5
-    assert figures["tilt, lifted joints"].p95 < 0.5
 
 
 @pytest.mark.parametrize(
@@ -199,12 +191,14 @@ def test_lifted_takes_of_unseen_subjects(data):
 def test_evaluate_writes_tables_and_json(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(evaluation_sets, "lifted_takes", lambda subjects, seed, **_: [taken(lift_error=0.01)])
     monkeypatch.setattr(evaluation_sets, "read_clips", lambda subjects: (clip(),))
-    evaluate(tmp_path / "out")
+    reports.lifter(tmp_path / "out", sets="test", because="known answers")
     text = (tmp_path / "out" / "evaluation.md").read_text()
     assert "| HDM05 upright (50 frames) |" in text
     assert "| CMU test upright (50 frames) |" in text
     assert "HDM05 lying" not in text  # nobody lies
+    assert "known answers" in (tmp_path / "out" / "ledger.csv").read_text()
     content = json.loads((tmp_path / "out" / "evaluation.json").read_text())
+    assert (content["report"], content["judged"]) == ("lifter", "test")
     assert content["device"]["asked"] == "auto"
     for bed in ("wild", "typical"):
         figures = content["beds"][bed]["focal assumed"]["CMU test upright"]
@@ -222,12 +216,14 @@ def test_every_table_of_a_flipped_report_is_of_flipped_lifts(tmp_path, monkeypat
         lambda subjects, seed, *, flip, **_: asked.append(flip) or [taken(lift_error=0.01)],
     )
     monkeypatch.setattr(evaluation_sets, "read_clips", lambda subjects: (clip(),))
-    evaluate(tmp_path / "out", flip=True)
+    reports.lifter(tmp_path / "out", flip=True, sets="test", because="known answers")
     assert set(asked) == {True}
-    assert len(asked) == 2 * 2 * 2 + 2  # beds, focal lengths and sets of the lifter; sets of the rectifiers
+    assert len(asked) == 2 * 2 * 2  # beds, focal lengths and sets
 
 
-@pytest.mark.parametrize("report", ["", "takes", "angles", "motion", "swaps", "place", "gait"])
+@pytest.mark.parametrize(
+    "report", ["lifter", "rectifiers", "takes", "angles", "motion", "swaps", "place", "gait"]
+)
 @pytest.mark.parametrize(
     ("clips", "missing"),
     [
@@ -240,7 +236,7 @@ def test_a_set_without_takes_is_refused_before_the_work(tmp_path, monkeypatch, r
     monkeypatch.setattr(evaluation_sets, "lifted_takes", lambda *_, **__: pytest.fail("it works"))
     monkeypatch.setattr(evaluation_sets, "read_clips", lambda subjects: clips)
     with pytest.raises(InputError, match=f"30 frames or more for the set {missing}"):
-        evaluate(tmp_path / "out", sets="val", **({report: True} if report else {}))
+        getattr(reports, report)(tmp_path / "out")
     assert not (tmp_path / "out").exists()
 
 
@@ -251,18 +247,30 @@ def test_a_motion_has_a_row_of_its_own():
     joints = seen.truth.copy()
     joints[~seen.motion["walking"]] += 1.0
     take = LiftedTake(seen.keypoints.with_(joints=joints, frame=CAMERA.with_(unit="arbitrary")), seen)
-    rows = groups(load_rectifier("geometric"), [take, taken()])
+    rows = groups([take, taken()])
     assert set(rows) == {"upright", "walking"}
-    assert rows["walking"]["lifter"]["counts"]["frames"] == seen.motion["walking"].sum()
-    assert rows["walking"]["lifter"]["frame"]["MPJPE"].p95 < 1e-2
-    assert "rectifier" not in rows["walking"]
+    assert rows["walking"]["counts"]["frames"] == seen.motion["walking"].sum()
+    assert rows["walking"]["frame"]["MPJPE"].p95 < 1e-2
 
 
-@pytest.mark.parametrize("asked", [{"bed": "typical"}, {"sets": "val"}])
-@pytest.mark.parametrize("other", [{"real_take": True}, {"data": "mocap.npz"}])
-def test_beds_and_sets_are_of_our_own_motion_capture(tmp_path, asked, other):
-    with pytest.raises(InputError, match="--bed and --sets"):
-        evaluate(tmp_path / "out", **asked, **other)
+@pytest.mark.parametrize("asked", [{"sets": "test"}, {"sets": "test", "because": " "}, {"because": "I may"}])
+def test_test_subjects_are_looked_at_for_a_reason_only(tmp_path, asked, monkeypatch):
+    monkeypatch.setattr(evaluation_sets, "read_clips", lambda subjects: pytest.fail("it looks"))
+    with pytest.raises(InputError, match="--because"):
+        reports.takes(tmp_path / "out", **asked)
+    assert not (tmp_path / "out").exists()
+
+
+def test_looks_at_test_subjects_are_kept(tmp_path, monkeypatch):
+    for reason in ("first", "a comma, and\na line"):
+        ledger.note_look(tmp_path, "pcnet3d evaluate takes", ["pcnet3d@1", "pcnet@2"], reason)
+    with open(tmp_path / "ledger.csv", newline="", encoding="utf-8") as file:
+        first, second = csv.DictReader(file)
+    assert first["networks"] == "pcnet3d@1 pcnet@2"
+    assert second["because"] == "a comma, and a line"
+    (tmp_path / "repository" / ".git").mkdir(parents=True)
+    monkeypatch.setattr(ledger, "ROOT", tmp_path / "repository")
+    assert ledger.ledger_of(tmp_path) == tmp_path / "repository" / "docs" / "accuracy" / "ledger.csv"
 
 
 @pytest.mark.data

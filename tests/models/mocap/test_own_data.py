@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from golden.trainings import tiny
-from pcnet3d.models.evaluation.evaluate import evaluate
+from pcnet3d.models.evaluation.evaluate import own_data
 from pcnet3d.models.evaluation.rectifiers import clean_takes
 from pcnet3d.models.mocap.clips import write_mocap
 from pcnet3d.models.mocap.split import read_parts
@@ -113,7 +113,7 @@ def test_judged_takes_have_the_targets_asked_for(clip_of):
 
 def test_evaluation_of_own_test_subjects(files, tmp_path, capsys):
     data, split = files
-    evaluate(tmp_path / "out", ["geometric"], data=data, split=split)
+    own_data(data, tmp_path / "out", ["geometric"], split)
     page = (tmp_path / "out" / "evaluation.md").read_text()
     assert page in capsys.readouterr().out
     assert "| clips.npz, test, clean, paper's views, upright | 80 | geometric |" in page
@@ -121,7 +121,7 @@ def test_evaluation_of_own_test_subjects(files, tmp_path, capsys):
     assert "lifted" not in page
     report = json.loads((tmp_path / "out" / "evaluation.json").read_text())
     assert report["subjects"] == ["04"]
-    evaluate(tmp_path / "out", ["geometric"], data=data)
+    own_data(data, tmp_path / "out", ["geometric"])
     assert (
         "| clips.npz, everybody, clean, paper's views, upright | 320 |"
         in (tmp_path / "out" / "evaluation.md").read_text()
@@ -133,7 +133,7 @@ def test_own_axes_are_another_truth(files, tmp_path):
     data, split = files
     mean = {}
     for targets in ("body", "axes"):
-        evaluate(tmp_path / targets, ["geometric"], data=data, split=split, targets=targets)
+        own_data(data, tmp_path / targets, ["geometric"], split, targets)
         rows = json.loads((tmp_path / targets / "evaluation.json").read_text())["rectifiers"]["geometric"][
             "rows"
         ]
@@ -142,21 +142,6 @@ def test_own_axes_are_another_truth(files, tmp_path):
     assert mean["body"] == pytest.approx(
         mean["axes"], abs=0.5
     )  # they all face -x, so only up differs from the trunk's
-
-
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        ({"split": "split.json"}, "--data"),
-        ({"targets": "axes"}, "--data"),
-        ({"data": 1, "real": True}, "--real"),
-        ({"data": 1, "lifter": "other.onnx"}, "--lifter"),
-    ],
-)
-def test_evaluation_options_that_do_not_go_together(files, tmp_path, options, words):
-    options = {**options, **({"data": files[0]} if "data" in options else {})}
-    with pytest.raises(InputError, match=words):
-        evaluate(tmp_path / "out", ["geometric"], **options)
 
 
 @pytest.fixture

@@ -312,7 +312,7 @@ def test_onnx_files_of_another_shape(folder, monkeypatch, capsys, shape):
     graph = helper.make_graph(nodes, "g", [joints, valid], [R, error_deg])
     model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 18)], ir_version=9)
     (folder / "other.onnx").write_bytes(model.SerializeToString())
-    code = command(monkeypatch, "evaluate", "--rectifier", "other.onnx", "-o", "out")
+    code = command(monkeypatch, "evaluate", "takes", "--rectifier", "other.onnx", "-o", "out")
     refused((code, capsys.readouterr().err), "other.onnx", "rectifier")
 
 

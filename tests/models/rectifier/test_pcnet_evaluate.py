@@ -130,8 +130,8 @@ def test_the_tables_of_several_rectifiers(clip, monkeypatch):
     lying_down = Clip("03_02", "03", "daz", 30.0, clip.joints[:, :, [2, 1, 0]] * np.float32([1, -1, 1]))
     monkeypatch.setattr(evaluation_sets, "read_clips", lambda subjects: (clip, lying_down))
     monkeypatch.setattr(module, "lifted", lambda of, seed, *_: clean_takes([clip], "wide", seed))
-    results = rectifier_tables([Geometric()], seed=3)
-    rows = results["geometric"]["rows"]
+    results = rectifier_tables([Geometric()], seed=3, sets=evaluation_sets.evaluation_sets("test"))
+    rows = results["rectifiers"]["geometric"]["rows"]
     assert rows["CMU test, clean, paper's views, upright"]["frames"] == 40
     assert rows["HDM05, clean, wide views, lying"]["frames"] == 40
     assert rows["HDM05, lifted, lying"]["frames"] == 0

@@ -21,11 +21,11 @@ def clip():
 def results(clip, monkeypatch):
     monkeypatch.setattr(evaluation_sets, "read_clips", lambda subjects: (clip,))
     monkeypatch.setattr(module, "lifted", lambda of, seed, *_: module.clean_takes([clip], "wide", seed))
-    return module.rectifier_tables([Geometric()])
+    return module.rectifier_tables([Geometric()], sets=evaluation_sets.evaluation_sets("test"))
 
 
 def test_every_class_has_its_frames(results, clip):
-    rows = results["geometric"]["motions"]
+    rows = results["rectifiers"]["geometric"]["motions"]
     frames = {name: int(mask.sum()) for name, mask in motion_classes(clip.joints, clip.fps).items()}
     assert frames["walking"] > 30
     assert frames["running"] == 0
@@ -37,7 +37,7 @@ def test_every_class_has_its_frames(results, clip):
 
 def test_who_bends_is_where_geometry_alone_fails(results):
     """GEOMETRIC takes the trunk for up: its tilt error is the trunk's lean."""
-    rows = results["geometric"]["motions"]
+    rows = results["rectifiers"]["geometric"]["motions"]
     assert rows["CMU test, lifted, bending"]["tilt"].mean > 30
     assert rows["CMU test, lifted, walking"]["tilt"].mean < 8
 
@@ -57,7 +57,7 @@ def test_a_lifted_take_has_the_classes_of_its_clip(clip, monkeypatch):
     from pcnet3d.models.evaluation import testbed
 
     monkeypatch.setattr(testbed, "read_clips", lambda subjects, folder: (clip,))
-    take = module.lifted(evaluation_sets.evaluation_sets()[0])[0]
+    take = module.lifted(evaluation_sets.evaluation_sets("test")[0])[0]
     expected = motion_classes(clip.joints, clip.fps)
     for name in CLASSES:
         assert (take.motion[name] == expected[name]).mean() > 0.99, name

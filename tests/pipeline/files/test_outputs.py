@@ -18,7 +18,6 @@ from pcnet3d.pipeline.files.atomic import (
     whole_folder,
 )
 from pcnet3d.pipeline.reading.settings import RunOptions
-from pcnet3d.pipeline.running.plan import planned
 from pcnet3d.pipeline.running.run import run_files, run_people
 
 
@@ -135,7 +134,7 @@ def test_no_file_that_an_option_names_is_replaced(tmp_path, monkeypatch, recipe,
     options = RunOptions(**told)
     for run_of in (run_files, run_people):
         with pytest.raises(InputError, match=r"out holds out.mine, which this run needs"):
-            run_of(options, tmp_path / "out", planned(options), force=True)
+            run_of(options, tmp_path / "out", force=True)
 
 
 @pytest.mark.parametrize("inside", ["", "in/it"])

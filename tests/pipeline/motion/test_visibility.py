@@ -86,7 +86,7 @@ def test_without_a_video_the_border_is_that_of_the_told_size(facing_camera):
     poses = PoseSequence(bodies, H36M17, CAMERA.with_(origin="pelvis"), None, TIMES, np.arange(FRAMES))
     take = Take("cut", keypoints=keypoints(points), poses=poses)
     for size, missing in ((SIZE, True), (None, False)):
-        done = Clean(image_size=size)(take)
+        done = Clean()(take.telling(image_size=size))
         assert np.isnan(done.poses.joints[:, ANKLES]).all() == missing
 
 

@@ -139,9 +139,18 @@ def test_the_folder_is_ours_to_replace_until_somebody_adds_to_it(done, mmpose, r
 
 def test_a_stature_is_one_persons(mmpose, recipe, tmp_path):
     with pytest.raises(InputError, match="one person's"):
-        run_people(
-            RunOptions(poses=mmpose(), fps=30), tmp_path / "out", recipe.with_options("scale", stature_m=1.7)
-        )
+        run_people(RunOptions(poses=mmpose(), fps=30, stature=1.7), tmp_path / "out", recipe)
+
+
+def test_what_is_told_reaches_a_run_by_a_given_recipe(mmpose, recipe, tmp_path):
+    options = RunOptions(poses=mmpose(), fps=30, person="0", stature=1.7, camera="moving", no_frames=True)
+    take = run_files(options, tmp_path / "out", recipe)
+    summary = json.loads((tmp_path / "out" / SUMMARY).read_text())
+    assert summary["poses"]["unit"] == "m"
+    assert summary["rectification"]["camera"] == "moving"
+    assert not take.told.images
+    with pytest.raises(InputError, match="--also mp4"):
+        run_files(options.with_(also=("mp4",)), tmp_path / "out", recipe)
 
 
 def test_the_options_are_those_of_the_command(mmpose, tmp_path, monkeypatch):
@@ -350,9 +359,9 @@ def test_people_of_two_scenes_share_no_level(recipe, tmp_path, cut):
         source="",
         damaged=np.zeros(0, np.int64),
     ).save(tmp_path / "keypoints.npz")
-    options = RunOptions(keypoints=tmp_path / "keypoints.npz")
+    options = RunOptions(keypoints=tmp_path / "keypoints.npz", image_size=(640, 360))
     lifting = Recipe(stages=(StageEntry(use="lift"), *recipe.stages))
-    lifting = lifting.with_options("lift", image_size=(640, 360)).with_options("rectify", rectifier="pcnet")
+    lifting = lifting.with_options("rectify", rectifier="pcnet")
     runs = run_people(options, tmp_path / "out", lifting)
     ups = [run.take.rectified.R_source_from_level[:, 2] for run in runs]
     told = [" ".join(event.text for event in run.take.events) for run in runs]

@@ -5,9 +5,10 @@ from pathlib import Path
 import pytest
 from pydantic import ValidationError
 
-from pcnet3d.pipeline import InputError
+from pcnet3d.pipeline import InputError, Told, load_recipe
 from pcnet3d.pipeline.reading.settings import MOVED, RunOptions, flag_of, flags, reading_options
 from pcnet3d.pipeline.running.plan import planned
+from pcnet3d.pipeline.running.recipe import Recipe, StageEntry
 
 VIDEO, POSES, KEYPOINTS = Path("v.mp4"), Path("p.npy"), Path("k.json")
 
@@ -33,46 +34,90 @@ def test_without_options_every_stage_has_its_own_defaults():
 
 
 def test_an_option_goes_to_each_stage_that_it_is_for():
-    assert told(video=VIDEO, camera="moving") == {
-        "calibrate": {"camera": "moving"},
-        "lift": {"camera": "moving"},
-        "place": {"camera": "moving"},
-        "rectify": {"camera": "moving"},
+    assert told(keypoints=KEYPOINTS, smoother="savgol") == {
+        "trajectories": {"smoother": "savgol"},
+        "angles": {"smoother": "savgol"},
     }
-    assert told(poses=POSES, camera="moving") == {
-        "place": {"camera": "moving"},
-        "rectify": {"camera": "moving"},
-    }
-    assert told(keypoints=KEYPOINTS, image_size="640x360") == {
-        "lift": {"image_size": (640, 360)},
-        "clean": {"image_size": (640, 360)},
-        "place": {"image_size": (640, 360)},
-    }
-    second = told(poses=POSES, keypoints=KEYPOINTS, also_lifter="pcnet3d", pitch=3, focal=900)["second_lift"]
-    assert second == {"lifter": "pcnet3d", "pitch_deg": 3, "focal_px": 900}
+    second = told(poses=POSES, keypoints=KEYPOINTS, also_lifter="pcnet3d", pitch=3, roll=0, focal=900)
+    assert second == {"second_lift": {"lifter": "pcnet3d"}}
     assert told(poses=POSES, person="2", fps=30, swaps="repair") == {}
     assert told(video=VIDEO, person="2", swaps="repair")["detect"] == {"person": "2", "swaps": "repair"}
-    shown = ("record", "export", "report")
-    assert told(poses=POSES, no_frames=True) == {stage: {"frames": False} for stage in shown}
 
 
-def test_the_focal_length_is_of_the_camera_where_it_is_looked_for():
-    place = {"place": {"focal_px": 900}}
-    assert told(video=VIDEO, focal=900) == {"calibrate": {"focal_px": 900}, **place}
-    assert told(video=VIDEO, focal=900, settings={"calibrate": "off"}) == {"lift": {"focal_px": 900}, **place}
-    assert told(keypoints=KEYPOINTS, focal=900) == {"lift": {"focal_px": 900}, **place}
-    assert told(poses=POSES, keypoints=KEYPOINTS, focal=900) == place
-    with pytest.raises(InputError, match="--focal is for the stage 'place'"):
-        planned(RunOptions(poses=POSES, focal=900, settings={"place": "off"}))
+def test_what_is_told_of_the_recording_is_no_stages_option():
+    given = {
+        "camera": "moving", "focal": 900, "image_size": "640x360", "stature": 1.7, "no_frames": True,
+    }  # fmt: skip
+    assert told(keypoints=KEYPOINTS, **given) == {}
+    options = RunOptions(keypoints=KEYPOINTS, **given)
+    assert options.told == Told("moving", 900, image_size=(640, 360), stature_m=1.7, images=False)
+    assert RunOptions(gravity="0,1,0").told == Told(gravity=(0, 1, 0))
+
+
+@pytest.mark.parametrize(
+    ("given", "stage"),
+    [
+        ({"stature": 1.7}, "scale"),
+        ({"focal": 900}, "place"),
+        ({"pitch": 3, "roll": 0}, "rectify"),
+        ({"camera": "moving"}, "rectify"),
+        ({"image_size": "640x360"}, "clean"),
+    ],
+)
+def test_what_no_stage_reads_is_refused(given, stage):
+    bare = Recipe(stages=(StageEntry(use="trajectories"),))
+    flag = f"--{next(iter(given))}".replace("_", "-")
+    with pytest.raises(InputError, match=f"{flag} is for the stage .*'{stage}'.*this run does not have"):
+        planned(RunOptions(poses=POSES, **given), bare)
+
+
+def test_a_given_recipe_has_all_that_the_options_ask_for():
+    """It dropped them all without a word: six images of a person were in a report that was to have none."""
+    options = RunOptions(
+        keypoints=KEYPOINTS,
+        lifter="geometric",
+        also=("csv",),
+        smoother="savgol",
+        settings=["clean.spike=0.7"],
+    )
+    recipe = load_recipe().starting_with("lift")
+    assert planned(options, recipe) == planned(options)
+    assert planned(options, planned(options)) == planned(options)
+    with pytest.raises(InputError, match="--lifter is for the stage 'lift'"):
+        planned(options, load_recipe())
+    left_out = RunOptions(poses=POSES, settings=["record=off"])
+    assert planned(left_out, planned(left_out)) == planned(left_out)
+    with pytest.raises(InputError, match="one recipe"):
+        planned(RunOptions(poses=POSES, recipe="mine.toml"), load_recipe())
+
+
+@pytest.mark.parametrize(
+    ("setting", "flag"),
+    [
+        ("rectify.camera=moving", "--camera"),
+        ("place.focal_px=900", "--focal"),
+        ("rectify.gravity=0,1,0", "--gravity"),
+        ("rectify.pitch_deg=3", "--pitch"),
+        ("scale.stature_m=1.8", "--stature"),
+        ("clean.image_size=640,360", "--image-size"),
+        ("report.frames=false", "--no-frames"),
+    ],
+)
+def test_what_is_told_of_the_recording_cannot_be_contradicted(setting, flag):
+    """One report had two cameras, one of which stood still."""
+    with pytest.raises(InputError, match=f"told of the recording.*{flag}"):
+        planned(RunOptions(poses=POSES, settings=[setting]))
+    stage, key = setting.partition("=")[0].split(".")
+    with pytest.raises(InputError, match=f"told of the recording.*{flag}"):
+        planned(RunOptions(poses=POSES), load_recipe().with_options(stage, **{key: 1}))
 
 
 def test_settings_reach_their_stage_in_the_type_it_asks_for():
     given = ["clean.spike=0.7", "lift.flip=yes", "measures.repeated=r_elbow_flexion,l_elbow_flexion"]
-    assert told(keypoints=KEYPOINTS, settings=[*given, "rectify.gravity=0,1,0"]) == {
+    assert told(keypoints=KEYPOINTS, settings=given) == {
         "clean": {"spike": 0.7},
         "lift": {"flip": True},
         "measures": {"repeated": ("r_elbow_flexion", "l_elbow_flexion")},
-        "rectify": {"gravity": (0, 1, 0)},
     }
 
 

@@ -125,7 +125,7 @@ def test_summary_of_a_static_camera_has_one_figure_of_its_up(take, folder):
 
 
 def test_a_moving_camera_is_marked_everywhere(take, tmp_path):
-    take = Rectify("geometric", camera="moving", window_s=0.5)(take)
+    take = Rectify("geometric", window_s=0.5)(take.telling(camera="moving"))
     Export(tmp_path / "out")(take)
     found = rectification(tmp_path / "out")
     assert found["camera"] == "moving"
@@ -141,7 +141,7 @@ def test_a_moving_camera_is_marked_everywhere(take, tmp_path):
 
 
 def test_up_that_nobody_was_there_to_show_is_in_no_figure_of_a_moving_camera(take, tmp_path):
-    rectified = Rectify("geometric", camera="moving")(take).rectified
+    rectified = Rectify("geometric")(take.telling(camera="moving")).rectified
     assert np.flatnonzero(~rectified.turned).tolist() == [5]
     wide = np.where(rectified.turned, rectified.up_bound_deg, 80.0)
     take = take.with_(rectified=replace(rectified, up_bound_deg=wide, level_ok=True, level_reason=""))
@@ -153,7 +153,7 @@ def test_up_that_nobody_was_there_to_show_is_in_no_figure_of_a_moving_camera(tak
 
 
 def test_what_the_user_said_of_the_camera_is_in_the_history_and_the_shares(take, tmp_path):
-    Export(tmp_path / "out")(Rectify("geometric", pitch_deg=2.0, roll_deg=0.0)(take))
+    Export(tmp_path / "out")(Rectify("geometric")(take.telling(pitch_deg=2.0, roll_deg=0.0)))
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
     said = {step["name"]: step["options"] for step in summary["history"]}
     assert said["rectify"]["pitch_deg"] == 2

@@ -284,7 +284,7 @@ def test_every_table_says_where_it_comes_from(take, tmp_path):
 
 
 def test_a_moving_camera_is_told_in_every_row(take, tmp_path):
-    moving = take.with_(rectified=replace(Rectify("geometric", camera="moving")(take).rectified))
+    moving = take.with_(rectified=replace(Rectify("geometric")(take.telling(camera="moving")).rectified))
     rows = list(
         csv.DictReader((exported(moving, tmp_path, "csv") / "kinematics.csv").read_text().splitlines())
     )

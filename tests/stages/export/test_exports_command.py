@@ -5,14 +5,13 @@ import subprocess
 import sys
 from contextlib import nullcontext
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
 import pytest
 
-from pcnet3d.pipeline import CAMERA, H36M17, InputError, Pipeline, PoseSequence, Take
+from pcnet3d.pipeline import CAMERA, H36M17, InputError, Pipeline, PoseSequence, Take, Told
 from pcnet3d.pipeline.plugins import registry
 from pcnet3d.stages.angles import Angles
 from pcnet3d.stages.clean import Clean
@@ -90,23 +89,25 @@ class Measuring:
 
 
 @pytest.mark.parametrize(
-    ("unit", "before", "refused"),
+    ("unit", "before", "stature_m", "refused"),
     [
-        ("arbitrary", [Clean], True),
-        ("m", [Clean, Place], False),
-        ("", [Clean], False),  # nobody knows
-        ("", [Lift, Clean, Scale, Place], True),
-        ("", [Lift, Clean, partial(Scale, 1.75), Place], False),
-        ("m", [Lift], True),
-        ("arbitrary", [Measuring], False),
+        ("arbitrary", [Clean], None, True),
+        ("m", [Clean, Place], None, False),
+        ("", [Clean], None, False),  # nobody knows
+        ("", [Lift, Clean, Scale, Place], None, True),
+        ("", [Lift, Clean, Scale, Place], 1.75, False),
+        ("m", [Lift], None, True),
+        ("arbitrary", [Measuring], None, False),
     ],
 )
-def test_metres_of_a_take_without_a_scale_are_refused_before_any_work(unit, before, refused, tmp_path):
+def test_metres_of_a_take_without_a_scale_are_refused_before_any_work(
+    unit, before, stature_m, refused, tmp_path
+):
     """A video of somebody without a height was detected and lifted first."""
     stages = (*(stage() for stage in before), Export(tmp_path, also=("trc",)))
     given = ("poses", "keypoints", "rectified", "kinematics")
     with pytest.raises(InputError, match=r"--also trc.*--stature") if refused else nullcontext():
-        Pipeline(stages).check_given(given, unit)
+        Pipeline(stages).check_given(given, unit, Told(stature_m=stature_m))
 
 
 def test_what_every_take_has_is_given():

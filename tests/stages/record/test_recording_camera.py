@@ -53,7 +53,7 @@ def test_a_recording_shows_them_and_says_whether_up_rests_on_them(
 ):
     take = make_take().with_(video=film(), camera=looking())
     take = take.with_(rectified=replace(take.rectified, up_shares={"image": 0.9} if tells else {}))
-    record(take, tmp_path / "take.rrd", frames)
+    record(take.telling(images=frames), tmp_path / "take.rrd")
     seen = read_rrd(tmp_path / "take.rrd")
     assert len(seen.static("camera/lines", "LineStrips2D:strips")) == 2
     assert ("camera/image" in seen.entities) == frames
@@ -82,4 +82,4 @@ def test_the_report_has_the_lines_and_what_each_source_says(make_take, film):
     assert "The image's lines, frame 3" in unescape(page)
     assert "10.0 ± 1.2" in page
     assert "10 ± 9" in page
-    assert "frame 3" not in report(take, frames=False).replace("frame 3,", "")
+    assert "frame 3" not in report(take.telling(images=False)).replace("frame 3,", "")

@@ -19,8 +19,8 @@ def taken(make_take, read_rrd, tmp_path):
     """taken(**changes): the take with these changes, and its recording read back."""
 
     def make(rows: int = 12, frames: bool = True, **changes):
-        take = make_take(rows).with_(**changes)
-        record(take, tmp_path / "take.rrd", frames)
+        take = make_take(rows).with_(**changes).telling(images=frames)
+        record(take, tmp_path / "take.rrd")
         return take, read_rrd(tmp_path / "take.rrd")
 
     return make

@@ -20,7 +20,7 @@ def recorded(make_take, read_rrd, tmp_path):
     """recorded(video, frames=True): events of recording a take with that video, and the recording."""
 
     def make(video, frames: bool = True):
-        events = record(make_take().with_(video=video), tmp_path / "take.rrd", frames)
+        events = record(make_take().with_(video=video).telling(images=frames), tmp_path / "take.rrd")
         return events, read_rrd(tmp_path / "take.rrd")
 
     return make

@@ -46,7 +46,7 @@ def runs(tmp_path_factory):
     target = walk.root.mean(axis=0)
     cameras = (side_camera(walk), aimed(target, 6.5, walk.heading_deg[-1] + 160, 8, -4))
     stages = tuple(entry for entry in load_recipe().starting_with("lift").stages if entry.use != "record")
-    recipe = Recipe(stages=stages).with_options("lift", image_size=(1920, 1080))
+    recipe = Recipe(stages=stages)
     for name, camera in zip(FOLDERS, cameras, strict=True):
         (folder / f"of {name}").mkdir()
         flat = folder / f"of {name}" / FILE
@@ -57,7 +57,7 @@ def runs(tmp_path_factory):
             for i, row in enumerate(rows)
         ]
         flat.write_text(json.dumps(entries), encoding="utf-8")
-        run_files(RunOptions(keypoints=flat, fps=walk.fps), folder / name, recipe)
+        run_files(RunOptions(keypoints=flat, fps=walk.fps, image_size=(1920, 1080)), folder / name, recipe)
     compare([folder / name for name in FOLDERS], output=folder / "compared")
     return folder
 

@@ -58,17 +58,17 @@ def test_the_report_is_the_last_stage_of_the_default_recipe():
     assert load_recipe().stages[-1].use == "report"
 
 
-def test_no_frames_on_the_command_line_reaches_the_report(monkeypatch, tmp_path):
+def test_no_frames_on_the_command_line_is_told_to_all_stages(monkeypatch, tmp_path):
     asked = {}
 
     class EnoughError(Exception):
         pass
 
-    def run(options, output, chosen, **others):
-        asked.update({entry.use: entry.options for entry in chosen.stages})
+    def run(options, output, **others):
+        asked.update(images=options.told.images)
         raise EnoughError
 
     monkeypatch.setattr(command, "run_files", run)
     with pytest.raises(EnoughError):
         command.run(output=tmp_path / "out", poses=tmp_path / "poses.npy", no_frames=True)
-    assert asked["report"] == asked["record"] == {"frames": False}
+    assert asked == {"images": False}

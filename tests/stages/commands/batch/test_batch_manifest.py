@@ -29,21 +29,21 @@ def manifest(study: Path, *lines: str) -> Path:
 
 def test_every_option_of_a_run_is_a_column(study):
     lines = (
-        "name,subject,visit,condition,poses,fps,stature,no-frames,also,pitch,recipe,rectify.window_s",
-        "one,s1,first,barefoot,a.npy,30,1.8,yes,csv;trc,-5,quick.toml,0.5",
-        ",,,,b.npy,,,,,,,",
+        "name,subject,visit,condition,poses,fps,stature,no-frames,also,pitch,roll,recipe,rectify.window_s",
+        "one,s1,first,barefoot,a.npy,30,1.8,yes,csv;trc,-5,2,quick.toml,0.5",
+        ",,,,b.npy,,,,,,,,",
     )
-    one, two = read_entries(manifest(study, *lines), {"fps": "25", "camera": "moving"})
+    one, two = read_entries(manifest(study, *lines), {"fps": "25", "camera": "static"})
     assert one.name == "one"
     assert one.labels == {"subject": "s1", "visit": "first", "condition": "barefoot"}
     assert set(one.arguments) == {
         f"--poses={study / 'a.npy'}", "--fps=30", "--stature=1.8", "--no-frames", "--also=csv", "--also=trc",
-        "--pitch=-5", "--set=rectify.window_s=0.5", f"--recipe={study / 'quick.toml'}", "--camera=moving",
+        "--pitch=-5", "--roll=2", "--set=rectify.window_s=0.5", f"--recipe={study / 'quick.toml'}", "--camera=static",
     }  # fmt: skip
     assert set(one.files) == {"poses", "recipe"}
     assert two.name == "b"
     assert two.labels == {"subject": "", "visit": "", "condition": ""}
-    assert set(two.arguments) == {f"--poses={study / 'b.npy'}", "--fps=25", "--camera=moving"}
+    assert set(two.arguments) == {f"--poses={study / 'b.npy'}", "--fps=25", "--camera=static"}
 
 
 def test_a_flag_that_a_take_switches_off_wins_over_the_common_one(study):
