@@ -12,7 +12,7 @@ __all__ = ["__version__"]
 def __getattr__(name: str) -> str:
     """`__version__` when it is asked for: most who import a part never do."""
     if name == "__version__":
-        from .pipeline.pose import package_version
+        from .pipeline.core.pose import package_version
 
         return package_version()
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

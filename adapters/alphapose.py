@@ -17,9 +17,9 @@ from typing import Any
 
 import numpy as np
 
-from ..pipeline.errors import InputError
-from ..pipeline.layouts import COCO17, HALPE26, OPENPOSE18
-from ..pipeline.pose import PoseSequence
+from ..pipeline.core.errors import InputError
+from ..pipeline.core.layouts import COCO17, HALPE26, OPENPOSE18
+from ..pipeline.core.pose import PoseSequence
 from .kit.json import Images, beginning, each, entries, field, first_detection, load, numbers
 from .kit.tracks import Detection, counted, sequences, triples
 

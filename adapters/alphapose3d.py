@@ -13,12 +13,12 @@ from typing import Any
 
 import numpy as np
 
-from ..pipeline.anthropometry import implied_stature
-from ..pipeline.errors import InputError
+from ..pipeline.core.anthropometry import implied_stature
+from ..pipeline.core.errors import InputError
+from ..pipeline.core.frames import CAMERA
+from ..pipeline.core.layouts import H36M17, Layout
+from ..pipeline.core.pose import MadeBy, PoseSequence
 from ..pipeline.files.skeletons import SMPL, h36m17_named
-from ..pipeline.frames import CAMERA
-from ..pipeline.layouts import H36M17, Layout
-from ..pipeline.pose import MadeBy, PoseSequence
 from .alphapose import track_named
 from .kit.json import beginning, each, field, first_detection, frame_number, numbers
 from .kit.people import Bodies

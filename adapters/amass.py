@@ -12,12 +12,12 @@ from pathlib import Path
 
 import numpy as np
 
-from ..pipeline.errors import InputError
+from ..pipeline.core.errors import InputError
+from ..pipeline.core.layouts import H36M17
+from ..pipeline.core.messages import how_many
+from ..pipeline.core.pose import UNSAID, MadeBy, PoseSequence
 from ..pipeline.files.markers import Markers, Up
 from ..pipeline.files.skeletons import SMPL
-from ..pipeline.layouts import H36M17
-from ..pipeline.messages import how_many
-from ..pipeline.pose import UNSAID, MadeBy, PoseSequence
 from .kit.numpy import arrays_in, keys, load, load_all
 from .kit.world import Maker, maker, people_of
 

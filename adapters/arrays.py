@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from ..pipeline.errors import InputError
-from ..pipeline.frames import FRAMES, Frame
-from ..pipeline.layouts import layout_named
-from ..pipeline.pose import PoseSequence
+from ..pipeline.core.errors import InputError
+from ..pipeline.core.frames import FRAMES, Frame
+from ..pipeline.core.layouts import layout_named
+from ..pipeline.core.pose import PoseSequence
 from .kit.numpy import keys, load
 from .kit.world import Maker, maker
 

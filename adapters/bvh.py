@@ -12,12 +12,12 @@ from pathlib import Path
 
 import numpy as np
 
-from ..pipeline.errors import InputError
+from ..pipeline.core.errors import InputError
+from ..pipeline.core.layouts import H36M17
+from ..pipeline.core.pose import PoseSequence
 from ..pipeline.files.bvh import read_motion
 from ..pipeline.files.markers import Up
 from ..pipeline.files.skeletons import UNITS
-from ..pipeline.layouts import H36M17
-from ..pipeline.pose import PoseSequence
 from .kit.beginning import first_bytes
 from .kit.world import Maker, check_upright, maker, world
 

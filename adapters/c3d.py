@@ -9,9 +9,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ..pipeline.errors import InputError
+from ..pipeline.core.errors import InputError
+from ..pipeline.core.pose import PoseSequence
 from ..pipeline.files.markers import Up, read_c3d
-from ..pipeline.pose import PoseSequence
 from .kit.world import Maker, maker, people_of
 
 name = "c3d"

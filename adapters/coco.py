@@ -19,9 +19,9 @@ from typing import Any
 
 import numpy as np
 
-from ..pipeline.errors import InputError
-from ..pipeline.layouts import COCO17, HALPE26
-from ..pipeline.pose import PoseSequence
+from ..pipeline.core.errors import InputError
+from ..pipeline.core.layouts import COCO17, HALPE26
+from ..pipeline.core.pose import PoseSequence
 from .alphapose import is_alphaposes
 from .kit.json import Images, beginning, each, entries, field, first_detection, load
 from .kit.tracks import Detection, counted, sequences, triples

@@ -17,11 +17,11 @@ from pathlib import Path
 
 import numpy as np
 
-from ..pipeline.errors import InputError
-from ..pipeline.frames import CAMERA
-from ..pipeline.layouts import H36M17
-from ..pipeline.pose import MadeBy, PoseSequence
-from ..pipeline.rotations import rotate, transpose
+from ..pipeline.core.errors import InputError
+from ..pipeline.core.frames import CAMERA
+from ..pipeline.core.layouts import H36M17
+from ..pipeline.core.pose import MadeBy, PoseSequence
+from ..pipeline.core.rotations import rotate, transpose
 from .kit.metric import FRAMES, check_metric, looks_metric
 from .kit.numpy import load, peek
 from .kit.quaternions import rotations

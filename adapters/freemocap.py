@@ -20,11 +20,11 @@ from pathlib import Path
 
 import numpy as np
 
-from ..pipeline.anthropometry import implied_stature
-from ..pipeline.errors import InputError
-from ..pipeline.frames import Z_UP
-from ..pipeline.layouts import BLAZEPOSE33, COCO23, Layout, remap
-from ..pipeline.pose import MadeBy, PoseSequence
+from ..pipeline.core.anthropometry import implied_stature
+from ..pipeline.core.errors import InputError
+from ..pipeline.core.frames import Z_UP
+from ..pipeline.core.layouts import BLAZEPOSE33, COCO23, Layout, remap
+from ..pipeline.core.pose import MadeBy, PoseSequence
 from .kit.beginning import first_bytes
 from .kit.numpy import load, peek
 from .kit.tables import opened_table

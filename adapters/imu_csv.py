@@ -15,9 +15,9 @@ from typing import Literal
 
 import numpy as np
 
-from ..pipeline.errors import InputError
-from ..pipeline.motion.imu import Imu, imu_from_samples
-from ..pipeline.rotations import transpose
+from ..pipeline.core.errors import InputError
+from ..pipeline.core.rotations import transpose
+from ..pipeline.signals.imu import Imu, imu_from_samples
 from .kit.beginning import first_bytes
 from .kit.quaternions import rotations
 
@@ -45,7 +45,7 @@ def read(
 
     rate_hz: samples a second, for a file without time_s. maps: which way the quaternions turn vectors.
     Raises InputError for missing columns, cells that are no numbers, a rate that contradicts the time stamps, and
-    signals that are no specific force with its orientation (pipeline/motion/imu.py).
+    signals that are no specific force with its orientation (pipeline/signals/imu.py).
     """
     try:
         lines = [line for line in path.read_text(encoding="utf-8-sig").splitlines() if _content(line)]

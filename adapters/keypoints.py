@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from ..pipeline.core.pose import PoseSequence
 from ..pipeline.files.detections import load_detections
-from ..pipeline.pose import PoseSequence
 from .kit.numpy import arrays_in
 
 name = "keypoints"

@@ -19,10 +19,10 @@ from typing import Any
 
 import numpy as np
 
-from ..pipeline.errors import InputError
-from ..pipeline.frames import CAMERA
-from ..pipeline.layouts import BLAZEPOSE33
-from ..pipeline.pose import MadeBy, PoseSequence
+from ..pipeline.core.errors import InputError
+from ..pipeline.core.frames import CAMERA
+from ..pipeline.core.layouts import BLAZEPOSE33
+from ..pipeline.core.pose import MadeBy, PoseSequence
 from .kit.json import beginning, each, frame_number, numbers
 from .kit.landmarks import COUNT, Body, is_table, seconds, table
 from .kit.people import Bodies

@@ -18,10 +18,10 @@ from typing import Any
 
 import numpy as np
 
-from ..pipeline.errors import InputError
-from ..pipeline.frames import CAMERA
-from ..pipeline.layouts import MHR70
-from ..pipeline.pose import MadeBy, PoseSequence
+from ..pipeline.core.errors import InputError
+from ..pipeline.core.frames import CAMERA
+from ..pipeline.core.layouts import MHR70
+from ..pipeline.core.pose import MadeBy, PoseSequence
 from .kit.json import beginning, each, frame_number, numbers
 from .kit.numpy import arrays_in, keys, load, load_objects, objects_begin, shape_in
 from .kit.people import Bodies

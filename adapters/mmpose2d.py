@@ -15,9 +15,9 @@ from typing import Any
 
 import numpy as np
 
-from ..pipeline.errors import InputError
-from ..pipeline.layouts import COCO17, HALPE26
-from ..pipeline.pose import PoseSequence
+from ..pipeline.core.errors import InputError
+from ..pipeline.core.layouts import COCO17, HALPE26
+from ..pipeline.core.pose import PoseSequence
 from .kit.json import field, numbers
 from .kit.mmpose import first_keypoints, frames
 from .kit.tracks import Detection, counted, sequences

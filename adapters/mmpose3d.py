@@ -15,9 +15,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ..pipeline.frames import Frame
-from ..pipeline.layouts import H36M17
-from ..pipeline.pose import MadeBy, PoseSequence
+from ..pipeline.core.frames import Frame
+from ..pipeline.core.layouts import H36M17
+from ..pipeline.core.pose import MadeBy, PoseSequence
 from .kit.mmpose import bodies, rebase_said, recognised
 
 name = "mmpose3d"

@@ -15,10 +15,10 @@ from pathlib import Path
 
 import numpy as np
 
-from ..pipeline.errors import InputError
-from ..pipeline.frames import CAMERA
-from ..pipeline.layouts import MPI3DHP17
-from ..pipeline.pose import MadeBy, PoseSequence
+from ..pipeline.core.errors import InputError
+from ..pipeline.core.frames import CAMERA
+from ..pipeline.core.layouts import MPI3DHP17
+from ..pipeline.core.pose import MadeBy, PoseSequence
 from .kit.matlab import keys, load, numbers
 
 name = "mpi3dhp"

@@ -11,8 +11,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ..pipeline.layouts import BODY_25, BODY_25B, OPENPOSE18
-from ..pipeline.pose import PoseSequence
+from ..pipeline.core.layouts import BODY_25, BODY_25B, OPENPOSE18
+from ..pipeline.core.pose import PoseSequence
 from .kit.json import beginning, field
 from .kit.openpose import frame_files, people
 from .kit.tracks import Detection, counted, sequences, triples

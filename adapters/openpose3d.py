@@ -14,10 +14,10 @@ from typing import Any
 
 import numpy as np
 
-from ..pipeline.errors import InputError
-from ..pipeline.frames import CAMERA
-from ..pipeline.layouts import BODY_25, BODY_25B, OPENPOSE18
-from ..pipeline.pose import MadeBy, PoseSequence
+from ..pipeline.core.errors import InputError
+from ..pipeline.core.frames import CAMERA
+from ..pipeline.core.layouts import BODY_25, BODY_25B, OPENPOSE18
+from ..pipeline.core.pose import MadeBy, PoseSequence
 from .kit.json import beginning, numbers
 from .kit.openpose import frame_files, people
 from .kit.people import Bodies

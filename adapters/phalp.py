@@ -21,10 +21,10 @@ from typing import Any
 
 import numpy as np
 
-from ..pipeline.errors import InputError
-from ..pipeline.frames import CAMERA
-from ..pipeline.layouts import BODY_25
-from ..pipeline.pose import MadeBy, PoseSequence
+from ..pipeline.core.errors import InputError
+from ..pipeline.core.frames import CAMERA
+from ..pipeline.core.layouts import BODY_25
+from ..pipeline.core.pose import MadeBy, PoseSequence
 from .kit.pickles import beginning, load
 
 name = "phalp"

@@ -16,11 +16,11 @@ from pathlib import Path
 
 import numpy as np
 
-from ..pipeline.anthropometry import implied_stature
-from ..pipeline.errors import InputError
-from ..pipeline.frames import Frame
-from ..pipeline.layouts import COCO23, remap
-from ..pipeline.pose import MadeBy, PoseSequence
+from ..pipeline.core.anthropometry import implied_stature
+from ..pipeline.core.errors import InputError
+from ..pipeline.core.frames import Frame
+from ..pipeline.core.layouts import COCO23, remap
+from ..pipeline.core.pose import MadeBy, PoseSequence
 from .kit.mmpose import bodies, rebase_said, recognised
 
 name = "rtmw3d"

@@ -10,10 +10,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ..pipeline.errors import InputError
-from ..pipeline.frames import Y_UP
-from ..pipeline.layouts import SOMA30, SOMA77
-from ..pipeline.pose import PoseSequence
+from ..pipeline.core.errors import InputError
+from ..pipeline.core.frames import Y_UP
+from ..pipeline.core.layouts import SOMA30, SOMA77
+from ..pipeline.core.pose import PoseSequence
 from .kit.numpy import keys, load, shape_in
 from .kit.world import Maker, check_upright, maker
 

@@ -10,10 +10,10 @@ from pathlib import Path
 
 import numpy as np
 
-from ..pipeline.errors import InputError
-from ..pipeline.frames import Y_UP
-from ..pipeline.layouts import H36M17
-from ..pipeline.pose import MadeBy, PoseSequence
+from ..pipeline.core.errors import InputError
+from ..pipeline.core.frames import Y_UP
+from ..pipeline.core.layouts import H36M17
+from ..pipeline.core.pose import MadeBy, PoseSequence
 from .kit.beginning import first_bytes
 
 name = "totalcapture"

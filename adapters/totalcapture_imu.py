@@ -12,9 +12,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ..pipeline.errors import InputError
-from ..pipeline.frames import Y_UP, Z_UP
-from ..pipeline.motion.imu import Imu, imu_from_samples
+from ..pipeline.core.errors import InputError
+from ..pipeline.core.frames import Y_UP, Z_UP
+from ..pipeline.signals.imu import Imu, imu_from_samples
 from .kit.beginning import first_bytes
 from .kit.quaternions import rotations
 

@@ -15,9 +15,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ..pipeline.errors import InputError
+from ..pipeline.core.errors import InputError
+from ..pipeline.core.pose import PoseSequence
 from ..pipeline.files.markers import Markers, Up, read_trc
-from ..pipeline.pose import PoseSequence
 from .kit.beginning import first_bytes
 from .kit.world import Maker, maker, people_of
 

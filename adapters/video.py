@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..pipeline.cores import cores
-from ..pipeline.errors import InputError
+from ..pipeline.core.cores import cores
+from ..pipeline.core.errors import InputError
+from ..pipeline.core.take import Video
 from ..pipeline.reading.describe import in_words
-from ..pipeline.take import Video
 from .kit.beginning import first_bytes
 
 if TYPE_CHECKING:

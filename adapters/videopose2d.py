@@ -13,10 +13,10 @@ from typing import Any
 
 import numpy as np
 
-from ..pipeline.errors import InputError
-from ..pipeline.layouts import COCO17, H36M17
-from ..pipeline.messages import how_many
-from ..pipeline.pose import PoseSequence
+from ..pipeline.core.errors import InputError
+from ..pipeline.core.layouts import COCO17, H36M17
+from ..pipeline.core.messages import how_many
+from ..pipeline.core.pose import PoseSequence
 from .kit.numpy import has_objects, load_objects
 from .kit.tracks import Detection, sequences
 

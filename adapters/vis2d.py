@@ -11,8 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ..pipeline.layouts import H36M17
-from ..pipeline.pose import PoseSequence
+from ..pipeline.core.layouts import H36M17
+from ..pipeline.core.pose import PoseSequence
 from .kit.numpy import load, peek
 from .kit.tracks import Detection, sequences
 

@@ -16,11 +16,11 @@ from typing import Any
 
 import numpy as np
 
-from ..pipeline.errors import InputError
+from ..pipeline.core.errors import InputError
+from ..pipeline.core.frames import CAMERA
+from ..pipeline.core.layouts import FEET, H36M17_B, Layout
+from ..pipeline.core.pose import MadeBy, PoseSequence
 from ..pipeline.files.skeletons import SMPL
-from ..pipeline.frames import CAMERA
-from ..pipeline.layouts import FEET, H36M17_B, Layout
-from ..pipeline.pose import MadeBy, PoseSequence
 from .kit.numpy import load as load_array
 from .kit.pickles import beginning, load
 

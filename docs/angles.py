@@ -1,7 +1,7 @@
 """Draws what every angle means:  python docs/angles.py docs/angles.png
 
 One panel an angle: the body where it is 0 (grey) and at the value written above (colour), and the path between, in the
-direction in which the angle grows. The values are those that pcnet3d.pipeline.motion.angles computes for the drawn
+direction in which the angle grows. The values are those that pcnet3d.pipeline.signals.angles computes for the drawn
 body.
 """
 
@@ -13,8 +13,8 @@ from collections.abc import Callable
 import cv2
 import numpy as np
 
-from pcnet3d.pipeline.layouts import H36M17
-from pcnet3d.pipeline.motion.angles import angles
+from pcnet3d.pipeline.core.layouts import H36M17
+from pcnet3d.pipeline.signals.angles import angles
 
 CELL, SCALE = 300, 125  # pixels of a panel's side, and of a metre
 COLOURS = {"l": (190, 120, 52), "r": (52, 122, 226), "m": (98, 86, 78)}  # BGR

@@ -14,20 +14,20 @@ import numpy as np
 from pcnet3d.examples.walker.imu import strapped
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.common.spread import stated_spread
-from pcnet3d.models.evaluation.acceleration import NO_MOTION, agreement, filtered
-from pcnet3d.models.evaluation.take_answers import joints_of
-from pcnet3d.models.evaluation.testbed import BEDS, see
 from pcnet3d.models.gravity import Seen, level_static
+from pcnet3d.models.lab.evaluation.acceleration import NO_MOTION, agreement, filtered
+from pcnet3d.models.lab.evaluation.take_answers import joints_of
+from pcnet3d.models.lab.evaluation.testbed import BEDS, see
 from pcnet3d.models.lifter.builtin import lift
-from pcnet3d.models.mocap.clips import Clip
 from pcnet3d.models.rectifier.load import load_rectifier
-from pcnet3d.pipeline.frames import turned_covariance
-from pcnet3d.pipeline.motion.imu import point_on
-from pcnet3d.pipeline.motion.signals import CUTOFF_HZ
-from pcnet3d.pipeline.motion.smoother import known_noise
-from pcnet3d.pipeline.rotations import is_finite, rotate
-from pcnet3d.stages.commands.imu.align import align, turned
-from pcnet3d.stages.commands.imu.motion import even_times, imu_signal, path_acceleration
+from pcnet3d.models.smoother import known_noise
+from pcnet3d.pipeline.core.frames import turned_covariance
+from pcnet3d.pipeline.core.rotations import is_finite, rotate
+from pcnet3d.pipeline.reading.mocap.clip import Clip
+from pcnet3d.pipeline.signals.filters import CUTOFF_HZ
+from pcnet3d.pipeline.signals.imu import point_on
+from pcnet3d.stages.study.imu.align import align, turned
+from pcnet3d.stages.study.imu.motion import even_times, imu_signal, path_acceleration
 
 CAMERAS, SEARCH_S = 5, 0.5
 SEGMENTS = {"forearm": ("r_forearm", "l_forearm"), "foot": ("r_foot", "l_foot")}

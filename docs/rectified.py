@@ -12,9 +12,9 @@ import cv2
 import numpy as np
 
 from pcnet3d.models import load_rectifier
-from pcnet3d.models.evaluation.real_rectified import real_poses
-from pcnet3d.pipeline.layouts import H36M17
-from pcnet3d.pipeline.rotations import rotate, transpose
+from pcnet3d.models.lab.evaluation.real_rectified import real_poses
+from pcnet3d.pipeline.core.layouts import H36M17
+from pcnet3d.pipeline.core.rotations import rotate, transpose
 
 CELL, SHARE = 200, (0.3, 0.7)  # pixels of a cell's side; where in a clip the frames are taken
 COLOURS = {"l": (190, 120, 52), "r": (52, 122, 226), "m": (98, 86, 78)}  # BGR

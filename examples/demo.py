@@ -10,16 +10,16 @@ from typing import Annotated
 import numpy as np
 import typer
 
+from ..pipeline.core.messages import show
+from ..pipeline.core.pose import Rectified, package_version
+from ..pipeline.core.rotations import angle_deg, rotate
+from ..pipeline.core.take import Take
 from ..pipeline.files.atomic import SUMMARY, whole_folder
-from ..pipeline.messages import show
-from ..pipeline.pose import Rectified, package_version
 from ..pipeline.reading.settings import Force, OnDevice, RunOptions
-from ..pipeline.rotations import angle_deg, rotate
 from ..pipeline.running.conclusion import conclude, point_to, show_files
 from ..pipeline.running.plan import planned
 from ..pipeline.running.progress import stages, tell
 from ..pipeline.running.run import run_files
-from ..pipeline.take import Take
 from .walker.camera import Camera, R_camera_from_body, side_camera
 from .walker.files import ExampleFiles, write_files
 from .walker.walk import Walk, walker

@@ -4,32 +4,32 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from .errors import InputError
-    from .frames import BODY, CAMERA, IMAGE, LEVEL, Y_UP, Z_UP, Frame, change_frame
-    from .layouts import H36M17, Layout, remap
-    from .pose import PoseSequence, Rectified
+    from .core.errors import InputError
+    from .core.frames import BODY, CAMERA, IMAGE, LEVEL, Y_UP, Z_UP, Frame, change_frame
+    from .core.layouts import H36M17, Layout, remap
+    from .core.pose import PoseSequence, Rectified
+    from .core.rotations import rotate
+    from .core.take import Event, Take, Told, Video
     from .reading.settings import RunOptions
     from .reading.take import open_take
-    from .rotations import rotate
     from .running.plan import planned
     from .running.recipe import load_recipe
     from .running.run import run_files
     from .running.runner import Pipeline
-    from .take import Event, Take, Told, Video
 
 _HOMES = {
-    "errors": ("InputError",),
-    "frames": ("BODY", "CAMERA", "IMAGE", "LEVEL", "Y_UP", "Z_UP", "Frame", "change_frame"),
-    "layouts": ("H36M17", "Layout", "remap"),
-    "pose": ("PoseSequence", "Rectified"),
-    "rotations": ("rotate",),
+    "core.errors": ("InputError",),
+    "core.frames": ("BODY", "CAMERA", "IMAGE", "LEVEL", "Y_UP", "Z_UP", "Frame", "change_frame"),
+    "core.layouts": ("H36M17", "Layout", "remap"),
+    "core.pose": ("PoseSequence", "Rectified"),
+    "core.rotations": ("rotate",),
     "reading.settings": ("RunOptions",),
     "reading.take": ("open_take",),
     "running.plan": ("planned",),
     "running.recipe": ("load_recipe",),
     "running.run": ("run_files",),
     "running.runner": ("Pipeline",),
-    "take": ("Event", "Take", "Told", "Video"),
+    "core.take": ("Event", "Take", "Told", "Video"),
 }
 
 __all__ = [

@@ -20,9 +20,9 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 from typer.main import get_command, get_group
 
-from .cores import limit_opencv
-from .errors import InputError
-from .messages import Detail, is_verbose, say, set_detail
+from .core.cores import limit_opencv
+from .core.errors import InputError
+from .core.messages import Detail, is_verbose, say, set_detail
 from .plugins import registry
 from .plugins.options import did_you_mean
 
@@ -128,7 +128,7 @@ def _source(module: str) -> str:
 
 def _version(asked: bool) -> None:
     if asked:
-        from .pose import package_version
+        from .core.pose import package_version
 
         print(f"pcnet3d {package_version()}")
         raise typer.Exit
@@ -259,7 +259,7 @@ def list_(
     as_json: Annotated[bool, typer.Option("--json", help="For programs.")] = False,
 ) -> None:
     """List what is installed, one line each."""
-    from . import device
+    from .core import device
 
     rows = device.listed() if what == "devices" else registry.listed(what)
     if as_json:

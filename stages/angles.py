@@ -10,15 +10,15 @@ import numpy as np
 from ..models.angle_error.rates import angle_rates
 from ..models.angle_error.take_angles import take_angles
 from ..models.common.spread import stated_spread
-from ..pipeline.errors import InputError
-from ..pipeline.frames import CAMERA, LEVEL, change_frame, require
-from ..pipeline.layouts import H36M17
-from ..pipeline.motion.angles import FINE, REASONS
-from ..pipeline.motion.foot_angles import ALL_ANGLES
-from ..pipeline.motion.signals import breaks
-from ..pipeline.pose import PoseSequence, Rectified
-from ..pipeline.rotations import rotate
-from ..pipeline.take import Event, Take
+from ..pipeline.core.errors import InputError
+from ..pipeline.core.frames import CAMERA, LEVEL, change_frame, require
+from ..pipeline.core.layouts import H36M17
+from ..pipeline.core.pose import PoseSequence, Rectified
+from ..pipeline.core.rotations import rotate
+from ..pipeline.core.take import Event, Take
+from ..pipeline.signals.angles import FINE, REASONS
+from ..pipeline.signals.filters import breaks
+from ..pipeline.signals.foot_angles import ALL_ANGLES
 from .trajectories import Smoother
 
 
@@ -63,9 +63,10 @@ def errors_unknown(poses: PoseSequence) -> str:
 def joint_angles(
     poses: PoseSequence, rectified: Rectified, filtered: PoseSequence, rates_by_error: bool = True
 ) -> dict[str, np.ndarray]:
-    """Columns (T,) for every angle of pipeline.motion.angles.ANGLES, and of pipeline.motion.foot_angles.FOOT_ANGLES for
+    """Columns (T,) for every angle of pipeline.signals.angles.ANGLES, and of pipeline.signals.foot_angles.FOOT_ANGLES
+    for
     poses with feet, whose errors are unknown: `<angle>_deg`, `<angle>_sd_deg`, `<angle>_degps`
-    with its standard deviation `<angle>_sd_degps`, and `<angle>_reason` (int8, pipeline.motion.angles.REASONS); where
+    with its standard deviation `<angle>_sd_degps`, and `<angle>_reason` (int8, pipeline.signals.angles.REASONS); where
     that is not 0 the others are NaN.
 
     poses: what was rectified; rectified: the answer; filtered: its `level` through the low-pass

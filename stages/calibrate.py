@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import ClassVar
 
 from ..models.gravity.view import camera_of
-from ..pipeline.camera import Camera, pitch_roll_deg
-from ..pipeline.errors import InputError
+from ..pipeline.core.camera import Camera, pitch_roll_deg
+from ..pipeline.core.errors import InputError
+from ..pipeline.core.pose import PoseSequence
+from ..pipeline.core.take import Event, Take, Told, Video
 from ..pipeline.files.camera_file import read_camera
 from ..pipeline.files.video_frames import shown_size
-from ..pipeline.pose import PoseSequence
-from ..pipeline.take import Event, Take, Told, Video
 
 
 @dataclass(frozen=True)

@@ -7,15 +7,15 @@ from typing import ClassVar
 
 import numpy as np
 
-from ..pipeline.errors import InputError
+from ..pipeline.core.errors import InputError
+from ..pipeline.core.layouts import FEET_ANKLES, H36M17
+from ..pipeline.core.messages import how_many, spans_in_words
+from ..pipeline.core.pose import PoseSequence
+from ..pipeline.core.take import Event, Take, Told
 from ..pipeline.files.video_frames import image_size
-from ..pipeline.layouts import FEET_ANKLES, H36M17
-from ..pipeline.messages import how_many, spans_in_words
-from ..pipeline.motion.checks import NEAR_S, grid_rows, strays_of
-from ..pipeline.motion.signals import BRIDGED_S, holes
-from ..pipeline.motion.visibility import in_words, unseen
-from ..pipeline.pose import PoseSequence
-from ..pipeline.take import Event, Take, Told
+from ..pipeline.signals.checks import NEAR_S, grid_rows, strays_of
+from ..pipeline.signals.filters import BRIDGED_S, holes
+from ..pipeline.signals.visibility import in_words, unseen
 
 _LISTED = 3  # gaps named in a sentence
 
@@ -122,7 +122,7 @@ def clean(
     poses: PoseSequence, max_gap_s: float = 0.2, spike: float = 0.5, video_time_s: np.ndarray | None = None
 ) -> PoseSequence:
     """One row for every video frame, without spikes, with short gaps filled; every repair is counted. Images that the
-    recording itself lacks get no row: filters bridge a short hole of the clock (pipeline/motion/signals.py).
+    recording itself lacks get no row: filters bridge a short hole of the clock (pipeline/signals/filters.py).
 
     max_gap_s: gaps of a joint up to this long, in seconds, are interpolated (monotone cubic, never across a
         clip boundary, never beyond the first or last sighting); 0 fills none.

@@ -10,16 +10,16 @@ import numpy as np
 
 from ..models.detector.load import PersonKind, load_detector
 from ..models.detector.video import detect
-from ..pipeline.errors import InputError
+from ..pipeline.core.errors import InputError
+from ..pipeline.core.messages import how_many
+from ..pipeline.core.pose import PoseSequence, package_version
+from ..pipeline.core.take import Event, Take
 from ..pipeline.files.detections import KEYPOINTS, Detections, interrupted_at, load_detections
-from ..pipeline.messages import how_many
-from ..pipeline.motion.rates import check_fps, rate_doubts, timed
-from ..pipeline.motion.signals import breaks, lowpass
-from ..pipeline.motion.swap_repair import Swaps, treated
-from ..pipeline.pose import PoseSequence, package_version
 from ..pipeline.reading.choose import choose_person
 from ..pipeline.reading.take import sha256
-from ..pipeline.take import Event, Take
+from ..pipeline.signals.filters import breaks, lowpass
+from ..pipeline.signals.rates import check_fps, rate_doubts, timed
+from ..pipeline.signals.swap_repair import Swaps, treated
 
 _LISTED = 5  # people named in a note
 

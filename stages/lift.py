@@ -15,18 +15,18 @@ from ..models.lifter.builtin import OwnLifter
 from ..models.lifter.images import ImageLifter
 from ..models.lifter.input import UNDISTORT, refuse_outside
 from ..models.lifter.scaling import KINDS
-from ..pipeline.errors import InputError
+from ..pipeline.core.errors import InputError
+from ..pipeline.core.intrinsics import Intrinsics, undistorted
+from ..pipeline.core.layouts import H36M17, remap
+from ..pipeline.core.messages import how_many
+from ..pipeline.core.pose import MadeBy, PoseSequence
+from ..pipeline.core.take import Event, Take, Told
 from ..pipeline.files.video_frames import image_size
-from ..pipeline.intrinsics import Intrinsics, undistorted
-from ..pipeline.layouts import H36M17, remap
-from ..pipeline.messages import how_many
-from ..pipeline.motion.checks import implausible, strays_of
-from ..pipeline.motion.findings import findings_of
-from ..pipeline.motion.visibility import seen_only
 from ..pipeline.plugins.protocols import Lifter
-from ..pipeline.pose import MadeBy, PoseSequence
 from ..pipeline.reading.handedness import Handedness, guarded
-from ..pipeline.take import Event, Take, Told
+from ..pipeline.signals.checks import implausible, strays_of
+from ..pipeline.signals.findings import findings_of
+from ..pipeline.signals.visibility import seen_only
 
 _TOLD = ("model", "kind", "focal_known")  # by every lifter of its lift (plugins.protocols.Lifter)
 

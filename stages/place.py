@@ -9,13 +9,13 @@ import numpy as np
 
 from ..models.gravity.view import before
 from ..models.place.path import FEWEST_FRAMES, SCALE_SD, PelvisPath, pelvis_path
-from ..pipeline.camera import Camera
-from ..pipeline.errors import InputError
+from ..pipeline.core.camera import Camera
+from ..pipeline.core.errors import InputError
+from ..pipeline.core.frames import scaled_covariance
+from ..pipeline.core.pose import PoseSequence
+from ..pipeline.core.rotations import is_finite
+from ..pipeline.core.take import Event, Take, Told
 from ..pipeline.files.video_frames import image_size
-from ..pipeline.frames import scaled_covariance
-from ..pipeline.pose import PoseSequence
-from ..pipeline.rotations import is_finite
-from ..pipeline.take import Event, Take, Told
 
 
 @dataclass(frozen=True)

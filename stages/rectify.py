@@ -23,16 +23,16 @@ from ..models.gravity import (
     why_not,
 )
 from ..models.gravity.moving import WINDOW_S, timed
-from ..pipeline.camera import Camera as View
-from ..pipeline.errors import InputError
-from ..pipeline.frames import BODY, CAMERA, LEVEL, Z_UP, Frame, change_frame, turned_covariance
-from ..pipeline.layouts import H36M17
-from ..pipeline.messages import how_many
-from ..pipeline.motion.checks import nobody_upright
+from ..pipeline.core.camera import Camera as View
+from ..pipeline.core.errors import InputError
+from ..pipeline.core.frames import BODY, CAMERA, LEVEL, Z_UP, Frame, change_frame, turned_covariance
+from ..pipeline.core.layouts import H36M17
+from ..pipeline.core.messages import how_many
+from ..pipeline.core.pose import PoseSequence, Rectified
+from ..pipeline.core.rotations import rotate, transpose
+from ..pipeline.core.take import CameraMotion, Event, Take, Told
 from ..pipeline.plugins.protocols import Rectifier
-from ..pipeline.pose import PoseSequence, Rectified
-from ..pipeline.rotations import rotate, transpose
-from ..pipeline.take import CameraMotion, Event, Take, Told
+from ..pipeline.signals.checks import nobody_upright
 
 
 @dataclass(frozen=True)
@@ -100,7 +100,7 @@ def rectify(
     but the heading. The joints are taken relative to the pelvis; NaN stays NaN. "source" in the rotations' names
     are the axes that the poses come in. Poses without time stamps count as 30 frames a second.
 
-    camera, gravity, pitch_deg, roll_deg: as of pipeline.take.Told; window_s: of Rectify. view: what the images say
+    camera, gravity, pitch_deg, roll_deg: as of pipeline.core.take.Told; window_s: of Rectify. view: what the images say
     (stages.calibrate). A static camera has one up for the take, which every frame votes on (models/gravity/votes.py),
     as does the floor under the feet when the source knows where the person is (its root; models/gravity/floor.py); a
     moving one a smooth up, and LEVEL's heading is then the camera's, so that horizontal directions are relative to it.

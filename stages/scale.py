@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from ..pipeline.anthropometry import implied_stature
-from ..pipeline.errors import InputError
-from ..pipeline.frames import scaled_covariance
-from ..pipeline.pose import PoseSequence
-from ..pipeline.take import Event, Take, Told
+from ..pipeline.core.anthropometry import implied_stature
+from ..pipeline.core.errors import InputError
+from ..pipeline.core.frames import scaled_covariance
+from ..pipeline.core.pose import PoseSequence
+from ..pipeline.core.take import Event, Take, Told
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ def scale(poses: PoseSequence, stature_m: float) -> PoseSequence:
     """The same skeleton in metres: one factor for the take, from its limb bones' median lengths.
 
     The limb bones of a person of that stature are taken from the table of segment proportions in
-    pipeline/anthropometry.py. Raises InputError for a stature that no person has or when no limb is seen.
+    pipeline/core/anthropometry.py. Raises InputError for a stature that no person has or when no limb is seen.
     """
     if not 0.4 < stature_m < 2.6:
         raise InputError(f"Expected a stature in metres, got {stature_m}.")

@@ -8,13 +8,13 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ..models.common.metrics import Figure, person_size
-from ..pipeline.errors import InputError
-from ..pipeline.frames import CAMERA, change_frame
-from ..pipeline.layouts import H36M17
-from ..pipeline.motion.angles import ANGLES, angles, near
-from ..pipeline.pose import PoseSequence, Rectified
-from ..pipeline.rotations import is_finite, rotate, transpose
-from ..pipeline.take import Event, Take
+from ..pipeline.core.errors import InputError
+from ..pipeline.core.frames import CAMERA, change_frame
+from ..pipeline.core.layouts import H36M17
+from ..pipeline.core.pose import PoseSequence, Rectified
+from ..pipeline.core.rotations import is_finite, rotate, transpose
+from ..pipeline.core.take import Event, Take
+from ..pipeline.signals.angles import ANGLES, angles, near
 from .lift import Lift
 
 # Mean distance of the joints, in per cent of the person's size, from which a run warns. On the two clips of

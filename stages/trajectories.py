@@ -2,7 +2,7 @@
 
 The paths that are written are the smoothed ones, so that velocity and acceleration are their derivatives; what was
 smoothed is `level` in poses.npz. They come from a smoother that knows the error of the joints and states that of its
-answers (pipeline/motion/smoother.py), or from a low-pass filter with one cut-off for all, as is usual in the field
+answers (models/smoother.py), or from a low-pass filter with one cut-off for all, as is usual in the field
 (Pose2Sim and Sports2D filter positions at 6 Hz by default and go on from there). Angles rest on the filter either way:
 they need positions alone, which it serves as well.
 
@@ -18,7 +18,7 @@ depend on how well up is known, and hold even where a take could not be levelled
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import ClassVar, Literal
 
@@ -28,10 +28,13 @@ from ..models.gait.contact import SIDES, contacts
 from ..models.gait.events import stances
 from ..models.gait.foot_lock import foot_locked
 from ..models.gait.of_take import body_joints
-from ..pipeline.errors import InputError
-from ..pipeline.messages import how_many
-from ..pipeline.motion.rates import fall_doubts, pace_doubts
-from ..pipeline.motion.signals import (
+from ..models.smoother import LIFTED, LIFTED_UNSTATED, Motion, known_noise
+from ..pipeline.core.errors import InputError
+from ..pipeline.core.messages import how_many
+from ..pipeline.core.pose import PoseSequence, Rectified
+from ..pipeline.core.rotations import is_finite
+from ..pipeline.core.take import Event, Take
+from ..pipeline.signals.filters import (
     CUTOFF_HZ,
     breaks,
     check_cutoff,
@@ -45,10 +48,9 @@ from ..pipeline.motion.signals import (
     savitzky_golay,
     uneven_rows,
 )
-from ..pipeline.motion.smoother import LIFTED, LIFTED_UNSTATED, Motion, known_noise
-from ..pipeline.pose import PoseSequence, Rectified
-from ..pipeline.rotations import is_finite
-from ..pipeline.take import Event, Take
+from ..pipeline.signals.rates import fall_doubts, pace_doubts
+
+_MOST = 0.5  # share of frames that may be too uncertain for a curve
 
 Filter = Literal["butterworth", "savgol", "none"]
 Smoother = Literal["auto", "butterworth", "savgol", "none"]
@@ -180,7 +182,7 @@ def smooth(
     moving: tuple[str, ...] = ("r_wrist", "l_wrist", "r_ankle", "l_ankle"),
 ) -> PoseSequence:
     """The same poses with the paths of every joint, the feet and the root low-pass filtered, inside their unbroken
-    pieces (pipeline/motion/signals.py).
+    pieces (pipeline/signals/filters.py).
 
     filter: "butterworth" (two passes, order 4 together, no phase shift), "savgol" (Savitzky-Golay, order 3), "none".
     cutoff_hz: where half the power is left; None is 6 Hz, or no filter where the frame rate does not carry that;
@@ -369,3 +371,11 @@ def _told(path: PoseSequence, known_error: bool) -> list[Event]:
             )
         )
     return events
+
+
+def cannot_be_told(columns: Mapping[str, np.ndarray], name: str) -> bool:
+    """Whether most values of a speed or an acceleration are too uncertain. columns: (T,) of a take's kinematics."""
+    reason = columns.get(f"{name}_reason")
+    if reason is None or (reason == MISSING).all():
+        return False
+    return bool((reason[reason != MISSING] == UNCERTAIN).mean() > _MOST)

@@ -12,7 +12,7 @@ from typing import IO, Any
 
 import numpy as np
 
-from ...pipeline.errors import InputError
+from ...pipeline.core.errors import InputError
 from .beginning import first_bytes
 
 _PEEK_BYTES = 1 << 16  # more than the metadata that MMPose's demos write before the first frame

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ...pipeline.errors import InputError
-from ...pipeline.layouts import BLAZEPOSE33
+from ...pipeline.core.errors import InputError
+from ...pipeline.core.layouts import BLAZEPOSE33
 from .tables import opened_table
 
 COUNT = len(BLAZEPOSE33)

@@ -14,8 +14,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...pipeline.core.messages import how_many
 from ...pipeline.files.unpacked import unpacked
-from ...pipeline.messages import how_many
 
 _HEADER = 128
 _COMPRESSED = 15

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...pipeline.errors import InputError
+from ...pipeline.core.errors import InputError
 from ...pipeline.files.unpacked import check_size
 from . import mat5 as _mat5
 from .numpy import Shape, fits, in_words

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ...pipeline.errors import InputError
-from ...pipeline.layouts import H36M17
+from ...pipeline.core.errors import InputError
+from ...pipeline.core.layouts import H36M17
 
 FRAMES: tuple[str, int, int] = ("frames", len(H36M17), 3)
 

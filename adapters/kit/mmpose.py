@@ -15,10 +15,10 @@ from typing import Any
 
 import numpy as np
 
-from ...pipeline.errors import InputError
-from ...pipeline.layouts import Layout
-from ...pipeline.messages import how_many
-from ...pipeline.pose import PoseSequence
+from ...pipeline.core.errors import InputError
+from ...pipeline.core.layouts import Layout
+from ...pipeline.core.messages import how_many
+from ...pipeline.core.pose import PoseSequence
 from .json import beginning, each, entries, field, frame_number, load, numbers
 from .people import Bodies
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ...pipeline.errors import InputError
+from ...pipeline.core.errors import InputError
 from ...pipeline.files.arrays import (
     Shape,
     damage_reported,

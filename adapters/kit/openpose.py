@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from ...pipeline.errors import InputError
+from ...pipeline.core.errors import InputError
 from .json import entries, field, frame_number, load
 
 _ENDING = "_keypoints.json"

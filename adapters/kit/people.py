@@ -11,11 +11,11 @@ from itertools import groupby
 
 import numpy as np
 
-from ...pipeline.errors import InputError
-from ...pipeline.frames import Frame
-from ...pipeline.layouts import Layout
-from ...pipeline.pose import PoseSequence, Step, package_version
-from ...pipeline.rotations import is_finite
+from ...pipeline.core.errors import InputError
+from ...pipeline.core.frames import Frame
+from ...pipeline.core.layouts import Layout
+from ...pipeline.core.pose import PoseSequence, Step, package_version
+from ...pipeline.core.rotations import is_finite
 from .tracks import Crowd, Detection, followed, leap, saying_nothing
 
 

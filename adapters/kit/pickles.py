@@ -18,9 +18,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ...pipeline.errors import InputError
+from ...pipeline.core.errors import InputError
+from ...pipeline.core.messages import how_many
 from ...pipeline.files.unpacked import unpacked
-from ...pipeline.messages import how_many
 from .beginning import first_bytes
 
 _ZLIB = b"\x78"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...pipeline.errors import InputError
+from ...pipeline.core.errors import InputError
 
 _UNIT_ERROR = 0.05  # printed with few digits, a unit quaternion is still this near to length 1
 

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TextIO
 
-from ...pipeline.errors import InputError
+from ...pipeline.core.errors import InputError
 
 
 @contextmanager

@@ -10,11 +10,11 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from ...pipeline.errors import InputError
-from ...pipeline.frames import IMAGE
-from ...pipeline.layouts import Layout
-from ...pipeline.messages import how_many
-from ...pipeline.pose import PoseSequence
+from ...pipeline.core.errors import InputError
+from ...pipeline.core.frames import IMAGE
+from ...pipeline.core.layouts import Layout
+from ...pipeline.core.messages import how_many
+from ...pipeline.core.pose import PoseSequence
 from .json import numbers
 
 _REACH = 0.5  # of the body's size: how far a person's joints may have moved, on average, since last seen

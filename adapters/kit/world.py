@@ -8,14 +8,14 @@ from typing import Literal
 
 import numpy as np
 
-from ...pipeline.errors import InputError
+from ...pipeline.core.errors import InputError
+from ...pipeline.core.frames import UNITS, Y_UP, Z_UP, Frame
+from ...pipeline.core.layouts import H36M17, Layout, remap
+from ...pipeline.core.pose import UNSAID, MadeBy, PoseSequence
+from ...pipeline.core.rotations import is_finite, rotate, transpose
 from ...pipeline.files.markers import Markers, Up, by_subject
 from ...pipeline.files.skeletons import UNITS as METRES
 from ...pipeline.files.skeletons import h36m17_named
-from ...pipeline.frames import UNITS, Y_UP, Z_UP, Frame
-from ...pipeline.layouts import H36M17, Layout, remap
-from ...pipeline.pose import UNSAID, MadeBy, PoseSequence
-from ...pipeline.rotations import is_finite, rotate, transpose
 
 LENGTHS = tuple(unit for unit in UNITS if unit not in ("px", "arbitrary"))
 

@@ -24,7 +24,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from pcnet3d.models.lifter.load import load_lifter
 from pcnet3d.models.rectifier.load import load_rectifier
-from pcnet3d.pipeline.errors import InputError
+from pcnet3d.pipeline.core.errors import InputError
 
 HERE = Path(__file__).parent
 FIGURES = HERE / "figures.json"

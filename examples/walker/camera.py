@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...pipeline.canonical import R_world_from_body
-from ...pipeline.frames import CAMERA, change_frame
-from ...pipeline.pose import MadeBy, PoseSequence
-from ...pipeline.rotations import rotate
+from ...pipeline.core.canonical import R_world_from_body
+from ...pipeline.core.frames import CAMERA, change_frame
+from ...pipeline.core.pose import MadeBy, PoseSequence
+from ...pipeline.core.rotations import rotate
 from .skeleton import UP
 from .walk import Walk
 

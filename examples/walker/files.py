@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
+from ...pipeline.core.layouts import H36M17
 from ...pipeline.files.atomic import whole_file
-from ...pipeline.layouts import H36M17
 from .camera import Camera, camera_poses
 from .image import images
 from .landmarks import halpe26

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ...pipeline.layouts import HALPE26
-from ...pipeline.rotations import rotate, transpose
+from ...pipeline.core.layouts import HALPE26
+from ...pipeline.core.rotations import rotate, transpose
 from .camera import Camera
 from .landmarks import halpe26
 from .walk import Walk

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
+from ...pipeline.core.layouts import H36M17
+from ...pipeline.core.rotations import from_columns, rotate, transpose, unit
 from ...pipeline.files.atomic import whole_file
-from ...pipeline.layouts import H36M17
-from ...pipeline.motion.imu import GRAVITY_MPS2, Imu, point_on
-from ...pipeline.rotations import from_columns, rotate, transpose, unit
+from ...pipeline.signals.imu import GRAVITY_MPS2, Imu, point_on
 from .skeleton import UP
 from .walk import Walk, walker
 
@@ -39,7 +39,7 @@ class Faults:
 def strapped(
     walk: Walk, segment: str, faults: Faults | None = None, rate_hz: float = 100.0, seed: int = 0
 ) -> Imu:
-    """The sensor on that segment (pipeline.motion.imu.SEGMENTS) of a walker who moves as `walk` and turns as usual."""
+    """The sensor on that segment (pipeline.signals.imu.SEGMENTS) of a walker who moves as `walk` and turns as usual."""
     from scipy.spatial.transform import Rotation
 
     faults = faults or Faults()

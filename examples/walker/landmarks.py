@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...pipeline.anthropometry import ANKLE_HEIGHT
-from ...pipeline.layouts import HALPE26
+from ...pipeline.core.anthropometry import ANKLE_HEIGHT
+from ...pipeline.core.layouts import HALPE26
 from .skeleton import hanging, horizontal, on_head
 from .walk import Walk
 

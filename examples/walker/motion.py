@@ -16,7 +16,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from ...pipeline.anthropometry import ANKLE_HEIGHT, SEGMENTS
+from ...pipeline.core.anthropometry import ANKLE_HEIGHT, SEGMENTS
 from .skeleton import UP, horizontal
 
 # Fourier series over the gait cycle, which begins with the heel strike of the same side: the mean, then cosine

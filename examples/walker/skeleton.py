@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...pipeline.anthropometry import SEGMENTS
-from ...pipeline.layouts import H36M17
+from ...pipeline.core.anthropometry import SEGMENTS
+from ...pipeline.core.layouts import H36M17
 
 UP = np.array([0.0, 0.0, 1.0])
 

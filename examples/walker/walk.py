@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...pipeline.errors import InputError
-from ...pipeline.frames import Z_UP
-from ...pipeline.layouts import H36M17
-from ...pipeline.pose import MadeBy, PoseSequence
+from ...pipeline.core.errors import InputError
+from ...pipeline.core.frames import Z_UP
+from ...pipeline.core.layouts import H36M17
+from ...pipeline.core.pose import MadeBy, PoseSequence
 from .motion import Motion
 from .skeleton import skeleton
 

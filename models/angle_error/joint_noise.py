@@ -8,7 +8,8 @@ the rectifier's own error there, by how much the limbs' lengths differ from the 
 short or too long lies wrong in depth), and by what the lifter itself states, where it does. 2D confidences say no more
 than that and do not enter.
 
-joint_noise.json was learned by models/angle_error/fit.py: the modes on lifted train subjects, by lifters that never saw
+joint_noise.json was learned by models/lab/fits/joint_noise.py: the modes on lifted train subjects, by lifters that
+never saw
 them; the multiples, and one factor an angle that makes nine in ten errors lie within 1.645 standard deviations, on
 lifted validation subjects (models/rectifier/card.md has the split).
 """
@@ -23,11 +24,11 @@ from pathlib import Path
 
 import numpy as np
 
-from ...pipeline.anthropometry import implied_stature
-from ...pipeline.cores import cores
-from ...pipeline.layouts import H36M17
-from ...pipeline.motion.angles import ANGLES, angles, near
-from ...pipeline.rotations import is_finite, transpose
+from ...pipeline.core.anthropometry import implied_stature
+from ...pipeline.core.cores import cores
+from ...pipeline.core.layouts import H36M17
+from ...pipeline.core.rotations import is_finite, transpose
+from ...pipeline.signals.angles import ANGLES, angles, near
 
 NOISE_FILE = Path(__file__).with_name("joint_noise.json")
 JOINTS = tuple(name for name in H36M17.joints if name not in ("spine", "nose", "head"))

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...pipeline.motion.angles import near, unwrapped
-from ...pipeline.motion.signals import derivative
-from ...pipeline.motion.smoother import known_noise
+from ...pipeline.signals.angles import near, unwrapped
+from ...pipeline.signals.filters import derivative
+from ..smoother import known_noise
 from .take_angles import AngleSeries
 
 # Chosen on lifted takes of validation subjects (pcnet3d evaluate angles -o DIR).
@@ -24,7 +24,7 @@ def angle_rates(
     """{angle: (rate, standard deviation)}, both (T,) degrees a second, NaN where the angle is.
 
     series: of joints through the low-pass, at time_s (T,). An angle with stated errors goes through the smoother that
-    knows them (pipeline/motion/smoother.py), as a process that turns on where it passes the end of its range. breaks:
+    knows them (models/smoother.py), as a process that turns on where it passes the end of its range. breaks:
     rows at which something new begins. by_error: False for derivatives, which is what an angle without stated errors
     has anyway; their error is unknown.
     """

@@ -7,8 +7,9 @@ from functools import partial
 
 import numpy as np
 
-from ...pipeline.layouts import FEET, FEET_ANKLES, H36M17
-from ...pipeline.motion.angles import (
+from ...pipeline.core.layouts import FEET, FEET_ANKLES, H36M17
+from ...pipeline.core.rotations import is_finite, rotate, transpose
+from ...pipeline.signals.angles import (
     ANGLES,
     FINE,
     MISSING,
@@ -18,9 +19,8 @@ from ...pipeline.motion.angles import (
     UNTRUSTED,
     angles,
 )
-from ...pipeline.motion.foot_angles import FOOT_ANGLES, foot_angles, toes_completed
-from ...pipeline.motion.signals import CUTOFF_HZ, each_path, lowpass
-from ...pipeline.rotations import is_finite, rotate, transpose
+from ...pipeline.signals.filters import CUTOFF_HZ, each_path, lowpass
+from ...pipeline.signals.foot_angles import FOOT_ANGLES, foot_angles, toes_completed
 from .joint_noise import JointNoise, angle_sd
 
 MAX_SD_DEG = 30.0  # a stated standard deviation beyond this says nothing about a joint
@@ -28,7 +28,7 @@ MAX_SD_DEG = 30.0  # a stated standard deviation beyond this says nothing about 
 
 @dataclass(frozen=True, eq=False)
 class AngleSeries:
-    """One angle of a take. value_deg, sd_deg: (T,), NaN where reason (T,) int8 (pipeline.motion.angles.REASONS) is
+    """One angle of a take. value_deg, sd_deg: (T,), NaN where reason (T,) int8 (pipeline.signals.angles.REASONS) is
     not 0.
     sd_deg is NaN throughout for joints that no lifter made, and for angles of the feet: their errors are unknown."""
 
@@ -52,7 +52,7 @@ def take_angles(
     feet: np.ndarray | None = None,
     filtered_feet: np.ndarray | None = None,
 ) -> dict[str, AngleSeries]:
-    """Every angle of pipeline.motion.angles.ANGLES, and of pipeline.motion.foot_angles where feet are given.
+    """Every angle of pipeline.signals.angles.ANGLES, and of pipeline.signals.foot_angles where feet are given.
 
     joints, filtered: (T, 17, 3) relative to the pelvis, H36M17, any unit, before and after the low-pass; the angles are
     those of the second. Lifted ones in CAMERA axes: their noise is known in depth and across. R_source_from_body:

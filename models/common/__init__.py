@@ -1,1 +1,1 @@
-"""What networks share: ONNX files, error measures, training, configuration files."""
+"""What networks share: ONNX files, downloads, error measures."""

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ...pipeline.errors import InputError
-from ...pipeline.messages import say
+from ...pipeline.core.errors import InputError
+from ...pipeline.core.messages import say
 
 _FOLDER = "pcnet3d"  # in the user's cache
 _SECONDS = 30  # without an answer, until a download is given up

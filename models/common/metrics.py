@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from ...pipeline.layouts import H36M17
-from ...pipeline.rotations import kabsch, rotate
+from ...pipeline.core.layouts import H36M17
+from ...pipeline.core.rotations import kabsch, rotate
 
 # What holds nine in ten: standard deviations of a Gaussian to each side, and, of a direction whose error is Gaussian
 # in two dimensions, the bound over the root mean square.

@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from ...pipeline.cores import cores
-from ...pipeline.device import AUTO, CPU, KINDS, placement
-from ...pipeline.errors import InputError
+from ...pipeline.core.cores import cores
+from ...pipeline.core.device import AUTO, CPU, KINDS, placement
+from ...pipeline.core.errors import InputError
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +67,7 @@ _DTYPES = {"float": "float32", "float16": "float16", "double": "float64", "uint8
 
 
 def open_onnx(path: str | Path, what: str = "a network", threads: int = 0) -> OnnxFile:
-    """The network in a file, to compute where `pipeline.device.placement` says. what: in words, for InputError
+    """The network in a file, to compute where `pipeline.core.device.placement` says. what: in words, for InputError
     when there is no such file or it is no network, and when the device that was asked for by name cannot open it.
     threads: as of `session_of`."""
     try:
@@ -83,7 +83,7 @@ def open_onnx(path: str | Path, what: str = "a network", threads: int = 0) -> On
 
 def session_of(content: bytes, threads: int = 0, device: str = CPU) -> Any:
     """An onnxruntime session of a file's content, whose errors are its own. threads: within each layer; 0 for as many
-    as there are cores. device: one of pipeline.device.KINDS; RuntimeError where it cannot be had."""
+    as there are cores. device: one of pipeline.core.device.KINDS; RuntimeError where it cannot be had."""
     import onnxruntime
 
     options = onnxruntime.SessionOptions()

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...pipeline.anthropometry import implied_stature
-from ...pipeline.pose import PoseSequence
+from ...pipeline.core.anthropometry import implied_stature
+from ...pipeline.core.pose import PoseSequence
 
 
 def stated_spread(poses: PoseSequence) -> np.ndarray:

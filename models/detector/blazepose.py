@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...pipeline.layouts import BLAZEPOSE33, Layout
+from ...pipeline.core.layouts import BLAZEPOSE33, Layout
 from ..common.onnx import OnnxFile
 from .crops import Crop, fitted
 from .protocols import Found

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...pipeline.layouts import Layout
+from ...pipeline.core.layouts import Layout
 from .crops import Crop, around
 from .protocols import LOST, CropNetwork, Found
 

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...pipeline.layouts import COCO17, Layout
+from ...pipeline.core.layouts import COCO17, Layout
 from ..common.onnx import OnnxFile
 from .crops import Crop, around, box_around
 from .protocols import Found

@@ -8,7 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
-from ...pipeline.layouts import Layout
+from ...pipeline.core.layouts import Layout
 from .crops import Crop
 
 LOST = 0.3  # less sure than this of a look at one person, nobody is there

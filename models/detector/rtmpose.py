@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...pipeline.errors import InputError
-from ...pipeline.layouts import COCO17, COCO23, HALPE26, Layout
+from ...pipeline.core.errors import InputError
+from ...pipeline.core.layouts import COCO17, COCO23, HALPE26, Layout
 from ..common.onnx import OnnxFile
 from .crops import Crop, box_around, fitted
 from .protocols import Found

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...pipeline.layouts import Layout
+from ...pipeline.core.layouts import Layout
 from .crops import fitted
 from .looks import SeveralLooks
 from .protocols import LOST, CropNetwork, Found, PersonNetwork

@@ -7,13 +7,13 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from ...pipeline.errors import InputError
+from ...pipeline.core.errors import InputError
+from ...pipeline.core.messages import how_many
+from ...pipeline.core.take import Video
 from ...pipeline.files.detections import Detections
 from ...pipeline.files.video_frames import images_ahead
-from ...pipeline.messages import how_many
 from ...pipeline.running.interrupt import Keeper, interruptible
 from ...pipeline.running.progress import counted
-from ...pipeline.take import Video
 from .protocols import Detector, Found
 from .scene_cuts import Glance
 from .tracker import Sighting, Tracker

@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...pipeline.errors import InputError
-from ...pipeline.messages import how_many
+from ...pipeline.core.errors import InputError
+from ...pipeline.core.messages import how_many
 from ..common.onnx import OnnxFile
 from .crops import Crop
 

@@ -4,8 +4,9 @@ A foot on the floor goes back under the body as evenly as the body goes ahead, l
 that from a window of 0.6 s of both legs, in BODY axes and lengths of a leg: no scale, no place in the room, no heading
 and no frame rate enters, so that a treadmill, a moving camera and a lifter without a place are all the same to it.
 
-contact.json was learned by models/gait/fit.py on motion capture of train subjects that lifters which never saw them
-had lifted, and on the motion capture itself; models/gait/truth.py says what a contact is there.
+contact.json was learned by models/lab/fits/contact.py on motion capture of train subjects that lifters which never saw
+them
+had lifted, and on the motion capture itself; models/lab/mocap/contact.py says what a contact is there.
 """
 
 from __future__ import annotations
@@ -18,9 +19,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ...pipeline.errors import InputError
-from ...pipeline.layouts import H36M17
-from ...pipeline.motion.signals import runs
+from ...pipeline.core.errors import InputError
+from ...pipeline.core.layouts import H36M17
+from ...pipeline.signals.filters import runs
 
 CONTACT_FILE = Path(__file__).with_name("contact.json")
 SIDES = ("r", "l")

@@ -4,7 +4,7 @@ The error of a mean over N steps or strides is made of a part that all of them s
 what the pelvis path's own error adds where lengths are read from that. A difference of the sides has an error of its
 own: what a lifter puts too near of one leg and too far of the other cancels in the mean over both and is twice as large
 in the difference, the more so the more of a step is depth. gait_error.json was learned by
-models/evaluation/gait_errors.py on validation subjects, so that nine in ten errors lie within 1.645 standard
+models/lab/fits/gait_errors.py on validation subjects, so that nine in ten errors lie within 1.645 standard
 deviations.
 """
 

@@ -13,7 +13,7 @@ from itertools import groupby, pairwise
 
 import numpy as np
 
-from ...pipeline.motion.signals import resample, runs
+from ...pipeline.signals.filters import resample, runs
 
 _OTHER = {"r": "l", "l": "r"}
 ON_FLOOR = 0.6  # probability from which stances are as long as the true ones (validation subjects)

@@ -10,8 +10,8 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from ...pipeline.motion.signals import runs
-from ...pipeline.rotations import is_finite
+from ...pipeline.core.rotations import is_finite
+from ...pipeline.signals.filters import runs
 from .events import Stance
 from .parameters import belt_drift, flat_span
 

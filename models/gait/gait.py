@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...pipeline.layouts import H36M17
+from ...pipeline.core.layouts import H36M17
 from .contact import SIDES, contacts, leg_length
 from .events import Stance, Step, Stride, stances, strides, walks
 from .parameters import belt_drift, lengths, times

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from ...pipeline.motion.signals import breaks
-from ...pipeline.pose import PoseSequence, Rectified
-from ...pipeline.rotations import rotate, transpose
+from ...pipeline.core.pose import PoseSequence, Rectified
+from ...pipeline.core.rotations import rotate, transpose
+from ...pipeline.signals.filters import breaks
 from .gait import LEAST_STEP, Gait, facing_deg, find_gait
 
 SIDES = {"right": "r", "left": "l"}

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...pipeline.motion.signals import resample
-from ...pipeline.rotations import unit
+from ...pipeline.core.rotations import unit
+from ...pipeline.signals.filters import resample
 from .events import Stance, Step, Stride, strides
 
 _OTHER = {"r": "l", "l": "r"}

@@ -11,8 +11,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ...pipeline.camera import Look
-from ...pipeline.rotations import angle_deg, is_finite, unit
+from ...pipeline.core.camera import Look
+from ...pipeline.core.rotations import angle_deg, is_finite, unit
 from ..common.metrics import RAYLEIGH_90
 
 FRAMES, FEET, FLOOR, IMAGE = (

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...pipeline.anthropometry import implied_stature
-from ...pipeline.layouts import H36M17
-from ...pipeline.motion.signals import rate, runs
-from ...pipeline.rotations import is_finite, unit
+from ...pipeline.core.anthropometry import implied_stature
+from ...pipeline.core.layouts import H36M17
+from ...pipeline.core.rotations import is_finite, unit
+from ...pipeline.signals.filters import rate, runs
 from .evidence import FEET, FLOOR, Evidence
 from .seen import Seen
 from .votes import effective_number

@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...pipeline.camera import Look, pitch_roll_deg
-from ...pipeline.errors import InputError
-from ...pipeline.rotations import angle_deg, is_finite, unit
+from ...pipeline.core.camera import Look, pitch_roll_deg
+from ...pipeline.core.errors import InputError
+from ...pipeline.core.rotations import angle_deg, is_finite, unit
 from .evidence import IMAGE, Evidence, TakeUp, fuse, of_image
 from .held import held
 

@@ -16,11 +16,11 @@ from pathlib import Path
 
 import numpy as np
 
-from ...pipeline.camera import PRIOR_FOCAL, PRIOR_FOCAL_SPREAD
-from ...pipeline.device import Placement, placement
-from ...pipeline.errors import InputError
+from ...pipeline.core.camera import PRIOR_FOCAL, PRIOR_FOCAL_SPREAD
+from ...pipeline.core.device import Placement, placement
+from ...pipeline.core.errors import InputError
+from ...pipeline.core.rotations import unit
 from ...pipeline.plugins.registry import open_model
-from ...pipeline.rotations import unit
 from ..common.onnx import OnnxFile, open_onnx
 from .images import TOLD_SPREAD
 from .lines import tangent

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...pipeline.camera import pitch_roll_deg
+from ...pipeline.core.camera import pitch_roll_deg
 
 # Pitch about looking a little down, roll about none: middles and spreads in degrees; a few of them any way.
 _USUAL_DEG = ((8.0, 14.0), (0.0, 5.0))

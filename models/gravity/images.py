@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...pipeline.camera import PRIOR_FOCAL, PRIOR_FOCAL_SPREAD
-from ...pipeline.errors import InputError
+from ...pipeline.core.camera import PRIOR_FOCAL, PRIOR_FOCAL_SPREAD
+from ...pipeline.core.errors import InputError
 from .lines import Fit, directions, fits, support, tangent
 from .segments import Segments, segments_of
 

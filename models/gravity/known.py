@@ -7,9 +7,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from ...pipeline.camera import Look
+from ...pipeline.core.camera import Look
+from ...pipeline.core.pose import PoseSequence
 from ...pipeline.plugins.protocols import Rectifier
-from ...pipeline.pose import PoseSequence
 from ..common.spread import stated_spread
 from .evidence import Evidence
 from .levelling import static_up

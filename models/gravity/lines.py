@@ -15,8 +15,8 @@ from functools import cache
 
 import numpy as np
 
-from ...pipeline.camera import PRIOR_FOCAL, PRIOR_FOCAL_SPREAD
-from ...pipeline.rotations import angle_deg, from_columns, unit
+from ...pipeline.core.camera import PRIOR_FOCAL, PRIOR_FOCAL_SPREAD
+from ...pipeline.core.rotations import angle_deg, from_columns, unit
 from .held import held
 from .segments import Segments
 

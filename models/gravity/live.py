@@ -11,10 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...pipeline.errors import InputError
-from ...pipeline.layouts import H36M17
+from ...pipeline.core.errors import InputError
+from ...pipeline.core.layouts import H36M17
+from ...pipeline.core.rotations import is_finite
 from ...pipeline.plugins.protocols import Rectifier
-from ...pipeline.rotations import is_finite
 from ..rectifier.load import load_rectifier
 from .evidence import Evidence, TakeUp
 from .levelling import HEADING_S, heading_error_deg, level_left, rotation_error_deg, standing

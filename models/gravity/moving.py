@@ -8,9 +8,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from ...pipeline.camera import Look
-from ...pipeline.pose import PoseSequence
-from ...pipeline.rotations import angle_deg, is_finite, unit
+from ...pipeline.core.camera import Look
+from ...pipeline.core.pose import PoseSequence
+from ...pipeline.core.rotations import angle_deg, is_finite, unit
 from .evidence import FRAMES, IMAGE, TakeUp
 from .fusion import settled
 from .seen import Seen

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from ...pipeline.camera import Look
-from ...pipeline.rotations import angle_deg
+from ...pipeline.core.camera import Look
+from ...pipeline.core.rotations import angle_deg
 from .evidence import Evidence, TakeUp, direction, fuse
 from .fusion import fused_up
 from .levelling import Levelled, level, static_up, why_not

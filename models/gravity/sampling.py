@@ -12,9 +12,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from ...pipeline.canonical import body_axes
+from ...pipeline.core.canonical import body_axes
+from ...pipeline.core.rotations import unit
 from ...pipeline.plugins.protocols import Rectifier
-from ...pipeline.rotations import unit
 from .votes import CORRELATED_S
 
 _ENOUGH = 600  # frames: so many are always asked

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...pipeline.pose import TOLD_UP
-from ...pipeline.take import Told
-from ..synthetic.cameras import view_rotation
+from ...pipeline.core.camera import view_rotation
+from ...pipeline.core.pose import TOLD_UP
+from ...pipeline.core.take import Told
 from .evidence import Evidence, direction
 
 _GRAVITY, _ANGLES = TOLD_UP

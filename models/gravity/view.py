@@ -9,13 +9,13 @@ from typing import Literal
 
 import numpy as np
 
-from ...pipeline.camera import PRIOR_FOCAL, PRIOR_FOCAL_SPREAD, Camera, FocalSource, Look
+from ...pipeline.core.camera import PRIOR_FOCAL, PRIOR_FOCAL_SPREAD, Camera, FocalSource, Look
+from ...pipeline.core.intrinsics import Intrinsics, undistorted, undistorted_image
+from ...pipeline.core.pose import PoseSequence
+from ...pipeline.core.rotations import is_finite
+from ...pipeline.core.take import Video
 from ...pipeline.files.video_frames import images_at, images_from, shown_size
-from ...pipeline.intrinsics import Intrinsics, undistorted, undistorted_image
-from ...pipeline.pose import PoseSequence
-from ...pipeline.rotations import is_finite
 from ...pipeline.running.progress import counted
-from ...pipeline.take import Video
 from .images import TOLD_SPREAD, ImageUp, Unknown, up_from_images
 from .lines import tangent
 

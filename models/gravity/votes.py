@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...pipeline.rotations import angle_deg, is_finite, unit
+from ...pipeline.core.rotations import angle_deg, is_finite, unit
 from .evidence import FRAMES, Evidence, TakeUp, direction, fuse
 
 # Root mean square tilt over the rotation error that is expected in a frame; and what a lifter leans with all its frames
@@ -20,7 +20,7 @@ TILT_SHARE = 0.85
 LEAN_DEG = 4.7
 # Where the lifter states its own error, that tells a take's lean better: in degrees, of a take with the usual stated
 # spread and the usual expected error. Fitted by its likelihood on lifted takes of validation subjects
-# (models/evaluation/gravity_constants.py).
+# (models/lab/fits/gravity_constants.py).
 STATED_LEAN_DEG = 6.1
 USUAL_SPREAD, USUAL_DEG = 0.0155, 9.0
 UNKNOWN_DEG = 12.0  # expected error of a frame whose rectifier does not say

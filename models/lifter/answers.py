@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...pipeline.errors import InputError
+from ...pipeline.core.errors import InputError
 from ...pipeline.files.arrays import load_all
 from ...pipeline.files.atomic import whole_file
 

@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from ...pipeline.layouts import BLAZEPOSE33, H36M17
-from ...pipeline.rotations import is_finite, rotate
+from ...pipeline.core.layouts import BLAZEPOSE33, H36M17
+from ...pipeline.core.rotations import is_finite, rotate
 from ..common.onnx import OnnxFile
 from ..detector.blazepose import is_blazepose
 from .crop_rays import from_ray

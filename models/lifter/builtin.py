@@ -13,13 +13,13 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ...pipeline.device import Placement, placement
-from ...pipeline.errors import InputError
-from ...pipeline.frames import CAMERA
-from ...pipeline.layouts import H36M17, remap
-from ...pipeline.pose import PoseSequence
-from ...pipeline.rotations import is_finite, rotate, unit
-from ...pipeline.take import Video
+from ...pipeline.core.device import Placement, placement
+from ...pipeline.core.errors import InputError
+from ...pipeline.core.frames import CAMERA
+from ...pipeline.core.layouts import H36M17, remap
+from ...pipeline.core.pose import PoseSequence
+from ...pipeline.core.rotations import is_finite, rotate, unit
+from ...pipeline.core.take import Video
 from ..common.onnx import open_onnx
 from .clock import averaged, clock_of
 from .features import ASSUMED_FOCAL, features, flipped

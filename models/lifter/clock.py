@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...pipeline.rotations import is_finite
+from ...pipeline.core.rotations import is_finite
 from .input import USUAL_HZ
 
 _FASTEST_HZ = 60.0

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ...pipeline.rotations import rotate
+from ...pipeline.core.rotations import rotate
 from .features import ASSUMED_FOCAL, ray_rotation
 
 

@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...pipeline.layouts import H36M17
-from ...pipeline.rotations import is_finite, rotate, transpose, unit
+from ...pipeline.core.layouts import H36M17
+from ...pipeline.core.rotations import is_finite, rotate, transpose, unit
 
 ASSUMED_FOCAL = 1.0  # of the longer image side: between phones (0.7-0.85) and normal lenses (1.2-2)
 HALF_WINDOW = 40  # frames on each side over which place and size are averaged

@@ -10,16 +10,16 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from ...pipeline.errors import InputError
+from ...pipeline.core.errors import InputError
+from ...pipeline.core.frames import CAMERA
+from ...pipeline.core.intrinsics import Intrinsics, undistorted
+from ...pipeline.core.layouts import H36M17, Layout, remap
+from ...pipeline.core.pose import PoseSequence
+from ...pipeline.core.rotations import is_finite, rotate
+from ...pipeline.core.take import Video
 from ...pipeline.files.video_frames import images_ahead
-from ...pipeline.frames import CAMERA
-from ...pipeline.intrinsics import Intrinsics, undistorted
-from ...pipeline.layouts import H36M17, Layout, remap
-from ...pipeline.pose import PoseSequence
-from ...pipeline.rotations import is_finite, rotate
 from ...pipeline.running.interrupt import Keeper, interruptible
 from ...pipeline.running.progress import counted
-from ...pipeline.take import Video
 from .answers import Answers
 from .input import checked_size, long_gaps, on_grid, rate_of, refuse_two_people
 from .scaling import filled

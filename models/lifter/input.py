@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...pipeline.errors import InputError
-from ...pipeline.frames import IMAGE, require
-from ...pipeline.motion.checks import grid_rows
-from ...pipeline.pose import PoseSequence
-from ...pipeline.rotations import is_finite
+from ...pipeline.core.errors import InputError
+from ...pipeline.core.frames import IMAGE, require
+from ...pipeline.core.pose import PoseSequence
+from ...pipeline.core.rotations import is_finite
+from ...pipeline.signals.checks import grid_rows
 
 USUAL_HZ = 30.0  # of takes whose rate is unknown
 _APART_S = 5.0  # the built-in lifter's network sees 4.7 s on each side at 20 frames a second

@@ -22,9 +22,9 @@ from typing import Any
 
 import numpy as np
 
-from ...pipeline.errors import InputError
-from ...pipeline.layouts import MHR70, Layout
-from ...pipeline.rotations import rotate, transpose
+from ...pipeline.core.errors import InputError
+from ...pipeline.core.layouts import MHR70, Layout
+from ...pipeline.core.rotations import rotate, transpose
 from ..common import download
 from ..common.onnx import OnnxFile
 from .features import ray_rotation

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
-from ...pipeline.frames import IMAGE
-from ...pipeline.layouts import H36M17, Layout, remap
-from ...pipeline.pose import PoseSequence
-from ...pipeline.rotations import is_finite, rotate
+from ...pipeline.core.frames import IMAGE
+from ...pipeline.core.layouts import H36M17, Layout, remap
+from ...pipeline.core.pose import PoseSequence
+from ...pipeline.core.rotations import is_finite, rotate
 from .builtin import network, run
 from .clock import clock_of
 from .features import ASSUMED_FOCAL, HALF_WINDOW, features

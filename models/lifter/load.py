@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ...pipeline.errors import InputError
+from ...pipeline.core.errors import InputError
 from ...pipeline.plugins.options import did_you_mean
 from ...pipeline.plugins.protocols import Lifter
 from ...pipeline.plugins.registry import open_model

@@ -18,9 +18,9 @@ from typing import Any
 
 import numpy as np
 
-from ...pipeline.anthropometry import LIMBS
-from ...pipeline.layouts import COCO23
-from ...pipeline.rotations import rotate, transpose
+from ...pipeline.core.anthropometry import LIMBS
+from ...pipeline.core.layouts import COCO23
+from ...pipeline.core.rotations import rotate, transpose
 from ..common import download
 from ..common.onnx import OnnxFile
 from ..detector.rtmpose import DEVIATION, MEAN

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...pipeline.layouts import COCO17, H36M17, Layout
+from ...pipeline.core.layouts import COCO17, H36M17, Layout
 
 Scaling = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
 

@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from ...pipeline.errors import InputError
-from ...pipeline.frames import CAMERA
-from ...pipeline.layouts import H36M17, remap
-from ...pipeline.pose import PoseSequence
-from ...pipeline.rotations import is_finite
-from ...pipeline.take import Video
+from ...pipeline.core.errors import InputError
+from ...pipeline.core.frames import CAMERA
+from ...pipeline.core.layouts import H36M17, remap
+from ...pipeline.core.pose import PoseSequence
+from ...pipeline.core.rotations import is_finite
+from ...pipeline.core.take import Video
 from ..common.onnx import OnnxFile
 from .crop_rays import from_ray
 from .features import body_centre

@@ -6,15 +6,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...pipeline.anthropometry import SEGMENTS, implied_stature
-from ...pipeline.camera import Camera
-from ...pipeline.frames import CAMERA, require
-from ...pipeline.intrinsics import undistorted
-from ...pipeline.layouts import H36M17, remap
-from ...pipeline.motion.signals import rate
-from ...pipeline.motion.visibility import unseen
-from ...pipeline.pose import PoseSequence
-from ...pipeline.rotations import is_finite
+from ...pipeline.core.anthropometry import SEGMENTS, implied_stature
+from ...pipeline.core.camera import Camera
+from ...pipeline.core.frames import CAMERA, require
+from ...pipeline.core.intrinsics import undistorted
+from ...pipeline.core.layouts import H36M17, remap
+from ...pipeline.core.pose import PoseSequence
+from ...pipeline.core.rotations import is_finite
+from ...pipeline.signals.filters import rate
+from ...pipeline.signals.visibility import unseen
 from .reprojection import placed
 from .smoothing import covariances, smoothed
 

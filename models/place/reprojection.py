@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...pipeline.rotations import is_finite
+from ...pipeline.core.rotations import is_finite
 
 FEWEST = 6  # joints that place a body
 _ROUNDS = 6  # of reweighting; weights change by less than 1 % after five

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...pipeline.layouts import H36M17
-from ...pipeline.rotations import from_columns, is_finite, unit
+from ...pipeline.core.layouts import H36M17
+from ...pipeline.core.rotations import from_columns, is_finite, unit
 
 
 class Geometric:

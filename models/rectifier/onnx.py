@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from ...pipeline.cores import cores
-from ...pipeline.errors import InputError
-from ...pipeline.layouts import H36M17
-from ...pipeline.rotations import is_finite
+from ...pipeline.core.cores import cores
+from ...pipeline.core.errors import InputError
+from ...pipeline.core.layouts import H36M17
+from ...pipeline.core.rotations import is_finite
 from ..common.onnx import open_onnx
 
 CHUNK = 64  # poses answered at a time; fits the caches

@@ -16,7 +16,7 @@ from typing import IO
 
 import numpy as np
 
-from ..errors import InputError
+from ..core.errors import InputError
 from .unpacked import check_size
 
 Shape = tuple[int | str, ...]  # a free axis has a name instead of a length

@@ -15,9 +15,9 @@ from pathlib import Path
 from secrets import token_hex
 from typing import Any
 
-from ..errors import InputError
-from ..pose import package_version
-from ..system import is_running
+from ..core.errors import InputError
+from ..core.pose import package_version
+from ..core.system import is_running
 
 SUMMARY, REPORT = "summary.json", "report.html"
 

@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..errors import InputError
-from ..messages import how_many
+from ..core.errors import InputError
+from ..core.messages import how_many
 from .skeletons import (
     UNITS,
     Skeleton,

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..messages import how_many
+from ..core.messages import how_many
 
 _BLOCK = 512
 _INTEL, _DEC, _MIPS = 84, 85, 86  # the processor whose numbers the file has

@@ -26,8 +26,8 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from ..errors import InputError
-from ..intrinsics import Intrinsics
+from ..core.errors import InputError
+from ..core.intrinsics import Intrinsics
 from ..plugins.options import did_you_mean
 from .number_yaml import number_yaml
 

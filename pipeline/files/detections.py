@@ -7,12 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import InputError
-from ..frames import IMAGE
-from ..layouts import Layout, layout_named
-from ..messages import how_many
-from ..pose import PoseSequence
-from ..take import Take
+from ..core.errors import InputError
+from ..core.frames import IMAGE
+from ..core.layouts import Layout, layout_named
+from ..core.messages import how_many
+from ..core.pose import PoseSequence
+from ..core.take import Take
 from .arrays import keys, load_all
 from .atomic import whole_file
 

@@ -9,9 +9,9 @@ from typing import Literal
 
 import numpy as np
 
-from ..errors import InputError
-from ..messages import how_many
-from ..pose import UNSAID, MadeBy
+from ..core.errors import InputError
+from ..core.messages import how_many
+from ..core.pose import UNSAID, MadeBy
 from .c3d import C3d, parse, texts
 
 C3D_GROUP = "PCNET3D"  # of parameters: the provenance, in our own C3D files

@@ -13,10 +13,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..errors import InputError
-from ..frames import METRES
-from ..layouts import H36M17
-from ..rotations import is_finite, rotate, unit
+from ..core.errors import InputError
+from ..core.frames import METRES
+from ..core.layouts import H36M17
+from ..core.rotations import is_finite, rotate, unit
 
 _LIMBS = ("hip", "knee", "ankle", "shoulder", "elbow", "wrist")
 # The joints where thigh, shank, foot, upper arm, forearm and hand begin, as the programs name them.

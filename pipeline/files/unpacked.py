@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import zlib
 
-from ..errors import InputError
+from ..core.errors import InputError
 
 _ROOM = 1 << 20  # bytes that any file may unpack to
 _TIMES = 50  # and this often its size: a film of nobody but now and then shrinks to a twentieth, bombs to a thousandth

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..cores import cores
-from ..errors import InputError
-from ..take import Take, Video
+from ..core.cores import cores
+from ..core.errors import InputError
+from ..core.take import Take, Video
 
 if TYPE_CHECKING:
     from av import VideoFrame

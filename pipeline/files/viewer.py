@@ -17,8 +17,8 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import BinaryIO
 
-from ..errors import InputError
-from ..system import apart
+from ..core.errors import InputError
+from ..core.system import apart
 from .atomic import REPORT
 
 RECORDING = "take.rrd"

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..pose import PoseSequence
+from ..core.pose import PoseSequence
 from ..reading.clock import numbered_by
 
 _JOINTS = tuple(

@@ -8,13 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
+from ..core.layouts import Layout
+from ..core.messages import how_many
+from ..core.pose import PoseSequence
+from ..core.rotations import is_finite
+from ..core.take import Video
 from ..files.images import write_png
 from ..files.video_frames import images_at
-from ..layouts import Layout
-from ..messages import how_many
-from ..pose import PoseSequence
-from ..rotations import is_finite
-from ..take import Video
 from .image import bone_colour, from_the_front
 
 MOST = 48  # people on a sheet

@@ -6,12 +6,12 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import InputError
+from ..core.errors import InputError
+from ..core.frames import Frame
+from ..core.layouts import H36M17
+from ..core.pose import PoseSequence
+from ..core.rotations import rotate
 from ..files.images import write_png
-from ..frames import Frame
-from ..layouts import H36M17
-from ..pose import PoseSequence
-from ..rotations import rotate
 
 _CELL, _HEADER = 260, 24  # pixels
 _FRAMES = 4

@@ -8,11 +8,18 @@ from typing import Any
 
 import numpy as np
 
-from ..anthropometry import implied_stature
-from ..errors import InputError
-from ..messages import how_many
-from ..motion.checks import Chirality, bone_spread, chirality
-from ..motion.findings import (
+from ..core.anthropometry import implied_stature
+from ..core.errors import InputError
+from ..core.messages import how_many
+from ..core.pose import PoseSequence
+from ..core.take import Video
+from ..core.verdict import Finding, verdict
+from ..reading.choose import choose_person
+from ..reading.clock import numbered_by, numbered_by_times
+from ..reading.load import load, read_all
+from ..reading.take import read_video
+from ..signals.checks import Chirality, bone_spread, chirality
+from ..signals.findings import (
     depth_factor,
     pose_findings,
     row_findings,
@@ -20,15 +27,8 @@ from ..motion.findings import (
     spread_of_bones,
     swap_findings,
 )
-from ..motion.swap_repair import as_frames
-from ..motion.swaps import Swap, find_swaps
-from ..pose import PoseSequence
-from ..reading.choose import choose_person
-from ..reading.clock import numbered_by, numbered_by_times
-from ..reading.load import load, read_all
-from ..reading.take import read_video
-from ..take import Video
-from ..verdict import Finding, verdict
+from ..signals.swap_repair import as_frames
+from ..signals.swaps import Swap, find_swaps
 from .agreement import Agreement, agreement
 
 __all__ = ["EXIT_CODES", "Inspection", "Person", "inspect"]

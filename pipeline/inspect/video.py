@@ -6,13 +6,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..camera import pitch_roll_deg
+from ..core.camera import pitch_roll_deg
+from ..core.messages import how_many, rate_in_words
+from ..core.take import Take, Video
 from ..files.video_frames import shown_size
-from ..messages import how_many, rate_in_words
-from ..motion.rates import rate_doubts
 from ..plugins import registry
 from ..reading.take import read_video
-from ..take import Take, Video
+from ..signals.rates import rate_doubts
 
 
 @dataclass(frozen=True, eq=False)

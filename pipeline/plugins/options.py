@@ -9,7 +9,7 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, get_args, get_origin, get_type_hints
 
-from ..errors import InputError
+from ..core.errors import InputError
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:

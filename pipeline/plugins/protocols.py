@@ -11,8 +11,8 @@ from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
-from ..pose import PoseSequence
-from ..take import Event, Take, Told, Video
+from ..core.pose import PoseSequence
+from ..core.take import Event, Take, Told, Video
 
 
 class Adapter(Protocol):
@@ -25,7 +25,7 @@ class Adapter(Protocol):
     read(path, **options): a tuple of PoseSequence, one a person (or of Video, or of Imu), in the source's own layout
         and a frame that says its axes; InputError when the file is not what it should be.
 
-    It may have `made_by`, a pipeline.pose.MadeBy: who made the poses, where that is the same for all of its files.
+    It may have `made_by`, a pipeline.core.pose.MadeBy: who made the poses, where that is the same for all of its files.
     """
 
     name: str

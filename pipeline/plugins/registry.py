@@ -7,8 +7,8 @@ from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import Any
 
-from ..errors import InputError
-from ..messages import say
+from ..core.errors import InputError
+from ..core.messages import say
 from .options import did_you_mean
 
 # What pcnet3d asks of an object before it is used (protocols.py), by the group it is registered in; of a model also

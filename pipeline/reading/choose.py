@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..camera import PRIOR_FOCAL
-from ..errors import InputError
-from ..messages import how_many
-from ..motion.visibility import certain
-from ..pose import PoseSequence
-from ..rotations import is_finite, rotate, unit
+from ..core.camera import PRIOR_FOCAL
+from ..core.errors import InputError
+from ..core.messages import how_many
+from ..core.pose import PoseSequence
+from ..core.rotations import is_finite, rotate, unit
+from ..signals.visibility import certain
 
 _LIMBS = [
     f"{side}_{joint}" for side in "lr" for joint in ("hip", "knee", "ankle", "shoulder", "elbow", "wrist")

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
-from ..errors import InputError
-from ..messages import how_many
-from ..motion.rates import check_fps, rate_doubts
-from ..motion.signals import rate
-from ..pose import PoseSequence
-from ..take import Event, Video
+from ..core.errors import InputError
+from ..core.messages import how_many
+from ..core.pose import PoseSequence
+from ..core.take import Event, Video
+from ..signals.filters import rate
+from ..signals.rates import check_fps, rate_doubts
 
 _WHOLE = 0.95  # of a video's frames, up to the last that rows show
 _OTHER_RATE = 1.05  # times as many frames a second; 33 ms a frame, as rounded times say, are 29.97 a second

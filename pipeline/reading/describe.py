@@ -11,7 +11,7 @@ from typing import IO
 
 import numpy as np
 
-from ..errors import InputError
+from ..core.errors import InputError
 from ..files.arrays import DAMAGE, load
 
 _NPY, _ZIP = b"\x93NUMPY", b"PK"

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Literal
 
-from ..errors import InputError
-from ..messages import say
+from ..core.errors import InputError
+from ..core.messages import say
 from ..plugins import registry
 from ..plugins.options import did_you_mean
 from ..plugins.protocols import Adapter

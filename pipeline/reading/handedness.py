@@ -6,10 +6,10 @@ from typing import Literal
 
 import numpy as np
 
-from ..errors import InputError
-from ..layouts import FEET
-from ..motion.checks import chirality
-from ..pose import PoseSequence
+from ..core.errors import InputError
+from ..core.layouts import FEET
+from ..core.pose import PoseSequence
+from ..signals.checks import chirality
 
 Handedness = Literal["refuse", "mirror", "swap", "swap-legs", "ignore"]
 

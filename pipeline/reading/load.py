@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, get_args
 
-from ..errors import InputError
+from ..core.errors import InputError
+from ..core.pose import UNSAID, PoseSequence
 from ..plugins.options import call
 from ..plugins.protocols import Adapter
-from ..pose import UNSAID, PoseSequence
 from .choose import choose_person
 from .find import Gives, adapters, exchanged, find_adapter, recognises
 from .handedness import Handedness

@@ -7,15 +7,15 @@ from typing import Literal
 
 import numpy as np
 
-from ..errors import InputError
+from ..core.errors import InputError
+from ..core.frames import CAMERA, change_frame
+from ..core.layouts import H36M17, remap
+from ..core.messages import how_many
+from ..core.pose import PoseSequence, Step, package_version
 from ..files.atomic import printable
-from ..frames import CAMERA, change_frame
-from ..layouts import H36M17, remap
-from ..messages import how_many
-from ..motion.checks import empty_rows
-from ..motion.rates import timed
 from ..plugins.protocols import Adapter
-from ..pose import PoseSequence, Step, package_version
+from ..signals.checks import empty_rows
+from ..signals.rates import timed
 from .handedness import Handedness, guarded
 
 Missing = Literal["refuse", "gap"]

@@ -18,11 +18,11 @@ import typer
 from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError
 from typer.models import ParameterInfo
 
-from ..device import Device
-from ..errors import InputError
-from ..motion.swap_repair import Swaps
+from ..core.device import Device
+from ..core.errors import InputError
+from ..core.take import Told
 from ..plugins.options import did_you_mean, pairs
-from ..take import Told
+from ..signals.swap_repair import Swaps
 from .handedness import Handedness
 from .normalise import Missing
 
@@ -44,7 +44,7 @@ class To:
 
 @dataclass(frozen=True)
 class Tells:
-    """That a value is no stage's option but told of the recording, as this field of pipeline.take.Told."""
+    """That a value is no stage's option but told of the recording, as this field of pipeline.core.take.Told."""
 
     field: str
 

@@ -9,16 +9,16 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import InputError
+from ..core.errors import InputError
+from ..core.messages import how_many
+from ..core.pose import PoseSequence
+from ..core.take import Event, Session, Take, Video
 from ..files.atomic import printable
 from ..files.video_frames import shown_size
-from ..messages import how_many
-from ..motion.checks import implausible
-from ..motion.findings import findings_of
-from ..motion.swap_repair import treated
 from ..plugins.options import call
-from ..pose import PoseSequence
-from ..take import Event, Session, Take, Video
+from ..signals.checks import implausible
+from ..signals.findings import findings_of
+from ..signals.swap_repair import treated
 from .choose import RANKS, choose_person, misfit, same_person
 from .clock import (
     Clock,

@@ -16,14 +16,14 @@ from typing import Any, get_args
 
 import numpy as np
 
-from ..errors import InputError
-from ..frames import IMAGE
-from ..motion.imu import Imu
+from ..core.errors import InputError
+from ..core.frames import IMAGE
+from ..core.pose import PoseSequence
+from ..core.take import Video
 from ..plugins import registry
 from ..plugins.options import call
 from ..plugins.protocols import Adapter
-from ..pose import PoseSequence
-from ..take import Video
+from ..signals.imu import Imu
 from .find import Gives, find_adapter
 from .normalise import normalised
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import typer
 
+from ..core.messages import debug
 from ..files.detections import interrupted_at
-from ..messages import debug
 from ..reading.settings import Force, Output, Pick, Resume, RunOptions, Strict, offering
 from .conclusion import conclude, point_to, show_files
 from .pick import pick as write_sheet

@@ -7,14 +7,14 @@ from pathlib import Path
 
 import numpy as np
 
-from ..answer import answer
+from ..core.answer import answer
+from ..core.messages import bound_in_words, how_many, show
+from ..core.system import quoted
+from ..core.take import Take
+from ..core.verdict import verdict, verdict_words
 from ..files.viewer import RECORDING, find_page
 from ..inspect.inspect import EXIT_CODES
-from ..messages import bound_in_words, how_many, show
-from ..motion.checks import nobody_upright
-from ..system import quoted
-from ..take import Take
-from ..verdict import verdict, verdict_words
+from ..signals.checks import nobody_upright
 
 
 def conclude(takes: Mapping[str, Take], strict: bool = False) -> int:
@@ -68,7 +68,7 @@ def trust(take: Take) -> tuple[int, str]:
 
 
 def seen(take: Take) -> str:
-    """What a take shows, in a line: how long it is, and what moved (pipeline/answer.py)."""
+    """What a take shows, in a line: how long it is, and what moved (pipeline/core/answer.py)."""
     rows = take.poses or take.keypoints
     if rows is None:
         return "Nobody was seen."

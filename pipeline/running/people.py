@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
+from ..core.pose import package_version
+from ..core.system import is_file_name
+from ..core.take import Take
 from ..files.atomic import SUMMARY, whole_file
-from ..pose import package_version
-from ..system import is_file_name
-from ..take import Take
 
 _LONGEST = 60  # characters of a folder's name
 

@@ -6,15 +6,15 @@ from collections.abc import Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from ..device import computing_on
-from ..errors import InputError
+from ..core.device import computing_on
+from ..core.errors import InputError
+from ..core.messages import how_many, say, show
+from ..core.take import Video
 from ..files.detections import KEYPOINTS, load_detections
 from ..inspect.contact_sheet import MOST, Shown, draw_people
-from ..messages import how_many, say, show
-from ..motion.rates import timed
 from ..reading.settings import RunOptions
 from ..reading.take import open_people, open_take
-from ..take import Video
+from ..signals.rates import timed
 from .recipe import Recipe
 
 

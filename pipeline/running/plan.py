@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..errors import InputError
+from ..core.errors import InputError
 from ..plugins import registry
 from ..plugins.options import checked, option_types
 from ..reading.settings import OFF, TOLD, RunOptions, flag_of

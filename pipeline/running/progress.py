@@ -9,8 +9,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TypeVar
 
-from ..messages import is_quiet, is_verbose, on_terminal, say, say_all
-from ..take import Take
+from ..core.messages import is_quiet, is_verbose, on_terminal, say, say_all
+from ..core.take import Take
 from .people import PersonRun
 
 _SECONDS_A_LINE = 20.0

@@ -11,7 +11,7 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from ..errors import InputError
+from ..core.errors import InputError
 from ..plugins import registry
 from ..plugins.options import call, did_you_mean
 from .runner import Pipeline

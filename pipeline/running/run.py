@@ -10,16 +10,16 @@ from pathlib import Path
 
 import numpy as np
 
-from ..device import computing_on
-from ..errors import InputError
+from ..core.device import computing_on
+from ..core.errors import InputError
+from ..core.messages import how_many
+from ..core.take import Event, Take, Told
 from ..files.atomic import add_to_summary, require_space, sign, whole_folder
 from ..files.detections import KEYPOINTS, scene_of
-from ..messages import how_many
-from ..motion.signals import rate
 from ..plugins.options import files_among
 from ..reading.settings import RunOptions
 from ..reading.take import Person, open_people, open_take
-from ..take import Event, Take, Told
+from ..signals.filters import rate
 from .people import PersonRun, folder_names, write_index
 from .plan import planned
 from .recipe import Recipe

@@ -7,9 +7,9 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
-from ..errors import InputError
+from ..core.errors import InputError
+from ..core.take import Take, Told
 from ..plugins.protocols import MetricStage, RatedStage, ScalingStage, SharedStage, Stage, ToldStage
-from ..take import Take, Told
 
 _NOTHING = Told()
 

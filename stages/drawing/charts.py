@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from markupsafe import Markup
 
-from ...pipeline.motion.signals import BRIDGED_S, holes
-from ...pipeline.rotations import is_finite
+from ...pipeline.core.rotations import is_finite
+from ...pipeline.signals.filters import BRIDGED_S, holes
 from . import palette
 from .page import kit
 from .palette import as_hex

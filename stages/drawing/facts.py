@@ -7,13 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...pipeline.camera import pitch_roll_deg
-from ...pipeline.messages import bound_in_words
-from ...pipeline.motion.checks import bone_spread, nobody_upright
-from ...pipeline.pose import Rectified, Step
-from ...pipeline.rotations import angle_deg, is_finite, rotate
-from ...pipeline.take import Take
-from ...pipeline.verdict import Finding, verdict
+from ...pipeline.core.camera import pitch_roll_deg
+from ...pipeline.core.messages import bound_in_words
+from ...pipeline.core.pose import Rectified, Step
+from ...pipeline.core.rotations import angle_deg, is_finite, rotate
+from ...pipeline.core.take import Take
+from ...pipeline.core.verdict import Finding, verdict
+from ...pipeline.signals.checks import bone_spread, nobody_upright
 
 _KINDS = ("warning", "repair", "note")
 

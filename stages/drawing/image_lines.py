@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...pipeline.camera import Camera, Look
-from ...pipeline.intrinsics import Intrinsics, undistorted_image
+from ...pipeline.core.camera import Camera, Look
+from ...pipeline.core.intrinsics import Intrinsics, undistorted_image
 
 # Green runs up; the two level directions and the horizon have colours that nothing else in an image has.
 COLOURS = {0: (0, 158, 115), 1: (204, 121, 167), 2: (240, 228, 66)}

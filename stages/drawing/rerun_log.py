@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...pipeline.frames import Frame
-from ...pipeline.layouts import Layout
-from ...pipeline.pose import PoseSequence
-from ...pipeline.take import Event
+from ...pipeline.core.frames import Frame
+from ...pipeline.core.layouts import Layout
+from ...pipeline.core.pose import PoseSequence
+from ...pipeline.core.take import Event
 from .palette import Colour, side_colour
 from .rerun_video import Part
 

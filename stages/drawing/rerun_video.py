@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...pipeline.cores import cores
-from ...pipeline.errors import InputError
+from ...pipeline.core.cores import cores
+from ...pipeline.core.errors import InputError
+from ...pipeline.core.messages import how_many
+from ...pipeline.core.pose import PoseSequence
+from ...pipeline.core.take import Event, Video
 from ...pipeline.files.video_frames import frames_from
-from ...pipeline.messages import how_many
-from ...pipeline.pose import PoseSequence
-from ...pipeline.take import Event, Video
 
 if TYPE_CHECKING:
     import rerun as rr

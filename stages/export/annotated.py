@@ -8,17 +8,17 @@ from pathlib import Path
 
 import numpy as np
 
-from ...pipeline.camera import Camera
-from ...pipeline.errors import InputError
+from ...pipeline.core.camera import Camera
+from ...pipeline.core.errors import InputError
+from ...pipeline.core.intrinsics import undistorted
+from ...pipeline.core.layouts import Layout, with_feet
+from ...pipeline.core.messages import how_many
+from ...pipeline.core.pose import PoseSequence
+from ...pipeline.core.rotations import is_finite, rotate
+from ...pipeline.core.take import Event, Take, Video
 from ...pipeline.files.atomic import whole_file
 from ...pipeline.files.video_frames import images_ahead, shown_size
-from ...pipeline.intrinsics import undistorted
-from ...pipeline.layouts import Layout, with_feet
-from ...pipeline.messages import how_many
-from ...pipeline.motion.visibility import LEAST_SCORE
-from ...pipeline.pose import PoseSequence
-from ...pipeline.rotations import is_finite, rotate
-from ...pipeline.take import Event, Take, Video
+from ...pipeline.signals.visibility import LEAST_SCORE
 from ..drawing.facts import shared_up
 from ..drawing.image_lines import HORIZON, horizon, ideal
 from ..drawing.palette import Colour, side_colour

@@ -1,7 +1,7 @@
 """The filtered joints as an animated skeleton: bones of fixed lengths, a T-pose at rest, a rotation for each joint.
 
 Two joints give a bone's direction, and a limb that bends its axis: so a bone's turn about itself is that of the knee's
-and the elbow's angle (pipeline/motion/angles.py). How hands and head turn about themselves is not in 17 joints.
+and the elbow's angle (pipeline/signals/angles.py). How hands and head turn about themselves is not in 17 joints.
 """
 
 from __future__ import annotations
@@ -11,15 +11,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...pipeline.anthropometry import ANKLE_HEIGHT, implied_stature
-from ...pipeline.errors import InputError
+from ...pipeline.core.anthropometry import ANKLE_HEIGHT, implied_stature
+from ...pipeline.core.errors import InputError
+from ...pipeline.core.frames import Frame
+from ...pipeline.core.layouts import FEET, H36M17
+from ...pipeline.core.messages import how_many
+from ...pipeline.core.rotations import from_columns, is_finite, rotate, transpose, unit
+from ...pipeline.core.take import Event, Take
 from ...pipeline.files.skeletons import Skeleton
-from ...pipeline.frames import Frame
-from ...pipeline.layouts import FEET, H36M17
-from ...pipeline.messages import how_many
-from ...pipeline.motion.angles import arm_reference, hinge_axis, trunk_axes
-from ...pipeline.rotations import from_columns, is_finite, rotate, transpose, unit
-from ...pipeline.take import Event, Take
+from ...pipeline.signals.angles import arm_reference, hinge_axis, trunk_axes
 from .markers import evenly
 
 ANIMATION = Frame("ANIMATION", "level", ("left", "up", "front"))  # glTF's axes, and those of most BVH files

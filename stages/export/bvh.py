@@ -11,10 +11,10 @@ from pathlib import Path
 
 import numpy as np
 
+from ...pipeline.core.rotations import zxy_deg
+from ...pipeline.core.take import Event, Take
 from ...pipeline.files.atomic import whole_file
 from ...pipeline.files.skeletons import Skeleton
-from ...pipeline.rotations import zxy_deg
-from ...pipeline.take import Event, Take
 from .armature import armature
 
 _ROTATIONS = "Zrotation Xrotation Yrotation"  # a joint turns about its z, then about its own turned x and y

@@ -7,11 +7,11 @@ from textwrap import wrap
 
 import numpy as np
 
+from ...pipeline.core.frames import LEVEL
+from ...pipeline.core.take import Event, Take
 from ...pipeline.files.atomic import whole_file
 from ...pipeline.files.c3d import LAST
 from ...pipeline.files.markers import C3D_GROUP, check_c3d
-from ...pipeline.frames import LEVEL
-from ...pipeline.take import Event, Take
 from .markers import markers
 from .provenance import provenance
 

@@ -13,11 +13,11 @@ from typing import Any
 
 import numpy as np
 
+from ...pipeline.core.pose import package_version
+from ...pipeline.core.rotations import rotate, transpose, unit
+from ...pipeline.core.take import Event, Take
 from ...pipeline.files.atomic import whole_file
 from ...pipeline.files.skeletons import Skeleton
-from ...pipeline.pose import package_version
-from ...pipeline.rotations import rotate, transpose, unit
-from ...pipeline.take import Event, Take
 from ..drawing.palette import LEFT, MIDDLE, RIGHT, Colour
 from .armature import ANIMATION, Armature, armature
 from .provenance import provenance

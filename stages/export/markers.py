@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...pipeline.errors import InputError
-from ...pipeline.frames import LEVEL, Frame
-from ...pipeline.layouts import with_feet
-from ...pipeline.motion.signals import breaks, even_grid, evenly_spaced, holes, rate, resample
-from ...pipeline.pose import PoseSequence
-from ...pipeline.rotations import rotate
-from ...pipeline.take import Take
+from ...pipeline.core.errors import InputError
+from ...pipeline.core.frames import LEVEL, Frame
+from ...pipeline.core.layouts import with_feet
+from ...pipeline.core.pose import PoseSequence
+from ...pipeline.core.rotations import rotate
+from ...pipeline.core.take import Take
+from ...pipeline.signals.filters import breaks, even_grid, evenly_spaced, holes, rate, resample
 
 OPENSIM = Frame("OPENSIM", "level", ("front", "up", "right"))  # the axes of OpenSim's models
 

@@ -8,9 +8,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ...pipeline.errors import InputError
+from ...pipeline.core.errors import InputError
+from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import whole_file
-from ...pipeline.take import Take
 from ..measures.figures import error_key, of_length
 from .provenance import provenance
 
@@ -45,7 +45,8 @@ class Row(NamedTuple):
 
 class Point(NamedTuple):
     """One point of a movement's mean curve. movement: the keys that lead to it in summary.json, joined by dots. angle:
-    of pipeline.motion.foot_angles.ALL_ANGLES; side: "right", "left" or None. percent: of the repetition, or of a stride
+    of pipeline.signals.foot_angles.ALL_ANGLES; side: "right", "left" or None. percent: of the repetition, or of a
+    stride
     of that side. mean_deg, sd_deg: over the cycles, the second None for one. count: how many cycles these are."""
 
     movement: str

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
+from ...pipeline.core.layouts import with_feet
+from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import whole_file
-from ...pipeline.layouts import with_feet
-from ...pipeline.take import Take
 from .provenance import provenance
 
 

@@ -11,12 +11,12 @@ from pathlib import Path
 
 import numpy as np
 
-from ...pipeline.errors import InputError
+from ...pipeline.core.errors import InputError
+from ...pipeline.core.frames import LEVEL
+from ...pipeline.core.rotations import from_columns, rotate, unit, zxy_deg
+from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import whole_file
-from ...pipeline.frames import LEVEL
-from ...pipeline.motion.angles import FINE, trunk_axes
-from ...pipeline.rotations import from_columns, rotate, unit, zxy_deg
-from ...pipeline.take import Take
+from ...pipeline.signals.angles import FINE, trunk_axes
 from .markers import OPENSIM, markers
 from .provenance import provenance
 

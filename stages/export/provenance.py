@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from ...pipeline.pose import Step, package_version
-from ...pipeline.take import Take
+from ...pipeline.core.pose import Step, package_version
+from ...pipeline.core.take import Take
 from ..drawing.facts import facts_of, listed
 
 RELATIVE = "relative to the camera"

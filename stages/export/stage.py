@@ -11,15 +11,15 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ...models.common.metrics import plain
-from ...pipeline.errors import InputError
+from ...pipeline.core.errors import InputError
+from ...pipeline.core.layouts import FEET
+from ...pipeline.core.pose import Rectified, package_version
+from ...pipeline.core.take import Take, Told
 from ...pipeline.files.atomic import REPORT, SUMMARY, whole_file
 from ...pipeline.files.detections import KEYPOINTS
 from ...pipeline.files.viewer import RECORDING
-from ...pipeline.layouts import FEET
 from ...pipeline.plugins.protocols import CheckedWriter, ImageWriter, MetricWriter, Writer
 from ...pipeline.plugins.registry import load
-from ...pipeline.pose import Rectified, package_version
-from ...pipeline.take import Take, Told
 from ..drawing.facts import Source, facts_of
 from .measures import write_cycles, write_measures
 from .tables import write_parquet

@@ -11,8 +11,8 @@ from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import whole_file
-from ...pipeline.take import Take
 from ..trajectories import unit_of
 from .provenance import provenance
 

@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from ...pipeline.core.take import Event, Take
 from ...pipeline.files.markers import check_c3d
-from ...pipeline.take import Event, Take
 from .annotated import check_h264, write_annotated
 from .bvh import write_bvh
 from .c3d import write_c3d

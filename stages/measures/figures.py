@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ...models.common.metrics import SD_90
-from ...pipeline.motion.cycles import symmetry_index
+from .cycles import symmetry_index
 
 _FEWEST = 3  # values for a standard deviation
 _FRAME = float(

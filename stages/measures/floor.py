@@ -12,10 +12,10 @@ from ...models.gait.errors import own_covariance
 from ...models.gait.foot_lock import flat_rows
 from ...models.gait.gait import Gait
 from ...models.gait.walked_floor import FEWEST, walked_floor
-from ...pipeline.anthropometry import implied_stature
-from ...pipeline.motion.signals import breaks
-from ...pipeline.pose import PoseSequence, Rectified
-from ...pipeline.rotations import is_finite
+from ...pipeline.core.anthropometry import implied_stature
+from ...pipeline.core.pose import PoseSequence, Rectified
+from ...pipeline.core.rotations import is_finite
+from ...pipeline.signals.filters import breaks
 from .figures import with_error
 
 _ANKLE = 0.039  # statures above the sole (Winter, Biomechanics and Motor Control, 4th ed. 2009, figure 4.1)

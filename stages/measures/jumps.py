@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 from ...models.gait.gait import Gait
-from ...pipeline.anthropometry import implied_stature
-from ...pipeline.motion.flights import NEEDED, flights
-from ...pipeline.pose import Rectified
-from ...pipeline.rotations import is_finite
+from ...pipeline.core.anthropometry import implied_stature
+from ...pipeline.core.pose import Rectified
+from ...pipeline.core.rotations import is_finite
+from ...pipeline.signals.flights import NEEDED, flights
 from .figures import figure_of_error, moments, rounded
 from .walking import FEWEST
 
@@ -20,7 +20,7 @@ _HEIGHT_SD = 0.013  # statures
 
 def jumps(rectified: Rectified, gait: Gait) -> dict[str, Any]:
     """The group `jumps`: how many, when the feet leave the floor, flight times, and jump heights, by which the centre
-    of mass rises after that (pipeline/motion/flights.py). Flights of a run are none."""
+    of mass rises after that (pipeline/signals/flights.py). Flights of a run are none."""
     level = rectified.level
     if level.root is None:
         return {"reason": "where the person is in the room is not known, or the camera moves"}

@@ -11,10 +11,15 @@ import numpy as np
 
 from ...models.gait.gait import separation
 from ...models.gait.of_take import NOISE, SIDES, body_joints, gait_of
-from ...pipeline.errors import InputError
-from ...pipeline.messages import spans_in_words
-from ...pipeline.motion.angles import ANGLES, MIDLINE, near, of_both, unwrapped
-from ...pipeline.motion.cycles import (
+from ...pipeline.core.errors import InputError
+from ...pipeline.core.messages import spans_in_words
+from ...pipeline.core.pose import PoseSequence, Rectified
+from ...pipeline.core.take import Take
+from ...pipeline.plugins.options import did_you_mean
+from ...pipeline.signals.angles import ANGLES, MIDLINE, near, of_both, unwrapped
+from ...pipeline.signals.filters import breaks, rate
+from ...pipeline.signals.foot_angles import ALL_ANGLES
+from .cycles import (
     Repetition,
     alike,
     hiding,
@@ -23,12 +28,6 @@ from ...pipeline.motion.cycles import (
     repetitions,
     symmetry_error,
 )
-from ...pipeline.motion.foot_angles import ALL_ANGLES
-from ...pipeline.motion.signals import breaks, rate
-from ...pipeline.motion.smoothness import path_length
-from ...pipeline.plugins.options import did_you_mean
-from ...pipeline.pose import PoseSequence, Rectified
-from ...pipeline.take import Take
 from .figures import (
     basis,
     figure,
@@ -44,6 +43,7 @@ from .figures import (
 )
 from .floor import floor
 from .jumps import jumps
+from .smoothness import path_length
 from .walking import FEWEST, walking
 
 _NO_RANGE = 5.0  # degrees: below, noise makes the range, and a share of it says nothing
@@ -118,7 +118,7 @@ def measures(
 
     range_of_motion: of each angle; p05_p95_deg leaves the highest and lowest twentieth of the frames out, which are
         noise's, and sd_deg is the middle of the stated standard deviations. beyond_anatomy_frames: in how many frames
-        the angle is one that no joint reaches (pipeline.motion.angles). symmetry: of the right and left p05_p95_deg.
+        the angle is one that no joint reaches (pipeline.signals.angles). symmetry: of the right and left p05_p95_deg.
     knee_bends: both knees bend and straighten together while the feet stay (sitting down on a seat and rising again
         counts too); peak_deg is the less bent knee's; squats: how many reach 70 degrees. arm_raises: an arm goes up
         and down in whichever plane. repetitions: of the angles `repeated`. A repetition rises by 35 (knees), 50 (arms)
@@ -136,7 +136,7 @@ def measures(
     paths: lengths from the pelvis, and of the pelvis (root) where its way is known.
 
     `frames` is how many frames a figure rests on, `nan_share` the share of the take's frames that have no value.
-    Smoothness (pipeline/motion/smoothness.py) is that of an angle's rate while it rises (up) and returns (down), the
+    Smoothness (stages/measures/smoothness.py) is that of an angle's rate while it rises (up) and returns (down), the
     middle one of all repetitions. Cycles are curves of 101 points over 0 to 100 % of a repetition or stride, mean and
     standard deviation over those in which no frame is missing.
     """

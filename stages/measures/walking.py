@@ -29,11 +29,11 @@ from ...models.gait.gait import (
     time_values,
 )
 from ...models.gait.of_take import NOISE, SIDES, separation_sd
-from ...pipeline.frames import Frame
-from ...pipeline.messages import how_many, spans_in_words
-from ...pipeline.motion.signals import BRIDGED_S, breaks, holes, rate
-from ...pipeline.pose import PoseSequence, Rectified
-from ...pipeline.rotations import transpose
+from ...pipeline.core.frames import Frame
+from ...pipeline.core.messages import how_many, spans_in_words
+from ...pipeline.core.pose import PoseSequence, Rectified
+from ...pipeline.core.rotations import transpose
+from ...pipeline.signals.filters import BRIDGED_S, breaks, holes, rate
 from .figures import (
     basis,
     error_key,

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...models.common.metrics import SD_90
-from ...pipeline.motion.angles import MIDLINE, sides_of
-from ...pipeline.motion.foot_angles import ALL_ANGLES, ALL_OF_BOTH
-from ...pipeline.pose import PoseSequence
-from ...pipeline.take import Take
+from ...pipeline.core.pose import PoseSequence
+from ...pipeline.core.take import Take
+from ...pipeline.signals.angles import MIDLINE, sides_of
+from ...pipeline.signals.foot_angles import ALL_ANGLES, ALL_OF_BOTH
 from ..drawing.palette import LEFT, RIGHT
 from ..drawing.rerun_log import log_curves
 

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...pipeline.core.take import Take
 from ...pipeline.files.video_frames import images_at
-from ...pipeline.take import Take
 from ..drawing.image_lines import COLOURS, HORIZON, UP, horizon, ideal, up_arrow
 
 if TYPE_CHECKING:

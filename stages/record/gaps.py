@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...pipeline.pose import PoseSequence
-from ...pipeline.take import Take
+from ...pipeline.core.pose import PoseSequence
+from ...pipeline.core.take import Take
 
 
 def gaps_marked(take: Take) -> Take:

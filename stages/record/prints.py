@@ -10,11 +10,11 @@ import numpy as np
 
 from ...models.gait.of_take import SIDES, body_joints, gait_of
 from ...models.gait.parameters import places
-from ...pipeline.layouts import FEET
-from ...pipeline.motion.signals import breaks
-from ...pipeline.pose import PoseSequence, Rectified
-from ...pipeline.rotations import transpose, unit
-from ...pipeline.take import Take
+from ...pipeline.core.layouts import FEET
+from ...pipeline.core.pose import PoseSequence, Rectified
+from ...pipeline.core.rotations import transpose, unit
+from ...pipeline.core.take import Take
+from ...pipeline.signals.filters import breaks
 from ..drawing.palette import LEFT, RIGHT
 from ..drawing.rerun_log import time_columns
 

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from ...pipeline.errors import InputError
+from ...pipeline.core.errors import InputError
+from ...pipeline.core.layouts import with_feet
+from ...pipeline.core.rotations import angle_deg, is_finite
+from ...pipeline.core.take import Event, Take
 from ...pipeline.files.atomic import require_space, whole_file
 from ...pipeline.files.viewer import RECORDING
-from ...pipeline.layouts import with_feet
-from ...pipeline.rotations import angle_deg, is_finite
-from ...pipeline.take import Event, Take
 from ..drawing.facts import shared_up, voted
 from ..drawing.rerun_log import log_axes, log_curves, log_events, log_skeleton, log_video
 from ..drawing.rerun_video import on_clock, viewable

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ...pipeline.camera import pitch_roll_deg
-from ...pipeline.rotations import angle_deg, from_columns, is_finite, rotate, unit
-from ...pipeline.take import Take
+from ...pipeline.core.camera import pitch_roll_deg
+from ...pipeline.core.rotations import angle_deg, from_columns, is_finite, rotate, unit
+from ...pipeline.core.take import Take
 from ..drawing.facts import shared_up
 from ..drawing.rerun_log import log_curves, time_columns
 

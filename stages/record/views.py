@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...pipeline.rotations import is_finite
-from ...pipeline.take import Take
+from ...pipeline.core.rotations import is_finite
+from ...pipeline.core.take import Take
 from ..drawing.facts import OWN_WAYS, voted, ways_of_level
 from .angles import angle_views, angled
 from .camera import camera_view, looked

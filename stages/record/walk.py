@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...models.common.metrics import RAYLEIGH_90
-from ...pipeline.layouts import FEET, with_feet
-from ...pipeline.motion.signals import breaks, runs
-from ...pipeline.pose import PoseSequence, Rectified
-from ...pipeline.rotations import is_finite, rotate
-from ...pipeline.take import Take
+from ...pipeline.core.layouts import FEET, with_feet
+from ...pipeline.core.pose import PoseSequence, Rectified
+from ...pipeline.core.rotations import is_finite, rotate
+from ...pipeline.core.take import Take
+from ...pipeline.signals.filters import breaks, runs
 from ..drawing.rerun_log import log_skeleton
 from .prints import FootPrint, log_prints
 

@@ -9,13 +9,13 @@ import numpy as np
 from markupsafe import Markup
 
 from ...models.common.metrics import SD_90
-from ...pipeline.motion.angles import FINE, MIDLINE, REASONS, of_both, sides_of
-from ...pipeline.motion.foot_angles import ALL_ANGLES, ALL_OF_BOTH
-from ...pipeline.take import Take
+from ...pipeline.core.take import Take
+from ...pipeline.signals.angles import FINE, MIDLINE, REASONS, of_both, sides_of
+from ...pipeline.signals.foot_angles import ALL_ANGLES, ALL_OF_BOTH
 from ..drawing.charts import SLICES, Curve, over_time, sides
 from ..drawing.page import Cell, Soft, beside, charts, details, figure, small, table
+from ..drawing.words import range_words, spoken
 from .measures import measure_tables
-from .sections import spoken
 
 _STEPS = {"step_time": "step time", "stance_time": "stance time", "step_length": "step length"}
 
@@ -78,16 +78,6 @@ def sides_compared(measures: Mapping[str, Any]) -> list[str]:
         f"Right and left differ by more than the error (90 %) in {len(apart)} of {len(stated)} figures, "
         f"right less left: {', '.join(apart)}."
     ]
-
-
-def range_words(of: Mapping[str, Any]) -> Cell:
-    """A range of motion with its error, in grey where some values are such as no joint reaches; None where unknown.
-    of: an angle's figures in `range_of_motion`."""
-    if "p05_deg" not in of:
-        return None
-    error = f" ± {of['sd_deg']:.0f}" if "sd_deg" in of else ""
-    words = f"{of['p05_deg']:z.0f} to {of['p95_deg']:z.0f}{error}"
-    return Soft(words) if of.get("beyond_anatomy_frames") else words
 
 
 def _difference(of: Mapping[str, Any]) -> Cell:

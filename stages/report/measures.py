@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from markupsafe import Markup
 
-from ...pipeline.messages import how_many
+from ...pipeline.core.messages import how_many
 from ..drawing.charts import LEFT, MIDDLE, RIGHT, Curve, over_time
 from ..drawing.page import (
     Cell,
@@ -25,9 +25,9 @@ from ..drawing.page import (
     table,
     told,
 )
+from ..drawing.words import spoken
 from ..measures.figures import decimals, error_key, of_length
 from .glossary import explained
-from .sections import spoken
 
 _UNITS = {
     "_deg": "°", "_degps": "°/s", "_m": "m", "_mps": "m/s", "_mps2": "m/s²", "_au": "au", "_aups": "au/s", "_s": "s",

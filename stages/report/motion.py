@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 from markupsafe import Markup
 
 from ...models.common.metrics import SD_90
-from ...pipeline.take import Take
+from ...pipeline.core.take import Take
 from ..drawing.charts import over_time, sides
 from ..drawing.page import bullets, charts, figure, small
-from ..trajectories import MISSING, UNCERTAIN
-from .sections import spoken
+from ..drawing.words import spoken
+from ..trajectories import cannot_be_told
 
 _UNITS = {"speed": "{}/s", "acceleration": "{}/s²"}
-_MOST = 0.5  # share of frames that may be too uncertain for a curve
 
 
 def motion_charts(take: Take) -> Markup:
@@ -50,11 +47,3 @@ def motion_charts(take: Take) -> Markup:
         + (bullets(words) if words else Markup(""))
         + charts(figures)
     )
-
-
-def cannot_be_told(columns: Mapping[str, np.ndarray], name: str) -> bool:
-    """Whether most values of a speed or an acceleration are too uncertain. columns: (T,) of a take's kinematics."""
-    reason = columns.get(f"{name}_reason")
-    if reason is None or (reason == MISSING).all():
-        return False
-    return bool((reason[reason != MISSING] == UNCERTAIN).mean() > _MOST)

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from markupsafe import Markup
 
-from ...pipeline.take import Take
+from ...pipeline.core.take import Take
 from ..drawing.charts import SOFT, Curve, over_time
 from ..drawing.page import Cell, charts, details, figure, small, table
+from ..drawing.words import spoken
 from ..second_lift import WARNED
-from .sections import spoken
 
 
 def second_lift(take: Take) -> Markup:

@@ -10,10 +10,10 @@ import numpy as np
 from markupsafe import Markup
 
 from ...models.common.metrics import RAYLEIGH_90
+from ...pipeline.core.messages import bound_in_words, how_many, rate_in_words
+from ...pipeline.core.pose import package_version
+from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import REPORT, SUMMARY
-from ...pipeline.messages import bound_in_words, how_many, rate_in_words
-from ...pipeline.pose import package_version
-from ...pipeline.take import Take
 from ..drawing.facts import Facts
 from ..drawing.page import Cell, Link, box, bullets, details, small, table
 
@@ -121,12 +121,6 @@ def _rounded(value: float | None, bound: float | None) -> str | None:
     stated = bound_in_words(bound)
     digits = 1 if "." in stated else 0
     return f"{value:z.{digits}f}" + (f" ± {stated}" if bound != 1.0 else "")
-
-
-def spoken(name: str) -> str:
-    """A name of the data in words: `r_knee_flexion` is "right knee flexion"."""
-    side = {"r_": "right ", "l_": "left "}.get(name[:2], "")
-    return side + (name[2:] if side else name).replace("_", " ")
 
 
 def provenance(facts: Facts, take: Take) -> Markup:

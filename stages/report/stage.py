@@ -10,14 +10,14 @@ from typing import Any, ClassVar
 import numpy as np
 from markupsafe import Markup
 
-from ...pipeline.answer import answer as seen
-from ...pipeline.camera import pitch_roll_deg
-from ...pipeline.errors import InputError
+from ...pipeline.core.answer import answer as seen
+from ...pipeline.core.camera import pitch_roll_deg
+from ...pipeline.core.errors import InputError
+from ...pipeline.core.pose import PoseSequence
+from ...pipeline.core.rotations import angle_deg, is_finite, rotate
+from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import REPORT, whole_file
 from ...pipeline.files.video_frames import images_at
-from ...pipeline.pose import PoseSequence
-from ...pipeline.rotations import angle_deg, is_finite, rotate
-from ...pipeline.take import Take
 from ..drawing.charts import LEFT, RIGHT, SOFT, Curve, over_time, path, sides
 from ..drawing.facts import Facts, facts_of, shared_up, voted, ways_of_level
 from ..drawing.image_lines import WORDS, drawn

@@ -6,10 +6,10 @@ import numpy as np
 from markupsafe import Markup
 
 from ...models.common.metrics import SD_90
-from ...pipeline.messages import spans_in_words
-from ...pipeline.motion.angles import ANGLES
-from ...pipeline.pose import PoseSequence
-from ...pipeline.take import Take
+from ...pipeline.core.messages import spans_in_words
+from ...pipeline.core.pose import PoseSequence
+from ...pipeline.core.take import Take
+from ...pipeline.signals.angles import ANGLES
 from ..angles import errors_unknown
 from ..drawing.facts import Facts
 from ..drawing.page import Level, gauge

@@ -5,7 +5,7 @@ import pytest
 
 from pcnet3d.adapters import arrays, read
 from pcnet3d.pipeline import H36M17, InputError
-from pcnet3d.pipeline.layouts import LAYOUTS
+from pcnet3d.pipeline.core.layouts import LAYOUTS
 
 FRAMES = 60
 H36M_METRES = {"layout": "H36M17", "frame": "CAMERA", "unit": "m"}

@@ -12,7 +12,7 @@ from golden.bodies import feet_of
 from golden.estimators import AWAY_M
 from pcnet3d.adapters import read, read_all
 from pcnet3d.pipeline import H36M17, InputError
-from pcnet3d.pipeline.layouts import SOMA30, SOMA77
+from pcnet3d.pipeline.core.layouts import SOMA30, SOMA77
 from pcnet3d.pipeline.reading.find import adapters
 
 FRAMES = 40

@@ -8,8 +8,8 @@ from golden.bodies import feet_of
 from golden.lifters import openpose3d, openpose_joints, rtmw3d
 from pcnet3d.adapters import read
 from pcnet3d.pipeline import H36M17
-from pcnet3d.pipeline.anthropometry import implied_stature
-from pcnet3d.pipeline.layouts import BODY_25, BODY_25B, FEET, HALPE26
+from pcnet3d.pipeline.core.anthropometry import implied_stature
+from pcnet3d.pipeline.core.layouts import BODY_25, BODY_25B, FEET, HALPE26
 
 FRAMES = 40
 TOES, SMALL = (FEET.indices([f"{side}_{toe}_toe" for side in "rl"]) for toe in ("big", "small"))

@@ -6,8 +6,8 @@ import pytest
 from golden import estimators, worlds
 from pcnet3d.adapters import read
 from pcnet3d.pipeline import H36M17, InputError
+from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.plugins.options import option_types
-from pcnet3d.pipeline.pose import MadeBy
 from pcnet3d.pipeline.reading.find import adapters
 
 FRAMES = 40

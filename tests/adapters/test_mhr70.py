@@ -11,7 +11,7 @@ from golden.bodies import feet_of
 from golden.estimators import AWAY_M, FOCAL_PX
 from pcnet3d.adapters import read, read_all
 from pcnet3d.pipeline import H36M17, InputError
-from pcnet3d.pipeline.layouts import MHR70
+from pcnet3d.pipeline.core.layouts import MHR70
 from pcnet3d.pipeline.reading.find import adapters
 
 FRAMES = 40

@@ -20,7 +20,7 @@ from golden.worlds import (
 )
 from pcnet3d.adapters import read
 from pcnet3d.pipeline import CAMERA, H36M17, Y_UP, Z_UP, InputError, change_frame
-from pcnet3d.pipeline.layouts import BLAZEPOSE33
+from pcnet3d.pipeline.core.layouts import BLAZEPOSE33
 from pcnet3d.pipeline.reading.find import adapters
 
 FRAMES = 40

@@ -9,7 +9,7 @@ from golden.lifters import openpose3d, openpose_joints
 from pcnet3d.adapters import openpose3d as openpose3d_adapter
 from pcnet3d.adapters import read, read_all
 from pcnet3d.pipeline import H36M17, InputError
-from pcnet3d.pipeline.layouts import BODY_25, BODY_25B, OPENPOSE18
+from pcnet3d.pipeline.core.layouts import BODY_25, BODY_25B, OPENPOSE18
 from pcnet3d.pipeline.reading.find import adapters
 
 FRAMES = 40

@@ -6,7 +6,7 @@ import pytest
 from golden.lifters import rtmw3d
 from pcnet3d.adapters import read
 from pcnet3d.pipeline import H36M17, InputError
-from pcnet3d.pipeline.anthropometry import implied_stature
+from pcnet3d.pipeline.core.anthropometry import implied_stature
 from pcnet3d.pipeline.reading.find import adapters
 
 FRAMES = 60

@@ -19,11 +19,12 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from pcnet3d.models.common.metrics import scaled
-from pcnet3d.models.evaluation.testbed import see
+from pcnet3d.models.lab.evaluation.testbed import see
+from pcnet3d.models.lab.mocap.clips import read_clips
 from pcnet3d.models.lifter import builtin
 from pcnet3d.models.lifter.clock import Clock
-from pcnet3d.models.mocap.clips import Clip, read_clips
 from pcnet3d.pipeline import PoseSequence
+from pcnet3d.pipeline.reading.mocap.clip import Clip
 
 SECONDS = (3.0, 17.0)
 # Frames per second of the camera, and of its rows every so manieth that is kept.

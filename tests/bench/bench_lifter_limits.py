@@ -14,10 +14,11 @@ import zlib
 import numpy as np
 
 from pcnet3d.models.common.metrics import scaled
-from pcnet3d.models.evaluation.testbed import lifted_takes
-from pcnet3d.models.mocap.clips import Clip, Subjects
-from pcnet3d.models.synthetic.keypoint_noise import EXACT_KEYPOINTS, Noise
-from pcnet3d.pipeline.rotations import rotate, transpose
+from pcnet3d.models.lab.evaluation.testbed import lifted_takes
+from pcnet3d.models.lab.mocap.clips import Subjects
+from pcnet3d.models.lab.synthetic.keypoint_noise import EXACT_KEYPOINTS, Noise
+from pcnet3d.pipeline.core.rotations import rotate, transpose
+from pcnet3d.pipeline.reading.mocap.clip import Clip
 
 HALF = Noise(std=Noise().std / 2)
 KEYPOINTS = {"as detectors see them": None, "half the error": HALF, "exact": EXACT_KEYPOINTS}

@@ -2,7 +2,8 @@
 
     python tests/bench/bench_lifter_material.py DIR [STEPS [CHANGE ...]]
 
-Trains a small network for single frames with everything that models/lifter/training/lifter.toml has, and one with each
+Trains a small network for single frames with everything that models/lab/training/lifter/lifter.toml has, and one with
+each
 CHANGE (a name in CHANGES; without any, all of them), all with the same steps and seed. Prints MPJPE in mm on each
 part of the validation: as they are, with bodies turned about any axis (as people who lie and fall are), without a
 nose, with a good detector's noise, with the errors that last as well (to a single frame more noise), and placed as in
@@ -20,17 +21,17 @@ import numpy as np
 import torch
 
 from pcnet3d.models.common.metrics import joint_error, scaled
-from pcnet3d.models.common.training import load_weights
-from pcnet3d.models.evaluation.real_data import MOVING, openpose_keypoints, read_cameras, read_truth
-from pcnet3d.models.evaluation.real_take import lift_row
-from pcnet3d.models.lifter import training as lifter
+from pcnet3d.models.lab.common.training import load_weights
+from pcnet3d.models.lab.evaluation.real_data import MOVING, openpose_keypoints, read_cameras, read_truth
+from pcnet3d.models.lab.evaluation.real_take import lift_row
+from pcnet3d.models.lab.mocap.clips import data_folder
+from pcnet3d.models.lab.synthetic.on_device.draw import Draw
+from pcnet3d.models.lab.synthetic.on_device.poses import PoseRange
+from pcnet3d.models.lab.training import lifter as lifter
+from pcnet3d.models.lab.training.lifter.net import LifterNet, NetConfig
+from pcnet3d.models.lab.training.lifter.train import TrainConfig, clips_of, read_config, run
+from pcnet3d.models.lab.training.lifter.windows import Batch, Material, Windows
 from pcnet3d.models.lifter.features import ASSUMED_FOCAL, features
-from pcnet3d.models.lifter.training.net import LifterNet, NetConfig
-from pcnet3d.models.lifter.training.train import TrainConfig, clips_of, read_config, run
-from pcnet3d.models.lifter.training.windows import Batch, Material, Windows
-from pcnet3d.models.mocap.clips import data_folder
-from pcnet3d.models.synthetic.on_device.draw import Draw
-from pcnet3d.models.synthetic.on_device.poses import PoseRange
 from pcnet3d.pipeline import CAMERA, remap, rotate
 from pcnet3d.pipeline.files.video_frames import shown_size
 from pcnet3d.pipeline.reading.take import read_video

@@ -14,7 +14,7 @@ import time
 import numpy as np
 
 from pcnet3d.models.detector.looks import MOST_LOOKS
-from pcnet3d.models.evaluation.real_data import (
+from pcnet3d.models.lab.evaluation.real_data import (
     LIMBS,
     MOVING,
     exact_keypoints,
@@ -23,11 +23,11 @@ from pcnet3d.models.evaluation.real_data import (
     read_cameras,
     read_truth,
 )
-from pcnet3d.models.evaluation.real_take import lift_row
+from pcnet3d.models.lab.evaluation.real_take import lift_row
+from pcnet3d.models.lab.mocap.clips import data_folder
 from pcnet3d.models.lifter.builtin import lift
-from pcnet3d.models.mocap.clips import data_folder
+from pcnet3d.pipeline.core.layouts import COCO17, H36M17, remap
 from pcnet3d.pipeline.files.video_frames import shown_size
-from pcnet3d.pipeline.layouts import COCO17, H36M17, remap
 from pcnet3d.pipeline.reading.take import read_video
 
 

@@ -24,19 +24,20 @@ from pcnet3d.models import load_rectifier
 from pcnet3d.models.angle_error.take_angles import smoothed
 from pcnet3d.models.common.metrics import joint_error, relative
 from pcnet3d.models.common.spread import stated_spread
-from pcnet3d.models.evaluation.take_answers import joints_of, simulated_look
 from pcnet3d.models.gravity import Seen, known_moving_up, level_moving
 from pcnet3d.models.gravity.levelling import camera_frame
 from pcnet3d.models.gravity.moving import timed
+from pcnet3d.models.lab.evaluation.take_answers import joints_of, simulated_look
+from pcnet3d.models.lab.mocap.clips import lying, read_clips
+from pcnet3d.models.lab.synthetic.cameras import WILD, Cameras, place
+from pcnet3d.models.lab.synthetic.keypoint_noise import detect
 from pcnet3d.models.lifter.builtin import lift
-from pcnet3d.models.mocap.clips import Clip, lying, read_clips
-from pcnet3d.models.synthetic.cameras import WILD, Cameras, place
-from pcnet3d.models.synthetic.keypoint_noise import detect
 from pcnet3d.pipeline import H36M17, IMAGE, InputError, PoseSequence
-from pcnet3d.pipeline.camera import Look
-from pcnet3d.pipeline.canonical import R_world_from_body
-from pcnet3d.pipeline.motion.angles import angles
-from pcnet3d.pipeline.rotations import angle_deg, geodesic_deg, rotate, transpose
+from pcnet3d.pipeline.core.camera import Look
+from pcnet3d.pipeline.core.canonical import R_world_from_body
+from pcnet3d.pipeline.core.rotations import angle_deg, geodesic_deg, rotate, transpose
+from pcnet3d.pipeline.reading.mocap.clip import Clip
+from pcnet3d.pipeline.signals.angles import angles
 
 SWAY_DEG, SWAY_S = (4.0, 3.0), 1.0
 COVERED = {"all": 1.0, "first half": 0.5, "first quarter": 0.25}

@@ -3,7 +3,8 @@
 Whoever follows the code from the command line is in one file until it calls another, and comes back when that one is
 done and its caller goes on. Counted are the files of pipeline/ and adapters/, without what is looked up and not
 followed: pipeline/files, the flat core (pose, frames and so on) and what adapters do to recognise a file. The library
-pipeline/motion counts as one file, and a loop counts once. Prints the stays, one a line, and marks those that lead back
+pipeline/signals counts as one file, and a loop counts once. Prints the stays, one a line, and marks those that lead
+back
 up.
 """
 
@@ -25,7 +26,7 @@ from pcnet3d.pipeline.running.runner import Pipeline
 
 PACKAGE = Path(pcnet3d.pipeline.__file__).parents[1]
 FOLLOWED = ("pipeline/cli.py", "pipeline/plugins/", "pipeline/reading/", "pipeline/running/", "adapters/")
-LIBRARY = "pipeline/motion/"
+LIBRARY = "pipeline/signals/"
 
 
 class _FirstError(Exception):

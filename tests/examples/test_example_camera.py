@@ -7,8 +7,8 @@ from pcnet3d.examples.walker.camera import Camera, R_camera_from_body, aimed, ca
 from pcnet3d.examples.walker.landmarks import halpe26
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import BODY, CAMERA, H36M17, change_frame, rotate
-from pcnet3d.pipeline.canonical import body_axes
-from pcnet3d.pipeline.rotations import transpose
+from pcnet3d.pipeline.core.canonical import body_axes
+from pcnet3d.pipeline.core.rotations import transpose
 
 TARGET = np.array([1.0, 2.0, 1.0])
 UP, EAST = np.array([0.0, 0.0, 1.0]), np.array([0.0, -1.0, 0.0])

@@ -20,8 +20,8 @@ from pcnet3d.examples.walker.landmarks import halpe26
 from pcnet3d.examples.walker.walk import Walk, walker
 from pcnet3d.models import load_rectifier
 from pcnet3d.pipeline import H36M17
-from pcnet3d.pipeline.layouts import HALPE26
-from pcnet3d.pipeline.rotations import geodesic_deg
+from pcnet3d.pipeline.core.layouts import HALPE26
+from pcnet3d.pipeline.core.rotations import geodesic_deg
 
 
 @pytest.fixture(scope="module")

@@ -6,11 +6,11 @@ import pytest
 from pcnet3d.examples.walker.landmarks import halpe26
 from pcnet3d.examples.walker.walk import Walk, walker
 from pcnet3d.pipeline import H36M17, InputError
-from pcnet3d.pipeline.anthropometry import ANKLE_HEIGHT, SEGMENTS
-from pcnet3d.pipeline.canonical import R_world_from_body
-from pcnet3d.pipeline.layouts import HALPE26
-from pcnet3d.pipeline.motion.checks import chirality
-from pcnet3d.pipeline.rotations import angle_deg
+from pcnet3d.pipeline.core.anthropometry import ANKLE_HEIGHT, SEGMENTS
+from pcnet3d.pipeline.core.canonical import R_world_from_body
+from pcnet3d.pipeline.core.layouts import HALPE26
+from pcnet3d.pipeline.core.rotations import angle_deg
+from pcnet3d.pipeline.signals.checks import chirality
 
 # Ends of the phases of the gait cycle: percent, thigh to the vertical, knee flexion (Perry & Burnfield 2010).
 PERRY = np.array(

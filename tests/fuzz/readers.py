@@ -89,7 +89,7 @@ def _config(folder: Path) -> Path:
 
 
 def _read_config(path: Path) -> object:
-    from pcnet3d.models.rectifier.training.train import read_config
+    from pcnet3d.models.lab.training.rectifier.train import read_config
 
     return read_config(path)
 
@@ -109,7 +109,7 @@ def _run(folder: Path) -> Path:
 
 
 def _read_run(path: Path) -> object:
-    from pcnet3d.stages.commands.compare.side import load_side
+    from pcnet3d.stages.study.compare.side import load_side
 
     return load_side(path)
 
@@ -142,7 +142,7 @@ def _read_rectifier(path: Path) -> object:
 def _read_lifter(path: Path) -> object:
     from pcnet3d.models.lifter.builtin import _open, lift
     from pcnet3d.pipeline import H36M17, PoseSequence
-    from pcnet3d.pipeline.frames import IMAGE
+    from pcnet3d.pipeline.core.frames import IMAGE
 
     _open.cache_clear()
     flat = 400 + 300 * Person().turning(5)[..., :2]
@@ -150,7 +150,7 @@ def _read_lifter(path: Path) -> object:
 
 
 def _tiny() -> Any:
-    from pcnet3d.models.rectifier.training.train import TrainConfig
+    from pcnet3d.models.lab.training.rectifier.train import TrainConfig
 
     return TrainConfig.model_validate(tomllib.loads(TINY))
 
@@ -158,21 +158,21 @@ def _tiny() -> Any:
 def _weights(folder: Path) -> Path:
     import torch
 
-    from pcnet3d.models.rectifier.training.net import PCNet
+    from pcnet3d.models.lab.training.rectifier.net import PCNet
 
     torch.save(PCNet(_tiny().net).state_dict(), folder / "best.pt")
     return folder / "best.pt"
 
 
 def _read_weights(path: Path) -> object:
-    from pcnet3d.models.rectifier.training.train import best_of
+    from pcnet3d.models.lab.training.rectifier.train import best_of
 
     return best_of(_tiny(), path.parent)
 
 
 def _state() -> Any:
-    from pcnet3d.models.common.training import State, optimisers_of
-    from pcnet3d.models.rectifier.training.net import PCNet
+    from pcnet3d.models.lab.common.training import State, optimisers_of
+    from pcnet3d.models.lab.training.rectifier.net import PCNet
 
     net = PCNet(_tiny().net)
     return State(net, optimisers_of(net, _tiny().schedule, ()))
@@ -193,7 +193,7 @@ def _read_checkpoint(path: Path) -> object:
 
 
 def _clips(folder: Path) -> Path:
-    from pcnet3d.models.mocap.clips import Clip, write_mocap
+    from pcnet3d.pipeline.reading.mocap.clip import Clip, write_mocap
 
     clips = [
         Clip(f"{i:02d}_01", f"{i:02d}", "max", 30.0, Person().standing(40).astype(np.float32))
@@ -206,7 +206,7 @@ def _clips(folder: Path) -> Path:
 
 
 def _read_clips(path: Path) -> object:
-    from pcnet3d.models.mocap.split import read_parts
+    from pcnet3d.models.lab.mocap.split import read_parts
 
     return read_parts(path, path.parent / "split.json", ("train", "val"))
 
@@ -226,7 +226,7 @@ def _truth(folder: Path) -> Path:
 
 
 def _read_truth(path: Path) -> object:
-    from pcnet3d.stages.commands.compare.truth import read_truth
+    from pcnet3d.stages.study.compare.truth import read_truth
 
     return read_truth(path)
 
@@ -271,7 +271,7 @@ def _manifest(folder: Path) -> Path:
 
 
 def _read_manifest(path: Path) -> object:
-    from pcnet3d.stages.commands.batch.manifest import read_entries
+    from pcnet3d.stages.study.batch.manifest import read_entries
 
     entries = read_entries(path, {})
     for entry in entries:
@@ -282,9 +282,9 @@ def _read_manifest(path: Path) -> object:
 
 def _read_study(path: Path) -> object:
     """A finished take of a batch into the study's table and page."""
-    from pcnet3d.stages.commands.batch.page import as_page
-    from pcnet3d.stages.commands.batch.study import changes, figures, write_table
-    from pcnet3d.stages.commands.batch.take import _kept
+    from pcnet3d.stages.study.batch.page import as_page
+    from pcnet3d.stages.study.batch.study import changes, figures, write_table
+    from pcnet3d.stages.study.batch.take import _kept
 
     _kept(path)
     labels = {"name": "a", "condition": "", "state": "done", "exit_code": 0, "reason": ""}
@@ -298,8 +298,8 @@ def _read_study(path: Path) -> object:
 
 def _read_camera(path: Path) -> object:
     """Whichever camera of the file, to the video's size, and what is seen through it."""
+    from pcnet3d.pipeline.core.intrinsics import undistorted
     from pcnet3d.pipeline.files.camera_file import _cameras, read_camera
-    from pcnet3d.pipeline.intrinsics import undistorted
 
     for name in _cameras(path):
         camera = read_camera(path, name, (1920, 1080))

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from pcnet3d.pipeline import H36M17, rotate
-from pcnet3d.pipeline.layouts import FEET
+from pcnet3d.pipeline.core.layouts import FEET
 
 
 def facing_camera() -> np.ndarray:

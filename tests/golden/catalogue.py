@@ -16,7 +16,7 @@ from golden.bodies import Person
 from pcnet3d.examples.walker.imu import strapped, write_csv
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import H36M17
-from pcnet3d.pipeline.layouts import BODY_25, BODY_25B, Layout
+from pcnet3d.pipeline.core.layouts import BODY_25, BODY_25B, Layout
 
 FRAMES = 40
 AWAY_M = np.array([0.3, 0.1, 4.0])

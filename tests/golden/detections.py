@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
+from pcnet3d.pipeline.core.layouts import COCO17, H36M17, OPENPOSE18
 from pcnet3d.pipeline.files.detections import KEYPOINTS, Detections
-from pcnet3d.pipeline.layouts import COCO17, H36M17, OPENPOSE18
 
 # Rows of H36M17 in COCO's order; eyes and ears lie where the nose is.
 AS_COCO = [H36M17.index(joint if joint in H36M17 else "nose") for joint in COCO17.joints]

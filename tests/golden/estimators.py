@@ -12,7 +12,7 @@ from golden import worlds
 from golden.bodies import feet_of
 from golden.lifters import box_of
 from pcnet3d.pipeline import H36M17
-from pcnet3d.pipeline.layouts import FEET, MHR70, SOMA77
+from pcnet3d.pipeline.core.layouts import FEET, MHR70, SOMA77
 
 AWAY_M = np.array([0.3, 0.1, 4.0])
 FOCAL_PX = 1468.6  # the diagonal of 1280 x 720

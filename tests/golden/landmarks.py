@@ -7,7 +7,7 @@ import numpy as np
 
 from golden.bodies import feet_of
 from pcnet3d.pipeline import H36M17
-from pcnet3d.pipeline.layouts import BLAZEPOSE33, FEET
+from pcnet3d.pipeline.core.layouts import BLAZEPOSE33, FEET
 
 NAMES = [
     "nose",

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from golden.bodies import feet_of
 from pcnet3d.pipeline import H36M17, rotate
-from pcnet3d.pipeline.layouts import COCO23, FEET, Layout
+from pcnet3d.pipeline.core.layouts import COCO23, FEET, Layout
 
 CLIP = 243
 # For each of COCO23's joints one of its own, none of them dark.

@@ -10,7 +10,7 @@ import pytest
 from pcnet3d.examples.walker.camera import side_camera
 from pcnet3d.examples.walker.landmarks import halpe26
 from pcnet3d.examples.walker.walk import walker
-from pcnet3d.pipeline.layouts import COCO17, HALPE26
+from pcnet3d.pipeline.core.layouts import COCO17, HALPE26
 
 FRAMES, FPS, STEP = 60, 30, 4  # STEP: grey levels from image to image in the upper left corner
 WIDTH, HEIGHT, PADDED = 640, 360, 400  # PADDED: what the network sees, whose sides go in steps

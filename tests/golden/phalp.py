@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from pcnet3d.pipeline import H36M17
-from pcnet3d.pipeline.layouts import BODY_25
+from pcnet3d.pipeline.core.layouts import BODY_25
 
 
 class NumpyArrayWrapper:

@@ -15,7 +15,8 @@ class Room:
     """An image and its truth.
 
     image: (H, W, 3) uint8 RGB. up: (3,) unit vector against gravity in camera axes (x right, y down, z away).
-    focal_px: pixels. pitch_deg, roll_deg: as in models/synthetic/cameras.py. boxes: (N, 4) x0 y0 x1 y1 of the people,
+    focal_px: pixels. pitch_deg, roll_deg: as in models/lab/synthetic/cameras.py. boxes: (N, 4) x0 y0 x1 y1 of the
+    people,
     pixels.
     """
 

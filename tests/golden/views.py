@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from golden.textures import texture
-from pcnet3d.models.synthetic.cameras import view_rotation
+from pcnet3d.pipeline.core.camera import view_rotation
 
 NEAR = 0.12  # metres; what is nearer to the camera is clipped
 MARGIN = 0.05  # of the longer side: painted beyond the border, for a lens that sees more than a pinhole

@@ -8,8 +8,8 @@ from scipy.io import savemat
 
 from golden.bodies import feet_of
 from pcnet3d.pipeline import H36M17, rotate
+from pcnet3d.pipeline.core.layouts import BLAZEPOSE33, COCO23, FEET, MPI3DHP17
 from pcnet3d.pipeline.files.skeletons import SMPL
-from pcnet3d.pipeline.layouts import BLAZEPOSE33, COCO23, FEET, MPI3DHP17
 
 # HALPE_26 of Pose2Sim, in its order; markers at other places than our joints are left to be derived.
 POSE2SIM = {

@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from pcnet3d.pipeline.errors import InputError
+from pcnet3d.pipeline.core.errors import InputError
 
 ROOT = Path(__file__).parents[2]
 WRITE = ROOT / "docs" / "accuracy" / "write.py"

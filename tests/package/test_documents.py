@@ -12,13 +12,13 @@ from pathlib import Path
 
 import pytest
 
-from pcnet3d.pipeline.camera import Camera
 from pcnet3d.pipeline.cli import load_command
-from pcnet3d.pipeline.motion.angles import ANGLES, REASONS
+from pcnet3d.pipeline.core.camera import Camera
+from pcnet3d.pipeline.core.take import Session, Video
+from pcnet3d.pipeline.core.verdict import Finding
 from pcnet3d.pipeline.plugins import registry
 from pcnet3d.pipeline.reading.settings import MOVED, reading_options
-from pcnet3d.pipeline.take import Session, Video
-from pcnet3d.pipeline.verdict import Finding
+from pcnet3d.pipeline.signals.angles import ANGLES, REASONS
 
 ROOT = Path(__file__).parents[2]
 FOLDERS = ("pipeline", "adapters", "models", "stages", "examples", "tests", "docs")
@@ -95,8 +95,8 @@ def test_sections_are_seen():
         assert [number for of, number in cited(text) if of == document] == numbers
     assert {"11.5", "2.2", "9.1"} <= sections("formats.md")
     assert "11.99" not in sections("formats.md")
-    assert SOURCE.findall("in pipeline/pose.py, examples/no/such.toml.") == [
-        "pipeline/pose.py",
+    assert SOURCE.findall("in pipeline/core/pose.py, examples/no/such.toml.") == [
+        "pipeline/core/pose.py",
         "examples/no/such.toml",
     ]
     assert sum(1 for path in CODE for _ in cited(words(path))) > 60

@@ -16,8 +16,8 @@ from pcnet3d.examples.walker.camera import Camera, camera_poses, side_camera
 from pcnet3d.examples.walker.files import write_keypoints, write_poses
 from pcnet3d.examples.walker.imu import Faults, strapped, write_csv
 from pcnet3d.examples.walker.walk import Walk, walker
-from pcnet3d.models.mocap.clips import Clip, write_mocap
 from pcnet3d.pipeline import H36M17
+from pcnet3d.pipeline.reading.mocap.clip import Clip, write_mocap
 
 SUBJECTS = ("01", "02", "05", "07", "09")
 

@@ -37,7 +37,7 @@ def test_what_is_not_run():
     """Nothing joins or leaves this list unseen."""
     assert {f"{block.page}: {block.reason}" for block in BLOCKS if block.reason} == {
         "README: installs packages from the network",
-        "batch: needs a cluster; tests/stages/commands/batch starts one",
+        "batch: needs a cluster; tests/stages/study/batch starts one",
         "camera: needs a video of a built place",
         "camera: needs an image",
         "data: needs the MM-Fi data set, and hours",

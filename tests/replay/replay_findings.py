@@ -35,9 +35,9 @@ from pcnet3d.examples.walker.imu import Faults, strapped, write_csv
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import Pipeline, Take
 from pcnet3d.pipeline.cli import main
+from pcnet3d.pipeline.core.layouts import BODY_25B
 from pcnet3d.pipeline.inspect.inspect import inspect
-from pcnet3d.pipeline.layouts import BODY_25B
-from pcnet3d.pipeline.motion.rates import fall_doubts, pace_doubts
+from pcnet3d.pipeline.signals.rates import fall_doubts, pace_doubts
 from pcnet3d.stages.angles import Angles
 from pcnet3d.stages.measures.stage import Measures
 from pcnet3d.stages.rectify import Rectify, rectify

@@ -6,8 +6,6 @@ import numpy as np
 import pytest
 
 from pcnet3d.examples.walker.walk import walker
-from pcnet3d.models.angle_error import fit as fitting
-from pcnet3d.models.angle_error.fit import Pair, modes_of, read_pairs, with_factors
 from pcnet3d.models.angle_error.joint_noise import (
     JOINTS,
     JointNoise,
@@ -16,15 +14,17 @@ from pcnet3d.models.angle_error.joint_noise import (
     shipped_noise,
 )
 from pcnet3d.models.angle_error.take_angles import AngleSeries, smoothed, take_angles
-from pcnet3d.models.evaluation import angles as module
-from pcnet3d.models.evaluation.angles import as_markdown, judge, one_set
 from pcnet3d.models.gravity import Seen, level_static
+from pcnet3d.models.lab.evaluation import angles as module
+from pcnet3d.models.lab.evaluation.angles import as_markdown, judge, one_set
+from pcnet3d.models.lab.fits import joint_noise as fitting
+from pcnet3d.models.lab.fits.joint_noise import Pair, modes_of, read_pairs, with_factors
 from pcnet3d.models.rectifier.load import load_rectifier
 from pcnet3d.pipeline import CAMERA, H36M17, InputError, Take
-from pcnet3d.pipeline.canonical import R_world_from_body
-from pcnet3d.pipeline.motion.angles import ANGLES, angles, near
-from pcnet3d.pipeline.pose import MadeBy
-from pcnet3d.pipeline.rotations import rotate, transpose
+from pcnet3d.pipeline.core.canonical import R_world_from_body
+from pcnet3d.pipeline.core.pose import MadeBy
+from pcnet3d.pipeline.core.rotations import rotate, transpose
+from pcnet3d.pipeline.signals.angles import ANGLES, angles, near
 from pcnet3d.stages.angles import Angles, joint_angles
 from pcnet3d.stages.rectify import rectify
 from pcnet3d.stages.trajectories import smooth
@@ -205,7 +205,9 @@ def test_shipped_noise_is_larger_in_depth_and_far_out():
     ]
     assert (variance[limbs, 2] > 1.5 * variance[limbs, :2].max(axis=1)).all()
     assert variance[JOINTS.index("r_wrist")].sum() > variance[JOINTS.index("r_shoulder")].sum()
-    assert set(noise.factors) == set(ANGLES), "fit: python -m pcnet3d.models.angle_error.fit --val val.npz"
+    assert set(noise.factors) == set(ANGLES), (
+        "fit: python -m pcnet3d.models.lab.fits.joint_noise --val val.npz"
+    )
     assert {joint for angle in ANGLES.values() for joint in angle.joints} <= set(JOINTS)
     assert all(0.5 < factor < 2 for factor in noise.factors.values())
     assert all(power > 0 for power in noise.powers)
@@ -329,8 +331,8 @@ def test_a_rate_is_judged_where_all_of_it_is_known():
 
 def test_a_perfect_lift_has_no_error():
     from pcnet3d.models import load_rectifier
-    from pcnet3d.models.evaluation.testbed import LiftedTake, see
-    from pcnet3d.models.mocap.clips import Clip
+    from pcnet3d.models.lab.evaluation.testbed import LiftedTake, see
+    from pcnet3d.pipeline.reading.mocap.clip import Clip
 
     walk = walker(seconds=4)
     seen = see(Clip("09_01", "09", "asfamc", 30.0, walk.world.astype(np.float32)), 0)
@@ -351,8 +353,8 @@ def test_a_perfect_lift_has_no_error():
 
 def test_errors_of_a_motion_are_those_of_its_frames():
     from pcnet3d.models import load_rectifier
-    from pcnet3d.models.evaluation.testbed import LiftedTake, see
-    from pcnet3d.models.mocap.clips import Clip
+    from pcnet3d.models.lab.evaluation.testbed import LiftedTake, see
+    from pcnet3d.pipeline.reading.mocap.clip import Clip
 
     walk = walker(seconds=8)
     seen = see(Clip("09_01", "09", "asfamc", 30.0, walk.world.astype(np.float32)), 0)

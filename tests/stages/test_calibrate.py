@@ -13,15 +13,14 @@ from pcnet3d.adapters import video as videos
 from pcnet3d.models.gravity import geocalib
 from pcnet3d.models.gravity.geocalib import FieldsUp
 from pcnet3d.models.gravity.view import _boxes, camera_of
-from pcnet3d.models.synthetic.cameras import view_rotation
 from pcnet3d.pipeline import H36M17, InputError, PoseSequence, Take, Told, Video
-from pcnet3d.pipeline.camera import Camera, pitch_roll_deg
 from pcnet3d.pipeline.cli import main
-from pcnet3d.pipeline.frames import IMAGE
-from pcnet3d.pipeline.intrinsics import undistorted
-from pcnet3d.pipeline.rotations import angle_deg
+from pcnet3d.pipeline.core.camera import Camera, pitch_roll_deg, view_rotation
+from pcnet3d.pipeline.core.frames import IMAGE
+from pcnet3d.pipeline.core.intrinsics import undistorted
+from pcnet3d.pipeline.core.rotations import angle_deg
 from pcnet3d.stages.calibrate import Calibrate
-from pcnet3d.stages.commands.calibrate import pitch_roll_sd_deg
+from pcnet3d.stages.calibrate_command import pitch_roll_sd_deg
 from pcnet3d.stages.lift import Lift
 
 

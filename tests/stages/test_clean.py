@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import CAMERA, H36M17, InputError, PoseSequence, Take
-from pcnet3d.pipeline.motion.checks import leaps
+from pcnet3d.pipeline.signals.checks import leaps
 from pcnet3d.stages.clean import Clean, clean
 
 FPS = 30

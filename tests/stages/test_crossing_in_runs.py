@@ -7,7 +7,7 @@ from golden import detections
 from pcnet3d.examples.walker.camera import aimed
 from pcnet3d.examples.walker.landmarks import halpe26
 from pcnet3d.examples.walker.walk import walker
-from pcnet3d.pipeline.layouts import HALPE26, OPENPOSE18
+from pcnet3d.pipeline.core.layouts import HALPE26, OPENPOSE18
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.running.plan import planned
 from pcnet3d.pipeline.running.run import run_people

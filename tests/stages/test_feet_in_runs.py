@@ -11,9 +11,9 @@ import pytest
 from pcnet3d.examples.walker.camera import aimed
 from pcnet3d.examples.walker.landmarks import halpe26
 from pcnet3d.examples.walker.walk import walker
-from pcnet3d.pipeline.layouts import FEET
-from pcnet3d.pipeline.motion.foot_angles import FOOT_ANGLES
-from pcnet3d.pipeline.rotations import rotate
+from pcnet3d.pipeline.core.layouts import FEET
+from pcnet3d.pipeline.core.rotations import rotate
+from pcnet3d.pipeline.signals.foot_angles import FOOT_ANGLES
 
 PCNET3D = [sys.executable, "-c", "from pcnet3d.pipeline.cli import main; main()"]
 ADDED = ("--also", "trc", "--also", "netcdf", "--also", "mot", "--set", "rectify.rectifier=geometric")

@@ -9,9 +9,9 @@ from scipy.spatial.transform import Rotation
 from pcnet3d.models import load_rectifier
 from pcnet3d.models.gravity.levelling import level_frame
 from pcnet3d.pipeline import CAMERA, H36M17, Y_UP, Z_UP, InputError, PoseSequence, change_frame
-from pcnet3d.pipeline.frames import GL_CAMERA, PC_CAMERA
-from pcnet3d.pipeline.pose import MadeBy
-from pcnet3d.pipeline.rotations import angle_deg, geodesic_deg, rotate, transpose
+from pcnet3d.pipeline.core.frames import GL_CAMERA, PC_CAMERA
+from pcnet3d.pipeline.core.pose import MadeBy
+from pcnet3d.pipeline.core.rotations import angle_deg, geodesic_deg, rotate, transpose
 from pcnet3d.stages.rectify import rectify
 
 R_FACING_THE_CAMERA = np.array([[0, -1, 0], [0, 0, -1], [1, 0, 0]])  # design.md section 4
@@ -176,7 +176,7 @@ def test_wrong_layout_or_rectifier_is_refused(facing_camera):
     poses = PoseSequence(facing_camera[None], H36M17, CAMERA)
     with pytest.raises(InputError, match="geometric"):
         rectify(poses, "geometrical")
-    from pcnet3d.pipeline.layouts import MPI3DHP17
+    from pcnet3d.pipeline.core.layouts import MPI3DHP17
 
     with pytest.raises(InputError, match="remap"):
         rectify(poses.with_(layout=MPI3DHP17))

@@ -12,11 +12,11 @@ from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.files import write_files
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import InputError, Take, load_recipe
-from pcnet3d.pipeline.camera import Camera, Look
-from pcnet3d.pipeline.intrinsics import Intrinsics, undistorted
+from pcnet3d.pipeline.core.camera import Camera, Look
+from pcnet3d.pipeline.core.intrinsics import Intrinsics, undistorted
+from pcnet3d.pipeline.core.rotations import kabsch, rotate
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_take
-from pcnet3d.pipeline.rotations import kabsch, rotate
 from pcnet3d.pipeline.running.run import run_files
 from pcnet3d.stages.lift import Lift
 

@@ -6,7 +6,7 @@ import pytest
 from pcnet3d.examples.walker.camera import side_camera
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import CAMERA, Pipeline, Take, change_frame
-from pcnet3d.pipeline.pose import MadeBy
+from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.running.conclusion import trust
 from pcnet3d.stages.angles import Angles, errors_unknown
 from pcnet3d.stages.drawing.facts import facts_of

@@ -7,12 +7,12 @@ from pcnet3d.examples.walker.camera import aimed, camera_poses
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.gait.events import Stance
 from pcnet3d.models.gait.parameters import flat_span
-from pcnet3d.models.gait.truth import true_contact
+from pcnet3d.models.lab.mocap.contact import true_contact
 from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, Z_UP, InputError, PoseSequence, Take, Told, change_frame
-from pcnet3d.pipeline.camera import Camera
-from pcnet3d.pipeline.motion.flights import falls
+from pcnet3d.pipeline.core.camera import Camera
+from pcnet3d.pipeline.core.rotations import rotate
 from pcnet3d.pipeline.reading.handedness import repaired
-from pcnet3d.pipeline.rotations import rotate
+from pcnet3d.pipeline.signals.flights import falls
 from pcnet3d.stages.angles import Angles
 from pcnet3d.stages.clean import clean
 from pcnet3d.stages.drawing.facts import facts_of

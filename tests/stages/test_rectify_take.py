@@ -12,14 +12,14 @@ from pcnet3d.examples.walker.camera import aimed, camera_poses, side_camera
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.gravity import LEAN_DEG
 from pcnet3d.pipeline import CAMERA, H36M17, InputError, PoseSequence, Take, Told, change_frame, rotate
-from pcnet3d.pipeline.camera import Camera as View
-from pcnet3d.pipeline.camera import Look
-from pcnet3d.pipeline.frames import GL_CAMERA
-from pcnet3d.pipeline.motion.checks import nobody_upright
+from pcnet3d.pipeline.core.camera import Camera as View
+from pcnet3d.pipeline.core.camera import Look
+from pcnet3d.pipeline.core.frames import GL_CAMERA
+from pcnet3d.pipeline.core.rotations import angle_deg, geodesic_deg
+from pcnet3d.pipeline.core.verdict import Finding
 from pcnet3d.pipeline.reading.settings import RunOptions
-from pcnet3d.pipeline.rotations import angle_deg, geodesic_deg
 from pcnet3d.pipeline.running.run import run_files
-from pcnet3d.pipeline.verdict import Finding
+from pcnet3d.pipeline.signals.checks import nobody_upright
 from pcnet3d.stages.rectify import Rectify, rectify
 
 RECTIFIERS = ("pcnet", "geometric")

@@ -18,8 +18,8 @@ from pcnet3d.pipeline import (
     PoseSequence,
     change_frame,
 )
-from pcnet3d.pipeline.frames import GL_CAMERA
-from pcnet3d.pipeline.layouts import COCO17, remap
+from pcnet3d.pipeline.core.frames import GL_CAMERA
+from pcnet3d.pipeline.core.layouts import COCO17, remap
 from pcnet3d.pipeline.reading.handedness import repaired
 from pcnet3d.stages.clean import clean
 from pcnet3d.stages.scale import scale

@@ -10,7 +10,7 @@ import pytest
 from pcnet3d.examples.walker.camera import aimed
 from pcnet3d.examples.walker.files import write_poses
 from pcnet3d.examples.walker.walk import walker
-from pcnet3d.pipeline.rotations import angle_deg, rotate, transpose
+from pcnet3d.pipeline.core.rotations import angle_deg, rotate, transpose
 
 PCNET3D = [sys.executable, "-c", "from pcnet3d.pipeline.cli import main; main()"]
 STAGES = ("clean", "scale", "rectify", "trajectories", "angles", "measures", "export")

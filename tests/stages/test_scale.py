@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pcnet3d.pipeline import CAMERA, H36M17, InputError, PoseSequence, Take
-from pcnet3d.pipeline.anthropometry import SEGMENTS
+from pcnet3d.pipeline.core.anthropometry import SEGMENTS
 from pcnet3d.stages.scale import Scale, scale
 
 ARBITRARY = CAMERA.with_(unit="arbitrary")

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import CAMERA, H36M17, LEVEL, InputError, PoseSequence, Take, rotate
-from pcnet3d.pipeline.motion.signals import derivative
+from pcnet3d.pipeline.signals.filters import derivative
 from pcnet3d.stages import rectify
 from pcnet3d.stages.trajectories import (
     FINE,

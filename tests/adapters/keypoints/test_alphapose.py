@@ -7,7 +7,7 @@ import pytest
 
 from pcnet3d.adapters import alphapose, read, read_all
 from pcnet3d.pipeline import InputError
-from pcnet3d.pipeline.layouts import OPENPOSE18
+from pcnet3d.pipeline.core.layouts import OPENPOSE18
 
 
 @pytest.fixture

@@ -6,7 +6,7 @@ import pytest
 from golden.detections import between_shoulders
 from pcnet3d.adapters import read_all
 from pcnet3d.pipeline import IMAGE
-from pcnet3d.pipeline.layouts import BODY_25, COCO17, H36M17, HALPE26, OPENPOSE18
+from pcnet3d.pipeline.core.layouts import BODY_25, COCO17, H36M17, HALPE26, OPENPOSE18
 from pcnet3d.pipeline.reading.find import adapters, find_adapter
 
 FORMS = [

@@ -10,7 +10,7 @@ import pytest
 
 from pcnet3d.adapters import detectron, read, read_all, videopose2d
 from pcnet3d.pipeline import IMAGE, InputError
-from pcnet3d.pipeline.layouts import COCO17, H36M17
+from pcnet3d.pipeline.core.layouts import COCO17, H36M17
 from pcnet3d.pipeline.reading.find import adapters
 
 SYMMETRY = [[1, 3, 5, 7, 9, 11, 13, 15], [2, 4, 6, 8, 10, 12, 14, 16]]

@@ -5,7 +5,7 @@ import pytest
 
 from pcnet3d.models.angle_error.rates import angle_rates
 from pcnet3d.models.angle_error.take_angles import AngleSeries
-from pcnet3d.pipeline.motion.angles import FINE, MISSING
+from pcnet3d.pipeline.signals.angles import FINE, MISSING
 
 TIME = np.arange(240) / 30
 SWING = 2 * np.pi * 0.5

@@ -11,12 +11,12 @@ from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models import load_rectifier
 from pcnet3d.models.common.onnx import PlacedSession, open_onnx
-from pcnet3d.models.evaluation import bench
+from pcnet3d.models.lab.bench import rectify as bench
 from pcnet3d.models.lifter.builtin import SHIPPED
-from pcnet3d.pipeline.camera import Camera
 from pcnet3d.pipeline.cli import _points, load_command
-from pcnet3d.pipeline.device import KINDS, computing_on, listed, placement
-from pcnet3d.pipeline.errors import InputError
+from pcnet3d.pipeline.core.camera import Camera
+from pcnet3d.pipeline.core.device import KINDS, computing_on, listed, placement
+from pcnet3d.pipeline.core.errors import InputError
 from pcnet3d.pipeline.reading.settings import OnDevice, RunOptions
 from pcnet3d.pipeline.running.recipe import Recipe, StageEntry
 from pcnet3d.pipeline.running.run import run_files
@@ -216,6 +216,6 @@ def test_calibrate_records_where_the_network_computed(cuda, monkeypatch, capsys)
         open_onnx(SHIPPED)
         return Camera((640, 480), 512.0, 100.0, "prior"), np.zeros((480, 640, 3), np.uint8)
 
-    monkeypatch.setattr("pcnet3d.stages.commands.calibrate._looked", looked)
+    monkeypatch.setattr("pcnet3d.stages.calibrate_command._looked", looked)
     assert load_command("calibrate").main(["x.png", "--json", "--device", "cuda"], standalone_mode=False) == 3
     assert json.loads(capsys.readouterr().out)["device"]["networks"] == {"lifter.onnx": "cuda"}

@@ -8,7 +8,7 @@ import pytest
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.common.spread import stated_spread
 from pcnet3d.pipeline import CAMERA, H36M17, PoseSequence
-from pcnet3d.pipeline.anthropometry import implied_stature
+from pcnet3d.pipeline.core.anthropometry import implied_stature
 
 
 def test_it_is_the_geometric_mean_of_the_deviations_in_statures():

@@ -12,7 +12,7 @@ from onnx import TensorProto, helper, numpy_helper
 
 from pcnet3d.adapters.video import read
 from pcnet3d.pipeline import Video
-from pcnet3d.pipeline.layouts import COCO17
+from pcnet3d.pipeline.core.layouts import COCO17
 
 # Where the toy sees the joints: in half widths and half heights from the middle of the rectangle.
 _BODY = {

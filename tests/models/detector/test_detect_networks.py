@@ -7,8 +7,8 @@ from pcnet3d.adapters.video import read
 from pcnet3d.models.detector.crops import Crop, around, fitted
 from pcnet3d.models.detector.load import load_detector
 from pcnet3d.pipeline import InputError
+from pcnet3d.pipeline.core.layouts import BLAZEPOSE33, COCO17, COCO23, HALPE26
 from pcnet3d.pipeline.files.video_frames import images_from
-from pcnet3d.pipeline.layouts import BLAZEPOSE33, COCO17, COCO23, HALPE26
 
 
 @pytest.mark.parametrize("kind", ["uint8", "int32", "float"])

@@ -15,9 +15,9 @@ from pcnet3d.models.detector.load import load_detector
 from pcnet3d.models.detector.protocols import Found
 from pcnet3d.models.detector.video import detect
 from pcnet3d.pipeline import InputError, Take
+from pcnet3d.pipeline.core.layouts import COCO17
 from pcnet3d.pipeline.files import video_frames
 from pcnet3d.pipeline.files.detections import Detections, interrupted_at, load_detections
-from pcnet3d.pipeline.layouts import COCO17
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_take
 from pcnet3d.stages.detect import Detect, smoothed

@@ -10,8 +10,8 @@ from pcnet3d.models.detector.load import load_detector
 from pcnet3d.models.detector.looks import MOST_LOOKS, SeveralLooks
 from pcnet3d.models.detector.protocols import Found
 from pcnet3d.models.detector.topdown import Follower
-from pcnet3d.pipeline.errors import InputError
-from pcnet3d.pipeline.layouts import COCO17
+from pcnet3d.pipeline.core.errors import InputError
+from pcnet3d.pipeline.core.layouts import COCO17
 from pcnet3d.stages.detect import Detect
 
 WIDTH, HEIGHT = 320, 240

@@ -6,8 +6,8 @@ import pytest
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.gait.contact import contacts, leg_length, window_features
 from pcnet3d.models.gait.events import stances
-from pcnet3d.models.gait.fit import in_body
-from pcnet3d.models.gait.truth import true_contact
+from pcnet3d.models.lab.fits.contact import in_body
+from pcnet3d.models.lab.mocap.contact import true_contact
 from pcnet3d.pipeline import H36M17, InputError
 
 

@@ -9,7 +9,7 @@ from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.gravity import take_up
 from pcnet3d.models.gravity.floor import floor_plane, stances
 from pcnet3d.pipeline import CAMERA, H36M17, PoseSequence
-from pcnet3d.pipeline.rotations import angle_deg, rotate, unit
+from pcnet3d.pipeline.core.rotations import angle_deg, rotate, unit
 from pcnet3d.stages import rectify
 
 Z = np.array([0.0, 0.0, 1.0])

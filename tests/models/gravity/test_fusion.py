@@ -9,10 +9,9 @@ from pcnet3d.models.gravity.evidence import IMAGE, Evidence, of_image
 from pcnet3d.models.gravity.fusion import chi_square, decide, fused_up
 from pcnet3d.models.gravity.held import held
 from pcnet3d.models.gravity.lines import tangent
-from pcnet3d.models.synthetic.cameras import view_rotation
 from pcnet3d.pipeline import InputError
-from pcnet3d.pipeline.camera import Look, pitch_roll_deg
-from pcnet3d.pipeline.rotations import angle_deg
+from pcnet3d.pipeline.core.camera import Look, pitch_roll_deg, view_rotation
+from pcnet3d.pipeline.core.rotations import angle_deg
 
 TIMES = np.arange(120) / 30
 

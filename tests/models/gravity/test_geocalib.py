@@ -10,9 +10,9 @@ from pcnet3d.models.common.download import GEOCALIB
 from pcnet3d.models.gravity.geocalib import Fields, network_input, up_from_fields, up_from_network
 from pcnet3d.models.gravity.lines import tangent
 from pcnet3d.pipeline import InputError
-from pcnet3d.pipeline.camera import pitch_roll_deg
+from pcnet3d.pipeline.core.camera import pitch_roll_deg
+from pcnet3d.pipeline.core.rotations import angle_deg, unit
 from pcnet3d.pipeline.plugins import registry
-from pcnet3d.pipeline.rotations import angle_deg, unit
 
 SIZE = (1280, 720)
 

@@ -23,7 +23,7 @@ from pcnet3d.models.gravity import (
 )
 from pcnet3d.models.gravity.votes import STATED_LEAN_DEG, TILT_SHARE, USUAL_SPREAD
 from pcnet3d.pipeline import H36M17, rotate
-from pcnet3d.pipeline.rotations import angle_deg, unit
+from pcnet3d.pipeline.core.rotations import angle_deg, unit
 
 UP = np.array([0.0, -1.0, 0.0])  # of a camera that stands straight
 ERROR_DEG = 2.0  # that the frames state; less than a lifter's lean, which is then all that they share

@@ -10,8 +10,8 @@ from pcnet3d.models.gravity.images import TOLD_SPREAD, ImageUp, Unknown, up_from
 from pcnet3d.models.gravity.moving import with_looks
 from pcnet3d.models.gravity.view import before, moving_camera, static_camera
 from pcnet3d.pipeline import InputError
-from pcnet3d.pipeline.camera import Look
-from pcnet3d.pipeline.rotations import angle_deg
+from pcnet3d.pipeline.core.camera import Look
+from pcnet3d.pipeline.core.rotations import angle_deg
 
 SEEDS = (0, 4, 10)
 

@@ -14,8 +14,8 @@ from pcnet3d.models.gravity import known, known_moving_up, known_up
 from pcnet3d.models.gravity.moving import timed
 from pcnet3d.models.gravity.votes import USUAL_SPREAD
 from pcnet3d.pipeline import PoseSequence
-from pcnet3d.pipeline.camera import Look
-from pcnet3d.pipeline.rotations import angle_deg, rotate
+from pcnet3d.pipeline.core.camera import Look
+from pcnet3d.pipeline.core.rotations import angle_deg, rotate
 
 GEOMETRIC = load_rectifier("geometric")
 

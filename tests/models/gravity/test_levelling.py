@@ -23,11 +23,10 @@ from pcnet3d.models.gravity import (
 from pcnet3d.models.gravity.levelling import HEADING_S, camera_frame, level, upright
 from pcnet3d.models.gravity.moving import sliding_up
 from pcnet3d.models.gravity.votes import STATED_LEAN_DEG, USUAL_SPREAD
-from pcnet3d.models.synthetic.cameras import view_rotation
 from pcnet3d.pipeline import rotate
-from pcnet3d.pipeline.camera import Look
-from pcnet3d.pipeline.canonical import R_world_from_body
-from pcnet3d.pipeline.rotations import angle_deg, from_columns, geodesic_deg, unit
+from pcnet3d.pipeline.core.camera import Look, view_rotation
+from pcnet3d.pipeline.core.canonical import R_world_from_body
+from pcnet3d.pipeline.core.rotations import angle_deg, from_columns, geodesic_deg, unit
 
 Z = np.array([0.0, 0.0, 1.0])
 seeds = st.integers(0, 2**32 - 1)

@@ -5,9 +5,8 @@ import pytest
 
 from pcnet3d.models.gravity import lines
 from pcnet3d.models.gravity.segments import Segments
-from pcnet3d.models.synthetic.cameras import view_rotation
-from pcnet3d.pipeline.camera import pitch_roll_deg
-from pcnet3d.pipeline.rotations import angle_deg, rotate
+from pcnet3d.pipeline.core.camera import pitch_roll_deg, view_rotation
+from pcnet3d.pipeline.core.rotations import angle_deg, rotate
 
 
 def world_segments(seed, pitch, roll, focal, shares=(60, 40, 40, 60), noise_deg=0.5):

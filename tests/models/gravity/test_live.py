@@ -11,12 +11,12 @@ from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models import load_rectifier
 from pcnet3d.models.common.metrics import relative
-from pcnet3d.models.evaluation.testbed import lifted_takes
 from pcnet3d.models.gravity import LEAN_DEG, TILT_SHARE, Seen, direction, level_static
 from pcnet3d.models.gravity.levelling import HEADING_S
 from pcnet3d.models.gravity.live import KEPT, LiveRectifier
+from pcnet3d.models.lab.evaluation.testbed import lifted_takes
 from pcnet3d.pipeline import H36M17, InputError
-from pcnet3d.pipeline.rotations import angle_deg, geodesic_deg
+from pcnet3d.pipeline.core.rotations import angle_deg, geodesic_deg
 
 Z = np.array([0.0, 0.0, 1.0])
 POSE = np.random.default_rng(0).normal(size=(17, 3))

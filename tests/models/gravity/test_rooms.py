@@ -7,7 +7,7 @@ import pytest
 from golden.rooms import KINDS, no_lines, room, street
 from golden.spoilers import paint_person, through_lens
 from golden.views import Canvas, Plane, View, clip_near, held
-from pcnet3d.models.synthetic.cameras import view_rotation
+from pcnet3d.pipeline.core.camera import view_rotation
 
 Z = np.array([0, 0, 1.0])
 

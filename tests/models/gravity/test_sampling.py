@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from pcnet3d.models.gravity import take_rotation
-from pcnet3d.pipeline.canonical import R_world_from_body
-from pcnet3d.pipeline.layouts import H36M17
-from pcnet3d.pipeline.rotations import geodesic_deg, is_finite, rotate
+from pcnet3d.pipeline.core.canonical import R_world_from_body
+from pcnet3d.pipeline.core.layouts import H36M17
+from pcnet3d.pipeline.core.rotations import geodesic_deg, is_finite, rotate
 
 LONG, FPS = 3000, 30.0
 CAMERA_FROM_WORLD = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])

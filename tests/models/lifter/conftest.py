@@ -9,7 +9,7 @@ import pytest
 from golden.lifters import MARKER_COLOURS
 from pcnet3d.pipeline import H36M17, IMAGE, PoseSequence
 from pcnet3d.pipeline.cli import main
-from pcnet3d.pipeline.layouts import COCO17, MHR70
+from pcnet3d.pipeline.core.layouts import COCO17, MHR70
 
 onnx = pytest.importorskip("onnx")
 from onnx import TensorProto, helper, numpy_helper  # noqa: E402

@@ -6,8 +6,8 @@ import pytest
 from pcnet3d.models.lifter.builtin import lift, network, run
 from pcnet3d.models.lifter.features import CHANNELS, HALF_WINDOW, features, flipped, ray_rotation
 from pcnet3d.pipeline import H36M17, IMAGE, InputError, PoseSequence
-from pcnet3d.pipeline.layouts import COCO17
-from pcnet3d.pipeline.rotations import geodesic_deg, rotate, unit
+from pcnet3d.pipeline.core.layouts import COCO17
+from pcnet3d.pipeline.core.rotations import geodesic_deg, rotate, unit
 
 SIZE = (1920, 1080)
 FLAT = {

@@ -10,7 +10,7 @@ from pcnet3d.models.lifter.builtin import lift
 from pcnet3d.models.lifter.clock import averaged, clock_of
 from pcnet3d.models.lifter.live import LiveLifter
 from pcnet3d.pipeline import H36M17, IMAGE, InputError, PoseSequence
-from pcnet3d.pipeline.rotations import is_finite
+from pcnet3d.pipeline.core.rotations import is_finite
 
 SECONDS = 6.0
 

@@ -18,10 +18,10 @@ from pcnet3d.models.lifter.answers import Answers, load_answers
 from pcnet3d.models.lifter.features import ray_rotation
 from pcnet3d.models.lifter.images import Crops, upright_crops
 from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, InputError, PoseSequence, remap, rotate
-from pcnet3d.pipeline.anthropometry import implied_stature
-from pcnet3d.pipeline.device import computing_on
-from pcnet3d.pipeline.intrinsics import Intrinsics
-from pcnet3d.pipeline.layouts import COCO17, COCO23, FEET, MHR70
+from pcnet3d.pipeline.core.anthropometry import implied_stature
+from pcnet3d.pipeline.core.device import computing_on
+from pcnet3d.pipeline.core.intrinsics import Intrinsics
+from pcnet3d.pipeline.core.layouts import COCO17, COCO23, FEET, MHR70
 from pcnet3d.pipeline.reading.take import read_video
 
 SIZE = (1280, 960)

@@ -13,7 +13,7 @@ from pcnet3d.examples.walker.files import write_files
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.lifter import images
 from pcnet3d.pipeline import H36M17
-from pcnet3d.pipeline.layouts import COCO23, MHR70
+from pcnet3d.pipeline.core.layouts import COCO23, MHR70
 from pcnet3d.pipeline.plugins.registry import listed
 
 

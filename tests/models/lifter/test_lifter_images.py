@@ -10,10 +10,10 @@ from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models import load_lifter
 from pcnet3d.models.lifter.blazepose import crops_around
 from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, InputError, PoseSequence, remap
-from pcnet3d.pipeline.layouts import BLAZEPOSE33, COCO17, FEET
+from pcnet3d.pipeline.core.layouts import BLAZEPOSE33, COCO17, FEET
+from pcnet3d.pipeline.core.rotations import geodesic_deg, kabsch
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_take, read_video
-from pcnet3d.pipeline.rotations import geodesic_deg, kabsch
 
 RNG = np.random.default_rng(0)
 WORLD = RNG.normal(size=(33, 3)).round(2)

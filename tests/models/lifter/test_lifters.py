@@ -9,8 +9,8 @@ from pcnet3d.models.lifter.crop_rays import from_ray
 from pcnet3d.models.lifter.features import ray_rotation
 from pcnet3d.models.lifter.sequence import SequenceLifter
 from pcnet3d.pipeline import H36M17, InputError, remap
-from pcnet3d.pipeline.layouts import COCO17, HALPE26
-from pcnet3d.pipeline.rotations import rotate
+from pcnet3d.pipeline.core.layouts import COCO17, HALPE26
+from pcnet3d.pipeline.core.rotations import rotate
 
 SIZE = (1920, 1080)
 FLAT = [[1, 0, 0], [0, 1, 0], [0, 0, 0]]  # x and y as they are, the confidence dropped

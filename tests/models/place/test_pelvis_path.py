@@ -9,10 +9,10 @@ from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.place.path import pelvis_path
 from pcnet3d.models.place.smoothing import covariances, smoothed
 from pcnet3d.pipeline import H36M17, IMAGE, InputError, PoseSequence
-from pcnet3d.pipeline.camera import Camera
-from pcnet3d.pipeline.frames import GL_CAMERA
-from pcnet3d.pipeline.intrinsics import Intrinsics
-from pcnet3d.pipeline.rotations import is_finite
+from pcnet3d.pipeline.core.camera import Camera
+from pcnet3d.pipeline.core.frames import GL_CAMERA
+from pcnet3d.pipeline.core.intrinsics import Intrinsics
+from pcnet3d.pipeline.core.rotations import is_finite
 
 SIZE = (1280, 720)
 FOCAL = 900.0

@@ -9,7 +9,7 @@ import sys
 
 import pytest
 
-from pcnet3d.pipeline.errors import InputError
+from pcnet3d.pipeline.core.errors import InputError
 from pcnet3d.pipeline.files.atomic import (
     refuse_unwritable,
     refuse_unwritable_file,

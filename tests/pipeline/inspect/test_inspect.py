@@ -9,9 +9,9 @@ import pytest
 
 from golden.films import film
 from pcnet3d.pipeline import H36M17, InputError
+from pcnet3d.pipeline.core.take import Video
 from pcnet3d.pipeline.inspect.inspect import _video_findings, inspect
-from pcnet3d.pipeline.motion.findings import depth_factor, row_findings
-from pcnet3d.pipeline.take import Video
+from pcnet3d.pipeline.signals.findings import depth_factor, row_findings
 
 PCNET3D = [sys.executable, "-c", "from pcnet3d.pipeline.cli import main; main()"]
 CAMERA = {"layout": "H36M17", "frame": "CAMERA", "unit": "m"}

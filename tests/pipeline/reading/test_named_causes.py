@@ -8,9 +8,9 @@ import pytest
 from golden.films import film
 from pcnet3d.adapters import read, video
 from pcnet3d.pipeline import H36M17, InputError
-from pcnet3d.pipeline.motion.checks import implausible, upside_down
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_take
+from pcnet3d.pipeline.signals.checks import implausible, upside_down
 
 
 @pytest.fixture

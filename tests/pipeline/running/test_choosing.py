@@ -10,7 +10,7 @@ from golden.detections import AS_COCO
 from golden.estimators import alphapose3d
 from pcnet3d.adapters import read
 from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, Z_UP, InputError, PoseSequence
-from pcnet3d.pipeline.frames import PC_CAMERA, change_frame
+from pcnet3d.pipeline.core.frames import PC_CAMERA, change_frame
 from pcnet3d.pipeline.reading.choose import choose_person
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_take

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from pcnet3d.pipeline import InputError, Take
-from pcnet3d.pipeline.answer import answer
+from pcnet3d.pipeline.core.answer import answer
+from pcnet3d.pipeline.core.verdict import Finding
 from pcnet3d.pipeline.files.viewer import view_page
 from pcnet3d.pipeline.running.conclusion import conclude, point_to, seen, show_files, trust
-from pcnet3d.pipeline.verdict import Finding
 from pcnet3d.stages import rectify
 from pcnet3d.stages.drawing.facts import facts_of
 

@@ -13,14 +13,14 @@ from pcnet3d.examples.walker.camera import aimed, camera_poses
 from pcnet3d.examples.walker.files import write_keypoints
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import H36M17, IMAGE, InputError, PoseSequence, cli
+from pcnet3d.pipeline.core.layouts import COCO17
+from pcnet3d.pipeline.core.rotations import angle_deg
 from pcnet3d.pipeline.files.atomic import SUMMARY
 from pcnet3d.pipeline.files.detections import Detections
 from pcnet3d.pipeline.files.viewer import find_recording
-from pcnet3d.pipeline.layouts import COCO17
 from pcnet3d.pipeline.reading.choose import misfit, same_person
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_people, open_take
-from pcnet3d.pipeline.rotations import angle_deg
 from pcnet3d.pipeline.running.people import folder_names
 from pcnet3d.pipeline.running.recipe import Recipe, StageEntry
 from pcnet3d.pipeline.running.run import run_files, run_people

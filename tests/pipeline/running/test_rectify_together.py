@@ -6,8 +6,8 @@ from scipy.spatial.transform import Rotation
 
 from pcnet3d.models.gravity import LEAN_DEG
 from pcnet3d.pipeline import InputError, Take, rotate
-from pcnet3d.pipeline.frames import GL_CAMERA, change_frame
-from pcnet3d.pipeline.rotations import angle_deg
+from pcnet3d.pipeline.core.frames import GL_CAMERA, change_frame
+from pcnet3d.pipeline.core.rotations import angle_deg
 from pcnet3d.stages import rectify, rectify_together
 from pcnet3d.stages.rectify import Rectify
 

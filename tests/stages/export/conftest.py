@@ -8,7 +8,7 @@ import pytest
 from pcnet3d.examples.walker.landmarks import halpe26
 from pcnet3d.examples.walker.walk import Walk, walker
 from pcnet3d.pipeline import Z_UP, Pipeline, PoseSequence, Take
-from pcnet3d.pipeline.layouts import HALPE26, remap
+from pcnet3d.pipeline.core.layouts import HALPE26, remap
 from pcnet3d.stages.rectify import Rectify
 from pcnet3d.stages.trajectories import Trajectories
 

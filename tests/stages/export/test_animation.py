@@ -13,9 +13,9 @@ import pytest
 from pcnet3d.adapters import bvh
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import H36M17, Pipeline, Take
+from pcnet3d.pipeline.core.rotations import rotate, unit
 from pcnet3d.pipeline.files.skeletons import place
-from pcnet3d.pipeline.motion.checks import without_made_nose
-from pcnet3d.pipeline.rotations import rotate, unit
+from pcnet3d.pipeline.signals.checks import without_made_nose
 from pcnet3d.stages.export.armature import ANIMATION, armature
 from pcnet3d.stages.export.bvh import write_bvh
 from pcnet3d.stages.export.glb import write_glb

@@ -8,9 +8,9 @@ import pytest
 from golden.films import film
 from pcnet3d.adapters import video as adapter
 from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, InputError, Pipeline, PoseSequence, Take, Told
-from pcnet3d.pipeline.camera import Camera
+from pcnet3d.pipeline.core.camera import Camera
+from pcnet3d.pipeline.core.layouts import COCO17
 from pcnet3d.pipeline.files.video_frames import images_from
-from pcnet3d.pipeline.layouts import COCO17
 from pcnet3d.stages.drawing.palette import LEFT, RIGHT
 from pcnet3d.stages.export.annotated import check_h264, write_annotated
 from pcnet3d.stages.export.stage import Export

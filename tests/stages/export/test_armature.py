@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from pcnet3d.pipeline import H36M17, InputError
+from pcnet3d.pipeline.core.rotations import geodesic_deg
 from pcnet3d.pipeline.files.skeletons import place
-from pcnet3d.pipeline.motion.signals import rate
-from pcnet3d.pipeline.rotations import geodesic_deg
+from pcnet3d.pipeline.signals.filters import rate
 from pcnet3d.stages.export.armature import ANIMATION, armature
 from pcnet3d.stages.export.markers import evenly
 

@@ -8,10 +8,10 @@ import pyarrow.parquet as pq
 import pytest
 
 from pcnet3d.pipeline import CAMERA, H36M17, Pipeline, PoseSequence, Take
-from pcnet3d.pipeline.messages import bound_in_words
-from pcnet3d.pipeline.rotations import angle_deg, rotate
+from pcnet3d.pipeline.core.messages import bound_in_words
+from pcnet3d.pipeline.core.rotations import angle_deg, rotate
+from pcnet3d.pipeline.core.take import Event
 from pcnet3d.pipeline.running.conclusion import trust
-from pcnet3d.pipeline.take import Event
 from pcnet3d.stages.angles import Angles
 from pcnet3d.stages.drawing.facts import facts_of
 from pcnet3d.stages.export.stage import Export

@@ -11,7 +11,7 @@ import pytest
 
 from pcnet3d.adapters import c3d
 from pcnet3d.pipeline import CAMERA, H36M17, InputError, PoseSequence, Take
-from pcnet3d.pipeline.take import Event
+from pcnet3d.pipeline.core.take import Event
 from pcnet3d.stages.angles import Angles
 from pcnet3d.stages.export.c3d import write_c3d
 from pcnet3d.stages.export.stage import Export

@@ -5,8 +5,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from pcnet3d.pipeline import LEVEL
-from pcnet3d.pipeline.motion.angles import UNTRUSTED
-from pcnet3d.pipeline.rotations import rotate
+from pcnet3d.pipeline.core.rotations import rotate
+from pcnet3d.pipeline.signals.angles import UNTRUSTED
 from pcnet3d.stages.angles import Angles
 from pcnet3d.stages.export.markers import OPENSIM, markers
 from pcnet3d.stages.export.opensim import write_mot

@@ -15,10 +15,10 @@ from pcnet3d.models.gait.errors import mean_error
 from pcnet3d.models.gait.events import Stance, walks
 from pcnet3d.models.gait.of_take import least_step
 from pcnet3d.pipeline import H36M17, Z_UP, InputError, Pipeline, PoseSequence, Take, Told
-from pcnet3d.pipeline.answer import answer
-from pcnet3d.pipeline.frames import PC_CAMERA, change_frame
-from pcnet3d.pipeline.motion.angles import ANGLES, MIDLINE, near
-from pcnet3d.pipeline.motion.foot_angles import ALL_ANGLES
+from pcnet3d.pipeline.core.answer import answer
+from pcnet3d.pipeline.core.frames import PC_CAMERA, change_frame
+from pcnet3d.pipeline.signals.angles import ANGLES, MIDLINE, near
+from pcnet3d.pipeline.signals.foot_angles import ALL_ANGLES
 from pcnet3d.stages.angles import Angles
 from pcnet3d.stages.clean import Clean
 from pcnet3d.stages.export.measures import (

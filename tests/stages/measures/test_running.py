@@ -2,13 +2,13 @@
 
 import pytest
 
-from pcnet3d.models.evaluation.testbed import see
+from pcnet3d.models.lab.evaluation.testbed import see
+from pcnet3d.models.lab.mocap.clips import read_clips
+from pcnet3d.models.lab.synthetic.cameras import TYPICAL
 from pcnet3d.models.lifter.builtin import lift
-from pcnet3d.models.mocap.clips import read_clips
-from pcnet3d.models.synthetic.cameras import TYPICAL
 from pcnet3d.pipeline import Take
-from pcnet3d.pipeline.anthropometry import implied_stature
-from pcnet3d.pipeline.camera import Camera
+from pcnet3d.pipeline.core.anthropometry import implied_stature
+from pcnet3d.pipeline.core.camera import Camera
 from pcnet3d.stages.angles import Angles
 from pcnet3d.stages.measures.stage import Measures
 from pcnet3d.stages.place import Place

@@ -19,7 +19,7 @@ from pcnet3d.pipeline import (
     Video,
     rotate,
 )
-from pcnet3d.pipeline.layouts import COCO17
+from pcnet3d.pipeline.core.layouts import COCO17
 
 ROWS, FIRST, FPS = 12, 5, 25
 UPRIGHT = np.array(

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pcnet3d.pipeline.motion.angles import ANGLES, OF_BOTH
+from pcnet3d.pipeline.signals.angles import ANGLES, OF_BOTH
 from pcnet3d.stages.record.stage import record
 
 ORIGIN = "ViewBlueprint:space_origin"

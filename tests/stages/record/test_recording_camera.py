@@ -7,8 +7,7 @@ from html import unescape
 import numpy as np
 import pytest
 
-from pcnet3d.models.synthetic.cameras import view_rotation
-from pcnet3d.pipeline.camera import Camera, Look
+from pcnet3d.pipeline.core.camera import Camera, Look, view_rotation
 from pcnet3d.stages.drawing.facts import Source, facts_of
 from pcnet3d.stages.drawing.image_lines import drawn, horizon, up_arrow
 from pcnet3d.stages.record.stage import record

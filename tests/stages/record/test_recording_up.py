@@ -5,11 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pcnet3d.models.synthetic.cameras import view_rotation
 from pcnet3d.pipeline import CAMERA, Rectified, Take
-from pcnet3d.pipeline.camera import pitch_roll_deg
-from pcnet3d.pipeline.frames import GL_CAMERA, PC_CAMERA
-from pcnet3d.pipeline.rotations import angle_deg, rotate, unit
+from pcnet3d.pipeline.core.camera import pitch_roll_deg, view_rotation
+from pcnet3d.pipeline.core.frames import GL_CAMERA, PC_CAMERA
+from pcnet3d.pipeline.core.rotations import angle_deg, rotate, unit
 from pcnet3d.stages.record import up as _record_up
 from pcnet3d.stages.record.stage import record
 from pcnet3d.stages.record.summary import summary_markdown

@@ -8,8 +8,8 @@ import pytest
 from pcnet3d.examples.walker.camera import aimed, camera_poses
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, Y_UP, PoseSequence, Take, change_frame
-from pcnet3d.pipeline.camera import Camera
-from pcnet3d.pipeline.rotations import rotate
+from pcnet3d.pipeline.core.camera import Camera
+from pcnet3d.pipeline.core.rotations import rotate
 from pcnet3d.stages.angles import Angles
 from pcnet3d.stages.record.prints import foot_prints
 from pcnet3d.stages.record.stage import record

@@ -16,7 +16,7 @@ from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.running.recipe import Recipe
 from pcnet3d.pipeline.running.run import run_files
 from pcnet3d.stages import drawing
-from pcnet3d.stages.commands.compare.command import compare
+from pcnet3d.stages.study.compare.command import compare
 
 PERSON = "<script>alert(1)</script>&quot;&lt;b&gt;\"'"
 FILE = "<img src=x onerror=alert(1)>&quot;\"'.json"

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from markupsafe import Markup
 
-from pcnet3d.pipeline.take import Event
+from pcnet3d.pipeline.core.take import Event
 from pcnet3d.stages.drawing.charts import Curve, over_time
 from pcnet3d.stages.drawing.page import charts, figure, page
 from pcnet3d.stages.report.stage import report

@@ -12,8 +12,8 @@ import pytest
 
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import BODY, H36M17, Y_UP, Z_UP, InputError, PoseSequence, Take, change_frame
-from pcnet3d.pipeline.motion.angles import ANGLES
-from pcnet3d.pipeline.take import Event, Session
+from pcnet3d.pipeline.core.take import Event, Session
+from pcnet3d.pipeline.signals.angles import ANGLES
 from pcnet3d.stages.drawing import page as page_module
 from pcnet3d.stages.drawing.charts import LEFT, MIDDLE, RIGHT, SLICES, Curve, over_time, ranges, sides
 from pcnet3d.stages.drawing.page import answer, page, table

@@ -12,9 +12,10 @@ import pytest
 from golden import numbered
 from pcnet3d.adapters.video import read
 from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, InputError, PoseSequence, Take
+from pcnet3d.pipeline.core.layouts import COCO17
 from pcnet3d.pipeline.files.video_frames import images_ahead, images_at, images_from
-from pcnet3d.pipeline.layouts import COCO17
-from pcnet3d.stages.report.key_frames import jpeg, key_rows, keypoints_at
+from pcnet3d.stages.drawing.skeletons import key_rows
+from pcnet3d.stages.report.key_frames import jpeg, keypoints_at
 from pcnet3d.stages.report.stage import report
 
 

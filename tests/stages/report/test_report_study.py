@@ -6,9 +6,9 @@ import json
 import numpy as np
 import pytest
 
-from pcnet3d.stages.commands.batch.page import as_page
-from pcnet3d.stages.commands.batch.study import changes
 from pcnet3d.stages.drawing.page import Link, table
+from pcnet3d.stages.study.batch.page import as_page
+from pcnet3d.stages.study.batch.study import changes
 
 EVIL = '<script>document.title = "run"</script><img src=x onerror="document.title = 1">'
 

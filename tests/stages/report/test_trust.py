@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pcnet3d.pipeline.motion.angles import ANGLES
-from pcnet3d.pipeline.take import Event
-from pcnet3d.pipeline.verdict import Finding
+from pcnet3d.pipeline.core.take import Event
+from pcnet3d.pipeline.core.verdict import Finding
+from pcnet3d.pipeline.signals.angles import ANGLES
 from pcnet3d.stages.drawing.facts import facts_of
 from pcnet3d.stages.report.trust import trust
 

@@ -8,18 +8,18 @@ import pytest
 
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import Pipeline, Take
+from pcnet3d.pipeline.core.verdict import verdict
 from pcnet3d.pipeline.inspect.inspect import inspect
-from pcnet3d.pipeline.motion.findings import findings_of
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_take
 from pcnet3d.pipeline.running.conclusion import conclude
-from pcnet3d.pipeline.verdict import verdict
-from pcnet3d.stages.commands.batch.page import as_page
-from pcnet3d.stages.commands.batch.study import figures
+from pcnet3d.pipeline.signals.findings import findings_of
 from pcnet3d.stages.export.stage import summary
 from pcnet3d.stages.record.summary import summary_markdown
 from pcnet3d.stages.rectify import Rectify
 from pcnet3d.stages.report.stage import report
+from pcnet3d.stages.study.batch.page import as_page
+from pcnet3d.stages.study.batch.study import figures
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from pcnet3d.pipeline import H36M17, InputError, PoseSequence
-from pcnet3d.pipeline.frames import GL_CAMERA
+from pcnet3d.pipeline.core.frames import GL_CAMERA
 
 name = "acme"
 gives = "poses"

@@ -1,0 +1,1 @@
+"""What makes and judges the models: training, its material, evaluation, fitted constants, benchmarks."""

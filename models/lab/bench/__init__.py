@@ -1,0 +1,1 @@
+"""`pcnet3d bench`: speed and memory on this machine."""

@@ -1,0 +1,19 @@
+"""`pcnet3d bench`: how fast rectifiers, whole runs from files and from a video, studies and the lifter's training
+are on this machine."""
+
+from __future__ import annotations
+
+import typer
+
+from ..training.lifter.speed import training
+from .batch import batch
+from .files import files
+from .pipeline import pipeline
+from .rectify import rectify
+
+bench = typer.Typer(help="Measure speed and memory on this machine.", no_args_is_help=True)
+bench.command()(rectify)
+bench.command()(files)
+bench.command()(pipeline)
+bench.command()(batch)
+bench.command()(training)

@@ -1,0 +1,59 @@
+"""Training configs: a TOML file checked against a pydantic model."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ValidationError
+
+from ....pipeline.core.errors import InputError
+from ....pipeline.running.recipe import load_toml
+
+Config = TypeVar("Config", bound=BaseModel)
+
+
+def read_toml(path: Path, model: type[Config]) -> Config:
+    """The file's content as that model; InputError naming the file and the key that is wrong."""
+    return checked(load_toml(path, "a training config"), model, str(path))
+
+
+def checked(content: dict[str, Any], model: type[Config], where: str) -> Config:
+    """The content as that model; InputError with `where` and the key that is wrong."""
+    try:
+        return model.model_validate(content)
+    except ValidationError as error:
+        first = error.errors()[0]
+        raise InputError(f"{where}: {'.'.join(map(str, first['loc']))}: {first['msg']}.") from None
+
+
+def check_shares(config: object, *names: str) -> None:
+    """InputError when one of these numbers of a config is no share, between 0 and 1."""
+    _refuse(config, names, 1, "a share between 0 and 1")
+
+
+def check_sizes(config: object, *names: str) -> None:
+    """InputError when one of these numbers of a config, such as a standard deviation, is below 0 or has no end."""
+    _refuse(config, names, sys.float_info.max, "a number of at least 0")
+
+
+def _refuse(config: object, names: Sequence[str], most: float, what: str) -> None:
+    if wrong := [name for name in names if not 0 <= getattr(config, name) <= most]:
+        raise InputError(f"expected {what} for {', '.join(wrong)}")
+
+
+def as_toml(config: BaseModel) -> str:
+    """A config as the TOML text that it would be read from; what is None is left out, as TOML has no such value."""
+    return "\n".join(_lines(config.model_dump(mode="json", exclude_none=True))) + "\n"
+
+
+def _lines(table: dict[str, Any], name: str = "") -> list[str]:
+    tables = {key: value for key, value in table.items() if isinstance(value, dict)}
+    # Numbers, truth values, strings and lists of them are written alike in JSON and TOML.
+    lines = [f"{key} = {json.dumps(value)}" for key, value in table.items() if key not in tables]
+    for key, value in tables.items():
+        lines += ["", f"[{name}{key}]", *_lines(value, f"{name}{key}.")]
+    return lines

@@ -1,0 +1,346 @@
+"""The kit that every network here is trained with: schedule, averaged weights, log, checkpoints, pieces.
+
+A trainer says what a step's loss is and how the averaged network does on people it never saw; `fit` does the rest. The
+run's folder gets checkpoint.json with parts of at most 15 MB beside it (so that it can travel where files are limited),
+best.pt (the averaged weights that did best), and log.jsonl: a JSON object a line with `step`, `of`, `s` (seconds since
+this start), `loss` (mean since the last line, or since this start) and the figures of the validation. pandas draws it:
+pandas.read_json("log.jsonl", lines=True).plot(x="step", y="score")
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+import math
+import time
+import zipfile
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from copy import deepcopy
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import IO, Any, TypeVar
+
+import numpy as np
+import torch
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    NonNegativeFloat,
+    NonNegativeInt,
+    PositiveFloat,
+    PositiveInt,
+)
+from torch import Tensor, nn
+
+from ....pipeline.core.errors import InputError
+from ....pipeline.files.atomic import whole_file
+from ....pipeline.files.unpacked import check_size
+from ....pipeline.running.progress import counted
+from ...common.muon import BatchedMuon
+
+PART_BYTES = 15_000_000
+_LOOK_EVERY = 50  # steps between looks at the losses: on a GPU each waits until all work is done
+Net = TypeVar("Net", bound=nn.Module)
+
+
+class Schedule(BaseModel):
+    """How a network learns: `warmup` steps up to the rate, constant, and down to nothing over the last `cooldown`
+    share of the steps. A run may be lengthened as long as it does not cool down yet."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    steps: PositiveInt
+    rate: PositiveFloat
+    warmup: NonNegativeInt
+    cooldown: float = Field(gt=0, le=1)
+    weight_decay: NonNegativeFloat
+    average: float = Field(
+        ge=0, lt=1
+    )  # decay of the weights' moving average, which is what is judged and kept
+    every: PositiveInt = 250  # steps between looks at the validation, each with a checkpoint
+
+    def share(self, step: int) -> float:
+        """Of the highest rate, at a step counted from 1."""
+        if step <= self.warmup:
+            return step / self.warmup
+        return min(1.0, (self.steps - step + 1) / max(self.steps - self.cools_from, 1))
+
+    @property
+    def cools_from(self) -> int:
+        """The last step at the full rate."""
+        return max(self.warmup, round(self.steps * (1 - self.cooldown)))
+
+
+@dataclass
+class State:
+    """Everything that a run needs to go on exactly, for batches depend on the seed and the step only. learns_from: the
+    fingerprint of what it is trained and validated on, so that it goes on with nothing else."""
+
+    net: nn.Module
+    optimisers: list[torch.optim.Optimizer]
+    learns_from: str | None = None
+    average: nn.Module = field(init=False)
+    step: int = 0
+    best: float = math.inf
+
+    def __post_init__(self) -> None:
+        self.average = deepcopy(self.net).eval()
+
+    def save(self, folder: Path, config: BaseModel) -> None:
+        """Into numbered parts, then their list in checkpoint.json; killed at any moment, the last one stays whole."""
+        stream = io.BytesIO()
+        torch.save(
+            {
+                "net": self.net.state_dict(),
+                "average": self.average.state_dict(),
+                "optimisers": [optimiser.state_dict() for optimiser in self.optimisers],
+                "step": self.step,
+                "best": self.best,
+            },
+            stream,
+        )
+        content = stream.getvalue()
+        names = []
+        for number, start in enumerate(range(0, len(content), PART_BYTES)):
+            names.append(f"checkpoint-{self.step}.{number}")
+            with whole_file(folder / names[-1]) as partial:
+                partial.write_bytes(content[start : start + PART_BYTES])
+        listed = {
+            "config": config.model_dump_json(),
+            "parts": names,
+            "sha256": hashlib.sha256(content).hexdigest(),
+            "learns_from": self.learns_from,
+        }
+        with whole_file(folder / "checkpoint.json") as partial:
+            partial.write_text(json.dumps(listed), encoding="utf-8")
+        for old in folder.glob("checkpoint-*"):
+            if old.name not in names:
+                old.unlink(missing_ok=True)
+
+    def load(self, folder: Path, config: BaseModel, device: torch.device) -> None:
+        """Go on from the folder's checkpoint, if it has one. InputError when it is damaged, of another network, of
+        another config (more steps apart, before it cools down), or learned from something else."""
+        listing = folder / "checkpoint.json"
+        if not listing.exists():
+            return
+        with reading(listing) as path:
+            listed = json.loads(path.read_text(encoding="utf-8"))
+            content = b"".join((folder / Path(name).name).read_bytes() for name in listed["parts"])
+            if hashlib.sha256(content).hexdigest() != listed["sha256"]:
+                raise ValueError("its parts are not those it lists")
+            before = type(config).model_validate_json(listed["config"])
+            saved = _unpickled(io.BytesIO(content), len(content), path, device)
+            _refuse_another(before, config, int(saved["step"]), path)
+            # Checkpoints of earlier versions do not say what they learned from.
+            if listed.get("learns_from") not in (None, self.learns_from):
+                raise InputError(
+                    f"{path} learned from other recordings or another split than these; choose another -o DIR, or put "
+                    "back what it was made with."
+                )
+            self.net.load_state_dict(saved["net"])
+            self.average.load_state_dict(saved["average"])
+            for optimiser, state in zip(self.optimisers, saved["optimisers"], strict=True):
+                optimiser.load_state_dict(state)
+            self.step, self.best = saved["step"], saved["best"]
+
+
+def _refuse_another(before: Any, config: Any, step: int, path: Path) -> None:
+    longer = before.schedule.model_copy(update={"steps": config.schedule.steps})
+    if before.model_copy(update={"schedule": longer}) != config:
+        raise InputError(
+            f"{path} was made with another config; choose another -o DIR, or the config that it was made with."
+        )
+    cooling = before.schedule.cools_from
+    if before.schedule.steps != config.schedule.steps and step > min(cooling, config.schedule.cools_from):
+        raise InputError(
+            f"{path} is at step {step} and cools down after {cooling}; its number of steps cannot be changed any more."
+        )
+
+
+def fingerprint(arrays: Iterable[tuple[str, np.ndarray]]) -> str:
+    """SHA-256 of arrays (...,) of any shape with their names, in their order."""
+    whole = hashlib.sha256()
+    for name, array in arrays:
+        whole.update(f"{name} {array.shape} {array.dtype}\n".encode())
+        whole.update(array.tobytes())
+    return whole.hexdigest()
+
+
+@contextmanager
+def reading(path: Path) -> Iterator[Path]:
+    """For reading a checkpoint: InputError in words for whatever is wrong with it."""
+    try:
+        yield path
+    except InputError:
+        raise
+    except OSError as error:
+        raise InputError(f"Expected a checkpoint at {path}: {error.strerror or error}.") from None
+    except Exception as error:  # torch's errors have no common class but Exception, and advise to unpickle
+        reason = (str(error).splitlines() or [""])[:2][-1].strip(" \t.")[:200]
+        raise InputError(
+            f"{path} is damaged, or no checkpoint of this network ({reason}); remove it to start anew, or choose "
+            "another -o DIR."
+        ) from None
+
+
+def load_weights(net: Net, path: Path) -> Net:
+    """A net with the weights that torch.save wrote there, unpickling nothing but tensors; InputError when they are not
+    there or do not fit."""
+    weights = read_weights(path)
+    with reading(path):
+        net.load_state_dict(weights)
+    return net.eval()
+
+
+def read_weights(path: Path) -> dict[str, Tensor]:
+    """By their names in a network, as torch.save wrote them; InputError when they are not there."""
+    with reading(path), open(path, "rb") as file:
+        return _unpickled(file, path.stat().st_size, path, torch.device("cpu"))
+
+
+def _unpickled(file: IO[bytes], size: int, path: Path, device: torch.device) -> Any:
+    """What torch.save wrote: tensors and plain values, nothing else is unpickled, and no more than its size allows."""
+    with zipfile.ZipFile(file) as archive:
+        check_size(sum(entry.file_size for entry in archive.infolist()), size, f"a checkpoint at {path}")
+    file.seek(0)
+    return torch.load(file, weights_only=True, map_location=device)
+
+
+def device_of(name: str) -> torch.device:
+    """auto: a GPU where there is one, else the CPU. InputError for a device that is not here."""
+    if name == "auto":
+        name = "cuda" if torch.cuda.is_available() else "cpu"
+    try:
+        device = torch.device(name)
+        torch.zeros(1, device=device)
+    except (RuntimeError, AssertionError) as error:
+        reason = str(error).splitlines()[0].strip(".")
+        raise InputError(
+            f"Expected a device that torch can use here (auto, cpu, cuda), got '{name}': {reason}."
+        ) from None
+    return device
+
+
+def optimisers_of(
+    net: nn.Module, schedule: Schedule, matrices: Iterable[nn.Parameter]
+) -> list[torch.optim.Optimizer]:
+    """Muon (Jordan et al. 2024) for the matrices, at AdamW's step size; AdamW for everything else, without decay for
+    what is no matrix."""
+    matrices = list(matrices)
+    taken = {id(p) for p in matrices}
+    others = [p for p in net.parameters() if id(p) not in taken]
+    groups = [
+        {"params": [p for p in others if p.ndim == 2], "weight_decay": schedule.weight_decay},
+        {"params": [p for p in others if p.ndim != 2], "weight_decay": 0.0},
+    ]
+    adamw = torch.optim.AdamW(groups, lr=schedule.rate, betas=(0.9, 0.98))
+    if not matrices:
+        return [adamw]
+    muon = BatchedMuon(
+        matrices,
+        lr=schedule.rate,
+        weight_decay=schedule.weight_decay,
+        adjust_lr_fn="match_rms_adamw",
+        ns_steps=5,
+    )
+    return [muon, adamw]
+
+
+def fit(
+    state: State,
+    config: Any,
+    loss_of: Callable[[int], Tensor],
+    look: Callable[[nn.Module], dict[str, float]],
+    output: Path,
+    minutes: float | None = None,
+) -> bool:
+    """The loop: from state.step + 1 to config.schedule.steps, or until so many minutes have passed; True when it is
+    done. config: a model with `seed` and `schedule`. loss_of(step): of state.net, the same for the same step.
+    look(average): figures of the validation; the lower its "score", the better.
+
+    InputError when a loss, gradient or figure is no number any more, or the device has no memory left; the last good
+    checkpoint stays.
+    """
+    schedule: Schedule = config.schedule
+    start, losses, unseen = time.perf_counter(), [], []
+    with open(output / "log.jsonl", "a", encoding="utf-8") as log, counted("train", schedule.steps) as tell:
+        while state.step < schedule.steps:
+            step = state.step + 1
+            torch.manual_seed(config.seed + step)  # for dropout
+            try:
+                unseen.append(_step(state, schedule, step, loss_of))
+            except torch.OutOfMemoryError:
+                raise InputError(
+                    f"The device has no memory left at step {step}; {_kept(output)}. Make the batch smaller."
+                ) from None
+            state.step = step
+            tell(step)
+            over = minutes is not None and time.perf_counter() - start > 60 * minutes
+            judge = step % schedule.every == 0 or step == schedule.steps
+            if judge or over or len(unseen) == _LOOK_EVERY:
+                losses += _values(unseen, step, output)
+                unseen.clear()
+            if judge:
+                figures = look(state.average)
+                _refuse_lost(figures["score"], "A figure of the validation", step, output)
+                line = {"step": step, "of": schedule.steps, "s": round(time.perf_counter() - start)}
+                line |= {"loss": float(np.mean(losses)), **figures}
+                losses.clear()
+                log.write(json.dumps(line) + "\n")
+                log.flush()
+                print({key: round(value, 4) for key, value in line.items()}, flush=True)
+                if figures["score"] < state.best:
+                    state.best = figures["score"]
+                    with whole_file(output / "best.pt") as partial:
+                        torch.save(state.average.state_dict(), partial)
+            elif not over:
+                continue
+            # Where a piece ends between two looks there is none: it might choose other weights than a run in one piece.
+            state.save(output, config)
+            if over and step < schedule.steps:
+                print(
+                    f"stops after step {step} of {schedule.steps}; the same command goes on from there",
+                    flush=True,
+                )
+                return False
+    return True
+
+
+def _step(state: State, schedule: Schedule, step: int, loss_of: Callable[[int], Tensor]) -> Tensor:
+    """(2,) the loss and the gradient's length, which nobody has waited for yet."""
+    state.net.train()
+    loss = loss_of(step)
+    state.net.zero_grad(set_to_none=True)
+    loss.backward()
+    norm = torch.nn.utils.clip_grad_norm_(state.net.parameters(), 1.0)
+    for optimiser in state.optimisers:
+        for group in optimiser.param_groups:
+            group["lr"] = schedule.rate * schedule.share(step)
+        optimiser.step()
+    with torch.no_grad():
+        decay = min(schedule.average, step / (step + 10))
+        torch._foreach_lerp_(list(state.average.parameters()), list(state.net.parameters()), 1 - decay)
+    return torch.stack([loss.detach(), norm.detach()])
+
+
+def _values(unseen: list[Tensor], step: int, output: Path) -> list[float]:
+    """The losses of the last steps up to `step`. InputError where one or its gradient is no number."""
+    losses, norms = torch.stack(unseen).T.tolist()
+    for at, (loss, norm) in enumerate(zip(losses, norms, strict=True), step - len(losses) + 1):
+        _refuse_lost(loss, "The loss", at, output)
+        _refuse_lost(norm, "A gradient", at, output)
+    return losses
+
+
+def _refuse_lost(value: float, what: str, step: int, output: Path) -> None:
+    if not math.isfinite(value):
+        raise InputError(
+            f"{what} became {value} at step {step}; {_kept(output)}. Lower `rate`, or look at the data."
+        )
+
+
+def _kept(output: Path) -> str:
+    last = output / "checkpoint.json"
+    return f"the last good checkpoint, {last}, stays" if last.exists() else "there was no checkpoint yet"

@@ -1,0 +1,438 @@
+"""Contacts, steps and gait figures where the truth is known:  pcnet3d evaluate gait -o DIR
+
+Lifted takes of people nobody was trained on, one gravity per take, in metres by the true scale, against the contacts of
+the motion capture (models/lab/mocap/contact.py) and the same figures by them. Lengths and speed are judged with the
+true
+pelvis path, and with the one that models/place finds from the keypoints: of a body of the right stature, with the focal
+length known, and lifted anew, with the usual one assumed. Feet slide by as much as their ankles move over the floor
+while they lie flat in truth.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ....pipeline.core.anthropometry import implied_stature
+from ....pipeline.core.frames import turned_covariance
+from ....pipeline.core.layouts import H36M17
+from ....pipeline.core.rotations import rotate, transpose
+from ....pipeline.plugins.protocols import Rectifier
+from ....pipeline.running.progress import each
+from ....pipeline.signals.filters import lowpass
+from ...common.metrics import SD_90, Figure, relative
+from ...common.spread import stated_spread
+from ...gait.contact import SIDES, contacts, leg_length
+from ...gait.errors import (
+    FEWEST_OF_A_SIDE,
+    OF_LENGTH,
+    OF_SIDES,
+    depth_of_steps,
+    difference_error,
+    mean_error,
+    path_error,
+)
+from ...gait.events import ON_FLOOR, Stance, stances
+from ...gait.foot_lock import foot_locked
+from ...gait.gait import Gait, Values, facing_deg, find_gait, length_values, time_values
+from ...gait.parameters import flat_span
+from ...gravity import Seen, level_static, why_not
+from ...lifter.builtin import lift
+from ...place.path import SCALE_SD, pelvis_path
+from ..mocap.contact import true_contact
+from .place import ASSUMED, KNOWN, by_stature, camera_of
+from .sets import EvaluationSet, evaluation_sets, heading
+from .tables import Table, page, settings
+from .take_answers import joints_of
+from .testbed import LiftedTake
+
+TRUE = "true path"
+PATHS = (TRUE, KNOWN, ASSUMED)
+_SLIDING = (TRUE, KNOWN, f"{KNOWN}, feet locked")
+_SAME_S = 0.25  # an event that is found farther off is another one
+_FIGURES = (
+    "step_time_s", "stride_time_s", "stance_time_s", "swing_time_s", "stance_percent", "swing_percent",
+    "single_support_percent", "double_support_percent", "flight_time_s", *OF_LENGTH,
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Mean:
+    """A take's mean of one figure, found and true, of `count` values that were found; lengths in metres. gait: what was
+    found, "walking" or "running". leg: length of a leg in metres. root_sd, share: stated of the pelvis path, in metres,
+    and of all strides alike (gait.errors.path_error)."""
+
+    found: float
+    true: float
+    count: int
+    gait: str
+    leg: float
+    root_sd: float = 0.0
+    share: float = 0.0
+
+    @property
+    def size(self) -> float:
+        """What an error is a share of."""
+        return self.true
+
+    def sd(self, name: str) -> float:
+        """The stated standard deviation, in the figure's unit."""
+        if name not in OF_LENGTH:
+            return mean_error(self.gait, name, self.count)
+        own = self.leg * mean_error(self.gait, name, self.count, self.root_sd / self.leg)
+        return float(np.hypot(own, self.share * self.found))
+
+
+@dataclass(frozen=True)
+class Difference:
+    """A take's mean of one figure over the right side's steps less that over the left's, found and true; lengths in
+    metres. size: mean of both sides in truth, so that an error's share of it is that of the symmetry index. counts:
+    values that were found of right and left. gait, leg: as Mean's. depth: gait.errors.depth_of_steps."""
+
+    found: float
+    true: float
+    size: float
+    counts: tuple[int, int]
+    gait: str
+    leg: float
+    depth: float
+
+    def sd(self, name: str) -> float:
+        """The stated standard deviation, in the figure's unit."""
+        own = difference_error(self.gait, name, *self.counts, self.depth)
+        return self.leg * own if name in OF_LENGTH else own
+
+
+@dataclass(frozen=True, eq=False)
+class JudgedGait:
+    """One take. kind: "walking", "running" or "none", by its true contacts. steps: (found, true). frames: (N, 2) bool,
+    on the floor as found and in truth. events: {"initial contact", "toe-off": (errors in s (K,), found, true)}. means:
+    {path: {figure: Mean}} of the steps and strides that both have; differences: {path: {figure: Difference}} of their
+    sides. sliding: (K, 3) metres by which flat feet of walks move over the floor by the true path, the one that was
+    found, and that with its feet locked."""
+
+    kind: str
+    steps: tuple[int, int]
+    frames: np.ndarray
+    events: dict[str, tuple[np.ndarray, int, int]]
+    means: dict[str, dict[str, Mean]] = field(default_factory=dict)
+    differences: dict[str, dict[str, Difference]] = field(default_factory=dict)
+    sliding: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
+
+
+def gait_tables(
+    rectifier: Rectifier,
+    lifter: str | Path = "pcnet3d",
+    seed: int = 0,
+    flip: bool = False,
+    sets: Sequence[EvaluationSet] | None = None,
+) -> dict[str, Any]:
+    """Everything the report says: {"sets": {set: {kind: one_kind's}}}."""
+    sets = sets or evaluation_sets()
+    results: dict[str, Any] = {**heading(lifter, seed, flip, sets), "rectifier": rectifier.method, "sets": {}}
+    for one in sets:
+        found = []
+        for take in each(
+            one.takes(seed, lifter, flip, focal_known=True), f"{one.label} takes", len(one.clips())
+        ):
+            judged = judge_both(rectifier, take, lifter, flip)
+            found += [] if judged is None else [judged]
+        kinds = {kind: [take for take in found if take.kind == kind] for kind in ("walking", "running")}
+        results["sets"][one.label] = {
+            **{kind: one_kind(takes) for kind, takes in kinds.items() if takes},
+            "false steps": sum(take.steps[0] for take in found if take.kind == "none"),
+        }
+    return results
+
+
+def judge_both(
+    rectifier: Rectifier, take: LiftedTake, lifter: str | Path = "pcnet3d", flip: bool = False
+) -> JudgedGait | None:
+    """As judge, of a take whose lift knew the focal length, with the means of a lift with the assumed one beside."""
+    judged = judge(rectifier, take)
+    if judged is None or not judged.means:
+        return judged
+    focal_px = camera_of(take.seen, ASSUMED).focal_px
+    again = lift(take.seen.keypoints, take.seen.image_size, focal_px, flip, lifter)
+    guessed = judge(rectifier, LiftedTake(again, take.seen), ASSUMED)
+    if guessed is None:
+        return judged
+    differences = {**guessed.differences, **judged.differences}
+    return replace(judged, means={**guessed.means, **judged.means}, differences=differences)
+
+
+def judge(rectifier: Rectifier, take: LiftedTake, path: str = KNOWN) -> JudgedGait | None:
+    """A take beside its truth; None where it cannot be levelled or joints are missing. path: what is known of the focal
+    length, KNOWN or ASSUMED."""
+    seen, time_s = take.seen, take.seen.keypoints.times
+    joints = joints_of(take.lifted, seen.truth)
+    if not np.isfinite(joints).all():
+        return None
+    level = level_static(Seen(joints, *rectifier.rotation(joints), time_s, spread=stated_spread(take.lifted)))
+    if why_not(level):
+        return None
+    smooth = _smooth(joints, time_s)
+    body = rotate(transpose(level.R_camera_from_body), smooth)
+    facing = facing_deg(level.R_camera_from_level.T @ level.R_camera_from_body)
+    probability = contacts(body, time_s)
+    found = find_gait(body, time_s, feet=stances(probability, time_s), facing_deg=facing)
+
+    world = rotate(seen.R_camera_from_world.T, seen.joints_camera)
+    spells = true_contact(world, time_s)
+    feet = {side: [Stance(side, *map(float, spell)) for spell in spells[side]] for side in SIDES}
+    true_smooth = _smooth(seen.truth, time_s)
+    R_world_from_body = seen.R_camera_from_world.T @ seen.R_camera_from_body
+    true = find_gait(
+        rotate(transpose(seen.R_camera_from_body), true_smooth),
+        time_s,
+        feet=feet,
+        facing_deg=facing_deg(R_world_from_body),
+    )
+    frames = [
+        np.stack([probability[side] > ON_FLOOR, _inside(feet[side], time_s)], axis=-1) for side in SIDES
+    ]
+    events = {
+        "initial contact": _events(found, true, "start_s"),
+        "toe-off": _events(found, true, "stop_s"),
+    }
+    steps = (len(found.steps), len(true.steps))
+    judged = JudgedGait(true.kind, steps, np.concatenate(frames), events)
+    same = _of_both(found, true)
+    if same is None:
+        return judged
+    R_level_from_camera = level.R_camera_from_level.T
+    true_places = rotate(seen.R_camera_from_world.T, true_smooth)
+    true_values = {**time_values(same[1]), **_lengths(same[1], world[:, 0], true_places, time_s)}
+
+    depth = depth_of_steps(level.R_camera_from_body, time_s, same[0].walks)
+
+    def keep(path: str, root: np.ndarray, places: np.ndarray, *errors: float) -> None:
+        values = {**time_values(same[0]), **_lengths(same[0], root, places, time_s)}
+        about = values, true_values, same[0].kind, leg_length(places)
+        judged.means[path] = _means(*about, *errors)
+        judged.differences[path] = _differences(*about, depth)
+
+    true_root = rotate(R_level_from_camera, seen.joints_camera[:, H36M17.index("pelvis")][None])[0]
+    keep(TRUE, true_root, rotate(R_level_from_camera, smooth))
+
+    sized = by_stature(take.lifted, seen.truth)
+    placed = pelvis_path(sized, seen.keypoints, camera_of(seen, path))
+    if placed is None:
+        return judged
+    root = rotate(R_level_from_camera, placed.root[None])[0]
+    places = rotate(R_level_from_camera, smooth * (implied_stature(sized.joints) / implied_stature(joints)))
+    covariance = R_level_from_camera @ placed.covariance @ R_level_from_camera.T
+    errors = path_error(
+        root, covariance, R_level_from_camera[:, 2], SCALE_SD, placed.focal_sd, time_s, same[0].walks
+    )
+    keep(path, root, places, *errors)
+    ankles = _ankles(places)
+    own = turned_covariance(sized.covariance, R_level_from_camera)
+    stated = {
+        side: covariance + (0.0 if own is None else own[:, H36M17.index(f"{side}_ankle")]) for side in SIDES
+    }
+    locked = foot_locked(root, ankles, stated, found.feet, time_s)
+    paths = (world[:, 0], _ankles(true_places)), (root, ankles), (locked, ankles)
+    sliding = np.stack([_sliding(*each_path, same[1], time_s) for each_path in paths], axis=-1)
+    return replace(judged, sliding=sliding)
+
+
+def _ankles(joints: np.ndarray) -> dict[str, np.ndarray]:
+    joints = relative(joints)
+    return {side: joints[:, H36M17.index(f"{side}_ankle")] for side in SIDES}
+
+
+def _sliding(root: np.ndarray, ankles: dict[str, np.ndarray], gait: Gait, time_s: np.ndarray) -> np.ndarray:
+    """(K,) the greatest distance over the floor between two places of an ankle, of each flat foot of the walks."""
+    landed = {(step.side, step.stop_s) for step in gait.steps}
+    found = []
+    for side in SIDES:
+        for stance in gait.feet[side]:
+            if (side, stance.start_s) in landed and np.isfinite(stance.stop_s):
+                rows = slice(*np.searchsorted(time_s, flat_span(stance, time_s[0], time_s[-1])))
+                places = (root + ankles[side])[rows, :2]
+                found.append(np.linalg.norm(places[:, None] - places, axis=-1).max(initial=0.0))
+    return np.array(found, dtype=np.float64)
+
+
+def _smooth(joints: np.ndarray, time_s: np.ndarray) -> np.ndarray:
+    return lowpass(joints.reshape(len(joints), -1), time_s).reshape(joints.shape)
+
+
+def _lengths(gait: Gait, root: np.ndarray, level: np.ndarray, time_s: np.ndarray) -> Values:
+    ankles = {side: ankle[:, :2] for side, ankle in _ankles(level).items()}
+    return length_values(gait, root[:, :2], ankles, time_s)
+
+
+def _inside(feet: Sequence[Stance], time_s: np.ndarray) -> np.ndarray:
+    inside = np.zeros(len(time_s), dtype=bool)
+    for stance in feet:
+        inside |= ~((time_s < stance.start_s) | (time_s > stance.stop_s))
+    return inside
+
+
+def _events(found: Gait, true: Gait, what: str) -> tuple[np.ndarray, int, int]:
+    """Errors of the events that have one of the same foot within a quarter of a second, and how many there are: of the
+    whole take, walks or not."""
+    errors, counts = [], [0, 0]
+    for side in SIDES:
+        a, b = (
+            np.array([time for stance in gait.feet[side] if np.isfinite(time := getattr(stance, what))])
+            for gait in (found, true)
+        )
+        counts = [counts[0] + len(a), counts[1] + len(b)]
+        if len(a) and len(b):
+            off = a[:, None] - b
+            pairs = [(i, int(np.abs(off[i]).argmin())) for i in range(len(a))]
+            errors += [
+                off[i, k] for i, k in pairs if np.abs(off[:, k]).argmin() == i and abs(off[i, k]) < _SAME_S
+            ]
+    return np.array(errors), counts[0], counts[1]
+
+
+def _of_both(found: Gait, true: Gait) -> tuple[Gait, Gait] | None:
+    """Both with the walks' steps that the other has too, so that means are over the same part of the take; None where
+    they share no walk."""
+
+    fewest = 2 if true.kind == "running" else 3
+
+    def common(gait: Gait, other: Gait) -> list[list[Any]]:
+        ends = [(step.side, step.stop_s) for step in other.steps]
+        walks = []
+        for walk in gait.walks:
+            kept: list[Any] = []
+            for step in walk:
+                if any(side == step.side and abs(stop - step.stop_s) < _SAME_S for side, stop in ends):
+                    kept.append(step)
+                elif len(kept) < fewest:
+                    kept = []
+                else:
+                    break
+            if len(kept) >= fewest:
+                walks.append(kept)
+        return walks
+
+    pair = Gait(found.feet, common(found, true)), Gait(true.feet, common(true, found))
+    return pair if pair[0].walks and len(pair[0].steps) == len(pair[1].steps) else None
+
+
+def _both(values: Values, name: str) -> np.ndarray:
+    return np.concatenate([values[name][side] for side in SIDES])
+
+
+def _means(found: Values, true: Values, gait: str, leg: float, *path_errors: float) -> dict[str, Mean]:
+    result = {}
+    for name in _FIGURES:
+        a, b = (values[np.isfinite(values)] for values in (_both(found, name), _both(true, name)))
+        if len(a) and len(b):
+            result[name] = Mean(float(a.mean()), float(b.mean()), len(a), gait, leg, *path_errors)
+    return result
+
+
+def _differences(found: Values, true: Values, gait: str, leg: float, depth: float) -> dict[str, Difference]:
+    result = {}
+    for name in OF_SIDES:
+        sides = [values[name][side] for values in (found, true) for side in SIDES]
+        sides = [values[np.isfinite(values)] for values in sides]
+        if min(map(len, sides)) >= FEWEST_OF_A_SIDE:
+            right, left, true_right, true_left = (float(values.mean()) for values in sides)
+            size, counts = (true_right + true_left) / 2, (len(sides[0]), len(sides[1]))
+            result[name] = Difference(right - left, true_right - true_left, size, counts, gait, leg, depth)
+    return result
+
+
+def one_kind(takes: Sequence[JudgedGait]) -> dict[str, Any]:
+    """Of takes of one kind: steps, contact frames, events and figures."""
+    frames = np.concatenate([take.frames for take in takes])
+    both = (frames[:, 0] & frames[:, 1]).sum()
+    result: dict[str, Any] = {
+        "takes": len(takes),
+        "steps": [sum(take.steps[i] for take in takes) for i in (0, 1)],
+        "contact": {
+            "precision": float(both / frames[:, 0].sum()),
+            "recall": float(both / frames[:, 1].sum()),
+        },
+        "events": {},
+        "figures": {},
+    }
+    for event in takes[0].events:
+        errors, found, true = zip(*(take.events[event] for take in takes), strict=True)
+        error = np.concatenate(errors)
+        result["events"][event] = {
+            "precision": len(error) / max(sum(found), 1),
+            "recall": len(error) / max(sum(true), 1),
+            "bias_ms": float(1000 * np.median(error)),
+            "error_ms": Figure.of(1000 * np.abs(error)),
+        }
+    means, differences = [take.means for take in takes], [take.differences for take in takes]
+    for what, names, of_takes in (("", _FIGURES, means), (", right less left", OF_SIDES, differences)):
+        for path in PATHS:
+            for name in names:
+                found = [of_paths[path][name] for of_paths in of_takes if name in of_paths.get(path, {})]
+                if found and (path == TRUE or name in OF_LENGTH):
+                    label = f"{name}{what}, {path}" if name in OF_LENGTH else f"{name}{what}"
+                    result["figures"][label] = _figure(name, found)
+    sliding = np.concatenate([take.sliding for take in takes])
+    if len(sliding):
+        result["sliding_cm"] = {
+            path: Figure.of(100 * of) for path, of in zip(_SLIDING, sliding.T, strict=True)
+        }
+    return result
+
+
+def _figure(name: str, means: Sequence[Mean | Difference]) -> dict[str, Any]:
+    size = np.array([mean.size for mean in means])
+    error = np.array([mean.found - mean.true for mean in means])
+    true = np.array([mean.true for mean in means])
+    inside = np.array([abs(mean.found - mean.true) <= SD_90 * mean.sd(name) for mean in means])
+    return {
+        "takes": len(means),
+        "true": float(np.median(true)),
+        "bias": float(np.median(error)),
+        "error": Figure.of(np.abs(error)),
+        "error_percent": Figure.of(100 * np.abs(error / size)),
+        "inside": float(inside.mean()),
+    }
+
+
+def as_markdown(results: dict[str, Any]) -> str:
+    """The report as a page of tables."""
+    parts: list[Table | str] = []
+    for label, kinds in results["sets"].items():
+        for kind, table in kinds.items():
+            if not isinstance(table, dict):
+                continue
+            found, true = table["steps"]
+            contact = table["contact"]
+            events = [
+                f"{name} | {row['precision']:.2f} | {row['recall']:.2f} | {row['bias_ms']:.0f} | {row['error_ms']:.0f}"
+                for name, row in table["events"].items()
+            ]
+            figures = [
+                f"{name} | {row['takes']} | {row['true']:.3f} | {row['bias']:.3f} | {row['error']:.3f} | "
+                f"{row['error_percent']:.1f} | {100 * row['inside']:.0f}"
+                for name, row in table["figures"].items()
+            ]
+            note = (
+                f"{table['takes']} takes; {found} steps found, {true} true. Frames on the floor: precision "
+                f"{contact['precision']:.3f}, recall {contact['recall']:.3f}."
+            )
+            head = ["event", "precision", "recall", "bias, ms", "error, ms"]
+            parts.append(Table(f"{label}, {kind}", head, events, note))
+            head = ["figure", "takes", "true", "bias", "error", "error, %", "inside, %"]
+            parts.append(Table("", head, figures))
+            if "sliding_cm" in table:
+                slides = "; ".join(f"{path} {row:.1f}" for path, row in table["sliding_cm"].items())
+                parts.append(f"Flat feet slide by, in cm a stance: {slides}.")
+        parts.append(f"Steps found in takes of {label} without a walk: {kinds['false steps']}.")
+    return page(
+        "Gait",
+        f"{settings(results)}, rectifier {results['rectifier']}; one camera a take. Errors are p50 / mean / p95 of "
+        "their size: events over events, figures over takes (of a take's mean, of the steps that both have). Inside: "
+        "share of takes whose true mean lies within 1.645 stated standard deviations.",
+        parts,
+    )

@@ -1,0 +1,143 @@
+"""How well a lifter does where the truth is known:  pcnet3d evaluate lifter -o DIR
+
+Virtual takes of people that it never saw, its focal length known and not, over frames and over takes.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+
+from ....pipeline.core.frames import IMAGE
+from ....pipeline.core.layouts import H36M17
+from ....pipeline.core.pose import PoseSequence
+from ....pipeline.core.rotations import geodesic_deg, kabsch
+from ...common.metrics import Figure, joint_error, procrustes_error, scaled
+from ...lifter.builtin import lift
+from .angles import MOTIONS
+from .sets import Sets, evaluation_sets, heading
+from .tables import Table, page, settings
+from .testbed import BEDS, Bed, LiftedTake, SeenTake
+
+_POSTURES = ("upright", "lying")
+_SCALED = {"frame": "Scale aligned per frame, over frames.", "take": "Scale aligned per take, over takes."}
+
+
+def lifter_tables(
+    lifter: str = "pcnet3d",
+    seed: int = 0,
+    flip: bool = False,
+    sets: Sets = "val",
+    beds: Sequence[Bed] = tuple(BEDS),
+) -> dict[str, Any]:
+    """{"beds": {bed: {"focal assumed", "focal known": {"SET GROUP": {"lifter": lifter_figures}}}}, "frames_per_s"}, the
+    group a posture or a motion that has frames."""
+    results = {**heading(lifter, seed, flip), "beds": {}}
+    for bed in beds:
+        rows: dict[str, dict[str, Any]] = {"focal assumed": {}, "focal known": {}}
+        for key, table in rows.items():
+            for one in evaluation_sets(sets, bed):
+                takes = list(one.takes(seed, lifter, flip, focal_known=key == "focal known"))
+                table |= {f"{one.label} {name}": {"lifter": row} for name, row in groups(takes).items()}
+        results["beds"][bed] = rows
+    results["frames_per_s"] = speed(lifter)
+    return results
+
+
+def groups(takes: Sequence[LiftedTake]) -> dict[str, dict[str, Any]]:
+    """{group: lifter_figures} of the groups that have frames."""
+    rows = {group: lifter_figures(takes, group) for group in (*_POSTURES, *MOTIONS)}
+    return {group: row for group, row in rows.items() if row["counts"]["frames"]}
+
+
+def in_group(seen: SeenTake, group: str) -> np.ndarray:
+    """(T,) the frames that are "upright" or "lying", or upright and of a motion (motion_class)."""
+    if group == "lying":
+        return seen.lying
+    return ~seen.lying if group == "upright" else ~seen.lying & seen.motion[group]
+
+
+def lifter_figures(takes: Iterable[LiftedTake], group: str) -> dict[str, dict[str, Any]]:
+    """Errors in mm (angles in degrees) of the frames of a group.
+
+    "frame": the lift is scaled to the truth frame by frame (as for a lifter without a scale; N-MPJPE, Rhodin et
+    al. 2018), and figures run over frames. "take": one scale for a whole take, and figures run over takes.
+    Both are in mm of each person's own size. depth, lateral, vertical: mean absolute error along the ray to the
+    body, across it and level, and up. hidden rotation: the rigid rotation that would bring the lift closest.
+    """
+    parts: dict[str, dict[str, list[np.ndarray]]] = {"frame": {}, "take": {}}
+    for take in takes:
+        use = in_group(take.seen, group)
+        if not use.any():
+            continue
+        truth, lifted = take.seen.truth, take.lifted.joints.astype(np.float64)
+        for per, rows in parts.items():
+            fitted = scaled(lifted, truth, per)
+            errors = {
+                "MPJPE": 1000 * joint_error(fitted, truth),
+                "PA-MPJPE": 1000 * procrustes_error(lifted, truth),
+                **_along(fitted - truth, take),
+                "hidden rotation": angle_of(kabsch(truth, lifted)),
+            }
+            for name, values in errors.items():
+                rows.setdefault(name, []).append(values[use])
+    frames = np.concatenate(parts["frame"].get("MPJPE", [np.zeros(0)]))
+    return {
+        "frame": {name: Figure.of(np.concatenate(values)) for name, values in parts["frame"].items()},
+        "take": {name: _of_takes(values) for name, values in parts["take"].items()},
+        "counts": {
+            "frames": len(frames),
+            "not lifted": int(np.isnan(frames).sum()),
+            "takes": len(parts["take"].get("MPJPE", [])),
+        },
+    }
+
+
+def _of_takes(values: list[np.ndarray]) -> Figure:
+    return Figure.of(np.array([np.nanmean(v) for v in values if np.isfinite(v).any()]))
+
+
+def angle_of(R: np.ndarray) -> np.ndarray:
+    """Angle of a rotation in degrees, (...,)."""
+    return geodesic_deg(R, np.broadcast_to(np.eye(3), R.shape))
+
+
+def speed(lifter: str = "pcnet3d", frames: int = 6000) -> float:
+    """Frames lifted per second of wall time on this machine, features included."""
+    rng = np.random.default_rng(0)
+    walk = np.cumsum(rng.normal(0, 0.3, (frames, 17, 2)), axis=0) + rng.uniform(300, 700, (17, 2))
+    keypoints = PoseSequence(walk, H36M17, IMAGE)
+    lift(keypoints, (1920, 1080), model=lifter)
+    start = time.perf_counter()
+    lift(keypoints, (1920, 1080), model=lifter)
+    return frames / (time.perf_counter() - start)
+
+
+def as_markdown(results: dict[str, Any]) -> str:
+    """The report as a page of tables; every cell is p50 / mean / p95."""
+    tables = []
+    for bed, focal in ((bed, focal) for bed, tables_ in results["beds"].items() for focal in tables_):
+        rows = results["beds"][bed][focal]
+        for per, note in _SCALED.items():
+            names = list(next(iter(rows.values()))["lifter"][per])
+            cells = [
+                [f"{label} ({row['lifter']['counts'][f'{per}s']:,} {per}s)", *row["lifter"][per].values()]
+                for label, row in rows.items()
+            ]
+            tables.append(Table(f"{bed} views, {focal}, a {per}".capitalize(), ["", *names], cells, note))
+    about = f"{settings(results)}; {results['frames_per_s']:,.0f} frames/s."
+    return page(
+        "Lifter", f"{about} Cells are p50 / mean / p95; mm of each person's own size, degrees.", tables
+    )
+
+
+def _along(error: np.ndarray, take: LiftedTake) -> dict[str, np.ndarray]:
+    """(T,) mean absolute error in mm along the ray to the body, along up made square to it, and across both."""
+    depth = take.seen.R_camera_from_ray[..., 2]
+    up = take.seen.up - (take.seen.up * depth).sum(-1, keepdims=True) * depth
+    up /= np.linalg.norm(up, axis=-1, keepdims=True)
+    axes = {"depth": depth, "lateral": np.cross(depth, up), "vertical": up}
+    return {name: 1000 * np.abs(np.einsum("tji,ti->tj", error, axis)).mean(-1) for name, axis in axes.items()}

@@ -1,0 +1,229 @@
+"""The validation takes that lifters are chosen by, under three conditions, and a lift's errors on one of them."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from ....pipeline.core.errors import InputError
+from ....pipeline.core.layouts import H36M17
+from ....pipeline.core.pose import PoseSequence
+from ....pipeline.core.rotations import is_finite, rotate, transpose
+from ....pipeline.files.video_frames import shown_size
+from ....pipeline.reading.mocap.clip import Clip
+from ....pipeline.reading.take import read_video
+from ....pipeline.signals.angles import angles, near, sides_of
+from ....pipeline.signals.visibility import seen_only
+from ...angle_error.take_angles import smoothed
+from ...common.metrics import joint_error, procrustes_error, scaled
+from ...lifter.features import ray_rotation
+from ..mocap.clips import data_folder
+from ..synthetic.keypoint_noise import EXACT_KEYPOINTS
+from .real_data import (
+    LIMBS,
+    MOVING,
+    exact_keypoints,
+    found_keypoints,
+    openpose_keypoints,
+    read_cameras,
+    read_truth,
+)
+from .real_take import whole_body
+from .sets import evaluation_sets
+from .testbed import BEDS, MIN_FRAMES, Bed, see
+
+CONDITIONS = PUBLISHED, FOCAL_KNOWN, EXACT = (
+    "noisy keypoints, focal unknown", "noisy keypoints, focal known", "exact keypoints, focal known",
+)  # fmt: skip
+POSTURES = ("upright", "lying")
+REAL, REAL_VIEWS = "real take", "real video"
+FIGURES = {  # of a take, with their units; all but the last are errors
+    "MPJPE": "mm", "PA-MPJPE": "mm", "along the ray": "mm", "across the ray": "mm", "constant": "mm",
+    "velocity": "mm/s", "knee_flexion": "deg", "elbow_flexion": "deg", "lifted": "%",
+}  # fmt: skip
+_ANGLES = ("knee_flexion", "elbow_flexion")
+
+
+@dataclass(frozen=True, eq=False)
+class JudgedTake:
+    """A take to lift, and its truth.
+
+    inputs: by condition, keypoints in IMAGE and the focal length in pixels, None where it is not told.
+    truth: (F, 17, 3) metres, CAMERA axes, of the frames that the keypoints' frame_index counts; joints: those that are
+    known. R_camera_from_ray: (F, 3, 3). lying: (F,).
+    """
+
+    name: str
+    person: str
+    inputs: Mapping[str, tuple[PoseSequence, float | None]]
+    image_size: tuple[int, int]
+    truth: np.ndarray
+    R_camera_from_ray: np.ndarray
+    lying: np.ndarray
+    joints: tuple[str, ...] = H36M17.joints
+
+
+@dataclass(frozen=True, eq=False)
+class Material:
+    """Takes that are judged, and kept, together. part: the set's name in tables. views: the cameras' name. key: changes
+    when the takes do. takes: draws or reads them, `count` of them."""
+
+    part: str
+    views: str
+    seed: int
+    count: int
+    key: str
+    takes: Callable[[], Iterator[JudgedTake]]
+
+
+def materials(seeds: int, only: Sequence[str] = ()) -> list[Material]:
+    """Everything to lift: each part before each kind of camera with each seed; then the real take. only: labels of
+    parts; all without any. InputError for a part that there is not, and where the data is not."""
+    sets = {one.label: one for one in evaluation_sets("val")}
+    labels = (*sets, REAL)
+    if unknown := [label for label in only if label not in labels]:
+        raise InputError(f"There is no part '{unknown[0]}' of the validation; expected {', '.join(labels)}.")
+    wanted = [label for label in labels if label in only or not only]
+    found = []
+    for label in (label for label in wanted if label in sets):
+        clips = tuple(clip for clip in sets[label].clips() if len(clip) >= MIN_FRAMES)
+        found += [_virtual(label, clips, bed, seed) for bed in BEDS for seed in range(seeds)]
+    if REAL in wanted:
+        folder = data_folder() / "real" / MOVING
+        truth = read_truth(folder, list(read_cameras(folder)))
+        key = _digest([truth.limbs, *truth.openpose.values()])
+        found.append(Material(REAL, REAL_VIEWS, 0, len(truth.openpose), key, real_takes))
+    return found
+
+
+def _virtual(label: str, clips: tuple[Clip, ...], bed: Bed, seed: int) -> Material:
+    drawn = see(min(clips, key=len), seed, views=BEDS[bed])  # stands for the way in which all are drawn
+    parts = [drawn.keypoints.joints, drawn.joints_camera]
+    for clip in clips:
+        parts += [np.frombuffer(clip.name.encode(), np.uint8), clip.joints]
+    return Material(label, bed, seed, len(clips), _digest(parts), partial(virtual_takes, clips, bed, seed))
+
+
+def virtual_takes(clips: Sequence[Clip], bed: Bed, seed: int) -> Iterator[JudgedTake]:
+    """Clips before virtual cameras, the same ones for noisy and for exact keypoints."""
+    for clip in clips:
+        noisy, exact = (see(clip, seed, noise=noise, views=BEDS[bed]) for noise in (None, EXACT_KEYPOINTS))
+        yield JudgedTake(
+            name=clip.name,
+            person=clip.subject,
+            inputs={
+                PUBLISHED: (noisy.keypoints, None),
+                FOCAL_KNOWN: (noisy.keypoints, noisy.focal_px),
+                EXACT: (exact.keypoints, exact.focal_px),
+            },
+            image_size=noisy.image_size,
+            truth=noisy.truth,
+            R_camera_from_ray=noisy.R_camera_from_ray,
+            lying=noisy.lying,
+        )
+
+
+def real_takes() -> Iterator[JudgedTake]:
+    """The real take, a camera at a time; noisy keypoints as the detector finds them in the video, exact ones the true
+    limbs with OpenPose's face. Twelve joints are known, which count from the middle of the hips; nobody lies."""
+    folder = data_folder() / "real" / MOVING
+    cameras = read_cameras(folder)
+    truth = read_truth(folder, list(cameras))
+    hips = truth.limbs[:, [LIMBS.index("r_hip"), LIMBS.index("l_hip")]].mean(axis=1)
+    for name, camera in cameras.items():
+        assert camera.R_camera_from_world is not None
+        assert camera.t_m is not None
+        video = read_video(camera.video)
+        size, focal = shown_size(video), float(camera.focal_px.mean())
+        found = seen_only(found_keypoints(video), size)
+        given = openpose_keypoints(truth.openpose[name], video.time_s)
+        exact = exact_keypoints(camera, truth.limbs, given)
+        before = rotate(camera.R_camera_from_world, hips) + camera.t_m
+        yield JudgedTake(
+            name=name,
+            person=REAL,
+            inputs={PUBLISHED: (found, None), FOCAL_KNOWN: (found, focal), EXACT: (exact, focal)},
+            image_size=size,
+            truth=rotate(camera.R_camera_from_world, whole_body(truth.limbs)),
+            R_camera_from_ray=ray_rotation(before[:, :2] / before[:, 2:]),
+            lying=np.zeros(len(truth.limbs), dtype=bool),
+            joints=LIMBS,
+        )
+
+
+def judge(take: JudgedTake, poses: PoseSequence) -> dict[str, Any]:
+    """{"take", "person", posture: [figures], or None without frames of that posture}."""
+    frames = poses.frame_index
+    lying = take.lying[frames]
+    lifted, truth = poses.joints.astype(np.float64), take.truth[frames]
+    if take.joints != H36M17.joints:
+        lifted = whole_body(lifted[:, H36M17.indices(take.joints)])
+    rows = H36M17.indices(take.joints)
+    judged = {
+        posture: take_figures(lifted, truth, take.R_camera_from_ray[frames], use, poses.times, rows)
+        for posture, use in zip(POSTURES, (~lying, lying), strict=True)
+        if use.any()
+    }
+    return {
+        "take": take.name, "person": take.person, **{posture: judged.get(posture) for posture in POSTURES}
+    }  # fmt: skip
+
+
+def take_figures(
+    lifted: np.ndarray,
+    truth: np.ndarray,
+    R_camera_from_ray: np.ndarray,
+    use: np.ndarray,
+    time_s: np.ndarray,
+    rows: Sequence[int],
+) -> list[float]:
+    """FIGURES of the frames (T,) in use of lifted and true joints (T, 17, 3), CAMERA axes, metres and any unit; of the
+    joints in `rows`.
+
+    MPJPE and what lies along and across the ray: one scale a frame. constant: how much smaller the MPJPE is when the
+    mean error of each joint over the take is taken off it. velocity: mean distance of velocities between neighbouring
+    frames, one scale a take. Angles: root mean square, both sides, after the low-pass that runs have.
+    """
+    there = use & np.asarray(is_finite(lifted[:, rows]).all(axis=1))
+    lifted_share = 100 * there.sum() / use.sum()
+    if not there.any():
+        return [*[np.nan] * (len(FIGURES) - 1), float(lifted_share)]
+    one, other = lifted[there][:, rows], truth[there][:, rows]
+    off = scaled(one, other) - other
+    mpjpe = np.linalg.norm(off, axis=-1).mean()
+    in_ray = np.abs(rotate(transpose(R_camera_from_ray[there]), off))
+    of_a_take = scaled(one, other, "take")
+    next_to = np.diff(np.flatnonzero(there)) == 1
+    step_s = np.diff(time_s[there])[next_to]
+    speed = np.diff(of_a_take - other, axis=0)[next_to] / step_s[:, None, None]
+    bent, true = (angles(smoothed(joints, time_s)) for joints in (lifted, truth))
+    figures = [
+        1000 * mpjpe,
+        1000 * procrustes_error(one, other).mean(),
+        1000 * in_ray[..., 2].mean(),
+        1000 * np.linalg.norm(in_ray[..., :2], axis=-1).mean(),
+        1000 * (mpjpe - joint_error(off, off.mean(axis=0)).mean()),
+        1000 * mean(np.linalg.norm(speed, axis=-1)),
+    ]
+    for name in _ANGLES:
+        error = np.stack([near(bent[side] - true[side], 0.0)[there] for side in sides_of(name)])
+        figures.append(mean(error**2) ** 0.5)
+    return [*map(float, figures), float(lifted_share)]
+
+
+def mean(values: np.ndarray) -> float:
+    """Of values (N,), missing ones left out; NaN without any."""
+    values = values[np.isfinite(values)]
+    return float(values.mean()) if len(values) else float("nan")
+
+
+def _digest(parts: Sequence[np.ndarray]) -> str:
+    found = hashlib.sha256()
+    for part in parts:
+        found.update(np.ascontiguousarray(part).tobytes())
+    return found.hexdigest()[:12]

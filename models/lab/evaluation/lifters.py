@@ -1,0 +1,223 @@
+"""Which of several lifters is better for people whom no network saw:  pcnet3d evaluate lifters A.onnx B.onnx -o DIR
+
+Whole validation takes before virtual cameras, and the real take (real_take.py), under three conditions. A person's
+value is the mean over frames of each take, then over the person's takes, so that every person has one weight. Networks
+are compared person by person.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from itertools import combinations, product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ....pipeline.core.errors import InputError
+from ....pipeline.core.messages import how_many
+from ....pipeline.core.pose import package_version
+from ....pipeline.files.atomic import read_object, whole_file
+from ....pipeline.plugins.protocols import Lifter
+from ....pipeline.running.progress import each
+from ...common.metrics import plain
+from ...lifter.images import ImageLifter
+from ...lifter.load import load_lifter
+from .lifter_takes import CONDITIONS, FIGURES, POSTURES, REAL_VIEWS, Material, judge, materials, mean
+from .tables import Table, page
+from .testbed import BEDS
+
+_DRAWS = 10_000
+_SEED = 0  # of the bootstrap
+_BOTH = " and ".join(BEDS)  # views that are judged together too
+_KEYS = ("condition", "posture", "views")
+
+People = dict[str, dict[str, np.ndarray]]  # {part: {person: (F,) of FIGURES}}
+
+
+def lifter_tables(
+    names: Sequence[str], kept: Path, seeds: int = 3, only: Sequence[str] = ()
+) -> dict[str, Any]:
+    """Everything the report says. names: of load_lifter. kept: the folder in which errors are kept by network, so that
+    the same work goes on where it was left. only: labels of the parts to judge; all without any.
+
+    {"seeds", "networks": [method], "rows": [{"condition", "views", "posture", "part", "people", "network", FIGURES}],
+    "differences": [{"condition", "views", "posture", "people", "networks": [A, B], figure: {"mean", "low", "high"}}],
+    "people": {part: [person]}}; the differences are A less B, with a 90 % interval.
+    InputError for a network that is no lifter, one that looks at images, one twice, and a part that there is not.
+    """
+    lifters = opened(names)
+    takes: dict[tuple[str, str, str, str], dict[str, dict[str, list[np.ndarray]]]] = {}
+    for condition, posture, views, network in product(
+        CONDITIONS, POSTURES, (*BEDS, _BOTH, REAL_VIEWS), lifters
+    ):
+        takes[condition, posture, views, network] = {}
+    for material in materials(seeds, only):
+        for (network, condition), judged in errors_of(lifters, material, kept).items():
+            for take, posture in product(judged, POSTURES):
+                for views in (material.views, *([_BOTH] if material.views in BEDS else [])):
+                    if take[posture] is not None:
+                        people = takes[condition, posture, views, network].setdefault(material.part, {})
+                        people.setdefault(take["person"], []).append(np.array(take[posture], dtype=float))
+    values = {key: of_people(parts) for key, parts in takes.items() if parts}
+    shown = {part: sorted(people) for parts in values.values() for part, people in parts.items()}
+    return {
+        "pcnet3d": package_version(),
+        "seeds": seeds,
+        "networks": list(lifters),
+        "people": shown,
+        "rows": [row for key, parts in values.items() for row in rows_of(key, parts)],
+        "differences": [
+            {
+                **dict(zip(_KEYS, key, strict=True)), "networks": [one, other],
+                **difference(values[*key, one], values[*key, other]),
+            }
+            for key in dict.fromkeys(key[:3] for key in values)
+            for one, other in combinations(lifters, 2)
+        ],
+    }  # fmt: skip
+
+
+def opened(names: Sequence[str]) -> dict[str, Lifter]:
+    """{method: lifter}. InputError as of lifter_tables."""
+    lifters: dict[str, Lifter] = {}
+    for name in names:
+        lifter = load_lifter(name)
+        if isinstance(lifter, ImageLifter):
+            raise InputError(f"{name} looks at images, which motion capture has none of; leave it out.")
+        if lifter.method in lifters:
+            raise InputError(f"{name} is given twice, as {lifter.method}; give each network once.")
+        lifters[lifter.method] = lifter
+    return lifters
+
+
+def errors_of(
+    lifters: Mapping[str, Lifter], material: Material, kept: Path
+) -> dict[tuple[str, str], list[dict[str, Any]]]:
+    """{(network, condition): [{"take", "person", posture: (F,) figures, or None without such frames}]}, out of the
+    folder where they are kept there, else lifted and kept."""
+    stem = f"{material.part}-{material.views}-{material.seed}".replace(" ", "_")
+    files = {
+        (network, condition): kept / network.rpartition("@")[2] / f"{stem}-{CONDITIONS.index(condition)}.json"
+        for network in lifters
+        for condition in CONDITIONS
+    }
+    of = {"key": material.key, "figures": list(FIGURES)}
+    found = {}
+    for key, path in files.items():
+        content = read_object(path)
+        if content.get("of") == of:
+            found[key] = content["takes"]
+    missing = [key for key in files if key not in found]
+    if not missing:
+        return found
+    made: dict[tuple[str, str], list[dict[str, Any]]] = {key: [] for key in missing}
+    words = f"{material.part}, {material.views}, seed {material.seed}"
+    for take in each(material.takes(), words, material.count):
+        for network, condition in missing:
+            keypoints, focal_px = take.inputs[condition]
+            poses = lifters[network].lift(keypoints, take.image_size, focal_px)
+            made[network, condition].append(plain(judge(take, poses)))
+    for key, takes in made.items():
+        files[key].parent.mkdir(parents=True, exist_ok=True)
+        with whole_file(files[key]) as partial:
+            partial.write_text(json.dumps({"of": of, "takes": takes}), encoding="utf-8")
+    return found | {key: json.loads(json.dumps(takes)) for key, takes in made.items()}
+
+
+def of_people(takes: Mapping[str, Mapping[str, Sequence[np.ndarray]]]) -> People:
+    """The mean (F,) over each person's takes."""
+    return {part: {person: _means(rows) for person, rows in people.items()} for part, people in takes.items()}
+
+
+def rows_of(key: tuple[str, str, str, str], parts: People) -> list[dict[str, Any]]:
+    """Means over people, each with one weight, of each part and, where there are several, of all."""
+    groups = {part: list(people.values()) for part, people in parts.items()}
+    if len(groups) > 1:
+        groups["all"] = [person for people in groups.values() for person in people]
+    of = dict(zip((*_KEYS, "network"), key, strict=True))
+    return [
+        {
+            **of,
+            "part": part,
+            "people": len(people),
+            **dict(zip(FIGURES, _means(people).tolist(), strict=True)),
+        }
+        for part, people in groups.items()
+    ]
+
+
+def difference(one: People, other: People) -> dict[str, Any]:
+    """{"people", figure: {"mean", "low", "high"}} of one less other, person by person; low and high hold 90 % of the
+    means of people drawn anew from these, NaN of a single one."""
+    pairs = [
+        people[person] - other[part][person]
+        for part, people in one.items()
+        for person in people
+        if person in other.get(part, {})
+    ]
+    found: dict[str, Any] = {"people": len(pairs)}
+    for figure, values in zip(FIGURES, np.array(pairs).reshape(-1, len(FIGURES)).T, strict=True):
+        low, high = interval(values[np.isfinite(values)])
+        found[figure] = {"mean": mean(values), "low": low, "high": high}
+    return found
+
+
+def interval(values: np.ndarray) -> tuple[float, float]:
+    """The 5th and 95th percentile of the mean of values (N,) drawn N at a time with replacement (bootstrap); NaN of
+    fewer than two."""
+    if len(values) < 2:
+        return float("nan"), float("nan")
+    drawn = np.random.default_rng(_SEED).integers(len(values), size=(_DRAWS, len(values)))
+    low, high = np.quantile(values[drawn].mean(axis=1), (0.05, 0.95))
+    return float(low), float(high)
+
+
+def as_markdown(results: dict[str, Any]) -> str:
+    """The report as a page of tables."""
+    people = results["people"]
+    many = "; ".join(f"{part} {len(those)}" for part, those in people.items())
+    units = [f"{name.removesuffix('_flexion')}, {unit}" for name, unit in FIGURES.items()]
+    head = ["posture", "views", "part", "people", "network"]
+    tables = [
+        Table(
+            condition.capitalize(),
+            [*head, *units],
+            [
+                [*(row[key] for key in head), *(f"{row[figure]:.1f}" for figure in FIGURES)]
+                for row in results["rows"]
+                if row["condition"] == condition
+            ],
+        )
+        for condition in CONDITIONS
+    ]
+    for pair in combinations(results["networks"], 2):
+        rows = [
+            [*(row[key] for key in (*_KEYS, "people")), *(_signed(row[figure]) for figure in FIGURES)]
+            for row in results["differences"]
+            if row["networks"] == list(pair)
+        ]
+        note = "The mean over people and its 90 % interval; negative errors: the first network is better."
+        tables.append(Table(" less ".join(pair), [*_KEYS, "people", *units], rows, note))
+    return page(
+        "Lifters",
+        f"pcnet3d {results['pcnet3d']}, {how_many(results['seeds'], 'seed')} of cameras, whole validation takes. Every "
+        f"person has one weight; people: {many}. So few people stand for few others: intervals are rather too narrow. "
+        "One scale a frame, velocity one a take; angles are RMSE, 6 Hz. Constant: how much smaller the MPJPE is "
+        "without each joint's mean error over a take. Whether a network that was trained elsewhere saw these people "
+        "nobody knows. The real take, noisy keypoints as MoveNet finds them: 12 joints from the middle of the hips, "
+        "one person, no interval, in no other row.",
+        tables,
+    )
+
+
+def _signed(found: Mapping[str, float]) -> str:
+    if not np.isfinite(found["mean"]):
+        return ""
+    words = f"{found['mean']:+.1f}"
+    return f"{words} ({found['low']:+.1f} to {found['high']:+.1f})" if np.isfinite(found["low"]) else words
+
+
+def _means(values: Sequence[np.ndarray]) -> np.ndarray:
+    return np.array([mean(column) for column in np.stack(values).T])

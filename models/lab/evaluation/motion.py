@@ -1,0 +1,251 @@
+"""Accelerations by smoother, where the truth is known:  pcnet3d evaluate motion -o DIR
+
+Wrists and ankles of lifted takes relative to the pelvis, in the true upright axes, at the truth's scale (one factor per
+take), against motion capture; both sides low-passed at 6 Hz without delay. What a wrong up adds is judged by --takes.
+Upright takes of 2 s and more without gaps; root mean square over a take's frames and both sides, of one axis.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ....pipeline.core.frames import turned_covariance
+from ....pipeline.core.rotations import rotate
+from ....pipeline.running.progress import each
+from ....pipeline.signals.filters import CUTOFF_HZ, savitzky_golay
+from ...common.metrics import SD_90, Figure
+from ...smoother import LIFTED, LIFTED_UNSTATED, Motion, known_noise
+from .acceleration import NO_MOTION, PARTS, accelerations, agreement, filtered, velocities
+from .sets import EvaluationSet, evaluation_sets, heading
+from .tables import Table, page, settings
+from .take_answers import joints_of
+from .takes import LONG, group_of
+from .testbed import LiftedTake
+
+STATED, ESTIMATED = "known noise, stated", "known noise, estimated"
+_SIX = f"Butterworth {CUTOFF_HZ:g} Hz"
+FIXED = (_SIX, "Butterworth 3 Hz", "Butterworth 1.5 Hz")
+_ALONG = {
+    "vertical": [2],
+    "horizontal": [0, 1],
+    "lateral": [0],
+    "depth": [1],
+}  # of axes lateral, depth, vertical
+QUANTITIES = ("position", "velocity", "acceleration")
+_QUARTERS = ("slowest quarter", "second", "third", "fastest quarter")
+
+
+@dataclass(frozen=True, eq=False)
+class Scores:
+    """One take. errors: {method: {(part, direction): (RMSE, r)}} of accelerations in m/s^2. speed: {part: the true root
+    mean square, m/s}. accel: {method: mm/frame^2 over all joints}. inside: {method: {(part, quantity): share of values
+    within their 90 % bars}}."""
+
+    errors: dict[str, dict[tuple[str, str], tuple[float, float]]]
+    speed: dict[str, float]
+    accel: dict[str, float]
+    inside: dict[str, dict[tuple[str, str], float]]
+
+
+def gcv_spline(path: np.ndarray, time_s: np.ndarray) -> np.ndarray:
+    """path (T, J, 3), each axis a cubic smoothing spline whose stiffness generalised cross-validation chooses."""
+    from scipy.interpolate import make_smoothing_spline
+
+    flat = path.reshape(len(path), -1)
+    smooth = [make_smoothing_spline(time_s, column)(time_s) for column in flat.T]
+    return np.stack(smooth, axis=-1).reshape(path.shape)
+
+
+_SMOOTHERS: dict[str, Callable[[np.ndarray, np.ndarray], np.ndarray]] = {
+    _SIX: lambda path, time_s: path,  # as both sides are filtered so
+    **{name: partial(filtered, cutoff_hz=hz) for name, hz in zip(FIXED[1:], (3.0, 1.5), strict=True)},
+    f"Savitzky-Golay {CUTOFF_HZ:g} Hz": lambda path, time_s: savitzky_golay(
+        path.reshape(len(path), -1), time_s
+    ).reshape(path.shape),
+    "GCV spline": gcv_spline,
+}
+
+
+def motion_tables(
+    lifter: str | Path = "pcnet3d",
+    seed: int = 0,
+    flip: bool = False,
+    sets: Sequence[EvaluationSet] | None = None,
+) -> dict[str, Any]:
+    """Everything the report says: {"sets": {label: {"takes", "errors", "quarters", "better", "accel", "inside"}}}."""
+    sets = sets or evaluation_sets()
+    results: dict[str, Any] = {**heading(lifter, seed, flip, sets), "sets": {}}
+    for one in sets:
+        takes = one.takes(seed, lifter, flip)
+        results["sets"][one.label] = over_takes(judged(each(takes, f"{one.label} takes", len(one.clips()))))
+    return results
+
+
+def judged(takes: Iterable[LiftedTake]) -> list[Scores]:
+    """The scores of upright takes of 2 s and more without gaps."""
+    scores = []
+    for take in takes:
+        if group_of(take) == LONG:
+            joints = joints_of(take.lifted, take.seen.truth)
+            if np.isfinite(joints).all():
+                scores.append(take_scores(take, joints))
+    return scores
+
+
+def take_scores(take: LiftedTake, joints: np.ndarray) -> Scores:
+    """joints: (T, 17, 3), the lift in CAMERA at the truth's scale."""
+    seen, time_s = take.seen, take.lifted.times
+    away = seen.R_camera_from_ray[..., 2].mean(axis=0)
+    away = away - (away @ seen.up) * seen.up
+    away /= np.linalg.norm(away)
+    axes = np.stack([np.cross(away, seen.up), away, seen.up])  # lateral, depth, vertical
+    truth, lifted = rotate(axes, seen.truth), rotate(axes, joints)
+    scale = np.nanmedian(np.linalg.norm(joints, axis=-1)) / np.nanmedian(
+        np.linalg.norm(take.lifted.joints.astype(np.float64), axis=-1)
+    )
+    covariance = take.lifted.covariance
+    stated = None if covariance is None else turned_covariance(covariance, axes, scale)
+    rows = sorted(row for part in PARTS.values() for row in part)
+    motions = {ESTIMATED: known_noise(lifted[:, rows], time_s, lifted=True).widened(LIFTED_UNSTATED)}
+    if stated is not None:
+        motions[STATED] = known_noise(lifted[:, rows], time_s, stated[:, rows], lifted=True).widened(LIFTED)
+    paths = {name: smooth(lifted[:, rows], time_s) for name, smooth in _SMOOTHERS.items()}
+    paths |= {name: motion.values[0] for name, motion in motions.items()}
+    true = accelerations(truth[:, rows], time_s)
+    found = {NO_MOTION: np.zeros_like(true)} | {n: accelerations(path, time_s) for n, path in paths.items()}
+    parts = {name: [rows.index(row) for row in part] for name, part in PARTS.items()}
+    velocity = velocities(truth[:, rows], time_s)
+    whole = {"unsmoothed": lifted, _SIX: filtered(lifted, time_s)}
+    if stated is not None:
+        whole[STATED] = known_noise(lifted, time_s, stated, lifted=True).values[0]
+    return Scores(
+        errors={
+            name: {
+                (part, direction): agreement(signal[:, at][..., along], true[:, at][..., along])
+                for part, at in parts.items()
+                for direction, along in _ALONG.items()
+            }
+            for name, signal in found.items()
+        },
+        speed={p: float(np.sqrt((velocity[:, at] ** 2).sum(axis=-1).mean())) for p, at in parts.items()},
+        accel={name: _accel(path, truth) for name, path in whole.items()},
+        inside={
+            name: _inside(motion, np.stack([truth[:, rows], velocity, true]), parts)
+            for name, motion in motions.items()
+        },
+    )
+
+
+def _accel(path: np.ndarray, truth: np.ndarray) -> float:
+    """The field's Accel: mean length of the difference of second differences, mm/frame^2, over all joints."""
+    bend = np.diff(path, 2, axis=0) - np.diff(truth, 2, axis=0)
+    return float(1000 * np.linalg.norm(bend, axis=-1).mean())
+
+
+def _inside(motion: Motion, truth: np.ndarray, parts: dict[str, list[int]]) -> dict[tuple[str, str], float]:
+    """Shares of values (3, T, J, 3) within the motion's 90 % bars; NaN where it states none."""
+    sd = np.sqrt(np.einsum("dtnii->dtni", motion.covariance))
+    within = np.where(np.isfinite(sd), np.abs(motion.values - truth) <= SD_90 * sd, np.nan)
+    return {
+        (part, name): float(within[i][:, at].mean())
+        for part, at in parts.items()
+        for i, name in enumerate(QUANTITIES)
+    }
+
+
+def over_takes(scores: Sequence[Scores]) -> dict[str, Any]:
+    """Figures of many takes. "errors": {method: {"PART, DIRECTION": {"rmse", "r": Figure}}}; "quarters": {PART: {the
+    quarter of the takes by true speed: {method: {"rmse", "r": medians over takes, vertical and horizontal}}}};
+    "better": {method: {"PART, DIRECTION": share of takes in which the stated known-noise smoother has the smaller
+    RMSE}}; "accel": {method: Figure}; "inside": {method: {"PART, QUANTITY": mean share within the bars}}."""
+    table: dict[str, Any] = {
+        "takes": len(scores), "errors": {}, "quarters": {}, "better": {}, "accel": {}, "inside": {}
+    }  # fmt: skip
+    if not scores:
+        return table
+    ours = STATED if STATED in scores[0].errors else ESTIMATED
+    for name, columns in scores[0].errors.items():
+        table["errors"][name], table["better"][name] = {}, {}
+        for column in columns:
+            rmse, r = np.array([take.errors[name][column] for take in scores]).T
+            own = np.array([take.errors[ours][column][0] for take in scores])
+            table["errors"][name][", ".join(column)] = {"rmse": Figure.of(rmse), "r": Figure.of(r)}
+            table["better"][name][", ".join(column)] = float((own < rmse).mean())
+    for part in PARTS:
+        speed = np.array([take.speed[part] for take in scores])
+        quarter = np.minimum(4 * speed.argsort().argsort() // len(speed), 3)
+        table["quarters"][part] = {
+            words: {
+                name: dict(
+                    zip(
+                        ("rmse", "r"),
+                        np.median(
+                            [t.errors[name][part, d] for t, q in zip(scores, quarter, strict=True) if q == i
+                             for d in ("vertical", "horizontal")], axis=0,
+                        ).tolist(),
+                        strict=True,
+                    )
+                )
+                for name in (NO_MOTION, *FIXED, ours)
+            }
+            for i, words in enumerate(_QUARTERS)
+            if (quarter == i).any()
+        }  # fmt: skip
+    for name in scores[0].accel:
+        table["accel"][name] = Figure.of(np.array([take.accel[name] for take in scores]))
+    for name, columns in scores[0].inside.items():
+        table["inside"][name] = {
+            ", ".join(column): float(np.mean([take.inside[name][column] for take in scores]))
+            for column in columns
+        }
+    return table
+
+
+def as_markdown(results: dict[str, Any]) -> str:
+    """The report as a page of tables."""
+    parts: list[Table | str] = []
+    for label, table in results["sets"].items():
+        parts.append(f"## {label}, {table['takes']} takes")
+        if not table["takes"]:
+            continue
+        columns = list(table["errors"][NO_MOTION])
+        rows = [
+            [name, *(f"{row[c]['rmse']:.2f}; r {row[c]['r'].p50:.2f}" for c in columns)]
+            for name, row in table["errors"].items()
+        ]
+        parts.append(Table("", ["", *columns], rows, "RMSE in m/s^2, p50 / mean / p95 over takes; r, p50."))
+        rows = [[name, *(f"{100 * row[c]:.0f}" for c in columns)] for name, row in table["better"].items()]
+        note = "In how many of 100 takes known noise has the smaller RMSE."
+        parts.append(Table("", ["", *columns], rows, note))
+        for part, quarters in table["quarters"].items():
+            names = list(next(iter(quarters.values())))
+            rows = [
+                [words, *(f"{row[n]['rmse']:.2f}; {row[n]['r']:.2f}" for n in names)]
+                for words, row in quarters.items()
+            ]
+            note = (
+                f"{part} by the take's true speed: medians of RMSE and r over takes, vertical and horizontal."
+            )
+            parts.append(Table("", ["", *names], rows, note))
+        accel = "; ".join(f"{name} {figure:.1f}" for name, figure in table["accel"].items())
+        parts.append(
+            f"Accel, mm/frame^2, all joints, truth unfiltered: p50 / mean / p95 over takes: {accel}."
+        )
+        columns = list(next(iter(table["inside"].values())))
+        rows = [
+            [name, *(f"{100 * row[c]:.0f}" if np.isfinite(row[c]) else "" for c in columns)]
+            for name, row in table["inside"].items()
+        ]
+        parts.append(Table("", ["", *columns], rows, "Values within their 90 % bars, %, mean over takes."))
+    return page(
+        "Accelerations by smoother",
+        f"{settings(results)}. Wrists and ankles relative to the pelvis, true upright axes, {CUTOFF_HZ:g} Hz on both "
+        "sides, against motion capture, upright takes of 2 s and more.",
+        parts,
+    )

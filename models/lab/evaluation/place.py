@@ -1,0 +1,282 @@
+"""How well the pelvis's path before the camera is known, where the truth is:  pcnet3d evaluate place -o DIR
+
+Every take is seen by one camera that stands still and lifted; the body is scaled as `--stature` would scale it, or, to
+tell the error of that scale from the rest, to its true size. Then the man of the real take (real_take.py), by each of
+its cameras and the keypoints that OpenPose found; his pelvis is taken for the middle of his hips.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ....pipeline.core.anthropometry import implied_stature
+from ....pipeline.core.camera import PRIOR_FOCAL, PRIOR_FOCAL_SPREAD, Camera
+from ....pipeline.core.frames import CAMERA, IMAGE, scaled_covariance
+from ....pipeline.core.intrinsics import Intrinsics, undistorted
+from ....pipeline.core.layouts import COCO17, H36M17, remap
+from ....pipeline.core.pose import PoseSequence
+from ....pipeline.core.rotations import is_finite, rotate, unit
+from ....pipeline.files.video_frames import shown_size
+from ....pipeline.reading.take import read_video
+from ....pipeline.running.progress import each
+from ...common.metrics import SD_90, Figure, scaled
+from ...lifter.builtin import lift
+from ...place.path import PelvisPath, pelvis_path
+from ..mocap.clips import data_folder
+from .real_data import LIMBS, MOVING, read_cameras, read_truth
+from .sets import EvaluationSet, evaluation_sets, heading
+from .tables import Table, page, settings
+from .testbed import SeenTake
+
+_SPAN_S = 1.0  # over which walking speed is taken
+_TIMED = 10_000  # frames
+KNOWN, SIZED, ASSUMED = _CASES = ("focal known", "focal known, body of its true size", "focal assumed")
+
+
+@dataclass(frozen=True, eq=False)
+class Judged:
+    """One take. error: (T, 3) metres along the ray to the pelvis and, twice, across it; sd: (T, 3) what is stated.
+    path: (T,) metres, and `still`: the same after the mean error is taken off. speed: found and true mean speed over
+    the floor in m/s where the person walks, or None."""
+
+    error: np.ndarray
+    sd: np.ndarray
+    path: np.ndarray
+    still: np.ndarray
+    speed: tuple[float, float] | None
+
+
+def place_tables(
+    lifter: str | Path = "pcnet3d",
+    seed: int = 0,
+    flip: bool = False,
+    sets: Sequence[EvaluationSet] | None = None,
+) -> dict[str, Any]:
+    """Everything the report says, as nested dicts with Figures."""
+    sets = sets or evaluation_sets(bed="typical")
+    results: dict[str, Any] = {**heading(lifter, seed, flip, sets), "places": {}}
+    for one in sets:
+        judged: dict[str, list[Judged | None]] = {case: [] for case in _CASES}
+        for take in each(
+            one.takes(seed, lifter, flip, focal_known=True), f"{one.label} takes", len(one.clips())
+        ):
+            for case in _CASES:
+                judged[case].append(_judged(take.seen, take.lifted, case, flip, lifter))
+        results["places"][one.label] = {case: figures(takes) for case, takes in judged.items()}
+    results["real"] = real_places(lifter, flip)
+    results["timing"] = {"frames": _TIMED, "seconds": placing_seconds(_TIMED)}
+    return results
+
+
+def real_places(lifter: str | Path = "pcnet3d", flip: bool = False) -> dict[str, dict[str, Any]]:
+    """{camera: {case: figures}} of the real take: root mean square error in m, `still` after its mean is taken off, and
+    the share of frames whose error along the ray lies within 1.645 stated standard deviations."""
+    folder = data_folder() / "real" / MOVING
+    cameras = read_cameras(folder)
+    truth = read_truth(folder, list(cameras))
+    joints = np.full((len(truth.limbs), len(H36M17), 3), np.nan)
+    joints[:, H36M17.indices(LIMBS)] = truth.limbs
+    rows: dict[str, dict[str, Any]] = {}
+    for name, camera in cameras.items():
+        assert camera.R_camera_from_world is not None
+        assert camera.t_m is not None
+        video = read_video(camera.video)
+        size, times = shown_size(video), video.time_s[: len(joints)]
+        (fx, fy), (cx, cy) = camera.focal_px.tolist(), camera.principal_point_px.tolist()
+        lens = Intrinsics((fx, fy), (cx, cy), tuple(camera.distortion.tolist()), image_size=size)
+        score = truth.openpose[name][..., 2]
+        pixels = np.where(score[..., None] > 0, truth.openpose[name][..., :2], np.nan)
+        found = PoseSequence(pixels, COCO17, IMAGE, score.clip(0, 1), times, np.arange(len(times)))
+        guess = PRIOR_FOCAL * max(size)
+        views = {
+            KNOWN: Camera(size, lens.pinhole_focal_px, 0.0, "told", intrinsics=lens),
+            ASSUMED: Camera(size, guess, guess * PRIOR_FOCAL_SPREAD, "prior"),
+        }
+        true = _hips(rotate(camera.R_camera_from_world, joints) + camera.t_m)
+        rows[name] = {
+            case: _real(remap(found), view, implied_stature(joints), true, lifter, flip)
+            for case, view in views.items()
+        }
+    return rows
+
+
+def _real(
+    found: PoseSequence, view: Camera, stature: float, true: np.ndarray, lifter: str | Path, flip: bool
+) -> dict[str, float]:
+    """found: keypoints. true: (T, 3) the middle of the hips before the camera, metres."""
+    pixels = found.joints if view.intrinsics is None else undistorted(found.joints, view.intrinsics)
+    lifted = lift(found.with_(joints=pixels), view.image_size, view.focal_px, flip, lifter)
+    lifted = lifted.with_(joints=lifted.joints * (stature / implied_stature(lifted.joints)))
+    path = pelvis_path(lifted, found, view)
+    if path is None:
+        return {}
+    error, along = path.root + _hips(lifted.joints) - true, unit(true)
+    off, sd = (
+        (error * along).sum(axis=1),
+        np.sqrt(np.einsum("ti,tij,tj->t", along, path.covariance, along)),
+    )
+    there = is_finite(error)
+    return {
+        "path": _rms(np.linalg.norm(error, axis=1)),
+        "still": _rms(np.linalg.norm(error - np.nanmean(error, axis=0), axis=1)),
+        "inside_along": float((np.abs(off[there]) <= SD_90 * sd[there]).mean()),
+    }
+
+
+def _hips(joints: np.ndarray) -> np.ndarray:
+    """(T, 3) the middle of the hips of (T, 17, 3)."""
+    return joints[:, H36M17.indices(("l_hip", "r_hip"))].mean(axis=1)
+
+
+def _judged(seen: SeenTake, lifted: PoseSequence, case: str, flip: bool, lifter: str | Path) -> Judged | None:
+    if case == ASSUMED:
+        lifted = lift(seen.keypoints, seen.image_size, camera_of(seen, case).focal_px, flip, lifter)
+    if case == SIZED:
+        lifted = lifted.with_(joints=scaled(lifted.joints.astype(np.float64), seen.truth, "take"))
+    else:
+        lifted = by_stature(lifted, seen.truth)
+    path = pelvis_path(lifted, seen.keypoints, camera_of(seen, case))
+    return None if path is None else judge(path, seen)
+
+
+def camera_of(seen: SeenTake, case: str) -> Camera:
+    """The take's camera as it is known: by its focal length, or, ASSUMED, by what is usual."""
+    width, height = seen.image_size
+    focal_px, spread = seen.focal_px, 0.0
+    if case == ASSUMED:
+        focal_px, spread = PRIOR_FOCAL * max(width, height), PRIOR_FOCAL_SPREAD
+    return Camera((width, height), focal_px, focal_px * spread, "told")
+
+
+def by_stature(lifted: PoseSequence, truth: np.ndarray) -> PoseSequence:
+    """The poses in metres as `--stature` would bring them there, by the stature of the truth (T, 17, 3)."""
+    factor = implied_stature(truth) / implied_stature(lifted.joints)
+    covariance = scaled_covariance(lifted.covariance, factor)
+    return lifted.with_(joints=lifted.joints * factor, covariance=covariance)
+
+
+def judge(path: PelvisPath, seen: SeenTake) -> Judged:
+    """A path in metres against the truth."""
+    truth = seen.joints_camera[:, H36M17.index("pelvis")]
+    error = path.root - truth
+    along = unit(truth)
+    right = unit(np.cross(along, [0.0, 1.0, 0.0]))
+    axes = np.stack([along, right, np.cross(right, along)], axis=1)
+    return Judged(
+        error=np.einsum("tij,tj->ti", axes, error),
+        sd=np.sqrt(np.einsum("tij,tjk,tik->ti", axes, path.covariance, axes)),
+        path=np.linalg.norm(error, axis=1),
+        still=np.linalg.norm(error - np.nanmean(error, axis=0), axis=1),
+        speed=_speed(path.root, truth, seen),
+    )
+
+
+def _speed(root: np.ndarray, truth: np.ndarray, seen: SeenTake) -> tuple[float, float] | None:
+    """Mean speed over the true floor, of all spans of a second in which the person walks throughout."""
+    frames = round(_SPAN_S * seen.keypoints.fps)
+    walks = np.convolve(seen.motion["walking"] & is_finite(root), np.ones(frames + 1), "valid") > frames + 0.5
+    if not walks.any():
+        return None
+
+    def speed(place: np.ndarray) -> float:
+        way = place[frames:] - place[:-frames]
+        way = way - (way @ seen.up)[:, None] * seen.up
+        return float(np.linalg.norm(way[walks], axis=1).mean() / _SPAN_S)
+
+    return speed(root), speed(truth)
+
+
+def figures(takes: Sequence[Judged | None]) -> dict[str, Any]:
+    """Of one set. path, still, along, across: root mean square of a take in metres, over takes. inside_along,
+    inside_across: share of frames whose error lies within 1.645 stated standard deviations. speed: takes with walking,
+    their errors in per cent and the mean one in m/s."""
+    placed = [take for take in takes if take is not None and np.isfinite(take.path).any()]
+    error, sd = (np.concatenate([getattr(take, what) for take in placed]) for what in ("error", "sd"))
+    there = is_finite(error)
+    inside = np.abs(error[there]) <= SD_90 * sd[there]
+    speeds = np.array([take.speed for take in placed if take.speed is not None]).reshape(-1, 2)
+    off = np.abs(speeds[:, 0] - speeds[:, 1])
+    return {
+        "takes": len(takes),
+        "not placed": len(takes) - len(placed),
+        "frames": len(there),
+        "frames not placed": int((~there).sum()),
+        "path": Figure.of(np.array([_rms(take.path) for take in placed])),
+        "still": Figure.of(np.array([_rms(take.still) for take in placed])),
+        "along": Figure.of(np.array([_rms(take.error[:, 0]) for take in placed])),
+        "across": Figure.of(np.array([_rms(take.error[:, 1:]) for take in placed])),
+        "inside_along": float(inside[:, 0].mean()),
+        "inside_across": float(inside[:, 1:].mean()),
+        "walks": len(speeds),
+        "speed_percent": Figure.of(100 * off / speeds[:, 1]),
+        "speed_mps": float(off.mean()) if len(off) else float("nan"),
+    }
+
+
+def _rms(values: np.ndarray) -> float:
+    return float(np.sqrt(np.nanmean(values**2)))
+
+
+def placing_seconds(frames: int) -> float:
+    """Seconds that pelvis_path takes on this machine for a take of a body that sways before the camera."""
+    rng = np.random.default_rng(0)
+    body = rng.normal(0, 0.3, (17, 3)) * [1.0, 1.5, 0.5]
+    joints = body - body[0] + rng.normal(0, 0.01, (frames, 17, 3))
+    place = np.array([0.0, 0.0, 4.0]) + 0.5 * np.sin(np.arange(frames) / 40)[:, None]
+    points = joints + place[:, None]
+    pixels = 1000 * points[..., :2] / points[..., 2:] + [960, 540]
+    time_s = np.arange(frames) / 30
+    poses = PoseSequence(joints, H36M17, CAMERA.with_(origin="pelvis"), time_s=time_s)
+    keypoints = PoseSequence(pixels, H36M17, IMAGE, time_s=time_s)
+    start = time.perf_counter()
+    pelvis_path(poses, keypoints, Camera((1920, 1080), 1000.0, 20.0, "told"))
+    return time.perf_counter() - start
+
+
+def as_markdown(results: dict[str, Any]) -> str:
+    """The report as a page of tables."""
+    timing = results["timing"]
+    head = ["set", "case", "takes (not placed)", "frames (not placed)", "path", "still", "along", "across", "inside",
+            "walks", "speed, %", "speed, m/s"]  # fmt: skip
+    rows = [
+        f"{name} | {case} | {row['takes']} ({row['not placed']}) | {row['frames']:,} ({row['frames not placed']:,}) | "
+        + "".join(f"{row[what]:.3f} | " for what in ("path", "still", "along", "across"))
+        + f"{100 * row['inside_along']:.1f}, {100 * row['inside_across']:.1f} | {row['walks']} | "
+        f"{row['speed_percent']:.1f} | {row['speed_mps']:.3f}"
+        for name, cases in results["places"].items()
+        for case, row in cases.items()
+    ]
+    real = [
+        [name, case, f"{row['path']:.2f}", f"{row['still']:.2f}", f"{100 * row['inside_along']:.0f}"]
+        if row
+        else [name, case, "", "", ""]
+        for name, cases in results["real"].items()
+        for case, row in cases.items()
+    ]
+    return page(
+        "Places",
+        f"{settings(results)}; one camera per take, standing still. "
+        f"{timing['frames']:,} frames are placed in {timing['seconds']:.2f} s.",
+        [
+            Table(
+                "",
+                head,
+                rows,
+                "Cells of three are p50 / mean / p95 over takes. Path: root mean square error in m; still: after the "
+                "take's mean error is taken off; along and across the ray to the person. Inside: per cent of frames "
+                "within the stated 90 % band, along and across. Speed over the floor in spans of a second of walking.",
+            ),
+            Table(
+                "",
+                ["camera", "case", "path", "still", "inside"],
+                real,
+                "The real take, keypoints by OpenPose: path and still in m, inside along the ray in per cent.",
+            ),
+        ],
+    )

@@ -1,0 +1,169 @@
+"""Rectifiers on real lifters' output: consistency, not error, since nobody knows the truth.
+
+Two lifters of one video should show one body, a camera that stands still has one `up`, and people who stand or walk
+hold their trunk near it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from ....pipeline.core.frames import CAMERA
+from ....pipeline.core.layouts import BLAZEPOSE33, COCO17, H36M17, Layout, remap
+from ....pipeline.core.pose import PoseSequence
+from ....pipeline.core.rotations import angle_deg, geodesic_deg, kabsch, rotate, transpose, unit
+from ....pipeline.plugins.protocols import Rectifier
+from ...common.metrics import Figure, relative
+from ...lifter.builtin import lift
+from ..mocap.clips import data_folder
+from .real_clips import agreement, image_poses
+from .sets import heading
+from .tables import Table, page, settings
+from .take_answers import Answer, answers, named
+
+_OURS = "pcnet3d on MoveNet"
+# clip, array in its file, the lifter's name and layout; the cameras stand still
+_LIFTED: tuple[tuple[str, str, str, Layout], ...] = (
+    ("boxing", "motionbert", "MotionBERT", H36M17),
+    ("boxing", "blazepose_world", "BlazePose", BLAZEPOSE33),
+    ("boxing", "movenet_kp2d", _OURS, COCO17),
+    ("walk_crop", "blazepose_world", "BlazePose", BLAZEPOSE33),
+    ("walk_crop", "movenet_kp2d", _OURS, COCO17),
+    ("demo_man", "blazepose_world", "BlazePose", BLAZEPOSE33),
+    ("demo_man", "movenet_kp2d", _OURS, COCO17),
+    ("mhformer_skating", "run_a", "MHFormer", H36M17),
+)
+_PAIRS = (
+    ("boxing", "MotionBERT", "BlazePose"),
+    ("boxing", _OURS, "BlazePose"),
+    ("walk_crop", _OURS, "BlazePose"),
+    ("demo_man", _OURS, "BlazePose"),
+)
+
+
+def real_poses(lifter: str = "pcnet3d", flip: bool = False) -> Iterator[tuple[str, str, PoseSequence]]:
+    """(clip, lifter, poses): H36M17 in CAMERA axes relative to the pelvis, the lifter's unit.
+
+    lifter, flip: ours, for the clips of which there are 2D keypoints; their focal length is unknown.
+    """
+    for clip, array, name, layout in _LIFTED:
+        with np.load(data_folder() / "lifter" / f"{clip}.npz", allow_pickle=False) as file:
+            found, time_s = file[array], np.arange(len(file[array])) / float(file["fps"])
+            if name == _OURS:
+                width, height = (int(side) for side in file["image_size"])
+                poses = lift(image_poses(found, layout), (width, height), flip=flip, model=lifter)
+            else:
+                poses = remap(PoseSequence(found, layout, CAMERA.with_(unit="arbitrary")))
+        joints = relative(poses.joints.astype(np.float64))
+        yield clip.removeprefix("mhformer_"), name, poses.with_(joints=joints, time_s=time_s)
+
+
+def consistency(
+    rectifiers: Sequence[Rectifier], lifter: str = "pcnet3d", flip: bool = False
+) -> dict[str, Any]:
+    """{"apart": {"clip: lifter, lifter": {axes: Figure}}, "up": {"clip, lifter": {method: Figure}}, "trunk": {"clip,
+    lifter": {method: {"lean": Figure, "bound"}}}}, degrees over frames.
+
+    apart: one lifter's body against the other's, before ("camera axes") and after each rectifier, frame by frame and
+        with one gravity a take: the rotation that brings one closest to the other. up: between a frame's up and the
+        take's mean of them. trunk: between pelvis to thorax and the take's one up; bound is what nine in ten takes'
+        up is said to stay under.
+    """
+    joints: dict[tuple[str, str], np.ndarray] = {}
+    found: dict[tuple[str, str], dict[str, dict[str, Answer]]] = {}
+    for clip, name, poses in real_poses(lifter, flip):
+        joints[clip, name] = poses.joints
+        found[clip, name] = answers(rectifiers, poses.joints, poses.times)
+    apart = {}
+    for clip, *pair in _PAIRS:
+        both = [(joints[clip, name], named(found[clip, name])) for name in pair]
+        figures = {"camera axes": Figure.of(_apart(*(poses for poses, _ in both)))}
+        for method in both[0][1]:
+            bodies = [rotate(transpose(said[method].R_camera_from_body), poses) for poses, said in both]
+            figures[method] = Figure.of(_apart(*bodies))
+        apart[f"{clip}: {', '.join(pair)}"] = figures
+    return {
+        "apart": apart,
+        "up": {
+            ", ".join(key): {
+                method: Figure.of(spread_deg(both["a frame"].R_camera_from_body[..., 2]))
+                for method, both in said.items()
+            }
+            for key, said in found.items()
+        },
+        "trunk": {
+            ", ".join(key): {method: _trunk(joints[key], both["a take"]) for method, both in said.items()}
+            for key, said in found.items()
+        },
+    }
+
+
+def spread_deg(up: np.ndarray) -> np.ndarray:
+    """(T,) degrees between each unit vector of up (T, 3) and their mean; NaN frames stay NaN."""
+    return angle_deg(up, np.broadcast_to(unit(np.nanmean(up, axis=0)), up.shape))
+
+
+def real_clip_tables(
+    rectifiers: Sequence[Rectifier], lifter: str = "pcnet3d", flip: bool = False
+) -> dict[str, Any]:
+    """Everything the report says: real_clips.agreement as "real", and consistency as "real, rectified"."""
+    return {
+        **heading(lifter, None, flip),
+        "real": agreement(lifter, flip),
+        "real, rectified": consistency(rectifiers, lifter, flip),
+    }
+
+
+def as_markdown(results: dict[str, Any]) -> str:
+    """The report as a page of tables."""
+    found = results["real, rectified"]
+    trunk = {
+        name: {method: f"{of['lean']}; {of['bound']:.1f}" for method, of in row.items()}
+        for name, row in found["trunk"].items()
+    }
+    tables = {
+        "two lifters of one video apart": found["apart"],
+        "up against the take's mean up": found["up"],
+        "trunk against the take's up; its stated 90 % bound": trunk,
+    }
+    return page(
+        "Real clips",
+        f"{settings(results)}. Nobody knows the truth of these: how far lifters are apart, and how steady up is.",
+        [
+            Table(
+                "Lifters",
+                ["clip", "one", "other", "apart"],
+                [[*row["pair"], row["apart"]] for row in results["real"]],
+                "PA-MPJPE in mm of a standard body, p50 / mean / p95 over frames.",
+            ),
+            "## Rectified\n\nDegrees over frames, p50 / mean / p95.",
+            *(
+                Table(
+                    "",
+                    [title, *next(iter(rows.values()))],
+                    [[name, *row.values()] for name, row in rows.items()],
+                )
+                for title, rows in tables.items()
+            ),
+        ],
+    )
+
+
+def _trunk(joints: np.ndarray, take: Answer) -> dict[str, Any]:
+    """How far pelvis to thorax is from the take's up, and how far that is said to be off at most."""
+    assert take.R_camera_from_level is not None
+    assert take.levelled is not None
+    trunk = joints[:, H36M17.index("thorax")] - joints[:, H36M17.index("pelvis")]
+    up = np.broadcast_to(take.R_camera_from_level[:, 2], trunk.shape)
+    return {"lean": Figure.of(angle_deg(trunk, up)), "bound": float(np.median(take.levelled.up_bound_deg))}
+
+
+def _apart(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """(T,) degrees between two skeletons of the same frames; NaN where a joint of either is missing."""
+    seen = np.isfinite(a).all(axis=(1, 2)) & np.isfinite(b).all(axis=(1, 2))
+    out = np.full(len(a), np.nan)
+    out[seen] = geodesic_deg(kabsch(a[seen], b[seen]), np.eye(3))
+    return out

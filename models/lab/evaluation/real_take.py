@@ -1,0 +1,297 @@
+"""The lifter and all that follows it on real videos with truth:  pcnet3d evaluate real-take -o DIR
+
+A man who balances, seen by four calibrated cameras that stand still and lean: his limbs are known from all of them
+together (triangulated), and so is which way is up. Every camera is judged by itself, focal length unknown, on three
+kinds of 2D keypoints, without those that a run takes for not seen: found in the video, those that OpenPose found, and
+the truth seen through the camera. Then the same man standing still, of whom only up is known.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ....pipeline.core.camera import Look
+from ....pipeline.core.canonical import R_world_from_body
+from ....pipeline.core.errors import InputError
+from ....pipeline.core.layouts import H36M17
+from ....pipeline.core.messages import how_many
+from ....pipeline.core.pose import PoseSequence
+from ....pipeline.core.rotations import angle_deg, kabsch, rotate, transpose
+from ....pipeline.core.take import Video
+from ....pipeline.files.video_frames import shown_size
+from ....pipeline.plugins.protocols import Rectifier
+from ....pipeline.reading.take import read_video
+from ....pipeline.signals.angles import FINE
+from ....pipeline.signals.visibility import seen_only
+from ...angle_error.take_angles import AngleSeries, smoothed, take_angles
+from ...common.metrics import joint_error, procrustes_error, scaled
+from ...common.spread import stated_spread
+from ...gravity import Seen, known_up, level_static, why_not
+from ...gravity.view import camera_of
+from ...lifter.builtin import lift
+from ...rectifier.load import load_rectifier
+from ..mocap.clips import data_folder
+from .angles import judge, spread
+from .real_data import (
+    LIMBS,
+    MOVING,
+    STANDING,
+    exact_keypoints,
+    found_keypoints,
+    openpose_keypoints,
+    read_cameras,
+    read_truth,
+)
+from .sets import heading
+from .tables import Table, page, settings
+
+_LIMB_ROWS = H36M17.indices(LIMBS)
+_KEYPOINTS = ("video, skeletons alone", "OpenPose", "exact limbs")
+_WITH_IMAGE = "video, with its image"  # its lines tell up and the focal length
+_LIFT_ANGLES = ("knee_flexion", "elbow_flexion")
+_LEANS = ("trunk_lean_sagittal", "trunk_lean_frontal")
+
+
+def real_take_tables(
+    rectifiers: Sequence[Rectifier], lifter: str | Path = "pcnet3d", flip: bool = False
+) -> dict[str, Any]:
+    """Everything the report says. {"lift": {keypoints: {camera: row}}, "level": {"keypoints, method": {camera: row}},
+    "standing": {method: {camera: row}}}; the rows are lift_row's and level_row's, the last of each the mean over
+    cameras. InputError where the data is not."""
+    results: dict[str, Any] = {
+        **heading(lifter, None, flip), "rectifiers": [r.method for r in rectifiers],
+        "lift": {}, "level": {}, "standing": {},
+    }  # fmt: skip
+    folder = data_folder() / "real"
+    cameras = read_cameras(folder / MOVING)
+    truth = read_truth(folder / MOVING, list(cameras))
+    for name, camera in cameras.items():
+        video = read_video(camera.video)
+        if len(video.time_s) != len(truth.limbs):
+            raise InputError(
+                f"Expected {how_many(len(truth.limbs), 'frame')} in {camera.video}, as in truth.npz; "
+                f"got {len(video.time_s)}."
+            )
+        given = openpose_keypoints(truth.openpose[name], video.time_s)
+        sources = (found_keypoints(video), given, exact_keypoints(camera, truth.limbs, given))
+        for kind, keypoints in zip(_KEYPOINTS, sources, strict=True):
+            poses = lift(seen_only(keypoints, shown_size(video)), shown_size(video), flip=flip, model=lifter)
+            limbs = truth.limbs[poses.frame_index]
+            results["lift"].setdefault(kind, {})[name] = lift_row(poses, limbs)
+            for rectifier in rectifiers:
+                rows = results["level"].setdefault(f"{kind}, {rectifier.method}", {})
+                rows[name] = level_row(rectifier, poses, camera.up, limbs)
+        seen, poses = _with_image(video, sources[0], lifter, flip)
+        results["lift"].setdefault(_WITH_IMAGE, {})[name] = lift_row(poses, truth.limbs[poses.frame_index])
+        for rectifier in rectifiers:
+            rows = results["level"].setdefault(f"{_WITH_IMAGE}, {rectifier.method}", {})
+            rows[name] = level_row(rectifier, poses, camera.up, truth.limbs[poses.frame_index], seen)
+    for name, camera in read_cameras(folder / STANDING).items():
+        video = read_video(camera.video)
+        keypoints = found_keypoints(video)
+        poses = lift(seen_only(keypoints, shown_size(video)), shown_size(video), flip=flip, model=lifter)
+        seen, with_image = _with_image(video, keypoints, lifter, flip)
+        for rectifier in rectifiers:
+            rows = results["standing"].setdefault(rectifier.method, {})
+            rows[name] = level_row(rectifier, poses, camera.up)
+            rows = results["standing"].setdefault(f"{rectifier.method}, with the image", {})
+            rows[name] = level_row(rectifier, with_image, camera.up, look=seen)
+    for tables in (results["lift"], results["level"], results["standing"]):
+        for rows in tables.values():
+            rows["mean"] = mean_row(list(rows.values()))
+    return results
+
+
+def _with_image(
+    video: Video, keypoints: PoseSequence, lifter: str | Path, flip: bool
+) -> tuple[Look | None, PoseSequence]:
+    """What the video's images say about up, and the lift with the focal length and the up that they tell, as a run does
+    it."""
+    seen = camera_of(video, keypoints, (int(keypoints.frame_index[0]), int(keypoints.frame_index[-1])))
+    look = seen.looks[0] if seen.looks else None
+    given = seen_only(keypoints, shown_size(video)), shown_size(video), seen.focal_px, flip, lifter
+    poses = lift(*given)
+    up = known_up(poses, load_rectifier("pcnet"), look=look)
+    return look, poses if up is None else lift(*given, up)
+
+
+def lift_row(poses: PoseSequence, limbs: np.ndarray) -> dict[str, Any]:
+    """A lift against true limbs (T, 12, 3), whichever way is up. pa_mm: mean distance of the 12 joints after the best
+    rotation, shift and scale of every frame. rigid_mm: both relative to the mid-hips, after the best rotation and scale
+    for the take. Then RMSE and MAE in degrees of _LIFT_ANGLES."""
+    lifted = poses.joints[:, _LIMB_ROWS].astype(np.float64)
+    one, other = about_hips(lifted), about_hips(limbs)
+    R_world_from_camera = kabsch(other.reshape(-1, 3), one.reshape(-1, 3))
+    turned = scaled(rotate(R_world_from_camera, one), other, "take")
+    found, true = (limb_angles(joints, None, poses.times) for joints in (lifted, limbs))
+    return {
+        "frames": len(limbs),
+        "pa_mm": _mean(1000 * procrustes_error(lifted, limbs)),
+        "rigid_mm": _mean(1000 * joint_error(turned, other)),
+        **angle_errors(found, true, _LIFT_ANGLES),
+    }
+
+
+def level_row(
+    rectifier: Rectifier,
+    poses: PoseSequence,
+    up: np.ndarray,
+    limbs: np.ndarray | None = None,
+    look: Look | None = None,
+) -> dict[str, Any]:
+    """One gravity for the take against the true up (3,), and the lift in LEVEL against true limbs (T, 12, 3) where they
+    are known. look: what the image says about up.
+
+    levelled: 1 unless the take is refused. up_deg: how far its up is off; stated_deg, bound_deg: root mean square error
+    and 90 % bound that were stated. level_mm: mean distance of the 12 joints to the truth, both relative to the
+    mid-hips, after the best heading and scale for the take, so that what is left is lean and pose. Then RMSE and MAE
+    in degrees of _LEANS, of a refused take too.
+    """
+    joints = poses.joints.astype(np.float64)
+    level = level_static(
+        Seen(joints, *rectifier.rotation(poses.joints), poses.times, spread=stated_spread(poses)), look=look
+    )
+    ups = level.R_camera_from_body[..., 2]
+    row: dict[str, Any] = {
+        "frames": len(poses),
+        "levelled": float(not why_not(level)),
+        "up_deg": _mean(angle_deg(ups, np.broadcast_to(up, ups.shape))),
+        "stated_deg": _mean(level.up_error_deg),
+        "bound_deg": _mean(level.up_bound_deg),
+    }
+    if limbs is None:
+        return row
+    lifted = joints[:, _LIMB_ROWS]
+    found = limb_angles(lifted, level.R_camera_from_body, poses.times)
+    return {
+        **row,
+        "level_mm": _mean(1000 * level_error(lifted, level.R_camera_from_level, limbs)),
+        **angle_errors(found, limb_angles(limbs, None, poses.times), _LEANS),
+    }
+
+
+def level_error(lifted: np.ndarray, R_camera_from_level: np.ndarray, limbs: np.ndarray) -> np.ndarray:
+    """(T,) metres, level_row's level_mm. lifted: (T, 12, 3), CAMERA axes; limbs: the truth, world +Z up."""
+    points, truth = rotate(transpose(R_camera_from_level), about_hips(lifted)), about_hips(limbs)
+    return joint_error(scaled(rotate(same_heading(points, truth), points), truth, "take"), truth)
+
+
+def same_heading(points: np.ndarray, truth: np.ndarray) -> np.ndarray:
+    """(3, 3) the one turn about +Z that brings points (T, J, 3) closest to truth, missing ones left out."""
+    product = np.nansum(points[..., :, None] * truth[..., None, :], axis=(0, 1))
+    turn = np.arctan2(product[0, 1] - product[1, 0], product[0, 0] + product[1, 1])
+    c, s = np.cos(turn), np.sin(turn)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+def limb_angles(
+    limbs: np.ndarray, R_source_from_body: np.ndarray | None, time_s: np.ndarray
+) -> dict[str, AngleSeries]:
+    """pipeline.signals.angles of joints LIMBS (T, 12, 3) alone, low-passed as in every other evaluation: pelvis and
+    thorax are the middles of hips and shoulders, so that both sides of a comparison mean the same by them. Without
+    rotations (T, 3, 3) the joints' own +Z is taken for up."""
+    whole = whole_body(limbs)
+    R = R_world_from_body(whole) if R_source_from_body is None else R_source_from_body
+    return take_angles(whole, smoothed(whole, time_s), R, lifted=False)
+
+
+def whole_body(limbs: np.ndarray) -> np.ndarray:
+    """(T, 17, 3) of joints LIMBS (T, 12, 3), relative to the middle of the hips; pelvis and thorax are the middles of
+    hips and shoulders, others NaN."""
+    whole = np.full((len(limbs), len(H36M17), 3), np.nan)
+    whole[:, _LIMB_ROWS] = about_hips(limbs)
+    for middle, part in (("pelvis", "hip"), ("thorax", "shoulder")):
+        whole[:, H36M17.index(middle)] = whole[:, H36M17.indices((f"r_{part}", f"l_{part}"))].mean(axis=1)
+    return whole
+
+
+def angle_errors(
+    found: dict[str, AngleSeries], true: dict[str, AngleSeries], names: Sequence[str]
+) -> dict[str, dict[str, float]]:
+    """{angle: {"rmse", "mae"}} in degrees over frames in which both sides are defined, left and right together."""
+    errors = {}
+    for name in names:
+        keys = [key for key in (name, f"r_{name}", f"l_{name}") if key in found]
+        error = np.concatenate([judge(found[key], true[key], found[key].reason == FINE)[0] for key in keys])
+        errors[name] = spread(error)
+    return errors
+
+
+def about_hips(limbs: np.ndarray) -> np.ndarray:
+    """Joints LIMBS (..., 12, 3) relative to the middle of the hips."""
+    hips = [LIMBS.index("r_hip"), LIMBS.index("l_hip")]
+    return limbs - limbs[..., hips, :].mean(axis=-2, keepdims=True)
+
+
+def mean_row(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """Rows with the same keys as one, the mean of each number."""
+    return {
+        key: mean_row([row[key] for row in rows])
+        if isinstance(value, dict)
+        else _mean(np.array([row[key] for row in rows], dtype=np.float64))
+        for key, value in rows[0].items()
+    }
+
+
+def _mean(values: np.ndarray) -> float:
+    values = values[np.isfinite(values)]
+    return float(values.mean()) if len(values) else float("nan")
+
+
+def as_markdown(results: dict[str, Any]) -> str:
+    """The report as a page of tables."""
+
+    def rows(
+        tables: dict[str, dict[str, Any]], cells: Callable[[dict[str, Any]], list[str]]
+    ) -> list[list[str]]:
+        return [[label, camera, *cells(row)] for label, of in tables.items() for camera, row in of.items()]
+
+    up = ["camera", "up", "stated", "bound"]
+    return page(
+        "A real take",
+        f"{settings(results)}; a man who balances, each of four cameras by itself, focal length unknown. Keypoints: "
+        "found in the video alone, OpenPose's, or the true limbs as the camera sees them with OpenPose's face.",
+        [
+            Table(
+                "Lift",
+                ["keypoints", "camera", "PA", "rigid", "knee", "elbow"],
+                rows(results["lift"], _lift_cells),
+                "Mean distance of the 12 limb joints, mm: PA, after the best rotation, shift and scale of every frame; "
+                "rigid, from the mid-hips, after one rotation and scale for the take. Angles: RMSE / MAE, degrees.",
+            ),
+            Table(
+                "One gravity for the take",
+                ["keypoints, rectifier", *up, "LEVEL", "lean sagittal", "frontal"],
+                rows(results["level"], _level_cells),
+                "Up: degrees off, root mean square error stated, and 90 % bound stated; in brackets where the take is "
+                "refused. LEVEL: as rigid, but with the up that was found and one true heading. Lean of the trunk: "
+                "RMSE / MAE, degrees.",
+            ),
+            Table(
+                "The same man standing still, from the video alone",
+                ["rectifier", *up],
+                rows(results["standing"], _up_cells),
+            ),
+        ],
+    )
+
+
+def _lift_cells(row: dict[str, Any]) -> list[str]:
+    return [f"{row['pa_mm']:.0f}", f"{row['rigid_mm']:.0f}", *_errors(row, _LIFT_ANGLES)]
+
+
+def _level_cells(row: dict[str, Any]) -> list[str]:
+    return [*_up_cells(row), f"{row['level_mm']:.0f}", *_errors(row, _LEANS)]
+
+
+def _up_cells(row: dict[str, Any]) -> list[str]:
+    up, stated, bound = (f"{row[key]:.1f}" for key in ("up_deg", "stated_deg", "bound_deg"))
+    return [up if row["levelled"] else f"({up})", stated, bound]
+
+
+def _errors(row: dict[str, Any], names: Sequence[str]) -> list[str]:
+    return [f"{row[name]['rmse']:.1f} / {row[name]['mae']:.1f}" for name in names]

@@ -1,0 +1,274 @@
+"""Rectifiers against the truth of motion capture: the paper's figures, tilt, and how well each knows its own error.
+
+Sets: clean joints of people that no network saw, from the paper's views and from cameras that are really pitched and
+rolled; and lifted takes. Lying frames in rows of their own. Every rectifier gets the same frames.
+"""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field, fields
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ....pipeline.core.layouts import H36M17
+from ....pipeline.core.messages import how_many
+from ....pipeline.core.pose import package_version
+from ....pipeline.core.rotations import angle_deg, geodesic_deg, rotate, transpose
+from ....pipeline.plugins.protocols import Rectifier
+from ....pipeline.reading.mocap.clip import Clip, read_mocap
+from ...common.metrics import Figure, joint_error, procrustes_error, scaled, sorting
+from ..mocap.clips import lying
+from ..mocap.split import read_parts
+from ..synthetic.views import Targets, View, seen, views
+from .motion_class import CLASSES, motion_classes
+from .sets import EvaluationSet, evaluation_sets, heading
+from .tables import Table, page, settings
+
+_BONES = np.array([H36M17.indices(bone) for bone in H36M17.bones])
+
+
+@dataclass(frozen=True, eq=False)
+class Take:
+    """One take to be rectified. joints: (T, 17, 3), CAMERA axes relative to the pelvis. truth: the same without the
+    lifter's errors, metres. R: (T, 3, 3) true R_camera_from_body. lying: (T,). source: of mocap.clips.Clip.
+    motion: {class: (T,)} of motion_class, for the tables by motion."""
+
+    joints: np.ndarray
+    truth: np.ndarray
+    R: np.ndarray
+    lying: np.ndarray
+    source: str
+    motion: dict[str, np.ndarray] = field(default_factory=dict)
+
+    def some(self, rows: np.ndarray | slice) -> Take:
+        """The take with some of its frames: a mask (T,), or a slice."""
+        motion = {name: mask[rows] for name, mask in self.motion.items()}
+        return Take(self.joints[rows], self.truth[rows], self.R[rows], self.lying[rows], self.source, motion)
+
+
+@dataclass(frozen=True, eq=False)
+class Judged:
+    """What a rectifier did to the frames of a set; arrays (N,), NaN where it gave no answer.
+
+    rotation, tilt: degrees. mpjpe, pa_mpjpe: mm, canonical joints against the true ones, the scale of a lift brought
+    to the truth's frame by frame. bones: mean change of bone lengths, per cent. frobenius: |R - R'| x 180 / pi, which
+    the paper's published code calls degrees. expected: error_deg.
+    """
+
+    rotation: np.ndarray
+    tilt: np.ndarray
+    mpjpe: np.ndarray
+    pa_mpjpe: np.ndarray
+    bones: np.ndarray
+    frobenius: np.ndarray
+    expected: np.ndarray
+
+    def row(self, use: np.ndarray) -> dict[str, Any]:
+        """Figures over the frames of a mask (N,)."""
+        figures: dict[str, Any] = {
+            "frames": int(use.sum()),
+            "no answer": int(np.isnan(self.rotation[use]).sum()),
+        }
+        for name in ("rotation", "tilt", "mpjpe", "pa_mpjpe", "bones", "frobenius", "expected"):
+            figures[name] = Figure.of(getattr(self, name)[use])
+        figures["spearman"] = sorting(self.expected[use], self.rotation[use])
+        return figures
+
+
+def judge(rectifier: Rectifier, takes: Iterable[Take]) -> Judged:
+    """Run a rectifier take by take."""
+    parts = []
+    for take in takes:
+        R, expected = rectifier.rotation(take.joints)
+        parts.append(compare(take, R, expected, rotate(transpose(R), take.joints.astype(np.float64))))
+    return together(parts)
+
+
+def together(parts: Sequence[Judged]) -> Judged:
+    """All frames of several takes as those of one."""
+    return Judged(
+        **{f.name: np.concatenate([getattr(part, f.name) for part in parts]) for f in fields(Judged)}
+    )
+
+
+def compare(take: Take, R: np.ndarray, expected: np.ndarray, canonical: np.ndarray) -> Judged:
+    """One take's answers against the truth: R_camera_from_body (T, 3, 3), error_deg (T,) and the pose in BODY
+    (T, 17, 3), which is R^T x unless something corrected it."""
+    joints, truth = take.joints.astype(np.float64), rotate(transpose(take.R), take.truth)
+    fitted = scaled(canonical, truth)
+    length = [np.linalg.norm(x[:, _BONES[:, 0]] - x[:, _BONES[:, 1]], axis=-1) for x in (canonical, joints)]
+    answered = np.isfinite(R).all(axis=(1, 2))
+    pa = np.full(len(joints), np.nan)
+    pa[answered] = procrustes_error(canonical[answered], truth[answered])
+    return Judged(
+        rotation=geodesic_deg(R, take.R),
+        tilt=angle_deg(R[..., 2], take.R[..., 2]),
+        mpjpe=1000 * joint_error(fitted, truth),
+        pa_mpjpe=1000 * pa,
+        bones=100 * np.abs(length[0] / np.maximum(length[1], 1e-9) - 1).mean(axis=-1),
+        frobenius=np.degrees(np.linalg.norm(R - take.R, axis=(1, 2))),
+        expected=expected,
+    )
+
+
+def clean_takes(clips: Iterable[Clip], view: View, seed: int = 0, targets: Targets = "body") -> list[Take]:
+    """Every frame of the clips from its own random view; deterministic in the seed and the clip's name."""
+    takes = []
+    for clip in clips:
+        rng = np.random.default_rng([seed, zlib.crc32(clip.name.encode())])
+        R = views(view, rng, len(clip))
+        joints, fine = seen(clip.joints, R, targets)
+        if fine.any():
+            motion = motion_classes(clip.joints, clip.fps)
+            takes.append(Take(joints, joints, R, lying(clip.joints), clip.source, motion).some(fine))
+    return takes
+
+
+def lifted(of: EvaluationSet, seed: int = 0, lifter: str = "pcnet3d", flip: bool = False) -> list[Take]:
+    """The test bed's takes, frames without a lift or a heading left out."""
+    takes = []
+    for take in of.takes(seed, lifter, flip):
+        seen_, joints = take.seen, take.lifted.joints
+        finite = np.isfinite(np.concatenate([joints, seen_.R_camera_from_body], axis=1))
+        fine = np.asarray(finite.all(axis=(1, 2)))
+        if fine.any():
+            whole = Take(
+                joints, seen_.truth, seen_.R_camera_from_body, seen_.lying, seen_.source, seen_.motion
+            )
+            takes.append(whole.some(fine))
+    return takes
+
+
+def rectifier_tables(
+    rectifiers: Sequence[Rectifier],
+    lifter: str = "pcnet3d",
+    seed: int = 0,
+    flip: bool = False,
+    sets: Sequence[EvaluationSet] | None = None,
+) -> dict[str, Any]:
+    """{"rectifiers": _tables} of the people that the shipped networks never saw, lifted and clean."""
+    sets = sets or evaluation_sets()
+    clips = [one.clips() for one in sets]
+    kinds = {
+        one.label: {"lifted": partial(lifted, one, seed, lifter, flip), **_clean(own, seed, "body")}
+        for one, own in zip(sets, clips, strict=True)
+    }
+    found = heading(lifter, seed, flip, sets)
+    return {**found, "about": settings(found), "rectifiers": _tables(rectifiers, kinds, clips[0])}
+
+
+def own_tables(
+    rectifiers: Sequence[Rectifier],
+    data: Path,
+    split: Path | None = None,
+    targets: Targets = "body",
+    seed: int = 0,
+) -> dict[str, Any]:
+    """The same of the test subjects of a file of clips, or of everybody without a split, clean only."""
+    clips = read_parts(data, split, ["test"]).clips["test"] if split else read_mocap(data)
+    subjects = sorted({clip.subject for clip in clips})
+    whom = f"{data.name}, {'test' if split else 'everybody'}"
+    about = f"pcnet3d {package_version()}, {data}, {how_many(len(subjects), 'subject')}, targets {targets}, seed {seed}"
+    return {
+        "pcnet3d": package_version(), "data": str(data), "split": str(split or ""), "targets": targets, "seed": seed,
+        "subjects": subjects, "about": about,
+        "rectifiers": _tables(rectifiers, {whom: _clean(clips, seed, targets)}, clips),
+    }  # fmt: skip
+
+
+def _clean(clips: Sequence[Clip], seed: int, targets: Targets) -> dict[str, Callable[[], list[Take]]]:
+    kinds: dict[str, View] = {"clean, paper's views": "paper", "clean, wide views": "wide"}
+    return {kind: partial(clean_takes, clips, view, seed, targets) for kind, view in kinds.items()}
+
+
+def _tables(
+    rectifiers: Sequence[Rectifier],
+    sets: dict[str, dict[str, Callable[[], list[Take]]]],
+    clips: Sequence[Clip],
+) -> dict[str, Any]:
+    """{method: {"rows": {set: figures}, "sources": ..., "views": ..., "motions": ..., "equivariance": Figure}};
+    figures are Judged.row's, equivariance is on `clips`."""
+    parts = ("rows", "sources", "views", "motions")
+    results: dict[str, Any] = {r.method: {part: {} for part in parts} for r in rectifiers}
+    for label, kinds in sets.items():
+        for kind, make in kinds.items():
+            takes = make()
+            lies = np.concatenate([take.lying for take in takes])
+            source = np.concatenate([[take.source] * len(take.R) for take in takes])
+            view = view_of(np.concatenate([take.R for take in takes]))
+            motion = {name: np.concatenate([take.motion[name] for take in takes]) for name in CLASSES}
+            for rectifier in rectifiers:
+                judged, result = judge(rectifier, takes), results[rectifier.method]
+                for pose, use in (("upright", ~lies), ("lying", lies)):
+                    result["rows"][f"{label}, {kind}, {pose}"] = judged.row(use)
+                if kind != "clean, wide views" and len(set(source)) > 1:
+                    for name in sorted(set(source)):
+                        result["sources"][f"{label}, {kind}, {name}"] = judged.row(~lies & (source == name))
+                if kind != "clean, paper's views":
+                    for name, use in view.items():
+                        result["views"][f"{label}, {kind}, {name}"] = judged.row(~lies & use)
+                if kind != "clean, wide views":
+                    for name, use in motion.items():
+                        result["motions"][f"{label}, {kind}, {name}"] = judged.row(~lies & use)
+    for rectifier in rectifiers:
+        results[rectifier.method]["equivariance"] = equivariance(rectifier, clips)
+    return results
+
+
+def view_of(R_camera_from_body: np.ndarray) -> dict[str, np.ndarray]:
+    """Masks (N,): where the camera stands as the body sees it. Front, side and back by 45 and 135 degrees from the
+    facing direction; high and low when the camera looks down or up by more than 20 degrees."""
+    to_camera = -R_camera_from_body[:, 2]  # against the camera's z, in BODY
+    azimuth = np.degrees(np.arctan2(np.abs(to_camera[:, 1]), -to_camera[:, 0]))
+    height = np.degrees(np.arcsin(np.clip(to_camera[:, 2], -1, 1)))
+    return {
+        "front": azimuth < 45, "side": (azimuth >= 45) & (azimuth <= 135), "back": azimuth > 135,
+        "high": height > 20, "low": height < -20,
+    }  # fmt: skip
+
+
+def equivariance(rectifier: Rectifier, clips: Sequence[Clip], count: int = 2000, seed: int = 0) -> Figure:
+    """Degrees between rotation(Q x) and Q rotation(x), Q uniform over all rotations, x from the paper's views."""
+    from scipy.spatial.transform import Rotation
+
+    rng = np.random.default_rng(seed)
+    world = np.concatenate([clip.joints for clip in clips])
+    joints, fine = seen(world[rng.integers(len(world), size=count)], views("paper", rng, count))
+    joints = joints[fine]
+    Q = Rotation.random(len(joints), rng=rng).as_matrix()
+    return Figure.of(
+        geodesic_deg(rectifier.rotation(rotate(Q, joints))[0], Q @ rectifier.rotation(joints)[0])
+    )
+
+
+def as_markdown(results: dict[str, Any]) -> str:
+    """The report as a page of tables; cells of three numbers are p50 / mean / p95."""
+    found = results["rectifiers"]
+    head = ["set", "frames", "rectifier", "rotation, deg", "tilt, deg", "MPJPE, mm", "PA-MPJPE, mm", "bones, %",
+            "Frobenius 'deg'", "expected, mean", "Spearman"]  # fmt: skip
+    titles = {
+        "rows": "Rectifiers", "sources": "By skeleton, upright", "views": "By view, upright",
+        "motions": "By motion, upright",
+    }  # fmt: skip
+    tables: list[Table | str] = [
+        Table(
+            title,
+            head,
+            [
+                f"{name} | {row['frames']:,} | {method} | {row['rotation']} | {row['tilt']} | {row['mpjpe']} | "
+                f"{row['pa_mpjpe'].mean:.1f} | {row['bones'].mean:.2f} | {row['frobenius'].mean:.1f} | "
+                f"{row['expected'].mean:.1f} | {row['spearman']:.2f}"
+                for name in next(iter(found.values()))[key]
+                for method, row in ((method, tables_[key][name]) for method, tables_ in found.items())
+            ],
+        )
+        for key, title in titles.items()
+    ]
+    turned = "; ".join(f"{method} {tables_['equivariance']}" for method, tables_ in found.items())
+    tables.append(f"Deviation from rotation(Q x) = Q rotation(x), degrees: {turned}.")
+    return page("Rectifiers", f"{results['about']}.", tables)

@@ -1,0 +1,122 @@
+"""What a rotation does to accelerations of wrists and ankles, against motion capture; motion.py judges smoothers.
+
+A lift is brought to the truth's scale, one factor a take; a method that is about another lift than the first one has
+that lift's joints (Answer.joints). Three comparisons, vertical and horizontal apart:
+
+- "level": in upright axes with one heading for the take, the truth's for every method. A method that answers frame by
+  frame has its frames' own ups there, turned to that heading frame by frame; so only its tilt counts against it. It
+  is the fair one: all methods and the camera's axes meet one truth.
+- "lift": the first lift's signals against the same in the true axes: what the method's rotation alone adds.
+- "body": R^T x, what the paper computes, against the true R^T x. The axes turn with the person, so it holds the
+  jitter of the frames' headings too; one heading offset a take is taken out. The camera's axes have no place in it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from ....pipeline.core.rotations import rotate, transpose
+from ....pipeline.signals.filters import CUTOFF_HZ
+from ...common.metrics import Figure
+from .acceleration import NO_MOTION, PARTS, accelerations, agreement
+from .tables import Table
+from .take_answers import TRUE_AXES, Answer, with_heading
+
+_COLUMNS = [(part, direction) for part in PARTS for direction in ("vertical", "horizontal")]
+
+
+def compare(signal: np.ndarray, truth: np.ndarray) -> dict[str, tuple[float, float]]:
+    """{"vertical", "horizontal": (RMSE, r)} of accelerations (N, J, 3), z up. Horizontal is both axes in one: root
+    mean square of an axis, and one correlation."""
+    parts = {"vertical": slice(2, 3), "horizontal": slice(0, 2)}
+    return {name: agreement(signal[..., axes], truth[..., axes]) for name, axes in parts.items()}
+
+
+def take_scores(
+    answers: dict[str, Answer],
+    joints: np.ndarray,
+    truth: np.ndarray,
+    R_camera_from_world: np.ndarray,
+    R_camera_from_body: np.ndarray,
+    time_s: np.ndarray,
+) -> dict[str, dict[str, dict[str, dict[str, tuple[float, float]]]]]:
+    """One take: {"level", "lift", "body": {method: {part: {direction: (RMSE, r)}}}}; "lift" of a lift only.
+
+    joints, truth: (T, 17, 3) metres, CAMERA axes relative to the pelvis, without gaps. R_camera_from_world: (3, 3) and
+    R_camera_from_body: (T, 3, 3), the truth. "level" also has the row of who says that nothing moves.
+    """
+    R_world = np.broadcast_to(R_camera_from_world, R_camera_from_body.shape)
+    world, lift, body = (
+        _limbs(*pair, time_s) for pair in ((truth, R_world), (joints, R_world), (truth, R_camera_from_body))
+    )
+    lifted = not np.array_equal(joints, truth)
+    scores: dict[str, dict[str, dict[str, dict[str, tuple[float, float]]]]] = {
+        "level": {NO_MOTION: {part: compare(np.zeros_like(world[part]), world[part]) for part in PARTS}},
+        **({"lift": {}} if lifted else {}),
+        "body": {},
+    }
+    for name, answer in answers.items():
+        own = joints if answer.joints is None else answer.joints
+        axes = answer.axes(R_camera_from_world)
+        signal = _limbs(own, axes, time_s)
+        scores["level"][name] = {part: compare(signal[part], world[part]) for part in PARTS}
+        if lifted and name != TRUE_AXES:
+            same = signal if own is joints else _limbs(joints, axes, time_s)
+            scores["lift"][name] = {part: compare(same[part], lift[part]) for part in PARTS}
+        if answer.R_camera_from_level is None or answer.levelled is not None:
+            signal = _limbs(own, with_heading(answer.R_camera_from_body, R_camera_from_body), time_s)
+            scores["body"][name] = {part: compare(signal[part], body[part]) for part in PARTS}
+    return scores
+
+
+def over_takes(scores: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """take_scores of many takes as {axes: {method: {part: {direction: {"rmse", "r": Figure}}}}}, over takes."""
+
+    def join(nodes: Sequence[Any]) -> Any:
+        if isinstance(nodes[0], dict):
+            return {key: join([node[key] for node in nodes]) for key in nodes[0]}
+        rmse, r = np.array(nodes).T
+        return {"rmse": Figure.of(rmse), "r": Figure.of(r)}
+
+    return join(scores) if scores else {}
+
+
+def as_tables(sets: dict[str, Any]) -> list[Table | str]:
+    """Of {set: {"takes": count, "left out": count, **over_takes}}."""
+    parts: list[Table | str] = [
+        "## Acceleration of wrists and ankles\n\n"
+        f"Relative to the pelvis, {CUTOFF_HZ:g} Hz zero-phase, against motion capture; RMSE in m/s^2 (horizontal: of "
+        "one axis), p50 / mean / p95 over takes, and r, p50. Upright takes of 2 s and more without gaps.",
+    ]
+    titles = {
+        "level": "In upright axes, one heading for the take, the same for every method; frame by frame: each frame's "
+        "own up under it. `true axes` is what is left when the rotation is right.",
+        "lift": "The first lift's against the same in the true axes: what the rotation alone adds.",
+        "body": "In BODY, the paper's R^T x, against the true one.",
+    }
+    for label, values in sets.items():
+        if not values["takes"]:
+            continue
+        gaps = f", {values['left out']} with gaps left out" if values["left out"] else ""
+        parts.append(f"### {label}, {values['takes']} takes{gaps}")
+        for axes in (axes for axes in titles if axes in values):
+            rows = [
+                [method, *(_cell(row[part][direction]) for part, direction in _COLUMNS)]
+                for method, row in values[axes].items()
+            ]
+            parts.append(Table("", ["", *map(", ".join, _COLUMNS)], rows, titles[axes]))
+    return parts
+
+
+def _limbs(joints: np.ndarray, R_camera_from_axes: np.ndarray, time_s: np.ndarray) -> dict[str, np.ndarray]:
+    """Accelerations of each part's joints in other axes."""
+    turned = rotate(transpose(R_camera_from_axes), joints)
+    return {part: accelerations(turned[:, rows], time_s) for part, rows in PARTS.items()}
+
+
+def _cell(score: dict[str, Figure]) -> str:
+    r = score["r"].p50
+    return f"{score['rmse']:.2f}" + (f"; r {r:.2f}" if np.isfinite(r) else "")

@@ -1,0 +1,278 @@
+"""What one gravity a take is worth, where the truth is known:  pcnet3d evaluate takes -o DIR
+
+Every take is seen by one camera that stands still; lifted, and with its real joints. Every rectifier answers twice:
+frame by frame, and with the take's one up (models/gravity/levelling.py). Errors, whether the stated errors hold, the
+accelerations of wrists and ankles, and one take from eight cameras.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ....pipeline.core.rotations import angle_deg, geodesic_deg, rotate, transpose
+from ....pipeline.plugins.protocols import Rectifier
+from ....pipeline.reading.mocap.clip import Clip
+from ....pipeline.running.progress import each
+from ...common.metrics import Figure, joint_error, sorting
+from ...common.spread import stated_spread
+from ...gravity import Seen, level_static, why_not
+from ...lifter.builtin import lift
+from ..mocap.clips import lying
+from . import take_acceleration, take_cameras
+from .sets import EvaluationSet, evaluation_sets, heading
+from .tables import Table, page, settings
+from .take_answers import (
+    CAMERA_AXES,
+    TRUE_AXES,
+    Answer,
+    answers,
+    camera_axes,
+    constant,
+    joints_of,
+    named,
+    simulated_look,
+)
+from .testbed import BEDS, LiftedTake
+
+_LONG_S = 2.0
+LONG, _SHORT, _PARTLY, _LYING = _GROUPS = (
+    "upright, 2 s and more", "upright, under 2 s", "lying now and then", "lying",
+)  # fmt: skip
+_POOLED = 10_000  # frames
+_CAMERA_TAKES = 20
+
+
+@dataclass(frozen=True, eq=False)
+class Judged:
+    """One method on one take. rotation, tilt (degrees), mpjpe (mm), expected (error_deg): (T,), NaN without an answer.
+    Of a take-level method also whether it was levelled, whether true up lies inside the stated 90 % bound, and
+    whether a drift of the camera was reported; else None."""
+
+    rotation: np.ndarray
+    tilt: np.ndarray
+    mpjpe: np.ndarray
+    expected: np.ndarray
+    levelled: bool | None = None
+    inside: bool | None = None
+    drifted: bool | None = None
+
+
+def take_tables(
+    rectifiers: Sequence[Rectifier],
+    lifter: str | Path = "pcnet3d",
+    seed: int = 0,
+    flip: bool = False,
+    sets: Sequence[EvaluationSet] | None = None,
+) -> dict[str, Any]:
+    """Everything the report says, as nested dicts with Figures."""
+    sets = sets or evaluation_sets()
+    clips = [one.clips() for one in sets]
+    results: dict[str, Any] = heading(lifter, seed, flip, sets)
+    results |= {"rectifiers": [r.method for r in rectifiers], "takes": {}, "acceleration": {}}
+    for one, own in zip(sets, clips, strict=True):
+        tables, signals = one_set(
+            rectifiers, one.label, one.takes(seed, lifter, flip), len(own), lifter, flip, seed
+        )
+        results["takes"] |= tables
+        results["acceleration"] |= signals
+    results["cameras"] = take_cameras.camera_tables(
+        rectifiers, some_clips(clips[0], _CAMERA_TAKES), seed, lifter, flip, BEDS[sets[0].bed]
+    )
+    results["pooling"] = {"frames": _POOLED, "seconds": pooling_seconds(_POOLED)}
+    return results
+
+
+def one_set(
+    rectifiers: Sequence[Rectifier],
+    label: str,
+    takes: Iterable[LiftedTake],
+    total: int,
+    lifter: str | Path = "pcnet3d",
+    flip: bool = False,
+    seed: int = 0,
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """({"LABEL, lifted, GROUP": {"takes", "frames", "methods": {method: figures}}}, accelerations by set)."""
+    judged: dict[str, dict[str, list[Judged]]] = {
+        f"{label}, {kind}, {group}": {} for kind in ("lifted", "clean") for group in _GROUPS
+    }
+    scores: dict[str, list[dict[str, Any]]] = {"lifted": [], "clean": []}
+    gaps = {"lifted": 0, "clean": 0}
+    for take in each(takes, f"{label} takes", total):
+        seen = take.seen
+        for kind, joints in (("lifted", joints_of(take.lifted, seen.truth)), ("clean", seen.truth)):
+            look = simulated_look(seen.up, seed, seen.clip)
+            spread = again = None
+            if kind == "lifted":
+                told = lift(seen.keypoints, seen.image_size, None, flip, lifter, look.up)
+                spread = stated_spread(take.lifted)
+                again = joints_of(told, seen.truth), stated_spread(told)
+            both = named(answers(rectifiers, joints, seen.keypoints.times, look, spread, again))
+            for name, answer in both.items():
+                rows = judged[f"{label}, {kind}, {group_of(take)}"].setdefault(name, [])
+                rows.append(judge(take, joints, answer))
+            if group_of(take) == LONG:
+                if np.isfinite(joints).all():
+                    scores[kind].append(signals(take, joints, both))
+                else:
+                    gaps[kind] += 1
+    tables = {name: row(methods) for name, methods in judged.items() if methods}
+    accelerated = {
+        f"{label}, {kind}": {
+            "takes": len(scores[kind]),
+            "left out": gaps[kind],
+            **take_acceleration.over_takes(scores[kind]),
+        }
+        for kind in scores
+    }
+    return tables, accelerated
+
+
+def group_of(take: LiftedTake) -> str:
+    """Upright in every frame (mocap.clips.lying), of 2 s and more or shorter; lying, or bent far down, in half of its
+    frames or more; or in fewer."""
+    lies = take.seen.lying.mean()
+    if lies > 0:
+        return _LYING if lies >= 0.5 else _PARTLY
+    return LONG if len(take.seen.lying) / take.seen.keypoints.fps >= _LONG_S else _SHORT
+
+
+def judge(take: LiftedTake, joints: np.ndarray, answer: Answer) -> Judged:
+    """joints: (T, 17, 3) metres, CAMERA axes relative to the pelvis, lifted or true."""
+    joints = joints if answer.joints is None else answer.joints
+    R, R_true = answer.R_camera_from_body, take.seen.R_camera_from_body
+    body, truth = rotate(transpose(R), joints), rotate(transpose(R_true), take.seen.truth)
+    tilt = angle_deg(R[..., 2], np.broadcast_to(take.seen.up, R[..., 2].shape))
+    errors = Judged(geodesic_deg(R, R_true), tilt, 1000 * joint_error(body, truth), answer.error_deg)
+    if answer.levelled is None:
+        return errors
+    off = np.nanmax(tilt, initial=-np.inf)  # the same in every frame that has an answer
+    return replace(
+        errors,
+        levelled=not why_not(answer.levelled),
+        inside=bool(off <= answer.levelled.up_bound_deg[0]),
+        drifted=answer.levelled.drift_at is not None,
+    )
+
+
+def row(methods: dict[str, list[Judged]]) -> dict[str, Any]:
+    """Figures of one set. Tilt: over takes, of a take's mean. Rotation and MPJPE: over frames. Of take-level methods
+    also the share levelled; of the levelled, the share whose true up lies inside the bound and the stated over the
+    true mean rotation error; and how many takes were said to be seen by a moving camera."""
+    first = next(iter(methods.values()))
+    figures: dict[str, Any] = {
+        "takes": len(first), "frames": sum(len(take.rotation) for take in first), "methods": {},
+    }  # fmt: skip
+    for name, takes in methods.items():
+        method: dict[str, Any] = {
+            "tilt": Figure.of(np.array([np.nanmean(t.tilt) for t in takes if np.isfinite(t.tilt).any()])),
+            "rotation": Figure.of(np.concatenate([take.rotation for take in takes])),
+            "mpjpe": Figure.of(np.concatenate([take.mpjpe for take in takes])),
+        }
+        if takes[0].levelled is not None:
+            fine = [take for take in takes if take.levelled]
+            rotation, expected = (
+                np.concatenate([getattr(take, what) for take in fine] or [np.zeros(0)])
+                for what in ("rotation", "expected")
+            )
+            method["levelled"] = len(fine) / len(takes)
+            method["inside"] = float(np.mean([bool(take.inside) for take in fine])) if fine else float("nan")
+            method["expected"], method["true"] = Figure.of(expected).mean, Figure.of(rotation).mean
+            method["spearman"] = sorting(expected, rotation)
+            method["drifted"] = sum(bool(take.drifted) for take in takes)
+        figures["methods"][name] = method
+    return figures
+
+
+def signals(take: LiftedTake, joints: np.ndarray, both: dict[str, Answer]) -> dict[str, Any]:
+    """take_acceleration.take_scores of the lifted joints (T, 17, 3) by the methods, the camera's axes and the
+    true ones."""
+    seen = take.seen
+    methods = {
+        CAMERA_AXES: camera_axes(len(joints)),
+        **both,
+        TRUE_AXES: constant(seen.R_camera_from_world, len(joints)),
+    }
+    return take_acceleration.take_scores(
+        methods, joints, seen.truth, seen.R_camera_from_world, seen.R_camera_from_body, seen.keypoints.times
+    )
+
+
+def some_clips(clips: Sequence[Clip], count: int) -> list[Clip]:
+    """At most `count` upright clips of 2 s and more, evenly spread over the list."""
+    fine = [c for c in clips if len(c) / c.fps >= _LONG_S and not lying(c.joints).any()]
+    return [fine[i] for i in np.unique(np.linspace(0, len(fine) - 1, min(count, len(fine))).astype(int))]
+
+
+def pooling_seconds(frames: int) -> float:
+    """Seconds that level_static takes on this machine for a take, beyond the rectifier's own time: votes scattered
+    about an upright person's by a few degrees, correlated in time."""
+    from scipy.ndimage import gaussian_filter1d
+    from scipy.spatial.transform import Rotation
+
+    rng = np.random.default_rng(0)
+    turns = np.radians(12) * gaussian_filter1d(rng.normal(size=(frames, 3)), 3.0, axis=0)
+    R = camera_axes(frames).R_camera_from_body @ Rotation.from_rotvec(turns).as_matrix()
+    joints = rng.normal(0, 0.3, (frames, 17, 3))
+    error_deg, time_s = rng.uniform(4, 12, frames), np.arange(frames) / 30
+    start = time.perf_counter()
+    level_static(Seen(joints, R, error_deg, time_s))
+    return time.perf_counter() - start
+
+
+def as_markdown(results: dict[str, Any]) -> str:
+    """The report as a page of tables."""
+    pooling = results["pooling"]
+    rows = [
+        (name, table["takes"], table["frames"], method, figures)
+        for name, table in results["takes"].items()
+        for method, figures in table["methods"].items()
+    ]
+    errors = [
+        [name, takes, f"{frames:,}", method, *(figures[what] for what in ("tilt", "rotation", "mpjpe"))]
+        for name, takes, frames, method, figures in rows
+    ]
+    trust = [
+        f"{name} | {method} | {100 * figures['levelled']:.1f} | {100 * figures['inside']:.1f} | "
+        f"{figures['expected']:.1f} / {figures['true']:.1f} ({figures['spearman']:.2f}) | "
+        f"{figures['drifted']} of {takes}"
+        for name, takes, _, method, figures in rows
+        if "levelled" in figures
+    ]
+    return page(
+        "Takes",
+        f"{settings(results)}; one camera a take, standing still. A take of {pooling['frames']:,} frames is pooled in "
+        f"{pooling['seconds']:.2f} s beyond the rectifier's own time.",
+        [
+            Table(
+                "Errors",
+                ["set", "takes", "frames", "method", "tilt", "rotation", "MPJPE"],
+                errors,
+                "p50 / mean / p95. Tilt, degrees: over takes, of a take's mean. Rotation of BODY, degrees, and MPJPE, "
+                "mm, one scale a take: over frames. Upright: in every frame; lying: trunk more than 60 degrees from "
+                "the vertical half of the time or more.",
+            ),
+            Table(
+                "Trust",
+                [
+                    "set",
+                    "method",
+                    "levelled, %",
+                    "inside the bound, %",
+                    "stated / true, deg (sorting)",
+                    "drift",
+                ],
+                trust,
+                "Levelled: takes that are not refused. Of those, how many have their true up inside the stated 90 % "
+                "bound, the mean stated rotation error over the mean true one, and how well it sorts frames "
+                "(Spearman). Drift: takes said to be seen by a camera that moved; none was.",
+            ),
+            *take_acceleration.as_tables(results["acceleration"]),
+            take_cameras.as_table(results["cameras"]),
+        ],
+    )

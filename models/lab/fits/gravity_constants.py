@@ -1,0 +1,137 @@
+"""What the constants of models/gravity would be for another lifter or rectifier, beside those in use:
+
+    pcnet3d testbed val --seed 0 -o val-0.npz
+    python -m pcnet3d.models.lab.fits.gravity_constants val-0.npz [--rectifier FILE.onnx]
+
+To be run after a retraining, on takes of validation subjects; the constants are then changed by hand, where they stand.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+
+from ....pipeline.core.errors import InputError
+from ....pipeline.core.rotations import angle_deg, unit
+from ...common.metrics import RAYLEIGH_90
+from ...gravity import LEAN_DEG, TILT_SHARE, Votes, pool, take_up
+from ...gravity.levelling import HEADING_POWER, HEADING_SHARE, STATED_HEADING_DEG
+from ...gravity.votes import STATED_LEAN_DEG, USUAL_DEG, USUAL_SPREAD
+from ...rectifier.load import load_rectifier
+from ..common.modules import run_command
+from .joint_noise import read_pairs
+
+_COVERED = 0.9
+_SHORTEST = 60  # frames, 2 s
+
+
+@dataclass(frozen=True)
+class Constants:
+    """tilt_share, heading_share: root mean squares of a frame's tilt and heading over its expected rotation error.
+    lean_deg: what a lifter leans with all its frames at least, so that nine in ten takes lie inside their bound.
+    stated_lean_deg, stated_heading_deg, heading_power: the same where the lifter states its error."""
+
+    tilt_share: float
+    heading_share: float
+    lean_deg: float
+    stated_lean_deg: float
+    stated_heading_deg: float
+    heading_power: float
+
+
+def share(error_deg: np.ndarray, expected_deg: np.ndarray) -> float:
+    """Root mean square of errors (N,) over that of what was expected (N,), where both are known."""
+    both = np.isfinite(error_deg) & np.isfinite(expected_deg)
+    return float(np.sqrt(np.mean(error_deg[both] ** 2) / np.mean(expected_deg[both] ** 2)))
+
+
+def lean(tilt_deg: np.ndarray, stated_deg: np.ndarray, used_deg: float) -> float:
+    """The least lean with which nine in ten takes whose up is off by tilt_deg (N,) lie inside the 90 % bound.
+    stated_deg (N,): root mean square errors stated with a lean of used_deg."""
+    without = np.maximum(stated_deg**2 - used_deg**2, 0)
+    needed = np.sqrt(np.maximum((tilt_deg / RAYLEIGH_90) ** 2 - without, 0))
+    return float(np.quantile(needed, _COVERED))
+
+
+def stated_lean(
+    tilt_deg: np.ndarray, expected_square: np.ndarray, spread: np.ndarray, votes: Sequence[Votes]
+) -> float:
+    """STATED_LEAN_DEG of greatest likelihood, tilts (N,) being Rayleigh's, as are lengths of Gaussian errors in two
+    dimensions."""
+    from scipy.optimize import minimize_scalar
+
+    unit_square = (spread / USUAL_SPREAD) ** 3 * expected_square / USUAL_DEG**2
+    rest = np.array([one.scatter_deg**2 / one.effective for one in votes])
+
+    def cost(lean_deg: float) -> float:
+        square = lean_deg**2 * unit_square + rest
+        return float(np.mean(np.log(square) + tilt_deg**2 / square))
+
+    return float(minimize_scalar(cost, bounds=(0.5, 20), method="bounded").x)  # type: ignore[union-attr]
+
+
+def stated_heading(heading_deg: np.ndarray, spread: np.ndarray) -> tuple[float, float]:
+    """STATED_HEADING_DEG and HEADING_POWER of heading errors (N,) and stated spreads (N,): the power by least squares
+    of the logarithms, then the mean."""
+    x, y = np.log(spread / USUAL_SPREAD), np.log(heading_deg + 1)
+    power = float(np.cov(x, y)[0, 1] / np.var(x))
+    return float(np.mean(heading_deg) / np.mean(np.exp(power * x))), power
+
+
+def constants(paths: Sequence[Path], rectifier: str = "pcnet") -> Constants:
+    """Of lifted takes, upright and of 2 s at least, in files of pcnet3d testbed; InputError for other files, and for
+    files without such takes."""
+    network = load_rectifier(rectifier)
+    tilts, headings, expected, off, stated, spreads, pooled = [], [], [], [], [], [], []
+    for pair in read_pairs(paths):
+        if len(pair.raw) < _SHORTEST or not pair.upright.all():
+            continue
+        R, error_deg = network.rotation(pair.raw.astype(np.float32))
+        up = pair.R_camera_from_body[..., 2]
+        facing = R[..., 0] - (R[..., 0] * up).sum(axis=-1, keepdims=True) * up
+        tilts.append(angle_deg(R[..., 2], up))
+        headings.append(angle_deg(unit(facing), pair.R_camera_from_body[..., 0]))
+        expected.append(error_deg)
+        found = take_up(R[..., 2], error_deg, pair.time_s)
+        off.append(float(angle_deg(found.up, unit(up.mean(axis=0)))))
+        stated.append(found.error_deg)
+        spreads.append(pair.stated)
+        pooled.append(pool(R[..., 2], error_deg, pair.time_s))
+    if not tilts:
+        raise InputError(f"Expected upright takes of {_SHORTEST} frames or more, got none.")
+    tilt, heading, said = (np.concatenate(parts) for parts in (tilts, headings, expected))
+    usual = np.array([np.median(each) for each in spreads])
+    square = np.array([np.mean(each**2) for each in expected])
+    return Constants(
+        share(tilt, said),
+        share(heading, said),
+        lean(np.array(off), np.array(stated), LEAN_DEG),
+        stated_lean(np.array(off), square, usual, pooled),
+        *stated_heading(heading, np.concatenate(spreads)),
+    )
+
+
+def show(
+    takes: Annotated[list[Path], typer.Argument(help="Lifted validation subjects, of pcnet3d testbed.")],
+    rectifier: Annotated[str, typer.Option(help="A rectifier, or its .onnx file.")] = "pcnet",
+) -> None:
+    """Print the constants that these takes ask for, and those in use."""
+    found = constants(takes, rectifier)
+    for name, used, value in (
+        ("models/gravity/votes.py TILT_SHARE", TILT_SHARE, found.tilt_share),
+        ("models/gravity/votes.py LEAN_DEG", LEAN_DEG, found.lean_deg),
+        ("models/gravity/votes.py STATED_LEAN_DEG", STATED_LEAN_DEG, found.stated_lean_deg),
+        ("models/gravity/levelling.py HEADING_SHARE", HEADING_SHARE, found.heading_share),
+        ("models/gravity/levelling.py STATED_HEADING_DEG", STATED_HEADING_DEG, found.stated_heading_deg),
+        ("models/gravity/levelling.py HEADING_POWER", HEADING_POWER, found.heading_power),
+    ):
+        print(f"{name}: {value:.2f}, in use {used:.2f}")
+
+
+if __name__ == "__main__":
+    run_command(show)

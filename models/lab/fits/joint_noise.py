@@ -1,0 +1,192 @@
+"""Learns joint_noise.json on lifted takes with truth (files of pcnet3d testbed):
+
+    python -m pcnet3d.models.lab.fits.joint_noise train-a.npz train-b.npz --val val-0.npz --val val-1.npz
+
+Train subjects give the modes; validation subjects, lifted by the shipped lifter and levelled by the shipped rectifier,
+give what a frame's noise grows with and the angles' factors. Without train files
+everything shipped stays, and angles that have no factor yet get one; `pcnet3d testbed val -o val.npz` writes the file:
+
+    python -m pcnet3d.models.lab.fits.joint_noise --val val.npz
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+
+from ....pipeline.core.anthropometry import implied_stature
+from ....pipeline.core.errors import InputError
+from ....pipeline.core.layouts import H36M17
+from ....pipeline.core.rotations import is_finite, kabsch, rotate, transpose
+from ....pipeline.files.arrays import keys
+from ....pipeline.files.atomic import whole_file
+from ....pipeline.plugins.protocols import Rectifier
+from ....pipeline.signals.angles import ANGLES, angles, near, of_both
+from ...angle_error.joint_noise import (
+    JOINTS,
+    NOISE_FILE,
+    JointNoise,
+    angle_sd,
+    heading_error,
+    limb_spread,
+    shipped_noise,
+)
+from ...angle_error.take_angles import smoothed
+from ...common.metrics import SD_90, scaled
+from ...gravity import Levelled, Seen, level_static, why_not
+from ...rectifier.load import load_rectifier
+from ..common.modules import run_command
+from ..common.testbed_file import read_testbed
+
+_MODES = 24  # of 42: 95 % of the variance; the angles' factors hold the rest
+_FPS = 30.0  # of the testbed's takes
+_COVERED = 0.9
+
+
+@dataclass(frozen=True, eq=False)
+class Pair:
+    """One take through the filter. lifted, truth: (T, 17, 3) metres, CAMERA axes; raw: before the filter;
+    R_camera_from_body: (T, 3, 3), true; upright: (T,); stated: (T,) the lifter's own error, NaN where unknown."""
+
+    raw: np.ndarray
+    lifted: np.ndarray
+    truth: np.ndarray
+    R_camera_from_body: np.ndarray
+    upright: np.ndarray
+    stated: np.ndarray
+
+    @property
+    def time_s(self) -> np.ndarray:
+        return np.arange(len(self.raw)) / _FPS
+
+    def residual(self) -> np.ndarray:
+        """(T, 14, 3) what is left of the lift's error, in shares of stature, when each frame is brought closest to the
+        truth by a rotation and a shift."""
+        rows = H36M17.indices(JOINTS)
+        lifted, truth = (
+            x[:, rows] - x[:, rows].mean(axis=1, keepdims=True) for x in (self.lifted, self.truth)
+        )
+        return (rotate(kabsch(truth, lifted), lifted) - truth) / implied_stature(self.truth)
+
+
+def read_pairs(paths: Sequence[Path]) -> Iterator[Pair]:
+    """The takes of pcnet3d testbed's files; InputError for other files."""
+    for path in paths:
+        held = read_testbed(path, "lifted", "truth", "R_camera_from_body", "lying")
+        lifted, truth, R = (held[name] for name in ("lifted", "truth", "R_camera_from_body"))
+        lying, stated = held["lying"].astype(bool), np.full(len(lifted), np.nan)
+        if "spread" in keys(path):
+            stated = read_testbed(path, "spread")["spread"]
+        for begin, end in pairwise(held["take_start"]):
+            true = truth[begin:end].astype(np.float64)
+            raw = scaled(lifted[begin:end].astype(np.float64), true, "take")
+            time_s = np.arange(len(raw)) / _FPS
+            yield Pair(
+                raw,
+                smoothed(raw, time_s),
+                smoothed(true, time_s),
+                R[begin:end],
+                ~lying[begin:end],
+                stated[begin:end],
+            )
+
+
+def modes_of(pairs: Iterator[Pair]) -> np.ndarray:
+    """(K, 14, 3) the largest principal axes of the residuals, one root mean square long."""
+    errors = [pair.residual()[pair.upright] for pair in pairs]
+    flat = np.concatenate(errors).reshape(-1, 3 * len(JOINTS))
+    flat = flat[is_finite(flat)]
+    variance, axes = np.linalg.eigh(flat.T @ flat / len(flat))
+    largest = np.argsort(variance)[::-1][:_MODES]
+    return (axes[:, largest] * np.sqrt(variance[largest])).T.reshape(_MODES, len(JOINTS), 3)
+
+
+def with_multiples(noise: JointNoise, pairs: Sequence[Pair], levels: Sequence[Levelled]) -> JointNoise:
+    """The same with what a frame's noise grows with, a least-squares fit of the logarithms."""
+    rows = []
+    for pair, level in zip(pairs, levels, strict=True):
+        size = np.sqrt((pair.residual() ** 2).sum(axis=(1, 2)))
+        heading = heading_error(level.error_deg, level.up_error_deg)
+        row = np.log(np.stack([heading, limb_spread(pair.lifted), pair.stated, size], axis=-1))
+        rows.append(row[pair.upright & is_finite(row)])
+    x = np.concatenate(rows)
+    centre = x.mean(axis=0)
+    powers = np.linalg.lstsq(x[:, :-1] - centre[:-1], x[:, -1] - centre[-1], rcond=None)[0]
+    size = np.sqrt(np.mean(np.exp(2 * (x[:, -1] - (x[:, :-1] - centre[:-1]) @ powers))))
+    return replace(
+        noise,
+        modes=noise.modes * size / np.sqrt((noise.modes**2).sum()),
+        usual=tuple(np.exp(centre[:-1]).tolist()),
+        powers=tuple(powers.tolist()),
+    )
+
+
+def with_factors(noise: JointNoise, pairs: Sequence[Pair], levels: Sequence[Levelled]) -> JointNoise:
+    """The same with a factor an angle, one for both sides, so that 90 % of the errors lie within SD_90 of it."""
+    ratios: dict[str, list[np.ndarray]] = {}
+    for pair, level in zip(pairs, levels, strict=True):
+        R = level.R_camera_from_body
+        body = rotate(transpose(R), pair.lifted)
+        found, true = angles(body), angles(rotate(transpose(pair.R_camera_from_body), pair.truth))
+        sd = angle_sd(body, R, level.error_deg, level.up_error_deg, noise, pair.stated)
+        for name in ANGLES:
+            ratio = np.abs(near(found[name] - true[name], 0.0)) / sd[name]
+            ratios.setdefault(of_both(name), []).append(ratio[pair.upright & np.isfinite(ratio)])
+    factors = {
+        name: float(np.quantile(np.concatenate(parts), _COVERED)) / SD_90 for name, parts in ratios.items()
+    }
+    return replace(noise, factors={name: factors[of_both(name)] for name in ANGLES})
+
+
+def fit(train: Sequence[Path], val: Sequence[Path], rectifier: Rectifier) -> JointNoise:
+    """The modes of the lifter's errors in the train files, and their sizes and the angles' factors by the val files;
+    without train files the shipped noise, with factors of the angles that it has none for. InputError when no val take
+    can be levelled."""
+    shipped = shipped_noise()
+    noise = JointNoise(modes_of(read_pairs(train))) if train else replace(shipped, factors={})
+    pairs, levels = [], []
+    for pair in read_pairs(val):
+        level = level_static(Seen(pair.raw, *rectifier.rotation(pair.raw), pair.time_s, spread=pair.stated))
+        if not why_not(level):
+            pairs.append(pair)
+            levels.append(level)
+    if not pairs:
+        raise InputError("Expected validation takes that can be levelled, got none.")
+    if train:
+        return with_factors(with_multiples(noise, pairs, levels), pairs, levels)
+    fitted = with_factors(noise, pairs, levels).factors
+    return replace(noise, factors={name: shipped.factors.get(name, fitted[name]) for name in ANGLES})
+
+
+def main(
+    val: Annotated[list[Path], typer.Option(help="Lifted validation subjects.")],
+    train: Annotated[
+        list[Path] | None, typer.Argument(help="Lifted train subjects, by lifters that never saw them.")
+    ] = None,
+    output: Annotated[Path, typer.Option("-o", "--output", help="The file to write.")] = NOISE_FILE,
+) -> None:
+    """Learn the joints' noise."""
+    noise = fit(train or (), val, load_rectifier("pcnet"))
+    content = {
+        "joints": JOINTS,
+        "usual": [round(each, 5) for each in noise.usual],
+        "powers": [round(power, 3) for power in noise.powers],
+        "factors": {name: round(factor, 3) for name, factor in noise.factors.items()},
+        "modes": [[round(float(v), 6) for v in mode.ravel()] for mode in noise.modes],
+    }
+    with whole_file(output) as partial:
+        partial.write_text(json.dumps(content) + "\n", encoding="utf-8")
+    print(f"{output}: usual {content['usual']}, powers {content['powers']}")
+    for name, factor in content["factors"].items():
+        print(f"  {name}: {factor}")
+
+
+if __name__ == "__main__":
+    run_command(main)

@@ -1,0 +1,1 @@
+"""Motion capture as training and test material: converters, the split by subject."""

@@ -1,0 +1,169 @@
+"""Acclaim skeletons and motions (ASF/AMC), as CMU and HDM05 give them.
+
+A bone's motion M turns it about its own axes C, which `axis` turns from the skeleton's at rest: R = C M C^-1, behind
+its parent's R (Lander, Working with Motion Capture File Formats, Game Developer 1/1998). Angles are about fixed axes
+in the order written. Lengths are inches over the skeleton's `length` unit (CMU's FAQ: 0.45), +Y is up.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ....pipeline.core.errors import InputError
+from ....pipeline.core.rotations import transpose
+from ....pipeline.files.skeletons import UNITS, Skeleton, h36m17_of_skeleton, place
+from ....pipeline.reading.mocap.clip import Clip
+from ....pipeline.reading.mocap.common import Found, How, joined, label, read_text, require_plausible, z_up
+
+PATTERN = "**/*.[aA][mM][cC]"
+_FPS = 120.0  # of CMU and HDM05; the files do not say it
+_INCH_M = 0.0254
+_BONE = re.compile(r"^\s*begin\s*$(.*?)^\s*end\s*$", re.M | re.S)
+
+
+@dataclass(frozen=True, eq=False)
+class Acclaim:
+    """An ASF file. skeleton: joints where bones begin, the root first, metres. C: (J, 3, 3) each bone's own axes.
+    dofs: by bone, what an AMC line says, for example ("rx", "rz"). metres: one unit of the file. degrees: else radians.
+    """
+
+    skeleton: Skeleton
+    C: np.ndarray
+    dofs: dict[str, tuple[str, ...]]
+    metres: float
+    degrees: bool
+
+
+def read(path: Path, folder: Path, how: How) -> Found:
+    """One clip, with the skeleton beside it whose name its own begins with, or the only one there."""
+    skeleton_file = _skeleton_of(path)
+    acclaim = parse_asf(read_text(skeleton_file), UNITS[how.unit] if how.unit else None)
+    joints, R = pose(acclaim, *parse_amc(read_text(path), acclaim))
+    joints = z_up(h36m17_of_skeleton(acclaim.skeleton, joints, R), how.up or "y").astype(np.float32)
+    require_plausible(joints)
+    if how.subject:
+        subject, name = label(path, folder, how.subject)
+    else:
+        subject = skeleton_file.stem.replace("_", "-")
+        name = joined(skeleton_file.stem, path.stem)
+    notes = () if how.fps else (f"{_FPS:g} fps, as CMU and HDM05 have it",)
+    return Found(Clip(name, subject, "asfamc", how.fps or _FPS, joints), notes)
+
+
+def parse_asf(text: str, metres: float | None = None) -> Acclaim:
+    """The skeleton of an ASF file. metres: one unit of the file, instead of what its `length` says. InputError for what
+    is no ASF."""
+    sections = {m[1]: m[2] for m in re.finditer(r"^:(\w+)(.*?)(?=^:|\Z)", _no_comments(text), re.M | re.S)}
+    missing = {"units", "root", "bonedata", "hierarchy"} - set(sections)
+    if missing:
+        raise InputError(f"expected an ASF skeleton with :{', :'.join(sorted(missing))}.")
+    try:
+        units = dict(line.split()[:2] for line in sections["units"].strip().splitlines())
+        metres = metres or _INCH_M / float(units.get("length", 1.0))
+        degrees = units.get("angle", "deg").lower().startswith("deg")
+        root = {key: rest for key, *rest in map(str.split, sections["root"].strip().splitlines())}
+        bones = [_bone(block) for block in _BONE.findall(sections["bonedata"])]
+        by_name = {bone["name"][0]: bone for bone in bones}
+        parent_of = {
+            child: words[0]
+            for words in map(str.split, sections["hierarchy"].strip().splitlines())
+            for child in words[1:]
+        }
+        names = ["root"]
+        while len(names) <= len(bones):
+            following = [n for n in by_name if n not in names and parent_of[n] in names]
+            if not following:
+                raise ValueError("a bone hangs on nothing")
+            names += following
+        offsets, C = np.zeros((len(names), 3)), np.empty((len(names), 3, 3))
+        order = root.get("axis", ["XYZ"])[0]
+        C[0] = _turn(order, np.array([float(x) for x in root.get("orientation", ["0"] * 3)]), degrees)
+        for i, name in enumerate(names[1:], start=1):
+            *angles, order = by_name[name].get("axis", ["0", "0", "0", "XYZ"])
+            C[i] = _turn(order, np.array([float(x) for x in angles]), degrees)
+            parent = by_name.get(parent_of[name])  # a joint is where its parent's bone ends
+            if parent is not None:
+                direction = np.array([float(x) for x in parent["direction"]])
+                offsets[i] = direction / np.linalg.norm(direction) * float(parent["length"][0]) * metres
+        parents = [-1, *(names.index(parent_of[name]) for name in names[1:])]
+    except (ValueError, KeyError, IndexError) as error:
+        raise InputError(f"the ASF skeleton is damaged: {error}.") from None
+    dofs = {name: tuple(d.lower() for d in bone.get("dof", ())) for name, bone in by_name.items()}
+    dofs["root"] = tuple(d.lower() for d in root["order"])
+    strange = sorted({d for name, ds in dofs.items() for d in ds} - {"rx", "ry", "rz", "tx", "ty", "tz"})
+    if strange or any(d[0] == "t" for name, ds in dofs.items() if name != "root" for d in ds):
+        raise InputError(f"expected bones that turn only, got {', '.join(strange) or 'a sliding one'}.")
+    return Acclaim(Skeleton(tuple(names), tuple(parents), offsets), C, dofs, metres, degrees)
+
+
+def parse_amc(text: str, acclaim: Acclaim) -> tuple[dict[str, np.ndarray], bool]:
+    """By bone, (T, dofs) as the file has them; and whether its angles are degrees. InputError for what is no AMC
+    of that skeleton."""
+    text = _no_comments(text)
+    degrees = ":RADIANS" not in text.upper() and (acclaim.degrees or ":DEGREES" in text.upper())
+    lines: dict[str, list[list[str]]] = {name: [] for name, dofs in acclaim.dofs.items() if dofs}
+    frames = 0
+    for words in map(str.split, text.splitlines()):
+        if len(words) == 1 and words[0].isdigit():
+            frames += 1
+        elif words and not words[0].startswith(":"):
+            if len(words) - 1 != len(acclaim.dofs.get(words[0], ())):
+                raise InputError(
+                    f"frame {frames}: '{words[0]}' does not fit its skeleton; another skeleton's file?"
+                )
+            lines[words[0]].append(words[1:])
+    short = [name for name, rows in lines.items() if len(rows) not in (0, frames)]
+    if not frames or short or not lines["root"]:
+        raise InputError(
+            f"expected whole frames, got {frames}, {', '.join(short) or 'root'} not in all of them."
+        )
+    try:
+        return {name: np.array(rows, dtype=float) for name, rows in lines.items() if rows}, degrees
+    except ValueError as error:
+        raise InputError(f"the AMC file is damaged: {error}.") from None
+
+
+def pose(acclaim: Acclaim, motion: dict[str, np.ndarray], degrees: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Joints (T, J, 3), metres, and R_world_from_joint (T, J, 3, 3)."""
+    count = len(motion["root"])
+    R = np.tile(np.eye(3), (count, len(acclaim.skeleton.names), 1, 1))
+    root = np.zeros((count, 3))
+    for i, name in enumerate(acclaim.skeleton.names):
+        if name not in motion:
+            continue
+        dofs = acclaim.dofs[name]
+        turns = [k for k, dof in enumerate(dofs) if dof[0] == "r"]
+        if turns:
+            M = _turn("".join(dofs[k][1] for k in turns), motion[name][:, turns], degrees)
+            R[:, i] = acclaim.C[i] @ M @ transpose(acclaim.C[i])
+        for k, dof in enumerate(dofs):
+            if dof[0] == "t":
+                root[:, "xyz".index(dof[1])] = motion[name][:, k] * acclaim.metres
+    return place(acclaim.skeleton, root, R)
+
+
+def _turn(order: str, angles: np.ndarray, degrees: bool) -> np.ndarray:
+    """(..., 3, 3) of angles (..., len(order)) about fixed axes, the first named one first."""
+    from scipy.spatial.transform import Rotation
+
+    return Rotation.from_euler(order.lower(), angles, degrees=degrees).as_matrix()
+
+
+def _bone(block: str) -> dict[str, list[str]]:
+    return {words[0]: words[1:] for words in map(str.split, block.splitlines()) if words}
+
+
+def _no_comments(text: str) -> str:
+    return re.sub(r"^\s*#.*$", "", text, flags=re.M)
+
+
+def _skeleton_of(path: Path) -> Path:
+    skeletons = sorted(path.parent.glob("*.[aA][sS][fF]"))
+    named = [file for file in skeletons if path.stem.lower().startswith(file.stem.lower())]
+    if not named and len(skeletons) != 1:
+        raise InputError("expected its .asf skeleton in the same folder.")
+    return max(named, key=lambda file: len(file.stem)) if named else skeletons[0]

@@ -1,0 +1,159 @@
+"""Other people's proportions on a captured motion, and other definitions of where a joint is (see
+models/lab/synthetic/bodies.py)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from .....pipeline.core.layouts import H36M17
+from .....pipeline.reading.mocap.clip import Clip
+from ...mocap.clips import OWN_SKELETON, person
+from ..bodies import BodyRange, bone_tree
+from .draw import Draw
+from .turning import across, length, picked, unit
+
+_CHILD, _PARENT = bone_tree()
+_PARENT_OF = list(range(len(H36M17)))  # of each joint, the pelvis's being itself
+for _child, _parent in zip(_CHILD, _PARENT, strict=True):
+    _PARENT_OF[_child] = _parent
+_LOWER = ("pelvis", *(f"{side}_{part}" for side in "lr" for part in ("hip", "knee", "ankle")))
+_UPPER = [joint not in _LOWER for joint in H36M17.joints]
+_LEG_BONES = [H36M17.joints[child][2:] in ("knee", "ankle") for child in _CHILD]
+_PAIRS = (("knee", "l_knee", "r_knee"), ("ankle", "l_ankle", "r_ankle"), ("elbow", "l_elbow", "r_elbow"),
+          ("wrist", "l_wrist", "r_wrist"))  # fmt: skip
+
+
+def bone_lengths(joints: Tensor) -> Tensor:
+    """(..., T, 17) length of the bone that ends in each joint of (..., T, 17, 3); 0 at the pelvis."""
+    return length(joints - picked(joints, _PARENT_OF))
+
+
+def resize(joints: Tensor, factors: Tensor) -> Tensor:
+    """joints (..., T, 17, 3) with every bone's length multiplied; factors (..., 17) by the bone's child joint."""
+    bones = picked(joints, _CHILD) - picked(joints, _PARENT)
+    scaled = bones * factors[..., None, _CHILD, None]
+    leg = torch.tensor(_LEG_BONES, device=joints.device)
+    before, after = ((length(part) * leg).sum(-1).mean(-1) for part in (bones, scaled))
+    out = torch.empty_like(joints)
+    root = H36M17.index("pelvis")
+    out[..., root, :] = joints[..., root, :] * (after / before)[..., None, None]
+    for bone, (child, parent) in enumerate(zip(_CHILD, _PARENT, strict=True)):
+        out[..., child, :] = out[..., parent, :] + scaled[..., bone, :]
+    return out
+
+
+def mirror(joints: Tensor) -> Tensor:
+    """The mirror image of joints (..., 17, 3) in the plane x = 0, with left and right exchanged."""
+    return picked(joints, H36M17.mirror.tolist()) * torch.tensor([-1.0, 1.0, 1.0], device=joints.device)
+
+
+def combine(lower: Tensor, upper: Tensor) -> Tensor:
+    """The legs and the path of one motion under the trunk, head and arms of another; both (..., T, 17, 3), +Z up.
+
+    The upper body is turned about the vertical in every frame until both motions' hips point the same way. A motion
+    whose hip axis is ever steeper than 60 degrees keeps its own upper body: it has no such direction.
+    """
+    hips = [
+        motion[..., H36M17.index("l_hip"), :] - motion[..., H36M17.index("r_hip"), :]
+        for motion in (lower, upper)
+    ]
+    level = [length(axis[..., :2]) / length(axis).clamp_min(1e-9) for axis in hips]
+    turn = torch.atan2(hips[0][..., 1], hips[0][..., 0]) - torch.atan2(hips[1][..., 1], hips[1][..., 0])
+    c, s = turn.cos()[..., None], turn.sin()[..., None]
+    pelvis = [H36M17.index("pelvis")]
+    x, y, z = (upper - upper[..., pelvis, :]).unbind(-1)
+    turned = torch.stack([c * x - s * y, s * x + c * y, z], dim=-1) + lower[..., pelvis, :]
+    fits = (torch.minimum(*level) > 0.5).all(dim=-1)[..., None, None, None]
+    return torch.where(fits & torch.tensor(_UPPER, device=lower.device)[:, None], turned, lower)
+
+
+def proportions(clips: Sequence[Clip]) -> Tensor:
+    """(people, 17) mean bone lengths in metres of the clips' people who come with their own skeleton; may be empty."""
+    found: dict[str, list[np.ndarray]] = {}
+    for clip in clips:
+        if clip.source in OWN_SKELETON:
+            lengths = bone_lengths(torch.from_numpy(clip.joints)).mean(0)
+            found.setdefault(person(clip) or clip.subject, []).append(lengths.numpy())
+    rows = [np.mean(parts, axis=0) for parts in found.values()]
+    return torch.from_numpy(np.array(rows, dtype=np.float32).reshape(-1, len(H36M17)))
+
+
+def vary(joints: Tensor, draw: Draw, bodies: BodyRange, people: Tensor, real: float) -> Tensor:
+    """joints (B, T, 17, 3), +Z up, on other bodies, some mirrored. people: of `proportions`; real: share of windows
+    whose lengths are one of theirs (left and right alike, every limb a few per cent off) instead of drawn."""
+    count = len(joints)
+    factors = _drawn(joints, draw, bodies)
+    if real and len(people):
+        now = bone_lengths(joints).mean(1)
+        wanted = people[draw.integers(len(people), count)]
+        wanted = (wanted + wanted[:, H36M17.mirror.tolist()]) / 2 * _spread(draw, 0.03, count)
+        theirs = torch.where(now > 1e-3, wanted / now.clamp_min(1e-3), 1.0)
+        factors = torch.where(draw.share(real, count, 1), theirs, factors)
+    factors = torch.where(draw.share(bodies.unchanged, count, 1), 1.0, factors)
+    out = resize(joints, factors)
+    return torch.where(draw.share(bodies.mirrored, count)[:, None, None, None], mirror(out), out)
+
+
+def _spread(draw: Draw, std: float, count: int) -> Tensor:
+    """(B, 17) factors of the bones, left and right alike."""
+    factors = (std * draw.normal(count, len(H36M17), most=2)).exp()
+    for _, left, right in (*_PAIRS, ("hip", "l_hip", "r_hip"), ("shoulder", "l_shoulder", "r_shoulder")):
+        factors[:, H36M17.index(right)] = factors[:, H36M17.index(left)]
+    return factors
+
+
+def _drawn(joints: Tensor, draw: Draw, bodies: BodyRange) -> Tensor:
+    """(B, 17) factors as models/lab/synthetic/bodies.py draws them."""
+    count = len(joints)
+    factors = torch.ones(count, len(H36M17), device=joints.device)
+
+    def spread(std: float) -> Tensor:
+        return (std * draw.normal(count, most=2)).exp()
+
+    legs, arms = spread(bodies.limbs / 2), spread(bodies.limbs / 2)
+    for part, left, right in _PAIRS:
+        limb = (legs if part in ("knee", "ankle") else arms) * spread(bodies.limbs)
+        factors[:, [H36M17.index(left), H36M17.index(right)]] = limb[:, None]
+    for joint, std in (("spine", bodies.trunk), ("thorax", bodies.trunk), ("nose", 0.15), ("head", 0.15)):
+        factors[:, H36M17.index(joint)] = spread(std)
+    size = body_size(joints)
+    for part, between in (("hip", bodies.hips), ("shoulder", bodies.shoulders)):
+        pair = H36M17.indices((f"l_{part}", f"r_{part}"))
+        width = length(joints[..., pair[0], :] - joints[..., pair[1], :]).mean(-1)
+        factors[:, pair] = (draw.uniform(between, count) * size / width.clamp_min(1e-3))[:, None]
+    return factors
+
+
+def body_size(joints: Tensor) -> Tensor:
+    """(...,) a person's size: the sum of the 16 bone lengths, averaged over time; joints (..., T, 17, 3) metres."""
+    return bone_lengths(joints).sum(-1).mean(-1)
+
+
+def redefined(joints: Tensor, draw: Draw, std_m: float, share: float) -> Tensor:
+    """joints (B, T, 17, 3) as another source defines them, for a share of the windows: spine, thorax, nose and head
+    moved in the sagittal plane, hips and shoulders across and along the trunk; the same in every frame of a window."""
+    count = len(joints)
+    left = unit(_vector(joints, "r_shoulder", "l_shoulder") + _vector(joints, "r_hip", "l_hip"))
+    up = across(_vector(joints, "pelvis", "thorax"), left)
+    axes = torch.stack([torch.cross(left, up, dim=-1), left, up], dim=-1)  # (B, T, 3, 3): front, left, up
+    std = std_m * draw.share(share, count, 1, 1)
+    offsets = torch.zeros(count, len(H36M17), 3, device=joints.device)
+    middle = H36M17.indices(("spine", "thorax", "nose", "head"))
+    offsets[:, middle] = draw.normal(count, len(middle), 3, most=2) * torch.tensor(
+        [1.0, 0.0, 1.0], device=joints.device
+    )
+    for part in ("hip", "shoulder"):
+        moved = 0.6 * draw.normal(count, 3, most=2)
+        for side, sign in (("l", 1.0), ("r", -1.0)):
+            offsets[:, H36M17.index(f"{side}_{part}")] = moved * torch.tensor(
+                [1.0, sign, 1.0], device=joints.device
+            )
+    return joints + torch.einsum("btij,bkj->btki", axes, std * offsets)
+
+
+def _vector(joints: Tensor, start: str, end: str) -> Tensor:
+    return joints[..., H36M17.index(end), :] - joints[..., H36M17.index(start), :]

@@ -1,0 +1,156 @@
+"""Virtual cameras around motion capture, for a batch of windows (see models/lab/synthetic/cameras.py for the
+conventions)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor
+
+from .....pipeline.core.layouts import H36M17
+from ..cameras import IMAGE_SIZES, ViewRange
+from ..places import LIMBS, PLACE_SPREAD, PLACES, SIZE_SPREAD, TRUNK
+from .draw import Draw
+from .turning import dot, picked, rotate, transpose
+
+_AIM_FRAMES = 8  # of a window, about: so many tell its place and size
+_AIMS = 4  # rounds; each leaves about a tenth of what was off
+
+
+@dataclass(frozen=True, eq=False)
+class Cameras:
+    """B pinhole cameras. R_camera_from_world: (B, 1 or T, 3, 3). position: (B, 3) metres, world. focal_px: (B,).
+    image_size: (B, 2) width and height in pixels."""
+
+    R_camera_from_world: Tensor
+    position: Tensor
+    focal_px: Tensor
+    image_size: Tensor
+
+    def to_camera(self, joints_world: Tensor) -> Tensor:
+        """(B, T, J, 3) world -> camera, metres, origin at the camera."""
+        return rotate(self.R_camera_from_world, joints_world - self.position[:, None, None, :])
+
+    def project(self, joints_camera: Tensor) -> Tensor:
+        """(B, T, J, 3) camera -> (B, T, J, 2) pixels."""
+        rays = joints_camera[..., :2] / joints_camera[..., 2:]
+        return rays * self.focal_px[:, None, None, None] + self.image_size[:, None, None, :] / 2
+
+
+def view_rotation(yaw_deg: Tensor, pitch_deg: Tensor, roll_deg: Tensor) -> Tensor:
+    """R_camera_from_world (..., 3, 3) of a camera that looks along heading yaw, world +Z up."""
+    yaw, pitch, roll = (angle.deg2rad() for angle in (yaw_deg, pitch_deg, roll_deg))
+    zero = torch.zeros_like(yaw)
+    away = torch.stack([yaw.cos() * pitch.cos(), yaw.sin() * pitch.cos(), -pitch.sin()], dim=-1)
+    right = torch.stack([yaw.sin(), -yaw.cos(), zero], dim=-1)
+    down = torch.cross(away, right, dim=-1)
+    c, s = roll.cos()[..., None], roll.sin()[..., None]
+    return torch.stack([c * right + s * down, c * down - s * right, away], dim=-2)
+
+
+def place(
+    joints_world: Tensor,
+    draw: Draw,
+    typical: ViewRange,
+    wild: ViewRange,
+    share_typical: float,
+    share_placed: float = 0.0,
+) -> Cameras:
+    """One camera a window, somewhere from which every joint of every frame is inside the image; a share of them from
+    the one range, the rest from the other. From either, a share have the person where people are in real videos, and as
+    large (models/lab/synthetic/places.py), or as near to that as everything is inside; they do not pan.
+    joints_world: (B, T, 17, 3) metres, +Z up."""
+    count = len(joints_world)
+    usual = draw.share(share_typical, count)
+
+    def either(name: str, log: bool = False) -> Tensor:
+        a, b = (
+            (draw.log_uniform if log else draw.uniform)(getattr(views, name), count)
+            for views in (typical, wild)
+        )
+        return torch.where(usual, a, b)
+
+    sizes = torch.tensor(IMAGE_SIZES, dtype=torch.float32, device=draw.device)
+    size = sizes[draw.integers(len(sizes), count)]
+    placed, spot = torch.zeros_like(usual), None
+    if share_placed:
+        placed, spot = draw.share(share_placed, count), _spots(draw, count)
+        tall = torch.stack([spot[:, 3], 1 / spot[:, 3]], dim=-1).clamp_max(1) * max(IMAGE_SIZES[0])
+        size = torch.where(placed[:, None], tall, size)
+    focal = either("focal", log=True)
+    focal_px = focal * size.amax(-1)
+    R = view_rotation(either("yaw_deg"), either("pitch_deg"), either("roll_deg"))
+    points = joints_world.flatten(1, 2)
+    centre = (points.amin(1) + points.amax(1)) / 2
+    q = rotate(R, points - centre[:, None])
+    depth = q[..., 2]
+    half = size / 2 / focal_px[:, None] * (1 - wild.margin)
+    needed = q[..., :2].abs() / half[:, None] - depth[..., None]
+    least = torch.maximum(needed.amax(dim=(1, 2)), wild.nearest_m - depth.amin(1))
+    metres = draw.log_uniform(typical.distance_m or (1.0, 1.0), count)
+    distance = torch.where(
+        usual, torch.maximum(metres, 1.02 * least), least * draw.log_uniform(wild.distance, count)
+    )
+    aimed = None
+    if spot is not None:
+        near, aimed = _aimed(q, focal, spot, least)
+        distance = torch.where(placed, near, distance)
+    room = (distance[:, None] + depth)[..., None] * half[:, None]
+    low, high = (-room - q[..., :2]).amax(1), (room - q[..., :2]).amin(1)
+    shift = low + draw.uniform((0.0, 1.0), count, 2) * (high - low)
+    if aimed is not None:
+        shift = torch.where(placed[:, None], torch.minimum(torch.maximum(aimed, low), high), shift)
+    offset = torch.cat([shift, distance[:, None]], dim=-1)
+    position = centre - rotate(transpose(R), offset[:, None])[:, 0]
+    cameras = Cameras(R[:, None], position, focal_px, size)
+    return _panned(cameras, joints_world, draw, wild.pans * ~placed) if wild.pans else cameras
+
+
+def place_and_size(points: Tensor) -> tuple[Tensor, Tensor]:
+    """What a row of places.PLACES says, of joints LIMBS (B, T, 12, 2) from the image's middle in longer image sides:
+    (B, 2) and (B,), means over the frames."""
+    middle = picked(points, TRUNK).mean(-2)
+    off = points - middle[..., None, :]
+    return middle.mean(1), dot(off, off).mean(-1).sqrt().mean(-1)
+
+
+def _spots(draw: Draw, count: int) -> Tensor:
+    """(B, 4) rows of PLACES and what lies about them; as many to the left as to the right."""
+    rows = torch.tensor(PLACES, device=draw.device)[draw.integers(len(PLACES), count)]
+    side = torch.where(draw.share(0.5, count), 1.0, -1.0)
+    x, y = rows[:, :2].unbind(-1)
+    place = torch.stack([side * x, y], dim=-1) + PLACE_SPREAD * draw.normal(count, 2, most=2)
+    size = rows[:, 2] * (SIZE_SPREAD * draw.normal(count, most=2)).exp()
+    return torch.cat([place, size[:, None], rows[:, 3:]], dim=-1)
+
+
+def _aimed(q: Tensor, focal: Tensor, spot: Tensor, least: Tensor) -> tuple[Tensor, Tensor]:
+    """Distance (B,), not below `least`, and shift (B, 2) across the view, metres, that show points q (B, T * 17, 3) of
+    the camera's axes at place and size of spot (B, 4). focal: (B,) longer image sides."""
+    q = q.unflatten(1, (-1, len(H36M17)))
+    q = picked(q[:, :: max(1, q.shape[1] // _AIM_FRAMES)], LIMBS)
+    aside, depth = focal[:, None, None, None] * q[..., :2], q[..., 2:]
+    shift, distance = torch.zeros_like(spot[:, :2]), least
+    for _ in range(_AIMS):
+        seen = aside + (focal[:, None] * shift)[:, None, None]
+        place, size = place_and_size(seen / (depth + distance[:, None, None, None]))
+        nearer = torch.maximum(distance * size / spot[:, 2], least)
+        shift = shift + (spot[:, :2] * nearer[:, None] - place * distance[:, None]) / focal[:, None]
+        distance = nearer
+    return distance, shift
+
+
+def _panned(cameras: Cameras, joints_world: Tensor, draw: Draw, share: Tensor) -> Cameras:
+    """Some of the cameras turn about their own vertical axis and bring the person slowly towards the middle; share (B,)
+    says how likely each does."""
+    pelvis = cameras.to_camera(joints_world)[..., H36M17.index("pelvis"), :]
+    count, frames = pelvis.shape[:2]
+    window = min(61, frames)
+    bearing = torch.atan2(pelvis[..., 0], pelvis[..., 2])[:, None]
+    bearing = torch.nn.functional.pad(bearing, (window // 2, (window - 1) // 2), mode="replicate")
+    bearing = torch.nn.functional.avg_pool1d(bearing, window, stride=1)[:, 0]
+    angle = (draw.uniform((0.3, 1.0), count) * draw.share(share, count))[:, None] * bearing
+    c, s, zero, one = angle.cos(), angle.sin(), torch.zeros_like(angle), torch.ones_like(angle)
+    turn = torch.stack([c, zero, -s, zero, one, zero, s, zero, c], dim=-1).unflatten(-1, (3, 3))
+    return Cameras(turn @ cameras.R_camera_from_world, cameras.position, cameras.focal_px, cameras.image_size)

@@ -1,0 +1,190 @@
+"""Poses that the motion capture does not show: limbs of other motions, limbs within anatomical limits, turned bodies.
+
+Limbs are directions of their two bones in the frame of the trunk's end that they hang on (front, left, up): a ball
+joint by swing and twist, then a hinge. Ranges are about those of healthy adults (Boone and Azen 1979, rounded up).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import torch
+from torch import Tensor
+
+from .....pipeline.core.layouts import H36M17
+from ...common.toml_config import check_shares
+from .draw import Draw
+from .turning import across, from_vector, length, picked, rotate, transpose, unit
+
+_LIMBS = {
+    (side, kind): tuple(f"{side}_{part}" for part in parts)
+    for side in "lr"
+    for kind, parts in (("leg", ("hip", "knee", "ankle")), ("arm", ("shoulder", "elbow", "wrist")))
+}
+_SWING_DEG = {"leg": 10.0, "arm": 20.0}
+_ABOVE_SPINE = ("thorax", "nose", "head", *(f"{s}_{p}" for s in "lr" for p in ("shoulder", "elbow", "wrist")))
+
+
+@dataclass(frozen=True)
+class PoseRange:
+    """What a window's poses are drawn from, as shares of the windows.
+
+    exchanged: some limbs are those of another motion. sampled: some limbs move within anatomical limits. swung: trunk
+    above the spine and head turn further, by about 15 degrees. limbs_swung: arms turn further about the shoulders and
+    legs about the hips, by about 20 and 10 degrees; knees and elbows keep their angles. turned: the whole body is
+    turned about any axis, by an angle with a standard deviation of turned_deg, half of them on and on: leans, falls,
+    lying. leaning: the whole body leans about a horizontal axis by about 12 degrees. laid: it lies, on the back, the
+    front or a side: it is turned about a horizontal axis by about 90 degrees.
+    """
+
+    exchanged: float = 0.0
+    sampled: float = 0.0
+    swung: float = 0.0
+    limbs_swung: float = 0.0
+    turned: float = 0.0
+    turned_deg: float = 57.0
+    leaning: float = 0.0
+    laid: float = 0.0
+
+    def __post_init__(self) -> None:
+        check_shares(self, "exchanged", "sampled", "swung", "limbs_swung", "turned", "leaning", "laid")
+
+
+def posed(joints: Tensor, other: Tensor, draw: Draw, poses: PoseRange, fps: float) -> Tensor:
+    """joints (B, T, 17, 3) metres, +Z up, after the range's changes; bone lengths stay. other: (B, T, 17, 3), motions
+    to take limbs from."""
+    out = joints
+    if poses.swung:
+        out = _swung(out, draw, poses.swung)
+    if poses.limbs_swung:
+        out = _limbs_swung(out, draw, poses.limbs_swung)
+    if poses.exchanged or poses.sampled:
+        out = _other_limbs(out, other, draw, poses, fps)
+    if poses.turned or poses.leaning or poses.laid:
+        out = _turned(out, draw, poses, fps)
+    return out
+
+
+def trunk_frames(joints: Tensor) -> dict[str, Tensor]:
+    """{"leg", "arm": R_world_from_trunk (..., 3, 3)}: columns front, left, up of the end that such a limb hangs on."""
+    return {
+        "leg": _frame(joints, ("r_hip", "l_hip"), ("pelvis", "spine")),
+        "arm": _frame(joints, ("r_shoulder", "l_shoulder"), ("spine", "thorax")),
+    }
+
+
+def _other_limbs(joints: Tensor, other: Tensor, draw: Draw, poses: PoseRange, fps: float) -> Tensor:
+    count, frames = joints.shape[:2]
+    out, own, theirs = joints.clone(), trunk_frames(joints), trunk_frames(other)
+    exchanged, sampled = draw.share(poses.exchanged, count), draw.share(poses.sampled, count)
+    for (side, kind), names in _LIMBS.items():
+        rows = H36M17.indices(names)
+        bones, others = (picked(x, rows[1:]) - picked(x, rows[:-1]) for x in (joints, other))
+        captured = unit(bones)
+        moved = rotate(transpose(theirs[kind]), unit(others))
+        bent = (_leg if kind == "leg" else _arm)(draw, count, frames, fps, 1.0 if side == "l" else -1.0)
+        new = torch.where(
+            (exchanged & draw.share(0.5, count))[:, None, None, None], rotate(own[kind], moved), captured
+        )
+        use = (sampled & draw.share(0.6, count))[:, None, None, None]
+        new = torch.where(use, rotate(own[kind], bent), new)
+        new = length(bones)[..., None] * new
+        out[..., rows[1], :] = out[..., rows[0], :] + new[..., 0, :]
+        out[..., rows[2], :] = out[..., rows[1], :] + new[..., 1, :]
+    return out
+
+
+def _leg(draw: Draw, count: int, frames: int, fps: float, side: float) -> Tensor:
+    """(B, T, 2, 3) directions of thigh and shank in the pelvis's frame: front, left, up."""
+    flexion = _moving(draw, (-20, 120), count, frames, fps)
+    aside = _moving(draw, (-20, 40), count, frames, fps)
+    twist = _moving(draw, (-35, 35), count, frames, fps)
+    knee = _moving(draw, (0, 140), count, frames, fps)
+    zero = torch.zeros_like(flexion)
+    thigh = torch.stack(
+        [flexion.sin() * aside.cos(), side * aside.sin(), -flexion.cos() * aside.cos()], dim=-1
+    )
+    back = across(torch.stack([-flexion.cos(), zero, -flexion.sin()], dim=-1), thigh)
+    return torch.stack([thigh, _hinged(thigh, back, twist, knee)], dim=-2)
+
+
+def _arm(draw: Draw, count: int, frames: int, fps: float, side: float) -> Tensor:
+    """(B, T, 2, 3) directions of upper arm and forearm in the thorax's frame: front, left, up."""
+    raised = _moving(draw, (0, 170), count, frames, fps)
+    plane = _moving(draw, (-40, 120), count, frames, fps)  # 0 to the side, 90 to the front
+    raised = torch.where(plane < -0.2, raised.clamp_max(1.2), raised)
+    twist = _moving(draw, (-80, 80), count, frames, fps)
+    elbow = _moving(draw, (0, 145), count, frames, fps)
+    upper = torch.stack(
+        [raised.sin() * plane.sin(), side * raised.sin() * plane.cos(), -raised.cos()], dim=-1
+    )
+    front = across(torch.tensor([0.8, 0.0, 0.6], device=draw.device).expand_as(upper), upper)
+    return torch.stack([upper, _hinged(upper, front, twist, elbow)], dim=-2)
+
+
+def _hinged(bone: Tensor, bends_to: Tensor, twist: Tensor, angle: Tensor) -> Tensor:
+    """The next bone after a hinge; the side it bends to is turned about the first bone by twist. Angles in radians."""
+    aside = torch.cross(bone, bends_to, dim=-1)
+    towards = twist.cos()[..., None] * bends_to + twist.sin()[..., None] * aside
+    return angle.cos()[..., None] * bone + angle.sin()[..., None] * towards
+
+
+def _moving(draw: Draw, between_deg: tuple[float, float], count: int, frames: int, fps: float) -> Tensor:
+    """(B, T) radians within the range: a resting value with a slow swing about it."""
+    low, high = between_deg
+    swing = draw.uniform((0.0, 0.25), count, 1) * (high - low)
+    phase = draw.uniform((0.0, 6.2832), count, 1)
+    turns = draw.log_uniform((0.1, 1.5), count, 1) * torch.arange(frames, device=draw.device) / fps
+    return (
+        (draw.uniform(between_deg, count, 1) + swing * (6.2832 * turns + phase).sin())
+        .clamp(low, high)
+        .deg2rad()
+    )
+
+
+def _swung(joints: Tensor, draw: Draw, share: float) -> Tensor:
+    count, frames = joints.shape[:2]
+    out, use = joints.clone(), draw.share(share, count)[:, None, None]
+    for about, moved in (("spine", _ABOVE_SPINE), ("thorax", ("nose", "head"))):
+        vector = 0.26 * draw.normal(count, 1, 3, most=2).expand(-1, frames, -1)
+        R = from_vector(vector * use)
+        rows, centre = H36M17.indices(moved), out[..., [H36M17.index(about)], :]
+        out[..., rows, :] = centre + rotate(R, picked(out, rows) - centre)
+    return out
+
+
+def _limbs_swung(joints: Tensor, draw: Draw, share: float) -> Tensor:
+    out, use = joints.clone(), draw.share(share, len(joints))[:, None, None]
+    for (_, kind), (about, *moved) in _LIMBS.items():
+        vector = _SWING_DEG[kind] * draw.normal(len(joints), 1, 3, most=2) * use
+        R = from_vector(vector.deg2rad())
+        rows, centre = H36M17.indices(moved), out[..., [H36M17.index(about)], :]
+        out[..., rows, :] = centre + rotate(R, picked(out, rows) - centre)
+    return out
+
+
+def _turned(joints: Tensor, draw: Draw, poses: PoseRange, fps: float) -> Tensor:
+    count, frames = joints.shape[:2]
+    axis = unit(draw.normal(count, 3))
+    turned, leaning = draw.share(poses.turned, count), draw.share(poses.leaning, count)
+    level = axis.clone()
+    level[:, 2] = 0.0
+    axis = torch.where(turned[:, None], axis, unit(level))
+    angle = torch.where(turned, poses.turned_deg * draw.normal(count), 12.0 * draw.normal(count) * leaning)
+    rate = 40.0 * draw.normal(count) * (turned & draw.share(0.4, count))  # degrees a second
+    laid = draw.share(poses.laid, count) & ~turned
+    angle = torch.where(laid, 90.0 + 12.0 * draw.normal(count), angle)
+    times = (torch.arange(frames, device=draw.device) - frames / 2) / fps
+    vector = axis[:, None] * (angle[:, None] + rate[:, None] * times).deg2rad()[..., None]
+    pelvis = joints[..., [H36M17.index("pelvis")], :]
+    return pelvis + rotate(from_vector(vector), joints - pelvis)
+
+
+def _frame(joints: Tensor, leftward: tuple[str, str], upward: tuple[str, str]) -> Tensor:
+    left, up = (
+        joints[..., H36M17.index(end), :] - joints[..., H36M17.index(start), :]
+        for start, end in (leftward, upward)
+    )
+    left = unit(left)
+    up = across(up, left)
+    return torch.stack([torch.cross(left, up, dim=-1), left, up], dim=-1)

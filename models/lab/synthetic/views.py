@@ -1,0 +1,126 @@
+"""What 3DPCNet is judged on: bodies seen from random views, in CAMERA axes, one frame at a time, and lifted takes of
+the test bed. Training makes its frames by the same definitions in torch (models/lab/training/rectifier/frames.py)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from ....pipeline.core.canonical import R_world_from_body
+from ....pipeline.core.errors import InputError
+from ....pipeline.core.frames import CAMERA, PC_CAMERA
+from ....pipeline.core.rotations import is_finite, rotate, transpose
+from ....pipeline.files.arrays import load_all
+from ...common.metrics import relative
+from ..mocap.clips import subject_of
+
+View = Literal["paper", "wide"]
+# What R leads to: "body", gravity and the body's own heading (design.md section 4), or "axes", the data set's own fixed
+# axes, as in the paper; these make sense where everybody was recorded facing -x.
+Targets = Literal["body", "axes"]
+
+CAMERA_FROM_SOURCE = CAMERA.basis @ PC_CAMERA.basis.T  # the paper's axes: x away, y left, z up
+
+
+def paper_angles(rng: np.random.Generator, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Roll, pitch, yaw (count,) in degrees of the published mixture (formats.md section 9, sampling)."""
+    kind = rng.choice(3, size=count, p=(0.75, 0.15, 0.10))
+    normal = rng.standard_normal((3, count))
+    side = rng.choice((-90.0, 90.0), size=count)
+    yaw = np.choose(kind, [rng.uniform(-70, 70, count), side + 10 * normal[0], 180 + 20 * normal[0]])
+    # The back views' pitch and roll are not given there; they are drawn like the front's.
+    pitch = np.choose(
+        kind, [_clamp(12 * normal[1], 20), _clamp(8 * normal[1], 15), _clamp(12 * normal[1], 20)]
+    )
+    roll = np.choose(kind, [_clamp(4 * normal[2], 8), _clamp(3 * normal[2], 6), _clamp(4 * normal[2], 8)])
+    return roll, pitch, yaw
+
+
+def wide_angles(rng: np.random.Generator, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Roll, pitch, yaw (count,) in degrees of a camera that is really pitched and rolled (design.md section 4)."""
+    return rng.uniform(-20, 20, count), rng.uniform(-60, 60, count), rng.uniform(-180, 180, count)
+
+
+def views(view: View, rng: np.random.Generator, count: int) -> np.ndarray:
+    """R_camera_from_body (count, 3, 3) of random views."""
+    return view_rotation(view, *(paper_angles if view == "paper" else wide_angles)(rng, count))
+
+
+def view_rotation(view: View, roll_deg: np.ndarray, pitch_deg: np.ndarray, yaw_deg: np.ndarray) -> np.ndarray:
+    """R_camera_from_body (B, 3, 3) of such a view's angles (B,): "paper" = Rz(yaw) Ry(pitch) Rx(roll) and "wide" =
+    Rx(roll) Ry(pitch) Rz(yaw), in the paper's axes."""
+    x, y, z = _about(0, roll_deg), _about(1, pitch_deg), _about(2, yaw_deg)
+    return CAMERA_FROM_SOURCE @ (z @ y @ x if view == "paper" else x @ y @ z)
+
+
+def seen(
+    joints_world: np.ndarray, R_camera_from_body: np.ndarray, targets: Targets = "body"
+) -> tuple[np.ndarray, np.ndarray]:
+    """joints (B, 17, 3), +Z up, turned so that their R_camera_from_body is the one given -> (B, 17, 3) relative to
+    the pelvis, and (B,) whether the frame has a heading at all. With targets "axes" the world's axes are the body's."""
+    R = R_camera_from_body
+    if targets == "body":
+        R = R @ transpose(R_world_from_body(joints_world))
+    return rotate(R, relative(joints_world.astype(np.float64))), np.asarray(is_finite(R).all(axis=-1))
+
+
+class Lifted(NamedTuple):
+    """Lifted frames: joints and truth (N, 17, 3), CAMERA axes relative to the pelvis, the truth at the lift's scale;
+    R (N, 3, 3) R_camera_from_body; lying (N,), of mocap.clips.lying; clips, the takes' names."""
+
+    joints: np.ndarray
+    truth: np.ndarray
+    R: np.ndarray
+    lying: np.ndarray
+    clips: tuple[str, ...]
+
+
+def read_lifted(paths: Iterable[Path]) -> Lifted:
+    """The frames of `pcnet3d testbed` files that were lifted and have a truth. InputError for anything else."""
+    joints, truth, R, lying, clips = [], [], [], [], []
+    for path in paths:
+        try:
+            held = load_all(path, "lifted", "truth", "R_camera_from_body", "lying", "clip")
+        except InputError as error:
+            raise InputError(f"Expected a file of pcnet3d testbed: {error}") from None
+        one = [held[name].astype(np.float32) for name in ("lifted", "truth", "R_camera_from_body")]
+        lies = held["lying"].astype(bool)
+        rows = len(lies)
+        if [a.shape for a in one] != [(rows, 17, 3)] * 2 + [(rows, 3, 3)] or held["clip"].ndim != 1:
+            raise InputError(f"Expected a file of pcnet3d testbed at {path}, got arrays of other shapes.")
+        clips.extend(str(name) for name in held["clip"])
+        fine = is_finite(one[0]).all(-1) & is_finite(one[2]).all(-1)
+        a, b, rotation = (array[fine] for array in one)
+        scale = (a * b).sum((-2, -1)) / np.maximum((b * b).sum((-2, -1)), 1e-9)
+        joints.append(a)
+        truth.append(b * scale[:, None, None])
+        R.append(rotation)
+        lying.append(lies[fine])
+    return Lifted(*map(np.concatenate, (joints, truth, R, lying)), clips=tuple(clips))
+
+
+def refuse_shared_subjects(train: Iterable[str], other: Iterable[str], what: str) -> None:
+    """InputError when a clip of `train` and one of `other` are of one subject (clips.subject_of)."""
+    shared = {subject_of(name) for name in train} & {subject_of(name) for name in other}
+    if shared:
+        raise InputError(
+            f"Expected other subjects to train on than {what}, but both have {', '.join(sorted(shared))}."
+        )
+
+
+def _about(axis: int, angle_deg: np.ndarray) -> np.ndarray:
+    """(B, 3, 3) rotations about a coordinate axis."""
+    angle = np.radians(angle_deg)
+    R = np.tile(np.eye(3), (len(angle), 1, 1))
+    i, j = (axis + 1) % 3, (axis + 2) % 3
+    R[:, i, i] = R[:, j, j] = np.cos(angle)
+    R[:, j, i] = np.sin(angle)
+    R[:, i, j] = -R[:, j, i]
+    return R
+
+
+def _clamp(values: np.ndarray, most: float) -> np.ndarray:
+    return np.clip(values, -most, most)

@@ -1,1 +1,0 @@
-"""The built-in lifter's network and its training (torch)."""

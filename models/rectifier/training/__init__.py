@@ -1,1 +1,0 @@
-"""The rectifier's network and its training (torch)."""

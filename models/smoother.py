@@ -1,0 +1,480 @@
+"""Position, velocity and acceleration of paths whose error is known, each with its own error.
+
+A path is a cubic spline; its motion and its error are Gaussian processes, and what is returned is the mean of the path
+given what was seen, with its covariance. So a joint is smoothed by as much as its error asks for: more in depth than
+across it, more in a doubtful frame, less while it moves fast, and not at all without an error.
+
+- Motion: its jerk is white noise, as in a smoothing spline, so that nothing slow is taken for an error. How large the
+  jerk is, is found from the spectrum of every two seconds, so that the peaks of fast motion survive.
+- Error: what a lifter errs by changes slowly, as it sees much the same in neighbouring frames; a process of
+  Ornstein-Uhlenbeck of the stated size. Where nobody states it, its size and correlation time are those that the path
+  itself makes the most likely: motion has hardly any power at high frequencies, so what there is there is error.
+  Of lifts that is the smaller part, and is taken times a factor that was fitted where the truth is known.
+
+Sources: Wahba, Spline Models for Observational Data, 1990, chapter 1 (splines as processes); Whittle, The analysis of
+multiple stationary time series, JRSS B 15, 1953 (the likelihood of a spectrum); Rue & Held, Gaussian Markov Random
+Fields, 2005, chapter 2 (banded precisions, variances out of a Cholesky factor).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from ..pipeline.core.rotations import is_finite, rotate
+from ..pipeline.signals.filters import BRIDGED_S, holes, rate
+
+# Chosen on lifted takes of validation subjects (pcnet3d evaluate motion -o DIR).
+ERROR_S = 1.5  # over which a lifter's error is forgotten
+# A lifter blurs fast motion too: by how much true errors of its positions, velocities and accelerations (wrists and
+# ankles) are larger than those of the model, so that nine in ten lie within the 90 % bars.
+LIFTED = (1.5, 1.9, 1.3)
+# The same of a lifter that states no error. What errs slowly is of any size there, so positions have no bars.
+LIFTED_UNSTATED = (np.nan, 2.2, 1.45)
+# Times the variance that a lifted path tells of its error, most of which changes as slowly as people move: where nobody
+# states the error, and as the least where the lifter does, for it may be surer of itself than its path is smooth.
+_SLOW_ERROR, _LEAST_ERROR = 10.0, 4.0
+
+_FEWEST = 3  # rows that a path needs
+_STILL = 1e-12  # variance of what does not move
+_WINDOW_S = 2.0  # in which a joint moves alike
+_KNOTS_HZ = 60.0  # at most, of the spline: people do not move faster
+_ROWS = 8192  # that are solved at a time
+_GOES_ON_S = 0.5  # the longest gap behind which an error goes on; behind a longer one it begins anew
+_SETTLED_S = 4.0  # further away no row matters
+_JERKS = np.geomspace(1e-3, 1e9, 41)  # power a hertz, of a take of variance 1 and seconds
+_ERRORS = np.geomspace(1e-7, 0.1, 25)  # of an error's variance
+# The same of one that is forgotten from row to row, as no motion is: of who stands still it may be all that there is.
+_WHITE_ERRORS = np.geomspace(1e-7, 1.0, 29)
+_ERRORS_S = (0.0, 0.05, 0.2, ERROR_S)
+_QUICK_HZ = 14.0  # rows a second, of fewer of which a runner's limbs look as if they were such an error
+_MOST_WINDOWS = 20  # to tell the error from
+_SHOWN = 0.7  # of a window's rows, or the line across its gaps would be taken for an error
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """Position, velocity and acceleration of J paths at T times: values (3, T, J, D), in a unit of length, and that a
+    second and a second squared; variance (3, T, J, D) of their errors along axes (D, D), a direction each row."""
+
+    values: np.ndarray
+    variance: np.ndarray
+    axes: np.ndarray
+
+    @property
+    def covariance(self) -> np.ndarray:
+        """(3, T, J, D, D) of the errors, in the axes of the values."""
+        return np.einsum("ji,dtnj,jk->dtnik", self.axes, self.variance, self.axes, optimize=True)
+
+    def of(self, path: int) -> Motion:
+        """The motion of one of the paths, J = 1."""
+        return Motion(self.values[:, :, [path]], self.variance[:, :, [path]], self.axes)
+
+    def unstated(self) -> Motion:
+        """The same without errors, which are NaN."""
+        return Motion(self.values, np.full_like(self.variance, np.nan), self.axes)
+
+    def widened(self, factors: tuple[float, float, float]) -> Motion:
+        """The same with errors of position, velocity and acceleration larger by these factors."""
+        return Motion(self.values, self.variance * np.square(factors)[:, None, None, None], self.axes)
+
+
+def known_noise(
+    points: np.ndarray,
+    time_s: np.ndarray,
+    covariance: np.ndarray | None = None,
+    breaks: Sequence[int] = (),
+    lifted: bool = False,
+    error_s: float = ERROR_S,
+) -> Motion:
+    """The motion of points (T, J, D), missing ones NaN, at time_s (T,).
+
+    covariance: (T, J, D, D) of their errors; None where nobody states it. breaks: rows at which something new begins,
+    so that nothing is taken across them, nor across a hole of more than 0.2 s in the times. lifted: whether a lifter
+    made the points, which errs slowly too: its error is then taken for larger than the points tell, and a covariance
+    that is smaller yet for as large. error_s: over which an error that is stated is forgotten; a lifter's that shakes
+    far quicker, as of one that sees each frame by itself, from row to row; below 14 rows a second that cannot be told
+    from motion, and less is taken for error. Between two seen rows missing ones have values too, with the error that
+    they have; before the first and behind the last one, and in pieces of fewer than 3 seen rows, they are NaN.
+    """
+    T, J, D = points.shape
+    axes = np.eye(D)
+    # What happens in a pause is no motion of the rows beside it; and a spline through one of a day fills the memory.
+    breaks = (*breaks, *holes(time_s, BRIDGED_S).tolist())
+    if covariance is not None:
+        stated = np.isfinite(covariance).all(axis=(-2, -1))
+        axes = np.linalg.eigh(covariance[stated].mean(axis=0))[1].T if stated.any() else axes
+    y = rotate(axes, points.astype(np.float64))
+    values, variance = np.full((3, T, J, D), np.nan), np.full((3, T, J, D), np.nan)
+    seen = np.asarray(is_finite(y))
+    if seen.sum() < _FEWEST:
+        return Motion(values, variance, axes)
+    size = max(
+        float(np.mean([y[rows, i].var(axis=0).mean() for i, rows in enumerate(seen.T) if rows.any()])), _STILL
+    )
+    quick = rate(time_s) >= _QUICK_HZ
+    if covariance is None:
+        # A tenth of a lifted path's variance is all of it, times that factor.
+        white = _WHITE_ERRORS if quick and not lifted else _ERRORS
+        noise, error_s = _unstated(y, time_s, size, breaks, white=white)
+        noise = _SLOW_ERROR * noise if lifted else noise
+    else:
+        noise = np.einsum("ij,tnjk,ik->tni", axes, covariance, axes, optimize=True)
+        stated = np.isfinite(noise).all(axis=-1)
+        usual = [
+            noise[rows, i].mean(axis=0) if rows.any() else np.zeros(D) for i, rows in enumerate(stated.T)
+        ]
+        noise = np.where(stated[..., None], noise, np.array(usual))
+        if lifted:
+            told = _unstated(y, time_s, size, breaks, (error_s,))[0][0]
+            too_quick = told.max() > 0.99 * size * _ERRORS[-1]  # the most that one forgotten so slowly may be
+            told = _LEAST_ERROR * told
+            if quick and too_quick:
+                found, found_s = _unstated(y, time_s, size, breaks)
+                if found_s == 0:
+                    told, error_s = _SLOW_ERROR * found[0], found_s
+            noise = noise * np.maximum(1, told / np.maximum(usual, 1e-9 * size))
+    noise = np.maximum(noise, 1e-9 * size)
+    for piece in _pieces(T, breaks):
+        values[:, piece], variance[:, piece] = _smoothed(y[piece], noise[piece], time_s[piece], error_s, size)
+    return Motion(rotate(axes.T, values), variance, axes)
+
+
+def _pieces(rows: int, breaks: Sequence[int]) -> list[slice]:
+    edges = sorted({0, rows, *(int(row) for row in breaks)})
+    return [slice(start, stop) for start, stop in pairwise(edges)]
+
+
+def _smoothed(
+    y: np.ndarray, noise: np.ndarray, time_s: np.ndarray, error_s: float, size: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Values and variances (3, T, J, D) of one piece y (T, J, D); noise: (T, J, D), variances."""
+    T, J, D = y.shape
+    result = np.full((2, 3, T, J, D), np.nan)
+    seen = np.asarray(is_finite(y))
+    fine = seen.sum(axis=0) >= _FEWEST
+    if not fine.any():
+        return result[0], result[1]
+    y, noise, seen = y[:, fine], noise[:, fine], seen[:, fine]
+    line, slope = _line(y, seen, time_s)
+    y = y - line
+    dt = 1 / rate(time_s)
+    at, jerk = _jerks(_filled(y, time_s), noise, time_s, dt, error_s, size)
+    knot_s = max(dt, 1 / _KNOTS_HZ)
+    found = np.empty((2, 3, *y.shape))
+    around = round(_SETTLED_S / dt)
+    for start in range(0, T, _ROWS):
+        rows = slice(max(start - around, 0), min(start + _ROWS + around, T))
+        kept = slice(start, min(start + _ROWS, T))
+        inside = slice(kept.start - rows.start, kept.stop - rows.start)
+        solved = _solved(
+            y[rows].reshape(rows.stop - rows.start, -1),
+            np.where(seen[rows, :, None], noise[rows], np.inf).reshape(rows.stop - rows.start, -1),
+            time_s[rows], knot_s, error_s, at, np.repeat(jerk, D, axis=1),
+        )  # fmt: skip
+        found[:, :, kept] = solved.reshape(2, 3, -1, *y.shape[1:])[:, :, inside]
+    found[0, 0] += line
+    found[0, 1] += slope
+    row = np.arange(T)[:, None]
+    first, last = seen.argmax(axis=0), T - 1 - seen[::-1].argmax(axis=0)
+    found[:, :, ~((row >= first) & (row <= last))] = np.nan
+    result[:, :, :, fine] = found
+    return result[0], result[1]
+
+
+def _line(y: np.ndarray, seen: np.ndarray, time_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(T, J, D) the straight line nearest to the seen rows (T, J) of y (T, J, D), and its slope (J, D)."""
+    weight = (seen / seen.sum(axis=0))[..., None]
+    off = time_s[:, None, None] - (weight * time_s[:, None, None]).sum(axis=0)
+    shown = np.where(seen[..., None], y, 0.0)
+    slope = (weight * off * shown).sum(axis=0) / (weight * off**2).sum(axis=0)
+    return (weight * shown).sum(axis=0) + slope * off, slope
+
+
+def _filled(y: np.ndarray, time_s: np.ndarray) -> np.ndarray:
+    """y (T, J, D) with straight lines across missing rows."""
+    y = y.copy()
+    for joint in range(y.shape[1]):
+        seen = np.isfinite(y[:, joint]).all(axis=-1)
+        if not seen.all():
+            for axis in range(y.shape[2]):
+                y[:, joint, axis] = np.interp(time_s, time_s[seen], y[seen, joint, axis])
+    return y
+
+
+def _jerks(
+    y: np.ndarray, noise: np.ndarray, time_s: np.ndarray, dt: float, error_s: float, size: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Times (W,), and there the power (W, J) of each joint's jerk along an axis: its mean given the spectra of windows.
+    All standard deviations are equally likely beforehand, so that where the error hides the motion it may be
+    anything up to that, and not nothing."""
+    hz, power, at = _spectra(y, time_s, dt)
+    jerks = size * _JERKS
+    errors = _error_density(hz, dt, error_s)[:, None, None] * noise.mean(axis=0)
+    expected = jerks[:, None, None, None] * _motion_density(hz, dt)[:, None, None] + errors  # (S, F, J, D)
+    score = np.einsum("wfnd,sfnd->swn", power, 1 / expected, optimize=True)
+    score += np.log(expected).sum(axis=(1, 3))[:, None]
+    weight = np.exp(score.min(axis=0) - score) * np.sqrt(jerks)[:, None, None]
+    return at, np.einsum("swn,s->wn", weight, jerks) / weight.sum(axis=0)
+
+
+def _unstated(
+    y: np.ndarray,
+    time_s: np.ndarray,
+    size: float,
+    breaks: Sequence[int],
+    errors_s: Sequence[float] = _ERRORS_S,
+    white: np.ndarray = _ERRORS,
+) -> tuple[np.ndarray, float]:
+    """Variances (T, J, D) of errors that nobody states, one a joint and axis, and their correlation time, one of
+    errors_s, by maximum likelihood of the spectra of the take's windows. white: (E,) what they may be, as shares of
+    `size`, where that time is 0."""
+    pieces = [piece for piece in _pieces(len(y), breaks) if piece.stop - piece.start >= 8]
+    none = np.full(y.shape, 1e-9 * size)
+    windows = []
+    for piece in pieces:
+        part, seen = y[piece], np.isfinite(y[piece]).all(axis=-1)
+        if not (np.isfinite(part).all(axis=-1).sum(axis=0) >= _FEWEST).all():
+            part = np.where(np.isfinite(part).any(axis=0), part, 0.0)
+        hz, power, at = _spectra(_filled(part, time_s[piece]), time_s[piece], 1 / rate(time_s))
+        near = (np.abs(time_s[piece] - at[:, None]) <= _WINDOW_S / 2).astype(float)
+        windows.append((hz, power, near @ seen / np.maximum(near.sum(axis=1, keepdims=True), 1)))
+    if not windows:
+        return none, 0.0
+    longest = max(len(hz) for hz, _, _ in windows)
+    hz = next(hz for hz, _, _ in windows if len(hz) == longest)
+    power, shown = (
+        np.concatenate([window[i] for window in windows if len(window[0]) == longest]) for i in (1, 2)
+    )
+    some = np.unique(np.linspace(0, len(power) - 1, _MOST_WINDOWS).astype(int))
+    power, counts = power[some], (shown[some] >= _SHOWN)[..., None]
+    dt = 1 / rate(time_s)
+    motion = size * _JERKS[:, None] * _motion_density(hz, dt)  # (S, F)
+    best, chosen = np.inf, (none, 0.0)
+    for error_s in errors_s:
+        shares = _ERRORS if error_s > 0 else white
+        error = size * shares[:, None] * _error_density(hz, dt, error_s)
+        expected = motion + error[:, None]  # (E, S, F)
+        score = np.einsum("wfnd,esf->eswnd", power, 1 / expected, optimize=True)
+        score += np.log(expected).sum(axis=-1)[..., None, None, None]
+        score = np.where(counts, score.min(axis=1), 0.0).sum(axis=1)  # (E, J, D)
+        if score.min(axis=0).sum() < best:
+            best = score.min(axis=0).sum()
+            chosen = np.broadcast_to(size * shares[score.argmin(axis=0)], y.shape), error_s
+    return chosen
+
+
+def _spectra(y: np.ndarray, time_s: np.ndarray, dt: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Frequencies (F,), power (W, F, ...) of half overlapping windows of y (T, ...), whose mean over frequencies is the
+    variance, and their middles' times (W,). A straight line is taken out of each, and so the lowest frequency."""
+    rows = max(round((time_s[-1] - time_s[0]) / dt) + 1, 2)
+    grid = np.linspace(time_s[0], time_s[-1], rows)
+    if rows != len(y) or np.abs(grid - time_s).max() > 0.02 * dt:
+        below = np.clip(np.searchsorted(time_s, grid, side="right") - 1, 0, len(y) - 2)
+        share = (grid - time_s[below]) / (time_s[below + 1] - time_s[below])
+        share = share.reshape(-1, *[1] * (y.ndim - 1))
+        y = (1 - share) * y[below] + share * y[below + 1]
+    length = min(max(round(_WINDOW_S / dt), 8), rows)
+    starts = np.arange(0, rows - length + 1, max(length // 2, 1))
+    if starts[-1] + length < rows:
+        starts = np.r_[starts, rows - length]
+    taper = np.sin(np.pi * (np.arange(length) + 0.5) / length) ** 2
+    taper /= np.sqrt((taper**2).sum())
+    line = np.stack([np.ones(length), np.arange(length) - (length - 1) / 2])
+    line /= np.linalg.norm(line, axis=1, keepdims=True)
+    power = []
+    for start in starts:
+        part = y[start : start + length].reshape(length, -1)
+        part = part - line.T @ (line @ part)
+        power.append(np.abs(np.fft.rfft(part * taper[:, None], axis=0)[2:]) ** 2)
+    hz = np.fft.rfftfreq(length, dt)[2:]
+    return hz, np.array(power).reshape(len(starts), len(hz), *y.shape[1:]), grid[starts] + length / 2 * dt
+
+
+def _motion_density(hz: np.ndarray, dt: float) -> np.ndarray:
+    """(F,) of a motion whose jerk has a power of 1 a hertz, as `_spectra` has it."""
+    return (2 * np.pi * hz) ** -6.0 / dt
+
+
+def _error_density(hz: np.ndarray, dt: float, error_s: float) -> np.ndarray:
+    """(F,) of an error of variance 1 that is forgotten over error_s, seen every dt."""
+    kept = np.exp(-dt / error_s) if error_s > 0 else 0.0
+    return (1 - kept**2) / np.abs(1 - kept * np.exp(-2j * np.pi * hz * dt)) ** 2
+
+
+def _solved(
+    y: np.ndarray,
+    noise: np.ndarray,
+    time_s: np.ndarray,
+    knot_s: float,
+    error_s: float,
+    at: np.ndarray,
+    jerk: np.ndarray,
+) -> np.ndarray:
+    """(2, 3, T, N): means and variances of value, first and second derivative of N series y (T, N) at time_s (T,).
+
+    noise: (T, N) variances, infinite where nothing was seen. jerk: (W, N), its power at times `at` (W,).
+    """
+    from scipy.linalg import cho_solve_banded, cholesky_banded
+
+    T, N = y.shape
+    place = (time_s - time_s[0]) / knot_s
+    left = np.floor(place + 1e-6).astype(int)
+    basis = _basis(place - left, knot_s)
+    n = int(left[-1]) + 4
+    precision, pull = _observed(y, noise, time_s, left, basis[0], error_s)
+
+    # Third differences of the knots are the jerk between them.
+    middle = time_s[0] + (np.arange(n - 3) + 0.5) * knot_s
+    logs = np.log(jerk)
+    strength = np.stack([np.interp(middle, at, logs[:, i]) for i in range(N)], axis=-1)
+    strength = np.exp(-strength) / knot_s**5
+    differences = (-1, 3, -3, 1)
+    for i in range(4):
+        for j in range(i, 4):
+            precision[j - i, i : i + n - 3] += differences[i] * differences[j] * strength
+    # Where nothing else says anything; no more, for the jerk's part is large where a path is smooth.
+    precision[0] += 1e-13 * precision[0].max(axis=0)
+
+    factor, found = np.empty_like(precision), np.empty((n, N))
+    for i in range(N):
+        one = cholesky_banded(precision[..., i], lower=True, check_finite=False)
+        factor[..., i] = one
+        found[:, i] = cho_solve_banded((one, True), pull[:, i], check_finite=False)
+    spread = _inverse_band(factor)
+    result = np.zeros((2, 3, T, N))
+    for i in range(4):
+        value, own = found[left + i], spread[0][left + i]
+        for d in range(3):
+            result[0, d] += basis[d, i, :, None] * value
+            result[1, d] += basis[d, i, :, None] ** 2 * own
+        for j in range(i + 1, 4):
+            shared = spread[j - i][left + i]
+            for d in range(3):
+                result[1, d] += 2 * (basis[d, i] * basis[d, j])[:, None] * shared
+    return result
+
+
+def _observed(
+    y: np.ndarray,
+    noise: np.ndarray,
+    time_s: np.ndarray,
+    left: np.ndarray,
+    basis: np.ndarray,
+    error_s: float,
+) -> tuple[np.ndarray, np.ndarray]:
+    """What N series y (T, N) say about n knots: a precision (B + 1, n, N), lower banded; and it times the mean (n, N).
+
+    left: (T,) the first knot of each row; basis: (4, T) its four splines. noise: as that of `_solved`.
+    """
+    (T, N), n = y.shape, int(left[-1]) + 4
+
+    # Rows that are independent of each other: each less what of its error the row before already had.
+    weight = 1 / np.sqrt(noise)
+    y = np.where(weight > 0, y, 0.0)
+    step = np.diff(left, prepend=left[0])
+    wide = int(np.minimum(step, 2).max())
+    kept = np.exp(-np.diff(time_s, prepend=-np.inf) / error_s) if error_s > 0 else np.zeros(T)
+    before = np.where(step <= 2, kept, 0.0)[:, None] * (np.roll(weight, 1, axis=0) > 0) * (weight > 0)
+    row, behind, series = _gaps(weight > 0, before > 0, time_s) if error_s > 0 else (np.zeros(0, int),) * 3
+    across = np.exp((time_s[behind] - time_s[row]) / error_s) if error_s > 0 else np.zeros(0)
+    linked = before.copy()
+    linked[row, series] = across
+    gain = 1 / np.sqrt(1 - linked**2)
+    rows = np.zeros((4 + wide, T, N))
+    origin = left - np.minimum(step, wide) * (step <= 2)  # the first knot of a row that has a forerunner
+    origin[0] = left[0]
+    own, others = gain * weight, gain * before * np.roll(weight, 1, axis=0)
+    shift = left - origin
+    for i in range(4):
+        for s in range(wide + 1):
+            rows[i + s] += np.where(shift == s, basis[i], 0.0)[:, None] * own
+        rows[i] -= np.roll(basis[i], 1)[:, None] * others
+    right = own * y - others * np.roll(y, 1, axis=0)
+
+    band = 3 + max(wide, int((left[row] - left[behind]).max(initial=0)))
+    begins = np.flatnonzero(np.diff(origin, prepend=-1))  # rows that are the first of a knot
+    knots = origin[begins]
+    # Splines of a later interval than a row's own may lie behind the last knot, and are 0 there.
+    precision, pull = np.zeros((band + 1, n + wide, N)), np.zeros((n + wide, N))
+    for i in range(4 + wide):
+        pull[knots + i] += np.add.reduceat(rows[i] * right, begins)
+        for j in range(i, 4 + wide):
+            precision[j - i, knots + i] += np.add.reduceat(rows[i] * rows[j], begins)
+    after, past = own[row, series], gain[row, series] * across * weight[behind, series]
+    for i in range(4):
+        here, there = basis[i, row] * after, basis[i, behind] * past
+        np.add.at(pull, (left[row] + i, series), -here * past * y[behind, series])
+        np.add.at(
+            pull, (left[behind] + i, series), there * (past * y[behind, series] - after * y[row, series])
+        )
+        for j in range(4):
+            one, other = left[row] + i, left[behind] + j
+            shared = -here * basis[j, behind] * past * np.where(one == other, 2, 1)
+            np.add.at(precision, (np.abs(one - other), np.minimum(one, other), series), shared)
+            if j >= i:
+                shared = there * basis[j, behind] * past
+                np.add.at(precision[j - i], (left[behind] + i, series), shared)
+    return precision[:, :n], pull[:n]
+
+
+def _gaps(
+    seen: np.ndarray, linked: np.ndarray, time_s: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The first seen row behind each gap, the last one before it, and the series; of gaps over which an error lasts
+    for the most part, longer ones cost too much. seen, linked: (T, N), linked where the row before was seen too."""
+    index = np.where(seen, np.arange(len(seen))[:, None], -1)
+    last = np.vstack([np.full((1, seen.shape[1]), -1), np.maximum.accumulate(index, axis=0)[:-1]])
+    row, series = np.nonzero(seen & ~linked & (last >= 0))
+    behind = last[row, series]
+    near = time_s[row] - time_s[behind] <= _GOES_ON_S
+    return row[near], behind[near], series[near]
+
+
+def _basis(u: np.ndarray, knot_s: float) -> np.ndarray:
+    """(3, 4, T): the four cubic B-splines that are not 0 at a share u (T,) of an interval, and their derivatives."""
+    v, none = 1 - u, np.zeros_like(u)
+    values = [v**3, 3 * u**3 - 6 * u**2 + 4, -3 * u**3 + 3 * u**2 + 3 * u + 1, u**3]
+    slopes = [-(v**2), 3 * u**2 - 4 * u, -3 * u**2 + 2 * u + 1, u**2]
+    bends = [v, 3 * u - 2, 1 - 3 * u, u + none]
+    return np.stack([np.array(values) / 6, np.array(slopes) / (2 * knot_s), np.array(bends) / knot_s**2])
+
+
+def _inverse_band(factor: np.ndarray) -> list[np.ndarray]:
+    """Of N matrices by their banded Cholesky factors (B + 1, n, N), lower form: the diagonals 0 to 3 of their inverses,
+    each (n, N), entry p that of row p + diagonal and column p. Backwards by blocks of B (Takahashi's equations)."""
+    width, n, N = factor.shape
+    size = width - 1
+    blocks = -(-n // size)
+    padded = np.zeros((width, (blocks + 1) * size, N))
+    padded[0] = 1.0
+    padded[:, :n] = factor
+    own, below = np.zeros((2, blocks, N, size, size))
+    columns = padded[:, : blocks * size].reshape(width, blocks, size, N)
+    for column in range(size):
+        for offset in range(width):
+            values = columns[offset, :, column]
+            row = column + offset
+            (own if row < size else below)[:, :, row % size, column] = values
+    inverse = np.zeros_like(own)
+    for i in range(size):
+        inverse[..., i, i] = 1 / own[..., i, i]
+        if i:
+            past = own[..., i, None, :i] @ inverse[..., :i, :i]
+            inverse[..., i, :i] = -past[..., 0, :] * inverse[..., i, i, None]
+    local = np.swapaxes(inverse, -1, -2) @ inverse
+    chain = below @ inverse
+    found = np.zeros((blocks, N, 2 * size, size))
+    after = np.zeros((N, size, size))
+    for i in range(blocks - 1, -1, -1):
+        across = -after @ chain[i]
+        after = local[i] - np.swapaxes(chain[i], -1, -2) @ across
+        found[i, :, :size], found[i, :, size:] = after, across
+    column = np.arange(size)
+    return [
+        np.moveaxis(found[:, :, column + offset, column], 1, 2).reshape(blocks * size, N)[:n]
+        for offset in range(4)
+    ]

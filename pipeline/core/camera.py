@@ -1,0 +1,73 @@
+"""What is known about a take's camera: its focal length, which way is up, and from where."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+
+from .intrinsics import Intrinsics
+
+FocalSource = Literal["told", "file", "lines", "network", "prior"]
+PRIOR_FOCAL, PRIOR_FOCAL_SPREAD = (
+    0.8,
+    0.22,
+)  # longer sides of the image, and spread of its logarithm (phones filming)
+
+
+@dataclass(frozen=True, eq=False)
+class Look:
+    """What the image says at one video frame, or at several of a camera that stood still.
+
+    frame: the video frame whose lines are kept. up: (3,) unit, CAMERA axes. covariance: (3, 3) of up, square radians,
+    across it. failure: how often such an answer is quite wrong. ends: (N, 2, 2) pixels, the lines' ends. runs_along:
+    (N,) 0 vertical, 1 and 2 either horizontal direction, -1 none. source: what of the image said so.
+    """
+
+    frame: int
+    up: np.ndarray
+    covariance: np.ndarray
+    failure: float
+    ends: np.ndarray = field(default_factory=lambda: np.zeros((0, 2, 2)))
+    runs_along: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=int))
+    source: Literal["lines", "network"] = "lines"
+
+    @property
+    def error_deg(self) -> float:
+        """Expected root mean square angle between up and the truth."""
+        return float(np.degrees(np.sqrt(np.trace(self.covariance))))
+
+
+@dataclass(frozen=True, eq=False)
+class Camera:
+    """A take's camera. image_size: width and height in pixels as shown. focal_px and its standard deviation; source:
+    who says so. intrinsics: of a calibrated camera, whose distortion is undone before anything looks at its pixels.
+    looks: what images say about up, one for a camera that stands still, in order of their frames for one that moves.
+    reason: in words, why there is none."""
+
+    image_size: tuple[int, int]
+    focal_px: float
+    focal_sd_px: float
+    focal_source: FocalSource
+    looks: tuple[Look, ...] = ()
+    reason: str = ""
+    intrinsics: Intrinsics | None = None
+
+
+def pitch_roll_deg(up: np.ndarray) -> np.ndarray:
+    """up (..., 3) in CAMERA axes as (..., 2) the camera's pitch and roll: positive when it looks down, and when the
+    image's content turns counter-clockwise."""
+    x, y, z = np.moveaxis(up, -1, 0)
+    return np.degrees(np.stack([np.arctan2(-z, np.hypot(x, y)), np.arctan2(-x, -y)], axis=-1))
+
+
+def view_rotation(yaw_deg: np.ndarray, pitch_deg: np.ndarray, roll_deg: np.ndarray) -> np.ndarray:
+    """R_camera_from_world (..., 3, 3) of a camera that looks along heading yaw, world +Z up."""
+    yaw, pitch, roll = (np.radians(angle) for angle in (yaw_deg, pitch_deg, roll_deg))
+    zero = np.zeros_like(yaw)
+    away = np.stack([np.cos(yaw) * np.cos(pitch), np.sin(yaw) * np.cos(pitch), -np.sin(pitch)], axis=-1)
+    right = np.stack([np.sin(yaw), -np.cos(yaw), zero], axis=-1)
+    down = np.cross(away, right)
+    c, s = np.cos(roll)[..., None], np.sin(roll)[..., None]
+    return np.stack([c * right + s * down, c * down - s * right, away], axis=-2)

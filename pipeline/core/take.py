@@ -1,0 +1,201 @@
+"""A take: one recording of one person, and everything that is known or was computed about it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Literal, overload
+
+import numpy as np
+
+from .camera import Camera
+from .errors import InputError
+from .pose import PoseSequence, Rectified
+from .verdict import Finding
+
+CameraMotion = Literal["static", "moving"]
+
+
+@dataclass(frozen=True, eq=False)
+class Video:
+    """A video file, described without decoding it.
+
+    width, height: pixels as stored, before `rotation_deg` (0, 90, 180, 270; clockwise) is applied.
+    time_s: (N,) time stamp of every frame in display order, from the first frame's 0.
+    codec: name as FFmpeg writes it, such as "h264" or "mpeg4". focal_px: the focal length that the file states, about.
+    capture_fps: frames a second of the camera, where the file states it: more than are shown is slow motion.
+    part: the first and the last frame that the take is about; None for all. doubts: sentences about a file that seems
+    not to be whole.
+    """
+
+    path: Path
+    width: int
+    height: int
+    time_s: np.ndarray
+    codec: str
+    rotation_deg: int = 0
+    focal_px: float | None = None
+    capture_fps: float | None = None
+    part: tuple[int, int] | None = None
+    doubts: tuple[str, ...] = ()
+
+    @property
+    def span(self) -> tuple[int, int]:
+        """The first and the last frame that the take is about."""
+        return self.part or (0, len(self.time_s) - 1)
+
+    @property
+    def span_bytes(self) -> int:
+        """About how many bytes of the file hold these frames."""
+        first, last = self.span
+        return self.path.stat().st_size * (last + 1 - first) // len(self.time_s)
+
+    @property
+    def fps(self) -> float:
+        """Frames per second on average."""
+        frames = len(self.time_s) - 1
+        return frames / float(self.time_s[-1] - self.time_s[0]) if frames else float("nan")
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something that happened at a row of the poses, or a warning about the whole take (row None).
+
+    kind: "warning", "repair", "seam", "note". about: what a warning or repair is about, where the report's gauge of
+    trust has a place for it.
+    """
+
+    kind: str
+    text: str
+    row: int | None = None
+    about: Literal["", "left and right", "view"] = ""
+
+
+@dataclass(frozen=True)
+class Told:
+    """What the user tells about a recording; None where nothing was said. Stages read it here and nowhere else, so that
+    no two of them hold different ones.
+
+    camera: "static" for one that stands still during the take, "moving" for one that pans or is carried. focal_px: its
+    focal length. gravity: which way things fall, in the camera's axes (x right, y down, z away), any length. pitch_deg,
+    roll_deg: of the camera, positive when it looks down, and when the image's content turns counter-clockwise; both or
+    neither, for an angle that nobody told is not 0. image_size: width and height in pixels, of a take without a video.
+    stature_m: the person's height. images: False keeps every image of the person out of the results.
+
+    InputError for what cannot be, before a run has looked at the whole video in vain.
+    """
+
+    camera: CameraMotion | None = None
+    focal_px: float | None = None
+    gravity: tuple[float, float, float] | None = None
+    pitch_deg: float | None = None
+    roll_deg: float | None = None
+    image_size: tuple[int, int] | None = None
+    stature_m: float | None = None
+    images: bool = True
+
+    def __post_init__(self) -> None:
+        pitch, roll = self.pitch_deg, self.roll_deg
+        angles = [angle for angle in (pitch, roll) if angle is not None]
+        if self.camera not in (None, "static", "moving"):
+            raise InputError(f"Expected a camera that is static or moving, got '{self.camera}'.")
+        if self.gravity is not None and angles:
+            raise InputError("Expected the camera's gravity, or its pitch and roll, not both.")
+        if self.gravity is not None and not 0 < np.linalg.norm(self.gravity) < np.inf:
+            raise InputError(
+                f"Expected a direction for gravity, such as 0,1,0 (down the picture), got {self.gravity}."
+            )
+        if not all(abs(angle) <= 180 for angle in angles):
+            raise InputError(f"Expected pitch and roll in degrees, got {pitch} and {roll}.")
+        if len(angles) == 1:
+            alone = "roll" if pitch is None else "pitch"
+            raise InputError(
+                f"Expected the camera's pitch and roll together, got the {alone} alone; a camera that looks neither "
+                "up nor down has --pitch 0, one whose pictures show the horizon level --roll 0."
+            )
+        if self.moving and (angles or self.gravity is not None):
+            raise InputError("A moving camera has no one pitch, roll or gravity; leave them out.")
+
+    @property
+    def moving(self) -> bool:
+        """Whether the camera moves; one of which nothing is told is taken for one that stands still."""
+        return self.camera == "moving"
+
+
+@dataclass(frozen=True)
+class Session:
+    """What the user says about a recording; empty where nothing was said. date: YYYY-MM-DD."""
+
+    title: str = ""
+    person_id: str = ""
+    date: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Take:
+    """One recording of one person. Stages fill it in; a field nobody has filled is None.
+
+    keypoints: 2D joints in IMAGE, in the detector's own layout.
+    camera: what the image and the user say about the camera.
+    poses: 3D joints, H36M17 in CAMERA axes, relative to the pelvis.
+    findings: what `pcnet3d inspect` finds in the poses as they were read or lifted (pipeline/core/verdict.py).
+    filtered: 3D joints in LEVEL after the low-pass filter that kinematics rest on; its history says which.
+    kinematics: columns (T,) by name, whose ends tell the units (design.md section 7).
+    measures: figures of the take as nested plain dicts, units in the keys.
+    second_lift: how far another lifter of the same keypoints is from the poses, as nested plain dicts, units in the
+        keys (stages/second_lift.py).
+    session: what the user says about the recording: title, person, date.
+    told: what the user tells that stages reckon with: camera, up, image size, stature, privacy.
+    inputs: what was read: role, path, SHA-256, adapter.
+    """
+
+    name: str
+    video: Video | None = None
+    keypoints: PoseSequence | None = None
+    camera: Camera | None = None
+    poses: PoseSequence | None = None
+    findings: tuple[Finding, ...] | None = None
+    rectified: Rectified | None = None
+    filtered: PoseSequence | None = None
+    kinematics: dict[str, np.ndarray] | None = None
+    measures: dict[str, Any] | None = None
+    second_lift: dict[str, Any] | None = None
+    events: tuple[Event, ...] = ()
+    inputs: tuple[dict[str, Any], ...] = ()
+    session: Session = Session()
+    told: Told = Told()
+
+    @property
+    def title(self) -> str:
+        """The session's title; without one the take's name."""
+        return self.session.title or self.name
+
+    def with_(self, **changes: Any) -> Take:
+        return replace(self, **changes)
+
+    def telling(self, **told: Any) -> Take:
+        """A copy with other values in these fields of `told`."""
+        return replace(self, told=replace(self.told, **told))
+
+    @overload
+    def need(self, what: Literal["poses", "keypoints", "filtered"]) -> PoseSequence: ...
+    @overload
+    def need(self, what: Literal["rectified"]) -> Rectified: ...
+    @overload
+    def need(self, what: Literal["kinematics"]) -> dict[str, np.ndarray]: ...
+    @overload
+    def need(self, what: Literal["video"]) -> Video: ...
+    @overload
+    def need(self, what: Literal["camera"]) -> Camera: ...
+    def need(self, what: str) -> Any:
+        """A field that has to be filled; InputError naming it where no stage has given it yet."""
+        value = getattr(self, what)
+        if value is None:
+            raise InputError(
+                f"Expected a take with {what}, got one without; run the stage that gives {what} first."
+            )
+        return value
+
+    def saying(self, *events: Event) -> Take:
+        """A copy with these events added."""
+        return replace(self, events=(*self.events, *events))

@@ -1,1 +1,0 @@
-"""What is computed from joints over time: signals, angles, cycles, checks, exchanged limbs."""

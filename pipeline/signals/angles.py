@@ -1,0 +1,324 @@
+"""Joint and segment angles that 17 joints can give: definitions, signs and what they need. Images: docs/angles.md.
+
+Every angle is a function of one frame's joints in BODY (x back, y right, z up; design.md section 4). Angles between
+segments do not change when the whole body is turned; those with `needs_gravity` do.
+
+- A segment's two angles against a trunk frame are the first two of the Cardan sequence flexion, abduction, rotation,
+  which its long axis alone gives (hip: the joint coordinate system of Grood & Suntay 1983 and ISB, Wu et al. 2002).
+  The pelvis frame is the hip line and the trunk line (pelvis to thorax), the thorax frame the shoulder line and the
+  trunk line: 17 joints give no tilt of pelvis or thorax of their own.
+- Knee and elbow flexion are signed about an axis across the limb: the mediolateral reference where the limb is nearly
+  straight, the limb's own plane where it is clearly bent (_STRAIGHT). An unsigned angle of noisy joints never reads 0;
+  a plain projection reads too little when the thigh or upper arm is turned about itself.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..core.layouts import H36M17
+
+REASONS = {
+    0: "fine",
+    1: "a joint is missing",
+    2: "the limb is nearly straight the wrong way, or lies along the axis that the angle is measured about",
+    3: "the frame is not levelled, or the angle's error is too large",
+    4: "a gap, a clip boundary, or a stretch too short for the filter",
+    5: "a joint is not in the image, or the detector does not see it",
+}
+FINE, MISSING, UNDEFINED, UNTRUSTED, TOO_SHORT, UNSEEN = REASONS
+
+_STRAIGHT = np.sin(
+    np.radians(20.0)
+)  # a limb's own plane counts as much as the reference when it is bent by this
+_NO_AXIS = 0.05  # of a limb's axis, before it is made a unit vector; 0.34 for a straight leg in standing
+_ALONG = np.sin(
+    np.radians(15.0)
+)  # a segment within this of the axis that an angle turns about has no such angle
+_AROUND = 270.0  # degrees from frame to frame, from which an angle has stepped around: it moves by 90 at most
+# How far the elbow's reference axis follows the arm from the sagittal plane out to the side; the axis is undefined at
+# one direction of the upper arm: for 2 that is 39 degrees behind and 33 above the horizontal, which no arm reaches.
+_ARM_TURN = 2.0
+
+
+@dataclass(frozen=True)
+class Angle:
+    """One angle. group: heading under which a recording shows it. words: what it is. positive: when it grows. joints:
+    that it is made of. needs_gravity: whether it is taken against the vertical. centre_deg: its values lie within 180
+    of this, so that it is continuous where bodies move, through 180 too. anatomy_deg: what no joint goes beyond;
+    no limits against the vertical, since people lie, crawl and stand on their hands."""
+
+    group: str
+    words: str
+    positive: str
+    joints: tuple[str, ...]
+    needs_gravity: bool = False
+    centre_deg: float = 0.0
+    anatomy_deg: tuple[float, float] = (-np.inf, np.inf)
+
+
+# Degrees, by the end of an angle's name: the mean active range of healthy adults (American Academy of Orthopaedic
+# Surgeons, "Joint Motion: Method of Measuring and Recording", 1965: knee 0 to 135, elbow 0 to 150, hip -30 to 120 and
+# -30 to 45, shoulder -60 to 180, trunk turned by 45 to either side) and up to 30 more for the supple and for segments
+# that 17 joints cannot tell apart: the hip is taken against the whole trunk, which bends too.
+_ANATOMY = {
+    "knee_flexion": (-20.0, 165.0),
+    "elbow_flexion": (-20.0, 165.0),
+    "hip_flexion": (-60.0, 165.0),
+    "hip_abduction": (-60.0, 80.0),
+    "shoulder_flexion": (-90.0, 210.0),
+    "shoulder_abduction": (-75.0, 90.0),
+    "shoulder_elevation": (0.0, 180.0),
+    "thorax_pelvis_rotation": (-75.0, 75.0),
+}
+
+_HIPS, _SHOULDERS = ("r_hip", "l_hip"), ("r_shoulder", "l_shoulder")
+_PELVIS, _THORAX = ("pelvis", "thorax", *_HIPS), ("pelvis", "thorax", *_SHOULDERS)
+_FACING = (*_HIPS, *_SHOULDERS)
+
+
+def _definitions() -> dict[str, Angle]:
+    angles = {}
+    for side in ("r", "l"):
+        thigh, shank = (f"{side}_hip", f"{side}_knee"), (f"{side}_knee", f"{side}_ankle")
+        arm, forearm = (f"{side}_shoulder", f"{side}_elbow"), (f"{side}_elbow", f"{side}_wrist")
+        of_side = {
+            "knee_flexion": Angle(
+                "Knees",
+                "between thigh and shank, 0 when straight, about the hip line made square to the thigh",
+                "heel towards the buttock; negative is a knee bent back",
+                _union(thigh, shank, _HIPS),
+            ),
+            "elbow_flexion": Angle(
+                "Elbows",
+                "between upper arm and forearm, 0 when straight, about the thorax's mediolateral axis carried along "
+                "with the upper arm",
+                "hand towards the shoulder; negative is an elbow bent back",
+                _union(arm, forearm, _THORAX),
+            ),
+            "hip_flexion": Angle(
+                "Hips",
+                "of the thigh against the trunk line about the hip line", "thigh forward",
+                _union(thigh, _PELVIS), centre_deg=45.0,
+            ),
+            "hip_abduction": Angle(
+                "Hips",
+                "of the thigh out of the plane square to the hip line", "thigh away from the midline",
+                _union(thigh, _HIPS),
+            ),
+            "shoulder_flexion": Angle(
+                "Shoulders",
+                "of the upper arm against the trunk line about the shoulder line", "arm forward and up",
+                _union(arm, _THORAX), centre_deg=60.0,
+            ),
+            "shoulder_abduction": Angle(
+                "Shoulders",
+                "of the upper arm out of the plane square to the shoulder line; 90 at most: an arm raised sideways "
+                "above that has a flexion near 180", "arm away from the midline",
+                _union(arm, _SHOULDERS),
+            ),
+            "shoulder_elevation": Angle(
+                "Shoulders",
+                "between upper arm and the trunk's downward line, in whichever plane: 0 hanging, 180 overhead",
+                "arm up",
+                _union(arm, _THORAX),
+            ),
+            "thigh_sagittal": Angle(
+                "Segments",
+                "of the thigh against the vertical, in the sagittal plane of BODY", "knee in front of the hip",
+                _union(thigh, _FACING), True, 45.0,
+            ),
+            "shank_sagittal": Angle(
+                "Segments",
+                "of the shank against the vertical, in the sagittal plane of BODY", "ankle in front of the knee",
+                _union(shank, _FACING), True, -45.0,
+            ),
+            "upper_arm_sagittal": Angle(
+                "Segments",
+                "of the upper arm against the vertical, in the sagittal plane of BODY",
+                "elbow in front of the shoulder",
+                _union(arm, _FACING), True, 60.0,
+            ),
+        }  # fmt: skip
+        angles |= {f"{side}_{name}": angle for name, angle in of_side.items()}
+    angles |= {
+        "trunk_lean_sagittal": Angle(
+            "Trunk",
+            "of the trunk line (pelvis to thorax) against the vertical, in the sagittal plane of BODY", "forward",
+            _union(("pelvis", "thorax"), _FACING), True,
+        ),
+        "trunk_lean_frontal": Angle(
+            "Trunk",
+            "of the trunk line out of the sagittal plane of BODY", "to the subject's right",
+            _union(("pelvis", "thorax"), _FACING), True,
+        ),
+        "pelvis_obliquity": Angle(
+            "Trunk",
+            "of the hip line against the horizontal", "right hip higher", _HIPS, True
+        ),
+        "thorax_pelvis_rotation": Angle(
+            "Trunk",
+            "of the shoulder line against the hip line about the trunk line", "thorax turned to the subject's left",
+            _union(_PELVIS, _THORAX),
+        ),
+    }  # fmt: skip
+    for name, angle in angles.items():
+        if not angle.needs_gravity:
+            angles[name] = replace(angle, anatomy_deg=_ANATOMY[name.removeprefix("r_").removeprefix("l_")])
+    return angles
+
+
+def _union(*parts: tuple[str, ...]) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(joint for part in parts for joint in part))
+
+
+ANGLES = _definitions()
+MIDLINE = tuple(name for name in ANGLES if name[1] != "_")  # those without a side
+MIRRORED_SIGN = (
+    "trunk_lean_frontal",
+    "pelvis_obliquity",
+    "thorax_pelvis_rotation",
+)  # change sign in a mirror
+
+
+def of_both(name: str) -> str:
+    """An angle's name without its side."""
+    return name if name in MIDLINE else name[2:]
+
+
+def sides_of(both: str) -> tuple[str, ...]:
+    """The angles, right and left, that `of_both` gives one name; one of MIDLINE by itself."""
+    return (both,) if both in MIDLINE else (f"r_{both}", f"l_{both}")
+
+
+OF_BOTH = tuple(dict.fromkeys(map(of_both, ANGLES)))  # names without sides
+
+
+def angles(body: np.ndarray) -> dict[str, np.ndarray]:
+    """(...,) degrees by name of ANGLES. body: (..., 17, 3), H36M17 in BODY, any unit and origin.
+
+    NaN where a joint is missing, or where the angle is not defined: a limb along its own axis of measurement.
+    Where only angles without `needs_gravity` matter the joints may be in any right-handed axes.
+    """
+    # Joints and their axes first, (17, 3, ...): whole arrays of x, y and z are many times as quick as three at a time.
+    points = np.moveaxis(np.asarray(body, dtype=np.float64), (-2, -1), (0, 1))
+    at = dict(zip(H36M17.joints, np.ascontiguousarray(points), strict=True))
+    trunk = _unit(at["thorax"] - at["pelvis"])
+    hips, shoulders = (_unit(at[f"r_{part}"] - at[f"l_{part}"]) for part in ("hip", "shoulder"))
+    thorax_forward, thorax_up = trunk_axes(shoulders, trunk)
+    pelvis_forward, pelvis_up = trunk_axes(hips, trunk)
+    facing = np.isfinite(hips + shoulders).all(axis=0)  # what BODY's heading rests on
+    of = {}
+    for side, out in (("r", 1.0), ("l", -1.0)):
+        thigh, shank = (
+            _unit(at[f"{side}_{b}"] - at[f"{side}_{a}"]) for a, b in (("hip", "knee"), ("knee", "ankle"))
+        )
+        arm, forearm = (
+            _unit(at[f"{side}_{b}"] - at[f"{side}_{a}"])
+            for a, b in (("shoulder", "elbow"), ("elbow", "wrist"))
+        )
+        of[f"{side}_knee_flexion"] = _hinge(thigh, shank, -hips)
+        of[f"{side}_elbow_flexion"] = _hinge(
+            arm, forearm, arm_reference(arm, shoulders, thorax_forward, thorax_up, out)
+        )
+        for joint, segment, frame in (
+            ("hip", thigh, (pelvis_forward, hips, pelvis_up)),
+            ("shoulder", arm, (thorax_forward, shoulders, thorax_up)),
+        ):
+            forward, right, up = (_dot(segment, axis) for axis in frame)
+            of[f"{side}_{joint}_flexion"] = _turn(forward, -up)
+            of[f"{side}_{joint}_abduction"] = _lift(out * right)
+            if joint == "shoulder":
+                of[f"{side}_shoulder_elevation"] = _degrees(np.hypot(forward, right), -up)
+        for name, segment in (("thigh", thigh), ("shank", shank), ("upper_arm", arm)):
+            of[f"{side}_{name}_sagittal"] = np.where(facing, _turn(-segment[0], -segment[2]), np.nan)
+    of["trunk_lean_sagittal"] = np.where(facing, _turn(-trunk[0], trunk[2]), np.nan)
+    of["trunk_lean_frontal"] = np.where(facing, _lift(trunk[1]), np.nan)
+    of["pelvis_obliquity"] = _lift(hips[2])
+    of["thorax_pelvis_rotation"] = _degrees(
+        _dot(_cross(pelvis_forward, thorax_forward), trunk), _dot(pelvis_forward, thorax_forward)
+    )
+    return {name: near(of[name], angle.centre_deg) for name, angle in ANGLES.items()}
+
+
+def near(angle_deg: np.ndarray, centre_deg: np.ndarray | float) -> np.ndarray:
+    """The same directions (...,) as angles within 180 degrees of centre_deg."""
+    return angle_deg + 360.0 * np.floor((centre_deg - angle_deg + 180.0) / 360.0)
+
+
+def unwrapped(angle_deg: np.ndarray) -> np.ndarray:
+    """An angle (T,) without steps from one end of its range to the other. A step by about half a turn, as across the
+    frames in which an arm raised sideways has no flexion, may go either way, and stays as it is."""
+    known = np.isfinite(angle_deg)
+    result = angle_deg.copy()
+    result[known] = np.unwrap(angle_deg[known], discont=_AROUND, period=360.0)
+    return result
+
+
+def hinge_axis(upper: np.ndarray, lower: np.ndarray, reference: np.ndarray) -> np.ndarray:
+    """(3, ...) the axis about which a knee or an elbow turns `lower` from `upper`, all unit vectors (3, ...); NaN where
+    it is not defined.
+
+    It is the normal of the limb's plane, as long as the sine of its bend, plus the reference made square to `upper`,
+    times _STRAIGHT: so the reference decides for a straight limb, the limb itself for a bent one.
+    """
+    return _unit(_cross(upper, lower) + _STRAIGHT * (reference - _dot(reference, upper) * upper), _NO_AXIS)
+
+
+def arm_reference(
+    arm: np.ndarray, shoulders: np.ndarray, forward: np.ndarray, up: np.ndarray, out: float
+) -> np.ndarray:
+    """(3, ...) the reference of an elbow's hinge axis: the shoulder line, carried along with the upper arm.
+
+    arm: shoulder to elbow; shoulders: left to right; forward, up: of the thorax; unit vectors (3, ...). out: 1 for the
+    right arm, -1 for the left.
+    """
+    lateral = np.maximum(out * _dot(arm, shoulders), 0.0)
+    # Seen from the front, the arm's axis points to the right; out at the side, where that is the arm itself, to where
+    # the forearm of a raised arm turns about (for the left arm the mirror image: the opposite of up-back).
+    return shoulders + out * _ARM_TURN * lateral * (up - forward) / np.sqrt(2)
+
+
+def trunk_axes(across: np.ndarray, trunk: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(3, ...) where the front and the top point, of the thorax by its shoulder line and of the pelvis by its hip line.
+
+    across: that line, left to right; trunk: pelvis to thorax; unit vectors (3, ...). NaN where both are nearly
+    parallel."""
+    forward = _unit(_cross(trunk, across), _ALONG)
+    return forward, _cross(across, forward)
+
+
+def _hinge(upper: np.ndarray, lower: np.ndarray, reference: np.ndarray) -> np.ndarray:
+    """(...,) degrees that `lower` is turned from `upper` about hinge_axis; unit vectors (3, ...)."""
+    sine = _dot(_cross(upper, lower), hinge_axis(upper, lower, reference))
+    return _degrees(sine, _dot(upper, lower))
+
+
+def _turn(ahead: np.ndarray, along: np.ndarray) -> np.ndarray:
+    """(...,) degrees of a unit vector's part in a plane; NaN when that part is short."""
+    return np.where(np.hypot(ahead, along) > _ALONG, _degrees(ahead, along), np.nan)
+
+
+def _lift(across: np.ndarray) -> np.ndarray:
+    """(...,) degrees of a unit vector out of a plane."""
+    return np.degrees(np.arcsin(np.clip(across, -1.0, 1.0)))
+
+
+def _unit(v: np.ndarray, least: float = 1e-12) -> np.ndarray:
+    """v (3, ...) over its length; NaN where that is not more than `least`."""
+    length = np.sqrt(_dot(v, v))
+    return v / np.where(length > least, length, np.nan)
+
+
+def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+
+
+def _degrees(sine: np.ndarray, cosine: np.ndarray) -> np.ndarray:
+    return np.degrees(np.arctan2(sine, cosine))
+
+
+def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]

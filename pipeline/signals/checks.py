@@ -1,0 +1,284 @@
+"""Checks of a skeleton: left and right, bone lengths, missing frames. They look; they change nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from ..core.anthropometry import implied_stature
+from ..core.errors import InputError
+from ..core.layouts import H36M17, Layout
+from ..core.messages import how_many
+from ..core.pose import TOLD_UP, PoseSequence, Rectified
+from ..core.rotations import angle_deg, unit
+
+_LEGS = (("l_hip", "l_knee", "l_ankle"), ("r_hip", "r_knee", "r_ankle"))
+_MIN_KNEE_BEND = 0.03  # of the leg's length; a straighter knee does not tell front from back
+_SHORT_AXIS = 0.2  # trunk lengths; in an image, hips or shoulders closer together are seen end-on
+_MIN_VOTES = 20  # frames that must vote before evidence counts as strong
+_STRONG = 0.2  # agreement at or below this contradicts
+_UP = {"camera": (0.0, -1.0, 0.0), "world": (0.0, 0.0, 1.0)}  # in the families' reference axes
+_TURNED_OVER = 0.8  # of the frames
+_OFF_UP_DEG = 60.0  # of the trunk, from which nobody is upright; a picture on its side makes 90
+_ROWS = 4096  # judged at a time
+_MOST_ROWS = 5_000_000  # beyond this the frame numbers are wrong, not the recording long
+_STRAY_S = 0.2  # of frames that the whole pose leaps to and from
+_FEW = 0.1  # of the frames
+_LEAP = 0.4  # trunk lengths that the joints move on average from one frame to the next, which is near
+# Of frames nearer in time a jump is told by its size alone. Between others a body may move by more, in proportion to
+# the time, and leave a straight line by the square of it: of CMU's mocap at 5 frames a second 157 joints and 389 whole
+# poses would jump, with that in mind none and 4.
+NEAR_S = 1 / 15
+STATURES_M = (0.4, 2.6)
+UNSTEADY = 0.12  # bone-length spread beyond which poses are not to be believed (boxing 0.05, cycling 0.10)
+
+
+@dataclass(frozen=True)
+class Chirality:
+    """Evidence on left and right (formats.md section 1, parity test), as shares of frames that agree.
+
+    nose: the nose lies in front of the body, as named left and right say where front is.
+    knees: the knees bend forward. arms_legs: the shoulders' left is the hips' left.
+    *_votes: how many observations each share rests on.
+    """
+
+    nose: float
+    knees: float
+    arms_legs: float
+    nose_votes: int
+    knee_votes: int
+    arms_legs_votes: int
+
+    @property
+    def verdict(self) -> str:
+        """ "good", "doubtful" (one cue, weak evidence or none), "legs against arms", or "wrong" (both cues, or
+        the knees alone where no nose is known)."""
+        no_nose = self.nose_votes == 0
+        against = (no_nose or self.nose <= _STRONG, self.knees <= _STRONG)
+        enough = (no_nose or self.nose_votes >= _MIN_VOTES) and self.knee_votes >= _MIN_VOTES
+        if self.arms_legs <= _STRONG and self.arms_legs_votes >= _MIN_VOTES:
+            return "legs against arms"
+        if all(against) and enough:
+            return "wrong"
+        shares = np.array([self.nose, self.knees, self.arms_legs])
+        unseen = no_nose and self.knee_votes == 0
+        return "doubtful" if unseen or (shares < 0.5).any() else "good"
+
+    def __str__(self) -> str:
+        return (
+            f"the nose points forward in {_percent(self.nose)} of {self.nose_votes} frames, the knees bend "
+            f"forward in {_percent(self.knees)} of {self.knee_votes}, hips and shoulders agree on left in "
+            f"{_percent(self.arms_legs)} of {self.arms_legs_votes}"
+        )
+
+
+def _percent(share: float) -> str:
+    return "none" if np.isnan(share) else f"{100 * share:.0f} %"
+
+
+def chirality(poses: PoseSequence) -> Chirality:
+    """Does the named left and right fit the direction the nose and knees point at? poses: H36M17, 3D.
+
+    Forward is left x up with left from right hip to left hip and up from pelvis to thorax; both cues use no
+    left/right of their own. A mirrored skeleton and one with exchanged names contradict alike. A nose that was made
+    out of other joints, as the history says, has no vote.
+    """
+    cues = np.concatenate(
+        [handedness_cues(part, poses.layout) for part in _parts(without_made_nose(poses).joints)]
+    )
+    nose, knees, sides = cues[:, 0], cues[:, 1:3].ravel(), cues[:, 3]
+    nose_share, nose_votes = _share(nose)
+    knee_share, knee_votes = _share(knees)
+    side_share, side_votes = _share(sides)
+    return Chirality(nose_share, knee_share, side_share, nose_votes, knee_votes, side_votes)
+
+
+def handedness_cues(joints: np.ndarray, layout: Layout) -> np.ndarray:
+    """(..., 4) cosines that are positive when left and right are as named: nose, left knee and right knee against
+    forward, left of the hips against left of the shoulders. NaN where they do not tell; 2D has the last one only.
+
+    joints: (..., J, D), any axes, H36M17 when 3D. A knee counts from a bend of 3 % of its leg on.
+    """
+
+    def joint(name: str) -> np.ndarray:
+        return joints[..., layout.index(name), :]
+
+    hips, shoulders = joint("l_hip") - joint("r_hip"), joint("l_shoulder") - joint("r_shoulder")
+    cues = np.full((*joints.shape[:-2], 4), np.nan)
+    cues[..., 3] = (unit(hips) * unit(shoulders)).sum(-1)
+    if joints.shape[-1] == 2:
+        trunk = joint("l_shoulder") + joint("r_shoulder") - joint("l_hip") - joint("r_hip")
+        short = _SHORT_AXIS * np.linalg.norm(trunk, axis=-1) / 2
+        end_on = np.minimum(np.linalg.norm(hips, axis=-1), np.linalg.norm(shoulders, axis=-1)) < short
+        cues[end_on] = np.nan
+        return cues
+    forward = unit(np.cross(hips, joint("thorax") - joint("pelvis")))
+    nose = joint("nose") - (joint("thorax") + joint("head")) / 2
+    cues[..., 0] = (unit(nose) * forward).sum(-1)
+    for i, (hip, knee, ankle) in enumerate(tuple(map(joint, leg)) for leg in _LEGS):
+        bend = knee - (hip + ankle) / 2
+        length = np.linalg.norm(knee - hip, axis=-1) + np.linalg.norm(ankle - knee, axis=-1)
+        bent = np.linalg.norm(bend, axis=-1) > _MIN_KNEE_BEND * length
+        cues[..., 1 + i] = np.where(bent, (unit(bend) * forward).sum(-1), np.nan)
+    return cues
+
+
+def without_made_nose(poses: PoseSequence) -> PoseSequence:
+    """The same, its nose missing where it was made out of other joints, as the history says, and so tells nothing."""
+    derived = [text for step in poses.history for text in step.options.get("derived", ())]
+    if not any(text.startswith("nose = ") for text in derived):
+        return poses
+    nose = np.arange(len(poses.layout)) == poses.layout.index("nose")
+    return poses.with_(joints=np.where(nose[:, None], np.nan, poses.joints))
+
+
+def _parts(joints: np.ndarray) -> Iterator[np.ndarray]:
+    """joints (T, J, D) in float64, some minutes at a time: hours of video would take several times their memory."""
+    return (joints[start : start + _ROWS].astype(np.float64) for start in range(0, len(joints), _ROWS))
+
+
+def _share(values: np.ndarray) -> tuple[float, int]:
+    values = values[np.isfinite(values)]
+    return (float((values > 0).mean()) if len(values) else float("nan")), len(values)
+
+
+def bone_spread(poses: PoseSequence) -> float:
+    """Mean over bones of the relative spread (std / mean) of bone length, each frame over its own size.
+
+    A person who walks towards the camera grows in an estimator's image units, and that is fine; bones that
+    change against each other are not. 0.05 is usual, 0.09 is poor.
+    """
+    pairs = np.array([poses.layout.indices(bone) for bone in H36M17.bones])
+    length = np.concatenate(
+        [
+            np.linalg.norm(part[:, pairs[:, 0]] - part[:, pairs[:, 1]], axis=-1)
+            for part in _parts(poses.joints)
+        ]
+    )
+    length = length[np.isfinite(length).all(axis=1)]
+    if len(length) < 2:
+        return float("nan")
+    length = length / np.maximum(length.sum(axis=1, keepdims=True), 1e-12)
+    return float(np.mean(length.std(axis=0) / np.maximum(length.mean(axis=0), 1e-12)))
+
+
+def empty_rows(poses: PoseSequence) -> np.ndarray:
+    """(T,) True where all joints that are there, more than two, lie on one point, as failed frames do that were filled
+    with zeros; a joint that the source never has stays NaN in these too."""
+    there = np.isfinite(poses.joints).all(axis=-1, keepdims=True)
+    lowest = np.where(there, poses.joints, np.inf).min(axis=1)
+    highest = np.where(there, poses.joints, -np.inf).max(axis=1)
+    return (lowest == highest).all(axis=-1) & (there.sum(axis=(1, 2)) > 2)
+
+
+def upside_down(poses: PoseSequence) -> list[str]:
+    """A sentence where the head is well below the feet nearly all the time. poses: H36M17 in 3D, any axes."""
+    joints = poses.joints[np.isfinite(poses.joints).all(axis=(1, 2))].astype(np.float64)
+    if not len(joints) or poses.frame.family not in _UP:
+        return []
+    at = {
+        name: joints[:, poses.layout.index(name)]
+        for name in ("pelvis", "thorax", "head", "l_ankle", "r_ankle")
+    }
+    trunk = np.linalg.norm(at["thorax"] - at["pelvis"], axis=-1)
+    below = (at["l_ankle"] + at["r_ankle"]) / 2 - at["head"]
+    share = float((below @ (poses.frame.basis @ _UP[poses.frame.family]) > np.maximum(trunk, 1e-12)).mean())
+    if share < _TURNED_OVER:
+        return []
+    if any(step.name == "lift" for step in poses.history):  # they have the picture's axes
+        cause = (
+            "the picture (or the keypoints' y axis) is upside down and has to be turned before the run, or the person "
+            "stands on their hands."
+        )
+    else:
+        cause = (
+            "the file's vertical axis seems to be turned over. If its y points up, read it with --adapter arrays "
+            "-O frame=GL_CAMERA (or Y_UP) and the layout and unit that it has, such as -O layout=H36M17 -O unit=mm, or "
+            "-O unit=arbitrary where it has no scale; otherwise the person stands on their hands, or the camera on its "
+            "head."
+        )
+    return [f"The head is below the feet in {100 * share:.0f} % of the frames: {cause}"]
+
+
+def nobody_upright(rectified: Rectified) -> str:
+    """A sentence where the trunk is far off the up that a take was given nearly all the time: the lines of a picture
+    that is turned by 90 or 180 degrees say the same as those of an upright one. "" elsewhere, and where the source
+    knows its own up or the user has told most of it."""
+    told = sum(rectified.up_shares.get(source, 0.0) for source in TOLD_UP)
+    if not rectified.level_ok or rectified.camera == "gravity" or told > 0.5:
+        return ""
+    trunk = rectified.level.joint("thorax") - rectified.level.joint("pelvis")
+    off_deg = angle_deg(trunk, np.array([0, 0, 1]))
+    off_deg = off_deg[np.isfinite(off_deg)]
+    share = float((off_deg > _OFF_UP_DEG).mean()) if len(off_deg) else 0.0
+    if share < _TURNED_OVER:
+        return ""
+    return (
+        f"The trunk is more than {_OFF_UP_DEG:.0f} degrees off up in {100 * share:.0f} % of the frames: the person "
+        "lies or bends down, or the picture is turned. If it is, turn the video, or tell --pitch and --roll."
+    )
+
+
+def implausible(poses: PoseSequence) -> list[str]:
+    """Warnings, in words, about what no person's skeleton does. poses: H36M17 in 3D."""
+    warnings = upside_down(poses)
+    spread = bone_spread(poses)
+    if spread > UNSTEADY:
+        warnings.append(
+            f"THESE POSES ARE NOT GOOD DATA: bone lengths vary by {100 * spread:.0f} % after each frame's own size is "
+            "taken out (5 % is usual, 9 % poor); every result below inherits that."
+        )
+    stature = implied_stature(poses.joints)
+    if poses.frame.metric and not STATURES_M[0] < stature < STATURES_M[1]:
+        warnings.append(
+            f"The limbs imply a stature of {stature:.3g} m; is the unit of the file really metres?"
+        )
+    return warnings
+
+
+def grid_rows(sequence: PoseSequence, step: int = 1) -> int:
+    """How many rows there are once every frame from the first to the last has one, or every `step`th. InputError when
+    that many cannot be one recording, before they take any memory."""
+    first, last = (int(number) for number in sequence.frame_index[[0, -1]])
+    rows = (last - first) // step + 1
+    if rows > max(_MOST_ROWS, 2 * len(sequence)):
+        raise InputError(
+            f"Expected frame numbers of one recording, got {how_many(len(sequence), 'row')} numbered {first} to "
+            f"{last}; check the frame numbers of the 2D file."
+        )
+    return rows
+
+
+def movement(poses: PoseSequence) -> np.ndarray:
+    """Mean movement of the joints (T, 17, 3) relative to the pelvis, from row to row: (rows - 1,) trunk lengths, NaN
+    where a row is not complete."""
+    trunk = np.linalg.norm(poses.joint("thorax") - poses.joint("pelvis"), axis=-1)[_complete(poses)]
+    length = max(float(np.median(trunk)), 1e-12) if len(trunk) else np.nan
+    return np.linalg.norm(np.diff(poses.joints.astype(np.float64), axis=0), axis=-1).mean(axis=1) / length
+
+
+def leaps(poses: PoseSequence) -> np.ndarray:
+    """Rows (N,) at which the whole pose is somewhere else than one video frame before, as no person moves. Frames whose
+    times are unknown count as near."""
+    step_s = NEAR_S if poses.time_s is None else np.diff(poses.time_s)
+    most = _LEAP * np.maximum(step_s / NEAR_S, 1.0)
+    return np.flatnonzero((movement(poses) > most) & (np.diff(poses.frame_index) == 1)) + 1
+
+
+def _complete(poses: PoseSequence) -> np.ndarray:
+    return np.asarray(np.isfinite(poses.joints).all(axis=(1, 2)))
+
+
+def strays_of(poses: PoseSequence) -> np.ndarray:
+    """(T,) True in pieces between leaps of the whole pose, or between one and a clip's end, that are so short; nowhere
+    when they are many, for then nobody knows who is the person."""
+    strays = np.zeros(len(poses), dtype=bool)
+    leapt = set(leaps(poses).tolist())
+    edges = sorted({0, len(poses), *poses.seams, *leapt}) if leapt else []
+    for start, stop in pairwise(edges):
+        alone = start in leapt or stop in leapt
+        strays[start:stop] = alone and poses.times[stop - 1] - poses.times[start] < _STRAY_S
+    return strays if strays.mean() <= _FEW else np.zeros(len(poses), dtype=bool)

@@ -1,0 +1,86 @@
+"""Angles of ankle and foot, where the source gives heels and toes: definitions, signs and what they need.
+
+The foot's line runs from the heel to the middle of big and small toe, or to the big toe where the source never gives a
+small one. BlazePose's foot index, the tip of the foot's middle, stands for the big toe.
+
+- Ankle dorsiflexion follows the ISB's ankle (Wu et al., J Biomech 35, 2002) in sign and plane as far as a line can: the
+  angle in the plane of shank and foot, without the rotation of the foot about itself. It is 0 where the foot's line is
+  square to the shank. Heel and toes lie at other heights with every estimator, which shifts it by a constant of some
+  degrees: compare changes.
+- Foot progression is taken against where the person faces (BODY), not against the path, which most sources do not know.
+  For somebody who walks the way they face it is the clinical angle, toe-out positive.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..core.layouts import FEET, H36M17
+from ..core.rotations import is_finite, unit
+from .angles import ANGLES, Angle, of_both
+
+_FLAT = np.sin(
+    np.radians(15.0)
+)  # a foot nearer to the vertical than this points nowhere in the horizontal plane
+_FACING = ("r_hip", "l_hip", "r_shoulder", "l_shoulder")
+
+
+def _definitions() -> dict[str, Angle]:
+    angles = {}
+    for side in ("r", "l"):
+        foot = (f"{side}_heel", f"{side}_big_toe", f"{side}_small_toe")
+        # Active range of healthy adults: 20 up, 50 down (American Academy of Orthopaedic Surgeons, 1965), and 30 more.
+        angles[f"{side}_ankle_dorsiflexion"] = Angle(
+            "Feet",
+            "between shank and foot (heel to toes), 0 when they are square to each other",
+            "toes towards the shank; negative is plantarflexion",
+            (f"{side}_knee", f"{side}_ankle", *foot),
+            anatomy_deg=(-80.0, 50.0),
+        )
+        angles[f"{side}_foot_progression"] = Angle(
+            "Feet",
+            "of the foot (heel to toes) against where the person faces, in the horizontal plane",
+            "toes away from the midline (toe-out)",
+            (*foot, *_FACING),
+            needs_gravity=True,
+        )
+    return angles
+
+
+FOOT_ANGLES = _definitions()
+ALL_ANGLES = ANGLES | FOOT_ANGLES
+ALL_OF_BOTH = tuple(dict.fromkeys(map(of_both, ALL_ANGLES)))  # names without sides
+
+
+def toes_completed(feet: np.ndarray) -> np.ndarray:
+    """Feet (T, 6, 3) in the order of FEET with the big toe for a small toe that is never there."""
+    feet = np.array(feet, dtype=np.float64)
+    for side in ("r", "l"):
+        big, small = FEET.indices((f"{side}_big_toe", f"{side}_small_toe"))
+        if not is_finite(feet[:, small]).any():
+            feet[:, small] = feet[:, big]
+    return feet
+
+
+def foot_angles(body: np.ndarray, feet: np.ndarray) -> dict[str, np.ndarray]:
+    """(T,) degrees by name of FOOT_ANGLES. body: (T, 17, 3) H36M17 in BODY; feet: (T, 6, 3), FEET, in the same axes,
+    from the same origin and in the same unit.
+
+    NaN where a point is missing, and the progression of a foot that stands upright. Where only the ankles matter both
+    may be in any axes.
+    """
+    at = dict(zip(H36M17.joints, np.moveaxis(np.asarray(body, dtype=np.float64), -2, 0), strict=True))
+    at |= dict(zip(FEET.joints, np.moveaxis(toes_completed(feet), -2, 0), strict=True))
+    facing = np.isfinite(sum(at[joint] for joint in _FACING)).all(axis=-1)
+    of = {}
+    for side, out in (("r", 1.0), ("l", -1.0)):
+        shank = unit(at[f"{side}_knee"] - at[f"{side}_ankle"])
+        toes = (at[f"{side}_big_toe"] + at[f"{side}_small_toe"]) / 2
+        foot = unit(toes - at[f"{side}_heel"])
+        # The sine of 90 degrees less the angle between the two is their cosine.
+        between = np.einsum("...i,...i->...", shank, foot)
+        of[f"{side}_ankle_dorsiflexion"] = np.degrees(np.arcsin(np.clip(between, -1.0, 1.0)))
+        flat = np.hypot(foot[..., 0], foot[..., 1]) > _FLAT
+        turned = np.degrees(np.arctan2(out * foot[..., 1], -foot[..., 0]))
+        of[f"{side}_foot_progression"] = np.where(facing & flat, turned, np.nan)
+    return of

@@ -1,0 +1,208 @@
+"""What an inertial sensor on a body segment measured, and what it says about motion.
+
+An accelerometer measures specific force: acceleration minus gravity, so that at rest it reads one g upwards. Rotated
+by the sensor's own orientation into a world whose z points up and less that g, it is the acceleration of the place
+it is strapped to.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..core.errors import InputError
+from ..core.layouts import H36M17
+from ..core.rotations import angle_deg, is_finite, rotate, transpose
+from .filters import rate
+
+GRAVITY_MPS2 = 9.80665  # standard gravity (CGPM 1901)
+
+# Where on the 17 joints each segment's sensor is: from a joint towards another, and how much of the way. Sensors of
+# the forearm sit at the wrist, a foot's goes with the ankle; sacrum and pelvis joint count as one place.
+SEGMENTS: dict[str, tuple[str, str, float]] = {
+    "pelvis": ("pelvis", "pelvis", 0.0),
+    "thorax": ("spine", "thorax", 0.8),
+    "head": ("nose", "head", 0.5),
+    **{
+        f"{side}_{name}": (f"{side}_{start}", f"{side}_{end}", share)
+        for side in "rl"
+        for name, start, end, share in (
+            ("upper_arm", "shoulder", "elbow", 0.6),
+            ("forearm", "elbow", "wrist", 0.9),
+            ("thigh", "hip", "knee", 0.6),
+            ("shank", "knee", "ankle", 0.6),
+            ("foot", "knee", "ankle", 1.0),
+        )
+    },
+}
+
+_UNITS = {"m/s^2": 1.0, "g": GRAVITY_MPS2, "mg": GRAVITY_MPS2 / 1000}
+# What columns that were read as w x y z may hold instead: where the true w, x, y and z are among them.
+_ORDERS = {"x y z w": [3, 0, 1, 2], "w z y x": [0, 3, 2, 1], "z y x w": [3, 2, 1, 0]}
+_OTHER_SIGNAL = (
+    "export the accelerometer's own signal (not linear or free acceleration) and check the quaternions' order"
+)
+_NEAR = (
+    0.8,
+    1.25,
+)  # norm of the mean specific force over g, in the right unit; the mean of motion itself is about 0
+_LEAN_DEG = 10.0  # a mean specific force that leans further from up was rotated wrongly
+_BETTER_DEG = 5.0  # inverse orientations under which it leans less by this are the right ones
+
+
+@dataclass(frozen=True, eq=False)
+class Imu:
+    """One sensor's recording.
+
+    segment: a key of SEGMENTS, or "" when the file does not say.
+    time_s: (T,) strictly increasing seconds of the sensor's own clock.
+    force_mps2: (T, 3) specific force in the sensor's axes; NaN where missing.
+    R_world_from_sensor: (T, 3, 3), into right-handed axes with z up and any heading; sensors that are to be
+        subtracted from each other share the world. None where the file does not say, so that only the norm is known.
+    notes: what was done or found while reading, in sentences.
+
+    Raises InputError when shapes or order do not fit.
+    """
+
+    segment: str
+    time_s: np.ndarray
+    force_mps2: np.ndarray
+    R_world_from_sensor: np.ndarray | None
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.segment and self.segment not in SEGMENTS:
+            raise InputError(f"Expected a segment of {', '.join(SEGMENTS)}; got '{self.segment}'.")
+        rows = len(self.time_s)
+        for name, shape in (
+            ("time_s", (rows,)),
+            ("force_mps2", (rows, 3)),
+            *([] if self.R_world_from_sensor is None else [("R_world_from_sensor", (rows, 3, 3))]),
+        ):
+            array = np.array(getattr(self, name), dtype=np.float64)
+            if array.shape != shape:
+                raise InputError(f"Expected {name} of shape {shape}, got {array.shape}.")
+            array.setflags(write=False)
+            object.__setattr__(self, name, array)
+        if rows < 2 or not np.isfinite(self.time_s).all() or (np.diff(self.time_s) <= 0).any():
+            raise InputError("Expected at least two samples of an IMU whose time increases; it does not.")
+
+    @property
+    def rate_hz(self) -> float:
+        return rate(self.time_s)
+
+    @property
+    def acceleration_mps2(self) -> np.ndarray:
+        """(T, 3) in the world, without gravity. InputError without an orientation."""
+        if self.R_world_from_sensor is None:
+            raise InputError(
+                f"Expected the orientation of the IMU on {self.segment or 'an unknown segment'}, its file has none; "
+                "export the quaternions too."
+            )
+        return _in_world(self.R_world_from_sensor, self.force_mps2) - [0.0, 0.0, GRAVITY_MPS2]
+
+
+def imu_from_samples(
+    segment: str, time_s: np.ndarray, force: np.ndarray, R_world_from_sensor: np.ndarray | None
+) -> Imu:
+    """An Imu from specific force (T, 3) in a unit that the norm of its mean in the world, which is one g, tells, or
+    the median of its norms where orientations are unknown.
+
+    InputError when the norm fits no unit, when gravity was removed already, and when the orientations do not turn the
+    mean specific force upwards, as the right ones do over any take: then they are the inverse, in another order, or
+    of a world whose z is not up.
+    """
+    if R_world_from_sensor is None:
+        norm = (
+            float(np.median(np.linalg.norm(force[is_finite(force)], axis=-1)))
+            if is_finite(force).any()
+            else np.nan
+        )
+        unit, _ = _gravity_in(np.array([0.0, 0.0, norm]))
+        if not unit:
+            raise InputError(
+                f"Expected accelerations that include gravity, about 9.8 m/s^2 or 1 g at rest, got {norm:.3g} in the "
+                "middle; export the accelerometer's own signal (not linear or free acceleration)."
+            )
+        return _in_mps2(segment, time_s, force, None, unit, norm)
+    rows = is_finite(force) & is_finite(R_world_from_sensor.reshape(-1, 9))
+    if not rows.any():
+        raise InputError("Expected accelerations and orientations of an IMU, got no sample that has both.")
+    mean = _in_world(R_world_from_sensor, force)[rows].mean(axis=0)
+    inverse = _in_world(transpose(R_world_from_sensor), force)[rows].mean(axis=0)
+    unit, lean = _gravity_in(mean)
+    if min(lean, _gravity_in(inverse)[1]) == np.inf:
+        raise InputError(
+            "Expected accelerations that include gravity, about 9.8 m/s^2 or 1 g at rest, and the orientations that "
+            f"belong to them; the mean norm is {np.linalg.norm(force[rows], axis=-1).mean():.3g}, and the norm of the "
+            f"mean in the world {np.linalg.norm(mean):.3g}: "
+            + (_order_that_fits(R_world_from_sensor, force) or _OTHER_SIGNAL)
+            + "."
+        )
+    inverted = _gravity_in(inverse)[1] < lean - _BETTER_DEG
+    if inverted or lean > _LEAN_DEG:
+        vertical = int(np.abs(mean[:2]).argmax())
+        if _gravity_in(inverse)[1] <= _LEAN_DEG:
+            hint = "their inverse fits better, so they seem to map the world into the sensor"
+        elif order := _order_that_fits(R_world_from_sensor, force):
+            hint = order
+        elif inverted:
+            hint = "their inverse fits better, but not well: check the quaternions' order, and which way they map"
+        elif abs(mean[vertical]) > 2 * abs(mean[2]):
+            hint = f"in their world {'xy'[vertical]} seems to be the vertical"
+        else:
+            hint = "check the quaternions' order"
+        raise InputError(
+            "Expected orientations that map the sensor's axes into a world whose z points up; but with these, the mean "
+            f"acceleration, which is gravity's, does not: {hint}."
+        )
+    return _in_mps2(segment, time_s, force, R_world_from_sensor, unit, float(np.linalg.norm(mean)))
+
+
+def _in_mps2(
+    segment: str,
+    time_s: np.ndarray,
+    force: np.ndarray,
+    R_world_from_sensor: np.ndarray | None,
+    unit: str,
+    gravity: float,
+) -> Imu:
+    said = f"Accelerations were in {unit} (gravity is {gravity:.3g} in them) and are converted to m/s^2."
+    return Imu(segment, time_s, force * _UNITS[unit], R_world_from_sensor, () if unit == "m/s^2" else (said,))
+
+
+def point_on(segment: str, joints: np.ndarray, share: float | None = None) -> np.ndarray:
+    """(T, 3) where the segment's sensor is on joints (T, 17, 3); share: another part of the way along the segment."""
+    start, end, usual = SEGMENTS[segment]
+    share = usual if share is None else share
+    return (1 - share) * joints[:, H36M17.index(start)] + share * joints[:, H36M17.index(end)]
+
+
+def _order_that_fits(R_world_from_sensor: np.ndarray, force: np.ndarray) -> str:
+    """Which order of the quaternions' numbers would turn the mean force (T, 3) up, in words; "" for none."""
+    from scipy.spatial.transform import Rotation
+
+    rows = is_finite(force) & is_finite(R_world_from_sensor.reshape(-1, 9))
+    wxyz = np.roll(Rotation.from_matrix(R_world_from_sensor[rows]).as_quat(), 1, axis=-1)
+    leans = {}
+    for words, order in _ORDERS.items():
+        R = Rotation.from_quat(np.roll(wxyz[:, order], -1, axis=-1)).as_matrix()
+        for inverse, R_tried in (("", R), (", mapping the world into the sensor", transpose(R))):
+            leans[words + inverse] = _gravity_in(_in_world(R_tried, force[rows]).mean(axis=0))[1]
+    best = min(leans, key=leans.__getitem__)
+    if leans[best] > _LEAN_DEG:
+        return ""
+    return f"the quaternions' numbers seem to be {best}, not w x y z; put them into that order"
+
+
+def _gravity_in(mean: np.ndarray) -> tuple[str, float]:
+    """The unit in which a mean specific force is one g, and how many degrees it leans from up; infinite in no unit."""
+    for name, size in _UNITS.items():
+        if _NEAR[0] < np.linalg.norm(mean) * size / GRAVITY_MPS2 < _NEAR[1]:
+            return name, float(angle_deg(mean, np.array([0.0, 0.0, 1.0])))
+    return "", np.inf
+
+
+def _in_world(R_world_from_sensor: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+    return rotate(R_world_from_sensor, vectors[:, None])[:, 0]

@@ -1,0 +1,165 @@
+"""Frame rates to be believed: those that a user gives, those that a file states, and what movement says of them."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+
+from ..core.anthropometry import implied_stature
+from ..core.errors import InputError
+from ..core.layouts import H36M17
+from ..core.pose import PoseSequence
+from ..core.take import Video
+from .filters import breaks, derivative
+from .flights import falls
+
+_RATES = (1.0, 1000.0)  # of video; fewer frames carry no movement, and more a camera for people does not take
+_TOLERANCE = 0.01  # of a rate: 29.97 is 30
+_SLOWED = 1.05  # times as many frames captured as shown: slow motion
+_ENDS = ("r_wrist", "l_wrist", "r_ankle", "l_ankle")
+# The fastest hand or foot against the pelvis, in statures a second, in the fastest hundredth of the frames. Elite
+# sprinters' feet and boxers' fists reach 5 to 7 (about 10 m/s); an arm raised in 5 s makes 0.2.
+_SPEEDS = (0.15, 8.0)
+_MOVES = 0.15  # statures: how far a hand or foot goes at least before slowness says anything
+_FALL = 9.81 / 1.7  # statures / s2 of an adult; of people 1.2 to 2 m tall it is within a fifth of the pace
+_PACE = 1.5  # times too slow, or too fast; slow motion is of twice and more
+_STEPS_PER_MIN = (40.0, 240.0)  # stroke patients walk at 45 and more, sprinters run at up to 300
+_STEP = 0.25  # legs: by how much the ankles' separation changes from step to step at least
+_FEWEST = 4  # steps
+_REGULAR = 2.0  # times the duration of a quicker step; feet that pass each other at odd times are no gait
+
+
+def check_fps(fps: float) -> float:
+    """The rate itself. InputError for one outside 1 to 1000 frames a second."""
+    if not _RATES[0] <= fps <= _RATES[1]:
+        raise InputError(
+            f"Expected a frame rate of {_RATES[0]:g} to {_RATES[1]:g} frames per second (--fps), got {fps:g}; give the "
+            "rate at which the camera recorded."
+        )
+    return fps
+
+
+def rate_doubts(given: float | None, video: Video | None, stated: float | None = None) -> list[str]:
+    """In words, where the rate that is used contradicts the file.
+
+    given: frames a second that the user gives, None to take the video's; stated: those of a file of keypoints or poses,
+    which count where there is no video.
+    """
+    shown = stated if video is None else video.fps
+    captured = None if video is None else video.capture_fps
+    used = shown if given is None else given
+    if used is None or shown is None or not np.isfinite([used, shown]).all():
+        return []
+    if captured is not None and captured > _SLOWED * shown:
+        if abs(used / captured - 1) <= _TOLERANCE:
+            return []
+        return [
+            f"The video was captured at {captured:g} frames per second and is shown at {shown:.4g}, as slow motion, "
+            f"but {used:.4g} are used: give --fps {captured:g}, or durations are {captured / used:.3g} times too long "
+            "and speeds as many times too low."
+        ]
+    if abs(used / shown - 1) <= _TOLERANCE:
+        return []
+    return [
+        f"--fps {used:g} is used although the {'file' if video is None else 'video'} says {shown:g} frames per second: "
+        f"if that is right, speeds and cadences are {used / shown:.3g} times what they should be; leave --fps out."
+    ]
+
+
+def timed(poses: PoseSequence, fps: float) -> PoseSequence:
+    """The poses with the times of their video frames at this rate; a clock of their own that says otherwise is told in
+    the history as a warning. InputError as for `check_fps`."""
+    check_fps(fps)
+    doubts = rate_doubts(fps, None, poses.fps if poses.time_s is not None and len(poses) > 1 else None)
+    told = {"warning": doubts[0]} if doubts else {}
+    return poses.with_(time_s=poses.frame_index / fps).noted("fps", given=fps, **told)
+
+
+def fall_doubts(level: PoseSequence) -> list[str]:
+    """In words, where a person in the air falls slower or faster than gravity pulls, as in slow motion.
+
+    level: as for `falls`; nothing is said where no flight is well seen.
+    """
+    found = falls(level)
+    slowed = np.sqrt(_FALL / np.median(found)) if len(found) else 1.0
+    if 1 / _PACE < slowed < _PACE:
+        return []
+    captured = float(f"{level.fps * slowed:.2g}")
+    what = f"slow motion of {slowed:.2g} times" if slowed > 1 else f"a time lapse of {1 / slowed:.2g} times"
+    return [
+        f"In {len(found)} flight{'s' * (len(found) > 1)}, with both feet off the ground, the body falls at "
+        f"{1 / slowed**2:.2g} of gravity, as in {what}: if the camera captured at about {captured:g} frames a second, "
+        f"give --fps {captured:g}; speeds, accelerations and durations depend on it."
+    ]
+
+
+def pace_doubts(path: PoseSequence) -> list[str]:
+    """In words, where the body moves slower or faster than people do, so that the frame rate is to be doubted.
+
+    path: H36M17 relative to the pelvis with times, low-pass filtered, in any axes. Stature is taken from the limbs.
+    """
+    if len(path) < 2 or path.time_s is None:
+        return []
+    joints = path.joints.astype(np.float64)
+    stature = implied_stature(joints)
+    if not stature > 0:
+        return []
+    velocities = [
+        derivative(path.joint(end).astype(np.float64), path.times, breaks(path), 1) for end in _ENDS
+    ]
+    speeds = np.linalg.norm(velocities, axis=-1) / stature
+    known = speeds[np.isfinite(speeds)]
+    if not len(known):
+        return []
+    fastest = max(float(np.percentile(one[np.isfinite(one)], 99)) for one in speeds if np.isfinite(one).any())
+    found = f"hands and feet move at up to {fastest:.2g} body heights a second"
+    slow, fast = False, fastest > _SPEEDS[1]
+    if fastest < _SPEEDS[0]:
+        slow = _reach(joints[:, H36M17.indices(_ENDS)]) > _MOVES * stature
+    cadence = _cadence(joints, path.times)
+    if not (slow or fast) and cadence is not None:
+        slow, fast = cadence < _STEPS_PER_MIN[0], cadence > _STEPS_PER_MIN[1]
+        found = f"the legs pass each other {cadence:.0f} times a minute"
+    if not (slow or fast):
+        return []
+    cause = (
+        "slower than people usually move: if this is slow motion"
+        if slow
+        else "faster than people can move: if the video is a time lapse, or its rate is told wrongly"
+    )
+    return [
+        f"At {path.fps:.4g} frames a second {found}, {cause}, give the rate at which the camera captured with --fps; "
+        "speeds, accelerations, durations and cadences depend on it."
+    ]
+
+
+def _reach(ends: np.ndarray) -> float:
+    """The longest way across of any of the paths (T, N, 3), the outermost twentieths of the frames left out."""
+    known = ends[np.isfinite(ends).all(axis=(1, 2))]
+    if not len(known):
+        return 0.0
+    low, high = np.percentile(known, [5, 95], axis=0)
+    return float(np.linalg.norm(high - low, axis=-1).max())
+
+
+def _cadence(joints: np.ndarray, time_s: np.ndarray) -> float | None:
+    """How often a minute the ankles pass each other, at least four times and evenly; None where they do not."""
+    at = {name: joints[:, i] for i, name in enumerate(H36M17.joints)}
+    hips, trunk = at["l_hip"] - at["r_hip"], at["thorax"] - at["pelvis"]
+    forward = np.cross(hips, trunk)
+    norm = np.linalg.norm(forward, axis=-1)
+    leg = sum(
+        np.linalg.norm(at[f"l_{b}"] - at[f"l_{a}"], axis=-1) for a, b in pairwise(("hip", "knee", "ankle"))
+    )
+    with np.errstate(invalid="ignore", divide="ignore"):
+        apart = ((at["l_ankle"] - at["r_ankle"]) * forward).sum(axis=-1) / norm / leg
+    known = np.isfinite(apart)
+    sides = np.sign(apart[known]) * (np.abs(apart[known]) > _STEP / 2)
+    rows = np.flatnonzero(sides)
+    turns = rows[1:][np.diff(sides[rows]) != 0]
+    if len(turns) < _FEWEST:
+        return None
+    gaps = np.diff(time_s[known][turns])
+    early, late = np.percentile(gaps, [25, 75])
+    return float(60 / np.median(gaps)) if late < _REGULAR * early else None

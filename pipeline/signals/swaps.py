@@ -1,0 +1,387 @@
+"""Left and right exchanged, or depth turned over, for some rows of a take: found by continuity.
+
+An estimator that takes the left leg for the right one makes both legs leap there and back; one that takes a limb's
+depth for its opposite makes it leap through the plane of the image. Both only change the sign of vectors: from one
+limb to the other, or from a limb's root to its joints along the view. In which way a row is wrong is a hidden state,
+and the likeliest states (Viterbi 1967) are those in which these vectors move on steadily. A vector is expected where
+its velocity takes it, unless that is a leap; the distance from there over its usual one is judged by the Cauchy
+distribution, whose tails let a real jerk or a bad point pass. Every change of state has its price. Anatomy
+(checks.handedness_cues) and the rhythm of a walk (alternation.py) tip the scale where continuity leaves it open, and
+never alone. How probable a state is over all sequences (forward-backward) tells what is certain: that limbs changed
+places is often clear when it is not on which side of the change they are wrong.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from ..core.frames import CAMERA
+from ..core.layouts import Layout
+from ..core.pose import PoseSequence
+from .alternation import alternation
+from .checks import handedness_cues, without_made_nose
+
+_LEG = ("hip", "knee", "ankle", "big_toe", "small_toe", "heel", "foot_index")
+_ARM = ("shoulder", "elbow", "wrist", "pinky", "index", "thumb")
+_TRUNK = ("l_hip", "r_hip", "l_shoulder", "r_shoulder")
+# Log-likelihood that each end of a run must gain to be believed, also where the clip ends before it does. Depth is an
+# estimator's guess, and noisy.
+_PRICE, _DEPTH_PRICE = 3.0, 5.0
+_PER_SECOND = 0.5  # what wrong rows cost: of two halves of a take the shorter one is wrong
+_ANATOMY = 2.0  # a second, for each cue that says the opposite
+# A second, for a walker's sides that are widest apart and the wrong way round. Four times an anatomical cue: those are
+# noisy in every frame. With 16 swaps that are there were taken for the rhythm of a run (val subjects).
+_GAIT = 8.0
+# Vectors are weighed as if hardly independent; with twice the log-likelihood, the runs that are called 50 to 80 %
+# probable are right in about half of the cases, the others in 99 of 100 (CMU and ACCAD val subjects).
+_SHARPNESS = 2.0
+_CERTAIN = 10 / 11  # odds of ten to one
+_FLOOR = 0.01  # trunk lengths: joints are never expected more precisely
+_LEAP = 4.0  # times the usual step from row to row: a velocity beyond is not trusted to go on
+_ROWS = (
+    48  # whose costs are made at once: so few that BLAS shares them among no threads, which would wait long
+)
+_LOOKED_AT = 1024  # rows whose anatomy in all states is taken at once
+_PASSES = 3  # for runs that overlap
+
+
+@dataclass(frozen=True)
+class Swap:
+    """Rows first_row to last_row, both included, that are wrong in one way.
+
+    kind: the name of one of `kinds`. evidence: log-likelihood that continuity gains when they are put right.
+    probability: that these rows are the wrong ones, the median over them. change: that right and wrong change places
+    at each of their ends inside the clip, whichever is which.
+    """
+
+    kind: str
+    first_row: int
+    last_row: int
+    evidence: float
+    probability: float = 1.0
+    change: float = 1.0
+
+    @property
+    def certain(self) -> bool:
+        """Whether the odds that these rows are wrong are ten to one or better: others are told and left as they are."""
+        return self.probability >= _CERTAIN
+
+    @property
+    def one_sided(self) -> bool:
+        """Whether something changed for certain, but not which side of the change is wrong."""
+        return not self.certain and self.change >= _CERTAIN
+
+    def __len__(self) -> int:
+        return self.last_row - self.first_row + 1
+
+
+@dataclass(frozen=True, eq=False)
+class Kind:
+    """One way to be wrong, which is also its own repair: vectors between joints change their sign.
+
+    pairs: (M, 2) joints. exchanged: the two of a pair change places; otherwise the first one's depth is mirrored
+    through the second one.
+    """
+
+    name: str
+    pairs: np.ndarray
+    exchanged: bool
+
+    def vectors(self, joints: np.ndarray) -> np.ndarray:
+        """(T, M, D or 1) what changes its sign. joints: (T, J, D) in IMAGE, or CAMERA for depth."""
+        between = joints[:, self.pairs[:, 0]] - joints[:, self.pairs[:, 1]]
+        return between if self.exchanged else between[..., 2:]
+
+    def applied(self, joints: np.ndarray) -> np.ndarray:
+        """joints, or their confidences (T, J), in which every row is turned from right to wrong, or back."""
+        first, second = self.pairs.T
+        out = joints.copy()
+        if self.exchanged:
+            out[:, first], out[:, second] = joints[:, second], joints[:, first]
+        elif joints.ndim == 3:
+            out[:, first, 2] = 2 * joints[:, second, 2] - joints[:, first, 2]
+        return out
+
+
+def has_depth(poses: PoseSequence) -> bool:
+    """Whether the last axis is the distance from a camera: CAMERA axes and no others."""
+    return poses.frame.axes == CAMERA.axes
+
+
+def kinds(layout: Layout, depth: bool) -> tuple[Kind, ...]:
+    """Exchanged legs or arms; with depth (H36M17 in CAMERA axes) also the whole body mirrored in depth through the
+    pelvis, or a limb through its hip or shoulder."""
+    limbs = {
+        f"{side}_{limb}": [layout.index(f"{side}_{part}") for part in parts if f"{side}_{part}" in layout]
+        for limb, parts in (("leg", _LEG), ("arm", _ARM))
+        for side in "lr"
+    }
+    legs, arms = (list(zip(limbs[f"l_{limb}"], limbs[f"r_{limb}"], strict=True)) for limb in ("leg", "arm"))
+    found = [
+        Kind(f"{name} exchanged", np.array(pairs), True) for name, pairs in (("legs", legs), ("arms", arms))
+    ]
+    if depth:
+        pelvis = layout.index("pelvis")
+        mirrors = {"body": [(joint, pelvis) for joint in range(len(layout)) if joint != pelvis]}
+        mirrors |= {name: [(joint, root) for joint in rest] for name, (root, *rest) in limbs.items()}
+        found += [
+            Kind(f"{name} mirrored in depth", np.array(pairs), False) for name, pairs in mirrors.items()
+        ]
+    return tuple(found)
+
+
+def find_swaps(poses: PoseSequence) -> tuple[Swap, ...]:
+    """Runs of rows in which limbs are exchanged or, in 3D, mirrored in depth, in the order in which to repair them:
+    the certain ones, then those that are only likelier than not.
+
+    poses: 2D keypoints of any layout, or H36M17; a layout without hips or shoulders has none. Depth is looked at in
+    CAMERA axes only. Clips between seams, missing frames and empty rows are judged apart; a joint that is NaN has no
+    say. A swap that lasts as long as its clip has no ends and is not seen: that is checks.chirality's case. Overturned
+    depth must have both.
+    """
+    if any(joint not in poses.layout for joint in _TRUNK):
+        return ()
+    ways = kinds(poses.layout, has_depth(poses))
+    joints = without_made_nose(poses).joints.astype(np.float64)
+    found: list[Swap] = []
+    for first, last in _clips(poses):
+        clip = joints[first:last]
+        times = assumed_times(poses)[first:last]
+        runs: list[tuple[int, Swap]] = []
+        for _ in range(_PASSES):
+            runs = _runs(clip, times, ways, poses.layout)
+            certain = [run for run in runs if run[1].certain]
+            if not certain:
+                break
+            clip = clip.copy()
+            for k, swap in certain:
+                rows = slice(swap.first_row, swap.last_row + 1)
+                clip[rows] = ways[k].applied(clip[rows])
+                found.append(_moved(swap, first))
+        found += [_moved(swap, first) for _, swap in runs if not swap.certain]
+    return tuple(found)
+
+
+def assumed_times(poses: PoseSequence) -> np.ndarray:
+    """(T,) seconds; at 30 frames a second where the rate is unknown: little depends on it here."""
+    return poses.frame_index / 30.0 if poses.time_s is None else poses.time_s.astype(np.float64)
+
+
+def _moved(swap: Swap, rows: int) -> Swap:
+    return replace(swap, first_row=swap.first_row + rows, last_row=swap.last_row + rows)
+
+
+def _clips(poses: PoseSequence) -> list[tuple[int, int]]:
+    """[first, last) of the stretches without a clip boundary, a missing frame or an empty row."""
+    step = np.diff(poses.frame_index)
+    breaks = np.flatnonzero(step > np.median(step)) + 1 if len(step) else np.zeros(0, dtype=int)
+    empty = np.flatnonzero(np.isnan(poses.joints).all(axis=(1, 2)))
+    edges = np.unique(np.concatenate([[0], poses.seams, breaks, empty, empty + 1, [len(poses)]]).astype(int))
+    return [(int(a), int(b)) for a, b in pairwise(edges) if b - a >= 3]
+
+
+def _runs(
+    clip: np.ndarray, times: np.ndarray, ways: tuple[Kind, ...], layout: Layout
+) -> list[tuple[int, Swap]]:
+    """(index of the kind, the swap) in one clip (T, J, D), by their rows."""
+    floor = _FLOOR * _trunk(clip, layout)
+    states = _states(len(ways))
+    vectors = [way.vectors(clip) for way in ways]
+    continuity = np.stack([_continuity(one, times, floor) for one in vectors], axis=1)
+    gait = np.zeros((len(clip), len(ways)))
+    for k in (k for k, way in enumerate(ways) if way.exchanged):
+        gait[:, k] = alternation(vectors[k], times)
+    parts = (clip[first : first + _LOOKED_AT] for first in range(0, len(clip), _LOOKED_AT))
+    anatomy = np.concatenate(
+        [_anatomy(np.stack([_turned(part, state, ways) for state in states]), layout).T for part in parts]
+    )
+    seconds = np.gradient(times)[:, None]
+    cost = seconds * (_PER_SECOND * states.any(axis=1) + _ANATOMY * (anatomy[:, :1] - anatomy))
+    cost += seconds * _GAIT * gait @ states.T
+    path, likely, changed = _decoded(continuity, cost, states)
+    wrong = states[path]
+    runs = []
+    for k in range(len(ways)):
+        on = np.concatenate([[0], wrong[:, k], [0, 0, 0]])
+        for first, end in np.flatnonzero(np.diff(on)).reshape(-1, 2):
+            rows = np.arange(max(first, 2), min(end + 2, len(clip)))
+            before, mid, now = on[rows - 1], on[rows], on[rows + 1]
+            evidence = -float(continuity[rows, k, before ^ mid, mid ^ now].sum())
+            # One end alone is what a cut between two shots looks like; for limbs that are exchanged, anatomy helps.
+            ended = first > 0 and end < len(clip)
+            if evidence >= _PRICE if ways[k].exchanged else evidence >= _DEPTH_PRICE and ended:
+                # An end may be a row off and be no less certain, unless that is the run's other end.
+                off = int(end - first > 2)
+                inner = (row for row in (first, end) if 0 < row < len(clip))
+                ends = [changed[row - off : row + off + 1, k].sum() for row in inner]
+                probability = float(np.median(likely[first:end, k]))
+                change = float(min(*ends, 1.0))
+                runs.append((k, Swap(ways[k].name, int(first), int(end - 1), evidence, probability, change)))
+    return sorted(runs, key=lambda run: run[1].first_row)
+
+
+def _states(ways: int) -> np.ndarray:
+    """(S, K) 0 or 1: the ways in which a row may be wrong at once: in none, in one, or in the first two, which are
+    the exchanges of legs and of arms."""
+    both = np.zeros(ways, dtype=int)
+    both[:2] = 1
+    return np.concatenate([np.zeros((1, ways), dtype=int), np.eye(ways, dtype=int), both[None]])
+
+
+def _turned(clip: np.ndarray, state: np.ndarray, ways: tuple[Kind, ...]) -> np.ndarray:
+    for k in np.flatnonzero(state):
+        clip = ways[k].applied(clip)
+    return clip
+
+
+def _continuity(vectors: np.ndarray, times: np.ndarray, floor: float) -> np.ndarray:
+    """(T, 2, 2): what row t costs more than as it is when it has become right or wrong since row t-1 (last axis), and
+    row t-1 since row t-2.
+
+    vectors: (T, M, D). Vectors that are expected next to each other are no independent witnesses: their sum counts
+    over the root of their number.
+    """
+    cost = np.zeros((len(vectors), 2, 2))
+    step = np.diff(times)
+    ratio = (step[1:] / step[:-1])[:, None, None]
+    old, mid, new = vectors[:-2], vectors[1:-1], vectors[2:]
+    usual_step = _median_norm(mid - old, floor)
+    square = {}
+    for before, now in np.ndindex(2, 2):
+        middle = (-1) ** before * mid
+        move = middle - old
+        trust = 1 / (1 + (move**2).sum(axis=-1) / (_LEAP * usual_step) ** 2)
+        expected = middle + ratio * trust[..., None] * move
+        square[before, now] = (((-1) ** (before + now) * new - expected) ** 2).sum(axis=-1)
+    usual = _median_norm(np.sqrt(square[0, 0])[..., None], floor) ** 2
+    for change in ((0, 1), (1, 0), (1, 1)):
+        more = np.log1p(square[change] / usual) - np.log1p(square[0, 0] / usual)
+        cost[2:, *change] = np.nansum(more, axis=-1) / np.sqrt(len(usual))
+    return cost
+
+
+def _median_norm(vectors: np.ndarray, floor: float) -> np.ndarray:
+    """(M,) median length of vectors (T, M, D) over time, at least `floor`; infinite where all are missing, and where it
+    is 0 and so is the floor: without a trunk in sight, what keeps still has no size to judge it by."""
+    length = np.linalg.norm(vectors, axis=-1)
+    seen = np.isfinite(length).any(axis=0)
+    median = np.full(length.shape[1], np.inf)
+    middle = np.median if np.isfinite(length).all() else np.nanmedian  # which takes many times as long
+    median[seen] = np.maximum(middle(length[:, seen], axis=0), floor)
+    return np.where(median > 0, median, np.inf)
+
+
+def _anatomy(joints: np.ndarray, layout: Layout) -> np.ndarray:
+    """(...,) how much joints (..., J, D) look like a body with its left and right and its depth as they are; 0 where
+    unknown."""
+    return np.nansum(handedness_cues(joints, layout), axis=-1)
+
+
+def _trunk(joints: np.ndarray, layout: Layout) -> float:
+    hips, shoulders = (
+        joints[:, layout.indices((f"l_{part}", f"r_{part}"))].mean(axis=1) for part in ("hip", "shoulder")
+    )
+    length = np.linalg.norm(shoulders - hips, axis=-1)
+    return float(np.nanmedian(length)) if np.isfinite(length).any() else 0.0
+
+
+def _decoded(
+    continuity: np.ndarray, cost: np.ndarray, states: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(T,) index of each row's state in the likeliest sequence (Viterbi); over all sequences (forward-backward, Baum et
+    al. 1970) (T, K) how probable each row is wrong in each way, and (T, K) how probable that has changed since the row
+    before; both 0 where the likeliest sequence has nothing wrong, and so asks for neither. continuity: (T, K, 2, 2) of
+    each way; cost: (T, S), 0 in state 0, in which nothing is wrong; states: (S, K).
+
+    The hidden state is that of two rows, because a row is expected from the two before it.
+    """
+    rows, count = cost.shape
+    changed = states[:, None] ^ states
+    changes = np.asarray(changed.any(axis=-1))
+    wrong, deep = (np.asarray(part.any(axis=1)) for part in (states, states[:, 2:]))
+    price = np.where(deep | deep[:, None], _DEPTH_PRICE, _PRICE) * changes
+    # Overturned depth shares its evidence with every other way, and it must not count for both.
+    price[changes & (deep | deep[:, None]) & wrong & wrong[:, None]] = np.inf
+    # Three rows in a row, (3, N) states, and which of a way's four costs applies to them, (4 K, N).
+    allowed = np.isfinite(price)
+    triples = np.nonzero(allowed[:, :, None] & allowed)
+    first_two, last_two = changed[triples[:2]], changed[triples[1:]]
+    pick = np.eye(4)[2 * first_two + last_two].reshape(len(triples[0]), -1).T
+    prices = price[triples[1:]]
+    steps = continuity.reshape(rows, -1)
+
+    def costs(first: int, end: int) -> np.ndarray:
+        """(end - first, S, S, S) of rows whose states, with the two before them, are these."""
+        found = np.full((end - first, count, count, count), np.inf)
+        found[:, *triples] = steps[first:end] @ pick + prices + cost[first:end, triples[2]]
+        return found
+
+    def cheapest(first: int, end: int, total: np.ndarray) -> tuple[list[np.ndarray], np.ndarray]:
+        """Costs (S, S) of the cheapest sequences up to each row before `end`, beginning with `total`, those up to row
+        first - 1; and the rows' own costs."""
+        totals, own = [total], costs(first, end)
+        for step in own:
+            totals.append(np.minimum.reduce(totals[-1][:, :, None] + step))
+        return totals, own
+
+    def reached(first: int, end: int, share: np.ndarray) -> tuple[list[np.ndarray], np.ndarray]:
+        """As `cheapest`, probabilities over all sequences up to each row, and the rows' own weights."""
+        shares, own = [share], _weights(costs(first, end))
+        for step in own:
+            both = np.add.reduce(shares[-1][:, :, None] * step)
+            shares.append(both / both.sum())
+        return shares, own
+
+    # Of all rows only each part's beginning is kept; what lies between is made again on the way back.
+    parts = [(first, min(first + _ROWS, rows)) for first in range(2, rows, _ROWS)]
+    totals = [price[0][:, None] + price + cost[0][:, None] + cost[1]]
+    for part in parts:
+        totals.append(cheapest(*part, totals[-1])[0][-1])
+    ending = np.broadcast_to(price[0], price.shape)  # or the part behind a change would be wrong more cheaply
+    path = np.zeros(rows, dtype=int)
+    path[-2:] = np.unravel_index(int((totals[-1] + ending).argmin()), price.shape)
+    likely, turned = np.zeros((rows, states.shape[1])), np.zeros((rows, states.shape[1]))
+    if (
+        not path.any() and totals[-1][0, 0] == 0
+    ):  # what is right throughout costs nothing, and nothing costs less
+        return path, likely, turned
+    for (first, end), total in zip(reversed(parts), totals[-2::-1], strict=True):
+        before, own = cheapest(first, end, total)
+        for t in range(end - 1, first - 1, -1):
+            i, j = path[t - 1 : t + 1]
+            path[t - 2] = (before[t - first][:, i] + own[t - first][:, i, j]).argmin()
+    if not path.any():
+        return path, likely, turned
+    shares = [_weights(totals[0])]
+    for part in parts:
+        shares.append(reached(*part, shares[-1])[0][-1])
+    backward = _weights(ending)
+    for (first, end), share in zip(reversed(parts), shares[-2::-1], strict=True):
+        forward, own = reached(first, end, share)
+        behind = [backward]
+        for step in own[::-1]:
+            both = np.einsum("ijk,jk->ij", step, behind[-1])
+            behind.append(both / both.sum())
+        backward = behind.pop()
+        likely[first:end], turned[first:end], _ = _judged(forward[1:], behind[::-1], states, changed)
+    likely[1:2], turned[1:2], likely[:1] = _judged([shares[0]], [backward], states, changed)
+    return path, likely, turned
+
+
+def _judged(
+    forward: list[np.ndarray], backward: list[np.ndarray], states: np.ndarray, changed: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Of rows with these probabilities (S, S) each, (N, K) how probable they are wrong, (N, K) how probable that has
+    changed since the row before, and (N, K) how probable the row before is wrong."""
+    both = np.array(forward) * np.array(backward)
+    both /= both.sum(axis=(1, 2), keepdims=True)
+    return both.sum(axis=1) @ states, np.tensordot(both, changed), both.sum(axis=2) @ states
+
+
+def _weights(cost: np.ndarray) -> np.ndarray:
+    """Probabilities of these costs (S, S), or of each row's (N, S, S, S), up to a factor of each."""
+    least = cost.min(axis=(-3, -2, -1)[-min(cost.ndim, 3) :], keepdims=True)
+    return np.exp(_SHARPNESS * (least - cost))

@@ -1,0 +1,115 @@
+"""Which joints of a lift nobody saw: out of the image, or not found by the detector for a while.
+
+A lifter answers every joint, seen or not, and detectors put joints that they do not see somewhere near the image's
+border with a low score. What rests on such keypoints is a guess, not a measurement.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..core.layouts import H36M17, remap
+from ..core.pose import PoseSequence
+from ..core.rotations import is_finite
+
+# Of a joint that was seen: MoveNet gives 0.02 to 0.2 to legs that are cut off, 0.3 and more to an arm behind the body.
+LEAST_SCORE = 0.25
+_WINDOW_S = 0.5  # a joint is unseen where it is so in most frames of so long
+_BORDER_PX = 1.0
+_SHORTEST_S = 0.3  # of a time that is worth a sentence
+_PARTS = {
+    "feet": ("r_ankle", "l_ankle"), "knees": ("r_knee", "l_knee"), "hips": ("r_hip", "l_hip"),
+    "shoulders": ("r_shoulder", "l_shoulder"), "elbows": ("r_elbow", "l_elbow"), "hands": ("r_wrist", "l_wrist"),
+}  # fmt: skip
+_ONE = {
+    "feet": "foot",
+    "knees": "knee",
+    "hips": "hip",
+    "shoulders": "shoulder",
+    "elbows": "elbow",
+    "hands": "hand",
+}
+
+
+def unseen(
+    keypoints: PoseSequence, image_size: tuple[int, int] | None, frame_index: np.ndarray, times: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """(T, 17) which joints of H36M17 were not seen at video frames frame_index (T,) and times (T,) in seconds, and
+    (T, 17) which of them were out of the image. keypoints: of the same person, pixels; image_size: width and height,
+    None where unknown. A frame without a row of keypoints says nothing."""
+    seen = remap(keypoints, H36M17)
+    rows = np.searchsorted(seen.frame_index, frame_index)
+    there = (rows < len(seen)) & (seen.frame_index[np.minimum(rows, len(seen) - 1)] == frame_index)
+    rows = np.where(there, rows, 0)
+    points, score = seen.joints[rows], seen.confidence[rows]
+    out = _out(points, image_size)
+    bad = (out | ~is_finite(points) | (score < LEAST_SCORE)) & there[:, None]
+    return _mostly(bad, times), _mostly(out & there[:, None], times)
+
+
+def certain(keypoints: PoseSequence, image_size: tuple[int, int] | None) -> PoseSequence:
+    """The keypoints, of any layout, without each that by itself is too doubtful, or out of the image; no times are
+    needed."""
+    doubtful = _out(keypoints.joints, image_size) | (keypoints.confidence < LEAST_SCORE)
+    return keypoints.with_(joints=np.where(doubtful[..., None], np.nan, keypoints.joints))
+
+
+def _out(points: np.ndarray, image_size: tuple[int, int] | None) -> np.ndarray:
+    """(...,) of points (..., 2) in pixels, which are at the border of the image, or beyond it."""
+    if image_size is None:
+        return np.zeros(points.shape[:-1], dtype=bool)
+    high = np.array(image_size) - 1 - _BORDER_PX
+    return np.asarray(((points <= _BORDER_PX) | (points >= high)).any(axis=-1))
+
+
+def seen_only(keypoints: PoseSequence, image_size: tuple[int, int] | None) -> PoseSequence:
+    """The keypoints in H36M17 without those that `unseen` names: missing, with a confidence of 0. A lifter that knows
+    what is missing does better without a detector's guesses at the border of the image."""
+    points = remap(keypoints, H36M17)
+    hidden, _ = unseen(keypoints, image_size, points.frame_index, points.times)
+    return points.with_(
+        joints=np.where(hidden[..., None], np.nan, points.joints),
+        confidence=np.where(hidden, 0.0, points.confidence),
+    )
+
+
+def in_words(hidden: np.ndarray, out: np.ndarray, times: np.ndarray) -> list[str]:
+    """Sentences about what was not seen and when, for (T, 17) masks of `unseen` and times (T,)."""
+    sentences = []
+    for part, joints in _PARTS.items():
+        masks = [hidden[:, H36M17.index(joint)] for joint in joints]
+        both = masks[0] & masks[1]
+        who = {part: both, f"right {_ONE[part]}": masks[0] & ~both, f"left {_ONE[part]}": masks[1] & ~both}
+        for name, mask in who.items():
+            spans = [(a, b) for a, b in _runs(mask) if times[b - 1] - times[a] >= _SHORTEST_S]
+            if not spans:
+                continue
+            rows = np.concatenate([np.arange(a, b) for a, b in spans])
+            outside = out[rows][:, H36M17.indices(joints)].any(axis=1).mean() > 0.5
+            why = "not in the image" if outside else "not seen by the detector"
+            when = ", ".join(_when(a, b, times) for a, b in spans[:3]) + (", ..." if len(spans) > 3 else "")
+            verb, they = ("are", "them") if name == part else ("is", "it")
+            sentences.append(f"The {name} {verb} {why} {when}; what needs {they} is left out there.")
+    return sentences
+
+
+def _when(start: int, end: int, times: np.ndarray) -> str:
+    begins, ends = start == 0, end == len(times)
+    if begins and ends:
+        return "in the whole take"
+    if ends:
+        return f"from {times[start]:.1f} s"
+    return f"until {times[end - 1]:.1f} s" if begins else f"from {times[start]:.1f} to {times[end - 1]:.1f} s"
+
+
+def _mostly(mask: np.ndarray, times: np.ndarray) -> np.ndarray:
+    """(T, J) True where most frames within half a window of time on either side are."""
+    sums = np.concatenate([np.zeros((1, mask.shape[1])), np.cumsum(mask, axis=0)])
+    first = np.searchsorted(times, times - _WINDOW_S / 2)
+    last = np.searchsorted(times, times + _WINDOW_S / 2, side="right")
+    return (sums[last] - sums[first]) > 0.5 * (last - first)[:, None]
+
+
+def _runs(mask: np.ndarray) -> list[tuple[int, int]]:
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(int)))
+    return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]

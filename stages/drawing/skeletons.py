@@ -1,0 +1,67 @@
+"""Skeletons drawn as lines of a page, from one side or several, and the rows of a take that are worth drawing."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from markupsafe import Markup
+
+from ...pipeline.core.layouts import Layout
+from ...pipeline.core.rotations import is_finite
+from . import palette
+from .charts import MIDDLE, SOFT
+from .page import kit
+
+
+def key_rows(joints: np.ndarray, count: int = 6) -> list[int]:
+    """Rows that show what happens in a take: of each of `count` equal parts the one whose posture is farther from the
+    take's median posture than nine in ten of that part, so that neither rest nor an outlier is shown. joints: (T, J, 3)
+    in BODY, any unit."""
+    seen = np.flatnonzero(is_finite(joints).mean(axis=1) > 0.5)
+    if not len(seen):
+        return []
+    joints = joints[:, is_finite(joints[seen]).any(axis=0)]
+    usual = np.nanmedian(joints[seen], axis=0)
+    rows = []
+    for part in np.array_split(seen, min(count, len(seen))):
+        off = np.nanmean(np.linalg.norm(joints[part] - usual, axis=-1), axis=-1)
+        rows.append(int(part[np.argsort(off)[int(0.9 * (len(part) - 1))]]))
+    return rows
+
+
+def skeletons(
+    views: Mapping[str, np.ndarray],
+    layout: Layout,
+    alt: str,
+    behind: Mapping[str, np.ndarray] | None = None,
+) -> Markup:
+    """One skeleton from several sides at one scale. views: (J, 2) points to the right and up, by name. behind: those of
+    another skeleton, in grey."""
+    layers = [views] if behind is None else [behind, views]
+    all_of = [np.concatenate([layer[name] for layer in layers]) for name in views]
+    seen = [points[is_finite(points)] for points in all_of]
+    wide = 200 if len(views) == 1 else 120
+    field = np.array([wide - 8.0, 174.0])
+    scale = min((field / np.maximum(np.ptp(points, axis=0), 1e-9)).min() for points in seen if len(points))
+    lines: dict[str, str] = {}
+    for i, name in enumerate(views):
+        middle = (np.nanmin(all_of[i], axis=0) + np.nanmax(all_of[i], axis=0)) / 2
+        for layer in layers:
+            at = (layer[name] - middle) * (scale, -scale) + (wide * (i + 0.5), 108)
+            for bone in layout.bones:
+                ends = at[layout.indices(bone)]
+                if is_finite(ends).all():
+                    side = palette.side_colour(*bone)
+                    colour = MIDDLE if side == palette.MIDDLE else palette.as_hex(side)
+                    colour = SOFT if layer is behind else colour
+                    bone_line = "M{:.1f} {:.1f}L{:.1f} {:.1f}".format(*ends.ravel())
+                    lines[colour] = lines.get(colour, "") + bone_line
+    names = [(f"{wide * (i + 0.5):g}", name) for i, name in enumerate(views)]
+    return kit("chart.html.j2").skeletons(names, lines, wide * len(views), alt)
+
+
+def body_views(joints: np.ndarray) -> dict[str, np.ndarray]:
+    """(J, 2) to the right and up by name of the view, of joints (J, 3) in BODY: back, right, up. From the front the
+    person's right is on the left; from the right the face looks right."""
+    return {"from the front": joints[:, [1, 2]] * (-1, 1), "from the right": joints[:, [0, 2]] * (-1, 1)}

@@ -1,0 +1,198 @@
+"""What repeats in a signal: repetitions of an angle, and curves over a cycle of 0 to 100 %.
+
+Nothing here looks across a missing row, a clip boundary or a jump in time. Times lie between rows where the signal
+says so.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from ...pipeline.signals.angles import near
+from ...pipeline.signals.filters import BRIDGED_S, derivative, rate, resample, runs
+from .smoothness import log_dimensionless_jerk, sparc
+
+POINTS = 101  # of a normalised cycle
+
+_ENDS = 0.1  # of the rise: where a repetition begins and ends
+_FINE = 1001  # moments of a repetition: a duration of seconds to milliseconds
+_REST = 0.05  # of a movement's largest speed (Balasubramanian et al. 2015 cut movements so)
+
+
+@dataclass(frozen=True)
+class Repetition:
+    """One rise and return. start_s, peak_s, stop_s: it begins and ends where a tenth of the rise lies below. peak: the
+    signal's highest value. rise: from the higher of the two valleys beside it. up, down: smoothness of both movements,
+    (SPARC, log dimensionless jerk) of the signal's rate, NaN when they are too short. whole: False where a gap hides
+    how it began or ended, so that all of these but the peak are of a part."""
+
+    start_s: float
+    peak_s: float
+    stop_s: float
+    peak: float
+    rise: float
+    up: tuple[float, float]
+    down: tuple[float, float]
+    whole: bool = True
+
+
+def repetitions(
+    x: np.ndarray, time_s: np.ndarray, least: float, seams: Sequence[int] = ()
+) -> list[Repetition]:
+    """The times that x (T,) rises by `least` or more and returns as far, in order.
+
+    A rise without its return, or one that a gap cuts, is none; nor is a dip by less than `least` at the top. One that
+    rises and returns by `least` beside a gap, which hides the rest of it, is not `whole`.
+    """
+    found = []
+    pieces = runs(np.isfinite(x), time_s, seams)
+    for piece in pieces:
+        values, times = x[piece], time_s[piece]
+        speed = np.abs(derivative(values, times))
+        peaks = [row for row, is_peak in _turns(values, least) if is_peak]
+        edges = [0, *(a + int(np.argmin(values[a:b])) for a, b in pairwise(peaks)), len(values) - 1]
+        for i, peak in enumerate(peaks):
+            left, right = slice(edges[i], peak + 1), slice(peak, edges[i + 1] + 1)
+            start, rise, up = _movement(values[left], times[left], speed[left])
+            mirrored = values[right][::-1], -times[right][::-1], speed[right][::-1]
+            stop, fall, down = _movement(*mirrored)
+            begun = i == 0 and piece != pieces[0] and _had_begun(values[left], times[left], fall)
+            goes_on = peak == peaks[-1] and piece != pieces[-1] and _had_begun(*mirrored[:2], rise)
+            found.append(
+                Repetition(
+                    start, float(times[peak]), -stop, float(values[peak]), min(rise, fall), up, down,
+                    whole=not (begun or goes_on),
+                )
+            )  # fmt: skip
+    return found
+
+
+def _had_begun(values: np.ndarray, times: np.ndarray, fall: float) -> bool:
+    """Whether a rise to a peak, the last row, had begun before the first row: that is the lowest, but for 0.2 s, and
+    higher than a tenth of the fall behind the peak, below which a repetition begins."""
+    lowest = int(np.argmin(values))
+    return bool(times[lowest] - times[0] <= BRIDGED_S and values[-1] - values[lowest] < (1 - _ENDS) * fall)
+
+
+def hiding(
+    x: np.ndarray,
+    time_s: np.ndarray,
+    least: float,
+    seams: Sequence[int] = (),
+    briefest_s: float = 0.0,
+    counts: Callable[[Repetition], bool] = lambda one: True,
+) -> list[tuple[float, float]]:
+    """The gaps of x (T,), (begin, end) in seconds of the rows beside each, that may have kept `repetitions` from
+    finding one: with x at its highest in all gaps there is one across it, which lasts briefest_s or longer, and counts.
+    """
+    known, step = np.isfinite(x), 1 / rate(time_s)
+    gaps = [
+        (float(time_s[a.stop - 1]), float(time_s[b.start]))
+        for a, b in pairwise(runs(known, time_s, seams))
+        if time_s[b.start] - time_s[a.stop - 1] > 1.5 * step  # a clip boundary lacks no row
+    ]
+    if not gaps:
+        return []
+    inside = np.concatenate([np.arange(begin + step, end - step / 2, step) for begin, end in gaps])
+    times = np.concatenate([time_s[known], inside])
+    values = np.concatenate([x[known], np.full(len(inside), x[known].max())])
+    order = np.argsort(times)
+    cuts = np.searchsorted(times[order], time_s[list(seams)])
+    found = [one for one in repetitions(values[order], times[order], least, cuts.tolist()) if counts(one)]
+    across = [(one.start_s, one.stop_s) for one in found if one.stop_s - one.start_s >= briefest_s]
+    return [gap for gap in gaps if any(start < gap[1] and gap[0] < stop for start, stop in across)]
+
+
+def near_ends_s(x: np.ndarray, time_s: np.ndarray, one: Repetition, height: float) -> float:
+    """Seconds of a repetition of x (T,) in which x is not yet `height` above where it begins, or no longer above where
+    it ends: by so much the repetition would be shorter if it began and ended that much higher. NaN for no height."""
+    if not np.isfinite(height):
+        return float("nan")
+    at_s = np.linspace(one.start_s, one.stop_s, _FINE)
+    values = np.interp(at_s, time_s, x)
+    ends = np.where(at_s < one.peak_s, values[0], values[-1])
+    return float((values < ends + height).mean() * (one.stop_s - one.start_s))
+
+
+def normalised(x: np.ndarray, time_s: np.ndarray, spans: np.ndarray, seams: Sequence[int] = ()) -> np.ndarray:
+    """(N, 101) x (T,) over each of the spans (N, 2), from 0 to 100 % of its duration; spans in which any of x is
+    missing are left out. An angle goes through `unwrapped` before and `alike` afterwards."""
+    at_s = np.linspace(spans[:, 0], spans[:, 1], POINTS, axis=-1)
+    curves = resample(x, time_s, at_s.ravel(), seams).reshape(-1, POINTS)
+    return curves[np.isfinite(curves).all(axis=1)]
+
+
+def alike(curves_deg: np.ndarray, centre_deg: float) -> np.ndarray:
+    """Curves (N, K) of an angle, each moved by whole turns: the first begins within 180 degrees of centre_deg, the
+    others within 180 degrees of where it begins."""
+    begins = curves_deg[:, :1]
+    return curves_deg + near(begins, near(begins[:1], centre_deg)) - begins
+
+
+def symmetry_index(right: float, left: float) -> float:
+    """100 (right - left) / ((right + left) / 2) in per cent: 0 when equal, positive when the right is larger.
+
+    Robinson, Herzog & Nigg, J Manipulative Physiol Ther 10(4), 1987.
+    """
+    return 100 * (right - left) / ((right + left) / 2) if right + left > 0 else float("nan")
+
+
+def symmetry_error(right: float, left: float, right_error: float, left_error: float) -> float:
+    """The index's standard error in per cent from those of both sides, which are taken for independent (first order);
+    NaN where one is."""
+    if not right + left > 0:
+        return float("nan")
+    return float(400 * np.hypot(left * right_error, right * left_error) / (right + left) ** 2)
+
+
+def _turns(values: np.ndarray, least: float) -> list[tuple[int, bool]]:
+    """Rows of peaks (True) and valleys (False), alternating, between which values (T,) change by `least` or more; the
+    change before the first and behind the last is as large too."""
+    found: list[tuple[int, bool]] = []
+    top = bottom = 0
+    rising: bool | None = None
+    for row, value in enumerate(values):
+        top = row if value > values[top] else top
+        bottom = row if value < values[bottom] else bottom
+        if rising is not False and values[top] - value >= least:
+            if rising:
+                found.append((top, True))
+            rising, bottom = False, row
+        elif rising is not True and value - values[bottom] >= least:
+            if rising is False:
+                found.append((bottom, False))
+            rising, top = True, row
+    return found
+
+
+def _movement(
+    values: np.ndarray, times: np.ndarray, speed: np.ndarray
+) -> tuple[float, float, tuple[float, float]]:
+    """Of a rise from its valley, the first row or later, to its peak, the last row: when it begins, by how much it
+    rises, and how smooth it is."""
+    rise = float(values[-1] - values.min())
+    low = values.min() + _ENDS * rise
+    below = int(np.flatnonzero(values <= low)[-1])
+    start = _crossing(values, times, below, low)
+    high = below + int(np.argmax(values[below:] >= values[-1] - _ENDS * rise))
+    # A pause on the way belongs to the movement; rest before a tenth of it and behind nine tenths does not.
+    rest = _REST * speed[below : high + 1].max()
+    before, behind = np.flatnonzero(speed[: below + 1] <= rest), np.flatnonzero(speed[high:] <= rest)
+    first, last = times[0], times[-1]
+    if len(before):
+        first = _crossing(speed, times, before[-1], rest)
+    if len(behind):
+        last = _crossing(speed[::-1], times[::-1], len(speed) - 1 - high - behind[0], rest)
+    even = np.linspace(first, last, round((last - first) * rate(times)) + 1)
+    moving = resample(speed, times, even)
+    fps = (len(even) - 1) / (last - first)
+    return start, rise, (sparc(moving, fps), log_dimensionless_jerk(moving, fps))
+
+
+def _crossing(values: np.ndarray, times: np.ndarray, row: int, level: float) -> float:
+    """When values reach the level between a row that is not above it and the next, which is."""
+    return float(np.interp(level, values[row : row + 2], times[row : row + 2]))

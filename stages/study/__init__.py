@@ -1,0 +1,1 @@
+"""What works on finished runs, or without one: batch, compare, imu, live."""

@@ -1,0 +1,329 @@
+"""What a batch is to run: the rows of a manifest, or what lies in a folder, as options of `pcnet3d run`."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from ....pipeline.core.errors import InputError
+from ....pipeline.core.messages import how_many, say
+from ....pipeline.core.system import is_file_name
+from ....pipeline.files.atomic import printable
+from ....pipeline.plugins import registry
+from ....pipeline.plugins.options import did_you_mean
+from ....pipeline.reading.find import adapters, recognises
+from ....pipeline.reading.settings import MOVED, RunOptions, flag_of, flags, is_repeatable
+from ....pipeline.running.plan import checked_setting, planned
+
+LABELS = ("subject", "visit", "condition")
+VIDEOS = (
+    ".mp4", ".mov", ".m4v", ".avi", ".mkv", ".webm", ".wmv", ".flv", ".mpg", ".mpeg", ".ts", ".mts", ".m2ts",
+)  # fmt: skip
+# Of files that hold poses and hardly anything else, and names that estimators and people give to those of any kind.
+_POSES = (".npy", ".npz", ".pkl", ".pickle", ".mat", ".h5", ".hdf5", ".trc", ".c3d", ".bvh")
+_NAMED_POSES = re.compile(r"(?<![a-z])(x?3d|poses?|joints?|skeletons?|results?|predictions?)(?![a-z])")
+
+_BESIDE = ("poses", "keypoints")  # a video; a file that may be both is the first
+_ROLES = ("video", *_BESIDE)
+_TOGETHER = ("pitch", "roll")  # of which none is taken without the other
+_DECIDING = (*_ROLES, "recipe", "calibrate", "person")  # which stages a take has
+_LARGEST = 64 << 20  # bytes of a manifest; some 300,000 takes
+_LONGEST = 100  # characters of a take's name, which becomes a folder's
+_NO = ("no",)  # of a flag; it is no option of the take, but a common one does not win over it
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A take that is to be run.
+
+    options: of `pcnet3d run`, as text, paths absolute; more than one for those that are repeatable. files: which of
+    them are paths. labels: subject, visit and condition, empty where not given.
+    """
+
+    name: str
+    options: dict[str, tuple[str, ...]]
+    files: tuple[str, ...]
+    labels: dict[str, str]
+
+    @property
+    def arguments(self) -> list[str]:
+        """As on the command line, but for the output; a value stands in one word with its option, so that it may begin
+        with a dash."""
+        words = []
+        for name, values in self.options.items():
+            if name not in flags():
+                words += [f"--set={name}={value}" for value in values]
+            elif name == "no_frames":
+                words.append(flag_of(name))
+            elif name != "video":
+                words += [f"{flag_of(name)}={value}" for value in values]
+        return [*words, "--", *self.options["video"]] if "video" in self.options else words
+
+
+def read_entries(source: Path, common: Mapping[str, str], outside: bool = False) -> tuple[Entry, ...]:
+    """The takes of a manifest, or of a folder. common: options of `run` for every take that does not say otherwise.
+
+    A manifest's columns are `name`, `subject`, `visit`, `condition` and the options of `run`; an empty cell is not
+    given, several values of a repeatable option stand between semicolons. Its paths are relative to its folder and
+    stay inside it, unless `outside`. In a folder every video is a take, with `STEM.poses.*` and `STEM.keypoints.*`
+    beside it, and every other file that an adapter recognises as poses. A file that looks like poses by name or suffix
+    and that no adapter recognises is a take too, which its run will refuse with the reason. Poses and keypoints that no
+    take has a use for are said, and those that only have a video's name refused.
+    A common option that a take has no use for, such as a detector where there are poses, is not given to it.
+    InputError names the row and what is wrong with it, or a common option that no take has a use for; nothing is run
+    then.
+    """
+    given = {_column(name, "--set"): value for name, value in common.items()}
+    if wrong := given.keys() & {"name", *LABELS}:
+        raise InputError(f"--set {min(wrong)}: that is one take's own; write a manifest.")
+    shared, shared_files = _options(given, Path.cwd(), None, "--set")
+    if source.is_dir():
+        rows, base = list(_folder(source)), source
+    else:
+        rows, base = list(_manifest(source)), source.parent
+    if not rows:
+        raise InputError(f"{source} names no take; {_wanted(source)}")
+    entries = []
+    refused: dict[str, str] = {}  # common options so far without a take, and why
+    used: set[str] = set()
+    for where, row in rows:
+        own, own_files = _options(row, base, None if outside else base, where)
+        for name in own:
+            if reason := _no_use(name, {**shared, **own}):
+                raise InputError(f"{where}: {reason}")
+        reasons = {name: _no_use(name, {**shared, **own}) for name in shared if name not in own}
+        used |= {name for name, reason in reasons.items() if not reason}
+        refused |= {name: reason for name, reason in reasons.items() if reason}
+        options = {**{name: shared[name] for name, reason in reasons.items() if not reason}, **own}
+        options = {name: values for name, values in options.items() if values is not _NO}
+        files = tuple(
+            option for option in options if option in (own_files if option in own else shared_files)
+        )
+        name = row.get("name") or _stem(options, where)
+        entries.append(Entry(name, options, files, {label: row.get(label, "") for label in LABELS}))
+    for name in refused.keys() - used:
+        raise InputError(f"--set {name}: no take has a use for it; of the last one: {refused[name]}")
+    _check_names(entries, [where for where, _ in rows])
+    return tuple(entries)
+
+
+def _wanted(source: Path) -> str:
+    if source.is_dir():
+        return f"expected videos ({', '.join(VIDEOS)}) or files of 3D poses in it."
+    return "expected a line of column names and a line for each take."
+
+
+def _column(name: str, where: str) -> str:
+    """An option's name as Python writes it, or a setting as --set has it; InputError for one that is not known."""
+    column = name.strip().lstrip("-").replace("-", "_")
+    if "." in column or column in registry.registered("stages"):
+        return column
+    column = column.lower()
+    own = {flag_of(field).lstrip("-").replace("-", "_"): field for field in flags() if field != "settings"}
+    known = {"name", *LABELS, *own}
+    if column not in known:
+        moved = (
+            MOVED.get("--" + column.replace("_", "-"), "")
+            .removeprefix("--set ")
+            .partition("=")[0]
+            .lstrip("-")
+        )
+        hint = f"it is '{moved}' now." if moved else did_you_mean(column, known)
+        raise InputError(f"{where}: there is no column '{printable(name)}'; {hint}")
+    return own.get(column, column)
+
+
+def _no_use(name: str, options: Mapping[str, tuple[str, ...]]) -> str:
+    """Why `run` would refuse one of a take's options because of what the take is; empty where it takes it."""
+    others = _TOGETHER if name in _TOGETHER else ()
+    given = {key: options[key] for key in (*_DECIDING, *others) if key in options}
+    if "video" not in given:
+        given.pop("calibrate", None)  # one for all takes, which this one has no use for
+    given |= {role: ("a file",) for role in _ROLES if role in given}  # which one does not matter
+    return _refusal(name, options[name], tuple(given.items()))
+
+
+@cache
+def _refusal(name: str, values: tuple[str, ...], others: tuple[tuple[str, tuple[str, ...]], ...]) -> str:
+    try:
+        planned(_run_options({name: values, **dict(others)}))
+    except InputError as error:
+        return str(error)
+    return ""
+
+
+def _run_options(texts: Mapping[str, tuple[str, ...]]) -> RunOptions:
+    """The options of a take as text, as those of a run; InputError for a value of another type."""
+    fields = {name: values for name, values in texts.items() if name in flags()}
+    return RunOptions(
+        settings={name: values[0] for name, values in texts.items() if name not in fields},
+        **{name: values if is_repeatable(name) else values[0] for name, values in fields.items()},
+    )
+
+
+def _manifest(path: Path) -> Iterator[tuple[str, dict[str, str]]]:
+    """Where it stands and what is in it, of every row."""
+    try:
+        if path.stat().st_size > _LARGEST:
+            raise InputError(f"{path} has more than {_LARGEST >> 20} MB, too many for a manifest; split it.")
+        with open(path, encoding="utf-8-sig", newline="") as file:
+            reader = csv.reader(file, strict=True)
+            header = next(reader, [])
+            if len(header) == 1 and ";" in header[0]:
+                raise InputError(
+                    f"{path}: expected commas between columns, found semicolons; save it with commas."
+                )
+            columns = [_column(name, str(path)) for name in header]
+            if twice := {name for name in columns if columns.count(name) > 1}:
+                raise InputError(f"{path}: the column '{min(twice)}' stands there twice; leave one.")
+            for cells in reader:
+                where = f"{path}, line {reader.line_num}"
+                if len(cells) > len(columns):
+                    raise InputError(
+                        f'{where}: expected {how_many(len(columns), "cell")}, found {len(cells)}; put " around commas.'
+                    )
+                row = {name: cell.strip() for name, cell in zip(columns, cells, strict=False)}
+                if any(row.values()):
+                    yield where, {name: cell for name, cell in row.items() if cell}
+    except OSError as error:
+        raise InputError(f"Expected a manifest or a folder at {path}: {error.strerror}.") from None
+    except UnicodeDecodeError:
+        raise InputError(f"Expected a manifest in UTF-8 at {path}; save it as CSV UTF-8.") from None
+    except csv.Error as error:
+        raise InputError(f"Expected a manifest as CSV at {path}: {error}.") from None
+
+
+def _folder(folder: Path) -> Iterator[tuple[str, dict[str, str]]]:
+    files = sorted(path for path in folder.iterdir() if not path.name.startswith("."))
+    videos = [path for path in files if path.suffix.lower() in VIDEOS and not path.is_dir()]
+    beside: dict[tuple[Path, str], Path] = {}  # by the video, and what it is of that
+    for video in videos:
+        row = {"video": video.name}
+        for role in _BESIDE:
+            named = [path for path in files if path.name.startswith(f"{video.stem}.{role}.")]
+            named += [path for path in files if path.name == f"{video.stem}.{role}"]
+            if len(named) > 1:
+                names = " and ".join(path.name for path in named)
+                raise InputError(
+                    f"{video}: expected one file of {role}, found {names}; keep one, or write a manifest."
+                )
+            if named:
+                row[role] = named[0].name
+                beside[video, role] = named[0]
+        yield str(video), row
+    alone = [path for path in files if path not in (*videos, *beside.values()) and not path.is_dir()]
+    taken: Counter[str] = Counter(video.stem.casefold() for video in videos)
+    taken.update(path.stem.casefold() for path in alone)
+    for path in alone:
+        given = {adapter.gives for adapter in adapters().values() if recognises(adapter, path)}
+        if held := next((role for role in _BESIDE if role in given), None):
+            of = next((video for video in videos if video.stem.casefold() == path.stem.casefold()), None)
+            if of is None and held == "poses":
+                yield str(path), {"poses": path.name}
+            else:
+                _left_out(path, held, of, beside.get((of, held)) if of else None)
+        elif not given and _looks_like_poses(path):
+            name = path.stem if taken[path.stem.casefold()] == 1 else path.name
+            yield str(path), {"name": name, "poses": path.name}
+
+
+def _left_out(path: Path, held: str, video: Path | None, instead: Path | None) -> None:
+    """Says that a file of a person is not used. video: of the same name; instead: what that has of the kind. InputError
+    where it has none: this may be what the video was to have."""
+    if video is None:
+        say("note", f"{path} is not used: {held} of a video STEM are called STEM.{held}{path.suffix}")
+    elif instead is not None:
+        say("note", f"{path} is not used: the {held} of {video.name} are {instead.name}")
+    else:
+        raise InputError(
+            f"{path} holds {held} and is named like {video.name}; call it {video.stem}.{held}{path.suffix} if they are "
+            "that video's, name it otherwise if not, or write a manifest."
+        )
+
+
+def _looks_like_poses(path: Path) -> bool:
+    """By its suffix, or a file of data by its name."""
+    data = path.suffix.lower() in (".json", ".csv", ".txt", "")
+    return path.suffix.lower() in _POSES or (data and bool(_NAMED_POSES.search(path.stem.lower())))
+
+
+def _options(
+    row: Mapping[str, str], base: Path, inside: Path | None, where: str
+) -> tuple[dict[str, tuple[str, ...]], list[str]]:
+    """Options of `run`, checked by their types, and which of them are files. inside: the folder that no path leaves.
+    A flag that is switched off has the value _NO."""
+    options: dict[str, tuple[str, ...]] = {}
+    files = []
+    for name, cell in row.items():
+        if name in ("name", *LABELS):
+            continue
+        listed = name in flags() and is_repeatable(name)
+        values = tuple(part.strip() for part in cell.split(";")) if listed else (cell,)
+        try:
+            value = _typed(name, values)
+        except InputError as error:
+            raise InputError(f"{where}: {error}") from None
+        if name in flags() and value is False:
+            values = _NO
+        if isinstance(value, Path) or cell.lower().endswith(".onnx"):
+            values = (str(_found(cell, base, inside, f"{where}: {name}")),)
+            files.append(name)
+        options[name] = values
+    return options, files
+
+
+def _typed(name: str, values: tuple[str, ...]) -> Any:
+    """The value of an option or a setting; InputError for one of another type, or that its stage does not know."""
+    given = _run_options({name: values})
+    if name in flags():
+        return getattr(given, name)
+    return checked_setting(name, values[0]) if "." in name and given.settings else values[0]
+
+
+def _found(cell: str, base: Path, inside: Path | None, where: str) -> Path:
+    try:
+        path = (base / cell).resolve()
+        there = path.exists()
+    except (OSError, ValueError) as error:  # too long a name, a zero byte, a ring of links
+        reason = error.strerror if isinstance(error, OSError) else error
+        raise InputError(f"{where}: '{printable(cell[:80])}' cannot be a path: {reason}.") from None
+    if inside is not None and not path.is_relative_to(inside.resolve()):
+        raise InputError(
+            f"{where}: {printable(cell)} is outside {inside.resolve()}; pass --outside if it may be."
+        )
+    if not there:
+        raise InputError(f"{where}: expected a file at {path}, found nothing there.")
+    return path
+
+
+def _stem(options: Mapping[str, tuple[str, ...]], where: str) -> str:
+    for role in _ROLES:
+        if role in options:
+            return Path(options[role][0]).stem
+    raise InputError(f"{where}: expected a video, poses or keypoints, found none of them.")
+
+
+def _check_names(entries: list[Entry], places: list[str]) -> None:
+    """InputError for a name that is no folder's, that two takes have, or for a take that stands there twice."""
+    names: dict[str, str] = {}
+    takes: dict[str, str] = {}
+    for entry, where in zip(entries, places, strict=True):
+        _stem(entry.options, where)
+        if not is_file_name(entry.name) or len(entry.name) > _LONGEST:
+            raise InputError(
+                f"{where}: the name {entry.name!r} cannot be a folder's; give another in a column 'name'."
+            )
+        first = names.setdefault(entry.name.casefold(), where)
+        if first != where:
+            raise InputError(
+                f"{where}: the name '{entry.name}' is taken by {first}; give each take its own 'name'."
+            )
+        same = takes.setdefault(repr(sorted(entry.options.items())), where)
+        if same != where:
+            raise InputError(f"{where}: the same files and options as {same}; leave one out.")

@@ -1,0 +1,261 @@
+"""study.html: every take of a study in tables that can be sorted, and the changes within subjects."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+from urllib.parse import quote
+
+import numpy as np
+from markupsafe import Markup
+
+from ....pipeline.core.layouts import H36M17
+from ....pipeline.core.messages import how_many
+from ....pipeline.core.pose import package_version
+from ....pipeline.signals.angles import ANGLES, MIDLINE, OF_BOTH, sides_of
+from ...drawing.page import Cell, Link, Stated, answer, box, heading, joined, page, small, table
+from ...drawing.skeletons import body_views, skeletons
+from ...drawing.words import spoken
+from ...measures.figures import error_key, of_length
+from .study import Change, doubts, name_of, rates_within
+
+_RANGE = "range_of_motion.{}.p05_p95_deg"
+_OTHERS = {
+    "walking.walking_speed": "walking speed (m/s)",
+    "walking.cadence_spm": "cadence (steps/min)",
+    "walking.steps": "steps",
+    "walking.mean_stride_time_s": "stride (s)",
+    "walking.step_time_symmetry_index_percent": "symmetry of step times (%)",
+    "knee_bends.count": "knee bends",
+    "knee_bends.squats": "of them squats",
+    "knee_bends.mean_rise_deg": "depth of a knee bend (°)",
+    "knee_bends.mean_duration_s": "duration of a knee bend (s)",
+    "arm_raises.right.count": "raises of the right arm",
+    "arm_raises.left.count": "raises of the left arm",
+    "arm_raises.right.mean_rise_deg": "right arm rises by (°)",
+    "arm_raises.left.mean_rise_deg": "left arm rises by (°)",
+}
+_WALKING = [key for key in _OTHERS if key.startswith("walking.")]
+_COUNTS = ("steps", "count", "squats")
+_ARM = ("elbow", "shoulder", "upper_arm")  # how the names of its angles begin
+_PAIRED = [both for both in OF_BOTH if both not in MIDLINE]
+_PARTS = {
+    "legs": [name for both in _PAIRED if not both.startswith(_ARM) for name in sides_of(both)],
+    "arms": [name for both in _PAIRED if both.startswith(_ARM) for name in sides_of(both)],
+    "trunk and pelvis": list(MIDLINE),
+}
+_MOST = 20  # names of runs in a sentence
+_MOST_TOLD = 5  # changes
+
+_LEVELLED = {True: "yes", False: "no", None: None}
+
+_LABELS = ("subject", "visit", "condition")
+_WORDS = {_RANGE.format(name): f"range of {spoken(name)} (°)" for name in ANGLES} | _OTHERS
+
+Rows = Sequence[Mapping[str, Any]]
+
+
+def as_page(title: str, rows: Rows, found: Sequence[Change]) -> str:
+    """The page. rows: of the study's table, a failed take's with its `reason`; found: changes within subjects."""
+    done = [row for row in rows if row["state"] == "done"]
+    failed = [row for row in rows if row["state"] == "failed"]
+    sections = [
+        ("Failed takes", _failed(failed)),
+        ("Takes", _takes(done)),
+        ("Change within subjects", _changes(found)),
+        ("Ranges of motion", _ranges(done)),
+        ("Walking and repetitions", _others(done)),
+        ("Warnings and repairs", _told(done)),
+    ]
+    return page(title, _head(rows, done, found), sections)
+
+
+def _head(rows: Rows, done: Rows, found: Sequence[Change]) -> Markup:
+    named = {label: dict.fromkeys(row[label] for row in rows if row[label]) for label in _LABELS}
+    about = [how_many(len(names), label) for label, names in named.items() if names]
+    unsure = [
+        f"{how_many(len(runs), 'run')} {what}: {'; '.join(map(name_of, runs[:_MOST]))}"
+        f"{' ...' if len(runs) > _MOST else ''}"
+        for what, runs in doubts(done).items()
+    ]
+    if rates := rates_within(done):
+        unsure.append(rates)
+    return (
+        small(" · ".join([*about, f"pcnet3d {package_version()}"]))
+        + answer(_conclusion(rows, done, found))
+        + box("Not to be believed, or with care", unsure, "warning")
+    )
+
+
+def _conclusion(rows: Rows, done: Rows, found: Sequence[Change]) -> Iterator[str]:
+    """How many takes are done and to be trusted, and what changed."""
+    names = {row["name"] for row in done}
+    failed = len({row["name"] for row in rows} - names)
+    of = f" of {len(names) + failed} done" if failed else " done, none failed"
+    doubtful = {row["name"] for runs in doubts(done).values() for row in runs}
+    trusted = f"{len(doubtful)} of them with doubts" if doubtful else "no doubts about poses or levelling"
+    yield f"{how_many(len(names), 'take')}{of}{f'; {trusted}' if done else ''}."
+    for (factor, earlier, later), changes in _by_step(found).items():
+        beyond = [one for one in changes if one.of_the_mean]
+        beyond.sort(key=lambda one: -abs(one.bias) / one.sd)
+        step = f"From {factor} {earlier} to {later}, {how_many(max(one.n for one in changes), 'subject')}"
+        counts = f"{len(beyond) or 'none'} of {how_many(len(changes), 'measure')} changed on average"
+        told = ", ".join(f"{_WORDS[one.measure]} {one.bias:+.3g}" for one in beyond[:_MOST_TOLD])
+        more = f" and {len(beyond) - _MOST_TOLD} more" if len(beyond) > _MOST_TOLD else ""
+        chance = "95 % interval of the mean without 0; of twenty that do not change one does by chance"
+        yield f"{step}: {counts} ({chance}){f': {told}{more}' if told else ''}."
+
+
+def _by_step(found: Sequence[Change]) -> dict[tuple[str, str, str], list[Change]]:
+    """Those changes that the page shows, by factor, earlier and later."""
+    steps: dict[tuple[str, str, str], list[Change]] = {}
+    for one in found:
+        if one.measure in _WORDS:
+            steps.setdefault((one.factor, one.earlier, one.later), []).append(one)
+    return steps
+
+
+def _linked(row: Mapping[str, Any]) -> Cell:
+    return Link(name_of(row), quote(row["report"])) if row.get("report") else name_of(row)
+
+
+def _labels(rows: Rows) -> list[str]:
+    """Those of subject, visit and condition that any take has."""
+    return [label for label in _LABELS if any(row[label] for row in rows)]
+
+
+def _table(rows: Rows, columns: Mapping[str, Sequence[Cell]]) -> Markup:
+    """The takes' names and labels, then the columns (head: a cell a take), but for empty ones."""
+    kept = {head: cells for head, cells in columns.items() if any(cell is not None for cell in cells)}
+    if not kept:
+        return Markup("")
+    labels = _labels(rows)
+    lines = [
+        [_linked(row), *(row[label] or None for label in labels), *(cells[i] for cells in kept.values())]
+        for i, row in enumerate(rows)
+    ]
+    return table(["take", *labels, *kept], lines, sortable=True)
+
+
+def _failed(rows: Rows) -> Markup:
+    columns = {"exit code": [row["exit_code"] for row in rows], "why": [row["reason"] for row in rows]}
+    words = "The whole log of each is logs/NAME.txt. The same command tries these again and leaves the others alone."
+    return _table(rows, columns) + small(words) if rows else Markup("")
+
+
+def _takes(rows: Rows) -> Markup:
+    columns: dict[str, list[Cell]] = {
+        "posture": [_posture(row) for row in rows],
+        "frames": [row.get("frames") for row in rows],
+        "duration (s)": [row.get("duration_s") for row in rows],
+        "poses are": [row.get("verdict") or None for row in rows],
+        "levelled": [_LEVELLED[row.get("level_ok")] for row in rows],
+        "up known to within (°, 90 %)": [row.get("up_bound_deg") for row in rows],
+        "expected rotation error (°)": [row.get("error_deg_mean") for row in rows],
+        "bone lengths vary by (%)": [_percent(row.get("bone_length_spread")) for row in rows],
+        "warnings": [len(row.get("warnings", ())) for row in rows],
+        "repairs": [len(row.get("repairs", ())) for row in rows],
+    }
+    words = (
+        "A take's name leads to its report. Posture: a frame far from the take's usual one, from the front and from "
+        "the right; orange is the person's right. A click on a column's heading sorts by it."
+    )
+    return _table(rows, columns) + small(words) if rows else Markup("")
+
+
+def _posture(row: Mapping[str, Any]) -> Cell:
+    if row.get("posture") is None:
+        return None
+    joints = np.array(row["posture"])
+    return skeletons(
+        body_views(joints), H36M17, f"A posture of {name_of(row)}, from the front and from the right"
+    )
+
+
+def _percent(share: float | None) -> float | None:
+    return None if share is None else 100 * share
+
+
+def _ranges(rows: Rows) -> Markup:
+    tables = {
+        part: _table(rows, {spoken(name): _of(rows, _RANGE.format(name)) for name in names})
+        for part, names in _PARTS.items()
+    }
+    shown = joined(heading(part) + content for part, content in tables.items() if content)
+    words = "From the 5th to the 95th percentile of the frames, degrees; ± is one standard deviation of the range."
+    return small(words) + shown if shown else Markup("")
+
+
+def _others(rows: Rows) -> Markup:
+    tables = {
+        part: _table(
+            rows, {words: _of(rows, key) for key, words in _OTHERS.items() if (key in _WALKING) == walks}
+        )
+        for part, walks in (("walking", True), ("repetitions", False))
+    }
+    return joined(heading(part) + content for part, content in tables.items() if content)
+
+
+def _of(rows: Rows, measure: str) -> list[Cell]:
+    """A measure of every take, with its error where it states one; no length of a take without a scale."""
+    counts = measure.split(".")[-1] in _COUNTS
+    cells: list[Cell] = []
+    for row in rows:
+        measures = {} if of_length(measure) and row.get("unit") != "m" else row.get("measures", {})
+        value, error = measures.get(measure), measures.get(error_key(measure))
+        if value is None or error is None:
+            cells.append(int(value) if value is not None and counts and value.is_integer() else value)
+        else:
+            cells.append(Stated(value, error))
+    return cells
+
+
+def _told(rows: Rows) -> Markup:
+    lines: list[list[Cell]] = [
+        [_linked(row), kind.removesuffix("s"), words]
+        for row in rows
+        for kind in ("warnings", "repairs")
+        for words in row.get(kind, ())
+    ]
+    return table(("take", "kind", "what"), lines, sortable=True)
+
+
+def _changes(found: Sequence[Change]) -> Markup:
+    """The ranges of motion with both sides on one row, then what has no side."""
+    tables = []
+    for (factor, earlier, later), of in _by_step(found).items():
+        by = {one.measure: one for one in of}
+        rows: list[list[Cell]] = []
+        for both in _PAIRED:
+            sides = [by.get(_RANGE.format(name)) for name in sides_of(both)]
+            if any(sides):
+                rows.append(
+                    [f"range of {spoken(both)} (°)", *(cell for one in sides for cell in _changed(one))]
+                )
+        paired = {_RANGE.format(name) for name in ANGLES if name not in MIDLINE}
+        rest = [[_WORDS[one.measure], *_changed(one)] for one in of if one.measure not in paired]
+        head = ("mean change", "95 % interval", "single subjects", "n")
+        tables += [
+            heading(f"{factor} {later} less {earlier}"),
+            table(
+                ("", *(f"{side}: {word}" for side in ("right", "left") for word in head)), rows, sortable=True
+            ),
+            table(("", *head), rest, sortable=True),
+        ]
+    words = (
+        "Differences of each subject's mean, compared within the same condition or visit; subjects who have both, "
+        "without takes that could not be levelled, have unusable poses or show several people, of whom nothing says "
+        "who the subject is. 95 % interval: of the mean (Student's t); n: subjects. Single subjects: limits of "
+        "agreement, the mean and 1.96 standard deviations of the differences to each side (Bland & Altman 1986), "
+        "in which change of the person and error of the method are not told apart. Both hold what the rounding of the "
+        "figures makes at least. All measures are in changes.csv."
+    )
+    return joined(tables) + small(words) if tables else Markup("")
+
+
+def _changed(one: Change | None) -> list[Cell]:
+    if one is None:
+        return [None] * 4
+    digits = 1 if max(abs(one.lower), abs(one.upper)) >= 10 else 2
+    spans = ((one.mean_lower, one.mean_upper), (one.lower, one.upper))
+    return [one.bias, *(f"{low:z.{digits}f} to {high:z.{digits}f}" for low, high in spans), one.n]

@@ -1,0 +1,310 @@
+"""The study's table: a row for every take, and how the measures of a subject change from visit to visit.
+
+Limits of agreement: Bland & Altman, "Statistical methods for assessing agreement between two methods of clinical
+measurement", Lancet 1986: mean of the differences and 1.96 of their standard deviations to each side.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from decimal import Decimal
+from pathlib import Path
+from statistics import fmean
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import AfterValidator, BaseModel, ValidationError
+
+from ....pipeline.core.errors import InputError
+from ....pipeline.core.layouts import H36M17
+from ....pipeline.core.messages import how_many
+from ....pipeline.files.arrays import load
+from ....pipeline.files.atomic import REPORT, SUMMARY, printable, read_summary
+from ...drawing.skeletons import key_rows
+from ...measures.figures import of_length
+from ..rates import is_lifted, rates_apart
+
+QUALITY = ("up_error_deg", "up_bound_deg", "error_deg_mean", "bone_length_spread")
+
+_LIMIT = 1.96
+# Of the steps in which figures are stated: standard deviation of the difference of two (uniform errors).
+_ROUNDED = float(np.sqrt(2 / 12))
+# What a measure rests on, or its error.
+_NO_MEASURE = ("frames", "nan_share", "beyond_anatomy_frames", "places", "sd_deg")
+
+
+_Words = Annotated[str, AfterValidator(printable)]
+
+
+class _Figures(BaseModel, strict=True):
+    """What the table says of a run; None where it does not say. report: its place, seen from the study's page. posture:
+    a frame's joints in BODY, and lifted: whether the run lifted its poses itself; `write_table` has neither."""
+
+    person: _Words
+    report: _Words
+    warnings: list[_Words]
+    repairs: list[_Words]
+    verdict: _Words
+    frames: int | None
+    fps: float | None
+    duration_s: float | None
+    unit: _Words
+    method: _Words
+    device: _Words
+    level_ok: bool | None
+    level_reason: _Words
+    up_error_deg: float | None
+    up_bound_deg: float | None
+    error_deg_mean: float | None
+    bone_length_spread: float | None
+    posture: list[list[float]] | None
+    lifted: bool
+    measures: dict[_Words, float]
+
+
+def figures(folder: Path) -> tuple[dict[str, Any], ...]:
+    """What the table says of a take's folder, a row for each person who has a run in it. InputError when a summary is
+    not as a run writes it."""
+    people = [
+        path.parent for path in sorted(folder.glob(f"*/{SUMMARY}")) if (path.parent / "poses.npz").exists()
+    ]
+    return tuple(_figures(run, run.relative_to(folder.parent.parent)) for run in people or [folder])
+
+
+def _figures(folder: Path, place: Path) -> dict[str, Any]:
+    """place: of the folder, seen from the study's page."""
+    summary = read_summary(folder)
+    parts = {name: summary.get(name) or {} for name in ("poses", "rectification", "measures", "device")}
+    if wrong := [name for name, part in parts.items() if not isinstance(part, dict)]:
+        raise InputError(_damaged(folder, f"{wrong[0]} is no table"))
+    poses, rectified, networks = parts["poses"], parts["rectification"], parts["device"].get("networks")
+    found = {
+        "person": folder.name if len(place.parts) > 2 else "",
+        "report": (place / REPORT).as_posix() if (folder / REPORT).exists() else "",
+        "warnings": summary.get("warnings", []),
+        "repairs": summary.get("repairs", []),
+        "verdict": summary.get("verdict") or "",
+        "frames": poses.get("frames"),
+        "fps": poses.get("fps"),
+        "duration_s": poses.get("duration_s"),
+        "unit": poses.get("unit", ""),
+        "method": rectified.get("method", ""),
+        "device": ", ".join(sorted({*map(str, networks.values())})) if isinstance(networks, dict) else "",
+        "level_ok": rectified.get("level_ok"),
+        "level_reason": rectified.get("level_reason", ""),
+        "up_error_deg": rectified.get("up_error_deg", rectified.get("up_error_deg_mean")),
+        "up_bound_deg": rectified.get("up_bound_deg", rectified.get("up_bound_deg_mean")),
+        "error_deg_mean": rectified.get("error_deg_mean"),
+        "bone_length_spread": poses.get("bone_length_spread"),
+        "posture": _posture(folder / "poses.npz"),
+        "lifted": is_lifted(summary),
+        "measures": dict(_numbers(parts["measures"])),
+    }
+    try:
+        return _Figures.model_validate(found).model_dump()
+    except ValidationError as error:
+        first = error.errors()[0]
+        raise InputError(_damaged(folder, f"{'.'.join(map(str, first['loc']))}: {first['msg']}")) from None
+
+
+def _posture(path: Path) -> list[list[float]] | None:
+    """The joints of one frame that shows what happens in a take; None where nothing is known of any."""
+    if not path.exists():
+        return None
+    body = load(path, ("frames", len(H36M17), 3), key="body").astype(np.float64)
+    rows = key_rows(body, 1)
+    return np.round(body[rows[0]], 3).tolist() if rows else None
+
+
+def _damaged(folder: Path, why: str) -> str:
+    return f"{folder / SUMMARY} is not as a run writes it ({printable(why)}); remove that folder to run the take again."
+
+
+def _numbers(group: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, float]]:
+    """The single figures, their keys joined by dots as in measures.csv; lists and words are left out."""
+    for key, value in group.items():
+        if isinstance(value, dict):
+            yield from _numbers(value, f"{above}{key}.")
+        elif isinstance(value, int | float) and not isinstance(value, bool):
+            yield f"{above}{key}", value
+
+
+def doubts(rows: Sequence[Mapping[str, Any]]) -> dict[str, list[Mapping[str, Any]]]:
+    """Finished runs by what is not to be believed of them, such as "with unusable poses", or by why it cannot be told;
+    rows: as of `study_rows`, one for each person of a take."""
+    found = {
+        f"with {weight} poses": [row for row in rows if row.get("verdict") == weight]
+        for weight in ("suspicious", "unusable")
+    }
+    found["not levelled"] = [row for row in rows if row.get("level_ok") is False]
+    # Without the stage `export` a run's summary has no figures.
+    found["that left nothing to judge them by"] = [row for row in rows if row.get("level_ok") is None]
+    return {what: doubtful for what, doubtful in found.items() if doubtful}
+
+
+def rates_within(rows: Sequence[Mapping[str, Any]]) -> str:
+    """What is to be said of subjects whose lifted takes differ in frame rate, for these are compared with each other;
+    empty where there is no such subject. rows: as of `study_rows`."""
+    rates: dict[str, list[float]] = {}
+    for row in rows:
+        if row.get("subject") and row.get("lifted") and row.get("fps"):
+            rates.setdefault(row["subject"], []).append(row["fps"])
+    apart = [subject for subject, of in rates.items() if rates_apart(of)]
+    if not apart:
+        return ""
+    words = rates_apart(rate for subject in apart for rate in rates[subject])
+    return f"The takes of {how_many(len(apart), 'subject')} were {words}"
+
+
+def name_of(row: Mapping[str, Any]) -> str:
+    """A take's name, and the person's where it shows several."""
+    return f"{row['name']}, {row['person']}" if row.get("person") else row["name"]
+
+
+def write_table(rows: Sequence[Mapping[str, Any]], path: Path) -> None:
+    """study.parquet: the columns of the rows, then a column for every measure of any; null where a take has none."""
+    import pyarrow as pa
+    from pyarrow import parquet
+
+    words = (
+        "name",
+        "subject",
+        "visit",
+        "condition",
+        "person",
+        "state",
+        "reason",
+        "report",
+        "unit",
+        "method",
+        "device",
+        "verdict",
+    )
+    kinds: dict[str, Any] = dict.fromkeys((*words, "verdict", "level_reason"), pa.string())
+    kinds |= {"exit_code": pa.int64(), "frames": pa.int64(), "level_ok": pa.bool_()}
+    kinds |= dict.fromkeys(("warnings", "repairs"), pa.list_(pa.string()))
+    measures = dict.fromkeys(key for row in rows for key in row.get("measures", {}))
+    order = [
+        *words[:6],
+        "exit_code",
+        "reason",
+        "report",
+        "warnings",
+        "repairs",
+        "verdict",
+        "frames",
+        "fps",
+        "duration_s",
+        "unit",
+    ]
+    order += ["method", "device", "level_ok", "level_reason", *QUALITY]
+    columns = {
+        name: pa.array([row.get(name) for row in rows], type=kinds.get(name, pa.float64())) for name in order
+    }
+    columns |= {
+        name: pa.array([row.get("measures", {}).get(name) for row in rows], type=pa.float64())
+        for name in measures
+    }
+    parquet.write_table(pa.table(columns), path)
+
+
+@dataclass(frozen=True)
+class Change:
+    """Of a measure within subjects, from one visit or condition to another.
+
+    n: subjects who have both. bias: mean of the differences, later less earlier; sd: their standard deviation, but what
+    the rounding of the figures makes at least, for differences of a few rounded ones may all be the same;
+    mean_lower, mean_upper: 95 % confidence interval of the bias (Student's t). lower, upper: 95 % limits of agreement,
+    between which the change of a single subject lies.
+    """
+
+    factor: str
+    earlier: str
+    later: str
+    measure: str
+    n: int
+    bias: float
+    sd: float
+    mean_lower: float
+    mean_upper: float
+    lower: float
+    upper: float
+
+    @property
+    def of_the_mean(self) -> bool:
+        """Whether the subjects changed on average: 0 lies outside the interval of the mean."""
+        return self.mean_lower > 0 or self.mean_upper < 0
+
+
+def changes(rows: Sequence[Mapping[str, Any]]) -> list[Change]:
+    """Every visit against the first one, and every condition, in the order in which the manifest names them, whatever
+    became of the takes that name them first. One without any take to compare is left out.
+
+    A subject's takes of one visit and condition are averaged, then compared within each condition (or visit, for
+    conditions), and these differences averaged, so that a subject counts once. Fewer than two subjects: no row.
+    Takes that could not be levelled or have unusable poses have no say, nor have takes of several people: nothing says
+    which of them is the subject, or who is who at the next visit. Nor has the unknown unit of a take without a scale in
+    its lengths.
+    """
+    from scipy.stats import t as student_t
+
+    found = []
+    people = Counter(row["name"] for row in rows if row.get("person"))
+    done = [
+        row
+        for row in rows
+        if row.get("subject")
+        and row.get("measures")
+        and row["level_ok"] is not False
+        and row.get("verdict") != "unusable"
+        and not (row.get("person") and people[row["name"]] > 1)
+    ]
+    names = dict.fromkeys(key for row in done for key in row["measures"] if not _rests_on(key))
+    rounding = {name: _ROUNDED * _step(row["measures"].get(name) for row in done) for name in names}
+    for factor, other in (("visit", "condition"), ("condition", "visit")):
+        usable = {row[factor] for row in done}
+        levels = [level for level in dict.fromkeys(row[factor] for row in rows) if level and level in usable]
+        for later in levels[1:]:
+            for name in names:
+                off = _differences(done, name, factor, other, levels[0], later)
+                if len(off) >= 2:
+                    bias, sd = float(off.mean()), max(float(off.std(ddof=1)), rounding[name])
+                    margin = float(student_t.ppf(0.975, len(off) - 1)) * sd / np.sqrt(len(off))
+                    limits = (bias - margin, bias + margin, bias - _LIMIT * sd, bias + _LIMIT * sd)
+                    found.append(Change(factor, levels[0], later, name, len(off), bias, sd, *limits))
+    return found
+
+
+def _rests_on(name: str) -> bool:
+    """Whether a figure says what a measure rests on or how wrong it is, and is none itself. A count of a curve's cycles
+    is of those that are whole; other counts are of what the person did."""
+    *groups, key = name.split(".")
+    whole_cycles = key == "count" and "cycles" in groups
+    return key in _NO_MEASURE or whole_cycles or "_error_" in key or key.endswith("_error")
+
+
+def _step(values: Iterable[float | None]) -> float:
+    """Of the last decimal in which any is stated, to which all are taken to be rounded; 1 of whole numbers, counts too.
+    Takes that are alike are rounded alike, so that a mean of several is known no better."""
+    known = [value for value in values if value is not None and np.isfinite(value)]
+    ends = [int(Decimal(str(value)).normalize().as_tuple().exponent) for value in known]
+    return float(10.0 ** min([0, *ends]))
+
+
+def _differences(
+    rows: Sequence[Mapping[str, Any]], name: str, factor: str, other: str, earlier: str, later: str
+) -> np.ndarray:
+    """(subjects who have both,) of one measure."""
+    cells: dict[tuple[str, str, str], list[float]] = {}
+    for row in rows:
+        value = None if of_length(name) and row["unit"] != "m" else row["measures"].get(name)
+        if value is not None and row[factor] in (earlier, later):
+            cells.setdefault((row["subject"], row[other], row[factor]), []).append(value)
+    within: dict[str, list[float]] = {}
+    for subject, level, place in cells:
+        if place == earlier and (subject, level, later) in cells:
+            off = fmean(cells[subject, level, later]) - fmean(cells[subject, level, earlier])
+            within.setdefault(subject, []).append(off)
+    return np.array([fmean(off) for off in within.values()])

@@ -1,0 +1,213 @@
+"""One take of a batch: skipped when it is done and unchanged, else `pcnet3d run` in a worker process."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import shutil
+import signal
+import socket
+import time
+from dataclasses import dataclass, field
+from glob import escape
+from pathlib import Path
+from typing import Any, Literal
+
+from pydantic import BaseModel, ValidationError
+
+from ....pipeline.core.errors import InputError
+from ....pipeline.core.pose import package_version
+from ....pipeline.files.atomic import add_to_summary, printable, read_summary, whole_file
+from ....pipeline.plugins import registry
+from ....pipeline.plugins.options import files_among
+from ....pipeline.reading.take import sha256
+from ....pipeline.running.recipe import load_recipe
+from ....pipeline.running.run import checkpoints_of
+from .manifest import Entry
+from .study import figures
+from .workers import run_in_worker
+
+_KEY = "batch"  # in a take's summary.json
+_TAIL = 64 << 10  # bytes of a log that are searched for its last words
+
+
+@dataclass(frozen=True)
+class Job:
+    """A take and where it goes. version: of the pcnet3d that gave the order."""
+
+    entry: Entry
+    output: Path
+    timeout_s: float | None = None
+    version: str = field(default_factory=package_version)
+
+    @property
+    def folder(self) -> Path:
+        return self.output / "takes" / self.entry.name
+
+    @property
+    def log(self) -> Path:
+        return self.output / "logs" / f"{self.entry.name}.txt"
+
+    @property
+    def begun(self) -> Path:
+        """Holds the key of the take as it was last begun, until it is done."""
+        return self.output / "locks" / f"{self.entry.name}.begun"
+
+    @property
+    def lock(self) -> Path:
+        return self.output / "locks" / f"{self.entry.name}.lock"
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """kept: done by an earlier batch and unchanged since. rows: the take's figures, one row a person."""
+
+    name: str
+    state: Literal["done", "kept", "failed"]
+    exit_code: int = 0
+    reason: str = ""
+    seconds: float = 0.0
+    host: str = ""
+    rows: tuple[dict[str, Any], ...] = ()
+
+
+class _Kept(BaseModel):
+    """What a summary keeps of the batch that did the take."""
+
+    key: str = ""
+    files: dict[str, dict[str, str]] = {}
+    seconds: float = 0.0
+
+
+def run_take(job: Job) -> Outcome:
+    """Do it, unless it is done; whatever goes wrong with it, an InputError too, is in the outcome. Safe to call again,
+    and at once from several machines that share the disk."""
+    from filelock import FileLock
+
+    start = time.perf_counter()
+    host = socket.gethostname()
+    name = job.entry.name
+    try:
+        if package_version() != job.version:
+            raise InputError(
+                f"{host} has pcnet3d {package_version()}, the batch {job.version}; install one version."
+            )
+        if not job.output.is_dir():
+            raise InputError(
+                f"{host} does not see {job.output}; the folder must be on a disk that all workers share."
+            )
+        with FileLock(job.lock):
+            _tidy(job.folder)
+            kept = _kept(job.folder)
+            files = _hashes(job.entry, kept.files)
+            key = _key(job.entry, files)
+            if kept.key == key:
+                return Outcome(name, "kept", seconds=kept.seconds, host=host, rows=figures(job.folder))
+            code, reason = _run(job, _begun_before(job, key))
+            seconds = round(time.perf_counter() - start, 2)
+            if code:
+                _tidy(job.folder)
+                return Outcome(name, "failed", code, reason, seconds, host)
+            job.begun.unlink(missing_ok=True)
+            add_to_summary(job.folder, **{_KEY: {"key": key, "files": files, "seconds": seconds}})
+            job.log.unlink(missing_ok=True)
+            return Outcome(name, "done", seconds=seconds, host=host, rows=figures(job.folder))
+    except InputError as error:
+        return Outcome(name, "failed", 2, str(error), host=host)
+    except OSError as error:
+        reason = f"{error.filename or 'A file'} could not be read or written: {error.strerror or error}."
+        return Outcome(name, "failed", 2, reason, host=host)
+
+
+def _kept(folder: Path) -> _Kept:
+    """Of an earlier batch; nothing where there is none, or where somebody has changed it."""
+    try:
+        return _Kept.model_validate(read_summary(folder).get(_KEY, {}))
+    except ValidationError:
+        return _Kept()
+
+
+def _hashes(entry: Entry, known: dict[str, dict[str, str]]) -> dict[str, dict[str, str]]:
+    """Of every file of the take, and of those that its recipe names: its name, a stamp of size and time, and its
+    SHA-256; the hash is taken from the last time where the stamp is still the same."""
+    paths = {column: Path(entry.options[column][0]) for column in entry.files}
+    if "recipe" in paths:
+        for number, stage in enumerate(load_recipe(paths["recipe"]).stages):
+            for option, path in files_among(stage.options).items():
+                paths[f"recipe {number} {option}"] = path
+    found = {}
+    for column, path in paths.items():
+        stamp = _stamp(path)
+        before = known.get(column, {})
+        digest = before.get("sha256") if before.get("stamp") == stamp else None
+        found[column] = {"file": printable(path.name), "stamp": stamp, "sha256": digest or sha256(path)}
+    return found
+
+
+def _stamp(path: Path) -> str:
+    digest = hashlib.sha256()
+    for part in [path] if path.is_file() else sorted(p for p in path.rglob("*") if p.is_file()):
+        told = part.stat()
+        digest.update(
+            f"{part.relative_to(path)}\0{told.st_size}\0{told.st_mtime_ns}\n".encode(errors="replace")
+        )
+    return digest.hexdigest()
+
+
+def _key(entry: Entry, files: dict[str, dict[str, str]]) -> str:
+    """What the take's result depends on: options, contents of files, versions of all packages that take part."""
+    content = {
+        "options": {name: values for name, values in entry.options.items() if name not in files},
+        "files": {column: (file["file"], file["sha256"]) for column, file in files.items()},
+        "versions": registry.packages(),
+    }
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+
+def _begun_before(job: Job, key: str) -> bool:
+    """Whether a run of the same take that failed or was killed has left what it had detected or lifted; what a run of
+    another left there is removed."""
+    kept = checkpoints_of(job.folder).values()
+    if job.begun.is_file() and job.begun.read_text(encoding="utf-8") == key:
+        return any(path.is_file() for path in kept)
+    for path in kept:
+        path.unlink(missing_ok=True)
+    with whole_file(job.begun) as partial:
+        partial.write_text(key, encoding="utf-8")
+    return False
+
+
+def _tidy(folder: Path) -> None:
+    """Remove what killed runs left beside the take's folder; nobody else is at work there, for the lock is ours."""
+    for kind in ("partial", "old"):
+        for left in folder.parent.glob(f".{escape(folder.name)}.{kind}-*"):
+            shutil.rmtree(left, ignore_errors=True)
+
+
+def _run(job: Job, resume: bool) -> tuple[int, str]:
+    """Exit code of the take and why it is not 0. Its words go to the log."""
+    words = ["run", f"--output={job.folder}", *(["--resume"] if resume else []), *job.entry.arguments]
+    try:
+        code = run_in_worker(words, job.log, job.timeout_s)
+    except TimeoutError:
+        return 124, f"took longer than the {job.timeout_s:g} s of --timeout, and was ended"
+    return code, _last_words(code, job.log) if code else ""
+
+
+def _last_words(code: int, log: Path) -> str:
+    """Why a run failed: its own sentence for bad input, else what is last in its log."""
+    with open(log, "rb") as file:
+        file.seek(max(0, log.stat().st_size - _TAIL))
+        lines = [line.strip() for line in file.read().decode("utf-8", "replace").splitlines() if line.strip()]
+    ours = [line.removeprefix("pcnet3d: ") for line in lines if line.startswith("pcnet3d: ")]
+    if code == 2 and ours:
+        return ours[-1]
+    others = [line for line in lines if not line.startswith("pcnet3d: ")]
+    last = f": {others[-1]}" if others else ""
+    if code < 0:
+        try:
+            name = signal.Signals(-code).name
+        except ValueError:
+            name = str(-code)
+        return f"its process was ended by {name}; last in its log{last or ': nothing'}"
+    return f"it failed with exit code {code}{last}"

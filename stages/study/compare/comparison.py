@@ -1,0 +1,160 @@
+"""What a comparison found, in words for the command line and in figures for compare.json."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from ....pipeline.core.messages import how_many
+from ...drawing.words import spoken
+from .accelerations import Accelerations
+from .align import WEAK, Alignment, turned
+from .changes import Change, as_figures, told
+from .cycles import Cycles
+from .joints import JointAgreement
+from .side import TRUTH, Side
+from .wrists import Wrists
+
+
+@dataclass(frozen=True, eq=False)
+class Pair:
+    """A side against the reference. shift_s and the rest as in Alignment, None for takes of different motions.
+
+    times: (T,) the side's rows on the reference's clock. at_reference, sd: by angle (T,) the reference's value at the
+    side's rows, and the standard error of the difference. agreement: of figures.agreement by angle. turn_deg, scale:
+    what brought the side's LEVEL to the reference's. joints_mm: mean distance of the joints in LEVEL then. changes:
+    of the measures of both. one_recording: whether both read the same one, so that their errors are not independent.
+    """
+
+    side: Side
+    alignment: Alignment | None
+    times: np.ndarray
+    at_reference: dict[str, np.ndarray]
+    sd: dict[str, np.ndarray]
+    agreement: dict[str, dict[str, float | int]]
+    cycles: list[Cycles]
+    turn_deg: float = 0.0
+    scale: float = 1.0
+    joints_mm: float | None = None
+    joints: JointAgreement = field(default_factory=dict)
+    wrists: Wrists | None = None
+    accelerations: Accelerations | None = None
+    changes: list[Change] = field(default_factory=list)
+    one_recording: bool = False
+
+    @property
+    def level(self) -> np.ndarray:
+        """(T, 17, 3) the side's joints in the heading and the size of the reference's LEVEL."""
+        return self.scale * turned(self.side.level, self.turn_deg)
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """spread, spread_unrectified: by angle the view-consistency of all runs, and what it would be if their cameras were
+    taken as level, for angles that depend on gravity."""
+
+    reference: Side
+    pairs: tuple[Pair, ...]
+    spread: dict[str, float]
+    spread_unrectified: dict[str, float]
+    warnings: tuple[str, ...]
+
+
+def as_text(found: Comparison) -> Iterator[str]:
+    """The main figures, a line each."""
+    for pair in found.pairs:
+        if pair.alignment:
+            yield (
+                f"{pair.side.name} against {found.reference.name}: {pair.alignment.how}, "
+                f"{pair.alignment.shift_s:+.3f} s added, r {pair.alignment.r:.3f}"
+            )
+        if pair.agreement:
+            yield f"{'angle':<26}{'bias':>8}{'limits of agreement':>22}{'RMSE':>8}{'r':>8}  (degrees)"
+        for name, of in pair.agreement.items():
+            limits = f"{of['lower_deg']:z.1f} to {of['upper_deg']:z.1f}"
+            yield f"{name:<26}{of['bias_deg']:>z8.1f}{limits:>22}{of['rmse_deg']:>8.1f}{of['r']:>8.3f}"
+        for method, wrists in pair.wrists.agreement.items() if pair.wrists else ():
+            for wrist, axes in wrists.items():
+                said = ", ".join(f"{a} r {v['r']:.3f} RMSE {v['rmse_mm']:.0f} mm" for a, v in axes.items())
+                if said:
+                    yield f"{wrist}, {method}: {said}"
+        for cycle in pair.cycles:
+            of = cycle.agreement
+            yield (
+                f"{cycle.kind}, {cycle.angle}: {of['cycles']} and {how_many(int(of['cycles_reference']), 'cycle')}, "
+                f"range {of['rom_deg']:.1f} against {of['rom_reference_deg']:.1f} degrees"
+            )
+
+
+def result(pair: Pair, reference: str) -> Iterator[str]:
+    """What came of a pair: whether they are taken for one motion, by how much their angles differ, also beside the
+    errors that are stated, and which measures of two recordings differ by more than their errors."""
+    against = f"{pair.side.name} against {reference}"
+    if pair.alignment is None or not pair.agreement:
+        kinds = len({cycle.kind for cycle in pair.cycles})
+        both = ["the ranges of motion"] * bool(pair.changes) + [how_many(kinds, "kind") + " of cycle"] * bool(
+            kinds
+        )
+        yield f"{against}: taken for two motions; compared: {' and '.join(both) or 'nothing'}"
+    else:
+        yield f"{against}: {_of_one_motion(pair, pair.alignment, reference)}"
+        yield _angles_apart(pair)
+    if not pair.one_recording:
+        yield from told(pair.changes, f"{pair.side.name} less {reference}")
+
+
+def _of_one_motion(pair: Pair, how: Alignment, reference: str) -> str:
+    """That both are compared as one motion; only of one recording it is known, for two takes may correlate as well."""
+    alike = how.r >= WEAK
+    taken = "one motion" if alike and pair.one_recording else "taken for one motion"
+    though = "" if alike else " though their angles hardly correlate"
+    # Motion capture is asked for as that of the take itself.
+    way_out = (
+        "" if pair.one_recording or reference == TRUTH else "; if they are two takes, say --align cycles"
+    )
+    return f"{taken}{though}, shifted by {how.shift_s:+z.3f} s (correlation {how.r:.2f}){way_out}"
+
+
+def _angles_apart(pair: Pair) -> str:
+    rmse = {name: of["rmse_deg"] for name, of in pair.agreement.items()}
+    worst = max(rmse, key=lambda name: rmse[name])
+    inside = [of["within_band"] for of in pair.agreement.values() if "within_band" in of]
+    allowed = (
+        f"; {100 * np.mean(inside):.0f} % of the differences are within the stated errors, of 90 % expected"
+    )
+    return (
+        f"{how_many(len(rmse), 'angle')} differ by {np.median(list(rmse.values())):.1f} degrees in the median, most "
+        f"{spoken(worst)} by {rmse[worst]:.1f} (root mean square){allowed if inside else ''}"
+    )
+
+
+def figures(found: Comparison) -> dict[str, Any]:
+    """Everything but the curves, for JSON."""
+    sides: Sequence[Side] = (found.reference, *(pair.side for pair in found.pairs))
+    return {
+        "reference": found.reference.name,
+        "sides": {side.name: {"about": side.about, "inputs": list(side.sources)} for side in sides},
+        "pairs": {
+            pair.side.name: {
+                "alignment": None if pair.alignment is None else vars(pair.alignment),
+                "turn_deg": pair.turn_deg,
+                "scale": pair.scale,
+                "joints_mm": pair.joints_mm,
+                "joints": pair.joints,
+                "angles": pair.agreement,
+                "changes": as_figures(pair.changes),
+                "cycles": [{"kind": c.kind, "angle": c.angle, **c.agreement} for c in pair.cycles],
+                "accelerations": {} if pair.accelerations is None else pair.accelerations.agreement,
+                "wrists": None
+                if pair.wrists is None
+                else {"size_m": pair.wrists.size_m, "methods": pair.wrists.agreement},
+            }
+            for pair in found.pairs
+        },
+        "view_spread_deg": found.spread,
+        "view_spread_unrectified_deg": found.spread_unrectified,
+        "warnings": list(found.warnings),
+    }

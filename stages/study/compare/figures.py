@@ -1,0 +1,104 @@
+"""Figures of agreement between two series of one angle, and between the cycles of two takes.
+
+Limits of agreement: Bland & Altman, "Statistical methods for assessing agreement between two methods of clinical
+measurement", Lancet 1986: the mean of the differences and 1.96 of their standard deviations to each side. Frames of
+one take are no independent cases: the limits describe this take's frames, and no confidence interval is given.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ....models.common.metrics import SD_90
+from ....pipeline.signals.angles import near
+
+_LIMIT = 1.96
+_FEWEST = 10  # frames
+_MOVING_DEG = 0.5
+
+
+def agreement(
+    values: np.ndarray, reference: np.ndarray, sd: np.ndarray | None = None
+) -> dict[str, float | int] | None:
+    """Of an angle (T,) against a reference (T,), degrees; None when fewer than ten frames have both.
+
+    bias_deg: mean of values less reference; lower_deg, upper_deg: limits of agreement. slope: of the difference over
+    the mean of both, 0 when it does not depend on how large the angle is. rom_deg: 5th to 95th percentile.
+    r: NaN for an angle that hardly changes. within_band: share of frames whose difference lies inside the 90 % band of
+    the standard error sd (T,).
+    """
+    both = np.isfinite(values) & np.isfinite(reference)
+    if both.sum() < _FEWEST:
+        return None
+    off = near(values - reference, 0.0)[both]
+    middle = reference[both] + off / 2
+    spread = float(np.std(off, ddof=1))
+    roms = [float(np.subtract(*np.percentile(part[both], [95, 5]))) for part in (values, reference)]
+    found: dict[str, float | int] = {
+        "frames": int(both.sum()),
+        "bias_deg": float(off.mean()),
+        "sd_deg": spread,
+        "lower_deg": float(off.mean() - _LIMIT * spread),
+        "upper_deg": float(off.mean() + _LIMIT * spread),
+        "rmse_deg": float(np.sqrt((off**2).mean())),
+        "r": correlation(values[both], reference[both], _MOVING_DEG),
+        "slope": float(np.polyfit(middle - middle.mean(), off, 1)[0])
+        if np.ptp(middle) > 1.0
+        else float("nan"),
+        "rom_deg": roms[0],
+        "rom_reference_deg": roms[1],
+    }
+    stated = np.full(1, np.nan) if sd is None else sd[both]
+    if np.isfinite(stated).any():
+        found["within_band"] = float((np.abs(off) <= SD_90 * stated)[np.isfinite(stated)].mean())
+        found["stated_sd_deg"] = float(np.nanmedian(stated))
+    return found
+
+
+def view_spread(series: list[np.ndarray]) -> float | None:
+    """Root mean square over frames of the standard deviation between takes of an angle (T,) each, in degrees; None
+    when fewer than ten frames have all. 0 when every camera gives the same angle."""
+    values = np.stack(series)
+    all_known = np.isfinite(values).all(axis=0)
+    if all_known.sum() < _FEWEST:
+        return None
+    values = near(values[:, all_known] - values[0, all_known], 0.0)
+    return float(np.sqrt(np.var(values, axis=0, ddof=1).mean()))
+
+
+def cycles_agree(curves: np.ndarray, reference: np.ndarray, paired: bool) -> dict[str, float | int] | None:
+    """Of the cycles (N, 101) of a take against those (M, 101) of another; None without two of each.
+
+    difference_deg: root mean square between the mean curves, largest_deg its largest value. rom_change_deg: of the mean
+    range of motion a cycle, with its 95 % interval lower_deg to upper_deg (Welch's t, or of the differences where
+    cycles are `paired`, the same ones seen twice; cycles count as independent).
+    """
+    from scipy.stats import ttest_ind, ttest_rel
+
+    if min(len(curves), len(reference)) < 2:
+        return None
+    off = curves.mean(axis=0) - reference.mean(axis=0)
+    roms, before = np.ptp(curves, axis=1), np.ptp(reference, axis=1)
+    test: Any = ttest_rel(roms, before) if paired else ttest_ind(roms, before, equal_var=False)
+    interval = test.confidence_interval(0.95)
+    return {
+        "cycles": len(curves),
+        "cycles_reference": len(reference),
+        "difference_deg": float(np.sqrt((off**2).mean())),
+        "largest_deg": float(np.abs(off).max()),
+        "rom_deg": float(roms.mean()),
+        "rom_reference_deg": float(before.mean()),
+        "rom_change_deg": float(roms.mean() - before.mean()),
+        "lower_deg": float(interval.low),
+        "upper_deg": float(interval.high),
+    }
+
+
+def correlation(a: np.ndarray, b: np.ndarray, least: float) -> float:
+    """Pearson's r of (T,) and (T,); NaN when the standard deviation of one is below `least`: of what hardly changes, r
+    compares the errors."""
+    if min(a.std(), b.std()) < least:
+        return float("nan")
+    return float(np.corrcoef(a, b)[0, 1])

@@ -1,0 +1,227 @@
+"""What a comparison knows of each side: a finished run, or motion capture brought to the same form."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ....models.angle_error.take_angles import smoothed, take_angles
+from ....models.common.metrics import relative
+from ....models.gravity.levelling import level_frame
+from ....pipeline.core.canonical import R_world_from_body
+from ....pipeline.core.errors import InputError
+from ....pipeline.core.frames import LEVEL
+from ....pipeline.core.layouts import H36M17
+from ....pipeline.core.messages import how_many
+from ....pipeline.core.pose import PoseSequence
+from ....pipeline.core.rotations import rotate, transpose
+from ....pipeline.files.arrays import load
+from ....pipeline.files.atomic import SUMMARY
+from ....pipeline.signals.angles import ANGLES, near, unwrapped
+from ....pipeline.signals.filters import CUTOFF_HZ, breaks, resample
+from ...trajectories import cannot_be_told
+from ..finished_run import Run, load_run, methods
+from ..rates import is_lifted
+
+TRUTH = "motion capture"
+LEAST_S = 1.0  # of motion that both sides know, for them to be compared moment by moment
+
+
+@dataclass(frozen=True, eq=False)
+class Side:
+    """One side of a comparison.
+
+    level: (T, 17, 3) relative to the pelvis, +z up, one heading for the take. angles, sd: (T,) degrees by name of
+    pipeline.signals.angles.ANGLES, NaN for an angle that the run lacks; sd is the stated standard error. measures: of
+    stages.measures.stage. acceleration, acceleration_sd: (T,) norms by joint, relative to the pelvis, of those that can
+    be told, and their standard error; none of motion capture. sources: what was read, for telling takes of one
+    recording. session: what the user said about it, by field of Session. run, body, rectifier: the run's own arrays,
+    its joints (T, 17, 3) in BODY and the full name of its method; None for motion capture. lifted: whether the run
+    lifted its poses itself.
+    """
+
+    name: str
+    about: str
+    time_s: np.ndarray
+    frame_index: np.ndarray
+    seams: tuple[int, ...]
+    level: np.ndarray
+    angles: dict[str, np.ndarray]
+    sd: dict[str, np.ndarray]
+    metric: bool
+    cutoff_hz: float | None
+    measures: dict[str, Any] | None = None
+    acceleration: dict[str, np.ndarray] = field(default_factory=dict)
+    acceleration_sd: dict[str, np.ndarray] = field(default_factory=dict)
+    sources: tuple[dict[str, Any], ...] = ()
+    session: dict[str, str] = field(default_factory=dict)
+    run: Run | None = None
+    body: np.ndarray | None = None
+    rectifier: str | None = None
+    lifted: bool = False
+    warnings: tuple[str, ...] = ()
+
+    def at(self, name: str, time_s: np.ndarray) -> np.ndarray:
+        """An angle (N,) at other times (N,) of this side's clock, NaN in gaps and outside."""
+        angle = self.resampled(unwrapped(self.angles[name]), time_s)
+        return near(angle, ANGLES[name].centre_deg)
+
+    def resampled(self, values: np.ndarray, time_s: np.ndarray) -> np.ndarray:
+        """A series (T,) of this side's rows as (N,) at other times (N,) of its clock, NaN in gaps and outside."""
+        return resample(values, self.time_s, time_s, self.seams)
+
+    def joints_at(self, time_s: np.ndarray, joints: np.ndarray | None = None) -> np.ndarray:
+        """`level`, or other joints of this side's rows, (N, 17, 3) at other times (N,) of its clock."""
+        of = self.level if joints is None else joints
+        each = [resample(of[:, i], self.time_s, time_s, self.seams) for i in range(len(H36M17))]
+        return np.stack(each, axis=1)
+
+
+def load_side(folder: Path) -> Side:
+    """The run in a folder. InputError when there is none that finished, or when it has no joint angles."""
+    import pyarrow.lib
+    import pyarrow.parquet as pq
+
+    run = load_run(folder)
+    run = replace(run, source=relative(run.source))
+    try:
+        table = pq.read_table(folder.resolve() / "kinematics.parquet")  # it takes "a:b" for an address
+        summary: dict[str, Any] = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
+        body = load(folder / "poses.npz", run.source.shape, key="body").astype(np.float64)
+    except (OSError, ValueError, pyarrow.lib.ArrowException) as error:
+        raise InputError(f"Expected kinematics.parquet of a finished run in {folder}: {error}.") from None
+    columns = {
+        name: table[name].to_numpy().astype(np.float64)
+        for name in table.column_names
+        if "_deg" in name or "_acceleration" in name
+    }
+    missing = [name for name in ANGLES if f"{name}_deg" not in columns]
+    if len(missing) == len(ANGLES) or table.num_rows != len(run.time_s):
+        raise InputError(
+            f"Expected a run with joint angles in {folder}, and there are none of "
+            f"{', '.join(missing[:3]) or 'its rows'}; "
+            "run it again with the stage 'angles'."
+        )
+    unknown = np.full(len(run.time_s), np.nan)
+    joints = [
+        name.removesuffix("_acceleration")
+        for name in columns
+        if name.endswith("_acceleration") and not cannot_be_told(columns, name)
+    ]
+    method = str(summary["rectification"]["method"])
+    warnings = (
+        [] if run.level_ok else [f"{folder.name} could not be levelled: angles to gravity are missing."]
+    )
+    if run.camera == "moving":
+        warnings.append(f"{folder.name} was seen by a moving camera: its heading is relative to that.")
+    if missing:  # made before this version of pcnet3d had these
+        warnings.append(
+            f"{folder.name} has no {', '.join(missing)}: only the other angles are compared; run it again to have all."
+        )
+    return Side(
+        name=folder.resolve().name,
+        about=_about(summary, run),
+        time_s=run.time_s,
+        frame_index=run.frame_index,
+        seams=run.seams,
+        level=run.level,
+        angles={name: columns.get(f"{name}_deg", unknown) for name in ANGLES},
+        sd={name: columns.get(f"{name}_sd_deg", unknown) for name in ANGLES},
+        metric=run.metric,
+        cutoff_hz=_cutoff(summary),
+        measures=summary.get("measures"),
+        acceleration={joint: columns[f"{joint}_acceleration"] for joint in joints},
+        acceleration_sd={joint: columns.get(f"{joint}_acceleration_sd", unknown) for joint in joints},
+        sources=tuple(summary.get("inputs", ())),
+        session=summary.get("session") or {},
+        run=run,
+        body=body,
+        rectifier=method,
+        lifted=is_lifted(summary),
+        warnings=tuple(warnings),
+    )
+
+
+def _about(summary: dict[str, Any], run: Run) -> str:
+    """What was told of the session, if anything, the recording and its length."""
+    told = summary.get("session") or {}
+    person = f"person {told['person_id']}" if told.get("person_id") else ""
+    words = (told.get("title"), person, told.get("date"), run.name, how_many(len(run.time_s), "frame"))
+    return ", ".join(str(word) for word in words if word)
+
+
+def truth_side(poses: PoseSequence, about: str, cutoff_hz: float | None) -> Side:
+    """Motion capture in a Z-up world, its joints low-passed as those of the runs that it is compared with."""
+    joints = relative(poses.joints.astype(np.float64))
+    filtered = joints if cutoff_hz is None else smoothed(joints, poses.times, cutoff_hz)
+    R = R_world_from_body(joints)
+    series = take_angles(joints, filtered, R, lifted=False)
+    R_world_from_level, _ = level_frame(R, np.array([0.0, 0.0, 1.0]), poses.times)
+    return Side(
+        name=TRUTH,
+        about=about,
+        time_s=poses.times,
+        frame_index=poses.frame_index,
+        seams=breaks(poses),
+        level=rotate(transpose(R_world_from_level), joints),
+        angles={name: angle.value_deg for name, angle in series.items()},
+        sd={name: angle.sd_deg for name, angle in series.items()},
+        metric=True,
+        cutoff_hz=cutoff_hz,
+    )
+
+
+def named_apart(sides: Sequence[Side]) -> list[Side]:
+    """The same with a number behind names that several have."""
+    names = [side.name for side in sides]
+    return [
+        replace(side, name=f"{side.name} ({names[:i].count(side.name) + 1})")
+        if names.count(side.name) > 1
+        else side
+        for i, side in enumerate(sides)
+    ]
+
+
+def one_clock(side: Side, reference: Side) -> bool:
+    """Whether both are runs that read the same file of video or keypoints, and share a second of its time at least."""
+    read = [
+        {entry["sha256"] for entry in each.sources if entry.get("role") != "poses"}
+        for each in (side, reference)
+    ]
+    begin, end = max(side.time_s[0], reference.time_s[0]), min(side.time_s[-1], reference.time_s[-1])
+    return bool(read[0] & read[1]) and bool(end - begin >= LEAST_S)
+
+
+def told_apart(side: Side, reference: Side) -> list[str]:
+    """What the user said of both recordings that makes them two: "dates", "people"; empty where nothing does."""
+    both = [(side.session.get(key), reference.session.get(key)) for key in ("date", "person_id")]
+    return [word for word, (a, b) in zip(("dates", "people"), both, strict=True) if a and b and a != b]
+
+
+def as_poses(side: Side, joints: np.ndarray, time_s: np.ndarray, frame_index: np.ndarray) -> PoseSequence:
+    """joints (N, 17, 3) of a side as poses in LEVEL."""
+    frame = LEVEL.with_(unit="m" if side.metric else "arbitrary")
+    return PoseSequence(joints, H36M17, frame, time_s=time_s, frame_index=frame_index, person=side.name)
+
+
+def unrectified(run: Run, cutoff_hz: float | None) -> dict[str, np.ndarray]:
+    """The angles (T,) of a run as if its camera were level: what they would be without finding gravity."""
+    if run.camera == "gravity":
+        return {}
+    joints = methods(run)["camera axes"]
+    filtered = joints if cutoff_hz is None else smoothed(joints, run.time_s, cutoff_hz)
+    series = take_angles(joints, filtered, R_world_from_body(joints), lifted=False)
+    return {name: angle.value_deg for name, angle in series.items()}
+
+
+def _cutoff(summary: dict[str, Any]) -> float | None:
+    """Of the low-pass that the run's kinematics went through; None when it was off."""
+    for step in reversed(summary.get("history", [])):
+        if step.get("name") == "low-pass filter":
+            return step["options"].get("cutoff_hz")
+    return CUTOFF_HZ

@@ -1,0 +1,180 @@
+"""Both wrists by every method beside motion capture: the 3DPCNet paper's wrist figure, with its numbers.
+
+All in BODY (back, right, up), from the pelvis, unfiltered, at motion capture's size by one factor a take and method,
+and over that size: the root mean square distance of the twelve limb joints from the pelvis, about half a metre.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from markupsafe import Markup
+
+from ....models import load_rectifier
+from ....pipeline.core.canonical import R_world_from_body
+from ....pipeline.core.layouts import H36M17
+from ....pipeline.core.rotations import is_finite, rotate, transpose
+from ...drawing.charts import Curve, over_time
+from ...drawing.page import charts, figure
+from ...drawing.words import spoken
+from ..finished_run import methods
+from .figures import correlation
+from .side import TRUTH, Side
+
+WRISTS = ("r_wrist", "l_wrist")
+AXES = ("back", "right", "up")
+FLAT = "raw 2D"
+_LIMBS = tuple(
+    f"{side}_{joint}" for side in "rl" for joint in ("hip", "knee", "ankle", "shoulder", "elbow", "wrist")
+)
+_SHOWN_S = 12.0  # of a long take
+_FEWEST = 10  # frames
+_MOVING = 0.02  # of the person's size, about a centimetre: standard deviation of a wrist that moves
+_COLOURS = ("#9aa3ad", "#e69f00", "#56b4e9", "#009e73", "#d55e00", "#cc79a7")
+
+
+@dataclass(frozen=True, eq=False)
+class Wrists:
+    """paths: by method and wrist (T, 3) at time_s (T,) of the run, NaN where unknown (of 2D all of back); motion
+    capture is the first. size_m: what they were divided by. agreement: by method, wrist and axis
+    "r", "rmse" and "rmse_mm"."""
+
+    time_s: np.ndarray
+    paths: dict[str, dict[str, np.ndarray]]
+    size_m: float
+    agreement: dict[str, dict[str, dict[str, dict[str, float]]]]
+
+
+def wrists(side: Side, truth: np.ndarray, keypoints: np.ndarray | None) -> Wrists:
+    """side: a run. truth: (T, 17, 3) motion capture at its rows, relative to the pelvis, +z up. keypoints: (T, 12, 2)
+    pixels of LIMBS at its rows, where the run has some."""
+    body = rotate(transpose(R_world_from_body(truth)), truth)
+    limbs = H36M17.indices(_LIMBS)
+    ways = {name: (joints[:, limbs], joints) for name, joints in _ways(side).items()}
+    size = _size(body[:, limbs], body[:, limbs], (0, 1, 2))[0]
+    paths = {TRUTH: {wrist: body[:, H36M17.index(wrist)] / size for wrist in WRISTS}}
+    if keypoints is not None:
+        hips = [_LIMBS.index("r_hip"), _LIMBS.index("l_hip")]
+        flat = keypoints - keypoints[:, hips].mean(axis=1, keepdims=True)
+        # A camera taken as level, in front of a person who faces it: the image's left is the person's right.
+        seen = np.stack([np.full(flat.shape[:2], np.nan), -flat[..., 0], -flat[..., 1]], axis=-1)
+        tall = _size(
+            seen, body[:, limbs], (2,)
+        )  # of the height alone: how wide a person is seen depends on the view
+        paths[FLAT] = {w: seen[:, _LIMBS.index(w)] * (tall[1] / tall[0] / size) for w in WRISTS}
+    for name, (of_limbs, joints) in ways.items():
+        own, its = _size(of_limbs, body[:, limbs], (0, 1, 2))
+        paths[name] = {wrist: joints[:, H36M17.index(wrist)] * (its / own / size) for wrist in WRISTS}
+    agreement = {
+        name: {wrist: _agreement(path, paths[TRUTH][wrist], size) for wrist, path in of.items()}
+        for name, of in paths.items()
+        if name != TRUTH
+    }
+    return Wrists(side.time_s, paths, size, agreement)
+
+
+def _ways(side: Side) -> dict[str, np.ndarray]:
+    """Joints (T, 17, 3) in BODY by method: the lifter's own axes, each rectifier per frame, and the take's one up."""
+    run = side.run
+    assert run is not None
+    assert side.body is not None
+    if run.camera == "gravity":
+        return {"the source's own up": side.body}
+    result = {"camera axes": methods(run)["camera axes"]}
+    for name in ("geometric", run.method):
+        if name in ("geometric", "pcnet"):
+            chosen = load_rectifier(name)
+            if name == "geometric" or chosen.method == side.rectifier:
+                R_camera_from_body, _ = chosen.rotation(run.source)
+                result[f"{name} per frame"] = rotate(transpose(R_camera_from_body), run.source)
+    return {**result, f"{run.method}, take": side.body}
+
+
+def _size(points: np.ndarray, others: np.ndarray, axes: tuple[int, ...]) -> tuple[float, float]:
+    """Root mean square distances of points and others (T, N, 3) along these axes, where both are known."""
+    both = is_finite(points[..., axes]) & is_finite(others[..., axes])
+    return tuple(float(np.sqrt((x[..., axes][both] ** 2).sum(axis=-1).mean())) for x in (points, others))  # type: ignore[return-value]
+
+
+def _agreement(path: np.ndarray, truth: np.ndarray, size: float) -> dict[str, dict[str, float]]:
+    found = {}
+    for i, axis in enumerate(AXES):
+        both = np.isfinite(path[:, i]) & np.isfinite(truth[:, i])
+        if both.sum() >= _FEWEST:
+            off = float(np.sqrt(((path[both, i] - truth[both, i]) ** 2).mean()))
+            found[axis] = {
+                "r": correlation(path[both, i], truth[both, i], _MOVING),
+                "rmse": off,
+                "rmse_mm": 1000 * size * off,
+            }
+    return found
+
+
+def limbs_of(recording: Path, frame_index: np.ndarray) -> np.ndarray | None:
+    """(T, 12, 2) pixels of the 2D keypoints in a run's recording, at its video frames; None where it has none."""
+    from rerun.chunk import RrdReader
+
+    names: list[str] = []
+    rows: dict[int, np.ndarray] = {}
+    if not recording.is_file():
+        return None
+    for chunk in RrdReader(recording).stream().to_chunks():
+        if chunk.entity_path != "/video/keypoints/joints":
+            continue
+        batch = chunk.to_record_batch()
+        columns = set(batch.schema.names)
+        if "Points2D:labels" in columns:
+            names = batch.column("Points2D:labels")[0].as_py()
+        if {"Points2D:positions", "frame"} <= columns:
+            frames = batch.column("frame").to_numpy(zero_copy_only=False)
+            points = batch.column("Points2D:positions").to_pylist()
+            rows |= {
+                int(frame): np.array(at, dtype=np.float64) for frame, at in zip(frames, points, strict=True)
+            }
+    if not rows or not set(_LIMBS) <= set(names):
+        return None
+    order = [names.index(joint) for joint in _LIMBS]
+    nothing = np.full((len(names), 2), np.nan)
+    return np.stack([rows.get(int(frame), nothing) for frame in frame_index])[:, order]
+
+
+def wrist_charts(found: Wrists, wrist: str, times: np.ndarray) -> Markup:
+    """HTML of one wrist: back, right and up over times (T,), motion capture and every method."""
+    rows = _busiest(found, wrist)
+    shown = []
+    for i, axis in enumerate(AXES):
+        curves = [
+            Curve(name, of[wrist][rows, i], **_look(found, name))
+            for name, of in found.paths.items()
+            if np.isfinite(of[wrist][rows, i]).any()
+        ]
+        title = f"{spoken(wrist).capitalize()}: {'xyz'[i]}, {axis}"
+        shown.append(figure([over_time(curves, times[rows], f"{title} over time")], title))
+    return charts(shown)
+
+
+def _look(found: Wrists, name: str) -> dict[str, Any]:
+    """Colour and width of a method's curve."""
+    names = list(found.paths)
+    if name == TRUTH:
+        return {"width": 2.4}
+    return {
+        "colour": _COLOURS[(names.index(name) - 1) % len(_COLOURS)],
+        "width": 1.6 if name == names[-1] else 1.0,
+    }
+
+
+def _busiest(found: Wrists, wrist: str) -> slice:
+    """The stretch of at most 12 s in which motion capture's wrist travels farthest."""
+    times = found.time_s
+    if times[-1] - times[0] <= _SHOWN_S:
+        return slice(None)
+    step = np.r_[0.0, np.nan_to_num(np.linalg.norm(np.diff(found.paths[TRUTH][wrist], axis=0), axis=-1))]
+    way = np.cumsum(step)
+    stops = np.searchsorted(times, times + _SHOWN_S, side="right")
+    whole = stops[times + _SHOWN_S <= times[-1]]
+    start = int(np.argmax(way[whole - 1] - way[: len(whole)]))
+    return slice(start, int(stops[start]))

@@ -1,0 +1,357 @@
+"""`pcnet3d imu`: a run's accelerations against inertial sensors that were strapped to the person.
+
+A video shows motion relative to the pelvis only; an IMU feels all of it, and in walking the pelvis makes a third or
+more of a wrist's acceleration. So the pelvis' own is taken from the IMU's: that of a pelvis IMU in the same world, or
+of a known path of the root; without either, only the spans in which the pelvis stands still are compared.
+
+A sensor that does not know its orientation still tells the norm of its acceleration, gravity included. Then the norm
+of the video's is compared with it, of the run's own method alone.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+
+from ....models.common.metrics import plain
+from ....pipeline.core.errors import InputError
+from ....pipeline.core.frames import Z_UP, change_frame
+from ....pipeline.core.messages import how_many, show
+from ....pipeline.core.pose import package_version
+from ....pipeline.core.rotations import is_finite
+from ....pipeline.core.system import quoted
+from ....pipeline.files.atomic import add_to_list, whole_folder
+from ....pipeline.plugins.options import call, did_you_mean, pairs
+from ....pipeline.reading.find import adapters, find_adapter, recognises
+from ....pipeline.reading.take import sha256
+from ....pipeline.signals.filters import CUTOFF_HZ, check_cutoff, rate
+from ....pipeline.signals.imu import GRAVITY_MPS2, SEGMENTS, Imu, point_on
+from ..finished_run import Run, load_run, methods
+from .align import Alignment, Signal, agreement, agreement_of_norms, align, heading_deg, turned
+from .motion import as_vertical, even_times, imu_norm, imu_signal, path_acceleration, still_pelvis
+from .output import IMU_RECORDING, Comparison, as_markdown, as_page, write_recording
+
+_FIGURES = "imu.json"
+_WEAK = 0.5  # a correlation over three axes below which the lag is not to be trusted
+_AMBIGUOUS = 0.9  # of the score: another lag that fits as well, as in a periodic motion
+_LEAST_S = 2.0  # of compared motion
+_CLOCK = 2e-4  # clocks that differ by less are called alike
+
+
+def imu(
+    folder: Annotated[Path, typer.Argument(help="A finished run's folder.")],
+    imu: Annotated[list[Path], typer.Option(help="An IMU's file; repeatable.")],
+    segment: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="The segment it was on, such as r_forearm or pelvis, one for each file; or which of a file's."
+        ),
+    ] = None,
+    adapter: Annotated[str, typer.Option(help="Format of the IMUs' files.")] = "auto",
+    rate_hz: Annotated[
+        float | None, typer.Option("--rate", help="Samples a second, for files without a clock of their own.")
+    ] = None,
+    root: Annotated[
+        Path | None,
+        typer.Option(help="Motion capture of the same world and clock as the IMUs', for the pelvis' path."),
+    ] = None,
+    offset: Annotated[float, typer.Option(help="Seconds to add to the IMUs' time first.")] = 0.0,
+    search: Annotated[float, typer.Option(min=0, help="Search window for the lag, in seconds.")] = 5.0,
+    cutoff: Annotated[float, typer.Option(help="Low-pass of both sides in Hz.")] = CUTOFF_HZ,
+    along: Annotated[
+        float | None,
+        typer.Option(min=0, max=1, help="Where on the segment the sensor was: 0 its start, 1 its end."),
+    ] = None,
+    option: Annotated[
+        list[str] | None, typer.Option("--option", "-O", help="KEY=VALUE for the IMUs' adapter; repeatable.")
+    ] = None,
+) -> None:
+    """Compare a run's accelerations with IMUs: lag, r and RMSE of each axis and of the norm.
+
+    Segments that were compared before stay beside the new ones; the same segment again takes its place.
+    """
+    run = load_run(folder)
+    options = pairs(option) | ({} if rate_hz is None else {"rate_hz": rate_hz})
+    sensors, compared = read_imus(imu, segment or [], adapter, options)
+    sensors = {name: replace(sensor, time_s=sensor.time_s + offset) for name, sensor in sensors.items()}
+    path = None if root is None else root_acceleration(root, cutoff, offset)
+    results = [
+        compare(
+            run, sensors[name], sensors.get("pelvis"), path, search_s=search, cutoff_hz=cutoff, along=along
+        )
+        for name in compared
+    ]
+    files = [*imu, *([root] if root else [])]
+    settings = {
+        "inputs": [{"file": file.name, "sha256": sha256(file)} for file in files],
+        "cutoff_hz": cutoff,
+        "search_s": search,
+        "offset_s": offset,
+    }
+    new = {result.segment: plain({**settings, **result.figures()}) for result in results}
+    kept = {name: figures for name, figures in _compared_before(folder).items() if name not in new}
+    segments = {**kept, **new}
+    words = as_markdown(run.name, segments)
+    content = {
+        "pcnet3d": package_version(),
+        "what": f"comparison of {run.name} with IMUs",
+        "take": run.name,
+        "segments": segments,
+    }
+    with whole_folder(folder / "imu", inputs=files) as partial:
+        text = json.dumps(content, indent=1, allow_nan=False)
+        (partial / _FIGURES).write_text(text + "\n", encoding="utf-8")
+        (partial / "imu.md").write_text(words, encoding="utf-8")
+        for name in kept:
+            shutil.copy(folder / "imu" / f"{name}.html", partial)
+        for result in results:
+            (partial / f"{result.segment}.html").write_text(as_page(result, offset), encoding="utf-8")
+        axes = {name: list(next(iter(of["methods"].values()))) for name, of in segments.items()}
+        write_recording(run, results, axes, words, folder, partial / IMU_RECORDING)
+    add_to_list(folder, "imu")
+    show(words)
+    show(f"{folder / 'imu'}: {', '.join(sorted(file.name for file in (folder / 'imu').iterdir()))}")
+    print(f"look at it with: pcnet3d view {quoted(folder / 'imu' / IMU_RECORDING)}")
+
+
+def _compared_before(folder: Path) -> dict[str, dict[str, Any]]:
+    """The figures of earlier comparisons with this run by segment, of this version and with all their files."""
+    try:
+        content = json.loads((folder / "imu" / _FIGURES).read_text(encoding="utf-8"))
+        if content["pcnet3d"] != package_version() or not (folder / "imu" / IMU_RECORDING).is_file():
+            return {}
+        return {
+            name: figures
+            for name, figures in content["segments"].items()
+            if name in SEGMENTS and (folder / "imu" / f"{name}.html").is_file()
+        }
+    except (OSError, ValueError, RecursionError, LookupError, TypeError, AttributeError):
+        return {}
+
+
+def read_imus(
+    files: Sequence[Path],
+    segments: Sequence[str],
+    adapter: str = "auto",
+    options: dict[str, Any] | None = None,
+) -> tuple[dict[str, Imu], list[str]]:
+    """The sensors by segment, and which of them are to be compared: those named, or all, but never the pelvis'.
+
+    A file whose sensor does not know its segment takes the one at its own place of `segments`. InputError when they
+    do not fit.
+    """
+    for name in segments:
+        if name not in SEGMENTS:
+            raise InputError(f"There is no segment '{name}'; {did_you_mean(name, SEGMENTS)}")
+    found: list[Imu] = []
+    for place, file in enumerate(files):
+        chosen = find_adapter(file, adapter, "imu")
+        try:
+            read = call(chosen.read, file, what=f"Adapter '{chosen.name}'", options=options or {})
+        except InputError as error:
+            raise error if str(file) in str(error) else InputError(f"{file}: {error}") from None
+        for sensor in read:
+            if not sensor.segment:
+                if len(segments) != len(files):
+                    raise InputError(
+                        f"{file} does not say where its sensor was: give one --segment for each --imu, in their order; "
+                        f"got {len(segments)} for {how_many(len(files), 'file')}."
+                    )
+                sensor = replace(sensor, segment=segments[place])
+            found.append(sensor)
+    sensors = {sensor.segment: sensor for sensor in found}
+    if len(sensors) < len(found):
+        raise InputError("Expected one IMU for each segment, got two for the same.")
+    missing = [name for name in segments if name not in sensors]
+    if missing:
+        raise InputError(f"The files have no sensor on {', '.join(missing)}; they have {', '.join(sensors)}.")
+    compared = [name for name in (segments or sensors) if name != "pelvis"]
+    if not compared:
+        raise InputError(
+            "A video shows motion relative to the pelvis, so a pelvis IMU alone has nothing to be compared with; add "
+            "one on another segment."
+        )
+    return sensors, compared
+
+
+def root_acceleration(file: Path, cutoff_hz: float, offset_s: float = 0.0) -> Signal:
+    """The pelvis' acceleration in a world with z up, from motion capture that kept where the pelvis was.
+    InputError for any that did not."""
+    if not file.is_file():
+        raise InputError(f"Expected motion capture for --root at {file}, found no file there.")
+    found = [
+        poses
+        for each in adapters("poses").values()
+        if recognises(each, file)
+        for poses in call(each.read, file, what=f"Adapter '{each.name}'", options={})
+        if poses.frame.family == poses.frame.origin == "world" and poses.frame.metric
+    ]
+    if len(found) != 1:
+        raise InputError(
+            f"Expected one person's motion capture with the path of the root in a world for --root; {file} is no such "
+            "file that an adapter knows (TotalCapture's gt_skel_gbl_pos.txt is)."
+        )
+    poses = found[0]
+    path = change_frame(poses, Z_UP).joint("pelvis").astype(np.float64)
+    time_s = poses.times + offset_s
+    grid = even_times(time_s, cutoff_hz)
+    return Signal(grid, path_acceleration(path, time_s, poses.seams, grid, cutoff_hz))
+
+
+def compare(
+    run: Run,
+    sensor: Imu,
+    pelvis: Imu | None = None,
+    root: Signal | None = None,
+    *,
+    search_s: float = 5.0,
+    cutoff_hz: float = CUTOFF_HZ,
+    along: float | None = None,
+) -> Comparison:
+    """One sensor against every method of a run.
+
+    The lag and the clock's rate are properties of the recordings: they are found with the run's own method and hold
+    for all. The heading is each method's own. InputError when there is too little to compare.
+    """
+    check_cutoff(cutoff_hz, rate(run.time_s))
+    if sensor.R_world_from_sensor is None:
+        return _compare_norms(run, sensor, search_s, cutoff_hz, along)
+    warnings = list(sensor.notes)
+    reference = root
+    means = "the path of the root is subtracted from the IMU"
+    if pelvis is not None:
+        reference = imu_signal(pelvis, None, cutoff_hz)
+        means = "the pelvis IMU is subtracted from the IMU, in their common world"
+    signal = imu_signal(sensor, reference, cutoff_hz)
+    time_s = even_times(run.time_s, cutoff_hz)
+
+    def acceleration(path: np.ndarray) -> np.ndarray:
+        return path_acceleration(path, run.time_s, run.seams, time_s, cutoff_hz)
+
+    rows = np.ones(len(time_s), dtype=bool)
+    if reference is None:
+        rows = still_pelvis(run.level, run.time_s, run.seams, time_s)
+        means = (
+            "no pelvis IMU and no path of the root: only spans in which the pelvis stands still are compared"
+        )
+    video = {
+        name: np.where(rows[:, None], acceleration(point_on(sensor.segment, joints, along)), np.nan)
+        for name, joints in methods(run).items()
+    }
+    own = list(video)[-1]
+    step_s = float(time_s[1] - time_s[0])
+    _check_length(run, sensor, video[own], step_s, means)
+    found = align(time_s, video[own], signal, search_s)
+    at_video = signal(found.imu_time(time_s))
+    imus = {name: turned(at_video, heading_deg(values, at_video)) for name, values in video.items()}
+    scale = 1.0
+    if not run.metric:
+        scale = _size(imus[own], video[own]) / _size(video[own], imus[own])
+        video = {name: scale * values for name, values in video.items()}
+        warnings.append(
+            f"The run has no scale; its unit is taken for {scale:.3g} m, which fits the IMU best."
+        )
+    warnings += _doubts(run, found)
+    return Comparison(
+        segment=sensor.segment,
+        means=means,
+        alignment=found,
+        imu_hz=sensor.rate_hz,
+        compared_s=float((is_finite(video[own]) & is_finite(at_video)).sum() * step_s),
+        metres_per_unit=scale,
+        time_s=time_s,
+        video=video,
+        imu=imus,
+        agreement={name: agreement(values, imus[name], step_s) for name, values in video.items()},
+        warnings=tuple(warnings),
+    )
+
+
+def _compare_norms(
+    run: Run, sensor: Imu, search_s: float, cutoff_hz: float, along: float | None
+) -> Comparison:
+    """A sensor without orientation against the run's own method: the norms with gravity, carried as vertical."""
+    means = f"no orientation of the IMU on {sensor.segment} is given: only the norm, gravity included, is compared"
+    if not run.metric:
+        raise InputError(
+            f"Expected a run in metres ({means}), got one without a scale; run it again with --stature METRES, or "
+            "export the IMU's quaternions."
+        )
+    time_s = even_times(run.time_s, cutoff_hz)
+    path = point_on(sensor.segment, run.level, along)
+    rows = np.ones(len(time_s), dtype=bool)
+    if is_finite(run.root).any():
+        path = path + run.root
+        means += "; the pelvis' own motion is that of the run's path"
+    else:
+        rows = still_pelvis(run.level, run.time_s, run.seams, time_s)
+        means += ", in the spans in which the pelvis stands still"
+    acceleration = path_acceleration(path, run.time_s, run.seams, time_s, cutoff_hz)
+    force = acceleration + np.array([0.0, 0.0, GRAVITY_MPS2])
+    video = np.where(rows[:, None], as_vertical(force), np.nan)
+    step_s = float(time_s[1] - time_s[0])
+    _check_length(run, sensor, video, step_s, means)
+    signal = imu_norm(sensor, cutoff_hz)
+    found = replace(align(time_s, video, signal, search_s), heading_deg=float("nan"))
+    felt = signal(found.imu_time(time_s))
+    return Comparison(
+        segment=sensor.segment,
+        means=means,
+        alignment=found,
+        imu_hz=sensor.rate_hz,
+        compared_s=float((is_finite(video) & is_finite(felt)).sum() * step_s),
+        metres_per_unit=1.0,
+        time_s=time_s,
+        video={run.method: video},
+        imu={run.method: felt},
+        agreement={run.method: agreement_of_norms(video, felt, step_s)},
+        warnings=(*sensor.notes, *_doubts(run, found)),
+    )
+
+
+def _check_length(run: Run, sensor: Imu, video: np.ndarray, step_s: float, means: str) -> None:
+    compared_s = is_finite(video).sum() * step_s
+    if compared_s < _LEAST_S:
+        raise InputError(
+            f"Expected at least {_LEAST_S:g} s of video to compare with the IMU on {sensor.segment}, got "
+            f"{compared_s:.1f} of {run.time_s[-1] - run.time_s[0]:.1f} s ({means}); give a longer take, or an IMU on "
+            "the pelvis."
+        )
+
+
+def _size(values: np.ndarray, other: np.ndarray) -> float:
+    both = is_finite(values) & is_finite(other)
+    return float(np.sqrt(values[both].var(axis=0).sum()))
+
+
+def _doubts(run: Run, found: Alignment) -> list[str]:
+    doubts = []
+    if not run.level_ok:
+        doubts.append("The run could not be levelled, so its axes are not upright.")
+    if run.camera == "moving":
+        doubts.append(
+            "The camera moves: only the vertical axis can be compared, the others turn with the camera."
+        )
+    if found.score < _WEAK:
+        doubts.append(
+            f"Video and IMU agree weakly (r {found.score:.2f} over all axes); lag and heading may be wrong. Is the "
+            "sensor on that segment and side, of this take, and within the search?"
+        )
+    elif found.runner_up > _AMBIGUOUS * found.score:
+        doubts.append(
+            f"Another lag fits nearly as well (r {found.runner_up:.2f} against {found.score:.2f}), as in a periodic "
+            "motion; narrow it with --offset and --search."
+        )
+    if abs(found.rate - 1) > _CLOCK:
+        doubts.append(
+            f"The IMU's clock is {'fast' if found.rate > 1 else 'slow'}: {found.rate:.5f} of its seconds pass in one "
+            "of the video's; it is brought to the video's rate."
+        )
+    return doubts

@@ -1,0 +1,165 @@
+"""The recording of a camera that runs: everything is written the moment it is known."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ....models.detector.protocols import Found
+from ....models.gravity.live import LiveFrame
+from ....pipeline.core.errors import InputError
+from ....pipeline.core.frames import BODY, CAMERA, IMAGE
+from ....pipeline.core.layouts import H36M17, Layout
+from ....pipeline.core.pose import PoseSequence
+from ....pipeline.core.rotations import rotate, transpose
+from ...drawing.palette import LEFT, RIGHT
+from ...drawing.rerun_log import log_looks, log_rows
+from .source import Shot
+
+if TYPE_CHECKING:
+    import rerun as rr
+    import rerun.blueprint as rrb
+    from av.container import OutputContainer
+    from av.video.stream import VideoStream
+
+_SIZE = 0.85  # half a person's height in the lifter's unit
+_TICK = Fraction(1, 90_000)
+_SOURCE = CAMERA.with_(origin="pelvis", unit="arbitrary")
+_BODY = BODY.with_(unit="arbitrary")
+
+
+@contextmanager
+def live_recording(path: Path, layout: Layout, video: Path | None, frames: bool) -> Iterator[LiveRecording]:
+    """A recording that is closed properly however the block ends. layout: of the keypoints. video: an MPEG-TS file
+    to keep the images in as well. frames: False keeps every image out of both. InputError when it cannot be
+    written."""
+    import av
+    import rerun as rr
+    from rerun.error_utils import catch_and_log_exceptions
+
+    recording = rr.RecordingStream("pcnet3d")
+    kept = os.devnull if video is None or not frames else str(video)
+    with catch_and_log_exceptions(strict=True), av.open(kept, "w", format="mpegts") as target:
+        try:
+            recording.save(path, default_blueprint=_blueprint())
+            yield LiveRecording(recording, layout, target if frames else None)
+        except RuntimeError as error:
+            raise InputError(f"The recording {path} could not be written: {error}.") from None
+        finally:
+            recording.flush()
+            recording.disconnect()
+
+
+class LiveRecording:
+    """Entities as in `record`: video, video/keypoints, source, body; wrists/source, wrists/body; rotation."""
+
+    def __init__(self, recording: rr.RecordingStream, layout: Layout, target: OutputContainer | None) -> None:
+        """target: what the encoded images go into besides the recording; None without images."""
+        import rerun as rr
+
+        self._recording, self._layout, self._target = recording, layout, target
+        self._encoder: VideoStream | None = None
+        log_looks(recording, "video/keypoints", layout, IMAGE, -3.0)
+        log_looks(recording, "source", H36M17, _SOURCE, 0.024 * _SIZE)
+        log_looks(recording, "body", H36M17, _BODY, 0.024 * _SIZE)
+        for entity, axes in (("source", _SOURCE.axes), ("body", _BODY.axes)):
+            for side, colour in (("l", LEFT), ("r", RIGHT)):
+                shades = [tuple(int(part * share) for part in colour) for share in (1, 0.75, 0.5)]
+                names = [f"{side}_wrist {axis} (au)" for axis in axes]
+                looks = rr.SeriesLines(names=names, colors=shades)
+                recording.log(f"wrists/{entity}/{side}_wrist", looks, static=True)
+        for name, words in (("error", "expected error (deg)"), ("bound", "90 % bound of up (deg)")):
+            recording.log(f"rotation/{name}", rr.SeriesLines(names=[words]), static=True)
+
+    def log(self, shot: Shot, found: Found | None, joints: np.ndarray, live: LiveFrame) -> None:
+        """One image and what is known about it. joints: (17, 3), CAMERA axes."""
+        import rerun as rr
+
+        recording = self._recording
+        recording.set_time("frame", sequence=shot.number)
+        recording.set_time("video_time", duration=shot.time_s)
+        if self._target is not None:
+            self._log_image(self._target, shot)
+        pixels = np.full((len(self._layout), 2), np.nan) if found is None else found.xy
+        body = rotate(transpose(live.R_camera_from_body), joints)
+        for entity, shown, layout, frame in (
+            ("video/keypoints", pixels, self._layout, IMAGE),
+            ("source", joints, H36M17, _SOURCE),
+            ("body", body, H36M17, _BODY),
+        ):
+            row = PoseSequence(
+                shown[None],
+                layout,
+                frame,
+                frame_index=np.array([shot.number]),
+                time_s=np.array([shot.time_s]),
+            )
+            log_rows(recording, entity, row)
+        for entity, shown in (("source", joints), ("body", body)):
+            for wrist in ("l_wrist", "r_wrist"):
+                recording.log(f"wrists/{entity}/{wrist}", rr.Scalars(shown[H36M17.index(wrist)]))
+        recording.log("rotation/error", rr.Scalars(live.error_deg))
+        recording.log("rotation/bound", rr.Scalars(live.up_bound_deg))
+
+    def close(self) -> None:
+        """The last images out of the encoder."""
+        if self._target is not None and self._encoder is not None:
+            self._target.mux(self._encoder.encode(None))
+
+    def _log_image(self, target: OutputContainer, shot: Shot) -> None:
+        import av
+        import rerun as rr
+
+        height, width = (side // 2 * 2 for side in shot.image.shape[:2])  # yuv420p needs even sizes
+        if self._encoder is None:
+            # "zerolatency": every image comes out at once, and none is stored out of order.
+            options = {"crf": "23", "preset": "veryfast", "tune": "zerolatency", "g": "30"}
+            self._encoder = target.add_stream("libx264", rate=30, options=options)
+            self._encoder.width, self._encoder.height, self._encoder.pix_fmt = width, height, "yuv420p"
+            self._encoder.codec_context.time_base = _TICK
+            self._recording.log("video", rr.VideoStream(codec=rr.VideoCodec.H264), static=True)
+        image = av.VideoFrame.from_ndarray(np.ascontiguousarray(shot.image[:height, :width]), "rgb24")
+        image.pts, image.time_base = round(shot.time_s / _TICK), _TICK
+        for packet in self._encoder.encode(image):
+            sample = np.frombuffer(bytes(packet), np.uint8)
+            self._recording.log("video", rr.VideoStream.from_fields(sample=sample))
+            target.mux(packet)
+
+
+def _blueprint() -> rrb.Blueprint:
+    import rerun.blueprint as rrb
+
+    eye = rrb.EyeControls3D(position=_SIZE * np.array([-2.2, 1.1, 0.5]), look_target=(0, 0, 0))
+    camera = rrb.EyeControls3D(position=_SIZE * np.array([0.5, -0.4, -2.4]), look_target=(0, 0, 0))
+    window = rrb.VisibleTimeRange(
+        "video_time",
+        start=rrb.TimeRangeBoundary.cursor_relative(seconds=-10),
+        end=rrb.TimeRangeBoundary.cursor_relative(),
+    )
+    return rrb.Blueprint(
+        rrb.Horizontal(
+            rrb.Vertical(
+                rrb.Spatial2DView(origin="video", name="Video and 2D keypoints"),
+                rrb.Spatial3DView(origin="source", name="Before: CAMERA axes", eye_controls=camera),
+            ),
+            rrb.Spatial3DView(origin="body", name="After: BODY, facing you", eye_controls=eye),
+            rrb.Vertical(
+                rrb.TimeSeriesView(
+                    origin="wrists/source", name="Wrists before: right, down, away (au)", time_ranges=[window]
+                ),
+                rrb.TimeSeriesView(
+                    origin="wrists/body", name="Wrists after: back, right, up (au)", time_ranges=[window]
+                ),
+                rrb.TimeSeriesView(origin="rotation", name="Rotation (deg)"),
+            ),
+            column_shares=[3, 4, 4],
+        ),
+        rrb.TimePanel(state="collapsed", timeline="video_time", play_state="following"),
+        collapse_panels=True,
+    )

@@ -1,0 +1,28 @@
+"""Motion capture as small as it gets, for trainings of a few steps."""
+
+import numpy as np
+import pytest
+
+from pcnet3d.pipeline import rotate
+from pcnet3d.pipeline.reading.mocap.clip import Clip
+
+SUBJECTS = {"train": "01", "val": "07", "test": "03", "hdm05": "bd", "tennis": "tennis-lvargas"}
+
+
+@pytest.fixture
+def standing(facing_camera):
+    """(17, 3) the upright person in a Z-up world, facing -x there."""
+    R_world_from_camera = np.array([[0, 0, 1], [-1, 0, 0], [0, -1, 0]])
+    return rotate(R_world_from_camera, facing_camera) + np.array([0, 0, 0.9])
+
+
+@pytest.fixture
+def clips(standing):
+    """One clip of one person for every part of the data."""
+    rng = np.random.default_rng(0)
+
+    def of(part):
+        poses = (standing + rng.normal(0, 0.03, (60, 17, 3))).astype(np.float32)
+        return (Clip(f"{SUBJECTS[part]}_01", SUBJECTS[part], "asfamc", 30.0, poses),)
+
+    return {part: of(part) for part in SUBJECTS}

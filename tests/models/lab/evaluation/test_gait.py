@@ -1,0 +1,94 @@
+"""The gait report on takes whose answer is known, and the fit of stated errors to errors that are known."""
+
+import numpy as np
+import pytest
+
+from pcnet3d.examples.walker.walk import walker
+from pcnet3d.models.lab.evaluation.gait import Difference, JudgedGait, Mean, as_markdown, judge, one_kind
+from pcnet3d.models.lab.evaluation.testbed import LiftedTake, see
+from pcnet3d.models.lab.fits.gait_errors import fit_differences, fit_errors
+from pcnet3d.models.rectifier.geometric import Geometric
+from pcnet3d.pipeline import CAMERA
+from pcnet3d.pipeline.reading.mocap.clip import Clip
+
+
+@pytest.fixture(scope="module")
+def judged():
+    """The walker with its true joints in the place of a lift."""
+    walk = walker(seconds=8, turn_deg=0)
+    seen = see(Clip("walker", "w", "own", 30.0, walk.world.astype(np.float32)), 0)
+    lifted = seen.keypoints.with_(joints=seen.truth, frame=CAMERA.with_(unit="arbitrary"))
+    return judge(Geometric(), LiftedTake(lifted, seen))
+
+
+def test_true_joints_have_true_steps(judged):
+    assert judged.kind == "walking"
+    assert judged.steps[0] == judged.steps[1] >= 3
+    means = judged.means["true path"]
+    assert means["step_time_s"].found == pytest.approx(means["step_time_s"].true, abs=0.02)
+    assert means["step_length"].found == pytest.approx(means["step_length"].true, abs=0.03)
+    assert means["walking_speed"].true == pytest.approx(1.25, rel=0.04)
+    difference = judged.differences["true path"]["step_length"]
+    assert difference.size == pytest.approx(means["step_length"].true, rel=0.02)
+    assert abs(difference.true) < 0.02
+    assert abs(difference.found) < 1.645 * difference.sd("step_length")
+    assert (judged.frames[:, 0] == judged.frames[:, 1]).mean() > 0.8
+
+
+def test_the_report_has_every_row(judged):
+    table = one_kind([judged])
+    heading = {"pcnet3d": "0", "lifter": "l", "rectifier": "r", "seed": 0, "flip": False, "bed": "wild"}
+    page = as_markdown({**heading, "sets": {"here": {"walking": table, "false steps": 2}}})
+    for said in (
+        "## here, walking",
+        "| initial contact |",
+        "| step_width, focal known |",
+        "| step_length, right less left, focal known |",
+        "without a walk: 2",
+    ):
+        assert said in page
+
+
+def test_fitted_errors_hold_nine_in_ten():
+    rng = np.random.default_rng(1)
+    count = rng.integers(3, 40, 600)
+    errors = rng.normal(0, np.hypot(0.01, 0.05 / np.sqrt(count)))
+    takes = [
+        JudgedGait(
+            "walking",
+            (1, 1),
+            np.zeros((0, 2)),
+            {},
+            {"true path": {"step_time_s": Mean(e, 0.0, int(n), "walking", 0.9)}},
+        )
+        for e, n in zip(errors, count, strict=True)
+    ]
+    parts = fit_errors(takes)["walking"]["step_time_s"]
+    assert parts["shared"] == pytest.approx(0.01, rel=0.3)
+    assert parts["each"] == pytest.approx(0.05, rel=0.3)
+    sd = np.hypot(parts["shared"], parts["each"] / np.sqrt(count))
+    assert (np.abs(errors) <= 1.645 * sd).mean() == pytest.approx(0.9, abs=0.01)
+
+
+def test_fitted_errors_of_differences_hold_nine_in_ten_from_every_side():
+    """A lifter's error of the farther leg: the more of a step is depth, the larger the difference."""
+    rng = np.random.default_rng(2)
+    counts = rng.integers(2, 20, (900, 2))
+    depth = rng.uniform(0, 1, 900)
+    sd = np.sqrt((0.1 * depth) ** 2 + 0.04**2 * (1 / counts).sum(axis=1))
+    errors = rng.normal(0, sd)
+    takes = [
+        JudgedGait(
+            "walking",
+            (1, 1),
+            np.zeros((0, 2)),
+            {},
+            {},
+            {"true path": {"step_length": Difference(0.9 * e, 0.0, 0.7, tuple(n), "walking", 0.9, far)}},
+        )
+        for e, n, far in zip(errors, counts, depth, strict=True)
+    ]
+    parts = fit_differences(takes)["walking"]["step_length"]
+    assert parts["each"] == pytest.approx(0.04, rel=0.3)
+    assert parts["depth"] == pytest.approx(0.1, rel=0.15)
+    assert parts["shared"] < 0.01

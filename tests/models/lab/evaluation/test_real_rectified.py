@@ -1,0 +1,84 @@
+"""Consistency of rectifiers on real lifters' output."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pcnet3d.models import load_rectifier
+from pcnet3d.models.lab.evaluation import real_rectified as module
+from pcnet3d.models.lab.evaluation.real_rectified import consistency, real_poses, spread_deg
+from pcnet3d.models.lifter.builtin import lift
+
+
+def test_the_spread_of_a_cone_is_its_half_angle() -> None:
+    azimuth = np.linspace(0, 2 * np.pi, 12, endpoint=False)
+    up = np.stack([np.cos(azimuth), np.sin(azimuth), np.full(12, 1 / np.tan(np.radians(5)))], axis=-1)
+    up /= np.linalg.norm(up, axis=-1, keepdims=True)
+    np.testing.assert_allclose(spread_deg(up), 5.0, atol=1e-6)
+
+
+def test_a_frame_without_up_does_not_spoil_the_others() -> None:
+    up = np.tile([0.0, 0.0, 1.0], (5, 1))
+    up[2] = np.nan
+    spread = spread_deg(up)
+    assert np.isnan(spread[2])
+    np.testing.assert_allclose(np.delete(spread, 2), 0.0, atol=1e-6)
+
+
+@pytest.mark.data
+def test_the_trunk_of_who_walks_is_upright_within_the_stated_bound(data) -> None:
+    results = consistency([load_rectifier("pcnet")])
+    for lifter in ("pcnet3d on MoveNet", "BlazePose"):
+        (trunk,) = results["trunk"][f"walk_crop, {lifter}"].values()
+        assert trunk["lean"].p50 < trunk["bound"] < 15
+
+
+@pytest.mark.data
+def test_flipped_lifts_are_asked_for(data, monkeypatch) -> None:
+    asked = []
+
+    def spy(*args, flip=False, **settings):
+        asked.append(flip)
+        return lift(*args, flip=flip, **settings)
+
+    monkeypatch.setattr(module, "lift", spy)
+    consistency([load_rectifier("geometric")], flip=True)
+    assert asked == [True] * 3  # the clips with keypoints
+
+
+@pytest.mark.data
+def test_the_network_brings_two_lifters_of_one_video_nearer_and_the_baseline_does_not(data) -> None:
+    results = consistency([load_rectifier("geometric"), load_rectifier("pcnet")])
+    apart = {key: figure.mean for key, figure in results["apart"]["boxing: MotionBERT, BlazePose"].items()}
+    before, geometric, _, network, network_take = apart.values()
+    assert network < before < geometric
+    assert network_take < before
+    for clip in ("walk_crop", "demo_man"):
+        apart = results["apart"][f"{clip}: pcnet3d on MoveNet, BlazePose"]
+        camera, *_, network, _ = (figure.p50 for figure in apart.values())
+        assert network < camera, clip
+    for name, methods in results["up"].items():
+        geometric, network = (figure.mean for figure in methods.values())
+        if "pcnet3d" not in name:  # our lift is so smooth that the trunk itself is a steady up
+            assert network < geometric, name
+
+
+class _Turned:
+    """A rectifier whose BODY is a fixed turn of the camera's axes: bodies are as far apart as before."""
+
+    method = "turned"
+    R = np.array([[0.0, -1, 0], [0, 0, -1], [1, 0, 0]])
+
+    def rotation(self, joints: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return np.tile(self.R, (len(joints), 1, 1)), np.full(len(joints), np.nan)
+
+
+@pytest.mark.data
+def test_a_fixed_turn_changes_nothing(data) -> None:
+    results = consistency([_Turned()])
+    for figures in results["apart"].values():
+        before, after, _ = figures.values()
+        assert after.mean == pytest.approx(before.mean, abs=1e-6)
+    assert all(figure.p95 < 1e-5 for row in results["up"].values() for figure in row.values())
+    assert len(list(real_poses())) == len(results["up"])

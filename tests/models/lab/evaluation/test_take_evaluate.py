@@ -1,0 +1,336 @@
+"""Whole takes: a perfect rectifier has no error and the truth's accelerations, from every camera; known errors are
+measured as what they are."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from pcnet3d.models.lab.evaluation import evaluate as evaluate_module
+from pcnet3d.models.lab.evaluation import sets as evaluation_sets
+from pcnet3d.models.lab.evaluation import take_cameras
+from pcnet3d.models.lab.evaluation import takes as takes_module
+from pcnet3d.models.lab.evaluation.acceleration import accelerations
+from pcnet3d.models.lab.evaluation.take_acceleration import over_takes, take_scores
+from pcnet3d.models.lab.evaluation.take_answers import (
+    Answer,
+    answers,
+    camera_axes,
+    constant,
+    named,
+    simulated_look,
+    with_heading,
+)
+from pcnet3d.models.lab.evaluation.take_cameras import apart, around, positions
+from pcnet3d.models.lab.evaluation.takes import group_of, judge, one_set, row, some_clips
+from pcnet3d.models.lab.evaluation.testbed import LiftedTake, see
+from pcnet3d.models.rectifier.geometric import Geometric
+from pcnet3d.pipeline import CAMERA, H36M17, rotate
+from pcnet3d.pipeline.core.canonical import R_world_from_body
+from pcnet3d.pipeline.core.rotations import angle_deg, transpose
+from pcnet3d.pipeline.reading.mocap.clip import Clip
+
+FPS = 30.0
+LIMBS = H36M17.indices(("l_wrist", "r_wrist", "l_ankle", "r_ankle"))
+
+
+@pytest.fixture
+def standing(facing_camera):
+    """(17, 3) metres, +Z up, facing the world's -X."""
+    return rotate(np.array([[0, 0, 1], [-1, 0, 0], [0, -1, 0]]), facing_camera) + np.array([0, 0, 0.9])
+
+
+def clip_of(standing, frames=75, name="03_01", swing=(0, 0, 0.1)):
+    """Somebody whose wrists and ankles swing once a second, and nothing else."""
+    joints = np.repeat(standing[None], frames, axis=0)
+    joints[:, LIMBS] += np.sin(2 * np.pi * np.arange(frames) / FPS)[:, None, None] * np.array(swing)
+    return Clip(name, name[:2], "asfamc", FPS, joints.astype(np.float32))
+
+
+def taken(clip, scale=0.7, error=0.0):
+    """A take whose "lift" is the truth at another scale, with a known error."""
+    seen = see(clip, 0)
+    poses = seen.keypoints.with_(
+        joints=seen.truth * scale + error, frame=CAMERA.with_(unit="arbitrary", origin="pelvis")
+    )
+    return LiftedTake(poses, seen)
+
+
+class Oracle:
+    """Knows the camera, and turns its answer by an error in BODY's axes."""
+
+    method = "oracle"
+
+    def __init__(self, seen, error=None):
+        self.seen, self.error = seen, np.eye(3) if error is None else error
+
+    def rotation(self, joints):
+        return self.seen.R_camera_from_body @ self.error, np.full(len(joints), 5.0)
+
+
+def turn(axis, degrees):
+    return Rotation.from_rotvec(np.radians(degrees) * np.array(axis)).as_matrix()
+
+
+def scored(seen, methods, joints=None):
+    joints = seen.truth if joints is None else joints
+    return take_scores(
+        methods, joints, seen.truth, seen.R_camera_from_world, seen.R_camera_from_body, seen.keypoints.times
+    )
+
+
+def test_a_perfect_rectifier_has_no_error(standing):
+    take = taken(clip_of(standing))
+    both = answers([Oracle(take.seen)], take.seen.truth, take.seen.keypoints.times)["oracle"]
+    for answer in both.values():
+        judged = judge(take, take.seen.truth, answer)
+        assert max(judged.rotation.max(), judged.tilt.max()) < 1e-3
+        assert judged.mpjpe.max() < 1e-3
+    assert judge(take, take.seen.truth, both["a frame"]).levelled is None
+    judged = judge(take, take.seen.truth, both["a take"])
+    assert (judged.levelled, judged.inside, judged.drifted) == (True, True, False)
+
+
+@pytest.fixture
+def levelled(standing):
+    """Judges a take that is levelled by an oracle with a known error in BODY's axes."""
+    take = taken(clip_of(standing))
+
+    def run(error, per="a take"):
+        both = answers([Oracle(take.seen, error)], take.seen.truth, take.seen.keypoints.times)
+        return judge(take, take.seen.truth, both["oracle"][per])
+
+    return run
+
+
+def test_a_tilt_that_all_frames_share_stays_and_jitter_goes(levelled):
+    assert levelled(turn([0, 1, 0], 6)).tilt.mean() == pytest.approx(6, abs=0.01)
+    jitter = Rotation.from_rotvec(np.random.default_rng(0).normal(0, 0.1, (75, 3))).as_matrix()
+    assert levelled(jitter).tilt.mean() < 0.3 * levelled(jitter, "a frame").tilt.mean()
+
+
+def test_a_row_counts_takes_and_leaves_refused_ones_out_of_the_calibration(levelled):
+    takes = [levelled(turn([0, 1, 0], degrees)) for degrees in (0, 2, 25, 170)]
+    figures = row({"oracle, a take": takes})
+    assert (figures["takes"], figures["frames"]) == (4, 300)
+    method = figures["methods"]["oracle, a take"]
+    assert method["levelled"] == pytest.approx(3 / 4)  # upside down is refused
+    assert method["inside"] == pytest.approx(2 / 3)
+    assert method["true"] == pytest.approx((0 + 2 + 25) / 3, abs=0.1)
+    assert method["tilt"].mean == pytest.approx((0 + 2 + 25 + 170) / 4, abs=0.1)
+
+
+def test_accelerations_of_a_swing():
+    """Half the power at the cut-off, none far above."""
+    time_s = np.arange(150) / FPS
+    for hertz, passed, within in ((1.0, 1.0, 0.01), (6.0, np.sqrt(0.5), 0.1), (14.0, 0.0, 0)):
+        path = np.zeros((150, 2, 3))
+        path[:, 1, 2] = np.sin(2 * np.pi * hertz * time_s)
+        middle = accelerations(path, time_s)[30:-30]
+        amplitude = np.sqrt(2 * np.mean(middle[:, 1, 2] ** 2))
+        assert amplitude == pytest.approx(passed * (2 * np.pi * hertz) ** 2, rel=within, abs=0.5)
+        assert not middle[:, 0].any()
+
+
+def test_a_perfect_rotation_has_the_truths_accelerations(standing):
+    take = taken(clip_of(standing))
+    both = named(answers([Oracle(take.seen)], take.seen.truth, take.seen.keypoints.times))
+    scores = scored(take.seen, both)
+    assert "lift" not in scores
+    for axes in ("level", "body"):
+        for name in both:
+            for part in ("wrist", "ankle"):
+                assert scores[axes][name][part]["vertical"] == pytest.approx((0, 1), abs=1e-5)
+                assert scores[axes][name][part]["horizontal"][0] == pytest.approx(0, abs=1e-5)
+    assert scores["level"]["no motion"]["wrist"]["vertical"][0] == pytest.approx(
+        0.1 * (2 * np.pi) ** 2 / np.sqrt(2), rel=0.03
+    )
+
+
+def test_a_known_tilt_moves_a_known_part_from_vertical_to_horizontal(standing):
+    seen = see(clip_of(standing), 0)
+    tilted = constant(seen.R_camera_from_world @ turn([1, 0, 0], 20), 75)
+    scores = scored(seen, {"tilted": tilted})["level"]
+    whole = scores["no motion"]["wrist"]["vertical"][0]
+    assert scores["tilted"]["wrist"]["vertical"][0] == pytest.approx(
+        whole * (1 - np.cos(np.radians(20))), rel=1e-3
+    )
+    assert scores["tilted"]["wrist"]["horizontal"][0] == pytest.approx(
+        whole * np.sin(np.radians(20)) / np.sqrt(2), rel=1e-3
+    )
+
+
+def test_a_constant_turn_about_the_vertical_changes_nothing(standing):
+    seen = see(clip_of(standing, swing=(0.05, 0.1, 0.02)), 0)
+    jitter = Rotation.from_rotvec(np.random.default_rng(0).normal(0, 0.1, (75, 3))).as_matrix()
+    methods = [
+        {"frame": Answer(R, np.full(75, 5.0)), "take": constant(R[0], 75)}
+        for R in (
+            seen.R_camera_from_body @ jitter,
+            seen.R_camera_from_body @ jitter @ turn([0, 0, 1], 130),
+        )
+    ]
+    one, other = (over_takes([scored(seen, m)]) for m in methods)
+    for axes in ("level", "body"):
+        for name in one[axes]:
+            for part in ("wrist", "ankle"):
+                for way in ("vertical", "horizontal"):
+                    a, b = one[axes][name][part][way]["rmse"].mean, other[axes][name][part][way]["rmse"].mean
+                    assert a == pytest.approx(b, rel=1e-6)
+    assert one["level"]["frame"]["wrist"]["vertical"]["rmse"].mean > 0.1
+
+
+def test_headings_are_turned_and_ups_are_not():
+    rng = np.random.default_rng(0)
+    truth = Rotation.random(rng=rng).as_matrix()
+    R = truth @ Rotation.from_rotvec(rng.normal(0, 0.2, (50, 3))).as_matrix() @ turn([0, 0, 1], 77)
+    for per in ("take", "frame"):
+        turned = with_heading(R, truth, per)
+        np.testing.assert_allclose(turned[..., 2], R[..., 2], atol=1e-12)
+        D = transpose(turned) @ truth
+        twist = np.arctan2(D[:, 1, 0] - D[:, 0, 1], D[:, 0, 0] + D[:, 1, 1])
+        assert np.abs(twist.mean() if per == "take" else twist).max() < 1e-2
+    R[3] = np.nan
+    assert np.isfinite(with_heading(R, truth)[4:]).all()
+
+
+def test_what_the_rotation_adds_is_told_from_the_lift(standing):
+    take = taken(clip_of(standing))
+    noise = np.random.default_rng(0).normal(0, 0.02, take.seen.truth.shape)
+    scores = scored(
+        take.seen, named(answers([Oracle(take.seen)], take.seen.truth, take.seen.keypoints.times)),
+        take.seen.truth + noise,
+    )  # fmt: skip
+    assert scores["level"]["oracle, a take"]["wrist"]["vertical"][0] > 1
+    assert scores["lift"]["oracle, a take"]["wrist"]["vertical"][0] < 1e-5
+
+
+def test_an_answer_about_another_lift_has_that_lifts_accelerations(standing):
+    """The second lift is the truth, in the true axes, whatever the first one is."""
+    seen = see(clip_of(standing), 0)
+    true = answers([Oracle(seen)], seen.truth, seen.keypoints.times)["oracle"]["a take"]
+    methods = {"first": replace(true, joints=None), "again": replace(true, joints=seen.truth)}
+    noise = np.random.default_rng(0).normal(0, 0.02, seen.truth.shape)
+    scores = scored(seen, methods, seen.truth + noise)
+    for axes in ("level", "body"):
+        assert scores[axes]["first"]["wrist"]["vertical"][0] > 1
+        assert scores[axes]["again"]["wrist"]["vertical"] == pytest.approx((0, 1), abs=1e-5)
+    assert scores["lift"]["again"] == scores["lift"]["first"]  # of the first lift, for all methods
+
+
+def test_a_straight_camera_in_front_of_a_person_needs_no_rotation(facing_camera):
+    upright = rotate(transpose(camera_axes(1).R_camera_from_body[0]), facing_camera)
+    assert upright[H36M17.index("head"), 2] > 0.7
+    np.testing.assert_allclose(R_world_from_body(upright[None])[0], np.eye(3), atol=0.05)
+
+
+def test_eight_cameras_stand_around(standing):
+    seen = around(clip_of(standing, frames=20), seed=1)
+    view = np.array([s.R_camera_from_world[2] for s in seen])
+    heading = np.degrees(np.arctan2(view[:, 1], view[:, 0])) % 360
+    np.testing.assert_allclose(heading, np.arange(8) * 45, atol=1e-6)
+    pitch = np.degrees(np.arcsin(-view[:, 2]))
+    assert ((pitch >= -20) & (pitch <= 40)).all()
+    assert np.ptp(pitch) > 5
+    np.testing.assert_allclose([s.R_camera_from_world[0, 2] for s in seen], 0, atol=1e-9)  # no roll
+
+
+def test_clean_takes_with_the_true_rotation_agree_from_every_camera(standing):
+    views = {}
+    for seen in around(clip_of(standing, frames=40), 0):
+        for name, points in positions([Oracle(seen)], seen, seen.truth).items():
+            views.setdefault(name, []).append(points)
+    distances = {name: apart(np.stack(points)) for name, points in views.items()}
+    for name in ("oracle, a frame", "oracle, a take", "true axes"):
+        assert distances[name] == pytest.approx((0, 0), abs=1e-3), name
+    assert distances["camera axes"][0] > 20
+    assert distances["camera axes"][1] > 5
+
+
+def test_apart_in_known_places(standing):
+    pose = standing - standing[:1]
+    aside = np.array([0.03, 0, 0])
+    apart_by_6_cm = np.stack([pose + aside, pose - aside])[:, None]
+    assert apart(apart_by_6_cm) == pytest.approx((30, 0), abs=1e-6)
+    leaning = np.stack([rotate(turn([0, 1, 0], angle), pose) for angle in (10, 20)])[:, None]
+    lean = [angle_deg(v[0, H36M17.index("thorax")], np.array([0, 0, 1.0])) for v in leaning]
+    assert np.ptp(lean) == pytest.approx(10, abs=0.5)
+    assert apart(leaning)[1] == pytest.approx(5, abs=0.2)
+    missing = np.repeat(apart_by_6_cm, 2, axis=1)
+    missing[0, 1] = np.nan
+    assert apart(missing)[0] == pytest.approx(30)
+
+
+def test_takes_are_grouped_by_posture_and_length(standing):
+    down = standing[:, [2, 1, 0]] * np.array([1, -1, 1])
+    for frames, lying, group in (
+        (60, 0, "upright, 2 s and more"), (59, 0, "upright, under 2 s"), (60, 20, "lying now and then"),
+        (60, 40, "lying"),
+    ):  # fmt: skip
+        joints = np.repeat(standing[None], frames, axis=0)
+        joints[:lying] = down
+        clip = Clip("03_01", "03", "asfamc", FPS, joints.astype(np.float32))
+        assert group_of(taken(clip)) == group
+        assert bool(some_clips([clip], 5)) == (group == "upright, 2 s and more")
+    many = [clip_of(standing, 60 + i) for i in range(10)]
+    assert [len(clip) for clip in some_clips(many, 4)] == [60, 63, 66, 69]
+
+
+def test_a_take_with_gaps_has_errors_but_no_acceleration(standing):
+    take = taken(clip_of(standing))
+    joints = take.lifted.joints.copy()
+    joints[10:30] = np.nan
+    gaps = LiftedTake(take.lifted.with_(joints=joints), take.seen)
+    tables, signals = one_set([Geometric()], "CMU test", [take, gaps], 2)
+    row_ = tables["CMU test, lifted, upright, 2 s and more"]
+    assert row_["takes"] == 2
+    assert row_["methods"]["geometric, a take"]["rotation"].mean < 1
+    assert (signals["CMU test, lifted"]["takes"], signals["CMU test, lifted"]["left out"]) == (1, 1)
+    assert signals["CMU test, clean"]["takes"] == 2
+
+
+@pytest.fixture
+def tiny(standing, monkeypatch):
+    """Two takes as all the data there is."""
+    clips = (clip_of(standing), clip_of(standing, 45, "03_02"))
+    monkeypatch.setattr(evaluation_sets, "read_clips", lambda subjects: clips)
+    monkeypatch.setattr(evaluation_sets, "lifted_takes", lambda subjects, seed, **_: map(taken, clips))
+    monkeypatch.setattr(take_cameras, "lift", lambda keypoints, *_, **__: keypoints.with_(
+        joints=clips[0].joints - clips[0].joints[:, :1], frame=CAMERA.with_(unit="arbitrary")
+    ))  # fmt: skip
+
+
+def test_the_command_writes_tables_and_json(tiny, tmp_path, capsys):
+    evaluate_module.takes(tmp_path / "out", ["geometric"], sets="test", because="known answers")
+    text = (tmp_path / "out" / "evaluation.md").read_text()
+    assert text in capsys.readouterr().out
+    assert "| CMU test, lifted, upright, 2 s and more | 1 | 75 | geometric, a take |" in text
+    assert "| HDM05, clean, upright, under 2 s | geometric, a take | 100.0 | 100.0 |" in text
+    assert "## Acceleration of wrists and ankles" in text
+    content = json.loads((tmp_path / "out" / "evaluation.json").read_text())
+    assert content["cameras"]["takes"] == 1
+    assert content["cameras"]["clean"]["geometric, a take"]["joints_mm"]["mean"] < 0.1
+    assert content["pooling"]["frames"] == 10_000
+    wrist = content["acceleration"]["CMU test, clean"]["level"]["true axes"]["wrist"]["vertical"]
+    assert wrist["rmse"]["p50"] == pytest.approx(0, abs=1e-6)
+
+
+def test_another_seed_draws_other_errors_of_the_image(tiny, tmp_path, monkeypatch):
+    drawn = []
+
+    def spy(up, seed, clip):
+        drawn.append(simulated_look(up, seed, clip))
+        return drawn[-1]
+
+    monkeypatch.setattr(takes_module, "simulated_look", spy)
+    said = []
+    for seed in (0, 1):
+        drawn.clear()
+        evaluate_module.takes(
+            tmp_path / "out", ["geometric"], seed=seed, sets="test", because="known answers"
+        )
+        said.append(np.array([look.up for look in drawn]))
+    assert said[0].shape == said[1].shape
+    assert (angle_deg(*said) > 0.01).all()  # the takes themselves are the same here

@@ -1,0 +1,292 @@
+"""Lifted takes: deterministic, true to their camera, and judged by evaluate."""
+
+import csv
+import json
+from datetime import date
+
+import numpy as np
+import pytest
+
+from pcnet3d.models import load_rectifier
+from pcnet3d.models.common.metrics import Figure
+from pcnet3d.models.lab.evaluation import evaluate as reports
+from pcnet3d.models.lab.evaluation import ledger
+from pcnet3d.models.lab.evaluation import sets as evaluation_sets
+from pcnet3d.models.lab.evaluation import testbed as module
+from pcnet3d.models.lab.evaluation.lifter import groups, lifter_figures
+from pcnet3d.models.lab.evaluation.testbed import BEDS, LiftedTake, lay_down, lifted_takes, see, write_takes
+from pcnet3d.models.lab.mocap.clips import read_clips
+from pcnet3d.models.lifter.builtin import Network
+from pcnet3d.models.lifter.load import load_lifter
+from pcnet3d.pipeline import CAMERA, H36M17, InputError
+from pcnet3d.pipeline.core.canonical import body_axes, trunk_lean_deg
+from pcnet3d.pipeline.core.rotations import geodesic_deg
+from pcnet3d.pipeline.reading.mocap.clip import Clip
+
+POSE = {
+    "pelvis": (0, 0, 0.9), "r_hip": (-0.1, 0, 0.9), "r_knee": (-0.1, -0.05, 0.48), "r_ankle": (-0.1, 0, 0.08),
+    "l_hip": (0.1, 0, 0.9), "l_knee": (0.1, -0.05, 0.48), "l_ankle": (0.1, 0, 0.08), "spine": (0, 0, 1.12),
+    "thorax": (0, 0, 1.4), "nose": (0, -0.06, 1.5), "head": (0, 0, 1.7), "l_shoulder": (0.18, 0, 1.38),
+    "l_elbow": (0.2, 0, 1.1), "l_wrist": (0.2, -0.1, 0.87), "r_shoulder": (-0.18, 0, 1.38), "r_elbow": (-0.2, 0, 1.1),
+    "r_wrist": (-0.2, -0.1, 0.87),
+}  # fmt: skip
+
+
+def clip(name="09_01", frames=50):
+    """Someone who walks half a metre without moving a limb."""
+    pose = np.array([POSE[joint] for joint in H36M17.joints], dtype=np.float32)
+    way = np.linspace(0, 0.5, frames)[:, None, None] * np.array([0, -1, 0])
+    return Clip(name, name[:2], "asfamc", 30.0, (pose + way).astype(np.float32))
+
+
+def taken(lift_error=0.0, **changes):
+    """A take whose "lift" is the truth at another scale, with a known error."""
+    take = see(clip(**changes), 0)
+    joints = take.truth * 0.7 + lift_error
+    poses = take.keypoints.with_(joints=joints, frame=CAMERA.with_(unit="arbitrary"))
+    return LiftedTake(poses, take)
+
+
+def test_a_take_depends_on_seed_and_name_only():
+    a, b = see(clip(), 0), see(clip(), 0)
+    np.testing.assert_array_equal(a.keypoints.joints, b.keypoints.joints)
+    assert not np.allclose(a.R_camera_from_world, see(clip(), 1).R_camera_from_world)
+    assert not np.allclose(a.R_camera_from_world, see(clip("09_02"), 0).R_camera_from_world)
+
+
+def test_truth_fits_itself():
+    take = see(clip(), 0)
+    np.testing.assert_allclose(take.R_camera_from_body, body_axes(take.truth, take.up), atol=1e-9)
+    np.testing.assert_allclose(take.R_camera_from_body[..., 2], np.broadcast_to(take.up, (50, 3)), atol=1e-9)
+    np.testing.assert_array_equal(take.truth[:, 0], 0)
+    centre = take.joints_camera[:, H36M17.indices(("pelvis", "thorax"))].mean(axis=1)
+    along = np.einsum("tji,tj->ti", take.R_camera_from_ray, centre)
+    assert (np.abs(along[:, :2]) < 0.05 * along[:, 2:]).all()  # the body's centre lies on the ray
+    assert not take.lying.any()
+
+
+def test_a_perfect_lift_has_no_error():
+    figures = lifter_figures([taken()], "upright")
+    assert figures["counts"] == {"frames": 50, "not lifted": 0, "takes": 1}
+    for per in ("frame", "take"):
+        assert all(figure.p95 < 1e-2 for figure in figures[per].values())
+    assert lifter_figures([taken()], "lying")["counts"]["frames"] == 0
+
+
+def test_depth_lateral_and_vertical_tell_errors_apart():
+    for row, name in ((2, "depth"), (0, "lateral")):
+        take = taken()
+        error = np.zeros((50, 17, 3))
+        axes = take.seen.R_camera_from_ray[..., row] if row == 2 else take.seen.R_camera_from_ray[..., 0]
+        error[:, H36M17.index("l_wrist")] = 0.017 * axes
+        lifted = take.lifted.with_(joints=take.seen.truth + error)
+        figures = lifter_figures([LiftedTake(lifted, take.seen)], "upright")["frame"]
+        assert figures[name].mean == pytest.approx(1.0, abs=0.2)  # 17 mm at one of 17 joints
+        assert figures["depth" if name == "lateral" else "lateral"].mean < 0.4
+
+
+@pytest.mark.parametrize(
+    ("subjects", "trained_on", "fine"),
+    [
+        ("test", "train", True), ("hdm05", "train", True), ("tennis", "train", True), ("val", "train-a", True),
+        ("train-b", "train-a", True),
+        ("train", "train", False), ("train-a", "train", False), ("train", "train-b", False),
+        ("train-a", "train-a", False),
+    ],
+)  # fmt: skip
+def test_no_take_is_lifted_by_who_saw_its_subject(subjects, trained_on, fine, monkeypatch):
+    monkeypatch.setattr(module, "network", lambda model: Network(None, "", 0, trained_on))
+    monkeypatch.setattr(module, "read_clips", lambda subjects, folder: ())
+    if fine:
+        assert list(lifted_takes(subjects)) == []
+    else:
+        with pytest.raises(InputError, match="never saw"):
+            next(lifted_takes(subjects))
+        assert list(lifted_takes(subjects, trained_on=True)) == []
+
+
+def test_typical_takes_show_the_same_person_to_other_cameras():
+    wild, typical = (see(clip(), 0, views=BEDS[bed]) for bed in ("wild", "typical"))
+    np.testing.assert_array_equal(wild.keypoints.joints, see(clip(), 0).keypoints.joints)  # the default
+    np.testing.assert_array_equal(
+        typical.keypoints.joints, see(clip(), 0, views=BEDS["typical"]).keypoints.joints
+    )
+    assert not np.allclose(wild.R_camera_from_world, typical.R_camera_from_world)
+    world = [take.truth @ take.R_camera_from_world for take in (wild, typical)]
+    np.testing.assert_allclose(*world, atol=1e-6)
+    pitch = [
+        np.degrees(np.arcsin(-see(clip(f"09_{i}"), 0, views=BEDS["typical"]).R_camera_from_world[2, 2]))
+        for i in range(20)
+    ]
+    assert -5.01 <= min(pitch) <= max(pitch) <= 25.01
+
+
+def test_only_the_clips_asked_for(monkeypatch):
+    monkeypatch.setattr(module, "read_clips", lambda subjects, folder: (clip(), clip("accad-m1_x")))
+    (take,) = lifted_takes("val", only=lambda one: one.name.startswith("accad"))
+    assert take.seen.clip == "accad-m1_x"
+
+
+def test_a_laid_body_lies_and_moves_as_before():
+    upright = clip()
+    for seed in range(5):
+        laid = lay_down(upright, np.random.default_rng(seed))
+        apart = [
+            np.linalg.norm(np.diff(one.joints[:, [0, 5, 9]], axis=1), axis=-1) for one in (upright, laid)
+        ]
+        np.testing.assert_allclose(*apart, atol=1e-5)
+        assert (np.abs(trunk_lean_deg(laid.joints) - 90) < 40).all()
+        assert abs(np.quantile(laid.joints[..., 2], 0.05)) < 1e-5
+    np.testing.assert_array_equal(laid.joints, lay_down(upright, np.random.default_rng(4)).joints)
+
+
+def test_a_share_of_the_takes_is_laid(monkeypatch):
+    clips = tuple(clip(f"09_{i:02}") for i in range(40))
+    monkeypatch.setattr(module, "read_clips", lambda subjects, folder: clips)
+    monkeypatch.setattr(module, "lift", lambda keypoints, *rest: keypoints)
+    takes = [take.seen for take in lifted_takes("test", laid=0.5)]
+    assert 10 <= len(takes) <= 30
+    assert np.mean([take.lying.all() for take in takes]) > 0.9
+    again = [take.seen.clip for take in lifted_takes("test", laid=0.5)]
+    assert again == [take.clip for take in takes]
+
+
+def test_a_take_knows_what_its_person_does():
+    motion = see(clip(frames=30), 0).motion  # half a metre in a second
+    assert motion["standing"].sum() == motion["squatting"].sum() == 0
+    faster = clip(frames=30)
+    faster.joints[..., 1] -= np.linspace(0, 0.7, 30)[:, None]
+    assert see(faster, 0).motion["walking"].all()
+
+
+def test_the_command_writes_plain_arrays(tmp_path, monkeypatch):
+    monkeypatch.setattr(
+        module, "read_clips", lambda subjects, folder: (clip(), clip("09_02", 20), clip("09_03", 40))
+    )
+    write_takes("test", tmp_path / "takes.npz")
+    with np.load(tmp_path / "takes.npz", allow_pickle=False) as file:
+        assert file["take_start"].tolist() == [0, 50, 90]  # 20 frames are too few
+        assert file["clip"].tolist() == ["09_01", "09_03"]
+        assert str(file["device"]) == "cpu"
+        np.testing.assert_allclose(file["truth"][:50], see(clip(), 0).truth, atol=1e-6)
+        np.testing.assert_allclose(file["R_camera_from_body"][..., 2], file["up"], atol=1e-9)
+
+
+def test_a_figure_leaves_out_what_is_missing():
+    figure = Figure.of(np.array([1.0, np.nan, 3.0]))
+    assert (figure.p50, figure.mean) == (2.0, 2.0)
+    assert np.isnan(Figure.of(np.array([])).mean)
+
+
+@pytest.mark.data
+def test_lifted_takes_of_unseen_subjects(data):
+    takes = [take for take in lifted_takes("test", seed=1, folder=data, min_frames=900)]
+    again = next(iter(lifted_takes("test", seed=1, folder=data, min_frames=900)))
+    np.testing.assert_array_equal(takes[0].lifted.joints, again.lifted.joints)
+    R, _ = load_rectifier("geometric").rotation(takes[0].lifted.joints)
+    assert np.nanmedian(geodesic_deg(R, takes[0].seen.R_camera_from_body)) < 45
+    figures = lifter_figures(takes, "upright")["frame"]
+    assert figures["PA-MPJPE"].mean <= figures["MPJPE"].mean < 60
+
+
+def test_evaluate_writes_tables_and_json(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(evaluation_sets, "lifted_takes", lambda subjects, seed, **_: [taken(lift_error=0.01)])
+    monkeypatch.setattr(evaluation_sets, "read_clips", lambda subjects: (clip(),))
+    reports.lifter(tmp_path / "out", sets="test", because="known answers")
+    text = (tmp_path / "out" / "evaluation.md").read_text()
+    assert "| HDM05 upright (50 frames) |" in text
+    assert "| CMU test upright (50 frames) |" in text
+    assert "HDM05 lying" not in text  # nobody lies
+    assert "known answers" in (tmp_path / "out" / "ledger.csv").read_text()
+    content = json.loads((tmp_path / "out" / "evaluation.json").read_text())
+    assert (content["report"], content["judged"]) == ("lifter", "test")
+    assert content["device"]["asked"] == "auto"
+    for bed in ("wild", "typical"):
+        figures = content["beds"][bed]["focal assumed"]["CMU test upright"]
+        assert figures["lifter"]["frame"]["MPJPE"]["mean"] > 0
+    assert content["networks"] == [load_lifter().method]
+    assert date.fromisoformat(content["date"])
+    assert text in capsys.readouterr().out
+
+
+def test_every_table_of_a_flipped_report_is_of_flipped_lifts(tmp_path, monkeypatch):
+    asked = []
+    monkeypatch.setattr(
+        evaluation_sets,
+        "lifted_takes",
+        lambda subjects, seed, *, flip, **_: asked.append(flip) or [taken(lift_error=0.01)],
+    )
+    monkeypatch.setattr(evaluation_sets, "read_clips", lambda subjects: (clip(),))
+    reports.lifter(tmp_path / "out", flip=True, sets="test", because="known answers")
+    assert set(asked) == {True}
+    assert len(asked) == 2 * 2 * 2  # beds, focal lengths and sets
+
+
+@pytest.mark.parametrize(
+    "report", ["lifter", "rectifiers", "takes", "angles", "motion", "swaps", "place", "gait"]
+)
+@pytest.mark.parametrize(
+    ("clips", "missing"),
+    [
+        ((clip(), clip("accad-m1_01", 20), clip("tennis-a_01")), "ACCAD m1"),
+        ((clip(frames=20), clip("accad-m1_01"), clip("tennis-a_01")), "CMU val"),
+        ((clip(), clip("accad-m1_01"), clip("tennis-a_01", 20)), "Tennis val"),
+    ],
+)
+def test_a_set_without_takes_is_refused_before_the_work(tmp_path, monkeypatch, report, clips, missing):
+    monkeypatch.setattr(evaluation_sets, "lifted_takes", lambda *_, **__: pytest.fail("it works"))
+    monkeypatch.setattr(evaluation_sets, "read_clips", lambda subjects: clips)
+    with pytest.raises(InputError, match=f"30 frames or more for the set {missing}"):
+        getattr(reports, report)(tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_motion_has_a_row_of_its_own():
+    faster = clip(frames=40)
+    faster.joints[..., 1] -= np.linspace(0, 0.9, 40)[:, None]
+    seen = see(faster, 0)
+    joints = seen.truth.copy()
+    joints[~seen.motion["walking"]] += 1.0
+    take = LiftedTake(seen.keypoints.with_(joints=joints, frame=CAMERA.with_(unit="arbitrary")), seen)
+    rows = groups([take, taken()])
+    assert set(rows) == {"upright", "walking"}
+    assert rows["walking"]["counts"]["frames"] == seen.motion["walking"].sum()
+    assert rows["walking"]["frame"]["MPJPE"].p95 < 1e-2
+
+
+@pytest.mark.parametrize("asked", [{"sets": "test"}, {"sets": "test", "because": " "}, {"because": "I may"}])
+def test_test_subjects_are_looked_at_for_a_reason_only(tmp_path, asked, monkeypatch):
+    monkeypatch.setattr(evaluation_sets, "read_clips", lambda subjects: pytest.fail("it looks"))
+    with pytest.raises(InputError, match="--because"):
+        reports.takes(tmp_path / "out", **asked)
+    assert not (tmp_path / "out").exists()
+
+
+def test_looks_at_test_subjects_are_kept(tmp_path, monkeypatch):
+    for reason in ("first", "a comma, and\na line"):
+        ledger.note_look(tmp_path, "pcnet3d evaluate takes", ["pcnet3d@1", "pcnet@2"], reason)
+    with open(tmp_path / "ledger.csv", newline="", encoding="utf-8") as file:
+        first, second = csv.DictReader(file)
+    assert first["networks"] == "pcnet3d@1 pcnet@2"
+    assert second["because"] == "a comma, and a line"
+    (tmp_path / "repository" / ".git").mkdir(parents=True)
+    monkeypatch.setattr(ledger, "ROOT", tmp_path / "repository")
+    assert ledger.ledger_of(tmp_path) == tmp_path / "repository" / "docs" / "accuracy" / "ledger.csv"
+
+
+@pytest.mark.data
+def test_validation_sets_stand_apart(data):
+    cmu, accad, tennis = evaluation_sets.evaluation_sets("val", "typical")
+    names = [{clip.name for clip in one.clips()} for one in (cmu, accad, tennis)]
+    assert sum(map(len, names)) == len(set().union(*names))
+    assert set().union(*names) == {clip.name for clip in read_clips("val")}
+    assert {clip.subject for clip in accad.clips()} == {"accad-m1"}
+    assert {clip.subject for clip in tennis.clips()} == {
+        "tennis-astrejos",
+        "tennis-jangel",
+        "tennis-jgacosta",
+    }
+    take = next(accad.takes(0))
+    assert take.seen.clip in names[1]
+    again = see(next(clip for clip in accad.clips() if clip.name == take.seen.clip), 0, views=BEDS["typical"])
+    np.testing.assert_array_equal(take.seen.keypoints.joints, again.keypoints.joints)

@@ -1,0 +1,232 @@
+"""Motion capture files: read, split by subject, labelled, refused."""
+
+import json
+
+import numpy as np
+import pytest
+
+from pcnet3d.models.lab.mocap.clips import OWN_SKELETON, data_folder, data_set, lying, person, read_clips
+from pcnet3d.pipeline import H36M17, InputError
+from pcnet3d.pipeline.reading.mocap.clip import Clip, read_mocap
+
+CLIPS = {
+    "cmu_mocap": ["01_01", "60_02", "02_01", "03_01", "07_01", "x_zombie"],
+    "accad_mocap": ["accad-f1_run", "accad-m2_run", "accad-m1_run"],
+    "tennis_mocap": [f"tennis-{who}_Reves_0" for who in ("mrios", "jarua", "jangel", "lvargas")],
+    "hdm05_subset": ["bd_01", "mm_01"],
+}
+SPLIT = {
+    "cmu_mocap": {"train": ["01", "02", "60", "x"], "val": ["07"], "test": ["03"]},
+    "accad_mocap": {"train": ["accad-f1", "accad-m2"], "val": ["accad-m1"]},
+    "tennis_mocap": {
+        "train": ["tennis-mrios", "tennis-jarua"], "val": ["tennis-jangel"], "test": ["tennis-lvargas"],
+    },
+}  # fmt: skip
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """Six clips of CMU, three of ACCAD, four of tennis, each of another subject, 4 frames each."""
+    rng = np.random.default_rng(0)
+    for file, names in CLIPS.items():
+        joints = rng.normal(size=(4 * len(names), 17, 3)).astype(np.float32)
+        joints[:, 0] = 0
+        np.savez(
+            tmp_path / f"{file}.npz", joints=joints, root=rng.normal(size=(len(joints), 3)).astype(np.float32),
+            clip_start=np.arange(0, len(joints) + 1, 4), clip_name=np.array(names),
+            subject=np.array([name.split("_")[0] for name in names]), source=np.array(["asfamc"] * len(names)),
+            fps=np.array(30.0), joint_names=np.array(H36M17.joints),
+        )  # fmt: skip
+    (tmp_path / "splits.json").write_text(json.dumps(SPLIT))
+    return tmp_path
+
+
+def names(clips):
+    return {clip.name for clip in clips}
+
+
+def test_world_joints_are_pelvis_plus_root(folder):
+    clip = read_mocap(folder / "cmu_mocap.npz")[1]
+    with np.load(folder / "cmu_mocap.npz") as file:
+        np.testing.assert_allclose(clip.joints, file["joints"][4:8] + file["root"][4:8, None], rtol=1e-6)
+    assert (clip.name, clip.subject, clip.fps, len(clip)) == ("60_02", "60", 30.0, 4)
+
+
+def test_parts_are_split_by_subject(folder):
+    assert names(read_clips("train", folder)) == {
+        "01_01", "02_01", "60_02", "x_zombie", "accad-f1_run", "accad-m2_run", "tennis-mrios_Reves_0",
+        "tennis-jarua_Reves_0",
+    }  # fmt: skip
+    assert names(read_clips("val", folder)) == {"07_01", "accad-m1_run", "tennis-jangel_Reves_0"}
+    assert names(read_clips("hdm05", folder)) == {"bd_01", "mm_01"}
+
+
+def test_tennis_is_a_test_set_of_its_own(folder):
+    assert names(read_clips("test", folder)) == {"03_01"}
+    assert names(read_clips("tennis", folder)) == {"tennis-lvargas_Reves_0"}
+    split = SPLIT | {"tennis_mocap": {"train": ["tennis-mrios"]}}
+    (folder / "splits.json").write_text(json.dumps(split))
+    with pytest.raises(InputError, match="Expected tennis subjects"):
+        read_clips("tennis", folder)
+
+
+def test_halves_of_the_train_subjects_share_nobody(folder):
+    a, b = names(read_clips("train-a", folder)), names(read_clips("train-b", folder))
+    assert a
+    assert b
+    assert not a & b
+    assert a | b == names(read_clips("train", folder))
+
+
+def test_lying_is_told_by_the_trunk():
+    joints = np.zeros((1, 17, 3))
+    for angle, expected in ((0, False), (50, False), (70, True), (90, True), (170, True)):
+        up = np.array([np.sin(np.radians(angle)), 0, np.cos(np.radians(angle))]) * 0.5
+        joints[:, H36M17.indices(("l_shoulder", "r_shoulder"))] = up
+        assert lying(joints)[0] == expected
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda a: a.pop("root"), "root is missing"),
+        (lambda a: a.update(joint_names=a["joint_names"][::-1]), "joints of H36M17"),
+        (lambda a: a["joints"].__setitem__((3, 4, 1), np.nan), "finite"),
+        (lambda a: a.update(subject=np.array([{"pickled": 1}], dtype=object)), "Python objects"),
+    ],
+)
+def test_a_wrong_file_is_refused(folder, change, words):
+    with np.load(folder / "cmu_mocap.npz") as file:
+        arrays = dict(file)
+    change(arrays)
+    np.savez(folder / "cmu_mocap.npz", **arrays)
+    with pytest.raises(InputError, match=words):
+        read_mocap(folder / "cmu_mocap.npz")
+
+
+def test_a_missing_or_broken_file_is_refused(tmp_path, monkeypatch):
+    with pytest.raises(InputError, match="found nothing"):
+        read_mocap(tmp_path / "cmu_mocap.npz")
+    (tmp_path / "cmu_mocap.npz").write_bytes(b"PK not a zip")
+    with pytest.raises(InputError, match=r"damaged or was cut short"):
+        read_mocap(tmp_path / "cmu_mocap.npz")
+    monkeypatch.setenv("PCNET3D_DATA", str(tmp_path / "nowhere"))
+    with pytest.raises(InputError, match="nowhere; set PCNET3D_DATA"):
+        data_folder()
+    monkeypatch.delenv("PCNET3D_DATA")
+    with pytest.raises(InputError, match="set PCNET3D_DATA"):
+        data_folder()
+
+
+@pytest.mark.parametrize("subjects", ["train", "val", "test", "hdm05", "tennis"])
+@pytest.mark.parametrize("name", ["accad_mocap", "tennis_mocap"])
+@pytest.mark.parametrize("gone", ["file", "split"])
+def test_an_older_edition_is_refused(folder, subjects, name, gone):
+    if gone == "file":
+        (folder / f"{name}.npz").unlink()
+    else:
+        split = {file: parts for file, parts in SPLIT.items() if file != name}
+        (folder / "splits.json").write_text(json.dumps(split))
+    lacks = rf"{name}\.npz is not there" if gone == "file" else f"does not list {name}"
+    with pytest.raises(InputError, match=rf"third edition.*{lacks}.*PCNET3D_DATA") as refusal:
+        read_clips(subjects, folder)
+    assert str(refusal.value).count(". ") == 0  # one sentence
+
+
+def clip(name, subject):
+    return Clip(name, subject, "asfamc", 30.0, np.zeros((2, 17, 3), np.float32))
+
+
+def test_a_clip_says_whose_it_is():
+    assert person(clip("35_01_1", "35")) == "35"
+    assert person(clip("tennis-mrios_Reves_0", "tennis-mrios")) == "tennis-mrios"
+    assert person(clip("x_charleston1", "x_charleston")) is None
+    assert person(clip("xq_jumpingjacks", "xq_jumpingjacks")) is None
+    assert person(clip("x_01", "x")) == "x"  # somebody's own file of a person of that name
+
+
+def test_a_clip_says_what_data_set_it_is_from(folder):
+    sets = {data_set(one) for one in read_clips("train", folder)}
+    assert sets == {"cmu", "accad", "tennis"}
+    for one in read_clips("val", folder):
+        assert one.name in CLIPS[f"{data_set(one)}_mocap"]
+
+
+def test_a_subject_in_two_parts_is_refused(folder):
+    split = {"train": ["01"], "val": ["07"], "test": ["01"]}
+    (folder / "splits.json").write_text(json.dumps(SPLIT | {"cmu_mocap": split}))
+    with pytest.raises(InputError, match=r"01 \(train and test\)"):
+        read_clips("train", folder)
+
+
+def test_unknown_part_and_missing_split_are_refused(folder):
+    with pytest.raises(InputError, match="train-a"):
+        read_clips("everything", folder)
+    (folder / "splits.json").write_text("[" * 100_000)
+    with pytest.raises(InputError, match=r"splits\.json"):
+        read_clips("train", folder)
+    (folder / "splits.json").unlink()
+    with pytest.raises(InputError, match=r"splits\.json"):
+        read_clips("train", folder)
+
+
+MINUTES_AND_PEOPLE = {  # of the third edition, by its README
+    ("train", "cmu"): (43.9, 22), ("train", "accad"): (19.4, 2), ("train", "tennis"): (29.1, 10),
+    ("val", "cmu"): (2.9, 5), ("val", "accad"): (8.6, 1), ("val", "tennis"): (9.0, 3),
+    ("test", "cmu"): (12.5, 9), ("tennis", "tennis"): (8.3, 3),
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def real(data):
+    return {part: read_clips(part, data) for part in ("train", "train-a", "train-b", "val", "test", "tennis")}
+
+
+def minutes(clips):
+    return sum(map(len, clips)) / 1800
+
+
+@pytest.mark.data
+def test_the_real_parts_have_their_minutes_and_people(real):
+    held = {(part, data_set(one)) for part in ("train", "val", "test", "tennis") for one in real[part]}
+    assert held == MINUTES_AND_PEOPLE.keys()
+    for (part, of), (length, people) in MINUTES_AND_PEOPLE.items():
+        clips = [one for one in real[part] if data_set(one) == of]
+        assert minutes(clips) == pytest.approx(length, abs=0.06)
+        assert len({person(one) for one in clips} - {None}) == people
+
+
+@pytest.mark.data
+def test_nobody_is_in_two_real_parts(real):
+    parts = [{person(one) for one in real[part]} for part in ("train", "val", "test", "tennis")]
+    assert len(set().union(*parts)) == sum(map(len, parts))
+    assert all(None not in part for part in parts[1:])
+    halves = [{person(one) for one in real[part]} - {None} for part in ("train-a", "train-b")]
+    assert not halves[0] & halves[1]
+    assert halves[0] | halves[1] == parts[0] - {None}
+
+
+@pytest.mark.data
+def test_the_real_halves_are_of_about_equal_minutes(real):
+    of_all = [minutes(real[part]) for part in ("train-a", "train-b")]
+    of_tennis = [
+        minutes([one for one in real[part] if data_set(one) == "tennis"]) for part in ("train-a", "train-b")
+    ]
+    assert of_all == pytest.approx([46.1, 46.3], abs=0.1)
+    assert of_tennis == pytest.approx([15.3, 13.8], abs=0.1)
+
+
+@pytest.mark.data
+def test_tennis_players_bring_skeletons_of_their_own(real):
+    players = [one for part in ("train", "val", "tennis") for one in real[part] if data_set(one) == "tennis"]
+    assert {one.source for one in players} == {"arena"} < set(OWN_SKELETON)
+    knee, ankle = H36M17.indices(("l_knee", "l_ankle"))
+    shanks = {person(one): np.linalg.norm(one.joints[0, knee] - one.joints[0, ankle]) for one in players}
+    assert len(shanks) == 16
+    assert np.ptp(list(shanks.values())) > 0.03
+
+
+def test_a_bare_array_is_no_motion_capture(tmp_path):
+    np.save(tmp_path / "poses.npy", np.zeros((3, 17, 3)))
+    with pytest.raises(InputError, match="is missing"):
+        read_mocap(tmp_path / "poses.npy")

@@ -1,0 +1,87 @@
+"""The published mixture of views, truth that fits the joints, and files of lifted takes."""
+
+import numpy as np
+import pytest
+
+from golden.bodies import bone_lengths
+from golden.takes import write_lifted
+from pcnet3d.models.lab.synthetic.views import paper_angles, read_lifted, refuse_shared_subjects, seen, views
+from pcnet3d.pipeline import InputError
+from pcnet3d.pipeline.core.canonical import body_axes
+from pcnet3d.pipeline.core.rotations import angle_deg
+
+
+def test_the_published_mixture():
+    roll, pitch, yaw = paper_angles(np.random.default_rng(0), 200_000)
+    front = np.abs(yaw) <= 60  # no side view reaches 3 standard deviations in
+    assert front.mean() == pytest.approx(0.75 * 60 / 70, abs=0.01)
+    assert (np.abs(yaw) > 140).mean() == pytest.approx(0.10 * 0.954, abs=0.01)
+    assert np.abs(pitch).max() == 20
+    assert np.abs(roll).max() == 8
+    assert (np.abs(pitch[front]) == 20).mean() == pytest.approx(0.0956, abs=0.01)  # 12 degrees clamped at 20
+    assert ((yaw > 100) & (yaw < 140)).mean() < 0.02
+
+
+def test_a_view_without_angles_is_the_person_who_faces_the_camera(monkeypatch):
+    zero = np.zeros(1)
+    for view in ("paper", "wide"):
+        monkeypatch.setattr(
+            f"pcnet3d.models.lab.synthetic.views.{view}_angles", lambda rng, count: (zero, zero, zero)
+        )
+        np.testing.assert_allclose(
+            views(view, np.random.default_rng(0), 1)[0], [[0, -1, 0], [0, 0, -1], [1, 0, 0]]
+        )
+
+
+@pytest.mark.parametrize(
+    ("view", "angles", "up"),
+    [
+        # Yaw last: the camera of the paper's mixture rolls when the subject stands sideways and "pitches".
+        ("paper", (0, 20, 90), (-np.sin(np.radians(20)), -np.cos(np.radians(20)), 0)),
+        # Yaw first: a camera that is really pitched sees up lean away from it whatever the heading.
+        ("wide", (0, 20, 90), (0, -np.cos(np.radians(20)), np.sin(np.radians(20)))),
+    ],
+)
+def test_pitch_tilts_body_or_camera(view, angles, up, monkeypatch):
+    values = tuple(np.array([float(a)]) for a in angles)
+    monkeypatch.setattr(f"pcnet3d.models.lab.synthetic.views.{view}_angles", lambda rng, count: values)
+    np.testing.assert_allclose(views(view, np.random.default_rng(0), 1)[0, :, 2], up, atol=1e-9)
+
+
+def test_wide_views_look_up_and_down_from_everywhere():
+    R = views("wide", np.random.default_rng(0), 100_000)
+    tilt = angle_deg(R[..., 2], np.array([0, -1.0, 0]))
+    assert tilt.max() > 55
+    heading = np.degrees(np.arctan2(R[:, 0, 0], R[:, 2, 0]))
+    counts, _ = np.histogram(heading, bins=12)
+    assert counts.min() > 0.6 * counts.mean()
+
+
+@pytest.mark.parametrize("view", ["paper", "wide"])
+def test_the_joints_seen_have_the_rotation_asked_for(standing, view):
+    R = views(view, np.random.default_rng(0), 50)
+    joints, fine = seen(np.tile(standing, (50, 1, 1)), R)
+    assert fine.all()
+    np.testing.assert_allclose(body_axes(joints, R[..., 2]), R, atol=1e-9)
+    np.testing.assert_allclose(bone_lengths(joints), bone_lengths(standing[None]).repeat(50, 0), atol=1e-9)
+
+
+def test_lifted_frames_come_with_their_truth_at_their_scale(standing, tmp_path):
+    takes = read_lifted([write_lifted(tmp_path / "takes.npz", standing)])
+    assert len(takes.joints) == 59  # one was not lifted
+    np.testing.assert_allclose(takes.truth, takes.joints, atol=1e-5)
+    assert takes.clips == ("01_01", "02_01")
+
+
+def test_what_is_no_file_of_lifted_takes_is_refused(tmp_path):
+    with pytest.raises(InputError, match=r"none\.npz"):
+        read_lifted([tmp_path / "none.npz"])
+    np.savez(tmp_path / "other.npz", joints=np.zeros(3))
+    with pytest.raises(InputError, match="testbed"):
+        read_lifted([tmp_path / "other.npz"])
+
+
+def test_a_subject_on_both_sides_is_refused():
+    refuse_shared_subjects(["01_01", "02_05"], ["03_01"], "the test subjects")
+    with pytest.raises(InputError, match="02"):
+        refuse_shared_subjects(["01_01", "02_05"], ["02_06"], "the test subjects")

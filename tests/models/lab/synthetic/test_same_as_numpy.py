@@ -1,0 +1,215 @@
+"""What trains is made by torch, what is judged and run by numpy: where both say the same thing, they say the same."""
+
+import numpy as np
+import pytest
+
+torch = pytest.importorskip("torch")
+
+from pcnet3d.models.lab.synthetic import bodies, cameras  # noqa: E402
+from pcnet3d.models.lab.synthetic import keypoint_noise as noise2d  # noqa: E402
+from pcnet3d.models.lab.synthetic import views as pcnet_views  # noqa: E402
+from pcnet3d.models.lab.synthetic.on_device import bodies as t_bodies  # noqa: E402
+from pcnet3d.models.lab.synthetic.on_device import cameras as t_cameras  # noqa: E402
+from pcnet3d.models.lab.synthetic.on_device import keypoint_noise as t_noise  # noqa: E402
+from pcnet3d.models.lab.synthetic.on_device import turning  # noqa: E402
+from pcnet3d.models.lab.synthetic.on_device import views as t_views  # noqa: E402
+from pcnet3d.models.lab.synthetic.on_device.draw import Draw  # noqa: E402
+from pcnet3d.models.lab.training.lifter import features as t_features  # noqa: E402
+from pcnet3d.models.lifter import features as lifter_features  # noqa: E402
+from pcnet3d.pipeline import H36M17, rotate  # noqa: E402
+
+
+@pytest.fixture
+def rng():
+    return np.random.default_rng(0)
+
+
+@pytest.fixture
+def world(rng):
+    """Four windows of people who stand somewhere: (4, 12, 17, 3) metres, +Z up."""
+    from golden.bodies import facing_camera
+
+    upright = rotate(np.array([[0, 0, -1.0], [1.0, 0, 0], [0, -1.0, 0]]), facing_camera())
+    moving = upright + rng.normal(0, 0.05, (4, 12, 17, 3)) + rng.uniform(-2, 2, (4, 1, 1, 3)) + [0, 0, 1.0]
+    return moving.astype(np.float64)
+
+
+def tensor(x):
+    return torch.from_numpy(np.ascontiguousarray(x))
+
+
+def same(a, b, tolerance=1e-6):
+    np.testing.assert_allclose(np.asarray(a), b, atol=tolerance, rtol=tolerance)
+
+
+def test_bodies(rng, world):
+    factors = rng.uniform(0.8, 1.2, (4, 17))
+    same(t_bodies.resize(tensor(world), tensor(factors)), bodies.resize(world, factors))
+    same(t_bodies.mirror(tensor(world)), bodies.mirror(world))
+    same(t_bodies.body_size(tensor(world)), bodies.size_m(world))
+
+
+def test_cameras(rng, world):
+    angles = rng.uniform(-180, 180, (3, 4))
+    R = cameras.view_rotation(*angles)
+    same(t_cameras.view_rotation(*map(tensor, angles)), R)
+    placed = cameras.place(world, rng)
+    one = t_cameras.Cameras(
+        *map(tensor, (placed.R_camera_from_world, placed.position, placed.focal_px, placed.image_size))
+    )
+    joints = placed.to_camera(world)
+    same(one.to_camera(tensor(world)), joints)
+    same(one.project(tensor(joints)), placed.project(joints))
+
+
+def test_what_hides_joints_and_profiles(rng, world):
+    joints = cameras.place(world, rng).to_camera(world)
+    hidden = noise2d.hidden_joints(joints)
+    assert hidden.any()
+    assert not hidden.all()
+    same(t_noise.hidden_joints(tensor(joints)), hidden)
+    for cosine in (0.3, 0.85):
+        same(t_noise.in_profile(tensor(joints), cosine), noise2d.in_profile(joints, cosine))
+
+
+def test_features_of_keypoints_with_gaps(rng, world):
+    placed = cameras.place(world, rng)
+    keypoints = placed.project(placed.to_camera(world))
+    keypoints[rng.uniform(size=keypoints.shape[:-1]) < 0.2] = np.nan
+    keypoints[1, :3] = np.nan  # nobody at the start
+    keypoints[2, 5:8] = np.nan  # nor in the middle
+    keypoints[3, 4, :, 1] = np.nan
+    confidence = rng.uniform(size=keypoints.shape[:-1])
+    confidence[0] = np.nan
+    up = rng.normal(size=(*keypoints.shape[:2], 3))
+    up /= np.linalg.norm(up, axis=-1, keepdims=True)
+    up[0] = np.nan  # unknown
+    up[1, 4] = [0, 0, 1]  # along the ray
+    given = keypoints, confidence, placed.image_size, placed.focal_px, up
+    x, R = lifter_features.features(*given)
+    made_x, made_R = t_features.features(*map(tensor, given))
+    same(made_x, x, 1e-5)
+    same(made_R, R)
+    assert x.shape[-1] == lifter_features.CHANNELS
+
+
+def test_long_windows_average_over_the_same_frames(rng):
+    keypoints = np.cumsum(rng.normal(0, 3, (1, 200, 17, 2)), axis=1) + rng.uniform(300, 900, (1, 1, 17, 2))
+    up = np.full((1, 200, 3), np.nan)
+    given = keypoints, np.ones((1, 200, 17)), np.array([[1920.0, 1080.0]]), np.array([1500.0]), up
+    same(t_features.features(*map(tensor, given))[0], lifter_features.features(*given)[0], 1e-5)
+
+
+def test_the_target_is_the_skeleton_seen_along_its_ray(rng):
+    joints = rng.normal([1.0, -0.5, 4.0], 0.3, (2, 9, 17, 3))
+    answer, velocity = (
+        np.asarray(part) for part in t_features.target(tensor(joints), tensor(np.full((2, 1, 3), np.nan)))
+    )
+    R_camera_from_ray = lifter_features.body_rays(joints)
+    back = rotate(R_camera_from_ray, answer)
+    relative = joints - joints[:, :, :1]
+    scale = bodies.STANDARD_SIZE_M / bodies.size_m(relative)[:, None, None, None]
+    same(back, relative * scale)
+    same(rotate(R_camera_from_ray, velocity), np.gradient(relative * scale, axis=1))
+
+
+def test_keypoints_made_of_others_are_those_of_coco(rng):
+    keypoints, height = rng.uniform(0, 100, (2, 3, 17, 2)), np.array([0.5, 0.8])
+    made = np.asarray(t_noise.derive(tensor(keypoints), tensor(height)[:, None, None]))
+    same(made, noise2d._derive(keypoints, height[:, None, None]))
+
+
+def test_rotations(rng):
+    from scipy.spatial.transform import Rotation
+
+    vectors = np.concatenate([rng.normal(0, 2, (50, 3)), np.zeros((1, 3)), [[1e-9, 0, 0]]])
+    same(turning.from_vector(tensor(vectors)), Rotation.from_rotvec(vectors).as_matrix())
+    R, x = Rotation.random(5, random_state=1).as_matrix(), rng.normal(size=(5, 17, 3))
+    same(turning.rotate(tensor(R), tensor(x)), rotate(R, x))
+
+
+def test_noise_is_as_large_as_the_formula_says():
+    """Jitter, errors and gaps of both over many windows of a person who stands still."""
+    from golden.bodies import facing_camera
+
+    joints = np.broadcast_to(facing_camera() + np.array([0, 0, 4.0]), (400, 30, 17, 3)).astype(np.float32)
+    pixels = joints[..., :2] / joints[..., 2:] * 1000 + 500
+    a, trust_a = noise2d.detect(pixels, joints, np.random.default_rng(0))
+    b, trust_b = (
+        np.asarray(part)
+        for part in t_noise.detect(tensor(pixels), tensor(joints), Draw(0, 0), t_noise.Spoilt(), 30.0)
+    )
+
+    def figures(keypoints, trust):
+        error = keypoints - pixels
+        gone = np.isnan(error[..., 0])
+        parts = [
+            np.nanquantile(np.abs(part), 0.7, axis=(0, 1, 3)) for part in (error, np.diff(error, axis=1))
+        ]
+        return np.concatenate(parts), gone.mean(), trust[~gone].mean()
+
+    (spread_a, gone_a, mean_a), (spread_b, gone_b, mean_b) = figures(a, trust_a), figures(b, trust_b)
+    np.testing.assert_allclose(spread_b, spread_a, rtol=0.12)
+    assert gone_b == pytest.approx(gone_a, rel=0.3)
+    assert mean_b == pytest.approx(mean_a, abs=0.01)
+
+
+@pytest.mark.parametrize("share", [0.0, 1.0])
+def test_cameras_keep_everybody_in_the_image(world, share):
+    joints = tensor(world.astype(np.float32)).repeat(30, 1, 1, 1)
+    placed = t_cameras.place(joints, Draw(1, 1), cameras.TYPICAL, cameras.ViewRange(), share)
+    inside = placed.to_camera(joints)
+    pixels = placed.project(inside)
+    assert bool((inside[..., 2] > 0.5).all())
+    assert bool(((pixels >= 0) & (pixels <= placed.image_size[:, None, None])).all())
+    ratio = placed.focal_px / placed.image_size.amax(-1)
+    low, high = cameras.TYPICAL.focal if share else cameras.ViewRange().focal
+    assert low - 1e-4 <= float(ratio.min()) < float(ratio.max()) <= high + 1e-4
+
+
+@pytest.mark.parametrize("view", ["paper", "wide"])
+def test_a_view_of_given_angles(rng, view):
+    angles = rng.uniform(-180, 180, (3, 50))
+    same(t_views.view_rotation(view, *map(tensor, angles)), pcnet_views.view_rotation(view, *angles))
+
+
+@pytest.mark.parametrize("view", ["paper", "wide"])
+def test_views_are_drawn_from_the_same_mixture(view):
+    """As many below every degree, and together as often."""
+    count, degrees = 200_000, np.arange(-240, 240.5, 2.5)
+    a = getattr(pcnet_views, f"{view}_angles")(np.random.default_rng(0), count)
+    b = getattr(t_views, f"{view}_angles")(Draw(0, 0), count)
+    for ours, theirs in zip(a, b, strict=True):
+        below = [(np.asarray(angles)[:, None] <= degrees).mean(0) for angles in (ours, theirs)]
+        np.testing.assert_allclose(below[1], below[0], atol=0.01)
+    together = [np.corrcoef(np.abs(np.stack([*map(np.asarray, angles)]))) for angles in (a, b)]
+    np.testing.assert_allclose(
+        together[1], together[0], atol=0.01
+    )  # pitch and roll depend on the kind of yaw
+
+
+@pytest.mark.parametrize("targets", ["body", "axes"])
+def test_bodies_seen_from_there(rng, world, targets):
+    joints = world.reshape(-1, 17, 3)
+    R = pcnet_views.views("wide", rng, len(joints))
+    shown, fine = t_views.seen(tensor(joints), tensor(R), targets)
+    expected, known = pcnet_views.seen(joints, R, targets)
+    same(shown, expected)
+    same(fine, known)
+
+
+def test_a_body_without_a_heading_is_told(world):
+    joints = world[0].copy()
+    for joint in ("l_hip", "l_shoulder"):  # lies on its side
+        other = joints[3, H36M17.index(f"r_{joint[2:]}")]
+        joints[3, H36M17.index(joint)] = other + np.array([1e-6, 0, 0.3])
+    fine = t_views.seen(tensor(joints), torch.eye(3, dtype=torch.float64).expand(12, 3, 3), "body")[1]
+    assert fine.tolist() == [i != 3 for i in range(12)]
+
+
+def test_layouts_agree():
+    child, parent = bodies.bone_tree()
+    assert sorted(child) == [i for i in range(17) if H36M17.joints[i] != "pelvis"]
+    assert [
+        H36M17.joints[p] for c, p in zip(child, parent, strict=True) if H36M17.joints[c] == "l_ankle"
+    ] == ["l_knee"]

@@ -1,0 +1,538 @@
+"""Training windows of the lifter, and a training run as small as it gets."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from golden.trainings import LIFTER, tiny
+from pcnet3d.models.lab.mocap.clips import lying
+from pcnet3d.models.lab.synthetic.bodies import STANDARD_SIZE_M, size_m
+from pcnet3d.models.lifter.builtin import SHIPPED, lift, network, run
+from pcnet3d.models.lifter.features import CHANNELS
+from pcnet3d.pipeline import H36M17, IMAGE, InputError, PoseSequence
+from pcnet3d.pipeline.reading.mocap.clip import Clip, write_mocap
+
+torch = pytest.importorskip("torch", reason="training needs torch, the extra 'train'")
+pytest.importorskip("onnxscript", reason="export needs onnxscript, the extra 'train'")
+module = pytest.importorskip("pcnet3d.models.lab.training.lifter.train")
+from golden.checkpoints import read_checkpoint, same  # noqa: E402
+from pcnet3d.models.lab.synthetic.keypoint_noise import Noise  # noqa: E402
+from pcnet3d.models.lab.synthetic.on_device.draw import Draw  # noqa: E402
+from pcnet3d.models.lab.synthetic.on_device.keypoint_noise import Spoilt, detect  # noqa: E402
+from pcnet3d.models.lab.training.lifter import mean as averaging  # noqa: E402
+from pcnet3d.models.lab.training.lifter.exported import weights_of  # noqa: E402
+from pcnet3d.models.lab.training.lifter.net import LifterNet, NetConfig, _depth  # noqa: E402
+from pcnet3d.models.lab.training.lifter.validation import judged, whole_takes  # noqa: E402
+from pcnet3d.models.lab.training.lifter.windows import Batch, Material, Windows  # noqa: E402
+
+LENGTHS = "lengths = { 1 = 0.3, 16 = 0.7 }"
+STILL = Material(unchanged=1.0, mirrored=0.0, other_rates=0.0)
+LEGS = H36M17.indices([f"{side}_{part}" for side in "lr" for part in ("knee", "ankle")])
+
+
+@pytest.fixture
+def clips():
+    """Three people of other proportions, who hardly move."""
+    rng = np.random.default_rng(0)
+    poses = rng.uniform([-0.4, -0.4, 0], [0.4, 0.4, 1.8], (3, 1, 17, 3)) + rng.normal(
+        0, 0.01, (3, 150, 17, 3)
+    )
+    poses[:, :, 0] = poses[:, :, H36M17.indices(("l_hip", "r_hip"))].mean(axis=2)
+    return tuple(
+        Clip(f"0{i}_01", f"0{i}", "asfamc", 30.0, joints.astype(np.float32)) for i, joints in enumerate(poses)
+    )
+
+
+@pytest.fixture
+def config(tmp_path, clips, monkeypatch):
+    """A config file; everybody is the same three people."""
+    monkeypatch.setattr(module, "read_clips", lambda subjects: clips)
+    (tmp_path / "tiny.toml").write_text(LIFTER)
+    return tmp_path / "tiny.toml"
+
+
+@pytest.fixture
+def without_export(monkeypatch):
+    """Export takes seconds."""
+    monkeypatch.setattr(module, "export", lambda net, path, **said: path.write_bytes(b"slow"))
+
+
+def upright_world(facing_camera):
+    """CAMERA to +Z up."""
+    return (facing_camera[:, [0, 2, 1]] * [1, 1, -1]).astype(np.float32)
+
+
+def batch(clips, material, count, frames, step=0):
+    return Batch(*(part.numpy() for part in Windows(clips, material).batch(Draw(3, step), count, frames)))
+
+
+@pytest.mark.parametrize(("count", "frames"), [(50, 1), (8, 30), (3, 150)])
+def test_windows_are_what_they_say(clips, count, frames):
+    x, joints, velocity = batch(clips, Material(other_rates=0.0, derived=0.5, pans=0.3), count, frames)
+    assert x.shape == (count, frames, CHANNELS)
+    assert joints.shape == velocity.shape == (count, frames, 17, 3)
+    assert x.dtype == joints.dtype == velocity.dtype == np.float32
+    assert np.isfinite(x).all()
+    np.testing.assert_array_equal(joints[..., 0, :], 0)
+    np.testing.assert_allclose(size_m(joints), STANDARD_SIZE_M, rtol=1e-4)
+    if frames == 1:
+        assert not velocity.any()  # of a single frame nothing is known, and nothing asked
+
+
+def test_the_same_draw_gives_the_same_windows(clips):
+    material = Material(
+        combined=0.5, pans=0.5, placed=0.5, good=0.5, slow=0.01, truncated=0.5, occluded=0.5, derived=0.5
+    )
+    one, again, other = (batch(clips, material, 4, 20, step) for step in (0, 0, 1))
+    assert all(np.array_equal(a, b) for a, b in zip(one, again, strict=True))
+    assert np.abs(one.joints - other.joints).max() > 0.1
+
+
+def test_the_image_shows_the_target(clips):
+    """x and y of the target are the image, up to perspective, noise and scale."""
+    x, joints, _ = batch(clips, STILL, 300, 1)
+    image = x[:, 0, :34].reshape(-1, 17, 2)
+    seen = x[:, 0, 51:68] > 0
+    use = seen & seen[:, :1]
+    correlation = np.corrcoef((image - image[:, :1])[use].ravel(), joints[:, 0, :, :2][use].ravel())[0, 1]
+    assert correlation > 0.9
+
+
+def test_combined_windows_have_other_upper_bodies(clips):
+    plain, mixed = (
+        batch(clips, Material(unchanged=1.0, mirrored=0.0, other_rates=0.0, combined=share), 60, 1).joints
+        for share in (0.0, 1.0)
+    )
+
+    def apart(joints, part):
+        left, right = (joints[:, 0, H36M17.index(f"{side}_{part}")] for side in "lr")
+        return np.linalg.norm(left - right, axis=-1)
+
+    linked, loose = (abs(np.corrcoef(apart(y, "knee"), apart(y, "wrist"))[0, 1]) for y in (plain, mixed))
+    assert linked > 0.4  # three people: who has these knees has these wrists
+    assert loose < 0.3
+
+
+def test_a_truncated_image_loses_the_legs_first_and_absent_joints_are_never_seen(facing_camera):
+    joints = torch.from_numpy(
+        np.tile(facing_camera + np.array([0, 0, 4.0]), (400, 5, 1, 1)).astype(np.float32)
+    )
+    pixels = joints[..., :2] / joints[..., 2:] * 1000 + 500
+
+    def lost(**spoilt):
+        keypoints, confidence = detect(pixels, joints, Draw(0, 0), Spoilt(**spoilt), 30.0)
+        assert not confidence[keypoints.isnan().any(-1)].any()
+        return keypoints.isnan().any(-1).float().mean((0, 1)).numpy()
+
+    plain, cut = lost(), lost(truncated=1.0)
+    assert (cut[LEGS] > plain[LEGS] + 0.2).all()
+    assert cut[H36M17.index("head")] < 0.3
+    absent = lost(absent={"nose": 1.0, "head": 0.5})
+    assert absent[H36M17.index("nose")] == 1
+    assert absent[H36M17.index("head")] == pytest.approx(0.5, abs=0.1)
+    occluded = lost(occluded=1.0) - plain
+    assert 0.02 < occluded[LEGS].mean() < 0.5
+    assert np.abs(occluded[H36M17.indices(("pelvis", "thorax", "l_hip", "r_shoulder"))]).max() < 0.05
+
+
+def test_a_slow_error_lasts_for_seconds_and_the_confidence_does_not_know_of_it(facing_camera):
+    joints = torch.from_numpy(
+        np.tile(facing_camera + np.array([0, 0, 4.0]), (400, 91, 1, 1)).astype(np.float32)
+    )
+    pixels = joints[..., :2] / joints[..., 2:] * 1000 + 500
+    silent = Noise(std=1e-6, outliers=0.0, swap_rate=0.0, missing_rate=0.0, absent_rate=0.0)
+    hips = H36M17.indices(("l_hip", "r_hip"))
+    (plain, sure), (slow, as_sure) = (
+        detect(pixels, joints, Draw(0, 0), Spoilt(silent, slow=share), 30.0) for share in (0.0, 0.02)
+    )
+    body = np.ptp(pixels[0, 0].numpy(), axis=0).max()
+    off = (slow - plain)[:, :, hips].numpy() / body
+    assert off.std() == pytest.approx(0.02, rel=0.1)
+    same = {s: float(np.mean(off[:, 0] * off[:, round(30 * s)]) / 0.02**2) for s in (0.1, 3.0)}
+    assert same[0.1] == pytest.approx(np.exp(-0.1 / 3), abs=0.1)
+    assert same[3.0] == pytest.approx(np.exp(-1), abs=0.15)
+    assert float(as_sure.mean()) == pytest.approx(float(sure.mean()), abs=0.01)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.5, 1.0])
+def test_clips_of_people_who_lie_are_drawn_as_often_as_asked(clips, facing_camera, share):
+    """Of four clips as long as each other one lies."""
+    upright = tuple(
+        replace(clip, joints=np.tile(upright_world(facing_camera), (150, 1, 1))) for clip in clips
+    )
+    lies = replace(upright[0], joints=upright[0].joints[..., [0, 2, 1]] * np.float32([1, -1, 1]))
+    windows = Windows((*upright, lies), Material(lying=share))
+    drawn = windows._motion(Draw(3, 0), 20, 30.0, 400).numpy()
+    assert float(lying(drawn[:, 0]).mean()) == pytest.approx(share + (1 - share) / 4, abs=0.08)
+
+
+def test_a_material_that_wants_people_who_lie_is_refused_without_any(clips, facing_camera):
+    upright = tuple(
+        replace(clip, joints=np.tile(upright_world(facing_camera), (150, 1, 1))) for clip in clips
+    )
+    with pytest.raises(InputError, match="clips in which somebody lies"):
+        Windows(upright, Material(lying=0.1))
+
+
+def test_windows_longer_than_every_clip_are_refused(clips):
+    with pytest.raises(InputError, match="151 frames"):
+        batch(clips, STILL, 2, 151)
+
+
+def test_clips_of_another_rate_are_refused(clips):
+    odd = Clip("07_01", "07", "asfamc", 60.0, clips[0].joints)
+    with pytest.raises(InputError, match="30 frames per second to train on, got 60"):
+        Windows([*clips, odd], STILL)
+
+
+def test_the_deviation_that_costs_least_is_the_true_one():
+    """Its weight teaches the deviations, and pulls at nothing else."""
+    torch.manual_seed(0)
+    joints = torch.zeros(50, 40, 17, 3)
+    error = torch.randn(joints.shape) * torch.tensor([0.02, 0.02, 0.05])
+    error[:, :, 0] = 0
+    truth = Batch(joints, joints, joints)
+    weights = module.Weights(motion=0.0, velocity=0.0, deviation=1.0)
+
+    def cost(across, along):
+        sd = torch.tensor([across, along]).expand(50, 40, 17, 2)
+        return float(module.loss((joints + error, sd, joints), truth, weights))
+
+    least = cost(0.02, 0.05)
+    assert all(least < cost(*other) for other in ((0.018, 0.05), (0.022, 0.05), (0.02, 0.045), (0.02, 0.055)))
+    answer = (joints + error).requires_grad_()
+    sd = torch.full((50, 40, 17, 2), 0.03)
+    slopes = [
+        torch.autograd.grad(
+            module.loss((answer, sd, joints), truth, weights.model_copy(update={"deviation": d})), answer
+        )[0]
+        for d in (0.0, 1.0)
+    ]
+    assert torch.equal(*slopes)
+
+
+def test_the_error_of_bones_is_what_their_two_ends_differ_by():
+    """A knee that is off costs its two bones; a leg that is off as one piece costs the bone above it alone."""
+    joints, sd = torch.zeros(1, 1, 17, 3), torch.ones(1, 1, 17, 2)
+    truth = Batch(joints, joints, joints)
+
+    def cost(bones, *off):
+        answer = joints.clone()
+        answer[:, :, H36M17.indices(off), 0] = 0.1
+        return float(module.loss((answer, sd, joints), truth, module.Weights(bones=bones, deviation=0.0)))
+
+    for off, bones in ((("r_knee",), 2), (("r_hip", "r_knee", "r_ankle"), 1), (("r_ankle",), 1)):
+        assert cost(3.0, *off) - cost(0.0, *off) == pytest.approx(3.0 * bones * 0.1 / 16)
+
+
+def test_a_run_gives_a_network_that_the_run_time_answers_alike(config, tmp_path, capsys):
+    out = tmp_path / "out"
+    module.train_lifter(config, out)
+    assert {path.name for path in out.iterdir()} == {
+        "lifter.onnx", "best.pt", "checkpoint.json", "checkpoint-6.0", "lifter.toml", "log.jsonl",
+    }  # fmt: skip
+    lines = [json.loads(line) for line in (out / "log.jsonl").read_text().splitlines()]
+    assert [line["step"] for line in lines] == [2, 4, 6]
+    assert {"typical", "wild", "wild_up", "exact", "score", "pa", "error_over_sd", "loss"} < lines[0].keys()
+    assert "parameters" in capsys.readouterr().out
+
+    opened = network(out / "lifter.onnx")
+    assert (opened.reach, opened.trained_on) == (4, "train")
+    assert [output.name for output in opened.session.get_outputs()] == ["joints", "sd", "velocity"]
+    net = module.load_weights(module.LifterNet(module.read_config(config).net), out / "best.pt")
+    for frames in (1, 3, 40):
+        x = np.random.default_rng(0).normal(size=(frames, CHANNELS)).astype(np.float32)
+        with torch.no_grad():
+            expected = [part[0].numpy() for part in net(torch.from_numpy(x)[None])]
+        answers = opened.session.run(["joints", "sd", "velocity"], {"features": x[None]})
+        for answer, part in zip(answers, expected, strict=True):
+            np.testing.assert_allclose(answer[0], part, atol=1e-5)
+        np.testing.assert_allclose(run(x, out / "lifter.onnx")[0], expected[0], atol=1e-5)
+        np.testing.assert_allclose(run(x, out / "lifter.onnx", chunk=7)[1], expected[1], atol=1e-5)
+    assert (answers[1] > 0).all()
+    flat = np.random.default_rng(0).uniform(300, 700, (12, 17, 2))
+    lifted = lift(PoseSequence(flat, H36M17, IMAGE), (1000, 1000), model=out / "lifter.onnx")
+    assert np.isfinite(lifted.joints).all()
+    assert run(x)[0].shape == (40, 17, 3)  # the built-in one
+
+
+def test_a_run_in_pieces_comes_to_the_same_weights(config, tmp_path, without_export):
+    """minutes=0 stops after every step."""
+    module.train_lifter(config, tmp_path / "whole")
+    for step in range(1, 7):
+        module.train_lifter(config, tmp_path / "pieces", minutes=0)
+        assert read_checkpoint(tmp_path / "pieces")["step"] == step
+        assert (tmp_path / "pieces" / "lifter.onnx").exists() == (step == 6)
+    assert same(*(read_checkpoint(tmp_path / run) for run in ("whole", "pieces")))
+    best = (torch.load(tmp_path / run / "best.pt", weights_only=True) for run in ("whole", "pieces"))
+    assert same(*best)
+
+
+def test_it_starts_with_the_weights_of_an_earlier_run(config, tmp_path, without_export):
+    module.train_lifter(config, tmp_path / "first")
+    start = (tmp_path / "first" / "best.pt").as_posix()
+    config.write_text(
+        tiny(("seed = 1", f'seed = 2\nstart = "{start}"'), ("rate = 1e-3", "rate = 1e-12"), text=LIFTER)
+    )
+    module.train_lifter(config, tmp_path / "second")
+    one, two = (torch.load(tmp_path / run / "best.pt", weights_only=True) for run in ("first", "second"))
+    for name, value in one.items():
+        torch.testing.assert_close(two[name], value, atol=1e-6, rtol=1e-5)
+    config.write_text(
+        tiny(("seed = 1", f'seed = 2\nstart = "{start}"'), ("width = 16", "width = 24"), text=LIFTER)
+    )
+    with pytest.raises(InputError, match=r"best\.pt.*size mismatch"):
+        module.train_lifter(config, tmp_path / "third")
+    assert not (tmp_path / "third").exists()
+
+
+def test_a_network_with_more_blocks_starts_with_the_answers_of_a_smaller_one(tmp_path):
+    small, large = LifterNet(NetConfig(16, (1, 3))), LifterNet(NetConfig(16, (1, 3, 9, 1)))
+    torch.save(small.state_dict(), tmp_path / "small.pt")
+    grown = module.started(large, tmp_path / "small.pt")
+    x = torch.randn(2, 30, CHANNELS)
+    for one, other in zip(small.eval()(x), grown.eval()(x), strict=True):
+        torch.testing.assert_close(one, other)
+    grown(x)[0].square().mean().backward()
+    assert all(block.out.weight.grad.abs().max() > 0 for block in grown.blocks)
+    torch.save(large.state_dict(), tmp_path / "large.pt")
+    with pytest.raises(InputError, match=r"large\.pt.*[Uu]nexpected key"):
+        module.started(small, tmp_path / "large.pt")
+    torch.save(torch.zeros(3), tmp_path / "other.pt")
+    with pytest.raises(InputError, match=r"other\.pt is damaged, or no checkpoint of this network"):
+        module.started(large, tmp_path / "other.pt")
+
+
+def test_an_exported_network_gives_its_weights_back(tmp_path):
+    net = LifterNet(NetConfig(16, (1, 3)))
+    for value in net.parameters():
+        torch.nn.init.normal_(value)
+    module.export(net, tmp_path / "lifter.onnx")
+    found = weights_of(tmp_path / "lifter.onnx", net)
+    assert found.keys() == net.state_dict().keys()
+    for name, value in net.state_dict().items():
+        torch.testing.assert_close(found[name], value)
+    (tmp_path / "cut.onnx").write_bytes((tmp_path / "lifter.onnx").read_bytes()[:999])
+    with pytest.raises(InputError, match=r"cut\.onnx is damaged, or no checkpoint"):
+        weights_of(tmp_path / "cut.onnx", net)
+
+
+def test_the_shipped_lifter_can_be_gone_on_with():
+    """What it says of depth stays; joints that were seen lie on their rays."""
+    config = module.read_config(Path(module.__file__).with_name("lifter.toml"))
+    net = module.started(LifterNet(config.net), SHIPPED).eval()
+    x = np.random.default_rng(0).normal(size=(40, CHANNELS)).astype(np.float32)
+    x[:, 51:68] = 0
+    with torch.no_grad():
+        np.testing.assert_allclose(net(torch.from_numpy(x)[None])[0][0].numpy(), run(x)[0], atol=1e-5)
+    x[:, 51:68] = 1
+    with torch.no_grad():
+        np.testing.assert_allclose(
+            net(torch.from_numpy(x)[None])[0][0, ..., 2].numpy(), run(x)[0][..., 2], atol=1e-5
+        )
+
+
+def test_joints_that_were_seen_lie_on_their_rays(clips):
+    """Exact keypoints, and a network that has learned nothing: what it answers projects onto them."""
+    silent = Noise(std=0.0, outliers=0.0, swap_rate=0.0, missing_rate=0.0, absent_rate=0.0)
+    windows = Windows(clips, replace(STILL, focal_known=1.0))
+    windows.spoilt = Spoilt(silent)
+    x = windows.batch(Draw(3, 0), 6, 10).x
+    with torch.no_grad():
+        net = LifterNet(NetConfig(16, (1, 3)))
+        joints, _, _ = net(x)
+        size = (x[..., 71:72] - 2).exp()
+        away = 0.37 / size[..., None]  # of the pelvis, before anything is learned
+        image = x[..., :34].unflatten(-1, (17, 2))
+        pelvis = torch.cat([image[..., :1, :] * 0.37, torch.zeros(6, 10, 1, 1)], dim=-1)
+        rays = joints + pelvis
+        np.testing.assert_allclose(
+            (rays[..., :2] / (rays[..., 2:] + away) / size[..., None]).numpy(), image.numpy(), atol=1e-4
+        )
+
+
+def test_bones_seen_short_may_be_deep():
+    shown = torch.tensor([0.0, 0.3, 0.4, 0.9])
+    depth = _depth(torch.full((4,), 0.5), shown)
+    np.testing.assert_allclose(depth[:3].numpy(), [0.5, 0.4, 0.3], atol=2e-3)
+    assert 0 < depth[3] < 0.05
+
+
+def test_a_network_of_other_dilations_is_not_gone_on_with():
+    """It would answer otherwise, though all its weights fit."""
+    config = module.read_config(Path(module.__file__).with_name("lifter.toml"))
+    straight = NetConfig(config.net.width, (1,) * len(config.net.dilations))
+    for begin in (
+        lambda net: module.started(net, SHIPPED),
+        lambda net: averaging.mean(net, [(1.0, SHIPPED)]),
+    ):
+        with pytest.raises(InputError, match=r"dilations \(1, 1.*lifter\.onnx reaches 54 frames, not 8"):
+            begin(LifterNet(straight))
+    more = NetConfig(config.net.width, (*config.net.dilations, 27))
+    module.started(LifterNet(more), SHIPPED)
+
+
+def test_the_mean_of_runs_is_the_mean_of_their_weights(config, clips, tmp_path, monkeypatch):
+    shape = module.read_config(config).net
+    nets = [LifterNet(shape) for _ in range(2)]
+    for i, net in enumerate(nets):
+        torch.save(net.state_dict(), tmp_path / f"{i}.pt")
+    shares = (0.25, 0.75)
+    parts = [(share, tmp_path / f"{i}.pt") for i, share in enumerate(shares)]
+    made = averaging.mean(LifterNet(shape), parts).state_dict()
+    for name, value in made.items():
+        torch.testing.assert_close(
+            value, sum(s * n.state_dict()[name] for s, n in zip(shares, nets, strict=True))
+        )
+    with pytest.raises(InputError, match=r"sum to 1, got 0\.5"):
+        averaging.mean(LifterNet(shape), [(0.5, tmp_path / "0.pt")])
+    for wrong in ("0.5", "half:0.pt", "1:nowhere.pt"):
+        with pytest.raises(InputError):
+            averaging.main(config, tmp_path / "mean.onnx", [wrong])
+    written = []
+    monkeypatch.setattr(
+        averaging, "export", lambda net, path, **properties: written.append((net, properties))
+    )
+    averaging.main(config, tmp_path / "mean.onnx", [f"{share}:{path}" for share, path in parts])
+    ((net, properties),) = written
+    assert properties == {"reach": 4, "trained_on": "train"}
+    assert judged(net, whole_takes(clips), torch.device("cpu"))["error_over_sd"] == pytest.approx(1, abs=0.01)
+
+
+def test_validation_has_a_part_for_every_data_set(config, clips, monkeypatch):
+    names = ("07_01", "accad-m1_run", "tennis-jangel_Reves_0")
+    val = tuple(replace(clip, name=name) for clip, name in zip(clips, names, strict=True))
+    monkeypatch.setattr(module, "read_clips", lambda subjects: val if subjects == "val" else clips)
+    train, parts = module.clips_of(module.read_config(config))
+    assert train == clips
+    assert {of: [clip.name for clip in part] for of, part in parts.items()} == {
+        of: [name] for of, name in zip(("cmu", "accad", "tennis"), names, strict=True)
+    }
+
+
+@pytest.fixture
+def own(tmp_path, clips, monkeypatch):
+    """Trains on a file of clips of people who stand and a split, the text changed; nothing else is read."""
+    monkeypatch.setenv("PCNET3D_DATA", str(tmp_path / "nowhere"))
+    for clip in clips:
+        for part, height in ("hip", 0.9), ("shoulder", 1.4):
+            clip.joints[:, H36M17.indices((f"l_{part}", f"r_{part}")), 2] = height
+    write_mocap(tmp_path / "clips.npz", clips)
+    (tmp_path / "split.json").write_text(json.dumps({"train": ["00", "01"], "val": ["02"]}))
+    data, split = ((tmp_path / name).as_posix() for name in ("clips.npz", "split.json"))
+    text = tiny(("seed = 1", f'seed = 1\ndata = "{data}"\nsplit = "{split}"'), text=LIFTER)
+
+    def train(*changes):
+        (tmp_path / "own.toml").write_text(tiny(*changes, text=text))
+        module.train_lifter(tmp_path / "own.toml", tmp_path / "out")
+        return tmp_path / "out"
+
+    return train
+
+
+def test_training_on_own_data(own, monkeypatch):
+    said = {}
+    monkeypatch.setattr(module, "export", lambda net, path, **properties: said.update(properties))
+    out = own()
+    assert said == {"reach": 4, "trained_on": "clips.npz, split.json"}
+    figures = json.loads((out / "log.jsonl").read_text().splitlines()[-1])
+    assert {"typical", "wild"} < figures.keys()
+
+
+def test_a_run_does_not_go_on_with_another_split(own, tmp_path, without_export):
+    """Whoever was trained on would be tested."""
+    log = own() / "log.jsonl"
+    (tmp_path / "split.json").write_text(json.dumps({"train": ["00"], "val": ["02"], "test": ["01"]}))
+    before = log.read_text()
+    with pytest.raises(InputError, match=r"checkpoint\.json learned from other recordings or another split"):
+        own()
+    assert log.read_text() == before
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "words"),
+    [
+        ("split = ", "# split = ", "`data` and `split` together"),
+        ('subjects = "train"', 'subjects = "train-a"', 'subjects = "train"'),
+        ("clips.npz", "clip.npz", "found nothing"),
+        ("16 = 0.7", "999 = 0.7", "999 frames"),
+    ],
+)
+def test_own_data_that_cannot_be_trained_on_is_refused(own, before, after, words):
+    with pytest.raises(InputError, match=words):
+        own((before, after))
+
+
+def test_nobody_upright_to_validate_on_is_refused(own, tmp_path, clips):
+    laid = [replace(clip, joints=clip.joints[..., [2, 1, 0]]) for clip in clips]
+    write_mocap(tmp_path / "clips.npz", laid)
+    with pytest.raises(InputError, match="somebody is upright"):
+        own()
+    assert not (tmp_path / "out" / "lifter.onnx").exists()
+
+
+def test_a_person_in_two_parts_is_refused(own, tmp_path):
+    (tmp_path / "split.json").write_text(json.dumps({"train": ["00", "02"], "val": ["02"]}))
+    with pytest.raises(InputError, match="02 is in train and val"):
+        own()
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "words"),
+    [
+        ("seed", "sede", "sede|seed"),
+        ("steps = 6", "steps = 'many'", r"schedule\.steps"),
+        ("warmup", "warm", r"schedule\.warm"),
+        ("width", "widht", r"net\.widht"),
+        ("[weights]", "[weights]\nmoton = 1", r"weights\.moton"),
+        ("pans", "pants", r"material\.pants"),
+        ("pans = 0.2", "pans = 20", "material.*between 0 and 1 for pans"),
+        ("sampled = 0.2", "sampled = -1", r"material\.poses.*between 0 and 1 for sampled"),
+        ("sampled", "smapled", r"material\.poses\.smapled"),
+        *(
+            ('"train"', f'"{others}"', "subjects.*train-b")
+            for others in ("everybody", "val", "test", "hdm05", "tennis")
+        ),
+        *(
+            (LENGTHS, f"lengths = {{ {lengths} }}", "lengths")
+            for lengths in ("", "0 = 1.0", "-3 = 1.0", "1 = 0.0", "9 = -1.0", "9 = inf", "1 = 0.5, 9 = nan")
+        ),
+        ("width = 16", "width = 0", "net.*width of at least 1"),
+        *(
+            ("dilations = [1, 3]", f"dilations = {wrong}", "net.*dilations of at least 1")
+            for wrong in ("[-1]", "[1, 0]")
+        ),
+        ("[material]", "[material]\nabsent = { nose = 2.0 }", "material.*absent.*nose = 2"),
+        ("[material]", "[material]\nabsent = { foo = 0.3 }", "material.*absent.*foo = 0.3"),
+        *(
+            ("[material]", f"[material]\n{name} = -1.0", f"material.*at least 0 for {name}")
+            for name in ("quality", "slow", "limbs", "trunk", "redefined_m")
+        ),
+        ("steps = 6", "steps = 6]", "TOML"),
+    ],
+)
+def test_a_wrong_config_is_refused_by_its_key(tmp_path, before, after, words):
+    from pcnet3d.models.lab.train import train
+
+    (tmp_path / "c.toml").write_text(tiny((before, after), text=LIFTER))
+    with pytest.raises(InputError, match=words):
+        train(tmp_path / "c.toml", tmp_path / "out")
+
+
+def test_a_missing_config_is_refused(tmp_path):
+    from pcnet3d.models.lab.train import train
+
+    with pytest.raises(InputError, match="Expected a training config"):
+        train(tmp_path / "none.toml", tmp_path / "out")
+
+
+def test_the_recipe_can_be_read():
+    from importlib.resources import files
+
+    config = module.read_config(files("pcnet3d.models.lab.training.lifter").joinpath("lifter.toml"))
+    assert config.subjects == "train"
+    assert config.material.poses.turned > 0

@@ -1,0 +1,385 @@
+"""`pcnet3d train` from the command line, on a data folder as small as it gets: what is wrong gets one sentence and exit
+code 2."""
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from golden.trainings import tiny
+from pcnet3d.pipeline import H36M17, rotate
+from pcnet3d.pipeline.cli import main
+
+torch = pytest.importorskip("torch", reason="training needs torch, the extra 'train'")
+pytest.importorskip("onnxscript", reason="export needs onnxscript, the extra 'train'")
+training = pytest.importorskip("pcnet3d.models.lab.training.rectifier.train")
+from golden.checkpoints import read_checkpoint, replace_checkpoint, same, saved  # noqa: E402
+
+CONFIG = tiny(
+    ("steps = 6", "steps = 3"),
+    ("every = 2", "every = 3"),
+    ('residual = "off"\nalign = true', 'residual = "free"'),
+)
+
+
+def write_mocap(path, names, joints):
+    """Clips of one person each, who stands at the world's origin."""
+    count = len(joints)
+    np.savez(
+        path,
+        joints=np.concatenate([joints] * len(names)).astype(np.float32),
+        root=np.tile(np.float32([0, 0, 0.9]), (count * len(names), 1)),
+        clip_start=np.arange(len(names) + 1) * count,
+        clip_name=np.array([f"{name}_01" for name in names]),
+        subject=np.array(names),
+        source=np.array(["asfamc"] * len(names)),
+        fps=30,
+        joint_names=np.array(H36M17.joints),
+    )
+
+
+OTHERS = {"accad_mocap": {}, "tennis_mocap": {"test": ["tennis-a"]}}  # of the split, beside CMU
+
+
+@pytest.fixture
+def folder(tmp_path, facing_camera, monkeypatch):
+    """A data folder with one subject for every part, and a config beside it."""
+    standing = rotate(np.array([[0, 0, 1], [-1, 0, 0], [0, -1, 0]]), facing_camera)
+    joints = standing + np.random.default_rng(0).normal(0, 0.03, (40, 17, 3))
+    data = tmp_path / "data"
+    data.mkdir()
+    write_mocap(data / "cmu_mocap.npz", ["01", "07", "03"], joints - joints[:, :1])
+    write_mocap(data / "hdm05_subset.npz", ["bd"], joints - joints[:, :1])
+    write_mocap(data / "accad_mocap.npz", ["accad-f1"], joints - joints[:, :1])
+    write_mocap(data / "tennis_mocap.npz", ["tennis-a", "tennis-b"], joints - joints[:, :1])
+    cmu = {"train": ["01"], "val": ["07"], "test": ["03"]}
+    (data / "splits.json").write_text(json.dumps({**OTHERS, "cmu_mocap": cmu}))
+    (tmp_path / "tiny.toml").write_text(CONFIG)
+    monkeypatch.setenv("PCNET3D_DATA", str(data))
+    monkeypatch.chdir(tmp_path)
+    # Export takes seconds and has tests of its own.
+    monkeypatch.setattr(training, "export", lambda deployed, path, **said: path.write_bytes(b""))
+    return tmp_path
+
+
+def command(monkeypatch, *words):
+    """Exit code of `pcnet3d WORDS`."""
+    monkeypatch.setattr(sys, "argv", ["pcnet3d", *words])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    return ended.value.code
+
+
+@pytest.fixture
+def train(folder, monkeypatch, capsys):
+    """Runs `pcnet3d train` in the folder -> exit code and stderr."""
+
+    def run(config="tiny.toml", output="out", extra=()):
+        code = command(monkeypatch, "train", config, "-o", output, "--device", "cpu", *extra)
+        return code, capsys.readouterr().err
+
+    return run
+
+
+def refused(answer, *words):
+    """One sentence, exit code 2, no traceback."""
+    code, said = answer
+    assert code == 2, said
+    assert said.startswith("pcnet3d: ")
+    assert said.count("\n") == 1
+    assert len(said) < 500
+    for word in words:
+        assert word in said, said
+
+
+def change(folder, before, after):
+    text = (folder / "tiny.toml").read_text()
+    assert before in text
+    (folder / "tiny.toml").write_text(text.replace(before, after))
+
+
+def test_a_checkpoint_of_another_shape(folder, train):
+    """The config is the same, as after a change of the code."""
+    assert train()[0] == 0
+    text = (folder / "tiny.toml").read_text()
+    change(folder, "width = 16", "width = 24")
+    assert train(output="wide")[0] == 0
+    (folder / "tiny.toml").write_text(text)
+    here, other = (read_checkpoint(folder / run) for run in ("out", "wide"))
+    replace_checkpoint(folder / "out", saved({**here, "net": other["net"]}))
+    refused(train(), "out/checkpoint.json", "size mismatch", "remove it")
+    replace_checkpoint(folder / "out", saved({"net": here["net"]}))
+    refused(train(), "out/checkpoint.json", "step", "remove it")
+    replace_checkpoint(folder / "out", saved(here))
+    (folder / "out" / "best.pt").write_bytes((folder / "wide" / "best.pt").read_bytes())
+    refused(train(), "out/best.pt", "size mismatch")
+    (folder / "out" / "best.pt").unlink()
+    refused(train(), "out/best.pt", "No such file")
+
+
+class Pickled:
+    """Runs a command when it is unpickled."""
+
+    def __reduce__(self):
+        import os
+
+        return os.system, ("touch was-here",)
+
+
+@pytest.mark.parametrize("what", ["cut", "missing", "list", "elsewhere", "pickled", "pickled by torch"])
+@pytest.mark.filterwarnings("ignore")
+def test_a_damaged_checkpoint_and_a_strangers_pickle(folder, train, what):
+    import pickle
+
+    assert train()[0] == 0
+    listing, part = folder / "out" / "checkpoint.json", folder / "out" / "checkpoint-3.0"
+    if what == "cut":
+        part.write_bytes(part.read_bytes()[:3000])
+    elif what == "missing":
+        part.unlink()
+    elif what == "list":
+        listing.write_text(listing.read_text()[:-9])
+    elif what == "elsewhere":
+        part.rename(folder / "checkpoint-3.0")
+        listing.write_text(listing.read_text().replace("checkpoint-3.0", "../checkpoint-3.0"))
+    elif what == "pickled":
+        replace_checkpoint(folder / "out", pickle.dumps(Pickled()))
+    else:
+        replace_checkpoint(folder / "out", saved({"net": Pickled()}))
+    refused(
+        train(), "out/checkpoint", *(() if what in ("missing", "elsewhere") else ("is damaged", "remove it"))
+    )
+    assert not (folder / "was-here").exists()
+
+
+def test_a_resume_with_another_config_loses_nothing(folder, train):
+    assert train()[0] == 0
+    before = {path.name: path.read_bytes() for path in (folder / "out").iterdir()}
+    change(folder, "rate = 1e-3", "rate = 2e-3")
+    refused(train(), "another config", "another -o DIR")
+    assert {path.name: path.read_bytes() for path in (folder / "out").iterdir()} == before
+
+
+def test_a_checkpoint_from_before_a_new_option_goes_on(folder, train):
+    """An option that was not there has its default."""
+    assert train()[0] == 0
+    listing = folder / "out" / "checkpoint.json"
+    listed = json.loads(listing.read_text())
+    config = json.loads(listed["config"])
+    del config["targets"], config["mixture"]["poses"]["limbs_swung"]
+    listing.write_text(json.dumps({**listed, "config": json.dumps(config)}))
+    assert train() == (0, "")
+
+
+def test_a_run_may_be_lengthened_until_it_cools_down(folder, train):
+    """Longer from the beginning or later, it comes to the same weights."""
+    change(folder, "steps = 3", "steps = 12")
+    change(folder, "cooldown = 0.5", "cooldown = 0.25")
+    assert train(output="whole")[0] == 0
+    change(folder, "steps = 12", "steps = 8")
+    for _ in range(3):
+        assert train(extra=("--minutes", "0"))[0] == 0
+    assert read_checkpoint(folder / "out")["step"] == 3
+    change(folder, "steps = 8", "steps = 12")
+    assert train()[0] == 0
+    one, other = (read_checkpoint(folder / run) for run in ("whole", "out"))
+    assert same(one["net"], other["net"])
+    assert same(one["optimisers"], other["optimisers"])
+    change(folder, "steps = 12", "steps = 20")
+    refused(train(), "cools down after 9", "cannot be changed")
+
+
+def test_a_device_that_is_not_here(folder, train):
+    refused(train(extra=("--device", "abacus")), "auto, cpu, cuda", "'abacus'")
+    if not torch.cuda.is_available():
+        refused(train(extra=("--device", "cuda")), "'cuda'")
+    assert not (folder / "out").exists()
+
+
+def test_a_rate_far_too_high_stops_the_training(folder, train):
+    change(folder, "rate = 1e-3", "rate = 1e25")
+    change(folder, "steps = 3", "steps = 60")
+    change(folder, "every = 3", "every = 60")
+    refused(train(), "became nan at step", "no checkpoint yet", "Lower `rate`")
+    assert not (folder / "out" / "checkpoint.json").exists()
+
+
+@pytest.mark.parametrize("where", ["loss", "gradient", "validation"])
+def test_what_is_no_number_keeps_the_last_good_checkpoint(folder, train, monkeypatch, where):
+    change(folder, "every = 3", "every = 1")
+    broken = {"loss": "total", "gradient": "total", "validation": "check"}[where]
+    real, calls = getattr(training, broken), []
+
+    def spoil(*args):
+        calls.append(1)
+        value = real(*args)
+        if len(calls) < 3:
+            return value
+        if where == "validation":
+            return {name: float("nan") for name in value}
+        if where == "loss":
+            return value * float("nan")
+        return (
+            value + 0 * (args[0].rotation.bias - args[0].rotation.bias).sum().sqrt()
+        )  # 0, with a slope of 0 x inf
+
+    monkeypatch.setattr(training, broken, spoil)
+    refused(train(), "at step 3", "the last good checkpoint, out/checkpoint.json, stays")
+    kept = read_checkpoint(folder / "out")
+    assert kept["step"] == 2
+    assert all(torch.isfinite(value).all() for key in ("net", "average") for value in kept[key].values())
+    monkeypatch.setattr(training, broken, real)
+    assert train()[0] == 0  # goes on from there
+    assert read_checkpoint(folder / "out")["step"] == 3
+
+
+@pytest.mark.parametrize(
+    ("lists", "words"),
+    [
+        ({"train": ["01", "03"], "val": ["07"], "test": ["03"]}, ("train and test", "03")),
+        ({"train": ["01"], "val": ["01"], "test": ["03"]}, ("train and val", "01")),
+        ({"train": [], "val": ["07"], "test": ["03"]}, ("train subjects", "none")),
+        ({"train": ["01"], "val": ["99"], "test": ["03"]}, ("val subjects", "none")),
+        ({"train": ["01"], "val": ["07"]}, ("splits.json", "test")),
+        (7, ("splits.json",)),
+    ],
+)
+def test_a_split_that_shares_or_lacks_subjects(folder, train, lists, words):
+    (folder / "data" / "splits.json").write_text(json.dumps({**OTHERS, "cmu_mocap": lists}))
+    refused(train(), *words)
+    assert not (folder / "out").exists()
+
+
+@pytest.mark.parametrize("name", ["cmu_mocap.npz", "tennis_mocap.npz", "hdm05_subset.npz", "splits.json"])
+def test_a_data_folder_without_its_files(folder, train, name):
+    (folder / "data" / name).unlink()
+    refused(train(), name)
+    assert not (folder / "out").exists()
+
+
+def test_motion_capture_with_a_nan(folder, train):
+    with np.load(folder / "data" / "cmu_mocap.npz") as file:
+        arrays = {key: file[key].copy() for key in file.files}
+    arrays["joints"][5, 3, 1] = np.nan
+    np.savez(folder / "data" / "cmu_mocap.npz", **arrays)
+    refused(train(), "cmu_mocap.npz", "NaN")
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "words"),
+    [
+        ("steps = 3", "steps = 0", ("tiny.toml", "steps")),
+        ("batch = 32", "batch = 0", ("batch",)),
+        ("bf16 = false", "bf16 = false\nthreads = 1", ("threads",)),
+        ("cooldown = 0.5", "cooldown = 0", ("schedule.cooldown",)),
+        ("[weights]", "[weights]\nposture = 1", ("weights.posture",)),
+        ("rate = 1e-3", "rate = nan", ("rate",)),
+        ("seed = 1", "seed = -1", ("seed",)),
+        ("wide = 0.5", "wide = 7", ("mixture", "between 0 and 1", "wide")),
+        ("width = 16", "width = 0", ("net", "width")),
+        ('net = "mlp"', "heads = 3", ("net", "3 heads", "16")),
+        ('kind = "pcnet"', 'kind = "pcnett"', ("kind", "pcnett", "lifter, pcnet")),
+        ("lifted = 0.0", "lifted = 0.5", ("lifted takes", "testbed")),
+        ("lifted = []", 'lifted = ["none.npz"]', ("none.npz",)),
+        ("lifted = []", 'lifted = ["data/cmu_mocap.npz"]', ("cmu_mocap.npz", "testbed")),
+    ],
+)
+def test_configs_that_cannot_be_trained(folder, train, before, after, words):
+    change(folder, before, after)
+    refused(train(), *words)
+    assert not (folder / "out").exists()
+
+
+def test_a_config_that_is_not_there_and_a_folder(folder, train):
+    refused(train("none.toml"), "none.toml")
+    refused(train("data"), "data")
+
+
+@pytest.mark.parametrize("shape", [([16, 3], [16], [3, 3], []), ([17, 3], [17], [17, 3], [17])])
+def test_onnx_files_of_another_shape(folder, monkeypatch, capsys, shape):
+    onnx = pytest.importorskip("onnx", reason="needs onnx, the extra 'train'")
+    helper, single = onnx.helper, onnx.TensorProto.FLOAT
+    joints, valid, R, error_deg = (
+        helper.make_tensor_value_info(name, single, ["batch", *rest])
+        for name, rest in zip(("joints", "valid", "R", "error_deg"), shape, strict=True)
+    )
+    nodes = [
+        helper.make_node("Identity", ["joints"], ["R"]),
+        helper.make_node("Identity", ["valid"], ["error_deg"]),
+    ]
+    graph = helper.make_graph(nodes, "g", [joints, valid], [R, error_deg])
+    model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 18)], ir_version=9)
+    (folder / "other.onnx").write_bytes(model.SerializeToString())
+    code = command(monkeypatch, "evaluate", "takes", "--rectifier", "other.onnx", "-o", "out")
+    refused((code, capsys.readouterr().err), "other.onnx", "rectifier")
+
+
+@pytest.mark.parametrize("residual", ["off", "bones", "free"])
+@pytest.mark.parametrize("net", ["hybrid", "gcn", "transformer", "mlp"])
+def test_nothing_stays_on_another_device(net, residual):
+    """The meta device computes no numbers, but refuses to mix tensors of two devices, as a GPU does."""
+    from pcnet3d.models.lab.training.rectifier.export import Deployed
+    from pcnet3d.models.lab.training.rectifier.losses import Truth, Weights, total
+    from pcnet3d.models.lab.training.rectifier.net import NetConfig, PCNet
+
+    config = NetConfig(net=net, width=16, output=8, heads=2, blocks=1, residual=residual, align=True)
+    device = torch.device("meta")
+    network = PCNet(config).to(device)
+    joints, R = torch.zeros(4, 17, 3, device=device), torch.zeros(4, 3, 3, device=device)
+    valid = torch.ones(4, 17, device=device)
+    answer = network(joints, valid)
+    total(network, answer, joints, Truth(joints, R, valid), Weights()).backward()
+    assert all(p.grad.device == device for p in network.parameters())
+    assert Deployed(network, symmetric=True)(joints, valid)[0].device == device
+
+
+def test_bf16_learns_much_the_same(folder, train):
+    """Not to the last digit, or it was not used."""
+    assert train(output="single")[0] == 0
+    change(folder, "bf16 = false", "bf16 = true")
+    assert train(output="half")[0] == 0
+    one, other = (read_checkpoint(folder / run)["net"] for run in ("single", "half"))
+    apart = max(float((one[name] - other[name]).abs().max()) for name in one)
+    assert 0 < apart < 3 * 2 * 1e-3  # three steps of at most the rate, each way
+    assert all(value.dtype == torch.float32 for value in other.values())
+
+
+def test_a_bar_on_a_terminal_and_lines_of_the_log_elsewhere(folder):
+    """On a pseudo terminal stderr has the bar; stdout, which is a pipe, keeps its lines."""
+    pty = pytest.importorskip("pty", reason="no pseudo terminals here")
+    import os
+
+    change(folder, "steps = 3", "steps = 40")
+    # What it learned in 40 steps and its mirror image cancel out nearly, which no export follows to the last digit.
+    change(folder, "symmetric = true", "symmetric = false")
+    ours, theirs = pty.openpty()
+    words = [
+        sys.executable,
+        "-c",
+        "from pcnet3d.pipeline.cli import main; main()",
+        "train",
+        "tiny.toml",
+        "-o",
+        "out",
+    ]
+    done = subprocess.Popen(
+        words, stdout=subprocess.PIPE, stderr=theirs, text=True, env={**os.environ, "TERM": "xterm"}
+    )
+    os.close(theirs)
+    shown = b""
+    while True:
+        try:
+            part = os.read(ours, 10_000)
+        except OSError:  # Linux's way to say that the other end is closed
+            break
+        if not part:
+            break
+        shown += part
+    told = done.communicate(timeout=120)[0]
+    os.close(ours)
+    assert done.returncode == 0, shown.decode()
+    assert "/40" in shown.decode()
+    assert "'step': 40" in told
+    assert "'step': 40" not in shown.decode()

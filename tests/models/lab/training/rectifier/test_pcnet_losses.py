@@ -1,0 +1,141 @@
+"""The losses: zero at the truth, known values elsewhere, gradients that never break."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from pcnet3d.pipeline import H36M17
+
+torch = pytest.importorskip("torch", reason="training needs torch, the extra 'train'")
+losses = pytest.importorskip("pcnet3d.models.lab.training.rectifier.losses")
+net_module = pytest.importorskip("pcnet3d.models.lab.training.rectifier.net")
+
+
+def rotations(count=40, seed=0):
+    return torch.tensor(Rotation.random(count, rng=np.random.default_rng(seed)).as_matrix())
+
+
+def turned(R, degrees, seed=1):
+    axis = np.random.default_rng(seed).normal(size=(len(R), 3))
+    axis /= np.linalg.norm(axis, axis=1, keepdims=True)
+    return R @ torch.tensor(Rotation.from_rotvec(axis * np.radians(degrees)).as_matrix())
+
+
+@pytest.fixture
+def pose(facing_camera):
+    return torch.tensor(facing_camera)[None]
+
+
+@pytest.mark.parametrize("degrees", [0.0, 0.01, 1, 90, 179, 180])
+def test_geodesic_is_the_angle_and_has_a_gradient(degrees):
+    R_1 = rotations().requires_grad_()
+    angle = losses.geodesic(R_1, turned(rotations(), degrees))
+    np.testing.assert_allclose(np.degrees(angle.detach().numpy()), degrees, atol=2e-4)
+    angle.sum().backward()
+    assert torch.isfinite(R_1.grad).all()
+
+
+@pytest.mark.parametrize("degrees", [0.0, 180.0])
+def test_geodesic_in_single_precision_and_behind_gram_schmidt(degrees):
+    R = rotations().float()
+    six = torch.cat([R[:, :, 0], R[:, :, 1]], dim=-1).requires_grad_()
+    losses.geodesic(net_module.gram_schmidt(six), turned(rotations(), degrees).float()).sum().backward()
+    assert torch.isfinite(six.grad).all()
+
+
+def test_descending_the_geodesic_arrives():
+    six = torch.randn(
+        64, 6, generator=torch.Generator().manual_seed(0), dtype=torch.float64, requires_grad=True
+    )
+    target = rotations(64)
+    optimiser = torch.optim.Adam([six], lr=0.05)
+    for _ in range(300):
+        optimiser.zero_grad()
+        loss = losses.geodesic(net_module.gram_schmidt(six), target).mean()
+        loss.backward()
+        optimiser.step()
+    assert np.degrees(loss.item()) < 2
+
+
+def test_everything_is_zero_at_the_truth(pose):
+    R = rotations(1)
+    canonical = net_module.rotate(R.mT, pose)
+    assert losses.pose(canonical, canonical) == 0
+    assert losses.cycle(R, canonical, pose).item() == pytest.approx(0, abs=1e-12)
+    assert losses.perceptual(canonical, canonical) == 0
+
+
+def test_a_turn_costs_pose_but_neither_bones_nor_angles_nor_the_cycle(pose):
+    """Why the residual-free preset does without cycle and perceptual."""
+    R, wrong = rotations(1), turned(rotations(1), 30)
+    canonical, off = net_module.rotate(R.mT, pose), net_module.rotate(wrong.mT, pose)
+    assert losses.pose(off, canonical) > 1e-3
+    assert losses.cycle(wrong, off, pose).item() == pytest.approx(0, abs=1e-12)
+    assert losses.perceptual(off, canonical).item() == pytest.approx(0, abs=1e-5)
+
+
+def test_known_values(pose):
+    moved = pose.clone()
+    moved[0, H36M17.index("l_wrist"), 0] += 0.17
+    assert losses.pose(moved, pose).item() == pytest.approx(0.17**2 / 17)
+    assert losses.cycle(torch.eye(3, dtype=torch.float64)[None], moved, pose).item() == pytest.approx(
+        0.17**2 / 17
+    )
+    straight, bent = torch.zeros(1, 17, 3), torch.zeros(1, 17, 3)
+    arm = H36M17.indices(("r_shoulder", "r_elbow", "r_wrist"))
+    straight[0, arm] = torch.tensor([[0.0, 0, 0], [1, 0, 0], [2, 0, 0]])
+    bent[0, arm] = torch.tensor([[0.0, 0, 0], [1, 0, 0], [1, 1, 0]])
+    valid = torch.zeros(1, 17)
+    valid[0, arm] = 1
+    # One of eight angles differs by a right angle; both bones keep their lengths.
+    assert losses.perceptual(straight, bent, valid).item() == pytest.approx(np.pi / 2 / 8, rel=1e-3)
+    stretched = straight.clone()
+    stretched[0, arm[2], 0] = 2.5
+    assert losses.perceptual(stretched, straight, valid).item() == pytest.approx(0.5 / 16, rel=1e-3)
+
+
+def test_the_angles_are_those_of_elbows_knees_hips_and_shoulders():
+    middle = {H36M17.joints[triple[1]] for triple in losses._ANGLES}
+    assert middle == {f"{side}_{joint}" for side in "lr" for joint in ("elbow", "knee", "hip", "shoulder")}
+    bones = {frozenset(bone) for bone in H36M17.bones}
+    for a, b, c in losses._ANGLES:
+        if H36M17.joints[b][2:] in ("elbow", "knee"):
+            assert {
+                frozenset((H36M17.joints[a], H36M17.joints[b])),
+                frozenset((H36M17.joints[b], H36M17.joints[c])),
+            } <= bones
+
+
+def test_heads_that_look_alike_are_told():
+    same = torch.rand(3, 1, 17, 17).softmax(-1).expand(3, 4, 17, 17)
+    assert losses.attention_likeness(same).item() == pytest.approx(1, abs=1e-5)
+    apart = torch.eye(17).reshape(1, 17, 1, 17).expand(1, 17, 17, 17)  # head h looks at joint h only
+    assert losses.attention_likeness(apart).item() == pytest.approx(0, abs=1e-6)
+
+
+def test_the_error_head_is_pulled_to_the_mean():
+    angles = torch.tensor([2.0, 4.0, 12.0]).deg2rad()
+    tries = torch.linspace(1, 20, 400)
+    values = [losses.error_likelihood(e.expand(3), angles).item() for e in tries]
+    assert tries[int(np.argmin(values))].item() == pytest.approx(6, abs=0.1)
+
+
+@pytest.mark.parametrize("residual", ["off", "bones", "free"])
+def test_the_whole_loss_reaches_every_parameter(residual, pose):
+    config = net_module.NetConfig(width=16, output=8, heads=2, residual=residual, align=True)
+    net = net_module.PCNet(config)
+    joints = pose.float() + 0.05 * torch.randn(8, 17, 3)
+    joints = joints - joints[:, :1]
+    valid = torch.ones(8, 17)
+    truth = losses.Truth(joints + 0.01 * torch.randn(8, 17, 3), rotations(8).float(), valid)
+    loss = losses.total(net, net(joints, valid), joints, truth, losses.Weights())
+    loss.backward()
+    assert torch.isfinite(loss)
+    without = [name for name, p in net.named_parameters() if p.grad is None]
+    assert not without
+    assert all(torch.isfinite(p.grad).all() for p in net.parameters())
+
+
+def test_the_weights_are_the_papers():
+    weights = losses.Weights()
+    assert (weights.pose, weights.rotation, weights.cycle, weights.perceptual) == (1, 1, 0.25, 0.15)

@@ -1,0 +1,232 @@
+"""A training run as small as it gets: it writes what it should, resumes exactly, and refuses what it must."""
+
+import json
+import sys
+
+import numpy as np
+import pytest
+
+from golden.takes import write_lifted
+from golden.trainings import TINY, tiny
+from pcnet3d.pipeline import InputError
+
+torch = pytest.importorskip("torch", reason="training needs torch, the extra 'train'")
+pytest.importorskip("onnxscript", reason="export needs onnxscript, the extra 'train'")
+module = pytest.importorskip("pcnet3d.models.lab.training.rectifier.train")
+from golden.checkpoints import read_checkpoint, same  # noqa: E402
+
+
+@pytest.fixture
+def config(tmp_path, clips, monkeypatch):
+    """A config file, with one clip for every part of the data."""
+    monkeypatch.setattr(module, "read_clips", lambda part: clips[part])
+    monkeypatch.setattr(module, "_VALIDATION_FRAMES", 40)
+    path = tmp_path / "tiny.toml"
+    path.write_text(TINY)
+    return path
+
+
+@pytest.fixture
+def without_export(monkeypatch):
+    """Export takes seconds."""
+    monkeypatch.setattr(module, "export", lambda deployed, path, **said: path.write_bytes(b"slow"))
+
+
+def test_a_run_writes_the_network_its_log_and_its_config(config, tmp_path, capsys):
+    module.train_pcnet(config, tmp_path / "out")
+    names = {path.name for path in (tmp_path / "out").iterdir()}
+    assert names == {
+        "pcnet.onnx", "best.pt", "checkpoint.json", "checkpoint-6.0", "pcnet.toml", "log.jsonl",
+    }  # fmt: skip
+    assert (tmp_path / "out" / "pcnet.toml").read_text() == TINY
+    lines = [json.loads(line) for line in (tmp_path / "out" / "log.jsonl").read_text().splitlines()]
+    assert [line["step"] for line in lines] == [2, 4, 6]
+    keys = ("loss", "paper", "wide", "paper_expected", "score")
+    assert all(np.isfinite(line[key]) for line in lines for key in keys)
+    assert all(line["score"] == line["paper"] for line in lines)
+    from pcnet3d.models.rectifier.onnx import PCNetRectifier
+
+    joints = np.random.default_rng(0).normal(0, 0.4, (5, 17, 3))
+    assert np.isfinite(PCNetRectifier(tmp_path / "out" / "pcnet.onnx").rotation(joints)[0]).all()
+    assert "parameters" in capsys.readouterr().out
+
+
+def test_without_onnx_the_trained_network_waits_for_it(config, tmp_path, monkeypatch):
+    """As on a machine where nothing can be installed."""
+    with monkeypatch.context() as without:
+        without.setitem(sys.modules, "onnx", None)
+        with pytest.raises(InputError, match=r"trained.*needs onnx, which is not installed"):
+            module.train_pcnet(config, tmp_path / "out")
+    assert not (tmp_path / "out" / "pcnet.onnx").exists()
+    log = (tmp_path / "out" / "log.jsonl").read_text()
+    monkeypatch.setattr(module, "export", lambda deployed, path, **said: path.write_bytes(b"slow"))
+    module.train_pcnet(config, tmp_path / "out")
+    assert (tmp_path / "out" / "pcnet.onnx").exists()
+    assert (tmp_path / "out" / "log.jsonl").read_text() == log  # it trained no step more
+
+
+def test_it_learns(config, tmp_path, without_export):
+    config.write_text(
+        tiny(("steps = 6", "steps = 60"), ("every = 2", "every = 20"), ("rate = 1e-3", "rate = 1e-2"))
+    )
+    module.train_pcnet(config, tmp_path / "out")
+    lines = [json.loads(line) for line in (tmp_path / "out" / "log.jsonl").read_text().splitlines()]
+    assert lines[-1]["paper"] < 0.7 * lines[0]["paper"]
+
+
+def test_a_run_in_pieces_comes_to_the_same_weights(config, tmp_path, without_export):
+    """minutes=0 stops after every step."""
+    module.train_pcnet(config, tmp_path / "whole")
+    for step in range(1, 7):
+        module.train_pcnet(config, tmp_path / "pieces", minutes=0)
+        assert read_checkpoint(tmp_path / "pieces")["step"] == step
+        assert (tmp_path / "pieces" / "pcnet.onnx").exists() == (step == 6)
+    one, other = (read_checkpoint(tmp_path / run) for run in ("whole", "pieces"))
+    assert same(one, other)
+    best = [torch.load(tmp_path / run / "best.pt", weights_only=True) for run in ("whole", "pieces")]
+    assert same(*best)
+
+
+def test_a_run_that_was_killed_goes_on_to_the_same_weights(config, tmp_path, monkeypatch, without_export):
+    module.train_pcnet(config, tmp_path / "whole")
+    save, stopped = module.State.save, []
+
+    def stop_after_two(self, folder, config):
+        save(self, folder, config)
+        if self.step == 2 and not stopped:
+            stopped.append(True)
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(module.State, "save", stop_after_two)
+    with pytest.raises(KeyboardInterrupt):
+        module.train_pcnet(config, tmp_path / "broken")
+    module.train_pcnet(config, tmp_path / "broken")
+    assert same(read_checkpoint(tmp_path / "whole"), read_checkpoint(tmp_path / "broken"))
+
+
+def test_bf16_is_for_training_and_not_for_judging(config, tmp_path, monkeypatch, without_export):
+    config.write_text(tiny(("bf16 = false", "bf16 = true")))
+    seen = []
+    check = module.check
+    monkeypatch.setattr(
+        module, "check", lambda deployed, checks: (seen.append(deployed.net.bf16), check(deployed, checks))[1]
+    )
+    total = module.total
+    monkeypatch.setattr(module, "total", lambda net, *rest: (seen.append(net.bf16), total(net, *rest))[1])
+    module.train_pcnet(config, tmp_path / "out")
+    assert seen == [True, True, False] * 3 + [False]
+
+
+def test_the_best_are_the_best_on_lifted_frames_where_there_are_some(
+    config, tmp_path, standing, without_export
+):
+    lifted = write_lifted(tmp_path / "val.npz", standing, names=("07_01",))
+    config.write_text(tiny(("lifted_val = []", f'lifted_val = ["{lifted.as_posix()}"]')))
+    module.train_pcnet(config, tmp_path / "out")
+    lines = [json.loads(line) for line in (tmp_path / "out" / "log.jsonl").read_text().splitlines()]
+    assert all(line["score"] == line["lifted"] != line["paper"] for line in lines)
+    assert read_checkpoint(tmp_path / "out")["best"] == min(line["lifted"] for line in lines)
+
+
+def test_people_who_lie_are_a_tenth_of_the_score(config, clips, tmp_path, standing):
+    upright = write_lifted(tmp_path / "upright.npz", standing, names=("07_01",))
+    lies = write_lifted(
+        tmp_path / "lies.npz", standing[:, [2, 1, 0]] * np.float32([1, 1, -1]), names=("07_02",)
+    )
+    held = dict(np.load(lies))
+    np.savez(lies, **held | {"lying": np.ones(len(held["lying"]))})
+    both = module.validation(clips["val"], module.read_lifted([upright, lies]), "body")
+    assert {"lifted", "lifted_lying"} < set(both)
+    torch.manual_seed(0)
+    figures = module.check(module.Deployed(module.PCNet(module.read_config(config).net).eval(), True), both)
+    expected = 0.9 * figures["lifted"] + 0.1 * figures["lifted_lying"]
+    assert figures["score"] == pytest.approx(expected) != figures["lifted"]
+
+
+def test_it_starts_with_the_weights_of_an_earlier_run(config, tmp_path, without_export):
+    module.train_pcnet(config, tmp_path / "first")
+    start = (tmp_path / "first" / "best.pt").as_posix()
+    config.write_text(tiny(("seed = 1", f'seed = 2\nstart = "{start}"'), ("rate = 1e-3", "rate = 1e-12")))
+    module.train_pcnet(config, tmp_path / "second")
+    first, second = (torch.load(tmp_path / run / "best.pt", weights_only=True) for run in ("first", "second"))
+    for name, weights in first.items():
+        torch.testing.assert_close(second[name], weights)
+
+
+def test_validation_of_people_who_are_trained_on_is_refused(config, tmp_path, standing):
+    lifted = write_lifted(tmp_path / "val.npz", standing, names=("01_01",))
+    config.write_text(tiny(("lifted_val = []", f'lifted_val = ["{lifted.as_posix()}"]')))
+    with pytest.raises(InputError, match=r"the validation's.*01"):
+        module.train_pcnet(config, tmp_path / "out")
+
+
+def test_the_expected_error_is_calibrated(config, clips):
+    """On average it is the true one."""
+    torch.manual_seed(0)
+    checks = module.validation(clips["val"], None, "body")
+    deployed = module.Deployed(module.PCNet(module.read_config(config).net).eval(), symmetric=True)
+    before = module.check(deployed, checks)
+    assert before["paper_expected"] != pytest.approx(before["paper"], rel=0.05)
+    module.calibrate(deployed, checks["paper"])
+    after = module.check(deployed, checks)
+    assert after["paper_expected"] == pytest.approx(after["paper"], rel=1e-3)
+    assert after["paper"] == before["paper"]
+
+
+def test_lying_people_of_the_validation_have_a_figure_of_their_own(config, clips):
+    standing = clips["val"][0]
+    assert set(module.validation([standing], None, "body")) == {"paper", "wide"}
+    lying = standing.joints[..., [0, 2, 1]] * np.float32([1, -1, 1])
+    both = [standing, module.Clip("07_02", "07", "asfamc", 30.0, lying)]
+    checks = module.validation(both, None, "body")
+    assert [len(checks[name].R) for name in ("paper", "wide", "lying")] == [40, 40, 40]
+
+
+@pytest.mark.parametrize("part", ["val", "test", "hdm05", "tennis"])
+def test_a_subject_in_train_and_elsewhere_is_refused(config, tmp_path, monkeypatch, part):
+    read = module.read_clips
+    monkeypatch.setattr(module, "read_clips", lambda p: read("train") if p == part else read(p))
+    with pytest.raises(InputError, match=rf"{part} subjects.*01"):
+        module.train_pcnet(config, tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+def test_lifted_takes_of_a_test_subject_are_refused(config, tmp_path, standing):
+    lifted = write_lifted(tmp_path / "t.npz", standing, names=("03_01",))
+    config.write_text(
+        tiny(("lifted = []", f'lifted = ["{lifted.as_posix()}"]'), ("lifted = 0.0", "lifted = 0.5"))
+    )
+    with pytest.raises(InputError, match="test subjects"):
+        module.train_pcnet(config, tmp_path / "out")
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "words"),
+    [
+        ("seed", "sede", "sede|seed"),
+        ('net = "mlp"', 'net = "cnn"', r"net\.net"),
+        ("blocks", "bloks", r"net\.bloks"),
+        ("wide = 0.5", "wider = 0.5", r"mixture\.wider"),
+        ("roll_deg = 10.0", "roll_deg = inf", "mixture.*at least 0 for roll_deg"),
+        ("turned = 0.2", "turnt = 0.2", r"mixture\.poses\.turnt"),
+        ("[weights]", "[weights]\nregulr = 1", r"weights\.regulr"),
+        ("average", "avrage", r"schedule\.avrage|schedule\.average"),
+        ("steps = 6", "steps = 6]", "TOML"),
+    ],
+)
+def test_a_wrong_config_is_refused_by_its_key(config, before, after, words):
+    config.write_text(tiny((before, after)))
+    with pytest.raises(InputError, match=words):
+        module.read_config(config)
+
+
+@pytest.mark.parametrize("name", ["pcnet", "paper", "mmfi"])
+def test_the_recipes_can_be_read_and_written(name, tmp_path):
+    from importlib.resources import files
+
+    from pcnet3d.models.lab.common.toml_config import as_toml
+
+    config = module.read_config(files("pcnet3d.models.lab.training.rectifier").joinpath(f"{name}.toml"))
+    assert config.subjects == "train"
+    (tmp_path / "again.toml").write_text(as_toml(config))
+    assert module.read_config(tmp_path / "again.toml") == config

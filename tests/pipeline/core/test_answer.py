@@ -1,0 +1,86 @@
+"""What was seen, in plain words: of walks, squats, raised arms, jumps, and of takes in which nothing was recognised."""
+
+import numpy as np
+
+from pcnet3d.pipeline import CAMERA, H36M17, PoseSequence, Take
+from pcnet3d.pipeline.core.answer import answer
+
+KNEE = {"p05_deg": 8.0, "p95_deg": 68.0, "sd_deg": 7.3}
+RANGES = {"r_knee_flexion": KNEE, "l_knee_flexion": {**KNEE, "p05_deg": 10.0, "p95_deg": 80.0, "sd_deg": 4.0}}
+WALK = {
+    "gait": "walking", "walks": 1, "steps": 4, "cadence_spm": 98.0, "cadence_error_spm": 1.8, "walking_speed": 1.15,
+    "walking_speed_error": 0.05, "right": {"landings_s": [1.2, 2.4]}, "left": {"landings_s": [0.6, 1.8, 3.0]},
+}  # fmt: skip
+
+
+def take(unit: str = "m", **measures) -> Take:
+    poses = PoseSequence(np.zeros((31, 17, 3)), H36M17, CAMERA.with_(unit=unit), time_s=np.arange(31) / 10)
+    return Take("take", poses=poses, measures={"range_of_motion": RANGES, **measures})
+
+
+def test_a_walk_with_its_cadence_speed_and_knees():
+    assert answer(take(walking=WALK)) == [
+        "Walked 4 steps in 2.4 s, 98 ± 1.8 a minute, at 1.15 ± 0.05 m/s.",
+        "Knees 8 to 68 (right) and 10 to 80 (left) degrees, each within 12.",
+    ]
+
+
+def test_without_a_scale_there_is_no_speed_and_a_run_is_called_one():
+    said = answer(take("arbitrary", walking={**WALK, "gait": "running"}))[0]
+    assert said == "Ran 4 steps in 2.4 s, 98 ± 1.8 a minute."
+
+
+def test_knee_bends_are_squats_only_if_all_are():
+    deep = {"count": 1, "squats": 1, "peak_deg": [102.4], "peak_error_deg": [6.9]}
+    assert answer(take(knee_bends=deep))[0] == "Squatted once to 102 degrees (± 7)."
+    several = {"count": 3, "squats": 1, "peak_deg": [55.0, 90.0, 60.0]}
+    said = answer(take(knee_bends=several))[0]
+    assert said == "Bent the knees 3 times to between 55 and 90 degrees, 1 squat among them."
+
+
+def test_arms_and_jumps():
+    both = {side: {"count": 2, "peak_deg": [150.0, 160.0]} for side in ("right", "left")}
+    one = {"right": {"count": 0}, "left": {"count": 1, "peak_deg": [150.0]}}
+    jumps = {"count": 1, "jump_height": [0.32]}
+    assert answer(take(arm_raises=both))[0] == "Raised both arms twice to between 150 and 160 degrees."
+    said = answer(take(arm_raises=one, jumps=jumps))[0]
+    assert said == "Raised the left arm once to 150 degrees; jumped once, 0.32 m high."
+
+
+def test_what_may_have_been_while_nobody_saw_is_not_said_to_be_absent():
+    unseen = {"count_reason": "not seen from 3.60 to 4.50 s"}
+    squats = {"count": 3, "squats": 3, "peak_deg": [102.0, 95.0, 98.0], **unseen}
+    said = "Squatted at least 3 times (not seen from 3.60 to 4.50 s) to between 95 and 102 degrees."
+    assert answer(take(knee_bends=squats))[0] == said
+    arms = {"right": {"count": 3}, "left": {"count": 3, **unseen}}
+    assert answer(take(arm_raises=arms))[0] == (
+        "Raised the right arm 3 times; raised the left arm at least 3 times (not seen from 3.60 to 4.50 s)."
+    )
+    both = {side: {"count": 3, **unseen} for side in ("right", "left")}
+    assert (
+        answer(take(arm_raises=both))[0]
+        == "Raised both arms at least 3 times (not seen from 3.60 to 4.50 s)."
+    )
+
+
+def test_where_nothing_is_recognised_the_main_joints_are_told_and_why_steps_are_not():
+    why = "steps cannot be counted: the person faces along the camera's line of sight"
+    beyond = {
+        "r_elbow_flexion": {**KNEE, "beyond_anatomy_frames": 3},
+        "trunk_lean_sagittal": {"p05_deg": -1.0, "p95_deg": 9.0},
+    }
+    said = answer(take(walking={"reason": why}, range_of_motion=RANGES | beyond, knee_bends={"count": 0}))
+    assert said[0] == "No walking, knee bends, raised arms or jumps were recognised in 3.0 s."
+    assert said[1].startswith("Knees 8 to 68")
+    assert said[1].endswith("; trunk forward -1 to 9 degrees.")
+    assert "elbow" not in said[1]  # beyond what joints reach
+    assert said[2] == "Steps cannot be counted: the person faces along the camera's line of sight."
+
+
+def test_a_zero_has_no_sign():
+    ranges = {"trunk_lean_sagittal": {"p05_deg": -0.4, "p95_deg": -0.2}}
+    assert answer(take(range_of_motion=ranges))[1] == "Trunk forward 0 to 0 degrees."
+
+
+def test_without_measures_nothing_is_said():
+    assert answer(Take("take", poses=take().poses)) == []

@@ -1,0 +1,128 @@
+"""Frames: words, handedness, and the one change of frame."""
+
+from itertools import permutations
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from pcnet3d.pipeline import (
+    CAMERA,
+    H36M17,
+    IMAGE,
+    LEVEL,
+    Y_UP,
+    Z_UP,
+    Frame,
+    InputError,
+    PoseSequence,
+    change_frame,
+    rotate,
+)
+from pcnet3d.pipeline.core.frames import FRAMES, GL_CAMERA, PC_CAMERA
+
+
+@pytest.fixture
+def poses() -> PoseSequence:
+    joints = np.random.default_rng(0).normal(size=(4, 17, 3))
+    return PoseSequence(joints, H36M17, CAMERA.with_(origin="camera"))
+
+
+@pytest.mark.parametrize(
+    "frame", [frame for frame in FRAMES.values() if frame.dims == 3], ids=lambda f: f.name
+)
+def test_every_named_3d_frame_is_right_handed(frame):
+    assert frame.right_handed
+
+
+@pytest.mark.parametrize("other", [GL_CAMERA, PC_CAMERA], ids=lambda f: f.name)
+def test_there_and_back(poses, other):
+    other = other.with_(origin="camera")
+    np.testing.assert_array_equal(change_frame(change_frame(poses, other), poses.frame).joints, poses.joints)
+
+
+def test_camera_axes_follow_formats_md(poses):
+    x, y, z = np.moveaxis(poses.joints, -1, 0)
+    gl = change_frame(poses, GL_CAMERA.with_(origin="camera")).joints
+    np.testing.assert_array_equal(gl, np.stack([x, -y, -z], -1))
+    pc = change_frame(poses, PC_CAMERA.with_(origin="camera")).joints
+    np.testing.assert_array_equal(pc, np.stack([z, -x, -y], -1))
+
+
+def test_y_up_to_z_up_is_the_cyclic_map():
+    joints = np.random.default_rng(1).normal(size=(2, 17, 3)).astype(np.float32)
+    turned = change_frame(PoseSequence(joints, H36M17, Y_UP), Z_UP).joints
+    np.testing.assert_array_equal(turned, joints[..., [2, 0, 1]])
+
+
+def test_a_reflected_source_is_reflected_back():
+    """MMPose's (-x, z, -y) is left-handed (formats.md section 3); its words alone undo it."""
+    joints = np.random.default_rng(2).normal(size=(2, 17, 3)).astype(np.float32)
+    mirrored = Frame("MMPOSE", "camera", ("left", "away", "up"))
+    assert not mirrored.right_handed
+    written = np.stack([-joints[..., 0], joints[..., 2], -joints[..., 1]], -1)
+    np.testing.assert_array_equal(
+        change_frame(PoseSequence(written, H36M17, mirrored), CAMERA).joints, joints
+    )
+
+
+def test_pelvis_and_units(poses):
+    centred = change_frame(poses, CAMERA.with_(unit="mm"))
+    np.testing.assert_allclose(
+        centred.joints, (poses.joints - poses.joints[:, :1]) * 1000, rtol=1e-5, atol=1e-3
+    )
+    assert (centred.joint("pelvis") == 0).all()
+
+
+def test_a_given_rotation_leads_between_families(poses):
+    centred = change_frame(poses, CAMERA)
+    R = Rotation.random(len(poses), random_state=0).as_matrix()
+    turned = change_frame(centred, LEVEL, R_to_from_source=R)
+    for t in range(len(poses)):
+        np.testing.assert_allclose(
+            turned.joints[t], Rotation.from_matrix(R[t]).apply(centred.joints[t]), atol=1e-5
+        )
+
+
+@pytest.mark.parametrize(
+    ("to", "words"),
+    [
+        (LEVEL, ["CAMERA", "LEVEL", "rotation"]),
+        (CAMERA.with_(origin="camera", unit="arbitrary"), ["scale"]),
+        (CAMERA.with_(origin="world"), ["origin"]),
+        (IMAGE, ["CAMERA", "IMAGE"]),
+    ],
+)
+def test_what_cannot_be_known_is_refused_in_words(poses, to, words):
+    with pytest.raises(InputError) as error:
+        change_frame(poses, to)
+    assert all(word in str(error.value) for word in words)
+    assert "x right, y down, z away" in str(error.value)
+
+
+def test_dependent_or_unknown_axes_are_refused():
+    for axes in permutations(("right", "left", "up"), 3):
+        with pytest.raises(InputError):
+            Frame("BAD", "camera", axes)
+    with pytest.raises(InputError, match="north"):
+        Frame("BAD", "camera", ("north", "up", "right"))
+
+
+def test_a_long_sequence_is_turned_like_its_parts():
+    """Rows are turned by the thousand; each has its own rotation here."""
+    rng = np.random.default_rng(0)
+    poses = PoseSequence(rng.normal(size=(9000, 17, 3)), H36M17, CAMERA.with_(origin="camera"))
+    R = Rotation.random(9000, rng=rng).as_matrix()
+    level = change_frame(poses, LEVEL, R)
+    expected = rotate(R, poses.joints.astype(float) - poses.joints[:, :1])
+    np.testing.assert_allclose(level.joints, expected, atol=1e-6)
+
+
+def test_covariances_turn_with_the_axes_and_scale_with_the_unit(poses):
+    rng = np.random.default_rng(0)
+    root = rng.normal(size=(*poses.joints.shape, 3))
+    covariance = root @ np.swapaxes(root, -1, -2)
+    stated = poses.with_(covariance=covariance)
+    turned = change_frame(stated, GL_CAMERA.with_(unit=poses.frame.unit, origin=poses.frame.origin))
+    flip = np.diag([1.0, -1.0, -1.0])
+    np.testing.assert_allclose(turned.covariance, flip @ covariance @ flip, rtol=1e-5, atol=1e-5)

@@ -1,0 +1,96 @@
+"""What a command says on stderr: plain lines, more or fewer, wrapped and marked on a terminal."""
+
+import io
+import re
+import sys
+
+import pytest
+
+from pcnet3d.pipeline.core import messages
+
+
+@pytest.fixture(autouse=True)
+def normal():
+    yield
+    messages.set_detail("normal")
+
+
+class Terminal(io.StringIO):
+    def isatty(self) -> bool:
+        return True
+
+
+@pytest.mark.parametrize(
+    ("detail", "kinds"),
+    [("quiet", ["pcnet3d"]), ("normal", ["pcnet3d", "note"]), ("verbose", ["pcnet3d", "note", "clean"])],
+)
+def test_how_much_is_said(detail, kinds, capsys):
+    messages.set_detail(detail)
+    messages.say("pcnet3d", "broken")
+    messages.say("note", "by the way")
+    messages.debug("clean", "defaults")
+    messages.show("a line of results")
+    said = capsys.readouterr()
+    assert [line.partition(":")[0] for line in said.err.splitlines()] == kinds
+    assert said.out == ("" if detail == "quiet" else "a line of results\n")
+
+
+def test_a_count_of_one_is_singular():
+    assert [messages.how_many(count, "row") for count in (0, 1, 2)] == ["0 rows", "1 row", "2 rows"]
+    assert messages.how_many(1, "person", "people") == "1 person"
+    assert messages.how_many(2, "person", "people") == "2 people"
+
+
+def test_spans_of_time_in_a_sentence():
+    spans = [(0.5, 1), (2, 3), (4, 5.125)]
+    assert messages.spans_in_words(spans[:1]) == "0.50 to 1.00 s"
+    assert messages.spans_in_words(spans) == "0.50 to 1.00 s and 2 more times"
+    assert messages.spans_in_words(spans, 2) == "0.50 to 1.00 s, 2.00 to 3.00 s and 1 more time"
+    assert messages.spans_in_words(spans, 3) == "0.50 to 1.00 s, 2.00 to 3.00 s, 4.00 to 5.12 s"
+
+
+def test_one_frame_has_no_rate():
+    assert messages.rate_in_words(29.97, " at ") == " at 29.97 a second"
+    assert messages.rate_in_words(float("nan"), ", ") == ""
+
+
+def test_a_terminal_gets_wrapped_lines_whose_kinds_look_different(monkeypatch):
+    monkeypatch.setenv("COLUMNS", "40")
+    monkeypatch.setenv("TERM", "xterm-256color")
+    monkeypatch.delenv("NO_COLOR", raising=False)
+    said = {}
+    for kind in ("warning", "note"):
+        monkeypatch.setattr(sys, "stderr", Terminal())
+        messages.say(kind, "[1] the words of a long sentence " * 5)
+        said[kind] = sys.stderr.getvalue()  # type: ignore[attr-defined]
+        plain = re.sub(r"\x1b\[[\d;]*m", "", said[kind])
+        assert max(map(len, plain.splitlines())) <= 40
+        assert " ".join(plain.split()).count("[1] the words of a long sentence") == 5
+    styles = [re.match(r"\x1b\[[\d;]*m", words) for words in said.values()]
+    assert all(styles)
+    assert styles[0][0] != styles[1][0]  # type: ignore[index]
+
+
+def test_no_colour_where_none_is_wanted(monkeypatch):
+    monkeypatch.setenv("TERM", "xterm-256color")
+    coloured = re.compile(r"\x1b\[[\d;]*3\d")
+    for wanted in (True, False):
+        monkeypatch.delenv("NO_COLOR", raising=False)
+        if not wanted:
+            monkeypatch.setenv("NO_COLOR", "1")
+        monkeypatch.setattr(sys, "stderr", Terminal())
+        messages.say("warning", "look here")
+        assert bool(coloured.search(sys.stderr.getvalue())) == wanted  # type: ignore[attr-defined]
+
+
+def test_kinds_stand_apart_on_a_terminal_and_long_lines_are_indented(monkeypatch):
+    monkeypatch.setenv("COLUMNS", "30")
+    monkeypatch.setenv("NO_COLOR", "1")
+    monkeypatch.setattr(sys, "stderr", Terminal())
+    messages.say_all("note", ["one"])
+    messages.say_all("warning", ["many words " * 5, "two"])
+    messages.say_all("repair", [])
+    said = re.sub(r"\x1b\[[\d;]*m", "", sys.stderr.getvalue()).splitlines()  # type: ignore[attr-defined]
+    assert [line.strip() == "" for line in said[:4]] == [True, False, True, False]
+    assert said[4].startswith(" " * len("warning: ") + "m")
+    assert said[-1].startswith("warning: two")

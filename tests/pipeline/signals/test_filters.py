@@ -1,0 +1,299 @@
+"""Filters by their gain, derivatives in closed form, pieces that nothing reaches across."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pcnet3d.examples.walker.walk import walker
+from pcnet3d.pipeline import H36M17, LEVEL, InputError, PoseSequence
+from pcnet3d.pipeline.signals.filters import (
+    breaks,
+    check_cutoff,
+    check_savgol_cutoff,
+    derivative,
+    each_path,
+    even_grid,
+    evenly_spaced,
+    highest_savgol_cutoff,
+    holes,
+    lowpass,
+    rate,
+    resample,
+    residual_cutoff,
+    runs,
+    savitzky_golay,
+    uneven_rows,
+)
+
+FILTERS = pytest.mark.parametrize("smooth", [lowpass, savitzky_golay])
+
+
+def gain(smooth, hz: float, fps: float, **options) -> float:
+    """What is left of a long sine, away from its ends; a phase shift would lessen it too."""
+    time_s = np.arange(round(20 * fps)) / fps
+    sine = np.sin(2 * np.pi * hz * time_s + 0.3)
+    middle = slice(len(sine) // 4, 3 * len(sine) // 4)
+    return float(smooth(sine, time_s, **options)[middle] @ sine[middle] / (sine[middle] @ sine[middle]))
+
+
+@pytest.mark.parametrize("fps", [25, 30, 60, 120, 240])
+def test_two_passes_halve_the_power_at_the_cutoff(fps):
+    assert gain(lowpass, 6.0, fps, cutoff_hz=6.0) == pytest.approx(np.sqrt(0.5), abs=2e-3)
+    warped = np.tan(np.pi * 3 / fps) / np.tan(np.pi * 6 / fps)
+    designed = (np.sqrt(2) - 1) * warped**4  # Butterworth's formula, each pass with half of the order
+    assert gain(lowpass, 3.0, fps, cutoff_hz=6.0) == pytest.approx(1 / (1 + designed), abs=2e-3)
+
+
+@pytest.mark.parametrize(("fps", "cutoff_hz"), [(30, 3), (30, 6), (60, 6), (120, 6), (120, 10), (240, 6)])
+def test_the_widest_savitzky_golay_window_of_at_least_half_the_power(fps, cutoff_hz):
+    assert gain(savitzky_golay, cutoff_hz, fps, cutoff_hz=cutoff_hz) >= np.sqrt(0.5) - 1e-3
+    assert gain(savitzky_golay, cutoff_hz, fps, cutoff_hz=0.7 * cutoff_hz) < np.sqrt(0.5)
+
+
+def test_a_cutoff_that_no_savitzky_golay_window_has():
+    """There is no option for the order, which the sentence once named."""
+    with pytest.raises(
+        InputError, match=r"no window for a cut-off of 12 Hz.* of at most 7\.13 Hz, or the Butt"
+    ):
+        savitzky_golay(np.zeros(50), np.arange(50) / 30, cutoff_hz=12)
+
+
+@pytest.mark.parametrize("fps", [12.5, 24, 25, 29.97, 240])
+def test_the_highest_savitzky_golay_cutoff_is_had_and_a_higher_one_is_not(fps):
+    highest = highest_savgol_cutoff(fps)
+    assert gain(savitzky_golay, highest, fps, cutoff_hz=highest) == pytest.approx(np.sqrt(0.5), abs=3e-3)
+    with pytest.raises(InputError, match="no window"):
+        check_savgol_cutoff(highest + 0.02, fps)
+
+
+@FILTERS
+def test_a_straight_line_is_left_as_it_is(smooth):
+    time_s = np.arange(60) / 30
+    line = np.stack([3 * time_s + 1, -2 * time_s], axis=-1)
+    np.testing.assert_allclose(smooth(line, time_s), line, atol=5e-5)
+
+
+@FILTERS
+def test_time_runs_either_way(smooth):
+    rng = np.random.default_rng(0)
+    x, time_s = rng.normal(size=(80, 2)), np.arange(80) / 30
+    np.testing.assert_allclose(smooth(x[::-1], time_s), smooth(x, time_s)[::-1], atol=2e-2)
+
+
+@FILTERS
+def test_pieces_know_nothing_of_each_other(smooth):
+    """A gap, a clip boundary and a jump in time: each piece is filtered as if it were alone."""
+    rng = np.random.default_rng(1)
+    x = rng.normal(size=(120, 3)) * 0.01 + np.repeat([0.0, 5.0, -3.0, 8.0], 30)[:, None]
+    x[29] = np.nan
+    time_s = np.arange(120) / 30
+    time_s[90:] += 1
+    together = smooth(x, time_s, seams=(60,))
+    pieces = [slice(0, 29), slice(30, 60), slice(60, 90), slice(90, 120)]
+    assert runs(np.isfinite(x).all(axis=1), time_s, (60,)) == pieces
+    for piece in pieces:
+        np.testing.assert_allclose(together[piece], smooth(x[piece], time_s[piece]), rtol=1e-6)
+        assert np.ptp(together[piece]) < 0.1
+    assert np.isnan(together[29]).all()
+
+
+@pytest.mark.parametrize(("rows", "filtered"), [(9, False), (10, True)])
+def test_a_piece_too_short_for_the_filter_is_missing(rows, filtered):
+    x = np.full(40, np.nan)
+    x[5 : 5 + rows] = 1
+    assert np.isfinite(lowpass(x, np.arange(40) / 30)).sum() == (rows if filtered else 0)
+
+
+@pytest.mark.parametrize(
+    ("cutoff_hz", "fps"), [(50, 30), (15, 30), (0, 30), (-1, 30), (np.nan, 30), (6, np.nan)]
+)
+def test_a_cutoff_that_the_frame_rate_does_not_carry(cutoff_hz, fps):
+    with pytest.raises(InputError, match="Nyquist"):
+        check_cutoff(cutoff_hz, fps)
+
+
+def test_a_cutoff_above_nyquist_names_both_numbers():
+    with pytest.raises(InputError, match=r"15 Hz.*30 frames.*got 50 Hz"):
+        lowpass(np.zeros(50), np.arange(50) / 30, cutoff_hz=50)
+
+
+def test_stamps_rounded_to_milliseconds_count_as_even():
+    time_s = np.round(np.arange(300) / 30, 3)
+    assert evenly_spaced(time_s, rate(time_s))
+    jittered = np.arange(300) / 30 + np.random.default_rng(0).uniform(-0.008, 0.008, 300)
+    assert not evenly_spaced(jittered, rate(jittered))
+    assert uneven_rows(np.ones(300, dtype=bool), jittered) == 300
+
+
+@pytest.mark.parametrize("fps", [24, 29.97, 59.94, 240])
+@pytest.mark.parametrize("tick_s", [1e-9, 1 / 90_000, 1e-3])
+def test_rows_of_an_even_rate_have_their_numbers_whatever_is_lost(fps, tick_s):
+    """A long take, whose rate has to be known to a hundredth of a frame in all of it."""
+    rng = np.random.default_rng(3)
+    rows = np.union1d([0, 1, 39_999], np.flatnonzero(rng.random(40_000) < 0.7))
+    time_s = 5 + np.round(rows / fps / tick_s) * tick_s
+    even_s, numbers = even_grid(time_s)
+    np.testing.assert_array_equal(numbers, rows)
+    np.testing.assert_allclose(even_s, 5 + np.arange(40_000) / fps, atol=1e-3)
+
+
+def test_stamps_of_no_even_rate_have_no_numbers():
+    rng = np.random.default_rng(4)
+    assert even_grid(np.cumsum(rng.uniform(0.02, 0.045, 300))) is None
+    assert even_grid(np.concatenate([np.arange(100) / 30, 100 / 30 + np.arange(100) / 50])) is None
+
+
+@FILTERS
+def test_a_variable_frame_rate_is_filtered_at_its_true_times(smooth):
+    """A slow motion is kept to 3 mm; with its stamps taken for even ones it would lose centimetres."""
+    rng = np.random.default_rng(2)
+    time_s = np.cumsum(rng.uniform(0.02, 0.045, 300))
+    x = 0.3 * np.sin(2 * np.pi * time_s)
+    middle = slice(20, -20)
+    np.testing.assert_allclose(smooth(x, time_s)[middle], x[middle], atol=3e-3)
+    as_if_even = smooth(x, np.arange(300) * np.median(np.diff(time_s)))
+    noisy = smooth(x + 0.01 * rng.normal(size=300), time_s)
+    assert np.std((noisy - x)[middle]) < 0.8 * 0.01
+    assert np.abs(as_if_even - x)[middle].max() > 2 * np.abs(smooth(x, time_s) - x)[middle].max()
+
+
+@given(
+    st.lists(st.booleans(), min_size=1, max_size=40),
+    st.lists(st.floats(0.01, 1.0), min_size=40, max_size=40),
+    st.sets(st.integers(1, 39), max_size=4),
+)
+@settings(max_examples=60, deadline=None)
+def test_runs_are_the_valid_rows_and_hold_no_break(valid, steps, seams):
+    valid, time_s = np.array(valid), np.cumsum(steps)[: len(valid)]
+    seams = {seam for seam in seams if seam < len(valid)}
+    found = runs(valid, time_s, tuple(seams))
+    rows = [row for piece in found for row in range(piece.start, piece.stop)]
+    assert rows == np.flatnonzero(valid).tolist()
+    for piece in found:
+        assert not seams & set(range(piece.start + 1, piece.stop))
+        if piece.stop - piece.start > 1:
+            usual = np.median(np.diff(time_s))
+            assert np.diff(time_s[piece]).max() <= max(2.5 * usual, usual + 0.2 + 1e-6)
+
+
+@FILTERS
+@pytest.mark.parametrize("fps", [30, 60, 240])
+@pytest.mark.parametrize(("lost_s", "bridged"), [(0.1, True), (0.2, True), (0.3, False)])
+def test_a_hole_of_the_clock_is_bridged_as_long_as_a_gap_of_rows_is(smooth, fps, lost_s, bridged):
+    """Images that a phone dropped: no row is missing, and two of them lost a whole walk."""
+    kept = np.delete(np.arange(4 * fps), np.arange(2 * fps, 2 * fps + round(lost_s * fps)))
+    time_s = kept / fps
+    assert len(runs(np.ones(len(kept), bool), time_s)) == (1 if bridged else 2)
+    motion = np.sin(2 * np.pi * time_s)
+    x = motion + np.random.default_rng(0).normal(scale=0.01, size=len(kept))
+    middle = slice(fps // 2, -fps // 2)
+    off = np.abs(smooth(x, time_s) - motion)[middle]
+    assert off.max() < 0.06  # not more beside the hole, where the noise of two rows would swing far
+    assert holes(time_s).tolist() == [2 * fps]
+    between = resample(motion, time_s, np.array([2 + lost_s / 2]))
+    assert np.isfinite(between).all() == bridged
+    assert not bridged or np.abs(between - np.sin(2 * np.pi * (2 + lost_s / 2))).max() < 0.05
+
+
+def test_breaks_are_clip_boundaries_and_dropped_frames():
+    index = np.r_[0:5, 9:12]
+    poses = PoseSequence(
+        np.zeros((8, 17, 3)), H36M17, LEVEL, time_s=index / 30, frame_index=index, seams=(2, 5)
+    )
+    assert breaks(poses) == (2, 5)
+    assert breaks(poses.with_(seams=())) == (5,)
+    assert (
+        breaks(poses.with_(frame_index=3 * np.arange(8), seams=())) == ()
+    )  # every third frame, none dropped
+
+
+@pytest.mark.parametrize("uneven", [False, True])
+def test_derivatives_of_a_pendulum(uneven):
+    rng = np.random.default_rng(3)
+    time_s = np.cumsum(rng.uniform(0.012, 0.02, 200)) if uneven else np.arange(200) / 60
+    w = 2 * np.pi * 1.5
+    x = np.stack([np.sin(w * time_s), np.cos(w * time_s)], axis=-1)
+    first = w * np.stack([np.cos(w * time_s), -np.sin(w * time_s)], axis=-1)
+    inner = slice(4, -4)
+    np.testing.assert_allclose(derivative(x, time_s)[inner], first[inner], atol=2e-3 * w)
+    np.testing.assert_allclose(derivative(x, time_s, order=2)[inner], -(w**2) * x[inner], atol=5e-3 * w**2)
+    np.testing.assert_allclose(derivative(x[:, 0], time_s), derivative(x, time_s)[:, 0])
+
+
+def test_derivatives_of_the_walker_are_its_own():
+    """30 frames a second and no filter: the walker's exact velocities and accelerations."""
+    walk = walker(fps=30, seconds=8)
+    during = walk.during("arms") & (walk.time_s < walk.phases_s["arms"][1] - 0.2)
+    for joint in ("r_wrist", "l_wrist"):
+        row = H36M17.index(joint)
+        path = walk.joint(joint)
+        velocity, acceleration = (derivative(path, walk.time_s, order=order) for order in (1, 2))
+        np.testing.assert_allclose(velocity[during], walk.velocity_mps[during, row], atol=0.02)
+        np.testing.assert_allclose(acceleration[during], walk.acceleration_mps2[during, row], atol=0.5)
+
+
+def test_three_rows_have_a_derivative_and_two_have_none():
+    assert np.isnan(derivative(np.arange(2.0), np.arange(2.0))).all()
+    np.testing.assert_allclose(derivative(np.arange(3.0) ** 2, np.arange(3.0)), [0, 2, 4], atol=1e-12)
+
+
+def test_resampling_meets_the_points_and_leaves_the_gaps():
+    time_s = np.arange(60) / 30
+    x = np.sin(3 * time_s)
+    x[20:30] = np.nan
+    at = np.arange(120) / 60
+    found = resample(x, time_s, at)
+    np.testing.assert_allclose(found[::2], x, atol=1e-12)
+    inside = np.isfinite(found)
+    np.testing.assert_allclose(found[inside], np.sin(3 * at[inside]), atol=1e-4)
+    assert not inside[39:60].any()
+    assert inside[:39].all()
+
+
+@pytest.mark.parametrize("fps", [30, 60, 120])
+@pytest.mark.parametrize("noise", [0.003, 0.01, 0.03])
+def test_residual_analysis_finds_nearly_the_best_cutoff(fps, noise):
+    """Swings of 1, 2.7 and 4 Hz in white noise: the error is within a tenth of the least of any cut-off."""
+    rng = np.random.default_rng(4)
+    time_s = np.arange(10 * fps) / fps
+    w = 2 * np.pi * time_s
+    clean = 0.3 * np.sin(w) + 0.05 * np.sin(2.7 * w) + 0.02 * np.sin(4 * w)
+    clean = np.stack([clean, 0.5 * clean, clean[::-1]], axis=-1)
+    x = clean + noise * rng.normal(size=clean.shape)
+
+    def error(cutoff_hz: float) -> float:
+        return float(np.sqrt(np.mean((lowpass(x, time_s, cutoff_hz) - clean) ** 2)))
+
+    chosen = residual_cutoff(x, time_s)
+    assert error(chosen) < 1.1 * min(error(hz) for hz in np.arange(1, 0.9 * fps / 2))
+    assert error(chosen) < noise
+
+
+def test_more_noise_asks_for_a_lower_cutoff():
+    rng = np.random.default_rng(5)
+    time_s = np.arange(600) / 60
+    white = rng.normal(size=600)
+    clean = 0.3 * np.sin(2 * np.pi * time_s) + 0.03 * np.sin(2 * np.pi * 4 * time_s)
+    cutoffs = [residual_cutoff(clean + noise * white, time_s) for noise in (0.0, 0.002, 0.02, 0.2)]
+    assert cutoffs == sorted(cutoffs, reverse=True)
+    assert cutoffs[0] > 2 * cutoffs[-1]
+
+
+def test_no_cutoff_for_a_take_of_a_few_rows_or_of_nothing():
+    assert np.isnan(residual_cutoff(np.arange(5.0), np.arange(5) / 30))
+    assert np.isnan(residual_cutoff(np.full((100, 3), np.nan), np.arange(100) / 30))
+    assert np.isnan(residual_cutoff(np.zeros(1), np.zeros(1)))
+
+
+def test_paths_that_are_filtered_together_are_as_each_alone() -> None:
+    rng = np.random.default_rng(4)
+    paths = rng.normal(size=(200, 4, 3)).cumsum(axis=0)
+    paths[50, 1], paths[90, 2, 0] = np.nan, np.nan
+    time_s = np.arange(200) / 30
+    alone = np.stack([lowpass(paths[:, i], time_s) for i in range(4)], axis=1)
+    assert np.array_equal(each_path(lambda path: lowpass(path, time_s), paths), alone, equal_nan=True)
+    rates = np.stack([derivative(paths[:, i, 0], time_s) for i in range(4)], axis=1)
+    assert np.array_equal(
+        each_path(lambda path: derivative(path, time_s), paths[..., 0]), rates, equal_nan=True
+    )

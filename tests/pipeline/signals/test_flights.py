@@ -1,0 +1,92 @@
+"""People in the air fall at 9.81 m/s2, and at 9.81 / k^2 where a take is shown k times too slowly."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from golden.jumps import STATURE_M, jumping, standing
+from pcnet3d.examples.walker.walk import walker
+from pcnet3d.pipeline import H36M17, LEVEL, PoseSequence
+from pcnet3d.pipeline.signals.flights import falls, flights
+from pcnet3d.pipeline.signals.rates import fall_doubts
+
+
+def squats(slowed: float = 1.0) -> PoseSequence:
+    """Four squats on feet that stay, as a cosine."""
+    time_s = np.arange(0, 8 * slowed, 1 / 30)
+    lower = 0.2 * (1 - np.cos(2 * np.pi * time_s / slowed / 2))
+    joints = np.repeat(standing()[None], len(time_s), axis=0)
+    joints[:, H36M17.indices(("r_ankle", "l_ankle")), 2] += lower[:, None]
+    root = np.stack([0 * lower, 0 * lower, 0.9 - lower], axis=-1)
+    return PoseSequence(joints, H36M17, LEVEL, time_s=time_s, root=root)
+
+
+@pytest.mark.parametrize("slowed", [1, 4, 8])
+@pytest.mark.parametrize("unit", [1.0, 300.0])
+def test_a_ballistic_path_falls_with_the_square_of_the_pace(slowed, unit):
+    poses = jumping(slowed)
+    found = falls(poses.with_(joints=poses.joints * unit, root=poses.root * unit))
+    np.testing.assert_allclose(found, 9.81 / STATURE_M / slowed**2, rtol=0.06)
+    assert len(found) == 2
+    doubts = fall_doubts(poses)
+    assert len(doubts) == (slowed > 1)
+    if slowed > 1:
+        assert f"slow motion of {slowed}" in doubts[0]
+        assert f"--fps {30 * slowed}" in doubts[0]
+
+
+def test_the_right_rate_settles_it():
+    assert fall_doubts(jumping(8).with_(time_s=np.arange(len(jumping(8))) / 240)) == []
+
+
+def test_a_time_lapse_falls_too_fast():
+    poses = jumping(1, fps=60)
+    assert "--fps 60" in fall_doubts(poses.with_(time_s=np.arange(len(poses)) / 240))[0]
+
+
+@pytest.mark.parametrize("slowed", [1, 4, 8])
+def test_a_squat_is_no_flight(slowed):
+    assert not len(falls(squats(slowed)))
+
+
+def test_what_is_not_well_seen_says_nothing():
+    assert not len(falls(jumping(4, noise_m=0.1)))
+    assert not len(falls(jumping().with_(root=None)))
+    assert not len(falls(jumping(fps=8)))  # too few frames in the air
+    walk = walker(seconds=6.0)
+    poses = PoseSequence(
+        walk.world - walk.root[:, None], H36M17, LEVEL, time_s=walk.time_s, root=walk.root.astype(np.float64)
+    )
+    assert not len(falls(poses))
+    gap = jumping(4).joints.copy()
+    gap[::7] = np.nan
+    assert fall_doubts(jumping(4).with_(joints=gap)) == []
+
+
+def test_a_flight_whose_beginning_or_end_was_not_seen_is_none():
+    poses = jumping()
+    first, second = flights(poses)
+    for seen_from_s, seen_to_s in (
+        (first.off_s - 0.1, first.off_s + 0.06),
+        (first.land_s - 0.06, first.land_s + 0.1),
+    ):
+        joints = poses.joints.copy()
+        lost = (poses.times >= seen_from_s) & (poses.times <= seen_to_s)
+        joints[lost, H36M17.index("r_ankle")] = np.nan
+        (found,) = flights(poses.with_(joints=joints))
+        assert found.apex_s == pytest.approx(second.apex_s, abs=0.01)
+        assert np.isfinite([found.off_s, found.land_s, found.rise]).all()
+
+
+@pytest.mark.data
+@pytest.mark.parametrize(("name", "fewest"), [("cmu_mocap", 60), ("hdm05_subset", 40), ("accad_mocap", 15)])
+def test_real_people_fall_in_real_time(data, name, fewest):
+    found = np.load(data / f"{name}.npz")
+    joints, root, start = found["joints"], found["root"], found["clip_start"]
+    flying = 0
+    for a, b in pairwise(start):
+        poses = PoseSequence(joints[a:b], H36M17, LEVEL, time_s=np.arange(b - a) / 30, root=root[a:b])
+        assert fall_doubts(poses) == []
+        flying += len(falls(poses)) > 0
+    assert flying >= fewest

@@ -1,0 +1,88 @@
+"""Frame rates: refused where no camera has them, told where the file or the movement contradicts them."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pcnet3d.examples.walker.walk import walker
+from pcnet3d.pipeline import H36M17, LEVEL, InputError, PoseSequence, Video
+from pcnet3d.pipeline.signals.rates import check_fps, pace_doubts, rate_doubts, timed
+
+
+@pytest.mark.parametrize("fps", [0, -30, 0.5, 3000, float("nan"), float("inf")])
+def test_rates_of_no_camera(fps):
+    with pytest.raises(InputError, match="1 to 1000 frames per second"):
+        check_fps(fps)
+
+
+def video(fps: float, captured: float | None = None) -> Video:
+    return Video(Path("clip.mp4"), 64, 48, np.arange(30) / fps, "h264", capture_fps=captured)
+
+
+@pytest.mark.parametrize(
+    ("given", "shown", "captured", "said"),
+    [
+        (None, 30, None, None),
+        (30, 29.97, None, None),
+        (60, 30, None, "--fps 60 is used although the video says 30 frames per second: .* 2 times"),
+        (
+            None,
+            30,
+            240,
+            "captured at 240 .* shown at 30, as slow motion, but 30 are used: give --fps 240, .* 8 times",
+        ),
+        (240, 30, 240, None),
+        (60, 30, 240, "but 60 are used: give --fps 240"),
+        (None, 240, 240, None),
+    ],
+)
+def test_what_the_video_says(given, shown, captured, said):
+    doubts = rate_doubts(given, video(shown, captured))
+    assert len(doubts) == (said is not None)
+    if said:
+        assert re.search(said, doubts[0])
+
+
+def test_a_clock_of_the_file_that_is_contradicted_is_told():
+    poses = PoseSequence(np.zeros((9, 17, 3)), H36M17, LEVEL, time_s=np.arange(9) / 30)
+    assert "the file says 30 frames per second" in timed(poses, 60).history[-1].options["warning"]
+    assert "warning" not in timed(poses, 30).history[-1].options
+
+
+def walking(times_as_fast: float) -> PoseSequence:
+    walk = walker(seconds=8.0)
+    joints = walk.world - walk.root[:, None]
+    return PoseSequence(joints, H36M17, LEVEL, time_s=walk.time_s / times_as_fast)
+
+
+@pytest.mark.parametrize("unit", [1.0, 700.0])
+def test_slow_motion_and_time_lapse_are_noticed_by_the_movement(unit):
+    def doubts(times_as_fast: float) -> list[str]:
+        poses = walking(times_as_fast)
+        return pace_doubts(poses.with_(joints=poses.joints * unit))
+
+    assert not doubts(1)
+    assert not doubts(0.6)
+    assert not doubts(1.8)
+    for slow in (1 / 4, 1 / 8, 1 / 16):
+        assert "slower than people usually move" in doubts(slow)[0]
+        assert "--fps" in doubts(slow)[0]
+    for fast in (4, 8, 100):
+        assert "faster than people can move" in doubts(fast)[0]
+
+
+def test_who_hardly_moves_is_not_in_slow_motion(facing_camera):
+    sway = 0.01 * np.sin(np.arange(300) / 40)[:, None, None]
+    poses = PoseSequence(facing_camera * (1 + sway), H36M17, LEVEL, time_s=np.arange(300) / 30)
+    assert pace_doubts(poses) == []
+
+
+def test_gaps_and_lost_joints_are_borne():
+    poses = walking(1 / 8)
+    joints = poses.joints.copy()
+    joints[20:40] = np.nan
+    joints[:, H36M17.index("l_wrist")] = np.nan
+    assert len(pace_doubts(poses.with_(joints=joints))) == 1
+    assert pace_doubts(poses.with_(joints=np.full_like(joints, np.nan))) == []

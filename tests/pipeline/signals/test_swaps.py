@@ -1,0 +1,297 @@
+"""Exchanged limbs and overturned depth: put into the walker, found to the row, and nothing found where nothing is."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pcnet3d.examples.walker.camera import camera_poses, side_camera
+from pcnet3d.examples.walker.files import write_keypoints
+from pcnet3d.examples.walker.walk import walker
+from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, Z_UP, PoseSequence
+from pcnet3d.pipeline.core.layouts import BLAZEPOSE33, COCO17, HALPE26, Layout
+from pcnet3d.pipeline.reading.settings import RunOptions
+from pcnet3d.pipeline.reading.take import open_take
+from pcnet3d.pipeline.signals.swap_repair import mask_swaps, repair_swaps, told
+from pcnet3d.pipeline.signals.swaps import find_swaps, kinds
+
+ARRAYS = {"layout": "H36M17", "frame": "CAMERA", "unit": "m"}
+OPTIONS = [
+    "--adapter",
+    "arrays",
+    *(part for key, value in ARRAYS.items() for part in ("-O", f"{key}={value}")),
+]
+PCNET3D = [sys.executable, "-c", "from pcnet3d.pipeline.cli import main; main()"]
+WAYS = {way.name: way for way in kinds(H36M17, depth=True)}
+EXCHANGES = ["legs exchanged", "arms exchanged"]
+WALK, SQUAT = 40, 150  # rows at 30 frames a second
+
+
+def seen(fps=30.0) -> PoseSequence:
+    """The walker from the side in CAMERA, with an error of 5 mm that lasts as an estimator's does."""
+    walk = walker(fps=fps)
+    poses = camera_poses(walk, side_camera(walk))
+    rng = np.random.default_rng(0)
+    error = np.cumsum(rng.normal(0, 0.005 / np.sqrt(fps), (len(walk), 17, 3)), axis=0)
+    return poses.with_(joints=poses.joints - poses.joints[:, :1] + error - error[:, :1])
+
+
+def pictured(fps=30.0) -> PoseSequence:
+    """The same in pixels."""
+    walk = walker(fps=fps)
+    pixels = side_camera(walk).project(walk.world) + np.random.default_rng(0).normal(
+        0, 0.5, (len(walk), 17, 2)
+    )
+    return PoseSequence(pixels, H36M17, IMAGE, time_s=walk.time_s)
+
+
+@pytest.fixture(scope="module")
+def poses() -> PoseSequence:
+    return seen()
+
+
+@pytest.fixture(scope="module")
+def pixels() -> PoseSequence:
+    return pictured()
+
+
+def spoilt(poses, *names, first, last):
+    joints = poses.joints.copy()
+    for name in names:
+        joints[first : last + 1] = WAYS[name].applied(joints[first : last + 1])
+    return poses.with_(joints=joints)
+
+
+def rows(swaps):
+    return sorted((swap.kind, swap.first_row, swap.last_row) for swap in swaps)
+
+
+def test_nothing_is_found_in_untouched_takes(poses, pixels):
+    assert find_swaps(poses) == ()
+    assert find_swaps(pixels) == ()
+
+
+@pytest.mark.parametrize("length", [1, 3, 10, 60])
+@pytest.mark.parametrize("first", [WALK, SQUAT])
+@pytest.mark.parametrize("name", WAYS)
+def test_every_kind_is_found_to_the_row(poses, name, first, length):
+    wrong = spoilt(poses, name, first=first, last=first + length - 1)
+    assert rows(find_swaps(wrong)) == [(name, first, first + length - 1)]
+
+
+@pytest.mark.parametrize("length", [1, 10, 60])
+@pytest.mark.parametrize("name", EXCHANGES)
+def test_exchanges_are_found_in_keypoints(pixels, name, length):
+    wrong = spoilt(pixels, name, first=SQUAT, last=SQUAT + length - 1)
+    assert rows(find_swaps(wrong)) == [(name, SQUAT, SQUAT + length - 1)]
+
+
+def test_a_whole_person_exchanged_is_legs_and_arms(poses, pixels):
+    for take in (poses, pixels):
+        wrong = spoilt(take, *EXCHANGES, first=SQUAT, last=SQUAT + 9)
+        assert rows(find_swaps(wrong)) == sorted((name, SQUAT, SQUAT + 9) for name in EXCHANGES)
+
+
+@pytest.mark.parametrize("edge", ["start", "end"])
+def test_what_touches_an_end_of_the_take_is_found_by_anatomy_and_length(poses, edge):
+    first, last = (0, 19) if edge == "start" else (len(poses) - 20, len(poses) - 1)
+    wrong = spoilt(poses, *EXCHANGES, first=first, last=last)
+    assert rows(find_swaps(wrong)) == sorted((name, first, last) for name in EXCHANGES)
+
+
+def test_anatomy_overrules_the_longer_part(poses):
+    """150 of 240 rows are exchanged; that the shorter rest is right shows in nose and knees."""
+    wrong = spoilt(poses, *EXCHANGES, first=0, last=149)
+    assert rows(find_swaps(wrong)) == sorted((name, 0, 149) for name in EXCHANGES)
+
+
+@pytest.mark.parametrize("fps", [25.0, 60.0, 120.0])
+def test_the_frame_rate_does_not_matter(fps):
+    first, last = round(1.3 * fps), round(1.7 * fps)
+    for name in WAYS:
+        assert rows(find_swaps(spoilt(seen(fps), name, first=first, last=last))) == [(name, first, last)]
+    wrong = spoilt(pictured(fps), "legs exchanged", first=first, last=last)
+    assert rows(find_swaps(wrong)) == [("legs exchanged", first, last)]
+
+
+def test_the_unit_and_a_rate_that_is_unknown_do_not_matter(poses):
+    wrong = spoilt(poses, "legs exchanged", first=WALK, last=WALK + 5)
+    other = wrong.with_(joints=1000 * wrong.joints, frame=CAMERA.with_(unit="mm"), time_s=None)
+    assert rows(find_swaps(other)) == rows(find_swaps(wrong))
+
+
+def test_the_mirrored_person_has_the_mirrored_swaps(poses):
+    wrong = spoilt(
+        spoilt(poses, "l_leg mirrored in depth", first=60, last=66), "arms exchanged", first=100, last=101
+    )
+    mirrored = wrong.with_(joints=(wrong.joints * np.array([-1, 1, 1]))[:, H36M17.mirror])
+    assert rows(find_swaps(wrong)) == [("arms exchanged", 100, 101), ("l_leg mirrored in depth", 60, 66)]
+    assert rows(find_swaps(mirrored)) == [("arms exchanged", 100, 101), ("r_leg mirrored in depth", 60, 66)]
+
+
+def test_missing_joints_have_no_say(poses):
+    wrong = spoilt(poses, "legs exchanged", first=WALK, last=WALK + 9)
+    joints = wrong.joints.copy()
+    joints[WALK - 10 : WALK + 30, H36M17.index("l_ankle")] = np.nan
+    joints[120:] = np.nan
+    assert rows(find_swaps(wrong.with_(joints=joints))) == [("legs exchanged", WALK, WALK + 9)]
+    assert find_swaps(wrong.with_(joints=np.full_like(joints, np.nan))) == ()
+    assert find_swaps(wrong.with_(joints=joints[:2], time_s=None, frame_index=None, confidence=None)) == ()
+
+
+@pytest.mark.parametrize("step_px", [0, 1, 20])
+@pytest.mark.filterwarnings("error")
+def test_half_a_body_that_keeps_still_in_whole_pixels_has_no_swaps(step_px):
+    """Without hips and with a step of 0 there is no size to judge a hand by; numpy once warned the user of it."""
+    joints = np.repeat(pictured().joints[:1].round(), 60, axis=0)
+    joints[:, H36M17.indices(("l_hip", "r_hip"))] = np.nan
+    joints[30:33, H36M17.index("r_wrist")] += step_px
+    assert find_swaps(PoseSequence(joints, H36M17, IMAGE, time_s=np.arange(60) / 30)) == ()
+
+
+@pytest.mark.parametrize("how", ["seam", "gap"])
+def test_a_break_ends_what_continuity_can_say(poses, how):
+    """From a clip boundary or a gap on everything is exchanged: no motion goes across, so only anatomy could tell."""
+    wrong = spoilt(poses, "legs exchanged", first=WALK, last=WALK + 9)
+    if how == "seam":
+        wrong = wrong.with_(seams=(WALK,))
+        rest = wrong
+    else:
+        rest = wrong.with_(frame_index=np.arange(len(wrong)) + 5 * (np.arange(len(wrong)) >= WALK))
+    found = find_swaps(rest)
+    assert rows(found) == [("legs exchanged", WALK, WALK + 9)]  # by its other end
+    assert found[0].evidence < find_swaps(wrong.with_(seams=()))[0].evidence
+
+
+def test_depth_is_looked_at_in_a_cameras_axes_only(poses):
+    wrong = spoilt(poses, "body mirrored in depth", first=WALK, last=WALK + 9)
+    assert {swap.kind for swap in find_swaps(wrong)} == {"body mirrored in depth"}
+    assert all("mirrored" not in swap.kind for swap in find_swaps(wrong.with_(frame=Z_UP)))
+
+
+def test_other_layouts_move_the_feet_and_hands_too():
+    way = next(way for way in kinds(BLAZEPOSE33, depth=False) if way.name == "legs exchanged")
+    named = {tuple(BLAZEPOSE33.joints[i] for i in pair) for pair in way.pairs}
+    assert ("l_heel", "r_heel") in named
+    assert ("l_wrist", "r_wrist") not in named
+    face = Layout("FACE", ("nose", "l_eye", "r_eye"))
+    assert find_swaps(PoseSequence(np.zeros((9, 3, 2)), face, IMAGE)) == ()
+    assert len(kinds(COCO17, depth=False)) == 2
+
+
+def test_repair_gives_back_the_take_and_says_so(poses):
+    wrong = spoilt(poses, "arms exchanged", first=WALK, last=WALK + 9)
+    confidence = np.tile(np.arange(17) / 17, (len(poses), 1))
+    right = poses.with_(confidence=confidence)
+    confidence[WALK : WALK + 10] = WAYS["arms exchanged"].applied(confidence[WALK : WALK + 10])
+    wrong = spoilt(wrong.with_(confidence=confidence), "body mirrored in depth", first=150, last=150)
+    again = repair_swaps(wrong, find_swaps(wrong))
+    np.testing.assert_allclose(again.joints, right.joints, atol=1e-6)
+    np.testing.assert_array_equal(again.confidence, right.confidence)
+    assert [found["kind"] for found in again.history[-1].options["repaired"]] == [
+        "arms exchanged",
+        "body mirrored in depth",
+    ]
+
+
+def test_masking_takes_out_the_wrong_joints_alone(poses):
+    wrong = spoilt(poses, "legs exchanged", first=WALK, last=WALK + 9)
+    masked = mask_swaps(wrong, find_swaps(wrong))
+    missing = np.isnan(masked.joints).any(axis=-1)
+    legs = [f"{side}_{part}" for side in "lr" for part in ("hip", "knee", "ankle")]
+    assert missing.sum() == 60
+    assert missing[WALK : WALK + 10, H36M17.indices(legs)].all()
+
+
+def saved(path, poses):
+    np.savez(path, joints=poses.joints, time_s=poses.time_s, frame_index=np.arange(len(poses)))
+    return path
+
+
+def pcnet3d(*arguments) -> subprocess.CompletedProcess:
+    return subprocess.run([*PCNET3D, *map(str, arguments)], capture_output=True, text=True, timeout=120)
+
+
+def test_inspect_names_frames_and_doubts_a_take_with_many(tmp_path, poses):
+    few = saved(tmp_path / "few.npz", spoilt(poses, "legs exchanged", first=60, last=61))
+    many = saved(tmp_path / "many.npz", spoilt(poses, "l_leg mirrored in depth", first=60, last=69))
+    result = pcnet3d("inspect", few, *OPTIONS)
+    assert result.returncode == 0, result.stderr
+    assert "2 of 240 rows look wrong: legs exchanged in frames 60-61." in result.stdout
+    result = pcnet3d("inspect", many, *OPTIONS, "--json")
+    assert result.returncode == 3, result.stderr
+    (found,) = json.loads(result.stdout)["people"][0]["swaps"]
+    assert (found["kind"], found["first_frame"], found["last_frame"]) == ("l_leg mirrored in depth", 60, 69)
+
+
+def test_told_merges_by_kind(poses):
+    wrong = spoilt(spoilt(poses, "legs exchanged", first=60, last=61), "legs exchanged", first=150, last=150)
+    assert told(wrong, find_swaps(wrong)) == "legs exchanged in frames 60-61, 150"
+
+
+@pytest.mark.parametrize(("how", "event"), [("report", "warning"), ("repair", "repair"), ("mask", "repair")])
+def test_a_take_is_changed_only_when_asked(tmp_path, poses, how, event):
+    wrong = spoilt(poses, "legs exchanged", first=60, last=69)
+    take = open_take(
+        RunOptions(poses=saved(tmp_path / "poses.npz", wrong), adapter="arrays", options=ARRAYS, swaps=how)
+    )
+    said = [one for one in take.events if "legs exchanged" in one.text]
+    assert [one.kind for one in said] == [event]
+    assert take.poses.history[-1].name == "swaps"
+    expected = {"report": wrong.joints, "repair": poses.joints}.get(how)
+    if expected is None:
+        assert np.isnan(take.poses.joints[60:70, H36M17.index("l_knee")]).all()
+    else:
+        np.testing.assert_allclose(take.poses.joints, expected - expected[:, :1], atol=1e-6)
+
+
+def exchanged_file(path, first, last) -> Path:
+    """AlphaPose's file of the walker, legs and arms exchanged in some frames."""
+    walk = walker()
+    write_keypoints(path, walk, side_camera(walk), np.arange(len(walk)), 0.5, np.random.default_rng(0))
+    detections = json.loads(path.read_text())
+    for detection in detections[first : last + 1]:
+        points = np.reshape(detection["keypoints"], (1, 26, 3))
+        for way in kinds(HALPE26, depth=False):
+            points = way.applied(points)
+        detection["keypoints"] = points.ravel().tolist()
+    path.write_text(json.dumps(detections))
+    return path
+
+
+def test_poses_lifted_from_exchanged_keypoints_are_missing_not_mended(tmp_path, poses):
+    poses_file = saved(tmp_path / "poses.npz", poses)
+    keypoints = exchanged_file(tmp_path / "alphapose-results.json", 60, 69)
+    sources = RunOptions(poses=poses_file, keypoints=keypoints, adapter="arrays", options=ARRAYS, fps=30)
+    take = open_take(sources)
+    assert np.isfinite(take.poses.joints).all()
+    assert any("lifted again" in event.text for event in take.events)
+    mended = open_take(sources.with_(swaps="repair"))
+    assert np.isnan(mended.poses.joints[60:70]).all()
+    assert np.isfinite(np.delete(mended.poses.joints, np.arange(60, 70), axis=0)).all()
+    assert find_swaps(mended.keypoints) == ()
+
+
+def test_keypoints_are_put_right_before_they_are_lifted(tmp_path):
+    """What the lift stage sees, is the file without the fault."""
+    right = exchanged_file(tmp_path / "right.json", 0, -1)
+    wrong = exchanged_file(tmp_path / "wrong.json", 60, 69)
+    takes = [open_take(RunOptions(keypoints=file, fps=30, swaps="repair")) for file in (right, wrong)]
+    np.testing.assert_array_equal(takes[1].keypoints.joints, takes[0].keypoints.joints)
+    assert [event.kind for event in takes[1].events if "exchanged" in event.text] == ["repair"]
+
+
+def test_the_command_line_repairs_counts_and_refuses_other_words(tmp_path, poses):
+    file = saved(tmp_path / "poses.npz", spoilt(poses, "legs exchanged", first=60, last=69))
+    recipe = tmp_path / "recipe.toml"
+    stages = ("clean", "rectify", "trajectories", "export")
+    recipe.write_text("".join(f'[[stages]]\nuse = "{stage}"\n' for stage in stages))
+    options = ("--poses", file, *OPTIONS, "--recipe", recipe, "-o", tmp_path / "out")
+    result = pcnet3d("run", *options, "--swaps", "repair")
+    assert result.returncode == 0, result.stderr
+    (said,) = json.loads((tmp_path / "out" / "summary.json").read_text())["repairs"]
+    assert said == "The poses were put right as asked: legs exchanged in frames 60-69 (10 of 240 rows)."
+    assert pcnet3d("run", *options, "--swaps", "fix").returncode == 2

@@ -1,0 +1,117 @@
+"""Joints that nobody saw are gaps with a reason, and are said."""
+
+import numpy as np
+import pytest
+
+from pcnet3d.pipeline import H36M17, PoseSequence, Take
+from pcnet3d.pipeline.core.frames import CAMERA, IMAGE
+from pcnet3d.pipeline.core.take import Video
+from pcnet3d.pipeline.signals.angles import UNSEEN
+from pcnet3d.pipeline.signals.visibility import in_words, unseen
+from pcnet3d.stages.angles import Angles
+from pcnet3d.stages.clean import Clean
+from pcnet3d.stages.rectify import Rectify
+from pcnet3d.stages.trajectories import Trajectories
+
+SIZE = (640, 480)
+FRAMES = 90
+TIMES = np.arange(FRAMES) / 30
+ANKLES = H36M17.indices(("r_ankle", "l_ankle"))
+
+
+def keypoints(points=None, score=0.9):
+    if points is None:
+        points = np.random.default_rng(0).uniform(100, 300, (FRAMES, 17, 2))
+    confidence = np.broadcast_to(score, (FRAMES, 17)).copy()
+    return PoseSequence(points, H36M17, IMAGE, confidence, TIMES, np.arange(FRAMES))
+
+
+def judged(given, size=SIZE):
+    return unseen(given, size, np.arange(FRAMES), TIMES)
+
+
+def test_what_is_seen_is_no_gap():
+    hidden, out = judged(keypoints())
+    assert not hidden.any()
+    assert not out.any()
+
+
+@pytest.mark.parametrize(("axis", "value"), [(0, -5.0), (0, 700.0), (1, 0.0), (1, 479.5)])
+def test_beyond_the_border_from_a_time_on(axis, value):
+    given = keypoints()
+    points = given.joints.copy()
+    points[60:, ANKLES, axis] = value
+    hidden, out = judged(given.with_(joints=points))
+    assert hidden[70:, ANKLES].all()
+    assert not hidden[:50].any()
+    np.testing.assert_array_equal(hidden, out)
+    (sentence,) = in_words(hidden, out, TIMES)
+    assert sentence.startswith("The feet are not in the image from 2.0 s")
+
+
+def test_a_low_score_is_not_seen_by_the_detector():
+    given = keypoints()
+    score = given.confidence.copy()
+    score[:, H36M17.index("l_wrist")] = 0.1
+    hidden, out = judged(given.with_(confidence=score))
+    assert hidden[:, H36M17.index("l_wrist")].all()
+    assert not out.any()
+    assert in_words(hidden, out, TIMES) == [
+        "The left hand is not seen by the detector in the whole take; what needs it is left out there."
+    ]
+
+
+def test_unknown_scores_are_no_low_ones():
+    assert not judged(keypoints(score=np.nan))[0].any()
+
+
+def test_a_short_loss_is_left_to_the_lifter():
+    given = keypoints()
+    points = given.joints.copy()
+    points[40:45, ANKLES] = np.nan
+    assert not judged(given.with_(joints=points))[0].any()
+    points[40:70, ANKLES] = np.nan
+    assert judged(given.with_(joints=points))[0][45:65, ANKLES].all()
+
+
+def test_without_an_image_size_only_scores_and_gaps_count():
+    points = np.full((FRAMES, 17, 2), 5000.0)
+    assert not judged(keypoints(points), None)[0].any()
+
+
+def test_without_a_video_the_border_is_that_of_the_told_size(facing_camera):
+    points = keypoints().joints.copy()
+    points[:, ANKLES, 1] = 479.9
+    bodies = np.tile(facing_camera, (FRAMES, 1, 1))
+    poses = PoseSequence(bodies, H36M17, CAMERA.with_(origin="pelvis"), None, TIMES, np.arange(FRAMES))
+    take = Take("cut", keypoints=keypoints(points), poses=poses)
+    for size, missing in ((SIZE, True), (None, False)):
+        done = Clean()(take.telling(image_size=size))
+        assert np.isnan(done.poses.joints[:, ANKLES]).all() == missing
+
+
+def test_frames_without_keypoints_say_nothing():
+    given = keypoints(np.full((FRAMES, 17, 2), -10.0))
+    hidden, _ = unseen(given, SIZE, np.arange(FRAMES, 2 * FRAMES), TIMES + 3)
+    assert not hidden.any()
+
+
+def test_a_take_loses_the_angles_of_what_was_not_seen(facing_camera, tmp_path):
+    video = Video(tmp_path / "none.mp4", *SIZE, TIMES, "h264")
+    points = keypoints().joints.copy()
+    points[:, ANKLES, 1] = 479.9
+    moving = facing_camera + np.random.default_rng(1).normal(0, 0.005, (FRAMES, 17, 3))
+    poses = PoseSequence(
+        moving - moving[:, :1], H36M17, CAMERA.with_(origin="pelvis"), None, TIMES, np.arange(FRAMES)
+    )
+    take = Take("cut", video=video, keypoints=keypoints(points), poses=poses)
+    for stage in (Clean(), Rectify(), Trajectories(), Angles()):
+        take = stage(take)
+    assert (take.kinematics["r_knee_flexion_reason"] == UNSEEN).all()
+    assert np.isnan(take.kinematics["r_knee_flexion_deg"]).all()
+    assert (
+        np.isfinite(take.kinematics["r_elbow_flexion_deg"]).any()
+        or (take.kinematics["r_elbow_flexion_reason"] != UNSEEN).all()
+    )
+    assert any("feet are not in the image in the whole take" in event.text for event in take.events)
+    assert any(step.name == "unseen" for step in take.poses.history)

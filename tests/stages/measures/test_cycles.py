@@ -1,0 +1,203 @@
+"""Repetitions, normalised curves and smoothness of signals whose answers are known."""
+
+import numpy as np
+import pytest
+
+from pcnet3d.stages.measures.cycles import (
+    POINTS,
+    hiding,
+    near_ends_s,
+    normalised,
+    repetitions,
+    symmetry_error,
+    symmetry_index,
+)
+from pcnet3d.stages.measures.smoothness import log_dimensionless_jerk, path_length, sparc
+
+FPS = 30
+TIME = np.arange(10 * FPS + 1) / FPS
+WAVES = 50 - 50 * np.cos(np.pi * TIME)  # five in ten seconds, 0 to 100
+
+
+def stroke(seconds, fps):
+    """Speed of one minimum-jerk movement (Flash & Hogan 1985), from rest to rest."""
+    share = np.linspace(0, 1, round(seconds * fps) + 1)
+    return 30 * share**2 * (1 - share) ** 2
+
+
+def test_each_wave_is_a_repetition_with_its_times():
+    found = repetitions(WAVES, TIME, 40)
+    assert len(found) == 5
+    tenth = np.arccos(0.8) / np.pi  # 50 - 50 cos(pi t) = 10
+    for i, one in enumerate(found):
+        assert one.start_s == pytest.approx(2 * i + tenth, abs=2e-3)
+        assert one.peak_s == pytest.approx(2 * i + 1)
+        assert one.stop_s == pytest.approx(2 * i + 2 - tenth, abs=2e-3)
+        assert (one.peak, one.rise) == (pytest.approx(100), pytest.approx(100, abs=0.5))
+
+
+def test_the_same_backwards():
+    there, back = repetitions(WAVES, TIME, 40), repetitions(WAVES[::-1], TIME, 40)[::-1]
+    np.testing.assert_allclose([10 - one.stop_s for one in back], [one.start_s for one in there])
+    np.testing.assert_allclose([one.down for one in back], [one.up for one in there], atol=1e-6)
+
+
+def test_who_begins_and_ends_on_a_seat_sits_down_once_less_than_they_rise():
+    assert len(repetitions(100 - WAVES, TIME, 40)) == 4
+
+
+def test_a_repetition_that_begins_and_ends_higher_is_as_much_shorter():
+    one = repetitions(WAVES, TIME, 40)[2]
+    tenth, fifth = (np.arccos(1 - 2 * share) / np.pi for share in (0.1, 0.2))
+    assert near_ends_s(WAVES, TIME, one, 10) == pytest.approx(2 * (fifth - tenth), abs=3e-3)
+    assert np.isnan(near_ends_s(WAVES, TIME, one, np.nan))
+
+
+@pytest.mark.parametrize(("least", "count"), [(99, 5), (101, 0)])
+def test_only_rises_that_are_high_enough(least, count):
+    assert len(repetitions(WAVES, TIME, least)) == count
+
+
+def test_a_dip_at_the_top_and_two_equal_tops_are_one_repetition():
+    dipped = np.minimum(WAVES, 80 - 10 * np.sin(4 * np.pi * TIME) ** 2)
+    assert len(repetitions(dipped, TIME, 40)) == 5
+
+
+def test_a_rise_without_its_return_is_none():
+    assert repetitions(WAVES[: FPS + 5], TIME[: FPS + 5], 40) == []
+    assert repetitions(WAVES[FPS - 5 : 2 * FPS], TIME[FPS - 5 : 2 * FPS], 40) == []
+
+
+def test_nothing_across_gaps_clip_boundaries_and_jumps_in_time():
+    gap = WAVES.copy()
+    gap[FPS] = np.nan  # at the top of the first
+    assert len(repetitions(gap, TIME, 60)) == 4
+    assert len(repetitions(WAVES, TIME, 60, seams=(3 * FPS,))) == 4
+    assert len(repetitions(WAVES, TIME + (TIME >= 5), 60)) == 4
+
+
+def waves_without(*gaps):
+    """The waves without these rows, of each gap its first and the row behind its last."""
+    rows = np.concatenate([np.arange(*gap) for gap in gaps])
+    return np.where(np.isin(np.arange(len(TIME)), rows), np.nan, WAVES)
+
+
+@pytest.mark.parametrize("kept", [True, False])
+@pytest.mark.parametrize(("first", "behind"), [(70, 95), (80, 100), (95, 120), (65, 115)])
+def test_a_gap_that_cuts_a_repetition_may_hide_one(first, behind, kept):
+    """On the way up, at the top of 90 and on the way down; as rows without a value, or without rows."""
+    gap, brief = waves_without((first, behind)), 0.8 * 1.59  # seconds that a wave is above its tenth
+    rows = np.isfinite(gap) | kept
+    assert len(repetitions(gap[rows], TIME[rows], 40)) == 4
+    ((begin, end),) = hiding(gap[rows], TIME[rows], 40, briefest_s=brief)
+    assert (begin, end) == (pytest.approx(TIME[first - 1]), pytest.approx(TIME[behind]))
+    assert hiding(gap[rows], TIME[rows], 40, briefest_s=brief, counts=lambda one: one.start_s > 5) == []
+
+
+@pytest.mark.parametrize("kept", [True, False])
+def test_a_repetition_whose_beginning_a_gap_hides_is_not_whole(kept):
+    """It was a rise of 55 that took 1.4 s, of 100 in 1.6 s."""
+    gap = waves_without((55, 74))  # from a twentieth on the way down to nearly half of the way up
+    rows = np.isfinite(gap) | kept
+    found = repetitions(gap[rows], TIME[rows], 40)
+    assert [one.whole for one in found] == [True, False, True, True, True]
+    assert found[1].peak == pytest.approx(100)
+    backwards = repetitions(gap[rows][::-1], 10 - TIME[rows][::-1], 40)
+    assert [one.whole for one in backwards] == [True, True, True, False, True]
+    # Before the first row nothing is hidden.
+    assert all(one.whole for one in repetitions(WAVES[10:], TIME[10:], 40))
+
+
+def test_gaps_at_rest_and_clip_boundaries_hide_nothing():
+    rest = waves_without((52, 70))  # about a valley at 60
+    assert len(repetitions(rest, TIME, 40)) == 5
+    assert hiding(rest, TIME, 40, briefest_s=1.2) == []
+    assert hiding(WAVES, TIME, 40, seams=(3 * FPS,)) == []
+    two = waves_without((80, 100), (172, 188), (262, 280))
+    assert len(hiding(two, TIME, 40, briefest_s=1.2)) == 2  # at the tops of 90 and 270; a valley is at 180
+    assert hiding(np.where(TIME < 2, WAVES, np.nan), TIME, 40) == []  # the end is not a gap
+    assert hiding(np.full(len(TIME), np.nan), TIME, 40) == []
+    clips = np.where((TIME < 3) | (TIME > 9), 0.0, 60.0)  # of two clips: the rise is the seam
+    clips[5 * FPS : 6 * FPS] = np.nan
+    assert hiding(clips, TIME, 40, seams=(3 * FPS,)) == []
+    assert len(hiding(clips, TIME, 40)) == 1
+
+
+def test_a_pause_on_the_way_up_is_part_of_the_movement_and_not_smooth():
+    one = np.concatenate([np.zeros(FPS), np.cumsum(stroke(1, FPS)) / FPS, np.ones(FPS)])
+    two = np.concatenate([one / 2, 0.5 + one[FPS:] / 2])
+    smooth, paused = (np.concatenate([way, way[::-1]]) * 90 for way in (one, two))
+    (whole,) = repetitions(smooth, np.arange(len(smooth)) / FPS, 40)
+    (broken,) = repetitions(paused, np.arange(len(paused)) / FPS, 40)
+    assert whole.up == (pytest.approx(-1.40, abs=0.03), pytest.approx(-4.42, abs=0.05))
+    assert broken.up[0] < whole.up[0] - 0.3
+    assert broken.up[1] < whole.up[1] - 2
+
+
+def test_curves_over_a_cycle():
+    spans = np.array([(0.0, 2.0), (2.0, 4.0), (4.5, 6.5)])
+    curves = normalised(WAVES, TIME, spans)
+    share = np.linspace(0, 1, POINTS)
+    for curve, start in zip(curves, (0, 0, 0.5), strict=True):
+        np.testing.assert_allclose(curve, 50 - 50 * np.cos(np.pi * (start + 2 * share)), atol=0.01)
+
+
+def test_cycles_with_a_missing_row_are_left_out():
+    gap = WAVES.copy()
+    gap[10] = np.nan
+    spans = np.array([(0.0, 2.0), (2.0, 4.0), (9.0, 11.0)])
+    assert len(normalised(gap, TIME, spans)) == 1
+    assert normalised(gap, TIME, np.zeros((0, 2))).shape == (0, POINTS)
+
+
+def test_symmetry_index():
+    assert symmetry_index(50, 50) == 0
+    assert symmetry_index(60, 40) == pytest.approx(40)
+    assert symmetry_index(40, 60) == pytest.approx(-40)
+    assert np.isnan(symmetry_index(0, 0))
+
+
+def test_the_error_of_the_symmetry_index_is_that_of_draws():
+    draws = np.random.default_rng(0).normal((60, 45), (1.5, 2.5), (20000, 2))
+    off = np.std([symmetry_index(right, left) for right, left in draws])
+    assert symmetry_error(60, 45, 1.5, 2.5) == pytest.approx(off, rel=0.03)
+    assert np.isnan(symmetry_error(60, 45, np.nan, 1))
+
+
+@pytest.mark.parametrize("size", [1.0, 700.0])
+@pytest.mark.parametrize("seconds", [0.8, 3.0])
+def test_smoothness_of_one_minimum_jerk_stroke(seconds, size):
+    speed = size * stroke(seconds, 60)
+    assert log_dimensionless_jerk(speed, 60) == pytest.approx(-np.log(204.8), abs=0.02)  # 720 / 1.875^2
+    # The arc of |V(f)| / |V(0)| from 0 to where it is last 0.05, both axes scaled to 1, by fine sums.
+    share = np.linspace(0, 1, 2001)
+    hz = np.linspace(0, 10, 4001)
+    weights = share**2 * (1 - share) ** 2
+    spectrum = np.abs(np.exp(-2j * np.pi * hz[:, None] * share * seconds) @ weights)
+    spectrum = spectrum[: np.flatnonzero(spectrum >= 0.05 * spectrum[0])[-1] + 1] / spectrum[0]
+    expected = -np.hypot(1 / (len(spectrum) - 1), np.diff(spectrum)).sum()
+    assert sparc(speed, 60) == pytest.approx(expected, abs=0.02)
+
+
+def test_shaking_is_less_smooth():
+    speed = stroke(1.0, 100)
+    shaken = speed * (1 + 0.5 * np.sin(2 * np.pi * 5 * np.linspace(0, 1, len(speed))))
+    assert sparc(shaken, 100) < sparc(speed, 100) - 0.1
+    assert log_dimensionless_jerk(shaken, 100) < log_dimensionless_jerk(speed, 100) - 1
+
+
+@pytest.mark.parametrize("speed", [np.zeros(30), np.ones(4), np.r_[np.ones(20), np.nan]])
+def test_no_smoothness_without_movement(speed):
+    assert np.isnan(sparc(speed, 30))
+    assert np.isnan(log_dimensionless_jerk(speed, 30))
+
+
+def test_path_length_of_a_circle_with_a_gap():
+    angle = 2 * np.pi * TIME[:301] / 10
+    circle = 2 * np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=-1)
+    assert path_length(circle, TIME) == (pytest.approx(4 * np.pi, rel=1e-4), pytest.approx(10))
+    circle[100] = np.nan
+    assert path_length(circle, TIME) == (
+        pytest.approx(4 * np.pi * 298 / 300, rel=1e-4),
+        pytest.approx(298 / 30),
+    )

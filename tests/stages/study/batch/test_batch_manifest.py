@@ -1,0 +1,265 @@
+"""What a batch is to run: manifests and folders, and what is refused in them."""
+
+import json
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pcnet3d.pipeline import InputError
+from pcnet3d.stages.study.batch.manifest import read_entries
+
+
+@pytest.fixture
+def study(tmp_path) -> Path:
+    """A folder with two files of poses and a recipe, beside one that is outside."""
+    (tmp_path / "study").mkdir()
+    for name in ("study/a.npy", "study/b.npy", "study/quick.toml", "outside.npy"):
+        (tmp_path / name).write_bytes(b"")
+    recipe = '[[stages]]\nuse = "rectify"\n[[stages]]\nuse = "scale"\n[[stages]]\nuse = "export"\n'
+    (tmp_path / "study/quick.toml").write_text(recipe)
+    return tmp_path / "study"
+
+
+def manifest(study: Path, *lines: str) -> Path:
+    (study / "manifest.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return study / "manifest.csv"
+
+
+def test_every_option_of_a_run_is_a_column(study):
+    lines = (
+        "name,subject,visit,condition,poses,fps,stature,no-frames,also,pitch,roll,recipe,rectify.window_s",
+        "one,s1,first,barefoot,a.npy,30,1.8,yes,csv;trc,-5,2,quick.toml,0.5",
+        ",,,,b.npy,,,,,,,,",
+    )
+    one, two = read_entries(manifest(study, *lines), {"fps": "25", "camera": "static"})
+    assert one.name == "one"
+    assert one.labels == {"subject": "s1", "visit": "first", "condition": "barefoot"}
+    assert set(one.arguments) == {
+        f"--poses={study / 'a.npy'}", "--fps=30", "--stature=1.8", "--no-frames", "--also=csv", "--also=trc",
+        "--pitch=-5", "--roll=2", "--set=rectify.window_s=0.5", f"--recipe={study / 'quick.toml'}", "--camera=static",
+    }  # fmt: skip
+    assert set(one.files) == {"poses", "recipe"}
+    assert two.name == "b"
+    assert two.labels == {"subject": "", "visit": "", "condition": ""}
+    assert set(two.arguments) == {f"--poses={study / 'b.npy'}", "--fps=25", "--camera=static"}
+
+
+def test_a_flag_that_a_take_switches_off_wins_over_the_common_one(study):
+    lines = ("poses,no-frames", "a.npy,no", "b.npy,")
+    off, common = read_entries(manifest(study, *lines), {"no-frames": "yes"})
+    assert "--no-frames" not in off.arguments
+    assert "--no-frames" in common.arguments
+    assert off.options.keys() == {"poses"}  # as if nothing were said: the same take
+
+
+def test_the_arguments_are_ones_that_run_takes(study, pcnet3d, tmp_path):
+    lines = ("video,also,person", "a.npy,csv;trc,-1")
+    (entry,) = read_entries(manifest(study, *lines), {})
+    result = pcnet3d("run", f"--output={tmp_path / 'out'}", *entry.arguments)
+    assert result.returncode == 2
+    assert "a.npy" in result.stderr
+    assert "Usage" not in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("lines", "words"),
+    [
+        ((), ["no take"]),
+        (("poses,fps",), ["no take"]),
+        (("poses,fps", ",", ""), ["no take"]),
+        (("poses,staturе", "a.npy,1"), ["stat", "did you mean stature"]),
+        (("pose", "a.npy"), ["'pose'", "did you mean poses"]),
+        (("output,poses", "x,a.npy"), ["'output'"]),
+        (("poses;fps", "a.npy;30"), ["semicolons"]),
+        (("poses,poses", "a.npy,b.npy"), ["'poses'", "twice"]),
+        (("poses,fps", "a.npy,30,7"), ["line 2", "2 cells", "3"]),
+        (("poses,fps", "a.npy,fast"), ["line 2", "fps=fast"]),
+        (("poses,left-right", "a.npy,ignroe"), ["line 2", "--left-right=ignroe"]),
+        (("poses,parity", "a.npy,ignore"), ["'parity'", "it is 'left-right' now"]),
+        (("poses,cutoff", "a.npy,5"), ["'cutoff'", "it is 'trajectories.cutoff_hz' now"]),
+        (("poses,trajectories.cutof_hz", "a.npy,5"), ["line 2", "did you mean cutoff_hz"]),
+        (("poses,trajectory.cutoff_hz", "a.npy,5"), ["line 2", "did you mean trajectories"]),
+        (("poses,clean.spike", "a.npy,wide"), ["line 2", "spike='wide'", "number"]),
+        (("poses,no_frames", "a.npy,perhaps"), ["line 2", "--no-frames=perhaps"]),
+        (("poses", "a.npy", "none.npy"), ["line 3", "none.npy", "nothing there"]),
+        (("poses,recipe", "a.npy,none.toml"), ["line 2", "none.toml"]),
+        (("poses,rectify.rectifier", "a.npy,none.onnx"), ["line 2", "none.onnx"]),
+        (("poses", "../outside.npy"), ["line 2", "--outside"]),
+        (("poses", "/etc/passwd"), ["line 2", "--outside"]),
+        (("poses,fps", "a.npy,30", "a.npy,25"), ["line 3", "name 'a'", "line 2"]),
+        (("name,poses", "x,a.npy", "X,b.npy"), ["line 3", "name 'X'"]),
+        (("name,poses", "x,a.npy", "y,a.npy"), ["line 3", "same files", "line 2"]),
+        (("name,subject", "x,s1"), ["line 2", "video, poses or keypoints"]),
+        (("name,poses", "../x,a.npy"), ["line 2", "'../x'"]),
+        (("name,poses", ".x,a.npy"), ["line 2", "'.x'"]),
+        (('name,poses', f"{'x' * 200},a.npy"), ["line 2", "xxx"]),
+        (("poses", '"a.npy'), ["CSV"]),
+        (("poses", "a\0b.npy"), ["line 2"]),
+        (("poses", "x" * 5000), ["line 2", "cannot be a path"]),
+    ],
+    ids=lambda value: "|".join(value)[:40] if isinstance(value, tuple) else "",
+)  # fmt: skip
+def test_what_is_wrong_is_said_before_anything_runs(study, lines, words):
+    with pytest.raises(InputError) as refused:
+        read_entries(manifest(study, *lines), {})
+    assert all(word in str(refused.value) for word in words), refused.value
+
+
+def test_a_link_does_not_lead_out_either(study):
+    (study / "link.npy").symlink_to(study.parent / "outside.npy")
+    path = manifest(study, "poses", "link.npy")
+    with pytest.raises(InputError, match="--outside"):
+        read_entries(path, {})
+    (entry,) = read_entries(path, {}, outside=True)
+    assert entry.options["poses"] == (str(study.parent / "outside.npy"),)
+
+
+@pytest.mark.parametrize("content", [b"poses\n\xff\xfe.npy\n", b"\0" * 100, os.urandom(1000)])
+def test_a_file_that_is_no_manifest_is_refused(study, content):
+    (study / "manifest.csv").write_bytes(content)
+    with pytest.raises(InputError):
+        read_entries(study / "manifest.csv", {})
+
+
+def test_a_manifest_that_excel_saved_is_read(study):
+    (study / "manifest.csv").write_bytes("poses,subject\r\na.npy,Jürgen\r\n".encode("utf-8-sig"))
+    (entry,) = read_entries(study / "manifest.csv", {})
+    assert entry.labels["subject"] == "Jürgen"
+
+
+@pytest.mark.parametrize("given", [{"naem": "x"}, {"subject": "s"}, {"fps": "fast"}, {"recipe": "none.toml"}])
+def test_common_options_are_checked_too(study, given):
+    with pytest.raises(InputError, match="--set"):
+        read_entries(manifest(study, "poses", "a.npy"), given)
+
+
+@pytest.fixture
+def mixed(study) -> Path:
+    """A manifest of a take with poses, one with keypoints and one with nothing but a video."""
+    for name in ("v.mp4", "k.json"):
+        (study / name).write_bytes(b"")
+    return manifest(
+        study, "name,video,poses,keypoints", "poses,,a.npy,", "both,v.mp4,,k.json", "video,v.mp4,,"
+    )
+
+
+@pytest.mark.parametrize(
+    ("given", "takes"),
+    [
+        ({"detector": "movenet"}, [2]),
+        ({"detect.person_detector": "yolox"}, [2]),
+        ({"detect.smooth_hz": "6"}, [2]),
+        ({"lifter": "pcnet3d"}, [1, 2]),
+        ({"lift.flip": "yes"}, [1, 2]),
+        ({"calibrate.gravity_network": "geocalib"}, [1, 2]),
+        ({"calibrate": "off"}, [1, 2]),
+        ({"adapter": "arrays"}, [0]),
+        ({"option": "pixel=true"}, [0]),
+        ({"read.keypoints_adapter": "alphapose"}, [1]),
+        ({"read.first_frame": "7"}, [0, 1]),
+        ({"stature": "1.8"}, [0, 1, 2]),
+        ({"camera": "moving"}, [0, 1, 2]),
+        ({"detector": "movenet", "stature": "1.8"}, [2]),
+    ],
+    ids=str,
+)
+def test_a_common_option_goes_to_the_takes_that_have_a_use_for_it(mixed, given, takes):
+    entries = read_entries(mixed, given)
+    column = {"option": "options"}.get(name := next(iter(given)), name)
+    assert [number for number, entry in enumerate(entries) if column in entry.options] == takes
+    if "stature" in given:
+        assert all("stature" in entry.options for entry in entries)
+
+
+@pytest.mark.parametrize(
+    "given", [{"detector": "movenet"}, {"calibrate.gravity_network": "geocalib"}, {"lift.flip": "yes"}]
+)
+def test_a_common_option_that_no_take_has_a_use_for_is_refused_before_the_first_take(study, given):
+    column = next(iter(given))
+    with pytest.raises(
+        InputError, match=rf"--set {column}: no take has a use for it.*this run does not have"
+    ):
+        read_entries(manifest(study, "poses", "a.npy", "b.npy"), {"fps": "30", **given})
+
+
+def test_an_own_option_that_the_take_has_no_use_for_is_refused_with_its_line(study):
+    with pytest.raises(InputError, match=r"line 3: --detector is for the stage 'detect'"):
+        read_entries(manifest(study, "poses,detector", "a.npy,", "b.npy,movenet"), {})
+
+
+def test_a_common_recipe_counts(study):
+    """It has no stage that a cut-off is for."""
+    common = {"recipe": str(study / "quick.toml"), "trajectories.cutoff_hz": "5"}
+    with pytest.raises(InputError, match=r"--set trajectories.*which this run does not have"):
+        read_entries(manifest(study, "poses", "a.npy"), common)
+
+
+def test_a_folder_of_videos_takes_what_lies_beside_each(tmp_path):
+    for name in ("a.mp4", "b.MOV", "a.poses.npy", "a.keypoints.json", "notes.txt", ".hidden.mp4"):
+        (tmp_path / name).write_bytes(b"")
+    (tmp_path / "b.keypoints").mkdir()
+    a, b = read_entries(tmp_path, {})
+    assert {name: Path(value).name for name, (value,) in a.options.items()} == {
+        "video": "a.mp4", "poses": "a.poses.npy", "keypoints": "a.keypoints.json",
+    }  # fmt: skip
+    assert {name: Path(value).name for name, (value,) in b.options.items()} == {
+        "video": "b.MOV", "keypoints": "b.keypoints",
+    }  # fmt: skip
+    (tmp_path / "a.poses.trc").write_bytes(b"")
+    with pytest.raises(InputError, match=r"a\.poses\.npy and a\.poses\.trc"):
+        read_entries(tmp_path, {})
+
+
+def test_a_folder_without_videos_takes_files_of_poses(tmp_path, facing_camera):
+    np.save(tmp_path / "lifted.npy", np.tile(facing_camera, (10, 1, 1)).astype(np.float32))
+    (tmp_path / "notes.txt").write_text("nothing")
+    (entry,) = read_entries(tmp_path, {"fps": "30"})
+    assert entry.name == "lifted"
+    with pytest.raises(InputError, match="no take"):
+        read_entries(Path(__file__).parent, {})
+
+
+def test_a_file_that_looks_like_a_take_and_cannot_be_read_is_one(tmp_path, facing_camera):
+    """A truncated and an empty X3D.npy, and others that no adapter recognises."""
+    whole = tmp_path / "good.npy"
+    np.save(whole, np.tile(facing_camera, (10, 1, 1)).astype(np.float32))
+    (tmp_path / "X3D.npy").write_bytes(whole.read_bytes()[:70])
+    for name in ("empty.npy", "results.json", "good.pkl", "walk.trc", "gone.mat"):
+        (tmp_path / name).write_bytes(b"")
+    for name in ("notes.txt", "settings.json", "photo.jpg", "presults.csv"):
+        (tmp_path / name).write_bytes(b"nothing")
+    entries = {entry.name: Path(entry.options["poses"][0]).name for entry in read_entries(tmp_path, {})}
+    assert entries == {
+        "good": "good.npy", "X3D": "X3D.npy", "empty": "empty.npy", "results": "results.json",
+        "good.pkl": "good.pkl", "walk": "walk.trc", "gone": "gone.mat",
+    }  # fmt: skip
+    (tmp_path / "v.mp4").write_bytes(b"")
+    assert {entry.name for entry in read_entries(tmp_path, {})} == {"v", *entries}
+
+
+def test_no_file_with_a_person_in_it_is_left_out_in_silence(tmp_path, facing_camera, capsys):
+    """As soon as there was one video, readable poses were; keypoints that lie beside none always were."""
+    for video in ("one.mp4", "Visit.mp4"):
+        (tmp_path / video).write_bytes(b"")
+    for poses in ("one.poses.npy", "one.npy", "two.npy"):
+        np.save(tmp_path / poses, np.tile(facing_camera, (10, 1, 1)).astype(np.float32))
+    (tmp_path / "three.npy").write_bytes(b"")
+    person = {"image_id": "0.jpg", "category_id": 1, "keypoints": [1.0, 2.0, 0.9] * 17, "score": 2.0}
+    (tmp_path / "people.json").write_text(json.dumps([person]))
+    assert {entry.name for entry in read_entries(tmp_path, {})} == {"one", "Visit", "two", "three"}
+    said = capsys.readouterr().err.splitlines()
+    assert [line.partition(" is not used")[0] for line in said] == [
+        f"note: {tmp_path / name}" for name in ("one.npy", "people.json")
+    ]
+    assert "one.poses.npy" in said[0]
+    assert "STEM.keypoints.json" in said[1]
+    (tmp_path / "two.npy").rename(tmp_path / "visit.npy")
+    with pytest.raises(InputError, match=r"visit\.npy.*call it Visit\.poses\.npy"):
+        read_entries(tmp_path, {})
+
+
+def test_nothing_there(tmp_path):
+    with pytest.raises(InputError, match="manifest or a folder"):
+        read_entries(tmp_path / "none.csv", {})

@@ -1,0 +1,162 @@
+"""Motion capture read from files that are written here."""
+
+import numpy as np
+import pytest
+
+from golden.worlds import freemocap_rtmpose
+from pcnet3d.pipeline import H36M17, InputError
+from pcnet3d.pipeline.reading.mocap.clip import Clip, write_mocap
+from pcnet3d.stages.study.compare.truth import read_truth
+
+R_Y_UP_FROM_Z_UP = np.array([[0, 1, 0], [0, 0, 1], [1, 0, 0]], float)
+POSE2SIM = {
+    "Hip": "pelvis", "RHip": "r_hip", "RKnee": "r_knee", "RAnkle": "r_ankle", "LHip": "l_hip", "LKnee": "l_knee",
+    "LAnkle": "l_ankle", "Neck": "thorax", "Head": "head", "LShoulder": "l_shoulder", "LElbow": "l_elbow",
+    "LWrist": "l_wrist", "RShoulder": "r_shoulder", "RElbow": "r_elbow", "RWrist": "r_wrist",
+}  # fmt: skip
+
+
+def trc(names, points, fps=60.0, units="mm") -> str:
+    """points: (T, M, 3); a missing one has empty cells."""
+    head = [
+        "PathFileType\t4\t(X/Y/Z)\tx.trc",
+        "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame\tOrigNumFrames",
+        f"{fps}\t{fps}\t{len(points)}\t{len(names)}\t{units}\t{fps}\t1\t{len(points)}",
+        "Frame#\tTime\t" + "\t\t\t".join(names) + "\t\t",
+        "\t\t" + "\t".join(f"X{i}\tY{i}\tZ{i}" for i in range(1, len(names) + 1)),
+        "",
+    ]
+    rows = [
+        "\t".join([str(i + 1), f"{i / fps:.5f}", *("" if np.isnan(v) else f"{v:.4f}" for v in row.ravel())])
+        for i, row in enumerate(points)
+    ]
+    return "\n".join([*head, *rows]) + "\n"
+
+
+def distances(joints: np.ndarray) -> np.ndarray:
+    """(T, 17, 17), which no rotation changes."""
+    return np.linalg.norm(joints[:, :, None] - joints[:, None], axis=-1)
+
+
+@pytest.mark.parametrize("name", ["markers.trc", "markers.c3d"])
+def test_our_own_exports_come_back(runs, walk, name):
+    if name.endswith("c3d"):
+        pytest.importorskip("ezc3d")
+    poses = read_truth(runs / "side" / name)
+    assert poses.frame.name == "Z_UP"
+    np.testing.assert_allclose(poses.times, walk.time_s, atol=1e-4)
+    np.testing.assert_allclose(distances(poses.joints), distances(walk.world), atol=0.02)  # filtered
+    heights = poses.joint("r_wrist")[:, 2] - poses.joint("pelvis")[:, 2]
+    truth = walk.joint("r_wrist")[:, 2] - walk.root[:, 2]
+    assert np.abs(heights - truth).max() < 0.08
+
+
+def test_a_trc_of_other_names_in_millimetres_with_gaps(walk, tmp_path):
+    points = 1000 * walk.world[:, H36M17.indices(list(POSE2SIM.values()))] @ R_Y_UP_FROM_Z_UP.T
+    points[5, 3] = np.nan
+    (tmp_path / "x.trc").write_text(trc(list(POSE2SIM), points))
+    poses = read_truth(tmp_path / "x.trc")
+    assert poses.fps == pytest.approx(60, rel=1e-3)
+    assert np.isnan(poses.joint("r_ankle")[5]).all()
+    assert np.isfinite(poses.joint("r_ankle")[6:]).all()
+    np.testing.assert_allclose(poses.joint("l_wrist")[:, 2], walk.joint("l_wrist")[:, 2], atol=1e-4)
+    legs = [np.linalg.norm(j("l_knee") - j("l_hip"), axis=-1) for j in (poses.joint, walk.joint)]
+    np.testing.assert_allclose(*legs, atol=1e-4)
+    apart = np.linalg.norm(poses.joint("nose") - poses.joint("head"), axis=-1)
+    np.testing.assert_allclose(apart, np.hypot(0.05, 0.13), atol=1e-4)  # made from the neck's ends
+
+
+def test_the_points_of_one_subject_are_taken_and_of_two_refused(walk, tmp_path):
+    path, names = tmp_path / "x.trc", [f"Ann:{joint}" for joint in H36M17.joints]
+    points = walk.world @ R_Y_UP_FROM_Z_UP.T
+    ball = np.concatenate([points, points[:, :1] + 1], axis=1)
+    path.write_text(trc([*names, "Ball:top"], ball, units="m"))
+    np.testing.assert_allclose(distances(read_truth(path).joints), distances(walk.world), atol=1e-3)
+    both = [*names, *(name.replace("Ann", "Bob") for name in names)]
+    path.write_text(trc(both, np.concatenate([points, points + 3], axis=1), units="m"))
+    with pytest.raises(InputError, match="one person's points, got those of Ann, Bob"):
+        read_truth(path)
+
+
+def test_which_axis_is_up_is_checked_and_can_be_told(walk, tmp_path):
+    (tmp_path / "x.trc").write_text(trc(H36M17.joints, walk.world, units="m"))
+    with pytest.raises(InputError, match="--up"):
+        read_truth(tmp_path / "x.trc")
+    np.testing.assert_allclose(read_truth(tmp_path / "x.trc", up="z").joints, walk.world, atol=1e-4)
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_joint_that_never_is_there_says_nothing_of_up(walk, tmp_path):
+    for joint in ("l_wrist", "r_knee"):
+        world = walk.world.copy()
+        world[:, H36M17.index(joint)] = np.nan
+        (tmp_path / f"{joint}.trc").write_text(trc(H36M17.joints, world, units="m"))
+    poses = read_truth(tmp_path / "l_wrist.trc", up="z")
+    np.testing.assert_allclose(poses.joint("r_wrist"), walk.joint("r_wrist"), atol=1e-4)
+    with pytest.raises(InputError, match="say which axis is up"):
+        read_truth(tmp_path / "l_wrist.trc")
+    with pytest.raises(InputError, match="head and both legs"):
+        read_truth(tmp_path / "r_knee.trc", up="z")
+
+
+def test_markers_on_the_skin_and_broken_files_have_words(walk, tmp_path):
+    (tmp_path / "x.trc").write_text(trc(["LASI", "RASI"], walk.world[:, :2]))
+    with pytest.raises(InputError, match=r"x\.trc: expected points at the joint centres"):
+        read_truth(tmp_path / "x.trc")
+    (tmp_path / "x.trc").write_text("not\na\ntrc\n")
+    with pytest.raises(InputError, match="TRC"):
+        read_truth(tmp_path / "x.trc")
+    (tmp_path / "x.trc").write_text(trc(H36M17.joints, walk.world, units="yard"))
+    with pytest.raises(InputError, match="yard"):
+        read_truth(tmp_path / "x.trc")
+    (tmp_path / "x.c3d").write_bytes(b"nothing")
+    (tmp_path / "x.npz").write_bytes(b"nothing")
+    (tmp_path / "x.bvh").write_text("nothing")
+    (tmp_path / "x.txt").write_text("nothing")
+    for name in ("x.c3d", "x.npz", "x.bvh", "x.txt", "missing.trc"):
+        with pytest.raises(InputError, match=name):
+            read_truth(tmp_path / name)
+
+
+def test_a_clip_of_several_by_its_name(walk, tmp_path):
+    world = walk.world.astype(np.float32)
+    clips = [
+        Clip(name, "a", "asfamc", 30.0, world[rows])
+        for name, rows in (("a_1", slice(60)), ("a_2", slice(90)))
+    ]
+    write_mocap(tmp_path / "x.npz", clips)
+    assert len(read_truth(tmp_path / "x.npz", clip="a_2")) == 90
+    with pytest.raises(InputError, match="2 clips"):
+        read_truth(tmp_path / "x.npz")
+    with pytest.raises(InputError, match="did you mean"):
+        read_truth(tmp_path / "x.npz", clip="a_3")
+    with pytest.raises(InputError, match="--unit, --up, --rate: a file of several clips is in metres"):
+        read_truth(tmp_path / "x.npz", clip="a_2", up="y", unit="mm", fps=60.0)
+
+
+def test_totalcaptures_positions(walk, tmp_path):
+    vicon = {
+        "Hips": "pelvis", "Spine1": "spine", "Neck": "thorax", "Head": "head",
+        **{f"{side}{theirs}": f"{side[0].lower()}_{ours}" for side in ("Right", "Left") for theirs, ours in (
+            ("UpLeg", "hip"), ("Leg", "knee"), ("Foot", "ankle"),
+            ("Arm", "shoulder"), ("ForeArm", "elbow"), ("Hand", "wrist"))},
+    }  # fmt: skip
+    inches = walk.world[:, H36M17.indices(list(vicon.values()))] @ R_Y_UP_FROM_Z_UP.T / 0.0254
+    lines = ["\t".join(vicon)]
+    lines += ["\t".join(" ".join(f"{v:.5f}" for v in point) for point in row) for row in inches]
+    (tmp_path / "gt_skel_gbl_pos.txt").write_text("\n".join(lines) + "\n")
+    poses = read_truth(tmp_path / "gt_skel_gbl_pos.txt")
+    assert poses.fps == pytest.approx(60)
+    np.testing.assert_allclose(poses.joint("l_elbow"), walk.joint("l_elbow"), atol=1e-4)
+    assert read_truth(tmp_path / "gt_skel_gbl_pos.txt", fps=30.0).fps == pytest.approx(30)
+    with pytest.raises(InputError, match="--unit, --up: this file's format says which"):
+        read_truth(tmp_path / "gt_skel_gbl_pos.txt", up="z", unit="mm")
+
+
+def test_a_file_that_does_not_say_its_rate_is_told_it(walk, tmp_path):
+    np.save(tmp_path / "rtmpose_body_3d_xyz.npy", freemocap_rtmpose(walk.world))
+    with pytest.raises(InputError, match="--rate"):
+        read_truth(tmp_path / "rtmpose_body_3d_xyz.npy")
+    poses = read_truth(tmp_path / "rtmpose_body_3d_xyz.npy", fps=30.0)
+    np.testing.assert_allclose(poses.times, walk.time_s, atol=1e-6)
+    np.testing.assert_allclose(poses.joint("l_knee"), walk.joint("l_knee"), atol=1e-3)

@@ -1,0 +1,36 @@
+"""The live lifter says what the lifter says of the last frame so far."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pcnet3d.models.lifter.builtin import lift
+from pcnet3d.models.lifter.live import LiveLifter
+from pcnet3d.pipeline import H36M17, IMAGE, PoseSequence, remap
+from pcnet3d.pipeline.core.layouts import COCO17
+
+SIZE = (640, 360)
+
+
+@pytest.mark.parametrize("up", [None, np.array([0.28, -0.96, 0.0])])
+def test_each_answer_is_the_last_of_a_lift_of_all_so_far(joints_px, up):
+    rng = np.random.default_rng(0)
+    xy = np.concatenate([joints_px, joints_px[::-1]]) + rng.normal(0, 1, (120, 17, 2)).astype(np.float32)
+    score = rng.uniform(0.3, 1, (120, 17)).astype(np.float32)
+    xy[40:43] = np.nan
+    xy[70, 5] = np.nan
+    live = LiveLifter(COCO17, SIZE, up=up)
+    answers = [live.update(*frame) for frame in zip(xy, score, strict=True)]
+    for last in (0, 5, 39, 43, 90, 110, 119):
+        so_far = PoseSequence(xy[: last + 1], COCO17, IMAGE, confidence=score[: last + 1])
+        whole = lift(remap(so_far, H36M17), SIZE, up=up).joints[-1]
+        np.testing.assert_allclose(answers[last], whole, atol=2e-5)
+
+
+def test_a_frame_without_anybody_is_nan_and_the_next_is_not(joints_px):
+    live = LiveLifter(COCO17, SIZE)
+    score = np.full(17, 0.9, np.float32)
+    assert np.isfinite(live.update(joints_px[0], score)).all()
+    assert np.isnan(live.update(np.full((17, 2), np.nan), np.full(17, np.nan))).all()
+    assert np.isfinite(live.update(joints_px[2], score)).all()
