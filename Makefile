@@ -18,6 +18,7 @@ test: .venv-test/.installed
 lint: .venv-test/.installed
 	.venv-test/bin/ruff check .
 	.venv-test/bin/ruff format --check .
+	.venv-test/bin/lint-imports --no-logo --no-cache
 	for system in Linux Windows Darwin; do \
 		.venv-test/bin/pyright --pythonplatform $$system --pythonpath .venv-test/bin/python || exit 1; done
 

@@ -7,10 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from pcnet3d.examples.walker.camera import camera_poses, side_camera
-from pcnet3d.examples.walker.walk import walker
-from pcnet3d.pipeline import CAMERA, H36M17, PoseSequence
-from pcnet3d.pipeline.core.rotations import angle_deg
+from pcnet3d.examples.walker import camera_poses, side_camera, walker
+from pcnet3d.pipeline import CAMERA, H36M17, PoseSequence, angle_deg
 from pcnet3d.stages import rectify
 
 

@@ -9,11 +9,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from pcnet3d.examples.walker.camera import camera_poses, side_camera
-from pcnet3d.examples.walker.walk import walker
+from pcnet3d.examples.walker import camera_poses, side_camera, walker
 from pcnet3d.models import load_rectifier
-from pcnet3d.pipeline import H36M17, rotate
-from pcnet3d.pipeline.core.rotations import transpose
+from pcnet3d.pipeline import H36M17, rotate, transpose
 
 CHUNK = 64  # frames at a time
 

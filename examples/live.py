@@ -5,11 +5,9 @@ python live.py
 
 from __future__ import annotations
 
-from pcnet3d.examples.walker.camera import camera_poses, side_camera
-from pcnet3d.examples.walker.walk import walker
-from pcnet3d.models.gravity.live import LiveRectifier
-from pcnet3d.pipeline import H36M17, rotate
-from pcnet3d.pipeline.core.rotations import transpose
+from pcnet3d.examples.walker import camera_poses, side_camera, walker
+from pcnet3d.models import LiveRectifier
+from pcnet3d.pipeline import H36M17, rotate, transpose
 
 
 def main() -> None:

@@ -1,6 +1,31 @@
-"""Rectifiers and lifters, and what makes them."""
+"""What is fitted on data, and what a run needs of it: detectors, lifters, rectifiers, up, gait, stated errors."""
 
-from .lifter.load import load_lifter
-from .rectifier.load import load_rectifier
+from typing import TYPE_CHECKING
 
-__all__ = ["load_lifter", "load_rectifier"]
+from ..pipeline.core.faces import lazily
+
+if TYPE_CHECKING:
+    from .detector.load import load_detector
+    from .detector.protocols import Detector, PersonNetwork
+    from .gravity.images import up_from_images
+    from .gravity.live import LiveRectifier
+    from .lifter.live import LiveLifter
+    from .lifter.load import load_lifter
+    from .rectifier.load import load_rectifier
+
+_HOMES = {
+    "detector.load": ("load_detector",),
+    "detector.protocols": ("Detector", "PersonNetwork"),
+    "gravity.images": ("up_from_images",),
+    "gravity.live": ("LiveRectifier",),
+    "lifter.live": ("LiveLifter",),
+    "lifter.load": ("load_lifter",),
+    "rectifier.load": ("load_rectifier",),
+}
+
+__all__ = [
+    "Detector", "LiveLifter", "LiveRectifier", "PersonNetwork",
+    "load_detector", "load_lifter", "load_rectifier", "up_from_images",
+]  # fmt: skip
+
+__getattr__ = lazily(__name__, _HOMES)

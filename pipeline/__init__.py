@@ -1,47 +1,61 @@
 """The ground floor: what flows through pcnet3d and how it runs. A name costs its imports only when it is asked for."""
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from .core.faces import lazily
 
 if TYPE_CHECKING:
+    from .core.camera import Camera
+    from .core.device import computing_on
     from .core.errors import InputError
-    from .core.frames import BODY, CAMERA, IMAGE, LEVEL, Y_UP, Z_UP, Frame, change_frame
+    from .core.frames import BODY, CAMERA, GL_CAMERA, IMAGE, LEVEL, Y_UP, Z_UP, Frame, change_frame
     from .core.layouts import H36M17, Layout, remap
     from .core.pose import PoseSequence, Rectified
-    from .core.rotations import rotate
+    from .core.rotations import angle_deg, rotate, transpose
     from .core.take import Event, Take, Told, Video
+    from .files.atomic import whole_file
+    from .plugins.protocols import Adapter, Lifter, Rectifier, Stage, Writer
     from .reading.settings import RunOptions
     from .reading.take import open_take
+    from .reading.testing import check_adapter
     from .running.plan import planned
     from .running.recipe import load_recipe
     from .running.run import run_files
     from .running.runner import Pipeline
+    from .signals.angles import ANGLES, REASONS, angles
+    from .signals.swap_repair import mask_swaps, repair_swaps, settled
+    from .signals.swaps import find_swaps
 
 _HOMES = {
+    "core.camera": ("Camera",),
+    "core.device": ("computing_on",),
     "core.errors": ("InputError",),
-    "core.frames": ("BODY", "CAMERA", "IMAGE", "LEVEL", "Y_UP", "Z_UP", "Frame", "change_frame"),
+    "core.frames": ("BODY", "CAMERA", "GL_CAMERA", "IMAGE", "LEVEL", "Y_UP", "Z_UP", "Frame", "change_frame"),
     "core.layouts": ("H36M17", "Layout", "remap"),
     "core.pose": ("PoseSequence", "Rectified"),
-    "core.rotations": ("rotate",),
+    "core.rotations": ("angle_deg", "rotate", "transpose"),
+    "core.take": ("Event", "Take", "Told", "Video"),
+    "files.atomic": ("whole_file",),
+    "plugins.protocols": ("Adapter", "Lifter", "Rectifier", "Stage", "Writer"),
     "reading.settings": ("RunOptions",),
     "reading.take": ("open_take",),
+    "reading.testing": ("check_adapter",),
     "running.plan": ("planned",),
     "running.recipe": ("load_recipe",),
     "running.run": ("run_files",),
     "running.runner": ("Pipeline",),
-    "core.take": ("Event", "Take", "Told", "Video"),
+    "signals.angles": ("ANGLES", "REASONS", "angles"),
+    "signals.swap_repair": ("mask_swaps", "repair_swaps", "settled"),
+    "signals.swaps": ("find_swaps",),
 }
 
 __all__ = [
-    "BODY", "CAMERA", "H36M17", "IMAGE", "LEVEL", "Y_UP", "Z_UP",
-    "Event", "Frame", "InputError", "Layout", "Pipeline", "PoseSequence", "Rectified", "RunOptions",
-    "Take", "Told", "Video",
-    "change_frame", "load_recipe", "open_take", "planned", "remap", "rotate", "run_files",
+    "ANGLES", "BODY", "CAMERA", "GL_CAMERA", "H36M17", "IMAGE", "LEVEL", "REASONS", "Y_UP", "Z_UP",
+    "Adapter", "Camera", "Event", "Frame", "InputError", "Layout", "Lifter", "Pipeline", "PoseSequence",
+    "Rectified", "Rectifier", "RunOptions", "Stage", "Take", "Told", "Video", "Writer",
+    "angle_deg", "angles", "change_frame", "check_adapter", "computing_on", "find_swaps", "load_recipe",
+    "mask_swaps", "open_take", "planned", "remap", "repair_swaps", "rotate", "run_files", "settled",
+    "transpose", "whole_file",
 ]  # fmt: skip
 
-
-def __getattr__(name: str) -> Any:
-    home = next((module for module, names in _HOMES.items() if name in names), None)
-    if home is None:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f".{home}", __name__), name)
+__getattr__ = lazily(__name__, _HOMES)

@@ -9,10 +9,8 @@ from pcnet3d_acme.paths import write
 from pcnet3d_acme.reach import Reach, reach
 
 from pcnet3d.adapters import read
-from pcnet3d.examples.walker.camera import camera_poses, side_camera
-from pcnet3d.examples.walker.walk import walker
-from pcnet3d.pipeline import CAMERA, H36M17, InputError, PoseSequence, Take
-from pcnet3d.pipeline.reading.testing import check_adapter
+from pcnet3d.examples.walker import camera_poses, side_camera, walker
+from pcnet3d.pipeline import CAMERA, H36M17, InputError, PoseSequence, Take, check_adapter
 from pcnet3d.stages import rectify
 
 

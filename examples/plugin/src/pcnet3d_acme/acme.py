@@ -7,8 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pcnet3d.pipeline import H36M17, InputError, PoseSequence
-from pcnet3d.pipeline.core.frames import GL_CAMERA
+from pcnet3d.pipeline import GL_CAMERA, H36M17, InputError, PoseSequence
 
 name = "acme"
 gives = "poses"

@@ -3,8 +3,7 @@
 import json
 from pathlib import Path
 
-from pcnet3d.pipeline import Take
-from pcnet3d.pipeline.files.atomic import whole_file
+from pcnet3d.pipeline import Take, whole_file
 
 file = "paths.json"
 what = "times, and the joints' paths in LEVEL by name, as JSON"
