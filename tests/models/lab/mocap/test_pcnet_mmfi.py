@@ -109,7 +109,7 @@ def test_the_config_is_the_papers():
     from pcnet3d.models.lab.training.rectifier.net import NetConfig
     from pcnet3d.models.lab.training.rectifier.train import read_config
 
-    config = read_config(Path(pcnet_mmfi.__file__).parents[1] / "rectifier/training/mmfi.toml")
+    config = read_config(Path(pcnet_mmfi.__file__).parents[1] / "training/rectifier/mmfi.toml")
     assert config.net == NetConfig()
     assert config.weights == Weights()
     assert config.targets == "axes"
