@@ -7,6 +7,7 @@ this start), `loss` (mean since the last line, or since this start) and the figu
 pandas.read_json("log.jsonl", lines=True).plot(x="step", y="score")
 """
 
+# pyright: reportPrivateImportUsage=false
 from __future__ import annotations
 
 import hashlib
@@ -39,7 +40,7 @@ from ....pipeline.core.errors import InputError
 from ....pipeline.files.atomic import whole_file
 from ....pipeline.files.unpacked import check_size
 from ....pipeline.running.progress import counted
-from ...common.muon import BatchedMuon
+from .muon import BatchedMuon
 
 PART_BYTES = 15_000_000
 _LOOK_EVERY = 50  # steps between looks at the losses: on a GPU each waits until all work is done

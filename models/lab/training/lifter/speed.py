@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -52,7 +52,7 @@ def measure(config: Path, device: str, rounds: int) -> dict[int, tuple[float, fl
     net = LifterNet(asked.net).to(on)
     optimisers = optimisers_of(net, asked.schedule, net.matrices())
 
-    def timed(action: Callable[[], object]) -> tuple[float, object]:
+    def timed(action: Callable[[], Any]) -> tuple[float, Any]:
         start = time.perf_counter()
         result = action()
         if on.type == "cuda":

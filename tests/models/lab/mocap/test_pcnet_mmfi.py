@@ -6,7 +6,7 @@ from importlib.resources import files
 import numpy as np
 import pytest
 
-from pcnet3d.models.lab.evaluation.mmfi import mmfi, split_of
+from pcnet3d.models.lab.mmfi.command import mmfi, split_of
 from pcnet3d.models.lab.mocap.convert import read_folder
 from pcnet3d.models.lab.mocap.mmfi import protocol
 from pcnet3d.pipeline import InputError
@@ -101,7 +101,7 @@ def test_other_activities_are_another_run(tree, tmp_path, capsys):
 def test_the_config_is_the_papers():
     from pathlib import Path
 
-    from pcnet3d.models.lab.evaluation import mmfi as pcnet_mmfi
+    from pcnet3d.models.lab.mmfi import command as pcnet_mmfi
 
     torch_there = pytest.importorskip("torch", reason="the preset is torch's")
     assert torch_there

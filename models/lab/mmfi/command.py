@@ -24,11 +24,11 @@ from ...rectifier.geometric import Geometric
 from ...rectifier.onnx import PCNetRectifier
 from ..common.extras import needed_for
 from ..common.toml_config import as_toml, checked
+from ..evaluation.rectifiers import clean_takes, judge, together
 from ..mocap.convert import read_folder
 from ..mocap.mmfi import Activities, protocol
 from ..mocap.split import Parts
 from ..training import rectifier as training
-from .rectifiers import clean_takes, judge, together
 
 if TYPE_CHECKING:
     from ..training.rectifier.train import TrainConfig

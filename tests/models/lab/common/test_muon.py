@@ -3,7 +3,7 @@
 import pytest
 
 torch = pytest.importorskip("torch", reason="training needs torch, the extra 'train'")
-from pcnet3d.models.common.muon import BatchedMuon, orthogonal  # noqa: E402
+from pcnet3d.models.lab.common.muon import BatchedMuon, orthogonal  # noqa: E402
 
 
 def test_the_steps_are_those_of_torchs_muon():

@@ -8,7 +8,7 @@ from pcnet3d.models.lab.evaluation.rectifiers import Take, clean_takes, judge
 from pcnet3d.pipeline import H36M17
 
 torch = pytest.importorskip("torch", reason="training needs torch, the extra 'train'")
-module = pytest.importorskip("pcnet3d.models.lab.evaluation.residual")
+module = pytest.importorskip("pcnet3d.models.lab.mmfi.residual")
 from pcnet3d.models.lab.training.rectifier.net import NetConfig, PCNet  # noqa: E402
 
 

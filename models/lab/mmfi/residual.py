@@ -6,9 +6,9 @@ import numpy as np
 import torch
 
 from ....pipeline.core.rotations import rotate, transpose
+from ..evaluation.rectifiers import Judged, Take, compare, together
 from ..training.rectifier import net as pcnet
 from ..training.rectifier.export import Deployed
-from .rectifiers import Judged, Take, compare, together
 
 _CHUNK = 1024
 

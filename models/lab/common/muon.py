@@ -1,5 +1,6 @@
 """Muon with one product for all matrices of a shape: a step of a small network is hundreds of them otherwise."""
 
+# pyright: reportPrivateImportUsage=false
 from __future__ import annotations
 
 import math
@@ -25,12 +26,12 @@ class BatchedMuon(torch.optim.Muon):
                 if parameter.grad is not None:
                     by_shape[parameter.shape].append(parameter)
             for shape, parameters in by_shape.items():
-                gradients = [p.grad for p in parameters]
+                gradients = [p.grad for p in parameters if p.grad is not None]
                 for parameter in parameters:
                     self.state[parameter].setdefault("momentum_buffer", torch.zeros_like(parameter))
                 buffers = [self.state[p]["momentum_buffer"] for p in parameters]
                 torch._foreach_lerp_(buffers, gradients, 1 - group["momentum"])
-                ahead = torch._foreach_lerp(gradients, buffers, group["momentum"])  # Nesterov's
+                ahead = torch._foreach_lerp(gradients, buffers, group["momentum"])
                 update = orthogonal(torch.stack(list(ahead)), group["ns_steps"]).to(parameters[0].dtype)
                 rate = group["lr"] * 0.2 * math.sqrt(max(shape))
                 torch._foreach_mul_(parameters, 1 - group["lr"] * group["weight_decay"])

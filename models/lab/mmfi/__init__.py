@@ -1,0 +1,1 @@
+"""The protocols of MM-Fi: trains and judges as the paper does."""
