@@ -20,6 +20,7 @@ import numpy as np
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.frames import CAMERA
 from ..pipeline.core.layouts import H36M17
+from ..pipeline.core.notices import notice
 from ..pipeline.core.pose import MadeBy, PoseSequence
 from ..pipeline.core.rotations import rotate, transpose
 from .kit.metric import FRAMES, check_metric, looks_metric
@@ -71,14 +72,7 @@ def read(path: Path, undo: bool = False) -> tuple[PoseSequence]:
         seams=tuple(range(_CLIP, stored.shape[-3], _CLIP)) if stored.ndim == len(_ALL) else (),
     )
     check_metric(path, poses.joints)
-    return (
-        poses.noted(
-            "undo display",
-            rebase=rebase,
-            warning="A rotation for display was undone as asked for, on the assumption that it was that of Human3.6M's "
-            "camera 54138969; if the script used another, the body is tilted.",
-        ),
-    )
+    return (poses.noted("undo display", rebase=rebase).saying(notice("display-undone")),)
 
 
 def _rebase(stored: np.ndarray) -> str | None:

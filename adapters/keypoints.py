@@ -20,7 +20,6 @@ def sniff(path: Path) -> bool:
 
 def read(path: Path) -> tuple[PoseSequence, ...]:
     """One sequence a person in IMAGE, in the detector's layout, in order of appearance; what makes them or the images
-    doubtful is a warning in their histories. InputError when the file is damaged."""
+    doubtful is among their notices. InputError when the file is damaged."""
     found = load_detections(path)
-    people = [(one, " ".join(found.doubts(one))) for one in found.people()]
-    return tuple(one.noted("video", warning=doubts) if doubts else one for one, doubts in people)
+    return tuple(person.saying(*found.doubts(person)) for person in found.people())

@@ -20,6 +20,7 @@ from ..pipeline.core.anthropometry import implied_stature
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.frames import Frame
 from ..pipeline.core.layouts import COCO23, remap
+from ..pipeline.core.notices import notice
 from ..pipeline.core.pose import MadeBy, PoseSequence
 from .kit.mmpose import bodies, rebase_said, recognised
 
@@ -69,8 +70,5 @@ def _metric(poses: PoseSequence, stature_m: float, path: Path) -> PoseSequence:
             "its demo's output?"
         )
     per_pixel: float = brentq(excess, 0, 1.01 * stature_m / flat)  # type: ignore[assignment]  # a number, without full_output
-    return scaled(per_pixel).noted(
-        "scale",
-        metres_per_pixel=per_pixel,
-        warning=f"RTMW3D's file has no scale across the picture; a stature of {stature_m:g} m was assumed.",
-    )
+    assumed = notice("stature-assumed", stature_m=stature_m)
+    return scaled(per_pixel).noted("scale", metres_per_pixel=per_pixel).saying(assumed)

@@ -15,6 +15,7 @@ import numpy as np
 
 from ..pipeline.core.cores import cores
 from ..pipeline.core.errors import InputError
+from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.take import Video
 from ..pipeline.reading.describe import in_words
 from .kit.beginning import first_bytes
@@ -132,16 +133,13 @@ def _stated_s(container: InputContainer, stream: VideoStream) -> float:
     return (container.duration or 0) / 1e6 if len(container.streams) == 1 else 0.0  # FFmpeg's AV_TIME_BASE
 
 
-def _cut_off(time_s: np.ndarray, ends_s: float, stated_s: float, path: Path) -> tuple[str, ...]:
-    """A sentence where images end well before the file says. ends_s: the last one's stamp by the file's own clock, on
+def _cut_off(time_s: np.ndarray, ends_s: float, stated_s: float, path: Path) -> tuple[Notice, ...]:
+    """A notice where images end well before the file says. ends_s: the last one's stamp by the file's own clock, on
     which some do not begin at 0; its usual time on the screen is added."""
     ends_s += float(np.median(np.diff(time_s))) if len(time_s) > 1 else 0.0
     if stated_s - ends_s <= _SHORT_S:
         return ()
-    return (
-        f"The images of {path.name} end after {ends_s:.1f} s, but the file says that it lasts {stated_s:.1f} s: it may "
-        "be cut off or damaged, so that the rest is missing; copy it again.",
-    )
+    return (notice("video-cut-off", file=path.name, ends_s=ends_s, stated_s=stated_s),)
 
 
 def _refuse_flat_pixels(stream: VideoStream, path: Path) -> None:

@@ -59,8 +59,8 @@ stages = Pipeline(
 )
 told = Told(image_size=(camera.width, camera.height), focal_px=camera.focal_px, stature_m=walk.stature_m)
 take = stages(Take("walker", keypoints=keypoints, told=told))
-for event in take.events:
-    print(f"{event.kind}: {event.text}")
+for notice in take.notices:
+    print(f"{notice.weight}: {notice.text}")
 
 # %% [markdown]
 # ## Which way is up

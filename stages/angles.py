@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -13,9 +13,10 @@ from ..models.common.spread import stated_spread
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.frames import CAMERA, LEVEL, change_frame, require
 from ..pipeline.core.layouts import H36M17
+from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.pose import PoseSequence, Rectified
 from ..pipeline.core.rotations import rotate
-from ..pipeline.core.take import Event, Take
+from ..pipeline.core.take import Take
 from ..pipeline.signals.angles import FINE, REASONS
 from ..pipeline.signals.filters import breaks
 from ..pipeline.signals.foot_angles import ALL_ANGLES
@@ -37,27 +38,20 @@ class Angles:
         columns = joint_angles(
             take.need("poses"), take.need("rectified"), take.need("filtered"), self.smoother == "auto"
         )
-        events = _events(columns)
+        notices = _notices(columns)
         if why := errors_unknown(take.need("poses")):
-            events.append(Event("note", why))
-        return take.with_(kinematics={**(take.kinematics or {}), **columns}).saying(*events)
+            notices.append(why)
+        return take.with_(kinematics={**(take.kinematics or {}), **columns}).saying(*notices)
 
 
-def errors_unknown(poses: PoseSequence) -> str:
-    """Why the errors of the angles of poses are not known, in a sentence; "" where they are, or where the poses were
-    measured."""
+def errors_unknown(poses: PoseSequence) -> Notice | None:
+    """Why the errors of the angles of poses are not known; None where they are, or where the poses were measured."""
     if poses.lifted or poses.made_by.kind == "measured":
-        return ""
+        return None
     if poses.made_by.kind == "unknown":
-        return (
-            "The errors of the angles are not known: nobody says who made the poses, which may err as a lifter's do "
-            "(-O made_by=measured, or estimated)."
-        )
+        return notice("angle-errors-unknown")
     by = f" by {poses.made_by.by}" if poses.made_by.by else ""
-    return (
-        f"The errors of the angles are not known: the poses were estimated{by} in a world's axes, where no estimator "
-        "has been judged."
-    )
+    return notice("angle-errors-unjudged", by=by)
 
 
 def joint_angles(
@@ -108,9 +102,9 @@ def joint_angles(
     return columns
 
 
-def _events(columns: dict[str, np.ndarray]) -> list[Event]:
+def _notices(columns: dict[str, np.ndarray]) -> list[Notice]:
     """A note for each reason that took values away: from which angles, and how many."""
-    events = []
+    notices = []
     for code, words in REASONS.items():
         if code == FINE:
             continue
@@ -120,5 +114,6 @@ def _events(columns: dict[str, np.ndarray]) -> list[Event]:
         if worst:
             most = ", ".join(f"{name} ({lost[name]})" for name in worst[:3])
             more = f" and {len(worst) - 3} more" if len(worst) > 3 else ""
-            events.append(Event("note", f"Angles left out, frames: {most}{more}: {words}."))
-    return events
+            values: dict[str, Any] = {"angles": most + more, "reason": words}
+            notices.append(notice("angles-left-out", **values, frames=lost))
+    return notices

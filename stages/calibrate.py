@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from ..models.gravity.view import camera_of
 from ..pipeline.core.camera import Camera, pitch_roll_deg
 from ..pipeline.core.errors import InputError
+from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.pose import PoseSequence
-from ..pipeline.core.take import Event, Take, Told, Video
+from ..pipeline.core.take import Take, Told, Video
 from ..pipeline.files.camera_file import read_camera
 from ..pipeline.files.video_frames import shown_size
 
@@ -34,7 +35,7 @@ class Calibrate:
         video = take.need("video")
         poses = take.keypoints or take.poses
         found = self._found(take.told, video, take.keypoints, _span(video, poses))
-        return take.with_(camera=found).saying(*_events(found, take.told.moving))
+        return take.with_(camera=found).saying(*_notices(found, take.told.moving))
 
     def together(self, takes: Sequence[Take]) -> list[Take]:
         """Several people of one video have one camera."""
@@ -45,7 +46,7 @@ class Calibrate:
         span = min(start for start, _ in spans), max(end for _, end in spans)
         keypoints = [take.keypoints for take in takes if take.keypoints is not None]
         found = self._found(first.told, first.video, keypoints, span)
-        return [take.with_(camera=found).saying(*_events(found, take.told.moving)) for take in takes]
+        return [take.with_(camera=found).saying(*_notices(found, take.told.moving)) for take in takes]
 
     def check_told(self, told: Told) -> None:
         """A pipeline.plugins.protocols.ToldStage."""
@@ -79,21 +80,20 @@ def _span(video: Video, poses: PoseSequence | None) -> tuple[int, int]:
 _WHAT = {"lines": "the straight lines", "network": "a network's view"}
 
 
-def _events(found: Camera, moving: bool) -> tuple[Event, ...]:
-    """What was found, in words."""
+def _notices(found: Camera, moving: bool) -> list[Notice]:
+    """What was found."""
     if not found.looks:
-        return (Event("note", f"The image does not tell which way is up: {found.reason}."),)
+        return [notice("image-without-up", reason=found.reason)]
     if moving:
-        return (
-            Event("note", f"The image tells which way is up in {len(found.looks)} of the frames looked at."),
-        )
-    look, by_image = found.looks[0], found.focal_source in ("lines", "network")
+        return [notice("image-up-in-frames", looks=len(found.looks))]
+    look = found.looks[0]
     pitch, roll = pitch_roll_deg(look.up)
-    focal = f"the focal length is {found.focal_px:.0f} pixels, within {1.6 * found.focal_sd_px:.0f}"
-    return (
-        Event(
-            "note",
-            f"By {_WHAT[look.source]} of the image the camera's pitch is {pitch:.1f} and its roll {roll:.1f} degrees, "
-            f"within {1.5 * look.error_deg:.1f}" + (f"; {focal}." if by_image else "."),
-        ),
-    )
+    angles: dict[str, Any] = {
+        "pitch_deg": float(pitch),
+        "roll_deg": float(roll),
+        "within_deg": 1.5 * look.error_deg,
+    }
+    notices = [notice("image-up", source=_WHAT[look.source], **angles)]
+    if found.focal_source in ("lines", "network"):
+        notices.append(notice("image-focal", focal_px=found.focal_px, within_px=1.6 * found.focal_sd_px))
+    return notices

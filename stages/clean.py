@@ -9,13 +9,14 @@ import numpy as np
 
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.layouts import FEET_ANKLES, H36M17
-from ..pipeline.core.messages import how_many, spans_in_words
+from ..pipeline.core.messages import spans_in_words
+from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.pose import PoseSequence
-from ..pipeline.core.take import Event, Take, Told
+from ..pipeline.core.take import Take, Told
 from ..pipeline.files.video_frames import image_size
 from ..pipeline.signals.checks import NEAR_S, grid_rows, strays_of
 from ..pipeline.signals.filters import BRIDGED_S, holes
-from ..pipeline.signals.visibility import in_words, unseen
+from ..pipeline.signals.visibility import not_seen, unseen
 
 _LISTED = 3  # gaps named in a sentence
 
@@ -42,59 +43,36 @@ class Clean:
             take.need("poses"), self.max_gap_s, self.spike, take.video.time_s if take.video else None
         )
         counts = poses.history[-1].options
-        events = [Event("seam", "The estimator began a new clip here.", row) for row in poses.seams]
-        texts = {
-            "rows_inserted": ("frame", "that the estimator dropped", "put back as gaps"),
-            "spikes_removed": ("single-frame jump", "of a joint", "removed"),
-            "strays_removed": ("frame", "alone between leaps of the whole pose", "removed"),
-            "values_filled": (
-                "missing joint position",
-                f"in gaps of up to {self.max_gap_s} s",
-                "interpolated",
-            ),
+        notices = [notice("seam", rows=[row]) for row in poses.seams]
+        codes = {
+            "rows_inserted": "rows-inserted",
+            "spikes_removed": "spikes-removed",
+            "strays_removed": "strays-removed",
         }
-        events += [
-            Event(
-                "repair",
-                f"{how_many(counts[key], what)} {where} {'was' if counts[key] == 1 else 'were'} {done}.",
-            )
-            for key, (what, where, done) in texts.items()
-            if counts[key]
-        ]
-        events += _lacking(poses.times)
+        notices += [notice(code, count=counts[key]) for key, code in codes.items() if counts[key]]
+        if counts["values_filled"]:
+            notices.append(notice("gaps-filled", count=counts["values_filled"], max_gap_s=self.max_gap_s))
+        notices += _lacking(poses.times)
         if counts["values_missing"]:
-            events.append(
-                Event(
-                    "warning",
-                    how_many(
-                        counts["values_missing"],
-                        "joint position is missing and stays so.",
-                        "joint positions are missing and stay so.",
-                    ),
-                )
-            )
+            notices.append(notice("joints-missing", count=counts["values_missing"]))
         if take.keypoints is not None and poses.layout == H36M17:
             hidden, out = unseen(take.keypoints, image_size(take), poses.frame_index, poses.times)
             poses = without(poses, hidden)
-            events += [Event("warning", text, about="view") for text in in_words(hidden, out, poses.times)]
-        return take.with_(poses=poses).saying(*events)
+            notices += not_seen(hidden, out, poses.times)
+        return take.with_(poses=poses).saying(*notices)
 
 
-def _lacking(time_s: np.ndarray) -> list[Event]:
+def _lacking(time_s: np.ndarray) -> list[Notice]:
     """What is said of images that the recording itself lacks, so that no frame number tells of them. time_s: (T,)."""
     long = holes(time_s, BRIDGED_S)
     short = np.setdiff1d(holes(time_s), long)
-    events = []
+    notices = []
     if len(short):
-        text = f"The recording lacks images {_when(short, time_s)}; filters go on across gaps of up to {BRIDGED_S} s."
-        events.append(Event("repair", text))
+        when = _when(short, time_s)
+        notices.append(notice("images-lacking", rows=short, when=when, bridged_s=BRIDGED_S))
     if len(long):
-        text = (
-            f"The recording lacks images {_when(long, time_s)}; no filter goes across that, and walks and "
-            "repetitions end there."
-        )
-        events.append(Event("warning", text, about="view"))
-    return events
+        notices.append(notice("images-lacking-long", rows=long, when=_when(long, time_s)))
+    return notices
 
 
 def _when(rows: np.ndarray, time_s: np.ndarray) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -12,8 +12,9 @@ from ..models.detector.load import PersonKind, load_detector
 from ..models.detector.video import detect
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.messages import how_many
+from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.pose import PoseSequence, package_version
-from ..pipeline.core.take import Event, Take
+from ..pipeline.core.take import Take
 from ..pipeline.files.detections import KEYPOINTS, Detections, interrupted_at, load_detections
 from ..pipeline.reading.choose import choose_person
 from ..pipeline.reading.take import sha256
@@ -81,8 +82,8 @@ class Detect:
         assert keypoints is not None
         keypoints = keypoints if self.smooth_hz is None else smoothed(keypoints, self.smooth_hz)
         take = take.with_(keypoints=keypoints)
-        doubts = [Event("warning", text) for text in rate_doubts(self.fps, video)]
-        return take.saying(*_events(take, found, people, chosen), *doubts, *swapped)
+        doubts = rate_doubts(self.fps, video)
+        return take.saying(*_notices(take, found, people, chosen), *doubts, *swapped)
 
     def _keep(self, found: Detections) -> None:
         if self.checkpoint is not None:
@@ -113,25 +114,20 @@ def _longest(found: Detections, people: tuple[PoseSequence, ...]) -> PoseSequenc
     return max(people, key=rank)
 
 
-def _events(
+def _notices(
     take: Take, found: Detections, people: tuple[PoseSequence, ...], chosen: PoseSequence
-) -> list[Event]:
+) -> list[Notice]:
     """What the user should know about who was found where."""
-    events = [Event("note", f"The 2D keypoints were detected in the video by {found.method}.")]
+    notices = [notice("detected", detector=found.method)]
     if len(people) > 1:
         longest = sorted(people, key=len, reverse=True)[:_LISTED]
         listed = ", ".join(f"{one.person} ({len(one)})" for one in longest)
         more = f" and {len(people) - _LISTED} more" if len(people) > _LISTED else ""
-        events.append(
-            Event(
-                "note",
-                f"Of {len(people)} people (frames in brackets) {listed}{more}, person {chosen.person} is taken, seen "
-                f"in frames {chosen.frame_index[0]} to {chosen.frame_index[-1]}; choose with --person.",
-            )
-        )
-    events += [Event("warning", text) for text in found.doubts(chosen)]
+        first, last = (int(frame) for frame in chosen.frame_index[[0, -1]])
+        values: dict[str, Any] = {"people": len(people), "listed": listed + more, "person": chosen.person}
+        notices.append(notice("person-chosen", **values, first=first, last=last))
+    notices += found.doubts(chosen)
     interrupted = interrupted_at(take)
     if interrupted is not None:
-        text = f"Interrupted at frame {interrupted} of {found.frames}; --resume goes on from there."
-        events.append(Event("warning", text))
-    return events
+        notices.append(notice("interrupted", frame=interrupted, frames=found.frames))
+    return notices

@@ -18,13 +18,13 @@ from ..models.lifter.scaling import KINDS
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.intrinsics import Intrinsics, undistorted
 from ..pipeline.core.layouts import H36M17, remap
-from ..pipeline.core.messages import how_many
+from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.pose import MadeBy, PoseSequence
-from ..pipeline.core.take import Event, Take, Told
+from ..pipeline.core.take import Take, Told
 from ..pipeline.files.video_frames import image_size
 from ..pipeline.plugins.protocols import Lifter
 from ..pipeline.reading.handedness import Handedness, guarded
-from ..pipeline.signals.checks import implausible, strays_of
+from ..pipeline.signals.checks import strays_of
 from ..pipeline.signals.findings import findings_of
 from ..pipeline.signals.visibility import seen_only
 
@@ -71,11 +71,7 @@ class Lift:
         if isinstance(self._opened, OwnLifter) and keypoints.time_s is not None:
             keypoints, strays = _without_strays(seen_only(keypoints, size), keypoints)
             if strays:
-                text = (
-                    f"{how_many(strays, 'frame')} of 2D keypoints, between leaps of the whole "
-                    "person, left out of the lift."
-                )
-                take = take.saying(Event("repair", text))
+                take = take.saying(notice("keypoints-left-out", frames=strays))
         if intrinsics is not None:  # after what compares keypoints with the border of the filmed image
             keypoints = self._undistorted(keypoints, intrinsics, size)
         focal_px, guessed = self._focal_px(take)
@@ -89,19 +85,10 @@ class Lift:
         poses = poses.with_(made_by=MadeBy("estimated", self._opened.method))
         said = _said(poses, self._opened)
         poses = guarded(poses, self.parity, f"The lift by {self._opened.method}")
-        doubts = [str(step.options["warning"]) for step in poses.history if "warning" in step.options]
-        told = [event.text for event in take.events]  # the keypoints' own are in their history too
-        doubts = [text for text in doubts if text not in told]
         if said.get("joints_on_a_line"):
-            text = f"{said['joints_on_a_line']} missing keypoints were put on a line between where they were seen."
-            take = take.saying(Event("repair", text))
-        warnings = (*_gaps(said), *doubts, *implausible(poses))
-        events = (
-            Event("note", _who(said)),
-            *(Event("note", text) for text in _focal(said)),
-            *(Event("warning", text) for text in warnings),
-        )
-        return take.with_(poses=poses, findings=findings_of(poses)).saying(*events)
+            take = take.saying(notice("joints-on-a-line", joints=said["joints_on_a_line"]))
+        take = take.with_(poses=poses, findings=findings_of(poses))
+        return take.saying(_who(said), *_focal(said), *_gaps(said), *poses.notices)
 
     def _undistorted(
         self, keypoints: PoseSequence, intrinsics: Intrinsics, size: tuple[int, int] | None
@@ -173,44 +160,31 @@ def _said(poses: PoseSequence, lifter: Lifter) -> dict[str, Any]:
     return said
 
 
-def _who(said: dict[str, Any]) -> str:
+def _who(said: dict[str, Any]) -> Notice:
     if said["kind"] == "pcnet3d":
-        return f"The poses are the built-in lifter's, from the 2D keypoints (network {said['model']})."
+        return notice("lifted", model=said["model"])
     licence = f", published under {said['licence']}" if "licence" in said else ""
-    return f"The poses are the lift by {said['model']}, a network of the kind {said['kind']}{licence}."
+    return notice("lifted-by", model=said["model"], kind=said["kind"], licence=licence)
 
 
-def _focal(said: dict[str, Any]) -> list[str]:
+def _focal(said: dict[str, Any]) -> list[Notice]:
     """What the focal length was, or would be, good for."""
-    known = said["focal_known"]
+    known, focal_px = said["focal_known"], said["focal_px"]
     if said["kind"] == "pcnet3d":
-        guess = f"The focal length is unknown and taken for {said['focal_px']:.0f} pixels (--focal)."
-        return [] if known else [guess]
+        return [] if known else [notice("focal-guessed", focal_px=focal_px)]
     if said.get("placed_by_the_lifter"):
-        path = "The pelvis's path before the camera is the lifter's own"
-        return [f"{path}, at a focal length of {said['focal_px']:.0f} pixels; it states no error."]
+        return [notice("focal-of-lifters-path", focal_px=focal_px)]
     if said.get("focal_of_the_network"):
-        guess = (
-            f"The lifter takes the focal length for {said['focal_px']:.0f} pixels, which nobody has measured"
-        )
-        return [f"{guess}, so its own path of the pelvis before the camera is not used (--focal)."]
-    if "bearing_deg" not in said:
-        text = "The lifter sees where in the picture the person is; the focal length is not used."
-        return [text] if known and said["kind"] in KINDS else []  # another package's may use it
+        return [notice("focal-of-the-network", focal_px=focal_px)]
+    if "bearing_deg" not in said:  # another package's may use it
+        return [notice("focal-not-used")] if known and said["kind"] in KINDS else []
     least, most = said["bearing_deg"]
-    text = (
-        "The lifter sees the person in a crop and answers along the ray to the person: a bearing of b degrees shifts "
-        f"the heading by about b, here by {least:.0f} to {most:.0f} degrees if the focal length is "
-        f"{said['focal_px']:.0f} pixels; --focal PIXELS takes it out."
-    )
-    return [] if known else [text]
+    values: dict[str, Any] = {"least_deg": least, "most_deg": most, "focal_px": focal_px}
+    return [] if known else [notice("bearing-shifts-heading", **values)]
 
 
-def _gaps(said: dict[str, Any]) -> list[str]:
-    texts = {
-        "frames_without_joints": "frames have no keypoints for too long to be lifted.",
-        "frames_without_person": "frames have keypoints, but the lifter sees nobody in their pictures.",
-        "frames_without_numbers": "frames have keypoints, but the lifter's answer to them is no number.",
-        "frames_without_scale": "frames have limbs that are longer in depth alone than any person's.",
-    }
-    return [f"{said[key]} {text}" for key, text in texts.items() if said.get(key)]
+_GAPS = ("frames_without_joints", "frames_without_person", "frames_without_numbers", "frames_without_scale")
+
+
+def _gaps(said: dict[str, Any]) -> list[Notice]:
+    return [notice(key.replace("_", "-"), frames=said[key]) for key in _GAPS if said.get(key)]

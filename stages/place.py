@@ -12,9 +12,10 @@ from ..models.place.path import FEWEST_FRAMES, SCALE_SD, PelvisPath, pelvis_path
 from ..pipeline.core.camera import Camera
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.frames import scaled_covariance
+from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.pose import PoseSequence
 from ..pipeline.core.rotations import is_finite
-from ..pipeline.core.take import Event, Take, Told
+from ..pipeline.core.take import Take, Told
 from ..pipeline.files.video_frames import image_size
 
 
@@ -63,14 +64,11 @@ class Place:
             frames_placed=int(is_finite(path.root).sum()),
         )
         seen = np.asarray(is_finite(poses.joints).any(axis=-1))
-        events = [Event("note", _said(path, camera, poses.frame.unit, seen))]
+        notices = [_said(path, camera, poses.frame.unit, seen)]
         grown = 100 * (path.growth.max() / path.growth.min() - 1)
         if grown > 0:
-            text = (
-                f"The lifted body grew with its image, by {grown:.0f} % in all, and was brought to one size."
-            )
-            events.append(Event("repair", text))
-        return take.with_(poses=placed, camera=camera).saying(*events)
+            notices.append(notice("size-levelled", grown_percent=float(grown)))
+        return take.with_(poses=placed, camera=camera).saying(*notices)
 
 
 def _camera(take: Take) -> Camera | None:
@@ -101,20 +99,25 @@ def _why_not(
     return None
 
 
-def _nowhere(reason: str) -> Event:
-    return Event("note", f"Where the person is before the camera is not known: {reason}.")
+def _nowhere(reason: str) -> Notice:
+    return notice("not-placed", reason=reason)
 
 
-def _said(path: PelvisPath, camera: Camera, unit: str, seen: np.ndarray) -> str:
+def _said(path: PelvisPath, camera: Camera, unit: str, seen: np.ndarray) -> Notice:
     """seen: (T,) whether a frame has any joint; the path bridges others."""
     there = is_finite(path.root)
     own = np.sqrt(np.linalg.eigvalsh(path.own[there])[:, -1])
     placed, frames, bridged = int((there & seen).sum()), len(seen), int((there & ~seen).sum())
     bridges = f" and bridges {bridged} in which the person is hidden" if bridged else ""
-    how_far = f"{np.median(own):.2f} {'m' if unit == 'm' else 'units'}"
     guess = "; the focal length is a guess (--focal)" if camera.focal_source == "prior" else ""
-    return (
-        f"The pelvis's path before the camera rests on the keypoints, in {placed} of {frames} frames{bridges}: each "
-        f"frame is off by {how_far} (standard deviation), mostly in depth, and the whole by {100 * SCALE_SD:.0f} % for "
-        f"the body's size and {100 * path.focal_sd:.0f} % of the depth for the focal length{guess}."
+    return notice(
+        "placed",
+        placed=placed,
+        frames=frames,
+        bridges=bridges,
+        sd=float(np.median(own)),
+        unit="m" if unit == "m" else "units",
+        size_percent=100 * SCALE_SD,
+        focal_percent=100 * path.focal_sd,
+        guess=guess,
     )

@@ -27,10 +27,10 @@ from ..pipeline.core.camera import Camera as View
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.frames import BODY, CAMERA, LEVEL, Z_UP, Frame, change_frame, turned_covariance
 from ..pipeline.core.layouts import H36M17
-from ..pipeline.core.messages import how_many
+from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.pose import PoseSequence, Rectified
 from ..pipeline.core.rotations import rotate, transpose
-from ..pipeline.core.take import CameraMotion, Event, Take, Told
+from ..pipeline.core.take import CameraMotion, Take, Told
 from ..pipeline.plugins.protocols import Rectifier
 from ..pipeline.signals.checks import nobody_upright
 
@@ -57,8 +57,8 @@ class Rectify:
             raise InputError(f"Expected a window_s of more than 0 seconds, got {self.window_s:g}.")
 
     def __call__(self, take: Take) -> Take:
-        ((rectified, events),) = _rectify([take.need("poses")], self, take.told, take.camera, False)
-        return _filled(take, rectified, events)
+        ((rectified, notices),) = _rectify([take.need("poses")], self, take.told, take.camera, False)
+        return _filled(take, rectified, notices)
 
     def together(self, takes: Sequence[Take]) -> list[Take]:
         """Several people of one recording, in one LEVEL (rectify_together)."""
@@ -67,20 +67,19 @@ class Rectify:
         return [_filled(take, *each) for take, each in zip(takes, found, strict=True)]
 
 
-def _filled(take: Take, rectified: Rectified, events: list[Event]) -> Take:
+_UPSIDE_DOWN = ("upside-down", "picture-upside-down")
+
+
+def _filled(take: Take, rectified: Rectified, notices: list[Notice]) -> Take:
     lost = int(np.isnan(rectified.R_source_from_body).any(axis=(1, 2)).sum())
     if lost:
-        text = (
-            f"{lost} of {how_many(len(rectified.body), 'frame')} "
-            f"{'has' if lost == 1 else 'have'} too few torso joints to rectify."
-        )
-        events = [*events, Event("warning", text)]
+        notices = [*notices, notice("frames-not-rectified", lost=lost, frames=len(rectified.body))]
     if not rectified.level_ok:
-        events = [*events, Event("warning", f"The take could not be levelled: {rectified.level_reason}.")]
-    told = any(finding.name == "upside down" for finding in take.findings or ())
-    if (text := nobody_upright(rectified)) and not told:
-        events = [*events, Event("warning", text)]
-    return take.with_(rectified=rectified).saying(*events)
+        notices = [*notices, notice("not-levelled", reason=rectified.level_reason)]
+    told = any(finding.code in _UPSIDE_DOWN for finding in take.findings or ())
+    if (said := nobody_upright(rectified)) and not told:
+        notices = [*notices, said]
+    return take.with_(rectified=rectified).saying(*notices)
 
 
 def rectify(
@@ -141,7 +140,7 @@ def _rectify(
     view: View | None,
     together: bool,
     rectifier: str | Rectifier = "",
-) -> list[tuple[Rectified, list[Event]]]:
+) -> list[tuple[Rectified, list[Notice]]]:
     """Of each of the people, in the order given; together: in one LEVEL. rectifier: instead of that of the options."""
     up = told_up(told)
     sources = [_checked(poses) for poses in people]
@@ -173,7 +172,7 @@ def _rectify(
             found = [level_static(one, up, look) for one in seen]
         reference, method = CAMERA, chosen.method
     return [
-        (_rectified(source, reference, levelled, method, told, options.window_s), _events(levelled, source))
+        (_rectified(source, reference, levelled, method, told, options.window_s), _notices(levelled, source))
         for source, levelled in zip(sources, found, strict=True)
     ]
 
@@ -269,23 +268,18 @@ def _in(source: PoseSequence, reference: Frame) -> PoseSequence:
     return change_frame(source, reference.with_(origin="pelvis", unit=source.frame.unit))
 
 
-def _events(levelled: Levelled, poses: PoseSequence) -> list[Event]:
+def _notices(levelled: Levelled, poses: PoseSequence) -> list[Notice]:
     """What the user is told about the take's up."""
-    events = [Event("warning", text) for text in levelled.up.warnings]
+    notices = [*levelled.up.notices]
     if (row := levelled.drift_at) is not None:
-        text = (
-            "The camera was taken for one that stands still, but the frames' ups before and after frame "
-            f"{poses.frame_index[row]} are {levelled.drift_deg:.0f} degrees apart: a cut, a moving camera (--camera "
-            "moving), or a body that lies or bends down for long."
-        )
-        events.append(Event("warning", text, row))
+        values: dict[str, Any] = {
+            "frame": int(poses.frame_index[row]),
+            "drift_deg": float(levelled.drift_deg),
+        }
+        notices.append(notice("up-drifts", rows=[row], **values))
     if not np.isnan(levelled.apart_deg):
-        text = (
-            f"This person's own up is {levelled.apart_deg:.0f} degrees from the one that all of the recording share: "
-            "they lean, bend down or lie for long, or the lifter tilted them."
-        )
-        events.append(Event("warning", text))
-    return events
+        notices.append(notice("up-of-one-apart", apart_deg=float(levelled.apart_deg)))
+    return notices
 
 
 def _canonical(R_source_from_canonical: np.ndarray, points: np.ndarray) -> np.ndarray:

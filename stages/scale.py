@@ -8,8 +8,9 @@ from typing import ClassVar
 from ..pipeline.core.anthropometry import implied_stature
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.frames import scaled_covariance
+from ..pipeline.core.notices import notice
 from ..pipeline.core.pose import PoseSequence
-from ..pipeline.core.take import Event, Take, Told
+from ..pipeline.core.take import Take, Told
 
 
 @dataclass(frozen=True)
@@ -31,20 +32,10 @@ class Scale:
         if stature_m is None:
             if poses.frame.metric:
                 return take
-            return take.saying(
-                Event(
-                    "warning",
-                    "The source has no scale: lengths are in its own arbitrary units. "
-                    "Give the person's height (--stature METRES) for metres.",
-                )
-            )
+            return take.saying(notice("no-scale"))
         poses = scale(poses, stature_m)
-        return take.with_(poses=poses).saying(
-            Event(
-                "repair",
-                f"Scaled by {poses.history[-1].options['factor']:.4g} to a stature of {stature_m} m.",
-            )
-        )
+        factor = float(poses.history[-1].options["factor"])
+        return take.with_(poses=poses).saying(notice("scaled", factor=factor, stature_m=stature_m))
 
 
 def scale(poses: PoseSequence, stature_m: float) -> PoseSequence:

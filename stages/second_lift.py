@@ -11,9 +11,10 @@ from ..models.common.metrics import Figure, person_size
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.frames import CAMERA, change_frame
 from ..pipeline.core.layouts import H36M17
+from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.pose import PoseSequence, Rectified
 from ..pipeline.core.rotations import is_finite, rotate, transpose
-from ..pipeline.core.take import Event, Take
+from ..pipeline.core.take import Take
 from ..pipeline.signals.angles import ANGLES, angles, near
 from .lift import Lift
 
@@ -58,7 +59,7 @@ class SecondLift:
         lifted = next(step for step in reversed(second.history) if step.name == "lift")
         found = {"lifter": lifted.options["model"], **found}
         columns = {**(take.kinematics or {}), "lifters_apart_percent": column}
-        return take.with_(kinematics=columns, second_lift=found).saying(*_warnings(found, column))
+        return take.with_(kinematics=columns, second_lift=found).saying(*_notices(found, column))
 
 
 def disagreement(
@@ -127,10 +128,9 @@ def _spans(wide: np.ndarray, time_s: np.ndarray) -> list[tuple[int, int]]:
     return found
 
 
-def _warnings(found: dict[str, Any], apart: np.ndarray) -> list[Event]:
+def _notices(found: dict[str, Any], apart: np.ndarray) -> list[Notice]:
     if not found["frames"]:
-        text = f"The second lifter, {found['lifter']}, has no frame in common with the poses."
-        return [Event("warning", text)]
+        return [notice("second-lifter-elsewhere", lifter=found["lifter"])]
     if not found["spans_s"]:
         return []
     times = [
@@ -138,9 +138,10 @@ def _warnings(found: dict[str, Any], apart: np.ndarray) -> list[Event]:
         for start, stop in found["spans_s"][:_LISTED]
     ]
     more = len(found["spans_s"]) - _LISTED
-    text = (
-        f"The second lifter, {found['lifter']}, disagrees with the poses at {', '.join(times)} s"
-        f"{f' and {more} more times' if more > 0 else ''}: the joints are up to {np.nanmax(apart):.0f} % of the "
-        "person's size apart on average, so there one of the two errs by half of that or more; look at the video."
-    )
-    return [Event("warning", text, int(np.flatnonzero(apart > WARNED)[0]))]
+    when = f"{', '.join(times)} s{f' and {more} more times' if more > 0 else ''}"
+    values: dict[str, Any] = {
+        "lifter": found["lifter"],
+        "when": when,
+        "apart_percent": float(np.nanmax(apart)),
+    }
+    return [notice("lifters-disagree", rows=np.flatnonzero(apart > WARNED)[:1], **values)]

@@ -20,7 +20,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 
@@ -30,10 +30,10 @@ from ..models.gait.foot_lock import foot_locked
 from ..models.gait.of_take import body_joints
 from ..models.smoother import LIFTED, LIFTED_UNSTATED, Motion, known_noise
 from ..pipeline.core.errors import InputError
-from ..pipeline.core.messages import how_many
+from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.pose import PoseSequence, Rectified
 from ..pipeline.core.rotations import is_finite
-from ..pipeline.core.take import Event, Take
+from ..pipeline.core.take import Take
 from ..pipeline.signals.filters import (
     CUTOFF_HZ,
     breaks,
@@ -56,18 +56,6 @@ Filter = Literal["butterworth", "savgol", "none"]
 Smoother = Literal["auto", "butterworth", "savgol", "none"]
 Cutoff = float | Literal["auto"] | None
 
-_RELATIVE = (
-    "The camera moves, so x and y are relative to it: heights (z, vz, az) and distances hold, but its "
-    "turning about the vertical cannot be told from the body's and enters vx, vy, ax, ay, speed and acceleration."
-)
-_STATED = (
-    "Paths, velocities and accelerations are smoothed by the error of the joints that the lifter states."
-)
-_ESTIMATED = (
-    "Paths, velocities and accelerations are smoothed by an error of the joints that is estimated from the paths; "
-    "what errs slowly cannot be told so, and {} state no standard deviations."
-)
-_NOT_LOCKED = "No foot is locked: there is no pelvis path from keypoints and a camera that stands still."
 # Prefix of the axes' columns, name of the norm's, unit for a unit of length. Names are the same whatever the unit is.
 _QUANTITIES = (("", "distance", "{}"), ("v", "speed", "{}/s"), ("a", "acceleration", "{}/s2"))
 _UNITS = {
@@ -110,12 +98,12 @@ class Trajectories:
         level = _trusted(rectified)
         known_error = self.smoother == "auto" and self.cutoff_hz is None
         path = smooth(level, self.classical, self.cutoff_hz, self.joints)
-        told = _told(path, known_error)
+        filtered = _notices(path, known_error)
         lifted = take.need("poses").lifted
         motions = known_motions(level, self.joints, lifted) if known_error else {}
         if self.foot_lock:
             if path.root is None or path.root_covariance is None:
-                told = [*told, Event("note", _NOT_LOCKED)]
+                filtered.append(notice("foot-not-locked"))
             path = _locked(path, level, rectified)
             motions.pop("root", None)
         if motions:  # whose columns hold something else than this path, which angles are taken from
@@ -126,14 +114,15 @@ class Trajectories:
             columns |= trajectory(level if joint in motions else path, joint, motions.get(joint))
         if path.root_sd is not None:  # the body's size and the focal length included
             columns |= {f"root_{axis}_sd": path.root_sd[:, i] for i, axis in enumerate("xyz")}
-        events = [Event("note", _RELATIVE)] if rectified.camera == "moving" else []
-        if known_error:
-            unstated = _ESTIMATED.format("positions" if lifted else "they")
-            events.append(Event("note", unstated if level.covariance is None else _STATED))
+        notices = [notice("relative-to-camera")] if rectified.camera == "moving" else []
+        if known_error and level.covariance is None:
+            notices.append(notice("smoothed-by-estimated-error", what="positions" if lifted else "they"))
+        elif known_error:
+            notices.append(notice("smoothed-by-stated-error"))
         return take.with_(kinematics=columns, filtered=path).saying(
-            *events,
-            *told,
-            *(Event("warning", text) for text in fall_doubts(level) or pace_doubts(path)),
+            *notices,
+            *filtered,
+            *(fall_doubts(level) or pace_doubts(path)),
         )
 
     def check_rate(self, fps: float) -> None:
@@ -189,15 +178,14 @@ def smooth(
         "auto" is the highest that residual analysis finds for any of the joints `moving`. Below 25.3 frames a second a
         Savitzky-Golay filter has no 6 Hz: where no number is given it takes the highest that it has.
 
-    A joint is NaN in pieces too short for the filter. The history ends with what was done and its counts, or with the
-    warning that nothing was. InputError for a given cut-off that the filter does not have at that frame rate, and for
-    a take too short to choose one from.
+    A joint is NaN in pieces too short for the filter. The history ends with what was done and its counts. InputError
+    for a given cut-off that the filter does not have at that frame rate, and for a take too short to choose one from.
     """
     times, seams = level.times, breaks(level)
     if filter == "none":
         return level.noted("low-pass filter", filter=filter)
     if cutoff_hz is None and not rate(times) > 2 * CUTOFF_HZ:
-        return level.noted("low-pass filter", filter="none", warning=_unfiltered(level))
+        return level.noted("low-pass filter", filter="none", unfiltered=True)
     given = cutoff_hz not in (None, "auto")
     if cutoff_hz == "auto":
         cutoff_hz = _chosen(level, moving)
@@ -220,15 +208,6 @@ def smooth(
         **lowered,
         rows_resampled=uneven_rows(np.asarray(is_finite(joints).any(axis=1)), times, seams),
         values_lost=int((is_finite(joints) & ~is_finite(result)).sum()),
-    )
-
-
-def _unfiltered(level: PoseSequence) -> str:
-    if len(level) < 2:
-        return "A single frame carries no filter: joints are unfiltered."
-    return (
-        f"{rate(level.times):.4g} frames a second do not carry a filter at {CUTOFF_HZ:g} Hz: joints are unfiltered, "
-        "and the rates of angles are those of the noise too."
     )
 
 
@@ -338,39 +317,24 @@ def _chosen(level: PoseSequence, moving: tuple[str, ...]) -> float:
     return float(np.nanmax(asked))
 
 
-def _told(path: PoseSequence, known_error: bool) -> list[Event]:
+def _notices(path: PoseSequence, known_error: bool) -> list[Notice]:
     """What the filter did that a reader of the columns must know; known_error: only angles rest on it."""
-    done = path.history[-1].options
+    done, fps = path.history[-1].options, rate(path.times)
     if len(path) == 1:
-        return [Event("warning", "A single frame has no path: velocities and accelerations are missing.")]
-    if "warning" in done:
-        return [Event("warning", str(done["warning"]))]
-    events = []
+        return [notice("single-frame")]
+    if done.get("unfiltered"):
+        return [notice("not-filtered", fps=fps, cutoff_hz=CUTOFF_HZ)]
+    notices = []
     if "lowered_from_hz" in done:
-        text = (
-            f"The cut-off is {done['cutoff_hz']:g} Hz instead of {done['lowered_from_hz']:.3g} Hz: a Savitzky-Golay "
-            f"filter has no higher one at {rate(path.times):.4g} frames a second."
-        )
-        events.append(Event("note", text))
+        asked = done["lowered_from_hz"]
+        notices.append(notice("cutoff-lowered", cutoff_hz=done["cutoff_hz"], asked_hz=asked, fps=fps))
     if done.get("values_lost"):
         missing = "angles" if known_error else "paths, velocities and accelerations"
-        events.append(
-            Event(
-                "warning",
-                f"{done['values_lost']} joint positions lie in unbroken pieces that are too short for the "
-                f"{done['cutoff_hz']:g} Hz filter; their {missing} are missing.",
-            )
-        )
+        values: dict[str, Any] = {"values": done["values_lost"], "cutoff_hz": done["cutoff_hz"]}
+        notices.append(notice("pieces-too-short", **values, missing=missing))
     if done.get("rows_resampled"):
-        events.append(
-            Event(
-                "note",
-                f"The time stamps of {how_many(done['rows_resampled'], 'frame')} are not evenly "
-                "spaced: paths were brought to even "
-                "ones for the filter, and back.",
-            )
-        )
-    return events
+        notices.append(notice("times-uneven", frames=done["rows_resampled"]))
+    return notices
 
 
 def cannot_be_told(columns: Mapping[str, np.ndarray], name: str) -> bool:

@@ -17,7 +17,7 @@ import numpy as np
 
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.layouts import Layout
-from ...pipeline.core.messages import how_many
+from ...pipeline.core.notices import notice
 from ...pipeline.core.pose import PoseSequence
 from .json import beginning, each, entries, field, frame_number, load, numbers
 from .people import Bodies
@@ -155,19 +155,12 @@ def _box(person: dict[str, Any], where: str) -> np.ndarray | None:
 
 
 def rebase_said(poses: PoseSequence) -> PoseSequence:
-    """The same with a warning in its history when each frame's lowest joint was put at height (third axis) 0."""
+    """The same with a notice when each frame's lowest joint was put at height (third axis) 0."""
     heights = poses.joints[..., 2]
     rebased = int((np.fmin.reduce(heights, axis=1) == 0).sum())
     if rebased < _REBASED * len(poses):
         return poses
     lowest = np.argmax(heights == 0, axis=1)
     changes = int((np.diff(lowest) != 0).sum())
-    return poses.noted(
-        "rebase",
-        frames=rebased,
-        warning=f"The lowest joint was put at height 0 in {rebased} of "
-        f"{how_many(len(poses), 'frame')}, and it was another one "
-        f"{how_many(changes, 'time')}: the file holds no vertical movement of the body as a whole. "
-        "Poses relative to the pelvis "
-        "are unharmed; --disable-rebase-keypoint of MMPose leaves the heights as they were.",
-    )
+    said = notice("rebased-to-floor", rebased=rebased, frames=len(poses), changes=changes)
+    return poses.noted("rebase", frames=rebased).saying(said)

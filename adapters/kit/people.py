@@ -14,6 +14,7 @@ import numpy as np
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.frames import Frame
 from ...pipeline.core.layouts import Layout
+from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.pose import PoseSequence, Step, package_version
 from ...pipeline.core.rotations import is_finite
 from .tracks import Crowd, Detection, followed, leap, saying_nothing
@@ -73,7 +74,7 @@ class Bodies:
         frames = np.frombuffer(self._frames, np.int64)
         scores = np.frombuffer(self._scores, np.float32).reshape(len(frames), -1)
         unknown = saying_nothing(scores)
-        groups, how = self._groups(frames, plane, placed)
+        groups, how, doubts = self._groups(frames, plane, placed)
         people = []
         for person, rows in enumerate(groups):
             own = scores[rows]
@@ -95,37 +96,32 @@ class Bodies:
                     frame_index=frames[rows],
                     person=str(person),
                     history=tuple(steps),
+                    notices=tuple(doubts),
                 )
             )
         return tuple(people)
 
     def _groups(
         self, frames: np.ndarray, plane: tuple[int, int], placed: bool
-    ) -> tuple[list[np.ndarray | slice], tuple[Step, ...]]:
-        """Each person's rows in order of time, and the step of the history that says how they were found, where there
-        was somebody to tell apart or a `leap` casts doubt."""
+    ) -> tuple[list[np.ndarray | slice], tuple[Step, ...], list[Notice]]:
+        """Each person's rows in order of time, the step of the history that says how they were found, where there was
+        somebody to tell apart, and what casts doubt on it."""
         boxes = np.frombuffer(self._boxes, np.float32).reshape(-1, 4)
         boxed = bool(np.isfinite(boxes).all() and np.ptp(boxes, axis=0).any())
         alone = len(np.unique(frames)) == len(frames)
         if alone and not boxed and not placed:
-            return [_in_order(frames)], ()
+            return [_in_order(frames)], (), []
         points = boxes.reshape(-1, 2, 2) if boxed else self.joints[..., plane]
         if alone:
             rows = _in_order(frames)
-            doubt = leap(frames[rows], points[rows])
-            return [rows], (Step("leap", package_version(), {"warning": doubt}),) if doubt else ()
-        options = {"method": "nearest box" if boxed else "nearest position"}
-        if not boxed and not placed:
-            options = {
-                "method": "nearest pose",
-                "warning": "People have no track numbers and no boxes in this file; they are told apart by their "
-                "poses alone, so check that each is one person throughout.",
-            }
+            return [rows], (), leap(frames[rows], points[rows])
+        method = "nearest box" if boxed else "nearest position" if placed else "nearest pose"
+        doubts = [] if boxed or placed else [notice("people-by-poses-alone")]
         people: dict[str | None, array] = defaultdict(lambda: array("q"))
         for one in followed(_seen(frames, points)):
             people[one.person].append(one.row)
-        steps = (Step("link people", package_version(), options),)
-        return [np.frombuffer(rows, np.int64) for rows in people.values()], steps
+        steps = (Step("link people", package_version(), {"method": method}),)
+        return [np.frombuffer(rows, np.int64) for rows in people.values()], steps, doubts
 
 
 def _in_order(frames: np.ndarray) -> np.ndarray | slice:

@@ -14,6 +14,7 @@ from ...pipeline.core.errors import InputError
 from ...pipeline.core.frames import IMAGE
 from ...pipeline.core.layouts import Layout
 from ...pipeline.core.messages import how_many
+from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.pose import PoseSequence
 from .json import numbers
 
@@ -144,22 +145,13 @@ def sequences(
         people[detection.person].append(detection)
     tracks = tuple(_sequence(rows, layout, unknown, where) for rows in people.values())
     if not named:
-        doubt = leap(tracks[0].frame_index, tracks[0].joints) if len(tracks) == 1 else ""
-        told = {"warning": doubt} if doubt else {}
-        return tuple(poses.noted("link people", method="nearest", **told) for poses in tracks)
-    tracks = tuple(_leaping(poses) for poses in tracks)
+        doubts = leap(tracks[0].frame_index, tracks[0].joints) if len(tracks) == 1 else []
+        return tuple(poses.noted("link people", method="nearest").saying(*doubts) for poses in tracks)
+    tracks = tuple(poses.saying(*leap(poses.frame_index, poses.joints)) for poses in tracks)
     if not unnamed:
         return tracks
-    words = (
-        f"Left out for want of a track number: {how_many(unnamed, 'detection')} of {unnamed + len(named)}; track=true "
-        "(--set keypoints.track=true) ignores the numbers and joins people to the nearest of the frames before."
-    )
-    return tuple(poses.noted("track numbers", left_out=unnamed, warning=words) for poses in tracks)
-
-
-def _leaping(poses: PoseSequence) -> PoseSequence:
-    doubt = leap(poses.frame_index, poses.joints)
-    return poses.noted("leap", warning=doubt) if doubt else poses
+    left_out = notice("no-track-number", unnamed=unnamed, detections=unnamed + len(named))
+    return tuple(poses.noted("track numbers", left_out=unnamed).saying(left_out) for poses in tracks)
 
 
 def _layouts_of(detections: Sequence[Detection], layouts: Iterable[Layout], where: str) -> Sequence[Layout]:
@@ -274,27 +266,26 @@ def followed(frames: Iterable[Sequence[Seen]]) -> Iterator[Seen]:
             yield replace(detection, person=str(name))
 
 
-def leap(frames: np.ndarray, points: np.ndarray) -> str:
-    """In words, where one track leaps so far that it may be somebody else; "" where not.
+def leap(frames: np.ndarray, points: np.ndarray) -> list[Notice]:
+    """A notice where one track leaps so far that it may be somebody else; none where not.
 
     frames: (T,) increasing; points: (T, J, 2) in the image or in any plane, NaN where missing. The distance is that of
     `linked`, which may be half the body's size, and more after frames in which nobody was seen. Who leaps stays one
     person all the same, for a cut or a camera that turns fast does that too.
     """
     if len(frames) < 2:
-        return ""
+        return []
     starts = range(0, len(frames) - 1, _PIECE)  # hours of video at once would double the memory
     far = np.concatenate([_steps(points[start : start + _PIECE + 1]) for start in starts])
     unseen = np.diff(frames) - 1
     far = np.where(far < _REACH + _WANDER * unseen, 0, far)
     row = int(far.argmax())
     if far[row] == 0:
-        return ""
-    since = f", after {how_many(int(unseen[row]), 'frame')} in which nobody was seen" if unseen[row] else ""
-    return (
-        f"The person leaps by {far[row]:.1f} body sizes at frame {frames[row + 1]}{since}: it may be somebody else "
-        "from there on."
-    )
+        return []
+    where: dict[str, Any] = {"sizes": float(far[row]), "frame": int(frames[row + 1])}
+    if unseen[row]:
+        return [notice("leap-after-gap", **where, unseen=int(unseen[row]))]
+    return [notice("leap-between-people", **where)]
 
 
 def _steps(points: np.ndarray) -> np.ndarray:

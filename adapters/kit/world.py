@@ -11,6 +11,7 @@ import numpy as np
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.frames import UNITS, Y_UP, Z_UP, Frame
 from ...pipeline.core.layouts import H36M17, Layout, remap
+from ...pipeline.core.notices import notice
 from ...pipeline.core.pose import UNSAID, MadeBy, PoseSequence
 from ...pipeline.core.rotations import is_finite, rotate, transpose
 from ...pipeline.files.markers import Markers, Up, by_subject
@@ -74,8 +75,8 @@ def people_of(
         raise next(iter(reasons.values()))
     if not reasons:
         return tuple(people)
-    words = f"Left out for want of joint centres: the points of {' and '.join(reasons)}."
-    return tuple(poses.noted("subjects", left_out=list(reasons), warning=words) for poses in people)
+    left_out = notice("no-joint-centres", people=" and ".join(reasons))
+    return tuple(poses.noted("subjects", left_out=list(reasons)).saying(left_out) for poses in people)
 
 
 class _NoBodyError(InputError):

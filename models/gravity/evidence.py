@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ...pipeline.core.camera import Look
+from ...pipeline.core.notices import Notice
 from ...pipeline.core.rotations import angle_deg, is_finite, unit
 from ..common.metrics import RAYLEIGH_90
 
@@ -38,14 +39,14 @@ class TakeUp:
     expected root mean square angle to the truth, of the take or (T,) of each frame. shares: by name, each source's part
     of the information in a direction across up, its mean over all such directions. pulls: by how many degrees each
     source moves up against what the others say together. own: the up that each source would have by itself, and its
-    error in degrees, of those that know one. warnings: about sources that contradict each other, in words."""
+    error in degrees, of those that know one. notices: about sources that contradict each other."""
 
     up: np.ndarray
     error_deg: float | np.ndarray
     shares: dict[str, float] = field(default_factory=dict)
     pulls: dict[str, float] = field(default_factory=dict)
     own: dict[str, tuple[np.ndarray, float]] = field(default_factory=dict)
-    warnings: tuple[str, ...] = ()
+    notices: tuple[Notice, ...] = ()
 
     @property
     def bound_deg(self) -> float | np.ndarray:

@@ -14,6 +14,7 @@ import numpy as np
 
 from ...pipeline.core.camera import Look, pitch_roll_deg
 from ...pipeline.core.errors import InputError
+from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.rotations import angle_deg, is_finite, unit
 from .evidence import IMAGE, Evidence, TakeUp, fuse, of_image
 from .held import held
@@ -30,11 +31,11 @@ _TOLD_ERRORS = 3.0
 
 @dataclass(frozen=True)
 class Decision:
-    """others: the evidence that takes part besides the bodies. bodies: whether they do. warnings: in words."""
+    """others: the evidence that takes part besides the bodies. bodies: whether they do. notices: of contradictions."""
 
     others: tuple[Evidence, ...]
     bodies: bool
-    warnings: tuple[str, ...] = ()
+    notices: tuple[Notice, ...] = ()
 
 
 def fused_up(bodies: Sequence[Evidence], told: Sequence[Evidence] = (), look: Look | None = None) -> TakeUp:
@@ -45,7 +46,7 @@ def fused_up(bodies: Sequence[Evidence], told: Sequence[Evidence] = (), look: Lo
     if decision.others:
         found = fuse([*(bodies if decision.bodies else ()), *decision.others])
     image = {IMAGE: (look.up, look.error_deg)} if look else {}
-    return replace(found, own=alone.own | image | found.own, warnings=decision.warnings)
+    return replace(found, own=alone.own | image | found.own, notices=decision.notices)
 
 
 def decide(bodies: TakeUp, told: Sequence[Evidence] = (), look: Look | None = None) -> Decision:
@@ -55,31 +56,32 @@ def decide(bodies: TakeUp, told: Sequence[Evidence] = (), look: Look | None = No
     InputError when the user tells a gravity more than 60 degrees from everything else.
     """
     told, said = tuple(told), fuse(told)
-    warnings = _warnings_of_told(bodies, said, look) if told else ()
+    notices = _notices_of_told(bodies, said, look) if told else ()
     # What is told is believed; who contradicts it has no say.
     heard = not (told and is_finite(bodies.up) and _disagree(said, bodies))
     if look is None or (told and _disagree(said, look)):
-        return Decision(told, heard, warnings)
+        return Decision(told, heard, notices)
     if not is_finite(bodies.up) or chi_square(bodies, look) <= _CONTRADICTION:
-        return Decision((*told, of_image(look)), heard, warnings)
-    image, sentence = settled(bodies, look, told=bool(told))
+        return Decision((*told, of_image(look)), heard, notices)
+    image, contradiction = settled(bodies, look, told=bool(told))
     others = (*told, of_image(look)) if image else told
-    return Decision(others, heard if told else not image, (*warnings, sentence))
+    return Decision(others, heard if told else not image, (*notices, contradiction))
 
 
-def settled(bodies: TakeUp, look: Look, told: bool = False) -> tuple[bool, str]:
-    """Of an image and bodies that contradict each other, whether the image is believed, and that in words: the
+def settled(bodies: TakeUp, look: Look, told: bool = False) -> tuple[bool, Notice]:
+    """Of an image and bodies that contradict each other, whether the image is believed, and a notice: the
     likelier one, one of the two being quite wrong, or the image where the user's gravity agrees with it (told)."""
     odds_image = _BODY_FAILURE * (1 - look.failure) * held(look.up)
     odds_bodies = look.failure * (1 - _BODY_FAILURE) * held(bodies.up)
     image = told or odds_image > odds_bodies
     seen_in = "lines" if look.source == "lines" else "network"
     answers = f"{_words(look, 'the image')}, {_words(bodies, 'the skeletons')}"
-    return image, (
-        f"The image's {seen_in} and the skeletons contradict each other about up by "
-        f"{angle_deg(bodies.up, look.up):.0f} degrees: {answers}. "
-        f"The {'image is' if image else 'skeletons are'} believed."
+    believed = "image is" if image else "skeletons are"
+    apart = float(angle_deg(bodies.up, look.up))
+    said = notice(
+        "image-against-bodies", seen_in=seen_in, apart_deg=apart, answers=answers, believed=believed
     )
+    return image, said
 
 
 def chi_square(bodies: TakeUp, look: Look) -> float:
@@ -93,7 +95,7 @@ def chi_square(bodies: TakeUp, look: Look) -> float:
     return float(apart @ np.linalg.solve(across @ look.covariance @ across.T + per_axis * np.eye(2), apart))
 
 
-def _warnings_of_told(bodies: TakeUp, said: TakeUp, look: Look | None) -> tuple[str, ...]:
+def _notices_of_told(bodies: TakeUp, said: TakeUp, look: Look | None) -> tuple[Notice, ...]:
     """Where the user's gravity and the rest disagree."""
     others: dict[str, TakeUp | Look] = {"the skeletons": bodies} if is_finite(bodies.up) else {}
     if look is not None:
@@ -112,8 +114,7 @@ def _warnings_of_told(bodies: TakeUp, said: TakeUp, look: Look | None) -> tuple[
             )
         )
     return tuple(
-        f"What was told about gravity and {name} are {apart[name]:.0f} degrees apart, more than their errors explain; "
-        "what was told is believed."
+        notice("told-up-contradicted", other=name, apart_deg=apart[name])
         for name, other in others.items()
         if _disagree(said, other)
     )

@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from ...pipeline.core.camera import Look
+from ...pipeline.core.notices import Notice
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import angle_deg, is_finite, unit
 from .evidence import FRAMES, IMAGE, TakeUp
@@ -110,21 +111,21 @@ def with_looks(bodies: TakeUp, seen: Seen, looks: Sequence[tuple[float, Look]]) 
     fine = is_finite(ups)
     weights = np.where(fine, 1 / errors**2, 0.0)
     both = fine.all(axis=0)
-    warnings: tuple[str, ...] = ()
+    notices: tuple[Notice, ...] = ()
     near = both & (lost_deg < errors[0])  # where images speak of what they saw
     apart = angle_deg(*ups)[near] / np.hypot(bodies.error_deg, errors[1])[near]
     if near.any() and np.median(apart) > _CONTRADICTION:
         theirs, its = unit(ups[:, near].mean(axis=1))
         usual = TakeUp(theirs, float(np.median(errors[0, near])))
-        image, sentence = settled(usual, replace(looks[len(looks) // 2][1], up=its))
+        image, contradiction = settled(usual, replace(looks[len(looks) // 2][1], up=its))
         weights[0 if image else 1, both] *= np.minimum(lost_deg / errors[0], 1.0)[both] if image else 0.0
-        warnings = (sentence,)
+        notices = (contradiction,)
     total = weights.sum(axis=0)
     heard = total > 0
     up = np.where(heard[:, None], unit((weights[..., None] * np.nan_to_num(ups)).sum(axis=0)), np.nan)
     error_deg = np.sqrt(1 / np.where(heard, total, np.nan))
     share = float(np.mean(weights[1, heard] / total[heard])) if heard.any() else 0.0
-    return TakeUp(up, error_deg, {FRAMES: 1 - share, IMAGE: share}, warnings=warnings)
+    return TakeUp(up, error_deg, {FRAMES: 1 - share, IMAGE: share}, notices=notices)
 
 
 def _between(

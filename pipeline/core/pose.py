@@ -15,6 +15,7 @@ import numpy as np
 from .errors import InputError
 from .frames import BODY, LEVEL, Frame, require
 from .layouts import FEET, Layout
+from .notices import Notice
 
 
 @cache
@@ -66,6 +67,7 @@ class PoseSequence:
     person: the source's name of the person.
     made_by: who made the poses, as the adapter, the lifter or the user says.
     history: what was done so far, oldest first.
+    notices: what is to be known of them that makes them doubtful, as the adapter or the lifter says.
     root: (T, D) float64 of joints relative to the pelvis: the pelvis in the same axes and unit, from a point that does
         not move (the camera, the world's origin); NaN where missing, None when its place is not known.
     root_covariance: (T, D, D) float64 of the error of a root that was estimated (stages.place), NaN where it is
@@ -93,6 +95,7 @@ class PoseSequence:
     covariance: np.ndarray | None = None
     feet: np.ndarray | None = None
     made_by: MadeBy = UNSAID
+    notices: tuple[Notice, ...] = ()
 
     def __post_init__(self) -> None:
         joints = _owned(self.joints, np.float32)
@@ -228,6 +231,10 @@ class PoseSequence:
         noted = copy(self)  # not checked again: nothing of a file is in this
         object.__setattr__(noted, "history", (*self.history, Step(step, package_version(), options)))
         return noted
+
+    def saying(self, *notices: Notice) -> PoseSequence:
+        """A copy with these notices added."""
+        return replace(self, notices=(*self.notices, *notices))
 
 
 _ROW_ARRAYS = (

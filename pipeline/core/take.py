@@ -10,8 +10,8 @@ import numpy as np
 
 from .camera import Camera
 from .errors import InputError
+from .notices import Notice, grave, without_doubles
 from .pose import PoseSequence, Rectified
-from .verdict import Finding
 
 CameraMotion = Literal["static", "moving"]
 
@@ -24,8 +24,8 @@ class Video:
     time_s: (N,) time stamp of every frame in display order, from the first frame's 0.
     codec: name as FFmpeg writes it, such as "h264" or "mpeg4". focal_px: the focal length that the file states, about.
     capture_fps: frames a second of the camera, where the file states it: more than are shown is slow motion.
-    part: the first and the last frame that the take is about; None for all. doubts: sentences about a file that seems
-    not to be whole.
+    part: the first and the last frame that the take is about; None for all. doubts: about a file that seems not to be
+    whole.
     """
 
     path: Path
@@ -37,7 +37,7 @@ class Video:
     focal_px: float | None = None
     capture_fps: float | None = None
     part: tuple[int, int] | None = None
-    doubts: tuple[str, ...] = ()
+    doubts: tuple[Notice, ...] = ()
 
     @property
     def span(self) -> tuple[int, int]:
@@ -55,20 +55,6 @@ class Video:
         """Frames per second on average."""
         frames = len(self.time_s) - 1
         return frames / float(self.time_s[-1] - self.time_s[0]) if frames else float("nan")
-
-
-@dataclass(frozen=True)
-class Event:
-    """Something that happened at a row of the poses, or a warning about the whole take (row None).
-
-    kind: "warning", "repair", "seam", "note". about: what a warning or repair is about, where the report's gauge of
-    trust has a place for it.
-    """
-
-    kind: str
-    text: str
-    row: int | None = None
-    about: Literal["", "left and right", "view"] = ""
 
 
 @dataclass(frozen=True)
@@ -138,7 +124,7 @@ class Take:
     keypoints: 2D joints in IMAGE, in the detector's own layout.
     camera: what the image and the user say about the camera.
     poses: 3D joints, H36M17 in CAMERA axes, relative to the pelvis.
-    findings: what `pcnet3d inspect` finds in the poses as they were read or lifted (pipeline/core/verdict.py).
+    findings: what `pcnet3d inspect` finds in the poses as they were read or lifted; None where nothing looked.
     filtered: 3D joints in LEVEL after the low-pass filter that kinematics rest on; its history says which.
     kinematics: columns (T,) by name, whose ends tell the units (design.md section 7).
     measures: figures of the take as nested plain dicts, units in the keys.
@@ -146,6 +132,7 @@ class Take:
         keys (stages/second_lift.py).
     session: what the user says about the recording: title, person, date.
     told: what the user tells that stages reckon with: camera, up, image size, stature, privacy.
+    notices: what else is said of it (pipeline/core/notices.py).
     inputs: what was read: role, path, SHA-256, adapter.
     """
 
@@ -154,13 +141,13 @@ class Take:
     keypoints: PoseSequence | None = None
     camera: Camera | None = None
     poses: PoseSequence | None = None
-    findings: tuple[Finding, ...] | None = None
+    findings: tuple[Notice, ...] | None = None
     rectified: Rectified | None = None
     filtered: PoseSequence | None = None
     kinematics: dict[str, np.ndarray] | None = None
     measures: dict[str, Any] | None = None
     second_lift: dict[str, Any] | None = None
-    events: tuple[Event, ...] = ()
+    notices: tuple[Notice, ...] = ()
     inputs: tuple[dict[str, Any], ...] = ()
     session: Session = Session()
     told: Told = Told()
@@ -169,6 +156,11 @@ class Take:
     def title(self) -> str:
         """The session's title; without one the take's name."""
         return self.session.title or self.name
+
+    @property
+    def said(self) -> tuple[Notice, ...]:
+        """What makes its poses doubtful, and its other notices, each once."""
+        return without_doubles((*grave(self.findings or ()), *self.notices))
 
     def with_(self, **changes: Any) -> Take:
         return replace(self, **changes)
@@ -196,6 +188,6 @@ class Take:
             )
         return value
 
-    def saying(self, *events: Event) -> Take:
-        """A copy with these events added."""
-        return replace(self, events=(*self.events, *events))
+    def saying(self, *notices: Notice) -> Take:
+        """A copy with these notices added, each once."""
+        return replace(self, notices=without_doubles((*self.notices, *notices)))

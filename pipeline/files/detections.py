@@ -10,7 +10,7 @@ import numpy as np
 from ..core.errors import InputError
 from ..core.frames import IMAGE
 from ..core.layouts import Layout, layout_named
-from ..core.messages import how_many
+from ..core.notices import Notice, notice
 from ..core.pose import PoseSequence
 from ..core.take import Take
 from .arrays import keys, load_all
@@ -57,35 +57,24 @@ class Detections:
     source: str
     damaged: np.ndarray
 
-    def doubts(self, person: PoseSequence) -> list[str]:
-        """In words, what makes one of the people doubtful as somebody, and the images as those of one take."""
+    def doubts(self, person: PoseSequence) -> list[Notice]:
+        """Notices of what makes one of the people doubtful as somebody, and the images as those of one take."""
         doubts = self._hardly_anybody(person)
         if len(self.cuts):
-            doubts.append(
-                f"The video changes to another scene {how_many(len(self.cuts), 'time')}, at frame "
-                f"{_listed(self.cuts)}; nobody is followed from one scene to the next."
-            )
-        if not len(self.damaged):
-            return doubts
-        return [
-            *doubts,
-            f"The video is damaged at frame {_listed(self.damaged)}; images there, and behind it until the next key "
-            "frame, may be wrong or missing: copy it again, or leave that part out (--time-range).",
-        ]
+            doubts.append(notice("scene-changes", count=len(self.cuts), frames=_listed(self.cuts)))
+        if len(self.damaged):
+            doubts.append(notice("video-damaged", frames=_listed(self.damaged)))
+        return doubts
 
-    def _hardly_anybody(self, person: PoseSequence) -> list[str]:
-        """A sentence where MoveNet, whose scores are known, is so unsure of a person that it may be none."""
+    def _hardly_anybody(self, person: PoseSequence) -> list[Notice]:
+        """A notice where MoveNet, whose scores are known, is so unsure of a person that it may be none."""
         if not self.method.startswith("movenet@"):
             return []
         torso = person.layout.indices(("l_shoulder", "r_shoulder", "l_hip", "r_hip"))
         sure = float(np.median(person.confidence[:, torso].mean(axis=1)))
         if not sure < _SURE:
             return []
-        return [
-            f"The detector is hardly sure that person {person.person} is a person: the scores of shoulders and hips "
-            f"are {sure:.2f} (people have 0.6 and more). Look at the key frames: a tree or a shadow may have passed "
-            "for one, or the picture cuts them off."
-        ]
+        return [notice("hardly-a-person", person=person.person, score=sure)]
 
     def people(self) -> tuple[PoseSequence, ...]:
         """One sequence a person in IMAGE, in order of appearance; their histories tell the scene that each is in."""

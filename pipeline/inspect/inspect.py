@@ -11,9 +11,9 @@ import numpy as np
 from ..core.anthropometry import implied_stature
 from ..core.errors import InputError
 from ..core.messages import how_many
+from ..core.notices import Notice, notice, verdict
 from ..core.pose import PoseSequence
 from ..core.take import Video
-from ..core.verdict import Finding, verdict
 from ..reading.choose import choose_person
 from ..reading.clock import numbered_by, numbered_by_times
 from ..reading.load import load, read_all
@@ -49,7 +49,7 @@ class Person:
 
     source: PoseSequence
     poses: PoseSequence | None
-    findings: tuple[Finding, ...]
+    findings: tuple[Notice, ...]
     agreement: Agreement | None = None
     swaps: tuple[Swap, ...] = ()
 
@@ -85,7 +85,7 @@ class Person:
             "left_and_right": _evidence(self.chirality),
             "swaps": as_frames(source, self.swaps),
             "keypoints": asdict(self.agreement) if self.agreement else None,
-            "findings": [asdict(finding) for finding in self.findings],
+            "notices": [finding.as_dict() for finding in self.findings],
         }
 
 
@@ -140,7 +140,7 @@ def inspect(
             try:
                 poses = read.normalised(source, parity="ignore", missing="gap")
             except InputError as error:
-                found.append(Finding("unusable", "refused", str(error)))
+                found.append(notice("refused", reason=str(error)))
             else:
                 found += [*source_findings(source), *pose_findings(poses)]
         looked_at = poses if poses is not None else source
@@ -163,43 +163,27 @@ def _numbered(source: PoseSequence, tracks: tuple[PoseSequence, ...], video: Vid
     return numbered_by(fitting[0], source, "") if len(fitting) == 1 else source
 
 
-def _video_findings(source: PoseSequence, video: Video | None) -> list[Finding]:
+def _video_findings(source: PoseSequence, video: Video | None) -> list[Notice]:
     if video is None:
         return []
     frames, last = len(video.time_s), int(source.frame_index[-1])
     if last >= frames:
-        text = f"The poses reach frame {last}, the video ends with frame {frames - 1}; they do not belong together."
-        return [Finding("suspicious", "video", text)]
+        return [notice("video-apart", last=last, ends=frames - 1)]
     if not source.frames_known and len(source) != frames:
-        text = (
-            f"{how_many(len(source), 'row')} without frame numbers for "
-            f"{how_many(frames, 'frame')} of the video: time may drift."
-        )
-        return [Finding("suspicious", "video", text)]
-    return [
-        Finding(
-            "note",
-            "video",
-            f"{how_many(len(source), 'row')} for {how_many(frames, 'frame')} at {video.fps:g} a second.",
-        )
-    ]
+        return [notice("video-unnumbered", rows_read=len(source), frames=frames)]
+    return [notice("video-fits", rows_read=len(source), frames=frames, fps=video.fps)]
 
 
-def _fit_finding(fit: Agreement | None, poses: PoseSequence) -> Finding:
+def _fit_finding(fit: Agreement | None, poses: PoseSequence) -> Notice:
     if fit is None:
         why = "too few frames or joints in common" if poses.frame.family == "camera" else "no camera's axes"
-        return Finding("note", "keypoints", f"Not compared with the keypoints: {why}.")
-    off = f"{100 * fit.error:.0f} % of the person's size over {how_many(fit.frames, 'frame')} of track {fit.person}"
+        return notice("keypoints-not-compared", reason=why)
+    values: dict[str, Any] = {"off_percent": 100 * fit.error, "frames": fit.frames, "person": fit.person}
     if fit.lag and fit.error_at_lag < _BETTER * fit.error:
-        text = (
-            f"The poses fit the keypoints better {how_many(abs(fit.lag), 'frame')} "
-            f"{'later' if fit.lag > 0 else 'earlier'}: "
-            f"{100 * fit.error_at_lag:.0f} % instead of {off}."
-        )
-        return Finding("suspicious", "time", text)
-    if fit.error > _POOR_FIT:
-        return Finding("suspicious", "reprojection", f"The poses miss the keypoints by {off}.")
-    return Finding("note", "reprojection", f"The poses meet the keypoints within {off}.")
+        direction, better = "later" if fit.lag > 0 else "earlier", 100 * fit.error_at_lag
+        lag = {"lag": abs(fit.lag), "direction": direction, "better_percent": better}
+        return notice("keypoints-shifted", **lag, **values)
+    return notice("keypoints-missed" if fit.error > _POOR_FIT else "keypoints-met", **values)
 
 
 def _known(value: float) -> float | None:
@@ -209,7 +193,7 @@ def _known(value: float) -> float | None:
 def _evidence(found: Chirality | None) -> dict[str, Any] | None:
     if found is None:
         return None
-    values = {
+    values: dict[str, Any] = {
         key: _known(value) if isinstance(value, float) else value for key, value in asdict(found).items()
     }
     return {"verdict": found.verdict, **values}

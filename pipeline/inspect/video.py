@@ -58,9 +58,7 @@ class InspectedVideo:
         lines = [
             f"{said['file']}: video, {said['codec']}, {said['width']} x {said['height']} pixels{turned}",
             f"{how_many(said['frames'], 'frame')}{rate_in_words(said['fps'], ', ')}, {said['duration_s']:.1f} s",
-            *self.video.doubts,
-            *rate_doubts(None, self.video),
-            *(event.text for event in self.take.events),
+            *(each.text for each in (*self.video.doubts, *rate_doubts(None, self.video), *self.take.notices)),
         ]
         return "\n".join(lines)
 

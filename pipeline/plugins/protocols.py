@@ -11,8 +11,9 @@ from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
+from ..core.notices import Notice
 from ..core.pose import PoseSequence
-from ..core.take import Event, Take, Told, Video
+from ..core.take import Take, Told, Video
 
 
 class Adapter(Protocol):
@@ -116,7 +117,7 @@ class Writer(Protocol):
     def file(self) -> str: ...
     @property
     def what(self) -> str: ...
-    def write(self, take: Take, path: Path) -> Sequence[Event] | None: ...
+    def write(self, take: Take, path: Path) -> Sequence[Notice] | None: ...
 
 
 @runtime_checkable

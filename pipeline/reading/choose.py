@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from ..core.camera import PRIOR_FOCAL
 from ..core.errors import InputError
 from ..core.messages import how_many
+from ..core.notices import Notice, notice
 from ..core.pose import PoseSequence
 from ..core.rotations import is_finite, rotate, unit
 from ..signals.visibility import certain
@@ -35,7 +38,7 @@ def choose_person(people: tuple[PoseSequence, ...], person: str | None, where: s
         person = None
     if person is None and len(people) == 1:
         return people[0]
-    names = {poses.person: poses for poses in people}
+    names: dict[str, Any] = {poses.person: poses for poses in people}
     listed = _listed(people)
     if rank is not None:
         raise InputError(
@@ -74,12 +77,12 @@ def same_person(
     return tracks[best].noted("same person", poses=poses.person, apart=round(float(apart[best]), 3))
 
 
-def misfit(poses: PoseSequence, track: PoseSequence, image_size: tuple[int, int] | None) -> str:
-    """In words, where a 2D track beside 3D poses shows other limbs than theirs; "" where it does not, or nothing can be
-    told: of poses in a world, with few frames in common, and of an image whose size is unknown. poses, track: as for
+def misfit(poses: PoseSequence, track: PoseSequence, image_size: tuple[int, int] | None) -> list[Notice]:
+    """A notice where a 2D track beside 3D poses shows other limbs than theirs; none where it does not, or nothing can
+    be told: of poses in a world, with few frames in common, and of an image whose size is unknown. poses, track: as for
     `same_person`."""
     if poses.frame.family != "camera" or image_size is None:
-        return ""
+        return []
     _, most = _ALIKE
     # What the picture cuts off lies at its border in the one, and where it is in the other.
     track = certain(track, image_size)
@@ -87,12 +90,9 @@ def misfit(poses: PoseSequence, track: PoseSequence, image_size: tuple[int, int]
     if most < apart < np.inf:  # of one person a tenth are as far apart if that lay in the axes alone
         apart = min(apart, _apart(_ahead(poses, track, image_size), track))
     if not most < apart < np.inf:
-        return ""
-    return (
-        f"The limbs of person '{poses.person}' in the poses lie otherwise in the image than those of person "
-        f"'{track.person}' in the keypoints, by {apart:.2f} of their spread ({most:g} at most of one person): somebody "
-        "else's keypoints, or of other frames; what rests on both, as where the person is, is wrong then."
-    )
+        return []
+    names: dict[str, Any] = {"person": poses.person, "track": track.person}
+    return [notice("keypoints-of-somebody-else", **names, apart=float(apart), most=most)]
 
 
 def _ahead(poses: PoseSequence, track: PoseSequence, image_size: tuple[int, int]) -> PoseSequence:

@@ -9,8 +9,9 @@ import numpy as np
 
 from ..core.errors import InputError
 from ..core.messages import how_many
+from ..core.notices import Notice, notice
 from ..core.pose import PoseSequence
-from ..core.take import Event, Video
+from ..core.take import Video
 from ..signals.filters import rate
 from ..signals.rates import check_fps, rate_doubts
 
@@ -107,14 +108,11 @@ def rows_within(time_range: tuple[float, float], time_s: np.ndarray) -> tuple[in
     return first, behind - 1
 
 
-def range_note(time_range: tuple[float, float], time_s: np.ndarray) -> Event:
+def range_note(time_range: tuple[float, float], time_s: np.ndarray) -> Notice:
     """That only a part was read. time_s: (T,) of the whole."""
     first, last = rows_within(time_range, time_s)
-    return Event(
-        "note",
-        f"Only the part from {_seconds(time_s[first], time_s[last])} is processed, as asked; the whole is from "
-        f"{_seconds(time_s[0], time_s[-1])}.",
-    )
+    part, whole = _seconds(time_s[first], time_s[last]), _seconds(time_s[0], time_s[-1])
+    return notice("part-only", part=part, whole=whole)
 
 
 def _seconds(start: float, end: float) -> str:
@@ -151,8 +149,8 @@ class Clock:
         outside = np.clip(frames - last, 0, None) + np.clip(frames - first, None, 0)
         return known + outside / self.other.fps
 
-    def doubts(self) -> list[str]:
-        """In words, where the rate contradicts the video's or, without one, the other sequence's; and where these two
+    def doubts(self) -> list[Notice]:
+        """Notices where the rate contradicts the video's or, without one, the other sequence's; and where these two
         contradict each other."""
         known = self.other is not None and self.other.time_s is not None and len(self.other) > 1
         stated = self.other.fps if known and self.other else None
@@ -170,8 +168,4 @@ class Clock:
             for of in (shown, self.video.fps, rate(self.video.time_s))
         ):
             return []
-        return [
-            f"The video's {shown:.4g} frames per second are used although the file's own times say {stated:.4g}: if "
-            f"the file is right, as it may be of slow motion, give --fps {stated:.4g}; speeds and cadences are "
-            f"{shown / stated:.3g} times what they should be."
-        ]
+        return [notice("clocks-contradict", shown_fps=shown, stated_fps=stated, times=shown / stated)]

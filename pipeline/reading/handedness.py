@@ -8,6 +8,7 @@ import numpy as np
 
 from ..core.errors import InputError
 from ..core.layouts import FEET
+from ..core.notices import notice
 from ..core.pose import PoseSequence
 from ..signals.checks import chirality
 
@@ -17,15 +18,14 @@ Handedness = Literal["refuse", "mirror", "swap", "swap-legs", "ignore"]
 def guarded(poses: PoseSequence, parity: Handedness, where: str) -> PoseSequence:
     """The poses with left and right put right as asked; with "refuse", InputError when they are wrong.
 
-    poses: H36M17 in 3D. where: what they come from, for the error. A doubt goes into the history as a warning.
+    poses: H36M17 in 3D. where: what they come from, for the error. A doubt is a notice of theirs.
     """
     if parity != "refuse":
         poses = repaired(poses, parity)
         evidence = chirality(poses)
         if evidence.verdict != "good":
-            poses = poses.noted(
-                "parity", warning=f"left and right are {evidence.verdict} as asked for: {evidence}"
-            )
+            doubt = notice("sides-wrong-as-asked", verdict=evidence.verdict, evidence=str(evidence))
+            return poses.saying(doubt)
         return poses
     evidence = chirality(poses)
     if evidence.verdict == "legs against arms":
@@ -40,7 +40,7 @@ def guarded(poses: PoseSequence, parity: Handedness, where: str) -> PoseSequence
             "--left-right ignore."
         )
     if evidence.verdict == "doubtful":
-        return poses.noted("parity", warning=f"left and right are doubtful: {evidence}")
+        return poses.saying(notice("sides-doubtful", evidence=str(evidence)))
     return poses
 
 

@@ -11,12 +11,12 @@ import numpy as np
 
 from ..core.errors import InputError
 from ..core.messages import how_many
+from ..core.notices import Notice, notice, without_doubles
 from ..core.pose import PoseSequence
-from ..core.take import Event, Session, Take, Video
+from ..core.take import Session, Take, Video
 from ..files.atomic import printable
 from ..files.video_frames import shown_size
 from ..plugins.options import call
-from ..signals.checks import implausible
 from ..signals.findings import findings_of
 from ..signals.swap_repair import treated
 from .choose import RANKS, choose_person, misfit, same_person
@@ -172,7 +172,7 @@ def _joined(files: _Files, poses: PoseSequence | None, keypoints: PoseSequence |
     assert lead is not None
     check_numbers(lead, video, path, None if options.first_frame is not None else lowest)
     size = options.image_size if video is None else shown_size(video)
-    strange = misfit(poses, keypoints, size) if poses is not None and keypoints is not None else ""
+    strange = misfit(poses, keypoints, size) if poses is not None and keypoints is not None else []
     clock = Clock(video, options.fps, keypoints if lead.time_s is None else lead)
     doubts = clock.doubts()  # before the keypoints' times stand in for another file's
     lead = lead.with_(time_s=clock.seconds(lead.frame_index, path))
@@ -199,13 +199,17 @@ def _joined(files: _Files, poses: PoseSequence | None, keypoints: PoseSequence |
         keypoints=keypoints,
         poses=poses,
         findings=None if poses is None else findings_of(poses, source, swaps),
-        events=(
-            *told,
-            *_repairs(lead),
-            *_damage(video),
-            *(Event("warning", text) for text in (*doubts, *_doubts(lead, keypoints), strange) if text),
-            *_coverage(lead, video),
-            *swapped,
+        notices=without_doubles(
+            (
+                *told,
+                *_repairs(lead),
+                *(video.doubts if video else ()),
+                *doubts,
+                *_doubts(lead, keypoints),
+                *strange,
+                *_coverage(lead, video),
+                *swapped,
+            )
         ),
         inputs=_provenance(files, poses, keypoints),
         session=_session(files.options),
@@ -277,7 +281,7 @@ def _video_alone(files: _Files) -> Take:
         name=printable(video.path.stem),
         video=video,
         inputs=_provenance(files, None, None),
-        events=_damage(video),
+        notices=video.doubts,
         session=_session(files.options),
         told=files.options.told,
     )
@@ -353,30 +357,19 @@ def read_video(path: Path) -> Video:
     return call(adapter.read, path, what="Adapter 'video'", options={})[0]
 
 
-def _damage(video: Video | None) -> tuple[Event, ...]:
-    """Warnings about a file that seems not to be whole."""
-    return tuple(Event("warning", text) for text in video.doubts) if video else ()
-
-
-def _repairs(lead: PoseSequence) -> list[Event]:
+def _repairs(lead: PoseSequence) -> list[Notice]:
     """What was mended while reading because the user asked for it."""
-    events = []
+    notices = []
     for step in lead.history:
         if step.name == "parity" and step.options.get("repair") not in (None, "ignore"):
-            events.append(
-                Event(
-                    "repair",
-                    f"Left and right were put right as asked: {step.options['repair']}.",
-                    about="left and right",
-                )
-            )
+            notices.append(notice("sides-put-right", repair=step.options["repair"]))
         if step.name == "missing":
             counts = ", ".join(missing_in_words(*each) for each in step.options.items() if each[1])
-            events.append(Event("repair", f"Taken for gaps as asked: {counts}."))
-    return events
+            notices.append(notice("gaps-as-asked", counts=counts))
+    return notices
 
 
-def _coverage(lead: PoseSequence, video: Video | None) -> list[Event]:
+def _coverage(lead: PoseSequence, video: Video | None) -> list[Notice]:
     """A note when the data end well before the video does, or the part of it that was asked for."""
     if video is None:
         return []
@@ -384,21 +377,14 @@ def _coverage(lead: PoseSequence, video: Video | None) -> list[Event]:
     first, last = lead.frame_index[[0, -1]]
     if last >= begin + 0.95 * (end - begin):
         return []
-    return [Event("note", f"The data cover video frames {first} to {last} of {len(video.time_s)}.")]
+    return [notice("part-covered", first=int(first), last=int(last), frames=len(video.time_s))]
 
 
-def _doubts(lead: PoseSequence, keypoints: PoseSequence | None) -> list[str]:
+def _doubts(lead: PoseSequence, keypoints: PoseSequence | None) -> list[Notice]:
     """Warnings about data that were read but should not be believed as they are. keypoints: the lead, or those beside
     it."""
-    steps = (*lead.history, *(keypoints.history if keypoints is not None else ()))
-    warnings = list(
-        dict.fromkeys(str(step.options["warning"]) for step in steps if "warning" in step.options)
-    )
-    if lead.frame.dims == 3:
-        warnings += implausible(lead)
-    if not lead.frames_known:
-        warnings.append("Nothing says which video frames the rows are; they are counted from 0.")
-    return warnings
+    unknown = () if lead.frames_known else (notice("frames-unknown"),)
+    return [*lead.notices, *(keypoints.notices if keypoints is not None else ()), *unknown]
 
 
 def _provenance(

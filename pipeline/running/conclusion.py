@@ -9,9 +9,9 @@ import numpy as np
 
 from ..core.answer import answer
 from ..core.messages import bound_in_words, how_many, show
+from ..core.notices import verdict, verdict_words
 from ..core.system import quoted
 from ..core.take import Take
-from ..core.verdict import verdict, verdict_words
 from ..files.viewer import RECORDING, find_page
 from ..inspect.inspect import EXIT_CODES
 from ..signals.checks import nobody_upright

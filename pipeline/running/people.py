@@ -73,7 +73,7 @@ def _entry(run: PersonRun, take: Take) -> dict[str, Any]:
         "first_frame": int(rows.frame_index[0]),
         "last_frame": int(rows.frame_index[-1]),
         "level_ok": level is not None and level.level_ok,
-        "warnings": sum(event.kind == "warning" for event in take.events),
+        "warnings": sum(each.warns for each in take.said),
     }
 
 

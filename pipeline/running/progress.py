@@ -125,9 +125,9 @@ def telling_of_kept(checkpoints: Sequence[Path], resumed: bool) -> Iterator[None
 
 def tell(take: Take, who: str = "") -> None:
     """The take's notes, repairs and, nearest to the result, warnings, one line each."""
-    for kind in ("note", "repair", "warning"):
-        texts = [event.text for event in take.events if event.kind == kind]
-        say_all(kind, [f"{who}{text}" for text in texts])
+    for weight in ("note", "repair", "warning"):
+        texts = [each.text for each in take.notices if each.weight == weight]
+        say_all(weight, [f"{who}{text}" for text in texts])
 
 
 def tell_people(runs: Sequence[PersonRun]) -> None:

@@ -13,7 +13,8 @@ import numpy as np
 from ..core.device import computing_on
 from ..core.errors import InputError
 from ..core.messages import how_many
-from ..core.take import Event, Take, Told
+from ..core.notices import notice
+from ..core.take import Take, Told
 from ..files.atomic import add_to_summary, require_space, sign, whole_folder
 from ..files.detections import KEYPOINTS, scene_of
 from ..plugins.options import files_among
@@ -186,8 +187,7 @@ def _by_scene(
     scenes: dict[int, list[Person]] = {}
     for person, take in takes.items():
         scenes.setdefault(scene_of(take), []).append(person)
-    note = Event("note", "Only people of the same scene of the video share LEVEL and the camera.")
-    said = (note,) if len(scenes) > 1 else ()
+    said = (notice("scenes-apart"),) if len(scenes) > 1 else ()
     ended: dict[Person, Take | InputError] = {}
     for people in scenes.values():
         begun = [takes[one].saying(*said) for one in people]

@@ -8,10 +8,10 @@ from itertools import pairwise
 
 import numpy as np
 
-from ..core.anthropometry import implied_stature
 from ..core.errors import InputError
 from ..core.layouts import H36M17, Layout
 from ..core.messages import how_many
+from ..core.notices import Notice, notice
 from ..core.pose import TOLD_UP, PoseSequence, Rectified
 from ..core.rotations import angle_deg, unit
 
@@ -174,8 +174,8 @@ def empty_rows(poses: PoseSequence) -> np.ndarray:
     return (lowest == highest).all(axis=-1) & (there.sum(axis=(1, 2)) > 2)
 
 
-def upside_down(poses: PoseSequence) -> list[str]:
-    """A sentence where the head is well below the feet nearly all the time. poses: H36M17 in 3D, any axes."""
+def upside_down(poses: PoseSequence) -> list[Notice]:
+    """A notice where the head is well below the feet nearly all the time. poses: H36M17 in 3D, any axes."""
     joints = poses.joints[np.isfinite(poses.joints).all(axis=(1, 2))].astype(np.float64)
     if not len(joints) or poses.frame.family not in _UP:
         return []
@@ -188,55 +188,24 @@ def upside_down(poses: PoseSequence) -> list[str]:
     share = float((below @ (poses.frame.basis @ _UP[poses.frame.family]) > np.maximum(trunk, 1e-12)).mean())
     if share < _TURNED_OVER:
         return []
-    if any(step.name == "lift" for step in poses.history):  # they have the picture's axes
-        cause = (
-            "the picture (or the keypoints' y axis) is upside down and has to be turned before the run, or the person "
-            "stands on their hands."
-        )
-    else:
-        cause = (
-            "the file's vertical axis seems to be turned over. If its y points up, read it with --adapter arrays "
-            "-O frame=GL_CAMERA (or Y_UP) and the layout and unit that it has, such as -O layout=H36M17 -O unit=mm, or "
-            "-O unit=arbitrary where it has no scale; otherwise the person stands on their hands, or the camera on its "
-            "head."
-        )
-    return [f"The head is below the feet in {100 * share:.0f} % of the frames: {cause}"]
+    lifted = any(step.name == "lift" for step in poses.history)  # they have the picture's axes
+    return [notice("picture-upside-down" if lifted else "upside-down", share_percent=100 * share)]
 
 
-def nobody_upright(rectified: Rectified) -> str:
-    """A sentence where the trunk is far off the up that a take was given nearly all the time: the lines of a picture
-    that is turned by 90 or 180 degrees say the same as those of an upright one. "" elsewhere, and where the source
+def nobody_upright(rectified: Rectified) -> Notice | None:
+    """A notice where the trunk is far off the up that a take was given nearly all the time: the lines of a picture
+    that is turned by 90 or 180 degrees say the same as those of an upright one. None elsewhere, and where the source
     knows its own up or the user has told most of it."""
     told = sum(rectified.up_shares.get(source, 0.0) for source in TOLD_UP)
     if not rectified.level_ok or rectified.camera == "gravity" or told > 0.5:
-        return ""
+        return None
     trunk = rectified.level.joint("thorax") - rectified.level.joint("pelvis")
     off_deg = angle_deg(trunk, np.array([0, 0, 1]))
     off_deg = off_deg[np.isfinite(off_deg)]
     share = float((off_deg > _OFF_UP_DEG).mean()) if len(off_deg) else 0.0
     if share < _TURNED_OVER:
-        return ""
-    return (
-        f"The trunk is more than {_OFF_UP_DEG:.0f} degrees off up in {100 * share:.0f} % of the frames: the person "
-        "lies or bends down, or the picture is turned. If it is, turn the video, or tell --pitch and --roll."
-    )
-
-
-def implausible(poses: PoseSequence) -> list[str]:
-    """Warnings, in words, about what no person's skeleton does. poses: H36M17 in 3D."""
-    warnings = upside_down(poses)
-    spread = bone_spread(poses)
-    if spread > UNSTEADY:
-        warnings.append(
-            f"THESE POSES ARE NOT GOOD DATA: bone lengths vary by {100 * spread:.0f} % after each frame's own size is "
-            "taken out (5 % is usual, 9 % poor); every result below inherits that."
-        )
-    stature = implied_stature(poses.joints)
-    if poses.frame.metric and not STATURES_M[0] < stature < STATURES_M[1]:
-        warnings.append(
-            f"The limbs imply a stature of {stature:.3g} m; is the unit of the file really metres?"
-        )
-    return warnings
+        return None
+    return notice("nobody-upright", off_deg=_OFF_UP_DEG, share_percent=100 * share)
 
 
 def grid_rows(sequence: PoseSequence, step: int = 1) -> int:

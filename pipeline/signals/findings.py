@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from ..core.anthropometry import implied_stature
+from ..core.catalogue import Weight
 from ..core.layouts import H36M17
-from ..core.messages import how_many
+from ..core.notices import Notice, notice
 from ..core.pose import PoseSequence
-from ..core.verdict import Finding, Weight
 from .checks import (
     STATURES_M,
     UNSTEADY,
@@ -45,7 +47,7 @@ def weighed(share: float, limits: tuple[float, float]) -> Weight:
 
 def findings_of(
     poses: PoseSequence, source: PoseSequence | None = None, swaps: tuple[Swap, ...] | None = None
-) -> tuple[Finding, ...]:
+) -> tuple[Notice, ...]:
     """All that `pcnet3d inspect` would find in poses as a run has them. poses: as pose_findings takes them; source: the
     same person as the adapter gives it, where there was a file; swaps: of find_swaps in these poses, where it was asked
     already."""
@@ -54,7 +56,7 @@ def findings_of(
     return (*row_findings(poses), *before, *pose_findings(poses), *swap_findings(poses, swaps))
 
 
-def row_findings(source: PoseSequence) -> list[Finding]:
+def row_findings(source: PoseSequence) -> list[Notice]:
     """Gaps, repeated frames, unknown numbers and rates, the adapter's own warnings.
 
     source: as the adapter gives it, 2D or 3D.
@@ -65,45 +67,38 @@ def row_findings(source: PoseSequence) -> list[Finding]:
     if lost := absent + gone + empty:
         longest = int(np.diff(source.frame_index).max(initial=1)) - 1
         found.append(
-            Finding(
-                weighed(lost / span, _LOST),
+            notice(
                 "gaps",
-                f"{lost} of {how_many(span, 'frame')} {'is' if lost == 1 else 'are'} not there: "
-                f"{absent} without a row (at most {longest} in a row), "
-                f"{gone} with NaN, {empty} with all joints on one point.",
+                weight=weighed(lost / span, _LOST),
+                lost=lost,
+                frames=span,
+                absent=absent,
+                longest=longest,
+                incomplete=gone,
+                empty=empty,
             )
         )
     repeated = repeated_rows(source)
     if len(repeated):
-        found.append(
-            Finding(
-                weighed(len(repeated) / len(source), _REPEATED),
-                "duplicates",
-                f"{how_many(len(repeated), 'row repeats', 'rows repeat')} the one before exactly, "
-                f"the first is row {repeated[0]}; speeds are wrong "
-                "there.",
-            )
-        )
+        weight = weighed(len(repeated) / len(source), _REPEATED)
+        values: dict[str, Any] = {"repeated": len(repeated), "first": int(repeated[0])}
+        found.append(notice("duplicates", rows=repeated[:1], weight=weight, **values))
     if not source.frames_known:
-        found.append(
-            Finding("note", "frame numbers", "The file does not say which video frames its rows are.")
-        )
+        found.append(notice("frames-not-numbered"))
     if source.time_s is None:
-        found.append(Finding("note", "fps", "The file does not say its frame rate."))
-    warnings = [str(step.options["warning"]) for step in source.history if "warning" in step.options]
-    return found + [Finding("note", "adapter", warning) for warning in warnings]
+        found.append(notice("rate-not-stated"))
+    return [*found, *source.notices]
 
 
-def swap_findings(source: PoseSequence, swaps: tuple[Swap, ...]) -> list[Finding]:
+def swap_findings(source: PoseSequence, swaps: tuple[Swap, ...]) -> list[Notice]:
     """Limbs that are exchanged, or mirrored in depth, for some rows. Those that a run would not repair are notes."""
     swaps, doubts = settled(source, swaps)
-    found = [Finding("note", "swaps", f"Some rows look wrong: {doubt}.") for doubt in doubts]
+    found = [notice("swaps-unsure", doubt=doubt) for doubt in doubts]
     if swaps:
-        rows = int(wrong_rows(source, swaps).sum())
-        text = (
-            f"{rows} of {how_many(len(source), 'row')} look{'s' * (rows == 1)} wrong: {told(source, swaps)}."
-        )
-        found.insert(0, Finding(weighed(rows / len(source), _SWAPPED), "swaps", text))
+        wrong = int(wrong_rows(source, swaps).sum())
+        weight, rows = weighed(wrong / len(source), _SWAPPED), [swap.first_row for swap in swaps]
+        values: dict[str, Any] = {"wrong": wrong, "of": len(source), "swaps": told(source, swaps)}
+        found.insert(0, notice("swaps", rows=rows, weight=weight, **values))
     return found
 
 
@@ -124,7 +119,7 @@ def repeated_rows(source: PoseSequence) -> np.ndarray:
     return np.flatnonzero(same & ~empty_rows(source)[1:]) + 1
 
 
-def source_findings(source: PoseSequence) -> list[Finding]:
+def source_findings(source: PoseSequence) -> list[Notice]:
     """What shows only before the pelvis is subtracted: each frame put on the floor by itself (formats.md 11.4)."""
     joints = _complete(source)
     if len(joints) < _ENOUGH_ROWS:
@@ -134,11 +129,7 @@ def source_findings(source: PoseSequence) -> list[Finding]:
     for axis in range(3):
         for extreme in (joints[..., axis].min(axis=1), joints[..., axis].max(axis=1)):
             if np.abs(extreme).max() <= 1e-6 * size and np.ptp(extreme - pelvis[:, axis]) > 0.01 * size:
-                text = (
-                    f"In every frame the outermost joint lies at {_AXES[axis]} = 0 exactly: each frame was moved "
-                    "onto the floor by itself, so the pelvis' way along that axis is lost, and speeds with it."
-                )
-                return [Finding("suspicious", "rebase", text)]
+                return [notice("rebase", axis=_AXES[axis])]
     return []
 
 
@@ -147,7 +138,7 @@ def _pelvis(source: PoseSequence, joints: np.ndarray) -> np.ndarray:
     return joints[:, source.layout.indices(names)].mean(axis=1)
 
 
-def pose_findings(poses: PoseSequence) -> list[Finding]:
+def pose_findings(poses: PoseSequence) -> list[Notice]:
     """What the body shows. poses: H36M17 relative to the pelvis, in CAMERA or a world's axes."""
     return [
         *_depth(poses),
@@ -155,7 +146,7 @@ def pose_findings(poses: PoseSequence) -> list[Finding]:
         *_sides(poses),
         *_left_right(poses),
         *_stature(poses),
-        *_turned_over(poses),
+        *upside_down(poses),
         *_leaps(poses),
         *_seams(poses),
     ]
@@ -172,7 +163,7 @@ def _trunk(joints: np.ndarray) -> float:
     return float(np.median(np.linalg.norm(joints[:, top] - joints[:, bottom], axis=-1)))
 
 
-def _depth(poses: PoseSequence) -> list[Finding]:
+def _depth(poses: PoseSequence) -> list[Notice]:
     joints = _complete(poses)
     if len(joints) < _ENOUGH_ROWS:
         return []
@@ -180,20 +171,14 @@ def _depth(poses: PoseSequence) -> list[Finding]:
     points = joints.reshape(-1, 3)
     thickness = np.sqrt(max(float(np.linalg.eigvalsh(np.cov(points.T))[0]), 0)) / trunk
     if thickness < _PLANE:
-        text = f"All joints lie in one plane (thickness {100 * thickness:.1f} % of the trunk); there is no depth in it."
-        return [Finding("unusable", "flat", text)]
+        return [notice("flat", thickness_percent=float(100 * thickness))]
     movement = joints.std(axis=0).mean(axis=0) / trunk
     still = np.flatnonzero(movement < _STILL)
     if len(still) and movement.max() > _MOVING:
-        text = f"Nothing moves along {_AXES[still[0]]} while the body moves along other axes; that axis is invented."
-        return [Finding("unusable", "flat", text)]
+        return [notice("axis-invented", axis=_AXES[still[0]])]
     factor = depth_factor(poses)
     if factor > _DEPTH:
-        text = (
-            f"Bones shorten when they turn towards the camera as if depth were {factor:.1f} times too small; it is "
-            "flattened."
-        )
-        return [Finding("suspicious", "flattened depth", text)]
+        return [notice("flattened-depth", factor=factor)]
     return []
 
 
@@ -234,18 +219,18 @@ def spread_of_bones(poses: PoseSequence) -> dict[str, float]:
     return {f"{a}-{b}": float(value) for (a, b), value in zip(H36M17.bones, spread, strict=True)}
 
 
-def _bones(poses: PoseSequence) -> list[Finding]:
+def _bones(poses: PoseSequence) -> list[Notice]:
     spread = bone_spread(poses)
     weight = weighed(spread, (_POOR_SPREAD, UNSTEADY))
     if weight == "note":
         return []
     of = spread_of_bones(poses)
     worst = max(of, key=of.__getitem__)
-    text = f"Bone lengths vary by {100 * spread:.0f} % (5 % is usual, 9 % poor), {worst} by {100 * of[worst]:.0f} %."
-    return [Finding(weight, "bones", text)]
+    percent: dict[str, Any] = {"spread_percent": 100 * spread, "worst_percent": 100 * of[worst]}
+    return [notice("bones", weight=weight, worst=worst, **percent)]
 
 
-def _sides(poses: PoseSequence) -> list[Finding]:
+def _sides(poses: PoseSequence) -> list[Notice]:
     joints = _complete(poses)
     if not len(joints):
         return []
@@ -253,56 +238,41 @@ def _sides(poses: PoseSequence) -> list[Finding]:
     for (start, end), right in length.items():
         left = length.get((start.replace("r_", "l_"), end.replace("r_", "l_")), 0.0)
         if end.startswith("r_") and max(right, left) > _SIDES * min(right, left):
-            text = f"{start}-{end} is {right / max(left, 1e-12):.2f} times as long as the left one."
-            return [Finding("suspicious", "sides", text)]
+            return [notice("limbs-unlike", bone=f"{start}-{end}", times=float(right / max(left, 1e-12)))]
     return []
 
 
-def _left_right(poses: PoseSequence) -> list[Finding]:
+def _left_right(poses: PoseSequence) -> list[Notice]:
     evidence = chirality(poses)
     if evidence.verdict == "good":
         return []
-    texts = {
-        "wrong": "The body is mirrored or its left and right are exchanged (--left-right mirror or swap)",
-        "legs against arms": "Left and right of the legs contradict those of the arms (--left-right swap-legs)",
-        "doubtful": "Left and right are doubtful",
-    }
-    weight: Weight = "suspicious" if evidence.verdict == "doubtful" else "unusable"
-    return [Finding(weight, "left and right", f"{texts[evidence.verdict]}: {evidence}.")]
+    codes = {"wrong": "mirrored", "legs against arms": "legs-against-arms", "doubtful": "left-and-right"}
+    return [notice(codes[evidence.verdict], evidence=str(evidence))]
 
 
-def _stature(poses: PoseSequence) -> list[Finding]:
+def _stature(poses: PoseSequence) -> list[Notice]:
     stature = implied_stature(poses.joints)
     if not poses.frame.metric or np.isnan(stature) or _ADULTS_M[0] <= stature <= _ADULTS_M[1]:
         return []
     weight: Weight = "suspicious" if STATURES_M[0] < stature < STATURES_M[1] else "unusable"
-    text = f"The limbs imply a stature of {stature:.3g} m; is the unit of the file really metres?"
-    return [Finding(weight, "stature", text)]
+    return [notice("stature", weight=weight, stature_m=stature)]
 
 
-def _turned_over(poses: PoseSequence) -> list[Finding]:
-    return [Finding("suspicious", "upside down", text) for text in upside_down(poses)]
-
-
-def _leaps(poses: PoseSequence) -> list[Finding]:
+def _leaps(poses: PoseSequence) -> list[Notice]:
     rows = leaps(poses)
     if not len(rows):
         return []
-    text = (
-        f"The whole pose leaps from one frame to the next at {how_many(len(rows), 'row')}, the "
-        f"first is row {rows[0]}."
-    )
-    return [Finding("suspicious", "leaps", text)]
+    return [notice("leaps", rows=rows, count=len(rows), first=int(rows[0]))]
 
 
-def _seams(poses: PoseSequence) -> list[Finding]:
+def _seams(poses: PoseSequence) -> list[Notice]:
     if not poses.seams:
         return []
-    rows = ", ".join(map(str, poses.seams[:5])) + (", ..." if len(poses.seams) > 5 else "")
-    text = f"The estimator began a new clip at row {rows}"
+    listed = ", ".join(map(str, poses.seams[:5])) + (", ..." if len(poses.seams) > 5 else "")
     moved = movement(poses)
     steps = moved[np.array(poses.seams) - 1]
     if np.isfinite(steps).any():
         usual = max(float(np.nanmedian(moved)), 1e-12)
-        text += f"; the pose steps there by up to {np.nanmax(steps) / usual:.1f} times its usual movement"
-    return [Finding("note", "seams", f"{text}.")]
+        times = float(np.nanmax(steps) / usual)
+        return [notice("seams-step", rows=poses.seams, listed=listed, times=times)]
+    return [notice("seams", rows=poses.seams, listed=listed)]

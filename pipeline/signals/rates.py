@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
 from ..core.anthropometry import implied_stature
 from ..core.errors import InputError
 from ..core.layouts import H36M17
+from ..core.notices import Notice, notice
 from ..core.pose import PoseSequence
 from ..core.take import Video
 from .filters import breaks, derivative
@@ -40,8 +42,8 @@ def check_fps(fps: float) -> float:
     return fps
 
 
-def rate_doubts(given: float | None, video: Video | None, stated: float | None = None) -> list[str]:
-    """In words, where the rate that is used contradicts the file.
+def rate_doubts(given: float | None, video: Video | None, stated: float | None = None) -> list[Notice]:
+    """Notices where the rate that is used contradicts the file.
 
     given: frames a second that the user gives, None to take the video's; stated: those of a file of keypoints or poses,
     which count where there is no video.
@@ -54,30 +56,24 @@ def rate_doubts(given: float | None, video: Video | None, stated: float | None =
     if captured is not None and captured > _SLOWED * shown:
         if abs(used / captured - 1) <= _TOLERANCE:
             return []
-        return [
-            f"The video was captured at {captured:g} frames per second and is shown at {shown:.4g}, as slow motion, "
-            f"but {used:.4g} are used: give --fps {captured:g}, or durations are {captured / used:.3g} times too long "
-            "and speeds as many times too low."
-        ]
+        rates: dict[str, Any] = {"captured_fps": captured, "shown_fps": shown, "used_fps": used}
+        return [notice("slow-motion-stated", **rates, times=captured / used)]
     if abs(used / shown - 1) <= _TOLERANCE:
         return []
-    return [
-        f"--fps {used:g} is used although the {'file' if video is None else 'video'} says {shown:g} frames per second: "
-        f"if that is right, speeds and cadences are {used / shown:.3g} times what they should be; leave --fps out."
-    ]
+    source = "file" if video is None else "video"
+    return [notice("fps-contradicts", used_fps=used, source=source, shown_fps=shown, times=used / shown)]
 
 
 def timed(poses: PoseSequence, fps: float) -> PoseSequence:
-    """The poses with the times of their video frames at this rate; a clock of their own that says otherwise is told in
-    the history as a warning. InputError as for `check_fps`."""
+    """The poses with the times of their video frames at this rate; a notice says where a clock of their own says
+    otherwise. InputError as for `check_fps`."""
     check_fps(fps)
     doubts = rate_doubts(fps, None, poses.fps if poses.time_s is not None and len(poses) > 1 else None)
-    told = {"warning": doubts[0]} if doubts else {}
-    return poses.with_(time_s=poses.frame_index / fps).noted("fps", given=fps, **told)
+    return poses.with_(time_s=poses.frame_index / fps).noted("fps", given=fps).saying(*doubts)
 
 
-def fall_doubts(level: PoseSequence) -> list[str]:
-    """In words, where a person in the air falls slower or faster than gravity pulls, as in slow motion.
+def fall_doubts(level: PoseSequence) -> list[Notice]:
+    """Notices where a person in the air falls slower or faster than gravity pulls, as in slow motion.
 
     level: as for `falls`; nothing is said where no flight is well seen.
     """
@@ -86,16 +82,13 @@ def fall_doubts(level: PoseSequence) -> list[str]:
     if 1 / _PACE < slowed < _PACE:
         return []
     captured = float(f"{level.fps * slowed:.2g}")
-    what = f"slow motion of {slowed:.2g} times" if slowed > 1 else f"a time lapse of {1 / slowed:.2g} times"
-    return [
-        f"In {len(found)} flight{'s' * (len(found) > 1)}, with both feet off the ground, the body falls at "
-        f"{1 / slowed**2:.2g} of gravity, as in {what}: if the camera captured at about {captured:g} frames a second, "
-        f"give --fps {captured:g}; speeds, accelerations and durations depend on it."
-    ]
+    code, times = ("falls-slowly", slowed) if slowed > 1 else ("falls-fast", 1 / slowed)
+    share = float(1 / slowed**2)
+    return [notice(code, flights=len(found), share=share, times=float(times), fps=captured)]
 
 
-def pace_doubts(path: PoseSequence) -> list[str]:
-    """In words, where the body moves slower or faster than people do, so that the frame rate is to be doubted.
+def pace_doubts(path: PoseSequence) -> list[Notice]:
+    """Notices where the body moves slower or faster than people do, so that the frame rate is to be doubted.
 
     path: H36M17 relative to the pelvis with times, low-pass filtered, in any axes. Stature is taken from the limbs.
     """
@@ -123,15 +116,7 @@ def pace_doubts(path: PoseSequence) -> list[str]:
         found = f"the legs pass each other {cadence:.0f} times a minute"
     if not (slow or fast):
         return []
-    cause = (
-        "slower than people usually move: if this is slow motion"
-        if slow
-        else "faster than people can move: if the video is a time lapse, or its rate is told wrongly"
-    )
-    return [
-        f"At {path.fps:.4g} frames a second {found}, {cause}, give the rate at which the camera captured with --fps; "
-        "speeds, accelerations, durations and cadences depend on it."
-    ]
+    return [notice("moves-slowly" if slow else "moves-fast", fps=path.fps, found=found)]
 
 
 def _reach(ends: np.ndarray) -> float:

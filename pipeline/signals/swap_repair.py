@@ -13,15 +13,14 @@ from typing import Any, Literal
 import numpy as np
 
 from ..core.layouts import FEET
-from ..core.messages import how_many
+from ..core.notices import Notice, notice
 from ..core.pose import PoseSequence
-from ..core.take import Event
 from .alternation import alternation
 from .swaps import Swap, assumed_times, find_swaps, has_depth, kinds
 
 Swaps = Literal["report", "repair", "mask"]
 
-_SIDES = "left and right"  # what the events here are about
+_CODES = {"report": "swaps-found", "repair": "swaps-repaired", "mask": "swaps-masked"}
 _MOST_RANGES = 8  # told of one kind
 _STRETCH = 1.1  # of 280 right repairs on CMU and ACCAD val subjects 3 are beyond, of 130 wrong ones 3 of 4
 _BONES = (("hip", "knee"), ("knee", "ankle"), ("shoulder", "elbow"), ("elbow", "wrist"))
@@ -168,74 +167,52 @@ def _lengths(poses: PoseSequence) -> np.ndarray:
 
 def treated(
     poses: PoseSequence | None, keypoints: PoseSequence | None, how: Swaps
-) -> tuple[PoseSequence | None, PoseSequence | None, tuple[Event, ...], tuple[Swap, ...] | None]:
+) -> tuple[PoseSequence | None, PoseSequence | None, tuple[Notice, ...], tuple[Swap, ...] | None]:
     """Poses and keypoints of a take after their swaps were told, put right or masked, what to say of it, and what
     find_swaps finds in the poses that are returned: None where they were changed, and it has to be asked again.
 
     A lift of exchanged keypoints is wrong in all its joints. So poses that came beside such keypoints cannot be put
     right: unless swaps are only told, they are missing in those frames.
     """
-    events: list[Event] = []
+    notices: list[Notice] = []
     found = None
     if keypoints is not None:
         keypoints, swaps, _, said = _treated(keypoints, "keypoints", how)
-        events += said
+        notices += said
         if poses is not None and swaps:
             frames = keypoints.frame_index[wrong_rows(keypoints, swaps)]
             poses, beside = _beside(poses, frames, how)
-            events.append(beside)
+            notices.append(beside)
     if poses is not None:
         poses, swaps, found, said = _treated(poses, "poses", how)
-        events += said
+        notices += said
         found = None if swaps and how != "report" else found
-    return poses, keypoints, tuple(events), found
+    return poses, keypoints, tuple(notices), found
 
 
 def _treated(
     poses: PoseSequence, what: str, how: Swaps
-) -> tuple[PoseSequence, tuple[Swap, ...], tuple[Swap, ...], list[Event]]:
+) -> tuple[PoseSequence, tuple[Swap, ...], tuple[Swap, ...], list[Notice]]:
     """Poses after treatment, the swaps that were treated or should be, all that were found, and what to say."""
     found = find_swaps(poses)
     swaps, doubts = settled(poses, found)
-    events = [Event("warning", f"The {what} look wrong: {doubt}.", about=_SIDES) for doubt in doubts]
+    notices = [notice("swaps-doubtful", what=what, doubt=doubt) for doubt in doubts]
     if swaps:
-        events.insert(0, _event(poses, swaps, what, how))
+        rows, wrong = [swap.first_row for swap in swaps], int(wrong_rows(poses, swaps).sum())
+        values: dict[str, Any] = {"what": what, "swaps": told(poses, swaps), "wrong": wrong, "of": len(poses)}
+        notices.insert(0, notice(_CODES[how], rows=rows, **values))
     if how == "report":
         poses = poses.noted("swaps", found=as_frames(poses, found)) if found else poses
     elif swaps:
         poses = (repair_swaps if how == "repair" else mask_swaps)(poses, swaps)
-    return poses, swaps, found, events
+    return poses, swaps, found, notices
 
 
-def _event(poses: PoseSequence, swaps: tuple[Swap, ...], what: str, how: Swaps) -> Event:
-    found = f"{told(poses, swaps)} ({wrong_rows(poses, swaps).sum()} of {how_many(len(poses), 'row')})"
-    if how == "report":
-        return Event(
-            "warning",
-            f"The {what} look wrong: {found}; --swaps repair or --swaps mask changes that.",
-            about=_SIDES,
-        )
-    return Event(
-        "repair",
-        f"The {what} were {'put right' if how == 'repair' else 'masked'} as asked: {found}.",
-        about=_SIDES,
-    )
-
-
-def _beside(poses: PoseSequence, frames: np.ndarray, how: Swaps) -> tuple[PoseSequence, Event]:
+def _beside(poses: PoseSequence, frames: np.ndarray, how: Swaps) -> tuple[PoseSequence, Notice]:
     """Poses whose keypoints are exchanged in these frames."""
     wrong = np.isin(poses.frame_index, frames)
     if how == "report":
-        text = f"If the poses are a lift of these keypoints, {wrong.sum()} of them are wrong in all joints; without "
-        return poses, Event(
-            "warning",
-            f"{text}--poses and with --swaps repair the keypoints are lifted again.",
-            about=_SIDES,
-        )
+        return poses, notice("swapped-keypoints", wrong=int(wrong.sum()))
     masked = poses.mapped(lambda points: np.where(wrong[:, None, None], np.nan, points))
-    text = how_many(
-        int(wrong.sum()),
-        "pose was masked as asked, because the keypoints are exchanged there.",
-        "poses were masked as asked, because the keypoints are exchanged there.",
-    )
-    return masked.noted("swaps", rows_masked=int(wrong.sum())), Event("repair", text, about=_SIDES)
+    count = int(wrong.sum())
+    return masked.noted("swaps", rows_masked=count), notice("masked-with-keypoints", wrong=count)

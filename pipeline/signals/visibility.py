@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..core.layouts import H36M17, remap
+from ..core.notices import Notice, notice
 from ..core.pose import PoseSequence
 from ..core.rotations import is_finite
 
@@ -73,9 +74,9 @@ def seen_only(keypoints: PoseSequence, image_size: tuple[int, int] | None) -> Po
     )
 
 
-def in_words(hidden: np.ndarray, out: np.ndarray, times: np.ndarray) -> list[str]:
-    """Sentences about what was not seen and when, for (T, 17) masks of `unseen` and times (T,)."""
-    sentences = []
+def not_seen(hidden: np.ndarray, out: np.ndarray, times: np.ndarray) -> list[Notice]:
+    """Notices of what was not seen and when, for (T, 17) masks of `unseen` and times (T,)."""
+    notices = []
     for part, joints in _PARTS.items():
         masks = [hidden[:, H36M17.index(joint)] for joint in joints]
         both = masks[0] & masks[1]
@@ -86,11 +87,11 @@ def in_words(hidden: np.ndarray, out: np.ndarray, times: np.ndarray) -> list[str
                 continue
             rows = np.concatenate([np.arange(a, b) for a, b in spans])
             outside = out[rows][:, H36M17.indices(joints)].any(axis=1).mean() > 0.5
-            why = "not in the image" if outside else "not seen by the detector"
             when = ", ".join(_when(a, b, times) for a, b in spans[:3]) + (", ..." if len(spans) > 3 else "")
-            verb, they = ("are", "them") if name == part else ("is", "it")
-            sentences.append(f"The {name} {verb} {why} {when}; what needs {they} is left out there.")
-    return sentences
+            code = "not-in-image" if outside else "not-seen"
+            parts = 2 if name == part else 1
+            notices.append(notice(code, rows=[a for a, _ in spans], part=name, parts=parts, when=when))
+    return notices
 
 
 def _when(start: int, end: int, times: np.ndarray) -> str:

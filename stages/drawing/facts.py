@@ -9,10 +9,10 @@ import numpy as np
 
 from ...pipeline.core.camera import pitch_roll_deg
 from ...pipeline.core.messages import bound_in_words
+from ...pipeline.core.notices import Notice, grave, verdict
 from ...pipeline.core.pose import Rectified, Step
 from ...pipeline.core.rotations import angle_deg, is_finite, rotate
 from ...pipeline.core.take import Take
-from ...pipeline.core.verdict import Finding, verdict
 from ...pipeline.signals.checks import bone_spread, nobody_upright
 
 _KINDS = ("warning", "repair", "note")
@@ -39,8 +39,8 @@ class Facts:
     upright, not of the file. unit: of length, "m" or "arbitrary". method, camera, level_heading, level_reason: of the
     rectification. turned: frames that have a rotation. up_bound_deg: least and most of the 90 % bound, None where it is
     not stated. standing_deg: pitch and roll of a camera that stands still, by the take's up; None for others.
-    error_deg: median of the expected rotation errors. nobody_upright: why up may be quite another, in a sentence, else
-    "". vote_deviation_deg: mean angle between the frames' votes and the take's up. verdict, doubts: of the findings,
+    error_deg: median of the expected rotation errors. nobody_upright: why up may be quite another, None where it is
+    not. vote_deviation_deg: mean angle between the frames' votes and the take's up. verdict, doubts: of the findings,
     None and empty without. history: every step, oldest first, to the last that kinematics rest on.
     """
 
@@ -66,10 +66,10 @@ class Facts:
     standing_deg: tuple[float, float] | None
     sources: dict[str, Source]
     error_deg: float
-    nobody_upright: str
+    nobody_upright: Notice | None
     vote_deviation_deg: float
     verdict: str | None
-    doubts: tuple[Finding, ...]
+    doubts: tuple[Notice, ...]
     warnings: tuple[str, ...]
     repairs: tuple[str, ...]
     notes: tuple[str, ...]
@@ -130,7 +130,7 @@ def facts_of(take: Take) -> Facts:
     error = rectified.error_deg[np.isfinite(rectified.error_deg)]
     off = angle_deg(rectified.up_votes, shared_up(rectified))
     off = off[np.isfinite(off)]
-    told = {kind: tuple(event.text for event in take.events if event.kind == kind) for kind in _KINDS}
+    told = {kind: tuple(each.text for each in take.notices if each.weight == kind) for kind in _KINDS}
     behind = () if take.filtered is None else take.filtered.history[len(rectified.level.history) :]
     return Facts(
         name=take.name,
@@ -158,7 +158,7 @@ def facts_of(take: Take) -> Facts:
         nobody_upright=nobody_upright(rectified),
         vote_deviation_deg=float(off.mean()) if len(off) else float("nan"),
         verdict=None if take.findings is None else verdict(take.findings),
-        doubts=tuple(finding for finding in take.findings or () if finding.weight != "note"),
+        doubts=grave(take.findings or ()),
         warnings=told["warning"],
         repairs=told["repair"],
         notes=told["note"],

@@ -9,8 +9,8 @@ import numpy as np
 
 from ...pipeline.core.frames import Frame
 from ...pipeline.core.layouts import Layout
+from ...pipeline.core.notices import Notice
 from ...pipeline.core.pose import PoseSequence
-from ...pipeline.core.take import Event
 from .palette import Colour, side_colour
 from .rerun_video import Part
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     import rerun as rr
 
 _AXES = {"back": (238, 102, 119), "right": (80, 190, 110), "up": (110, 140, 255)}  # of BODY: x, y, z
-_LEVELS = {"warning": "WARN", "repair": "INFO", "seam": "INFO", "note": "DEBUG"}
+_LEVELS = {"warning": "WARN", "repair": "INFO", "mark": "INFO", "note": "DEBUG"}
 _ROWS = 1 << 14  # of a skeleton that are sent at a time, nine minutes at 30 frames a second
 _LETTERS = {"away": "F", "toward": "B", "north": "F", "south": "B", "west": "L", "east": "R"}
 
@@ -151,19 +151,27 @@ def log_curves(
     recording.flush()
 
 
-def log_events(recording: rr.RecordingStream, events: Sequence[Event], clock: PoseSequence) -> None:
-    """One line an event, at its frame; what concerns the whole take stands at the first."""
+def log_notices(recording: rr.RecordingStream, notices: Sequence[Notice], clock: PoseSequence) -> None:
+    """One line a notice, at the first of its rows; what concerns the whole take stands at the first."""
     import rerun as rr
 
-    if not events:
+    if not notices:
         return
-    ordered = sorted(events, key=lambda event: event.row or 0)
-    rows = [event.row or 0 for event in ordered]
+    ordered = sorted(notices, key=_first_row)
+    rows = [_first_row(each) for each in ordered]
     recording.send_columns(
         "events",
         indexes=time_columns(clock.frame_index[rows], clock.times[rows]),
         columns=rr.TextLog.columns(
-            text=[f"{event.kind}: {event.text}" for event in ordered],
-            level=[_LEVELS.get(event.kind, "INFO") for event in ordered],
+            text=[f"{_word(each)}: {each.text}" for each in ordered],
+            level=[_LEVELS.get(each.weight, "WARN") for each in ordered],
         ),
     )
+
+
+def _first_row(said: Notice) -> int:
+    return said.rows[0] if said.rows else 0
+
+
+def _word(said: Notice) -> str:
+    return said.code if said.weight == "mark" else said.weight

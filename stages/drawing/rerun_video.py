@@ -14,8 +14,9 @@ import numpy as np
 from ...pipeline.core.cores import cores
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.messages import how_many
+from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.pose import PoseSequence
-from ...pipeline.core.take import Event, Video
+from ...pipeline.core.take import Video
 from ...pipeline.files.video_frames import frames_from
 
 if TYPE_CHECKING:
@@ -48,9 +49,9 @@ class Part:
     stamps_ns: np.ndarray
 
 
-def viewable(video: Video) -> tuple[Iterator[Part], tuple[Event, ...]]:
+def viewable(video: Video) -> tuple[Iterator[Part], tuple[Notice, ...]]:
     """The video's own packets in parts (a small MP4 or MOV file as it is), or an H.264 copy with the same time stamps
-    and an event that says why. The parts' frames are those of the video's span, in its order.
+    and a notice that says why. The parts' frames are those of the video's span, in its order.
 
     The viewer plays H.264, H.265, AV1, VP8 and VP9 and ignores the rotation that a phone notes in the file.
     InputError when the video cannot be read, also while the parts are.
@@ -69,8 +70,7 @@ def viewable(video: Video) -> tuple[Iterator[Part], tuple[Event, ...]]:
         if parts is not None:
             return parts, ()
         reason = f"the viewer cannot be given its {how_many(len(video.time_s), 'frame')} as they are stored"
-    said = Event("note", f"The recording holds an H.264 copy of the video, because {reason}.")
-    return transcoded(video), (said,)
+    return transcoded(video), (notice("video-copied", reason=reason),)
 
 
 def _as_it_is(video: Video) -> Part | None:

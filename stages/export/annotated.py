@@ -13,9 +13,10 @@ from ...pipeline.core.errors import InputError
 from ...pipeline.core.intrinsics import undistorted
 from ...pipeline.core.layouts import Layout, with_feet
 from ...pipeline.core.messages import how_many
+from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite, rotate
-from ...pipeline.core.take import Event, Take, Video
+from ...pipeline.core.take import Take, Video
 from ...pipeline.files.atomic import whole_file
 from ...pipeline.files.video_frames import images_ahead, shown_size
 from ...pipeline.signals.visibility import LEAST_SCORE
@@ -48,7 +49,7 @@ def check_h264() -> None:
         ) from None
 
 
-def write_annotated(take: Take, path: Path) -> tuple[Event, ...]:
+def write_annotated(take: Take, path: Path) -> tuple[Notice, ...]:
     """The video's frames from the first to the last of the poses as H.264, each at its own time stamp, so that a
     variable frame rate stays what it is; sound is left out.
 
@@ -85,8 +86,8 @@ def write_annotated(take: Take, path: Path) -> tuple[Event, ...]:
         raise InputError(f"The video {path} could not be written: {error.strerror}.") from None
     if first == 0:
         return ()
-    begins = f"{path.name} begins with frame {first} of the video, at {video.time_s[first]:.3f} s."
-    return (Event("note", begins),)
+    begin_s = float(video.time_s[first])
+    return (notice("annotated-begins", file=path.name, frame=first, begin_s=begin_s),)
 
 
 class _Page:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -15,9 +16,9 @@ from ...pipeline.core.anthropometry import ANKLE_HEIGHT, implied_stature
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.frames import Frame
 from ...pipeline.core.layouts import FEET, H36M17
-from ...pipeline.core.messages import how_many
+from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.rotations import from_columns, is_finite, rotate, transpose, unit
-from ...pipeline.core.take import Event, Take
+from ...pipeline.core.take import Take
 from ...pipeline.files.skeletons import Skeleton
 from ...pipeline.signals.angles import arm_reference, hinge_axis, trunk_axes
 from .markers import evenly
@@ -75,32 +76,26 @@ class Armature:
         counts["the pelvis path"] = int((~self.place_known).sum())
         return {name: count for name, count in counts.items() if count}
 
-    def notes(self, file: str) -> tuple[Event, ...]:
+    def notes(self, file: str) -> tuple[Notice, ...]:
         """What a reader of a file of it has to know that the file itself does not show."""
-        x, y, z = (f"{value:.2f}" for value in self.moved + 0.0)
-        said = ["the pelvis stays where it is, for its path is not known."]
+        left, up, front = (float(value) for value in self.moved + 0.0)
         if self.moves:
-            said = [
-                f"its origin is {x} to the left, {y} up and {z} in front of the one that TRC counts from."
-            ]
+            said = [notice("animation-origin", file=file, left=left, up=up, front=front)]
+        else:
+            said = [notice("animation-stays", file=file)]
         if self.unit != "m":
-            said.append("its lengths are in the source's own unit, for the source has no scale.")
+            said.append(notice("animation-unit", file=file))
         if any(self.cut):
-            said.append(
-                f"what has no pose is left out, {how_many(self.cut[0], 'frame')} at the beginning and "
-                f"{how_many(self.cut[1], 'frame')} at the end."
-            )
+            said.append(notice("animation-cut", file=file, before=self.cut[0], after=self.cut[1]))
         if round(self.time_s[0], 3):
-            said.append(f"its time begins with 0 at {self.time_s[0]:.3f} s of the take.")
+            said.append(notice("animation-begins", file=file, begin_s=float(self.time_s[0])))
         by_count = defaultdict(list)
         for name, count in self.held.items():
             by_count[count].append(name)
         for count, names in by_count.items():
-            said.append(
-                f"in {count} of {how_many(len(self.root), 'frame')} nothing is known of {', '.join(names)}; what was "
-                "last known is held."
-            )
-        return tuple(Event("note", f"{file}: {text}") for text in said)
+            values: dict[str, Any] = {"held": count, "frames": len(self.root), "joints": ", ".join(names)}
+            said.append(notice("animation-held", file=file, **values))
+        return tuple(said)
 
 
 def armature(take: Take) -> Armature:

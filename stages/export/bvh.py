@@ -11,8 +11,9 @@ from pathlib import Path
 
 import numpy as np
 
+from ...pipeline.core.notices import Notice
 from ...pipeline.core.rotations import zxy_deg
-from ...pipeline.core.take import Event, Take
+from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import whole_file
 from ...pipeline.files.skeletons import Skeleton
 from .armature import armature
@@ -21,7 +22,7 @@ _ROTATIONS = "Zrotation Xrotation Yrotation"  # a joint turns about its z, then 
 _STUB = 0.25  # End Sites, which close every chain, are as long as this share of the bone before them
 
 
-def write_bvh(take: Take, path: Path) -> tuple[Event, ...]:
+def write_bvh(take: Take, path: Path) -> tuple[Notice, ...]:
     """The hierarchy in its T-pose, x left, y up and z front, in the take's unit of length; then a line a frame: the
     place of the pelvis, and of each joint the rotations about z, x and y in degrees, R = R_z R_x R_y.
 

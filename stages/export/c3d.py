@@ -8,7 +8,8 @@ from textwrap import wrap
 import numpy as np
 
 from ...pipeline.core.frames import LEVEL
-from ...pipeline.core.take import Event, Take
+from ...pipeline.core.notices import Notice, notice
+from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import whole_file
 from ...pipeline.files.c3d import LAST
 from ...pipeline.files.markers import C3D_GROUP, check_c3d
@@ -18,7 +19,7 @@ from .provenance import provenance
 _LONGEST, _MOST = 100, 255  # characters of a text, texts of a parameter: a C3D file counts both in one byte
 
 
-def write_c3d(take: Take, path: Path) -> tuple[Event, ...]:
+def write_c3d(take: Take, path: Path) -> tuple[Notice, ...]:
     """Points in millimetres, x back, y right, z up, named as our joints; a missing one has the residual -1.
 
     The number of the first frame says when it begins, counted from 1 at 0 s of the take; returns a note where that is
@@ -32,17 +33,9 @@ def write_c3d(take: Take, path: Path) -> tuple[Event, ...]:
     found = markers(take, LEVEL)
     count, begin_s = len(found.time_s), float(found.time_s[0])
     if count > LAST:
-        said = (
-            f"{path.name} was not written: C3D numbers {LAST} frames at most, and the take has {count} at one even "
-            "rate; write TRC (--also trc), or a part of it (--time-range)."
-        )
-        return (Event("warning", said),)
+        return (notice("c3d-too-long", file=path.name, most=LAST, frames=count),)
     if count < 2:
-        said = (
-            f"{path.name} was not written: a C3D file states a rate, and a single frame has none; "
-            "write TRC (--also trc)."
-        )
-        return (Event("warning", said),)
+        return (notice("c3d-single-frame", file=path.name),)
     before = round(begin_s * found.fps)
     numbered = 0 <= before <= LAST - count
     points = 1000 * np.moveaxis(found.joints, 0, -1).swapaxes(0, 1)  # (3, M, N)
@@ -66,8 +59,7 @@ def write_c3d(take: Take, path: Path) -> tuple[Event, ...]:
         file.write(str(partial))
     if numbered:
         return ()
-    said = f"{path.name}: its first frame, which has the number 1, is at {begin_s:.3f} s of the take."
-    return (Event("note", said),)
+    return (notice("c3d-begins", file=path.name, begin_s=begin_s),)
 
 
 def _wrapped(line: str) -> list[str]:

@@ -13,9 +13,10 @@ from typing import Any
 
 import numpy as np
 
+from ...pipeline.core.notices import Notice
 from ...pipeline.core.pose import package_version
 from ...pipeline.core.rotations import rotate, transpose, unit
-from ...pipeline.core.take import Event, Take
+from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import whole_file
 from ...pipeline.files.skeletons import Skeleton
 from ..drawing.palette import LEFT, MIDDLE, RIGHT, Colour
@@ -32,7 +33,7 @@ _WIDTH = 0.09  # half a bone's width, in its length
 _SHORTEST = 1e-6  # what is shorter has neither a direction nor a surface
 
 
-def write_glb(take: Take, path: Path) -> tuple[Event, ...]:
+def write_glb(take: Take, path: Path) -> tuple[Notice, ...]:
     """An armature of one joint node for each joint, named so, at rest in the T-pose, its y axis along its bone; the
     animation turns them, and moves the pelvis where its path is known, in the take's unit of length from 0 s on. One
     mesh with the bones' surfaces is its skin; while a joint's rotation or that of one above it is not known, a morph

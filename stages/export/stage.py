@@ -128,18 +128,15 @@ def write_poses(take: Take, path: Path) -> None:
 
 
 def summary(take: Take) -> dict[str, Any]:
-    """Provenance, warnings, repairs and the take's figures, ready for JSON (no NaN)."""
+    """Provenance, notices and the take's figures, ready for JSON (no NaN)."""
     facts, rectified = facts_of(take), take.need("rectified")
     content = {
         "pcnet3d": package_version(),
         "take": facts.name,
         "session": {key: value for key, value in asdict(take.session).items() if value},
         "inputs": take.inputs,
-        "warnings": facts.warnings,
-        "repairs": facts.repairs,
-        "notes": facts.notes,
         "verdict": facts.verdict,
-        "findings": [asdict(finding) for finding in facts.doubts],
+        "notices": [each.as_dict() for each in take.said],
         "poses": {
             "frames": facts.frames,
             "first_frame": facts.first_frame,

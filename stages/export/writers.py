@@ -6,7 +6,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from ...pipeline.core.take import Event, Take
+from ...pipeline.core.notices import Notice
+from ...pipeline.core.take import Take
 from ...pipeline.files.markers import check_c3d
 from .annotated import check_h264, write_annotated
 from .bvh import write_bvh
@@ -24,7 +25,7 @@ class _Format:
 
     file: str
     what: str
-    write: Callable[[Take, Path], Sequence[Event] | None]
+    write: Callable[[Take, Path], Sequence[Notice] | None]
     check: Callable[[], None] = lambda: None
     images: bool = False
     metric: bool = False

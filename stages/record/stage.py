@@ -10,12 +10,13 @@ import numpy as np
 
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.layouts import with_feet
+from ...pipeline.core.notices import Notice
 from ...pipeline.core.rotations import angle_deg, is_finite
-from ...pipeline.core.take import Event, Take
+from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import require_space, whole_file
 from ...pipeline.files.viewer import RECORDING
 from ..drawing.facts import shared_up, voted
-from ..drawing.rerun_log import log_axes, log_curves, log_events, log_skeleton, log_video
+from ..drawing.rerun_log import log_axes, log_curves, log_notices, log_skeleton, log_video
 from ..drawing.rerun_video import on_clock, viewable
 from .angles import log_angles
 from .camera import log_camera
@@ -56,7 +57,7 @@ class Record:
         return take.saying(*record(take, self.folder / RECORDING))
 
 
-def record(take: Take, path: str | Path) -> tuple[Event, ...]:
+def record(take: Take, path: str | Path) -> tuple[Notice, ...]:
     """Write a take into one rerun recording that opens with its own views.
 
     Time axes: "frame", the number of the video's frame, and "video_time", its time stamp in seconds.
@@ -70,7 +71,7 @@ def record(take: Take, path: str | Path) -> tuple[Event, ...]:
     What the take lacks is left out, what is NaN stays NaN, and where a track has no rows for some frames, one row
     of NaN ends what is shown.
 
-    A take whose `told.images` is False leaves the video out. Returns events for what was done to the video. Raises
+    A take whose `told.images` is False leaves the video out. Returns notices of what was done to the video. Raises
     InputError without poses, rectified poses or time stamps, or when the video cannot be read.
     """
     import rerun as rr
@@ -80,8 +81,8 @@ def record(take: Take, path: str | Path) -> tuple[Event, ...]:
     poses = take.poses
     if poses is None or take.rectified is None:
         raise InputError("A recording needs 3D poses and their rectification; run rectify first.")
-    parts, events = viewable(take.video) if take.told.images and take.video else (None, ())
-    take = take.saying(*events).with_(video=take.video if parts else None)
+    parts, notices = viewable(take.video) if take.told.images and take.video else (None, ())
+    take = take.saying(*notices).with_(video=take.video if parts else None)
     distance = np.linalg.norm(poses.joints[is_finite(poses.joints)], axis=-1)
     size = float(np.percentile(distance, 98)) if len(distance) else 1.0  # about half the person's height
     prints = foot_prints(take)
@@ -106,7 +107,7 @@ def record(take: Take, path: str | Path) -> tuple[Event, ...]:
             log_room(recording, take, prints, size)
             log_angles(recording, angles_with_gaps_marked(take))
             log_camera(recording, take)
-            log_events(recording, take.events, poses)
+            log_notices(recording, take.notices, poses)
             texts = {"summary": summary_markdown(take)}
             if take.measures:
                 texts["measures"] = measures_markdown(take.measures, poses.frame.unit)
@@ -119,7 +120,7 @@ def record(take: Take, path: str | Path) -> tuple[Event, ...]:
         finally:
             recording.disconnect()
         _require_end(partial, path)
-    return events
+    return notices
 
 
 def _require_end(partial: Path, path: Path) -> None:

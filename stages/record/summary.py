@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from ...pipeline.core.messages import bound_in_words, how_many, rate_in_words
+from ...pipeline.core.notices import verdict_words
 from ...pipeline.core.take import Take
-from ...pipeline.core.verdict import verdict_words
 from ..drawing.facts import OWN_WAYS, Facts, facts_of, listed, ways_of_level
 
 

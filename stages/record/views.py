@@ -49,7 +49,7 @@ def blueprint(take: Take, prints: Sequence[FootPrint], size: float) -> rrb.Bluep
     words: list[rrb.View] = [rrb.TextDocumentView(origin="summary", name="Summary")]
     if take.measures:
         words.append(rrb.TextDocumentView(origin="measures", name="Measures"))
-    if take.events:
+    if take.notices:
         columns = rrb.TextLogColumns(timeline_columns=["frame"], text_log_columns=["loglevel", "body"])
         words.append(rrb.TextLogView(origin="events", name="Events", columns=columns))
     return rrb.Blueprint(

@@ -17,7 +17,8 @@ from ...pipeline.files.atomic import REPORT, SUMMARY
 from ..drawing.facts import Facts
 from ..drawing.page import Cell, Link, box, bullets, details, small, table
 
-_MOST = 40  # events of one kind
+IN_THE_GAUGE = ("poses", "left and right", "view")  # what notices there are about, told beside it
+_MOST = 40  # notices of one kind
 _UNITS = {"m": "metres", "arbitrary": "arbitrary units (au): the source has no scale"}
 _SOURCES = {
     "frames": "the body's posture", "image": "the image's straight lines", "feet": "the feet's places",
@@ -59,8 +60,9 @@ def files_beside(names: Sequence[str]) -> Markup:
 
 def told_of(take: Take) -> Markup:
     """What is not to be overlooked besides the gauge of trust, and on demand what was repaired."""
-    repairs = [event.text for event in take.events if event.kind == "repair" and not event.about]
-    warnings = [event.text for event in take.events if event.kind == "warning" and not event.about]
+    others = [each for each in take.notices if each.about not in IN_THE_GAUGE]
+    repairs = [each.text for each in others if each.weight == "repair"]
+    warnings = [each.text for each in others if each.warns]
     return box("Warnings", _most(warnings), "warning") + details(
         f"{how_many(len(repairs), 'repair')} made", bullets(_most(repairs))
     )

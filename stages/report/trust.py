@@ -23,6 +23,7 @@ _WELL = 6.0
 _TOLD = 15.0
 _WHOLE = 0.05  # share of the joints that may be missing "but for moments": one second in twenty
 _MOST = 5  # stretches that are told
+_SIDES_WRONG = ("mirrored", "legs-against-arms", "left-and-right")
 # Trunk lengths, about a quarter of a metre, that some joint goes in a take that shows how somebody moves. The joints of
 # lifts wander by 0.2 to 0.3 in a video of one photo, or of who stands still.
 _MOVES = 0.5
@@ -79,7 +80,7 @@ def _up(facts: Facts) -> Check:
     rests = f" {up_rests(facts)}".rstrip()
     known = f"Known to within {facts.bound_words.replace(' to', '° to')}° (90 %){facts.unless_words}."
     if facts.nobody_upright:
-        return "Which way is up", "care", [f"{known} {facts.nobody_upright}{rests}"]
+        return "Which way is up", "care", [f"{known} {facts.nobody_upright.text}{rests}"]
     if max(facts.up_bound_deg or (0.0,)) <= _WELL:
         return "Which way is up", "good", [known + rests]
     tilted = f"{_TO_GRAVITY[0].upper()}{_TO_GRAVITY[1:]} may be off by as much"
@@ -90,7 +91,7 @@ def _up(facts: Facts) -> Check:
 def _angles(take: Take) -> list[Check]:
     """How well joint angles are known; nothing of poses that were measured."""
     if why := errors_unknown(take.need("poses")):
-        return [("Joint angles", "care", [why])]
+        return [("Joint angles", "care", [why.text])]
     columns = take.kinematics or {}
     sds = [columns[f"{name}_sd_deg"] for name in ANGLES if f"{name}_sd_deg" in columns]
     known = [float(np.nanmedian(sd)) for sd in sds if np.isfinite(sd).any()]
@@ -110,9 +111,10 @@ def _angles(take: Take) -> list[Check]:
 
 
 def _sides(take: Take) -> Check:
-    texts = [event.text for event in take.events if event.about == "left and right"]
-    wrong = any(finding.name == "left and right" for finding in take.findings or ())
-    warned = wrong or any(event.kind == "warning" for event in take.events if event.about == "left and right")
+    said = [each for each in take.notices if each.about == "left and right"]
+    texts = [each.text for each in said]
+    wrong = any(finding.code in _SIDES_WRONG for finding in take.findings or ())
+    warned = wrong or any(each.warns for each in said)
     if texts or wrong:
         words = texts or ["They are doubtful in the whole take; see the poses."]
         return "Left and right", "care" if warned else "good", words
@@ -120,7 +122,7 @@ def _sides(take: Take) -> Check:
 
 
 def _view(take: Take) -> Check:
-    texts = [event.text for event in take.events if event.about == "view"]
+    texts = [each.text for each in take.notices if each.about == "view"]
     poses = take.need("poses")
     missing = float(np.isnan(poses.joints).any(axis=-1).mean())
     words = f"{100 * missing:.0f} % of the joints are missing. " if missing >= 0.005 else ""

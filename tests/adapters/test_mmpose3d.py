@@ -53,7 +53,7 @@ def test_rebase_is_found_and_said(save, alone, turning):
     (poses,) = read_all(save(alone))
     (step,) = [step for step in poses.history if step.name == "rebase"]
     assert step.options["frames"] == FRAMES
-    assert "no vertical movement" in step.options["warning"]
+    assert [said.code for said in poses.notices] == ["rebased-to-floor"]
 
     free = [[instance(as_mmpose(body, rebase=False), box_of(0, 0))] for body in turning(FRAMES)]
     assert "rebase" not in [step.name for step in read(save(free)).history]
@@ -80,7 +80,8 @@ def test_people_are_separated_when_slots_shift(save, turning, boxes):
         np.testing.assert_array_equal(poses.frame_index, rows)
         np.testing.assert_allclose(poses.joints, joints[rows], atol=1e-6)
         (step,) = [step for step in poses.history if step.name == "link people"]
-        assert ("warning" in step.options) == (not boxes)
+        assert step.options["method"] == ("nearest box" if boxes else "nearest pose")
+        assert ("people-by-poses-alone" in [said.code for said in poses.notices]) == (not boxes)
 
 
 def test_a_box_in_the_corner_of_the_image_is_followed(save, turning):

@@ -80,8 +80,8 @@ def test_people_whose_order_changes(save, alone):
 def test_two_who_are_never_seen_together_are_doubted(save, alone):
     frames = [[body + (np.array([3.0, 0, 0]) if i >= 20 else 0)] for i, (body,) in enumerate(alone)]
     (poses,) = read_all(save(frames))
-    (step,) = [step for step in poses.history if step.name == "leap"]
-    assert "body sizes at frame 20: it may be somebody else" in step.options["warning"]
+    (said,) = poses.notices
+    assert (said.code, said.values["frame"]) == ("leap-between-people", 20)
 
 
 def test_the_layout_is_that_of_all_bodies(save, alone):

@@ -35,9 +35,7 @@ def test_golden(save, turning):
 
 
 def test_what_is_assumed_is_said(save):
-    warnings = [step.options["warning"] for step in read(save()).history if "warning" in step.options]
-    assert any("stature of 1.7 m was assumed" in text for text in warnings)
-    assert any("no vertical movement" in text for text in warnings)
+    assert {said.code for said in read(save()).notices} == {"stature-assumed", "rebased-to-floor"}
 
 
 def test_stature_sets_the_plane_and_not_the_depth(save):

@@ -124,7 +124,7 @@ def test_subjects_are_people(standing, markers, tmp_path, write):
     names[names.index("Bob:LAnkle")] = "Bob:LASI"
     (ann,) = read_all(write(tmp_path / f"y.{write.__name__}", names, points))
     agrees(ann, standing(FRAMES))
-    assert any("the points of Bob" in step.options.get("warning", "") for step in ann.history)
+    assert [said.values["people"] for said in ann.notices] == ["Bob"]
 
 
 def test_skin_markers_units_and_damage_have_words(markers, tmp_path):

@@ -119,7 +119,7 @@ def test_the_files_are_found_to_be_what_they_are(files):
     assert read(files.keypoints, gives="keypoints").history[0].options["adapter"] == "alphapose"
     poses = read(files.poses, gives="poses")
     assert poses.history[0].options["adapter"] == "motionbert"
-    assert not any("warning" in step.options for step in poses.history)  # left and right are beyond doubt
+    assert not poses.notices  # left and right are beyond doubt
     assert not list(files.video.parent.glob(".*"))
     assert len(list(files.video.parent.iterdir())) == len(astuple(files)) == 3
 

@@ -14,8 +14,8 @@ import pytest
 
 from pcnet3d.pipeline.cli import load_command
 from pcnet3d.pipeline.core.camera import Camera
+from pcnet3d.pipeline.core.notices import Notice
 from pcnet3d.pipeline.core.take import Session, Video
-from pcnet3d.pipeline.core.verdict import Finding
 from pcnet3d.pipeline.plugins import registry
 from pcnet3d.pipeline.reading.settings import MOVED, reading_options
 from pcnet3d.pipeline.signals.angles import ANGLES, REASONS
@@ -253,7 +253,7 @@ def test_files_and_fields_are_in_the_design():
     assert set(re.findall(r"`(\w+)\.py`", core)) == _modules("pipeline/core")
     (files,) = re.findall(r"Inside `stages/`: (.*?)\sare\s+one\s+file", design, re.DOTALL)
     assert set(re.findall(r"`(\w+)`", files)) == _modules("stages")
-    for kind in (Video, Camera, Session, Finding):
+    for kind in (Video, Camera, Session, Notice):
         (told,) = re.findall(rf"^{kind.__name__}  +((?:.+\n?)(?: {{9}}.+\n)*)", design, re.MULTILINE)
         names = re.findall(r"\w+", re.sub(r"\(.*?\)", "", told.partition(":")[0].partition(";")[0]))
         assert names == [field.name for field in fields(kind)], kind

@@ -408,7 +408,7 @@ def test_real_files_go_through(data, tmp_path, poses, keypoints, adapter):
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
     assert summary["inputs"][0]["adapter"] == adapter
     assert summary["rectification"]["level_ok"]
-    assert "NOT GOOD DATA" not in result.stderr
+    assert "unusable" not in result.stdout
 
 
 @pytest.mark.data
@@ -416,5 +416,6 @@ def test_a_broken_real_file_is_carried_with_a_loud_warning(data, tmp_path):
     poses = data / "native" / "motionbert" / "broken_X3D.npy"
     result = pcnet3d("run", "--poses", poses, "--fps", 25, "-o", tmp_path / "out")
     assert result.returncode == 0, result.stderr
-    assert "THESE POSES ARE NOT GOOD DATA" in result.stderr
-    assert "NOT GOOD DATA" in json.loads((tmp_path / "out" / "summary.json").read_text())["warnings"][0]
+    assert "the poses are unusable: Bone lengths vary" in result.stdout
+    said = json.loads((tmp_path / "out" / "summary.json").read_text())["notices"]
+    assert ("bones", "unusable") in [(each["code"], each["weight"]) for each in said]

@@ -164,7 +164,7 @@ def swaps(bench: Bench) -> Answer:
 
 
 def _exchanged(summary: dict[str, Any]) -> str:
-    said = [text for text in [*summary["warnings"], *summary["notes"]] if "exchanged" in text]
+    said = [each["text"] for each in summary["notices"] if "exchanged" in each["text"]]
     return " ".join(said) or "nothing is exchanged"
 
 
@@ -181,7 +181,7 @@ def outside_the_image(bench: Bench) -> Answer:
     height = int(np.median(points[:, 11:13, 1])) + 5
     words = ("--keypoints", bench.keypoints("walk_crop"), "--fps", 30, "--image-size", f"884x{height}")
     found = bench.run("cut", *words)
-    said = " ".join(text for text in found["warnings"] if "not in the image" in text)
+    said = " ".join(each["text"] for each in found["notices"] if each["code"] == "not-in-image")
     ranges = found["measures"]["range_of_motion"]
     return said, bool(said) and not any("p05_p95_deg" in ranges[f"{side}_knee_flexion"] for side in "rl")
 
@@ -220,11 +220,11 @@ def told_rates(bench: Bench) -> Answer:
     _cut(bench.data / "video/walk_crop.mp4", clip, 25)
     network = bench.data / "models/movenet_lightning_int8.onnx"
     stages = ("detect", "lift", "clean", "scale", "rectify", "trajectories", "export")
-    detected = bench.run("at_60", clip, "--detector", network, "--fps", 60, stages=stages)["warnings"]
-    given = bench.run("given_at_60", *bench.walk_words, "--fps", 60)["warnings"]
+    detected = bench.run("at_60", clip, "--detector", network, "--fps", 60, stages=stages)["notices"]
+    given = bench.run("given_at_60", *bench.walk_words, "--fps", 60)["notices"]
     refused = bench.refused(*bench.walk_words, "--fps", 3000)
-    told = ["--fps 60 is used although the video says" in " ".join(said) for said in (detected, given)]
-    return f"{detected[0]} | {refused}", all(told) and "1 to 1000" in refused
+    told = ["fps-contradicts" in [each["code"] for each in said] for said in (detected, given)]
+    return f"{detected[0]['text']} | {refused}", all(told) and "1 to 1000" in refused
 
 
 def _cut(video: Path, clip: Path, frames: int) -> None:
@@ -245,7 +245,10 @@ def slow_motion(bench: Bench) -> Answer:
     slow = poses.with_(time_s=poses.times * 8, root=None)
     said = [*pace_doubts(smooth(rectify(slow).level)), *fall_doubts(jumps.jumping(8))]
     real = [*pace_doubts(smooth(rectify(poses).level)), *fall_doubts(jumps.jumping(1))]
-    return " | ".join(said), len(said) == 2 and "--fps 240" in said[1] and not real
+    return " | ".join(each.text for each in said), [each.code for each in said] == [
+        "moves-slowly",
+        "falls-slowly",
+    ] and not real
 
 
 def symmetry(bench: Bench) -> Answer:

@@ -10,7 +10,7 @@ from replay.same_results import compare
 SUMMARY = {
     "walking": {"steps": 4, "cadence_spm": None, "why": "too few"},
     "up_deg": [1.0, 2.0],
-    "warnings": [],
+    "notices": [],
 }
 TABLE = "measure,value,text\ncadence,112.0,\nsteps,4,counted\ngait,,walking\n"
 
@@ -43,9 +43,9 @@ def test_numbers_of_an_array(folders, change, capsys):
 @pytest.mark.parametrize(
     ("summary", "same"),
     [
-        (SUMMARY | {"warnings": ["another"]}, True),
+        (SUMMARY | {"notices": [{"text": "another"}]}, True),
         (SUMMARY | {"walking": {"steps": 4, "cadence_spm": None, "why": "other words"}}, True),
-        ({key: value for key, value in SUMMARY.items() if key != "warnings"}, True),
+        ({key: value for key, value in SUMMARY.items() if key != "notices"}, True),
         ({key if key != "walking" else "gait": value for key, value in SUMMARY.items()}, True),
         (SUMMARY | {"walking": {"steps": "none", "cadence_spm": None, "why": "too few"}}, False),
         (SUMMARY | {"walking": {"steps": 4, "cadence_spm": 112.0, "why": "too few"}}, False),

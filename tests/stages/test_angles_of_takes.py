@@ -275,7 +275,7 @@ def test_the_stage_adds_its_columns_and_says_what_is_missing(camera_poses):
         for suffix in ("_deg", "_sd_deg", "_degps", "_reason"):
             assert done.kinematics[name + suffix].shape == (len(poses),)
     assert (done.kinematics["r_elbow_flexion_reason"][30:40] == 1).all()
-    assert any("r_elbow_flexion (10)" in e.text and "a joint is missing" in e.text for e in done.events)
+    assert any("r_elbow_flexion (10)" in e.text and "a joint is missing" in e.text for e in done.notices)
     fine = done.kinematics["r_knee_flexion_reason"] == 0
     assert (done.kinematics["r_knee_flexion_sd_deg"][fine] > 0.5).all()
 

@@ -48,7 +48,7 @@ def test_the_stage_gives_the_camera_and_says_so(video, shown):
     take = Calibrate()(Take("street", video=video))
     assert isinstance(take.camera, Camera)
     assert angle_deg(take.camera.looks[0].up, shown.up) < 2.5
-    assert any("By the straight lines" in event.text for event in take.events)
+    assert any("By the straight lines" in event.text for event in take.notices)
     assert take.camera.focal_source in ("lines", "prior")
 
 
@@ -216,4 +216,4 @@ def test_a_guessed_focal_length_is_not_called_known(tmp_path):
         take = Lift(parity="ignore")(Take("t", video=video, keypoints=keypoints, camera=camera))
         said = next(step.options for step in take.poses.history if step.name == "lift")
         assert (said["focal_known"], said["focal_px"]) == (known, 512.0)
-        assert any("focal length is unknown" in event.text for event in take.events) == (not known)
+        assert any("focal length is unknown" in event.text for event in take.notices) == (not known)

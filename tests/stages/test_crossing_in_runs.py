@@ -64,7 +64,7 @@ def test_who_is_hidden_is_a_gap_with_its_reason(crossing):
     assert np.isfinite(near.poses.joints).all()
     missing = ~np.isfinite(far.poses.joints).all(axis=(1, 2))
     np.testing.assert_array_equal(np.flatnonzero(missing), hidden)
-    said = " ".join(event.text for event in far.events)
+    said = " ".join(event.text for event in far.notices)
     assert f"{len(hidden)} frames that the estimator dropped were put back as gaps" in said
     assert f"bridges {len(hidden)} in which the person is hidden" in said
 

@@ -67,7 +67,7 @@ def test_the_path_and_its_error_go_with_the_poses(placed, walk, camera):
     assert placed.poses.measured_root is None
     said = placed.poses.history[-1]
     assert (said.name, said.options["frames_placed"], said.options["focal_sd"]) == ("place", len(walk), 0.02)
-    assert "rests on the keypoints, in 240 of 240 frames" in placed.events[-1].text
+    assert "rests on the keypoints, in 240 of 240 frames" in placed.notices[-1].text
 
 
 def test_a_place_that_the_source_knows_is_kept(take):
@@ -89,7 +89,7 @@ def test_a_place_that_the_source_knows_is_kept(take):
 def test_who_cannot_be_placed_is_told_why(take, changed, why):
     found = Place()(take.with_(**changed))
     assert found.poses is take.poses
-    assert why in found.events[-1].text
+    assert why in found.notices[-1].text
 
 
 def test_poses_of_a_world_and_people_whom_nobody_sees_are_not_placed(take, walk):
@@ -98,16 +98,16 @@ def test_poses_of_a_world_and_people_whom_nobody_sees_are_not_placed(take, walk)
             joints=walk.world - walk.root[:, None], root=None, frame=Z_UP.with_(origin="pelvis")
         )
     )
-    assert "not in a camera's axes" in Place()(world).events[-1].text
+    assert "not in a camera's axes" in Place()(world).notices[-1].text
     outside = take.keypoints.with_(joints=take.keypoints.joints + 5000)
     found = Place()(take.with_(keypoints=outside))
     assert found.poses.root is None
-    assert "too few joints" in found.events[-1].text
+    assert "too few joints" in found.notices[-1].text
 
 
 def test_a_take_of_two_frames_names_the_frames_and_no_joints(take):
     short = take.with_(poses=take.poses.rows(0, 2))
-    (said,) = [event.text for event in Place()(short).events if event not in short.events]
+    (said,) = [event.text for event in Place()(short).notices if event not in short.notices]
     assert said.endswith("is not known: a path takes 3 frames, got 2.")
 
 
@@ -116,7 +116,7 @@ def test_without_a_camera_what_is_told_counts_and_a_guess_says_so(take, placed):
     assert (told.camera.focal_px, told.camera.image_size, told.camera.focal_source) == (FOCAL, SIZE, "told")
     np.testing.assert_allclose(told.poses.root, placed.poses.root)
     guessed = Place()(take.with_(camera=None, told=Told(image_size=SIZE)))
-    assert "a guess" in guessed.events[-1].text
+    assert "a guess" in guessed.notices[-1].text
     assert guessed.poses.root_sd[:, 2].mean() > 3 * placed.poses.root_sd[:, 2].mean()
 
 
@@ -236,6 +236,6 @@ def test_the_floor_of_a_walk_lies_below_the_camera(through, camera, take):
 
 def test_feet_that_cannot_be_locked_are_said(take):
     take = Rectify(rectifier="geometric")(take)
-    said = [event.text for event in Trajectories(foot_lock=True)(take).events]
+    said = [event.text for event in Trajectories(foot_lock=True)(take).notices]
     assert any("No foot is locked" in text for text in said)
-    assert not any("No foot is locked" in event.text for event in Trajectories()(take).events)
+    assert not any("No foot is locked" in event.text for event in Trajectories()(take).notices)

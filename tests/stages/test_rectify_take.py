@@ -15,8 +15,8 @@ from pcnet3d.pipeline import CAMERA, H36M17, InputError, PoseSequence, Take, Tol
 from pcnet3d.pipeline.core.camera import Camera as View
 from pcnet3d.pipeline.core.camera import Look
 from pcnet3d.pipeline.core.frames import GL_CAMERA
+from pcnet3d.pipeline.core.notices import notice
 from pcnet3d.pipeline.core.rotations import angle_deg, geodesic_deg
-from pcnet3d.pipeline.core.verdict import Finding
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.running.run import run_files
 from pcnet3d.pipeline.signals.checks import nobody_upright
@@ -68,7 +68,7 @@ def poses_of(joints) -> PoseSequence:
 
 
 def warnings(take: Take) -> list[str]:
-    return [event.text for event in take.events if event.kind == "warning"]
+    return [event.text for event in take.notices if event.weight == "warning"]
 
 
 def up_of(rectified) -> np.ndarray:
@@ -188,7 +188,7 @@ def test_a_run_tells(tmp_path, joints, mixed, cut, name, options, words):
     np.save(tmp_path / "poses.npy", takes[name])
     sources = RunOptions(poses=tmp_path / "poses.npy", adapter="arrays", options=MEANING, fps=30, **options)
     take = run_files(sources, tmp_path / "out")
-    assert words in " ".join(event.text for event in take.events)
+    assert words in " ".join(event.text for event in take.notices)
     assert words in json.dumps(json.loads((tmp_path / "out" / "summary.json").read_text()))
     with np.load(tmp_path / "out" / "poses.npz", allow_pickle=False) as file:
         assert file["level"].shape == takes[name].shape
@@ -246,12 +246,12 @@ def test_a_picture_that_is_turned_is_told_where_its_lines_decide(joints, camera,
     assert turned.rectified.level_ok
     assert "% of the frames: the person lies" in warnings(turned)[-1]
     assert "the picture is turned" in warnings(turned)[-1]
-    assert nobody_upright(turned.rectified) == warnings(turned)[-1]
+    assert nobody_upright(turned.rectified) == turned.notices[-1]
     assert not nobody_upright(upright.rectified)
-    said = turned.with_(findings=(Finding("suspicious", "upside down", "The head is below the feet."),))
-    assert not [text for text in warnings(Rectify("geometric")(said.with_(events=()))) if "trunk" in text]
+    said = turned.with_(findings=(notice("upside-down", share_percent=90),))
+    assert not [text for text in warnings(Rectify("geometric")(said.with_(notices=()))) if "trunk" in text]
     told = Rectify("geometric")(
-        turned.with_(camera=None, events=(), told=Told(gravity=tuple(-Q @ camera.up)))
+        turned.with_(camera=None, notices=(), told=Told(gravity=tuple(-Q @ camera.up)))
     )
     assert not nobody_upright(told.rectified)
     lies = replace(turned.rectified, up_shares={"camera pitch and roll": 0.9, "frames": 0.1})

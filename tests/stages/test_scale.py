@@ -39,8 +39,8 @@ def test_without_a_stature_the_unit_is_kept_and_said():
     take = Take("t", poses=PoseSequence(adult(1.0)[None], H36M17, ARBITRARY))
     kept = Scale()(take)
     assert kept.poses is take.poses
-    assert "--stature" in kept.events[0].text
-    assert Scale()(Take("t", poses=take.poses.with_(frame=CAMERA))).events == ()
+    assert "--stature" in kept.notices[0].text
+    assert Scale()(Take("t", poses=take.poses.with_(frame=CAMERA))).notices == ()
 
 
 @pytest.mark.parametrize("stature", [0, 180, -1.8, float("nan")])

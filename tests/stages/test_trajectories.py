@@ -134,7 +134,7 @@ def test_no_rotation_changes_a_norm(seed):
 def test_the_stage_says_that_a_moving_camera_makes_directions_relative(facing_camera, camera, notes):
     poses = PoseSequence(np.tile(facing_camera, (12, 1, 1)), H36M17, CAMERA, time_s=np.arange(12) / 30)
     take = Trajectories()(Take("t", poses=poses, rectified=rectify(poses, "geometric", camera)))
-    assert len([event for event in take.events if "relative to it" in event.text]) == notes
+    assert len([event for event in take.notices if "relative to it" in event.text]) == notes
 
 
 def wave(hz: float, fps: float = 60, seconds: float = 4, frame=LEVEL) -> PoseSequence:
@@ -189,7 +189,7 @@ def test_whoever_gives_no_cutoff_gets_a_filter_at_any_usual_frame_rate(fps, filt
 
 def test_a_cutoff_that_had_to_be_lowered_is_said(facing_camera):
     take = stage(facing_camera, 60, 25, smoother="savgol")
-    (said,) = [event.text for event in take.events if "cut-off" in event.text]
+    (said,) = [event.text for event in take.notices if "cut-off" in event.text]
     assert said.startswith("The cut-off is 5.94 Hz instead of 6 Hz")
     assert "25 frames a second" in said
     with pytest.raises(InputError, match=r"at most 5\.94 Hz"):
@@ -221,7 +221,7 @@ def stage(facing_camera, rows: int, fps: float, **options) -> Take:
 
 
 def warnings(take: Take) -> str:
-    return " ".join(event.text for event in take.events if event.kind == "warning")
+    return " ".join(event.text for event in take.notices if event.weight == "warning")
 
 
 def test_a_single_frame_has_no_path_and_says_so(facing_camera):
@@ -229,8 +229,7 @@ def test_a_single_frame_has_no_path_and_says_so(facing_camera):
     assert np.isnan(take.kinematics["r_wrist_speed"]).all()
     assert warnings(take) == "A single frame has no path: velocities and accelerations are missing."
     level = PoseSequence(facing_camera[None], H36M17, LEVEL, time_s=np.zeros(1))
-    said = smooth(level).history[-1].options["warning"]
-    assert said == "A single frame carries no filter: joints are unfiltered."
+    assert smooth(level).history[-1].options["unfiltered"]
 
 
 def test_a_take_too_short_for_the_filter_has_nan_and_a_warning(facing_camera):
@@ -252,8 +251,8 @@ def test_a_frame_rate_that_does_not_carry_the_usual_filter_is_said(facing_camera
 
 def test_a_notebook_is_told_too_that_nothing_was_filtered(facing_camera):
     level = PoseSequence(np.tile(facing_camera, (40, 1, 1)), H36M17, LEVEL, time_s=np.arange(40) / 10)
-    assert "do not carry a filter at 6 Hz" in smooth(level).history[-1].options["warning"]
-    assert "warning" not in smooth(level, filter="none").history[-1].options
+    assert smooth(level).history[-1].options["unfiltered"]
+    assert "unfiltered" not in smooth(level, filter="none").history[-1].options
 
 
 def test_slow_motion_is_told(facing_camera):
@@ -334,8 +333,8 @@ def test_a_run_says_whose_error_it_smooths_by(facing_camera):
     poses = lifted(facing_camera, 0.01).need("poses")
     take, unstated = run(poses), run(poses.with_(covariance=None))
     for each, words in ((take, "that the lifter states"), (unstated, "estimated from the paths")):
-        assert [event.text for event in Trajectories()(each).events if words in event.text]
-        assert not Trajectories(smoother="butterworth")(each).events
+        assert [event.text for event in Trajectories()(each).notices if words in event.text]
+        assert not Trajectories(smoother="butterworth")(each).notices
     for each, errors in ((take, "stated"), (unstated, "estimated")):
         by_error, classical = (
             Trajectories(smoother=name)(each).need("filtered").history for name in ("auto", "butterworth")

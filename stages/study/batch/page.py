@@ -11,6 +11,7 @@ from markupsafe import Markup
 
 from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.messages import how_many
+from ....pipeline.core.notices import WARNS
 from ....pipeline.core.pose import package_version
 from ....pipeline.signals.angles import ANGLES, MIDLINE, OF_BOTH, sides_of
 from ...drawing.page import Cell, Link, Stated, answer, box, heading, joined, page, small, table
@@ -153,8 +154,8 @@ def _takes(rows: Rows) -> Markup:
         "up known to within (°, 90 %)": [row.get("up_bound_deg") for row in rows],
         "expected rotation error (°)": [row.get("error_deg_mean") for row in rows],
         "bone lengths vary by (%)": [_percent(row.get("bone_length_spread")) for row in rows],
-        "warnings": [len(row.get("warnings", ())) for row in rows],
-        "repairs": [len(row.get("repairs", ())) for row in rows],
+        "warnings": [_count(row, WARNS) for row in rows],
+        "repairs": [_count(row, ("repair",)) for row in rows],
     }
     words = (
         "A take's name leads to its report. Posture: a frame far from the take's usual one, from the front and from "
@@ -212,12 +213,17 @@ def _of(rows: Rows, measure: str) -> list[Cell]:
 
 def _told(rows: Rows) -> Markup:
     lines: list[list[Cell]] = [
-        [_linked(row), kind.removesuffix("s"), words]
+        [_linked(row), said["weight"], said["code"], said["text"]]
         for row in rows
-        for kind in ("warnings", "repairs")
-        for words in row.get(kind, ())
+        for said in row.get("notices", ())
+        if said["weight"] in (*WARNS, "repair")
     ]
-    return table(("take", "kind", "what"), lines, sortable=True)
+    return table(("take", "weight", "code", "what"), lines, sortable=True)
+
+
+def _count(row: Mapping[str, Any], weights: tuple[str, ...]) -> int:
+    """How many notices of a take have one of the weights."""
+    return sum(said["weight"] in weights for said in row.get("notices", ()))
 
 
 def _changes(found: Sequence[Change]) -> Markup:

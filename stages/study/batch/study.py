@@ -38,14 +38,22 @@ _NO_MEASURE = ("frames", "nan_share", "beyond_anatomy_frames", "places", "sd_deg
 _Words = Annotated[str, AfterValidator(printable)]
 
 
+class Said(BaseModel, strict=True):
+    """A notice of a run: what summary.json has of it, but for rows and values."""
+
+    code: _Words
+    weight: _Words
+    about: _Words
+    text: _Words
+
+
 class _Figures(BaseModel, strict=True):
     """What the table says of a run; None where it does not say. report: its place, seen from the study's page. posture:
     a frame's joints in BODY, and lifted: whether the run lifted its poses itself; `write_table` has neither."""
 
     person: _Words
     report: _Words
-    warnings: list[_Words]
-    repairs: list[_Words]
+    notices: list[Said]
     verdict: _Words
     frames: int | None
     fps: float | None
@@ -83,8 +91,7 @@ def _figures(folder: Path, place: Path) -> dict[str, Any]:
     found = {
         "person": folder.name if len(place.parts) > 2 else "",
         "report": (place / REPORT).as_posix() if (folder / REPORT).exists() else "",
-        "warnings": summary.get("warnings", []),
-        "repairs": summary.get("repairs", []),
+        "notices": summary.get("notices", []),
         "verdict": summary.get("verdict") or "",
         "frames": poses.get("frames"),
         "fps": poses.get("fps"),
@@ -184,15 +191,14 @@ def write_table(rows: Sequence[Mapping[str, Any]], path: Path) -> None:
     )
     kinds: dict[str, Any] = dict.fromkeys((*words, "verdict", "level_reason"), pa.string())
     kinds |= {"exit_code": pa.int64(), "frames": pa.int64(), "level_ok": pa.bool_()}
-    kinds |= dict.fromkeys(("warnings", "repairs"), pa.list_(pa.string()))
+    kinds["notices"] = pa.list_(pa.struct([(name, pa.string()) for name in Said.model_fields]))
     measures = dict.fromkeys(key for row in rows for key in row.get("measures", {}))
     order = [
         *words[:6],
         "exit_code",
         "reason",
         "report",
-        "warnings",
-        "repairs",
+        "notices",
         "verdict",
         "frames",
         "fps",

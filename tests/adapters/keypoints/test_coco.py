@@ -93,7 +93,8 @@ def test_detections_that_a_tracker_did_not_name_are_left_out_and_counted(write, 
     np.testing.assert_allclose(people["4"].joints[:, 0, 0], 100.25 + 2 * people["4"].frame_index)
     (step,) = [step for step in people["4"].history if step.name == "track numbers"]
     assert step.options["left_out"] == 2
-    assert "2 detections of 24" in step.options["warning"]
+    (said,) = people["4"].notices
+    assert (said.code, dict(said.values)) == ("no-track-number", {"unnamed": 2, "detections": 24})
     assert [len(poses) for poses in read_all(path, track=True)] == [12, 12]
 
 

@@ -149,7 +149,7 @@ def test_who_comes_into_the_picture_does_not_leap(write, moving, form, seen, war
     points[:5, seen:] = 0.0
     points[3, :seen, 0] += np.linalg.norm(np.ptp(points[3, :seen, :2], axis=0))
     (poses,) = _people(write, form, (frames, points)).values()
-    assert any("leaps" in step.options.get("warning", "") for step in poses.history) == warned
+    assert any(said.code.startswith("leap") for said in poses.notices) == warned
 
 
 @pytest.mark.parametrize(
@@ -164,6 +164,6 @@ def test_two_who_are_never_seen_together_are_doubted(write, moving, gap, bodies,
     points[5:, :, 0] += bodies * size
     frames = np.arange(10) + (gap - 1) * (np.arange(10) >= 5)
     (poses,) = _people(write, "coco_tracks" if named else "coco_results", (frames, points)).values()
-    said = "".join(step.options.get("warning", "") for step in poses.history)
+    said = "".join(each.text for each in poses.notices)
     assert (f"leaps by {bodies} body sizes at frame {frames[5]}" in said) == warned == bool(said)
     assert ("10 frames in which nobody was seen" in said) == (warned and gap > 1)

@@ -130,8 +130,8 @@ def test_cut_off_without_an_index(film, tmp_path, ending, stamps):
         places = [packet.pos for packet in container.demux(video=0) if packet.size]
     path.write_bytes(path.read_bytes()[: places[len(places) // 2]])
     (doubt,) = video.read(path)[0].doubts
-    assert re.search(r"images of clip\.\w+ end after (2\.\d|6\.0) s.* lasts (4|11)\.0 s.*cut off", doubt)
-    assert doubt in str(inspect_video(path))
+    assert re.search(r"images of clip\.\w+ end after (2\.\d|6\.0) s.* lasts (4|11)\.0 s.*cut off", doubt.text)
+    assert doubt.text in str(inspect_video(path))
 
 
 @pytest.mark.parametrize("ending", ["mp4", "mov", "mkv", "webm", "avi", "flv", "ts", "wmv"])

@@ -146,7 +146,7 @@ def test_interrupted_and_resumed(walk_film, toy, quick, tmp_path, call, monkeypa
     assert code == 130
     assert "Interrupted at frame 26 of 40; --resume goes on from there." in said
     summary = json.loads((tmp_path / "part/summary.json").read_text())
-    assert any(text.startswith("Interrupted at frame 26") for text in summary["warnings"])
+    assert {"frame": 26, "frames": 40} in [said["values"] for said in summary["notices"]]
     with np.load(tmp_path / "part/poses.npz") as poses:
         assert len(poses["source"]) == 26
     monkeypatch.setattr(detect_video, "images_ahead", shown)

@@ -60,13 +60,11 @@ def test_a_person_of_whom_the_detector_is_hardly_sure_is_named(walk_film, toy, t
         score[: round(low * len(score))] = 0.4
         for method, known in ((found.method, True), ("simcc@0", False), ("movenet-multipose@0", False)):
             told = replace(found, confidence=score, method=method)
-            said = "".join(told.doubts(*told.people()))
-            assert ("hardly sure that person 0" in said) == (named and known)
+            said = tuple(told.doubts(*told.people()))
+            assert [each.code for each in said] == ["hardly-a-person"] * (named and known)
             told.save(tmp_path / "keypoints.npz")
             (person,) = read_keypoints(tmp_path / "keypoints.npz")
-            assert [step.options["warning"] for step in person.history if "warning" in step.options] == [
-                said
-            ][: bool(said)]
+            assert person.notices == said
 
 
 def test_of_a_part_only_its_frames_are_decoded(walk_film, toys, toy, monkeypatch):
@@ -125,7 +123,7 @@ def test_damage_is_said_and_kept(film, toys, toy, tmp_path):
     assert same(load_detections(tmp_path / "keypoints.npz"), found)
     again = open_take(RunOptions(video=shown.path, keypoints=tmp_path / "keypoints.npz"))
     for take in (Detect(detector=str(toy))(Take("walk", video=shown)), again):
-        (text,) = (event.text for event in take.events if "damaged" in event.text)
+        (text,) = (event.text for event in take.notices if "damaged" in event.text)
         assert f"damaged at frame {found.damaged[0]}" in text
 
 
@@ -231,7 +229,7 @@ def test_the_longest_track_is_taken_unless_another_is_named(walk_film, monkeypat
     take = Take("walk", video=walk_film)
     default = Detect()(take)
     assert default.keypoints.person == "0"
-    assert "Of 2 people (frames in brackets) 0 (40), 1 (35), person 0 is taken" in default.events[1].text
+    assert "Of 2 people (frames in brackets) 0 (40), 1 (35), person 0 is taken" in default.notices[1].text
     assert interrupted_at(default) is None
     other = Detect(person="1")(take).keypoints
     assert (other.person, len(other)) == ("1", 35)

@@ -34,7 +34,7 @@ def votes(pitch, roll=0.0, scatter_deg=3.0):
 def fused(bodies, image=None, told=()):
     """The up, and what is said about contradictions."""
     found = fused_up(pool(bodies, np.full(len(TIMES), 7.0), TIMES).evidence, told, image)
-    return found, found.warnings
+    return found, found.notices
 
 
 def test_an_exact_image_and_vague_bodies_give_about_the_image():
@@ -81,8 +81,8 @@ def test_an_image_with_many_lines_wins_over_leaning_bodies_and_both_are_named():
     found, (warning,) = fused(votes(50), look(20))
     assert angle_deg(found.up, up_of(20)) < 0.1
     assert found.shares == {IMAGE: 1.0}
-    assert "pitch 20" in warning
-    assert "The image is believed" in warning
+    assert "pitch 20" in warning.text
+    assert "The image is believed" in warning.text
     assert angle_deg(found.own["frames"][0], up_of(50)) < 1.5  # still there to be shown
 
 
@@ -90,7 +90,7 @@ def test_an_image_with_many_lines_wins_over_leaning_bodies_and_both_are_named():
 def test_a_diagonal_pattern_is_vetoed_by_the_bodies(roll):
     found, (warning,) = fused(votes(10), look(10, roll))
     assert angle_deg(found.up, up_of(10)) < 1.0
-    assert "The skeletons are believed" in warning
+    assert "The skeletons are believed" in warning.text
 
 
 def test_a_rolled_camera_is_no_contradiction_where_the_bodies_see_it_too():
@@ -118,8 +118,8 @@ def test_told_reaction_instead_of_gravity_is_refused_with_the_cause():
 
 def test_told_gravity_that_is_off_is_believed_and_said():
     found, warnings = fused(votes(10), look(10), [direction("gravity vector", up_of(40), 1.0)])
-    assert any("the skeletons" in text for text in warnings)
-    assert any("the image" in text for text in warnings)
+    assert any("the skeletons" in each.text for each in warnings)
+    assert any("the image" in each.text for each in warnings)
     assert angle_deg(found.up, up_of(40)) < 1e-3
     assert set(found.shares) == {"gravity vector"}
 

@@ -143,7 +143,7 @@ def test_between_the_images_of_a_moving_camera_up_is_interpolated():
         for t, u in zip(time_s[::10], true[::10], strict=True)
     ]
     found = heard(ups(18 + 5 * time_s), 7.0, time_s, looks)
-    assert not found.warnings
+    assert not found.notices
     inside = slice(0, 111)
     assert np.max(angle_deg(found.up, true)[inside]) < 0.5
     assert np.max(found.error_deg[inside]) < 2.0
@@ -183,9 +183,9 @@ def test_images_of_a_moving_camera_win_over_leaning_bodies_with_a_warning():
     looks = [look(t, true[0]) for t in (0.0, 1.0, 2.0, 2.9)]
     found = heard(ups(np.full(90, 45.0)), 6.0, time_s, looks)
     assert np.max(angle_deg(found.up, true)) < 0.5
-    (warning,) = found.warnings
-    assert "35 degrees" in warning
-    assert "The image is believed" in warning
+    (warning,) = found.notices
+    assert "35 degrees" in warning.text
+    assert "The image is believed" in warning.text
 
 
 @pytest.mark.parametrize("last_s", [6.0, 12.0])
@@ -194,7 +194,7 @@ def test_bodies_that_images_outvote_speak_again_where_none_was_looked_at(last_s)
     time_s = np.arange(600) / 30
     true, bodies = ups(np.full(600, 10.0)), ups(np.full(600, 45.0))
     found = heard(bodies, 6.0, time_s, [look(t, true[0]) for t in np.arange(0, last_s + 0.1, 0.5)])
-    assert "35 degrees" in found.warnings[0]
+    assert "35 degrees" in found.notices[0].text
     assert np.max(angle_deg(found.up, true)[time_s <= last_s]) < 0.5
     assert np.max(angle_deg(found.up, bodies)[time_s > last_s + 3]) < 1.0
     assert np.max(found.error_deg) < 10.0
@@ -206,9 +206,9 @@ def test_a_contradiction_is_that_of_the_frames_looked_at():
     time_s = np.arange(600) / 30
     bodies = ups(np.where(time_s < 10, 30.0, 60.0))
     found = heard(bodies, 6.0, time_s, [look(t, ups(np.array(0.0))) for t in np.arange(10.0)])
-    (warning,) = found.warnings
-    assert "by 30 degrees: pitch 0, roll 0 by the image" in warning.replace("-0", "0")
-    assert "pitch 30, roll 0 by the skeletons" in warning.replace("-0", "0")
+    (warning,) = found.notices
+    assert "by 30 degrees: pitch 0, roll 0 by the image" in warning.text.replace("-0", "0")
+    assert "pitch 30, roll 0 by the skeletons" in warning.text.replace("-0", "0")
 
 
 def test_a_moving_and_a_static_camera_say_the_same_about_a_contradiction():
@@ -217,7 +217,7 @@ def test_a_moving_and_a_static_camera_say_the_same_about_a_contradiction():
     bodies = ups(np.full(90, 45.0))
     (moving,) = heard(
         bodies, 6.0, time_s, [look(t, ups(np.array(10.0))) for t in (0.0, 1.0, 2.0, 2.9)]
-    ).warnings
+    ).notices
     _, image = look(0.0, ups(np.array(10.0)))
-    (static,) = fused_up([direction("frames", bodies[0], 6.0)], (), image).warnings
+    (static,) = fused_up([direction("frames", bodies[0], 6.0)], (), image).notices
     assert moving == static

@@ -39,25 +39,25 @@ def test_a_mirrored_network_is_refused_and_put_right_when_asked(per_frame, facin
 def test_the_bearing_is_told_until_the_focal_length_is_known(per_frame, facing_camera, take):
     path = per_frame(ZERO, facing_camera)
     unknown, known = (
-        " ".join(e.text for e in Lift(path)(take.telling(focal_px=f)).events) for f in (None, 640.0)
+        " ".join(e.text for e in Lift(path)(take.telling(focal_px=f)).notices) for f in (None, 640.0)
     )
     assert "shifts the heading by about b" in unknown
     assert "shifts the heading" not in known
     whole = Lift(path, "motionbert-pixel")(take.telling(focal_px=640.0))
-    assert any("the focal length is not used" in event.text for event in whole.events)
+    assert any("the focal length is not used" in event.text for event in whole.notices)
 
 
 def test_a_lift_that_is_no_skeleton_is_warned_of(per_frame, take):
-    events = Lift(per_frame(np.diag([1, 1, 0])), parity="ignore")(take).events
-    assert any("bone lengths vary" in event.text for event in events if event.kind == "warning")
+    events = Lift(per_frame(np.diag([1, 1, 0])), parity="ignore")(take).notices
+    assert any("bone lengths vary" in event.text for event in events if event.weight == "warning")
 
 
 def test_filled_keypoints_are_a_counted_repair(per_frame, facing_camera, take):
     pixels = take.keypoints.joints.copy()
     pixels[5:9, take.keypoints.layout.index("l_wrist")] = np.nan
     taken = take.with_(keypoints=take.keypoints.with_(joints=pixels))
-    (event,) = (e for e in Lift(per_frame(ZERO, facing_camera))(taken).events if "on a line" in e.text)
-    assert event.kind == "repair"
+    (event,) = (e for e in Lift(per_frame(ZERO, facing_camera))(taken).notices if "on a line" in e.text)
+    assert event.weight == "repair"
     assert event.text.startswith("4 missing keypoints")
 
 

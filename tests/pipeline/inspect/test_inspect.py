@@ -9,6 +9,7 @@ import pytest
 
 from golden.films import film
 from pcnet3d.pipeline import H36M17, InputError
+from pcnet3d.pipeline.core import notices
 from pcnet3d.pipeline.core.take import Video
 from pcnet3d.pipeline.inspect.inspect import _video_findings, inspect
 from pcnet3d.pipeline.signals.findings import depth_factor, row_findings
@@ -95,14 +96,14 @@ def test_a_clean_walker_is_good_and_described(walker, tmp_path):
 
 def test_what_the_file_does_not_say_is_a_note(walker, tmp_path):
     found = looked_at(tmp_path, walker, time_s=None, frame_index=None)
-    assert [finding.name for finding in found.people[0].findings] == ["frame numbers", "fps"]
+    assert [said.code for said in found.people[0].findings] == ["frames-not-numbered", "rate-not-stated"]
     assert found.verdict == "good"
 
 
 def test_an_adapters_own_warning_is_passed_on(walker, tmp_path):
     source = looked_at(tmp_path, walker).people[0].source
-    (finding,) = row_findings(source.noted("scale", warning="A stature was assumed."))
-    assert (finding.name, finding.text) == ("adapter", "A stature was assumed.")
+    assumed = notices.notice("stature-assumed", stature_m=1.7)
+    assert row_findings(source.saying(assumed)) == [assumed]
 
 
 def without_a_fifth(joints):
@@ -258,7 +259,7 @@ def test_clip_boundaries_are_told_with_their_step(walker, tmp_path):
     for joints in (long, turned):
         np.save(tmp_path / "X3D.npy", joints.astype(np.float32))
         (person,) = inspect(tmp_path / "X3D.npy", "motionbert").people
-        text = next(finding.text for finding in person.findings if finding.name == "seams")
+        text = next(finding.text for finding in person.findings if finding.code.startswith("seams"))
         assert "at row 243;" in text
         steps.append(float(text.split(" times ")[0].split()[-1]))
     assert steps[0] < 2

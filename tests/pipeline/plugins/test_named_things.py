@@ -114,7 +114,7 @@ def test_a_lifter_of_another_package_says_how_it_lifted(register):
     with pytest.raises(InputError, match=r"the lifter toy@1 .* got none of model, kind, focal_known"):
         stage(take)
     said |= {"model": "toy@1", "kind": "toy", "focal_known": True}
-    assert not any("focal length is not used" in event.text for event in stage(take).events)
+    assert not any("focal length is not used" in event.text for event in stage(take).notices)
 
 
 def test_a_stage_that_returns_no_take_is_named():

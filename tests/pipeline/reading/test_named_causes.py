@@ -10,7 +10,7 @@ from pcnet3d.adapters import read, video
 from pcnet3d.pipeline import H36M17, InputError
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_take
-from pcnet3d.pipeline.signals.checks import implausible, upside_down
+from pcnet3d.pipeline.signals.checks import upside_down
 
 
 @pytest.fixture
@@ -49,13 +49,11 @@ def test_nothing_but_nan(save, bodies):
 def test_y_up(save, bodies):
     path = save(bodies * np.float32([1, -1, -1]))
     (said,) = upside_down(read(path, "motionbert"))
-    assert "frame=GL_CAMERA" in said
-    assert "unit=m;" not in said  # this file has no scale, and one that is read with unit=m has metres
-    assert "-O unit=arbitrary where it has no scale" in said
-    assert said in implausible(read(path, "motionbert"))
-    assert said in [
-        event.text for event in open_take(RunOptions(poses=path, adapter="motionbert", fps=30)).events
-    ]
+    assert said.code == "upside-down"
+    assert "frame=GL_CAMERA" in said.text
+    assert "unit=m;" not in said.text  # this file has no scale, and one that is read with unit=m has metres
+    assert "-O unit=arbitrary where it has no scale" in said.text
+    assert said in open_take(RunOptions(poses=path, adapter="motionbert", fps=30)).said
     assert upside_down(read(path, "arrays", layout="H36M17", frame="GL_CAMERA", unit="m")) == []
 
 
@@ -63,8 +61,7 @@ def test_a_lift_that_is_upside_down_has_its_cause_in_the_picture(save, bodies):
     """A lifter's axes are its own, and there is no file of poses to be read in another way."""
     poses = read(save(bodies * np.float32([1, -1, -1])), "motionbert").noted("lift", model="some network")
     (said,) = upside_down(poses)
-    assert "the picture (or the keypoints' y axis) is upside down" in said
-    assert "--adapter" not in said
+    assert said.code == "picture-upside-down"
 
 
 def test_who_lies_or_bends_is_not_upside_down(save, bodies):

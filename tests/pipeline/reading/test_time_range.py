@@ -38,7 +38,7 @@ def test_the_part_has_the_whole_takes_numbers_and_times(opened, told, first, las
     assert part.poses.frame_index.tolist() == list(range(first, last + 1))
     np.testing.assert_array_equal(part.poses.times, whole.poses.times[first : last + 1])
     np.testing.assert_array_equal(part.poses.joints, whole.poses.joints[first : last + 1])
-    assert any("as asked" in event.text for event in part.events if event.kind == "note")
+    assert any("as asked" in event.text for event in part.notices if event.weight == "note")
     assert part.poses.history[-1].name == "time range"
 
 
@@ -71,7 +71,7 @@ def test_data_that_end_before_the_part_does_are_told(poses, tmp_path):
     told = {"poses": tmp_path / "poses.npy", "adapter": "videopose3d", "video": tmp_path / "walk.mp4"}
     for part, notes in ((None, []), ("2:", ["The data cover video frames 60 to 86 of 90."]), ("2:2.8", [])):
         take = open_take(RunOptions(**told, first_frame=0, time_range=part))
-        assert [event.text for event in take.events if "cover" in event.text] == notes
+        assert [event.text for event in take.notices if "cover" in event.text] == notes
 
 
 def test_who_is_not_in_the_part_is_left_out(tmp_path):

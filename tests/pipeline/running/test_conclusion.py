@@ -9,7 +9,7 @@ import pytest
 
 from pcnet3d.pipeline import InputError, Take
 from pcnet3d.pipeline.core.answer import answer
-from pcnet3d.pipeline.core.verdict import Finding
+from pcnet3d.pipeline.core.notices import own_notice
 from pcnet3d.pipeline.files.viewer import view_page
 from pcnet3d.pipeline.running.conclusion import conclude, point_to, seen, show_files, trust
 from pcnet3d.stages import rectify
@@ -65,7 +65,7 @@ def test_up_of_a_take_in_which_nobody_stands_is_known_unless_the_picture_is_turn
 
 @pytest.mark.parametrize(("weight", "code"), [("note", 0), ("suspicious", 3), ("unusable", 4)])
 def test_the_gravest_finding_counts(take, weight, code):
-    assert trust(take.with_(findings=(Finding(weight, "x", "Why."),)))[0] == code
+    assert trust(take.with_(findings=(own_notice("test.x", "Why.", weight),)))[0] == code
 
 
 def test_why_a_take_is_not_levelled_is_said(take):

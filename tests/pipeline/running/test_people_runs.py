@@ -277,10 +277,10 @@ def test_keypoints_of_somebody_else_beside_the_poses_are_warned_of(tmp_path, who
     poses = {"poses": tmp_path / "poses.npz", "adapter": "arrays", "options": told}
     own_files = RunOptions(**poses, keypoints=tmp_path / "k.json", fps=30)
     take = open_take(own_files.with_(image_size=(camera.width, camera.height)))
-    said = [event.text for event in take.events if "lie otherwise in the image" in event.text]
+    said = [event.text for event in take.notices if "lie otherwise in the image" in event.text]
     assert len(said) == warned
     assert not any(
-        "lie otherwise" in event.text for event in open_take(own_files).events
+        "lie otherwise" in event.text for event in open_take(own_files).notices
     )  # of no known image
     assert all("'0' in the poses" in text and "'1' in the keypoints" in text for text in said)
 
@@ -364,7 +364,7 @@ def test_people_of_two_scenes_share_no_level(recipe, tmp_path, cut):
     lifting = lifting.with_options("rectify", rectifier="pcnet")
     runs = run_people(options, tmp_path / "out", lifting)
     ups = [run.take.rectified.R_source_from_level[:, 2] for run in runs]
-    told = [" ".join(event.text for event in run.take.events) for run in runs]
+    told = [" ".join(event.text for event in run.take.notices) for run in runs]
     warned = [words.count("changes to another scene 1 time, at frame 120") == 1 for words in told]
     level = json.loads((tmp_path / "out" / SUMMARY).read_text())["level"]
     assert (level is None, warned) == (cut, [cut, cut])

@@ -115,7 +115,7 @@ def test_a_person_whose_own_up_is_far_off_is_named(scene):
     odd = scene.poses[1].with_(joints=rotate(tilt, scene.poses[1].joints))
     takes = [Take(str(i), poses=poses) for i, poses in enumerate((scene.poses[0], scene.poses[0], odd))]
     done = Rectify().together(takes)
-    far = [[event.text for event in take.events if "own up" in event.text] for take in done]
+    far = [[event.text for event in take.notices if "own up" in event.text] for take in done]
     assert [len(texts) for texts in far] == [0, 0, 1]
 
 

@@ -32,8 +32,8 @@ def test_a_ballistic_path_falls_with_the_square_of_the_pace(slowed, unit):
     doubts = fall_doubts(poses)
     assert len(doubts) == (slowed > 1)
     if slowed > 1:
-        assert f"slow motion of {slowed}" in doubts[0]
-        assert f"--fps {30 * slowed}" in doubts[0]
+        assert f"slow motion of {slowed}" in doubts[0].text
+        assert f"--fps {30 * slowed}" in doubts[0].text
 
 
 def test_the_right_rate_settles_it():
@@ -42,7 +42,7 @@ def test_the_right_rate_settles_it():
 
 def test_a_time_lapse_falls_too_fast():
     poses = jumping(1, fps=60)
-    assert "--fps 60" in fall_doubts(poses.with_(time_s=np.arange(len(poses)) / 240))[0]
+    assert "--fps 60" in fall_doubts(poses.with_(time_s=np.arange(len(poses)) / 240))[0].text
 
 
 @pytest.mark.parametrize("slowed", [1, 4, 8])

@@ -8,6 +8,7 @@ import pytest
 
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import H36M17, LEVEL, InputError, PoseSequence, Video
+from pcnet3d.pipeline.core.notices import Notice
 from pcnet3d.pipeline.signals.rates import check_fps, pace_doubts, rate_doubts, timed
 
 
@@ -42,13 +43,14 @@ def test_what_the_video_says(given, shown, captured, said):
     doubts = rate_doubts(given, video(shown, captured))
     assert len(doubts) == (said is not None)
     if said:
-        assert re.search(said, doubts[0])
+        assert re.search(said, doubts[0].text)
 
 
 def test_a_clock_of_the_file_that_is_contradicted_is_told():
     poses = PoseSequence(np.zeros((9, 17, 3)), H36M17, LEVEL, time_s=np.arange(9) / 30)
-    assert "the file says 30 frames per second" in timed(poses, 60).history[-1].options["warning"]
-    assert "warning" not in timed(poses, 30).history[-1].options
+    (said,) = timed(poses, 60).notices
+    assert (said.code, said.values["source"], said.values["shown_fps"]) == ("fps-contradicts", "file", 30)
+    assert not timed(poses, 30).notices
 
 
 def walking(times_as_fast: float) -> PoseSequence:
@@ -59,7 +61,7 @@ def walking(times_as_fast: float) -> PoseSequence:
 
 @pytest.mark.parametrize("unit", [1.0, 700.0])
 def test_slow_motion_and_time_lapse_are_noticed_by_the_movement(unit):
-    def doubts(times_as_fast: float) -> list[str]:
+    def doubts(times_as_fast: float) -> list[Notice]:
         poses = walking(times_as_fast)
         return pace_doubts(poses.with_(joints=poses.joints * unit))
 
@@ -67,10 +69,10 @@ def test_slow_motion_and_time_lapse_are_noticed_by_the_movement(unit):
     assert not doubts(0.6)
     assert not doubts(1.8)
     for slow in (1 / 4, 1 / 8, 1 / 16):
-        assert "slower than people usually move" in doubts(slow)[0]
-        assert "--fps" in doubts(slow)[0]
+        assert "slower than people usually move" in doubts(slow)[0].text
+        assert "--fps" in doubts(slow)[0].text
     for fast in (4, 8, 100):
-        assert "faster than people can move" in doubts(fast)[0]
+        assert "faster than people can move" in doubts(fast)[0].text
 
 
 def test_who_hardly_moves_is_not_in_slow_motion(facing_camera):

@@ -83,7 +83,7 @@ def test_a_change_of_sides_in_the_middle_leaves_open_which_side_is_wrong():
     assert told(wrong, (found,)) == "legs exchanged from or up to (which cannot be told) frames 50"
     for how in ("report", "repair", "mask"):
         _, keypoints, (event,), _ = treated(None, wrong, how)
-        assert event.kind == "warning"
+        assert event.weight == "warning"
         assert "which cannot be told" in event.text
         assert "--swaps" not in event.text
         np.testing.assert_array_equal(keypoints.joints, wrong.joints)
@@ -127,7 +127,7 @@ def test_a_repair_against_the_rhythm_is_undone_and_said(monkeypatch):
     for how in ("report", "repair", "mask"):
         _, keypoints, (event,), _ = treated(None, wrong, how)
         np.testing.assert_array_equal(keypoints.joints, wrong.joints)
-        assert event.kind == "warning"
+        assert event.weight == "warning"
         assert "legs exchanged in frames 58-81, 83-109, but after a repair" in event.text
         assert "the legs would not alternate" in event.text
         assert "--swaps" not in event.text

@@ -238,8 +238,8 @@ def test_a_take_is_changed_only_when_asked(tmp_path, poses, how, event):
     take = open_take(
         RunOptions(poses=saved(tmp_path / "poses.npz", wrong), adapter="arrays", options=ARRAYS, swaps=how)
     )
-    said = [one for one in take.events if "legs exchanged" in one.text]
-    assert [one.kind for one in said] == [event]
+    said = [one for one in take.notices if "legs exchanged" in one.text]
+    assert [one.weight for one in said] == [event]
     assert take.poses.history[-1].name == "swaps"
     expected = {"report": wrong.joints, "repair": poses.joints}.get(how)
     if expected is None:
@@ -268,7 +268,7 @@ def test_poses_lifted_from_exchanged_keypoints_are_missing_not_mended(tmp_path, 
     sources = RunOptions(poses=poses_file, keypoints=keypoints, adapter="arrays", options=ARRAYS, fps=30)
     take = open_take(sources)
     assert np.isfinite(take.poses.joints).all()
-    assert any("lifted again" in event.text for event in take.events)
+    assert any("lifted again" in event.text for event in take.notices)
     mended = open_take(sources.with_(swaps="repair"))
     assert np.isnan(mended.poses.joints[60:70]).all()
     assert np.isfinite(np.delete(mended.poses.joints, np.arange(60, 70), axis=0)).all()
@@ -281,7 +281,7 @@ def test_keypoints_are_put_right_before_they_are_lifted(tmp_path):
     wrong = exchanged_file(tmp_path / "wrong.json", 60, 69)
     takes = [open_take(RunOptions(keypoints=file, fps=30, swaps="repair")) for file in (right, wrong)]
     np.testing.assert_array_equal(takes[1].keypoints.joints, takes[0].keypoints.joints)
-    assert [event.kind for event in takes[1].events if "exchanged" in event.text] == ["repair"]
+    assert [event.weight for event in takes[1].notices if "exchanged" in event.text] == ["repair"]
 
 
 def test_the_command_line_repairs_counts_and_refuses_other_words(tmp_path, poses):
@@ -292,6 +292,9 @@ def test_the_command_line_repairs_counts_and_refuses_other_words(tmp_path, poses
     options = ("--poses", file, *OPTIONS, "--recipe", recipe, "-o", tmp_path / "out")
     result = pcnet3d("run", *options, "--swaps", "repair")
     assert result.returncode == 0, result.stderr
-    (said,) = json.loads((tmp_path / "out" / "summary.json").read_text())["repairs"]
+    said = json.loads((tmp_path / "out" / "summary.json").read_text())["notices"]
+    (said,) = [
+        each["text"] for each in said if each["weight"] == "repair" and each["about"] == "left and right"
+    ]
     assert said == "The poses were put right as asked: legs exchanged in frames 60-69 (10 of 240 rows)."
     assert pcnet3d("run", *options, "--swaps", "fix").returncode == 2

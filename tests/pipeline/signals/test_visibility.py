@@ -7,7 +7,7 @@ from pcnet3d.pipeline import H36M17, PoseSequence, Take
 from pcnet3d.pipeline.core.frames import CAMERA, IMAGE
 from pcnet3d.pipeline.core.take import Video
 from pcnet3d.pipeline.signals.angles import UNSEEN
-from pcnet3d.pipeline.signals.visibility import in_words, unseen
+from pcnet3d.pipeline.signals.visibility import not_seen, unseen
 from pcnet3d.stages.angles import Angles
 from pcnet3d.stages.clean import Clean
 from pcnet3d.stages.rectify import Rectify
@@ -45,8 +45,9 @@ def test_beyond_the_border_from_a_time_on(axis, value):
     assert hidden[70:, ANKLES].all()
     assert not hidden[:50].any()
     np.testing.assert_array_equal(hidden, out)
-    (sentence,) = in_words(hidden, out, TIMES)
-    assert sentence.startswith("The feet are not in the image from 2.0 s")
+    (said,) = not_seen(hidden, out, TIMES)
+    assert said.code == "not-in-image"
+    assert said.text.startswith("The feet are not in the image from 2.0 s")
 
 
 def test_a_low_score_is_not_seen_by_the_detector():
@@ -56,7 +57,7 @@ def test_a_low_score_is_not_seen_by_the_detector():
     hidden, out = judged(given.with_(confidence=score))
     assert hidden[:, H36M17.index("l_wrist")].all()
     assert not out.any()
-    assert in_words(hidden, out, TIMES) == [
+    assert [said.text for said in not_seen(hidden, out, TIMES)] == [
         "The left hand is not seen by the detector in the whole take; what needs it is left out there."
     ]
 
@@ -113,5 +114,5 @@ def test_a_take_loses_the_angles_of_what_was_not_seen(facing_camera, tmp_path):
         np.isfinite(take.kinematics["r_elbow_flexion_deg"]).any()
         or (take.kinematics["r_elbow_flexion_reason"] != UNSEEN).all()
     )
-    assert any("feet are not in the image in the whole take" in event.text for event in take.events)
+    assert any("feet are not in the image in the whole take" in event.text for event in take.notices)
     assert any(step.name == "unseen" for step in take.poses.history)

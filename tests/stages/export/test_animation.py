@@ -382,10 +382,11 @@ def test_a_bone_that_nobody_saw_is_not_drawn(gappy, glb):
 def test_what_was_held_is_told_in_the_summary(gappy, tmp_path):
     kinematics = {"r_wrist_x": np.zeros(len(gappy.poses))}
     take = Export(tmp_path, also=("bvh", "glb"))(gappy.with_(kinematics=kinematics))
-    notes = json.loads((tmp_path / "summary.json").read_text())["notes"]
+    notices = json.loads((tmp_path / "summary.json").read_text())["notices"]
+    notes = [said["text"] for said in notices if said["weight"] == "note"]
     for file in ("skeleton.bvh", "skeleton.glb"):
         assert any(f"{file}: in 15 of 116 frames nothing is known of l_elbow" in note for note in notes)
-    assert [event.text for event in take.events if event.kind == "note"] == notes
+    assert [event.text for event in take.notices if event.weight == "note"] == notes
 
 
 def test_lengths_without_a_scale_are_told(walked, glb, tmp_path):

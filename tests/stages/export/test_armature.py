@@ -83,7 +83,7 @@ def test_frames_without_a_pose_are_cut_at_the_ends_and_held_between(gappy, walk)
     said = " ".join(event.text for event in found.notes("a.bvh"))
     assert "left out, 4 frames at the beginning and 0 frames at the end" in said
     assert "in 15 of 116 frames nothing is known of l_elbow" in said
-    assert all(event.kind == "note" for event in found.notes("a.bvh"))
+    assert all(event.weight == "note" for event in found.notes("a.bvh"))
 
 
 def test_a_straight_upper_arm_needs_no_wrist(gappy, walk):

@@ -9,8 +9,8 @@ import pytest
 
 from pcnet3d.pipeline import CAMERA, H36M17, Pipeline, PoseSequence, Take
 from pcnet3d.pipeline.core.messages import bound_in_words
+from pcnet3d.pipeline.core.notices import notice, own_notice
 from pcnet3d.pipeline.core.rotations import angle_deg, rotate
-from pcnet3d.pipeline.core.take import Event
 from pcnet3d.pipeline.running.conclusion import trust
 from pcnet3d.stages.angles import Angles
 from pcnet3d.stages.drawing.facts import facts_of
@@ -27,7 +27,12 @@ def take(facing_camera) -> Take:
     poses = PoseSequence(joints, H36M17, CAMERA, time_s=np.arange(8) / 25, frame_index=np.arange(8) + 4)
     poses = poses.noted("read", adapter="arrays")
     inputs = ({"role": "poses", "file": "a.npy", "sha256": "0" * 64, "adapter": "arrays"},)
-    take = Take("t", poses=poses, inputs=inputs, events=(Event("warning", "careful"), Event("seam", "s", 3)))
+    take = Take(
+        "t",
+        poses=poses,
+        inputs=inputs,
+        notices=(own_notice("test.said", "careful"), notice("seam", rows=[3])),
+    )
     return Trajectories(smoother="none")(Rectify("geometric")(take))
 
 
@@ -98,14 +103,22 @@ def test_kinematics_has_a_row_a_frame_and_the_units_of_its_columns(take, folder)
 
 def test_summary_tells_where_everything_came_from(folder):
     summary = json.loads((folder / "summary.json").read_text())
-    assert summary["warnings"][0] == "careful"
+    assert summary["notices"][0] == {
+        "code": "test.said",
+        "weight": "warning",
+        "about": "",
+        "text": "careful",
+        "rows": None,
+        "values": {"text": "careful"},
+    }
     assert summary["inputs"][0]["sha256"] == "0" * 64
     assert summary["poses"]["fps"] == pytest.approx(25)
     assert summary["rectification"]["method"] == "geometric"
     assert summary["rectification"]["frames_rectified"] == 7
     assert summary["rectification"]["error_deg_mean"] is None
     assert [step["name"] for step in summary["history"]] == ["read", "rectify", "low-pass filter"]
-    assert any("too few torso joints" in text for text in summary["warnings"])
+    lost = next(said for said in summary["notices"] if said["code"] == "frames-not-rectified")
+    assert lost["values"]["lost"] == lost["values"]["frames"] - 7
 
 
 def rectification(folder) -> dict:

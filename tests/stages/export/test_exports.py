@@ -11,7 +11,7 @@ import pytest
 
 from pcnet3d.adapters import c3d
 from pcnet3d.pipeline import CAMERA, H36M17, InputError, PoseSequence, Take
-from pcnet3d.pipeline.core.take import Event
+from pcnet3d.pipeline.core.notices import own_notice
 from pcnet3d.stages.angles import Angles
 from pcnet3d.stages.export.c3d import write_c3d
 from pcnet3d.stages.export.stage import Export
@@ -39,7 +39,7 @@ def made(facing_camera, unit: str = "m", time_s: np.ndarray | None = None, walks
     poses = PoseSequence(joints, H36M17, frame, time_s=time_s, frame_index=index, person="Ann")
     poses = poses.noted("read", adapter="arrays")
     inputs = ({"role": "poses", "file": "a,\nb.npy", "sha256": "0" * 64, "adapter": "arrays"},)
-    take = Take("waving", poses=poses, inputs=inputs, events=(Event("warning", "careful, please"),))
+    take = Take("waving", poses=poses, inputs=inputs, notices=(own_notice("test.said", "careful, please"),))
     take = Angles()(Trajectories()(Rectify("geometric")(take)))
     bend = 20 + 10 * np.sin(time_s)
     bend[3] = np.nan
@@ -162,10 +162,9 @@ def test_c3d_that_cannot_number_its_first_frame_says_when_it_is(facing_camera, t
     pytest.importorskip("ezc3d", reason="the extra c3d is not installed")
     take = made(facing_camera, time_s=np.arange(ROWS) / FPS + begin_s)
     path = exported(take, tmp_path, "c3d") / "markers.c3d"
-    notes = json.loads((tmp_path / "summary.json").read_text())["notes"]
-    assert (
-        f"markers.c3d: its first frame, which has the number 1, is at {begin_s:.3f} s of the take." in notes
-    )
+    notices = json.loads((tmp_path / "summary.json").read_text())["notices"]
+    (said,) = [each for each in notices if each["code"] == "c3d-begins"]
+    assert said["values"] == {"file": "markers.c3d", "begin_s": begin_s}
     (poses,) = c3d.read(path)
     assert poses.times[0] == 0
 
@@ -177,7 +176,7 @@ def test_more_frames_than_c3d_counts_cost_that_file_alone(take, tmp_path):
     joints = np.broadcast_to(take.filtered.joints[0], (rows, 17, 3))
     long = PoseSequence(joints, H36M17, take.filtered.frame, time_s=np.arange(rows) / FPS)
     (said,) = write_c3d(take.with_(filtered=long), tmp_path / "markers.c3d")
-    assert said.kind == "warning"
+    assert said.weight == "warning"
     assert re.search(
         r"65535 frames at most, and the take has 65536 at .*; .*--also trc.*--time-range", said.text
     )
@@ -192,14 +191,14 @@ def test_a_single_frame_costs_c3d_alone(facing_camera, tmp_path):
     folder = exported(take, tmp_path, "c3d", "trc")
     assert (folder / "markers.trc").exists()
     assert not (folder / "markers.c3d").exists()
-    warnings = json.loads((folder / "summary.json").read_text())["warnings"]
-    assert any("markers.c3d was not written: a C3D file states a rate" in said for said in warnings)
+    notices = json.loads((folder / "summary.json").read_text())["notices"]
+    assert "c3d-single-frame" in [said["code"] for said in notices]
 
 
 def test_c3d_takes_texts_of_any_length_and_script(take, tmp_path):
     """A text of more than 255 characters makes a file that nothing opens."""
     ezc3d = pytest.importorskip("ezc3d", reason="the extra c3d is not installed")
-    said = [Event("warning", text) for text in ("word " * 300, "x" * 400, "čeština")]
+    said = [own_notice("test.said", text) for text in ("word " * 300, "x" * 400, "čeština")]
     folder = exported(take.saying(*said).with_(name="Übung"), tmp_path, "c3d")
     file = ezc3d.c3d(str(folder / "markers.c3d"))
     lines = file["parameters"]["PCNET3D"]["PROVENANCE"]["value"]

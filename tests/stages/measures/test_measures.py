@@ -326,7 +326,7 @@ def test_images_that_a_video_lacks_take_no_step(walk, lost_s):
     assert found["steps"] == expected["steps"] > 5
     for side in ("left", "right"):
         np.testing.assert_allclose(found[side]["landings_s"], expected[side]["landings_s"], atol=0.02)
-    (told,) = (event for event in video.events if "lacks images" in event.text)
+    (told,) = (event for event in video.notices if "lacks images" in event.text)
     assert (told.kind, f"from 2.30 to {2.3 + lost_s + 1 / 30:.2f} s" in told.text) == ("repair", True)
     assert len(video.poses) + round(30 * lost_s) == len(rows.poses)
 
@@ -335,7 +335,7 @@ def test_images_that_a_video_lacks_for_long_end_a_walk_and_are_named(walk):
     video = lacking(walk, 35, 1.0, False, rows=100)
     assert video.measures["walking"]["steps"] == 0
     assert "there is no image from 1.13 to 2.17 s, where a walk ends" in video.measures["walking"]["reason"]
-    (told,) = (event for event in video.events if "lacks images" in event.text)
+    (told,) = (event for event in video.notices if "lacks images" in event.text)
     assert (told.kind, told.about) == ("warning", "view")
     assert "from 1.13 to 2.17 s; no filter goes across" in told.text
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pcnet3d.pipeline import Y_UP, Event, InputError, Pipeline, change_frame
+from pcnet3d.pipeline import Y_UP, InputError, Pipeline, change_frame, notice, own_notice
 from pcnet3d.stages.record.stage import Record, record
 from pcnet3d.stages.record.summary import summary_markdown
 
@@ -200,7 +200,7 @@ def test_gaps_end_what_is_shown(taken, make_take):
         up_bound_deg=take.rectified.up_bound_deg[kept],
         up_votes=take.rectified.up_votes[kept],
     )
-    events = (Event("seam", "new clip", row=3),)
+    events = (notice("seam", rows=[3]),)
     _, recording = taken(poses=sparse, rectified=rectified, events=events)
     frame, nanoseconds, positions = recording.over_time("body/joints", "Points3D:positions")
     assert frame.tolist() == [5, 6, 7, 8, 9, 10, 11]
@@ -240,9 +240,9 @@ def test_moving_camera(taken, make_take):
 
 def test_events_stand_at_their_frames(taken):
     events = (
-        Event("repair", "wrists exchanged", row=3),
-        Event("warning", "no scale"),
-        Event("seam", "new clip", row=1),
+        own_notice("test.said", "wrists exchanged", "repair", rows=[3]),
+        own_notice("test.said", "no scale"),
+        notice("seam", rows=[1]),
     )
     take, recording = taken(events=events)
     frame, nanoseconds, texts = recording.over_time("events", "TextLog:text")
@@ -256,7 +256,7 @@ def test_events_stand_at_their_frames(taken):
 def test_summary_puts_warnings_first(taken, make_take):
     not_level = replace(make_take().rectified, level_ok=False, level_reason="the person lies")
     inputs = ({"role": "poses", "file": "X3D.npy", "sha256": "abc", "adapter": "motionbert"},)
-    events = (Event("note", "a note"), Event("warning", "no scale"))
+    events = (own_notice("test.said", "a note", "note"), own_notice("test.said", "no scale"))
     _, recording = taken(events=events, inputs=inputs, rectified=not_level)
     ((text,), (media_type,)) = (
         recording.static("summary", f"TextDocument:{part}") for part in ("text", "media_type")
@@ -280,7 +280,7 @@ def test_views_follow_what_there_is(taken):
     assert set(recording.blueprint(ORIGIN)) == {"video", "source", "body", "level", "up", *curves, "summary"}
     assert "2D keypoints" in recording.blueprint(NAME)
     assert recording.blueprint("TimePanelBlueprint:timeline") == ["video_time"]
-    _, recording = taken(keypoints=None, events=(Event("note", "said"),))
+    _, recording = taken(keypoints=None, notices=(own_notice("test.said", "said", "note"),))
     assert "video" not in recording.blueprint(ORIGIN)
     assert "events" in recording.blueprint(ORIGIN)
     assert not any(entity.startswith("video") for entity in recording.entities)
@@ -309,7 +309,7 @@ def test_long_takes_are_quick_and_in_few_chunks(make_take, read_rrd, tmp_path):
 def test_stage(make_take, read_rrd, tmp_path):
     stage = Record(tmp_path / "new" / "folder")
     take = make_take()
-    assert Pipeline((stage,))(take).events == ()
+    assert Pipeline((stage,))(take).notices == ()
     assert "body/joints" in read_rrd(tmp_path / "new" / "folder" / "take.rrd").entities
     assert [file.name for file in stage.folder.iterdir()] == ["take.rrd"]
     with pytest.raises(InputError, match="rectified"):

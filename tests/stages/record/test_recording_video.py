@@ -86,7 +86,7 @@ def test_playable_video_is_stored_as_it_is(recorded, film, codec, name, bf):
 def test_other_video_is_transcoded_once_and_that_is_said(recorded, film, codec, name, reason):
     video = film(codec, name)
     (event,), recording = recorded(video)
-    assert (event.kind, event.row) == ("note", None)
+    assert (event.weight, event.rows) == ("note", None)
     assert "H.264" in event.text
     assert reason in event.text
     time_s, images = frames_of(io.BytesIO(bytes(recording.static("video_parts/0", BLOB)[0])))

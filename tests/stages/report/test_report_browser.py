@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from markupsafe import Markup
 
-from pcnet3d.pipeline.core.take import Event
+from pcnet3d.pipeline.core.notices import own_notice
 from pcnet3d.stages.drawing.charts import Curve, over_time
 from pcnet3d.stages.drawing.page import charts, figure, page
 from pcnet3d.stages.report.stage import report
@@ -17,7 +17,7 @@ def content(walk_take, film) -> str:
     long = "a_name_without_a_single_place_to_break_it_" * 8
     read = {"role": "poses", "file": f"{long}.npy", "adapter": "motionbert", "sha256": "0123456789abcdef" * 4}
     take = walk_take.with_(video=film(), inputs=(read,))
-    return report(take.saying(Event("warning", f"careful with {long}")))
+    return report(take.saying(own_notice("test.said", f"careful with {long}")))
 
 
 @pytest.mark.parametrize("width", [1280, 390, 320])

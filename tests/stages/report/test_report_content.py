@@ -12,7 +12,8 @@ import pytest
 
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import BODY, H36M17, Y_UP, Z_UP, InputError, PoseSequence, Take, change_frame
-from pcnet3d.pipeline.core.take import Event, Session
+from pcnet3d.pipeline.core.notices import own_notice
+from pcnet3d.pipeline.core.take import Session
 from pcnet3d.pipeline.signals.angles import ANGLES
 from pcnet3d.stages.drawing import page as page_module
 from pcnet3d.stages.drawing.charts import LEFT, MIDDLE, RIGHT, SLICES, Curve, over_time, ranges, sides
@@ -126,10 +127,10 @@ def test_the_same_take_gives_the_same_file(walk_take, content):
 def test_texts_of_files_and_events_are_shown_not_obeyed(walk_take):
     nasty = '<script>alert("x")</script><img src=x onerror=alert(1)>'
     take = replace(walk_take, name=nasty, session=Session(nasty, nasty, nasty)).saying(
-        Event("warning", nasty),
-        Event("repair", nasty),
-        Event("note", nasty),
-        Event("warning", nasty, about="view"),
+        own_notice("test.said", nasty),
+        own_notice("test.said", nasty, "repair"),
+        own_notice("test.said", nasty, "note"),
+        own_notice("test.said", nasty, about="view"),
     )
     take = take.with_(
         inputs=({"role": "poses", "file": nasty, "adapter": nasty, "sha256": nasty},),
@@ -145,7 +146,7 @@ def test_texts_of_files_and_events_are_shown_not_obeyed(walk_take):
 
 
 def test_warnings_come_before_the_first_image(walk_take):
-    take = walk_take.saying(Event("warning", "the poses are odd"))
+    take = walk_take.saying(own_notice("test.said", "the poses are odd"))
     take = take.with_(rectified=replace(take.rectified, level_ok=False, level_reason="the person lies"))
     said = report(take)
     for words in ("the poses are odd", "could not be levelled: the person lies"):

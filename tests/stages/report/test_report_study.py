@@ -13,6 +13,10 @@ from pcnet3d.stages.study.batch.study import changes
 EVIL = '<script>document.title = "run"</script><img src=x onerror="document.title = 1">'
 
 
+def said(text: str, weight: str = "warning") -> dict[str, str]:
+    return {"code": "test.said", "weight": weight, "about": "", "text": text}
+
+
 def study(subjects: int = 12) -> list[dict]:
     """Two visits of each, with a name that is a script, one that cannot be broken, and a failed take."""
     rng = np.random.default_rng(0)
@@ -30,8 +34,7 @@ def study(subjects: int = 12) -> list[dict]:
             }
             row |= {"exit_code": 0, "reason": "", "person": "", "report": f"takes/s{i}_{visit}/report.html"}
             row |= {
-                "warnings": ["careful"] * (i % 3),
-                "repairs": [],
+                "notices": [said("careful")] * (i % 3),
                 "frames": 100 + 37 * i,
                 "duration_s": 3.3,
             }
@@ -40,7 +43,7 @@ def study(subjects: int = 12) -> list[dict]:
                 {**row, "bone_length_spread": 0.03, "measures": {**measures, "walking.steps": float(i)}}
             )
     rows[-1] |= {"name": EVIL, "subject": EVIL, "visit": EVIL, "report": f"takes/{EVIL} #?/report.html"}
-    rows[-1]["warnings"], rows[1]["repairs"] = [EVIL], [EVIL]
+    rows[-1]["notices"], rows[1]["notices"] = [said(EVIL)], [said(EVIL, "repair")]
     rows[2]["name"] = "a_name_without_a_single_place_to_break_it_" * 2
     failed = {**rows[-1], "name": "lost", "state": "failed", "exit_code": 2, "reason": EVIL, "person": ""}
     return [

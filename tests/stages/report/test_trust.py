@@ -6,8 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pcnet3d.pipeline.core.take import Event
-from pcnet3d.pipeline.core.verdict import Finding
+from pcnet3d.pipeline.core.notices import own_notice
 from pcnet3d.pipeline.signals.angles import ANGLES
 from pcnet3d.stages.drawing.facts import facts_of
 from pcnet3d.stages.report.trust import trust
@@ -50,11 +49,11 @@ def test_a_take_without_doubts_is_to_be_trusted(walk_take):
         (laid, "care", "Known to within 2.7° (90 %), unless the picture is turned. The trunk is more than 60 degrees"),
         (lambda take: known(take, 12.0), "care", "may be off by as much"),
         (lambda take: erring(take, 10.0), "care", "Known to within 16°"),
-        (lambda take: take.saying(Event("warning", "exchanged", about="left and right")), "care", "exchanged"),
-        (lambda take: take.saying(Event("warning", "feet out of view", about="view")), "care", "feet out of view"),
-        (lambda take: take.saying(Event("repair", "put right", about="left and right")), "good", "put right"),
-        (lambda take: take.with_(findings=(Finding("suspicious", "bones", "long legs"),)), "care", "long legs"),
-        (lambda take: take.with_(findings=(Finding("unusable", "flat", "no depth"),)), "bad", "no depth"),
+        (lambda take: take.saying(own_notice("test.said", "exchanged", about="left and right")), "care", "exchanged"),
+        (lambda take: take.saying(own_notice("test.a", "feet out of view", about="view")), "care", "feet out of view"),
+        (lambda take: take.saying(own_notice("t.a", "swapped", "repair", about="left and right")), "good", "swapped"),
+        (lambda take: take.with_(findings=(own_notice("test.bones", "long legs", "suspicious"),)), "care", "long legs"),
+        (lambda take: take.with_(findings=(own_notice("test.flat", "no depth", "unusable"),)), "bad", "no depth"),
         (
             lambda take: take.with_(rectified=replace(take.rectified, level_ok=False, level_reason="a lying person")),
             "bad",

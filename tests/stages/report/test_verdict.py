@@ -8,7 +8,7 @@ import pytest
 
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import Pipeline, Take
-from pcnet3d.pipeline.core.verdict import verdict
+from pcnet3d.pipeline.core.notices import verdict
 from pcnet3d.pipeline.inspect.inspect import inspect
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_take
@@ -50,7 +50,7 @@ def test_a_run_repeats_what_inspect_says(takes, capsys, tmp_path):
         assert f"The poses are {word}</dt>" in page
         said = summary(take)
         assert said["verdict"] == word
-        texts = [finding["text"] for finding in said["findings"]]
+        texts = [finding["text"] for finding in said["notices"] if finding["about"] == "poses"]
         assert bool(texts) == (name == "bad")
         assert all(text.split(":")[0][:20] in page for text in texts)
         run = tmp_path / "takes" / name

@@ -83,7 +83,7 @@ def test_the_table_has_a_row_for_every_take(finished):
             assert row["range_of_motion.r_knee_flexion.p05_p95_deg"] == expected
             assert row["frames"] == 45
             assert row["device"] == ""  # of the geometric rectifier, which is no network
-            assert row["warnings"]
+            assert row["notices"]
 
 
 def test_a_second_batch_does_what_has_changed_and_keeps_the_rest(finished, pcnet3d, told, tmp_path):

@@ -14,6 +14,7 @@ from pcnet3d.stages.study.batch.page import as_page
 from pcnet3d.stages.study.batch.study import changes, figures, rates_within
 from pcnet3d.stages.study.batch.take import Outcome, _hashes, _kept, _key
 
+SAID = {"code": "no-scale", "weight": "warning", "about": "", "text": "careful"}
 NAME = "range_of_motion.r_knee_flexion.p05_p95_deg"
 
 
@@ -254,12 +255,12 @@ def test_figures_are_single_numbers_by_their_keys(tmp_path):
         "none": None,
     }
     device = {"asked": "auto", "networks": {"a.onnx": "cuda", "b.onnx": "cpu", "c.onnx": "cuda"}}
-    summary = {"measures": measures, "warnings": ["careful"], "device": device}
+    summary = {"measures": measures, "notices": [SAID], "device": device}
     (run / "summary.json").write_text(json.dumps(summary))
     (found,) = figures(run)
     assert found["device"] == "cpu, cuda"
     assert found["measures"] == {"walking.steps": 3.0, "walking.right.x_s": 0.5}
-    assert found["warnings"] == ["careful"]
+    assert found["notices"] == [SAID]
     assert not found["lifted"]
     assert found["report"] == ""
     (run / "report.html").write_text("")
@@ -268,8 +269,8 @@ def test_figures_are_single_numbers_by_their_keys(tmp_path):
 
 @pytest.mark.parametrize(
     "summary",
-    [{"measures": [1]}, {"poses": "x"}, {"warnings": {"a": 1}}, {"poses": {"frames": "many"}}],
-    ids=["measures", "poses", "warnings", "frames"],
+    [{"measures": [1]}, {"poses": "x"}, {"notices": {"a": 1}}, {"poses": {"frames": "many"}}],
+    ids=["measures", "poses", "notices", "frames"],
 )
 def test_a_summary_that_somebody_has_changed_has_words(tmp_path, summary):
     run = tmp_path / "takes" / "a"

@@ -210,8 +210,9 @@ def test_exchanged_limbs_are_put_right_in_the_run_at_the_end(camera, joints_px, 
     settings = [*GEOMETRIC, "detect.swaps=repair"]
     toy = numbered.toy_detector(tmp_path / "toy.onnx", wrong)
     live(source="0", output=tmp_path / "out", detector=str(toy), settings=settings)
-    said = json.loads((tmp_path / "out" / "summary.json").read_text())["repairs"]
-    assert any("put right as asked" in text and "frames 20-29" in text for text in said), said
+    said = json.loads((tmp_path / "out" / "summary.json").read_text())["notices"]
+    (repaired,) = [each for each in said if each["code"] == "swaps-repaired"]
+    assert "frames 20-29" in repaired["values"]["swaps"]
 
 
 def test_images_with_odd_sides_get_their_take(camera, toy_detector, joints_px, tmp_path):

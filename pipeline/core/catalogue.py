@@ -1,0 +1,361 @@
+"""Every notice of pcnet3d: its code, how grave it is, what it is about, and its sentence."""
+
+from __future__ import annotations
+
+from typing import Literal, NamedTuple
+
+# From the least to the gravest; a mark is a place in the recording. The last two are verdicts on poses.
+Weight = Literal["mark", "note", "repair", "warning", "suspicious", "unusable"]
+About = Literal["", "poses", "left and right", "view", "up", "camera", "clock", "place", "motion", "files"]
+
+
+class Entry(NamedTuple):
+    """weight: unless the one who says it weighs it. template: of the sentence, with its values (core/notices.py)."""
+
+    weight: Weight
+    about: About
+    template: str
+
+
+_DEPENDS = "speeds, accelerations, durations and cadences depend on it"
+
+_ENTRIES: dict[str, tuple[Weight, About, str]] = {
+    # What was read
+    "part-only": ("note", "files",
+        "Only the part from {part} is processed, as asked; the whole is from {whole}."),
+    "part-covered": ("note", "files",
+        "The data cover video frames {first} to {last} of {frames}."),
+    "frames-unknown": ("warning", "files",
+        "Nothing says which video frames the rows are; they are counted from 0."),
+    "gaps-as-asked": ("repair", "files",
+        "Taken for gaps as asked: {counts}."),
+    "video-cut-off": ("warning", "files",
+        "The images of {file} end after {ends_s:.1f} s, but the file says that it lasts {stated_s:.1f} s: it may "
+        "be cut off or damaged, so that the rest is missing; copy it again."),
+    "video-damaged": ("warning", "files",
+        "The video is damaged at frame {frames}; images there, and behind it until the next key frame, may be "
+        "wrong or missing: copy it again, or leave that part out (--time-range)."),
+    "scene-changes": ("warning", "files",
+        "The video changes to another scene {count:~time}, at frame {frames}; nobody is followed from one scene to "
+        "the next."),
+    "scenes-apart": ("note", "files",
+        "Only people of the same scene of the video share LEVEL and the camera."),
+    "people-by-poses-alone": ("warning", "files",
+        "People have no track numbers and no boxes in this file; they are told apart by their poses alone, so "
+        "check that each is one person throughout."),
+    "keypoints-of-somebody-else": ("warning", "files",
+        "The limbs of person '{person}' in the poses lie otherwise in the image than those of person '{track}' in "
+        "the keypoints, by {apart:.2f} of their spread ({most:g} at most of one person): somebody else's "
+        "keypoints, or of other frames; what rests on both, as where the person is, is wrong then."),
+    "leap-between-people": ("warning", "files",
+        "The person leaps by {sizes:.1f} body sizes at frame {frame}: it may be somebody else from there on."),
+    "leap-after-gap": ("warning", "files",
+        "The person leaps by {sizes:.1f} body sizes at frame {frame}, after {unseen:~frame} in which nobody was "
+        "seen: it may be somebody else from there on."),
+    "no-joint-centres": ("warning", "files",
+        "Left out for want of joint centres: the points of {people}."),
+    "no-track-number": ("warning", "files",
+        "Left out for want of a track number: {unnamed:~detection} of {detections}; track=true "
+        "(--set keypoints.track=true) ignores the numbers and joins people to the nearest of the frames before."),
+    "rebased-to-floor": ("warning", "files",
+        "The lowest joint was put at height 0 in {rebased} of {frames:~frame}, and it was another one "
+        "{changes:~time}: the file holds no vertical movement of the body as a whole. Poses relative to the pelvis "
+        "are unharmed; --disable-rebase-keypoint of MMPose leaves the heights as they were."),
+    "display-undone": ("warning", "files",
+        "A rotation for display was undone as asked for, on the assumption that it was that of Human3.6M's "
+        "camera 54138969; if the script used another, the body is tilted."),
+    "stature-assumed": ("warning", "files",
+        "RTMW3D's file has no scale across the picture; a stature of {stature_m:g} m was assumed."),
+    # The clock
+    "slow-motion-stated": ("warning", "clock",
+        "The video was captured at {captured_fps:g} frames per second and is shown at {shown_fps:.4g}, as slow "
+        "motion, but {used_fps:.4g} are used: give --fps {captured_fps:g}, or durations are {times:.3g} times too "
+        "long and speeds as many times too low."),
+    "fps-contradicts": ("warning", "clock",
+        "--fps {used_fps:g} is used although the {source} says {shown_fps:g} frames per second: if that is right, "
+        "speeds and cadences are {times:.3g} times what they should be; leave --fps out."),
+    "clocks-contradict": ("warning", "clock",
+        "The video's {shown_fps:.4g} frames per second are used although the file's own times say "
+        "{stated_fps:.4g}: if the file is right, as it may be of slow motion, give --fps {stated_fps:.4g}; speeds "
+        "and cadences are {times:.3g} times what they should be."),
+    "falls-slowly": ("warning", "clock",
+        "In {flights:~flight}, with both feet off the ground, the body falls at {share:.2g} of gravity, as in "
+        "slow motion of {times:.2g} times: if the camera captured at about {fps:g} frames a second, give --fps "
+        "{fps:g}; speeds, accelerations and durations depend on it."),
+    "falls-fast": ("warning", "clock",
+        "In {flights:~flight}, with both feet off the ground, the body falls at {share:.2g} of gravity, as in a "
+        "time lapse of {times:.2g} times: if the camera captured at about {fps:g} frames a second, give --fps "
+        "{fps:g}; speeds, accelerations and durations depend on it."),
+    "moves-slowly": ("warning", "clock",
+        "At {fps:.4g} frames a second {found}, slower than people usually move: if this is slow motion, give the "
+            f"rate at which the camera captured with --fps; {_DEPENDS}."),
+    "moves-fast": ("warning", "clock",
+        "At {fps:.4g} frames a second {found}, faster than people can move: if the video is a time lapse, or its "
+            f"rate is told wrongly, give the rate at which the camera captured with --fps; {_DEPENDS}."),
+    # Detecting
+    "detected": ("note", "files",
+        "The 2D keypoints were detected in the video by {detector}."),
+    "person-chosen": ("note", "files",
+        "Of {people} people (frames in brackets) {listed}, person {person} is taken, seen in frames {first} to "
+        "{last}; choose with --person."),
+    "hardly-a-person": ("warning", "view",
+        "The detector is hardly sure that person {person} is a person: the scores of shoulders and hips are "
+        "{score:.2f} (people have 0.6 and more). Look at the key frames: a tree or a shadow may have passed for "
+        "one, or the picture cuts them off."),
+    "interrupted": ("warning", "files",
+        "Interrupted at frame {frame} of {frames}; --resume goes on from there."),
+    # The camera
+    "image-without-up": ("note", "camera",
+        "The image does not tell which way is up: {reason}."),
+    "image-up-in-frames": ("note", "camera",
+        "The image tells which way is up in {looks} of the frames looked at."),
+    "image-up": ("note", "camera",
+        "By {source} of the image the camera's pitch is {pitch_deg:.1f} and its roll {roll_deg:.1f} degrees, "
+        "within {within_deg:.1f}."),
+    "image-focal": ("note", "camera",
+        "By the image the focal length is {focal_px:.0f} pixels, within {within_px:.0f}."),
+    # Left and right
+    "sides-put-right": ("repair", "left and right",
+        "Left and right were put right as asked: {repair}."),
+    "sides-wrong-as-asked": ("warning", "left and right",
+        "Left and right are {verdict} as asked for: {evidence}."),
+    "sides-doubtful": ("warning", "left and right",
+        "Left and right are doubtful: {evidence}."),
+    "swaps-found": ("warning", "left and right",
+        "The {what} look wrong: {swaps} ({wrong} of {of:~row}); --swaps repair or --swaps mask changes that."),
+    "swaps-doubtful": ("warning", "left and right",
+        "The {what} look wrong: {doubt}."),
+    "swaps-repaired": ("repair", "left and right",
+        "The {what} were put right as asked: {swaps} ({wrong} of {of:~row})."),
+    "swaps-masked": ("repair", "left and right",
+        "The {what} were masked as asked: {swaps} ({wrong} of {of:~row})."),
+    "swapped-keypoints": ("warning", "left and right",
+        "If the poses are a lift of these keypoints, {wrong} of them are wrong in all joints; without --poses and "
+        "with --swaps repair the keypoints are lifted again."),
+    "masked-with-keypoints": ("repair", "left and right",
+        "{wrong:~pose was/poses were} masked as asked, because the keypoints are exchanged there."),
+    # Lifting
+    "keypoints-left-out": ("repair", "",
+        "{frames:~frame} of 2D keypoints, between leaps of the whole person, left out of the lift."),
+    "joints-on-a-line": ("repair", "",
+        "{joints} missing keypoints were put on a line between where they were seen."),
+    "lifted": ("note", "",
+        "The poses are the built-in lifter's, from the 2D keypoints (network {model})."),
+    "lifted-by": ("note", "",
+        "The poses are the lift by {model}, a network of the kind {kind}{licence}."),
+    "focal-guessed": ("note", "camera",
+        "The focal length is unknown and taken for {focal_px:.0f} pixels (--focal)."),
+    "focal-of-lifters-path": ("note", "place",
+        "The pelvis's path before the camera is the lifter's own, at a focal length of {focal_px:.0f} pixels; it "
+        "states no error."),
+    "focal-of-the-network": ("note", "place",
+        "The lifter takes the focal length for {focal_px:.0f} pixels, which nobody has measured, so its own path "
+        "of the pelvis before the camera is not used (--focal)."),
+    "focal-not-used": ("note", "camera",
+        "The lifter sees where in the picture the person is; the focal length is not used."),
+    "bearing-shifts-heading": ("note", "camera",
+        "The lifter sees the person in a crop and answers along the ray to the person: a bearing of b degrees "
+        "shifts the heading by about b, here by {least_deg:.0f} to {most_deg:.0f} degrees if the focal length is "
+        "{focal_px:.0f} pixels; --focal PIXELS takes it out."),
+    "frames-without-joints": ("warning", "",
+        "{frames:~frame has/frames have} no keypoints for too long to be lifted."),
+    "frames-without-person": ("warning", "",
+        "{frames:~frame has/frames have} keypoints, but the lifter sees nobody in their pictures."),
+    "frames-without-numbers": ("warning", "",
+        "{frames:~frame has/frames have} keypoints, but the lifter's answer to them is no number."),
+    "frames-without-scale": ("warning", "",
+        "{frames:~frame has/frames have} limbs that are longer in depth alone than any person's."),
+    # Cleaning, scaling, placing
+    "seam": ("mark", "",
+        "The estimator began a new clip here."),
+    "rows-inserted": ("repair", "",
+        "{count:~frame} that the estimator dropped {count:?was/were} put back as gaps."),
+    "spikes-removed": ("repair", "",
+        "{count:~single-frame jump} of a joint {count:?was/were} removed."),
+    "strays-removed": ("repair", "",
+        "{count:~frame} alone between leaps of the whole pose {count:?was/were} removed."),
+    "gaps-filled": ("repair", "",
+        "{count:~missing joint position} in gaps of up to {max_gap_s} s {count:?was/were} interpolated."),
+    "images-lacking": ("repair", "",
+        "The recording lacks images {when}; filters go on across gaps of up to {bridged_s} s."),
+    "images-lacking-long": ("warning", "view",
+        "The recording lacks images {when}; no filter goes across that, and walks and repetitions end there."),
+    "joints-missing": ("warning", "",
+        "{count:~joint position is missing and stays so./joint positions are missing and stay so.}"),
+    "not-in-image": ("warning", "view",
+        "The {part} {parts:?is/are} not in the image {when}; what needs {parts:?it/them} is left out there."),
+    "not-seen": ("warning", "view",
+        "The {part} {parts:?is/are} not seen by the detector {when}; what needs {parts:?it/them} is left out "
+        "there."),
+    "no-scale": ("warning", "",
+        "The source has no scale: lengths are in its own arbitrary units. Give the person's height (--stature "
+        "METRES) for metres."),
+    "scaled": ("repair", "",
+        "Scaled by {factor:.4g} to a stature of {stature_m} m."),
+    "not-placed": ("note", "place",
+        "Where the person is before the camera is not known: {reason}."),
+    "placed": ("note", "place",
+        "The pelvis's path before the camera rests on the keypoints, in {placed} of {frames} frames{bridges}: each "
+        "frame is off by {sd:.2f} {unit} (standard deviation), mostly in depth, and the whole by "
+        "{size_percent:.0f} % for the body's size and {focal_percent:.0f} % of the depth for the focal "
+        "length{guess}."),
+    "size-levelled": ("repair", "place",
+        "The lifted body grew with its image, by {grown_percent:.0f} % in all, and was brought to one size."),
+    # Up
+    "frames-not-rectified": ("warning", "up",
+        "{lost} of {frames:~frame} {lost:?has/have} too few torso joints to rectify."),
+    "not-levelled": ("warning", "up",
+        "The take could not be levelled: {reason}."),
+    "nobody-upright": ("warning", "up",
+        "The trunk is more than {off_deg:.0f} degrees off up in {share_percent:.0f} % of the frames: the person "
+        "lies or bends down, or the picture is turned. If it is, turn the video, or tell --pitch and --roll."),
+    "up-drifts": ("warning", "up",
+        "The camera was taken for one that stands still, but the frames' ups before and after frame {frame} are "
+        "{drift_deg:.0f} degrees apart: a cut, a moving camera (--camera moving), or a body that lies or bends "
+        "down for long."),
+    "up-of-one-apart": ("warning", "up",
+        "This person's own up is {apart_deg:.0f} degrees from the one that all of the recording share: they lean, "
+        "bend down or lie for long, or the lifter tilted them."),
+    "image-against-bodies": ("warning", "up",
+        "The image's {seen_in} and the skeletons contradict each other about up by {apart_deg:.0f} degrees: "
+        "{answers}. The {believed} believed."),
+    "told-up-contradicted": ("warning", "up",
+        "What was told about gravity and {other} are {apart_deg:.0f} degrees apart, more than their errors "
+        "explain; what was told is believed."),
+    # Motion and angles
+    "relative-to-camera": ("note", "motion",
+        "The camera moves, so x and y are relative to it: heights (z, vz, az) and distances hold, but its turning "
+        "about the vertical cannot be told from the body's and enters vx, vy, ax, ay, speed and acceleration."),
+    "smoothed-by-stated-error": ("note", "motion",
+        "Paths, velocities and accelerations are smoothed by the error of the joints that the lifter states."),
+    "smoothed-by-estimated-error": ("note", "motion",
+        "Paths, velocities and accelerations are smoothed by an error of the joints that is estimated from the "
+        "paths; what errs slowly cannot be told so, and {what} state no standard deviations."),
+    "foot-not-locked": ("note", "motion",
+        "No foot is locked: there is no pelvis path from keypoints and a camera that stands still."),
+    "single-frame": ("warning", "motion",
+        "A single frame has no path: velocities and accelerations are missing."),
+    "not-filtered": ("warning", "motion",
+        "{fps:.4g} frames a second do not carry a filter at {cutoff_hz:g} Hz: joints are unfiltered, and the rates "
+        "of angles are those of the noise too."),
+    "cutoff-lowered": ("note", "motion",
+        "The cut-off is {cutoff_hz:g} Hz instead of {asked_hz:.3g} Hz: a Savitzky-Golay filter has no higher one "
+        "at {fps:.4g} frames a second."),
+    "pieces-too-short": ("warning", "motion",
+        "{values} joint positions lie in unbroken pieces that are too short for the {cutoff_hz:g} Hz filter; "
+        "their {missing} are missing."),
+    "times-uneven": ("note", "motion",
+        "The time stamps of {frames:~frame} are not evenly spaced: paths were brought to even ones for the "
+        "filter, and back."),
+    "angles-left-out": ("note", "motion",
+        "Angles left out, frames: {angles}: {reason}."),
+    "angle-errors-unknown": ("note", "motion",
+        "The errors of the angles are not known: nobody says who made the poses, which may err as a lifter's do "
+        "(-O made_by=measured, or estimated)."),
+    "angle-errors-unjudged": ("note", "motion",
+        "The errors of the angles are not known: the poses were estimated{by} in a world's axes, where no "
+        "estimator has been judged."),
+    "second-lifter-elsewhere": ("warning", "",
+        "The second lifter, {lifter}, has no frame in common with the poses."),
+    "lifters-disagree": ("warning", "",
+        "The second lifter, {lifter}, disagrees with the poses at {when}: the joints are up to "
+        "{apart_percent:.0f} % of the person's size apart on average, so there one of the two errs by half of "
+        "that or more; look at the video."),
+    # Files that were written
+    "c3d-too-long": ("warning", "files",
+        "{file} was not written: C3D numbers {most} frames at most, and the take has {frames} at one even rate; "
+        "write TRC (--also trc), or a part of it (--time-range)."),
+    "c3d-single-frame": ("warning", "files",
+        "{file} was not written: a C3D file states a rate, and a single frame has none; write TRC (--also trc)."),
+    "c3d-begins": ("note", "files",
+        "{file}: its first frame, which has the number 1, is at {begin_s:.3f} s of the take."),
+    "animation-stays": ("note", "files",
+        "{file}: the pelvis stays where it is, for its path is not known."),
+    "animation-origin": ("note", "files",
+        "{file}: its origin is {left:.2f} to the left, {up:.2f} up and {front:.2f} in front of the one that TRC "
+        "counts from."),
+    "animation-unit": ("note", "files",
+        "{file}: its lengths are in the source's own unit, for the source has no scale."),
+    "animation-cut": ("note", "files",
+        "{file}: what has no pose is left out, {before:~frame} at the beginning and {after:~frame} at the end."),
+    "animation-begins": ("note", "files",
+        "{file}: its time begins with 0 at {begin_s:.3f} s of the take."),
+    "animation-held": ("note", "files",
+        "{file}: in {held} of {frames:~frame} nothing is known of {joints}; what was last known is held."),
+    "annotated-begins": ("note", "files",
+        "{file} begins with frame {frame} of the video, at {begin_s:.3f} s."),
+    "video-copied": ("note", "files",
+        "The recording holds an H.264 copy of the video, because {reason}."),
+    # What is wrong with poses
+    "gaps": ("note", "poses",
+        "{lost} of {frames:~frame} {lost:?is/are} not there: {absent} without a row (at most {longest} in a row), "
+        "{incomplete} with NaN, {empty} with all joints on one point."),
+    "duplicates": ("note", "poses",
+        "{repeated:~row repeats/rows repeat} the one before exactly, the first is row {first}; speeds are wrong "
+        "there."),
+    "frames-not-numbered": ("note", "poses",
+        "The file does not say which video frames its rows are."),
+    "rate-not-stated": ("note", "poses",
+        "The file does not say its frame rate."),
+    "swaps": ("note", "poses",
+        "{wrong} of {of:~row} {wrong:?looks/look} wrong: {swaps}."),
+    "swaps-unsure": ("note", "poses",
+        "Some rows look wrong: {doubt}."),
+    "rebase": ("suspicious", "poses",
+        "In every frame the outermost joint lies at {axis} = 0 exactly: each frame was moved onto the floor by "
+        "itself, so the pelvis' way along that axis is lost, and speeds with it."),
+    "flat": ("unusable", "poses",
+        "All joints lie in one plane (thickness {thickness_percent:.1f} % of the trunk); there is no depth in it."),
+    "axis-invented": ("unusable", "poses",
+        "Nothing moves along {axis} while the body moves along other axes; that axis is invented."),
+    "flattened-depth": ("suspicious", "poses",
+        "Bones shorten when they turn towards the camera as if depth were {factor:.1f} times too small; it is "
+        "flattened."),
+    "bones": ("suspicious", "poses",
+        "Bone lengths vary by {spread_percent:.0f} % (5 % is usual, 9 % poor), {worst} by {worst_percent:.0f} %."),
+    "limbs-unlike": ("suspicious", "poses",
+        "{bone} is {times:.2f} times as long as the left one."),
+    "mirrored": ("unusable", "poses",
+        "The body is mirrored or its left and right are exchanged (--left-right mirror or swap): {evidence}."),
+    "legs-against-arms": ("unusable", "poses",
+        "Left and right of the legs contradict those of the arms (--left-right swap-legs): {evidence}."),
+    "left-and-right": ("suspicious", "poses",
+        "Left and right are doubtful: {evidence}."),
+    "stature": ("suspicious", "poses",
+        "The limbs imply a stature of {stature_m:.3g} m; is the unit of the file really metres?"),
+    "upside-down": ("suspicious", "poses",
+        "The head is below the feet in {share_percent:.0f} % of the frames: the file's vertical axis seems to be "
+        "turned over. If its y points up, read it with --adapter arrays -O frame=GL_CAMERA (or Y_UP) and the "
+        "layout and unit that it has, such as -O layout=H36M17 -O unit=mm, or -O unit=arbitrary where it has no "
+        "scale; otherwise the person stands on their hands, or the camera on its head."),
+    "picture-upside-down": ("suspicious", "poses",
+        "The head is below the feet in {share_percent:.0f} % of the frames: the picture (or the keypoints' y axis) "
+        "is upside down and has to be turned before the run, or the person stands on their hands."),
+    "leaps": ("suspicious", "poses",
+        "The whole pose leaps from one frame to the next at {count:~row}, the first is row {first}."),
+    "seams": ("note", "poses",
+        "The estimator began a new clip at row {listed}."),
+    "seams-step": ("note", "poses",
+        "The estimator began a new clip at row {listed}; the pose steps there by up to {times:.1f} times its usual "
+        "movement."),
+    "refused": ("unusable", "poses",
+        "{reason}"),
+    "video-apart": ("suspicious", "poses",
+        "The poses reach frame {last}, the video ends with frame {ends}; they do not belong together."),
+    "video-unnumbered": ("suspicious", "poses",
+        "{rows_read:~row} without frame numbers for {frames:~frame} of the video: time may drift."),
+    "video-fits": ("note", "poses",
+        "{rows_read:~row} for {frames:~frame} at {fps:g} a second."),
+    "keypoints-not-compared": ("note", "poses",
+        "Not compared with the keypoints: {reason}."),
+    "keypoints-shifted": ("suspicious", "poses",
+        "The poses fit the keypoints better {lag:~frame} {direction}: {better_percent:.0f} % instead of "
+        "{off_percent:.0f} % of the person's size over {frames:~frame} of track {person}."),
+    "keypoints-missed": ("suspicious", "poses",
+        "The poses miss the keypoints by {off_percent:.0f} % of the person's size over {frames:~frame} of track "
+        "{person}."),
+    "keypoints-met": ("note", "poses",
+        "The poses meet the keypoints within {off_percent:.0f} % of the person's size over {frames:~frame} of "
+        "track {person}."),
+}  # fmt: skip
+CATALOGUE = {code: Entry(*entry) for code, entry in _ENTRIES.items()}

@@ -1,0 +1,152 @@
+"""What is said of a take: notices with codes that programs act on, whose sentences stand in one catalogue."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from string import Formatter
+from typing import Any
+
+from .catalogue import CATALOGUE, About, Weight
+from .messages import how_many
+
+WARNS = ("warning", "suspicious", "unusable")
+
+
+class _Sentences(Formatter):
+    """Templates as of str.format, and two more formats: {n:~row} and {n:~pose was/poses were} are a count with its
+    words, {n:?is/are} the words alone."""
+
+    def format_field(self, value: Any, format_spec: str) -> str:
+        kind, words = format_spec[:1], format_spec[1:].partition("/")
+        if kind == "~":
+            return how_many(value, words[0], words[2])
+        if kind == "?":
+            return words[0] if value == 1 else words[2]
+        return super().format_field(value, format_spec)
+
+
+_SENTENCES = _Sentences()
+
+
+@dataclass(frozen=True)
+class Notice:
+    """One thing to know of a take; made by `notice` or `own_notice`.
+
+    code: what it is, for programs: of CATALOGUE, or another package's own, whose prefix ends with a dot. weight: how
+    grave it is; that of the poses is their verdict. about: what it is about. rows: of the poses, at which it begins;
+    None for the whole take. values: figures and words that its sentence tells, plain values.
+    """
+
+    code: str
+    weight: Weight
+    about: About = ""
+    rows: tuple[int, ...] | None = None
+    values: Mapping[str, Any] = field(default_factory=dict, hash=False)
+
+    @property
+    def text(self) -> str:
+        """Its sentence."""
+        template = CATALOGUE[self.code].template if self.code in CATALOGUE else "{text}"
+        return _SENTENCES.vformat(template, (), self.values)
+
+    @property
+    def warns(self) -> bool:
+        """Whether it is graver than a note or a repair."""
+        return self.weight in WARNS
+
+    def as_dict(self) -> dict[str, Any]:
+        """As summary.json has it."""
+        return {
+            "code": self.code,
+            "weight": self.weight,
+            "about": self.about,
+            "text": self.text,
+            "rows": None if self.rows is None else list(self.rows),
+            "values": dict(self.values),
+        }
+
+
+def notice(
+    code: str, *, rows: Iterable[int] | None = None, weight: Weight | None = None, **values: Any
+) -> Notice:
+    """A notice of the catalogue. rows, values: as of Notice; weight: where it is not the catalogue's. KeyError for a
+    code that is not there, or a value that its sentence lacks."""
+    entry = CATALOGUE[code]
+    found = Notice(
+        code, weight or entry.weight, entry.about, None if rows is None else tuple(map(int, rows)), values
+    )
+    _ = found.text  # fails here, where it is made, when a value lacks
+    return found
+
+
+def own_notice(
+    code: str,
+    text: str,
+    weight: Weight = "warning",
+    *,
+    about: About = "",
+    rows: Iterable[int] | None = None,
+    **values: Any,
+) -> Notice:
+    """A notice of another package. code: with the package's name before a dot, such as "mypackage.dark-video".
+    text: its sentence. ValueError for a code without a prefix."""
+    if not all(code.partition(".")):
+        raise ValueError(
+            f"Expected a code with a prefix, such as 'mypackage.{code or 'code'}', got '{code}'."
+        )
+    return Notice(
+        code, weight, about, None if rows is None else tuple(map(int, rows)), {**values, "text": text}
+    )
+
+
+def without_doubles(notices: Iterable[Notice]) -> tuple[Notice, ...]:
+    """Each of them once, in their order: doubles have the same code, rows and values."""
+    kept: list[Notice] = []
+    for each in notices:
+        if each not in kept:
+            kept.append(each)
+    return tuple(kept)
+
+
+def verdict(findings: Iterable[Notice]) -> str:
+    """The gravest finding about poses: "good", "suspicious" or "unusable"."""
+    weights = {finding.weight for finding in findings}
+    return next((weight for weight in ("unusable", "suspicious") if weight in weights), "good")
+
+
+def grave(findings: Iterable[Notice]) -> tuple[Notice, ...]:
+    """Those that make poses less than good."""
+    return tuple(finding for finding in findings if finding.weight in ("suspicious", "unusable"))
+
+
+def verdict_words(findings: Iterable[Notice]) -> str:
+    """The verdict and what it rests on, in a sentence."""
+    findings = tuple(findings)
+    doubts = [finding.text.rstrip(".") for finding in grave(findings)]
+    return f"the poses are {verdict(findings)}{': ' if doubts else ''}{'; '.join(doubts)}"
+
+
+def notices_table() -> str:
+    """The catalogue as a table in Markdown, as docs/notices.md has it."""
+    rows = [
+        f"| `{code}` | {entry.weight} | {entry.about or '–'} | {_shown(entry.template)} |"
+        for code, entry in CATALOGUE.items()
+    ]
+    return "\n".join(["| code | weight | about | what it says |", "| --- | --- | --- | --- |", *rows]) + "\n"
+
+
+def _shown(template: str) -> str:
+    """A template for readers: each value as its name in italics."""
+    parts = [
+        f"{text}{'' if name is None else _value(name, spec or '')}"
+        for text, name, spec, _ in Formatter().parse(template)
+    ]
+    return "".join(parts).replace("|", "\\|")
+
+
+def _value(name: str, spec: str) -> str:
+    words = spec[1:].partition("/")
+    if spec.startswith("?"):
+        return words[2]
+    return f"*{name}* {words[2] or words[0] + 's'}" if spec.startswith("~") else f"*{name}*"
