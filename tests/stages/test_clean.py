@@ -154,10 +154,10 @@ def test_the_stage_says_what_it_did():
     joints = moving().joints.copy()
     joints[4, 2] = joints[20:40, 5] = np.nan
     take = Clean()(Take("t", poses=moving().with_(joints=joints, seams=(30,))))
-    texts = {event.weight: event.text for event in take.notices}
-    assert texts["repair"].startswith("1 missing")
-    assert texts["warning"].startswith("20 joint")
-    assert [event.row for event in take.notices if event.weight == "seam"] == [30]
+    said = {each.code: each for each in take.notices}
+    assert said["gaps-filled"].values["count"] == 1
+    assert said["joints-missing"].values["count"] == 20
+    assert said["seam"].rows == (30,)
 
 
 @pytest.mark.parametrize("rows", [range(ROWS - 1, ROWS), range(2), range(20, 23)])
