@@ -34,8 +34,9 @@ class Notice:
     """One thing to know of a take; made by `notice` or `own_notice`.
 
     code: what it is, for programs: of CATALOGUE, or another package's own, whose prefix ends with a dot. weight: how
-    grave it is; that of the poses is their verdict. about: what it is about. rows: of the poses, at which it begins;
-    None for the whole take. values: figures and words that its sentence tells, plain values.
+    grave it is; that of the poses is their verdict. about: what it is about. rows: of the poses after `clean`,
+    at which it begins; None for the whole take, and where there were no such rows yet. values: figures and words that
+    its sentence tells, plain values.
     """
 
     code: str

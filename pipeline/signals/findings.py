@@ -82,7 +82,7 @@ def row_findings(source: PoseSequence) -> list[Notice]:
     if len(repeated):
         weight = weighed(len(repeated) / len(source), _REPEATED)
         values: dict[str, Any] = {"repeated": len(repeated), "first": int(repeated[0])}
-        found.append(notice("duplicates", rows=repeated[:1], weight=weight, **values))
+        found.append(notice("duplicates", weight=weight, **values))
     if not source.frames_known:
         found.append(notice("frames-not-numbered"))
     if source.time_s is None:
@@ -96,9 +96,9 @@ def swap_findings(source: PoseSequence, swaps: tuple[Swap, ...]) -> list[Notice]
     found = [notice("swaps-unsure", doubt=doubt) for doubt in doubts]
     if swaps:
         wrong = int(wrong_rows(source, swaps).sum())
-        weight, rows = weighed(wrong / len(source), _SWAPPED), [swap.first_row for swap in swaps]
+        weight = weighed(wrong / len(source), _SWAPPED)
         values: dict[str, Any] = {"wrong": wrong, "of": len(source), "swaps": told(source, swaps)}
-        found.insert(0, notice("swaps", rows=rows, weight=weight, **values))
+        found.insert(0, notice("swaps", weight=weight, **values))
     return found
 
 
@@ -262,7 +262,7 @@ def _leaps(poses: PoseSequence) -> list[Notice]:
     rows = leaps(poses)
     if not len(rows):
         return []
-    return [notice("leaps", rows=rows, count=len(rows), first=int(rows[0]))]
+    return [notice("leaps", count=len(rows), first=int(rows[0]))]
 
 
 def _seams(poses: PoseSequence) -> list[Notice]:
@@ -274,5 +274,5 @@ def _seams(poses: PoseSequence) -> list[Notice]:
     if np.isfinite(steps).any():
         usual = max(float(np.nanmedian(moved)), 1e-12)
         times = float(np.nanmax(steps) / usual)
-        return [notice("seams-step", rows=poses.seams, listed=listed, times=times)]
-    return [notice("seams", rows=poses.seams, listed=listed)]
+        return [notice("seams-step", listed=listed, times=times)]
+    return [notice("seams", listed=listed)]

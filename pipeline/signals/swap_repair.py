@@ -198,9 +198,9 @@ def _treated(
     swaps, doubts = settled(poses, found)
     notices = [notice("swaps-doubtful", what=what, doubt=doubt) for doubt in doubts]
     if swaps:
-        rows, wrong = [swap.first_row for swap in swaps], int(wrong_rows(poses, swaps).sum())
+        wrong = int(wrong_rows(poses, swaps).sum())
         values: dict[str, Any] = {"what": what, "swaps": told(poses, swaps), "wrong": wrong, "of": len(poses)}
-        notices.insert(0, notice(_CODES[how], rows=rows, **values))
+        notices.insert(0, notice(_CODES[how], **values))
     if how == "report":
         poses = poses.noted("swaps", found=as_frames(poses, found)) if found else poses
     elif swaps:

@@ -201,7 +201,7 @@ def test_gaps_end_what_is_shown(taken, make_take):
         up_votes=take.rectified.up_votes[kept],
     )
     events = (notice("seam", rows=[3]),)
-    _, recording = taken(poses=sparse, rectified=rectified, events=events)
+    _, recording = taken(poses=sparse, rectified=rectified, notices=events)
     frame, nanoseconds, positions = recording.over_time("body/joints", "Points3D:positions")
     assert frame.tolist() == [5, 6, 7, 8, 9, 10, 11]
     np.testing.assert_allclose(nanoseconds, frame / 25 * 1e9, atol=1)
@@ -244,9 +244,13 @@ def test_events_stand_at_their_frames(taken):
         own_notice("test.said", "no scale"),
         notice("seam", rows=[1]),
     )
-    take, recording = taken(events=events)
+    take, recording = taken(notices=events)
     frame, nanoseconds, texts = recording.over_time("events", "TextLog:text")
-    assert [text for (text,) in texts] == ["warning: no scale", "seam: new clip", "repair: wrists exchanged"]
+    assert [text for (text,) in texts] == [
+        "warning: no scale",
+        "seam: The estimator began a new clip here.",
+        "repair: wrists exchanged",
+    ]
     assert frame.tolist() == take.poses.frame_index[[0, 1, 3]].tolist()
     np.testing.assert_array_equal(nanoseconds, np.round(take.poses.times[[0, 1, 3]] * 1e9))
     levels = [level for (level,) in recording.over_time("events", "TextLog:level")[2]]
@@ -257,7 +261,7 @@ def test_summary_puts_warnings_first(taken, make_take):
     not_level = replace(make_take().rectified, level_ok=False, level_reason="the person lies")
     inputs = ({"role": "poses", "file": "X3D.npy", "sha256": "abc", "adapter": "motionbert"},)
     events = (own_notice("test.said", "a note", "note"), own_notice("test.said", "no scale"))
-    _, recording = taken(events=events, inputs=inputs, rectified=not_level)
+    _, recording = taken(notices=events, inputs=inputs, rectified=not_level)
     ((text,), (media_type,)) = (
         recording.static("summary", f"TextDocument:{part}") for part in ("text", "media_type")
     )
