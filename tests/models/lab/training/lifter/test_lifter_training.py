@@ -2,7 +2,6 @@
 
 import json
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -290,7 +289,7 @@ def test_it_starts_with_the_weights_of_an_earlier_run(config, tmp_path, without_
 
 
 def test_a_network_with_more_blocks_starts_with_the_answers_of_a_smaller_one(tmp_path):
-    small, large = LifterNet(NetConfig(16, (1, 3))), LifterNet(NetConfig(16, (1, 3, 9, 1)))
+    small, large = LifterNet(NetConfig(16, 24, (1, 3))), LifterNet(NetConfig(16, 24, (1, 3, 9, 1)))
     torch.save(small.state_dict(), tmp_path / "small.pt")
     grown = module.started(large, tmp_path / "small.pt")
     x = torch.randn(2, 30, CHANNELS)
@@ -307,7 +306,7 @@ def test_a_network_with_more_blocks_starts_with_the_answers_of_a_smaller_one(tmp
 
 
 def test_an_exported_network_gives_its_weights_back(tmp_path):
-    net = LifterNet(NetConfig(16, (1, 3)))
+    net = LifterNet(NetConfig(16, 24, (1, 3)))
     for value in net.parameters():
         torch.nn.init.normal_(value)
     module.export(net, tmp_path / "lifter.onnx")
@@ -320,19 +319,15 @@ def test_an_exported_network_gives_its_weights_back(tmp_path):
         weights_of(tmp_path / "cut.onnx", net)
 
 
-def test_the_shipped_lifter_can_be_gone_on_with():
-    """What it says of depth stays; joints that were seen lie on their rays."""
-    config = module.read_config(Path(module.__file__).with_name("lifter.toml"))
-    net = module.started(LifterNet(config.net), SHIPPED).eval()
-    x = np.random.default_rng(0).normal(size=(40, CHANNELS)).astype(np.float32)
-    x[:, 51:68] = 0
-    with torch.no_grad():
-        np.testing.assert_allclose(net(torch.from_numpy(x)[None])[0][0].numpy(), run(x)[0], atol=1e-5)
-    x[:, 51:68] = 1
-    with torch.no_grad():
-        np.testing.assert_allclose(
-            net(torch.from_numpy(x)[None])[0][0, ..., 2].numpy(), run(x)[0][..., 2], atol=1e-5
-        )
+def test_a_network_of_the_family_before_is_not_gone_on_with(tmp_path):
+    old = {
+        f"blocks.0.{layer}.{of}": torch.zeros(2, 2) for layer in ("mix", "out") for of in ("weight", "bias")
+    }
+    torch.save(old, tmp_path / "old.pt")
+    for path in (SHIPPED, tmp_path / "old.pt"):
+        with pytest.raises(InputError, match="the family before it") as refused:
+            module.started(LifterNet(NetConfig(16, 24, (1, 3))), path)
+        assert "remove" not in str(refused.value)
 
 
 def test_joints_that_were_seen_lie_on_their_rays(clips):
@@ -342,7 +337,7 @@ def test_joints_that_were_seen_lie_on_their_rays(clips):
     windows.spoilt = Spoilt(silent)
     x = windows.batch(Draw(3, 0), 6, 10).x
     with torch.no_grad():
-        net = LifterNet(NetConfig(16, (1, 3)))
+        net = LifterNet(NetConfig(16, 24, (1, 3)))
         joints, _, _ = net(x)
         size = (x[..., 71:72] - 2).exp()
         away = 0.37 / size[..., None]  # of the pelvis, before anything is learned
@@ -361,18 +356,19 @@ def test_bones_seen_short_may_be_deep():
     assert 0 < depth[3] < 0.05
 
 
-def test_a_network_of_other_dilations_is_not_gone_on_with():
+def test_a_network_of_other_dilations_is_not_gone_on_with(tmp_path):
     """It would answer otherwise, though all its weights fit."""
-    config = module.read_config(Path(module.__file__).with_name("lifter.toml"))
-    straight = NetConfig(config.net.width, (1,) * len(config.net.dilations))
+    exported, net = tmp_path / "lifter.onnx", LifterNet(NetConfig(16, 24, (1, 3)))
+    for value in net.parameters():
+        torch.nn.init.normal_(value)  # equal weights are one in the file
+    module.export(net, exported, reach=4, trained_on="train")
     for begin in (
-        lambda net: module.started(net, SHIPPED),
-        lambda net: averaging.mean(net, [(1.0, SHIPPED)]),
+        lambda net: module.started(net, exported),
+        lambda net: averaging.mean(net, [(1.0, exported)]),
     ):
-        with pytest.raises(InputError, match=r"dilations \(1, 1.*lifter\.onnx reaches 54 frames, not 8"):
-            begin(LifterNet(straight))
-    more = NetConfig(config.net.width, (*config.net.dilations, 27))
-    module.started(LifterNet(more), SHIPPED)
+        with pytest.raises(InputError, match=r"dilations \(1, 1\).*lifter\.onnx reaches 4 frames, not 2"):
+            begin(LifterNet(NetConfig(16, 24, (1, 1))))
+    module.started(LifterNet(NetConfig(16, 24, (1, 3, 9))), exported)
 
 
 def test_the_mean_of_runs_is_the_mean_of_their_weights(config, clips, tmp_path, monkeypatch):
