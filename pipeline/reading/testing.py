@@ -34,6 +34,7 @@ _GARBAGE = {
     "plain text": b"frame,time_s,x,y,z\nnothing of any adapter's\n" * 40,
     "other JSON": b'[{"frame": 1, "points": [[1, 2], [3, 4]]}]',
     "the beginning of a zip archive": b"PK\x03\x04" + bytes(400),
+    "the beginning of a MATLAB file": b"MATLAB 5.0 MAT-file" + bytes(200),
     "the beginning of a numpy array": b"\x93NUMPY\x01\x00" + bytes(400),
 }
 
