@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from .core.errors import InputError
     from .core.frames import BODY, CAMERA, GL_CAMERA, IMAGE, LEVEL, Y_UP, Z_UP, Frame, change_frame
     from .core.layouts import H36M17, Layout, remap
+    from .core.lifted import Lifted, ToLift
     from .core.pose import PoseSequence, Rectified
     from .core.rotations import angle_deg, rotate, transpose
     from .core.take import Event, Take, Told, Video
@@ -32,6 +33,7 @@ _HOMES = {
     "core.errors": ("InputError",),
     "core.frames": ("BODY", "CAMERA", "GL_CAMERA", "IMAGE", "LEVEL", "Y_UP", "Z_UP", "Frame", "change_frame"),
     "core.layouts": ("H36M17", "Layout", "remap"),
+    "core.lifted": ("Lifted", "ToLift"),
     "core.pose": ("PoseSequence", "Rectified"),
     "core.rotations": ("angle_deg", "rotate", "transpose"),
     "core.take": ("Event", "Take", "Told", "Video"),
@@ -51,8 +53,8 @@ _HOMES = {
 
 __all__ = [
     "ANGLES", "BODY", "CAMERA", "GL_CAMERA", "H36M17", "IMAGE", "LEVEL", "REASONS", "Y_UP", "Z_UP",
-    "Adapter", "Camera", "Event", "Frame", "InputError", "Layout", "Lifter", "Pipeline", "PoseSequence",
-    "Rectified", "Rectifier", "RunOptions", "Stage", "Take", "Told", "Video", "Writer",
+    "Adapter", "Camera", "Event", "Frame", "InputError", "Layout", "Lifted", "Lifter", "Pipeline",
+    "PoseSequence", "Rectified", "Rectifier", "RunOptions", "Stage", "Take", "ToLift", "Told", "Video", "Writer",
     "angle_deg", "angles", "change_frame", "check_adapter", "computing_on", "find_swaps", "load_recipe",
     "mask_swaps", "open_take", "planned", "remap", "repair_swaps", "rotate", "run_files", "settled",
     "transpose", "whole_file",

@@ -41,11 +41,12 @@ class MadeBy:
 
     kind: "measured" by motion capture; "estimated" by a network out of images, whose errors are known in a camera's
     axes only (docs/accuracy.md); "unknown" where neither the file nor the user says. by: the system's or the program's
-    name, "" where it is not known.
+    name, "" where it is not known. in_run: that they are the lift of a run, out of its own keypoints.
     """
 
     kind: Literal["measured", "estimated", "unknown"] = "unknown"
     by: str = ""
+    in_run: bool = False
 
 
 UNSAID = MadeBy()

@@ -142,8 +142,6 @@ class Take:
     filtered: 3D joints in LEVEL after the low-pass filter that kinematics rest on; its history says which.
     kinematics: columns (T,) by name, whose ends tell the units (design.md section 7).
     measures: figures of the take as nested plain dicts, units in the keys.
-    second_lift: how far another lifter of the same keypoints is from the poses, as nested plain dicts, units in the
-        keys (stages/second_lift.py).
     session: what the user says about the recording: title, person, date.
     told: what the user tells that stages reckon with: camera, up, image size, stature, privacy.
     inputs: what was read: role, path, SHA-256, adapter.
@@ -159,7 +157,6 @@ class Take:
     filtered: PoseSequence | None = None
     kinematics: dict[str, np.ndarray] | None = None
     measures: dict[str, Any] | None = None
-    second_lift: dict[str, Any] | None = None
     events: tuple[Event, ...] = ()
     inputs: tuple[dict[str, Any], ...] = ()
     session: Session = Session()

@@ -14,19 +14,19 @@ from ..signals.checks import chirality
 Handedness = Literal["refuse", "mirror", "swap", "swap-legs", "ignore"]
 
 
-def guarded(poses: PoseSequence, parity: Handedness, where: str) -> PoseSequence:
+def guarded(poses: PoseSequence, parity: Handedness, where: str) -> tuple[PoseSequence, str]:
     """The poses with left and right put right as asked; with "refuse", InputError when they are wrong.
 
-    poses: H36M17 in 3D. where: what they come from, for the error. A doubt goes into the history as a warning.
+    poses: H36M17 in 3D. where: what they come from, for the error. -> the poses, and a doubt in words, which their
+    history has as a warning; "" without one.
     """
     if parity != "refuse":
         poses = repaired(poses, parity)
         evidence = chirality(poses)
-        if evidence.verdict != "good":
-            poses = poses.noted(
-                "parity", warning=f"left and right are {evidence.verdict} as asked for: {evidence}"
-            )
-        return poses
+        good = evidence.verdict == "good"
+        return _doubted(
+            poses, "" if good else f"left and right are {evidence.verdict} as asked for: {evidence}"
+        )
     evidence = chirality(poses)
     if evidence.verdict == "legs against arms":
         raise InputError(
@@ -39,9 +39,12 @@ def guarded(poses: PoseSequence, parity: Handedness, where: str) -> PoseSequence
             "pass --left-right mirror if the coordinates are mirrored, --left-right swap if the names are, or "
             "--left-right ignore."
         )
-    if evidence.verdict == "doubtful":
-        return poses.noted("parity", warning=f"left and right are doubtful: {evidence}")
-    return poses
+    doubtful = evidence.verdict == "doubtful"
+    return _doubted(poses, f"left and right are doubtful: {evidence}" if doubtful else "")
+
+
+def _doubted(poses: PoseSequence, doubt: str) -> tuple[PoseSequence, str]:
+    return poses.noted("parity", warning=doubt) if doubt else poses, doubt
 
 
 def repaired(poses: PoseSequence, parity: Handedness) -> PoseSequence:

@@ -36,7 +36,7 @@ def normalised(
     poses = change_frame(
         poses, own.with_(origin="pelvis", unit="m" if poses.frame.metric else poses.frame.unit)
     )
-    return guarded(poses, parity, f"{path} (adapter {adapter.name})")
+    return guarded(poses, parity, f"{path} (adapter {adapter.name})")[0]
 
 
 def missing_in_words(what: str, count: int) -> str:

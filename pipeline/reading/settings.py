@@ -173,11 +173,6 @@ class RunOptions(BaseModel):
         _option(_INPUT, "Lifter when --poses is absent: a name of `pcnet3d list models`, or an .onnx file."),
         To("lift.lifter"),
     ] = None
-    also_lifter: Annotated[
-        str | None,
-        _option(_INPUT, "Second lifter of the same keypoints, to see where the two disagree; as --lifter."),
-        To("second_lift.lifter"),
-    ] = None
     device: OnDevice = "auto"
     person: Annotated[
         str | None,

@@ -188,7 +188,7 @@ def upside_down(poses: PoseSequence) -> list[str]:
     share = float((below @ (poses.frame.basis @ _UP[poses.frame.family]) > np.maximum(trunk, 1e-12)).mean())
     if share < _TURNED_OVER:
         return []
-    if any(step.name == "lift" for step in poses.history):  # they have the picture's axes
+    if poses.made_by.in_run:  # they have the picture's axes
         cause = (
             "the picture (or the keypoints' y axis) is upside down and has to be turned before the run, or the person "
             "stands on their hands."

@@ -170,7 +170,6 @@ def summary(take: Take) -> dict[str, Any]:
         },
         "camera": _camera(take),
         "measures": take.measures,
-        **({} if take.second_lift is None else {"second_lift": take.second_lift}),
         "history": [asdict(step) for step in facts.history],
     }
     return plain(content)

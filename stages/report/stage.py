@@ -26,7 +26,6 @@ from .angles import angle_charts, ranges, sides_compared
 from .key_frames import key_figures, lines_jpeg, seen_by_camera
 from .measures import happened, measure_tables
 from .motion import motion_charts
-from .second_lift import second_lift
 from .sections import files_beside, gravity_words, provenance, session_words, told_of, up_table
 from .trust import trust
 
@@ -73,7 +72,6 @@ def report(take: Take, files: Sequence[str] = ()) -> str:
         ("What happened", happened(measures, facts.length)),
         ("Joint angles over time", angle_charts(take)),
         ("Speeds and accelerations", motion_charts(take) + _path_lengths(measures, facts.length)),
-        ("Where two lifters disagree", second_lift(take)),
         ("Wrist paths before and after", _wrists(take)),
         ("Which way is up", _gravity(take, facts)),
         ("Files beside this page", files_beside(files)),

@@ -14,9 +14,9 @@ _APART, _ALIKE_HZ = 1.5, 60.0
 
 def is_lifted(summary: Mapping[str, Any]) -> bool:
     """Whether a run lifted its poses itself, by its summary.json."""
-    history = summary.get("history")
-    steps = history if isinstance(history, list) else []
-    return any(isinstance(step, dict) and step.get("name") == "lift" for step in steps)
+    poses = summary.get("poses")
+    made_by = poses.get("made_by") if isinstance(poses, dict) else None
+    return isinstance(made_by, dict) and made_by.get("in_run") is True
 
 
 def rates_apart(rates: Iterable[float]) -> str:

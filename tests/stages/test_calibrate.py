@@ -169,10 +169,10 @@ def test_the_lifter_sees_undistorted_keypoints(video, calibration, monkeypatch):
     seen = []
 
     class Lifter:
-        method = "none"
+        method, unit, takes = "none", "", ()
 
-        def lift(self, keypoints, size, focal_px, flip, video):
-            seen.append((keypoints, focal_px))
+        def lift(self, asked):
+            seen.append((asked.keypoints, asked.focal_px))
             raise InputError("enough")
 
     stage = Lift()
