@@ -13,6 +13,7 @@ from markupsafe import Markup
 from ...pipeline.core.answer import answer as seen
 from ...pipeline.core.camera import pitch_roll_deg
 from ...pipeline.core.errors import InputError
+from ...pipeline.core.measures import nested
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import angle_deg, is_finite, rotate
 from ...pipeline.core.take import Take
@@ -63,7 +64,7 @@ def report(take: Take, files: Sequence[str] = ()) -> str:
     """
     if take.poses is None or take.rectified is None:
         raise InputError("A report needs 3D poses and their rectification; run rectify first.")
-    facts, measures = facts_of(take), take.measures or {}
+    facts, measures = facts_of(take), nested(take.measures or ())
     said = [*seen(take), *sides_compared(measures)]
     head = session_words(take, facts) + answer(said) + (small(_ERRORS) if said else Markup(""))
     head += trust(take, facts) + told_of(take)

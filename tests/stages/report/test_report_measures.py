@@ -5,6 +5,7 @@ import re
 import numpy as np
 import pytest
 
+from pcnet3d.pipeline.core.measures import nested
 from pcnet3d.stages.measures.figures import error_key
 from pcnet3d.stages.report.angles import ranges, sides_compared
 from pcnet3d.stages.report.glossary import explained
@@ -213,7 +214,7 @@ def test_every_figure_of_a_walk_is_explained():
     from pcnet3d.stages.trajectories import Trajectories
 
     stages = (Rectify(rectifier="geometric"), Trajectories(), Angles(), Measures())
-    measures = Pipeline(stages)(Take("walker", poses=walker().poses)).measures
+    measures = nested(Pipeline(stages)(Take("walker", poses=walker().poses)).measures)
     assert measures["walking"]["steps"]
     assert measures["knee_bends"]["count"]
     walk, arms = measures["walking"], measures["arm_raises"]
