@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal, NamedTuple
 
 Side = Literal["", "right", "left"]
+MOMENTS = ("start", "stop", "stride_start", "stride_stop", "landings", "toe_offs")  # names of all Moments
 
 
 class Unit(NamedTuple):
@@ -31,6 +32,7 @@ UNITS = {
     "length": Unit("", "{}", "{}"),
     "speed": Unit("", "{}/s", "{}/s"),
 }
+OF_LENGTH = ("length", "speed")  # units that say something only where the take has a scale
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,6 @@ import numpy as np
 
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.layouts import with_feet
-from ...pipeline.core.measures import nested
 from ...pipeline.core.rotations import angle_deg, is_finite
 from ...pipeline.core.take import Event, Take
 from ...pipeline.files.atomic import require_space, whole_file
@@ -110,7 +109,7 @@ def record(take: Take, path: str | Path) -> tuple[Event, ...]:
             log_events(recording, take.events, poses)
             texts = {"summary": summary_markdown(take)}
             if take.measures:
-                texts["measures"] = measures_markdown(nested(take.measures), poses.frame.unit)
+                texts["measures"] = measures_markdown(take.measures, poses.frame.unit)
             for entity, text in texts.items():
                 document = rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN)
                 recording.log(entity, document, static=True)

@@ -27,6 +27,7 @@ from pcnet3d.stages.export.measures import (
     Point,
     Row,
     curve_points,
+    read_measures,
     rows,
     write_cycles,
     write_measures,
@@ -294,7 +295,7 @@ def test_a_gap_that_cuts_one_of_several_squats_is_told(walk):
     assert answer(take)[0].startswith(
         f"Squatted at least 3 times (not seen from {begin:.2f} to {end:.2f} s) to "
     )
-    assert f"There may be more: {found['count_reason']}." in happened(nested(take.measures), "m")
+    assert f"There may be more: {found['count_reason']}." in happened(take.measures, "m")
 
 
 def test_means_are_of_the_repetitions_that_were_seen_whole(walk):
@@ -482,7 +483,7 @@ def test_pandas_opens_the_table_as_it_is(take, tmp_path):
 
 
 def test_the_text_of_the_recording_says_figures_and_reasons(take):
-    text = measures_markdown(nested(take.measures), "m")
+    text = measures_markdown(take.measures, "m")
     for said in ("#### walking", "cadence spm: 11", "| knee flexion |", "both ranges are below 5 degrees"):
         assert said in text
     assert max(map(len, text.splitlines())) < 500  # no curves
@@ -777,3 +778,32 @@ def test_one_or_two_durations_are_known_no_better_than_frames_allow():
         assert said["mean_duration_error_s"] >= 0.08 / np.sqrt(len(values))
     assert "mean_duration_error_s" not in nested(spread("duration", "s", np.array([1.0, 1.2]), 0.08))
     assert nested(spread("rise", "deg", np.full(3, 40.0), shared=np.nan)) == {"mean_rise_deg": 40.0}
+
+
+def test_what_is_written_is_read_back(take, tmp_path):
+    write_measures(take, tmp_path / "measures.csv")
+    assert "walking" in nested(read_measures(tmp_path))  # also without curves
+    write_cycles(take, tmp_path / "cycles.csv")
+    found, expected = nested(read_measures(tmp_path)), nested(take.measures)
+    for group in (found["walking"], expected["walking"]):
+        for side in ("right", "left"):
+            group[side] = {key: value for key, value in group[side].items() if value != []}
+    # Whether a figure lies within its error is a remark once it was read.
+    assert json.loads(json.dumps(found).replace('"True"', "true").replace('"False"', "false")) == expected
+    assert read_measures(tmp_path / "nowhere") == ()
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "a,b\n1,2\n",
+        "ROWS\nwalking.steps,up,,1.0,,,,,\n",
+        "ROWS\nwalking.steps,,,1.0,,ell,,,\n",
+        "ROWS\nx\n",
+    ],
+)
+def test_a_table_that_somebody_has_changed_has_words(tmp_path, text):
+    (tmp_path / "measures.csv").write_text(text.replace("ROWS", ",".join(Row._fields)))
+    with pytest.raises(InputError, match=r"measures\.csv"):
+        read_measures(tmp_path)
