@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
+from .measures import nested
 from .messages import how_many
 from .take import Take
 
@@ -25,7 +26,7 @@ def answer(take: Take) -> list[str]:
     """Sentences about a take's movements: steps, knee bends, raised arms, jumps, and the range of the main joints. What
     was not recognised is not told, but that nothing was, or why steps cannot be counted; nothing of a take without
     measures."""
-    measures = take.measures
+    measures = nested(take.measures or ())
     if not measures:
         return []
     poses = take.need("poses")

@@ -10,6 +10,7 @@ import numpy as np
 
 from .camera import Camera
 from .errors import InputError
+from .measures import Row
 from .pose import PoseSequence, Rectified
 from .verdict import Finding
 
@@ -141,7 +142,7 @@ class Take:
     findings: what `pcnet3d inspect` finds in the poses as they were read or lifted (pipeline/core/verdict.py).
     filtered: 3D joints in LEVEL after the low-pass filter that kinematics rest on; its history says which.
     kinematics: columns (T,) by name, whose ends tell the units (design.md section 7).
-    measures: figures of the take as nested plain dicts, units in the keys.
+    measures: rows of the take's figures, remarks, moments and curves (pipeline/core/measures.py).
     session: what the user says about the recording: title, person, date.
     told: what the user tells that stages reckon with: camera, up, image size, stature, privacy.
     inputs: what was read: role, path, SHA-256, adapter.
@@ -156,7 +157,7 @@ class Take:
     rectified: Rectified | None = None
     filtered: PoseSequence | None = None
     kinematics: dict[str, np.ndarray] | None = None
-    measures: dict[str, Any] | None = None
+    measures: tuple[Row, ...] | None = None
     events: tuple[Event, ...] = ()
     inputs: tuple[dict[str, Any], ...] = ()
     session: Session = Session()

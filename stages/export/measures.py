@@ -5,24 +5,29 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Iterator
+from itertools import groupby
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from ...pipeline.core import measures
 from ...pipeline.core.errors import InputError
+from ...pipeline.core.measures import (
+    MOMENTS,
+    OF_LENGTH,
+    UNITS,
+    Curve,
+    Curves,
+    Group,
+    Measure,
+    Moments,
+    Remark,
+    Side,
+    grouped,
+    moments,
+)
 from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import whole_file
-from ..measures.figures import error_key, of_length
 from .provenance import provenance
-
-_UNITS = {
-    "deg": "deg",
-    "degps": "deg/s",
-    "s": "s",
-    "percent": "%",
-    "spm": "1/min",
-}  # by the last word of a key
-_SIDES = {"r": "right", "right": "right", "l": "left", "left": "left"}
-_CURVES = "cycles"  # the key of a movement's curves
 
 
 class Row(NamedTuple):
@@ -87,23 +92,83 @@ def write_measures_parquet(take: Take, path: Path) -> None:
 def rows(take: Take) -> Iterator[Row]:
     """The take's figures in the order of summary.json, without its curves. A figure's error stands beside it and has no
     row of its own."""
-    yield from _rows(take.measures or {}, (), take.need("poses").frame.unit)
+    length = take.need("poses").frame.unit
+    yield from _rows(grouped(take.measures or ()), (), length)
+
+
+def read_measures(folder: Path) -> tuple[measures.Row, ...]:
+    """What `write_measures` and `write_cycles` have written in a run's folder, but that a figure lies within its error
+    is a remark; nothing where they have not. InputError for files that are not theirs."""
+    if not (folder / "measures.csv").exists():
+        return ()
+    try:
+        figures = [_read(row) for row in _lines(folder / "measures.csv", Row._fields)]
+        points = _lines(folder / "cycles.csv", Point._fields) if (folder / "cycles.csv").exists() else []
+        return (*_joined(figures), *_curves(points))
+    except (OSError, ValueError, KeyError) as error:
+        raise InputError(
+            f"Expected measures.csv and cycles.csv as a run writes them in {folder}: {error}; run the take again."
+        ) from None
+
+
+def _lines(path: Path, names: tuple[str, ...]) -> list[dict[str, str]]:
+    with open(path, encoding="utf-8", newline="") as file:
+        reader = csv.DictReader(file, strict=True)
+        if tuple(reader.fieldnames or ()) != names:
+            raise ValueError(f"{path.name} has other columns")
+        lines = list(reader)
+    if any(None in line or None in line.values() for line in lines):
+        raise ValueError(f"{path.name} has a row of another length")
+    return lines
+
+
+_UNIT_OF = {unit.table: name for name, unit in UNITS.items()}
+_UNIT_OF |= {UNITS[name].table.format(length): name for name in OF_LENGTH for length in ("m", "arbitrary")}
+_SIDES: dict[str, Side] = {"right": "right", "left": "left", "": ""}
+
+
+def _read(line: dict[str, str]) -> Measure | Remark:
+    *group, key = line["measure"].split(".")
+    side = _SIDES[line["side"]]
+    if not line["value"]:
+        return Remark(key, line["text"], side, tuple(group))
+    unit = _UNIT_OF[line["unit"]]
+    number = int(line["item"]) if line["item"] else None
+    error = float(line["error"]) if line["error"] else None
+    name = key.removesuffix(UNITS[unit].ending)
+    return Measure(name, float(line["value"]), unit, error, side, number, group=tuple(group))
+
+
+def _joined(figures: list[Measure | Remark]) -> Iterator[measures.Row]:
+    """Moments in one row each."""
+    for (group, name), same in groupby(figures, lambda row: (row.group, row.name)):
+        rows = list(same)
+        if name in MOMENTS:
+            at_s = tuple(row.value for row in rows if isinstance(row, Measure))
+            yield Moments(name, at_s, rows[0].side, group)
+        else:
+            yield from rows
+
+
+def _curves(points: list[dict[str, str]]) -> Iterator[Curves]:
+    by_group: dict[str, list[Curve]] = {}
+    for (movement, angle), same in groupby(points, lambda point: (point["movement"], point["angle"])):
+        lines = list(same)
+        sd = tuple(float(line["sd_deg"]) for line in lines if line["sd_deg"])
+        mean = tuple(float(line["mean_deg"]) for line in lines)
+        by_group.setdefault(movement, []).append(Curve(angle, int(lines[0]["count"]), mean, sd or None))
+    for movement, curves in by_group.items():
+        yield Curves(tuple(curves), tuple(movement.split(".")))
 
 
 def curve_points(take: Take) -> Iterator[Point]:
     """The curves of the take's movements over their cycles, in the order of summary.json."""
-    yield from _points(take.measures or {}, ())
-
-
-def _points(group: dict[str, Any], above: tuple[str, ...]) -> Iterator[Point]:
-    for key, value in group.items():
-        if key == _CURVES:
-            for angle, curve in value.items():
-                spread = curve.get("sd_deg") or [None] * len(curve["mean_deg"])
-                for percent, (mean, sd) in enumerate(zip(curve["mean_deg"], spread, strict=True)):
-                    yield Point(".".join(above), angle, _side((angle,)), percent, mean, sd, curve["count"])
-        elif isinstance(value, dict):
-            yield from _points(value, (*above, key))
+    for row in take.measures or ():
+        for curve in row.of if isinstance(row, Curves) else ():
+            sds = curve.sd_deg or [None] * len(curve.mean_deg)
+            for percent, (mean, sd) in enumerate(zip(curve.mean_deg, sds, strict=True)):
+                place = ".".join(row.group), curve.angle, curve.side or None
+                yield Point(*place, percent, mean, sd, curve.count)
 
 
 def _write(path: Path, names: tuple[str, ...], lines: Iterator[tuple[Any, ...]]) -> None:
@@ -113,43 +178,33 @@ def _write(path: Path, names: tuple[str, ...], lines: Iterator[tuple[Any, ...]])
         writer.writerows(lines)
 
 
-def _rows(group: dict[str, Any], above: tuple[str, ...], length: str) -> Iterator[Row]:
-    errors = {error_key(key) for key in group}
-    for key, value in group.items():
-        path = (*above, key)
-        if key == _CURVES:
-            continue
-        if isinstance(value, dict):
-            yield from _rows(value, path, length)
-        elif key not in errors:
-            for item, one in enumerate(value) if isinstance(value, list) else [(None, value)]:
-                number = isinstance(one, int | float) and not isinstance(one, bool)
+def _rows(group: Group, above: tuple[str, ...], length: str) -> Iterator[Row]:
+    starts, stops = moments(group, "start"), moments(group, "stop")
+    for name, leaf in group.items():
+        if isinstance(leaf, dict):
+            yield from _rows(leaf, (*above, name), length)
+        elif isinstance(leaf, Remark):
+            yield _said(".".join((*above, leaf.key)), leaf.side, leaf.text)
+        elif isinstance(leaf, Moments):
+            for i, at_s in enumerate(leaf.at_s):
+                spans = _span(starts, stops, i) if len(leaf.at_s) == len(starts) else (None, None)
                 yield Row(
-                    ".".join(path),
-                    _side(path),
-                    item,
-                    float(one) if number else None,
-                    _beside(value, item, group.get(error_key(key))),
-                    _unit(key, length) if number else None,
-                    _beside(value, item, group.get("start_s")),
-                    _beside(value, item, group.get("stop_s")),
-                    None if number else str(one),
+                    ".".join((*above, leaf.key)), leaf.side or None, i, float(at_s), None, "s", *spans, None
                 )
+        elif not isinstance(leaf, Curves):
+            for one in leaf if isinstance(leaf, list) else [leaf]:
+                span = (None, None) if one.number is None else _span(starts, stops, one.number)
+                unit = UNITS[one.unit].table.format(length) or None
+                figure = one.side or None, one.number, float(one.value), one.error, unit
+                yield Row(".".join((*above, one.key)), *figure, *span, None)
+                if one.within_error is not None:
+                    judged = ".".join((*above, one.within_error_key))
+                    yield _said(judged, one.side, str(one.within_error))
 
 
-def _beside(value: Any, item: int | None, other: Any) -> Any:
-    """What of `other` belongs to an item of a figure, None where it is no figure of the same kind."""
-    if item is None:
-        return None if isinstance(other, list) else other
-    return other[item] if isinstance(other, list) and len(other) == len(value) else None
+def _said(measure: str, side: str, text: str) -> Row:
+    return Row(measure, side or None, None, None, None, None, None, None, text)
 
 
-def _side(path: tuple[str, ...]) -> str | None:
-    """By the first of the keys that begins with a side."""
-    return next((_SIDES[word] for key in path if (word := key.partition("_")[0]) in _SIDES), None)
-
-
-def _unit(key: str, length: str) -> str | None:
-    if of_length(key):
-        return f"{length}/s" if key.endswith("_speed") else length
-    return _UNITS.get(key.rpartition("_")[2])
+def _span(starts: tuple[float, ...], stops: tuple[float, ...], i: int) -> tuple[float | None, float | None]:
+    return (starts[i] if i < len(starts) else None), (stops[i] if i < len(stops) else None)

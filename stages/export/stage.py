@@ -13,6 +13,7 @@ import numpy as np
 from ...models.common.metrics import plain
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.layouts import FEET
+from ...pipeline.core.measures import nested
 from ...pipeline.core.pose import Rectified, package_version
 from ...pipeline.core.take import Take, Told
 from ...pipeline.files.atomic import REPORT, SUMMARY, whole_file
@@ -169,7 +170,7 @@ def summary(take: Take) -> dict[str, Any]:
             "level_reason": facts.level_reason,
         },
         "camera": _camera(take),
-        "measures": take.measures,
+        "measures": None if take.measures is None else nested(take.measures),
         "history": [asdict(step) for step in facts.history],
     }
     return plain(content)

@@ -17,6 +17,7 @@ from ....pipeline.core.canonical import R_world_from_body
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.frames import LEVEL
 from ....pipeline.core.layouts import H36M17
+from ....pipeline.core.measures import Row
 from ....pipeline.core.messages import how_many
 from ....pipeline.core.pose import PoseSequence
 from ....pipeline.core.rotations import rotate, transpose
@@ -24,6 +25,7 @@ from ....pipeline.files.arrays import load
 from ....pipeline.files.atomic import SUMMARY
 from ....pipeline.signals.angles import ANGLES, near, unwrapped
 from ....pipeline.signals.filters import CUTOFF_HZ, breaks, resample
+from ...export.measures import read_measures
 from ...trajectories import cannot_be_told
 from ..finished_run import Run, load_run, methods
 from ..rates import is_lifted
@@ -55,7 +57,7 @@ class Side:
     sd: dict[str, np.ndarray]
     metric: bool
     cutoff_hz: float | None
-    measures: dict[str, Any] | None = None
+    measures: tuple[Row, ...] = ()
     acceleration: dict[str, np.ndarray] = field(default_factory=dict)
     acceleration_sd: dict[str, np.ndarray] = field(default_factory=dict)
     sources: tuple[dict[str, Any], ...] = ()
@@ -134,7 +136,7 @@ def load_side(folder: Path) -> Side:
         sd={name: columns.get(f"{name}_sd_deg", unknown) for name in ANGLES},
         metric=run.metric,
         cutoff_hz=_cutoff(summary),
-        measures=summary.get("measures"),
+        measures=read_measures(folder),
         acceleration={joint: columns[f"{joint}_acceleration"] for joint in joints},
         acceleration_sd={joint: columns.get(f"{joint}_acceleration_sd", unknown) for joint in joints},
         sources=tuple(summary.get("inputs", ())),

@@ -11,15 +11,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from golden.measures import rows_of
 from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.common.metrics import SD_90
 from pcnet3d.pipeline import InputError, load_recipe
+from pcnet3d.pipeline.core.measures import nested
 from pcnet3d.pipeline.reading.mocap.clip import Clip, write_mocap
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.running.recipe import Recipe
 from pcnet3d.pipeline.running.run import run_files
 from pcnet3d.pipeline.signals.angles import ANGLES, OF_BOTH, near
+from pcnet3d.stages.export.measures import read_measures
 from pcnet3d.stages.study.compare.align import correlated, size_ratio, turn_deg, turned
 from pcnet3d.stages.study.compare.command import compare, compared
 from pcnet3d.stages.study.compare.comparison import figures, result
@@ -241,7 +244,7 @@ def test_takes_of_different_motions_have_their_cycles_compared(sides):
     assert found.pairs[0].agreement == {}
     assert "different motions" in found.warnings[0]
     still = {name: np.zeros(len(values)) for name, values in other.items()}
-    nothing = compared([sides[0], replace(sides[1], angles=still, measures=None)], align="cycles")
+    nothing = compared([sides[0], replace(sides[1], angles=still, measures=())], align="cycles")
     assert next(result(nothing.pairs[0], "side")).endswith("compared: nothing")
     visits = compared(sides, align="cycles").pairs[0]
     assert re.search(r"compared: the ranges of motion and \d kinds? of cycle$", next(result(visits, "side")))
@@ -297,7 +300,7 @@ def test_walks_of_other_cadences_are_two_motions(walk, tmp_path):
         "24 and 30 have different cadences: taken for different motions, so only their ranges and cycles are compared. "
         "--align correlate if not.",
     )
-    silent = [replace(side, measures=None) for side in (usual, slow)]
+    silent = [replace(side, measures=()) for side in (usual, slow)]
     for found in (compared([usual, slow], "correlate"), compared(silent)):
         assert found.pairs[0].alignment.r > 0.5
         assert "correlate less" in found.warnings[0]
@@ -364,14 +367,13 @@ def test_circles_of_an_arm_are_resampled_without_the_steps_of_their_range(sides)
 
 def test_no_stride_reaches_across_a_turn_between_two_walks(runs):
     """Of one who walks there and back the feet land on both sides of the turn within three seconds."""
-    summary = json.loads((runs / "side" / "summary.json").read_text())
-    walking = summary["measures"]["walking"]
-    walking["right"] |= {
+    measures = nested(read_measures(runs / "side"))
+    measures["walking"]["right"] |= {
         "landings_s": [0.0, 1.1, 3.3, 4.4],
         "stride_start_s": [0.0, 3.3],
         "stride_stop_s": [1.1, 4.4],
     }
-    cut = spans(summary["measures"])["strides", "r_knee_flexion"]
+    cut = spans(rows_of(measures))["strides", "r_knee_flexion"]
     np.testing.assert_array_equal(cut, [[0.0, 1.1], [3.3, 4.4]])
 
 
@@ -380,7 +382,7 @@ def of_visit(side, low_deg, high_deg, speed):
     ranges = {"r_knee_flexion": {"p05_deg": low_deg, "p95_deg": high_deg, "p05_p95_deg": high_deg - low_deg}}
     ranges["r_knee_flexion"] |= {"p05_p95_error_deg": 4.0, "sd_deg": 3.0}
     walking = {"walking_speed": speed, "walking_speed_error": 0.05, "steps": 4}
-    return replace(side, measures={"range_of_motion": ranges, "walking": walking}, metric=True)
+    return replace(side, measures=rows_of({"range_of_motion": ranges, "walking": walking}), metric=True)
 
 
 def test_a_difference_of_two_visits_stands_with_its_error(sides):
