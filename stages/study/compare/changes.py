@@ -61,7 +61,7 @@ class Change(NamedTuple):
 def changes(side: Side, reference: Side) -> list[Change]:
     """Of every range of motion, of walking and of how far knees bend and arms rise, where both takes state an error.
     Lengths and speeds only where both are in metres."""
-    before, after = reference.measures or {}, side.measures or {}
+    before, after = reference.measures, side.measures
     return [*_ranges(before, after), *_movements(before, after, reference.metric and side.metric)]
 
 

@@ -100,7 +100,7 @@ def _together(found: Comparison) -> Markup:
     words = " and ".join(
         "unfiltered" if hz is None else f"{hz:g} Hz" for hz in sorted(cutoffs, key=lambda x: x or 0)
     )
-    by = " and ".join(dict.fromkeys(side.rectifier for side in sides if side.rectifier))
+    by = " and ".join(dict.fromkeys(side.run.need("rectified").method for side in sides if side.run))
     return bullets(
         [*lines, f"Rectified by {by}; low-pass of the joints: {words}.", f"pcnet3d {package_version()}."]
     )
@@ -155,7 +155,7 @@ def _agreement_figures(pair: Pair, reference: Side) -> Markup:
 
 def _ranges(pair: Pair, reference: Side) -> Markup:
     """Of two runs, as their measures have them."""
-    both = [(side.measures or {}).get("range_of_motion", {}) for side in (reference, pair.side)]
+    both = [side.measures.get("range_of_motion", {}) for side in (reference, pair.side)]
     if not all(both):
         return Markup("")
     by = {change.item: _by(change) for change in pair.changes if change.group == "range_of_motion"}
