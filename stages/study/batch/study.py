@@ -113,7 +113,7 @@ def _numbers(group: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, f
         if isinstance(value, dict):
             yield from _numbers(value, f"{above}{key}.")
         elif isinstance(value, int | float) and not isinstance(value, bool):
-            yield f"{above}{key}", value
+            yield f"{above}{key}", float(value)
 
 
 def doubts(rows: Sequence[Mapping[str, Any]]) -> dict[str, list[Mapping[str, Any]]]:

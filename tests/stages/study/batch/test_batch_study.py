@@ -274,6 +274,7 @@ def test_figures_are_single_numbers_by_their_keys(made):
     (found,) = figures(run)
     assert found["device"] == "cpu, cuda"
     assert found["measures"] == {"walking.steps": 3.0, "walking.right.x_s": 0.5}
+    assert isinstance(found["measures"]["walking.steps"], float)
     assert found["warnings"] == ["careful", "a name ?"]
     assert not found["lifted"]
     assert (found["frames"], found["fps"], found["method"]) == (60, pytest.approx(30), "geometric")
