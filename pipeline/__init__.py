@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from .core.rotations import angle_deg, rotate, transpose
     from .core.take import Event, Take, Told, Video
     from .files.atomic import whole_file
+    from .files.finished import read_run
     from .plugins.protocols import Adapter, Lifter, Rectifier, Stage, Writer
     from .reading.settings import RunOptions
     from .reading.take import open_take
@@ -38,6 +39,7 @@ _HOMES = {
     "core.rotations": ("angle_deg", "rotate", "transpose"),
     "core.take": ("Event", "Take", "Told", "Video"),
     "files.atomic": ("whole_file",),
+    "files.finished": ("read_run",),
     "plugins.protocols": ("Adapter", "Lifter", "Rectifier", "Stage", "Writer"),
     "reading.settings": ("RunOptions",),
     "reading.take": ("open_take",),
@@ -56,7 +58,7 @@ __all__ = [
     "Adapter", "Camera", "Event", "Frame", "InputError", "Layout", "Lifted", "Lifter", "Pipeline",
     "PoseSequence", "Rectified", "Rectifier", "RunOptions", "Stage", "Take", "ToLift", "Told", "Video", "Writer",
     "angle_deg", "angles", "change_frame", "check_adapter", "computing_on", "find_swaps", "load_recipe",
-    "mask_swaps", "open_take", "planned", "remap", "repair_swaps", "rotate", "run_files", "settled",
+    "mask_swaps", "open_take", "planned", "read_run", "remap", "repair_swaps", "rotate", "run_files", "settled",
     "transpose", "whole_file",
 ]  # fmt: skip
 

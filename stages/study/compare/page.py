@@ -101,7 +101,7 @@ def _together(found: Comparison) -> Markup:
     words = " and ".join(
         "unfiltered" if hz is None else f"{hz:g} Hz" for hz in sorted(cutoffs, key=lambda x: x or 0)
     )
-    by = " and ".join(dict.fromkeys(side.rectifier for side in sides if side.rectifier))
+    by = " and ".join(dict.fromkeys(side.run.need("rectified").method for side in sides if side.run))
     return bullets(
         [*lines, f"Rectified by {by}; low-pass of the joints: {words}.", f"pcnet3d {package_version()}."]
     )

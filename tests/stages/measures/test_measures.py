@@ -19,15 +19,13 @@ from pcnet3d.pipeline import H36M17, Z_UP, InputError, Pipeline, PoseSequence, T
 from pcnet3d.pipeline.core.answer import answer
 from pcnet3d.pipeline.core.frames import PC_CAMERA, change_frame
 from pcnet3d.pipeline.core.measures import nested
+from pcnet3d.pipeline.files.measures import Point, Row, read_measures
 from pcnet3d.pipeline.signals.angles import ANGLES, MIDLINE, near
 from pcnet3d.pipeline.signals.foot_angles import ALL_ANGLES
 from pcnet3d.stages.angles import Angles
 from pcnet3d.stages.clean import Clean
 from pcnet3d.stages.export.measures import (
-    Point,
-    Row,
     curve_points,
-    read_measures,
     rows,
     write_cycles,
     write_measures,
