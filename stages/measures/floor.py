@@ -59,12 +59,10 @@ def floor(walking: Sequence[Row], gait: Gait, filtered: PoseSequence, rectified:
 def _sds(filtered: PoseSequence, rectified: Rectified) -> tuple[float, float]:
     """Standard deviations of the height of a foot's place, its own and that of all alike; 0, 0 where the source itself
     knows the place."""
-    told = [step.options for step in filtered.history if step.name == "place"]
-    if filtered.root is None or filtered.root_covariance is None or not told:
-        return 0.0, 0.0
-    sds = told[-1]["scale_sd"], told[-1]["focal_sd"]
     whole = filtered.root_covariance
-    own = own_covariance(filtered.root, whole, rectified.R_source_from_level[2], *sds)
+    if filtered.root is None or whole is None or filtered.root_shared is None:
+        return 0.0, 0.0
+    own = own_covariance(filtered.root, whole, rectified.R_source_from_level[2], *filtered.root_shared)
     legs = 0.0
     if rectified.level.covariance is not None:
         index = filtered.layout.indices([f"{side}_ankle" for side in SIDES])

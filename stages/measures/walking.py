@@ -245,12 +245,11 @@ def _cadence(said: _Means, values: Values, strides: int, fewest: int) -> Row:
 
 def _path_error(filtered: PoseSequence, rectified: Rectified, gait: Gait) -> tuple[float, float]:
     """models.gait.errors.path_error of a path that was estimated (stages/place.py); 0, 0 for others."""
-    told = [step.options for step in filtered.history if step.name == "place"]
-    if filtered.root is None or filtered.root_covariance is None or not told:
+    covariance, shared = filtered.root_covariance, filtered.root_shared
+    if filtered.root is None or covariance is None or shared is None:
         return 0.0, 0.0
     axis = rectified.R_source_from_level[2]
-    sds = told[-1]["scale_sd"], told[-1]["focal_sd"]
-    return path_error(filtered.root, filtered.root_covariance, axis, *sds, filtered.times, gait.walks)
+    return path_error(filtered.root, covariance, axis, *shared, filtered.times, gait.walks)
 
 
 def _lengths(

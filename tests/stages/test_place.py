@@ -68,6 +68,7 @@ def test_the_path_and_its_error_go_with_the_poses(placed, walk, camera):
     assert placed.poses.measured_root is None
     said = placed.poses.history[-1]
     assert (said.name, said.options["frames_placed"], said.options["focal_sd"]) == ("place", len(walk), 0.02)
+    assert placed.poses.root_shared == (said.options["scale_sd"], 0.02)
     assert "rests on the keypoints, in 240 of 240 frames" in placed.events[-1].text
 
 
