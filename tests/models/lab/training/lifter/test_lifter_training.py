@@ -35,8 +35,7 @@ STILL = Material(unchanged=1.0, mirrored=0.0, other_rates=0.0)
 LEGS = H36M17.indices([f"{side}_{part}" for side in "lr" for part in ("knee", "ankle")])
 
 
-@pytest.fixture(scope="module")
-def clips():
+def three_people():
     """Three people of other proportions, who hardly move."""
     rng = np.random.default_rng(0)
     poses = rng.uniform([-0.4, -0.4, 0], [0.4, 0.4, 1.8], (3, 1, 17, 3)) + rng.normal(
@@ -49,6 +48,11 @@ def clips():
 
 
 @pytest.fixture
+def clips():
+    return three_people()
+
+
+@pytest.fixture
 def config(tmp_path, clips, monkeypatch):
     """A config file; everybody is the same three people."""
     monkeypatch.setattr(module, "read_clips", lambda subjects: clips)
@@ -57,12 +61,12 @@ def config(tmp_path, clips, monkeypatch):
 
 
 @pytest.fixture(scope="module")
-def trained(clips, tmp_path_factory):
+def trained(tmp_path_factory):
     """The folder of the tiny config's finished run, and what the run printed."""
-    folder, said = tmp_path_factory.mktemp("trained"), io.StringIO()
+    folder, said, people = tmp_path_factory.mktemp("trained"), io.StringIO(), three_people()
     (folder / "tiny.toml").write_text(LIFTER)
     with pytest.MonkeyPatch.context() as patch, contextlib.redirect_stdout(said):
-        patch.setattr(module, "read_clips", lambda subjects: clips)
+        patch.setattr(module, "read_clips", lambda subjects: people)
         module.train_lifter(folder / "tiny.toml", folder / "out")
     return folder / "out", said.getvalue()
 
@@ -443,18 +447,15 @@ def own(tmp_path, clips, monkeypatch):
     return train
 
 
-def test_training_on_own_data(own, monkeypatch):
+def test_training_on_own_data_does_not_go_on_with_another_split(own, tmp_path, monkeypatch):
+    """Whoever was trained on would be tested."""
     said = {}
     monkeypatch.setattr(module, "export", lambda net, path, **properties: said.update(properties))
     out = own()
     assert said == {"reach": 4, "trained_on": "clips.npz, split.json"}
     figures = json.loads((out / "log.jsonl").read_text().splitlines()[-1])
     assert {"typical", "wild"} < figures.keys()
-
-
-def test_a_run_does_not_go_on_with_another_split(own, tmp_path, without_export):
-    """Whoever was trained on would be tested."""
-    log = own() / "log.jsonl"
+    log = out / "log.jsonl"
     (tmp_path / "split.json").write_text(json.dumps({"train": ["00"], "val": ["02"], "test": ["01"]}))
     before = log.read_text()
     with pytest.raises(InputError, match=r"checkpoint\.json learned from other recordings or another split"):
