@@ -1,5 +1,7 @@
 """Training windows of the lifter, and a training run as small as it gets."""
 
+import contextlib
+import io
 import json
 from dataclasses import replace
 
@@ -32,8 +34,7 @@ STILL = Material(unchanged=1.0, mirrored=0.0, other_rates=0.0)
 LEGS = H36M17.indices([f"{side}_{part}" for side in "lr" for part in ("knee", "ankle")])
 
 
-@pytest.fixture
-def clips():
+def three_people():
     """Three people of other proportions, who hardly move."""
     rng = np.random.default_rng(0)
     poses = rng.uniform([-0.4, -0.4, 0], [0.4, 0.4, 1.8], (3, 1, 17, 3)) + rng.normal(
@@ -46,11 +47,27 @@ def clips():
 
 
 @pytest.fixture
+def clips():
+    return three_people()
+
+
+@pytest.fixture
 def config(tmp_path, clips, monkeypatch):
     """A config file; everybody is the same three people."""
     monkeypatch.setattr(module, "read_clips", lambda subjects: clips)
     (tmp_path / "tiny.toml").write_text(LIFTER)
     return tmp_path / "tiny.toml"
+
+
+@pytest.fixture(scope="module")
+def trained(tmp_path_factory):
+    """The folder of the tiny config's finished run, and what the run printed."""
+    folder, said, people = tmp_path_factory.mktemp("trained"), io.StringIO(), three_people()
+    (folder / "tiny.toml").write_text(LIFTER)
+    with pytest.MonkeyPatch.context() as patch, contextlib.redirect_stdout(said):
+        patch.setattr(module, "read_clips", lambda subjects: people)
+        module.train_lifter(folder / "tiny.toml", folder / "out")
+    return folder / "out", said.getvalue()
 
 
 @pytest.fixture
@@ -227,16 +244,15 @@ def test_the_error_of_bones_is_what_their_two_ends_differ_by():
         assert cost(3.0, *off) - cost(0.0, *off) == pytest.approx(3.0 * bones * 0.1 / 16)
 
 
-def test_a_run_gives_a_network_that_the_run_time_answers_alike(config, tmp_path, capsys):
-    out = tmp_path / "out"
-    module.train_lifter(config, out)
+def test_a_run_gives_a_network_that_the_run_time_answers_alike(config, trained):
+    out, said = trained
     assert {path.name for path in out.iterdir()} == {
         "lifter.onnx", "best.pt", "checkpoint.json", "checkpoint-6.0", "lifter.toml", "log.jsonl",
     }  # fmt: skip
     lines = [json.loads(line) for line in (out / "log.jsonl").read_text().splitlines()]
     assert [line["step"] for line in lines] == [2, 4, 6]
     assert {"typical", "wild", "wild_up", "exact", "score", "pa", "error_over_sd", "loss"} < lines[0].keys()
-    assert "parameters" in capsys.readouterr().out
+    assert "parameters" in said
 
     opened = network(out / "lifter.onnx")
     assert (opened.reach, opened.trained_on) == (4, "train")
@@ -258,26 +274,24 @@ def test_a_run_gives_a_network_that_the_run_time_answers_alike(config, tmp_path,
     assert run(x)[0].shape == (40, 17, 3)  # the built-in one
 
 
-def test_a_run_in_pieces_comes_to_the_same_weights(config, tmp_path, without_export):
+def test_a_run_in_pieces_comes_to_the_same_weights(config, tmp_path, trained, without_export):
     """minutes=0 stops after every step."""
-    module.train_lifter(config, tmp_path / "whole")
+    runs = (trained[0], tmp_path / "pieces")
     for step in range(1, 7):
         module.train_lifter(config, tmp_path / "pieces", minutes=0)
         assert read_checkpoint(tmp_path / "pieces")["step"] == step
         assert (tmp_path / "pieces" / "lifter.onnx").exists() == (step == 6)
-    assert same(*(read_checkpoint(tmp_path / run) for run in ("whole", "pieces")))
-    best = (torch.load(tmp_path / run / "best.pt", weights_only=True) for run in ("whole", "pieces"))
-    assert same(*best)
+    assert same(*map(read_checkpoint, runs))
+    assert same(*(torch.load(run / "best.pt", weights_only=True) for run in runs))
 
 
-def test_it_starts_with_the_weights_of_an_earlier_run(config, tmp_path, without_export):
-    module.train_lifter(config, tmp_path / "first")
-    start = (tmp_path / "first" / "best.pt").as_posix()
+def test_it_starts_with_the_weights_of_an_earlier_run(config, tmp_path, trained, without_export):
+    start = (trained[0] / "best.pt").as_posix()
     config.write_text(
         tiny(("seed = 1", f'seed = 2\nstart = "{start}"'), ("rate = 1e-3", "rate = 1e-12"), text=LIFTER)
     )
     module.train_lifter(config, tmp_path / "second")
-    one, two = (torch.load(tmp_path / run / "best.pt", weights_only=True) for run in ("first", "second"))
+    one, two = (torch.load(run / "best.pt", weights_only=True) for run in (trained[0], tmp_path / "second"))
     for name, value in one.items():
         torch.testing.assert_close(two[name], value, atol=1e-6, rtol=1e-5)
     config.write_text(
@@ -429,18 +443,15 @@ def own(tmp_path, clips, monkeypatch):
     return train
 
 
-def test_training_on_own_data(own, monkeypatch):
+def test_training_on_own_data_does_not_go_on_with_another_split(own, tmp_path, monkeypatch):
+    """Whoever was trained on would be tested."""
     said = {}
     monkeypatch.setattr(module, "export", lambda net, path, **properties: said.update(properties))
     out = own()
     assert said == {"reach": 4, "trained_on": "clips.npz, split.json"}
     figures = json.loads((out / "log.jsonl").read_text().splitlines()[-1])
     assert {"typical", "wild"} < figures.keys()
-
-
-def test_a_run_does_not_go_on_with_another_split(own, tmp_path, without_export):
-    """Whoever was trained on would be tested."""
-    log = own() / "log.jsonl"
+    log = out / "log.jsonl"
     (tmp_path / "split.json").write_text(json.dumps({"train": ["00"], "val": ["02"], "test": ["01"]}))
     before = log.read_text()
     with pytest.raises(InputError, match=r"checkpoint\.json learned from other recordings or another split"):
