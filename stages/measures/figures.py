@@ -108,16 +108,3 @@ def rounded(value: Any, error: float) -> float:
 def decimals(error: float) -> int:
     """How many decimals a figure has whose error is that, more than 0."""
     return max(0, -int(np.floor(np.log10(error))))
-
-
-def error_key(key: str) -> str:
-    """`cadence_spm` as `cadence_error_spm`: the unit stays at the end. `walking_speed` as `walking_speed_error`."""
-    if of_length(key):
-        return f"{key}_error"
-    words, _, unit = key.rpartition("_")
-    return f"{words}_error_{unit}"
-
-
-def of_length(key: str) -> bool:
-    """Whether a figure is in the take's unit of length, or in that a second, which its key does not name."""
-    return key.removesuffix("_error").endswith(("_length", "_width", "_height", "_speed"))

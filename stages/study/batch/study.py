@@ -25,7 +25,6 @@ from ....pipeline.files.atomic import REPORT, SUMMARY, printable, read_summary
 from ....pipeline.files.finished import POSES, read_run
 from ...drawing.facts import facts_of
 from ...drawing.skeletons import key_rows
-from ...measures.figures import of_length
 from ..rates import is_lifted, rates_apart
 
 QUALITY = ("up_error_deg", "up_bound_deg", "error_deg_mean", "bone_length_spread")
@@ -115,6 +114,20 @@ def _numbers(group: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, f
             yield from _numbers(value, f"{above}{key}.")
         elif isinstance(value, int | float) and not isinstance(value, bool):
             yield f"{above}{key}", float(value)
+
+
+def error_key(measure: str) -> str:
+    """Of the error of a measure, such as `walking.cadence_error_spm`: the table of a study has only keys, those of
+    summary.json."""
+    if of_length(measure):
+        return f"{measure}_error"
+    words, _, unit = measure.rpartition("_")
+    return f"{words}_error_{unit}"
+
+
+def of_length(measure: str) -> bool:
+    """Whether a measure is in the take's unit of length, or in that a second, which its key does not name."""
+    return measure.removesuffix("_error").endswith(("_length", "_width", "_height", "_speed"))
 
 
 def doubts(rows: Sequence[Mapping[str, Any]]) -> dict[str, list[Mapping[str, Any]]]:
