@@ -37,15 +37,15 @@ class Lift:
     the first lift does not contradict that.
 
     lifter: "pcnet3d", the built-in one, or an .onnx file; lifter_kind: what that is, where its shapes leave it open
-    (models.load_lifter). flip: average with the lift of the mirrored person. parity: what to do when left and right of
-    the lift look exchanged. checkpoint: a file for what a lifter that looks at the images has answered so far, written
-    every minute. resume: the file of an interrupted run to go on from.
+    (models.load_lifter). flip: average with the lift of the mirrored person. handedness: what to do when left and right
+    of the lift look exchanged. checkpoint: a file for what a lifter that looks at the images has answered so far,
+    written every minute. resume: the file of an interrupted run to go on from.
     """
 
     lifter: str = "pcnet3d"
     lifter_kind: str | None = None
     flip: bool = False
-    parity: Handedness = "refuse"
+    handedness: Handedness = "refuse"
     checkpoint: Path | None = None
     resume: Path | None = None
     _opened: Lifter = field(init=False, repr=False, compare=False)
@@ -88,7 +88,7 @@ class Lift:
             poses = poses.with_(history=(*poses.history[:-1], last))
         poses = poses.with_(made_by=MadeBy("estimated", self._opened.method))
         said = _said(poses, self._opened)
-        poses = guarded(poses, self.parity, f"The lift by {self._opened.method}")
+        poses = guarded(poses, self.handedness, f"The lift by {self._opened.method}")
         doubts = [str(step.options["warning"]) for step in poses.history if "warning" in step.options]
         told = [event.text for event in take.events]  # the keypoints' own are in their history too
         doubts = [text for text in doubts if text not in told]

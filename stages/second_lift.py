@@ -43,7 +43,7 @@ class SecondLift:
     def __post_init__(self) -> None:
         """Opens the lifter, as `Lift` does."""
         told = {each.name: getattr(self, each.name) for each in fields(self) if each.init}
-        object.__setattr__(self, "_lift", Lift(**told, parity="ignore"))
+        object.__setattr__(self, "_lift", Lift(**told, handedness="ignore"))
 
     def __call__(self, take: Take) -> Take:
         poses = take.need("poses")

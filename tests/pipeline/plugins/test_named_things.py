@@ -109,7 +109,7 @@ def test_a_lifter_of_another_package_says_how_it_lifted(register):
         return poses.noted("lift", **said) if said else poses
 
     register("lifters", model(SimpleNamespace(method="toy@1", lift=lift)))
-    stage = Lift("toy", parity="ignore")
+    stage = Lift("toy", handedness="ignore")
     take = take.telling(image_size=(400, 300), focal_px=400.0)
     with pytest.raises(InputError, match=r"the lifter toy@1 .* got none of model, kind, focal_known"):
         stage(take)
