@@ -33,7 +33,7 @@ class Lift:
     user, and the first lift does not contradict that.
 
     lifter: "pcnet3d", the built-in one, another by name, or an .onnx file; lifter_kind: what that is, where its shapes
-    leave it open (models.load_lifter). flip: average with the lift of the mirrored person. parity: what to do when left
+    leave it open (models.load_lifter). flip: average with the lift of the mirrored person. handedness: what to do when left
     and right of the lift look exchanged. checkpoint: a file in which a lifter may keep what it has answered so far.
     resume: the file of an interrupted run to go on from.
     """
@@ -41,7 +41,7 @@ class Lift:
     lifter: str = "pcnet3d"
     lifter_kind: str | None = None
     flip: bool = False
-    parity: Handedness = "refuse"
+    handedness: Handedness = "refuse"
     checkpoint: Path | None = None
     resume: Path | None = None
     _opened: Lifter = field(init=False, repr=False, compare=False)
@@ -77,7 +77,7 @@ class Lift:
         if "up" in takes and (up := _known_up(take, lifted.poses)) is not None:
             lifted = self._lifted(replace(asked, up=up))
         poses = lifted.noted().with_(made_by=MadeBy("estimated", lifted.model, in_run=True))
-        poses, doubt = guarded(poses, self.parity, f"The lift by {lifted.model}")
+        poses, doubt = guarded(poses, self.handedness, f"The lift by {lifted.model}")
         if lifted.joints_on_a_line:
             text = f"{lifted.joints_on_a_line} missing keypoints were put on a line between where they were seen."
             take = take.saying(Event("repair", text))

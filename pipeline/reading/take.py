@@ -122,7 +122,9 @@ def open_people(options: RunOptions) -> tuple[Person, ...]:
     for one in files.lead.people:
         try:
             body = (
-                poses.normalised(one, parity=options.left_right, missing=options.missing) if poses else None
+                poses.normalised(one, handedness=options.handedness, missing=options.missing)
+                if poses
+                else None
             )
             track = None
             if keypoints:
@@ -303,7 +305,7 @@ def _poses(files: _Files) -> PoseSequence | None:
         return None
     person = options.person if len(file.people) > 1 else None
     chosen = choose_person(file.people, person, str(file.path))
-    return file.normalised(chosen, parity=options.left_right, missing=options.missing)
+    return file.normalised(chosen, handedness=options.handedness, missing=options.missing)
 
 
 def _keypoints(files: _Files, poses: PoseSequence | None) -> PoseSequence | None:
@@ -362,7 +364,7 @@ def _repairs(lead: PoseSequence) -> list[Event]:
     """What was mended while reading because the user asked for it."""
     events = []
     for step in lead.history:
-        if step.name == "parity" and step.options.get("repair") not in (None, "ignore"):
+        if step.name == "handedness" and step.options.get("repair") not in (None, "ignore"):
             events.append(
                 Event(
                     "repair",

@@ -150,7 +150,7 @@ def _check_guard(
 
     for poses in people:
         try:
-            said = [step.options for step in guarded(poses).history if step.name == "parity"]
+            said = [step.options for step in guarded(poses).history if step.name == "handedness"]
         except InputError as error:
             raise AssertionError(str(error)) from None
         _expect(not said, f"left and right of person {poses.person} are not certain: {said}")

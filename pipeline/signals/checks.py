@@ -38,7 +38,7 @@ UNSTEADY = 0.12  # bone-length spread beyond which poses are not to be believed 
 
 @dataclass(frozen=True)
 class Chirality:
-    """Evidence on left and right (formats.md section 1, parity test), as shares of frames that agree.
+    """Evidence on left and right (formats.md section 1), as shares of frames that agree.
 
     nose: the nose lies in front of the body, as named left and right say where front is.
     knees: the knees bend forward. arms_legs: the shoulders' left is the hips' left.

@@ -153,7 +153,7 @@ def pose_findings(poses: PoseSequence) -> list[Finding]:
         *_depth(poses),
         *_bones(poses),
         *_sides(poses),
-        *_left_right(poses),
+        *_handedness(poses),
         *_stature(poses),
         *_turned_over(poses),
         *_leaps(poses),
@@ -258,13 +258,13 @@ def _sides(poses: PoseSequence) -> list[Finding]:
     return []
 
 
-def _left_right(poses: PoseSequence) -> list[Finding]:
+def _handedness(poses: PoseSequence) -> list[Finding]:
     evidence = chirality(poses)
     if evidence.verdict == "good":
         return []
     texts = {
-        "wrong": "The body is mirrored or its left and right are exchanged (--left-right mirror or swap)",
-        "legs against arms": "Left and right of the legs contradict those of the arms (--left-right swap-legs)",
+        "wrong": "The body is mirrored or its left and right are exchanged (--handedness mirror or swap)",
+        "legs against arms": "Left and right of the legs contradict those of the arms (--handedness swap-legs)",
         "doubtful": "Left and right are doubtful",
     }
     weight: Weight = "suspicious" if evidence.verdict == "doubtful" else "unusable"

@@ -153,7 +153,7 @@ def test_a_setting_that_cannot_be_used_is_refused_with_its_reason(setting, words
     ("given", "words"),
     [
         ({"fps": "fast"}, ["--fps=fast", "number"]),
-        ({"left_right": "ignroe"}, ["--left-right=ignroe", "'ignore'"]),
+        ({"handedness": "ignroe"}, ["--handedness=ignroe", "'ignore'"]),
         ({"image_size": "640"}, ["WIDTHxHEIGHT", "'640'"]),
         ({"gravity": "0,1"}, ["--gravity X,Y,Z", "'0,1'"]),
         ({"ftps": 30}, ["'ftps'", "did you mean fps"]),
