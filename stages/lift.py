@@ -33,9 +33,9 @@ class Lift:
     user, and the first lift does not contradict that.
 
     lifter: "pcnet3d", the built-in one, another by name, or an .onnx file; lifter_kind: what that is, where its shapes
-    leave it open (models.load_lifter). flip: average with the lift of the mirrored person. handedness: what to do when left
-    and right of the lift look exchanged. checkpoint: a file in which a lifter may keep what it has answered so far.
-    resume: the file of an interrupted run to go on from.
+    leave it open (models.load_lifter). flip: average with the lift of the mirrored person. handedness: what to do when
+    left and right of the lift look exchanged. checkpoint: a file in which a lifter may keep what it has answered so
+    far. resume: the file of an interrupted run to go on from.
     """
 
     lifter: str = "pcnet3d"
