@@ -10,11 +10,13 @@ if TYPE_CHECKING:
     from .core.errors import InputError
     from .core.frames import BODY, CAMERA, GL_CAMERA, IMAGE, LEVEL, Y_UP, Z_UP, Frame, change_frame
     from .core.layouts import H36M17, Layout, remap
+    from .core.lifted import Lifted, ToLift
     from .core.notices import Notice, notice, own_notice
     from .core.pose import PoseSequence, Rectified
     from .core.rotations import angle_deg, rotate, transpose
     from .core.take import Take, Told, Video
     from .files.atomic import whole_file
+    from .files.finished import read_run
     from .plugins.protocols import Adapter, Lifter, Rectifier, Stage, Writer
     from .reading.settings import RunOptions
     from .reading.take import open_take
@@ -33,11 +35,13 @@ _HOMES = {
     "core.errors": ("InputError",),
     "core.frames": ("BODY", "CAMERA", "GL_CAMERA", "IMAGE", "LEVEL", "Y_UP", "Z_UP", "Frame", "change_frame"),
     "core.layouts": ("H36M17", "Layout", "remap"),
+    "core.lifted": ("Lifted", "ToLift"),
     "core.notices": ("Notice", "notice", "own_notice"),
     "core.pose": ("PoseSequence", "Rectified"),
     "core.rotations": ("angle_deg", "rotate", "transpose"),
     "core.take": ("Take", "Told", "Video"),
     "files.atomic": ("whole_file",),
+    "files.finished": ("read_run",),
     "plugins.protocols": ("Adapter", "Lifter", "Rectifier", "Stage", "Writer"),
     "reading.settings": ("RunOptions",),
     "reading.take": ("open_take",),
@@ -53,11 +57,11 @@ _HOMES = {
 
 __all__ = [
     "ANGLES", "BODY", "CAMERA", "GL_CAMERA", "H36M17", "IMAGE", "LEVEL", "REASONS", "Y_UP", "Z_UP",
-    "Adapter", "Camera", "Frame", "InputError", "Layout", "Lifter", "Notice", "Pipeline", "PoseSequence",
-    "Rectified", "Rectifier", "RunOptions", "Stage", "Take", "Told", "Video", "Writer",
+    "Adapter", "Camera", "Frame", "InputError", "Layout", "Lifted", "Lifter", "Notice", "Pipeline",
+    "PoseSequence", "Rectified", "Rectifier", "RunOptions", "Stage", "Take", "ToLift", "Told", "Video", "Writer",
     "angle_deg", "angles", "change_frame", "check_adapter", "computing_on", "find_swaps", "load_recipe",
-    "mask_swaps", "notice", "open_take", "own_notice", "planned", "remap", "repair_swaps", "rotate", "run_files",
-    "settled", "transpose", "whole_file",
+    "mask_swaps", "notice", "open_take", "own_notice", "planned", "read_run", "remap", "repair_swaps", "rotate",
+    "run_files", "settled", "transpose", "whole_file",
 ]  # fmt: skip
 
 __getattr__ = lazily(__name__, _HOMES)

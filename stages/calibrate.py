@@ -32,21 +32,17 @@ class Calibrate:
     reads: ClassVar[tuple[str, ...]] = ("camera", "focal_px")
 
     def __call__(self, take: Take) -> Take:
-        video = take.need("video")
-        poses = take.keypoints or take.poses
-        found = self._found(take.told, video, take.keypoints, _span(video, poses))
-        return take.with_(camera=found).saying(*_notices(found, take.told.moving))
+        return self.together([take])[0]
 
     def together(self, takes: Sequence[Take]) -> list[Take]:
-        """Several people of one video have one camera."""
-        first = takes[0]
-        assert first.video is not None
+        """The people of one video have one camera."""
+        told, video = takes[0].told, takes[0].need("video")
         everybody = [poses for take in takes if (poses := take.keypoints or take.poses) is not None]
-        spans = [_span(first.video, poses) for poses in everybody] or [first.video.span]
+        spans = [_span(video, poses) for poses in everybody] or [video.span]
         span = min(start for start, _ in spans), max(end for _, end in spans)
         keypoints = [take.keypoints for take in takes if take.keypoints is not None]
-        found = self._found(first.told, first.video, keypoints, span)
-        return [take.with_(camera=found).saying(*_notices(found, take.told.moving)) for take in takes]
+        found = self._found(told, video, keypoints, span)
+        return [take.with_(camera=found).saying(*_notices(found, told.moving)) for take in takes]
 
     def check_told(self, told: Told) -> None:
         """A pipeline.plugins.protocols.ToldStage."""
@@ -59,7 +55,7 @@ class Calibrate:
         self,
         told: Told,
         video: Video,
-        people: PoseSequence | Sequence[PoseSequence] | None,
+        people: Sequence[PoseSequence],
         span: tuple[int, int],
     ) -> Camera:
         self.check_told(told)
@@ -70,10 +66,8 @@ class Calibrate:
         return camera_of(video, people, span, told.focal_px, camera, intrinsics, self.gravity_network)
 
 
-def _span(video: Video, poses: PoseSequence | None) -> tuple[int, int]:
+def _span(video: Video, poses: PoseSequence) -> tuple[int, int]:
     last = len(video.time_s) - 1
-    if poses is None:
-        return video.span
     return min(int(poses.frame_index[0]), last), min(int(poses.frame_index[-1]), last)
 
 

@@ -4,20 +4,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
 from ..models import load_lifter, load_rectifier
 from ..models.gravity import known_moving_up, known_up, told_up
-from ..models.lifter.answers import Answers, load_answers
-from ..models.lifter.builtin import OwnLifter
-from ..models.lifter.images import ImageLifter
-from ..models.lifter.input import UNDISTORT, refuse_outside
-from ..models.lifter.scaling import KINDS
+from ..models.lifter.builtin import KIND
+from ..models.lifter.input import refuse_outside
 from ..pipeline.core.errors import InputError
-from ..pipeline.core.intrinsics import Intrinsics, undistorted
+from ..pipeline.core.intrinsics import undistorted
 from ..pipeline.core.layouts import H36M17, remap
+from ..pipeline.core.lifted import Lifted, ToLift
+from ..pipeline.core.messages import how_many
 from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.pose import MadeBy, PoseSequence
 from ..pipeline.core.take import Take, Told
@@ -28,24 +27,22 @@ from ..pipeline.signals.checks import strays_of
 from ..pipeline.signals.findings import findings_of
 from ..pipeline.signals.visibility import seen_only
 
-_TOLD = ("model", "kind", "focal_known")  # by every lifter of its lift (plugins.protocols.Lifter)
-
 
 @dataclass(frozen=True)
 class Lift:
-    """The stage. Our own lifter lifts again where it is known which way is up, from the images or from the user, and
-    the first lift does not contradict that.
+    """The stage. A lifter that takes up lifts again where it is known which way is up, from the images or from the
+    user, and the first lift does not contradict that.
 
-    lifter: "pcnet3d", the built-in one, or an .onnx file; lifter_kind: what that is, where its shapes leave it open
-    (models.load_lifter). flip: average with the lift of the mirrored person. parity: what to do when left and right of
-    the lift look exchanged. checkpoint: a file for what a lifter that looks at the images has answered so far, written
-    every minute. resume: the file of an interrupted run to go on from.
+    lifter: "pcnet3d", the built-in one, another by name, or an .onnx file; lifter_kind: what that is, where its shapes
+    leave it open (models.load_lifter). flip: average with the lift of the mirrored person. handedness: what to do when
+    left and right of the lift look exchanged. checkpoint: a file in which a lifter may keep what it has answered so
+    far. resume: the file of an interrupted run to go on from.
     """
 
     lifter: str = "pcnet3d"
     lifter_kind: str | None = None
     flip: bool = False
-    parity: Handedness = "refuse"
+    handedness: Handedness = "refuse"
     checkpoint: Path | None = None
     resume: Path | None = None
     _opened: Lifter = field(init=False, repr=False, compare=False)
@@ -62,68 +59,63 @@ class Lift:
         object.__setattr__(self, "_opened", load_lifter(self.lifter, self.lifter_kind))
 
     def unit_of(self, before: str, told: Told) -> str:
-        """A pipeline.plugins.protocols.ScalingStage: the lifter's, where that says it."""
-        return getattr(self._opened, "unit", "")
+        """A pipeline.plugins.protocols.ScalingStage: the lifter's, where that is known before."""
+        return self._opened.unit
 
     def __call__(self, take: Take) -> Take:
         size = image_size(take)
-        keypoints, intrinsics = take.need("keypoints"), take.camera.intrinsics if take.camera else None
-        if isinstance(self._opened, OwnLifter) and keypoints.time_s is not None:
+        keypoints, takes = take.need("keypoints"), self._opened.takes
+        if "gaps" in takes and keypoints.time_s is not None:
             keypoints, strays = _without_strays(seen_only(keypoints, size), keypoints)
             if strays:
                 take = take.saying(notice("keypoints-left-out", frames=strays))
-        if intrinsics is not None:  # after what compares keypoints with the border of the filmed image
-            keypoints = self._undistorted(keypoints, intrinsics, size)
-        focal_px, guessed = self._focal_px(take)
-        poses = self._lifted(take, keypoints, size, focal_px)
-        if isinstance(self._opened, OwnLifter) and (up := _known_up(take, poses)) is not None:
-            poses = self._opened.lift(keypoints, size, focal_px, self.flip, take.video, up)
-        if guessed:  # what phones usually have is no knowledge of this camera
-            last = poses.history[-1]
-            last = replace(last, options={**last.options, "focal_known": False})
-            poses = poses.with_(history=(*poses.history[:-1], last))
-        poses = poses.with_(made_by=MadeBy("estimated", self._opened.method))
-        said = _said(poses, self._opened)
-        poses = guarded(poses, self.parity, f"The lift by {self._opened.method}")
-        if said.get("joints_on_a_line"):
-            take = take.saying(notice("joints-on-a-line", joints=said["joints_on_a_line"]))
+        asked = self._asked(take, keypoints, size)
+        lifted = self._lifted(asked)
+        if "up" in takes and (up := _known_up(take, lifted.poses)) is not None:
+            lifted = self._lifted(replace(asked, up=up))
+        poses = lifted.noted().with_(made_by=MadeBy("estimated", lifted.model, in_run=True))
+        poses = guarded(poses, self.handedness, f"The lift by {lifted.model}")
+        if lifted.joints_on_a_line:
+            take = take.saying(notice("joints-on-a-line", joints=lifted.joints_on_a_line))
         take = take.with_(poses=poses, findings=findings_of(poses))
-        return take.saying(_who(said), *_focal(said), *_gaps(said), *poses.notices)
+        return take.saying(_who(lifted), *_focal(lifted), *_gaps(lifted), *poses.notices)
 
-    def _undistorted(
-        self, keypoints: PoseSequence, intrinsics: Intrinsics, size: tuple[int, int] | None
-    ) -> PoseSequence:
-        if size is not None:
-            refuse_outside(keypoints, np.array(size))
-        # A lifter of images looks at distorted ones, and straightens what it sees itself.
-        if not isinstance(self._opened, ImageLifter):
-            keypoints = keypoints.with_(joints=undistorted(keypoints.joints, intrinsics))
-        return keypoints.noted(UNDISTORT, camera=intrinsics.name, file=Path(intrinsics.source).name)
-
-    def _lifted(
-        self, take: Take, keypoints: PoseSequence, size: tuple[int, int] | None, focal_px: float | None
-    ) -> PoseSequence:
-        if not isinstance(self._opened, ImageLifter):
-            return self._opened.lift(keypoints, size, focal_px, self.flip, take.video)
-        before = None if self.resume is None else load_answers(self.resume)
-        intrinsics = take.camera.intrinsics if take.camera else None
-        return self._opened.lift(
-            keypoints, size, focal_px, self.flip, take.video, intrinsics, before, self._keep
+    def _asked(self, take: Take, keypoints: PoseSequence, size: tuple[int, int] | None) -> ToLift:
+        """keypoints: of the filmed image; its border is compared with them, and then the lens's distortion undone."""
+        camera, takes = take.camera, self._opened.takes
+        intrinsics = camera.intrinsics if camera else None
+        if intrinsics is not None:
+            if size is not None:
+                refuse_outside(keypoints, np.array(size))
+            if "images" not in takes:
+                keypoints = keypoints.with_(joints=undistorted(keypoints.joints, intrinsics))
+            keypoints = keypoints.noted(
+                "undistort", camera=intrinsics.name, file=Path(intrinsics.source).name
+            )
+        guessed = camera is not None and camera.focal_source == "prior"
+        focal_px = camera.focal_px if camera else take.told.focal_px
+        return ToLift(
+            keypoints,
+            size,
+            None if guessed and "guessed focal" not in takes else focal_px,
+            self.flip,
+            take.video,
+            intrinsics,
+            focal_guessed=guessed,
+            checkpoint=self.checkpoint,
+            resume=self.resume,
         )
 
-    def _keep(self, answers: Answers) -> None:
-        if self.checkpoint is not None:
-            answers.save(self.checkpoint)
-
-    def _focal_px(self, take: Take) -> tuple[float | None, bool]:
-        """The focal length to lift with, in pixels, and whether it is a guess, which is good enough for our own lifter
-        only: others turn the whole body by it."""
-        camera = take.camera
-        if camera is None:
-            return take.told.focal_px, False
-        if camera.focal_source != "prior":
-            return camera.focal_px, False
-        return (camera.focal_px, True) if isinstance(self._opened, OwnLifter) else (None, False)
+    def _lifted(self, asked: ToLift) -> Lifted:
+        """InputError for a lifter of another package that answers something else."""
+        lifted = self._opened.lift(asked)
+        rows = len(lifted.poses) if isinstance(lifted, Lifted) else type(lifted).__name__
+        if rows != len(asked.keypoints):
+            raise InputError(
+                f"Expected from the lifter {self._opened.method} a Lifted of "
+                f"{how_many(len(asked.keypoints), 'row')}, got {rows}: repair its package."
+            )
+        return lifted
 
 
 def _known_up(take: Take, poses: PoseSequence) -> np.ndarray | None:
@@ -148,43 +140,36 @@ def _without_strays(seen: PoseSequence, keypoints: PoseSequence) -> tuple[PoseSe
     )
 
 
-def _said(poses: PoseSequence, lifter: Lifter) -> dict[str, Any]:
-    """What a lifter says of its lift; InputError for one of another package that does not say it."""
-    last = poses.history[-1] if poses.history else None
-    said = last.options if last is not None and last.name == "lift" else {}
-    if lacking := [key for key in _TOLD if key not in said]:
-        raise InputError(
-            f"Expected from the lifter {lifter.method} poses whose history ends with the step 'lift' and its options "
-            f"{', '.join(_TOLD)}; got none of {', '.join(lacking)}: repair its package."
-        )
-    return said
+def _who(lifted: Lifted) -> Notice:
+    if lifted.kind == KIND:
+        return notice("lifted", model=lifted.model)
+    licence = f", published under {lifted.licence}" if lifted.licence else ""
+    return notice("lifted-by", model=lifted.model, kind=lifted.kind, licence=licence)
 
 
-def _who(said: dict[str, Any]) -> Notice:
-    if said["kind"] == "pcnet3d":
-        return notice("lifted", model=said["model"])
-    licence = f", published under {said['licence']}" if "licence" in said else ""
-    return notice("lifted-by", model=said["model"], kind=said["kind"], licence=licence)
-
-
-def _focal(said: dict[str, Any]) -> list[Notice]:
+def _focal(lifted: Lifted) -> list[Notice]:
     """What the focal length was, or would be, good for."""
-    known, focal_px = said["focal_known"], said["focal_px"]
-    if said["kind"] == "pcnet3d":
-        return [] if known else [notice("focal-guessed", focal_px=focal_px)]
-    if said.get("placed_by_the_lifter"):
-        return [notice("focal-of-lifters-path", focal_px=focal_px)]
-    if said.get("focal_of_the_network"):
+    focal_px, known = lifted.focal_px, lifted.focal_known
+    if lifted.placed:
+        at = "" if focal_px is None else f", at a focal length of {focal_px:.0f} pixels"
+        return [notice("lifters-own-path", at=at, focal_px=focal_px)]
+    if focal_px is None:
+        return [notice("focal-not-used")] if known else []
+    if known:
+        return []
+    if lifted.own_camera:
         return [notice("focal-of-the-network", focal_px=focal_px)]
-    if "bearing_deg" not in said:  # another package's may use it
-        return [notice("focal-not-used")] if known and said["kind"] in KINDS else []
-    least, most = said["bearing_deg"]
-    values: dict[str, Any] = {"least_deg": least, "most_deg": most, "focal_px": focal_px}
-    return [] if known else [notice("bearing-shifts-heading", **values)]
+    if lifted.bearing_deg is None:
+        return [notice("focal-guessed", focal_px=focal_px)]
+    least, most = lifted.bearing_deg
+    return [notice("bearing-shifts-heading", least_deg=least, most_deg=most, focal_px=focal_px)]
 
 
-_GAPS = ("frames_without_joints", "frames_without_person", "frames_without_numbers", "frames_without_scale")
-
-
-def _gaps(said: dict[str, Any]) -> list[Notice]:
-    return [notice(key.replace("_", "-"), frames=said[key]) for key in _GAPS if said.get(key)]
+def _gaps(lifted: Lifted) -> list[Notice]:
+    gaps = {
+        "frames-without-joints": lifted.frames_without_joints,
+        "frames-without-person": lifted.frames_without_person,
+        "frames-without-numbers": lifted.frames_without_numbers,
+        "frames-without-scale": lifted.frames_without_scale,
+    }
+    return [notice(code, frames=frames) for code, frames in gaps.items() if frames]

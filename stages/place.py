@@ -49,17 +49,18 @@ class Place:
         path = pelvis_path(poses, keypoints, camera)
         if path is None or not is_finite(path.root).any():
             return take.saying(_nowhere("too few joints were seen"))
-        growth = path.growth[:, None, None]
+        growth, focal_sd = path.growth[:, None, None], round(path.focal_sd, 3)
         placed = poses.mapped(
             lambda points: points / growth,
             root=path.root,
             root_covariance=path.covariance,
+            root_shared=(SCALE_SD, focal_sd),
             covariance=scaled_covariance(poses.covariance, 1 / path.growth),
         ).noted(
             "place",
             focal_px=round(camera.focal_px, 1),
             focal_source=camera.focal_source,
-            focal_sd=round(path.focal_sd, 3),
+            focal_sd=focal_sd,
             scale_sd=SCALE_SD,
             frames_placed=int(is_finite(path.root).sum()),
         )

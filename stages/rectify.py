@@ -57,13 +57,12 @@ class Rectify:
             raise InputError(f"Expected a window_s of more than 0 seconds, got {self.window_s:g}.")
 
     def __call__(self, take: Take) -> Take:
-        ((rectified, notices),) = _rectify([take.need("poses")], self, take.told, take.camera, False)
-        return _filled(take, rectified, notices)
+        return self.together([take])[0]
 
     def together(self, takes: Sequence[Take]) -> list[Take]:
-        """Several people of one recording, in one LEVEL (rectify_together)."""
-        people = [take.poses for take in takes if take.poses is not None]
-        found = _rectify(people, self, takes[0].told, takes[0].camera, True)
+        """The people of one recording, in one LEVEL (rectify_together)."""
+        people = [take.need("poses") for take in takes]
+        found = _rectify(people, self, takes[0].told, takes[0].camera)
         return [_filled(take, *each) for take, each in zip(takes, found, strict=True)]
 
 
@@ -93,7 +92,8 @@ def rectify(
     window_s: float = WINDOW_S,
     view: View | None = None,
 ) -> Rectified:
-    """Turn a skeleton into BODY, upright and facing -X in every frame, and LEVEL, one upright frame a take.
+    """Turn a skeleton into BODY, upright and facing -X in every frame, and LEVEL, one upright frame a take:
+    `rectify_together` of one person.
 
     poses: H36M17 in the axes of a camera, or of a world frame whose gravity is known: then nothing is estimated
     but the heading. The joints are taken relative to the pelvis; NaN stays NaN. "source" in the rotations' names
@@ -107,8 +107,11 @@ def rectify(
     A frame with too few torso joints has a NaN rotation. A take that cannot be levelled has level_ok False and a
     reason, and never raises. InputError for another layout or frame, and for a camera that is told twice how it leans.
     """
-    told = Told(camera, gravity=gravity, pitch_deg=pitch_deg, roll_deg=roll_deg)
-    return _rectify([poses], Rectify("", window_s), told, view, together=False, rectifier=rectifier)[0][0]
+    (rectified,) = rectify_together(
+        [poses], rectifier, camera, gravity=gravity, pitch_deg=pitch_deg, roll_deg=roll_deg, window_s=window_s,
+        view=view,
+    )  # fmt: skip
+    return rectified
 
 
 def rectify_together(
@@ -123,13 +126,14 @@ def rectify_together(
     view: View | None = None,
 ) -> tuple[Rectified, ...]:
     """Several people of one recording in one LEVEL, whose -X is the camera's horizontal viewing direction reversed; of
-    poses in a world's axes, that world's own. Arguments and errors of rectify.
+    poses in a world's axes, that world's own. Of one person LEVEL has their own heading. Arguments and errors of
+    rectify.
 
     A static camera's up is pooled over the people (models/gravity/people.py). Before a moving camera each person has
     their own up, as each frame has, and the common heading.
     """
     told = Told(camera, gravity=gravity, pitch_deg=pitch_deg, roll_deg=roll_deg)
-    found = _rectify(people, Rectify("", window_s), told, view, together=True, rectifier=rectifier)
+    found = _rectify(people, Rectify("", window_s), told, view, rectifier)
     return tuple(rectified for rectified, _ in found)
 
 
@@ -138,11 +142,10 @@ def _rectify(
     options: Rectify,
     told: Told,
     view: View | None,
-    together: bool,
     rectifier: str | Rectifier = "",
 ) -> list[tuple[Rectified, list[Notice]]]:
-    """Of each of the people, in the order given; together: in one LEVEL. rectifier: instead of that of the options."""
-    up = told_up(told)
+    """Of each of the people, in the order given, several in one LEVEL. rectifier: instead of that of the options."""
+    up, together = told_up(told), len(people) > 1
     sources = [_checked(poses) for poses in people]
     families = {source.frame.family for source in sources}
     if len(families) > 1:

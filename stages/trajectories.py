@@ -30,6 +30,7 @@ from ..models.gait.foot_lock import foot_locked
 from ..models.gait.of_take import body_joints
 from ..models.smoother import LIFTED, LIFTED_UNSTATED, Motion, known_noise
 from ..pipeline.core.errors import InputError
+from ..pipeline.core.measures import UNITS
 from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.pose import PoseSequence, Rectified
 from ..pipeline.core.rotations import is_finite
@@ -58,13 +59,8 @@ Cutoff = float | Literal["auto"] | None
 
 # Prefix of the axes' columns, name of the norm's, unit for a unit of length. Names are the same whatever the unit is.
 _QUANTITIES = (("", "distance", "{}"), ("v", "speed", "{}/s"), ("a", "acceleration", "{}/s2"))
-_UNITS = {
-    "deg": "deg",
-    "degps": "deg/s",
-    "s": "s",
-    "sd": "{}",
-    "percent": "%",
-}  # of a column whose name ends so; {} is the unit of length
+# Of a column whose name ends so; {} is the unit of length.
+_UNITS = {unit.ending.removeprefix("_"): unit.table for unit in UNITS.values() if unit.ending} | {"sd": "{}"}
 _FILTERS: dict[str, Callable[..., np.ndarray]] = {"butterworth": lowpass, "savgol": savitzky_golay}
 
 # Codes of `<joint>_distance_reason`, `<joint>_speed_reason` and `<joint>_acceleration_reason`: there is a value; the

@@ -6,10 +6,10 @@ side; the result equals the one-pass result and has no seam.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
@@ -17,9 +17,9 @@ from ...pipeline.core.device import Placement, placement
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.frames import CAMERA
 from ...pipeline.core.layouts import H36M17, remap
+from ...pipeline.core.lifted import Lifted, ToLift
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite, rotate, unit
-from ...pipeline.core.take import Video
 from ..common.onnx import open_onnx
 from .clock import averaged, clock_of
 from .features import ASSUMED_FOCAL, features, flipped
@@ -58,8 +58,14 @@ def lift(
         raise InputError(
             f"Expected keypoints in {H36M17.name} to lift, got {keypoints.layout.name}; remap them first."
         )
-    size = checked_size(keypoints, image_size, focal_px)
-    focal = float(focal_px) if focal_px is not None else ASSUMED_FOCAL * size.max()
+    return lifted(ToLift(keypoints, image_size, focal_px, flip, up=up), model).noted()
+
+
+def lifted(asked: ToLift, model: str | Path = "pcnet3d") -> Lifted:
+    """As `lift`, with all that is said of it, of keypoints in any layout."""
+    keypoints, flip, up = remap(asked.keypoints, H36M17), asked.flip, asked.up
+    size = checked_size(replace(asked, keypoints=keypoints))
+    focal = float(asked.focal_px) if asked.focal_px is not None else ASSUMED_FOCAL * float(size.max())
     pixels, confidence, rows = on_grid(keypoints)
     rate = rate_of(keypoints, rows)
     refuse_two_people(pixels, rate)
@@ -88,14 +94,13 @@ def lift(
     joints, covariance = (np.mean(each, axis=0) for each in zip(*answers, strict=True))
     joints[unseen], covariance[unseen] = np.nan, np.nan
     on_a_line = is_finite(pixels)[places] & ~seen[rows] & ~unseen[:, None]
-    return keypoints.with_(
-        joints=joints, covariance=covariance, frame=CAMERA.with_(origin="pelvis", unit="arbitrary")
-    ).noted(
-        "lift",
+    frame = CAMERA.with_(origin="pelvis", unit="arbitrary")
+    return Lifted(
+        keypoints.with_(joints=joints, covariance=covariance, frame=frame),
         model=OwnLifter(str(model)).method,
         kind=KIND,
-        focal_px=round(focal, 1),
-        focal_known=focal_px is not None,
+        focal_px=focal,
+        focal_known=asked.focal_known,
         flip=flip,
         up_known=up is not None,
         frames_without_joints=int(unseen.sum()),
@@ -171,20 +176,13 @@ class OwnLifter:
 
     model: str = "pcnet3d"
 
-    unit: ClassVar[str] = "arbitrary"
+    unit = "arbitrary"
+    takes = ("gaps", "up", "guessed focal")
 
     @property
     def method(self) -> str:
         return f"{Path(self.model).name}@{network(self.model).digest}"
 
-    def lift(
-        self,
-        keypoints: PoseSequence,
-        image_size: tuple[int, int] | None,
-        focal_px: float | None = None,
-        flip: bool = False,
-        video: Video | None = None,
-        up: np.ndarray | None = None,
-    ) -> PoseSequence:
-        """As the protocol says; up: of lift."""
-        return lift(remap(keypoints, H36M17), image_size, focal_px, flip, self.model, up)
+    def lift(self, asked: ToLift) -> Lifted:
+        """As the protocol says."""
+        return lifted(asked, self.model)

@@ -12,15 +12,16 @@ import numpy as np
 
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.frames import CAMERA
-from ...pipeline.core.intrinsics import Intrinsics, undistorted
+from ...pipeline.core.intrinsics import undistorted
 from ...pipeline.core.layouts import H36M17, Layout, remap
+from ...pipeline.core.lifted import Lifted, ToLift
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite, rotate
 from ...pipeline.core.take import Video
 from ...pipeline.files.video_frames import images_ahead
 from ...pipeline.running.interrupt import Keeper, interruptible
 from ...pipeline.running.progress import counted
-from .answers import Answers
+from .answers import Answers, load_answers
 from .input import checked_size, long_gaps, on_grid, rate_of, refuse_two_people
 from .scaling import filled
 
@@ -83,7 +84,7 @@ class ImageNetwork(Protocol):
         in a mirrored image.
     look(crop, condition): what it sees in a crop (H, W, 3) of 0 to 255.
     bodies(points, crops, view): joints (T, J, 3) in CAMERA axes from any origin; (T, 3) the pelvis from the camera's
-        centre in the same unit, where the network knows it; and what the history is to say.
+        centre in the same unit, where the network knows it; and fields of a pipeline.core.lifted.Lifted.
     """
 
     @property
@@ -115,44 +116,37 @@ class ImageLifter:
     network: ImageNetwork
     method: str
 
+    takes = ("images",)
+
     @property
     def unit(self) -> str:
         return self.network.unit
 
-    def lift(
-        self,
-        keypoints: PoseSequence,
-        image_size: tuple[int, int] | None,
-        focal_px: float | None = None,
-        flip: bool = False,
-        video: Video | None = None,
-        intrinsics: Intrinsics | None = None,
-        before: Answers | None = None,
-        keep: Callable[[Answers], None] = lambda answers: None,
-    ) -> PoseSequence:
+    def lift(self, asked: ToLift) -> Lifted:
         """Keypoints say where to look. Frames without an image, without any keypoint for more than half a second, or
         where the network is not sure of a person, are NaN.
 
-        intrinsics: of the camera, whose distortion is in images and keypoints. keep: called with the answers so far,
-        about every minute and at the end, which Ctrl-C brings forward as KeyboardInterrupt. before: such answers to go
-        on from; those to other keypoints, by another network or with another `flip` count for nothing. InputError for
+        The checkpoint is written about every minute and at the end, which Ctrl-C brings forward as KeyboardInterrupt.
+        Answers to other keypoints, by another network or with another `flip` count for nothing. InputError for
         keypoints that cannot be lifted, and when the network fails.
         """
-        if video is None:
+        if asked.video is None:
             raise InputError(f"The lifter {self.method} looks at the pictures; give the video.")
-        size = checked_size(keypoints, image_size, focal_px)
+        before = None if asked.resume is None else load_answers(asked.resume)
+        keypoints, intrinsics = asked.keypoints, asked.intrinsics
+        size = checked_size(asked)
         pixels, confidence, rows = on_grid(remap(keypoints, H36M17))
         rate = rate_of(keypoints, rows)
         refuse_two_people(pixels, rate)
         straight = partial(undistorted, intrinsics=intrinsics) if intrinsics is not None else np.asarray
-        view = View(size, focal_px, straight)
+        view = View(size, asked.focal_px, straight)
         crops = self.network.crops(pixels, confidence, rows)
         unseen = long_gaps(np.any(is_finite(pixels), axis=1), rate)[rows]
-        source = self._source(keypoints, view, flip)
+        source = self._source(keypoints, view, asked.flip)
         answers = Answers.none(len(rows), len(self.network.mirror), len(self.network.layout), source)
         if before is not None and before.source == source:
             answers = before
-        answers = self._looked(answers, video, keypoints.frame_index, crops, view, unseen, flip, keep)
+        answers = self._looked(answers, asked, asked.video, crops, view, unseen)
         joints, root, said = self.network.bodies(answers.points.astype(np.float64), crops, view)
         landmarks = keypoints.with_(
             joints=joints,
@@ -164,15 +158,16 @@ class ImageLifter:
         pelvis = poses.joints[:, [H36M17.index("pelvis")]]
         sure = answers.sure >= self.network.enough
         nothing = np.isnan(answers.points).all(axis=(1, 2))
-        return poses.mapped(
-            lambda points: points - pelvis, frame=CAMERA.with_(unit=self.network.unit), root=root
-        ).noted(
-            "lift",
+        return Lifted(
+            poses.mapped(
+                lambda points: points - pelvis, frame=CAMERA.with_(unit=self.network.unit), root=root
+            ),
             model=self.method,
             kind=self.network.kind,
             licence=self.network.licence,
+            focal_known=asked.focal_known,
             **said,
-            flip=flip,
+            flip=asked.flip,
             frames_without_joints=int(unseen.sum()),
             frames_without_person=int((~sure & np.isfinite(answers.sure)).sum()),
             frames_without_numbers=int((sure & nothing).sum()),
@@ -185,17 +180,11 @@ class ImageLifter:
         return f"{self.method} {digest.hexdigest()} {view.image_size.tolist()} {view.focal_px} {flip}"
 
     def _looked(
-        self,
-        answers: Answers,
-        video: Video,
-        frames: np.ndarray,
-        crops: Crops,
-        view: View,
-        unseen: np.ndarray,
-        flip: bool,
-        keep: Callable[[Answers], None],
+        self, answers: Answers, asked: ToLift, video: Video, crops: Crops, view: View, unseen: np.ndarray
     ) -> Answers:
         """The answers with those to all frames that were not looked at yet."""
+        frames, checkpoint = asked.keypoints.frame_index, asked.checkpoint
+        keep = (lambda answers: None) if checkpoint is None else partial(Answers.save, path=checkpoint)
         conditions = self.network.conditions(crops, view)
         points, confidence, sure = (
             array.copy() for array in (answers.points, answers.confidence, answers.sure)
@@ -203,11 +192,13 @@ class ImageLifter:
         looked = answers.looked
         now = lambda: Answers(points, confidence, sure, looked, answers.source)  # noqa: E731
         kept = Keeper(lambda: keep(now()))
-        with interruptible() as asked, counted("lift", len(frames)) as done:
+        with interruptible() as stop_asked, counted("lift", len(frames)) as done:
             for row, image in _wanted(video, frames, looked):
                 if not unseen[row]:
                     try:
-                        seen = self._seen(crops.cut(row, image, self.network.size), conditions[row], flip)
+                        seen = self._seen(
+                            crops.cut(row, image, self.network.size), conditions[row], asked.flip
+                        )
                     except Exception as error:  # onnxruntime's errors have no common class but Exception
                         looked = row
                         keep(now())
@@ -219,7 +210,7 @@ class ImageLifter:
                 looked = row + 1
                 done(looked)
                 kept()
-                if asked():
+                if stop_asked():
                     keep(now())
                     raise KeyboardInterrupt
         keep(now())

@@ -6,6 +6,7 @@ import numpy as np
 
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.frames import IMAGE, require
+from ...pipeline.core.lifted import ToLift
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite
 from ...pipeline.signals.checks import grid_rows
@@ -20,13 +21,11 @@ _MIN_JUMPS = 4  # scene cuts may explain fewer
 _MIN_JOINTS = 4  # seen in both frames, to call it the whole body
 _MAX_OUTSIDE = 0.5  # of the joints: detectors guess a few beyond the border, never most
 _NORMALISED = 4.0  # no image is this few pixels wide
-UNDISTORT = "undistort"  # the step in the history of keypoints without their lens's distortion
 
 
-def checked_size(
-    keypoints: PoseSequence, image_size: tuple[int, int] | None, focal_px: float | None
-) -> np.ndarray:
+def checked_size(asked: ToLift) -> np.ndarray:
     """(2,) width and height in pixels. InputError when keypoints, image size and focal length cannot be right."""
+    keypoints, image_size, focal_px = asked.keypoints, asked.image_size, asked.focal_px
     require(keypoints.frame, IMAGE, "The lifter")
     if keypoints.frame.unit != "px":
         raise InputError(f"The lifter needs keypoints in pixels, got them in {keypoints.frame}.")
@@ -51,7 +50,7 @@ def checked_size(
             "Expected keypoints in pixels, but none is beyond "
             f"{np.abs(coordinates).max():.2f}: they look normalised; multiply them back to pixels first."
         )
-    if not any(step.name == UNDISTORT for step in keypoints.history):
+    if asked.intrinsics is None:  # else whoever undid the distortion has looked at those that were filmed
         refuse_outside(keypoints, size)
     return size
 

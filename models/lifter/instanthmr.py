@@ -93,7 +93,7 @@ class InstantHMR:
         """As ImageNetwork says; where they are is known where the focal length is."""
         joints, place = points[:, :-1], points[:, -1]
         own = self._own_focal(view)
-        said = {"focal_px": round(own, 1), "focal_known": False, "focal_of_the_network": True}
+        said: dict[str, Any] = {"focal_px": own, "own_camera": True}
         if view.focal_px is None:
             return joints, None, said
         middle = view.straight(crops.centre) - view.image_size / 2
@@ -104,8 +104,7 @@ class InstantHMR:
         filmed = hips[:, :2] / hips[:, 2:] * own + view.image_size / 2
         across = (view.straight(filmed) - view.image_size / 2) / view.focal_px
         root = np.concatenate([across * away, away], axis=1)
-        said |= {"focal_px": round(view.focal_px, 1), "focal_known": True, "placed_by_the_lifter": True}
-        return rotate(R_true @ transpose(R_own), joints), root, said
+        return rotate(R_true @ transpose(R_own), joints), root, said | {"focal_px": view.focal_px}
 
     def _own_focal(self, view: View) -> float:
         """Of the camera in whose axes the network answers, in pixels."""

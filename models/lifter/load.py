@@ -6,7 +6,7 @@ from pathlib import Path
 
 from ...pipeline.core.errors import InputError
 from ...pipeline.plugins.options import did_you_mean
-from ...pipeline.plugins.protocols import Lifter
+from ...pipeline.plugins.protocols import LIFTER_TAKES, Lifter
 from ...pipeline.plugins.registry import open_model
 from ..common.onnx import OnnxFile, open_onnx
 from .blazepose import BlazePose, is_blazepose_lifter
@@ -37,6 +37,11 @@ def load_lifter(name: str | Path = "pcnet3d", kind: str | None = None) -> Lifter
         raise InputError(f"There is no kind of lifter '{kind}'; {did_you_mean(str(kind), known)}")
     opened = open_model("lifters", name)
     if not isinstance(opened, Path):
+        if unknown := [each for each in opened.takes if each not in LIFTER_TAKES]:
+            raise InputError(
+                f"The lifter '{name}' takes '{unknown[0]}', which there is not: "
+                f"{did_you_mean(unknown[0], LIFTER_TAKES)}"
+            )
         return _opened(opened, str(name), kind)
     network = open_onnx(opened, "a lifter")
     if str(name) in _BY_IMAGE and not _BY_IMAGE[str(name)][1](network):

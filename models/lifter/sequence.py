@@ -10,9 +10,8 @@ import numpy as np
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.frames import CAMERA
 from ...pipeline.core.layouts import H36M17, remap
-from ...pipeline.core.pose import PoseSequence
+from ...pipeline.core.lifted import Lifted, ToLift
 from ...pipeline.core.rotations import is_finite
-from ...pipeline.core.take import Video
 from ..common.onnx import OnnxFile
 from .crop_rays import from_ray
 from .features import body_centre
@@ -47,22 +46,17 @@ class SequenceLifter:
     channels: int
     span: Span
 
+    takes = ()
+
     @property
     def unit(self) -> str:
         return KINDS[self.kind].unit
 
-    def lift(
-        self,
-        keypoints: PoseSequence,
-        image_size: tuple[int, int] | None,
-        focal_px: float | None = None,
-        flip: bool = False,
-        video: Video | None = None,
-    ) -> PoseSequence:
+    def lift(self, asked: ToLift) -> Lifted:
         """Missing joints are put on a line between where they were seen and have no confidence; an unknown
         confidence counts as 1. Frames in a run of more than half a second without any joint are NaN."""
-        kind = KINDS[self.kind]
-        size = checked_size(keypoints, image_size, focal_px)
+        kind, keypoints, flip = KINDS[self.kind], asked.keypoints, asked.flip
+        size = checked_size(asked)
         pixels, confidence, rows = on_grid(remap(keypoints, kind.layout))
         rate = rate_of(keypoints, rows)
         refuse_two_people(pixels, rate)
@@ -78,15 +72,16 @@ class SequenceLifter:
             joints = (joints + self._answer(turned)[:, H36M17.mirror] * np.array([-1, 1, 1])) / 2
         unseen = long_gaps(np.any(seen, axis=1), rate)
         joints = np.where(unseen[:, None, None], np.nan, joints)[rows]
-        focal: dict[str, Any] = {"focal_px": focal_px, "focal_known": focal_px is not None}
+        focal: dict[str, Any] = {"focal_px": None}
         if kind.crop:
             centre = body_centre(remap(keypoints, H36M17).joints.astype(np.float64))
-            joints, focal = from_ray(joints, centre, size, focal_px)
+            joints, focal = from_ray(joints, centre, size, asked.focal_px)
         body = remap(keypoints, H36M17)
-        return body.with_(joints=joints, frame=CAMERA.with_(origin="pelvis", unit=kind.unit)).noted(
-            "lift",
+        return Lifted(
+            body.with_(joints=joints, frame=CAMERA.with_(origin="pelvis", unit=kind.unit)),
             model=self.method,
             kind=self.kind,
+            focal_known=asked.focal_known,
             **focal,
             flip=flip,
             frames_without_joints=int(unseen[rows].sum()),

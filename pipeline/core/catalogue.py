@@ -145,14 +145,13 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
         "The poses are the lift by {model}, a network of the kind {kind}{licence}."),
     "focal-guessed": ("note", "camera",
         "The focal length is unknown and taken for {focal_px:.0f} pixels (--focal)."),
-    "focal-of-lifters-path": ("note", "place",
-        "The pelvis's path before the camera is the lifter's own, at a focal length of {focal_px:.0f} pixels; it "
-        "states no error."),
+    "lifters-own-path": ("note", "place",
+        "The pelvis's path before the camera is the lifter's own{at}; it states no error."),
     "focal-of-the-network": ("note", "place",
         "The lifter takes the focal length for {focal_px:.0f} pixels, which nobody has measured, so its own path "
         "of the pelvis before the camera is not used (--focal)."),
     "focal-not-used": ("note", "camera",
-        "The lifter sees where in the picture the person is; the focal length is not used."),
+        "The lifter answers without it: the focal length is not used for the lift."),
     "bearing-shifts-heading": ("note", "camera",
         "The lifter sees the person in a crop and answers along the ray to the person: a bearing of b degrees "
         "shifts the heading by about b, here by {least_deg:.0f} to {most_deg:.0f} degrees if the focal length is "
@@ -255,12 +254,6 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "angle-errors-unjudged": ("note", "motion",
         "The errors of the angles are not known: the poses were estimated{by} in a world's axes, where no "
         "estimator has been judged."),
-    "second-lifter-elsewhere": ("warning", "",
-        "The second lifter, {lifter}, has no frame in common with the poses."),
-    "lifters-disagree": ("warning", "",
-        "The second lifter, {lifter}, disagrees with the poses at {when}: the joints are up to "
-        "{apart_percent:.0f} % of the person's size apart on average, so there one of the two errs by half of "
-        "that or more; look at the video."),
     # Files that were written
     "c3d-too-long": ("warning", "files",
         "{file} was not written: C3D numbers {most} frames at most, and the take has {frames} at one even rate; "
@@ -316,9 +309,9 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "limbs-unlike": ("suspicious", "poses",
         "{bone} is {times:.2f} times as long as the left one."),
     "mirrored": ("unusable", "poses",
-        "The body is mirrored or its left and right are exchanged (--left-right mirror or swap): {evidence}."),
+        "The body is mirrored or its left and right are exchanged (--handedness mirror or swap): {evidence}."),
     "legs-against-arms": ("unusable", "poses",
-        "Left and right of the legs contradict those of the arms (--left-right swap-legs): {evidence}."),
+        "Left and right of the legs contradict those of the arms (--handedness swap-legs): {evidence}."),
     "left-and-right": ("suspicious", "poses",
         "Left and right are doubtful: {evidence}."),
     "stature": ("suspicious", "poses",

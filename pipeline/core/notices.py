@@ -48,8 +48,9 @@ class Notice:
     @property
     def text(self) -> str:
         """Its sentence."""
-        template = CATALOGUE[self.code].template if self.code in CATALOGUE else "{text}"
-        return _SENTENCES.vformat(template, (), self.values)
+        if "text" in self.values:  # another package's, or another version's
+            return str(self.values["text"])
+        return _SENTENCES.vformat(CATALOGUE[self.code].template, (), self.values)
 
     @property
     def warns(self) -> bool:

@@ -42,11 +42,12 @@ class MadeBy:
 
     kind: "measured" by motion capture; "estimated" by a network out of images, whose errors are known in a camera's
     axes only (docs/accuracy.md); "unknown" where neither the file nor the user says. by: the system's or the program's
-    name, "" where it is not known.
+    name, "" where it is not known. in_run: that they are the lift of a run, out of its own keypoints.
     """
 
     kind: Literal["measured", "estimated", "unknown"] = "unknown"
     by: str = ""
+    in_run: bool = False
 
 
 UNSAID = MadeBy()
@@ -72,6 +73,8 @@ class PoseSequence:
         not move (the camera, the world's origin); NaN where missing, None when its place is not known.
     root_covariance: (T, D, D) float64 of the error of a root that was estimated (stages.place), NaN where it is
         missing; None where the source itself knows the place.
+    root_shared: what all frames of an estimated root share of its error: standard deviations of the body's size and of
+        the focal length, as shares of them; None where the source knows the place.
     covariance: (T, J, D, D) float32 of each joint's error, in `frame` and its unit squared, as the lifter states it;
         NaN where missing, None where nobody says.
     feet: (T, 6, D) float32 heels and toes in the order of layouts.FEET, in the axes, unit and from the origin of the
@@ -92,6 +95,7 @@ class PoseSequence:
     history: tuple[Step, ...] = ()
     root: np.ndarray | None = None
     root_covariance: np.ndarray | None = None
+    root_shared: tuple[float, float] | None = None
     covariance: np.ndarray | None = None
     feet: np.ndarray | None = None
     made_by: MadeBy = UNSAID

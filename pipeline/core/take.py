@@ -10,6 +10,7 @@ import numpy as np
 
 from .camera import Camera
 from .errors import InputError
+from .measures import Row
 from .notices import Notice, grave, without_doubles
 from .pose import PoseSequence, Rectified
 
@@ -127,9 +128,7 @@ class Take:
     findings: what `pcnet3d inspect` finds in the poses as they were read or lifted; None where nothing looked.
     filtered: 3D joints in LEVEL after the low-pass filter that kinematics rest on; its history says which.
     kinematics: columns (T,) by name, whose ends tell the units (design.md section 7).
-    measures: figures of the take as nested plain dicts, units in the keys.
-    second_lift: how far another lifter of the same keypoints is from the poses, as nested plain dicts, units in the
-        keys (stages/second_lift.py).
+    measures: rows of the take's figures, remarks, moments and curves (pipeline/core/measures.py).
     session: what the user says about the recording: title, person, date.
     told: what the user tells that stages reckon with: camera, up, image size, stature, privacy.
     notices: what else is said of it (pipeline/core/notices.py).
@@ -145,8 +144,7 @@ class Take:
     rectified: Rectified | None = None
     filtered: PoseSequence | None = None
     kinematics: dict[str, np.ndarray] | None = None
-    measures: dict[str, Any] | None = None
-    second_lift: dict[str, Any] | None = None
+    measures: tuple[Row, ...] | None = None
     notices: tuple[Notice, ...] = ()
     inputs: tuple[dict[str, Any], ...] = ()
     session: Session = Session()

@@ -138,7 +138,7 @@ def inspect(
         poses, fit = None, None
         if source.frame.dims == 3:
             try:
-                poses = read.normalised(source, parity="ignore", missing="gap")
+                poses = read.normalised(source, handedness="ignore", missing="gap")
             except InputError as error:
                 found.append(notice("refused", reason=str(error)))
             else:

@@ -11,9 +11,9 @@ from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
+from ..core.lifted import Lifted, ToLift
 from ..core.notices import Notice
-from ..core.pose import PoseSequence
-from ..core.take import Take, Told, Video
+from ..core.take import Take, Told
 
 
 class Adapter(Protocol):
@@ -172,28 +172,25 @@ class Rectifier(Protocol):
     def rotation(self, joints: np.ndarray) -> tuple[np.ndarray, np.ndarray]: ...
 
 
+LIFTER_TAKES = ("images", "gaps", "up", "guessed focal")  # what Lifter.takes may name
+
+
 class Lifter(Protocol):
     """Turns one person's 2D keypoints, and the images where it looks at them, into 3D poses.
 
-    lift(keypoints, image_size, focal_px, flip, video): keypoints in IMAGE, pixels, in the detector's layout, missing
-        joints NaN; image_size: width and height as the video is shown; focal_px: focal length in pixels, None when
-        unknown; flip: average with the lift of the mirrored person; video: the one that the frame numbers are of
-        -> the same rows as H36M17 in CAMERA axes relative to the pelvis. The last step of the history, "lift", has
-        the options `model`, `kind`, `focal_px`, `focal_known`, `flip` and `frames_without_joints`, of a lifter that
-        sees a crop also `bearing_deg` and `turned_by_the_ray`, or `focal_of_the_network` where it assumes a focal
-        length of its own; `placed_by_the_lifter` where it gives the root. Raises InputError.
-    method: how results name it, "name@<hash>".
-
-    It may have `unit`, that of its poses: then a run that needs metres and will have none is refused before its work.
+    method: how results name it, "name@<hash>". unit: of its poses, "m" or "arbitrary", "" where only its work tells: a
+        run that needs metres and will have none is refused before its work.
+    takes: what it can make use of, and else is not given. "images": it looks at the video, so that its keypoints keep
+        the lens's distortion. "gaps": it was trained on missing joints, so that those that the image cannot show, and
+        frames of somebody else, are left out. "up": it lifts again where up is known and the first lift does not
+        contradict that. "guessed focal": a focal length that phones usually have is better for it than none.
+    lift(asked): the poses and what is to be said of them. Raises InputError for keypoints that it cannot lift.
     """
 
     @property
     def method(self) -> str: ...
-    def lift(
-        self,
-        keypoints: PoseSequence,
-        image_size: tuple[int, int] | None,
-        focal_px: float | None = None,
-        flip: bool = False,
-        video: Video | None = None,
-    ) -> PoseSequence: ...
+    @property
+    def unit(self) -> str: ...
+    @property
+    def takes(self) -> tuple[str, ...]: ...
+    def lift(self, asked: ToLift) -> Lifted: ...

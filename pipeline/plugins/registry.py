@@ -22,7 +22,7 @@ _SOCKETS = {
 _MODEL = ("what", "open")
 _OPENED = {
     "rectifiers": ("method", "rotation"),
-    "lifters": ("method", "lift"),
+    "lifters": ("method", "unit", "takes", "lift"),
     "detectors": ("method", "layout", "people"),
     "person_detectors": ("method", "boxes"),
     "gravity_networks": (),

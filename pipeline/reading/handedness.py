@@ -15,13 +15,13 @@ from ..signals.checks import chirality
 Handedness = Literal["refuse", "mirror", "swap", "swap-legs", "ignore"]
 
 
-def guarded(poses: PoseSequence, parity: Handedness, where: str) -> PoseSequence:
+def guarded(poses: PoseSequence, handedness: Handedness, where: str) -> PoseSequence:
     """The poses with left and right put right as asked; with "refuse", InputError when they are wrong.
 
     poses: H36M17 in 3D. where: what they come from, for the error. A doubt is a notice of theirs.
     """
-    if parity != "refuse":
-        poses = repaired(poses, parity)
+    if handedness != "refuse":
+        poses = repaired(poses, handedness)
         evidence = chirality(poses)
         if evidence.verdict != "good":
             doubt = notice("sides-wrong-as-asked", verdict=evidence.verdict, evidence=str(evidence))
@@ -31,27 +31,27 @@ def guarded(poses: PoseSequence, parity: Handedness, where: str) -> PoseSequence
     if evidence.verdict == "legs against arms":
         raise InputError(
             f"{where}: left and right of the legs contradict those of the arms: {evidence}; "
-            "pass --left-right swap-legs if the legs are in SPIN's order, or --left-right ignore."
+            "pass --handedness swap-legs if the legs are in SPIN's order, or --handedness ignore."
         )
     if evidence.verdict == "wrong":
         raise InputError(
             f"{where}: the body is mirrored or its left and right are exchanged: {evidence}; "
-            "pass --left-right mirror if the coordinates are mirrored, --left-right swap if the names are, or "
-            "--left-right ignore."
+            "pass --handedness mirror if the coordinates are mirrored, --handedness swap if the names are, or "
+            "--handedness ignore."
         )
     if evidence.verdict == "doubtful":
         return poses.saying(notice("sides-doubtful", evidence=str(evidence)))
     return poses
 
 
-def repaired(poses: PoseSequence, parity: Handedness) -> PoseSequence:
+def repaired(poses: PoseSequence, handedness: Handedness) -> PoseSequence:
     """Left and right put right as asked: "mirror" negates x, "swap" and "swap-legs" exchange joints' names."""
     joints, root, feet = poses.joints, poses.root, poses.feet
     covariance, root_covariance = poses.covariance, poses.root_covariance
     order = np.arange(len(poses.layout))
-    if parity == "ignore":
+    if handedness == "ignore":
         return poses
-    if parity == "mirror":
+    if handedness == "mirror":
         mirror = np.array([-1.0, 1.0, 1.0])
         joints, root = joints * mirror, root if root is None else root * mirror
         signs = np.outer(mirror, mirror)
@@ -60,7 +60,7 @@ def repaired(poses: PoseSequence, parity: Handedness) -> PoseSequence:
         feet = feet if feet is None else feet * mirror
     else:
         legs = poses.layout.indices([f"{side}_{part}" for side in "lr" for part in ("hip", "knee", "ankle")])
-        swapped = legs if parity == "swap-legs" else order
+        swapped = legs if handedness == "swap-legs" else order
         order[swapped] = poses.layout.mirror[swapped]
         feet = feet if feet is None else feet[:, FEET.mirror]
     return poses.with_(
@@ -70,4 +70,4 @@ def repaired(poses: PoseSequence, parity: Handedness) -> PoseSequence:
         root=root,
         root_covariance=root_covariance,
         feet=feet,
-    ).noted("parity", repair=parity)
+    ).noted("handedness", repair=handedness)

@@ -28,11 +28,11 @@ class Source:
         self,
         person: PoseSequence,
         fps: float | None = None,
-        parity: Handedness = "refuse",
+        handedness: Handedness = "refuse",
         missing: Missing = "refuse",
     ) -> PoseSequence:
         """One of the people, as read_all gives them."""
-        return normalised(person, self.adapter, self.path, fps, parity, missing)
+        return normalised(person, self.adapter, self.path, fps, handedness, missing)
 
 
 def read_all(
@@ -41,7 +41,7 @@ def read_all(
     *,
     gives: Literal["poses", "keypoints"] | None = None,
     fps: float | None = None,
-    parity: Handedness = "refuse",
+    handedness: Handedness = "refuse",
     missing: Missing = "refuse",
     **options: Any,
 ) -> tuple[PoseSequence, ...]:
@@ -50,7 +50,7 @@ def read_all(
     adapter: a registered name, or "auto" to recognise the file by its content.
     gives: read only as "poses" (3D) or only as "keypoints" (2D).
     fps: frame rate, for files that do not know theirs.
-    parity: what to do when left and right contradict nose and knees: "refuse", "mirror" the coordinates,
+    handedness: what to do when left and right contradict nose and knees: "refuse", "mirror" the coordinates,
         "swap" the names, "swap-legs" only, or "ignore".
     missing: what to do with 3D frames that are NaN or all zero: "refuse", or take them for a "gap".
     options: the adapter's own.
@@ -59,9 +59,9 @@ def read_all(
     to the pelvis, whose own way is `root` where the source knows it; 2D in IMAGE, in the detector's layout. Raises
     InputError.
     """
-    check_guards(parity, missing)
+    check_guards(handedness, missing)
     source = load(Path(path), adapter, gives, options)
-    return tuple(source.normalised(person, fps, parity, missing) for person in source.people)
+    return tuple(source.normalised(person, fps, handedness, missing) for person in source.people)
 
 
 def read(
@@ -71,7 +71,7 @@ def read(
     *,
     gives: Literal["poses", "keypoints"] | None = None,
     fps: float | None = None,
-    parity: Handedness = "refuse",
+    handedness: Handedness = "refuse",
     missing: Missing = "refuse",
     **options: Any,
 ) -> PoseSequence:
@@ -80,9 +80,9 @@ def read(
     Other arguments are those of read_all. What is wrong with the others does not matter. InputError when there are
     several and none is named.
     """
-    check_guards(parity, missing)
+    check_guards(handedness, missing)
     source = load(Path(path), adapter, gives, options)
-    return source.normalised(choose_person(source.people, person, str(path)), fps, parity, missing)
+    return source.normalised(choose_person(source.people, person, str(path)), fps, handedness, missing)
 
 
 def load(path: Path, adapter: str, gives: Gives | None, options: dict[str, Any]) -> Source:
@@ -110,10 +110,10 @@ def load(path: Path, adapter: str, gives: Gives | None, options: dict[str, Any])
         raise InputError(said) from None
 
 
-def check_guards(parity: str, missing: str) -> None:
+def check_guards(handedness: str, missing: str) -> None:
     """InputError for a guard that there is not."""
     for name, value, allowed in (
-        ("parity", parity, get_args(Handedness)),
+        ("handedness", handedness, get_args(Handedness)),
         ("missing", missing, get_args(Missing)),
     ):
         if value not in allowed:

@@ -22,7 +22,12 @@ Missing = Literal["refuse", "gap"]
 
 
 def normalised(
-    poses: PoseSequence, adapter: Adapter, path: Path, fps: float | None, parity: Handedness, missing: Missing
+    poses: PoseSequence,
+    adapter: Adapter,
+    path: Path,
+    fps: float | None,
+    handedness: Handedness,
+    missing: Missing,
 ) -> PoseSequence:
     """What an adapter read, as read_all gives it: remapped, relative to the pelvis, guarded. Raises InputError."""
     options = {"adapter": adapter.name, "file": printable(path.name), "person": poses.person}
@@ -36,7 +41,7 @@ def normalised(
     poses = change_frame(
         poses, own.with_(origin="pelvis", unit="m" if poses.frame.metric else poses.frame.unit)
     )
-    return guarded(poses, parity, f"{path} (adapter {adapter.name})")
+    return guarded(poses, handedness, f"{path} (adapter {adapter.name})")
 
 
 def missing_in_words(what: str, count: int) -> str:

@@ -173,11 +173,6 @@ class RunOptions(BaseModel):
         _option(_INPUT, "Lifter when --poses is absent: a name of `pcnet3d list models`, or an .onnx file."),
         To("lift.lifter"),
     ] = None
-    also_lifter: Annotated[
-        str | None,
-        _option(_INPUT, "Second lifter of the same keypoints, to see where the two disagree; as --lifter."),
-        To("second_lift.lifter"),
-    ] = None
     device: OnDevice = "auto"
     person: Annotated[
         str | None,
@@ -219,10 +214,10 @@ class RunOptions(BaseModel):
         _option(_CAMERA, "Gravity direction in camera axes (x right, y down, z forward), e.g. 0,1,0."),
         Tells("gravity"),
     ] = None
-    left_right: Annotated[
+    handedness: Annotated[
         Handedness,
         _option(_REPAIR, "If the skeleton looks mirrored: refuse, mirror, swap, swap-legs, ignore."),
-        To(too=("lift.parity",)),
+        To(too=("lift.handedness",)),
     ] = "refuse"
     swaps: Annotated[
         Swaps,
@@ -415,7 +410,8 @@ def _typer_default(name: str) -> Any:
 
 # What has gone from the command line, and how it is given now.
 MOVED = {
-    "--parity": "--left-right",
+    "--parity": "--handedness",
+    "--left-right": "--handedness",
     "--missing": "--set read.missing=VALUE",
     "--first-frame": "--set read.first_frame=VALUE",
     "--keypoints-adapter": "--set read.keypoints_adapter=VALUE",

@@ -122,7 +122,9 @@ def open_people(options: RunOptions) -> tuple[Person, ...]:
     for one in files.lead.people:
         try:
             body = (
-                poses.normalised(one, parity=options.left_right, missing=options.missing) if poses else None
+                poses.normalised(one, handedness=options.handedness, missing=options.missing)
+                if poses
+                else None
             )
             track = None
             if keypoints:
@@ -307,7 +309,7 @@ def _poses(files: _Files) -> PoseSequence | None:
         return None
     person = options.person if len(file.people) > 1 else None
     chosen = choose_person(file.people, person, str(file.path))
-    return file.normalised(chosen, parity=options.left_right, missing=options.missing)
+    return file.normalised(chosen, handedness=options.handedness, missing=options.missing)
 
 
 def _keypoints(files: _Files, poses: PoseSequence | None) -> PoseSequence | None:
@@ -361,7 +363,7 @@ def _repairs(lead: PoseSequence) -> list[Notice]:
     """What was mended while reading because the user asked for it."""
     notices = []
     for step in lead.history:
-        if step.name == "parity" and step.options.get("repair") not in (None, "ignore"):
+        if step.name == "handedness" and step.options.get("repair") not in (None, "ignore"):
             notices.append(notice("sides-put-right", repair=step.options["repair"]))
         if step.name == "missing":
             counts = ", ".join(missing_in_words(*each) for each in step.options.items() if each[1])

@@ -34,6 +34,7 @@ _GARBAGE = {
     "plain text": b"frame,time_s,x,y,z\nnothing of any adapter's\n" * 40,
     "other JSON": b'[{"frame": 1, "points": [[1, 2], [3, 4]]}]',
     "the beginning of a zip archive": b"PK\x03\x04" + bytes(400),
+    "the beginning of a MATLAB file": b"MATLAB 5.0 MAT-file" + bytes(200),
     "the beginning of a numpy array": b"\x93NUMPY\x01\x00" + bytes(400),
 }
 
@@ -149,10 +150,10 @@ def _check_guard(
 
     for poses in people:
         try:
-            said = [step.options for step in guarded(poses).history if step.name == "parity"]
+            said = [each.text for each in guarded(poses).notices if each.about == "left and right"]
         except InputError as error:
             raise AssertionError(str(error)) from None
-        _expect(not said, f"left and right of person {poses.person} are not certain: {said}")
+        _expect(not said, f"left and right of person {poses.person} are not certain: {' '.join(said)}")
     for poses in mirrored:
         try:
             guarded(poses)

@@ -18,10 +18,9 @@ def planned(options: RunOptions, recipe: Recipe | None = None) -> Recipe:
     """The recipe of a run, with all that the options ask for.
 
     recipe: instead of the default one and of a file of the options; its stages are all that there are. Without it, and
-    without poses, the keypoints are lifted, without keypoints too they are first detected; a second lifter lifts them
-    again; a video's images are asked about the camera. InputError for an option of a stage or a file that this run
-    does not have, for something told that no stage reads, for a setting that its stage does not know or of another
-    type, and for two recipes.
+    without poses, the keypoints are lifted, without keypoints too they are first detected; a video's images are asked
+    about the camera. InputError for an option of a stage or a file that this run does not have, for something told that
+    no stage reads, for a setting that its stage does not know or of another type, and for two recipes.
     """
     alone = options.poses is None and options.keypoints is None and options.video is not None
     _check_readers(options, alone)
@@ -63,15 +62,13 @@ def checked_setting(name: str, value: Any) -> Any:
 
 
 def _with_needed(recipe: Recipe, options: RunOptions, alone: bool) -> Recipe:
-    """With the stages that these files, and a second lifter, ask for. alone: whether there is only a video."""
+    """With the stages that these files ask for. alone: whether there is only a video."""
     if options.poses is None:
         recipe = recipe.starting_with("lift")
     if options.video is not None:
         recipe = recipe.starting_with("calibrate")
     if alone:
         recipe = recipe.starting_with("detect")
-    if options.also_lifter is not None:
-        recipe = recipe.following("second_lift", after="angles")
     return recipe
 
 

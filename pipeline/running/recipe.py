@@ -53,16 +53,6 @@ class Recipe(BaseModel):
         """A copy whose first stage is this one; the same recipe when it has that stage already."""
         return self if self.has(stage) else Recipe(stages=(StageEntry(use=stage), *self.stages))
 
-    def following(self, stage: str, after: str) -> Recipe:
-        """A copy with this stage behind every one of the name `after`; the same recipe when it has that stage already
-        or nothing of that name."""
-        if self.has(stage):
-            return self
-        added = {after: (StageEntry(use=stage),)}
-        return Recipe(
-            stages=tuple(one for entry in self.stages for one in (entry, *added.get(entry.use, ())))
-        )
-
     def only(self, stage: str) -> Recipe:
         """A copy that has this stage alone, with its options."""
         return Recipe(stages=tuple(entry for entry in self.stages if entry.use == stage))

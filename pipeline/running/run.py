@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shutil
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -62,16 +62,44 @@ def run_files(
     lift that was interrupted in that folder. done: called with "read" and then each stage's name, and its seconds.
     Raises InputError.
     """
+    (run,) = run_people(options, output, recipe, resume=resume, force=force, done=done, everybody=False)
+    assert run.take is not None
+    return run.take
+
+
+def run_people(
+    options: RunOptions,
+    output: str | Path,
+    recipe: Recipe | None = None,
+    *,
+    resume: bool = False,
+    force: bool = False,
+    done: Callable[[str, float], None] = lambda stage, seconds: None,
+    everybody: bool = True,
+) -> tuple[PersonRun, ...]:
+    """A whole run of everybody in the files, each in a folder of `output`, in one common LEVEL; all of it or none.
+
+    People of different scenes of a video, which a cut parts, share no LEVEL and no camera: each scene has its own.
+    `output` gets a summary.json that lists the people, in the order of the answer. Who is seen too briefly, or refused
+    by a stage, is left out with the reason. recipe, resume, done: as for run_files, each stage once for all of a scene.
+    everybody: else the one person whom the options name, whose files are in `output` itself. Raises InputError when
+    nobody is left.
+    """
+    if everybody and options.stature is not None:
+        raise InputError("A stature is one person's: leave it out, or run one --person at a time.")
+    if everybody and options.person_id is not None:
+        raise InputError("An ID is one person's: leave --person-id out, or run one --person at a time.")
     output = Path(output)
-    recipe, kept = _checked(planned(options, recipe)), checkpoints_of(output)
+    recipe = _checked(planned(options, recipe))
     recipe = _resumed(recipe, output) if resume else recipe
+    kept = {} if everybody else checkpoints_of(output)
     for stage, path in kept.items():
         recipe = recipe.with_options(stage, checkpoint=path)
     with whole_folder(output, force, inputs_of(options, recipe)) as folder:
-        take = run_into(folder, options, recipe, done)
+        runs = run_into(folder, options, recipe, done, everybody)
     for path in kept.values():
         path.unlink(missing_ok=True)
-    return take
+    return runs
 
 
 def check_plan(recipe: Recipe, told: Told, *given: str) -> None:
@@ -85,18 +113,52 @@ def run_into(
     options: RunOptions,
     recipe: Recipe,
     done: Callable[[str, float], None] = lambda stage, s: None,
-) -> Take:
-    """`run_files` into a folder that is already there."""
+    everybody: bool = False,
+) -> tuple[PersonRun, ...]:
+    """`run_files`, or with everybody `run_people`, into a folder that is already there."""
     with computing_on(options.device) as placement:
         pipeline = _aimed(recipe, folder).build()
         start = time.perf_counter()
-        take = open_take(options)
+        people = _people(options) if everybody else (Person("", 0, open_take(options)),)
         done("read", time.perf_counter() - start)
-        pipeline.check_rate(_frame_rate(recipe, take))
-        require_space(folder, bytes_needed(recipe, take), "The run")
-        take = pipeline(take, done)
-    add_to_summary(folder, device=placement.summary())
-    return take
+        takes = {person: person.take for person in people if isinstance(person.take, Take)}
+        names = folder_names([person.name for person in takes]) if everybody else [""]
+        folders = dict(zip(takes, names, strict=True))
+        pipelines = {
+            person: _aimed(recipe, folder / name).build() if name else pipeline
+            for person, name in folders.items()
+        }
+        for person, take in takes.items():
+            pipelines[person].check_rate(_frame_rate(recipe, take))
+        require_space(folder, bytes_needed(recipe, *takes.values()), "The run")
+        ended = _by_scene(pipelines, takes, done)
+    runs = []
+    for person in people:
+        end, name = ended.get(person, person.take), folders.get(person, "")
+        if isinstance(end, Take):
+            (folder / name).mkdir(exist_ok=True)
+            add_to_summary(folder / name, device=placement.summary())
+            runs.append(PersonRun(person.name, person.frames, name, end))
+        elif everybody:
+            if name:
+                shutil.rmtree(folder / name, ignore_errors=True)
+            runs.append(PersonRun(person.name, person.frames, reason=str(end)))
+        else:
+            raise end
+    if everybody:
+        _list(runs, folder)
+    return tuple(runs)
+
+
+def _list(runs: Sequence[PersonRun], folder: Path) -> None:
+    """The index over the people's folders, each of which is a run of its own; InputError where there are none."""
+    if all(run.take is None for run in runs):
+        reasons = "; ".join(f"{run.person}: {run.reason.rstrip('.')}" for run in runs)
+        raise InputError(f"There is nobody to make a run of: {reasons}.")
+    for run in runs:
+        if run.take is not None:
+            sign(folder / run.folder)
+    write_index(runs, folder)
 
 
 def inputs_of(options: RunOptions, recipe: Recipe) -> list[Path]:
@@ -131,55 +193,6 @@ def bytes_needed(recipe: Recipe, *takes: Take) -> int:
     return needed
 
 
-def run_people(
-    options: RunOptions,
-    output: str | Path,
-    recipe: Recipe | None = None,
-    *,
-    resume: bool = False,
-    force: bool = False,
-    done: Callable[[str, float], None] = lambda stage, seconds: None,
-) -> tuple[PersonRun, ...]:
-    """A whole run of everybody in the files, each in a folder of `output`, in one common LEVEL; all of it or none.
-
-    People of different scenes of a video, which a cut parts, share no LEVEL and no camera: each scene has its own.
-    `output` gets a summary.json that lists the people, in the order of the answer. Who is seen too briefly, or refused
-    by a stage, is left out with the reason. recipe, resume, done: as for run_files, each stage once for all of a scene.
-    Raises InputError when nobody is left.
-    """
-    output, recipe = Path(output), _checked(planned(options, recipe))
-    recipe = _resumed(recipe, output) if resume else recipe
-    if options.stature is not None:
-        raise InputError("A stature is one person's: leave it out, or run one --person at a time.")
-    if options.person_id is not None:
-        raise InputError("An ID is one person's: leave --person-id out, or run one --person at a time.")
-    with whole_folder(output, force, inputs_of(options, recipe)) as folder:
-        start = time.perf_counter()
-        people = [_long_enough(person) for person in open_people(options)]
-        done("read", time.perf_counter() - start)
-        takes = {person: person.take for person in people if isinstance(person.take, Take)}
-        require_space(folder, bytes_needed(recipe, *takes.values()), "The run")
-        folders = dict(zip(takes, folder_names([person.name for person in takes]), strict=True))
-        with computing_on(options.device) as placement:
-            pipelines = [_aimed(recipe, folder / name).build() for name in folders.values()]
-            for pipeline, take in zip(pipelines, takes.values(), strict=True):
-                pipeline.check_rate(_frame_rate(recipe, take))
-            ended = _by_scene(dict(zip(takes, pipelines, strict=True)), takes, done)
-        runs = tuple(_ended(person, ended.get(person, person.take), folders.get(person)) for person in people)
-        for person, name in folders.items():
-            if isinstance(ended[person], InputError):
-                shutil.rmtree(folder / name, ignore_errors=True)
-            else:
-                (folder / name).mkdir(exist_ok=True)
-                add_to_summary(folder / name, device=placement.summary())
-                sign(folder / name)
-        if all(run.take is None for run in runs):
-            reasons = "; ".join(f"{run.person}: {run.reason.rstrip('.')}" for run in runs)
-            raise InputError(f"There is nobody to make a run of: {reasons}.")
-        write_index(runs, folder)
-        return runs
-
-
 def _by_scene(
     pipelines: Mapping[Person, Pipeline], takes: Mapping[Person, Take], done: Callable[[str, float], None]
 ) -> dict[Person, Take | InputError]:
@@ -195,18 +208,15 @@ def _by_scene(
     return ended
 
 
-def _long_enough(person: Person) -> Person:
-    if person.frames >= FEWEST_FRAMES:
-        return person
-    return replace(
-        person, take=InputError(f"seen in {how_many(person.frames, 'frame')}; {FEWEST_FRAMES} are the least")
-    )
-
-
-def _ended(person: Person, end: Take | InputError, folder: str | None) -> PersonRun:
-    if isinstance(end, InputError) or folder is None:
-        return PersonRun(person.name, person.frames, reason=str(end))
-    return PersonRun(person.name, person.frames, folder, end)
+def _people(options: RunOptions) -> tuple[Person, ...]:
+    """Everybody in the files; whoever is seen too briefly has that for a reason."""
+    people = []
+    for person in open_people(options):
+        if person.frames < FEWEST_FRAMES:
+            few = f"seen in {how_many(person.frames, 'frame')}; {FEWEST_FRAMES} are the least"
+            person = replace(person, take=InputError(few))
+        people.append(person)
+    return tuple(people)
 
 
 def _resumed(recipe: Recipe, output: Path) -> Recipe:

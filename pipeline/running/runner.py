@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, fields
-from typing import Any
 
 from ..core.errors import InputError
 from ..core.take import Take, Told
@@ -66,12 +65,10 @@ class Pipeline:
 
     def __call__(self, take: Take, done: Callable[[str, float], None] = lambda stage, seconds: None) -> Take:
         """The take after every stage; `done(stage name, seconds)` is called after each."""
-        self.check(take)
-        for stage in self.stages:
-            start = time.perf_counter()
-            take = _after(stage, take)
-            done(stage.name, time.perf_counter() - start)
-        return take
+        (end,) = run_together([self], [take], done)
+        if isinstance(end, InputError):
+            raise end
+        return end
 
 
 def run_together(
@@ -79,11 +76,11 @@ def run_together(
     takes: Sequence[Take],
     done: Callable[[str, float], None] = lambda stage, seconds: None,
 ) -> list[Take | InputError]:
-    """Several people's takes, each through a pipeline of its own; all pipelines have the same stages.
+    """Takes of one person or several, each through a pipeline of its own; all pipelines have the same stages.
 
     All takes go through a stage before any goes on to the next, so that a SharedStage gets them at once. A take that a
-    stage refuses ends there, as that refusal. `done(stage name, seconds)` is called after each stage. InputError for a
-    chain that cannot work.
+    stage refuses ends there, as that refusal. `done(stage name, seconds)` is called after each stage that somebody
+    came through. InputError for a chain that cannot work.
     """
     for pipeline, take in zip(pipelines, takes, strict=True):
         pipeline.check(take)
@@ -91,32 +88,26 @@ def run_together(
     for stages in zip(*(pipeline.stages for pipeline in pipelines), strict=True):
         start = time.perf_counter()
         going = {i: take for i, take in enumerate(results) if isinstance(take, Take)}
-        if isinstance(stages[0], SharedStage) and going:
-            results = _replaced(
-                results, dict(zip(going, stages[0].together(list(going.values())), strict=True))
-            )
+        if not going:
+            break
+        if isinstance(stages[0], SharedStage) and len(going) > 1:
+            ended = dict(zip(going, stages[0].together(list(going.values())), strict=True))
         else:
-            results = _replaced(results, {i: _tried(stages[i], take) for i, take in going.items()})
-        done(stages[0].name, time.perf_counter() - start)
+            ended = {i: _tried(stages[i], take) for i, take in going.items()}
+        results = [ended.get(i, result) for i, result in enumerate(results)]
+        if any(isinstance(end, Take) for end in ended.values()):
+            done(stages[0].name, time.perf_counter() - start)
     return results
-
-
-def _after(stage: Stage, take: Take) -> Take:
-    given: object = stage(take)
-    if not isinstance(given, Take):
-        raise InputError(
-            f"Expected a take from stage '{stage.name}', got {type(given).__name__}; a stage returns the take that it "
-            "made (docs/plugins.md): repair its package, or leave the stage out."
-        )
-    return given
 
 
 def _tried(stage: Stage, take: Take) -> Take | InputError:
     try:
-        return _after(stage, take)
+        given: object = stage(take)
     except InputError as error:
         return error
-
-
-def _replaced(results: list[Take | InputError], new: dict[int, Any]) -> list[Take | InputError]:
-    return [new.get(i, result) for i, result in enumerate(results)]
+    if not isinstance(given, Take):
+        return InputError(
+            f"Expected a take from stage '{stage.name}', got {type(given).__name__}; a stage returns the take that it "
+            "made (docs/plugins.md): repair its package, or leave the stage out."
+        )
+    return given

@@ -38,7 +38,7 @@ UNSTEADY = 0.12  # bone-length spread beyond which poses are not to be believed 
 
 @dataclass(frozen=True)
 class Chirality:
-    """Evidence on left and right (formats.md section 1, parity test), as shares of frames that agree.
+    """Evidence on left and right (formats.md section 1), as shares of frames that agree.
 
     nose: the nose lies in front of the body, as named left and right say where front is.
     knees: the knees bend forward. arms_legs: the shoulders' left is the hips' left.
@@ -188,8 +188,8 @@ def upside_down(poses: PoseSequence) -> list[Notice]:
     share = float((below @ (poses.frame.basis @ _UP[poses.frame.family]) > np.maximum(trunk, 1e-12)).mean())
     if share < _TURNED_OVER:
         return []
-    lifted = any(step.name == "lift" for step in poses.history)  # they have the picture's axes
-    return [notice("picture-upside-down" if lifted else "upside-down", share_percent=100 * share)]
+    in_run = poses.made_by.in_run  # they have the picture's axes
+    return [notice("picture-upside-down" if in_run else "upside-down", share_percent=100 * share)]
 
 
 def nobody_upright(rectified: Rectified) -> Notice | None:

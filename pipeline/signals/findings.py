@@ -144,7 +144,7 @@ def pose_findings(poses: PoseSequence) -> list[Notice]:
         *_depth(poses),
         *_bones(poses),
         *_sides(poses),
-        *_left_right(poses),
+        *_handedness(poses),
         *_stature(poses),
         *upside_down(poses),
         *_leaps(poses),
@@ -242,7 +242,7 @@ def _sides(poses: PoseSequence) -> list[Notice]:
     return []
 
 
-def _left_right(poses: PoseSequence) -> list[Notice]:
+def _handedness(poses: PoseSequence) -> list[Notice]:
     evidence = chirality(poses)
     if evidence.verdict == "good":
         return []

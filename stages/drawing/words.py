@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
+from ...pipeline.core.measures import Group, value
 from .page import Cell, Soft
 
 
@@ -14,11 +12,11 @@ def spoken(name: str) -> str:
     return side + (name[2:] if side else name).replace("_", " ")
 
 
-def range_words(of: Mapping[str, Any]) -> Cell:
+def range_words(of: Group) -> Cell:
     """A range of motion with its error, in grey where some values are such as no joint reaches; None where unknown.
     of: an angle's figures in `range_of_motion`."""
-    if "p05_deg" not in of:
+    low, high, sd = (value(of, name) for name in ("p05", "p95", "sd"))
+    if low is None or high is None:
         return None
-    error = f" ± {of['sd_deg']:.0f}" if "sd_deg" in of else ""
-    words = f"{of['p05_deg']:z.0f} to {of['p95_deg']:z.0f}{error}"
-    return Soft(words) if of.get("beyond_anatomy_frames") else words
+    words = f"{low:z.0f} to {high:z.0f}{'' if sd is None else f' ± {sd:.0f}'}"
+    return Soft(words) if value(of, "beyond_anatomy_frames") else words

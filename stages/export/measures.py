@@ -6,56 +6,22 @@ from __future__ import annotations
 import csv
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from ...pipeline.core.errors import InputError
+from ...pipeline.core.measures import (
+    UNITS,
+    Curves,
+    Group,
+    Moments,
+    Remark,
+    grouped,
+    moments,
+)
 from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import whole_file
-from ..measures.figures import error_key, of_length
+from ...pipeline.files.measures import Point, Row
 from .provenance import provenance
-
-_UNITS = {
-    "deg": "deg",
-    "degps": "deg/s",
-    "s": "s",
-    "percent": "%",
-    "spm": "1/min",
-}  # by the last word of a key
-_SIDES = {"r": "right", "right": "right", "l": "left", "left": "left"}
-_CURVES = "cycles"  # the key of a movement's curves
-
-
-class Row(NamedTuple):
-    """One figure. measure: the keys that lead to it in summary.json, joined by dots. side: "right", "left" or None.
-    item: which of a list, from 0 on; None for a single figure. value: a number, or None where `text` says something.
-    error: its standard error, where it is stated. unit: "deg", "s", "%", "1/min", the take's unit of length or that a
-    second, None for pure numbers. start_s, stop_s: of the repetition that the figure is of; None where it is of the
-    take."""
-
-    measure: str
-    side: str | None
-    item: int | None
-    value: float | None
-    error: float | None
-    unit: str | None
-    start_s: float | None
-    stop_s: float | None
-    text: str | None
-
-
-class Point(NamedTuple):
-    """One point of a movement's mean curve. movement: the keys that lead to it in summary.json, joined by dots. angle:
-    of pipeline.signals.foot_angles.ALL_ANGLES; side: "right", "left" or None. percent: of the repetition, or of a
-    stride
-    of that side. mean_deg, sd_deg: over the cycles, the second None for one. count: how many cycles these are."""
-
-    movement: str
-    angle: str
-    side: str | None
-    percent: int
-    mean_deg: float
-    sd_deg: float | None
-    count: int
 
 
 def write_measures(take: Take, path: Path) -> None:
@@ -87,23 +53,18 @@ def write_measures_parquet(take: Take, path: Path) -> None:
 def rows(take: Take) -> Iterator[Row]:
     """The take's figures in the order of summary.json, without its curves. A figure's error stands beside it and has no
     row of its own."""
-    yield from _rows(take.measures or {}, (), take.need("poses").frame.unit)
+    length = take.need("poses").frame.unit
+    yield from _rows(grouped(take.measures or ()), (), length)
 
 
 def curve_points(take: Take) -> Iterator[Point]:
     """The curves of the take's movements over their cycles, in the order of summary.json."""
-    yield from _points(take.measures or {}, ())
-
-
-def _points(group: dict[str, Any], above: tuple[str, ...]) -> Iterator[Point]:
-    for key, value in group.items():
-        if key == _CURVES:
-            for angle, curve in value.items():
-                spread = curve.get("sd_deg") or [None] * len(curve["mean_deg"])
-                for percent, (mean, sd) in enumerate(zip(curve["mean_deg"], spread, strict=True)):
-                    yield Point(".".join(above), angle, _side((angle,)), percent, mean, sd, curve["count"])
-        elif isinstance(value, dict):
-            yield from _points(value, (*above, key))
+    for row in take.measures or ():
+        for curve in row.of if isinstance(row, Curves) else ():
+            sds = curve.sd_deg or [None] * len(curve.mean_deg)
+            for percent, (mean, sd) in enumerate(zip(curve.mean_deg, sds, strict=True)):
+                place = ".".join(row.group), curve.angle, curve.side or None
+                yield Point(*place, percent, mean, sd, curve.count)
 
 
 def _write(path: Path, names: tuple[str, ...], lines: Iterator[tuple[Any, ...]]) -> None:
@@ -113,43 +74,33 @@ def _write(path: Path, names: tuple[str, ...], lines: Iterator[tuple[Any, ...]])
         writer.writerows(lines)
 
 
-def _rows(group: dict[str, Any], above: tuple[str, ...], length: str) -> Iterator[Row]:
-    errors = {error_key(key) for key in group}
-    for key, value in group.items():
-        path = (*above, key)
-        if key == _CURVES:
-            continue
-        if isinstance(value, dict):
-            yield from _rows(value, path, length)
-        elif key not in errors:
-            for item, one in enumerate(value) if isinstance(value, list) else [(None, value)]:
-                number = isinstance(one, int | float) and not isinstance(one, bool)
+def _rows(group: Group, above: tuple[str, ...], length: str) -> Iterator[Row]:
+    starts, stops = moments(group, "start"), moments(group, "stop")
+    for name, leaf in group.items():
+        if isinstance(leaf, dict):
+            yield from _rows(leaf, (*above, name), length)
+        elif isinstance(leaf, Remark):
+            yield _said(".".join((*above, leaf.key)), leaf.side, leaf.text)
+        elif isinstance(leaf, Moments):
+            for i, at_s in enumerate(leaf.at_s):
+                spans = _span(starts, stops, i) if len(leaf.at_s) == len(starts) else (None, None)
                 yield Row(
-                    ".".join(path),
-                    _side(path),
-                    item,
-                    float(one) if number else None,
-                    _beside(value, item, group.get(error_key(key))),
-                    _unit(key, length) if number else None,
-                    _beside(value, item, group.get("start_s")),
-                    _beside(value, item, group.get("stop_s")),
-                    None if number else str(one),
+                    ".".join((*above, leaf.key)), leaf.side or None, i, float(at_s), None, "s", *spans, None
                 )
+        elif not isinstance(leaf, Curves):
+            for one in leaf if isinstance(leaf, list) else [leaf]:
+                span = (None, None) if one.number is None else _span(starts, stops, one.number)
+                unit = UNITS[one.unit].table.format(length) or None
+                figure = one.side or None, one.number, float(one.value), one.error, unit
+                yield Row(".".join((*above, one.key)), *figure, *span, None)
+                if one.within_error is not None:
+                    judged = ".".join((*above, one.within_error_key))
+                    yield _said(judged, one.side, str(one.within_error))
 
 
-def _beside(value: Any, item: int | None, other: Any) -> Any:
-    """What of `other` belongs to an item of a figure, None where it is no figure of the same kind."""
-    if item is None:
-        return None if isinstance(other, list) else other
-    return other[item] if isinstance(other, list) and len(other) == len(value) else None
+def _said(measure: str, side: str, text: str) -> Row:
+    return Row(measure, side or None, None, None, None, None, None, None, text)
 
 
-def _side(path: tuple[str, ...]) -> str | None:
-    """By the first of the keys that begins with a side."""
-    return next((_SIDES[word] for key in path if (word := key.partition("_")[0]) in _SIDES), None)
-
-
-def _unit(key: str, length: str) -> str | None:
-    if of_length(key):
-        return f"{length}/s" if key.endswith("_speed") else length
-    return _UNITS.get(key.rpartition("_")[2])
+def _span(starts: tuple[float, ...], stops: tuple[float, ...], i: int) -> tuple[float | None, float | None]:
+    return (starts[i] if i < len(starts) else None), (stops[i] if i < len(stops) else None)

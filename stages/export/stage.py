@@ -13,10 +13,12 @@ import numpy as np
 from ...models.common.metrics import plain
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.layouts import FEET
-from ...pipeline.core.pose import Rectified, package_version
+from ...pipeline.core.measures import nested
+from ...pipeline.core.pose import PoseSequence, Rectified, package_version
 from ...pipeline.core.take import Take, Told
 from ...pipeline.files.atomic import REPORT, SUMMARY, whole_file
 from ...pipeline.files.detections import KEYPOINTS
+from ...pipeline.files.finished import KINEMATICS, POSES
 from ...pipeline.files.viewer import RECORDING
 from ...pipeline.plugins.protocols import CheckedWriter, ImageWriter, MetricWriter, Writer
 from ...pipeline.plugins.registry import load
@@ -26,7 +28,7 @@ from .tables import write_parquet
 
 # What runs write by themselves (design.md section 7), `live` included.
 RUN_FILES = (
-    "poses.npz", "kinematics.parquet", "measures.csv", "cycles.csv", SUMMARY, REPORT, RECORDING, KEYPOINTS, "live.rrd",
+    POSES, KINEMATICS, "measures.csv", "cycles.csv", SUMMARY, REPORT, RECORDING, KEYPOINTS, "live.rrd",
     "video.ts",
 )  # fmt: skip
 
@@ -78,8 +80,8 @@ class Export:
     def __call__(self, take: Take) -> Take:
         self.check_told(take.told)
         self.folder.mkdir(parents=True, exist_ok=True)
-        write_poses(take, self.folder / "poses.npz")
-        write_parquet(take, self.folder / "kinematics.parquet")
+        write_poses(take, self.folder / POSES)
+        write_parquet(take, self.folder / KINEMATICS)
         if take.measures is not None:
             write_measures(take, self.folder / "measures.csv")
             write_cycles(take, self.folder / "cycles.csv")
@@ -100,10 +102,16 @@ def write_poses(take: Take, path: Path) -> None:
     `root` are places in the room; NaN where they are not known. `root_sd` (T, 3) is the standard deviation of its error
     along these axes where it was estimated (stages/place.py), NaN where the source knew it. `feet` (T, 6, 3), named by
     `feet_names`, are heels and toes in the axes of `level`, as `level` from the pelvis; NaN where the source has none.
-    For a moving camera R_source_from_level is (T, 3, 3), and back and right in `level` are relative to it."""
+    For a moving camera R_source_from_level is (T, 3, 3), and back and right in `level` are relative to it. `filtered`
+    (T, 17, 3) is what kinematics rest on, in the axes of `level`. Keypoints, where the take has some, have rows of
+    their own: `keypoints` (N, K, 2) pixels, `keypoints_confidence` (N, K), `keypoints_time_s` and
+    `keypoints_frame_index` (N,), and `keypoints_names` (K,)."""
     poses = take.need("poses")
     rectified = take.need("rectified")
     root, sd, feet = rectified.level.root, rectified.level.root_sd, rectified.level.feet
+    more = {} if take.keypoints is None else _keypoints(take.keypoints)
+    if take.filtered is not None:
+        more["filtered"] = take.filtered.joints
     with whole_file(path) as partial, open(partial, "wb") as file:
         np.savez_compressed(
             file,
@@ -124,16 +132,39 @@ def write_poses(take: Take, path: Path) -> None:
             joint_names=np.array(poses.layout.joints),
             feet_names=np.array(FEET.joints),
             unit=np.array(poses.frame.unit),
+            **more,
         )
+
+
+def _keypoints(keypoints: PoseSequence) -> dict[str, Any]:
+    """Their arrays in poses.npz; no times where these are not known."""
+    arrays = {
+        "keypoints": keypoints.joints,
+        "keypoints_confidence": keypoints.confidence,
+        "keypoints_frame_index": keypoints.frame_index,
+        "keypoints_names": np.array(keypoints.layout.joints),
+    }
+    return arrays if keypoints.time_s is None else arrays | {"keypoints_time_s": keypoints.time_s}
+
+
+def _about(poses: PoseSequence) -> dict[str, Any]:
+    """What summary.json says of poses or keypoints beside their arrays, for whoever reads the run back."""
+    return {
+        "person": poses.person,
+        "frames_known": poses.frames_known,
+        "made_by": asdict(poses.made_by),
+        "seams": list(poses.seams),
+    }
 
 
 def summary(take: Take) -> dict[str, Any]:
     """Provenance, notices and the take's figures, ready for JSON (no NaN)."""
-    facts, rectified = facts_of(take), take.need("rectified")
+    facts, poses, rectified = facts_of(take), take.need("poses"), take.need("rectified")
     content = {
         "pcnet3d": package_version(),
         "take": facts.name,
         "session": {key: value for key, value in asdict(take.session).items() if value},
+        "told": asdict(take.told),
         "inputs": take.inputs,
         "verdict": facts.verdict,
         "notices": [each.as_dict() for each in take.said],
@@ -143,12 +174,16 @@ def summary(take: Take) -> dict[str, Any]:
             "fps": facts.fps,
             "duration_s": facts.duration_s,
             "source_frame": facts.axes,
+            "frame": asdict(poses.frame),
             "unit": facts.unit,
             "root_known": facts.root_known,
-            "made_by": asdict(take.need("poses").made_by),
-            "seams": list(take.need("poses").seams),
+            **_about(poses),
+            "steps": len(poses.history),
             "bone_length_spread": facts.bone_length_spread,
         },
+        "keypoints": None
+        if take.keypoints is None
+        else {"layout": take.keypoints.layout.name, **_about(take.keypoints)},
         "rectification": {
             "method": facts.method,
             "camera": facts.camera,
@@ -164,10 +199,10 @@ def summary(take: Take) -> dict[str, Any]:
             "level_heading": facts.level_heading,
             "level_ok": facts.level_ok,
             "level_reason": facts.level_reason,
+            "steps": len(rectified.level.history),
         },
         "camera": _camera(take),
-        "measures": take.measures,
-        **({} if take.second_lift is None else {"second_lift": take.second_lift}),
+        "measures": None if take.measures is None else nested(take.measures),
         "history": [asdict(step) for step in facts.history],
     }
     return plain(content)

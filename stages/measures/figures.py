@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ...models.common.metrics import SD_90
+from ...pipeline.core.measures import Measure, Moments
 from .cycles import symmetry_index
 
 _FEWEST = 3  # values for a standard deviation
@@ -22,15 +23,16 @@ def time_resolution(fps: float) -> float:
     return _FRAME / fps
 
 
-def basis(values: np.ndarray) -> dict[str, Any]:
+def basis(values: np.ndarray) -> list[Measure]:
     """How many frames of (T,) a figure rests on, and the share that has no value."""
     known = np.isfinite(values)
-    return {"frames": int(known.sum()), "nan_share": figure(1 - known.mean())}
+    return [Measure("frames", int(known.sum())), Measure("nan_share", figure(1 - known.mean()))]
 
 
-def spread(name: str, values: np.ndarray, resolution: float = 0.0, shared: float = 0.0) -> dict[str, float]:
-    """Mean of (N,), its standard error `<name>_error_<unit>`, and the standard deviation of three values or more;
-    nothing of none.
+def spread(
+    name: str, unit: str, values: np.ndarray, resolution: float = 0.0, shared: float = 0.0
+) -> list[Measure]:
+    """Mean of (N,) with its standard error, and the standard deviation of three values or more; nothing of none.
 
     resolution: the standard deviation with which one value is known, independent of the next; shared: the one that all
     values have in common, NaN where unknown. The values' own is left out where it is not larger than the resolution:
@@ -38,63 +40,52 @@ def spread(name: str, values: np.ndarray, resolution: float = 0.0, shared: float
     `shared` the error; with it they count as spread by the resolution.
     """
     if not len(values):
-        return {}
+        return []
     shared = shared if np.isfinite(shared) else 0.0
     sd = float(values.std(ddof=1)) if len(values) >= _FEWEST else float("nan")
     own = np.fmax(sd, resolution) / np.sqrt(len(values))
     known = np.isfinite(sd) or shared
     error = float(np.hypot(own, shared) if known else 0.0) or float("nan")  # none is known to be 0
     digits = error if np.isfinite(error) else resolution
-    result = {f"mean_{name}": rounded(values.mean(), digits)}
-    if np.isfinite(error):
-        result[error_key(f"mean_{name}")] = figure_of_error(error)
-    if np.isfinite(sd) and sd > resolution:
-        result[f"sd_{name}"] = figure_of_error(sd)
-    return result
+    mean = Measure(f"mean_{name}", rounded(values.mean(), digits), unit, stated(error))
+    return [mean, *([Measure(f"sd_{name}", figure_of_error(sd), unit)] if sd > resolution else [])]
 
 
-def error_key(key: str) -> str:
-    """`cadence_spm` as `cadence_error_spm`: the unit stays at the end. `walking_speed` as `walking_speed_error`."""
-    if of_length(key):
-        return f"{key}_error"
-    words, _, unit = key.rpartition("_")
-    return f"{words}_error_{unit}"
-
-
-def of_length(key: str) -> bool:
-    """Whether a figure is in the take's unit of length, or in that a second, which its key does not name."""
-    return key.removesuffix("_error").endswith(("_length", "_width", "_height", "_speed"))
-
-
-def with_error(key: str, value: float, error: float) -> dict[str, float]:
+def with_error(name: str, unit: str, value: float, error: float) -> Measure:
     """A figure and its standard error, which is left out where it is not known."""
-    known = {error_key(key): figure_of_error(error)} if np.isfinite(error) else {}
-    return {key: rounded(value, error), **known}
+    return Measure(name, rounded(value, error), unit, stated(error))
 
 
-def symmetry(right: float, left: float, error: float, of: str = "") -> dict[str, Any]:
-    """Symmetry index of two figures. error: the index's, NaN where unknown. `within_error`: no difference can be told,
-    since zero lies in the 90 % band about the index. of: what the keys begin with."""
+def stated(error: float) -> float | None:
+    """An error in two digits, None for one that is not known."""
+    return figure_of_error(error) if np.isfinite(error) else None
+
+
+def symmetry(right: float, left: float, error: float, of: str = "") -> list[Measure]:
+    """Symmetry index of two figures. error: the index's, NaN where unknown. of: what the name begins with."""
     index = symmetry_index(right, left)
     if not np.isfinite(index):
-        return {}
-    told = {f"{of}within_error": bool(abs(index) <= SD_90 * error)} if np.isfinite(error) else {}
-    return {**with_error(f"{of}symmetry_index_percent", index, error), **told}
+        return []
+    judged = bool(abs(index) <= SD_90 * error) if np.isfinite(error) else None
+    value = rounded(index, error)
+    return [Measure(f"{of}symmetry_index", value, "percent", stated(error), within_error=judged)]
 
 
-def middle(name: str, values: np.ndarray) -> dict[str, float]:
+def middle(name: str, values: np.ndarray) -> list[Measure]:
     """The median of (N,) by that name; nothing of none."""
-    return {name: figure(np.median(values))} if len(values) else {}
+    return [Measure(name, figure(np.median(values)))] if len(values) else []
 
 
-def figures(values: Iterable[Any]) -> list[float]:
+def figures(values: Iterable[Any]) -> tuple[float, ...]:
     """Each as `figure`."""
-    return [figure(value) for value in values]
+    return tuple(figure(value) for value in values)
 
 
-def moments(values: Iterable[Any]) -> list[float]:
+def moments(name: str, values: Iterable[Any]) -> Moments:
     """Times in a take in seconds, each as `figure` but to the millisecond at least: stamps may count from 1970."""
-    return [figure(value) if abs(value) < 1000 else round(float(value), 3) for value in values]
+    return Moments(
+        name, tuple(figure(value) if abs(value) < 1000 else round(float(value), 3) for value in values)
+    )
 
 
 def figure(value: Any) -> float:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -13,6 +12,7 @@ from ...models.gait.foot_lock import flat_rows
 from ...models.gait.gait import Gait
 from ...models.gait.walked_floor import FEWEST, walked_floor
 from ...pipeline.core.anthropometry import implied_stature
+from ...pipeline.core.measures import Measure, Remark, Row, grouped, text
 from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.rotations import is_finite
 from ...pipeline.signals.filters import breaks
@@ -21,17 +21,16 @@ from .figures import with_error
 _ANKLE = 0.039  # statures above the sole (Winter, Biomechanics and Motor Control, 4th ed. 2009, figure 4.1)
 
 
-def floor(
-    walking: Mapping[str, Any], gait: Gait, filtered: PoseSequence, rectified: Rectified
-) -> dict[str, Any]:
+def floor(walking: Sequence[Row], gait: Gait, filtered: PoseSequence, rectified: Rectified) -> list[Row]:
     """The group `floor`: height over where the path is counted from (the camera), slope along the walk, both with their
     errors, and `stairs`; or the reason why there are none. Of poses that no lifter made the height has no error. On the
-    belt of a treadmill feet stand in the same places again and again, which tells its height only. walking: the group
-    `walking`."""
+    belt of a treadmill feet stand in the same places again and again, which tells its height only. walking: the rows of
+    the group `walking`."""
     if filtered.root is None:
-        return {"reason": "where the person is in the room is not known, or the camera moves"}
-    if "reason" in walking:
-        return {"reason": walking["reason"]}
+        return [Remark("reason", "where the person is in the room is not known, or the camera moves")]
+    walked = grouped(walking)
+    if why := text(walked, "reason"):
+        return [Remark("reason", why)]
     ankles = {side: filtered.joint(f"{side}_ankle").astype(np.float64) for side in SIDES}
     flat = [
         (side, rows)
@@ -44,33 +43,26 @@ def floor(
     up_sd_deg = float(np.median(up) / np.sqrt(2)) if len(up) else 0.0
     found = walked_floor(places.reshape(-1, 3), own, shared, up_sd_deg)
     if found is None:
-        return {"reason": f"feet stand in fewer than {FEWEST} places"}
+        return [Remark("reason", f"feet stand in fewer than {FEWEST} places")]
     # Places that are measured are alike to a millimetre; where the ankles are above the soles is not known so well.
     height_sd = float("nan") if rectified.camera == "gravity" else found.height_sd
     slope_sd_deg = found.slope_sd_deg if len(up) else float("nan")
-    return {
-        **with_error("floor_height", found.height - _ANKLE * implied_stature(filtered.joints), height_sd),
-        **(
-            {"slope_reason": "the feet are carried by a belt"}
-            if "belt" in walking
-            else {
-                **with_error("slope_deg", found.slope_deg, slope_sd_deg),
-                "stairs": found.stairs,
-            }
-        ),
-        "places": len(places),
-    }
+    height = found.height - _ANKLE * implied_stature(filtered.joints)
+    slope = [with_error("slope", "deg", found.slope_deg, slope_sd_deg), Remark("stairs", found.stairs)]
+    return [
+        with_error("floor_height", "length", height, height_sd),
+        *([Remark("slope_reason", "the feet are carried by a belt")] if text(walked, "belt") else slope),
+        Measure("places", len(places)),
+    ]
 
 
 def _sds(filtered: PoseSequence, rectified: Rectified) -> tuple[float, float]:
     """Standard deviations of the height of a foot's place, its own and that of all alike; 0, 0 where the source itself
     knows the place."""
-    told = [step.options for step in filtered.history if step.name == "place"]
-    if filtered.root is None or filtered.root_covariance is None or not told:
-        return 0.0, 0.0
-    sds = told[-1]["scale_sd"], told[-1]["focal_sd"]
     whole = filtered.root_covariance
-    own = own_covariance(filtered.root, whole, rectified.R_source_from_level[2], *sds)
+    if filtered.root is None or whole is None or filtered.root_shared is None:
+        return 0.0, 0.0
+    own = own_covariance(filtered.root, whole, rectified.R_source_from_level[2], *filtered.root_shared)
     legs = 0.0
     if rectified.level.covariance is not None:
         index = filtered.layout.indices([f"{side}_ankle" for side in SIDES])

@@ -4,14 +4,27 @@ and what it rests on."""
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
-from typing import Any, ClassVar
+from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 
 from ...models.gait.gait import separation
 from ...models.gait.of_take import NOISE, SIDES, body_joints, gait_of
 from ...pipeline.core.errors import InputError
+from ...pipeline.core.measures import (
+    Curve,
+    Curves,
+    Measure,
+    Remark,
+    Row,
+    grouped,
+    measure,
+    numbered,
+    side_of,
+    subgroup,
+    within,
+)
 from ...pipeline.core.messages import spans_in_words
 from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.take import Take
@@ -103,9 +116,9 @@ def measures(
     source: PoseSequence,
     repeated: Sequence[str] = (),
     belt_speed: float | None = None,
-) -> dict[str, Any]:
-    """Nested figures, ready for JSON. Units are in the keys; lengths and speeds have none there, for theirs is the
-    poses', metres or arbitrary. What cannot be had is absent, and its group has a `reason`.
+) -> tuple[Row, ...]:
+    """Rows, named below as in summary.json (`pipeline.core.measures.nested`). What cannot be had is absent, and its
+    group has a `reason`.
 
     filtered: joints in LEVEL after the low-pass; rectified: where BODY's axes are from; kinematics: columns (T,) with
     the angles (stages.angles.joint_angles) and paths (stages.trajectories.trajectory); source: the poses that
@@ -154,39 +167,30 @@ def measures(
         return not len(meanwhile) or float(np.ptp(meanwhile)) <= _STAYS
 
     named = [name for name in ALL_ANGLES if name in ANGLES or f"{name}_deg" in kinematics]
-    ranges = {name: _range(take, name) for name in named}
+    ranges = [row for name in named for row in within(name, _range(take, name), side_of(name))]
     right, left = take("r_knee_flexion"), take("l_knee_flexion")
     knees = np.minimum(right, left)
     knees_sd = np.where(right < left, take.sd("r_knee_flexion"), take.sd("l_knee_flexion"))
     bends = _repeats(take, knees, knees_sd, _BEND, _IN_BENDS, in_place)
-    if "peak_deg" in bends:
-        bends["squats"] = sum(peak >= _SQUAT for peak in bends["peak_deg"])
-    result: dict[str, Any] = {
-        "range_of_motion": ranges,
-        "symmetry": _symmetry(ranges),
-        "knee_bends": bends,
-    }
-    arms = {
-        words: _repeats(
-            take,
-            take(f"{side}_shoulder_elevation"),
-            take.sd(f"{side}_shoulder_elevation"),
-            _RAISE,
-            [f"{side}_{part}" for part in _IN_RAISES],
-        )
-        for words, side in SIDES.items()
-    }
-    cycles = {name: curve for arm in arms.values() for name, curve in arm.pop("cycles", {}).items()}
-    result["arm_raises"] = {**arms, "cycles": cycles} if cycles else arms
-    if repeated:
-        result["repetitions"] = {
-            name: _repeats(take, take(name), take.sd(name), _ANY, [name]) for name in repeated
-        }
-    result["walking"] = walking(body, gait, kinematics, take.cycles, filtered, rectified, source, belt_speed)
-    result["floor"] = floor(result["walking"], gait, filtered, rectified)
-    result["jumps"] = jumps(rectified, gait)
-    result["paths"] = _paths(take, rectified)
-    return result
+    if peaks := numbered(grouped(bends), "peak"):
+        bends.append(Measure("squats", sum(peak.value >= _SQUAT for peak in peaks)))
+    on_demand = [
+        row
+        for name in repeated
+        for row in within(name, _repeats(take, take(name), take.sd(name), _ANY, [name]), side_of(name))
+    ]
+    walk = walking(body, gait, kinematics, take.cycles, filtered, rectified, source, belt_speed)
+    return (
+        *within("range_of_motion", ranges),
+        *within("symmetry", _symmetry(ranges, named)),
+        *within("knee_bends", bends),
+        *within("arm_raises", _arm_raises(take)),
+        *within("repetitions", on_demand),
+        *within("walking", walk),
+        *within("floor", floor(walk, gait, filtered, rectified)),
+        *within("jumps", jumps(rectified, gait)),
+        *within("paths", _paths(take, rectified)),
+    )
 
 
 @dataclass(frozen=True)
@@ -213,39 +217,51 @@ class _Columns:
         middle = (known.min() + known.max()) / 2
         return values + near(middle, ALL_ANGLES[angle].centre_deg) - middle
 
-    def cycles(self, angle: str, spans: np.ndarray) -> dict[str, Any]:
-        """Mean and standard deviation of an angle over spans (N, 2) in seconds; empty when none is whole."""
+    def cycles(self, angle: str, spans: np.ndarray) -> Curve | None:
+        """Mean and standard deviation of an angle over spans (N, 2) in seconds; None when none is whole."""
         curves = alike(
             normalised(unwrapped(self(angle)), self.times, spans, self.seams), ALL_ANGLES[angle].centre_deg
         )
         if not len(curves):
-            return {}
-        spread = {"sd_deg": figures(curves.std(axis=0, ddof=1))} if len(curves) > 1 else {}
-        return {"count": len(curves), "mean_deg": figures(curves.mean(axis=0)), **spread}
+            return None
+        sd = figures(curves.std(axis=0, ddof=1)) if len(curves) > 1 else None
+        return Curve(angle, len(curves), figures(curves.mean(axis=0)), sd)
 
 
-def _range(take: _Columns, name: str) -> dict[str, Any]:
+def _arm_raises(take: _Columns) -> list[Row]:
+    rows: list[Row] = []
+    curves: list[Curve] = []
+    for words, side in SIDES.items():
+        angle = f"{side}_shoulder_elevation"
+        shown = [f"{side}_{part}" for part in _IN_RAISES]
+        arm = _repeats(take, take(angle), take.sd(angle), _RAISE, shown)
+        curves += [curve for row in arm if isinstance(row, Curves) for curve in row.of]
+        rows += within(words, [row for row in arm if not isinstance(row, Curves)], side_of(angle))
+    return [*rows, *([Curves(tuple(curves))] if curves else [])]
+
+
+def _range(take: _Columns, name: str) -> list[Row]:
     values = take.continuous(name)
     known = values[np.isfinite(values)]
     if len(known) < FEWEST:
-        return {"reason": f"fewer than {FEWEST} frames have this angle", **basis(values)}
+        return [Remark("reason", f"fewer than {FEWEST} frames have this angle"), *basis(values)]
     low, high = np.percentile(known, [5, 95])
     sd = take.sd(name)
     at_low, at_high = _middle_sd(sd[values <= low]), _middle_sd(sd[values >= high])
     error = float(np.hypot(at_low, at_high))
     least, most = ALL_ANGLES[name].anatomy_deg
     beyond = int(((known < least) | (known > most)).sum())
-    return {
-        "lowest_deg": rounded(known.min(), at_low),
-        "highest_deg": rounded(known.max(), at_high),
-        "full_range_deg": rounded(known.max() - known.min(), error),
-        "p05_deg": rounded(low, at_low),
-        "p95_deg": rounded(high, at_high),
-        **with_error("p05_p95_deg", high - low, error),
-        **({"sd_deg": figure_of_error(_middle_sd(sd))} if np.isfinite(sd).any() else {}),
-        **({"beyond_anatomy_frames": beyond} if beyond else {}),
-        **basis(values),
-    }
+    return [
+        Measure("lowest", rounded(known.min(), at_low), "deg"),
+        Measure("highest", rounded(known.max(), at_high), "deg"),
+        Measure("full_range", rounded(known.max() - known.min(), error), "deg"),
+        Measure("p05", rounded(low, at_low), "deg"),
+        Measure("p95", rounded(high, at_high), "deg"),
+        with_error("p05_p95", "deg", high - low, error),
+        *([Measure("sd", figure_of_error(_middle_sd(sd)), "deg")] if np.isfinite(sd).any() else []),
+        *([Measure("beyond_anatomy_frames", beyond)] if beyond else []),
+        *basis(values),
+    ]
 
 
 def _middle_sd(sd: np.ndarray) -> float:
@@ -253,24 +269,32 @@ def _middle_sd(sd: np.ndarray) -> float:
     return float(np.median(known)) if len(known) else float("nan")
 
 
-def _symmetry(ranges: dict[str, dict[str, Any]]) -> dict[str, Any]:
+def _symmetry(ranges: Sequence[Row], angles: Sequence[str]) -> list[Row]:
+    """Of the rows of the ranges of these angles."""
     formula = (
         "100 (right - left) / ((right + left) / 2) of the ranges between the 5th and 95th percentile; "
         "positive when the right is larger"
     )
-    result: dict[str, Any] = {"formula": formula}
-    for name in dict.fromkeys(of_both(angle) for angle in ranges if angle not in MIDLINE):
-        sides = [ranges[f"{side}_{name}"] for side in SIDES.values()]
-        if any("p05_p95_deg" not in side for side in sides):
-            result[name] = {"reason": "one side has no range"}
+    by_angle = grouped(ranges)
+    result: list[Row] = [Remark("formula", formula)]
+    for name in dict.fromkeys(of_both(angle) for angle in angles if angle not in MIDLINE):
+        right, left = (measure(subgroup(by_angle, f"{side}_{name}"), "p05_p95") for side in SIDES.values())
+        if right is None or left is None:
+            result += within(name, [Remark("reason", "one side has no range")])
             continue
-        right, left = ((side["p05_p95_deg"], side.get("p05_p95_error_deg", np.nan)) for side in sides)
-        result[name] = {"right_deg": right[0], "left_deg": left[0]}
-        if max(right[0], left[0]) < _NO_RANGE:
-            result[name]["reason"] = f"both ranges are below {_NO_RANGE:g} degrees"
+        result += within(
+            name,
+            [
+                Measure("right", right.value, "deg", side="right"),
+                Measure("left", left.value, "deg", side="left"),
+            ],
+        )
+        if max(right.value, left.value) < _NO_RANGE:
+            result += within(name, [Remark("reason", f"both ranges are below {_NO_RANGE:g} degrees")])
         else:
-            error = symmetry_error(right[0], left[0], right[1], left[1])
-            result[name] |= symmetry(right[0], left[0], error)
+            errors = [np.nan if side.error is None else side.error for side in (right, left)]
+            error = symmetry_error(right.value, left.value, *errors)
+            result += within(name, symmetry(right.value, left.value, error))
     return result
 
 
@@ -281,11 +305,11 @@ def _repeats(
     least: float,
     shown: Iterable[str],
     counts: Callable[[Repetition], bool] = lambda one: True,
-) -> dict[str, Any]:
+) -> list[Row]:
     """Of an angle (T,) that drives a movement, with its standard deviation (T,), and of those shown over the cycles of
     repetitions that count."""
     if np.isfinite(driver).sum() < FEWEST:
-        return {"reason": f"fewer than {FEWEST} frames have the angle", **basis(driver)}
+        return [Remark("reason", f"fewer than {FEWEST} frames have the angle"), *basis(driver)]
     whole = float(np.nanmax(driver) - np.nanmin(driver))
     usual = _middle_sd(sd)
     least = max(least, _HALF * whole, NOISE * usual if np.isfinite(usual) else 0.0)
@@ -293,15 +317,16 @@ def _repeats(
     whole_ones = [one for one in found if one.whole]
     briefest_s = _AS_LONG * min((one.stop_s - one.start_s for one in whole_ones or found), default=0.0)
     gaps = hiding(driver, take.times, least, take.seams, briefest_s, counts)
-    said = {"count_reason" if found else "reason": f"not seen from {spans_in_words(gaps)}"} if gaps else {}
-    result: dict[str, Any] = {"count": len(found), **said, **basis(driver)}
+    unseen = "count_reason" if found else "reason"
+    said = [Remark(unseen, f"not seen from {spans_in_words(gaps)}")] if gaps else []
+    result: list[Row] = [Measure("count", len(found)), *said, *basis(driver)]
     if not found:
         return result
-    result |= {
-        "start_s": moments(one.start_s for one in found),
-        "stop_s": moments(one.stop_s for one in found),
-        **_peaks(take, found, sd),
-    }
+    result += [
+        moments("start", (one.start_s for one in found)),
+        moments("stop", (one.stop_s for one in found)),
+        *_peaks(take, found, sd),
+    ]
     if not whole_ones:
         return result
     spans = np.array([(one.start_s, one.stop_s) for one in whole_ones])
@@ -310,36 +335,39 @@ def _repeats(
     height_sd = np.sqrt(2) * usual
     ends_s = float(np.mean([near_ends_s(driver, take.times, one, height_sd) for one in whole_ones]))
     durations_s, frames_s = spans[:, 1] - spans[:, 0], time_resolution(rate(take.times))
-    result |= {
-        **spread("duration_s", durations_s, frames_s, shared=ends_s),
-        **spread("rise_deg", np.array([one.rise for one in whole_ones]), shared=height_sd),
-        **_smoothness(whole_ones),
-    }
-    cycles = {name: take.cycles(name, spans) for name in shown}
-    return {**result, "cycles": {name: curve for name, curve in cycles.items() if curve}}
+    rises = np.array([one.rise for one in whole_ones])
+    curves = (take.cycles(name, spans) for name in shown)
+    return [
+        *result,
+        *spread("duration", "s", durations_s, frames_s, shared=ends_s),
+        *spread("rise", "deg", rises, shared=height_sd),
+        *_smoothness(whole_ones),
+        Curves(tuple(curve for curve in curves if curve)),
+    ]
 
 
-def _peaks(take: _Columns, found: Sequence[Repetition], sd: np.ndarray) -> dict[str, list[float]]:
+def _peaks(take: _Columns, found: Sequence[Repetition], sd: np.ndarray) -> list[Measure]:
+    """With their errors, if all have one."""
     errors = [float(sd[np.searchsorted(take.times, one.peak_s)]) for one in found]
-    peaks = {"peak_deg": [rounded(one.peak, error) for one, error in zip(found, errors, strict=True)]}
-    if np.isfinite(errors).all():
-        peaks["peak_error_deg"] = [figure_of_error(error) for error in errors]
-    return peaks
+    peaks = [with_error("peak", "deg", one.peak, error) for one, error in zip(found, errors, strict=True)]
+    known = bool(np.isfinite(errors).all())
+    return [replace(one, number=i, error=one.error if known else None) for i, one in enumerate(peaks)]
 
 
-def _smoothness(found: list[Repetition]) -> dict[str, float]:
-    result: dict[str, float] = {}
+def _smoothness(found: list[Repetition]) -> list[Measure]:
+    result: list[Measure] = []
     for way in ("up", "down"):
         for i, name in enumerate(("sparc", "log_dimensionless_jerk")):
             values = np.array([getattr(one, way)[i] for one in found])
-            result |= middle(f"{name}_{way}", values[np.isfinite(values)])
+            result += middle(f"{name}_{way}", values[np.isfinite(values)])
     return result
 
 
-def _paths(take: _Columns, rectified: Rectified) -> dict[str, Any]:
+def _paths(take: _Columns, rectified: Rectified) -> list[Row]:
     if rectified.camera == "moving":
-        return {"reason": "the camera moves, and its turning about the vertical would be part of the way"}
-    result: dict[str, Any] = {}
+        why = "the camera moves, and its turning about the vertical would be part of the way"
+        return [Remark("reason", why)]
+    result: list[Row] = []
     for column in take.columns:
         joint = column.removesuffix("_x")
         axes = [f"{joint}_{axis}" for axis in "xyz"]
@@ -349,12 +377,13 @@ def _paths(take: _Columns, rectified: Rectified) -> dict[str, Any]:
         length, duration = path_length(points, take.times, take.seams)
         rests_on = basis(points.sum(axis=-1))
         if duration == 0:
-            result[joint] = {"reason": "no two frames in a row have this joint", **rests_on}
+            why = "no two frames in a row have this joint"
+            result += within(joint, [Remark("reason", why), *rests_on], side_of(joint))
             continue
-        result[joint] = {
-            "path_length": figure(length),
-            "mean_speed": figure(length / duration),
-            "duration_s": figure(duration),
-            **rests_on,
-        }
-    return result or {"reason": "no paths were written; run trajectories first"}
+        way = [
+            Measure("path_length", figure(length), "length"),
+            Measure("mean_speed", figure(length / duration), "speed"),
+            Measure("duration", figure(duration), "s"),
+        ]
+        result += within(joint, [*way, *rests_on], side_of(joint))
+    return result or [Remark("reason", "no paths were written; run trajectories first")]

@@ -4,7 +4,6 @@ had."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -30,19 +29,12 @@ from ...models.gait.gait import (
 )
 from ...models.gait.of_take import NOISE, SIDES, separation_sd
 from ...pipeline.core.frames import Frame
+from ...pipeline.core.measures import Curve, Curves, Measure, Remark, Row, within
 from ...pipeline.core.messages import how_many, spans_in_words
 from ...pipeline.core.pose import PoseSequence, Rectified
 from ...pipeline.core.rotations import transpose
 from ...pipeline.signals.filters import BRIDGED_S, breaks, holes, rate
-from .figures import (
-    basis,
-    error_key,
-    figure_of_error,
-    moments,
-    rounded,
-    symmetry,
-    with_error,
-)
+from .figures import basis, figure_of_error, moments, symmetry, with_error
 
 FEWEST = 10  # frames
 _STRIDES = {"walking": 3, "running": 2}  # for a cadence; who runs is out of the image after a second
@@ -54,34 +46,49 @@ _BELT_SHARE = (
 _IN_STRIDES = ("hip_flexion", "knee_flexion", "ankle_dorsiflexion", "shoulder_flexion", "elbow_flexion")
 _PHASES = ("stance_percent", "swing_percent", "single_support_percent")
 _OF_BOTH = ("walking_speed", "step_length", "stride_length", "step_width")
+_TIMES = ("step_time_s", "stride_time_s", "stance_time_s", "swing_time_s")
+# The name without a unit, and the unit, of each figure of models.gait.gait.
+_NAMED = {
+    **{
+        f"{name}_s": (name, "s")
+        for name in ("step_time", "stride_time", "stance_time", "swing_time", "flight_time")
+    },
+    **{
+        f"{name}_percent": (name, "percent")
+        for name in ("stance", "swing", "single_support", "double_support")
+    },
+    **{name: (name, "length") for name in ("step_length", "stride_length", "step_width")},
+    "walking_speed": ("walking_speed", "speed"),
+}
 
 
 def walking(
     body: np.ndarray,
     gait: Gait,
     columns: Mapping[str, np.ndarray],
-    curves: Callable[[str, np.ndarray], dict[str, Any]],
+    curves: Callable[[str, np.ndarray], Curve | None],
     filtered: PoseSequence,
     rectified: Rectified,
     source: PoseSequence,
     belt_speed: float | None = None,
-) -> dict[str, Any]:
+) -> list[Row]:
     """The group `walking` (stages/measures/stage.py). body: joints in BODY axes. curves: of an angle over spans (N, 2).
     source: the poses that were rectified. belt_speed: a treadmill's, where it is told, in the unit of the
     poses a second."""
     apart = separation(body)[:, 0]
     if not rectified.level_ok:
-        return {"reason": f"the take is not levelled: {rectified.level_reason}"}
+        return [Remark("reason", f"the take is not levelled: {rectified.level_reason}")]
     if np.isfinite(apart).sum() < FEWEST:
-        return {"reason": f"fewer than {FEWEST} frames have both legs", **basis(apart)}
+        return [Remark("reason", f"fewer than {FEWEST} frames have both legs"), *basis(apart)]
     if not gait.walks:
         if why := uncountable(apart, columns, filtered, rectified, source.frame):
-            return {"reason": f"steps cannot be counted: {'; '.join(why)}", **basis(apart)}
-        return {
-            "steps": 0,
-            "reason": f"no three steps in a row, nor two of a run{_hidden(apart, filtered.times)}",
-            **basis(apart),
-        }
+            return [Remark("reason", f"steps cannot be counted: {'; '.join(why)}"), *basis(apart)]
+        hidden = _hidden(apart, filtered.times)
+        return [
+            Measure("steps", 0),
+            Remark("reason", f"no three steps in a row, nor two of a run{hidden}"),
+            *basis(apart),
+        ]
     lifted = source.lifted
     root_sd, share = _path_error(filtered, rectified, gait)
     R_camera_from_body = source.frame.basis.T @ rectified.R_source_from_body
@@ -89,49 +96,48 @@ def walking(
     said = _Means(gait.kind, lifted, leg_length(body), root_sd, depth)
     values = time_values(gait)
     phases = (*_PHASES, "flight_time_s" if gait.kind == "running" else "double_support_percent")
-    lengths, over_floor = _lengths(
+    lengths, over_floor, belt_share = _lengths(
         gait, filtered, rectified, belt_speed, _BELT_SHARE if lifted else float("nan")
     )
-    share = float(np.hypot(share, over_floor.pop("belt_share", 0.0)))
+    share = float(np.hypot(share, belt_share))
     strides = gait.strides
     spans = {
         side: np.array([(s.start_s, s.stop_s) for s in strides if s.side == side]).reshape(-1, 2)
         for side in SIDES.values()
     }
-    cycles = {
-        f"{side}_{part}": curves(f"{side}_{part}", spans[side])
-        for part in _IN_STRIDES
-        for side in SIDES.values()
-    }
+    cycles = [curves(f"{side}_{part}", spans[side]) for part in _IN_STRIDES for side in SIDES.values()]
+
+    def of_side(side: str) -> list[Row]:
+        return [
+            Measure("steps", sum(step.side == side for step in gait.steps)),
+            Measure("strides", len(spans[side])),
+            *said(values, ("step_time_s", "stance_time_s", *phases), side),
+            *said(lengths, ("step_length",), side, share),
+            moments("stride_start", spans[side][:, 0]),
+            moments("stride_stop", spans[side][:, 1]),
+            moments("landings", contact_times(gait.walks, side)),
+            moments("toe_offs", (s.off_s for s in strides if s.side == side and np.isfinite(s.off_s))),
+        ]
+
     landed = len(gait.steps) + len(gait.walks)
-    sides = {
-        words: {
-            "steps": sum(step.side == side for step in gait.steps),
-            "strides": len(spans[side]),
-            **said(values, ("step_time_s", "stance_time_s", *phases), side),
-            **said(lengths, ("step_length",), side, share),
-            "stride_start_s": moments(spans[side][:, 0]),
-            "stride_stop_s": moments(spans[side][:, 1]),
-            "landings_s": moments(contact_times(gait.walks, side)),
-            "toe_offs_s": moments(s.off_s for s in strides if s.side == side and np.isfinite(s.off_s)),
-        }
-        for words, side in SIDES.items()
-    }
-    return {
-        "gait": gait.kind,
-        "walks": len(gait.walks),
-        "steps": len(gait.steps),
-        "counted": f"{how_many(len(gait.steps), 'step')} between {how_many(landed, 'landing')}"
-        + (f" in {len(gait.walks)} walks" if len(gait.walks) > 1 else ""),
-        **over_floor,
-        **said(lengths, _OF_BOTH, share=share),
-        **_cadence(said(values, ("step_time_s",), digits=False), len(strides), _STRIDES[gait.kind]),
-        **said(values, ("step_time_s", "stride_time_s", "stance_time_s", "swing_time_s", *phases)),
-        **_symmetries(said, {**values, **lengths}),
-        **basis(apart),
-        **sides,
-        "cycles": {name: curve for name, curve in cycles.items() if curve},
-    }
+    counted = f"{how_many(len(gait.steps), 'step')} between {how_many(landed, 'landing')}" + (
+        f" in {len(gait.walks)} walks" if len(gait.walks) > 1 else ""
+    )
+    return [
+        Remark("gait", gait.kind),
+        Measure("walks", len(gait.walks)),
+        Measure("steps", len(gait.steps)),
+        Remark("counted", counted),
+        *over_floor,
+        *said(lengths, _OF_BOTH, share=share),
+        _cadence(said, values, len(strides), _STRIDES[gait.kind]),
+        *said(values, (*_TIMES, *phases)),
+        *_symmetries(said, {**values, **lengths}),
+        *basis(apart),
+        *within("right", of_side("r"), "right"),
+        *within("left", of_side("l"), "left"),
+        Curves(tuple(curve for curve in cycles if curve)),
+    ]
 
 
 def _hidden(apart: np.ndarray, time_s: np.ndarray) -> str:
@@ -185,12 +191,11 @@ class _Means:
         names: Sequence[str],
         side: str | None = None,
         share: float = 0.0,
-        digits: bool = True,
-    ) -> dict[str, float]:
+    ) -> list[Measure]:
         """`mean_<name>` (walking_speed by its own name), its error, and the standard deviation of three values or more
         where that is larger than one value's error. side: of one side only. share: of the mean, what may be wrong
-        in all values alike. digits: whether to round."""
-        result: dict[str, float] = {}
+        in all values alike."""
+        result = []
         for name in names:
             if name not in values:
                 continue
@@ -198,18 +203,16 @@ class _Means:
             found = found[np.isfinite(found)]
             if not len(found):
                 continue
-            key = name if name == "walking_speed" else f"mean_{name}"
+            plain, unit = _NAMED[name]
             mean = float(found.mean())
             error = float(np.hypot(self.error(name, len(found), side is not None), share * mean))
-            if not digits:
-                result |= {key: mean, error_key(key): error}
+            if name == "walking_speed":
+                result.append(with_error(plain, unit, mean, error))
                 continue
-            result[key] = rounded(mean, error)
-            if np.isfinite(error):
-                result[error_key(key)] = figure_of_error(error)
+            result.append(with_error(f"mean_{plain}", unit, mean, error))
             sd = float(found.std(ddof=1)) if len(found) >= 3 else 0.0
-            if sd > self.single(name) and name != "walking_speed":
-                result[f"sd_{name}"] = figure_of_error(sd)
+            if sd > self.single(name):
+                result.append(Measure(f"sd_{plain}", figure_of_error(sd), unit))
         return result
 
 
@@ -217,48 +220,46 @@ def _both(values: Values, name: str) -> np.ndarray:
     return np.concatenate([values[name][side] for side in SIDES.values()])
 
 
-def _symmetries(said: _Means, values: Values) -> dict[str, Any]:
+def _symmetries(said: _Means, values: Values) -> list[Measure]:
     """Symmetry indices of the sides' step and stance times and step lengths, of two steps of each side or more."""
-    result: dict[str, Any] = {}
-    for name, of in (
-        ("step_time_s", "step_time_"),
-        ("stance_time_s", "stance_time_"),
-        ("step_length", "step_length_"),
-    ):
+    result = []
+    for name in ("step_time_s", "stance_time_s", "step_length"):
         sides = [values[name][side] if name in values else np.zeros(0) for side in SIDES.values()]
         sides = [found[np.isfinite(found)] for found in sides]
         if min(map(len, sides)) >= FEWEST_OF_A_SIDE:
             right, left = (found.mean() for found in sides)
             share = said.difference_error(name, len(sides[0]), len(sides[1])) / (right + left) * 2
-            result |= symmetry(float(right), float(left), 100 * float(share), of=of)
+            result += symmetry(float(right), float(left), 100 * float(share), of=f"{_NAMED[name][0]}_")
     return result
 
 
-def _cadence(step_time: Mapping[str, float], strides: int, fewest: int) -> dict[str, Any]:
+def _cadence(said: _Means, values: Values, strides: int, fewest: int) -> Row:
     """Steps a minute by the mean step time."""
     if strides < fewest:
-        return {"cadence_reason": f"fewer than {fewest} strides"}
-    mean = step_time["mean_step_time_s"]
-    return with_error("cadence_spm", 60 / mean, 60 / mean**2 * step_time["mean_step_time_error_s"])
+        return Remark("cadence_reason", f"fewer than {fewest} strides")
+    step_time = _both(values, "step_time_s")
+    step_time = step_time[np.isfinite(step_time)]
+    mean = float(step_time.mean())
+    return with_error("cadence", "spm", 60 / mean, 60 / mean**2 * said.error("step_time_s", len(step_time)))
 
 
 def _path_error(filtered: PoseSequence, rectified: Rectified, gait: Gait) -> tuple[float, float]:
     """models.gait.errors.path_error of a path that was estimated (stages/place.py); 0, 0 for others."""
-    told = [step.options for step in filtered.history if step.name == "place"]
-    if filtered.root is None or filtered.root_covariance is None or not told:
+    covariance, shared = filtered.root_covariance, filtered.root_shared
+    if filtered.root is None or covariance is None or shared is None:
         return 0.0, 0.0
     axis = rectified.R_source_from_level[2]
-    sds = told[-1]["scale_sd"], told[-1]["focal_sd"]
-    return path_error(filtered.root, filtered.root_covariance, axis, *sds, filtered.times, gait.walks)
+    return path_error(filtered.root, covariance, axis, *shared, filtered.times, gait.walks)
 
 
 def _lengths(
     gait: Gait, filtered: PoseSequence, rectified: Rectified, belt_speed: float | None, belt_share: float
-) -> tuple[Values, dict[str, Any]]:
-    """Lengths and speed of the walks, and what is said of the belt or why there are none. belt_share: of its speed, by
-    which that is off where it is not told; NaN where unknown."""
+) -> tuple[Values, list[Row], float]:
+    """Lengths and speed of the walks, what is said of the belt or why there are none, and the share of the belt's speed
+    by which that is off. belt_share: this share where the speed is not told; NaN where unknown."""
     if rectified.camera == "moving" or (filtered.root is None and belt_speed is None):
-        return {}, {"lengths_reason": "where the person is in the room is not known, or the camera moves"}
+        why = "where the person is in the room is not known, or the camera moves"
+        return {}, [Remark("lengths_reason", why)], 0.0
     level, seams = filtered.joints.astype(np.float64), breaks(filtered)
     ankles = {side: level[:, filtered.layout.index(f"{side}_ankle"), :2] for side in SIDES.values()}
     root = np.zeros((len(level), 2)) if filtered.root is None else filtered.root[:, :2]
@@ -268,17 +269,14 @@ def _lengths(
     path, belt = over_belt(root, ankles, filtered.times, gait, ahead, belt_speed, seams)
     values = length_values(gait, path, ankles, filtered.times, seams)
     if not np.isfinite(_both(values, "step_length")).any():
-        return {}, {"lengths_reason": "the person's place is missing in every stride"}
+        return {}, [Remark("lengths_reason", "the person's place is missing in every stride")], 0.0
     if not belt:
-        return values, {}
+        return values, [], 0.0
     told = belt_speed is not None
     share = 0.0 if told else belt_share
-    said = with_error("belt_speed", belt, share * belt or float("nan"))
-    return values, {
-        **said,
-        "belt": "told" if told else "by the drift of the feet that stand",
-        "belt_share": share,
-    }
+    speed = with_error("belt_speed", "speed", belt, share * belt or float("nan"))
+    how = Remark("belt", "told" if told else "by the drift of the feet that stand")
+    return values, [speed, how], share
 
 
 def uncountable(

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 from markupsafe import Markup
 
 from ...models.common.metrics import SD_90
+from ...pipeline.core.measures import Group, measure, subgroup
 from ...pipeline.core.take import Take
 from ...pipeline.signals.angles import FINE, MIDLINE, REASONS, of_both, sides_of
 from ...pipeline.signals.foot_angles import ALL_ANGLES, ALL_OF_BOTH
@@ -20,19 +20,21 @@ from .measures import measure_tables
 _STEPS = {"step_time": "step time", "stance_time": "stance time", "step_length": "step length"}
 
 
-def ranges(measures: Mapping[str, Any]) -> Markup:
+def ranges(measures: Group) -> Markup:
     """HTML of the ranges of motion, right beside left. measures: the groups `range_of_motion` and `symmetry`."""
-    found, symmetry = measures.get("range_of_motion", {}), measures.get("symmetry", {})
-    known = [name for name in found if "p05_deg" in found[name]]
+    found, symmetry = subgroup(measures, "range_of_motion"), subgroup(measures, "symmetry")
+    known = [name for name in found if measure(subgroup(found, name), "p05")]
     rows: list[list[Cell]] = [
         [
             spoken(both),
-            *(range_words(found.get(f"{side}_{both}", {})) for side in "rl"),
-            _difference(symmetry.get(both, {})),
+            *(range_words(subgroup(found, f"{side}_{both}")) for side in "rl"),
+            _difference(subgroup(symmetry, both)),
         ]
         for both in dict.fromkeys(of_both(name) for name in known if name not in MIDLINE)
     ]  # fmt: skip
-    middle: list[list[Cell]] = [[spoken(name), range_words(found[name])] for name in known if name in MIDLINE]
+    middle: list[list[Cell]] = [
+        [spoken(name), range_words(subgroup(found, name))] for name in known if name in MIDLINE
+    ]
     if not known:
         return Markup("")
     return (
@@ -46,24 +48,19 @@ def ranges(measures: Mapping[str, Any]) -> Markup:
     )  # fmt: skip
 
 
-def sides_compared(measures: Mapping[str, Any]) -> list[str]:
+def sides_compared(measures: Group) -> list[str]:
     """A sentence on whether the sides differ by more than their errors, in ranges of motion and steps; none where no
     error is stated. measures: of a take."""
-    walking = measures.get("walking", {})
-    indices = {f"range of {spoken(name)}": of for name, of in measures.get("symmetry", {}).items()}
-    indices |= {
-        words: {
-            key.removeprefix(f"{name}_"): value
-            for key, value in walking.items()
-            if key.startswith(f"{name}_")
-        }
-        for name, words in _STEPS.items()
+    walking, symmetry = subgroup(measures, "walking"), subgroup(measures, "symmetry")
+    indices = {
+        f"range of {spoken(name)}": measure(subgroup(symmetry, name), "symmetry_index") for name in symmetry
     }
-    stated = {words: of for words, of in indices.items() if "symmetry_index_error_percent" in of}
+    indices |= {words: measure(walking, f"{name}_symmetry_index") for name, words in _STEPS.items()}
+    stated = {words: (of, of.error) for words, of in indices.items() if of and of.error is not None}
     apart = [
-        f"{words} {of['symmetry_index_percent']:+z.0f} ± {of['symmetry_index_error_percent']:.0f} %"
-        for words, of in stated.items()
-        if not of.get("within_error")
+        f"{words} {of.value:+z.0f} ± {error:.0f} %"
+        for words, (of, error) in stated.items()
+        if not of.within_error
     ]
     if not stated:
         return []
@@ -80,12 +77,12 @@ def sides_compared(measures: Mapping[str, Any]) -> list[str]:
     ]
 
 
-def _difference(of: Mapping[str, Any]) -> Cell:
-    if "symmetry_index_percent" not in of:
+def _difference(symmetry: Group) -> Cell:
+    of = measure(symmetry, "symmetry_index")
+    if of is None:
         return None
-    error = of.get("symmetry_index_error_percent")
-    words = f"{of['symmetry_index_percent']:z.0f}{'' if error is None else f' ± {error:.0f}'} %"
-    return Soft(words) if of.get("within_error") else words
+    words = f"{of.value:z.0f}{'' if of.error is None else f' ± {of.error:.0f}'} %"
+    return Soft(words) if of.within_error else words
 
 
 def angle_charts(take: Take) -> Markup:

@@ -1,14 +1,29 @@
-"""A take's measures as tables and charts, whatever they are called: names and units are those of their keys,
-but for lengths and speeds, which have the take's unit of length."""
+"""A take's measures as tables and charts, whatever they are called."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
 from markupsafe import Markup
 
+from ...pipeline.core.measures import (
+    UNITS,
+    Curves,
+    Group,
+    Measure,
+    Moments,
+    Remark,
+    Row,
+    grouped,
+    subgroup,
+    text,
+    value,
+)
+from ...pipeline.core.measures import (
+    Curve as MeanCurve,
+)
 from ...pipeline.core.messages import how_many
 from ..drawing.charts import LEFT, MIDDLE, RIGHT, Curve, over_time
 from ..drawing.page import (
@@ -26,13 +41,9 @@ from ..drawing.page import (
     told,
 )
 from ..drawing.words import spoken
-from ..measures.figures import decimals, error_key, of_length
+from ..measures.figures import decimals
 from .glossary import explained
 
-_UNITS = {
-    "_deg": "°", "_degps": "°/s", "_m": "m", "_mps": "m/s", "_mps2": "m/s²", "_au": "au", "_aups": "au/s", "_s": "s",
-    "_hz": "Hz", "_percent": "%", "_spm": "steps/min",
-}  # fmt: skip
 _WORDS = {
     "p05": "5th percentile", "p95": "95th percentile", "p05_p95": "range between them",
     "sd": "stated standard deviation", "beyond_anatomy_frames": "frames beyond anatomy",
@@ -47,26 +58,26 @@ _ERRORS = (
 )
 _ORDER = {"walking": -1, "floor": 1}  # of the groups; the others are between
 _ELSEWHERE = ("range_of_motion", "symmetry", "paths")  # beside the angles and the speeds
-_MOMENTS = ("start_s", "stop_s", "stride_start_s", "stride_stop_s", "landings_s", "toe_offs_s")
+_RANGES = ("lowest", "highest", "full_range", "p05_p95")
 _FEW = 3  # members, which are a table's columns
-_MANY = 20  # a list of more is a curve, or too long for a table
+_MANY = 20  # a list of more is too long for a table
 _SIDES = {"r_": ("right", RIGHT), "l_": ("left", LEFT)}
 
 
-def happened(measures: Mapping[str, Any], length: str) -> Markup:
+def happened(rows: Iterable[Row], length: str) -> Markup:
     """HTML of the movements that were recognised, each under its name, and on demand of what was not found and why.
-    measures: as of stages/measures/stage.py, and whatever other groups there are. length: the unit of lengths, "m" or
-    "au"."""
+    rows: a take's, whatever groups there are. length: the unit of lengths, "m" or "au"."""
+    measures = grouped(rows)
     parts, absent = [], []
     for name, group in sorted(measures.items(), key=lambda one: _ORDER.get(one[0], 0)):
-        if name in _ELSEWHERE or not isinstance(group, Mapping):
+        if name in _ELSEWHERE or not isinstance(group, dict):
             continue
         if _found(group):
             shown = gait(group, length) if name == "walking" else measure_tables(group, length, level=3)
             parts.append(heading(_title(name, group)) + shown)
         else:
-            absent.append(f"{named(name).capitalize()}: {group.get('reason', 'none')}.")
-    single = {key: value for key, value in measures.items() if not isinstance(value, Mapping)}
+            absent.append(f"{worded(name).capitalize()}: {text(group, 'reason') or 'none'}.")
+    single: Group = {name: leaf for name, leaf in measures.items() if not isinstance(leaf, dict)}
     shown = measure_tables(single, length) + joined(parts)
     none = small("No movement that is counted was recognised.") if absent else Markup("")
     return (small(_ERRORS) + shown if shown else none) + details(
@@ -74,20 +85,20 @@ def happened(measures: Mapping[str, Any], length: str) -> Markup:
     )
 
 
-def _found(group: Mapping[str, Any]) -> bool:
+def _found(group: Group) -> bool:
     """Whether there is more in it than a count of nothing, or a reason."""
-    for key in ("steps", "count"):
-        if key in group:
-            return bool(group[key])
-    inner = [value for value in group.values() if isinstance(value, Mapping)]
+    for name in ("steps", "count"):
+        if name in group:
+            return bool(value(group, name))
+    inner = [leaf for leaf in group.values() if isinstance(leaf, dict)]
     return any(map(_found, inner)) if inner else bool(group) and "reason" not in group
 
 
-def _title(name: str, group: Mapping[str, Any]) -> str:
+def _title(name: str, group: Group) -> str:
     if name == "walking":
-        return str(group.get("gait", name))
-    every = name == "knee_bends" and group.get("squats") == group.get("count")
-    return "squats" if every else named(name)
+        return text(group, "gait") or name
+    every = name == "knee_bends" and value(group, "squats") == value(group, "count")
+    return "squats" if every else worded(name)
 
 
 _CYCLE = (
@@ -96,154 +107,126 @@ _CYCLE = (
 )
 
 
-def gait(walking: Mapping[str, Any], length: str) -> Markup:
+def gait(walking: Group, length: str) -> Markup:
     """HTML of a walk or a run: its figures, and curves over the gait cycle with the toe-off of each side."""
-    plain = {key: value for key, value in walking.items() if key not in ("gait", "cycles")}
-    toe_off = {
-        side: walking[words]["mean_stance_percent"]
-        for side, (words, _) in _SIDES.items()
-        if "mean_stance_percent" in walking.get(words, {})
-    }
-    shown = cycle_charts(walking.get("cycles", {}), "gait cycle (%)", toe_off)
+    plain: Group = {name: leaf for name, leaf in walking.items() if name not in ("gait", "cycles")}
+    stance = {side: value(subgroup(walking, words), "mean_stance") for side, (words, _) in _SIDES.items()}
+    toe_off = {side: percent for side, percent in stance.items() if percent is not None}
+    cycles = walking.get("cycles")
+    shown = cycle_charts(cycles.of if isinstance(cycles, Curves) else (), "gait cycle (%)", toe_off)
     curves = heading("Gait cycle", 4) + small(_CYCLE) + shown if shown else Markup("")
     return measure_tables(plain, length, level=3) + curves
 
 
-def measure_tables(measures: Mapping[str, Any], length: str = "m", level: int = 2) -> Markup:
-    """HTML of nested measures: what has curves over a cycle (lists `mean_deg` and `sd_deg`, 0 to 100 %) as charts, both
-    sides in one; the rest as figures and tables. Each group of the first level has a heading; below, groups that hold
-    no others are the rows of one table, or its columns where they are few, and so are the members of a list of groups.
-    length: the unit of lengths, "m"
-    or "au". level: of the heading that this stands under; 3 where the measures are one group's."""
-    return _group("take", _with_units(measures, length), level)
-
-
-def _with_units(value: Any, length: str) -> Any:
-    """The same with the unit in the keys of lengths and speeds too."""
-    if isinstance(value, list | tuple):
-        return [_with_units(item, length) for item in value]
-    if not isinstance(value, Mapping):
-        return value
-    suffixes = {key: f"_{length}{'ps' if 'speed' in key else ''}" if of_length(key) else "" for key in value}
-    return {key + suffixes[key]: _with_units(item, length) for key, item in value.items()}
-
-
-def named(key: str) -> str:
-    """`range_of_motion_deg` as "range of motion (°)"."""
-    words, unit = words_and_unit(key)
-    return f"{words} ({unit})" if unit else words
-
-
-def _suffix(key: str) -> str:
-    return max((end for end in _UNITS if key.endswith(end)), key=len, default="")
-
-
-def words_and_unit(key: str) -> tuple[str, str]:
-    """`mean_step_time_s` as "mean step time" and "s"; the unit is empty where the key names none."""
-    suffix = _suffix(key)
-    name = key.removesuffix(suffix)
-    if name not in _WORDS and name.startswith("sd_"):
-        return f"SD of {spoken(name.removeprefix('sd_'))}", _UNITS.get(suffix, "")
-    return _WORDS.get(name, spoken(name)), _UNITS.get(suffix, "")
-
-
-def _group(name: str, group: Mapping[str, Any], level: int) -> Markup:
-    groups = {key: members for key, value in group.items() if (members := _members(value)) is not None}
-    flat = {key: value for key, value in groups.items() if level > 2 and not _holds_groups(value)}
-    own = {key: value for key, value in group.items() if key not in groups}
-    said = {key: value for key, value in own.items() if isinstance(value, str)}
-    hidden = {*said, *_hidden(own), "frames", "nan_share", *_repeated(own)}
+def measure_tables(measures: Group, length: str = "m", level: int = 2) -> Markup:
+    """HTML of measures by their groups: curves over a cycle as charts, both sides in one; the rest as figures and
+    tables. Each group of the first level has a heading; below, groups that hold no others are the rows of one table, or
+    its columns where they are few. length: the unit of lengths, "m" or "au". level: of the heading that this stands
+    under; 3 where the measures are one group's."""
+    own = {name: leaf for name, leaf in measures.items() if not isinstance(leaf, dict | Curves)}
+    groups = {name: leaf for name, leaf in measures.items() if isinstance(leaf, dict | Curves)}
+    flat = {name: leaf for name, leaf in groups.items() if level > 2 and _is_flat(leaf)}
+    said = {name: leaf for name, leaf in own.items() if isinstance(leaf, Remark)}
+    hidden = {*said, "frames", "nan_share", *_repeated(own)}
     return (
-        joined(small(f"{named(key).capitalize()}: {value}.") for key, value in said.items())
-        + told(_told(key, own) for key, value in own.items() if not (key in hidden or _is_curve(key, value)))
-        + _repetitions(own)
-        + _rows({key: value for key, value in flat.items() if not _has_curve(value)})
-        + cycle_charts({name: own, **flat})
+        joined(small(f"{worded(name).capitalize()}: {leaf.text}.") for name, leaf in said.items())
+        + told(_told(leaf, length) for name, leaf in own.items() if name not in hidden)
+        + _repetitions(own, length)
+        + _rows(flat, length)
         + _basis(own)
         + joined(
-            heading(named(key), min(level + 1, 4)) + _group(key, value, level + 1)
-            for key, value in groups.items()
-            if key not in flat
+            heading(worded(name), min(level + 1, 4))
+            + (cycle_charts(leaf.of) if isinstance(leaf, Curves) else measure_tables(leaf, length, level + 1))
+            for name, leaf in groups.items()
+            if name not in flat
         )
     )
 
 
+def worded(name: str) -> str:
+    """The name of a figure or a group in words."""
+    if name not in _WORDS and name.startswith("sd_"):
+        return f"SD of {spoken(name.removeprefix('sd_'))}"
+    return _WORDS.get(name, spoken(name))
+
+
+def named(leaf: Any, length: str = "m") -> str:
+    """A figure's name in words with its unit, such as "range of motion (°)"."""
+    words, unit = worded(_name(leaf)), unit_of(leaf, length)
+    return f"{words} ({unit})" if unit else words
+
+
+def unit_of(leaf: Any, length: str = "m") -> str:
+    """As pages write it; empty for none. length: the unit of lengths."""
+    if isinstance(leaf, Moments):
+        return UNITS["s"].page
+    one = leaf[0] if isinstance(leaf, list) else leaf
+    return UNITS[one.unit].page.format(length) if isinstance(one, Measure) else ""
+
+
+def _name(leaf: Any) -> str:
+    return leaf[0].name if isinstance(leaf, list) else leaf.name
+
+
+def _is_flat(leaf: Any) -> bool:
+    return isinstance(leaf, dict) and not any(isinstance(one, dict | Curves) for one in leaf.values())
+
+
 def _basis(own: Mapping[str, Any]) -> Markup:
-    if "frames" not in own:
+    frames, share = value(own, "frames"), value(own, "nan_share")
+    if frames is None:
         return Markup("")
-    lost = f"; {_percent(own['nan_share'])} of the take have no value" if own.get("nan_share") else ""
-    return small(f"From {how_many(int(own['frames']), 'frame')}{lost}.")
+    lost = f"; {_percent(share)} of the take have no value" if share else ""
+    return small(f"From {how_many(int(frames), 'frame')}{lost}.")
 
 
 def _repeated(own: Mapping[str, Any]) -> list[str]:
-    """Keys with a value for each repetition, where there are not too many of these."""
-    starts = own.get("start_s")
-    if not isinstance(starts, list) or len(starts) > _MANY:
+    """Names of what has a value for each repetition, where there are not too many of these."""
+    starts = own.get("start")
+    if not isinstance(starts, Moments) or len(starts.at_s) > _MANY:
         return []
-    return [key for key, value in own.items() if isinstance(value, list) and len(value) == len(starts)]
+    return [name for name, leaf in own.items() if len(_values(leaf) or ()) == len(starts.at_s)]
 
 
-def _repetitions(own: Mapping[str, Any]) -> Markup:
-    keys = [key for key in _repeated(own) if key not in _hidden(own)]
-    rows: list[list[Cell]] = [
-        [str(i + 1), *(_both(key, own[key][i], own.get(error_key(key), [None] * (i + 1))[i]) for key in keys)]
-        for i in range(len(own[keys[0]]) if keys else 0)
-    ]
-    return table(("", *map(named, keys)), rows)
+def _values(leaf: Any) -> list[Any] | None:
+    """Of moments and numbered figures; None for others."""
+    if isinstance(leaf, Moments):
+        return list(leaf.at_s)
+    return [one.value for one in leaf] if isinstance(leaf, list) else None
 
 
-def _members(value: Any) -> Mapping[str, Any] | None:
-    """A group, or a list of groups as one that is named by numbers; None for anything else."""
-    if isinstance(value, list | tuple) and value and all(isinstance(item, Mapping) for item in value):
-        return {str(number): item for number, item in enumerate(value, 1)}
-    return value if isinstance(value, Mapping) else None
+def _repetitions(own: Mapping[str, Any], length: str) -> Markup:
+    columns = [(own[name], _each(own[name])) for name in _repeated(own)]
+    count = len(columns[0][1]) if columns else 0
+    rows: list[list[Cell]] = [[str(i + 1), *(each[i] for _, each in columns)] for i in range(count)]
+    return table(("", *(named(leaf, length) for leaf, _ in columns)), rows)
 
 
-def _holds_groups(group: Mapping[str, Any]) -> bool:
-    return any(_members(value) is not None for value in group.values())
-
-
-def _has_curve(group: Mapping[str, Any]) -> bool:
-    return any(_is_curve(key, value) for key, value in group.items())
-
-
-def _is_curve(key: str, value: Any) -> bool:
-    return key.startswith(("mean_", "sd_")) and isinstance(value, Sequence) and len(value) > _MANY
-
-
-def _hidden(group: Mapping[str, Any]) -> set[str]:
-    """Keys that stand with another figure: its error, that it lies within it, and that nothing is missing."""
-    errors = {error_key(key) for key in group}
-    return {
-        key
-        for key, value in group.items()
-        if key in errors or key.endswith("within_error") or (key == "nan_share" and not value)
-    }
-
-
-def _told(key: str, own: Mapping[str, Any]) -> Told:
+def _told(leaf: Any, length: str) -> Told:
     """A figure that stands alone: its name, and it with its error and unit, in grey where it lies within that."""
-    value, error = own[key], own.get(error_key(key))
-    words, unit = words_and_unit(key)
-    about = explained(key.removesuffix(_suffix(key)))
-    if isinstance(value, Sequence) and len(value) > _MANY:
-        return Told(words, _shown(value), about)
-    both = f"{_both(key, value, error)}{'' if unit.startswith('°') else ' '}{unit}".rstrip()
-    within = own.get(key.replace("symmetry_index_percent", "within_error")) is True
+    words, unit, about = worded(_name(leaf)), unit_of(leaf, length), explained(_name(leaf))
+    if len(_values(leaf) or ()) > _MANY:
+        return Told(words, _both(leaf), about)
+    both = f"{_both(leaf)}{'' if unit.startswith('°') else ' '}{unit}".rstrip()
+    within = isinstance(leaf, Measure) and leaf.within_error is True
     return Told(words, f"{both}, within its error" if within else both, about, within)
 
 
-def _rows(members: Mapping[str, Mapping[str, Any]]) -> Markup:
+def _rows(members: Mapping[str, Any], length: str) -> Markup:
     """A table with a row for each member and a column for each of their figures; of few members the other way round."""
-    shown = dict.fromkeys(key for member in members.values() for key in member if key not in _hidden(member))
-    columns = [_whole([_with_error(member, key) for member in members.values()]) for key in shown]
-    if not shown:
+    shown = {name: leaf for member in reversed([*members.values()]) for name, leaf in member.items()}
+    order = dict.fromkeys(
+        name for member in members.values() for name in member if name != "nan_share" or value(member, name)
+    )
+    columns = [_whole([_cell_of(member, name) for member in members.values()]) for name in order]
+    if not order:
         return Markup("")
-    if len(members) <= _FEW < len(shown):
-        rows = [[named(key), *map(_worded, cells)] for key, cells in zip(shown, columns, strict=True)]
-        return table(("", *map(named, members)), rows)
-    rows = [[named(name), *cells] for name, *cells in zip(members, *columns, strict=True)]
-    return table(("", *map(named, shown)), rows)
+    names = [named(shown[name], length) for name in order]
+    if len(members) <= _FEW < len(order):
+        rows = [[name, *map(_worded, cells)] for name, cells in zip(names, columns, strict=True)]
+        return table(("", *map(worded, members)), rows)
+    rows = [[worded(name), *cells] for name, *cells in zip(members, *columns, strict=True)]
+    return table(("", *names), rows)
 
 
 def _worded(cell: Cell) -> Cell:
@@ -258,32 +241,40 @@ def _whole(cells: list[Cell]) -> list[Cell]:
     return cells
 
 
-def _both(key: str, value: Any, error: Any) -> str:
-    """A figure, or each of a list, with its error; moments to a hundredth of a second, finer than frames."""
-    if isinstance(value, list) and len(value) > _MANY:
-        return _shown(value)
-    values = value if isinstance(value, list) else [value]
-    errors = error if isinstance(error, list) else [error] * len(values)
-    shown = [
-        f"{one:.2f}" if key in _MOMENTS and isinstance(one, float)
-        else f"{one:.{decimals(off)}f}" if isinstance(one, float) and off else _shown(one)
-        for one, off in zip(values, errors, strict=True)
-    ]  # fmt: skip
-    margins = ["" if off is None else f" ± {_shown(off)}" for off in errors]
-    return ", ".join(one + margin for one, margin in zip(shown, margins, strict=True))
+def _each(leaf: Any) -> list[str]:
+    """Moments or figures, each with its error; moments to a hundredth of a second, finer than frames."""
+    if isinstance(leaf, Moments):
+        return [f"{at_s:.2f}" for at_s in leaf.at_s]
+    return [
+        _shown(one.value)
+        if one.error is None
+        else (
+            f"{one.value:.{decimals(one.error)}f}"
+            if isinstance(one.value, float) and one.error
+            else _shown(one.value)
+        )
+        + f" ± {_shown(one.error)}"
+        for one in (leaf if isinstance(leaf, list) else [leaf])
+    ]
 
 
-def _with_error(member: Mapping[str, Any], key: str) -> Cell:
-    """A figure and its error, grey where it says nothing."""
-    value, error = member.get(key), member.get(error_key(key))
-    if key == "nan_share":
-        return _percent(value or 0)
-    plain = error is None and not (key in _MOMENTS and isinstance(value, list))
-    cell = _cell(value) if plain else _both(key, value, error)
-    lies_within = key == "symmetry_index_percent" and member.get("within_error")
-    beyond = key.endswith("range_deg") or key in ("lowest_deg", "highest_deg", "p05_p95_deg")
-    if lies_within or (beyond and member.get("beyond_anatomy_frames")):
-        return Soft(cell if isinstance(cell, str) else _shown(value))
+def _both(leaf: Any) -> str:
+    """A figure, or each of several, with its error."""
+    values = _values(leaf) or []
+    return f"{len(values)} values, in summary.json" if len(values) > _MANY else ", ".join(_each(leaf))
+
+
+def _cell_of(member: Mapping[str, Any], name: str) -> Cell:
+    """A figure of a group and its error, grey where it says nothing."""
+    leaf = member.get(name)
+    if name == "nan_share":
+        return _percent(value(member, name) or 0)
+    if leaf is None or isinstance(leaf, Remark):
+        return None if leaf is None else leaf.text
+    cell = _cell(leaf.value) if isinstance(leaf, Measure) and leaf.error is None else _both(leaf)
+    lies_within = isinstance(leaf, Measure) and leaf.within_error
+    if lies_within or (name in _RANGES and value(member, "beyond_anatomy_frames")):
+        return Soft(cell if isinstance(cell, str) else _shown(cell))
     return cell
 
 
@@ -292,45 +283,30 @@ def _percent(share: float) -> str:
 
 
 def cycle_charts(
-    members: Mapping[str, Mapping[str, Any]],
-    over: str = "cycle (%)",
-    marks: Mapping[str, float] | None = None,
+    curves: Iterable[MeanCurve], over: str = "cycle (%)", marks: Mapping[str, float] | None = None
 ) -> Markup:
-    """A chart of the mean curve and its standard deviation for each member that has them, both sides in one. over: what
-    the curves run over; marks: where on that an upright line stands, by side "r_" and "l_"."""
-    drawn: dict[tuple[str, str], list[tuple[Curve, str]]] = {}
-    for name, member in members.items():
-        side, colour = _SIDES.get(name[:2], (spoken(name), MIDDLE))
-        more = [
-            f"{'n =' if k == 'count' else named(k)} {_shown(v)}"
-            for k, v in member.items()
-            if not isinstance(v, Sequence)
-        ]
-        words = f"{side}: {', '.join(more)}" if more else ""
-        for key, value in member.items():
-            if not (key.startswith("mean_") and _is_curve(key, value)):
-                continue
-            spread = member.get(f"sd{key.removeprefix('mean')}")
-            margin = None if spread is None else _numbers(spread)
-            curve = Curve(
-                side, _numbers(value), colour, margin, name[:2] == "l_", mark=(marks or {}).get(name[:2])
-            )
-            both = name[2:] if name[:2] in _SIDES else name
-            drawn.setdefault((both, key.removeprefix("mean_")), []).append((curve, words))
+    """A chart of each angle's mean curve and its standard deviation, both sides in one. over: what the curves run over;
+    marks: where on that an upright line stands, by side "r_" and "l_"."""
+    drawn: dict[str, list[tuple[Curve, str]]] = {}
+    for one in curves:
+        of = one.angle[:2]
+        side, colour = _SIDES.get(of, (spoken(one.angle), MIDDLE))
+        margin = None if one.sd_deg is None else np.array(one.sd_deg, dtype=np.float64)
+        mean = np.array(one.mean_deg, dtype=np.float64)
+        curve = Curve(side, mean, colour, margin, of == "l_", mark=(marks or {}).get(of))
+        drawn.setdefault(one.angle[2:] if of in _SIDES else one.angle, []).append(
+            (curve, f"{side}: n = {one.count}")
+        )
     figures = []
-    for (name, unit), parts in drawn.items():
-        curves = [curve for curve, _ in parts]
-        title = named(f"{name}_{unit}").capitalize()
-        share = np.linspace(0, 100, len(curves[0].values))
-        chart = over_time(curves, share, f"{title} over a cycle", over)
-        about = "; ".join(words for _, words in parts if words)
-        band = "; band: one standard deviation" if any(curve.margin is not None for curve in curves) else ""
-        figures.append(figure([chart], title, f"Mean{f' ({about})' if about else ''}{band}."))
+    for name, parts in drawn.items():
+        both = [curve for curve, _ in parts]
+        title = f"{spoken(name)} (°)".capitalize()
+        share = np.linspace(0, 100, len(both[0].values))
+        chart = over_time(both, share, f"{title} over a cycle", over)
+        about = "; ".join(words for _, words in parts)
+        band = "; band: one standard deviation" if any(curve.margin is not None for curve in both) else ""
+        figures.append(figure([chart], title, f"Mean ({about}){band}."))
     return charts(figures)
-
-
-def _numbers(values: Sequence[Any]) -> np.ndarray:
-    return np.array([np.nan if value is None else value for value in values], dtype=np.float64)
 
 
 def _shown(value: Any) -> str:
@@ -340,12 +316,4 @@ def _shown(value: Any) -> str:
 
 
 def _cell(value: Any) -> Cell:
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if isinstance(value, float) and not np.isfinite(value):
-        return None
-    if value is None or isinstance(value, int | float | str):
-        return value
-    if len(value) > _MANY:
-        return f"{len(value)} values, in summary.json"
-    return ", ".join(f"{item:.4g}" if isinstance(item, float) else str(item) for item in value)
+    return None if isinstance(value, float) and not np.isfinite(value) else value

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from markupsafe import Markup
@@ -13,6 +13,7 @@ from markupsafe import Markup
 from ...pipeline.core.answer import answer as seen
 from ...pipeline.core.camera import pitch_roll_deg
 from ...pipeline.core.errors import InputError
+from ...pipeline.core.measures import Group, grouped, subgroup
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import angle_deg, is_finite, rotate
 from ...pipeline.core.take import Take
@@ -26,7 +27,6 @@ from .angles import angle_charts, ranges, sides_compared
 from .key_frames import key_figures, lines_jpeg, seen_by_camera
 from .measures import happened, measure_tables
 from .motion import motion_charts
-from .second_lift import second_lift
 from .sections import files_beside, gravity_words, provenance, session_words, told_of, up_table
 from .trust import trust
 
@@ -63,17 +63,16 @@ def report(take: Take, files: Sequence[str] = ()) -> str:
     """
     if take.poses is None or take.rectified is None:
         raise InputError("A report needs 3D poses and their rectification; run rectify first.")
-    facts, measures = facts_of(take), take.measures or {}
+    facts, measures = facts_of(take), grouped(take.measures or ())
     said = [*seen(take), *sides_compared(measures)]
     head = session_words(take, facts) + answer(said) + (small(_ERRORS) if said else Markup(""))
     head += trust(take, facts) + told_of(take)
     sections = [
         ("Key frames", _key_frames(take)),
         ("Ranges of motion", ranges(measures)),
-        ("What happened", happened(measures, facts.length)),
+        ("What happened", happened(take.measures or (), facts.length)),
         ("Joint angles over time", angle_charts(take)),
         ("Speeds and accelerations", motion_charts(take) + _path_lengths(measures, facts.length)),
-        ("Where two lifters disagree", second_lift(take)),
         ("Wrist paths before and after", _wrists(take)),
         ("Which way is up", _gravity(take, facts)),
         ("Files beside this page", files_beside(files)),
@@ -82,8 +81,8 @@ def report(take: Take, files: Sequence[str] = ()) -> str:
     return page(take.title, head, sections)
 
 
-def _path_lengths(measures: Mapping[str, Any], length: str) -> Markup:
-    paths = {name: path for name, path in measures.get("paths", {}).items() if name != "reason"}
+def _path_lengths(measures: Group, length: str) -> Markup:
+    paths: Group = {name: path for name, path in subgroup(measures, "paths").items() if name != "reason"}
     return details("Lengths of the paths", measure_tables(paths, length, level=3) if paths else Markup(""))
 
 

@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from typing import Any
+from collections.abc import Iterable
 
 import numpy as np
+
+from ...pipeline.core.take import Take
 
 # Of the higher rate to the lower one, and from which rate on all are lifted alike. Ranges of the built-in walker's knee
 # from five sides: 24 and 30 a second are 0 to 2 degrees apart (1 on average), 60 and 120 by 0.2 at most.
 _APART, _ALIKE_HZ = 1.5, 60.0
 
 
-def is_lifted(summary: Mapping[str, Any]) -> bool:
-    """Whether a run lifted its poses itself, by its summary.json."""
-    history = summary.get("history")
-    steps = history if isinstance(history, list) else []
-    return any(isinstance(step, dict) and step.get("name") == "lift" for step in steps)
+def is_lifted(run: Take) -> bool:
+    """Whether a run lifted its poses itself."""
+    return run.poses is not None and run.poses.made_by.in_run
 
 
 def rates_apart(rates: Iterable[float]) -> str:

@@ -100,7 +100,7 @@ def test_other_layouts_come_back_as_h36m(save, relative, layout):
     nowhere = known["nose"]
     given = np.stack([known.get(joint, nowhere) for joint in LAYOUTS[layout].joints], axis=1)
     given += np.array([0, 0, 4.0])
-    poses = read(save(given), "arrays", layout=layout, frame="CAMERA", unit="m", parity="ignore")
+    poses = read(save(given), "arrays", layout=layout, frame="CAMERA", unit="m", handedness="ignore")
     assert poses.layout == H36M17
     hips = (known["l_hip"] + known["r_hip"]) / 2
     pelvis = known["pelvis"] if "pelvis" in LAYOUTS[layout] else hips

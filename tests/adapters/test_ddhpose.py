@@ -145,10 +145,3 @@ def test_nan_in_one_proposal_spoils_the_mean(save, turning):
     stack[-1, 3, 20, 5] = np.nan
     with pytest.raises(InputError, match="got 1 frame with NaN"):
         read(save(stack))
-
-
-def test_infinite_value_is_refused(save, turning):
-    video = turning(300)
-    video[7, 0, 0] = np.inf
-    with pytest.raises(InputError, match="infinite one at row 7, joint pelvis"):
-        read(save(video), "ddhpose")

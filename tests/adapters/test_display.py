@@ -67,11 +67,6 @@ def test_raw_output_is_not_turned(save, bodies):
         read(path, "display", undo=True)
 
 
-def test_mirrored_is_refused(save, bodies):
-    with pytest.raises(InputError, match="mirrored"):
-        read(save(displayed(bodies * [-1, 1, 1])), undo=True)
-
-
 def test_millimetres_are_refused(save, bodies):
     with pytest.raises(InputError, match="expected a body in metres"):
         read(save(displayed(1000 * bodies)), "display", undo=True)

@@ -178,11 +178,6 @@ def test_people_are_separated(tmp_path, world, turning, boxes):
         np.testing.assert_allclose(poses.joint("r_wrist"), expected[:, wrist, :3], atol=1e-6)
 
 
-def test_mirrored_is_refused(tmp_path, world):
-    with pytest.raises(InputError, match="mirrored"):
-        read(bare(tmp_path, world * [-1, 1, 1, 1]))
-
-
 BAD = {
     "cell": ("a.csv", lambda text: text.replace("0.1", "x.1", 1), "expected a number, got"),
     "cut row": ("a.csv", lambda text: text[: len(text) - 400], "expected a number, got"),

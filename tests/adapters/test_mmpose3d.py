@@ -43,7 +43,7 @@ def test_metric_lifter(save, alone):
 
 
 def test_read_as_right_handed_it_would_be_mirrored(save, alone, turning):
-    """The parity guard sees a file whose axes were not exchanged as MMPose does."""
+    """The handedness guard sees a file whose axes were not exchanged as MMPose does."""
     frames = [[instance(as_mmpose(body * [-1, 1, 1]), box_of(0, 0))] for body in turning(FRAMES)]
     with pytest.raises(InputError, match="mirrored"):
         read(save(frames))
@@ -161,7 +161,7 @@ def test_memory_is_bounded(turning, tmp_path):
         file.write("[" + ", ".join(f'{{"frame_id": {i}, "instances": {people}}}' for i in range(count)) + "]")
     adapters()  # what is loaded once is no part of it
     tracemalloc.start()
-    (poses,) = read_all(path, fps=60, parity="ignore")
+    (poses,) = read_all(path, fps=60, handedness="ignore")
     _, peak = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     arrays = poses.joints.nbytes + poses.confidence.nbytes + poses.frame_index.nbytes

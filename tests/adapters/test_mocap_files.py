@@ -128,16 +128,6 @@ def test_amass_without_joints_or_rate_is_refused_with_the_reason(standing, tmp_p
         read(tmp_path / "z.npz")
 
 
-@pytest.mark.parametrize("name", ["amass", "bvh", "freemocap", "mpi3dhp"])
-def test_nothing_is_not_theirs(tmp_path, name):
-    (tmp_path / "x").write_bytes(b"MATLAB 5.0 MAT-file" + bytes(200))
-    (tmp_path / "y").write_bytes(b"")
-    for path in (tmp_path / "x", tmp_path / "y", tmp_path, tmp_path / "none"):
-        assert not adapters()[name].sniff(path)
-    with pytest.raises(InputError):
-        read(tmp_path / "x", name)
-
-
 @pytest.fixture
 def blaze(standing) -> np.ndarray:
     return freemocap(standing(FRAMES))

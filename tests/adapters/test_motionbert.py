@@ -117,20 +117,6 @@ def test_failed_frames_are_refused_or_gaps(x3d, relative, value):
     )
 
 
-def test_infinite_value_is_refused(x3d):
-    def spoil(joints):
-        joints[7, PELVIS] = np.inf
-        return joints
-
-    with pytest.raises(InputError, match="infinite one at row 7, joint pelvis"):
-        read(x3d(spoil))
-
-
-def test_mirrored_body_is_refused(x3d, relative):
-    with pytest.raises(InputError, match="mirrored"):
-        read(x3d(lambda joints: joints * [-1, 1, 1]))
-
-
 @pytest.mark.data
 @pytest.mark.parametrize(("file", "frames"), [("boxing", 301), ("cycling", 434), ("broken", 392)])
 def test_real_files(data, file, frames):

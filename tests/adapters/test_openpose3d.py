@@ -109,13 +109,3 @@ def test_other_numbers_of_joints(save, alone, length, says):
     with pytest.raises(InputError, match=says) as error:
         read(folder, "openpose3d")
     assert file.name in str(error.value)
-
-
-def test_no_folder(tmp_path):
-    with pytest.raises(InputError, match="Expected a folder of OpenPose's"):
-        read(tmp_path, "openpose3d")
-
-
-def test_mirrored_is_refused(save, alone):
-    with pytest.raises(InputError, match="mirrored"):
-        read(save([[body * [-1, 1, 1]] for (body,) in alone]))

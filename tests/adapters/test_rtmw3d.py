@@ -55,8 +55,3 @@ def test_wrong_joints_name_the_other_adapter(save):
 def test_depth_without_a_body_is_refused(save):
     with pytest.raises(InputError, match="deeper than tall"):
         read(save(lambda crop: crop * [1, 1, 100]), "rtmw3d")
-
-
-def test_mirrored_is_refused(save):
-    with pytest.raises(InputError, match="mirrored"):
-        read(save(lambda crop: crop * [-1, 1, 1]))

@@ -83,12 +83,6 @@ def test_up_is_checked_and_can_be_told(standing, markers, tmp_path):
     agrees(read(path, up="z"), standing(FRAMES))
 
 
-def test_mirrored_bodies_are_refused(markers, tmp_path):
-    path = trc(tmp_path / "x.trc", POSE2SIM, y_up(markers * [-1, 1, 1]))
-    with pytest.raises(InputError, match="mirrored"):
-        read(path)
-
-
 @pytest.mark.parametrize(("units", "told", "scale"), [("m", None, 1), ("mm", None, 1000), ("m", "mm", 1000)])
 def test_without_a_nose_it_is_put_in_front_of_the_neck_and_said(markers, tmp_path, units, told, scale):
     """5 cm in front of the neck's end, and the crown 13 cm above it, whatever unit the file or the user says."""

@@ -62,8 +62,10 @@ def read_as_adapter(name: str, path: Path, options: dict[str, Any], rng: Random)
     if adapter.gives not in ("poses", "keypoints"):
         return call(adapter.read, path, what=name, options=options)
     believing = rng.random() < 0.5
-    parity, missing = ("ignore", "gap") if believing else ("refuse", "refuse")
-    people = read_all(path, name, fps=30 if believing else None, parity=parity, missing=missing, **options)
+    handedness, missing = ("ignore", "gap") if believing else ("refuse", "refuse")
+    people = read_all(
+        path, name, fps=30 if believing else None, handedness=handedness, missing=missing, **options
+    )
     assert people
     for poses in people:
         assert not np.isinf(poses.joints).any()
@@ -261,7 +263,7 @@ def _read_run_keypoints(path: Path) -> object:
 def _manifest(folder: Path) -> Path:
     for name in ("a", "b"):
         np.save(folder / f"{name}.npy", Person().standing(30))
-    lines = ["name,subject,visit,condition,poses,adapter,fps,pitch,parity,also"]
+    lines = ["name,subject,visit,condition,poses,adapter,fps,pitch,handedness,also"]
     lines += [
         f"take {name},s1,{visit},shod,{name}.npy,videopose3d,30,0.5,refuse,geometric;body"
         for visit, name in enumerate("ab")

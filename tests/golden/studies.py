@@ -21,6 +21,8 @@ import os, time
 
 import numpy as np
 
+from pcnet3d.pipeline.core.measures import Measure
+
 
 class Crash:
     name, needs, gives = "crash", (), ()
@@ -41,7 +43,8 @@ class Figures:
 
     def __call__(self, take):
         knee_deg = take.poses.joints[:, 3, 1]
-        figures = {"range_of_motion": {"r_knee_flexion": {"p05_p95_deg": float(np.ptp(knee_deg))}}}
+        group = ("range_of_motion", "r_knee_flexion")
+        figures = (Measure("p05_p95", float(np.ptp(knee_deg)), "deg", side="right", group=group),)
         return take.with_(filtered=take.rectified.level, kinematics={"knee_deg": knee_deg}, measures=figures)
 """
 

@@ -5,12 +5,10 @@ from __future__ import annotations
 import ast
 import importlib.util
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import fields
 from functools import cache
 from pathlib import Path
-
-import pytest
 
 from pcnet3d.pipeline.cli import load_command
 from pcnet3d.pipeline.core.camera import Camera
@@ -102,9 +100,17 @@ def test_sections_are_seen():
     assert sum(1 for path in CODE for _ in cited(words(path))) > 60
 
 
-@pytest.mark.parametrize("path", [*DOCUMENTS, *CODE], ids=name)
-def test_sections_exist(path):
-    assert [f"{of} {number}" for of, number in cited(words(path)) if number not in sections(of)] == []
+def none_wrong(paths: Iterable[Path], wrong: Callable[[Path], Iterable[str]]) -> None:
+    """Look at every file, then fail once with all that is wrong in them."""
+    lines = sorted(f"{name(path)}: {each}" for path in paths for each in wrong(path))
+    assert not lines, "\n".join(["", *lines])
+
+
+def test_sections_exist():
+    none_wrong(
+        [*DOCUMENTS, *CODE],
+        lambda path: {f"{of} {number}" for of, number in cited(words(path)) if number not in sections(of)},
+    )
 
 
 def _is_document(named: str, beside: Path) -> bool:
@@ -112,32 +118,27 @@ def _is_document(named: str, beside: Path) -> bool:
     return any((place / named).exists() for place in places)
 
 
-@pytest.mark.parametrize("path", [*DOCUMENTS, *CODE, *CONFIGS], ids=name)
-def test_documents_exist(path):
-    if path.name == UPSTREAM:
-        return
-    text = re.sub(r"https?://\S+", "", words(path))
-    named = set(DOCUMENT.findall(text)) - MADE
-    assert (
-        sorted(each for each in named if not each.startswith("doc/") and not _is_document(each, path)) == []
-    )
+def test_documents_and_source_files_exist():
+    def missing(path: Path) -> set[str]:
+        text = re.sub(r"https?://\S+", "", words(path))
+        documents = {each for each in DOCUMENT.findall(text) if not each.startswith("doc/")} - MADE
+        files = {*SOURCE.findall(text), *(folder.rstrip("/") for folder in FOLDER.findall(text))} - MADE
+        return {each for each in documents if not _is_document(each, path)} | {
+            each for each in files if "NAME" not in each and not (ROOT / each).exists()
+        }
+
+    none_wrong((path for path in (*DOCUMENTS, *CODE, *CONFIGS) if path.name != UPSTREAM), missing)
 
 
-@pytest.mark.parametrize("path", [*DOCUMENTS, *CODE, *CONFIGS], ids=name)
-def test_source_files_exist(path):
-    if path.name == UPSTREAM:
-        return
-    text = re.sub(r"https?://\S+", "", words(path))
-    named = {*SOURCE.findall(text), *(found.rstrip("/") for found in FOLDER.findall(text))} - MADE
-    assert sorted(each for each in named if "NAME" not in each and not (ROOT / each).exists()) == []
-
-
-@pytest.mark.parametrize("path", [path for path in DOCUMENTS if path.name != UPSTREAM], ids=name)
-def test_modules_exist(path):
+def test_modules_exist():
     """`spam.py` in a document is one of ours, and pcnet3d.models.spam is a module or a name in one."""
     ours = {each.name for each in CODE} | OTHERS
-    assert sorted(set(BARE.findall(words(path))) - ours) == []
-    assert sorted(each for each in set(MODULE.findall(words(path))) if not _is_name(each)) == []
+
+    def missing(path: Path) -> set[str]:
+        modules = {each for each in MODULE.findall(words(path)) if not _is_name(each)}
+        return modules | (set(BARE.findall(words(path))) - ours)
+
+    none_wrong((path for path in DOCUMENTS if path.name != UPSTREAM), missing)
 
 
 def _is_name(dotted: str) -> bool:
@@ -151,15 +152,19 @@ def _is_name(dotted: str) -> bool:
     return not parts or bool(re.search(rf"\b{parts[0]}\b", place.read_text(encoding="utf-8")))
 
 
-@pytest.mark.parametrize("path", DOCUMENTS, ids=name)
-def test_links_lead_somewhere(path):
+def test_links_lead_somewhere():
+    none_wrong(DOCUMENTS, _broken_links)
+
+
+def _broken_links(path: Path) -> Iterator[str]:
     for target, part, here in LINK.findall(path.read_text(encoding="utf-8")):
         if target.startswith(("http:", "https:")):
             continue
-        file = path.parent / target if target else path
-        assert file.exists(), target
-        if heading := part or here:
-            assert heading in anchors(file), f"{target}#{heading}"
+        file, heading = path.parent / target if target else path, part or here
+        if not file.exists():
+            yield target
+        elif heading and heading not in anchors(file):
+            yield f"{target}#{heading}"
 
 
 @cache

@@ -113,7 +113,7 @@ def test_stature_gives_metres_and_a_recipe_is_followed(lifted, tmp_path):
         (infinite, ["infinite", "row 4", "r_ankle"]),
         (lambda x: np.zeros_like(x), ["one point"]),
         (lambda x: x.astype(object), ["object"]),
-        (lambda x: x * [-1, 1, 1], ["mirrored", "--left-right mirror", "knees"]),
+        (lambda x: x * [-1, 1, 1], ["mirrored", "--handedness mirror", "knees"]),
     ],
     ids=["joints", "dims", "one frame", "nan", "zeros", "inf", "all zeros", "objects", "mirrored"],
 )
@@ -182,7 +182,7 @@ def test_bad_options_and_files_get_a_sentence_and_exit_2(lifted, tmp_path, argum
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["run", "--parity", "mirror"], "--parity is --left-right now."),
+        (["run", "--parity", "mirror"], "--parity is --handedness now."),
         (["run", "--cutoff=8"], "--cutoff is --set trajectories.cutoff_hz=VALUE now."),
         (["run", "--no-calibrate"], "--no-calibrate is --set calibrate=off now."),
         (["live", "0", "--rectifier", "pcnet"], "--rectifier is --set rectify.rectifier=VALUE now."),

@@ -14,6 +14,7 @@ import pyarrow.parquet as parquet
 import pytest
 
 from pcnet3d.examples.walker.camera import camera_poses, side_camera
+from pcnet3d.examples.walker.files import write_files
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import H36M17
 
@@ -89,7 +90,7 @@ def test_it_is_listed_beside_ours(fresh):
     assert {"acme", "motionbert"} <= rows.keys()
     assert rows["acme"]["gives"] == "poses"
     assert any(line.startswith("acme ") for line in run(fresh / "pcnet3d", "list", "adapters").splitlines())
-    for what, name in (("stages", "reach"), ("writers", "paths")):
+    for what, name in (("stages", "reach"), ("writers", "paths"), ("models", "cardboard")):
         assert any(line.startswith(f"{name} ") for line in run(fresh / "pcnet3d", "list", what).splitlines())
 
 
@@ -135,12 +136,38 @@ def test_the_template_is_no_part_of_our_package(fresh):
     assert not [file for file in files if "acme" in file or "plugin/" in file]
 
 
-@pytest.mark.parametrize("file", ["acme.py", "reach.py", "paths.py"])
+@pytest.mark.parametrize("file", ["acme.py", "reach.py", "paths.py", "cardboard.py"])
 def test_the_page_shows_the_files_themselves(file):
     page = (ROOT / "docs" / "plugins.md").read_text()
     shown = re.findall(r"^```python\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
     assert (TEMPLATE / "src" / "pcnet3d_acme" / file).read_text() in shown
 
 
-def test_the_adapter_has_40_lines_at_most():
-    assert len((TEMPLATE / "src" / "pcnet3d_acme" / "acme.py").read_text().splitlines()) <= 40
+@pytest.mark.parametrize(("file", "most"), [("acme.py", 40), ("cardboard.py", 60)])
+def test_the_templates_are_short(file, most):
+    assert len((TEMPLATE / "src" / "pcnet3d_acme" / file).read_text().splitlines()) <= most
+
+
+def test_its_lifter_gets_all_that_the_built_in_one_gets(fresh, tmp_path):
+    """The focal length and up that the user tells."""
+    walk = walker(seconds=4)
+    files = write_files(tmp_path, walk, side_camera(walk))
+    told = (
+        "--lifter",
+        "cardboard",
+        "--focal",
+        "600",
+        "--pitch",
+        "0",
+        "--roll",
+        "0",
+        "--left-right",
+        "ignore",
+    )
+    out = tmp_path / "out"
+    run(fresh / "pcnet3d", "run", files.video, "--keypoints", files.keypoints, *told, "-o", out)
+    summary = json.loads((out / "summary.json").read_text())
+    (step,) = (step for step in summary["history"] if step["name"] == "lift")
+    said = {name: step["options"][name] for name in ("model", "focal_px", "focal_known", "up_known")}
+    assert said == {"model": "cardboard@1", "focal_px": 600.0, "focal_known": True, "up_known": True}
+    assert summary["poses"]["made_by"] == {"kind": "estimated", "by": "cardboard@1", "in_run": True}

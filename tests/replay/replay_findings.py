@@ -36,6 +36,7 @@ from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import Pipeline, Take
 from pcnet3d.pipeline.cli import main
 from pcnet3d.pipeline.core.layouts import BODY_25B
+from pcnet3d.pipeline.core.measures import nested
 from pcnet3d.pipeline.inspect.inspect import inspect
 from pcnet3d.pipeline.signals.rates import fall_doubts, pace_doubts
 from pcnet3d.stages.angles import Angles
@@ -192,7 +193,7 @@ def towards_the_camera(bench: Bench) -> Answer:
     flat = poses.with_(joints=poses.joints * np.array([1.0, 1.0, 0.15], np.float32), root=None)
     take = Pipeline((Rectify(), Trajectories(), Angles(), Measures()))(Take("towards", poses=flat))
     assert take.measures is not None
-    walking = take.measures["walking"]
+    walking = nested(take.measures)["walking"]
     return walking.get("reason", ""), "steps" not in walking and "line of sight" in walking["reason"]
 
 

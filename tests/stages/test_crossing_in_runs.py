@@ -8,6 +8,7 @@ from pcnet3d.examples.walker.camera import aimed
 from pcnet3d.examples.walker.landmarks import halpe26
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline.core.layouts import HALPE26, OPENPOSE18
+from pcnet3d.pipeline.core.measures import nested
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.running.plan import planned
 from pcnet3d.pipeline.running.run import run_people
@@ -80,7 +81,7 @@ def test_no_path_jumps_to_the_other_person(crossing):
 
 def test_no_step_lies_in_the_gap(crossing):
     takes, _, hidden = crossing
-    walking = [take.measures["walking"] for take in takes]
+    walking = [nested(take.measures)["walking"] for take in takes]
     assert walking[0]["gait"] == "walking"
     assert walking[0]["steps"] >= 3
     far = walking[1]

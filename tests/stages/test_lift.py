@@ -78,11 +78,11 @@ def test_a_run_from_video_and_keypoints_alone(files, tmp_path):
 def test_the_videos_rotation_flag_turns_the_image_size(take, monkeypatch):
     sizes = []
 
-    def spy(keypoints, image_size, *others):
-        sizes.append(image_size)
+    def spy(asked, model):
+        sizes.append(asked.image_size)
         raise InputError("seen")
 
-    monkeypatch.setattr("pcnet3d.models.lifter.builtin.lift", spy)
+    monkeypatch.setattr("pcnet3d.models.lifter.builtin.lifted", spy)
     for rotation in (0, 90):
         turned = take.with_(video=replace(take.video, rotation_deg=rotation))
         with pytest.raises(InputError, match="seen"):

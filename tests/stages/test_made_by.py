@@ -6,6 +6,7 @@ import pytest
 from pcnet3d.examples.walker.camera import side_camera
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import CAMERA, Pipeline, Take, change_frame
+from pcnet3d.pipeline.core.measures import nested
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.running.conclusion import trust
 from pcnet3d.stages.angles import Angles, errors_unknown
@@ -34,7 +35,7 @@ def test_the_up_of_an_estimators_world_is_told_and_its_error_not_known(walk, mad
     assert errors_unknown(take.poses)
     assert errors_unknown(take.poses) in take.notices
     assert "knows its own up" not in report(take)
-    assert "slope_error_deg" not in take.measures["floor"]
+    assert "slope_error_deg" not in nested(take.measures)["floor"]
 
 
 def test_a_measured_world_knows_its_up(walk):

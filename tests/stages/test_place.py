@@ -10,6 +10,7 @@ from pcnet3d.models.gait.parameters import flat_span
 from pcnet3d.models.lab.mocap.contact import true_contact
 from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, Z_UP, InputError, PoseSequence, Take, Told, change_frame
 from pcnet3d.pipeline.core.camera import Camera
+from pcnet3d.pipeline.core.measures import nested
 from pcnet3d.pipeline.core.rotations import rotate
 from pcnet3d.pipeline.reading.handedness import repaired
 from pcnet3d.pipeline.signals.flights import falls
@@ -67,6 +68,7 @@ def test_the_path_and_its_error_go_with_the_poses(placed, walk, camera):
     assert placed.poses.measured_root is None
     said = placed.poses.history[-1]
     assert (said.name, said.options["frames_placed"], said.options["focal_sd"]) == ("place", len(walk), 0.02)
+    assert placed.poses.root_shared == (said.options["scale_sd"], 0.02)
     assert "rests on the keypoints, in 240 of 240 frames" in placed.notices[-1].text
 
 
@@ -145,7 +147,7 @@ def test_in_level_it_is_turned_with_its_error(placed, through):
 
 
 def test_the_walking_speed_has_the_errors_that_all_strides_share(through, walk, placed, camera):
-    found = through.measures["walking"]
+    found = nested(through.measures)["walking"]
     assert found["walking_speed"] == pytest.approx(walk.speed_mps, rel=0.05)
     assert found["walking_speed_error"] >= 0.9 * 0.037 * found["walking_speed"]
     unsure = Place()(
@@ -159,7 +161,7 @@ def test_the_walking_speed_has_the_errors_that_all_strides_share(through, walk, 
     way = np.diff(camera.points(walk.root[walk.during("walk")][:, None])[:, 0], axis=0)
     along = (way[:, 2] ** 2).sum() / (way**2).sum()
     expected = found["walking_speed"] * np.hypot(0.037, 0.3 * along)
-    assert unsure.measures["walking"]["walking_speed_error"] == pytest.approx(expected, rel=0.25)
+    assert nested(unsure.measures)["walking"]["walking_speed_error"] == pytest.approx(expected, rel=0.25)
 
 
 def test_locked_feet_do_not_slide_and_the_path_stays_within_its_error(placed, walk):
@@ -222,7 +224,7 @@ def test_a_covariance_needs_a_root(take):
 
 
 def test_the_floor_of_a_walk_lies_below_the_camera(through, camera, take):
-    floor = through.measures["floor"]
+    floor = nested(through.measures)["floor"]
     assert abs(floor["floor_height"] + camera.position[2]) < 1.645 * floor["floor_height_error"]
     assert abs(floor["slope_deg"]) < 1.645 * floor["slope_error_deg"]
     assert floor["stairs"] == "none"
@@ -231,7 +233,7 @@ def test_the_floor_of_a_walk_lies_below_the_camera(through, camera, take):
     nowhere = take
     for stage in (Rectify(rectifier="geometric"), Trajectories(), Angles(), Measures()):
         nowhere = stage(nowhere)
-    assert "not known" in nowhere.measures["floor"]["reason"]
+    assert "not known" in nested(nowhere.measures)["floor"]["reason"]
 
 
 def test_feet_that_cannot_be_locked_are_said(take):

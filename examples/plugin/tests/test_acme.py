@@ -1,16 +1,29 @@
-"""The adapter on a golden file, the stage and the writer on motion whose truth is known."""
+"""The adapter on a golden file, the stage, the writer and the lifter on motion whose truth is known."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from pcnet3d_acme import cardboard
 from pcnet3d_acme.acme import HEADER
 from pcnet3d_acme.paths import write
 from pcnet3d_acme.reach import Reach, reach
 
 from pcnet3d.adapters import read
 from pcnet3d.examples.walker import camera_poses, side_camera, walker
-from pcnet3d.pipeline import CAMERA, H36M17, InputError, PoseSequence, Take, check_adapter
+from pcnet3d.models import load_lifter
+from pcnet3d.pipeline import (
+    CAMERA,
+    H36M17,
+    IMAGE,
+    InputError,
+    PoseSequence,
+    Take,
+    ToLift,
+    check_adapter,
+    rotate,
+)
 from pcnet3d.stages import rectify
 
 
@@ -87,3 +100,67 @@ def test_paths_are_those_of_level(walk, tmp_path):
     assert content["paths"]["r_wrist"][2] is None
     np.testing.assert_allclose(content["paths"]["l_knee"], rectified.level.joint("l_knee"))
     np.testing.assert_allclose(content["time_s"], walk.time_s)
+
+
+@pytest.fixture
+def flat():
+    """(250, 17, 3) a figure of cardboard that sways 4 m away from the camera."""
+    body = np.random.default_rng(0).uniform(-0.8, 0.8, (17, 3)) * [1, 1, 0]
+    body[H36M17.index("pelvis")] = 0
+    sway = np.column_stack([np.sin(np.arange(250) / 20), np.zeros(250), np.zeros(250)])
+    return body + sway[:, None] * 0.1 * [1, 0, 0] + [0, 0, 4]
+
+
+def seen(joints, focal_px, **more):
+    pixels = joints[..., :2] / joints[..., 2:] * focal_px + [320, 180]
+    times = np.arange(len(joints)) / 30
+    return ToLift(PoseSequence(pixels, H36M17, IMAGE, time_s=times), (640, 360), focal_px, **more)
+
+
+@pytest.mark.parametrize("pitch_deg", [0, 20])
+@pytest.mark.parametrize("focal_px", [500, 900])
+def test_a_flat_figure_comes_back_by_the_focal_length_and_up(flat, pitch_deg, focal_px):
+    tilt = np.radians(pitch_deg)
+    c, s = np.cos(tilt), np.sin(tilt)
+    R = np.array([[1, 0, 0], [0, c, -s], [0, s, c]])
+    lifter = load_lifter("cardboard")
+    turned = rotate(R, flat)
+    lifted = lifter.lift(seen(turned, focal_px, up=R @ [0, -1, 0]))
+    truth = turned - turned[:, :1]
+    depth = turned[:, :1, 2:]
+    np.testing.assert_allclose(lifted.poses.joints, truth / depth, atol=0.02)
+    assert (lifted.focal_px, lifted.focal_known, lifted.up_known) == (focal_px, True, True)
+    if pitch_deg:
+        blind = lifter.lift(seen(turned, focal_px)).poses.joints
+        assert np.abs(blind - truth / depth).max() > 0.05
+
+
+def test_an_interrupted_lift_goes_on(flat, tmp_path, monkeypatch):
+    whole, part = cardboard.open().lift(seen(flat, 500)).poses, tmp_path / "part.npz"
+    stand, rows = cardboard.stand, []
+
+    def pressing_ctrl_c(*given):
+        rows.append(1)
+        if len(rows) == 231:
+            raise KeyboardInterrupt
+        return stand(*given)
+
+    monkeypatch.setattr(cardboard, "stand", pressing_ctrl_c)
+    with pytest.raises(KeyboardInterrupt):
+        cardboard.open().lift(seen(flat, 500, checkpoint=part))
+    rows.clear()
+    resumed = cardboard.open().lift(seen(flat, 500, resume=part)).poses
+    assert len(rows) == 50
+    np.testing.assert_array_equal(resumed.joints, whole.joints)
+    monkeypatch.setattr(cardboard, "stand", stand)
+    other = seen(flat + np.array([0.1, 0, 0]), 500)
+    np.testing.assert_array_equal(
+        cardboard.open().lift(replace(other, resume=part)).poses.joints,
+        cardboard.open().lift(other).poses.joints,
+    )
+
+
+def test_what_is_no_lift_to_go_on_with_is_refused(flat, tmp_path):
+    (tmp_path / "part.npz").write_bytes(b"PK")
+    with pytest.raises(InputError, match="a lift to go on with"):
+        cardboard.open().lift(seen(flat, 500, resume=tmp_path / "part.npz"))

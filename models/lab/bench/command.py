@@ -5,11 +5,11 @@ from __future__ import annotations
 
 import typer
 
-from ..training.lifter.speed import training
 from .batch import batch
 from .files import files
 from .pipeline import pipeline
 from .rectify import rectify
+from .training import training
 
 bench = typer.Typer(help="Measure speed and memory on this machine.", no_args_is_help=True)
 bench.command()(rectify)

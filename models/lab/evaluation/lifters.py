@@ -16,13 +16,13 @@ from typing import Any
 import numpy as np
 
 from ....pipeline.core.errors import InputError
+from ....pipeline.core.lifted import ToLift
 from ....pipeline.core.messages import how_many
 from ....pipeline.core.pose import package_version
 from ....pipeline.files.atomic import read_object, whole_file
 from ....pipeline.plugins.protocols import Lifter
 from ....pipeline.running.progress import each
 from ...common.metrics import plain
-from ...lifter.images import ImageLifter
 from ...lifter.load import load_lifter
 from .lifter_takes import CONDITIONS, FIGURES, POSTURES, REAL_VIEWS, Material, judge, materials, mean
 from .tables import Table, page
@@ -84,7 +84,7 @@ def opened(names: Sequence[str]) -> dict[str, Lifter]:
     lifters: dict[str, Lifter] = {}
     for name in names:
         lifter = load_lifter(name)
-        if isinstance(lifter, ImageLifter):
+        if "images" in lifter.takes:
             raise InputError(f"{name} looks at images, which motion capture has none of; leave it out.")
         if lifter.method in lifters:
             raise InputError(f"{name} is given twice, as {lifter.method}; give each network once.")
@@ -117,7 +117,7 @@ def errors_of(
     for take in each(material.takes(), words, material.count):
         for network, condition in missing:
             keypoints, focal_px = take.inputs[condition]
-            poses = lifters[network].lift(keypoints, take.image_size, focal_px)
+            poses = lifters[network].lift(ToLift(keypoints, take.image_size, focal_px)).poses
             made[network, condition].append(plain(judge(take, poses)))
     for key, takes in made.items():
         files[key].parent.mkdir(parents=True, exist_ok=True)

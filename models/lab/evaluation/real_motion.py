@@ -16,6 +16,7 @@ import numpy as np
 
 from ....pipeline.core.frames import turned_covariance
 from ....pipeline.core.layouts import H36M17, remap
+from ....pipeline.core.lifted import ToLift
 from ....pipeline.core.pose import PoseSequence
 from ....pipeline.core.rotations import is_finite, rotate
 from ....pipeline.files.video_frames import shown_size
@@ -102,7 +103,7 @@ def _against_truth(rectifier: Rectifier, lifter: str, flip: bool) -> dict[str, d
         video = read_video(camera.video)
         keypoints = remap(found_keypoints(video), H36M17)
         for name, own in lifters.items():
-            poses = own.lift(keypoints, shown_size(video), flip=flip, video=video)
+            poses = own.lift(ToLift(keypoints, shown_size(video), flip=flip, video=video)).poses
             true = limbs[poses.frame_index]
             found = relative(poses.joints)[:, H36M17.indices(LIMBS)]
             size = np.median(np.linalg.norm(true, axis=-1)) / np.median(np.linalg.norm(found, axis=-1))

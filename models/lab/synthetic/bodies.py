@@ -1,12 +1,16 @@
-"""Other people's proportions on a captured motion: bone lengths change, bone directions (joint angles) do not."""
+"""Other people's proportions on a captured motion: bone lengths change, bone directions (joint angles) do not.
+
+What draws nothing takes arrays of numpy and of torch."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from ....pipeline.core.layouts import H36M17
+from .vectors import Array, length, picked
 
 # Child by parent, each parent before its children. "nose" and "head" hang on the thorax and the nose.
 _TREE = {
@@ -16,8 +20,9 @@ _TREE = {
     "l_shoulder": "thorax", "l_elbow": "l_shoulder", "l_wrist": "l_elbow",
     "r_shoulder": "thorax", "r_elbow": "r_shoulder", "r_wrist": "r_elbow",
 }  # fmt: skip
-_CHILD = np.array(H36M17.indices(list(_TREE)))
-_PARENT = np.array(H36M17.indices(list(_TREE.values())))
+_CHILD = H36M17.indices(list(_TREE))
+_PARENT = H36M17.indices(list(_TREE.values()))
+_LEGS = [bone for bone, joint in enumerate(_TREE) if joint[2:] in ("knee", "ankle")]
 STANDARD_SIZE_M = 3.9  # sum of the 16 bones of a person about 1.7 m tall
 
 
@@ -41,37 +46,39 @@ class BodyRange:
 
 def bone_tree() -> tuple[list[int], list[int]]:
     """The rows of each bone's child and of its parent in H36M17, parents before their children."""
-    return _CHILD.tolist(), _PARENT.tolist()
+    return list(_CHILD), list(_PARENT)
 
 
-def size_m(joints: np.ndarray) -> np.ndarray:
+def size_m(joints: Array) -> Array:
     """(...,) a person's size: the sum of the 16 bone lengths, averaged over time; joints (..., T, 17, 3) metres."""
-    bones = joints[..., _CHILD, :] - joints[..., _PARENT, :]
-    return np.linalg.norm(bones, axis=-1).sum(axis=-1).mean(axis=-1)
+    return _summed(picked(joints, _CHILD) - picked(joints, _PARENT))
 
 
-def resize(joints: np.ndarray, factors: np.ndarray) -> np.ndarray:
+def resize(joints: Array, factors: Array) -> Array:
     """joints (..., T, 17, 3) with every bone's length multiplied; factors (..., 17) by the bone's child joint.
 
     Bone directions stay exactly. The root's path is multiplied by the change of leg length, so that the feet
     stay near the floor (z = 0 in a world frame) and a step stays a step.
     """
-    bones = joints[..., _CHILD, :] - joints[..., _PARENT, :]
+    bones = picked(joints, _CHILD) - picked(joints, _PARENT)
     scaled = bones * factors[..., None, _CHILD, None]
-    leg = np.isin(np.array(H36M17.joints)[_CHILD], ["r_knee", "r_ankle", "l_knee", "l_ankle"])
-    legs_before = np.linalg.norm(bones[..., leg, :], axis=-1).sum(axis=-1).mean(axis=-1)
-    legs_after = np.linalg.norm(scaled[..., leg, :], axis=-1).sum(axis=-1).mean(axis=-1)
-    out = np.empty_like(joints)
-    root = H36M17.index("pelvis")
-    out[..., root, :] = joints[..., root, :] * (legs_after / legs_before)[..., None, None]
+    before, after = (_summed(picked(part, _LEGS)) for part in (bones, scaled))
+    out: Any = joints * (after / before)[..., None, None, None]  # of which the pelvis stays
     for bone, (child, parent) in enumerate(zip(_CHILD, _PARENT, strict=True)):
         out[..., child, :] = out[..., parent, :] + scaled[..., bone, :]
     return out
 
 
-def mirror(joints: np.ndarray) -> np.ndarray:
+def _summed(bones: Any) -> Any:
+    """(...,) the lengths of bones (..., T, B, 3) together, averaged over time."""
+    return length(bones).sum(-1).mean(-1)
+
+
+def mirror(joints: Array) -> Array:
     """The mirror image of joints (..., 17, 3) in the plane x = 0, with left and right exchanged."""
-    return joints[..., H36M17.mirror, :] * np.array([-1, 1, 1], dtype=joints.dtype)
+    out: Any = picked(joints, H36M17.mirror.tolist())
+    out[..., 0] *= -1
+    return out
 
 
 def draw_factors(joints: np.ndarray, rng: np.random.Generator, bodies: BodyRange | None = None) -> np.ndarray:

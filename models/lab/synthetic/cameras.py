@@ -7,12 +7,13 @@ positive when the camera looks DOWN, roll is positive when the image's content t
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Generic
 
 import numpy as np
 
 from ....pipeline.core.camera import view_rotation
 from ....pipeline.core.layouts import H36M17
-from ....pipeline.core.rotations import rotate, transpose
+from .vectors import Array, rotate, transpose
 
 IMAGE_SIZES = ((1920, 1080), (1280, 720), (1080, 1920), (1440, 1080), (1000, 1000))
 
@@ -46,34 +47,37 @@ TYPICAL = ViewRange(pitch_deg=(-5.0, 25.0), roll_deg=(-5.0, 5.0), focal=(0.67, 0
 
 
 @dataclass(frozen=True, eq=False)
-class Cameras:
-    """Pinhole cameras of leading shape (...,), without lens distortion, principal point in the image's centre.
+class Cameras(Generic[Array]):
+    """Pinhole cameras of leading shape (...,), without lens distortion, principal point in the image's centre, of
+    numpy or torch.
 
     R_camera_from_world: (..., 1, 3, 3), or (..., T, 3, 3) for one that pans. position: (..., 3) metres, world.
     focal_px: (...,). image_size: (..., 2) width and height in pixels.
     """
 
-    R_camera_from_world: np.ndarray
-    position: np.ndarray
-    focal_px: np.ndarray
-    image_size: np.ndarray
+    R_camera_from_world: Array
+    position: Array
+    focal_px: Array
+    image_size: Array
 
     @property
-    def up(self) -> np.ndarray:
+    def up(self) -> Array:
         """(..., 1 or T, 3) the direction against gravity, in the camera."""
         return self.R_camera_from_world[..., :, 2]
 
-    def to_camera(self, joints_world: np.ndarray) -> np.ndarray:
+    def to_camera(self, joints_world: Array) -> Array:
         """(..., T, J, 3) world -> camera, metres, origin at the camera."""
         return rotate(self.R_camera_from_world, joints_world - self.position[..., None, None, :])
 
-    def project(self, joints_camera: np.ndarray) -> np.ndarray:
+    def project(self, joints_camera: Array) -> Array:
         """(..., T, J, 3) camera -> (..., T, J, 2) pixels."""
         rays = joints_camera[..., :2] / joints_camera[..., 2:]
         return rays * self.focal_px[..., None, None, None] + self.image_size[..., None, None, :] / 2
 
 
-def place(joints_world: np.ndarray, rng: np.random.Generator, views: ViewRange | None = None) -> Cameras:
+def place(
+    joints_world: np.ndarray, rng: np.random.Generator, views: ViewRange | None = None
+) -> Cameras[np.ndarray]:
     """One camera a window, somewhere from which every joint of every frame is inside the image.
 
     joints_world: (..., T, J, 3) metres, +Z up. The distance and then the sideways shift are drawn from the
@@ -108,7 +112,9 @@ def place(joints_world: np.ndarray, rng: np.random.Generator, views: ViewRange |
     return _panned(cameras, joints_world, rng, views.pans) if views.pans else cameras
 
 
-def _panned(cameras: Cameras, joints_world: np.ndarray, rng: np.random.Generator, share: float) -> Cameras:
+def _panned(
+    cameras: Cameras[np.ndarray], joints_world: np.ndarray, rng: np.random.Generator, share: float
+) -> Cameras[np.ndarray]:
     """Some of the cameras turn about their own vertical axis and bring the person slowly towards the middle."""
     from scipy.ndimage import uniform_filter1d
 

@@ -18,8 +18,9 @@ from typing import Any
 import numpy as np
 
 from ....pipeline.core.layouts import H36M17
+from .vectors import Array, dot, length, picked
 
-# What models/lab/synthetic/on_device/keypoint_noise.py, the same formula in torch, shares.
+# What draws nothing is of models/lab/synthetic/on_device/keypoint_noise.py too, the same formula in torch.
 FAR_JOINTS = ("l_wrist", "r_wrist", "l_ankle", "r_ankle")
 HIDDEN_MISSING = 3.0  # times as often missing when hidden
 # What hides joints: thick lines between joints, with their radius in trunk lengths.
@@ -84,27 +85,28 @@ GOOD = Noise(
 )
 
 
-def hidden_joints(joints_camera: np.ndarray) -> np.ndarray:
+def hidden_joints(joints_camera: Array) -> Array:
     """(..., J) True where the trunk, the head or a leg is between the camera and the joint.
 
     joints_camera: (..., 17, 3) metres, origin at the camera. Trunk, head and legs are thick lines; a joint at an
     end of a line is not hidden by it.
     """
-    rays = joints_camera[..., :2] / joints_camera[..., 2:]
-    depth = joints_camera[..., 2]
-    trunk = _distance(joints_camera, "pelvis", "thorax")
-    hidden = np.zeros(depth.shape, dtype=bool)
+    depth = 1 * joints_camera[..., 2]  # a copy, whose rows lie together
+    rays = [joints_camera[..., i] / depth for i in (0, 1)]
+    trunk = length(_vector(joints_camera, "pelvis", "thorax"))
+    hidden: Any = False
     for start, end, radius in SOLIDS:
         a, b = H36M17.index(start), H36M17.index(end)
-        line = (rays[..., b, :] - rays[..., a, :])[..., None, :]
-        offset = rays - rays[..., a, None, :]
-        along = np.clip((offset * line).sum(-1) / np.maximum((line * line).sum(-1), 1e-9), 0, 1)
-        apart = ((offset - along[..., None] * line) ** 2).sum(-1)
+        (x, line_x), (y, line_y) = (
+            (ray - ray[..., a, None], (ray[..., b] - ray[..., a])[..., None]) for ray in rays
+        )
+        along = ((x * line_x + y * line_y) / (line_x**2 + line_y**2).clip(1e-9)).clip(0, 1)
+        apart = (x - along * line_x) ** 2 + (y - along * line_y) ** 2
         here = depth[..., a, None] * (1 - along) + depth[..., b, None] * along
         reach = (radius * trunk)[..., None]
         behind = (apart < (reach / here) ** 2) & (depth > here + reach)
         behind[..., [a, b]] = False
-        hidden |= behind
+        hidden = hidden | behind
     return hidden
 
 
@@ -147,7 +149,7 @@ def detect(
     if noise.derived:
         derived = rng.uniform(size=lead) < noise.derived
         height = rng.uniform(*HEAD_HEIGHT, lead)
-        made = _derive(keypoints, height[..., None, None])
+        made = derive(keypoints, height[..., None, None])
         keypoints = np.where(derived[..., None, None, None], made, keypoints)
 
     rate = noise.missing_rate * np.where(hidden, HIDDEN_MISSING, 1.0) * 30 / fps
@@ -157,23 +159,24 @@ def detect(
     return np.where(lost[..., None], np.nan, keypoints), np.where(lost, 0.0, confidence)
 
 
-def in_profile(joints_camera: np.ndarray, cosine: float = Noise.profile_cosine) -> np.ndarray:
+def in_profile(joints_camera: Array, cosine: float = Noise.profile_cosine) -> Array:
     """(..., T) True where hips and shoulders together point along the view: |cos| of the angle above `cosine`."""
-    across = sum(_vector(joints_camera, f"r_{part}", f"l_{part}") for part in ("hip", "shoulder"))
+    aside: Any = _vector(joints_camera, "r_hip", "l_hip") + _vector(joints_camera, "r_shoulder", "l_shoulder")
     view = joints_camera[..., H36M17.index("pelvis"), :]
-    dot = (across * view).sum(-1)
-    return np.abs(dot) > cosine * np.linalg.norm(across, axis=-1) * np.linalg.norm(view, axis=-1)
+    return abs(dot(aside, view)) > cosine * length(aside) * length(view)
 
 
-def _derive(keypoints: np.ndarray, head_height: np.ndarray) -> np.ndarray:
-    """Pelvis and thorax in the middle of hips and shoulders, the spine between, the head between nose and top."""
-    out = keypoints.copy()
-    shoulders = keypoints[..., H36M17.indices(("l_shoulder", "r_shoulder")), :].mean(axis=-2)
-    pelvis = keypoints[..., H36M17.indices(("l_hip", "r_hip")), :].mean(axis=-2)
+def derive(keypoints: Array, head_height: Array) -> Array:
+    """keypoints (..., 17, 2) with pelvis and thorax in the middle of hips and shoulders, the spine between, the head
+    between nose and top, head_height (...,) of the way."""
+    out: Any = 1 * keypoints
+    shoulders, pelvis = (
+        picked(keypoints, H36M17.indices((f"l_{part}", f"r_{part}"))).mean(-2) for part in ("shoulder", "hip")
+    )
     nose, top = keypoints[..., H36M17.index("nose"), :], keypoints[..., H36M17.index("head"), :]
-    head = nose + head_height * (top - nose)
-    made = {"pelvis": pelvis, "spine": (shoulders + pelvis) / 2, "thorax": shoulders, "head": head}
-    out[..., H36M17.indices(list(made)), :] = np.stack(list(made.values()), axis=-2)
+    out[..., H36M17.index("head"), :] = nose + head_height * (top - nose)
+    for joint, place in (("pelvis", pelvis), ("spine", (shoulders + pelvis) / 2), ("thorax", shoulders)):
+        out[..., H36M17.index(joint), :] = place
     return out
 
 
@@ -201,9 +204,5 @@ def _runs(rng: np.random.Generator, rate: np.ndarray, mean_length: float, axis: 
     return np.moveaxis(np.maximum.accumulate(ends, axis=-1) > frame, -1, axis)
 
 
-def _vector(joints: np.ndarray, start: str, end: str) -> np.ndarray:
+def _vector(joints: Array, start: str, end: str) -> Array:
     return joints[..., H36M17.index(end), :] - joints[..., H36M17.index(start), :]
-
-
-def _distance(joints: np.ndarray, start: str, end: str) -> np.ndarray:
-    return np.linalg.norm(_vector(joints, start, end), axis=-1)

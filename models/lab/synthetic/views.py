@@ -16,6 +16,7 @@ from ....pipeline.core.rotations import is_finite, rotate, transpose
 from ....pipeline.files.arrays import load_all
 from ...common.metrics import relative
 from ..mocap.clips import subject_of
+from .vectors import Array, library_of
 
 View = Literal["paper", "wide"]
 # What R leads to: "body", gravity and the body's own heading (design.md section 4), or "axes", the data set's own fixed
@@ -49,11 +50,12 @@ def views(view: View, rng: np.random.Generator, count: int) -> np.ndarray:
     return view_rotation(view, *(paper_angles if view == "paper" else wide_angles)(rng, count))
 
 
-def view_rotation(view: View, roll_deg: np.ndarray, pitch_deg: np.ndarray, yaw_deg: np.ndarray) -> np.ndarray:
-    """R_camera_from_body (B, 3, 3) of such a view's angles (B,): "paper" = Rz(yaw) Ry(pitch) Rx(roll) and "wide" =
-    Rx(roll) Ry(pitch) Rz(yaw), in the paper's axes."""
-    x, y, z = _about(0, roll_deg), _about(1, pitch_deg), _about(2, yaw_deg)
-    return CAMERA_FROM_SOURCE @ (z @ y @ x if view == "paper" else x @ y @ z)
+def view_rotation(view: View, roll_deg: Array, pitch_deg: Array, yaw_deg: Array) -> Array:
+    """R_camera_from_body (B, 3, 3) of such a view's angles (B,), arrays of numpy or of torch: "paper" = Rz(yaw)
+    Ry(pitch) Rx(roll) and "wide" = Rx(roll) Ry(pitch) Rz(yaw), in the paper's axes."""
+    x, y, z = about(0, roll_deg), about(1, pitch_deg), about(2, yaw_deg)
+    axes = library_of(x).asarray(CAMERA_FROM_SOURCE, dtype=x.dtype, device=x.device)
+    return axes @ (z @ y @ x if view == "paper" else x @ y @ z)
 
 
 def seen(
@@ -111,15 +113,17 @@ def refuse_shared_subjects(train: Iterable[str], other: Iterable[str], what: str
         )
 
 
-def _about(axis: int, angle_deg: np.ndarray) -> np.ndarray:
-    """(B, 3, 3) rotations about a coordinate axis."""
-    angle = np.radians(angle_deg)
-    R = np.tile(np.eye(3), (len(angle), 1, 1))
+def about(axis: int, angle_deg: Array) -> Array:
+    """(B, 3, 3) rotations about a coordinate axis by angles (B,), of numpy or of torch."""
+    library = library_of(angle_deg)
+    angle = library.deg2rad(angle_deg)
+    c, s = library.cos(angle), library.sin(angle)
+    rows = [[c - c] * 3 for _ in range(3)]
     i, j = (axis + 1) % 3, (axis + 2) % 3
-    R[:, i, i] = R[:, j, j] = np.cos(angle)
-    R[:, j, i] = np.sin(angle)
-    R[:, i, j] = -R[:, j, i]
-    return R
+    rows[axis][axis] = c - c + 1
+    rows[i][i] = rows[j][j] = c
+    rows[i][j], rows[j][i] = -s, s
+    return library.stack([library.stack(row, -1) for row in rows], -2)
 
 
 def _clamp(values: np.ndarray, most: float) -> np.ndarray:

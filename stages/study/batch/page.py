@@ -17,8 +17,7 @@ from ....pipeline.signals.angles import ANGLES, MIDLINE, OF_BOTH, sides_of
 from ...drawing.page import Cell, Link, Stated, answer, box, heading, joined, page, small, table
 from ...drawing.skeletons import body_views, skeletons
 from ...drawing.words import spoken
-from ...measures.figures import error_key, of_length
-from .study import Change, doubts, name_of, rates_within
+from .study import Change, doubts, error_key, name_of, of_length, rates_within
 
 _RANGE = "range_of_motion.{}.p05_p95_deg"
 _OTHERS = {

@@ -12,18 +12,19 @@ from dataclasses import dataclass
 from decimal import Decimal
 from pathlib import Path
 from statistics import fmean
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
-from pydantic import AfterValidator, BaseModel, ValidationError
 
+from ....models.common.metrics import plain
 from ....pipeline.core.errors import InputError
-from ....pipeline.core.layouts import H36M17
+from ....pipeline.core.measures import nested
 from ....pipeline.core.messages import how_many
-from ....pipeline.files.arrays import load
+from ....pipeline.core.take import Take
 from ....pipeline.files.atomic import REPORT, SUMMARY, printable, read_summary
+from ....pipeline.files.finished import POSES, read_run
+from ...drawing.facts import facts_of
 from ...drawing.skeletons import key_rows
-from ...measures.figures import of_length
 from ..rates import is_lifted, rates_apart
 
 QUALITY = ("up_error_deg", "up_bound_deg", "error_deg_mean", "bone_length_spread")
@@ -35,98 +36,76 @@ _ROUNDED = float(np.sqrt(2 / 12))
 _NO_MEASURE = ("frames", "nan_share", "beyond_anatomy_frames", "places", "sd_deg")
 
 
-_Words = Annotated[str, AfterValidator(printable)]
-
-
-class Said(BaseModel, strict=True):
-    """A notice of a run: what summary.json has of it, but for rows and values."""
-
-    code: _Words
-    weight: _Words
-    about: _Words
-    text: _Words
-
-
-class _Figures(BaseModel, strict=True):
-    """What the table says of a run; None where it does not say. report: its place, seen from the study's page. posture:
-    a frame's joints in BODY, and lifted: whether the run lifted its poses itself; `write_table` has neither."""
-
-    person: _Words
-    report: _Words
-    notices: list[Said]
-    verdict: _Words
-    frames: int | None
-    fps: float | None
-    duration_s: float | None
-    unit: _Words
-    method: _Words
-    device: _Words
-    level_ok: bool | None
-    level_reason: _Words
-    up_error_deg: float | None
-    up_bound_deg: float | None
-    error_deg_mean: float | None
-    bone_length_spread: float | None
-    posture: list[list[float]] | None
-    lifted: bool
-    measures: dict[_Words, float]
+# What the table says of a run that left nothing to judge it by.
+_UNKNOWN: dict[str, Any] = {
+    "notices": [], "verdict": "", "frames": None, "fps": None, "duration_s": None, "unit": "",
+    "method": "", "level_ok": None, "level_reason": "", **dict.fromkeys(QUALITY), "posture": None, "lifted": False,
+    "measures": {},
+}  # fmt: skip
+# Of a notice.
+_SAID = ("code", "weight", "about", "text")
 
 
 def figures(folder: Path) -> tuple[dict[str, Any], ...]:
-    """What the table says of a take's folder, a row for each person who has a run in it. InputError when a summary is
-    not as a run writes it."""
-    people = [
-        path.parent for path in sorted(folder.glob(f"*/{SUMMARY}")) if (path.parent / "poses.npz").exists()
-    ]
+    """What the table says of a take's folder, a row for each person who has a run in it. posture: a frame's joints in
+    BODY, and lifted: whether the run lifted its poses itself; `write_table` has neither. InputError when a file is not
+    as a run writes it."""
+    people = [path.parent for path in sorted(folder.glob(f"*/{SUMMARY}")) if (path.parent / POSES).exists()]
     return tuple(_figures(run, run.relative_to(folder.parent.parent)) for run in people or [folder])
 
 
 def _figures(folder: Path, place: Path) -> dict[str, Any]:
     """place: of the folder, seen from the study's page."""
-    summary = read_summary(folder)
-    parts = {name: summary.get(name) or {} for name in ("poses", "rectification", "measures", "device")}
-    if wrong := [name for name, part in parts.items() if not isinstance(part, dict)]:
-        raise InputError(_damaged(folder, f"{wrong[0]} is no table"))
-    poses, rectified, networks = parts["poses"], parts["rectification"], parts["device"].get("networks")
-    found = {
-        "person": folder.name if len(place.parts) > 2 else "",
-        "report": (place / REPORT).as_posix() if (folder / REPORT).exists() else "",
-        "notices": summary.get("notices", []),
-        "verdict": summary.get("verdict") or "",
-        "frames": poses.get("frames"),
-        "fps": poses.get("fps"),
-        "duration_s": poses.get("duration_s"),
-        "unit": poses.get("unit", ""),
-        "method": rectified.get("method", ""),
-        "device": ", ".join(sorted({*map(str, networks.values())})) if isinstance(networks, dict) else "",
-        "level_ok": rectified.get("level_ok"),
-        "level_reason": rectified.get("level_reason", ""),
-        "up_error_deg": rectified.get("up_error_deg", rectified.get("up_error_deg_mean")),
-        "up_bound_deg": rectified.get("up_bound_deg", rectified.get("up_bound_deg_mean")),
-        "error_deg_mean": rectified.get("error_deg_mean"),
-        "bone_length_spread": poses.get("bone_length_spread"),
-        "posture": _posture(folder / "poses.npz"),
-        "lifted": is_lifted(summary),
-        "measures": dict(_numbers(parts["measures"])),
+    device = read_summary(folder).get("device")
+    networks = device.get("networks") if isinstance(device, dict) else None
+    row = {
+        "person": printable(folder.name) if len(place.parts) > 2 else "",
+        "report": printable((place / REPORT).as_posix()) if (folder / REPORT).exists() else "",
+        "device": printable(", ".join(sorted({*map(str, networks.values())})))
+        if isinstance(networks, dict)
+        else "",
     }
+    if not (folder / POSES).exists():
+        return {**_UNKNOWN, **row}
     try:
-        return _Figures.model_validate(found).model_dump()
-    except ValidationError as error:
-        first = error.errors()[0]
-        raise InputError(_damaged(folder, f"{'.'.join(map(str, first['loc']))}: {first['msg']}")) from None
+        take = read_run(folder)
+    except InputError as error:
+        raise InputError(f"{str(error).rstrip('.')}: remove that folder first.") from None
+    return plain({**_of_take(take), **row})
 
 
-def _posture(path: Path) -> list[list[float]] | None:
-    """The joints of one frame that shows what happens in a take; None where nothing is known of any."""
-    if not path.exists():
-        return None
-    body = load(path, ("frames", len(H36M17), 3), key="body").astype(np.float64)
+def _of_take(take: Take) -> dict[str, Any]:
+    facts, rectified = facts_of(take), take.need("rectified")
+    rows = rectified.turned if rectified.camera == "moving" else slice(None)
+    return {
+        "notices": [{part: printable(getattr(each, part)) for part in _SAID} for each in take.said],
+        "verdict": facts.verdict or "",
+        "frames": facts.frames,
+        "fps": facts.fps,
+        "duration_s": facts.duration_s,
+        "unit": facts.unit,
+        "method": printable(facts.method),
+        "level_ok": facts.level_ok,
+        "level_reason": printable(facts.level_reason),
+        "up_error_deg": _mean(rectified.up_error_deg[rows]),
+        "up_bound_deg": _mean(rectified.up_bound_deg[rows]),
+        "error_deg_mean": _mean(rectified.error_deg),
+        "bone_length_spread": facts.bone_length_spread,
+        "posture": _posture(rectified.body.joints.astype(np.float64)),
+        "lifted": is_lifted(take),
+        "measures": {printable(name): value for name, value in _numbers(nested(take.measures or ()))},
+    }
+
+
+def _mean(values: np.ndarray) -> float:
+    return float(np.nanmean(values)) if np.isfinite(values).any() else float("nan")
+
+
+def _posture(body: np.ndarray) -> list[list[float]] | None:
+    """The joints of one frame that shows what happens in a take, of joints (T, 17, 3); None where nothing is known of
+    any."""
     rows = key_rows(body, 1)
     return np.round(body[rows[0]], 3).tolist() if rows else None
-
-
-def _damaged(folder: Path, why: str) -> str:
-    return f"{folder / SUMMARY} is not as a run writes it ({printable(why)}); remove that folder to run the take again."
 
 
 def _numbers(group: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, float]]:
@@ -135,7 +114,21 @@ def _numbers(group: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, f
         if isinstance(value, dict):
             yield from _numbers(value, f"{above}{key}.")
         elif isinstance(value, int | float) and not isinstance(value, bool):
-            yield f"{above}{key}", value
+            yield f"{above}{key}", float(value)
+
+
+def error_key(measure: str) -> str:
+    """Of the error of a measure, such as `walking.cadence_error_spm`: the table of a study has only keys, those of
+    summary.json."""
+    if of_length(measure):
+        return f"{measure}_error"
+    words, _, unit = measure.rpartition("_")
+    return f"{words}_error_{unit}"
+
+
+def of_length(measure: str) -> bool:
+    """Whether a measure is in the take's unit of length, or in that a second, which its key does not name."""
+    return measure.removesuffix("_error").endswith(("_length", "_width", "_height", "_speed"))
 
 
 def doubts(rows: Sequence[Mapping[str, Any]]) -> dict[str, list[Mapping[str, Any]]]:
@@ -191,7 +184,7 @@ def write_table(rows: Sequence[Mapping[str, Any]], path: Path) -> None:
     )
     kinds: dict[str, Any] = dict.fromkeys((*words, "verdict", "level_reason"), pa.string())
     kinds |= {"exit_code": pa.int64(), "frames": pa.int64(), "level_ok": pa.bool_()}
-    kinds["notices"] = pa.list_(pa.struct([(name, pa.string()) for name in Said.model_fields]))
+    kinds["notices"] = pa.list_(pa.struct([(name, pa.string()) for name in _SAID]))
     measures = dict.fromkeys(key for row in rows for key in row.get("measures", {}))
     order = [
         *words[:6],

@@ -2,27 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ....models.common.metrics import SD_90
+from ....pipeline.core.measures import OF_LENGTH, Group, Measure, grouped, measure, subgroup
 from ....pipeline.signals.angles import ANGLES
 from ...drawing.words import spoken
-from ...measures.figures import error_key, of_length, rounded
-from ...report.measures import words_and_unit
+from ...measures.figures import rounded
+from ...report.measures import unit_of, worded
 from .side import Side
 
 _MOST = 6  # changes that a sentence names
 _MOVEMENTS = {  # figures that do not follow from each other
     "walking": (
-        "walking_speed", "cadence_spm", "mean_step_length", "mean_step_width", "mean_stance_percent",
-        "mean_double_support_percent",
+        "walking_speed", "cadence", "mean_step_length", "mean_step_width", "mean_stance", "mean_double_support",
     ),
-    "knee_bends": ("mean_rise_deg",),
-    "arm_raises": ("mean_rise_deg",),
+    "knee_bends": ("mean_rise",),
+    "arm_raises": ("mean_rise",),
 }  # fmt: skip
 
 
@@ -61,7 +61,7 @@ class Change(NamedTuple):
 def changes(side: Side, reference: Side) -> list[Change]:
     """Of every range of motion, of walking and of how far knees bend and arms rise, where both takes state an error.
     Lengths and speeds only where both are in metres."""
-    before, after = reference.measures or {}, side.measures or {}
+    before, after = grouped(reference.measures), grouped(side.measures)
     return [*_ranges(before, after), *_movements(before, after, reference.metric and side.metric)]
 
 
@@ -121,32 +121,25 @@ def _gap(unit: str) -> str:
     return "" if unit.startswith("°") else " "
 
 
-def _ranges(before: Mapping[str, Any], after: Mapping[str, Any]) -> Iterator[Change]:
-    key = "p05_p95_deg"
-    both = [side.get("range_of_motion", {}) for side in (before, after)]
+def _ranges(before: Group, after: Group) -> Iterator[Change]:
     for angle in ANGLES:
-        found = _figure(key, *(of.get(angle, {}) for of in both))
-        if found is not None:
-            yield Change("range_of_motion", angle, "", "°", *found)
+        both = (measure(subgroup(of, "range_of_motion", angle), "p05_p95") for of in (before, after))
+        yield from _change("range_of_motion", angle, "", *both)
 
 
-def _movements(before: Mapping[str, Any], after: Mapping[str, Any], metric: bool) -> Iterator[Change]:
-    for name, keys in _MOVEMENTS.items():
-        groups = [side.get(name) or {} for side in (before, after)]
-        for key, side in product(keys, ("right", "left") if name == "arm_raises" else ("",)):
-            of = [group.get(side, {}) if side else group for group in groups]
-            if (found := _figure(key, *of)) is not None and (metric or not of_length(key)):
-                words, unit = words_and_unit(key)
-                length = "m/s" if key.endswith("_speed") else "m"
-                yield Change(name, words, side, length if of_length(key) else unit, *found)
+def _movements(before: Group, after: Group, metric: bool) -> Iterator[Change]:
+    for group, names in _MOVEMENTS.items():
+        for name, side in product(names, ("right", "left") if group == "arm_raises" else ("",)):
+            path = (group, side) if side else (group,)
+            both = [measure(subgroup(of, *path), name) for of in (before, after)]
+            if metric or not any(of and of.unit in OF_LENGTH for of in both):
+                yield from _change(group, worded(name), side, *both)
 
 
-def _figure(
-    key: str, before: Mapping[str, Any], after: Mapping[str, Any]
-) -> tuple[tuple[float, float], tuple[float, float]] | None:
-    """Values and errors of both; None where one is not stated."""
-    numbers = [of.get(name) for name in (key, error_key(key)) for of in (before, after)]
-    values = [float(number) for number in numbers if isinstance(number, float | int)]
-    if len(values) < len(numbers):
-        return None
-    return (values[0], values[1]), (values[2], values[3])
+def _change(
+    group: str, item: str, side: str, before: Measure | None, after: Measure | None
+) -> Iterator[Change]:
+    """Of two figures that both have an error; nothing else."""
+    if before and after and before.error is not None and after.error is not None:
+        values, errors = (before.value, after.value), (before.error, after.error)
+        yield Change(group, item, side, unit_of(after), values, errors)

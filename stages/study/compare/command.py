@@ -16,13 +16,12 @@ from ....pipeline.core.errors import InputError
 from ....pipeline.core.messages import how_many, say_all, show
 from ....pipeline.core.pose import package_version
 from ....pipeline.files.atomic import add_to_list, whole_folder
-from ....pipeline.files.viewer import RECORDING
 from ....pipeline.reading.settings import Force, OnDevice
 from ....pipeline.reading.take import sha256
 from ....pipeline.running.conclusion import point_to
 from ....pipeline.signals.angles import ANGLES
 from ....pipeline.signals.filters import rate
-from ..rates import rates_apart
+from ..rates import is_lifted, rates_apart
 from .accelerations import accelerations
 from .align import AMBIGUOUS, UNUSUAL, WEAK, Alignment, correlated, size_ratio, stamped, turn_deg, turned
 from .changes import changes, other_cadence
@@ -34,7 +33,7 @@ from .page import as_page
 from .recording import COLOURS, write_recording
 from .side import Side, load_side, named_apart, one_clock, told_apart, truth_side, unrectified
 from .truth import Up, read_truth
-from .wrists import limbs_of, wrists
+from .wrists import lacks_keypoints, wrists
 
 Align = Literal["auto", "stamps", "correlate", "cycles"]
 _MOSTLY = 0.9  # of the longer take: two cameras that were started by hand lack a second or two of each other
@@ -92,11 +91,8 @@ def compare(
         sides = [truth_side(poses, about, cutoffs.pop()), *sides]
         entry = {"role": "motion capture", "file": truth.name, "sha256": sha256(truth)}
         sides[0] = replace(sides[0], sources=(entry,))
-    recordings = {
-        side.name: folder / RECORDING for side, folder in zip(sides[-len(folders) :], folders, strict=True)
-    }
     with computing_on(device) as where:
-        found = compared(sides, align, offset, search, recordings)
+        found = compared(sides, align, offset, search)
     words = "\n".join([*as_text(found), *(f"warning: {warning}" for warning in found.warnings)])
     target = folders[0] / "compare" if output is None else output
     with whole_folder(target, force, (*folders, *([truth] if truth else []))) as partial:
@@ -125,13 +121,9 @@ def compared(
     align: Align = "auto",
     offset_s: float = 0.0,
     search_s: float = 5.0,
-    recordings: dict[str, Path] | None = None,
 ) -> Comparison:
-    """Every side against the first, which is motion capture when it has no run.
-
-    recordings: of runs by name, whose 2D keypoints are to be in the wrist figure. InputError for fewer than two sides,
-    or for takes that do not overlap.
-    """
+    """Every side against the first, which is motion capture when it has no run. InputError for fewer than two sides, or
+    for takes that do not overlap."""
     if not 2 <= len(sides) <= len(COLOURS) + 1:
         raise InputError(
             f"Expected two to {len(COLOURS) + 1} runs, or a run and motion capture (--truth FILE), got {len(sides)}."
@@ -143,7 +135,7 @@ def compared(
         warnings.append(
             f"The runs were low-passed at different cut-offs ({', '.join(map(str, cutoffs))} Hz)."
         )
-    if apart := rates_apart(rate(side.time_s) for side in sides if side.lifted):
+    if apart := rates_apart(rate(side.time_s) for side in sides if side.run and is_lifted(side.run)):
         warnings.append(f"The runs were {apart}")
     pairs = []
     for side in others:
@@ -151,8 +143,11 @@ def compared(
         differ = [*told_apart(side, reference), *["cadences"] * other_cadence(found)]
         how, said = _aligned(side, reference, differ, align, offset_s, search_s)
         warnings += said
-        recording = (recordings or {}).get(side.name)
-        pair = _pair(side, reference, how, recording)
+        pair = _pair(side, reference, how)
+        if pair.wrists and side.run and lacks_keypoints(side.run):
+            warnings.append(
+                f"{side.name} is of a version that kept no 2D keypoints: the wrist figure lacks them; run it again."
+            )
         pair = replace(pair, changes=found, one_recording=one_clock(side, reference))
         pairs.append(pair)
         warnings += _beyond(pair, reference)
@@ -225,7 +220,7 @@ def _beyond(pair: Pair, reference: Side) -> list[str]:
     ]
 
 
-def _pair(side: Side, reference: Side, how: Alignment | None, recording: Path | None) -> Pair:
+def _pair(side: Side, reference: Side, how: Alignment | None) -> Pair:
     if how is None:
         return Pair(
             side, None, side.time_s, {}, {}, {}, cycles(side, reference, None), scale=_scale(side, reference)
@@ -253,7 +248,7 @@ def _pair(side: Side, reference: Side, how: Alignment | None, recording: Path | 
         scale=scale,
         joints_mm=float(1000 * np.nanmean(off)) if metres else None,
         joints=joint_agreement(level, joints, reference.metric),
-        wrists=wrists(side, joints, recording and limbs_of(recording, side.frame_index)) if truth else None,
+        wrists=wrists(side, joints) if truth else None,
         accelerations=None if truth else accelerations(side, reference, times, factor),
     )
 

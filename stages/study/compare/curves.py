@@ -84,7 +84,7 @@ def cycle_rows(found: Sequence[Cycles], side: Side, reference: Side) -> Markup:
 def wrist_paths(pair: Pair, reference: Side, unit: str) -> Markup:
     """Both wrists from two sides and from above, in the reference's LEVEL and at one scale."""
     mine, other = (_wrists(joints) for joints in (pair.level, reference.joints_at(pair.times)))
-    front, right = ways_of_level(reference.run.level_heading if reference.run else "median")
+    front, right = ways_of_level(reference.run.need("rectified").level_heading if reference.run else "median")
     views = {
         f"From {right}": ((0, 2), (-1, 1), f"{front} is to the right"),
         "From above": ((1, 0), (1, -1), f"{front} is up, {right} to the right"),

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
+from ....pipeline.core.measures import Curve, Curves, Group, Row, grouped, moments, subgroup
 from ....pipeline.signals.angles import ANGLES, unwrapped
 from ...measures.cycles import POINTS, alike, normalised
 from .figures import cycles_agree
@@ -61,26 +61,33 @@ def _cut(side: Side, angle: str, cut: np.ndarray) -> np.ndarray:
     return curves
 
 
-def spans(measures: dict[str, Any] | None) -> dict[tuple[str, str], np.ndarray]:
+def spans(measures: Iterable[Row]) -> dict[tuple[str, str], np.ndarray]:
     """(N, 2) seconds at which to cut, by kind of cycle and angle, from a run's measures (stages/measures/stage.py)."""
-    return {(kind, angle): cut for kind, angle, cut in _spans(measures or {}) if angle in ANGLES and len(cut)}
+    found = _spans(grouped(measures))
+    return {(kind, angle): cut for kind, angle, cut in found if angle in ANGLES and len(cut)}
 
 
-def _spans(measures: dict[str, Any]) -> Iterator[tuple[str, str, np.ndarray]]:
-    bends, raises, walking = (measures.get(name) or {} for name in ("knee_bends", "arm_raises", "walking"))
-    for angle in bends.get("cycles", {}):
-        yield "knee bends", angle, _starts_and_stops(bends)
-    for name, group in (measures.get("repetitions") or {}).items():
-        yield "repetitions", name, _starts_and_stops(group)
+def _spans(measures: Group) -> Iterator[tuple[str, str, np.ndarray]]:
+    bends, raises, walking = (subgroup(measures, name) for name in ("knee_bends", "arm_raises", "walking"))
+    for curve in _curves(bends):
+        yield "knee bends", curve.angle, _starts_and_stops(bends)
+    for name, group in subgroup(measures, "repetitions").items():
+        if isinstance(group, dict):
+            yield "repetitions", name, _starts_and_stops(group)
     for side in ("right", "left"):
-        for angle in raises.get("cycles", {}):
-            if angle[0] == side[0]:
-                yield "arm raises", angle, _starts_and_stops(raises.get(side, {}))
-        for angle in walking.get("cycles", {}):
-            if angle[0] == side[0]:
-                yield "strides", angle, _starts_and_stops(walking.get(side, {}), "stride_")
+        for curve in _curves(raises):
+            if curve.side == side:
+                yield "arm raises", curve.angle, _starts_and_stops(subgroup(raises, side))
+        for curve in _curves(walking):
+            if curve.side == side:
+                yield "strides", curve.angle, _starts_and_stops(subgroup(walking, side), "stride_")
 
 
-def _starts_and_stops(group: dict[str, Any], of: str = "") -> np.ndarray:
-    both = [group.get(f"{of}start_s", []), group.get(f"{of}stop_s", [])]
+def _curves(group: Group) -> tuple[Curve, ...]:
+    curves = group.get("cycles")
+    return curves.of if isinstance(curves, Curves) else ()
+
+
+def _starts_and_stops(group: Group, of: str = "") -> np.ndarray:
+    both = [moments(group, f"{of}start"), moments(group, f"{of}stop")]
     return np.array(both, dtype=np.float64).T.reshape(-1, 2)

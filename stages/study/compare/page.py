@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from markupsafe import Markup
 
+from ....pipeline.core.measures import grouped, subgroup
 from ....pipeline.core.pose import package_version
 from ....pipeline.signals.angles import ANGLES, MIDLINE, OF_BOTH, sides_of
 from ...drawing.page import (
@@ -100,7 +101,7 @@ def _together(found: Comparison) -> Markup:
     words = " and ".join(
         "unfiltered" if hz is None else f"{hz:g} Hz" for hz in sorted(cutoffs, key=lambda x: x or 0)
     )
-    by = " and ".join(dict.fromkeys(side.rectifier for side in sides if side.rectifier))
+    by = " and ".join(dict.fromkeys(side.run.need("rectified").method for side in sides if side.run))
     return bullets(
         [*lines, f"Rectified by {by}; low-pass of the joints: {words}.", f"pcnet3d {package_version()}."]
     )
@@ -155,13 +156,13 @@ def _agreement_figures(pair: Pair, reference: Side) -> Markup:
 
 def _ranges(pair: Pair, reference: Side) -> Markup:
     """Of two runs, as their measures have them."""
-    both = [(side.measures or {}).get("range_of_motion", {}) for side in (reference, pair.side)]
+    both = [subgroup(grouped(side.measures), "range_of_motion") for side in (reference, pair.side)]
     if not all(both):
         return Markup("")
     by = {change.item: _by(change) for change in pair.changes if change.group == "range_of_motion"}
 
     def cells(name: str) -> list[Cell]:
-        return [*(range_words(of.get(name, {})) for of in both), by.get(name)]
+        return [*(range_words(subgroup(of, name)) for of in both), by.get(name)]
 
     rows: list[list[Cell]] = [
         [spoken(name), *(cell for part in sides_of(name) for cell in cells(part))]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -17,16 +16,16 @@ from ....pipeline.core.canonical import R_world_from_body
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.frames import LEVEL
 from ....pipeline.core.layouts import H36M17
+from ....pipeline.core.measures import Row
 from ....pipeline.core.messages import how_many
 from ....pipeline.core.pose import PoseSequence
 from ....pipeline.core.rotations import rotate, transpose
-from ....pipeline.files.arrays import load
-from ....pipeline.files.atomic import SUMMARY
+from ....pipeline.core.take import Session, Take
+from ....pipeline.files.finished import read_run
 from ....pipeline.signals.angles import ANGLES, near, unwrapped
 from ....pipeline.signals.filters import CUTOFF_HZ, breaks, resample
 from ...trajectories import cannot_be_told
-from ..finished_run import Run, load_run, methods
-from ..rates import is_lifted
+from ..methods import methods
 
 TRUTH = "motion capture"
 LEAST_S = 1.0  # of motion that both sides know, for them to be compared moment by moment
@@ -37,12 +36,10 @@ class Side:
     """One side of a comparison.
 
     level: (T, 17, 3) relative to the pelvis, +z up, one heading for the take. angles, sd: (T,) degrees by name of
-    pipeline.signals.angles.ANGLES, NaN for an angle that the run lacks; sd is the stated standard error. measures: of
-    stages.measures.stage. acceleration, acceleration_sd: (T,) norms by joint, relative to the pelvis, of those that can
-    be told, and their standard error; none of motion capture. sources: what was read, for telling takes of one
-    recording. session: what the user said about it, by field of Session. run, body, rectifier: the run's own arrays,
-    its joints (T, 17, 3) in BODY and the full name of its method; None for motion capture. lifted: whether the run
-    lifted its poses itself.
+    pipeline.signals.angles.ANGLES, NaN for an angle that the run lacks; sd is the stated standard error.
+    acceleration, acceleration_sd: (T,) norms by joint, relative to the pelvis, of those that can be told, and their
+    standard error; none of motion capture. sources: what was read, for telling takes of one recording. run: what the
+    run's folder holds, None for motion capture.
     """
 
     name: str
@@ -55,16 +52,21 @@ class Side:
     sd: dict[str, np.ndarray]
     metric: bool
     cutoff_hz: float | None
-    measures: dict[str, Any] | None = None
     acceleration: dict[str, np.ndarray] = field(default_factory=dict)
     acceleration_sd: dict[str, np.ndarray] = field(default_factory=dict)
     sources: tuple[dict[str, Any], ...] = ()
-    session: dict[str, str] = field(default_factory=dict)
-    run: Run | None = None
-    body: np.ndarray | None = None
-    rectifier: str | None = None
-    lifted: bool = False
+    run: Take | None = None
     warnings: tuple[str, ...] = ()
+
+    @property
+    def measures(self) -> tuple[Row, ...]:
+        """Of the run; none for motion capture and where the run has none."""
+        return (self.run and self.run.measures) or ()
+
+    @property
+    def session(self) -> Session:
+        """What the user said about the recording."""
+        return self.run.session if self.run else Session()
 
     def at(self, name: str, time_s: np.ndarray) -> np.ndarray:
         """An angle (N,) at other times (N,) of this side's clock, NaN in gaps and outside."""
@@ -84,40 +86,30 @@ class Side:
 
 def load_side(folder: Path) -> Side:
     """The run in a folder. InputError when there is none that finished, or when it has no joint angles."""
-    import pyarrow.lib
-    import pyarrow.parquet as pq
-
-    run = load_run(folder)
-    run = replace(run, source=relative(run.source))
-    try:
-        table = pq.read_table(folder.resolve() / "kinematics.parquet")  # it takes "a:b" for an address
-        summary: dict[str, Any] = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
-        body = load(folder / "poses.npz", run.source.shape, key="body").astype(np.float64)
-    except (OSError, ValueError, pyarrow.lib.ArrowException) as error:
-        raise InputError(f"Expected kinematics.parquet of a finished run in {folder}: {error}.") from None
+    run = read_run(folder)
+    poses, rectified = run.need("poses"), run.need("rectified")
+    run = run.with_(poses=poses.with_(joints=relative(poses.joints)))
     columns = {
-        name: table[name].to_numpy().astype(np.float64)
-        for name in table.column_names
+        name: values.astype(np.float64)
+        for name, values in run.need("kinematics").items()
         if "_deg" in name or "_acceleration" in name
     }
     missing = [name for name in ANGLES if f"{name}_deg" not in columns]
-    if len(missing) == len(ANGLES) or table.num_rows != len(run.time_s):
+    if len(missing) == len(ANGLES):
         raise InputError(
-            f"Expected a run with joint angles in {folder}, and there are none of "
-            f"{', '.join(missing[:3]) or 'its rows'}; "
-            "run it again with the stage 'angles'."
+            f"Expected a run with joint angles in {folder}, and there are none of {', '.join(missing[:3])}; run it "
+            "again with the stage 'angles'."
         )
-    unknown = np.full(len(run.time_s), np.nan)
+    unknown = np.full(len(poses), np.nan)
     joints = [
         name.removesuffix("_acceleration")
         for name in columns
         if name.endswith("_acceleration") and not cannot_be_told(columns, name)
     ]
-    method = str(summary["rectification"]["method"])
-    warnings = (
-        [] if run.level_ok else [f"{folder.name} could not be levelled: angles to gravity are missing."]
-    )
-    if run.camera == "moving":
+    warnings = []
+    if not rectified.level_ok:
+        warnings.append(f"{folder.name} could not be levelled: angles to gravity are missing.")
+    if rectified.camera == "moving":
         warnings.append(f"{folder.name} was seen by a moving camera: its heading is relative to that.")
     if missing:  # made before this version of pcnet3d had these
         warnings.append(
@@ -125,34 +117,29 @@ def load_side(folder: Path) -> Side:
         )
     return Side(
         name=folder.resolve().name,
-        about=_about(summary, run),
-        time_s=run.time_s,
-        frame_index=run.frame_index,
-        seams=run.seams,
-        level=run.level,
+        about=_about(run),
+        time_s=poses.times,
+        frame_index=poses.frame_index,
+        seams=breaks(poses),
+        level=rectified.level.joints.astype(np.float64),
         angles={name: columns.get(f"{name}_deg", unknown) for name in ANGLES},
         sd={name: columns.get(f"{name}_sd_deg", unknown) for name in ANGLES},
-        metric=run.metric,
-        cutoff_hz=_cutoff(summary),
-        measures=summary.get("measures"),
+        metric=poses.frame.metric,
+        cutoff_hz=_cutoff(run),
         acceleration={joint: columns[f"{joint}_acceleration"] for joint in joints},
         acceleration_sd={joint: columns.get(f"{joint}_acceleration_sd", unknown) for joint in joints},
-        sources=tuple(summary.get("inputs", ())),
-        session=summary.get("session") or {},
+        sources=run.inputs,
         run=run,
-        body=body,
-        rectifier=method,
-        lifted=is_lifted(summary),
         warnings=tuple(warnings),
     )
 
 
-def _about(summary: dict[str, Any], run: Run) -> str:
+def _about(run: Take) -> str:
     """What was told of the session, if anything, the recording and its length."""
-    told = summary.get("session") or {}
-    person = f"person {told['person_id']}" if told.get("person_id") else ""
-    words = (told.get("title"), person, told.get("date"), run.name, how_many(len(run.time_s), "frame"))
-    return ", ".join(str(word) for word in words if word)
+    told = run.session
+    person = f"person {told.person_id}" if told.person_id else ""
+    words = (told.title, person, told.date, run.name, how_many(len(run.need("poses")), "frame"))
+    return ", ".join(word for word in words if word)
 
 
 def truth_side(poses: PoseSequence, about: str, cutoff_hz: float | None) -> Side:
@@ -199,7 +186,7 @@ def one_clock(side: Side, reference: Side) -> bool:
 
 def told_apart(side: Side, reference: Side) -> list[str]:
     """What the user said of both recordings that makes them two: "dates", "people"; empty where nothing does."""
-    both = [(side.session.get(key), reference.session.get(key)) for key in ("date", "person_id")]
+    both = [(getattr(side.session, key), getattr(reference.session, key)) for key in ("date", "person_id")]
     return [word for word, (a, b) in zip(("dates", "people"), both, strict=True) if a and b and a != b]
 
 
@@ -209,19 +196,19 @@ def as_poses(side: Side, joints: np.ndarray, time_s: np.ndarray, frame_index: np
     return PoseSequence(joints, H36M17, frame, time_s=time_s, frame_index=frame_index, person=side.name)
 
 
-def unrectified(run: Run, cutoff_hz: float | None) -> dict[str, np.ndarray]:
+def unrectified(run: Take, cutoff_hz: float | None) -> dict[str, np.ndarray]:
     """The angles (T,) of a run as if its camera were level: what they would be without finding gravity."""
-    if run.camera == "gravity":
+    if run.need("rectified").camera == "gravity":
         return {}
     joints = methods(run)["camera axes"]
-    filtered = joints if cutoff_hz is None else smoothed(joints, run.time_s, cutoff_hz)
+    filtered = joints if cutoff_hz is None else smoothed(joints, run.need("poses").times, cutoff_hz)
     series = take_angles(joints, filtered, R_world_from_body(joints), lifted=False)
     return {name: angle.value_deg for name, angle in series.items()}
 
 
-def _cutoff(summary: dict[str, Any]) -> float | None:
+def _cutoff(run: Take) -> float | None:
     """Of the low-pass that the run's kinematics went through; None when it was off."""
-    for step in reversed(summary.get("history", [])):
-        if step.get("name") == "low-pass filter":
-            return step["options"].get("cutoff_hz")
+    for step in reversed((run.filtered or run.need("rectified").level).history):
+        if step.name == "low-pass filter":
+            return step.options.get("cutoff_hz")
     return CUTOFF_HZ

@@ -7,7 +7,6 @@ and over that size: the root mean square distance of the twelve limb joints from
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,10 +16,12 @@ from ....models import load_rectifier
 from ....pipeline.core.canonical import R_world_from_body
 from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.rotations import is_finite, rotate, transpose
+from ....pipeline.core.take import Take
 from ...drawing.charts import Curve, over_time
 from ...drawing.page import charts, figure
 from ...drawing.words import spoken
-from ..finished_run import methods
+from ..methods import method_name, methods
+from ..rates import is_lifted
 from .figures import correlation
 from .side import TRUTH, Side
 
@@ -48,15 +49,15 @@ class Wrists:
     agreement: dict[str, dict[str, dict[str, dict[str, float]]]]
 
 
-def wrists(side: Side, truth: np.ndarray, keypoints: np.ndarray | None) -> Wrists:
-    """side: a run. truth: (T, 17, 3) motion capture at its rows, relative to the pelvis, +z up. keypoints: (T, 12, 2)
-    pixels of LIMBS at its rows, where the run has some."""
+def wrists(side: Side, truth: np.ndarray) -> Wrists:
+    """side: a run. truth: (T, 17, 3) motion capture at its rows, relative to the pelvis, +z up."""
+    assert side.run is not None
     body = rotate(transpose(R_world_from_body(truth)), truth)
     limbs = H36M17.indices(_LIMBS)
-    ways = {name: (joints[:, limbs], joints) for name, joints in _ways(side).items()}
+    ways = {name: (joints[:, limbs], joints) for name, joints in _ways(side.run).items()}
     size = _size(body[:, limbs], body[:, limbs], (0, 1, 2))[0]
     paths = {TRUTH: {wrist: body[:, H36M17.index(wrist)] / size for wrist in WRISTS}}
-    if keypoints is not None:
+    if (keypoints := limbs_of(side.run)) is not None:
         hips = [_LIMBS.index("r_hip"), _LIMBS.index("l_hip")]
         flat = keypoints - keypoints[:, hips].mean(axis=1, keepdims=True)
         # A camera taken as level, in front of a person who faces it: the image's left is the person's right.
@@ -76,21 +77,21 @@ def wrists(side: Side, truth: np.ndarray, keypoints: np.ndarray | None) -> Wrist
     return Wrists(side.time_s, paths, size, agreement)
 
 
-def _ways(side: Side) -> dict[str, np.ndarray]:
+def _ways(run: Take) -> dict[str, np.ndarray]:
     """Joints (T, 17, 3) in BODY by method: the lifter's own axes, each rectifier per frame, and the take's one up."""
-    run = side.run
-    assert run is not None
-    assert side.body is not None
-    if run.camera == "gravity":
-        return {"the source's own up": side.body}
+    poses, rectified = run.need("poses"), run.need("rectified")
+    body = rectified.body.joints.astype(np.float64)
+    if rectified.camera == "gravity":
+        return {"the source's own up": body}
+    source, own = poses.joints.astype(np.float64), method_name(rectified)
     result = {"camera axes": methods(run)["camera axes"]}
-    for name in ("geometric", run.method):
+    for name in ("geometric", own):
         if name in ("geometric", "pcnet"):
             chosen = load_rectifier(name)
-            if name == "geometric" or chosen.method == side.rectifier:
-                R_camera_from_body, _ = chosen.rotation(run.source)
-                result[f"{name} per frame"] = rotate(transpose(R_camera_from_body), run.source)
-    return {**result, f"{run.method}, take": side.body}
+            if name == "geometric" or chosen.method == rectified.method:
+                R_camera_from_body, _ = chosen.rotation(source)
+                result[f"{name} per frame"] = rotate(transpose(R_camera_from_body), source)
+    return {**result, f"{own}, take": body}
 
 
 def _size(points: np.ndarray, others: np.ndarray, axes: tuple[int, ...]) -> tuple[float, float]:
@@ -113,32 +114,21 @@ def _agreement(path: np.ndarray, truth: np.ndarray, size: float) -> dict[str, di
     return found
 
 
-def limbs_of(recording: Path, frame_index: np.ndarray) -> np.ndarray | None:
-    """(T, 12, 2) pixels of the 2D keypoints in a run's recording, at its video frames; None where it has none."""
-    from rerun.chunk import RrdReader
+def limbs_of(run: Take) -> np.ndarray | None:
+    """(T, 12, 2) pixels of the run's 2D keypoints in the video frames of its poses; None where it has none of them."""
+    keypoints = run.keypoints
+    if keypoints is None or not set(_LIMBS) <= set(keypoints.layout.joints):
+        return None
+    wanted = run.need("poses").frame_index
+    rows = np.clip(np.searchsorted(keypoints.frame_index, wanted), 0, len(keypoints) - 1)
+    limbs = keypoints.joints[rows][:, keypoints.layout.indices(_LIMBS)].astype(np.float64)
+    return np.where((keypoints.frame_index[rows] == wanted)[:, None, None], limbs, np.nan)
 
-    names: list[str] = []
-    rows: dict[int, np.ndarray] = {}
-    if not recording.is_file():
-        return None
-    for chunk in RrdReader(recording).stream().to_chunks():
-        if chunk.entity_path != "/video/keypoints/joints":
-            continue
-        batch = chunk.to_record_batch()
-        columns = set(batch.schema.names)
-        if "Points2D:labels" in columns:
-            names = batch.column("Points2D:labels")[0].as_py()
-        if {"Points2D:positions", "frame"} <= columns:
-            frames = batch.column("frame").to_numpy(zero_copy_only=False)
-            points = batch.column("Points2D:positions").to_pylist()
-            rows |= {
-                int(frame): np.array(at, dtype=np.float64) for frame, at in zip(frames, points, strict=True)
-            }
-    if not rows or not set(_LIMBS) <= set(names):
-        return None
-    order = [names.index(joint) for joint in _LIMBS]
-    nothing = np.full((len(names), 2), np.nan)
-    return np.stack([rows.get(int(frame), nothing) for frame in frame_index])[:, order]
+
+def lacks_keypoints(run: Take) -> bool:
+    """Whether a run read or detected 2D keypoints that its folder does not hold, as before they were kept there."""
+    read = any(entry.get("role") == "keypoints" for entry in run.inputs)
+    return run.keypoints is None and (read or is_lifted(run))
 
 
 def wrist_charts(found: Wrists, wrist: str, times: np.ndarray) -> Markup:

@@ -27,13 +27,15 @@ from ....pipeline.core.messages import how_many, show
 from ....pipeline.core.pose import package_version
 from ....pipeline.core.rotations import is_finite
 from ....pipeline.core.system import quoted
+from ....pipeline.core.take import Take
 from ....pipeline.files.atomic import add_to_list, whole_folder
+from ....pipeline.files.finished import read_run
 from ....pipeline.plugins.options import call, did_you_mean, pairs
 from ....pipeline.reading.find import adapters, find_adapter, recognises
 from ....pipeline.reading.take import sha256
-from ....pipeline.signals.filters import CUTOFF_HZ, check_cutoff, rate
+from ....pipeline.signals.filters import CUTOFF_HZ, breaks, check_cutoff, rate
 from ....pipeline.signals.imu import GRAVITY_MPS2, SEGMENTS, Imu, point_on
-from ..finished_run import Run, load_run, methods
+from ..methods import method_name, methods
 from .align import Alignment, Signal, agreement, agreement_of_norms, align, heading_deg, turned
 from .motion import as_vertical, even_times, imu_norm, imu_signal, path_acceleration, still_pelvis
 from .output import IMU_RECORDING, Comparison, as_markdown, as_page, write_recording
@@ -77,7 +79,7 @@ def imu(
 
     Segments that were compared before stay beside the new ones; the same segment again takes its place.
     """
-    run = load_run(folder)
+    run = read_run(folder)
     options = pairs(option) | ({} if rate_hz is None else {"rate_hz": rate_hz})
     sensors, compared = read_imus(imu, segment or [], adapter, options)
     sensors = {name: replace(sensor, time_s=sensor.time_s + offset) for name, sensor in sensors.items()}
@@ -206,7 +208,7 @@ def root_acceleration(file: Path, cutoff_hz: float, offset_s: float = 0.0) -> Si
 
 
 def compare(
-    run: Run,
+    run: Take,
     sensor: Imu,
     pelvis: Imu | None = None,
     root: Signal | None = None,
@@ -220,7 +222,9 @@ def compare(
     The lag and the clock's rate are properties of the recordings: they are found with the run's own method and hold
     for all. The heading is each method's own. InputError when there is too little to compare.
     """
-    check_cutoff(cutoff_hz, rate(run.time_s))
+    poses, rectified = run.need("poses"), run.need("rectified")
+    times, seams, level = poses.times, breaks(poses), rectified.level.joints.astype(np.float64)
+    check_cutoff(cutoff_hz, rate(times))
     if sensor.R_world_from_sensor is None:
         return _compare_norms(run, sensor, search_s, cutoff_hz, along)
     warnings = list(sensor.notes)
@@ -230,14 +234,14 @@ def compare(
         reference = imu_signal(pelvis, None, cutoff_hz)
         means = "the pelvis IMU is subtracted from the IMU, in their common world"
     signal = imu_signal(sensor, reference, cutoff_hz)
-    time_s = even_times(run.time_s, cutoff_hz)
+    time_s = even_times(times, cutoff_hz)
 
     def acceleration(path: np.ndarray) -> np.ndarray:
-        return path_acceleration(path, run.time_s, run.seams, time_s, cutoff_hz)
+        return path_acceleration(path, times, seams, time_s, cutoff_hz)
 
     rows = np.ones(len(time_s), dtype=bool)
     if reference is None:
-        rows = still_pelvis(run.level, run.time_s, run.seams, time_s)
+        rows = still_pelvis(level, times, seams, time_s)
         means = (
             "no pelvis IMU and no path of the root: only spans in which the pelvis stands still are compared"
         )
@@ -252,7 +256,7 @@ def compare(
     at_video = signal(found.imu_time(time_s))
     imus = {name: turned(at_video, heading_deg(values, at_video)) for name, values in video.items()}
     scale = 1.0
-    if not run.metric:
+    if not poses.frame.metric:
         scale = _size(imus[own], video[own]) / _size(video[own], imus[own])
         video = {name: scale * values for name, values in video.items()}
         warnings.append(
@@ -275,32 +279,35 @@ def compare(
 
 
 def _compare_norms(
-    run: Run, sensor: Imu, search_s: float, cutoff_hz: float, along: float | None
+    run: Take, sensor: Imu, search_s: float, cutoff_hz: float, along: float | None
 ) -> Comparison:
     """A sensor without orientation against the run's own method: the norms with gravity, carried as vertical."""
     means = f"no orientation of the IMU on {sensor.segment} is given: only the norm, gravity included, is compared"
-    if not run.metric:
+    poses, rectified = run.need("poses"), run.need("rectified")
+    times, seams, level = poses.times, breaks(poses), rectified.level
+    if not poses.frame.metric:
         raise InputError(
             f"Expected a run in metres ({means}), got one without a scale; run it again with --stature METRES, or "
             "export the IMU's quaternions."
         )
-    time_s = even_times(run.time_s, cutoff_hz)
-    path = point_on(sensor.segment, run.level, along)
+    time_s = even_times(times, cutoff_hz)
+    joints, root = level.joints.astype(np.float64), level.measured_root
+    path = point_on(sensor.segment, joints, along)
     rows = np.ones(len(time_s), dtype=bool)
-    if is_finite(run.root).any():
-        path = path + run.root
+    if root is not None and is_finite(root).any():
+        path = path + root
         means += "; the pelvis' own motion is that of the run's path"
     else:
-        rows = still_pelvis(run.level, run.time_s, run.seams, time_s)
+        rows = still_pelvis(joints, times, seams, time_s)
         means += ", in the spans in which the pelvis stands still"
-    acceleration = path_acceleration(path, run.time_s, run.seams, time_s, cutoff_hz)
+    acceleration = path_acceleration(path, times, seams, time_s, cutoff_hz)
     force = acceleration + np.array([0.0, 0.0, GRAVITY_MPS2])
     video = np.where(rows[:, None], as_vertical(force), np.nan)
     step_s = float(time_s[1] - time_s[0])
     _check_length(run, sensor, video, step_s, means)
     signal = imu_norm(sensor, cutoff_hz)
     found = replace(align(time_s, video, signal, search_s), heading_deg=float("nan"))
-    felt = signal(found.imu_time(time_s))
+    felt, name = signal(found.imu_time(time_s)), method_name(rectified)
     return Comparison(
         segment=sensor.segment,
         means=means,
@@ -309,19 +316,19 @@ def _compare_norms(
         compared_s=float((is_finite(video) & is_finite(felt)).sum() * step_s),
         metres_per_unit=1.0,
         time_s=time_s,
-        video={run.method: video},
-        imu={run.method: felt},
-        agreement={run.method: agreement_of_norms(video, felt, step_s)},
+        video={name: video},
+        imu={name: felt},
+        agreement={name: agreement_of_norms(video, felt, step_s)},
         warnings=(*sensor.notes, *_doubts(run, found)),
     )
 
 
-def _check_length(run: Run, sensor: Imu, video: np.ndarray, step_s: float, means: str) -> None:
+def _check_length(run: Take, sensor: Imu, video: np.ndarray, step_s: float, means: str) -> None:
     compared_s = is_finite(video).sum() * step_s
     if compared_s < _LEAST_S:
         raise InputError(
             f"Expected at least {_LEAST_S:g} s of video to compare with the IMU on {sensor.segment}, got "
-            f"{compared_s:.1f} of {run.time_s[-1] - run.time_s[0]:.1f} s ({means}); give a longer take, or an IMU on "
+            f"{compared_s:.1f} of {np.ptp(run.need('poses').times):.1f} s ({means}); give a longer take, or an IMU on "
             "the pelvis."
         )
 
@@ -331,11 +338,11 @@ def _size(values: np.ndarray, other: np.ndarray) -> float:
     return float(np.sqrt(values[both].var(axis=0).sum()))
 
 
-def _doubts(run: Run, found: Alignment) -> list[str]:
-    doubts = []
-    if not run.level_ok:
+def _doubts(run: Take, found: Alignment) -> list[str]:
+    doubts, rectified = [], run.need("rectified")
+    if not rectified.level_ok:
         doubts.append("The run could not be levelled, so its axes are not upright.")
-    if run.camera == "moving":
+    if rectified.camera == "moving":
         doubts.append(
             "The camera moves: only the vertical axis can be compared, the others turn with the camera."
         )

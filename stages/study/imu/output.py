@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ....pipeline.core.rotations import is_finite
+from ....pipeline.core.take import Take
 from ....pipeline.files.atomic import whole_file
 from ....pipeline.files.viewer import RECORDING
 from ...drawing.charts import Curve, over_time
 from ...drawing.page import answer, box, charts, figure, page
 from ...drawing.palette import as_hex
 from ...drawing.rerun_log import time_columns
-from ..finished_run import Run
 from .align import Alignment, Signal
 
 if TYPE_CHECKING:
@@ -181,7 +181,7 @@ def _busiest(result: Comparison) -> slice:
 
 
 def write_recording(
-    run: Run,
+    run: Take,
     results: Sequence[Comparison],
     axes: Mapping[str, Sequence[str]],
     words: str,
@@ -194,7 +194,8 @@ def write_recording(
     from rerun.chunk import RrdReader
 
     recording = rr.RecordingStream("pcnet3d")
-    clock = time_columns(run.frame_index, run.time_s)
+    times = run.need("poses").times
+    clock = time_columns(run.need("poses").frame_index, times)
     with whole_file(path) as partial:
         recording.save(partial, default_blueprint=_blueprint(folder, axes))
         if len(axes) > len(results):
@@ -206,7 +207,7 @@ def write_recording(
         recording.log("imu/summary", rr.TextDocument(words, media_type=rr.MediaType.MARKDOWN), static=True)
         for result in results:
             video, imu = (
-                result.curves(Signal(result.time_s, side[result.own])(run.time_s))
+                result.curves(Signal(result.time_s, side[result.own])(times))
                 for side in (result.video, result.imu)
             )
             for i, axis in enumerate(result.axes):

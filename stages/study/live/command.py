@@ -91,7 +91,9 @@ def live(
             recorded = recorded.with_(person=seen.person, image_size=size)
             recipe = _end(recorded)
             with stages(["read", *(entry.use for entry in recipe.stages)]) as done:
-                take = run_into(folder, recorded, recipe, done)
+                (run,) = run_into(folder, recorded, recipe, done)
+            take = run.take
+            assert take is not None
             tell(take)
         except (InputError, KeyboardInterrupt) as error:
             if seen.person is None and (video is None or shown.video or not any(seen.size)):  # none is kept

@@ -43,14 +43,6 @@ def test_refused(tmp_path, adapter, content, message):
     assert len(str(caught.value)) < 400 + len(str(path))
 
 
-@pytest.mark.parametrize("adapter", ADAPTERS, ids=lambda adapter: adapter.name)
-def test_folder_and_nothing(tmp_path, adapter):
-    for path in (tmp_path, tmp_path / "nothing.json"):
-        assert not adapter.sniff(path)
-        with pytest.raises(InputError, match="Expected"):
-            adapter.read(path)
-
-
 @pytest.mark.parametrize("form", FORMS)
 def test_truncated_file_is_recognised_and_refused(write, moving, form):
     person = between_shoulders(moving(18)) if form == "alphapose_open" else moving(17)

@@ -69,17 +69,6 @@ def test_codec_is_the_format_not_the_decoder(film, tmp_path):
 
 
 @pytest.mark.parametrize(
-    "content", [b"", b"hello, this is no video\n" * 99, b'[{"image_id": 1}]', b"\x93NUMPY" * 99]
-)
-def test_no_video(tmp_path, content):
-    path = tmp_path / "clip.mp4"
-    path.write_bytes(content)
-    assert not video.sniff(path)
-    with pytest.raises(InputError, match=r"Expected a video in .*got something else"):
-        video.read(path)
-
-
-@pytest.mark.parametrize(
     "playlist", ["#EXTM3U\n#EXT-X-VERSION:3\n", "ffconcat version 1.0\nfile other.mp4\n"]
 )
 def test_playlists_are_not_opened(film, tmp_path, playlist):
@@ -89,13 +78,6 @@ def test_playlists_are_not_opened(film, tmp_path, playlist):
     path.write_text(playlist)
     with pytest.raises(InputError, match="got something else"):
         video.read(path)
-
-
-def test_folder_and_nothing(tmp_path):
-    for path in (tmp_path, tmp_path / "nothing.mp4"):
-        assert not video.sniff(path)
-        with pytest.raises(InputError, match="Expected a video"):
-            video.read(path)
 
 
 def test_cut_off_before_its_index(film, tmp_path):

@@ -39,12 +39,6 @@ def test_nobody_and_no_pixels(tmp_path):
             vis2d.read(path)
 
 
-def test_folder_without_it(tmp_path):
-    assert not vis2d.sniff(tmp_path)
-    with pytest.raises(InputError, match=r"keypoints\.npz"):
-        vis2d.read(tmp_path)
-
-
 @pytest.mark.data
 def test_real_folder(data):
     """The folder of an MHFormer run, its file, and the same keypoints as an array."""

@@ -14,7 +14,7 @@ from pcnet3d.examples.walker.files import write_files
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models import load_lifter
 from pcnet3d.models.lifter import images
-from pcnet3d.models.lifter.answers import Answers, load_answers
+from pcnet3d.models.lifter.answers import load_answers
 from pcnet3d.models.lifter.features import ray_rotation
 from pcnet3d.models.lifter.images import Crops, upright_crops
 from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, InputError, PoseSequence, remap, rotate
@@ -22,6 +22,7 @@ from pcnet3d.pipeline.core.anthropometry import implied_stature
 from pcnet3d.pipeline.core.device import computing_on
 from pcnet3d.pipeline.core.intrinsics import Intrinsics
 from pcnet3d.pipeline.core.layouts import COCO17, COCO23, FEET, MHR70
+from pcnet3d.pipeline.core.lifted import ToLift
 from pcnet3d.pipeline.reading.take import read_video
 
 SIZE = (1280, 960)
@@ -151,7 +152,7 @@ def test_rtmw3d_gives_the_body_back(markers, body, showing, video):
     truth = body + places[:, None]
     showing([shown(pixels) for pixels in projected(truth)])
     keypoints = keypoints_of(projected(truth))
-    lifted = load_lifter(markers(body[:, 2])).lift(keypoints, SIZE, FOCAL, video=video)
+    lifted = load_lifter(markers(body[:, 2])).lift(ToLift(keypoints, SIZE, FOCAL, video=video)).noted()
     expected = remap(PoseSequence(truth, COCO23, CAMERA))
     expected = expected.joints - expected.joint("pelvis")[:, None]
     assert np.linalg.norm(lifted.joints - expected, axis=-1).max() < 0.06  # a crop's pixel is up to 1.5 cm
@@ -173,8 +174,12 @@ def test_rtmw3d_s_body_projects_onto_its_joints(markers, body, showing, video, p
     """Wherever it stands: some place before the camera puts all of its joints on their pixels."""
     pixels = projected(placed(body, *place))
     showing([shown(pixels)])
-    lifted = load_lifter(markers(body[:, 2])).lift(keypoints_of(pixels[None]), SIZE, FOCAL, video=video)
-    assert lifted.history[-1].options["turned_by_the_ray"]
+    lifted = (
+        load_lifter(markers(body[:, 2]))
+        .lift(ToLift(keypoints_of(pixels[None]), SIZE, FOCAL, video=video))
+        .noted()
+    )
+    assert lifted.history[-1].options["focal_known"]
     names = [name for name in COCO23.joints if name in H36M17]
     joints = lifted.joints[0, H36M17.indices(names)].astype(float)
     rays = (pixels[COCO23.indices(names)] - np.array(SIZE) / 2) / FOCAL
@@ -191,9 +196,11 @@ def test_rtmw3d_s_body_projects_onto_its_joints(markers, body, showing, video, p
 def test_without_a_focal_length_the_bearing_is_told(markers, body, showing, video):
     pixels = projected(placed(body, 1.2, 0.0, 4.0))
     showing([shown(pixels)])
-    lifted = load_lifter(markers(body[:, 2])).lift(keypoints_of(pixels[None]), SIZE, video=video)
+    lifted = (
+        load_lifter(markers(body[:, 2])).lift(ToLift(keypoints_of(pixels[None]), SIZE, video=video)).noted()
+    )
     said = lifted.history[-1].options
-    assert not said["turned_by_the_ray"]
+    assert not said["focal_known"]
     assert said["bearing_deg"][0] == pytest.approx(np.degrees(np.arctan(0.3 * FOCAL / SIZE[0])), abs=1)
 
 
@@ -207,9 +214,9 @@ def test_distorted_images_are_straightened(markers, body, showing, video):
     filmed = cv2.projectPoints(truth, np.zeros(3), np.zeros(3), matrix, np.array(lens.distortion))[0][:, 0]
     lifter = load_lifter(markers(body[:, 2]))
     showing([shown(filmed)])
-    found = lifter.lift(keypoints_of(filmed[None]), SIZE, FOCAL, video=video, intrinsics=lens)
+    found = lifter.lift(ToLift(keypoints_of(filmed[None]), SIZE, FOCAL, video=video, intrinsics=lens)).noted()
     showing([shown(projected(truth))])
-    ideal = lifter.lift(keypoints_of(projected(truth)[None]), SIZE, FOCAL, video=video)
+    ideal = lifter.lift(ToLift(keypoints_of(projected(truth)[None]), SIZE, FOCAL, video=video)).noted()
     assert np.linalg.norm(found.joints - ideal.joints, axis=-1).max() < 0.04
 
 
@@ -219,7 +226,9 @@ def test_nobody_in_the_image_is_a_counted_gap(markers, body, showing, video):
     images[2] = np.zeros_like(images[0])
     images[4] = shown(pixels[0], ("r_elbow",))
     showing(images)
-    lifted = load_lifter(markers(body[:, 2])).lift(keypoints_of(pixels), SIZE, FOCAL, video=video)
+    lifted = (
+        load_lifter(markers(body[:, 2])).lift(ToLift(keypoints_of(pixels), SIZE, FOCAL, video=video)).noted()
+    )
     missing = np.isnan(lifted.joints).any(axis=-1)
     assert missing[2].all()
     assert missing[4].tolist() == [joint == "r_elbow" for joint in H36M17.joints]
@@ -232,7 +241,9 @@ def test_frames_without_keypoints_are_not_looked_at(markers, body, showing, vide
     pixels = np.tile(projected(placed(body, 0, 0, 4)), (40, 1, 1))
     showing([shown(pixels[0])] * 40)
     pixels[10:30] = np.nan
-    lifted = load_lifter(markers(body[:, 2])).lift(keypoints_of(pixels), SIZE, FOCAL, video=video)
+    lifted = (
+        load_lifter(markers(body[:, 2])).lift(ToLift(keypoints_of(pixels), SIZE, FOCAL, video=video)).noted()
+    )
     assert np.flatnonzero(np.isnan(lifted.joints).all(axis=(1, 2))).tolist() == list(range(10, 30))
     assert lifted.history[-1].options["frames_without_joints"] == 20
 
@@ -241,7 +252,9 @@ def test_a_body_that_is_deeper_than_long_has_no_scale(rtmw3d, body, showing, vid
     points = np.column_stack([np.full((23, 2), 0.5), 10 * body[:, 2]])
     pixels = projected(placed(body, 0, 0, 4))
     showing([shown(pixels)])
-    lifted = load_lifter(rtmw3d(points)).lift(keypoints_of(pixels[None]), SIZE, FOCAL, video=video)
+    lifted = (
+        load_lifter(rtmw3d(points)).lift(ToLift(keypoints_of(pixels[None]), SIZE, FOCAL, video=video)).noted()
+    )
     assert np.isnan(lifted.joints).all()
     assert lifted.history[-1].options["frames_without_scale"] == 1
 
@@ -259,7 +272,10 @@ def test_flip_takes_out_what_a_network_prefers_on_one_side(request, body, showin
         points[MHR70.index("l_wrist"), 0] += 0.2
     lifter = load_lifter(request.getfixturevalue(kind)(points))
     straight, fair = (
-        lifter.lift(keypoints_of(pixels[None]), SIZE, FOCAL, flip, video).joints[0].astype(float)
+        lifter.lift(ToLift(keypoints_of(pixels[None]), SIZE, FOCAL, flip, video))
+        .noted()
+        .joints[0]
+        .astype(float)
         for flip in (False, True)
     )
     left, right = H36M17.indices(("l_wrist", "r_wrist"))
@@ -281,7 +297,7 @@ def test_instanthmr_gives_body_and_place_back(instanthmr, body, showing, video):
     pixels = np.tile(projected(placed(body, 0.5, 0, 4)), (3, 1, 1))
     diagonal = float(np.hypot(*SIZE))
     lifter = load_lifter(instanthmr(mhr(body), (0.5, 0.1, 4.0)))
-    lifted = lifter.lift(keypoints_of(pixels), SIZE, diagonal, video=video)
+    lifted = lifter.lift(ToLift(keypoints_of(pixels), SIZE, diagonal, video=video)).noted()
     expected = remap(PoseSequence(mhr(body)[None], MHR70, CAMERA))
     expected = expected.joints - expected.joint("pelvis")[:, None]
     others = np.delete(np.arange(17), H36M17.index("nose"))
@@ -292,7 +308,8 @@ def test_instanthmr_gives_body_and_place_back(instanthmr, body, showing, video):
     assert (lifted.frame.unit, lifted.frame.origin) == ("m", "pelvis")
     assert np.isnan(lifted.confidence).all()
     said = lifted.history[-1].options
-    assert (said["kind"], said["focal_known"], said["placed_by_the_lifter"]) == ("instanthmr", True, True)
+    assert (said["kind"], said["focal_known"]) == ("instanthmr", True)
+    assert lifted.root is not None
     assert "SAM License" in said["licence"]
 
 
@@ -302,7 +319,9 @@ def test_another_focal_length_turns_the_body_and_moves_it_along(instanthmr, body
     diagonal = float(np.hypot(*SIZE))
     pixels = projected(placed(body, 1.0, 0.0, 4.0))[None]
     lifter = load_lifter(instanthmr(mhr(body), (1.0, 0.0, 4.0)))
-    own, far = (lifter.lift(keypoints_of(pixels), SIZE, f * diagonal, video=video) for f in (1, 2))
+    own, far = (
+        lifter.lift(ToLift(keypoints_of(pixels), SIZE, f * diagonal, video=video)).noted() for f in (1, 2)
+    )
     assert_allclose(far.root, own.root * [1, 1, 2], atol=1e-5)
     middle, _ = box_of(pixels)
     middle /= diagonal
@@ -323,14 +342,20 @@ def test_instanthmr_s_place_is_straightened_as_its_body_is(instanthmr, body, sho
     diagonal = float(np.hypot(*SIZE))
     seen = np.append((filmed[-1] - np.array(SIZE) / 2) / diagonal, 1) * truth[2] * diagonal / FOCAL
     lifter = load_lifter(instanthmr(mhr(body), seen))
-    lifted = lifter.lift(keypoints_of(filmed[None, :-1]), SIZE, FOCAL, video=video, intrinsics=lens)
+    lifted = lifter.lift(
+        ToLift(keypoints_of(filmed[None, :-1]), SIZE, FOCAL, video=video, intrinsics=lens)
+    ).noted()
     assert_allclose(lifted.root, [truth], atol=1e-4)
 
 
 def test_without_a_focal_length_instanthmr_s_place_is_not_believed(instanthmr, body, showing, video):
     showing([np.zeros((SIZE[1], SIZE[0], 3), np.uint8)])
     pixels = projected(placed(body, 0, 0, 4))[None]
-    lifted = load_lifter(instanthmr(mhr(body), (0, 0, 4.0))).lift(keypoints_of(pixels), SIZE, video=video)
+    lifted = (
+        load_lifter(instanthmr(mhr(body), (0, 0, 4.0)))
+        .lift(ToLift(keypoints_of(pixels), SIZE, video=video))
+        .noted()
+    )
     assert lifted.root is None
     assert not lifted.history[-1].options["focal_known"]
 
@@ -342,7 +367,7 @@ def test_instanthmr_is_told_where_the_box_is(instanthmr, body, showing, video, a
     showing([image])
     pixels = projected(placed(body, 0.8, 0.3, 4.0))[None]
     path = instanthmr(np.zeros((70, 3)), metadata={"cliff_focal": "true"} if angles else {})
-    lifted = load_lifter(path).lift(keypoints_of(pixels), SIZE, FOCAL, video=video)
+    lifted = load_lifter(path).lift(ToLift(keypoints_of(pixels), SIZE, FOCAL, video=video)).noted()
     middle, side = box_of(pixels)
     side *= 1.2
     told = [*(2 * middle / SIZE), side / SIZE[0] * FOCAL / np.hypot(*SIZE)]  # the last one as a depth
@@ -356,8 +381,10 @@ def test_instanthmr_sees_the_crop_as_imagenet_has_it(instanthmr, body, showing, 
     grey = 90
     showing([np.full((SIZE[1], SIZE[0], 3), grey, np.uint8)])
     pixels = projected(placed(body, 0, 0, 6.0))[None]
-    lifted = load_lifter(instanthmr(np.zeros((70, 3)), (0, 0, 6.0))).lift(
-        keypoints_of(pixels), SIZE, video=video
+    lifted = (
+        load_lifter(instanthmr(np.zeros((70, 3)), (0, 0, 6.0)))
+        .lift(ToLift(keypoints_of(pixels), SIZE, video=video))
+        .noted()
     )
     mean = np.mean((grey / 255 - np.array([0.485, 0.456, 0.406])) / [0.229, 0.224, 0.225])
     assert_allclose(lifted.joint("nose")[0], (0, 0, mean), atol=0.01)
@@ -406,28 +433,27 @@ def test_interrupted_and_taken_up_again_is_bitwise_the_same(
 ):
     lifter, frames, keypoints = long_take
     showing(frames)
-    whole = lifter.lift(keypoints, SIZE, FOCAL, video=video)
+    whole = lifter.lift(ToLift(keypoints, SIZE, FOCAL, video=video)).noted()
     given, asked = images.images_ahead, []
     monkeypatch.setattr(images, "images_ahead", pressing_ctrl_c(given, stop))
     with pytest.raises(KeyboardInterrupt):
-        lifter.lift(keypoints, SIZE, FOCAL, video=video, keep=lambda found: found.save(tmp_path / "part.npz"))
-    part = load_answers(tmp_path / "part.npz")
-    assert part.looked == stop + 1
+        lifter.lift(ToLift(keypoints, SIZE, FOCAL, video=video, checkpoint=tmp_path / "part.npz"))
+    assert load_answers(tmp_path / "part.npz").looked == stop + 1
     monkeypatch.setattr(images, "images_ahead", noting(given, asked))
-    resumed = lifter.lift(keypoints, SIZE, FOCAL, video=video, before=part)
+    resumed = lifter.lift(ToLift(keypoints, SIZE, FOCAL, video=video, resume=tmp_path / "part.npz")).noted()
     assert asked == list(range(stop + 1, 30))
     np.testing.assert_array_equal(resumed.joints, whole.joints)
     np.testing.assert_array_equal(resumed.confidence, whole.confidence)
     assert resumed.history == whole.history
 
 
-def test_answers_of_another_lift_count_for_nothing(long_take, showing, video):
+def test_answers_of_another_lift_count_for_nothing(long_take, showing, video, tmp_path):
     lifter, frames, keypoints = long_take
     showing(frames)
-    whole = lifter.lift(keypoints, SIZE, FOCAL, video=video)
-    found: list[Answers] = []
-    lifter.lift(keypoints, SIZE, FOCAL, flip=True, video=video, keep=found.append)
-    again = lifter.lift(keypoints, SIZE, FOCAL, video=video, before=found[-1])
+    whole = lifter.lift(ToLift(keypoints, SIZE, FOCAL, video=video)).noted()
+    part = tmp_path / "part.npz"
+    lifter.lift(ToLift(keypoints, SIZE, FOCAL, flip=True, video=video, checkpoint=part))
+    again = lifter.lift(ToLift(keypoints, SIZE, FOCAL, video=video, resume=part)).poses
     np.testing.assert_array_equal(again.joints, whole.joints)
 
 
@@ -458,14 +484,16 @@ def test_images_are_let_go_of(long_take, monkeypatch, video):
             most.append(sum(ref() is not None for ref in held))
 
     monkeypatch.setattr(images, "images_ahead", given)
-    lifter.lift(keypoints, SIZE, FOCAL, video=video)
+    lifter.lift(ToLift(keypoints, SIZE, FOCAL, video=video)).noted()
     assert max(most) <= 2
 
 
-def test_a_network_that_fails_half_way_keeps_what_it_has_answered(long_take, showing, video, monkeypatch):
+def test_a_network_that_fails_half_way_keeps_what_it_has_answered(
+    long_take, showing, video, monkeypatch, tmp_path
+):
     lifter, frames, keypoints = long_take
     showing(frames)
-    look, kept = type(lifter.network).look, []
+    look = type(lifter.network).look
 
     def failing(network, crop, condition):
         if len(looked) == 7:
@@ -478,6 +506,6 @@ def test_a_network_that_fails_half_way_keeps_what_it_has_answered(long_take, sho
     with pytest.raises(
         InputError, match=r"markers.onnx@\w+ failed at video frame 7: out of memory; give"
     ) as error:
-        lifter.lift(keypoints, SIZE, FOCAL, video=video, keep=kept.append)
+        lifter.lift(ToLift(keypoints, SIZE, FOCAL, video=video, checkpoint=tmp_path / "part.npz"))
     assert "\n" not in str(error.value)
-    assert kept[-1].looked == 7
+    assert load_answers(tmp_path / "part.npz").looked == 7

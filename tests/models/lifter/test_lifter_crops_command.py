@@ -84,7 +84,7 @@ def test_a_run_names_network_licence_and_device(files, make, pcnet3d, tmp_path, 
         assert np.isfinite(poses["level"]).all()
         assert (str(poses["unit"]) == "m") == (kind == "instanthmr")
         assert np.isfinite(poses["root"]).all() or kind == "rtmw3d"  # that body fits no walker
-    assert ("placed_by_the_lifter" in step["options"]) == (kind == "instanthmr")
+    assert ("own_camera" in step["options"]) == (kind == "instanthmr")
     assert not (tmp_path / ".out.lift.npz").exists()
 
 

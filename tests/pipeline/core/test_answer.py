@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from golden.measures import rows_of
 from pcnet3d.pipeline import CAMERA, H36M17, PoseSequence, Take
 from pcnet3d.pipeline.core.answer import answer
 
@@ -15,7 +16,7 @@ WALK = {
 
 def take(unit: str = "m", **measures) -> Take:
     poses = PoseSequence(np.zeros((31, 17, 3)), H36M17, CAMERA.with_(unit=unit), time_s=np.arange(31) / 10)
-    return Take("take", poses=poses, measures={"range_of_motion": RANGES, **measures})
+    return Take("take", poses=poses, measures=rows_of({"range_of_motion": RANGES, **measures}))
 
 
 def test_a_walk_with_its_cadence_speed_and_knees():

@@ -91,14 +91,14 @@ def test_scale(poses):
     np.testing.assert_allclose(again.feet, small.feet * factor, rtol=1e-5)
 
 
-@pytest.mark.parametrize("parity", ["mirror", "swap", "swap-legs"])
-def test_left_and_right_put_right(poses, parity):
+@pytest.mark.parametrize("handedness", ["mirror", "swap", "swap-legs"])
+def test_left_and_right_put_right(poses, handedness):
     """What was wrong in joints and feet alike is right in both."""
-    wrong = repaired(poses, parity)
+    wrong = repaired(poses, handedness)
     assert np.abs(wrong.feet - poses.feet).max() > 0.1
-    np.testing.assert_allclose(repaired(wrong, parity).feet, poses.feet, atol=1e-6)
+    np.testing.assert_allclose(repaired(wrong, handedness).feet, poses.feet, atol=1e-6)
     left, right = (poses.feet[:, FEET.index(f"{side}_heel")] for side in "lr")
-    expected = left * [-1, 1, 1] if parity == "mirror" else right
+    expected = left * [-1, 1, 1] if handedness == "mirror" else right
     np.testing.assert_allclose(wrong.feet[:, FEET.index("l_heel")], expected, atol=1e-6)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from dataclasses import replace
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from types import SimpleNamespace
@@ -13,15 +14,31 @@ import pytest
 
 from pcnet3d.models import load_lifter, load_rectifier
 from pcnet3d.models.detector.load import load_detector
-from pcnet3d.pipeline import CAMERA, H36M17, IMAGE, InputError, Pipeline, PoseSequence, Take, cli
+from pcnet3d.pipeline import (
+    CAMERA,
+    GL_CAMERA,
+    H36M17,
+    IMAGE,
+    Camera,
+    InputError,
+    Lifted,
+    Pipeline,
+    PoseSequence,
+    Take,
+    cli,
+)  # fmt: skip
+from pcnet3d.pipeline.core.intrinsics import Intrinsics
+from pcnet3d.pipeline.core.layouts import COCO17
+from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.plugins import registry
 from pcnet3d.pipeline.running.runner import run_together
+from pcnet3d.stages import lift as stage_of_lift
 from pcnet3d.stages.export.stage import RUN_FILES, Export
 from pcnet3d.stages.lift import Lift
 
 OBJECTS = {
     "rectifiers": SimpleNamespace(method="toy@1", rotation=lambda joints: (np.eye(3), 0)),
-    "lifters": SimpleNamespace(method="toy@1", lift=lambda *_: None),
+    "lifters": SimpleNamespace(method="toy@1", unit="", takes=(), lift=lambda asked: None),
     "detectors": SimpleNamespace(method="toy@1", layout=None, people=lambda *_: ()),
     "person_detectors": SimpleNamespace(method="toy@1", boxes=lambda image: np.zeros((0, 4))),
 }
@@ -95,26 +112,113 @@ def test_a_lifter_of_another_package_has_the_kind_of_its_name(register):
         load_lifter("toy", "motionbert")
 
 
-def test_a_lifter_of_another_package_says_how_it_lifted(register):
-    """One that did not ended in a traceback; of one that uses the focal length it was said that it does not."""
+class Toy:
+    """A lifter of another package, which answers as the built-in one does but for these changes."""
+
+    method, unit = "toy@1", "arbitrary"
+
+    def __init__(self, *takes, answers=lambda lifted: lifted, **changes):
+        self.takes, self.answers, self.changes, self.asked = takes, answers, changes, []
+
+    def lift(self, asked):
+        self.asked.append(asked)
+        given = {"model": "toy@1", "kind": "toy", **self.changes}
+        return self.answers(replace(load_lifter("pcnet3d").lift(asked), **given))
+
+
+@pytest.fixture
+def take():
     pixels = 100 + 50 * np.random.default_rng(0).random((20, 17, 2))
     keypoints = PoseSequence(pixels, H36M17, IMAGE, time_s=np.arange(20) / 30)
-    take = Take("toy", keypoints=keypoints)
-    said: dict[str, object] = {}
+    return Take("toy", keypoints=keypoints).telling(image_size=(400, 300), focal_px=400.0)
 
-    def lift(keypoints, *_):
-        joints = load_lifter("pcnet3d").lift(keypoints, (400, 300)).joints
-        frame = CAMERA.with_(origin="pelvis", unit="arbitrary")
-        poses = PoseSequence(joints, H36M17, frame, time_s=keypoints.time_s)
-        return poses.noted("lift", **said) if said else poses
 
-    register("lifters", model(SimpleNamespace(method="toy@1", lift=lift)))
-    stage = Lift("toy", parity="ignore")
-    take = take.telling(image_size=(400, 300), focal_px=400.0)
-    with pytest.raises(InputError, match=r"the lifter toy@1 .* got none of model, kind, focal_known"):
-        stage(take)
-    said |= {"model": "toy@1", "kind": "toy", "focal_known": True}
-    assert not any("focal length is not used" in event.text for event in stage(take).notices)
+def lifted_by(register, toy, take):
+    register("lifters", model(toy))
+    return Lift("toy", handedness="ignore")(take)
+
+
+def test_of_another_packages_lifter_is_said_what_it_says(register, take):
+    """Of one that uses the focal length it was said that it does not."""
+
+    def said(take, **changes):
+        return {each.code: each.values for each in lifted_by(register, Toy(**changes), take).notices}
+
+    guessing = take.telling(focal_px=None)
+    assert "focal-not-used" in said(take, focal_px=None)
+    assert not {"focal-not-used", "focal-guessed"} & set(said(take))
+    assert said(guessing)["focal-guessed"]["focal_px"] == 400
+    assert said(guessing, bearing_deg=(3, 5))["bearing-shifts-heading"]["most_deg"] == 5
+    assert "focal-of-the-network" in said(guessing, own_camera=True)
+    assert "CC-0" in said(take, licence="CC-0")["lifted-by"]["licence"]
+    assert said(take, frames_without_person=7)["frames-without-person"] == {"frames": 7}
+    lifted = lifted_by(register, Toy(), take).poses
+    assert lifted.made_by == MadeBy("estimated", "toy@1", in_run=True)
+    assert lifted.history[-1].name == "lift" or lifted.history[-2].name == "lift"
+
+
+@pytest.mark.parametrize("takes", [("up",), ()])
+def test_another_packages_lifter_is_told_up_if_it_takes_it(register, take, monkeypatch, takes):
+    toy, up = Toy(*takes), np.array([0.0, -1.0, 0.0])
+    monkeypatch.setattr(stage_of_lift, "_known_up", lambda take, poses: up)
+    lifted_by(register, toy, take)
+    assert [asked.up is None for asked in toy.asked] == ([True, False] if takes else [True])
+
+
+@pytest.mark.parametrize("takes", [("guessed focal",), ()])
+def test_a_guessed_focal_length_is_given_to_who_takes_it(register, take, takes):
+    toy = Toy(*takes)
+    lifted_by(register, toy, take.with_(camera=Camera((400, 300), 300.0, 90.0, "prior")))
+    (asked,) = toy.asked
+    assert (asked.focal_px, asked.focal_known) == (300.0 if takes else None, False)
+
+
+@pytest.mark.parametrize("takes", [("gaps",), ()])
+def test_joints_out_of_the_image_are_left_out_for_who_takes_gaps(register, take, takes):
+    toy, joints = Toy(*takes), take.keypoints.joints.copy()
+    joints[3:, 16] = [420, 100]
+    lifted_by(register, toy, take.with_(keypoints=take.keypoints.with_(joints=joints)))
+    assert np.isnan(toy.asked[0].keypoints.joints[3, 16]).all() == bool(takes)
+
+
+@pytest.mark.parametrize("takes", [("images",), ()])
+def test_who_looks_at_images_is_given_keypoints_as_they_were_filmed(register, take, takes):
+    toy = Toy(*takes)
+    lens = Intrinsics((400.0, 400.0), (200.0, 150.0), (-0.3, 0.05, 0.0, 0.0), image_size=(400, 300))
+    lifted_by(register, toy, take.with_(camera=Camera((400, 300), 400.0, 0.0, "told", intrinsics=lens)))
+    (asked,) = toy.asked
+    assert asked.intrinsics is lens
+    assert np.array_equal(asked.keypoints.joints, take.keypoints.joints) == bool(takes)
+
+
+def test_any_lifter_is_given_where_to_keep_its_work_and_from_where_to_go_on(register, take, tmp_path):
+    toy = Toy()
+    register("lifters", model(toy))
+    Lift("toy", handedness="ignore", checkpoint=tmp_path / "now.npz", resume=tmp_path / "then.npz")(take)
+    assert (toy.asked[0].checkpoint, toy.asked[0].resume) == (tmp_path / "now.npz", tmp_path / "then.npz")
+
+
+@pytest.mark.parametrize(
+    ("toy", "words"),
+    [
+        (Toy(answers=lambda lifted: lifted.poses), "a Lifted of 20 rows, got PoseSequence: repair"),
+        (
+            Toy(answers=lambda lifted: replace(lifted, poses=lifted.poses.rows(0, 9))),
+            "of 20 rows, got 9: repair",
+        ),
+        (Toy("gap"), "takes 'gap', which there is not"),
+    ],
+)
+def test_a_lifter_that_keeps_no_promises_is_named(register, take, toy, words):
+    with pytest.raises(InputError, match=words):
+        lifted_by(register, toy, take)
+
+
+@pytest.mark.parametrize(("layout", "frame"), [(COCO17, CAMERA), (H36M17, GL_CAMERA)])
+def test_poses_in_other_joints_or_axes_are_no_lift(layout, frame):
+    poses = PoseSequence(np.zeros((3, 17, 3)), layout, frame)
+    with pytest.raises(InputError, match="toy@1 poses of H36M17 in CAMERA axes from the pelvis, got"):
+        Lifted(poses, "toy@1", "toy", None, False)
 
 
 def test_a_stage_that_returns_no_take_is_named():

@@ -247,17 +247,17 @@ def test_two_longest_people_need_a_name(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("spoil", "parity", "kinds"),
+    ("spoil", "handedness", "kinds"),
     [
         ([1, 1, 1], "mirror", {"repair", "warning"}),
         ([-1, 1, 1], "mirror", {"repair"}),
         ([-1, 1, 1], "ignore", {"warning"}),
     ],
 )
-def test_what_was_asked_of_left_and_right_is_reported(lifted, spoil, parity, kinds):
+def test_what_was_asked_of_left_and_right_is_reported(lifted, spoil, handedness, kinds):
     np.save(lifted, np.load(lifted) * spoil)
-    events = open_take(RunOptions(poses=lifted, fps=25, first_frame=0, left_right=parity)).notices
-    assert {event.weight for event in events if "left and right" in event.text.lower()} == kinds
+    notices = open_take(RunOptions(poses=lifted, fps=25, first_frame=0, handedness=handedness)).notices
+    assert {each.weight for each in notices if each.about == "left and right"} == kinds
 
 
 def test_gaps_taken_as_asked_are_counted(lifted):
@@ -271,13 +271,15 @@ def test_gaps_taken_as_asked_are_counted(lifted):
     assert "1 frame with all joints" in text
 
 
-@pytest.mark.parametrize("option", [{"fps": "30"}, {"parity": "ignore"}, {"gives": "poses"}, {"path": "x"}])
+@pytest.mark.parametrize(
+    "option", [{"fps": "30"}, {"handedness": "ignore"}, {"gives": "poses"}, {"path": "x"}]
+)
 def test_the_adapters_options_are_not_the_readers(lifted, option):
     with pytest.raises(InputError, match="no option"):
         open_take(RunOptions(poses=lifted, fps=25, options=option))
 
 
-@pytest.mark.parametrize("options", [{"parity": "mirorr"}, {"missing": "refused"}])
+@pytest.mark.parametrize("options", [{"handedness": "mirorr"}, {"missing": "refused"}])
 def test_a_misspelt_guard_is_refused(lifted, options):
     with pytest.raises(InputError, match="Expected"):
         read(lifted, fps=25, **options)

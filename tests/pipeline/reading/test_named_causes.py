@@ -8,6 +8,7 @@ import pytest
 from golden.films import film
 from pcnet3d.adapters import read, video
 from pcnet3d.pipeline import H36M17, InputError
+from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_take
 from pcnet3d.pipeline.signals.checks import upside_down
@@ -59,7 +60,8 @@ def test_y_up(save, bodies):
 
 def test_a_lift_that_is_upside_down_has_its_cause_in_the_picture(save, bodies):
     """A lifter's axes are its own, and there is no file of poses to be read in another way."""
-    poses = read(save(bodies * np.float32([1, -1, -1])), "motionbert").noted("lift", model="some network")
+    poses = read(save(bodies * np.float32([1, -1, -1])), "motionbert")
+    poses = poses.with_(made_by=MadeBy("estimated", in_run=True))
     (said,) = upside_down(poses)
     assert said.code == "picture-upside-down"
 

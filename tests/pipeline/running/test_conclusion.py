@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from golden.measures import rows_of
 from pcnet3d.pipeline import InputError, Take
 from pcnet3d.pipeline.core.answer import answer
 from pcnet3d.pipeline.core.notices import own_notice
@@ -19,7 +20,7 @@ from pcnet3d.stages.drawing.facts import facts_of
 @pytest.fixture(scope="module")
 def take(scene):
     poses = scene.poses[0]
-    return Take("walk", poses=poses, rectified=rectify(poses, "geometric"), findings=(), measures={})
+    return Take("walk", poses=poses, rectified=rectify(poses, "geometric"), findings=(), measures=())
 
 
 def test_two_lines_and_the_page(take, tmp_path, capsys):
@@ -47,7 +48,9 @@ def test_a_bound_is_said_with_the_same_digits_everywhere(take, bound, words):
 
 
 def test_what_moved_is_said_as_the_report_says_it(take):
-    measured = take.with_(measures={"walking": {"gait": "walking", "steps": 4, "cadence_spm": 112.0}})
+    measured = take.with_(
+        measures=rows_of({"walking": {"gait": "walking", "steps": 4, "cadence_spm": 112.0}})
+    )
     words = seen(measured)
     assert words.startswith(f"{take.poses.times[-1]:.1f} s, {len(take.poses)} frames. ")
     assert words.endswith(" ".join(answer(measured)))

@@ -38,8 +38,6 @@ def test_an_option_goes_to_each_stage_that_it_is_for():
         "trajectories": {"smoother": "savgol"},
         "angles": {"smoother": "savgol"},
     }
-    second = told(poses=POSES, keypoints=KEYPOINTS, also_lifter="pcnet3d", pitch=3, roll=0, focal=900)
-    assert second == {"second_lift": {"lifter": "pcnet3d"}}
     assert told(poses=POSES, person="2", fps=30, swaps="repair") == {}
     assert told(video=VIDEO, person="2", swaps="repair")["detect"] == {"person": "2", "swaps": "repair"}
 
@@ -155,7 +153,7 @@ def test_a_setting_that_cannot_be_used_is_refused_with_its_reason(setting, words
     ("given", "words"),
     [
         ({"fps": "fast"}, ["--fps=fast", "number"]),
-        ({"left_right": "ignroe"}, ["--left-right=ignroe", "'ignore'"]),
+        ({"handedness": "ignroe"}, ["--handedness=ignroe", "'ignore'"]),
         ({"image_size": "640"}, ["WIDTHxHEIGHT", "'640'"]),
         ({"gravity": "0,1"}, ["--gravity X,Y,Z", "'0,1'"]),
         ({"ftps": 30}, ["'ftps'", "did you mean fps"]),

@@ -9,6 +9,7 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 
+from golden.measures import rows_of
 from pcnet3d.adapters import c3d
 from pcnet3d.pipeline import CAMERA, H36M17, InputError, PoseSequence, Take
 from pcnet3d.pipeline.core.notices import own_notice
@@ -329,7 +330,7 @@ def test_netcdf_has_the_layout_of_movement(take, tmp_path):
 
 
 def test_what_was_filtered_and_measured_is_in_the_summary(take, tmp_path):
-    Export(tmp_path)(take.with_(measures={"r_wrist": {"path_length": 1.5}}))
+    Export(tmp_path)(take.with_(measures=rows_of({"r_wrist": {"path_length": 1.5}})))
     summary = json.loads((tmp_path / "summary.json").read_text())
     assert summary["measures"] == {"r_wrist": {"path_length": 1.5}}
     assert [step["name"] for step in summary["history"][-2:]] == ["low-pass filter", "smoother"]

@@ -9,6 +9,7 @@ import pytest
 from pyarrow import parquet
 
 from golden import jumps
+from golden.measures import rows_of
 from pcnet3d.examples.walker.camera import aimed, camera_poses, side_camera
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.gait.errors import mean_error
@@ -17,13 +18,13 @@ from pcnet3d.models.gait.of_take import least_step
 from pcnet3d.pipeline import H36M17, Z_UP, InputError, Pipeline, PoseSequence, Take, Told
 from pcnet3d.pipeline.core.answer import answer
 from pcnet3d.pipeline.core.frames import PC_CAMERA, change_frame
+from pcnet3d.pipeline.core.measures import nested
+from pcnet3d.pipeline.files.measures import Point, Row, read_measures
 from pcnet3d.pipeline.signals.angles import ANGLES, MIDLINE, near
 from pcnet3d.pipeline.signals.foot_angles import ALL_ANGLES
 from pcnet3d.stages.angles import Angles
 from pcnet3d.stages.clean import Clean
 from pcnet3d.stages.export.measures import (
-    Point,
-    Row,
     curve_points,
     rows,
     write_cycles,
@@ -59,7 +60,7 @@ def test_a_take_shows_the_same_whenever_it_was(walk, camera):
     """Stamps that count from 1970: what was done when is told from then, and as well as it was."""
     poses = camera_poses(walk, side_camera(walk))
     found, late = (
-        measured(poses.with_(time_s=poses.times + s), camera=camera).measures for s in (0.0, 1.7e9)
+        nested(measured(poses.with_(time_s=poses.times + s), camera=camera).measures) for s in (0.0, 1.7e9)
     )
     assert late["walking"]["steps"] == found["walking"]["steps"] > 5
     assert late["walking"]["cadence_spm"] == found["walking"]["cadence_spm"]
@@ -94,7 +95,7 @@ def test_ranges_of_motion_within_a_degree(walk, take):
         "thorax_pelvis_rotation": -2 * made["pelvis_turn_deg"],
     }
     for name, values in expected.items():
-        found = take.measures["range_of_motion"][name]
+        found = nested(take.measures)["range_of_motion"][name]
         low, high = np.percentile(values, [5, 95])
         for key, value in (
             ("lowest_deg", values.min()),
@@ -111,7 +112,7 @@ def test_ranges_of_motion_within_a_degree(walk, take):
 @pytest.mark.parametrize(("fps", "turn_deg"), [(30, -45), (25, 0), (50, 90), (29.97, -160)])
 def test_cadence_within_one_per_cent_and_steps_at_their_times(fps, turn_deg):
     walk = walker(fps=fps, seconds=12, turn_deg=turn_deg)
-    walking = measured(walk.poses).measures["walking"]
+    walking = nested(measured(walk.poses).measures)["walking"]
     assert walking["cadence_spm"] == pytest.approx(walk.cadence_spm, rel=0.01)
     assert walking["mean_step_time_s"] == pytest.approx(60 / walk.cadence_spm, rel=0.01)
     assert abs(walking["step_time_symmetry_index_percent"]) < 2
@@ -134,8 +135,10 @@ def test_a_moving_camera_changes_no_steps_but_paths_are_absent(walk):
     level = steady.rectified
     moving = replace(level, R_source_from_level=level.R_source_from_level @ pan, camera="moving")
     seen = np.einsum("tji,tnj->tni", pan, steady.filtered.joints)
-    found = STAGES[3](steady.with_(rectified=moving, filtered=steady.filtered.with_(joints=seen))).measures
-    expected = STAGES[3](steady).measures
+    found = nested(
+        STAGES[3](steady.with_(rectified=moving, filtered=steady.filtered.with_(joints=seen))).measures
+    )
+    expected = nested(STAGES[3](steady).measures)
     for words in ("right", "left"):
         np.testing.assert_allclose(
             found["walking"][words]["landings_s"], expected["walking"][words]["landings_s"], atol=1e-4
@@ -145,7 +148,7 @@ def test_a_moving_camera_changes_no_steps_but_paths_are_absent(walk):
 
 
 def test_one_squat_with_its_depth_and_times(walk, take):
-    bends = take.measures["knee_bends"]
+    bends = nested(take.measures)["knee_bends"]
     knee, times = walk.angles_deg["r_knee_flexion_deg"], walk.time_s
     during = walk.during("squat")
     deep = times[during & (knee > knee[during].min() + 0.1 * np.ptp(knee[during]))]
@@ -173,7 +176,7 @@ def test_an_angle_across_the_end_of_its_range_has_the_range_and_the_cycles_that_
         "r_shoulder_flexion_deg": near(swing, 60.0),
         "l_shoulder_flexion_deg": near(360 * walk.time_s, 60.0),
     }
-    found = STAGES[3](take.with_(kinematics=kinematics)).measures
+    found = nested(STAGES[3](take.with_(kinematics=kinematics)).measures)
     assert found["range_of_motion"]["r_shoulder_flexion"]["full_range_deg"] == pytest.approx(6, abs=0.2)
     assert found["range_of_motion"]["l_shoulder_flexion"]["full_range_deg"] == pytest.approx(
         348, abs=1
@@ -186,17 +189,19 @@ def test_an_angle_across_the_end_of_its_range_has_the_range_and_the_cycles_that_
 def test_knees_that_bend_together_in_a_step_make_no_squat(walk, take):
     bent = dict(take.kinematics)
     for side in "rl":  # a crouched walk: both knees beyond 60 degrees around every landing
-        landings = [t for words in ("right", "left") for t in take.measures["walking"][words]["landings_s"]]
+        landings = [
+            t for words in ("right", "left") for t in nested(take.measures)["walking"][words]["landings_s"]
+        ]
         bumps = sum(80 * np.exp(-(((walk.time_s - landing) / 0.1) ** 2)) for landing in landings)
         bent[f"{side}_knee_flexion_deg"] = bent[f"{side}_knee_flexion_deg"] + bumps
-    bends = STAGES[3](take.with_(kinematics=bent)).measures["knee_bends"]
+    bends = nested(STAGES[3](take.with_(kinematics=bent)).measures)["knee_bends"]
     assert bends["count"] == 1
     assert bends["start_s"][0] > walk.phases_s["squat"][0]
 
 
 def test_arms_go_up_in_the_squat_and_overhead(walk, take):
     for side in ("right", "left"):
-        arm = take.measures["arm_raises"][side]
+        arm = nested(take.measures)["arm_raises"][side]
         assert arm["count"] == 2
         for start, stop, peak, phase in zip(
             arm["start_s"], arm["stop_s"], arm["peak_deg"], ("squat", "arms"), strict=True
@@ -206,11 +211,14 @@ def test_arms_go_up_in_the_squat_and_overhead(walk, take):
             assert peak == pytest.approx(
                 walk.angles_deg["r_shoulder_flexion_deg"][walk.during(phase)].max(), abs=0.5
             )
-    assert set(take.measures["arm_raises"]["cycles"]) >= {"r_shoulder_elevation", "l_shoulder_elevation"}
+    assert set(nested(take.measures)["arm_raises"]["cycles"]) >= {
+        "r_shoulder_elevation",
+        "l_shoulder_elevation",
+    }
 
 
 def test_strides_carry_curves_with_their_spread(walk, take):
-    walking = take.measures["walking"]
+    walking = nested(take.measures)["walking"]
     for side, words in (("r", "right"), ("l", "left")):
         curve = walking["cycles"][f"{side}_knee_flexion"]
         assert curve["count"] == walking[words]["strides"] >= 2
@@ -219,18 +227,18 @@ def test_strides_carry_curves_with_their_spread(walk, take):
 
 
 def test_symmetry_of_a_symmetric_person_and_of_a_stiff_leg(walk, take):
-    symmetry = take.measures["symmetry"]
+    symmetry = nested(take.measures)["symmetry"]
     assert abs(symmetry["knee_flexion"]["symmetry_index_percent"]) < 2
     assert "below" in symmetry["hip_abduction"]["reason"]
     assert set(symmetry) - {"formula"} == {name[2:] for name in ANGLES if name not in MIDLINE}
     halved = dict(take.kinematics)
     halved["l_knee_flexion_deg"] = halved["l_knee_flexion_deg"] / 2
-    stiff = STAGES[3](take.with_(kinematics=halved)).measures["symmetry"]["knee_flexion"]
+    stiff = nested(STAGES[3](take.with_(kinematics=halved)).measures)["symmetry"]["knee_flexion"]
     assert stiff["symmetry_index_percent"] == pytest.approx(100 * (1 - 0.5) / 0.75, abs=2)
 
 
 def test_paths_from_the_pelvis_and_the_way_of_the_pelvis(walk, take):
-    paths = take.measures["paths"]
+    paths = nested(take.measures)["paths"]
     for joint, points in (("r_wrist", walk.joint("r_wrist") - walk.root), ("root", walk.root)):
         length = np.linalg.norm(np.diff(points, axis=0), axis=-1).sum()
         assert paths[joint]["path_length"] == pytest.approx(length, rel=0.01)
@@ -238,7 +246,7 @@ def test_paths_from_the_pelvis_and_the_way_of_the_pelvis(walk, take):
 
 
 def test_missing_joints_make_figures_absent_with_a_reason(without):
-    found = measured(without("r_knee", slice(None))).measures
+    found = nested(measured(without("r_knee", slice(None))).measures)
     knee = found["range_of_motion"]["r_knee_flexion"]
     assert knee == {"reason": "fewer than 10 frames have this angle", "frames": 0, "nan_share": 1.0}
     assert found["symmetry"]["knee_flexion"] == {"reason": "one side has no range"}
@@ -251,7 +259,7 @@ def test_missing_joints_make_figures_absent_with_a_reason(without):
 @pytest.mark.parametrize("joint", ["l_ankle", "r_wrist"])
 def test_what_legs_or_arms_that_are_missing_would_show_is_not_said_to_be_absent(joint, without):
     """Floor and jumps of a walker without an ankle were "nobody walks" and a count of 0."""
-    found = measured(without(joint, slice(None))).measures
+    found = nested(measured(without(joint, slice(None))).measures)
     assert found["jumps"] == {"reason": "fewer than 10 frames have the trunk, both arms and both legs"}
     if joint == "l_ankle":
         assert found["floor"] == {"reason": found["walking"]["reason"]}
@@ -261,7 +269,7 @@ def test_what_legs_or_arms_that_are_missing_would_show_is_not_said_to_be_absent(
 
 def test_a_gap_in_the_squat_is_counted_as_missing_and_no_squat(walk, without):
     rows = slice(*(int(30 * second) for second in np.add(walk.phases_s["squat"], (1.2, -1.2))))
-    found = measured(without("r_ankle", rows)).measures
+    found = nested(measured(without("r_ankle", rows)).measures)
     assert found["knee_bends"]["count"] == 0
     assert found["knee_bends"]["nan_share"] == pytest.approx((rows.stop - rows.start) / len(walk), abs=0.02)
     begin, end = walk.time_s[rows.start - 1], walk.time_s[rows.stop]
@@ -273,12 +281,12 @@ def test_a_gap_that_cuts_one_of_several_squats_is_told(walk):
     rows = np.flatnonzero(walk.during("squat"))
     joints = np.concatenate([walk.poses.joints[rows]] * 4)
     whole = PoseSequence(joints, H36M17, Z_UP, time_s=np.arange(len(joints)) / 30)
-    assert {"count": 4, "squats": 4}.items() <= measured(whole).measures["knee_bends"].items()
+    assert {"count": 4, "squats": 4}.items() <= nested(measured(whole).measures)["knee_bends"].items()
     middle = 2 * len(rows) + len(rows) // 2
     cut = joints.copy()
     cut[middle - 13 : middle + 14, H36M17.index("r_hip")] = np.nan
     take = measured(whole.with_(joints=cut))
-    found = take.measures["knee_bends"]
+    found = nested(take.measures)["knee_bends"]
     begin, end = (middle - 14) / 30, (middle + 14) / 30
     assert found["count"] == 3
     assert found["count_reason"] == f"not seen from {begin:.2f} to {end:.2f} s"
@@ -293,11 +301,11 @@ def test_means_are_of_the_repetitions_that_were_seen_whole(walk):
     rows = np.flatnonzero(walk.during("squat"))
     joints = np.concatenate([walk.poses.joints[rows]] * 4)
     poses = PoseSequence(joints, H36M17, Z_UP, time_s=np.arange(len(joints)) / 30)
-    whole = measured(poses).measures["knee_bends"]
+    whole = nested(measured(poses).measures)["knee_bends"]
     begins = round(30 * whole["start_s"][2])
     cut = joints.copy()
     cut[begins - 3 : begins + 9, H36M17.index("r_hip")] = np.nan
-    found = measured(poses.with_(joints=cut)).measures["knee_bends"]
+    found = nested(measured(poses.with_(joints=cut)).measures)["knee_bends"]
     assert found["count"] == len(found["peak_deg"]) == 4
     assert found["mean_rise_deg"] == pytest.approx(whole["mean_rise_deg"], abs=1)
     assert found["mean_duration_s"] == pytest.approx(whole["mean_duration_s"], abs=0.02)
@@ -322,27 +330,30 @@ def lacking(walk, first, lost_s, numbered, rows=None):
 def test_images_that_a_video_lacks_take_no_step(walk, lost_s):
     """As of a phone that dropped two, whose video numbers the others without a gap: a whole walk was none."""
     video, rows = (lacking(walk, 70, lost_s, numbered) for numbered in (False, True))
-    found, expected = video.measures["walking"], rows.measures["walking"]
+    found, expected = nested(video.measures)["walking"], nested(rows.measures)["walking"]
     assert found["steps"] == expected["steps"] > 5
     for side in ("left", "right"):
         np.testing.assert_allclose(found[side]["landings_s"], expected[side]["landings_s"], atol=0.02)
     (told,) = (event for event in video.notices if "lacks images" in event.text)
-    assert (told.kind, f"from 2.30 to {2.3 + lost_s + 1 / 30:.2f} s" in told.text) == ("repair", True)
+    assert (told.weight, f"from 2.30 to {2.3 + lost_s + 1 / 30:.2f} s" in told.text) == ("repair", True)
     assert len(video.poses) + round(30 * lost_s) == len(rows.poses)
 
 
 def test_images_that_a_video_lacks_for_long_end_a_walk_and_are_named(walk):
     video = lacking(walk, 35, 1.0, False, rows=100)
-    assert video.measures["walking"]["steps"] == 0
-    assert "there is no image from 1.13 to 2.17 s, where a walk ends" in video.measures["walking"]["reason"]
+    assert nested(video.measures)["walking"]["steps"] == 0
+    assert (
+        "there is no image from 1.13 to 2.17 s, where a walk ends"
+        in nested(video.measures)["walking"]["reason"]
+    )
     (told,) = (event for event in video.notices if "lacks images" in event.text)
-    assert (told.kind, told.about) == ("warning", "view")
+    assert (told.weight, told.about) == ("warning", "view")
     assert "from 1.13 to 2.17 s; no filter goes across" in told.text
 
 
 def test_a_take_that_is_not_levelled_has_no_steps(take):
     lying = replace(take.rectified, level_ok=False, level_reason="the person lies")
-    walking = STAGES[3](take.with_(rectified=lying)).measures["walking"]
+    walking = nested(STAGES[3](take.with_(rectified=lying)).measures)["walking"]
     assert walking == {"reason": "the take is not levelled: the person lies"}
 
 
@@ -350,7 +361,7 @@ def test_a_take_of_a_few_frames_has_reasons_only(walk):
     short = walk.poses.with_(
         joints=walk.poses.joints[:4], confidence=None, time_s=walk.time_s[:4], frame_index=np.arange(4)
     )
-    found = measured(short).measures
+    found = nested(measured(short).measures)
     assert all("reason" in entry for entry in found["range_of_motion"].values())
     assert "reason" in found["knee_bends"]
     assert "reason" in found["walking"]
@@ -358,13 +369,13 @@ def test_a_take_of_a_few_frames_has_reasons_only(walk):
 
 def test_without_angles_there_are_reasons(take):
     bare = {name: values for name, values in take.kinematics.items() if "_deg" not in name}
-    found = STAGES[3](take.with_(kinematics=bare)).measures
+    found = nested(STAGES[3](take.with_(kinematics=bare)).measures)
     assert all("reason" in entry for entry in found["range_of_motion"].values())
     assert "cadence_spm" in found["walking"]
 
 
 def test_ready_for_json_without_nan(take):
-    json.dumps(take.measures, allow_nan=False)
+    json.dumps(nested(take.measures), allow_nan=False)
 
 
 def test_an_angle_that_is_none_is_refused():
@@ -378,7 +389,7 @@ def test_the_table_holds_every_figure(take, tmp_path):
     assert list(rows[0]) == list(Row._fields)
     found = {(row["measure"], row["item"]): row for row in rows}
     assert len(found) == len(rows)
-    measures = take.measures
+    measures = nested(take.measures)
     assert float(found["walking.cadence_spm", ""]["value"]) == measures["walking"]["cadence_spm"]
     assert found["walking.cadence_spm", ""]["unit"] == "1/min"
     assert not any("cycles" in row["measure"] for row in rows)
@@ -391,7 +402,7 @@ def test_curves_have_a_table_of_their_own(take, tmp_path):
     write_cycles(take, tmp_path / "cycles.csv")
     rows = list(csv.DictReader((tmp_path / "cycles.csv").read_text().splitlines()))
     assert list(rows[0]) == list(Point._fields)
-    groups = {name: take.measures[name]["cycles"] for name in ("knee_bends", "arm_raises", "walking")}
+    groups = {name: nested(take.measures)[name]["cycles"] for name in ("knee_bends", "arm_raises", "walking")}
     counted = [row["movement"] for row in rows]
     assert {name: counted.count(name) for name in groups} == {
         name: 101 * len(curves) for name, curves in groups.items()
@@ -412,7 +423,7 @@ def test_curves_have_a_table_of_their_own(take, tmp_path):
 def test_curves_of_repetitions_on_request_say_of_which():
     curve = {"count": 1, "mean_deg": [1.0, 2.0]}
     group = {"repetitions": {"r_elbow_flexion": {"count": 1, "cycles": {"r_elbow_flexion": curve}}}}
-    found = list(curve_points(Take("t", measures=group)))
+    found = list(curve_points(Take("t", measures=rows_of(group))))
     assert found[1] == Point("repetitions.r_elbow_flexion", "r_elbow_flexion", "right", 1, 2.0, None, 1)
     assert list(curve_points(Take("t"))) == []
 
@@ -427,21 +438,26 @@ def test_a_row_has_the_error_the_side_the_unit_and_the_times_of_its_figure():
     walking = {
         "walking_speed": 1.2,
         "walking_speed_error": 0.05,
-        "seen": True,
+        "step_time_symmetry_index_percent": 3.0,
+        "step_time_within_error": True,
         "left": {"mean_step_length": 0.6},
     }
     poses = PoseSequence(np.zeros((1, 17, 3)), H36M17, Z_UP)
-    found = list(rows(Take("t", poses=poses, measures={"bends": {"count": 2, **bends}, "walking": walking})))
+    measures = rows_of({"bends": {"count": 2, **bends}, "walking": walking})
+    assert nested(measures) == {"bends": {"count": 2, **bends}, "walking": walking}
+    found = list(rows(Take("t", poses=poses, measures=measures)))
     assert [row.measure for row in found] == [
         "bends.count", *["bends.start_s"] * 2, *["bends.stop_s"] * 2, *["bends.peak_deg"] * 2,
-        "walking.walking_speed", "walking.seen", "walking.left.mean_step_length",
+        "walking.walking_speed", "walking.step_time_symmetry_index_percent", "walking.step_time_within_error",
+        "walking.left.mean_step_length",
     ]  # fmt: skip
     assert found[0] == Row("bends.count", None, None, 2.0, None, None, None, None, None)
     assert found[6] == Row("bends.peak_deg", None, 1, 101.0, 4.0, "deg", 4.0, 5.5, None)
     assert found[7] == Row("walking.walking_speed", None, None, 1.2, 0.05, "m/s", None, None, None)
-    assert found[8].text == "True"
-    assert found[8].value is None
-    assert found[9] == Row("walking.left.mean_step_length", "left", None, 0.6, None, "m", None, None, None)
+    assert found[8].unit == "%"
+    assert found[9].text == "True"
+    assert found[9].value is None
+    assert found[10] == Row("walking.left.mean_step_length", "left", None, 0.6, None, "m", None, None, None)
 
 
 def test_the_parquet_table_is_the_same(take, tmp_path):
@@ -461,7 +477,7 @@ def test_pandas_opens_the_table_as_it_is(take, tmp_path):
     assert tuple(found.columns) == Row._fields
     assert found.value.dtype == found.error.dtype == float
     cadence = found[found.measure == "walking.cadence_spm"].iloc[0]
-    assert cadence.value == take.measures["walking"]["cadence_spm"]
+    assert cadence.value == nested(take.measures)["walking"]["cadence_spm"]
 
 
 def test_the_text_of_the_recording_says_figures_and_reasons(take):
@@ -501,7 +517,7 @@ def test_no_cadence_from_fewer_than_three_strides(walk):
         frame_index=walk.poses.frame_index[rows],
         root=None if walk.poses.root is None else walk.poses.root[rows],
     )
-    walking = measured(part).measures["walking"]
+    walking = nested(measured(part).measures)["walking"]
     assert walking["counted"] == f"{walking['steps']} steps between {walking['steps'] + 1} landings"
     assert walking["right"]["strides"] + walking["left"]["strides"] == 2
     assert walking["cadence_reason"] == "fewer than 3 strides"
@@ -509,7 +525,7 @@ def test_no_cadence_from_fewer_than_three_strides(walk):
 
 
 def test_cadence_and_its_error_have_the_digits_that_frames_leave(take):
-    walking = take.measures["walking"]
+    walking = nested(take.measures)["walking"]
     assert 0.1 < walking["cadence_error_spm"] < 3
     assert walking["cadence_spm"] == round(walking["cadence_spm"], 1)
     assert walking["mean_stride_time_s"] == round(walking["mean_stride_time_s"], 3)
@@ -520,8 +536,8 @@ def test_cadence_and_its_error_have_the_digits_that_frames_leave(take):
 
 def test_lengths_of_motion_capture_have_no_errors_of_a_lifter(walk, take):
     """Its angles have columns of standard deviations too, all NaN. Contacts are found alike, whoever made the poses."""
-    walking = take.measures["walking"]
-    lifted = measured(seen_from(walk, 90.0)).measures["walking"]
+    walking = nested(take.measures)["walking"]
+    lifted = nested(measured(seen_from(walk, 90.0)).measures)["walking"]
     for name in ("walking_speed", "mean_step_length", "mean_stride_length", "mean_step_width"):
         assert name in walking
         assert f"{name}_error" not in walking
@@ -543,18 +559,18 @@ def seen_from(walk, heading_deg, flat=1.0):
 
 def test_a_walk_along_the_line_of_sight_is_said_to_be_uncountable():
     walk = walker(seconds=12, turn_deg=0)
-    walking = measured(seen_from(walk, 0.0, flat=0.15)).measures["walking"]
+    walking = nested(measured(seen_from(walk, 0.0, flat=0.15)).measures)["walking"]
     assert "steps" not in walking
     assert "line of sight" in walking["reason"]
     assert "film the walk from the side" in walking["reason"]
-    assert measured(seen_from(walk, 90.0)).measures["walking"]["steps"] >= 3
+    assert nested(measured(seen_from(walk, 90.0)).measures)["walking"]["steps"] >= 3
 
 
 def test_errors_of_one_side_do_not_depend_on_how_a_camera_s_axes_are_named():
     """How much of a step is depth was read off the camera's third axis, whichever way that points."""
     poses = seen_from(walker(seconds=12, turn_deg=0), 0.0)
     one, other = (
-        measured(each).measures["walking"]["right"]["mean_stance_time_error_s"]
+        nested(measured(each).measures)["walking"]["right"]["mean_stance_time_error_s"]
         for each in (poses, change_frame(poses, PC_CAMERA))
     )
     assert one == other
@@ -565,7 +581,7 @@ def test_ten_frames_a_second_are_said_where_no_steps_are_found(walk):
     poses = walk.poses.with_(
         joints=still, confidence=None, time_s=np.arange(60) / 10, frame_index=np.arange(60), root=None
     )
-    walking = measured(poses).measures["walking"]
+    walking = nested(measured(poses).measures)["walking"]
     assert "steps" not in walking
     assert "10 frames per second" in walking["reason"]
 
@@ -584,7 +600,7 @@ def test_a_duck_is_a_knee_bend_and_no_squat(walk, take, depth_deg, squats):
         },
         **{f"{side}_knee_flexion_sd_deg": np.full(len(walk), 8.0) for side in "rl"},
     )
-    bends = STAGES[3](take.with_(kinematics=shallow)).measures["knee_bends"]
+    bends = nested(STAGES[3](take.with_(kinematics=shallow)).measures)["knee_bends"]
     assert (bends["count"], bends["squats"]) == (1, squats)
     assert bends["peak_deg"][0] == pytest.approx(depth_deg, abs=1)
     assert bends["peak_error_deg"] == [8.0]
@@ -595,7 +611,7 @@ def test_no_repetition_within_its_noise(walk, take):
     vague = columns_with(
         take, **{f"{side}_shoulder_elevation_sd_deg": np.full(len(walk), 60.0) for side in "rl"}
     )
-    assert STAGES[3](take.with_(kinematics=vague)).measures["arm_raises"]["right"]["count"] == 0
+    assert nested(STAGES[3](take.with_(kinematics=vague)).measures)["arm_raises"]["right"]["count"] == 0
 
 
 def test_a_difference_of_the_sides_within_their_errors_is_said_to_be_none(walk, take):
@@ -604,7 +620,7 @@ def test_a_difference_of_the_sides_within_their_errors_is_said_to_be_none(walk, 
             take, **{f"{side}_knee_flexion_sd_deg": np.full(len(walk), sd_deg) for side in "rl"}
         )
         changed["l_knee_flexion_deg"] = changed["l_knee_flexion_deg"] * 0.8
-        return STAGES[3](take.with_(kinematics=changed)).measures["symmetry"]["knee_flexion"]
+        return nested(STAGES[3](take.with_(kinematics=changed)).measures)["symmetry"]["knee_flexion"]
 
     assert not index(1.0)["within_error"]
     assert index(10.0)["within_error"]
@@ -615,7 +631,7 @@ def test_a_difference_of_the_sides_within_their_errors_is_said_to_be_none(walk, 
 def test_ranges_beyond_anatomy_are_marked(walk, take):
     turned = columns_with(take, l_elbow_flexion_deg=take.kinematics["l_elbow_flexion_deg"].copy())
     turned["l_elbow_flexion_deg"][40:44] = -156.0  # as a lift of a cyclist had it
-    ranges = STAGES[3](take.with_(kinematics=turned)).measures["range_of_motion"]
+    ranges = nested(STAGES[3](take.with_(kinematics=turned)).measures)["range_of_motion"]
     assert ranges["l_elbow_flexion"]["beyond_anatomy_frames"] == 4
     assert [name for name, entry in ranges.items() if "beyond_anatomy_frames" in entry] == ["l_elbow_flexion"]
 
@@ -626,7 +642,7 @@ def test_who_lies_or_hangs_has_no_trunk_beyond_anatomy(walk, take):
         name: take.kinematics[f"{name}_deg"] - 94 for name, angle in ANGLES.items() if angle.needs_gravity
     }
     turned = columns_with(take, **{f"{name}_deg": values for name, values in lying.items()})
-    ranges = STAGES[3](take.with_(kinematics=turned)).measures["range_of_motion"]
+    ranges = nested(STAGES[3](take.with_(kinematics=turned)).measures)["range_of_motion"]
     assert "trunk_lean_sagittal" in lying
     assert not [name for name, entry in ranges.items() if "beyond_anatomy_frames" in entry]
 
@@ -657,9 +673,9 @@ def test_arms_raised_sideways_have_one_range_in_front_of_the_shoulders_and_behin
         world[:, wrist] = still[shoulder] + (upper + lower) * arm
     world += noise_m * np.random.default_rng(0).normal(size=world.shape)
     raised = measured(walk.poses.with_(joints=world))
-    assert raised.measures["arm_raises"]["right"]["count"] == 3
+    assert nested(raised.measures)["arm_raises"]["right"]["count"] == 3
     for side in "rl":
-        found = raised.measures["range_of_motion"][f"{side}_shoulder_flexion"]
+        found = nested(raised.measures)["range_of_motion"][f"{side}_shoulder_flexion"]
         column = raised.kinematics[f"{side}_shoulder_flexion_deg"]
         assert found["lowest_deg"] == pytest.approx(np.nanmin(column), abs=1e-3)
         assert found["highest_deg"] == pytest.approx(np.nanmax(column), abs=1e-3)
@@ -668,7 +684,7 @@ def test_arms_raised_sideways_have_one_range_in_front_of_the_shoulders_and_behin
 
 def test_the_floor_of_motion_capture_has_a_height_without_an_error(take):
     """Places that are measured are alike to a millimetre, and 0.0009 m was stated with an error of 0.0002."""
-    found = take.measures["floor"]
+    found = nested(take.measures)["floor"]
     assert found["floor_height"] == pytest.approx(0, abs=0.005)
     assert "floor_height_error" not in found
     assert "slope_error_deg" in found
@@ -682,17 +698,17 @@ def test_a_treadmill_by_the_drift_of_the_feet_and_by_what_is_told(walk):
         0,
     )  # the camera goes with the person, or the floor moves
     on_belt = straight.poses.with_(joints=world)
-    found = measured(on_belt).measures["walking"]
+    found = nested(measured(on_belt).measures)["walking"]
     assert found["belt"] == "by the drift of the feet that stand"
     assert found["walking_speed"] == pytest.approx(straight.speed_mps, rel=0.05)
-    told = measured(on_belt, (*STAGES[:3], Measures(belt_speed=1.25))).measures["walking"]
+    told = nested(measured(on_belt, (*STAGES[:3], Measures(belt_speed=1.25))).measures)["walking"]
     assert (told["belt"], told["belt_speed"]) == ("told", 1.25)
     assert told["walking_speed"] == pytest.approx(1.25, rel=0.03)
-    nowhere = measured(seen_from(straight, 90.0), (*STAGES[:3], Measures(belt_speed=1.25))).measures[
+    nowhere = nested(measured(seen_from(straight, 90.0), (*STAGES[:3], Measures(belt_speed=1.25))).measures)[
         "walking"
     ]
     assert nowhere["mean_step_length"] == pytest.approx(1.25 * 60 / straight.cadence_spm, rel=0.05)
-    assert "belt" not in measured(straight.poses).measures["walking"]
+    assert "belt" not in nested(measured(straight.poses).measures)["walking"]
     assert "belt_speed_error" not in found  # which is known of lifted walks only
 
 
@@ -708,7 +724,7 @@ def test_a_belt_has_a_height_and_no_slope(incline, belt_speed):
     poses = PoseSequence(
         on_belt, H36M17, Z_UP, time_s=straight.time_s[rows], frame_index=np.flatnonzero(rows)
     )
-    floor = measured(poses, (*STAGES[:3], Measures(belt_speed=belt_speed))).measures["floor"]
+    floor = nested(measured(poses, (*STAGES[:3], Measures(belt_speed=belt_speed))).measures)["floor"]
     assert floor["slope_reason"] == "the feet are carried by a belt"
     assert {"slope_deg", "slope_error_deg", "stairs"}.isdisjoint(floor)
     assert floor["floor_height"] == pytest.approx(0, abs=0.03)
@@ -720,7 +736,7 @@ def test_a_ramp_of_motion_capture_has_its_slope_and_no_stairs():
     world = straight.world[rows] + np.random.default_rng(0).normal(0, 0.003, straight.world[rows].shape)
     world[..., 2] += np.tan(np.radians(4)) * world[..., 0]
     poses = PoseSequence(world, H36M17, Z_UP, time_s=straight.time_s[rows], frame_index=np.flatnonzero(rows))
-    floor = measured(poses).measures["floor"]
+    floor = nested(measured(poses).measures)["floor"]
     assert floor["slope_deg"] == pytest.approx(4, abs=0.5)
     assert floor["stairs"] == "none"
 
@@ -732,7 +748,7 @@ def test_a_belt_that_does_not_run_is_refused(speed):
 
 
 def test_walking_speed_lengths_and_phases_where_the_place_is_known(walk, take):
-    walking = take.measures["walking"]
+    walking = nested(take.measures)["walking"]
     assert walking["gait"] == "walking"
     step_m = 60 * walk.speed_mps / walk.cadence_spm
     assert walking["walking_speed"] == pytest.approx(walk.speed_mps, rel=0.02)
@@ -743,10 +759,10 @@ def test_walking_speed_lengths_and_phases_where_the_place_is_known(walk, take):
 
 
 def test_jumps_with_their_height_and_none_in_a_walk(take):
-    assert take.measures["jumps"] == {"count": 0}
+    assert nested(take.measures)["jumps"] == {"count": 0}
     jumping = jumps.jumping()
     poses = jumping.with_(joints=jumping.joints + jumping.root[:, None], frame=Z_UP, root=None)
-    found = measured(poses).measures["jumps"]
+    found = nested(measured(poses).measures)["jumps"]
     assert found["count"] == 2
     # Stiff legs leave the floor without stretching the ankle: they are seen from 0.12 m on, not from 0.09.
     assert found["jump_height"] == pytest.approx([0.25, 0.25], abs=0.02)
@@ -756,7 +772,36 @@ def test_jumps_with_their_height_and_none_in_a_walk(take):
 def test_one_or_two_durations_are_known_no_better_than_frames_allow():
     """Of one knee bend at 5 frames a second the duration was stated to be known to 0.01 s, of three to 0.06."""
     for values in ([1.0], [1.0, 1.2], [1.0, 1.1, 1.2]):
-        said = spread("duration_s", np.array(values), 0.08, shared=0.01)
+        said = nested(spread("duration", "s", np.array(values), 0.08, shared=0.01))
         assert said["mean_duration_error_s"] >= 0.08 / np.sqrt(len(values))
-    assert "mean_duration_error_s" not in spread("duration_s", np.array([1.0, 1.2]), 0.08)
-    assert spread("rise_deg", np.full(3, 40.0), shared=np.nan) == {"mean_rise_deg": 40.0}
+    assert "mean_duration_error_s" not in nested(spread("duration", "s", np.array([1.0, 1.2]), 0.08))
+    assert nested(spread("rise", "deg", np.full(3, 40.0), shared=np.nan)) == {"mean_rise_deg": 40.0}
+
+
+def test_what_is_written_is_read_back(take, tmp_path):
+    write_measures(take, tmp_path / "measures.csv")
+    assert "walking" in nested(read_measures(tmp_path))  # also without curves
+    write_cycles(take, tmp_path / "cycles.csv")
+    found, expected = nested(read_measures(tmp_path)), nested(take.measures)
+    for group in (found["walking"], expected["walking"]):
+        for side in ("right", "left"):
+            group[side] = {key: value for key, value in group[side].items() if value != []}
+    # Whether a figure lies within its error is a remark once it was read.
+    assert json.loads(json.dumps(found).replace('"True"', "true").replace('"False"', "false")) == expected
+    assert read_measures(tmp_path / "nowhere") == ()
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "a,b\n1,2\n",
+        "ROWS\nwalking.steps,up,,1.0,,,,,\n",
+        "ROWS\nwalking.steps,,,1.0,,ell,,,\n",
+        "ROWS\nx\n",
+    ],
+)
+def test_a_table_that_somebody_has_changed_has_words(tmp_path, text):
+    (tmp_path / "measures.csv").write_text(text.replace("ROWS", ",".join(Row._fields)))
+    with pytest.raises(InputError, match=r"measures\.csv"):
+        read_measures(tmp_path)

@@ -9,6 +9,7 @@ from pcnet3d.models.lifter.builtin import lift
 from pcnet3d.pipeline import Take
 from pcnet3d.pipeline.core.anthropometry import implied_stature
 from pcnet3d.pipeline.core.camera import Camera
+from pcnet3d.pipeline.core.measures import nested
 from pcnet3d.stages.angles import Angles
 from pcnet3d.stages.measures.stage import Measures
 from pcnet3d.stages.place import Place
@@ -31,7 +32,7 @@ def running(request):
     take = Take("run", keypoints=seen.keypoints, camera=camera, poses=poses)
     for stage in (Place(), Rectify(), Trajectories(), Angles(), Measures()):
         take = stage(take)
-    return take.measures["walking"]
+    return nested(take.measures)["walking"]
 
 
 def test_a_short_run_has_steps_flight_cadence_and_speed_with_errors(running):

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from golden.measures import rows_of
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import BODY, H36M17, Y_UP, Z_UP, InputError, PoseSequence, Take, change_frame
 from pcnet3d.pipeline.core.notices import own_notice
@@ -81,7 +82,7 @@ def test_the_ranges_stand_before_what_is_long(walk_take):
     """What goes into a file is on the first sheets."""
     ranges = {"r_knee_flexion": {"p05_deg": 2.0, "p95_deg": 60.0, "p05_p95_deg": 58.0}}
     take = walk_take.with_(
-        measures={"range_of_motion": ranges, "knee_bends": {"count": 1}, "floor": {"places": 9}}
+        measures=rows_of({"range_of_motion": ranges, "knee_bends": {"count": 1}, "floor": {"places": 9}})
     )
     content = report(take)
     assert re.findall(r"<h2>(.*?)</h2>", content)[:3] == ["Key frames", "Ranges of motion", "What happened"]

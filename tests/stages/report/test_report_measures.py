@@ -5,7 +5,8 @@ import re
 import numpy as np
 import pytest
 
-from pcnet3d.stages.measures.figures import error_key
+from golden.measures import rows_of
+from pcnet3d.pipeline.core.measures import Measure, Moments, grouped
 from pcnet3d.stages.report.angles import ranges, sides_compared
 from pcnet3d.stages.report.glossary import explained
 from pcnet3d.stages.report.measures import happened, measure_tables, named
@@ -15,12 +16,12 @@ MEASURES = {
     "cadence_spm": 104.5,
     "range_of_motion": {
         "r_knee_flexion": {"p05_p95_deg": 58.25, "lowest_deg": -1.0, "frames": 240},
-        "l_knee_flexion": {"p05_p95_deg": 61.5, "lowest_deg": None, "frames": 231},
+        "l_knee_flexion": {"p05_p95_deg": 61.5, "frames": 231},
     },
-    "cycles": {
-        "steps": {
+    "steps": {
+        "cycles": {
             "r_knee_flexion": {"count": 4, "mean_deg": CURVE, "sd_deg": [2.0] * 101},
-            "l_knee_flexion": {"count": 3, "mean_deg": [None, *CURVE[1:]], "sd_deg": [2.0] * 101},
+            "l_knee_flexion": {"count": 3, "mean_deg": [np.nan, *CURVE[1:]], "sd_deg": [2.0] * 101},
         },
     },
     "smoothness": {"reason": "fewer than <4> movements"},
@@ -28,17 +29,21 @@ MEASURES = {
 
 
 @pytest.mark.parametrize(
-    ("key", "words"),
+    ("name", "unit", "words"),
     [
-        ("range_of_motion_deg", "range of motion (°)"),
-        ("p05_p95_deg", "range between them (°)"),
-        ("r_wrist_path_m", "right wrist path (m)"),
-        ("peak_degps", "peak (°/s)"),
-        ("count", "count"),
+        ("range_of_motion", "deg", "range of motion (°)"),
+        ("p05_p95", "deg", "range between them (°)"),
+        ("r_wrist_path", "length", "right wrist path (m)"),
+        ("peak", "degps", "peak (°/s)"),
+        ("count", "", "count"),
     ],
 )
-def test_names_and_units_are_those_of_the_keys(key, words):
-    assert named(key) == words
+def test_a_figure_is_named_with_its_unit(name, unit, words):
+    assert named(Measure(name, 1.0, unit)) == words
+
+
+def tables(figures, *args, **kwargs):
+    return measure_tables(grouped(rows_of(figures)), *args, **kwargs)
 
 
 def figures(said: str) -> dict[str, str]:
@@ -51,7 +56,7 @@ def cells(said: str) -> list[str]:
 
 
 def test_every_figure_is_there_once_under_its_name():
-    said = measure_tables(MEASURES)
+    said = tables(MEASURES)
     assert figures(said)["cadence"] == "104.5 steps/min"
     at = cells(said).index("range between them (°)")
     assert cells(said)[at + 3 : at + 11] == [
@@ -65,11 +70,11 @@ def test_every_figure_is_there_once_under_its_name():
         "231",
     ]
     assert "fewer than &lt;4&gt; movements" in said
-    assert re.findall(r"<h[34]>(.*?)</h[34]>", said) == ["Range of motion", "Cycles", "Steps", "Smoothness"]
+    assert re.findall(r"<h[34]>(.*?)</h[34]>", said) == ["Range of motion", "Steps", "Cycles", "Smoothness"]
 
 
 def test_both_sides_of_a_cycle_share_a_chart():
-    said = measure_tables(MEASURES)
+    said = tables(MEASURES)
     assert re.findall(r"<figcaption>(.*?)</figcaption>", said) == ["Knee flexion (°)"]
     assert said.count("<svg") == 1
     assert "right: n = 4; left: n = 3" in said
@@ -77,11 +82,11 @@ def test_both_sides_of_a_cycle_share_a_chart():
 
 def test_lists():
     made = {
-        "squats": [{"start_s": 1.0, "knee_deg": 90.0}, {"start_s": 3.5, "knee_deg": 85.5}],
-        "walk": {"step_times_s": [0.51, 0.5], "all_steps_s": [0.5] * 40, "mean_m": [0.0] * 101},
+        "squats": {"start_s": [1.0, 3.5], "knee_deg": [90.0, 85.5]},
+        "walk": {"step_times_s": [0.51, 0.5], "all_steps_s": [0.5] * 40},
     }
-    said = measure_tables(made)
-    assert cells(said)[1:9] == ["start (s)", "knee (°)", "1", "1.00", "90.0", "2", "3.50", "85.5"]
+    said = tables(made)
+    assert cells(said)[1:9] == ["start (s)", "knee (°)", "1", "1.00", "90", "2", "3.50", "85.5"]
     assert figures(said)["step times"] == "0.51, 0.5 s"
     assert "40 values, in summary.json" in said
 
@@ -90,7 +95,7 @@ def test_more_repetitions_than_a_table_holds_are_counted():
     """An arm raised 21 times, each peak with its error, ended a run in a traceback."""
     for count, peaks in ((2, "170 ± 5, 170 ± 5"), (21, "21 values, in summary.json")):
         raises = {"count": count, "peak_deg": [170.0] * count, "peak_error_deg": [5.0] * count}
-        said = measure_tables({"arm_raises": {"right": raises, "left": raises}}, level=2)
+        said = tables({"arm_raises": {"right": raises, "left": raises}}, level=2)
         assert cells(said).count(peaks) == 2, cells(said)
 
 
@@ -121,7 +126,7 @@ def test_figures_stand_with_their_errors_and_are_grey_where_these_cover_them():
         },
         "walking": {"steps": 4, "cadence_spm": 98.0, "cadence_error_spm": 1.2, "frames": 98, "nan_share": 0.0},
     }  # fmt: skip
-    beside, said = ranges(measures), happened(measures, "m")
+    beside, said = ranges(grouped(rows_of(measures))), happened(rows_of(measures), "m")
     assert "<td class=soft>-19 ± 25 %</td>" in beside
     assert "<td>45 ± 16 %</td>" in beside
     assert "<td class=soft>-156 to 20</td>" in beside
@@ -134,14 +139,14 @@ def test_figures_stand_with_their_errors_and_are_grey_where_these_cover_them():
 
 
 def test_no_measures():
-    assert happened({}, "m") == ranges({}) == measure_tables({}) == ""
+    assert happened((), "m") == ranges({}) == measure_tables({}) == ""
 
 
 @pytest.mark.parametrize(("length", "per_second"), [("m", "m/s"), ("au", "au/s")])
 def test_lengths_and_speeds_have_the_unit_of_the_take(length, per_second):
     paths = {"root": {"path_length": 4.5, "mean_speed": 1.25}}
     walk = {"walking_speed": 1.25, "walking_speed_error": 0.02, "steps": 8}
-    said = measure_tables({"paths": paths}, length) + measure_tables(walk, length)
+    said = tables({"paths": paths}, length) + tables(walk, length)
     assert f"path length ({length})" in said
     assert f"mean speed ({per_second})" in said
     assert f"1.25 ± 0.02 {per_second}" in said
@@ -154,15 +159,15 @@ def test_only_what_happened_is_shown_and_the_rest_is_named_on_demand():
         "arm_raises": {"right": {"count": 0}, "left": {"count": 1, "mean_rise_deg": 90.0}},
         "walking": {"gait": "running", "steps": 4, "mean_step_time_s": 0.6},
     }
-    said = happened(walked, "m")
+    said = happened(rows_of(walked), "m")
     assert re.findall(r"<h3>(.*?)</h3>", said) == ["Running", "Arm raises"]
     shown, absent = said.split("What was looked for and not found")
     assert "Knee bends" not in shown
     assert "Jumps: nobody &lt;knows&gt;." in absent
     assert "Knee bends: none." in absent
     squatted = {"knee_bends": {"count": 2, "squats": 2}}
-    assert "<h3>Squats</h3>" in happened(squatted, "m")
-    assert "<h3>Knee bends</h3>" in happened({"knee_bends": {"count": 2, "squats": 1}}, "m")
+    assert "<h3>Squats</h3>" in happened(rows_of(squatted), "m")
+    assert "<h3>Knee bends</h3>" in happened(rows_of({"knee_bends": {"count": 2, "squats": 1}}), "m")
 
 
 def test_a_gait_has_its_curves_over_the_gait_cycle_with_toe_offs(monkeypatch):
@@ -180,7 +185,7 @@ def test_a_gait_has_its_curves_over_the_gait_cycle_with_toe_offs(monkeypatch):
         "left": {"steps": 4},
         "cycles": {f"{side}_knee_flexion": {"count": 4, "mean_deg": CURVE} for side in "rl"},
     }
-    said = happened({"walking": walking, "jumps": {"count": 0}}, "m")
+    said = happened(rows_of({"walking": walking, "jumps": {"count": 0}}), "m")
     assert figures(said)["walking speed"] == "3.10 ± 0.065 m/s"
     ((curves, share, name),) = drawn
     assert name == "gait cycle (%)"
@@ -191,7 +196,7 @@ def test_a_gait_has_its_curves_over_the_gait_cycle_with_toe_offs(monkeypatch):
 def test_few_members_with_many_figures_are_columns():
     sides = {side: {"steps": n, "strides": 1, "mean_step_time_s": 0.5, "landings_s": [0.5, 1.0]} for n, side in
              enumerate(("right", "left"))}  # fmt: skip
-    said = measure_tables(sides, level=3)
+    said = tables(sides, level=3)
     assert cells(said)[:6] == ["", "right", "left", "steps", "0", "1"]
     assert cells(said)[-3:] == ["initial contacts (s)", "0.50, 1.00", "0.50, 1.00"]
 
@@ -199,7 +204,7 @@ def test_few_members_with_many_figures_are_columns():
 def test_a_difference_within_its_error_is_said_where_it_stands_alone():
     index = {"step_time_symmetry_index_percent": 6.0, "step_time_symmetry_index_error_percent": 3.7}
     for within, said in ((True, "6 ± 3.7 %, within its error"), (False, "6 ± 3.7 %")):
-        shown = measure_tables({**index, "step_time_within_error": within})
+        shown = tables({**index, "step_time_within_error": within})
         assert figures(shown)["step time symmetry index"] == said
         assert ('class="soft"' in shown) == within
 
@@ -213,37 +218,33 @@ def test_every_figure_of_a_walk_is_explained():
     from pcnet3d.stages.trajectories import Trajectories
 
     stages = (Rectify(rectifier="geometric"), Trajectories(), Angles(), Measures())
-    measures = Pipeline(stages)(Take("walker", poses=walker().poses)).measures
-    assert measures["walking"]["steps"]
-    assert measures["knee_bends"]["count"]
+    measures = grouped(Pipeline(stages)(Take("walker", poses=walker().poses)).measures)
+    assert measures["walking"]["steps"].value
+    assert measures["knee_bends"]["count"].value
     walk, arms = measures["walking"], measures["arm_raises"]
     for group in (walk, walk["right"], measures["knee_bends"], arms["right"]):
-        errors = {error_key(key) for key in group}
-        for key, value in group.items():
-            if (
-                key in errors
-                or isinstance(value, str | dict)
-                or key in ("frames", "nan_share", "start_s", "stop_s")
-            ):
-                continue
-            if "within_error" not in key:
-                name = re.sub("_(s|deg|percent|spm)$", "", key)
-                assert explained(name), key
+        for name, row in group.items():
+            if isinstance(row, Measure | Moments | list):
+                assert explained(name) or name in ("frames", "nan_share", "start", "stop"), name
 
 
 def test_it_says_whether_the_sides_differ_by_more_than_their_errors():
     knee = {"symmetry_index_percent": -20.0, "symmetry_index_error_percent": 15.0, "within_error": True}
     hip = {"symmetry_index_percent": 30.0, "symmetry_index_error_percent": 6.0, "within_error": False}
-    assert sides_compared({}) == []
+
+    def compared(figures):
+        return sides_compared(grouped(rows_of(figures)))
+
+    assert compared({}) == []
     assert (
-        sides_compared({"symmetry": {"knee_flexion": {"symmetry_index_percent": 50.0}}}) == []
+        compared({"symmetry": {"knee_flexion": {"symmetry_index_percent": 50.0}}}) == []
     )  # no error is stated
-    (same,) = sides_compared({"symmetry": {"knee_flexion": knee}})
+    (same,) = compared({"symmetry": {"knee_flexion": knee}})
     assert same == "Between right and left no difference in range of motion is larger than its error (90 %)."
     walking = {f"step_time_{key}": value for key, value in knee.items()}
-    (same,) = sides_compared({"symmetry": {"knee_flexion": knee}, "walking": walking})
+    (same,) = compared({"symmetry": {"knee_flexion": knee}, "walking": walking})
     assert "in range of motion or steps is" in same
     walking = {f"step_length_{key}": value for key, value in hip.items()}
-    (apart,) = sides_compared({"symmetry": {"knee_flexion": knee, "hip_flexion": hip}, "walking": walking})
+    (apart,) = compared({"symmetry": {"knee_flexion": knee, "hip_flexion": hip}, "walking": walking})
     assert "in 2 of 3 figures" in apart
     assert apart.endswith(": range of hip flexion +30 ± 6 %, step length +30 ± 6 %.")

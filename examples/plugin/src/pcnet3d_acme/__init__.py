@@ -1,1 +1,1 @@
-"""An adapter, a stage and a writer for pcnet3d, to be copied and changed."""
+"""An adapter, a stage, a writer and a lifter for pcnet3d, to be copied and changed."""

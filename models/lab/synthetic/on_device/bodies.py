@@ -12,9 +12,9 @@ from torch import Tensor
 from .....pipeline.core.layouts import H36M17
 from .....pipeline.reading.mocap.clip import Clip
 from ...mocap.clips import OWN_SKELETON, person
-from ..bodies import BodyRange, bone_tree
+from ..bodies import BodyRange, bone_tree, mirror, resize, size_m
+from ..vectors import across, length, picked, unit
 from .draw import Draw
-from .turning import across, length, picked, unit
 
 _CHILD, _PARENT = bone_tree()
 _PARENT_OF = list(range(len(H36M17)))  # of each joint, the pelvis's being itself
@@ -22,7 +22,6 @@ for _child, _parent in zip(_CHILD, _PARENT, strict=True):
     _PARENT_OF[_child] = _parent
 _LOWER = ("pelvis", *(f"{side}_{part}" for side in "lr" for part in ("hip", "knee", "ankle")))
 _UPPER = [joint not in _LOWER for joint in H36M17.joints]
-_LEG_BONES = [H36M17.joints[child][2:] in ("knee", "ankle") for child in _CHILD]
 _PAIRS = (("knee", "l_knee", "r_knee"), ("ankle", "l_ankle", "r_ankle"), ("elbow", "l_elbow", "r_elbow"),
           ("wrist", "l_wrist", "r_wrist"))  # fmt: skip
 
@@ -30,25 +29,6 @@ _PAIRS = (("knee", "l_knee", "r_knee"), ("ankle", "l_ankle", "r_ankle"), ("elbow
 def bone_lengths(joints: Tensor) -> Tensor:
     """(..., T, 17) length of the bone that ends in each joint of (..., T, 17, 3); 0 at the pelvis."""
     return length(joints - picked(joints, _PARENT_OF))
-
-
-def resize(joints: Tensor, factors: Tensor) -> Tensor:
-    """joints (..., T, 17, 3) with every bone's length multiplied; factors (..., 17) by the bone's child joint."""
-    bones = picked(joints, _CHILD) - picked(joints, _PARENT)
-    scaled = bones * factors[..., None, _CHILD, None]
-    leg = torch.tensor(_LEG_BONES, device=joints.device)
-    before, after = ((length(part) * leg).sum(-1).mean(-1) for part in (bones, scaled))
-    out = torch.empty_like(joints)
-    root = H36M17.index("pelvis")
-    out[..., root, :] = joints[..., root, :] * (after / before)[..., None, None]
-    for bone, (child, parent) in enumerate(zip(_CHILD, _PARENT, strict=True)):
-        out[..., child, :] = out[..., parent, :] + scaled[..., bone, :]
-    return out
-
-
-def mirror(joints: Tensor) -> Tensor:
-    """The mirror image of joints (..., 17, 3) in the plane x = 0, with left and right exchanged."""
-    return picked(joints, H36M17.mirror.tolist()) * torch.tensor([-1.0, 1.0, 1.0], device=joints.device)
 
 
 def combine(lower: Tensor, upper: Tensor) -> Tensor:
@@ -120,17 +100,12 @@ def _drawn(joints: Tensor, draw: Draw, bodies: BodyRange) -> Tensor:
         factors[:, [H36M17.index(left), H36M17.index(right)]] = limb[:, None]
     for joint, std in (("spine", bodies.trunk), ("thorax", bodies.trunk), ("nose", 0.15), ("head", 0.15)):
         factors[:, H36M17.index(joint)] = spread(std)
-    size = body_size(joints)
+    size = size_m(joints)
     for part, between in (("hip", bodies.hips), ("shoulder", bodies.shoulders)):
         pair = H36M17.indices((f"l_{part}", f"r_{part}"))
         width = length(joints[..., pair[0], :] - joints[..., pair[1], :]).mean(-1)
         factors[:, pair] = (draw.uniform(between, count) * size / width.clamp_min(1e-3))[:, None]
     return factors
-
-
-def body_size(joints: Tensor) -> Tensor:
-    """(...,) a person's size: the sum of the 16 bone lengths, averaged over time; joints (..., T, 17, 3) metres."""
-    return bone_lengths(joints).sum(-1).mean(-1)
 
 
 def redefined(joints: Tensor, draw: Draw, std_m: float, share: float) -> Tensor:

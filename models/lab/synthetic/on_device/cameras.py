@@ -3,39 +3,17 @@ conventions)."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import torch
 from torch import Tensor
 
 from .....pipeline.core.layouts import H36M17
-from ..cameras import IMAGE_SIZES, ViewRange
+from ..cameras import IMAGE_SIZES, Cameras, ViewRange
 from ..places import LIMBS, PLACE_SPREAD, PLACES, SIZE_SPREAD, TRUNK
+from ..vectors import dot, picked, rotate, transpose
 from .draw import Draw
-from .turning import dot, picked, rotate, transpose
 
 _AIM_FRAMES = 8  # of a window, about: so many tell its place and size
 _AIMS = 4  # rounds; each leaves about a tenth of what was off
-
-
-@dataclass(frozen=True, eq=False)
-class Cameras:
-    """B pinhole cameras. R_camera_from_world: (B, 1 or T, 3, 3). position: (B, 3) metres, world. focal_px: (B,).
-    image_size: (B, 2) width and height in pixels."""
-
-    R_camera_from_world: Tensor
-    position: Tensor
-    focal_px: Tensor
-    image_size: Tensor
-
-    def to_camera(self, joints_world: Tensor) -> Tensor:
-        """(B, T, J, 3) world -> camera, metres, origin at the camera."""
-        return rotate(self.R_camera_from_world, joints_world - self.position[:, None, None, :])
-
-    def project(self, joints_camera: Tensor) -> Tensor:
-        """(B, T, J, 3) camera -> (B, T, J, 2) pixels."""
-        rays = joints_camera[..., :2] / joints_camera[..., 2:]
-        return rays * self.focal_px[:, None, None, None] + self.image_size[:, None, None, :] / 2
 
 
 def view_rotation(yaw_deg: Tensor, pitch_deg: Tensor, roll_deg: Tensor) -> Tensor:
@@ -56,7 +34,7 @@ def place(
     wild: ViewRange,
     share_typical: float,
     share_placed: float = 0.0,
-) -> Cameras:
+) -> Cameras[Tensor]:
     """One camera a window, somewhere from which every joint of every frame is inside the image; a share of them from
     the one range, the rest from the other. From either, a share have the person where people are in real videos, and as
     large (models/lab/synthetic/places.py), or as near to that as everything is inside; they do not pan.
@@ -141,7 +119,7 @@ def _aimed(q: Tensor, focal: Tensor, spot: Tensor, least: Tensor) -> tuple[Tenso
     return distance, shift
 
 
-def _panned(cameras: Cameras, joints_world: Tensor, draw: Draw, share: Tensor) -> Cameras:
+def _panned(cameras: Cameras[Tensor], joints_world: Tensor, draw: Draw, share: Tensor) -> Cameras[Tensor]:
     """Some of the cameras turn about their own vertical axis and bring the person slowly towards the middle; share (B,)
     says how likely each does."""
     pelvis = cameras.to_camera(joints_world)[..., H36M17.index("pelvis"), :]

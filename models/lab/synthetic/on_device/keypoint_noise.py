@@ -16,12 +16,14 @@ from ..keypoint_noise import (
     GOOD,
     HEAD_HEIGHT,
     HIDDEN_MISSING,
-    SOLIDS,
     Noise,
     confidence_of,
+    derive,
+    hidden_joints,
+    in_profile,
 )
+from ..vectors import length, picked
 from .draw import Draw
-from .turning import dot, length, picked
 
 _GROUPS = (
     ("l_knee", "l_ankle"), ("r_knee", "r_ankle"), ("l_ankle", "r_ankle"),
@@ -50,35 +52,6 @@ class Spoilt:
     truncated: float = 0.0
     occluded: float = 0.0
     absent: dict[str, float] = field(default_factory=dict)
-
-
-def hidden_joints(joints_camera: Tensor) -> Tensor:
-    """(..., J) True where the trunk, the head or a leg is between the camera and the joint."""
-    depth = joints_camera[..., 2].contiguous()
-    rays = [joints_camera[..., i] / depth for i in (0, 1)]
-    trunk = length(_vector(joints_camera, "pelvis", "thorax"))
-    hidden = torch.zeros(depth.shape, dtype=torch.bool, device=depth.device)
-    for start, end, radius in SOLIDS:
-        a, b = H36M17.index(start), H36M17.index(end)
-        (x, line_x), (y, line_y) = (
-            (ray - ray[..., a, None], (ray[..., b] - ray[..., a])[..., None]) for ray in rays
-        )
-        along = ((x * line_x + y * line_y) / (line_x**2 + line_y**2).clamp_min(1e-9)).clamp(0, 1)
-        apart = (x - along * line_x) ** 2 + (y - along * line_y) ** 2
-        here = depth[..., a, None] * (1 - along) + depth[..., b, None] * along
-        reach = (radius * trunk)[..., None]
-        behind = (apart < (reach / here) ** 2) & (depth > here + reach)
-        behind[..., [a, b]] = False
-        hidden |= behind
-    return hidden
-
-
-def in_profile(joints_camera: Tensor, cosine: float) -> Tensor:
-    """(..., T) True where hips and shoulders together point along the view: |cos| of the angle above `cosine`."""
-    aside = sum(_vector(joints_camera, f"r_{part}", f"l_{part}") for part in ("hip", "shoulder"))
-    view = joints_camera[..., H36M17.index("pelvis"), :]
-    assert isinstance(aside, Tensor)
-    return dot(aside, view).abs() > cosine * length(aside) * length(view)
 
 
 def detect(
@@ -141,18 +114,6 @@ def detect(
     return torch.where(lost[..., None], torch.nan, keypoints), torch.where(lost, 0.0, confidence)
 
 
-def derive(keypoints: Tensor, head_height: Tensor) -> Tensor:
-    """Pelvis and thorax in the middle of hips and shoulders, the spine between, the head between nose and top."""
-    out = keypoints.clone()
-    shoulders = picked(keypoints, H36M17.indices(("l_shoulder", "r_shoulder"))).mean(-2)
-    pelvis = picked(keypoints, H36M17.indices(("l_hip", "r_hip"))).mean(-2)
-    nose, top = keypoints[..., H36M17.index("nose"), :], keypoints[..., H36M17.index("head"), :]
-    out[..., H36M17.index("head"), :] = nose + head_height * (top - nose)
-    for joint, place in (("pelvis", pelvis), ("spine", (shoulders + pelvis) / 2), ("thorax", shoulders)):
-        out[..., H36M17.index(joint), :] = place
-    return out
-
-
 def _truncated(keypoints: Tensor, draw: Draw, share: float) -> Tensor:
     """(B, T, 17) True beyond a border that cuts off up to half of the body's extent over the window: below for most,
     else at the left or right; above never, for no lifter can do without the trunk."""
@@ -187,7 +148,3 @@ def _ar1(white: Tensor, coefficient: float) -> Tensor:
     weights = torch.where(lag >= 0, coefficient ** lag.clamp_min(0).float(), 0.0)
     weights[:, 1:] *= (1 - coefficient**2) ** 0.5
     return torch.einsum("ts,bsjk->btjk", weights, white)
-
-
-def _vector(joints: Tensor, start: str, end: str) -> Tensor:
-    return joints[..., H36M17.index(end), :] - joints[..., H36M17.index(start), :]

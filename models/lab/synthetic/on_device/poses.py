@@ -13,8 +13,8 @@ from torch import Tensor
 
 from .....pipeline.core.layouts import H36M17
 from ...common.toml_config import check_shares
+from ..vectors import across, length, picked, rotate, transpose, unit
 from .draw import Draw
-from .turning import across, from_vector, length, picked, rotate, transpose, unit
 
 _LIMBS = {
     (side, kind): tuple(f"{side}_{part}" for part in parts)
@@ -188,3 +188,12 @@ def _frame(joints: Tensor, leftward: tuple[str, str], upward: tuple[str, str]) -
     left = unit(left)
     up = across(up, left)
     return torch.stack([torch.cross(left, up, dim=-1), left, up], dim=-1)
+
+
+def from_vector(v: Tensor) -> Tensor:
+    """R (..., 3, 3) of rotation vectors (..., 3), radians (Rodrigues)."""
+    angle = length(v)[..., None, None]
+    x, y, z = unit(v).unbind(-1)
+    zero = torch.zeros_like(x)
+    K = torch.stack([zero, -z, y, z, zero, -x, -y, x, zero], dim=-1).unflatten(-1, (3, 3))
+    return torch.eye(3, device=v.device) + angle.sin() * K + (1 - angle.cos()) * (K @ K)

@@ -6,9 +6,9 @@ import torch
 from torch import Tensor
 
 from .....pipeline.core.layouts import H36M17
-from ..views import CAMERA_FROM_SOURCE, Targets, View
+from ..vectors import rotate, transpose, unit
+from ..views import Targets, view_rotation
 from .draw import Draw
-from .turning import rotate, transpose, unit
 
 _LEAST_LEVEL = 0.1  # of the two unit axes' sum: hips and shoulders nearer to the vertical tell no heading
 
@@ -37,13 +37,6 @@ def wide_angles(draw: Draw, count: int) -> tuple[Tensor, Tensor, Tensor]:
         draw.uniform((-60.0, 60.0), count),
         draw.uniform((-180.0, 180.0), count),
     )
-
-
-def view_rotation(view: View, roll_deg: Tensor, pitch_deg: Tensor, yaw_deg: Tensor) -> Tensor:
-    """R_camera_from_body (B, 3, 3) of such a view's angles (B,)."""
-    x, y, z = about(0, roll_deg), about(1, pitch_deg), about(2, yaw_deg)
-    axes = torch.as_tensor(CAMERA_FROM_SOURCE, dtype=x.dtype, device=x.device)
-    return axes @ (z @ y @ x if view == "paper" else x @ y @ z)
 
 
 def views(draw: Draw, count: int, wide: float) -> Tensor:
@@ -75,14 +68,3 @@ def seen(joints_world: Tensor, R_camera_from_body: Tensor, targets: Targets) -> 
         R = R @ transpose(R_world_from_body(joints_world))
     relative = joints_world - joints_world[:, [H36M17.index("pelvis")]]
     return rotate(R, relative), R.isfinite().all(-1).all(-1)
-
-
-def about(axis: int, angle_deg: Tensor) -> Tensor:
-    """(B, 3, 3) rotations about a coordinate axis by angles (B,)."""
-    angle = angle_deg.deg2rad()
-    R = torch.eye(3, dtype=angle.dtype, device=angle.device).repeat(len(angle), 1, 1)
-    i, j = (axis + 1) % 3, (axis + 2) % 3
-    R[:, i, i] = R[:, j, j] = angle.cos()
-    R[:, j, i] = angle.sin()
-    R[:, i, j] = -angle.sin()
-    return R

@@ -7,9 +7,8 @@ from torch import Tensor
 
 from .....pipeline.core.layouts import H36M17
 from ....lifter.features import CENTRE, HALF_WINDOW, IMAGE_UP, STEEP
-from ...synthetic.bodies import STANDARD_SIZE_M
-from ...synthetic.on_device.bodies import body_size
-from ...synthetic.on_device.turning import dot, rotate, transpose, unit
+from ...synthetic.bodies import STANDARD_SIZE_M, size_m
+from ...synthetic.vectors import dot, rotate, transpose, unit
 
 
 def features(
@@ -54,7 +53,7 @@ def target(joints_camera: Tensor, up: Tensor) -> tuple[Tensor, Tensor]:
     `features`, and (B, T, 17, 3) their velocities a frame, of the joints relative to the pelvis, in the same axes and
     scale."""
     relative = joints_camera - joints_camera[..., [H36M17.index("pelvis")], :]
-    relative = relative * (STANDARD_SIZE_M / body_size(relative))[:, None, None, None]
+    relative = relative * (STANDARD_SIZE_M / size_m(relative))[:, None, None, None]
     rays = joints_camera[..., :2] / joints_camera[..., 2:]
     R_ray_from_camera = transpose(
         ray_rotation(_centre(rays, torch.ones_like(rays[..., 0], dtype=torch.bool)), up)

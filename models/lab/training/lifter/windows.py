@@ -26,7 +26,7 @@ from ...synthetic.on_device.cameras import place
 from ...synthetic.on_device.draw import Draw
 from ...synthetic.on_device.keypoint_noise import Spoilt, detect
 from ...synthetic.on_device.motion import MOTION_SHARES, MotionRange, varied
-from ...synthetic.on_device.turning import unit
+from ...synthetic.vectors import unit
 from .features import features, target
 
 _FPS = (20.0, 60.0)

@@ -25,9 +25,9 @@ from ...synthetic.on_device.bodies import proportions, redefined
 from ...synthetic.on_device.draw import Draw
 from ...synthetic.on_device.joint_errors import flipped, noisy, present
 from ...synthetic.on_device.motion import MOTION_SHARES, MotionRange, varied
-from ...synthetic.on_device.turning import rotate
-from ...synthetic.on_device.views import about, seen, views
-from ...synthetic.views import Lifted, Targets
+from ...synthetic.on_device.views import seen, views
+from ...synthetic.vectors import rotate
+from ...synthetic.views import Lifted, Targets, about
 
 _FPS = 30.0  # of poses that move; a single frame of them is taken
 

@@ -13,6 +13,7 @@ from pcnet3d.models.lab.evaluation.lifter_takes import EXACT, FIGURES, PUBLISHED
 from pcnet3d.models.lab.evaluation.lifters import difference, interval, lifter_tables, of_people, rows_of
 from pcnet3d.pipeline import CAMERA, H36M17, InputError
 from pcnet3d.pipeline.core.layouts import remap
+from pcnet3d.pipeline.core.lifted import Lifted
 from pcnet3d.pipeline.core.rotations import unit
 from pcnet3d.pipeline.reading.mocap.clip import Clip
 
@@ -32,17 +33,18 @@ def clips():
 class Wrong:
     """A lifter of another project: the truth of the only take there is, off by some mm at the left wrist along x."""
 
-    method = "wrong@012345678901"
+    method, unit, takes = "wrong@012345678901", "arbitrary", ()
 
     def __init__(self, truths, off_mm=17.0):
         self.truths, self.off_mm, self.asked = truths, off_mm, []
 
-    def lift(self, keypoints, image_size, focal_px=None, flip=False, video=None):
-        self.asked.append(focal_px)
-        joints = self.truths[len(keypoints)].copy()
+    def lift(self, asked):
+        self.asked.append(asked.focal_px)
+        joints = self.truths[len(asked.keypoints)].copy()
         joints[:, H36M17.index("l_wrist"), 0] += self.off_mm / 1000
-        keypoints = remap(keypoints, H36M17)
-        return keypoints.with_(joints=joints, frame=CAMERA.with_(origin="pelvis", unit="arbitrary"))
+        keypoints = remap(asked.keypoints, H36M17)
+        poses = keypoints.with_(joints=joints, frame=CAMERA.with_(origin="pelvis", unit="arbitrary"))
+        return Lifted(poses, self.method, "toy", asked.focal_px, asked.focal_known)
 
 
 def vector(value):

@@ -53,8 +53,8 @@ def test_flipped_lifts_are_asked_for(data, monkeypatch):
     asked = []
 
     class Spy:
-        def lift(self, keypoints, image_size, focal_px=None, flip=False, video=None):
-            asked.append(flip)
+        def lift(self, given):
+            asked.append(given.flip)
             raise KeyboardInterrupt
 
     monkeypatch.setattr(module, "real_poses", lambda lifter, flip=False: asked.append(flip) or [])

@@ -1,4 +1,4 @@
-"""What trains is made by torch, what is judged and run by numpy: where both say the same thing, they say the same."""
+"""What trains is made by torch, what is judged and run by numpy: functions that take both say the same of both."""
 
 import numpy as np
 import pytest
@@ -8,12 +8,12 @@ torch = pytest.importorskip("torch")
 from pcnet3d.models.lab.synthetic import bodies, cameras  # noqa: E402
 from pcnet3d.models.lab.synthetic import keypoint_noise as noise2d  # noqa: E402
 from pcnet3d.models.lab.synthetic import views as pcnet_views  # noqa: E402
-from pcnet3d.models.lab.synthetic.on_device import bodies as t_bodies  # noqa: E402
 from pcnet3d.models.lab.synthetic.on_device import cameras as t_cameras  # noqa: E402
 from pcnet3d.models.lab.synthetic.on_device import keypoint_noise as t_noise  # noqa: E402
-from pcnet3d.models.lab.synthetic.on_device import turning  # noqa: E402
+from pcnet3d.models.lab.synthetic.on_device import poses as t_poses  # noqa: E402
 from pcnet3d.models.lab.synthetic.on_device import views as t_views  # noqa: E402
 from pcnet3d.models.lab.synthetic.on_device.draw import Draw  # noqa: E402
+from pcnet3d.models.lab.synthetic.vectors import rotate as rotated  # noqa: E402
 from pcnet3d.models.lab.training.lifter import features as t_features  # noqa: E402
 from pcnet3d.models.lifter import features as lifter_features  # noqa: E402
 from pcnet3d.pipeline import H36M17, rotate  # noqa: E402
@@ -44,9 +44,9 @@ def same(a, b, tolerance=1e-6):
 
 def test_bodies(rng, world):
     factors = rng.uniform(0.8, 1.2, (4, 17))
-    same(t_bodies.resize(tensor(world), tensor(factors)), bodies.resize(world, factors))
-    same(t_bodies.mirror(tensor(world)), bodies.mirror(world))
-    same(t_bodies.body_size(tensor(world)), bodies.size_m(world))
+    same(bodies.resize(tensor(world), tensor(factors)), bodies.resize(world, factors))
+    same(bodies.mirror(tensor(world)), bodies.mirror(world))
+    same(bodies.size_m(tensor(world)), bodies.size_m(world))
 
 
 def test_cameras(rng, world):
@@ -54,7 +54,7 @@ def test_cameras(rng, world):
     R = cameras.view_rotation(*angles)
     same(t_cameras.view_rotation(*map(tensor, angles)), R)
     placed = cameras.place(world, rng)
-    one = t_cameras.Cameras(
+    one = cameras.Cameras(
         *map(tensor, (placed.R_camera_from_world, placed.position, placed.focal_px, placed.image_size))
     )
     joints = placed.to_camera(world)
@@ -67,9 +67,9 @@ def test_what_hides_joints_and_profiles(rng, world):
     hidden = noise2d.hidden_joints(joints)
     assert hidden.any()
     assert not hidden.all()
-    same(t_noise.hidden_joints(tensor(joints)), hidden)
+    same(noise2d.hidden_joints(tensor(joints)), hidden)
     for cosine in (0.3, 0.85):
-        same(t_noise.in_profile(tensor(joints), cosine), noise2d.in_profile(joints, cosine))
+        same(noise2d.in_profile(tensor(joints), cosine), noise2d.in_profile(joints, cosine))
 
 
 def test_features_of_keypoints_with_gaps(rng, world):
@@ -115,17 +115,17 @@ def test_the_target_is_the_skeleton_seen_along_its_ray(rng):
 
 def test_keypoints_made_of_others_are_those_of_coco(rng):
     keypoints, height = rng.uniform(0, 100, (2, 3, 17, 2)), np.array([0.5, 0.8])
-    made = np.asarray(t_noise.derive(tensor(keypoints), tensor(height)[:, None, None]))
-    same(made, noise2d._derive(keypoints, height[:, None, None]))
+    made = np.asarray(noise2d.derive(tensor(keypoints), tensor(height)[:, None, None]))
+    same(made, noise2d.derive(keypoints, height[:, None, None]))
 
 
 def test_rotations(rng):
     from scipy.spatial.transform import Rotation
 
     vectors = np.concatenate([rng.normal(0, 2, (50, 3)), np.zeros((1, 3)), [[1e-9, 0, 0]]])
-    same(turning.from_vector(tensor(vectors)), Rotation.from_rotvec(vectors).as_matrix())
+    same(t_poses.from_vector(tensor(vectors)), Rotation.from_rotvec(vectors).as_matrix())
     R, x = Rotation.random(5, random_state=1).as_matrix(), rng.normal(size=(5, 17, 3))
-    same(turning.rotate(tensor(R), tensor(x)), rotate(R, x))
+    same(rotated(tensor(R), tensor(x)), rotate(R, x))
 
 
 def test_noise_is_as_large_as_the_formula_says():
@@ -170,7 +170,7 @@ def test_cameras_keep_everybody_in_the_image(world, share):
 @pytest.mark.parametrize("view", ["paper", "wide"])
 def test_a_view_of_given_angles(rng, view):
     angles = rng.uniform(-180, 180, (3, 50))
-    same(t_views.view_rotation(view, *map(tensor, angles)), pcnet_views.view_rotation(view, *angles))
+    same(pcnet_views.view_rotation(view, *map(tensor, angles)), pcnet_views.view_rotation(view, *angles))
 
 
 @pytest.mark.parametrize("view", ["paper", "wide"])

@@ -6,7 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pcnet3d.pipeline import InputError
+from pcnet3d.examples.walker.camera import camera_poses, side_camera
+from pcnet3d.examples.walker.walk import walker
+from pcnet3d.pipeline import InputError, RunOptions, run_files
 from pcnet3d.pipeline.plugins import registry
 from pcnet3d.stages.study.batch.command import study_rows
 from pcnet3d.stages.study.batch.manifest import Entry
@@ -247,38 +249,60 @@ def test_a_subject_lifted_at_two_frame_rates_is_warned_of(rates, lifted, warned)
     assert ("at 30 to 60 frames a second" in as_page("Study", rows, [])) == warned
 
 
-def test_figures_are_single_numbers_by_their_keys(tmp_path):
-    run = tmp_path / "takes" / "a"
-    run.mkdir(parents=True)
+@pytest.fixture
+def made(tmp_path):
+    """A run's folder in a study's, with measures of a test's own, and what goes into its summary."""
+    folder, walk = tmp_path / "takes" / "a", walker()
+    np.save(tmp_path / "X3D.npy", camera_poses(walk, side_camera(walk)).joints[:60])
+    off = {"record": "off", "report": "off", "measures": "off", "rectify.rectifier": "geometric"}
+    run_files(RunOptions(poses=tmp_path / "X3D.npy", adapter="videopose3d", fps=30, settings=off), folder)
+
+    def write(**entries):
+        summary = json.loads((folder / "summary.json").read_text())
+        (folder / "summary.json").write_text(json.dumps({**summary, **entries}))
+        return folder
+
+    return write
+
+
+def test_figures_are_single_numbers_by_their_keys(made):
     measures = {
         "walking": {"steps": 3, "right": {"x_s": 0.5}, "landings_s": [1.0], "reason": "none"},
         "none": None,
     }
     device = {"asked": "auto", "networks": {"a.onnx": "cuda", "b.onnx": "cpu", "c.onnx": "cuda"}}
-    summary = {"measures": measures, "notices": [SAID], "device": device}
-    (run / "summary.json").write_text(json.dumps(summary))
+    of_run = {**SAID, "rows": None, "values": {}}
+    run = made(measures=measures, notices=[of_run, {**of_run, "text": "a name \udcff"}], device=device)
     (found,) = figures(run)
     assert found["device"] == "cpu, cuda"
     assert found["measures"] == {"walking.steps": 3.0, "walking.right.x_s": 0.5}
-    assert found["notices"] == [SAID]
+    assert isinstance(found["measures"]["walking.steps"], float)
+    assert [each["text"] for each in found["notices"]] == [SAID["text"], "a name ?"]
     assert not found["lifted"]
+    assert (found["frames"], found["fps"], found["method"]) == (60, pytest.approx(30), "geometric")
+    assert len(found["posture"]) == 17
     assert found["report"] == ""
     (run / "report.html").write_text("")
     assert figures(run)[0]["report"] == "takes/a/report.html"
 
 
-@pytest.mark.parametrize(
-    "summary",
-    [{"measures": [1]}, {"poses": "x"}, {"notices": {"a": 1}}, {"poses": {"frames": "many"}}],
-    ids=["measures", "poses", "notices", "frames"],
-)
-def test_a_summary_that_somebody_has_changed_has_words(tmp_path, summary):
+def test_a_run_without_its_files_has_nothing_to_say(tmp_path):
     run = tmp_path / "takes" / "a"
     run.mkdir(parents=True)
-    (run / "summary.json").write_text(json.dumps(summary))
-    with pytest.raises(InputError, match=r"not as a run writes it.*remove that folder"):
-        figures(run)
-    (run / "summary.json").write_text(json.dumps({"batch": {"key": ["x"], "files": 3}}))
+    (found,) = figures(run)
+    assert found["level_ok"] is found["frames"] is None
+    assert found["measures"] == {}
+
+
+@pytest.mark.parametrize(
+    "summary",
+    [{"measures": [1]}, {"poses": "x"}, {"notices": {"a": 1}}, {"poses": {"unit": 3}}],
+    ids=["measures", "poses", "notices", "unit"],
+)
+def test_a_summary_that_somebody_has_changed_has_words(made, summary):
+    with pytest.raises(InputError, match=r"finished.*remove that folder"):
+        figures(made(**summary))
+    run = made(batch={"key": ["x"], "files": 3})
     assert _kept(run).key == ""
 
 

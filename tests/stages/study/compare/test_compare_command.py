@@ -11,10 +11,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from golden.measures import rows_of
 from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.common.metrics import SD_90
 from pcnet3d.pipeline import InputError, load_recipe
+from pcnet3d.pipeline.core.measures import nested
+from pcnet3d.pipeline.core.take import Session
+from pcnet3d.pipeline.files.measures import read_measures
 from pcnet3d.pipeline.reading.mocap.clip import Clip, write_mocap
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.running.recipe import Recipe
@@ -26,7 +30,7 @@ from pcnet3d.stages.study.compare.comparison import figures, result
 from pcnet3d.stages.study.compare.cycles import spans
 from pcnet3d.stages.study.compare.page import as_page
 from pcnet3d.stages.study.compare.side import load_side, named_apart, one_clock
-from pcnet3d.stages.study.compare.wrists import limbs_of
+from pcnet3d.stages.study.compare.wrists import lacks_keypoints, limbs_of
 
 LATE_S = 0.5
 
@@ -114,15 +118,22 @@ def test_the_wrist_figure_tells_the_methods_apart(against_truth):
         assert methods["raw 2D"][wrist]["up"]["r"] > 0.9
 
 
-def test_the_keypoints_are_those_of_the_run(runs, sides, walk):
+def test_the_keypoints_are_those_of_the_run(sides, walk):
     from pcnet3d.examples.walker.camera import side_camera
     from pcnet3d.pipeline import H36M17
 
-    pixels = limbs_of(runs / "side/take.rrd", sides[0].frame_index)
+    pixels = limbs_of(sides[0].run)
     truth = side_camera(walk).project(walk.world)[:, H36M17.index("l_wrist")]
     assert pixels.shape == (len(walk), 12, 2)
     assert np.linalg.norm(pixels[:, 11] - truth, axis=-1).max() < 4
-    assert limbs_of(runs / "nothing.rrd", sides[0].frame_index) is None
+    assert limbs_of(sides[0].run.with_(keypoints=None)) is None
+
+
+def test_a_run_of_before_keypoints_were_kept_is_told_from_one_of_poses(sides):
+    older = sides[0].run.with_(keypoints=None)
+    assert lacks_keypoints(older)
+    assert not lacks_keypoints(sides[0].run)
+    assert not lacks_keypoints(older.with_(inputs=older.inputs[:1]))  # of poses alone
 
 
 def test_files_and_page(cameras, against_truth, runs):
@@ -169,7 +180,9 @@ def test_the_page_of_two_runs_begins_with_what_came_of_it(cameras, runs):
 def test_wrist_paths_are_from_the_front_only_where_the_heading_is_the_persons(sides):
     reference, side = sides
     assert "<figcaption>From the front (m)</figcaption>" in as_page(compared([reference, side]))
-    shared = replace(reference, run=replace(reference.run, level_heading="camera"))  # with another person
+    shared = with_run(
+        reference, rectified=replace(reference.run.rectified, level_heading="camera")
+    )  # with another person
     said = as_page(compared([shared, side]))
     assert "From the front" not in said
     assert "<figcaption>From the camera&#39;s side (m)</figcaption>" in said
@@ -223,6 +236,11 @@ def test_runs_of_one_recording_keep_their_stamps(sides):
     assert found.pairs[0].agreement["r_knee_flexion"]["rmse_deg"] < 1e-6
 
 
+def with_run(side, **changes):
+    """The side of a run with other values in these fields of its take."""
+    return replace(side, run=side.run.with_(**changes))
+
+
 @pytest.mark.parametrize("late_s", [-1.7, 0.0123, 2.4])
 def test_a_shift_is_found_to_a_fraction_of_a_frame(sides, late_s):
     moved = replace(sides[1], time_s=sides[1].time_s + late_s)
@@ -241,7 +259,7 @@ def test_takes_of_different_motions_have_their_cycles_compared(sides):
     assert found.pairs[0].agreement == {}
     assert "different motions" in found.warnings[0]
     still = {name: np.zeros(len(values)) for name, values in other.items()}
-    nothing = compared([sides[0], replace(sides[1], angles=still, measures=None)], align="cycles")
+    nothing = compared([sides[0], replace(with_run(sides[1], measures=None), angles=still)], align="cycles")
     assert next(result(nothing.pairs[0], "side")).endswith("compared: nothing")
     visits = compared(sides, align="cycles").pairs[0]
     assert re.search(r"compared: the ranges of motion and \d kinds? of cycle$", next(result(visits, "side")))
@@ -253,7 +271,7 @@ def walking(side, stride_s, **session):
     """The side as a walk of even strides, and what was said about its recording."""
     phase = 2 * np.pi * side.time_s / stride_s
     swings = {name: 30 * np.sin(phase + np.pi * name.startswith("l_")) for name in side.angles}
-    return replace(side, angles=swings, session=session)
+    return replace(with_run(side, session=Session(**session)), angles=swings)
 
 
 @pytest.mark.parametrize("key", ["date", "person_id"])
@@ -265,7 +283,7 @@ def test_what_the_user_says_of_two_visits_makes_them_two_motions(sides, key):
     assert {"date": "different dates", "person_id": "different people"}[key] in found.warnings[0]
     assert next(result(pair, "side")).startswith("front against side: taken for two motions")
     assert compared(visits, "correlate", search_s=0.4).pairs[0].alignment is not None
-    one_day = [replace(each, session=visits[0].session) for each in visits]
+    one_day = [with_run(each, session=visits[0].session) for each in visits]
     assert compared(one_day, search_s=0.4).pairs[0].alignment is not None
 
 
@@ -297,7 +315,7 @@ def test_walks_of_other_cadences_are_two_motions(walk, tmp_path):
         "24 and 30 have different cadences: taken for different motions, so only their ranges and cycles are compared. "
         "--align correlate if not.",
     )
-    silent = [replace(side, measures=None) for side in (usual, slow)]
+    silent = [with_run(side, measures=None) for side in (usual, slow)]
     for found in (compared([usual, slow], "correlate"), compared(silent)):
         assert found.pairs[0].alignment.r > 0.5
         assert "correlate less" in found.warnings[0]
@@ -333,8 +351,8 @@ def test_the_session_of_a_run_is_known_to_its_side(runs, tmp_path):
     summary = json.loads((tmp_path / "later/summary.json").read_text())
     summary["session"] = {"date": "2026-05-04"}
     (tmp_path / "later/summary.json").write_text(json.dumps(summary))
-    assert load_side(tmp_path / "later").session == {"date": "2026-05-04"}
-    assert load_side(runs / "front").session == {}
+    assert load_side(tmp_path / "later").session == Session(date="2026-05-04")
+    assert load_side(runs / "front").session == Session()
 
 
 def test_a_short_take_whose_arms_nobody_saw_is_its_own_match(sides):
@@ -364,14 +382,13 @@ def test_circles_of_an_arm_are_resampled_without_the_steps_of_their_range(sides)
 
 def test_no_stride_reaches_across_a_turn_between_two_walks(runs):
     """Of one who walks there and back the feet land on both sides of the turn within three seconds."""
-    summary = json.loads((runs / "side" / "summary.json").read_text())
-    walking = summary["measures"]["walking"]
-    walking["right"] |= {
+    measures = nested(read_measures(runs / "side"))
+    measures["walking"]["right"] |= {
         "landings_s": [0.0, 1.1, 3.3, 4.4],
         "stride_start_s": [0.0, 3.3],
         "stride_stop_s": [1.1, 4.4],
     }
-    cut = spans(summary["measures"])["strides", "r_knee_flexion"]
+    cut = spans(rows_of(measures))["strides", "r_knee_flexion"]
     np.testing.assert_array_equal(cut, [[0.0, 1.1], [3.3, 4.4]])
 
 
@@ -380,7 +397,8 @@ def of_visit(side, low_deg, high_deg, speed):
     ranges = {"r_knee_flexion": {"p05_deg": low_deg, "p95_deg": high_deg, "p05_p95_deg": high_deg - low_deg}}
     ranges["r_knee_flexion"] |= {"p05_p95_error_deg": 4.0, "sd_deg": 3.0}
     walking = {"walking_speed": speed, "walking_speed_error": 0.05, "steps": 4}
-    return replace(side, measures={"range_of_motion": ranges, "walking": walking}, metric=True)
+    measures = rows_of({"range_of_motion": ranges, "walking": walking})
+    return replace(with_run(side, measures=measures), metric=True)
 
 
 def test_a_difference_of_two_visits_stands_with_its_error(sides):
@@ -431,9 +449,13 @@ def test_takes_that_have_a_part_in_common_are_said_to_differ_for_that(sides):
 def test_lifted_runs_of_different_frame_rates_are_warned_of(sides):
     visits = [sides[0], replace(sides[1], time_s=2 * sides[1].time_s)]
     assert not compared(visits, "cycles").warnings  # poses of files
-    (said,) = compared([replace(side, lifted=True) for side in visits], "cycles").warnings
+    (said,) = compared(
+        [with_run(side, inputs=({"role": "keypoints", "sha256": "0"},)) for side in visits], "cycles"
+    ).warnings
     assert said.startswith("The runs were lifted at 15 to 30 frames a second")
-    assert not compared([replace(side, lifted=True) for side in sides], "cycles").warnings
+    assert not compared(
+        [with_run(side, inputs=({"role": "keypoints", "sha256": "0"},)) for side in sides], "cycles"
+    ).warnings
 
 
 def test_parts_of_one_recording_that_share_no_time_are_two_takes(sides):

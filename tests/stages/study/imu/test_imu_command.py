@@ -15,11 +15,11 @@ from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.imu import Faults, strapped, write_csv
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.pipeline import InputError
+from pcnet3d.pipeline.files.finished import read_run
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.running.recipe import Recipe
 from pcnet3d.pipeline.running.run import run_files
 from pcnet3d.pipeline.signals.imu import GRAVITY_MPS2
-from pcnet3d.stages.study.finished_run import load_run
 from pcnet3d.stages.study.imu.command import compare as compare_with_run
 from pcnet3d.stages.study.imu.command import imu, read_imus
 from pcnet3d.stages.study.imu.output import as_markdown
@@ -222,9 +222,9 @@ def test_without_an_orientation_the_norm_alone_is_compared(tmp_path):
 
 def test_the_norm_of_a_known_path_is_that_of_the_sensor(walk, made):
     """The true path with its pelvis: what is left is the sensor's noise, bias and time of 137 ms."""
-    run = replace(
-        load_run(made / "run"), level=walk.world - walk.root[:, None], root=walk.root.astype(np.float64)
-    )
+    run = read_run(made / "run")
+    level = run.rectified.level.with_(joints=walk.world - walk.root[:, None], root=walk.root)
+    run = run.with_(rectified=replace(run.rectified, level=level))
     sensor = replace(strapped(walk, "r_forearm"), R_world_from_sensor=None)
     found = compare_with_run(run, sensor)
     of = found.agreement["pcnet"]["norm"]
@@ -232,7 +232,8 @@ def test_the_norm_of_a_known_path_is_that_of_the_sensor(walk, made):
     assert of["r"] > 0.99
     assert of["rmse_mps2"] < 0.3
     assert of["gain"] == pytest.approx(1, abs=0.03)
-    without_a_scale = replace(run, metric=False)
+    unknown = run.poses.frame.with_(unit="arbitrary")
+    without_a_scale = run.with_(poses=run.poses.with_(frame=unknown))
     with pytest.raises(InputError, match="--stature"):
         compare_with_run(without_a_scale, sensor)
 
@@ -266,7 +267,7 @@ def test_bad_input_has_words(made, segments, options, words):
 
 def test_what_is_no_run_and_no_imu_has_words(made, tmp_path):
     with pytest.raises(InputError, match="finished"):
-        load_run(tmp_path)
+        read_run(tmp_path)
     with pytest.raises(InputError, match=r"inertial sensor.s recording .* got 3D poses"):
         imu(made / "run", imu=[made / "poses.npy"])
     with pytest.raises(InputError, match="--root"):

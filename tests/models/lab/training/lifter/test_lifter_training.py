@@ -1,8 +1,9 @@
 """Training windows of the lifter, and a training run as small as it gets."""
 
+import contextlib
+import io
 import json
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -33,8 +34,7 @@ STILL = Material(unchanged=1.0, mirrored=0.0, other_rates=0.0)
 LEGS = H36M17.indices([f"{side}_{part}" for side in "lr" for part in ("knee", "ankle")])
 
 
-@pytest.fixture
-def clips():
+def three_people():
     """Three people of other proportions, who hardly move."""
     rng = np.random.default_rng(0)
     poses = rng.uniform([-0.4, -0.4, 0], [0.4, 0.4, 1.8], (3, 1, 17, 3)) + rng.normal(
@@ -47,11 +47,27 @@ def clips():
 
 
 @pytest.fixture
+def clips():
+    return three_people()
+
+
+@pytest.fixture
 def config(tmp_path, clips, monkeypatch):
     """A config file; everybody is the same three people."""
     monkeypatch.setattr(module, "read_clips", lambda subjects: clips)
     (tmp_path / "tiny.toml").write_text(LIFTER)
     return tmp_path / "tiny.toml"
+
+
+@pytest.fixture(scope="module")
+def trained(tmp_path_factory):
+    """The folder of the tiny config's finished run, and what the run printed."""
+    folder, said, people = tmp_path_factory.mktemp("trained"), io.StringIO(), three_people()
+    (folder / "tiny.toml").write_text(LIFTER)
+    with pytest.MonkeyPatch.context() as patch, contextlib.redirect_stdout(said):
+        patch.setattr(module, "read_clips", lambda subjects: people)
+        module.train_lifter(folder / "tiny.toml", folder / "out")
+    return folder / "out", said.getvalue()
 
 
 @pytest.fixture
@@ -228,16 +244,15 @@ def test_the_error_of_bones_is_what_their_two_ends_differ_by():
         assert cost(3.0, *off) - cost(0.0, *off) == pytest.approx(3.0 * bones * 0.1 / 16)
 
 
-def test_a_run_gives_a_network_that_the_run_time_answers_alike(config, tmp_path, capsys):
-    out = tmp_path / "out"
-    module.train_lifter(config, out)
+def test_a_run_gives_a_network_that_the_run_time_answers_alike(config, trained):
+    out, said = trained
     assert {path.name for path in out.iterdir()} == {
         "lifter.onnx", "best.pt", "checkpoint.json", "checkpoint-6.0", "lifter.toml", "log.jsonl",
     }  # fmt: skip
     lines = [json.loads(line) for line in (out / "log.jsonl").read_text().splitlines()]
     assert [line["step"] for line in lines] == [2, 4, 6]
     assert {"typical", "wild", "wild_up", "exact", "score", "pa", "error_over_sd", "loss"} < lines[0].keys()
-    assert "parameters" in capsys.readouterr().out
+    assert "parameters" in said
 
     opened = network(out / "lifter.onnx")
     assert (opened.reach, opened.trained_on) == (4, "train")
@@ -259,26 +274,24 @@ def test_a_run_gives_a_network_that_the_run_time_answers_alike(config, tmp_path,
     assert run(x)[0].shape == (40, 17, 3)  # the built-in one
 
 
-def test_a_run_in_pieces_comes_to_the_same_weights(config, tmp_path, without_export):
+def test_a_run_in_pieces_comes_to_the_same_weights(config, tmp_path, trained, without_export):
     """minutes=0 stops after every step."""
-    module.train_lifter(config, tmp_path / "whole")
+    runs = (trained[0], tmp_path / "pieces")
     for step in range(1, 7):
         module.train_lifter(config, tmp_path / "pieces", minutes=0)
         assert read_checkpoint(tmp_path / "pieces")["step"] == step
         assert (tmp_path / "pieces" / "lifter.onnx").exists() == (step == 6)
-    assert same(*(read_checkpoint(tmp_path / run) for run in ("whole", "pieces")))
-    best = (torch.load(tmp_path / run / "best.pt", weights_only=True) for run in ("whole", "pieces"))
-    assert same(*best)
+    assert same(*map(read_checkpoint, runs))
+    assert same(*(torch.load(run / "best.pt", weights_only=True) for run in runs))
 
 
-def test_it_starts_with_the_weights_of_an_earlier_run(config, tmp_path, without_export):
-    module.train_lifter(config, tmp_path / "first")
-    start = (tmp_path / "first" / "best.pt").as_posix()
+def test_it_starts_with_the_weights_of_an_earlier_run(config, tmp_path, trained, without_export):
+    start = (trained[0] / "best.pt").as_posix()
     config.write_text(
         tiny(("seed = 1", f'seed = 2\nstart = "{start}"'), ("rate = 1e-3", "rate = 1e-12"), text=LIFTER)
     )
     module.train_lifter(config, tmp_path / "second")
-    one, two = (torch.load(tmp_path / run / "best.pt", weights_only=True) for run in ("first", "second"))
+    one, two = (torch.load(run / "best.pt", weights_only=True) for run in (trained[0], tmp_path / "second"))
     for name, value in one.items():
         torch.testing.assert_close(two[name], value, atol=1e-6, rtol=1e-5)
     config.write_text(
@@ -290,7 +303,7 @@ def test_it_starts_with_the_weights_of_an_earlier_run(config, tmp_path, without_
 
 
 def test_a_network_with_more_blocks_starts_with_the_answers_of_a_smaller_one(tmp_path):
-    small, large = LifterNet(NetConfig(16, (1, 3))), LifterNet(NetConfig(16, (1, 3, 9, 1)))
+    small, large = LifterNet(NetConfig(16, 24, (1, 3))), LifterNet(NetConfig(16, 24, (1, 3, 9, 1)))
     torch.save(small.state_dict(), tmp_path / "small.pt")
     grown = module.started(large, tmp_path / "small.pt")
     x = torch.randn(2, 30, CHANNELS)
@@ -307,7 +320,7 @@ def test_a_network_with_more_blocks_starts_with_the_answers_of_a_smaller_one(tmp
 
 
 def test_an_exported_network_gives_its_weights_back(tmp_path):
-    net = LifterNet(NetConfig(16, (1, 3)))
+    net = LifterNet(NetConfig(16, 24, (1, 3)))
     for value in net.parameters():
         torch.nn.init.normal_(value)
     module.export(net, tmp_path / "lifter.onnx")
@@ -320,19 +333,15 @@ def test_an_exported_network_gives_its_weights_back(tmp_path):
         weights_of(tmp_path / "cut.onnx", net)
 
 
-def test_the_shipped_lifter_can_be_gone_on_with():
-    """What it says of depth stays; joints that were seen lie on their rays."""
-    config = module.read_config(Path(module.__file__).with_name("lifter.toml"))
-    net = module.started(LifterNet(config.net), SHIPPED).eval()
-    x = np.random.default_rng(0).normal(size=(40, CHANNELS)).astype(np.float32)
-    x[:, 51:68] = 0
-    with torch.no_grad():
-        np.testing.assert_allclose(net(torch.from_numpy(x)[None])[0][0].numpy(), run(x)[0], atol=1e-5)
-    x[:, 51:68] = 1
-    with torch.no_grad():
-        np.testing.assert_allclose(
-            net(torch.from_numpy(x)[None])[0][0, ..., 2].numpy(), run(x)[0][..., 2], atol=1e-5
-        )
+def test_a_network_of_the_family_before_is_not_gone_on_with(tmp_path):
+    old = {
+        f"blocks.0.{layer}.{of}": torch.zeros(2, 2) for layer in ("mix", "out") for of in ("weight", "bias")
+    }
+    torch.save(old, tmp_path / "old.pt")
+    for path in (SHIPPED, tmp_path / "old.pt"):
+        with pytest.raises(InputError, match="the family before it") as refused:
+            module.started(LifterNet(NetConfig(16, 24, (1, 3))), path)
+        assert "remove" not in str(refused.value)
 
 
 def test_joints_that_were_seen_lie_on_their_rays(clips):
@@ -342,7 +351,7 @@ def test_joints_that_were_seen_lie_on_their_rays(clips):
     windows.spoilt = Spoilt(silent)
     x = windows.batch(Draw(3, 0), 6, 10).x
     with torch.no_grad():
-        net = LifterNet(NetConfig(16, (1, 3)))
+        net = LifterNet(NetConfig(16, 24, (1, 3)))
         joints, _, _ = net(x)
         size = (x[..., 71:72] - 2).exp()
         away = 0.37 / size[..., None]  # of the pelvis, before anything is learned
@@ -361,18 +370,19 @@ def test_bones_seen_short_may_be_deep():
     assert 0 < depth[3] < 0.05
 
 
-def test_a_network_of_other_dilations_is_not_gone_on_with():
+def test_a_network_of_other_dilations_is_not_gone_on_with(tmp_path):
     """It would answer otherwise, though all its weights fit."""
-    config = module.read_config(Path(module.__file__).with_name("lifter.toml"))
-    straight = NetConfig(config.net.width, (1,) * len(config.net.dilations))
+    exported, net = tmp_path / "lifter.onnx", LifterNet(NetConfig(16, 24, (1, 3)))
+    for value in net.parameters():
+        torch.nn.init.normal_(value)  # equal weights are one in the file
+    module.export(net, exported, reach=4, trained_on="train")
     for begin in (
-        lambda net: module.started(net, SHIPPED),
-        lambda net: averaging.mean(net, [(1.0, SHIPPED)]),
+        lambda net: module.started(net, exported),
+        lambda net: averaging.mean(net, [(1.0, exported)]),
     ):
-        with pytest.raises(InputError, match=r"dilations \(1, 1.*lifter\.onnx reaches 54 frames, not 8"):
-            begin(LifterNet(straight))
-    more = NetConfig(config.net.width, (*config.net.dilations, 27))
-    module.started(LifterNet(more), SHIPPED)
+        with pytest.raises(InputError, match=r"dilations \(1, 1\).*lifter\.onnx reaches 4 frames, not 2"):
+            begin(LifterNet(NetConfig(16, 24, (1, 1))))
+    module.started(LifterNet(NetConfig(16, 24, (1, 3, 9))), exported)
 
 
 def test_the_mean_of_runs_is_the_mean_of_their_weights(config, clips, tmp_path, monkeypatch):
@@ -433,18 +443,15 @@ def own(tmp_path, clips, monkeypatch):
     return train
 
 
-def test_training_on_own_data(own, monkeypatch):
+def test_training_on_own_data_does_not_go_on_with_another_split(own, tmp_path, monkeypatch):
+    """Whoever was trained on would be tested."""
     said = {}
     monkeypatch.setattr(module, "export", lambda net, path, **properties: said.update(properties))
     out = own()
     assert said == {"reach": 4, "trained_on": "clips.npz, split.json"}
     figures = json.loads((out / "log.jsonl").read_text().splitlines()[-1])
     assert {"typical", "wild"} < figures.keys()
-
-
-def test_a_run_does_not_go_on_with_another_split(own, tmp_path, without_export):
-    """Whoever was trained on would be tested."""
-    log = own() / "log.jsonl"
+    log = out / "log.jsonl"
     (tmp_path / "split.json").write_text(json.dumps({"train": ["00"], "val": ["02"], "test": ["01"]}))
     before = log.read_text()
     with pytest.raises(InputError, match=r"checkpoint\.json learned from other recordings or another split"):

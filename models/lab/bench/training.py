@@ -10,9 +10,9 @@ from typing import Annotated, Any
 
 import typer
 
-from ...common.extras import needed_for
+from ..common.extras import needed_for
 
-_SHIPPED = Path(__file__).parent / "lifter.toml"
+_SHIPPED = Path(__file__).parents[1] / "training/lifter/lifter.toml"
 _PARTS = ("material", "network", "optimiser")
 
 
@@ -41,11 +41,11 @@ def measure(config: Path, device: str, rounds: int) -> dict[int, tuple[float, fl
     optimiser take}, medians of rounds after one that is not counted. InputError as of train.run."""
     import torch
 
-    from ...common.training import device_of, optimisers_of
-    from ...synthetic.on_device.draw import Draw
-    from .net import LifterNet
-    from .train import clips_of, loss_of_batch, read_config
-    from .windows import Windows
+    from ..common.training import device_of, optimisers_of
+    from ..synthetic.on_device.draw import Draw
+    from ..training.lifter.net import LifterNet
+    from ..training.lifter.train import clips_of, loss_of_batch, read_config
+    from ..training.lifter.windows import Windows
 
     asked, on = read_config(config), device_of(device)
     windows = Windows(clips_of(asked)[0], asked.material, on)

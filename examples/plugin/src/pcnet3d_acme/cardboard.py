@@ -1,0 +1,52 @@
+"""A lifter that makes a person a cardboard figure, upright and facing the camera: put your own network in `stand`."""
+
+import numpy as np
+
+from pcnet3d.pipeline import CAMERA, H36M17, InputError, Lifted, ToLift, remap, whole_file
+
+what = "the person as a cardboard figure, upright and facing the camera"
+
+LEVEL = np.array([0.0, -1.0, 0.0])  # up in a camera that looks neither up nor down
+
+
+class Cardboard:
+    method, unit = "cardboard@1", "arbitrary"
+    takes = ("gaps", "up", "guessed focal")
+
+    def lift(self, asked: ToLift) -> Lifted:
+        """Each joint where its ray meets the figure; missing joints stay missing."""
+        if asked.image_size is None:
+            raise InputError("Expected the picture's width and height; give the video or --image-size.")
+        size = np.array(asked.image_size)
+        focal_px = asked.focal_px or float(size.max())
+        keypoints = remap(asked.keypoints, H36M17)
+        rays = np.pad((keypoints.joints - size / 2) / focal_px, ((0, 0), (0, 0), (0, 1)), constant_values=1)
+        up = np.broadcast_to(LEVEL if asked.up is None else asked.up, (len(rays), 3))
+        up = np.where(np.isnan(up), LEVEL, up)
+        joints, done = np.full(rays.shape, np.nan), 0
+        if asked.resume is not None:
+            try:
+                with np.load(asked.resume) as kept:
+                    if all(np.array_equal(kept[name], x, True) for name, x in (("rays", rays), ("up", up))):
+                        joints, done = kept["joints"], int(kept["done"])
+            except Exception as error:
+                raise InputError(f"Expected a lift to go on with at {asked.resume}: {error}.") from None
+        for row in range(done, len(rays)):
+            joints[row] = stand(rays[row], up[row])
+            if asked.checkpoint is not None and row % 100 == 99:
+                with whole_file(asked.checkpoint) as partial, partial.open("wb") as file:
+                    np.savez(file, rays=rays, up=up, joints=joints, done=row + 1)
+        poses = keypoints.with_(joints=joints, frame=CAMERA.with_(origin="pelvis", unit=self.unit))
+        told = {"focal_px": focal_px, "focal_known": asked.focal_known, "up_known": asked.up is not None}
+        return Lifted(poses, self.method, "cardboard", **told)
+
+
+def stand(rays: np.ndarray, up: np.ndarray) -> np.ndarray:
+    """(17, 3) joints about the pelvis, which is at a distance of 1, of rays (17, 3) and up (3,), both in CAMERA."""
+    pelvis = rays[H36M17.index("pelvis")]
+    facing = pelvis - (pelvis @ up) * up
+    return rays * ((pelvis @ facing) / (rays @ facing))[:, None] - pelvis
+
+
+def open() -> Cardboard:
+    return Cardboard()

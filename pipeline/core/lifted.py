@@ -1,0 +1,115 @@
+"""What a lifter is given, and what it answers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .errors import InputError
+from .frames import CAMERA
+from .intrinsics import Intrinsics
+from .layouts import H36M17
+from .pose import PoseSequence
+from .take import Video
+
+_ROUNDED = ("focal_px", "bearing_deg")  # to a tenth, for readers
+
+
+@dataclass(frozen=True, eq=False)
+class ToLift:
+    """What a lifter is given.
+
+    keypoints: of one person, in IMAGE, pixels, in the detector's layout; missing joints NaN. image_size: width and
+        height in pixels as the video is shown, None where unknown.
+    focal_px: focal length in pixels, None when unknown. focal_guessed: that it is only what phones usually have.
+    flip: average with the lift of the mirrored person. video: the one that the frame numbers are of.
+    intrinsics: of a calibrated camera. The keypoints are then without the lens's distortion, but those of a lifter that
+        looks at the images, which have it.
+    up: (3,) unit, or (T, 3) before a camera that moves, which way is up in the camera where that is known within a few
+        degrees, NaN in frames where it is not; None when unknown.
+    checkpoint: a file in which to keep what was answered so far; the run deletes it at its end. resume: such a file of
+        an interrupted run to go on from. A lifter may do without either.
+    """
+
+    keypoints: PoseSequence
+    image_size: tuple[int, int] | None = None
+    focal_px: float | None = None
+    flip: bool = False
+    video: Video | None = None
+    intrinsics: Intrinsics | None = None
+    up: np.ndarray | None = None
+    focal_guessed: bool = False
+    checkpoint: Path | None = None
+    resume: Path | None = None
+
+    @property
+    def focal_known(self) -> bool:
+        """Whether somebody or something tells the focal length of this camera."""
+        return self.focal_px is not None and not self.focal_guessed
+
+
+@dataclass(frozen=True, eq=False)
+class Lifted:
+    """What a lifter answers.
+
+    poses: the keypoints' rows as H36M17 in CAMERA axes relative to the pelvis; `root` where the lifter itself places
+        the pelvis, without an error.
+    model: how results name the lifter, "name@<hash>". kind: of network, in a word. licence: of the weights, "" where
+        nothing is to be said.
+    focal_px: the focal length in pixels that the poses rest on, the one given or the lifter's own assumption; None
+        where they rest on none. focal_known: ToLift.focal_known. own_camera: that the lifter answers in the axes of a
+        camera of its own, whose focal length nobody has measured where it was given none.
+    bearing_deg: of a lifter that sees a crop and answers along the ray to the person, the least and the greatest angle
+        to the right at which the person stands; with a known focal length the poses are turned by it, else the
+        heading is off by it. None for others.
+    flip: that the mirrored lift was averaged. up_known: that the poses rest on the up that was given; None for a lifter
+        that takes none. stature_m: of the person that the lifter assumes.
+    frames_without_joints: too far from any keypoint to be lifted. frames_without_person: the lifter sees nobody in the
+        image. frames_without_numbers: its answer is no number. frames_without_scale: limbs are longer in depth alone
+        than any person's. joints_on_a_line: missing keypoints put on a line between where they were seen. None of
+        what the lifter does not count.
+
+    Raises InputError for poses that are something else.
+    """
+
+    poses: PoseSequence
+    model: str
+    kind: str
+    focal_px: float | None
+    focal_known: bool
+    licence: str = ""
+    own_camera: bool | None = None
+    bearing_deg: tuple[float, float] | None = None
+    flip: bool = False
+    up_known: bool | None = None
+    stature_m: float | None = None
+    frames_without_joints: int | None = None
+    frames_without_person: int | None = None
+    frames_without_numbers: int | None = None
+    frames_without_scale: int | None = None
+    joints_on_a_line: int | None = None
+
+    def __post_init__(self) -> None:
+        layout, frame = self.poses.layout, self.poses.frame
+        where = (CAMERA.family, CAMERA.axes, "pelvis")
+        if layout.joints != H36M17.joints or (frame.family, frame.axes, frame.origin) != where:
+            raise InputError(
+                f"Expected from the lifter {self.model} poses of {H36M17.name} in {CAMERA.name} axes from the pelvis, "
+                f"got {layout.name} in {frame}: repair its package."
+            )
+
+    @property
+    def placed(self) -> bool:
+        """Whether the lifter itself says where the pelvis is."""
+        return self.poses.root is not None
+
+    def noted(self) -> PoseSequence:
+        """The poses, whose history ends with the step "lift" and all of this, for readers."""
+        said: dict[str, Any] = {each.name: getattr(self, each.name) for each in fields(self)[1:]}
+        said |= {name: np.round(said[name], 1).tolist() for name in _ROUNDED if said[name] is not None}
+        return self.poses.noted(
+            "lift", **{name: value for name, value in said.items() if value is not None and value != ""}
+        )

@@ -1,0 +1,227 @@
+"""A take's measures: rows that say what they are, in which unit, of which side and how uncertain.
+
+Files and pages are made from these rows: the keys of summary.json and of measures.csv by `nested` and `Measure.key`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Literal, NamedTuple
+
+Side = Literal["", "right", "left"]
+MOMENTS = ("start", "stop", "stride_start", "stride_stop", "landings", "toe_offs")  # names of all Moments
+
+
+class Unit(NamedTuple):
+    """How a unit is written: at the end of keys and columns, in tables, on pages. {} stands for the take's unit of
+    length, which keys do not name."""
+
+    ending: str = ""
+    table: str = ""
+    page: str = ""
+
+
+UNITS = {
+    "": Unit(),
+    "deg": Unit("_deg", "deg", "°"),
+    "degps": Unit("_degps", "deg/s", "°/s"),
+    "s": Unit("_s", "s", "s"),
+    "percent": Unit("_percent", "%", "%"),
+    "spm": Unit("_spm", "1/min", "steps/min"),
+    "length": Unit("", "{}", "{}"),
+    "speed": Unit("", "{}/s", "{}/s"),
+}
+OF_LENGTH = ("length", "speed")  # units that say something only where the take has a scale
+
+
+@dataclass(frozen=True)
+class Measure:
+    """One figure.
+
+    group: names of what it belongs to, the outermost first, such as ("walking", "right"). name: without a unit. value:
+    rounded to its error. unit: of UNITS. error: one standard deviation, None where it is not known. number: of the
+    repetition that it is of, from 0 on; None for a figure of the take. within_error: of a difference of the sides, that
+    zero lies in the 90 % band about it; None where that cannot be told and for other figures.
+    """
+
+    name: str
+    value: float
+    unit: str = ""
+    error: float | None = None
+    side: Side = ""
+    number: int | None = None
+    within_error: bool | None = None
+    group: tuple[str, ...] = ()
+
+    @property
+    def key(self) -> str:
+        """`cadence_spm`: as in files."""
+        return self.name + UNITS[self.unit].ending
+
+    @property
+    def error_key(self) -> str:
+        """`cadence_error_spm`: the unit stays at the end."""
+        return f"{self.name}_error{UNITS[self.unit].ending}"
+
+    @property
+    def within_error_key(self) -> str:
+        """`step_time_within_error` of `step_time_symmetry_index`."""
+        return self.name.replace("symmetry_index", "within_error")
+
+
+@dataclass(frozen=True)
+class Remark:
+    """A text about a group: `reason` why it has no figures, `count_reason` why there may be more, and others."""
+
+    name: str
+    text: str
+    side: Side = ""
+    group: tuple[str, ...] = ()
+
+    @property
+    def key(self) -> str:
+        return self.name
+
+
+@dataclass(frozen=True)
+class Moments:
+    """Seconds of the take's clock at which something happens. `start` and `stop` in a group are those of the
+    repetitions that its numbered figures are of."""
+
+    name: str
+    at_s: tuple[float, ...]
+    side: Side = ""
+    group: tuple[str, ...] = ()
+
+    @property
+    def key(self) -> str:
+        return self.name + UNITS["s"].ending
+
+
+@dataclass(frozen=True)
+class Curve:
+    """An angle over 0 to 100 % of a movement's cycles: (101,) mean and, of two cycles or more, standard deviation."""
+
+    angle: str
+    count: int
+    mean_deg: tuple[float, ...]
+    sd_deg: tuple[float, ...] | None = None
+
+    @property
+    def side(self) -> Side:
+        return side_of(self.angle)
+
+    def fields(self) -> dict[str, Any]:
+        """For summary.json."""
+        sd = {} if self.sd_deg is None else {"sd_deg": list(self.sd_deg)}
+        return {"count": self.count, "mean_deg": list(self.mean_deg), **sd}
+
+
+@dataclass(frozen=True)
+class Curves:
+    """All curves over the cycles of a movement, which is the group."""
+
+    of: tuple[Curve, ...]
+    group: tuple[str, ...] = ()
+    side: Side = ""
+    name: str = "cycles"
+
+
+Row = Measure | Remark | Moments | Curves
+# Rows by name; what is numbered in a list.
+Group = dict[str, "Group | Row | list[Measure]"]
+
+
+def side_of(name: str) -> Side:
+    """Of a joint or an angle by its name: "right" of `r_knee`."""
+    sides: dict[str, Side] = {"r_": "right", "l_": "left"}
+    return sides.get(name[:2], "")
+
+
+def within(group: str, rows: Iterable[Row], side: Side = "") -> list[Row]:
+    """The rows as part of a group. side: of all that have none of their own."""
+    return [replace(row, group=(group, *row.group), side=row.side or side) for row in rows]
+
+
+def grouped(rows: Iterable[Row]) -> Group:
+    """The rows by the names of their groups and their own."""
+    result: Group = {}
+    for row in rows:
+        place: Any = result
+        for name in row.group:
+            place = place.setdefault(name, {})
+        if isinstance(row, Measure) and row.number is not None:
+            place.setdefault(row.name, []).append(row)
+        else:
+            place[row.name] = row
+    return result
+
+
+def subgroup(of: Mapping[str, Any], *names: str) -> Group:
+    """The group in a group by these names, the outermost first; empty where there is none."""
+    for name in names:
+        of = of.get(name, {})
+    return dict(of) if isinstance(of, Mapping) else {}
+
+
+def measure(of: Mapping[str, Any], name: str) -> Measure | None:
+    """The single figure of a group by that name, None where there is none."""
+    found = of.get(name)
+    return found if isinstance(found, Measure) else None
+
+
+def value(of: Mapping[str, Any], name: str) -> float | None:
+    """That figure's value."""
+    found = measure(of, name)
+    return None if found is None else found.value
+
+
+def numbered(of: Mapping[str, Any], name: str) -> list[Measure]:
+    """The figures of a group's repetitions by that name, in order."""
+    found = of.get(name)
+    return found if isinstance(found, list) else []
+
+
+def text(of: Mapping[str, Any], name: str) -> str:
+    """The remark of a group by that name, "" where there is none."""
+    found = of.get(name)
+    return found.text if isinstance(found, Remark) else ""
+
+
+def moments(of: Mapping[str, Any], name: str) -> tuple[float, ...]:
+    """Seconds by that name, none where there are none."""
+    found = of.get(name)
+    return found.at_s if isinstance(found, Moments) else ()
+
+
+def nested(rows: Iterable[Row]) -> dict[str, Any]:
+    """The rows as plain nested dicts, as summary.json has them: units end the keys, an error stands behind its figure,
+    numbered figures are lists."""
+    return _fields(grouped(rows))
+
+
+def _fields(group: Mapping[str, Any]) -> dict[str, Any]:
+    result: dict[str, Any] = {}
+    for name, leaf in group.items():
+        if isinstance(leaf, Mapping):
+            result[name] = _fields(leaf)
+        elif isinstance(leaf, Remark):
+            result[leaf.key] = leaf.text
+        elif isinstance(leaf, Moments):
+            result[leaf.key] = list(leaf.at_s)
+        elif isinstance(leaf, Curves):
+            result[name] = {curve.angle: curve.fields() for curve in leaf.of}
+        else:
+            result |= _with_error(leaf)
+    return result
+
+
+def _with_error(of: Measure | Sequence[Measure]) -> dict[str, Any]:
+    if not isinstance(of, Measure):
+        one, errors = of[0], [each.error for each in of]
+        stated = {} if None in errors else {one.error_key: errors}
+        return {one.key: [each.value for each in of], **stated}
+    stated = {} if of.error is None else {of.error_key: of.error}
+    judged = {} if of.within_error is None else {of.within_error_key: of.within_error}
+    return {of.key: of.value, **stated, **judged}

@@ -1,0 +1,270 @@
+"""A finished run's folder, read back as the take that it holds. stages/export/stage.py writes what is read here."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from pydantic import BaseModel, ValidationError
+
+from ..core.camera import Camera, FocalSource, view_rotation
+from ..core.catalogue import About, Weight
+from ..core.errors import InputError
+from ..core.frames import BODY, FRAMES, IMAGE, LEVEL, Frame
+from ..core.layouts import H36M17, Layout
+from ..core.measures import Row
+from ..core.notices import Notice, grave
+from ..core.pose import UNSAID, MadeBy, PoseSequence, Rectified, Step
+from ..core.take import Session, Take, Told
+from .arrays import load_all
+from .atomic import SUMMARY, read_object
+from .measures import read_measures
+
+POSES, KINEMATICS = "poses.npz", "kinematics.parquet"
+
+
+class _Poses(BaseModel):
+    """frame, person, frames_known, steps: lacking in runs of older versions. steps: of the take's history, so many are
+    of the poses; all where it is not said."""
+
+    source_frame: str
+    unit: str
+    frame: Frame | None = None
+    person: str = "0"
+    frames_known: bool = True
+    seams: tuple[int, ...] = ()
+    made_by: MadeBy = UNSAID
+    steps: int | None = None
+
+
+class _Keypoints(BaseModel):
+    layout: str
+    person: str
+    frames_known: bool
+    seams: tuple[int, ...]
+    made_by: MadeBy
+
+
+class _Source(BaseModel):
+    """What one source of up says: stages/drawing/facts.py."""
+
+    pitch_deg: float | None = None
+    roll_deg: float | None = None
+    error_deg: float | None = None
+    pull_deg: float | None = None
+
+
+class _Rectification(BaseModel):
+    method: str
+    camera: Literal["static", "moving", "gravity"]
+    level_heading: str
+    level_ok: bool
+    level_reason: str
+    up_shares: dict[str, float] = {}
+    up_by_source: dict[str, _Source] = {}
+    steps: int | None = None
+
+
+class _Camera(BaseModel):
+    image_size: tuple[int, int]
+    focal_px: float
+    focal_sd_px: float | None
+    focal_source: FocalSource
+    no_up_reason: str = ""
+
+
+class _Notice(BaseModel):
+    code: str
+    weight: Weight
+    about: About
+    text: str
+    rows: tuple[int, ...] | None
+    values: dict[str, Any]
+
+    def said(self) -> Notice:
+        """The notice, which says what the run said, though another version's catalogue may have other words."""
+        notice = Notice(self.code, self.weight, self.about, self.rows, self.values)
+        try:
+            same = notice.text == self.text
+        except (KeyError, TypeError, ValueError):  # it lacks what this catalogue's sentence tells
+            same = False
+        return notice if same else replace(notice, values={**self.values, "text": self.text})
+
+
+class _Summary(BaseModel):
+    """What summary.json says of a take."""
+
+    take: str
+    session: Session = Session()
+    told: Told = Told()
+    inputs: tuple[dict[str, Any], ...] = ()
+    verdict: str | None = None
+    notices: tuple[_Notice, ...] = ()
+    poses: _Poses
+    keypoints: _Keypoints | None = None
+    rectification: _Rectification
+    camera: _Camera | None = None
+    measures: dict[str, Any] | None = None
+    history: tuple[Step, ...] = ()
+
+
+def read_run(folder: str | Path) -> Take:
+    """The take in the folder of a finished run, of one person.
+
+    What no file of a run holds is None or empty: the video, the smoothed poses' errors, the stated errors of joints,
+    the images that spoke about up, confidences of poses, what was found in the
+    poses that does not make them doubtful. `filtered`, keypoints and `told` are None or
+    empty of runs of older versions too. The pelvis path and heels and toes are in `rectified.level`; of an estimated
+    path's error the standard deviations along LEVEL's axes are known, without their correlations.
+
+    Raises InputError where no run has finished, and for files that are damaged or of another version.
+    """
+    folder = Path(folder)
+    try:
+        summary = _Summary.model_validate(read_object(folder / SUMMARY))
+        take = _take(summary, load_all(folder / POSES), read_measures(folder))
+        return take.with_(kinematics=_kinematics(folder, len(take.need("poses"))))
+    except ValidationError as error:
+        first = error.errors()[0]
+        reason = f"{SUMMARY}, {'.'.join(map(str, first['loc']))}: {first['msg']}"
+    except KeyError as error:
+        reason = f"{POSES} has no array {error}"
+    except InputError as error:
+        reason = str(error).rstrip(".")
+    inside = sorted(path.parent for path in folder.glob(f"*/{POSES}"))
+    what = f"read one of the runs in it, such as {inside[0]}" if inside else "run it again"
+    raise InputError(f"Expected the folder of a finished `pcnet3d run` at {folder} ({reason}); {what}.")
+
+
+def _take(summary: _Summary, arrays: dict[str, np.ndarray], rows: tuple[Row, ...]) -> Take:
+    said = [each.said() for each in summary.notices]
+    poses = _poses(summary, arrays)
+    rectified = _rectified(summary, arrays, poses)
+    camera = summary.camera
+    return Take(
+        summary.take,
+        keypoints=None if summary.keypoints is None else _keypoints(summary.keypoints, arrays),
+        camera=camera
+        and Camera(
+            camera.image_size,
+            camera.focal_px,
+            np.nan if camera.focal_sd_px is None else camera.focal_sd_px,
+            camera.focal_source,
+            reason=camera.no_up_reason,
+        ),
+        poses=poses,
+        findings=None if summary.verdict is None else grave(said),
+        rectified=rectified,
+        filtered=_filtered(summary, arrays, rectified.level),
+        measures=None if summary.measures is None else rows,
+        notices=tuple(each for each in said if summary.verdict is None or each not in grave(said)),
+        inputs=summary.inputs,
+        session=summary.session,
+        told=summary.told,
+    )
+
+
+def _poses(summary: _Summary, arrays: dict[str, np.ndarray]) -> PoseSequence:
+    of = summary.poses
+    older = FRAMES.get(of.source_frame.partition(" (")[0])
+    if of.frame is None and older is None:
+        raise InputError(f"{SUMMARY}: expected poses in one of {', '.join(FRAMES)}, got {of.source_frame}.")
+    return PoseSequence(
+        arrays["source"],
+        H36M17,
+        of.frame or (older or IMAGE).with_(origin="pelvis", unit=of.unit),
+        time_s=arrays["time_s"],
+        frame_index=arrays["frame_index"],
+        frames_known=of.frames_known,
+        seams=of.seams,
+        person=of.person,
+        history=summary.history[: of.steps],
+        made_by=of.made_by,
+    )
+
+
+def _rectified(summary: _Summary, arrays: dict[str, np.ndarray], poses: PoseSequence) -> Rectified:
+    of, unit = summary.rectification, poses.frame.unit
+    sd = _where_known(arrays, "root_sd")
+    upright = poses.with_(history=summary.history[: of.steps])
+    sources = of.up_by_source.items()
+    return Rectified(
+        body=upright.with_(joints=arrays["body"], frame=BODY.with_(unit=unit)),
+        level=upright.with_(
+            joints=arrays["level"],
+            frame=LEVEL.with_(unit=unit),
+            root=_where_known(arrays, "root"),
+            root_covariance=None if sd is None else sd[:, None] ** 2 * np.eye(3),
+            feet=_where_known(arrays, "feet"),
+        ),
+        R_source_from_body=arrays["R_source_from_body"],
+        R_source_from_level=arrays["R_source_from_level"],
+        error_deg=arrays["error_deg"],
+        method=of.method,
+        level_heading=of.level_heading,
+        level_ok=of.level_ok,
+        level_reason=of.level_reason,
+        camera=of.camera,
+        up_error_deg=arrays["up_error_deg"],
+        up_bound_deg=arrays["up_bound_deg"],
+        up_votes=arrays["up_votes"],
+        up_shares=of.up_shares,
+        up_pulls={name: source.pull_deg for name, source in sources if source.pull_deg is not None},
+        up_own={
+            name: (_up(source.pitch_deg, source.roll_deg, poses.frame), source.error_deg or np.nan)
+            for name, source in sources
+            if source.pitch_deg is not None and source.roll_deg is not None
+        },
+    )
+
+
+def _up(pitch_deg: float, roll_deg: float, frame: Frame) -> np.ndarray:
+    """(3,) up in the axes of `frame`, of a camera that stands so."""
+    return frame.basis @ view_rotation(*(np.array(angle) for angle in (0.0, pitch_deg, roll_deg)))[:, 2]
+
+
+def _filtered(summary: _Summary, arrays: dict[str, np.ndarray], level: PoseSequence) -> PoseSequence | None:
+    if "filtered" not in arrays:
+        return None
+    return level.with_(joints=arrays["filtered"], root=None, root_covariance=None, history=summary.history)
+
+
+def _keypoints(of: _Keypoints, arrays: dict[str, np.ndarray]) -> PoseSequence:
+    return PoseSequence(
+        arrays["keypoints"],
+        Layout(of.layout, tuple(map(str, arrays["keypoints_names"]))),
+        IMAGE,
+        confidence=arrays["keypoints_confidence"],
+        time_s=arrays.get("keypoints_time_s"),
+        frame_index=arrays["keypoints_frame_index"],
+        frames_known=of.frames_known,
+        seams=of.seams,
+        person=of.person,
+        made_by=of.made_by,
+    )
+
+
+def _where_known(arrays: dict[str, np.ndarray], name: str) -> np.ndarray | None:
+    """The array, None where nothing of it is known: an older run may lack it."""
+    values = arrays.get(name)
+    return None if values is None or np.isnan(values).all() else values
+
+
+def _kinematics(folder: Path, rows: int) -> dict[str, np.ndarray] | None:
+    """The columns by name; None where the file is gone."""
+    import pyarrow.lib
+    import pyarrow.parquet as pq
+
+    path = (folder / KINEMATICS).resolve()  # pyarrow takes "a:b" for an address
+    if not path.exists():
+        return None
+    try:
+        table = pq.read_table(path)
+    except (OSError, ValueError, pyarrow.lib.ArrowException) as error:
+        raise InputError(f"{KINEMATICS} is damaged: {error}") from None
+    if table.num_rows != rows:
+        raise InputError(f"{KINEMATICS} has {table.num_rows} rows, {POSES} {rows}")
+    columns = (name for name in table.column_names if name not in ("frame", "time_s"))
+    return {name: table[name].to_numpy() for name in columns}
