@@ -26,8 +26,8 @@ POSES, KINEMATICS = "poses.npz", "kinematics.parquet"
 
 
 class _Poses(BaseModel):
-    """frame, person, frames_known, steps: lacking in runs of older versions. steps: of the take's history, so many are
-    of the poses; all where it is not said."""
+    """frame, person, frames_known, root_shared, steps: lacking in runs of older versions. steps: of the take's
+    history, so many are of the poses; all where it is not said."""
 
     source_frame: str
     unit: str
@@ -36,6 +36,7 @@ class _Poses(BaseModel):
     frames_known: bool = True
     seams: tuple[int, ...] = ()
     made_by: MadeBy = UNSAID
+    root_shared: tuple[float, float] | None = None
     steps: int | None = None
 
 
@@ -182,6 +183,7 @@ def _poses(summary: _Summary, arrays: dict[str, np.ndarray]) -> PoseSequence:
         person=of.person,
         history=summary.history[: of.steps],
         made_by=of.made_by,
+        root_shared=of.root_shared,
     )
 
 

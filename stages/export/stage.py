@@ -178,6 +178,7 @@ def summary(take: Take) -> dict[str, Any]:
             "unit": facts.unit,
             "root_known": facts.root_known,
             **_about(poses),
+            "root_shared": poses.root_shared,
             "steps": len(poses.history),
             "bone_length_spread": facts.bone_length_spread,
         },

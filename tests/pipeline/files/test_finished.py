@@ -12,6 +12,7 @@ from pcnet3d.examples.walker.files import write_keypoints
 from pcnet3d.examples.walker.walk import walker
 from pcnet3d.models.common.metrics import plain
 from pcnet3d.pipeline import InputError, RunOptions, load_recipe, read_run, run_files
+from pcnet3d.pipeline.core.measures import nested
 from pcnet3d.pipeline.core.notices import grave
 
 
@@ -59,7 +60,7 @@ def test_the_take_is_the_one_that_was_run(run):
     for name, values in take.kinematics.items():
         same(values, back.kinematics[name], name)
         assert values.dtype == back.kinematics[name].dtype
-    assert back.measures == json.loads(json.dumps(plain(take.measures)))
+    assert words(nested(back.measures)) == words(nested(take.measures))
     assert list(back.inputs) == [plain(entry) for entry in take.inputs]
     assert (back.name, back.session, back.told) == (take.name, take.session, take.told)
     assert back.poses.made_by == take.poses.made_by
@@ -69,6 +70,13 @@ def test_the_take_is_the_one_that_was_run(run):
         assert (take.camera is None) == (back.camera is None)
         if take.camera:
             same(getattr(take.camera, name), getattr(back.camera, name), name)
+
+
+def words(group):
+    """The same, with words for what is no number, as measures.csv has it."""
+    if isinstance(group, dict):
+        return {key: words(value) for key, value in group.items()}
+    return str(group) if isinstance(group, bool) else plain(group)
 
 
 def plain_history(steps):

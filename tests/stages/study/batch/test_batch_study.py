@@ -266,13 +266,16 @@ def made(tmp_path):
 
 
 def test_figures_are_single_numbers_by_their_keys(made):
-    measures = {
-        "walking": {"steps": 3, "right": {"x_s": 0.5}, "landings_s": [1.0], "reason": "none"},
-        "none": None,
-    }
     device = {"asked": "auto", "networks": {"a.onnx": "cuda", "b.onnx": "cpu", "c.onnx": "cuda"}}
     of_run = {**SAID, "rows": None, "values": {}}
-    run = made(measures=measures, notices=[of_run, {**of_run, "text": "a name \udcff"}], device=device)
+    run = made(measures={}, notices=[of_run, {**of_run, "text": "a name \udcff"}], device=device)
+    (run / "measures.csv").write_text(
+        "measure,side,item,value,error,unit,start_s,stop_s,text\n"
+        "walking.steps,,,3.0,,,,,\n"
+        "walking.right.x_s,right,,0.5,,s,,,\n"
+        "walking.landings_s,,0,1.0,,s,,,\n"
+        "walking.reason,,,,,,,,none\n"
+    )
     (found,) = figures(run)
     assert found["device"] == "cpu, cuda"
     assert found["measures"] == {"walking.steps": 3.0, "walking.right.x_s": 0.5}
