@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from .core.frames import BODY, CAMERA, GL_CAMERA, IMAGE, LEVEL, Y_UP, Z_UP, Frame, change_frame
     from .core.layouts import H36M17, Layout, remap
     from .core.lifted import Lifted, ToLift
+    from .core.measures import nested
     from .core.notices import Notice, notice, own_notice
     from .core.pose import PoseSequence, Rectified
     from .core.rotations import angle_deg, rotate, transpose
@@ -36,6 +37,7 @@ _HOMES = {
     "core.frames": ("BODY", "CAMERA", "GL_CAMERA", "IMAGE", "LEVEL", "Y_UP", "Z_UP", "Frame", "change_frame"),
     "core.layouts": ("H36M17", "Layout", "remap"),
     "core.lifted": ("Lifted", "ToLift"),
+    "core.measures": ("nested",),
     "core.notices": ("Notice", "notice", "own_notice"),
     "core.pose": ("PoseSequence", "Rectified"),
     "core.rotations": ("angle_deg", "rotate", "transpose"),
@@ -60,8 +62,8 @@ __all__ = [
     "Adapter", "Camera", "Frame", "InputError", "Layout", "Lifted", "Lifter", "Notice", "Pipeline",
     "PoseSequence", "Rectified", "Rectifier", "RunOptions", "Stage", "Take", "ToLift", "Told", "Video", "Writer",
     "angle_deg", "angles", "change_frame", "check_adapter", "computing_on", "find_swaps", "load_recipe",
-    "mask_swaps", "notice", "open_take", "own_notice", "planned", "read_run", "remap", "repair_swaps", "rotate",
-    "run_files", "settled", "transpose", "whole_file",
+    "mask_swaps", "nested", "notice", "open_take", "own_notice", "planned", "read_run", "remap", "repair_swaps",
+    "rotate", "run_files", "settled", "transpose", "whole_file",
 ]  # fmt: skip
 
 __getattr__ = lazily(__name__, _HOMES)

@@ -113,7 +113,7 @@ def test_metres_of_a_take_without_a_scale_are_refused_before_any_work(
 def test_what_every_take_has_is_given():
     @dataclass(frozen=True)
     class Labels(Measuring):
-        needs: ClassVar[tuple[str, ...]] = ("keypoints", "session", "events", "name")
+        needs: ClassVar[tuple[str, ...]] = ("keypoints", "session", "notices", "name")
 
     Pipeline((Labels(),)).check_given(("keypoints",))
 
