@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from .core.frames import BODY, CAMERA, GL_CAMERA, IMAGE, LEVEL, Y_UP, Z_UP, Frame, change_frame
     from .core.layouts import H36M17, Layout, remap
     from .core.lifted import Lifted, ToLift
+    from .core.measures import Measure, nested
     from .core.pose import PoseSequence, Rectified
     from .core.rotations import angle_deg, rotate, transpose
     from .core.take import Event, Take, Told, Video
@@ -35,6 +36,7 @@ _HOMES = {
     "core.frames": ("BODY", "CAMERA", "GL_CAMERA", "IMAGE", "LEVEL", "Y_UP", "Z_UP", "Frame", "change_frame"),
     "core.layouts": ("H36M17", "Layout", "remap"),
     "core.lifted": ("Lifted", "ToLift"),
+    "core.measures": ("Measure", "nested"),
     "core.pose": ("PoseSequence", "Rectified"),
     "core.rotations": ("angle_deg", "rotate", "transpose"),
     "core.take": ("Event", "Take", "Told", "Video"),
@@ -49,17 +51,60 @@ _HOMES = {
     "running.run": ("run_files",),
     "running.runner": ("Pipeline",),
     "signals.angles": ("ANGLES", "REASONS", "angles"),
-    "signals.swap_repair": ("mask_swaps", "repair_swaps", "settled"),
+    "signals.swap_repair": ("mask_swaps", "nested", "repair_swaps", "settled"),
     "signals.swaps": ("find_swaps",),
 }
 
 __all__ = [
-    "ANGLES", "BODY", "CAMERA", "GL_CAMERA", "H36M17", "IMAGE", "LEVEL", "REASONS", "Y_UP", "Z_UP",
-    "Adapter", "Camera", "Event", "Frame", "InputError", "Layout", "Lifted", "Lifter", "Pipeline",
-    "PoseSequence", "Rectified", "Rectifier", "RunOptions", "Stage", "Take", "ToLift", "Told", "Video", "Writer",
-    "angle_deg", "angles", "change_frame", "check_adapter", "computing_on", "find_swaps", "load_recipe",
-    "mask_swaps", "open_take", "planned", "read_run", "remap", "repair_swaps", "rotate", "run_files", "settled",
-    "transpose", "whole_file",
+    "ANGLES",
+    "BODY",
+    "CAMERA",
+    "GL_CAMERA",
+    "H36M17",
+    "IMAGE",
+    "LEVEL",
+    "REASONS",
+    "Y_UP",
+    "Z_UP",
+    "Adapter",
+    "Camera",
+    "Event",
+    "Frame",
+    "InputError",
+    "Layout",
+    "Lifted",
+    "Lifter",
+    "Measure",
+    "Pipeline",
+    "PoseSequence",
+    "Rectified",
+    "Rectifier",
+    "RunOptions",
+    "Stage",
+    "Take",
+    "ToLift",
+    "Told",
+    "Video",
+    "Writer",
+    "angle_deg",
+    "angles",
+    "change_frame",
+    "check_adapter",
+    "computing_on",
+    "find_swaps",
+    "load_recipe",
+    "mask_swaps",
+    "nested",
+    "open_take",
+    "planned",
+    "read_run",
+    "remap",
+    "repair_swaps",
+    "rotate",
+    "run_files",
+    "settled",
+    "transpose",
+    "whole_file",
 ]  # fmt: skip
 
 __getattr__ = lazily(__name__, _HOMES)

@@ -161,7 +161,7 @@ def test_its_lifter_gets_all_that_the_built_in_one_gets(fresh, tmp_path):
         "0",
         "--roll",
         "0",
-        "--left-right",
+        "--handedness",
         "ignore",
     )
     out = tmp_path / "out"
