@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from .core.frames import BODY, CAMERA, GL_CAMERA, IMAGE, LEVEL, Y_UP, Z_UP, Frame, change_frame
     from .core.layouts import H36M17, Layout, remap
     from .core.lifted import Lifted, ToLift
-    from .core.measures import nested
+    from .core.measures import Measure, nested
     from .core.notices import Notice, notice, own_notice
     from .core.pose import PoseSequence, Rectified
     from .core.rotations import angle_deg, rotate, transpose
@@ -37,7 +37,7 @@ _HOMES = {
     "core.frames": ("BODY", "CAMERA", "GL_CAMERA", "IMAGE", "LEVEL", "Y_UP", "Z_UP", "Frame", "change_frame"),
     "core.layouts": ("H36M17", "Layout", "remap"),
     "core.lifted": ("Lifted", "ToLift"),
-    "core.measures": ("nested",),
+    "core.measures": ("Measure", "nested"),
     "core.notices": ("Notice", "notice", "own_notice"),
     "core.pose": ("PoseSequence", "Rectified"),
     "core.rotations": ("angle_deg", "rotate", "transpose"),
@@ -59,7 +59,7 @@ _HOMES = {
 
 __all__ = [
     "ANGLES", "BODY", "CAMERA", "GL_CAMERA", "H36M17", "IMAGE", "LEVEL", "REASONS", "Y_UP", "Z_UP",
-    "Adapter", "Camera", "Frame", "InputError", "Layout", "Lifted", "Lifter", "Notice", "Pipeline",
+    "Adapter", "Camera", "Frame", "InputError", "Layout", "Lifted", "Lifter", "Measure", "Notice", "Pipeline",
     "PoseSequence", "Rectified", "Rectifier", "RunOptions", "Stage", "Take", "ToLift", "Told", "Video", "Writer",
     "angle_deg", "angles", "change_frame", "check_adapter", "computing_on", "find_swaps", "load_recipe",
     "mask_swaps", "nested", "notice", "open_take", "own_notice", "planned", "read_run", "remap", "repair_swaps",

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from golden.measures import rows_of
 from pcnet3d.pipeline.signals.angles import ANGLES, OF_BOTH
 from pcnet3d.stages.record.stage import record
 
@@ -101,7 +102,7 @@ def test_no_angles_no_view(recorded, kinematics):
 
 
 def test_measures_as_text(recorded):
-    recording = recorded(columns(), measures={"walking": {"cadence_spm": 104.5, "reason": "none"}})
+    recording = recorded(columns(), measures=rows_of({"walking": {"cadence_spm": 104.5, "reason": "none"}}))
     ((text,),) = [recording.static("measures", "TextDocument:text")]
     assert "cadence spm: 104.5" in text
     assert "measures" in recording.blueprint(ORIGIN)

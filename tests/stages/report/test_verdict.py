@@ -1,6 +1,5 @@
 """What inspect says of poses stands in a run's last line, its report, recording, summary and the study's table."""
 
-import json
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +13,7 @@ from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_take
 from pcnet3d.pipeline.running.conclusion import conclude
 from pcnet3d.pipeline.signals.findings import findings_of
-from pcnet3d.stages.export.stage import summary, write_poses
+from pcnet3d.stages.export.stage import Export, summary
 from pcnet3d.stages.record.summary import summary_markdown
 from pcnet3d.stages.rectify import Rectify
 from pcnet3d.stages.report.stage import report
@@ -55,8 +54,7 @@ def test_a_run_repeats_what_inspect_says(takes, capsys, tmp_path):
         assert all(text.split(":")[0][:20] in page for text in texts)
         run = tmp_path / "takes" / name
         run.mkdir(parents=True)
-        (run / "summary.json").write_text(json.dumps(said, default=str))
-        write_poses(take, run / "poses.npz")
+        Export(run)(take.with_(kinematics={}))
         (row,) = figures(run)
         assert row["verdict"] == word
         labels = dict.fromkeys(("subject", "visit", "condition"), "")

@@ -38,6 +38,7 @@ def export(net: LifterNet, path: Path, **properties: object) -> None:
     )
     assert program is not None
     model = without_traces(program.model_proto)
+    properties |= {"whole_take": True}  # LifterNet._of_the_take
     onnx.helper.set_model_props(model, {key: str(value) for key, value in properties.items()})
     with whole_file(path) as partial:
         onnx.save(model, str(partial))

@@ -94,6 +94,9 @@ class LifterNet(nn.Module):
     body; sd (B, T, 17, 2), their standard deviation in metres across the ray (of one axis) and along it; and velocity
     (B, T, 17, 3), metres a frame.
 
+    All frames of the take have to be there at once, for they tell the person's proportions together (`_of_the_take`);
+    apart from that a frame's answer depends on NetConfig.reach frames to each side.
+
     A joint that was seen lies on its ray but for what `leave_off` moves it across: with exact keypoints the answer's
     projection is exact. A bone's depth is a share of what its length in the image leaves of its length, so that the
     network need not learn roots of squares.
@@ -108,6 +111,9 @@ class LifterNet(nn.Module):
         self.enter_frame = nn.Linear(CHANNELS - 4 * _JOINTS, config.width)
         self.which = nn.Embedding(_TOKENS, config.width)  # which joint a token is of
         self.blocks = nn.ModuleList(Block(config.width, config.trunk, d) for d in config.dilations)
+        self.take_norm = nn.LayerNorm(config.width)
+        self.take = nn.Linear(_TOKENS * config.width, config.trunk)
+        self.leave_take = nn.Linear(config.trunk, _TOKENS * config.width)
         self.norm = nn.LayerNorm(config.width)
         self.leave = nn.Linear(config.width, 3)  # across: of a joint that was not seen
         self.leave_off = nn.Linear(config.width, 2)
@@ -116,7 +122,7 @@ class LifterNet(nn.Module):
         self.leave_sd = nn.Linear(config.width, 2)
         self.leave_velocity = nn.Linear(config.width, 3)
         nn.init.normal_(self.which.weight, std=0.5)
-        for layer in (self.leave_off, self.leave_distance, self.leave_bone, self.leave_sd):
+        for layer in (self.leave_take, self.leave_off, self.leave_distance, self.leave_bone, self.leave_sd):
             nn.init.zeros_(layer.weight)
             nn.init.zeros_(layer.bias)
         nn.init.constant_(self.leave_sd.bias, -3.0)  # 5 cm
@@ -130,7 +136,8 @@ class LifterNet(nn.Module):
 
     def matrices(self) -> list[nn.Parameter]:
         """Those that Muon is for."""
-        return [p for p in self.blocks.parameters() if p.ndim == 2]
+        layers = (self.blocks, self.take, self.leave_take)
+        return [p for layer in layers for p in layer.parameters() if p.ndim == 2]
 
     def compile_hidden(self) -> None:
         """From now on `hidden` is one graph (torch.compile), made anew for every length of windows."""
@@ -154,9 +161,18 @@ class LifterNet(nn.Module):
         )
         frame = self.enter_frame(features[..., 4 * _JOINTS :])[..., None, :]
         x = torch.cat([self.enter(own), frame], dim=-2) + self.which.weight
-        for block in self.blocks:
+        for i, block in enumerate(self.blocks):
+            if i == len(self.blocks) // 2:
+                x = x + self._of_the_take(x, features).unflatten(-1, (_TOKENS, -1))[:, None]
             x = block(x)
         return x
+
+    def _of_the_take(self, x: Tensor, features: Tensor) -> Tensor:
+        """(B, 18 width) what all frames with a person say together, such as how long the bones are: it stays the same
+        for minutes, and a window of some seconds does not show it."""
+        shown = _present(features).amax(-1, keepdim=True)  # (B, T, 1)
+        each = nn.functional.gelu(self.take(self.take_norm(x).flatten(-2))) * shown
+        return self.leave_take(each.sum(1) / shown.sum(1).clamp_min(1))
 
     def answer(self, hidden: Tensor, features: Tensor) -> tuple[Tensor, Tensor, Tensor]:
         """joints, sd and velocity of what `hidden` gives for these features."""

@@ -140,9 +140,12 @@ def run(
 
 def started(net: LifterNet, path: Path) -> LifterNet:
     """net with the weights of an earlier run (exported.weights_of). Blocks that the earlier network did not have add
-    nothing, so that it answers as that one does, and learn from there. InputError as of load_weights and weights_of."""
+    nothing, so that it answers as that one does, and learn from there; so does the part that looks at the whole take.
+    InputError as of load_weights and weights_of."""
     weights = weights_of(path, net)
     with reading(path):
+        if not any("take" in name for name in weights):
+            weights |= {name: value for name, value in net.state_dict().items() if "take" in name}
         for i, block in enumerate(net.blocks):
             if not any(name.startswith(f"blocks.{i}.") for name in weights):
                 assert isinstance(block, Block)

@@ -22,11 +22,11 @@ NAMES = [name for name in HELD if name != "take_start"]
 @pytest.mark.parametrize(
     "command",
     [
-        "angle_error.fit --val none.npz -o out.json",
-        "evaluation.gravity_constants none.npz",
-        "evaluation.gait_errors -o out.json",
-        "gait.fit none.npz --val none.npz -o out.json",
-        "lifter.training.mean none.toml out.onnx 1:none.pt",
+        "fits.joint_noise --val none.npz -o out.json",
+        "fits.gravity_constants none.npz",
+        "fits.gait_errors -o out.json",
+        "fits.contact none.npz --val none.npz -o out.json",
+        "training.lifter.mean none.toml out.onnx 1:none.pt",
         "train none.toml -o out",
     ],
 )
@@ -36,7 +36,7 @@ def test_a_missing_file_or_folder_is_told_in_a_sentence(command, tmp_path):
     module, *arguments = command.split()
     told = {**os.environ, "PCNET3D_DATA": str(tmp_path / "nowhere")}
     ended = subprocess.run(
-        [sys.executable, "-m", f"pcnet3d.models.{module}", *arguments],
+        [sys.executable, "-m", f"pcnet3d.models.lab.{module}", *arguments],
         cwd=tmp_path, env=told, capture_output=True, text=True, timeout=300,
     )  # fmt: skip
     assert ended.returncode == 2

@@ -6,10 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from golden.measures import rows_of
 from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.walk import walker
-from pcnet3d.pipeline import InputError, RunOptions, run_files
+from pcnet3d.pipeline import InputError, RunOptions, read_run, run_files
 from pcnet3d.pipeline.plugins import registry
+from pcnet3d.stages.export.measures import write_measures
 from pcnet3d.stages.study.batch.command import study_rows
 from pcnet3d.stages.study.batch.manifest import Entry
 from pcnet3d.stages.study.batch.page import as_page
@@ -266,16 +268,14 @@ def made(tmp_path):
 
 
 def test_figures_are_single_numbers_by_their_keys(made):
+    measures = {
+        "walking": {"steps": 3, "right": {"x_s": 0.5}, "landings_s": [1.0], "reason": "none"},
+    }
     device = {"asked": "auto", "networks": {"a.onnx": "cuda", "b.onnx": "cpu", "c.onnx": "cuda"}}
     of_run = {**SAID, "rows": None, "values": {}}
-    run = made(measures={}, notices=[of_run, {**of_run, "text": "a name \udcff"}], device=device)
-    (run / "measures.csv").write_text(
-        "measure,side,item,value,error,unit,start_s,stop_s,text\n"
-        "walking.steps,,,3.0,,,,,\n"
-        "walking.right.x_s,right,,0.5,,s,,,\n"
-        "walking.landings_s,,0,1.0,,s,,,\n"
-        "walking.reason,,,,,,,,none\n"
-    )
+    run = made(measures=measures, notices=[of_run, {**of_run, "text": "a name \udcff"}], device=device)
+    take = read_run(run).with_(measures=rows_of(measures))
+    write_measures(take, run / "measures.csv")
     (found,) = figures(run)
     assert found["device"] == "cpu, cuda"
     assert found["measures"] == {"walking.steps": 3.0, "walking.right.x_s": 0.5}

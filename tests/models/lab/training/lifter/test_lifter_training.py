@@ -363,6 +363,31 @@ def test_joints_that_were_seen_lie_on_their_rays(clips):
         )
 
 
+def test_frames_out_of_reach_tell_of_the_person_and_empty_ones_do_not():
+    net = LifterNet(NetConfig(16, 24, (1, 1)))
+    for value in net.parameters():
+        torch.nn.init.normal_(value, std=0.3)
+    x = torch.randn(1, 12, CHANNELS)
+    x[..., 51:68] = 1
+    other = x.clone()
+    other[:, 8:, :34] += 1
+    with torch.no_grad():
+        first = [net(each)[0][:, :4] for each in (x, other)]
+        assert (first[0] - first[1]).abs().max() > 1e-3
+        tokens, nobody = torch.randn(1, 21, 18, 16), torch.zeros(1, 9, CHANNELS)
+        said = net._of_the_take(tokens, torch.cat([x, nobody], dim=1)), net._of_the_take(tokens[:, :12], x)
+        torch.testing.assert_close(*said)
+
+
+def test_a_run_before_the_take_was_looked_at_is_gone_on_with(tmp_path):
+    net = LifterNet(NetConfig(16, 24, (1, 3)))
+    before = {name: value for name, value in net.state_dict().items() if "take" not in name}
+    torch.save(before, tmp_path / "before.pt")
+    more = module.started(LifterNet(NetConfig(16, 24, (1, 3))), tmp_path / "before.pt").eval()
+    x = torch.randn(2, 9, CHANNELS)
+    torch.testing.assert_close(more(x)[0], net.eval()(x)[0])
+
+
 def test_bones_seen_short_may_be_deep():
     shown = torch.tensor([0.0, 0.3, 0.4, 0.9])
     depth = _depth(torch.full((4,), 0.5), shown)
