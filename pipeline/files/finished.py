@@ -102,7 +102,7 @@ class _Summary(BaseModel):
     told: Told = Told()
     inputs: tuple[dict[str, Any], ...] = ()
     verdict: str | None = None
-    notices: tuple[_Notice, ...] = ()
+    notices: tuple[_Notice, ...] | None = None
     poses: _Poses
     keypoints: _Keypoints | None = None
     rectification: _Rectification
@@ -140,7 +140,8 @@ def read_run(folder: str | Path) -> Take:
 
 
 def _take(summary: _Summary, arrays: dict[str, np.ndarray], rows: tuple[Row, ...]) -> Take:
-    said = [each.said() for each in summary.notices]
+    said = tuple(each.said() for each in summary.notices or ())
+    judged = summary.verdict is not None and summary.notices is not None  # older runs have sentences alone
     poses = _poses(summary, arrays)
     rectified = _rectified(summary, arrays, poses)
     camera = summary.camera
@@ -156,11 +157,11 @@ def _take(summary: _Summary, arrays: dict[str, np.ndarray], rows: tuple[Row, ...
             reason=camera.no_up_reason,
         ),
         poses=poses,
-        findings=None if summary.verdict is None else grave(said),
+        findings=grave(said) if judged else None,
         rectified=rectified,
         filtered=_filtered(summary, arrays, rectified.level),
         measures=None if summary.measures is None else rows,
-        notices=tuple(each for each in said if summary.verdict is None or each not in grave(said)),
+        notices=tuple(each for each in said if each not in grave(said)) if judged else said,
         inputs=summary.inputs,
         session=summary.session,
         told=summary.told,

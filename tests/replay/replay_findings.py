@@ -463,10 +463,8 @@ def _keys(group: dict[str, Any]) -> list[str]:
 
 
 def unfiltered(bench: Bench) -> Answer:
-    said = str(
-        smooth(rectify(read(bench.boxing_file, fps=10)).level).history[-1].options.get("warning", "nothing")
-    )
-    return said, "unfiltered" in said
+    done = smooth(rectify(read(bench.boxing_file, fps=10)).level).history[-1].options
+    return str(done), done.get("unfiltered") is True
 
 
 def openpose_folders(bench: Bench) -> Answer:
