@@ -3,59 +3,87 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
 
+from ..models.angle_error.disagreement import by_disagreement
+from ..models.angle_error.joint_noise import JointNoise, read_noise, shipped_noise
 from ..models.angle_error.rates import angle_rates
-from ..models.angle_error.take_angles import take_angles
+from ..models.angle_error.take_angles import AngleSeries, take_angles
 from ..models.common.spread import stated_spread
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.frames import CAMERA, LEVEL, change_frame, require
 from ..pipeline.core.layouts import H36M17
 from ..pipeline.core.notices import Notice, notice
-from ..pipeline.core.pose import PoseSequence, Rectified
+from ..pipeline.core.pose import MadeBy, PoseSequence, Rectified
 from ..pipeline.core.rotations import rotate
 from ..pipeline.core.take import Take
+from ..pipeline.files.video_frames import image_size
 from ..pipeline.signals.angles import FINE, REASONS
 from ..pipeline.signals.filters import breaks
 from ..pipeline.signals.foot_angles import ALL_ANGLES
+from ..pipeline.signals.visibility import seen_only
 from .trajectories import Smoother
+
+# What is said of how the errors of angles are known, unless they are the built-in lifter's.
+ANGLE_ERRORS = (
+    "angle-errors-unknown", "angle-errors-of-world", "angle-errors-unjudged", "angle-errors-by-disagreement"
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
 class Angles:
     """The stage. It takes the joints as `trajectories` has filtered them. smoother: as that of `trajectories`; of a
-    classical filter rates are the derivatives of its angles."""
+    classical filter rates are the derivatives of its angles. errors: a file of the errors of the lifter that made the
+    poses (pcnet3d evaluate errors --fit), in place of what is known of it."""
 
     smoother: Smoother = "auto"
+    errors: Path | None = None
 
     name: ClassVar[str] = "angles"
     needs: ClassVar[tuple[str, ...]] = ("poses", "rectified", "filtered")
     gives: ClassVar[tuple[str, ...]] = ("kinematics",)
+    reads: ClassVar[tuple[str, ...]] = ("focal_px", "image_size")
+
+    def __post_init__(self) -> None:
+        """InputError for a file that holds no such errors, before a run has begun."""
+        if self.errors is not None:
+            read_noise(self.errors)
 
     def __call__(self, take: Take) -> Take:
-        columns = joint_angles(
-            take.need("poses"), take.need("rectified"), take.need("filtered"), self.smoother == "auto"
-        )
-        notices = _notices(columns)
-        if why := errors_unknown(take.need("poses")):
-            notices.append(why)
+        poses, rectified = take.need("poses"), take.need("rectified")
+        noise = read_noise(self.errors) if self.errors else shipped_noise()
+        judged = poses.lifted and (self.errors is not None or poses.made_by.by == noise.lifter)
+        series, times = _series(poses, rectified, take.need("filtered"), noise if judged else None)
+        basis = [] if judged else [errors_unknown(poses)]
+        if poses.lifted and not judged and (by := _by_disagreement(take, series)) is not None:
+            series = by
+            basis = [notice("angle-errors-by-disagreement", by=_by(poses.made_by))]
+        columns = _columns(series, times, breaks(poses), self.smoother == "auto", noise)
+        notices = [*_notices(columns), *(each for each in basis if each)]
         return take.with_(kinematics={**(take.kinematics or {}), **columns}).saying(*notices)
 
 
 def errors_unknown(poses: PoseSequence) -> Notice | None:
-    """Why the errors of the angles of poses are not known; None where they are, or where the poses were measured."""
-    if poses.lifted or poses.made_by.kind == "measured":
+    """Why the errors of the angles of poses are not known, where nothing else tells them; None where they were
+    measured."""
+    if poses.made_by.kind == "measured":
         return None
     if poses.made_by.kind == "unknown":
         return notice("angle-errors-unknown")
-    by = f" by {poses.made_by.by}" if poses.made_by.by else ""
-    return notice("angle-errors-unjudged", by=by)
+    if not poses.lifted:
+        return notice("angle-errors-of-world", by=_by(poses.made_by))
+    return notice("angle-errors-unjudged", by=_by(poses.made_by))
 
 
 def joint_angles(
-    poses: PoseSequence, rectified: Rectified, filtered: PoseSequence, rates_by_error: bool = True
+    poses: PoseSequence,
+    rectified: Rectified,
+    filtered: PoseSequence,
+    rates_by_error: bool = True,
+    noise: JointNoise | None = None,
 ) -> dict[str, np.ndarray]:
     """Columns (T,) for every angle of pipeline.signals.angles.ANGLES, and of pipeline.signals.foot_angles.FOOT_ANGLES
     for
@@ -64,19 +92,21 @@ def joint_angles(
     that is not 0 the others are NaN.
 
     poses: what was rectified; rectified: the answer; filtered: its `level` through the low-pass
-    (stages.trajectories.smooth). Rates are smoothed by the angles' errors (models/angle_error/rates.py), or, without
-    rates_by_error, derivatives. Poses that are measured, and those in a world's axes, come without errors
-    (PoseSequence.lifted): theirs are derivatives anyway. InputError for another layout or frame.
+    (stages.trajectories.smooth). noise: the errors of the lifter that made the poses; None where nobody has judged it,
+    and then no angle has an error. Rates are smoothed by the angles' errors (models/angle_error/rates.py), or, without
+    rates_by_error, derivatives. InputError for another layout or frame.
     """
+    series, times = _series(poses, rectified, filtered, noise)
+    return _columns(series, times, breaks(poses), rates_by_error, noise)
+
+
+def _series(
+    poses: PoseSequence, rectified: Rectified, filtered: PoseSequence, noise: JointNoise | None
+) -> tuple[dict[str, AngleSeries], np.ndarray]:
     if poses.layout != H36M17:
         raise InputError(f"Angles need joints in layout H36M17, got {poses.layout.name}; use remap first.")
     require(filtered.frame, LEVEL, "Angles' filtered joints")
-    source = change_frame(poses, poses.frame.with_(origin="pelvis"))
-    lifted = source.lifted
-    # The noise of lifted joints is known in the camera's own axes.
-    reference = CAMERA if source.frame.family == "camera" else source.frame
-    R_reference_from_source = reference.basis @ source.frame.basis.T
-    source = change_frame(source, reference.with_(origin="pelvis", unit=source.frame.unit))
+    source, R_reference_from_source = _reference(poses)
     R_reference_from_level = R_reference_from_source @ rectified.R_source_from_level
     feet = None if filtered.feet is None else rotate(R_reference_from_level, filtered.feet.astype(np.float64))
     series = take_angles(
@@ -84,15 +114,55 @@ def joint_angles(
         rotate(R_reference_from_level, filtered.joints.astype(np.float64)),
         R_reference_from_source @ rectified.R_source_from_body,
         level_ok=rectified.level_ok,
-        lifted=lifted,
+        lifted=noise is not None,
         error_deg=rectified.error_deg,
         up_error_deg=rectified.up_error_deg,
+        noise=noise,
         unseen=poses.confidence == 0,
         stated=stated_spread(source),
         feet=source.feet,
         filtered_feet=feet,
     )
-    rates = angle_rates(series, source.times, breaks(source), rates_by_error)
+    return series, source.times
+
+
+def _reference(poses: PoseSequence) -> tuple[PoseSequence, np.ndarray]:
+    """The poses in the axes that the noise of lifted joints is known in, the camera's own, and what turned them so."""
+    source = change_frame(poses, poses.frame.with_(origin="pelvis"))
+    reference = CAMERA if source.frame.family == "camera" else source.frame
+    R_reference_from_source = reference.basis @ source.frame.basis.T
+    return change_frame(
+        source, reference.with_(origin="pelvis", unit=source.frame.unit)
+    ), R_reference_from_source
+
+
+def _by_disagreement(take: Take, series: dict[str, AngleSeries]) -> dict[str, AngleSeries] | None:
+    """The angles with errors by how far they are from those of the built-in lifter; None without keypoints of the take
+    in an image of known size."""
+    size, rectified = image_size(take), take.need("rectified")
+    if take.keypoints is None or size is None or not rectified.level_ok:
+        return None
+    poses, R_camera_from_source = _reference(take.need("poses"))
+    focal_px = take.camera.focal_px if take.camera else take.told.focal_px
+    return by_disagreement(
+        poses,
+        series,
+        seen_only(take.keypoints, size) if take.keypoints.time_s is not None else take.keypoints,
+        size,
+        (R_camera_from_source @ rectified.R_source_from_level)[..., :, 2],
+        rectified.up_error_deg,
+        focal_px,
+    )
+
+
+def _columns(
+    series: dict[str, AngleSeries],
+    times: np.ndarray,
+    seams: tuple[int, ...],
+    rates_by_error: bool,
+    noise: JointNoise | None,
+) -> dict[str, np.ndarray]:
+    rates = angle_rates(series, times, seams, rates_by_error, noise)
     columns = {}
     for name, angle in series.items():
         columns[f"{name}_deg"] = angle.value_deg
@@ -100,6 +170,10 @@ def joint_angles(
         columns[f"{name}_degps"], columns[f"{name}_sd_degps"] = rates[name]
         columns[f"{name}_reason"] = angle.reason
     return columns
+
+
+def _by(made_by: MadeBy) -> str:
+    return f" by {made_by.by}" if made_by.by else ""
 
 
 def _notices(columns: dict[str, np.ndarray]) -> list[Notice]:

@@ -8,10 +8,14 @@ the rectifier's own error there, by how much the limbs' lengths differ from the 
 short or too long lies wrong in depth), and by what the lifter itself states, where it does. 2D confidences say no more
 than that and do not enter.
 
-joint_noise.json was learned by models/lab/fits/joint_noise.py: the modes on lifted train subjects, by lifters that
-never saw
-them; the multiples, and one factor an angle that makes nine in ten errors lie within 1.645 standard deviations, on
-lifted validation subjects (models/rectifier/card.md has the split).
+That is not all: in every frame a lifter also turns the whole body a little, and draws angles towards those that it saw
+most, which no frame's spread tells. Each angle therefore has a part of its own that goes with the angle that was found
+(`more`), added as squares.
+
+joint_noise.json was learned by models/lab/fits/joint_noise.py and models/lab/errors: the modes on lifted train subjects,
+by lifters that never saw them; the multiples, and each angle's factor and `more` that make nine in ten errors lie within
+1.645 standard deviations in every configuration of a run, on lifted validation subjects (models/rectifier/card.md has
+the split).
 """
 
 from __future__ import annotations
@@ -26,6 +30,7 @@ import numpy as np
 
 from ...pipeline.core.anthropometry import implied_stature
 from ...pipeline.core.cores import cores
+from ...pipeline.core.errors import InputError
 from ...pipeline.core.layouts import H36M17
 from ...pipeline.core.rotations import is_finite, transpose
 from ...pipeline.signals.angles import ANGLES, angles, near
@@ -43,12 +48,32 @@ _ROWS = 4096  # frames at once: the intermediate arrays of `angles` then stay wi
 class JointNoise:
     """modes: (K, 14, 3) joints of JOINTS in shares of stature, camera axes x right, y down, z away. usual: heading
     error in degrees, limb spread and stated spread of a frame whose noise is these modes; powers: how the noise grows
-    with each. factors: by angle, on the propagated standard deviation."""
+    with each. factors: by angle, on the propagated standard deviation. more: by angle, (found degrees, standard
+    deviations in degrees) of the part that goes with the found angle, their squares on straight lines between. rates:
+    by angle, of its angular velocity: a share of what the smoother's model says, one of the rate, and a least one in
+    degrees a second; their squares add. lifter: whose poses these are the errors of, as PoseSequence.made_by names
+    it."""
 
     modes: np.ndarray
     usual: tuple[float, float, float] = (5.0, 0.06, 0.016)
     powers: tuple[float, float, float] = (0.0, 0.0, 0.0)
     factors: dict[str, float] = field(default_factory=dict)
+    more: dict[str, tuple[list[float], list[float]]] = field(default_factory=dict)
+    rates: dict[str, tuple[float, float, float]] = field(default_factory=dict)
+    lifter: str = ""
+
+    def whole(self, name: str, sd_deg: np.ndarray, found_deg: np.ndarray) -> np.ndarray:
+        """(T,) an angle's standard deviation, of that of its noise sd_deg (T,) and the angle itself (T,), degrees."""
+        if name not in self.more:
+            return sd_deg
+        at, more = self.more[name]
+        return np.sqrt(sd_deg**2 + np.interp(found_deg, at, np.square(more)))
+
+    def of_rate(self, name: str, sd_degps: np.ndarray, rate_degps: np.ndarray) -> np.ndarray:
+        """(T,) an angular velocity's standard deviation, of that of the smoother's model sd_degps (T,) and the rate
+        itself (T,): errors are larger in fast motion than any model of even noise says."""
+        share, of_rate, least = self.rates.get(name, (1.0, 0.0, 0.0))
+        return np.sqrt((share * sd_degps) ** 2 + (of_rate * rate_degps) ** 2 + least**2)
 
     def scale(self, heading_deg: np.ndarray, limbs: np.ndarray, stated: np.ndarray) -> np.ndarray:
         """(T,) multiple of the modes in each frame; an unknown heading error or spread counts as the usual one."""
@@ -56,16 +81,30 @@ class JointNoise:
         return np.prod(np.where(np.isfinite(ratios), ratios, 1.0) ** self.powers, axis=-1)
 
 
-@cache
 def shipped_noise() -> JointNoise:
-    """What joint_noise.json holds."""
-    content = json.loads(NOISE_FILE.read_text(encoding="utf-8"))
-    return JointNoise(
-        modes=np.array(content["modes"]).reshape(-1, len(JOINTS), 3),
-        usual=tuple(content["usual"]),
-        powers=tuple(content["powers"]),
-        factors=content["factors"],
-    )
+    """What joint_noise.json holds, of the built-in lifter."""
+    return read_noise(NOISE_FILE)
+
+
+@cache
+def read_noise(path: Path) -> JointNoise:
+    """InputError for a file that is no such file."""
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+        return JointNoise(
+            modes=np.array(content["modes"], dtype=np.float64).reshape(-1, len(JOINTS), 3),
+            usual=tuple(content["usual"]),
+            powers=tuple(content["powers"]),
+            factors=dict(content["factors"]),
+            more={name: (more["found_deg"], more["sd_deg"]) for name, more in content["more"].items()},
+            rates={name: (each[0], each[1], each[2]) for name, each in content["rates"].items()},
+            lifter=str(content["lifter"]),
+        )
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+        raise InputError(
+            f"Expected {path} to hold the errors of a lifter's angles, as pcnet3d evaluate errors --fit writes them; "
+            f"got {error or type(error).__name__}."
+        ) from error
 
 
 def limb_spread(joints: np.ndarray) -> np.ndarray:
@@ -95,7 +134,8 @@ def angle_sd(
     noise: JointNoise | None = None,
     stated: np.ndarray | None = None,
 ) -> dict[str, np.ndarray]:
-    """{angle: (T,) stated standard deviation in degrees}, NaN where the angle is.
+    """{angle: (T,) standard deviation in degrees of the joints' and the axes' noise}, NaN where the angle is; what is
+    stated is JointNoise.whole of it.
 
     body: (T, 17, 3) in BODY; R_camera_from_body (T, 3, 3), NaN where unknown, and then only angles without gravity can
     be had from joints in camera axes. error_deg, up_error_deg: of the rectification (T,). stated: (T,) the lifter's

@@ -21,7 +21,7 @@ from ...pipeline.signals.angles import (
 )
 from ...pipeline.signals.filters import CUTOFF_HZ, each_path, lowpass
 from ...pipeline.signals.foot_angles import FOOT_ANGLES, foot_angles, toes_completed
-from .joint_noise import JointNoise, angle_sd
+from .joint_noise import JointNoise, angle_sd, shipped_noise
 
 MAX_SD_DEG = 30.0  # a stated standard deviation beyond this says nothing about a joint
 
@@ -30,11 +30,13 @@ MAX_SD_DEG = 30.0  # a stated standard deviation beyond this says nothing about 
 class AngleSeries:
     """One angle of a take. value_deg, sd_deg: (T,), NaN where reason (T,) int8 (pipeline.signals.angles.REASONS) is
     not 0.
-    sd_deg is NaN throughout for joints that no lifter made, and for angles of the feet: their errors are unknown."""
+    sd_deg is NaN throughout for joints that no lifter made, and for angles of the feet: their errors are unknown.
+    noise_deg: (T,) the part of sd_deg that differs from frame to frame, which rates are smoothed by."""
 
     value_deg: np.ndarray
     sd_deg: np.ndarray
     reason: np.ndarray
+    noise_deg: np.ndarray
 
 
 def take_angles(
@@ -66,6 +68,7 @@ def take_angles(
     body = rotate(transpose(R), filtered)
     values = angles(body)
     unknown = np.full(len(joints), np.nan)
+    noise = shipped_noise() if noise is None else noise
     sd = dict.fromkeys(ANGLES, unknown)
     if lifted:
         error_deg = unknown if error_deg is None else error_deg
@@ -83,7 +86,8 @@ def take_angles(
     out = {}
     for name, angle in defined.items():
         rows = [points.index(joint) for joint in angle.joints]
-        error = sd.get(name, unknown)
+        own = sd.get(name, unknown)
+        error = noise.whole(name, own, values[name])
         seen, kept = there[:, rows].all(axis=1), left[:, rows].all(axis=1)
         level = turned & level_ok if angle.needs_gravity else kept | turned
         undefined = np.isnan(values[name])
@@ -96,8 +100,8 @@ def take_angles(
             FINE,
         ).astype(np.int8)
         fine = reason == FINE
-        values_, sd_ = (np.where(fine, x, np.nan) for x in (values[name], error))
-        out[name] = AngleSeries(values_, sd_, reason)
+        value, whole, own = (np.where(fine, x, np.nan) for x in (values[name], error, own))
+        out[name] = AngleSeries(value, whole, reason, own)
     return out
 
 

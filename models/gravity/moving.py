@@ -16,7 +16,7 @@ from .evidence import FRAMES, IMAGE, TakeUp
 from .fusion import settled
 from .seen import Seen
 from .smoothing import smoothed, trust
-from .votes import expected_deg, lean_square
+from .votes import expected_deg, lean_square, pitch_roll_error_deg
 
 WINDOW_S = 2.0  # standard deviation of the Gaussian in which frames vote on up
 _VOTE_DEG = 10.0  # votes this far from their neighbours' mean count half
@@ -62,7 +62,8 @@ def sliding_up(seen: Seen, window_s: float = WINDOW_S) -> TakeUp:
         stated = np.where(there, seen.spread, 0.0)[:, None]
         spread = smoothed(stated, np.where(there, trusted, 0.0), seen, window_s)[:, 0]
     shared = lean_square(mean, scatter, spread)
-    return TakeUp(up, np.sqrt(shared + scatter / looks + lag_deg**2), {FRAMES: 1.0})
+    error_deg = np.hypot(*pitch_roll_error_deg(up, np.sqrt(shared + scatter / looks)))
+    return TakeUp(up, np.hypot(error_deg, lag_deg), {FRAMES: 1.0})
 
 
 def _local_line(

@@ -251,9 +251,15 @@ _ENTRIES: dict[str, tuple[Weight, About, str]] = {
     "angle-errors-unknown": ("note", "motion",
         "The errors of the angles are not known: nobody says who made the poses, which may err as a lifter's do "
         "(-O made_by=measured, or estimated)."),
-    "angle-errors-unjudged": ("note", "motion",
+    "angle-errors-of-world": ("note", "motion",
         "The errors of the angles are not known: the poses were estimated{by} in a world's axes, where no "
         "estimator has been judged."),
+    "angle-errors-unjudged": ("note", "motion",
+        "The errors of the angles are not known: the poses were estimated{by}, which nobody has judged; give the "
+        "video's keypoints too, or a file of its errors (--set angles.errors=FILE)."),
+    "angle-errors-by-disagreement": ("note", "motion",
+        "The poses were estimated{by}, whose errors nobody has judged; the errors of the angles are stated by how "
+        "far they are from those of the built-in lifter on the same keypoints."),
     # Files that were written
     "c3d-too-long": ("warning", "files",
         "{file} was not written: C3D numbers {most} frames at most, and the take has {frames} at one even rate; "

@@ -10,7 +10,7 @@ from ...pipeline.core.messages import spans_in_words
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.take import Take
 from ...pipeline.signals.angles import ANGLES
-from ..angles import errors_unknown
+from ..angles import ANGLE_ERRORS
 from ..drawing.facts import Facts
 from ..drawing.page import Level, gauge
 from .sections import up_rests
@@ -90,22 +90,21 @@ def _up(facts: Facts) -> Check:
 
 def _angles(take: Take) -> list[Check]:
     """How well joint angles are known; nothing of poses that were measured."""
-    if why := errors_unknown(take.need("poses")):
-        return [("Joint angles", "care", [why.text])]
+    basis = [each.text for each in take.notices if each.code in ANGLE_ERRORS]
     columns = take.kinematics or {}
     sds = [columns[f"{name}_sd_deg"] for name in ANGLES if f"{name}_sd_deg" in columns]
     known = [float(np.nanmedian(sd)) for sd in sds if np.isfinite(sd).any()]
     if not known:
-        return []
+        return [("Joint angles", "care", basis)] if basis else []
     within = SD_90 * float(np.median(known))
     words = f"Known to within {within:.0f}° (90 %, median of all angles)."
     if within <= _TOLD:
-        return [("Joint angles", "good", [words])]
+        return [("Joint angles", "good", [words, *basis])]
     return [
         (
             "Joint angles",
             "care",
-            [f"{words} Smaller movements and smaller differences between sides cannot be told."],
+            [f"{words} Smaller movements and smaller differences between sides cannot be told.", *basis],
         )
     ]
 

@@ -36,6 +36,10 @@ class EvaluationSet:
             )
         return clips
 
+    def long_clips(self) -> tuple[Clip, ...]:
+        """Those that are long enough for a take."""
+        return tuple(clip for clip in self.clips() if len(clip) >= MIN_FRAMES)
+
     def takes(
         self, seed: int, lifter: str | Path = "pcnet3d", flip: bool = False, focal_known: bool = False
     ) -> Iterator[LiftedTake]:

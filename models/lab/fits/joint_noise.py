@@ -175,7 +175,6 @@ def main(
     """Learn the joints' noise."""
     noise = fit(train or (), val, load_rectifier("pcnet"))
     content = {
-        "joints": JOINTS,
         "usual": [round(each, 5) for each in noise.usual],
         "powers": [round(power, 3) for power in noise.powers],
         "factors": {name: round(factor, 3) for name, factor in noise.factors.items()},

@@ -1,0 +1,87 @@
+"""Errors of the angles of poses by a lifter that nobody has judged, by how far they are from the built-in lifter's.
+
+Both lifters look at the same keypoints. Where the built-in one is right within its own stated error, the other is wrong
+by what they are apart, within that error; so the squares of both add. What both do wrong in the same way is in the
+built-in one's own error, which was fitted on lifted takes with truth.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...pipeline.core.frames import CAMERA, change_frame
+from ...pipeline.core.layouts import H36M17, remap
+from ...pipeline.core.pose import PoseSequence
+from ...pipeline.signals.angles import FINE, UNTRUSTED, near
+from ..common.spread import stated_spread
+from ..gravity import Seen, TakeUp
+from ..gravity.levelling import level
+from ..lifter.builtin import lift
+from ..rectifier.load import load_rectifier
+from .take_angles import MAX_SD_DEG, AngleSeries, smoothed, take_angles
+
+_OVER_S = 1.0  # over which two lifters' difference is averaged: they cross where both are wrong alike
+_LEAST = 0.5  # of the frames, in which both have to be
+
+
+def by_disagreement(
+    poses: PoseSequence,
+    angles: dict[str, AngleSeries],
+    keypoints: PoseSequence,
+    image_size: tuple[int, int] | None,
+    up: np.ndarray,
+    up_error_deg: np.ndarray,
+    focal_px: float | None = None,
+) -> dict[str, AngleSeries] | None:
+    """The angles with standard deviations, of rates none; None where the keypoints show less than half of the poses'
+    frames.
+
+    poses: (T rows) in CAMERA; angles: theirs, without errors. keypoints: of the same person, pixels, with frame numbers of the same
+    video; image_size: width and height. up: (3,) or (T, 3) in the camera and up_error_deg (T,) its error, as the poses
+    were rectified.
+    """
+    body = remap(keypoints, H36M17)
+    rows = np.searchsorted(body.frame_index, poses.frame_index)
+    there = rows < len(body)
+    there &= body.frame_index[np.minimum(rows, len(body) - 1)] == poses.frame_index
+    if there.mean() < _LEAST:
+        return None
+    second = change_frame(lift(body, image_size, focal_px), CAMERA.with_(origin="pelvis"))
+    rows = np.where(there, rows, 0)
+    joints = np.where(there[:, None, None], second.joints[rows].astype(np.float64), np.nan)
+    spread = np.where(there, stated_spread(second)[rows], np.nan)
+    R, error_deg = load_rectifier("pcnet").rotation(joints)
+    levelled = level(
+        Seen(joints, R, error_deg, poses.times, poses.seams, spread=spread), TakeUp(up, up_error_deg)
+    )
+    own = take_angles(
+        joints,
+        smoothed(joints, poses.times),
+        levelled.R_camera_from_body,
+        error_deg=levelled.error_deg,
+        up_error_deg=levelled.up_error_deg,
+        stated=spread,
+    )
+    window = max(round(_OVER_S / float(np.median(np.diff(poses.times)))), 1)
+    out = dict(angles)
+    for name, second_angle in own.items():
+        angle = angles[name]
+        apart = near(angle.value_deg - second_angle.value_deg, 0.0)
+        sd = np.hypot(second_angle.sd_deg, np.sqrt(_running_mean(apart**2, window)))
+        vague = (angle.reason == FINE) & (sd > MAX_SD_DEG)
+        out[name] = AngleSeries(
+            np.where(vague, np.nan, angle.value_deg),
+            np.where((angle.reason == FINE) & ~vague, sd, np.nan),
+            np.where(vague, UNTRUSTED, angle.reason).astype(np.int8),
+            np.full(len(sd), np.nan),
+        )
+    return out
+
+
+def _running_mean(values: np.ndarray, window: int) -> np.ndarray:
+    """(T,) the mean of the finite values (T,) within the window about each row."""
+    fine = np.isfinite(values)
+    kernel = np.ones(2 * (window // 2) + 1)
+    total = np.convolve(np.where(fine, values, 0.0), kernel, mode="same")
+    count = np.convolve(fine.astype(float), kernel, mode="same")
+    return np.where(count > 0, total / np.maximum(count, 1), np.nan)

@@ -1,0 +1,1 @@
+"""Whether stated errors hold, and what makes them hold: one procedure for every statement."""

@@ -1,0 +1,73 @@
+"""Bars that hold wherever something is known: the 90 % quantile of the size of an error, by what a run knows.
+
+The quantile is the root of a sum of squares, each a known quantity times a fitted weight, as errors of independent
+causes add. It is fitted by quantile regression of the error's logarithm (Koenker and Bassett 1978), with the weights of
+judge.py, so that neither long takes nor large errors decide.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from .judge import COVERED, Inside, Stated, inside, weights
+
+_CASES = 250  # of a take, evenly over it
+_SOFT = 0.02  # of the loss's corner, in logarithms
+_TINY = 1e-6
+
+Squares = Callable[[Stated], np.ndarray]  # (N, K) what the square of the bar is a weighted sum of
+
+
+def fitted(takes: Sequence[Stated], squares: Squares) -> np.ndarray:
+    """(K,) the weights, none below 0."""
+    from scipy.optimize import minimize
+
+    takes = [thinned(take) for take in takes]
+    x = np.concatenate([squares(take) for take in takes])
+    error = np.log(np.abs(np.concatenate([take.error for take in takes])) + _TINY)
+    weight = weights(takes)
+    weight = weight / weight.sum()
+    usual = np.average(x, axis=0, weights=weight) + _TINY
+    x = x / usual
+
+    def loss(logs: np.ndarray) -> tuple[float, np.ndarray]:
+        parts = x * np.exp(logs)
+        total = parts.sum(axis=1) + _TINY
+        over = error - 0.5 * np.log(total)
+        soft = np.logaddexp(0, over / _SOFT) * _SOFT  # max(over, 0), with a round corner
+        value = weight @ (soft - (1 - COVERED) * over)
+        slope = 1 / (1 + np.exp(-np.clip(over / _SOFT, -50, 50))) - (1 - COVERED)
+        return float(value), -0.5 * ((weight * slope / total) @ parts)
+
+    square = np.exp(2 * np.average(error, weights=weight)) * 3
+    start = np.full(x.shape[1], np.log(square / x.shape[1]))
+    logs = minimize(loss, start, jac=True, method="L-BFGS-B", bounds=[(-12, 12)] * len(start)).x
+    return np.where(logs < -8, 0.0, np.exp(logs)) / usual
+
+
+def with_bars(take: Stated, squares: Squares, found: np.ndarray) -> Stated:
+    """The take with the bars that weights give."""
+    return replace(take, half=np.sqrt(squares(take) @ found))
+
+
+def held_out(takes: Sequence[Stated], squares: Squares) -> list[Stated]:
+    """Each person's takes with the bars that all the others' ask for."""
+    out = []
+    for person in sorted({take.person for take in takes}):
+        found = fitted([take for take in takes if take.person != person], squares)
+        out += [with_bars(take, squares, found) for take in takes if take.person == person]
+    return out
+
+
+def thinned(take: Stated) -> Stated:
+    """At most _CASES of it."""
+    rows = np.unique(np.linspace(0, len(take.error) - 1, min(len(take.error), _CASES)).astype(int))
+    return replace(
+        take, error=take.error[rows], half=take.half[rows], known={k: v[rows] for k, v in take.known.items()}
+    )
+
+
+__all__ = ["Inside", "fitted", "held_out", "inside", "thinned", "with_bars"]

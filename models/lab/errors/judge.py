@@ -1,0 +1,130 @@
+"""One procedure for every stated error: how many lie inside, person by person, and the factor with which they would.
+
+Every person counts the same, and every take of a person the same within it, however long it is: frames of one take err
+together, and so do takes of one person.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+import numpy as np
+
+COVERED = 0.9  # what "90 %" states
+_DRAWS = 2000  # of people, for an interval
+_BINS = 10
+_FEWEST_PEOPLE = 3  # of a bin that is judged
+
+
+@dataclass(frozen=True, eq=False)
+class Stated:
+    """What one take states of one thing. error: (N,) found less true. half: (N,) half the width of its 90 % bar, in
+    the same unit; for a length of an error (a tilt), `error` is it and `half` its bound. known: {name: (N,)} what a run
+    knows where it states this, for bins."""
+
+    statement: str
+    person: str
+    error: np.ndarray
+    half: np.ndarray
+    known: Mapping[str, np.ndarray] = field(default_factory=dict)
+
+    def judged(self) -> Stated:
+        """Only the cases with an error and a bar."""
+        fine = np.isfinite(self.error) & np.isfinite(self.half)
+        known = {name: values[fine] for name, values in self.known.items()}
+        return Stated(self.statement, self.person, self.error[fine], self.half[fine], known)
+
+
+@dataclass(frozen=True)
+class Inside:
+    """The share of cases within their bars, and the 90 % interval of that share over people like these."""
+
+    cases: int
+    people: int
+    inside: float
+    low: float
+    high: float
+
+
+def shares(takes: Iterable[Stated], factor: float = 1.0) -> dict[str, float]:
+    """{person: the mean over their takes of the share inside `factor` times the bar}."""
+    by_person: dict[str, list[float]] = {}
+    for take in takes:
+        if len(take.error):
+            inside = np.abs(take.error) <= factor * take.half
+            by_person.setdefault(take.person, []).append(float(inside.mean()))
+    return {person: float(np.mean(of)) for person, of in by_person.items()}
+
+
+def inside(takes: Sequence[Stated], factor: float = 1.0) -> Inside:
+    """Of takes that are judged (Stated.judged)."""
+    people = np.array(list(shares(takes, factor).values()))
+    cases = sum(len(take.error) for take in takes)
+    if not len(people):
+        return Inside(0, 0, float("nan"), float("nan"), float("nan"))
+    rng = np.random.default_rng(0)
+    drawn = people[rng.integers(0, len(people), (_DRAWS, len(people)))].mean(axis=1)
+    low, high = np.quantile(drawn, [0.05, 0.95])
+    return Inside(cases, len(people), float(people.mean()), float(low), float(high))
+
+
+def bins(takes: Sequence[Stated], name: str) -> list[tuple[float, float, float, Inside]]:
+    """(from, to, mean error, Inside) in tenths of the cases by what is known under `name`; those of too few people are
+    left out."""
+    values = np.concatenate([take.known[name] for take in takes] or [np.zeros(0)])
+    if len(values) < _BINS:
+        return []
+    edges = np.unique(np.nanquantile(values, np.linspace(0, 1, _BINS + 1)))
+    out = []
+    for i, (low, high) in enumerate(pairwise(edges)):
+        last = i == len(edges) - 2
+        part = [
+            _where(take, (k := take.known[name]) >= low, k <= high if last else k < high) for take in takes
+        ]
+        part = [take for take in part if len(take.error)]
+        if len({take.person for take in part}) >= _FEWEST_PEOPLE:
+            out.append((float(low), float(high), _mean_error(part), inside(part)))
+    return out
+
+
+def factor(takes: Sequence[Stated]) -> float:
+    """What to multiply the bars by so that COVERED of the cases are inside: the quantile of |error| over bar."""
+    ratio = np.concatenate([np.abs(take.error) / take.half for take in takes])
+    order = np.argsort(ratio)
+    total = np.cumsum(weights(takes)[order])
+    return float(ratio[order][min(np.searchsorted(total, COVERED * total[-1]), len(ratio) - 1)])
+
+
+def held_out(takes: Sequence[Stated]) -> Inside:
+    """How many lie inside when each person's bars have the factor of all the others."""
+    people = sorted({take.person for take in takes})
+    parts = []
+    for person in people:
+        others = [take for take in takes if take.person != person]
+        own = factor(others) if others else 1.0
+        parts += [
+            Stated(take.statement, person, take.error, own * take.half)
+            for take in takes
+            if take.person == person
+        ]
+    return inside(parts)
+
+
+def weights(takes: Sequence[Stated]) -> np.ndarray:
+    """(cases of all takes,) one for a person, shared evenly by their takes, and by the cases of each."""
+    count: dict[str, int] = {}
+    for take in takes:
+        count[take.person] = count.get(take.person, 0) + 1
+    parts = [np.full(len(take.error), 1 / (count[take.person] * max(len(take.error), 1))) for take in takes]
+    return np.concatenate(parts or [np.zeros(0)])
+
+
+def _mean_error(takes: Sequence[Stated]) -> float:
+    return float(np.average(np.concatenate([take.error for take in takes]), weights=weights(takes)))
+
+
+def _where(take: Stated, *conditions: np.ndarray) -> Stated:
+    use = np.logical_and.reduce(conditions)
+    return Stated(take.statement, take.person, take.error[use], take.half[use])
