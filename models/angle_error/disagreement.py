@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...pipeline.core.frames import CAMERA, change_frame
 from ...pipeline.core.layouts import H36M17, remap
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.signals.angles import FINE, UNTRUSTED, near
@@ -36,8 +35,8 @@ def by_disagreement(
     """The angles with standard deviations, of rates none; None where the keypoints show less than half of the poses'
     frames.
 
-    poses: (T rows) in CAMERA; angles: theirs, without errors. keypoints: of the same person, pixels, with frame numbers of the same
-    video; image_size: width and height. up: (3,) or (T, 3) in the camera and up_error_deg (T,) its error, as the poses
+    poses: (T rows) in CAMERA; angles: theirs, without errors. keypoints: of the same person, pixels, with frame
+    numbers of the same video; image_size: width and height. up: (3,) or (T, 3) in the camera and up_error_deg (T,) its error, as the poses
     were rectified.
     """
     body = remap(keypoints, H36M17)
@@ -46,7 +45,7 @@ def by_disagreement(
     there &= body.frame_index[np.minimum(rows, len(body) - 1)] == poses.frame_index
     if there.mean() < _LEAST:
         return None
-    second = change_frame(lift(body, image_size, focal_px), CAMERA.with_(origin="pelvis"))
+    second = lift(body, image_size, focal_px)
     rows = np.where(there, rows, 0)
     joints = np.where(there[:, None, None], second.joints[rows].astype(np.float64), np.nan)
     spread = np.where(there, stated_spread(second)[rows], np.nan)

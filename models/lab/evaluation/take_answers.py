@@ -18,7 +18,7 @@ from ...gravity import Levelled, Seen, level_static
 from ...gravity.lines import tangent
 
 CAMERA_AXES, TRUE_AXES = "camera axes", "true axes"
-LOOK_DEG = np.array([0.6, 0.4])  # pitch and roll of up by an image: what rendered rooms give
+LOOK_DEG = np.array([1.2, 0.6])  # pitch and roll of up by an image: what photographs give
 # A camera that nobody pitched or rolled, in front of the person: up is the image's.
 _STRAIGHT = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
 
@@ -86,7 +86,7 @@ def simulated_look(up: np.ndarray, seed: int, clip: str) -> Look:
     plane = tangent(up)
     said = unit(up + plane @ (np.radians(LOOK_DEG) * rng.standard_normal(2)))
     plane = tangent(said)
-    return Look(0, said, plane @ np.diag(np.radians(LOOK_DEG) ** 2) @ plane.T, failure=0.004)
+    return Look(0, said, plane @ np.diag(np.radians(LOOK_DEG) ** 2) @ plane.T, failure=0.01)
 
 
 def named(both: dict[str, dict[str, Answer]]) -> dict[str, Answer]:
