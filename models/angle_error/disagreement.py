@@ -36,8 +36,8 @@ def by_disagreement(
     frames.
 
     poses: (T rows) in CAMERA; angles: theirs, without errors. keypoints: of the same person, pixels, with frame
-    numbers of the same video; image_size: width and height. up: (3,) or (T, 3) in the camera and up_error_deg (T,) its error, as the poses
-    were rectified.
+    numbers of the same video; image_size: width and height. up: (3,) or (T, 3) in the camera and up_error_deg (T,) its
+    error, as the poses were rectified.
     """
     body = remap(keypoints, H36M17)
     rows = np.searchsorted(body.frame_index, poses.frame_index)

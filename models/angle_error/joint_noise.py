@@ -12,10 +12,10 @@ That is not all: in every frame a lifter also turns the whole body a little, and
 most, which no frame's spread tells. Each angle therefore has a part of its own that goes with the angle that was found
 (`more`), added as squares.
 
-joint_noise.json was learned by models/lab/fits/joint_noise.py and models/lab/errors: the modes on lifted train subjects,
-by lifters that never saw them; the multiples, and each angle's factor and `more` that make nine in ten errors lie within
-1.645 standard deviations in every configuration of a run, on lifted validation subjects (models/rectifier/card.md has
-the split).
+joint_noise.json was learned by models/lab/fits/joint_noise.py and models/lab/errors: the modes on lifted train
+subjects, by lifters that never saw them; the multiples, and each angle's factor and `more` that make nine in ten errors
+lie within 1.645 standard deviations in every configuration of a run, on lifted validation subjects
+(models/rectifier/card.md has the split).
 """
 
 from __future__ import annotations
@@ -79,6 +79,19 @@ class JointNoise:
         """(T,) multiple of the modes in each frame; an unknown heading error or spread counts as the usual one."""
         ratios = np.stack([heading_deg, limbs, stated], axis=-1) / self.usual
         return np.prod(np.where(np.isfinite(ratios), ratios, 1.0) ** self.powers, axis=-1)
+
+    def as_json(self) -> str:
+        """As joint_noise.json holds it."""
+        content = {
+            "lifter": self.lifter,
+            "usual": [round(each, 5) for each in self.usual],
+            "powers": [round(power, 3) for power in self.powers],
+            "factors": self.factors,
+            "more": {name: {"found_deg": at, "sd_deg": more} for name, (at, more) in self.more.items()},
+            "rates": self.rates,
+            "modes": [[round(float(v), 6) for v in mode.ravel()] for mode in self.modes],
+        }
+        return json.dumps(content) + "\n"
 
 
 def shipped_noise() -> JointNoise:

@@ -27,8 +27,8 @@ def angle_rates(
 
     series: of joints through the low-pass, at time_s (T,). An angle with stated errors goes through the smoother that
     knows them (models/smoother.py), as a process that turns on where it passes the end of its range. breaks:
-    rows at which something new begins. noise: of the lifter, the shipped one's without. by_error: False for derivatives, which is what an angle without stated errors
-    has anyway; their error is unknown.
+    rows at which something new begins. by_error: False for derivatives, which is what an angle without stated errors
+    has anyway; their error is unknown. noise: of the lifter, the shipped one's without.
     """
     stated = [name for name, angle in series.items() if by_error and np.isfinite(angle.noise_deg).any()]
     rates = {

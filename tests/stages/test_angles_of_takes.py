@@ -17,9 +17,7 @@ from pcnet3d.models.angle_error.take_angles import AngleSeries, smoothed, take_a
 from pcnet3d.models.gravity import Seen, level_static
 from pcnet3d.models.lab.evaluation import angles as module
 from pcnet3d.models.lab.evaluation.angles import as_markdown, judge, one_set
-from pcnet3d.models.lab.fits import joint_noise as fitting
-from pcnet3d.models.lab.fits.joint_noise import Pair, modes_of, read_pairs, with_factors
-from pcnet3d.models.rectifier.load import load_rectifier
+from pcnet3d.models.lab.fits.joint_noise import Pair, modes_of, read_pairs
 from pcnet3d.pipeline import CAMERA, H36M17, InputError, Take
 from pcnet3d.pipeline.core.canonical import R_world_from_body
 from pcnet3d.pipeline.core.pose import MadeBy
@@ -156,41 +154,6 @@ def test_the_modes_are_those_of_the_lifter(seen):
     assert variance[wrist].sum() > 0.75 * variance.sum()
 
 
-def test_factors_are_one_for_noise_that_is_what_it_says(seen):
-    """The noise of the modes, and no error of up: the propagated deviation covers as it is."""
-    joints, R = (np.tile(array[:120], (30, 1, 1)) for array in seen)
-    noise = some_noise(0.006)
-    wrong = joints.copy()
-    draws = np.random.default_rng(6).normal(size=(len(joints), 6))
-    wrong[:, ROWS] += 1.75 * np.einsum("tk,kji->tji", draws, noise.modes)
-    level = level_static(Seen(joints, R, np.full(len(joints), 4.0), np.arange(len(joints)) / 30))
-    true_level = replace(
-        level,
-        R_camera_from_body=R,
-        error_deg=np.zeros(len(joints)),
-        up=replace(level.up, error_deg=0.0),
-    )
-    pair = Pair(wrong, wrong, joints, R, np.ones(len(joints), dtype=bool), np.full(len(joints), np.nan))
-    factors = with_factors(noise, [pair], [true_level]).factors
-    for name in ("knee_flexion", "hip_flexion", "shank_sagittal", "shoulder_abduction"):
-        assert factors[f"r_{name}"] == factors[f"l_{name}"] == pytest.approx(1, abs=0.15), name
-
-
-def test_a_new_angle_gets_a_factor_and_the_others_keep_theirs(seen, tmp_path, monkeypatch):
-    joints, R = seen
-    lifted = joints + np.random.default_rng(8).normal(0, 0.01, joints.shape)
-    arrays = {"lifted": lifted, "truth": joints, "R_camera_from_body": R, "take_start": [0, len(joints)]}
-    np.savez(tmp_path / "val.npz", **arrays, lying=np.zeros(len(joints), bool))
-    shipped = shipped_noise()
-    others = {name: factor for name, factor in shipped.factors.items() if name != "pelvis_obliquity"}
-    monkeypatch.setattr(fitting, "shipped_noise", lambda: replace(shipped, factors=others))
-    fitted = fitting.fit([], [tmp_path / "val.npz"], load_rectifier("geometric"))
-    assert fitted.factors.keys() == ANGLES.keys()
-    assert {name: fitted.factors[name] for name in others} == others
-    assert 0 < fitted.factors["pelvis_obliquity"] != shipped.factors["pelvis_obliquity"]
-    np.testing.assert_array_equal(fitted.modes, shipped.modes)
-
-
 def test_files_and_reports_that_are_not_there(tmp_path):
     (tmp_path / "x.npz").write_bytes(b"nothing")
     with pytest.raises(InputError, match="testbed"):
@@ -205,9 +168,7 @@ def test_shipped_noise_is_larger_in_depth_and_far_out():
     ]
     assert (variance[limbs, 2] > 1.5 * variance[limbs, :2].max(axis=1)).all()
     assert variance[JOINTS.index("r_wrist")].sum() > variance[JOINTS.index("r_shoulder")].sum()
-    assert set(noise.factors) == set(ANGLES), (
-        "fit: python -m pcnet3d.models.lab.fits.joint_noise --val val.npz"
-    )
+    assert set(noise.factors) == set(ANGLES), "fit: pcnet3d evaluate errors --fit"
     assert {joint for angle in ANGLES.values() for joint in angle.joints} <= set(JOINTS)
     assert all(0.5 < factor < 2 for factor in noise.factors.values())
     assert all(power > 0 for power in noise.powers)
@@ -263,7 +224,7 @@ def test_walker_through_the_stages_in_its_own_gravity(walk):
 def test_the_stage_adds_its_columns_and_says_what_is_missing(camera_poses):
     joints = camera_poses.joints.copy()
     joints[30:40, H36M17.index("r_wrist")] = np.nan
-    poses = camera_poses.with_(joints=joints)
+    poses = camera_poses.with_(joints=joints, made_by=MadeBy("estimated", shipped_noise().lifter))
     rectified = rectify(poses, "geometric", gravity=(0, 1, 0))
     old = {"r_wrist_x": np.zeros(len(poses))}
     take = Take("t", poses=poses, rectified=rectified, filtered=smooth(rectified.level), kinematics=old)
@@ -298,9 +259,14 @@ def test_another_frame_is_refused(camera_poses):
 
 def test_the_report_counts_what_is_inside_and_what_is_refused():
     found = AngleSeries(
-        np.array([1.0, 10.0, np.nan, 179.0]), np.array([2.0, 2.0, np.nan, 2.0]), np.array([0, 0, 3, 0])
+        np.array([1.0, 10.0, np.nan, 179.0]),
+        np.array([2.0, 2.0, np.nan, 2.0]),
+        np.array([0, 0, 3, 0]),
+        np.full(4, np.nan),
     )
-    true = AngleSeries(np.array([0.0, 0.0, 0.0, -179.0]), np.full(4, np.nan), np.zeros(4, dtype=int))
+    true = AngleSeries(
+        np.array([0.0, 0.0, 0.0, -179.0]), np.full(4, np.nan), np.zeros(4, dtype=int), np.full(4, np.nan)
+    )
     row = module.row(*judge(found, true, np.ones(4, dtype=bool)))
     assert row["rmse"] == pytest.approx(np.sqrt((1 + 100 + 4) / 3))  # 179 and -179 are 2 apart
     assert row["inside"] == pytest.approx(2 / 3)

@@ -6,7 +6,6 @@ is. Every figure is by the procedure of judge.py.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -166,18 +165,3 @@ def _rate(takes: Sequence[Stated]) -> tuple[float, float, float]:
 def _hats(values: np.ndarray, knots: np.ndarray) -> np.ndarray:
     """(N, K) the weights with which values (N,) lie between knots (K,); squares of standard deviations between them."""
     return np.stack([np.interp(values, knots, row) for row in np.eye(len(knots))], axis=1)
-
-
-def as_json(noise: JointNoise) -> str:
-    """As models/angle_error/joint_noise.json holds it."""
-    names = list(ANGLES)
-    content = {
-        "lifter": noise.lifter,
-        "usual": noise.usual,
-        "powers": noise.powers,
-        "factors": {name: noise.factors[name] for name in names},
-        "more": {name: {"found_deg": noise.more[name][0], "sd_deg": noise.more[name][1]} for name in names},
-        "rates": {name: list(noise.rates[name]) for name in names},
-        "modes": [[round(float(v), 6) for v in mode.ravel()] for mode in noise.modes],
-    }
-    return json.dumps(content) + "\n"

@@ -1,17 +1,13 @@
-"""Learns joint_noise.json on lifted takes with truth (files of pcnet3d testbed):
+"""Learns how a lifter's joints err together, on lifted takes with truth (files of pcnet3d testbed):
 
     python -m pcnet3d.models.lab.fits.joint_noise train-a.npz train-b.npz --val val-0.npz --val val-1.npz
 
 Train subjects give the modes; validation subjects, lifted by the shipped lifter and levelled by the shipped rectifier,
-give what a frame's noise grows with and the angles' factors. Without train files
-everything shipped stays, and angles that have no factor yet get one; `pcnet3d testbed val -o val.npz` writes the file:
-
-    python -m pcnet3d.models.lab.fits.joint_noise --val val.npz
+give what a frame's noise grows with. What each angle's error is then comes from `pcnet3d evaluate errors --fit`.
 """
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -24,22 +20,20 @@ import typer
 from ....pipeline.core.anthropometry import implied_stature
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.layouts import H36M17
-from ....pipeline.core.rotations import is_finite, kabsch, rotate, transpose
+from ....pipeline.core.rotations import is_finite, kabsch, rotate
 from ....pipeline.files.arrays import keys
 from ....pipeline.files.atomic import whole_file
 from ....pipeline.plugins.protocols import Rectifier
-from ....pipeline.signals.angles import ANGLES, angles, near, of_both
 from ...angle_error.joint_noise import (
     JOINTS,
     NOISE_FILE,
     JointNoise,
-    angle_sd,
     heading_error,
     limb_spread,
     shipped_noise,
 )
 from ...angle_error.take_angles import smoothed
-from ...common.metrics import SD_90, scaled
+from ...common.metrics import scaled
 from ...gravity import Levelled, Seen, level_static, why_not
 from ...rectifier.load import load_rectifier
 from ..common.modules import run_command
@@ -47,7 +41,6 @@ from ..common.testbed_file import read_testbed
 
 _MODES = 24  # of 42: 95 % of the variance; the angles' factors hold the rest
 _FPS = 30.0  # of the testbed's takes
-_COVERED = 0.9
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,29 +121,9 @@ def with_multiples(noise: JointNoise, pairs: Sequence[Pair], levels: Sequence[Le
     )
 
 
-def with_factors(noise: JointNoise, pairs: Sequence[Pair], levels: Sequence[Levelled]) -> JointNoise:
-    """The same with a factor an angle, one for both sides, so that 90 % of the errors lie within SD_90 of it."""
-    ratios: dict[str, list[np.ndarray]] = {}
-    for pair, level in zip(pairs, levels, strict=True):
-        R = level.R_camera_from_body
-        body = rotate(transpose(R), pair.lifted)
-        found, true = angles(body), angles(rotate(transpose(pair.R_camera_from_body), pair.truth))
-        sd = angle_sd(body, R, level.error_deg, level.up_error_deg, noise, pair.stated)
-        for name in ANGLES:
-            ratio = np.abs(near(found[name] - true[name], 0.0)) / sd[name]
-            ratios.setdefault(of_both(name), []).append(ratio[pair.upright & np.isfinite(ratio)])
-    factors = {
-        name: float(np.quantile(np.concatenate(parts), _COVERED)) / SD_90 for name, parts in ratios.items()
-    }
-    return replace(noise, factors={name: factors[of_both(name)] for name in ANGLES})
-
-
 def fit(train: Sequence[Path], val: Sequence[Path], rectifier: Rectifier) -> JointNoise:
-    """The modes of the lifter's errors in the train files, and their sizes and the angles' factors by the val files;
-    without train files the shipped noise, with factors of the angles that it has none for. InputError when no val take
-    can be levelled."""
-    shipped = shipped_noise()
-    noise = JointNoise(modes_of(read_pairs(train))) if train else replace(shipped, factors={})
+    """The modes of the lifter's errors in the train files, and their sizes by the val files; each angle's own parts
+    stay the shipped ones. InputError when no val take can be levelled."""
     pairs, levels = [], []
     for pair in read_pairs(val):
         level = level_static(Seen(pair.raw, *rectifier.rotation(pair.raw), pair.time_s, spread=pair.stated))
@@ -159,32 +132,21 @@ def fit(train: Sequence[Path], val: Sequence[Path], rectifier: Rectifier) -> Joi
             levels.append(level)
     if not pairs:
         raise InputError("Expected validation takes that can be levelled, got none.")
-    if train:
-        return with_factors(with_multiples(noise, pairs, levels), pairs, levels)
-    fitted = with_factors(noise, pairs, levels).factors
-    return replace(noise, factors={name: shipped.factors.get(name, fitted[name]) for name in ANGLES})
+    return with_multiples(replace(shipped_noise(), modes=modes_of(read_pairs(train))), pairs, levels)
 
 
 def main(
-    val: Annotated[list[Path], typer.Option(help="Lifted validation subjects.")],
     train: Annotated[
-        list[Path] | None, typer.Argument(help="Lifted train subjects, by lifters that never saw them.")
-    ] = None,
+        list[Path], typer.Argument(help="Lifted train subjects, by lifters that never saw them.")
+    ],
+    val: Annotated[list[Path], typer.Option(help="Lifted validation subjects.")],
     output: Annotated[Path, typer.Option("-o", "--output", help="The file to write.")] = NOISE_FILE,
 ) -> None:
     """Learn the joints' noise."""
-    noise = fit(train or (), val, load_rectifier("pcnet"))
-    content = {
-        "usual": [round(each, 5) for each in noise.usual],
-        "powers": [round(power, 3) for power in noise.powers],
-        "factors": {name: round(factor, 3) for name, factor in noise.factors.items()},
-        "modes": [[round(float(v), 6) for v in mode.ravel()] for mode in noise.modes],
-    }
+    noise = fit(train, val, load_rectifier("pcnet"))
     with whole_file(output) as partial:
-        partial.write_text(json.dumps(content) + "\n", encoding="utf-8")
-    print(f"{output}: usual {content['usual']}, powers {content['powers']}")
-    for name, factor in content["factors"].items():
-        print(f"  {name}: {factor}")
+        partial.write_text(noise.as_json(), encoding="utf-8")
+    print(f"{output}: usual {noise.usual}, powers {noise.powers}")
 
 
 if __name__ == "__main__":

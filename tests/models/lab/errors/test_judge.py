@@ -1,0 +1,74 @@
+"""The one procedure for stated errors: known answers."""
+
+import numpy as np
+import pytest
+
+from pcnet3d.models.lab.errors import judge
+from pcnet3d.models.lab.errors.fit import fitted, held_out, with_bars
+from pcnet3d.models.lab.errors.judge import Stated
+
+
+def stated(person: str, error: np.ndarray, half: float | np.ndarray = 1.0, **known: np.ndarray) -> Stated:
+    return Stated("angle", person, error, np.broadcast_to(half, error.shape).astype(float), known)
+
+
+def test_every_person_counts_the_same_and_every_take_of_a_person():
+    long, short = stated("a", np.zeros(1000)), stated("b", np.full(10, 2.0))
+    assert judge.inside([long, short]).inside == pytest.approx(0.5)
+    both = [stated("a", np.zeros(1000)), stated("a", np.full(3, 2.0)), short]
+    assert judge.inside(both).inside == pytest.approx(0.25)
+    assert judge.inside(both).cases == 1013
+
+
+def test_the_interval_is_over_people():
+    same = [stated(name, np.array([0.0, 2.0])) for name in "abcdefgh"]
+    one = judge.inside(same)
+    assert one.low == one.high == one.inside == 0.5
+    apart = [stated(name, np.full(50, 2.0 * (i % 2))) for i, name in enumerate("abcdefgh")]
+    one = judge.inside(apart)
+    assert one.low < 0.35 < 0.65 < one.high
+
+
+def test_the_factor_brings_nine_in_ten_inside_and_is_not_decided_by_who_was_filmed_longest():
+    rng = np.random.default_rng(0)
+    takes = [stated("a", rng.normal(0, 1, 20_000)), stated("b", rng.normal(0, 3, 200))]
+    by = judge.factor(takes)
+    assert judge.inside(takes, by).inside == pytest.approx(0.9, abs=0.01)
+    assert by > 3.0  # b's errors count as much as a's
+
+
+def test_bins_show_what_the_whole_hides():
+    rng = np.random.default_rng(1)
+    size = np.linspace(0, 90, 4000)
+    takes = [stated(p, rng.normal(0, 0.2 + size / 50), 2.0, found=size) for p in "abcd"]
+    of = judge.bins(takes, "found")
+    assert len(of) == 10
+    assert of[0][3].inside > 0.99
+    assert of[-1][3].inside < 0.8
+    assert (
+        judge.bins([stated("a", np.zeros(100), found=np.arange(100.0))], "found") == []
+    )  # one person is no bin
+
+
+def test_cases_without_an_error_or_a_bar_are_no_cases():
+    take = stated(
+        "a", np.array([1.0, np.nan, 3.0]), np.array([2.0, 2.0, np.nan]), found=np.arange(3.0)
+    ).judged()
+    assert take.error.tolist() == [1.0]
+    assert take.known["found"].tolist() == [0.0]
+
+
+def test_fitted_bars_hold_at_every_size_and_on_people_left_out():
+    rng = np.random.default_rng(2)
+    takes = []
+    for person in "abcdef":
+        x = rng.uniform(0.5, 4, 600)
+        takes.append(stated(person, rng.normal(0, np.hypot(2.0, 1.5 * x)), 1.0, x=x))
+
+    def squares(take: Stated) -> np.ndarray:
+        return np.stack([take.known["x"] ** 2, np.ones(len(take.error))], axis=1)
+
+    weights = fitted(takes, squares)
+    assert np.sqrt(weights) / 1.645 == pytest.approx([1.5, 2.0], rel=0.25)
+    assert judge.inside(held_out(takes, squares)).inside == pytest.approx(0.9, abs=0.03)
+    assert all(b[3].inside > 0.8 for b in judge.bins([with_bars(t, squares, weights) for t in takes], "x"))
