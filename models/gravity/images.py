@@ -14,7 +14,8 @@ from .segments import Segments, segments_of
 
 TOLD_SPREAD = 0.02  # of a focal length that somebody knows
 # Pitch and roll that no number of lines makes surer: distortion, walls out of plumb, a principal point off the
-# middle (10 pixels of 640 are 0.9 degrees). What 149 photographs with truth, of two sets, ask for; rendered rooms ask for half.
+# middle (10 pixels of 640 are 0.9 degrees). What 149 photographs with truth, of two sets, ask for; rendered rooms ask
+# for half.
 _FLOOR_DEG = (1.05, 0.50)
 _FOCAL_SHARE = 2.5  # of the fit's own deviation of the focal length, on the same photographs
 _LEAST_GAIN = 60.0
