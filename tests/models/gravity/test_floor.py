@@ -6,13 +6,15 @@ from scipy.spatial.transform import Rotation
 
 from pcnet3d.examples.walker.camera import aimed, camera_poses
 from pcnet3d.examples.walker.walk import walker
-from pcnet3d.models.gravity import take_up
+from pcnet3d.models.gravity import direction, fuse, take_up
 from pcnet3d.models.gravity.floor import floor_plane, stances
 from pcnet3d.pipeline import CAMERA, H36M17, PoseSequence
+from pcnet3d.pipeline.core.camera import pitch_roll_deg
 from pcnet3d.pipeline.core.rotations import angle_deg, rotate, unit
 from pcnet3d.stages import rectify
 
 Z = np.array([0.0, 0.0, 1.0])
+GUESS_DEG = 10.2  # error of a guess that is equally sure in all directions
 
 
 @pytest.fixture(scope="module")
@@ -47,16 +49,32 @@ def test_feet_stand_on_the_ground_where_the_walker_puts_them(turning):
     assert places[:, 2].max() < ankles[..., 2].min() + 0.04
 
 
-def test_a_walk_around_a_corner_tells_up_whatever_the_votes_lean(turning):
+def test_a_walk_around_a_corner_tells_up_whatever_the_guess_leans(turning):
     joints, up = seen(turning)
     for about in np.eye(3):
         guess = leaning(up, 8, np.cross(up, about))
         floor = floor_plane(joints, guess, turning.time_s)
-        fused = take_up(guess[None], np.array([12.0]), np.zeros(1), [floor])
+        fused = fuse([direction("guess", guess, GUESS_DEG), floor])
         assert angle_deg(guess, up) > 7.9
         assert angle_deg(fused.up, up) < 1.5
         assert fused.error_deg < 4
         assert fused.shares["floor"] > 0.8
+
+
+def test_bodies_that_lean_are_brought_within_what_is_stated(turning):
+    """In pitch nearly wholly; of the roll they are surer themselves."""
+    joints, up = seen(turning)
+    for degrees in (-8, 8):
+        for about in (unit(np.cross(up, Z)), unit(np.cross(np.cross(up, Z), up))):
+            guess = leaning(up, degrees, about)
+            floor = floor_plane(joints, guess, turning.time_s)
+            fused = take_up(guess[None], np.array([12.0]), np.zeros(1), [floor])
+            pitch_off, roll_off = pitch_roll_deg(fused.up) - pitch_roll_deg(up)
+            assert angle_deg(guess, up) == pytest.approx(8)
+            assert abs(pitch_off) < 1
+            assert abs(roll_off) < 4
+            assert angle_deg(fused.up, up) < fused.bound_deg
+            assert fused.shares["floor"] > 0.8
 
 
 def test_a_walk_along_a_line_tells_the_angle_along_it_only(straight):
@@ -73,7 +91,7 @@ def test_a_walk_along_a_line_tells_the_angle_along_it_only(straight):
     assert across @ apart.information @ across < 0.2 * path @ apart.information @ path
     for about, corrects in ((across, True), (path, False)):
         guess = leaning(up, 8, about)
-        fused = take_up(guess[None], np.array([12.0]), np.zeros(1), [floor])
+        fused = fuse([direction("guess", guess, GUESS_DEG), floor])
         assert angle_deg(fused.up, up) < 1.5 if corrects else angle_deg(fused.up, up) > 7
 
 

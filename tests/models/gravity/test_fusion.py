@@ -9,6 +9,7 @@ from pcnet3d.models.gravity.evidence import IMAGE, Evidence, of_image
 from pcnet3d.models.gravity.fusion import chi_square, decide, fused_up
 from pcnet3d.models.gravity.held import held
 from pcnet3d.models.gravity.lines import tangent
+from pcnet3d.models.gravity.votes import pitch_roll_error_deg
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.core.camera import Look, pitch_roll_deg, view_rotation
 from pcnet3d.pipeline.core.rotations import angle_deg
@@ -94,9 +95,15 @@ def test_a_diagonal_pattern_is_vetoed_by_the_bodies(roll):
 
 
 def test_a_rolled_camera_is_no_contradiction_where_the_bodies_see_it_too():
-    found, warnings = fused(votes(20, 20), look(22, 26))
+    """The pitch is the image's, and the roll between both, nearer to the one that is surer of it."""
+    bodies, image = pool(votes(20, 20), np.full(len(TIMES), 7.0), TIMES), look(22, 26)
+    found, warnings = fused(votes(20, 20), image)
     assert not warnings
-    assert angle_deg(found.up, up_of(22, 26)) < 0.5
+    (pitch, roll), own_roll = pitch_roll_deg(found.up), pitch_roll_deg(bodies.up)[1]
+    assert pitch == pytest.approx(22, abs=0.1)
+    sd = pitch_roll_error_deg(bodies.up, bodies.error_deg)[1]
+    assert (26 - roll) / (26 - own_roll) == pytest.approx(0.6**2 / (0.6**2 + sd**2), rel=0.05)
+    assert angle_deg(found.up, up_of(22, 26)) < found.error_deg
 
 
 def test_chi_square_counts_errors():

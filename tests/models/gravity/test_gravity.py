@@ -21,8 +21,17 @@ from pcnet3d.models.gravity import (
     take_up,
     why_not,
 )
-from pcnet3d.models.gravity.votes import STATED_LEAN_DEG, TILT_SHARE, USUAL_SPREAD
+from pcnet3d.models.gravity.evidence import of_image
+from pcnet3d.models.gravity.lines import tangent
+from pcnet3d.models.gravity.votes import (
+    STATED_LEAN_DEG,
+    TILT_SHARE,
+    USUAL_SPREAD,
+    of_bodies,
+    pitch_roll_error_deg,
+)
 from pcnet3d.pipeline import H36M17, rotate
+from pcnet3d.pipeline.core.camera import Look, pitch_roll_deg, view_rotation
 from pcnet3d.pipeline.core.rotations import angle_deg, unit
 
 UP = np.array([0.0, -1.0, 0.0])  # of a camera that stands straight
@@ -50,18 +59,35 @@ def own_error_deg(votes) -> float:
     return np.sqrt(votes.error_deg**2 - LEAN_DEG**2)
 
 
+def up_of(pitch, roll=0.0) -> np.ndarray:
+    """Of a camera that looks down by pitch, turned by roll, degrees."""
+    return view_rotation(np.array(0.0), np.array(float(pitch)), np.array(float(roll)))[:, 2]
+
+
 @given(seeds)
 @settings(max_examples=30, deadline=None)
-def test_votes_that_are_turned_turn_the_answer_and_nothing_else(seed):
+def test_votes_that_are_turned_turn_their_mean_and_nothing_else(seed):
     rng = np.random.default_rng(seed)
     votes, errors = votes_about(UP, 12, 40, rng), rng.uniform(2, 20, 40)
     Q = Rotation.random(random_state=seed % 2**31).as_matrix()
-    told = direction("sensor", votes[0], 5.0)
-    straight = take_up(votes, errors, np.arange(40) / 30, [told])
-    turned = take_up(votes @ Q.T, errors, np.arange(40) / 30, [direction("sensor", Q @ votes[0], 5.0)])
+    straight, turned = (pool(ups, errors, np.arange(40) / 30) for ups in (votes, votes @ Q.T))
     np.testing.assert_allclose(turned.up, Q @ straight.up, atol=1e-5)
     # Effective numbers are not exactly the same: no two directions across a sphere's point are everywhere the same.
     assert turned.error_deg == pytest.approx(straight.error_deg, rel=1e-4)
+
+
+@given(seeds, st.floats(-180, 180))
+@settings(max_examples=30, deadline=None)
+def test_a_camera_turned_about_its_view_turns_the_answer_and_nothing_else(seed, turn_deg):
+    """Any other turn changes its pitch, which bodies tell the worse the more the camera looks down or up."""
+    rng = np.random.default_rng(seed)
+    votes, errors = votes_about(up_of(20), 12, 40, rng), rng.uniform(2, 20, 40)
+    Q = Rotation.from_euler("z", turn_deg, degrees=True).as_matrix()
+    straight = take_up(votes, errors, np.arange(40) / 30, [direction("sensor", votes[0], 5.0)])
+    turned = take_up(votes @ Q.T, errors, np.arange(40) / 30, [direction("sensor", Q @ votes[0], 5.0)])
+    np.testing.assert_allclose(turned.up, Q @ straight.up, atol=1e-5)
+    assert turned.error_deg == pytest.approx(straight.error_deg, rel=1e-4)
+    assert turned.shares == pytest.approx(straight.shares, rel=1e-4)
 
 
 @pytest.mark.parametrize("error_deg", [1.0, 8.0, np.nan])
@@ -188,18 +214,78 @@ def test_nine_in_ten_errors_lie_inside_the_bound():
 
 
 def test_what_the_user_knows_wins_by_its_weight():
+    """In pitch, in which both are apart here, and in roll."""
     told_up = Rotation.from_euler("x", 10, degrees=True).apply(UP)
     votes = votes_about(UP, 6, 100, np.random.default_rng(0))
     errors, time_s = constant(ERROR_DEG, 100), seldom(100)
     alone = take_up(votes, errors, time_s)
     both = take_up(votes, errors, time_s, [direction("told", told_up, 1.0)])
-    frames = alone.error_deg**-2
-    assert both.shares == pytest.approx({"told": 1 / (1 + frames), "frames": frames / (1 + frames)}, rel=0.02)
+    sd = np.array(pitch_roll_error_deg(alone.up, pool(votes, errors, time_s).error_deg))
+    assert alone.error_deg == pytest.approx(np.hypot(*sd))
+    frames = sd**-2 / (sd**-2 + 2.0)  # one degree is half a square degree in each of two directions
+    assert both.shares == pytest.approx({"told": 1 - frames.mean(), "frames": frames.mean()}, rel=0.02)
     assert sum(both.shares.values()) == pytest.approx(1)
-    moved = angle_deg(both.up, told_up) / angle_deg(alone.up, told_up)
-    assert moved == pytest.approx(frames / (1 + frames), rel=0.02)
-    assert both.error_deg == pytest.approx((1 + frames) ** -0.5, rel=0.02)
+    left, apart = (pitch_roll_deg(told_up)[0] - pitch_roll_deg(each.up)[0] for each in (both, alone))
+    assert left / apart == pytest.approx(frames[0], rel=0.02)
+    assert both.error_deg == pytest.approx(np.sqrt(np.sum(1 / (sd**-2 + 2.0))), rel=0.02)
     assert both.bound_deg == pytest.approx(RAYLEIGH_90 * both.error_deg)
+
+
+# --- bodies show a camera's roll better than its pitch
+
+
+@pytest.mark.parametrize("roll", [0.0, 30.0, -120.0])
+@pytest.mark.parametrize("pitch", [0.0, 25.0, -50.0, 85.0])
+def test_bodies_state_their_pitch_wider_than_their_roll(pitch, roll):
+    up = up_of(pitch, roll)
+    pitch_sd, roll_sd = pitch_roll_error_deg(up, 6.0)
+    assert pitch_sd > 1.5 * roll_sd > 0
+    found = fuse([of_bodies(up, 6.0)])
+    np.testing.assert_allclose(found.up, up, atol=1e-12)
+    assert found.error_deg == pytest.approx(np.hypot(pitch_sd, roll_sd))
+    # Against somebody who is equally sure of both, they give way in pitch and hold in roll.
+    for other, sd in ((up_of(pitch + 1, roll), pitch_sd), (up_of(pitch, roll + 1), roll_sd)):
+        told = direction("told", other, 3.0 * np.sqrt(2))
+        way = angle_deg(fuse([of_bodies(up, 6.0), told]).up, up) / angle_deg(other, up)
+        assert way == pytest.approx(sd**2 / (sd**2 + 9.0), abs=0.01)
+
+
+def test_their_error_grows_with_the_pitch_and_not_with_the_roll():
+    stated = np.array([pitch_roll_error_deg(up_of(pitch), 6.0) for pitch in (0, 10, 20, 35, 50, 70, 90)])
+    assert (np.diff(stated, axis=0) > 0).all()
+    for pitch in (10, 20, 35, 50, 70):
+        level = pitch_roll_error_deg(up_of(pitch), 6.0)
+        np.testing.assert_allclose(pitch_roll_error_deg(up_of(-pitch), 6.0), level)
+        for roll in (20, 90, 180):
+            np.testing.assert_allclose(pitch_roll_error_deg(up_of(pitch, roll), 6.0), level, rtol=1e-9)
+    whole = [take_up(up_of(pitch)[None], np.array([8.0]), np.zeros(1)).error_deg for pitch in (0, 25, 50)]
+    assert whole[0] < whole[1] < whole[2]
+
+
+def test_a_persons_own_lean_stays_however_sure_the_votes_are():
+    pitch_sd, roll_sd = pitch_roll_error_deg(UP, 0.0)
+    assert pitch_sd >= 1.5
+    assert roll_sd == 0
+
+
+@pytest.mark.parametrize("pitch", [90.0, -90.0])
+def test_straight_down_or_up_no_direction_is_pitch_and_both_together_are_stated(pitch):
+    up = np.array([0.0, 0.0, -np.sign(pitch)])
+    straight, nearly = (fuse([of_bodies(each, 6.0)]) for each in (up, up_of(0.9999 * pitch)))
+    np.testing.assert_allclose(straight.up, up, atol=1e-12)
+    assert straight.error_deg == pytest.approx(nearly.error_deg, rel=1e-3)
+
+
+def test_an_image_keeps_the_roll_of_bodies_and_gives_the_pitch():
+    """Lines that tell pitch and roll equally well, two degrees away in both."""
+    bodies, image_up = up_of(12), up_of(14, 2)
+    plane = tangent(image_up)
+    look = Look(0, image_up, plane @ (np.radians(2.0) ** 2 * np.eye(2)) @ plane.T, 0.01)
+    sd = np.array(pitch_roll_error_deg(bodies, 5.0))
+    fused = fuse([of_bodies(bodies, 5.0), of_image(look)])
+    moved = (pitch_roll_deg(fused.up) - [12, 0]) / 2
+    np.testing.assert_allclose(moved, sd**2 / (sd**2 + 4), atol=0.02)
+    assert moved[0] > 0.75 > 0.5 > moved[1]
 
 
 def test_what_the_user_knows_is_enough_without_any_frame():
@@ -219,6 +305,7 @@ def standing(facing_camera) -> np.ndarray:
 
 
 def test_level_feet_correct_votes_that_lean_sideways_and_not_those_that_lean_forward(standing):
+    """Sideways by as much as they know of the roll beside what the votes know of it."""
     time_s = np.arange(90) / 30
     for axis, corrects in (("z", True), ("x", False)):
         leaning = Rotation.from_euler(axis, 6, degrees=True).apply(UP)
@@ -227,7 +314,10 @@ def test_level_feet_correct_votes_that_lean_sideways_and_not_those_that_lean_for
         alone, helped = (take_up(votes, constant(8, 90), time_s, e) for e in ([], [feet]))
         before, after = angle_deg(alone.up, UP), angle_deg(helped.up, UP)
         assert before == pytest.approx(6)
-        assert after < 5 if corrects else after == pytest.approx(6, abs=0.1)
+        votes_know = np.radians(pitch_roll_error_deg(leaning, TILT_SHARE * 8)[1]) ** -2
+        feet_know = feet.information[0, 0]  # along x, which is roll
+        left = votes_know / (votes_know + feet_know)
+        assert after == (pytest.approx(6 * left, rel=0.02) if corrects else pytest.approx(6, abs=0.1))
         assert helped.error_deg < alone.error_deg
         assert sum(helped.shares.values()) == pytest.approx(1)
 

@@ -22,9 +22,9 @@ from pcnet3d.models.gravity import (
 )
 from pcnet3d.models.gravity.levelling import HEADING_S, camera_frame, level, upright
 from pcnet3d.models.gravity.moving import sliding_up
-from pcnet3d.models.gravity.votes import STATED_LEAN_DEG, USUAL_SPREAD
+from pcnet3d.models.gravity.votes import STATED_LEAN_DEG, USUAL_SPREAD, pitch_roll_error_deg
 from pcnet3d.pipeline import rotate
-from pcnet3d.pipeline.core.camera import Look, view_rotation
+from pcnet3d.pipeline.core.camera import Look, pitch_roll_deg, view_rotation
 from pcnet3d.pipeline.core.canonical import R_world_from_body
 from pcnet3d.pipeline.core.rotations import angle_deg, from_columns, geodesic_deg, unit
 
@@ -165,13 +165,33 @@ def test_the_truth_stays_the_truth(seen):
 
 
 def test_a_turned_camera_turns_the_answer_and_nothing_else(seen):
+    """About its view: any other turn changes its pitch, and with that the error."""
     R = noise_about(seen.R, 6)
-    Q = Rotation.random(random_state=3).as_matrix()
+    Q = Rotation.from_euler("z", 140, degrees=True).as_matrix()
     straight = seen.static(R)
     turned = level_static(seen.seen(Q @ R, joints=rotate(Q, seen.joints)))
     np.testing.assert_allclose(turned.R_camera_from_level, Q @ straight.R_camera_from_level, atol=1e-4)
     np.testing.assert_allclose(turned.R_camera_from_body, Q @ straight.R_camera_from_body, atol=1e-4)
     np.testing.assert_allclose(turned.error_deg, straight.error_deg, rtol=1e-3)
+    np.testing.assert_allclose(turned.up_error_deg, straight.up_error_deg, rtol=1e-3)
+
+
+@pytest.mark.parametrize("levelling", [level_static, level_moving])
+def test_a_camera_turned_in_any_way_turns_the_answer_and_its_error_is_that_of_its_pitch(seen, levelling):
+    R = noise_about(seen.R, 6)
+    Q = Rotation.from_euler("zx", [60, 35], degrees=True).as_matrix()
+    straight = levelling(seen.seen(R))
+    turned = levelling(seen.seen(Q @ R, joints=rotate(Q, seen.joints)))
+    # The feet's word on the roll counts for more where the bodies' own counts for less.
+    atol = 0.01 if levelling is level_static else 1e-4
+    np.testing.assert_allclose(turned.R_camera_from_body, Q @ straight.R_camera_from_body, atol=atol)
+    pitches = [
+        np.abs(np.median(pitch_roll_deg(each.R_camera_from_body[:, :, 2])[:, 0]))
+        for each in (straight, turned)
+    ]
+    assert pitches[1] > pitches[0] + 15
+    assert (turned.up_error_deg > straight.up_error_deg + 1).all()
+    assert (turned.error_deg > straight.error_deg).all()
 
 
 def test_jitter_goes_and_body_is_upright_about_the_same_up_in_every_frame(seen):
@@ -422,13 +442,15 @@ def test_a_camera_that_looks_straight_down_still_has_a_heading():
 
 @pytest.mark.parametrize("levelling", [level_static, level_moving])
 def test_a_lifter_that_is_unsure_widens_what_is_stated(levelling):
-    R, time_s = headed(np.zeros(90)), np.arange(90) / 30
+    R_camera = view_rotation(np.array(0.0), np.array(15.0), np.array(5.0))
+    R, time_s = R_camera @ headed(np.zeros(90)), np.arange(90) / 30
     usual, unsure = (
         levelling(replace(seen_of(R, np.full(90, 9.0), time_s), spread=np.full(90, times * USUAL_SPREAD)))
         for times in (1, 2)
     )
-    np.testing.assert_allclose(usual.up_error_deg, STATED_LEAN_DEG, rtol=1e-6)
-    np.testing.assert_allclose(unsure.up_error_deg, 2**1.5 * STATED_LEAN_DEG, rtol=1e-6)
+    for levelled, lean_deg in ((usual, STATED_LEAN_DEG), (unsure, 2**1.5 * STATED_LEAN_DEG)):
+        stated = np.hypot(*pitch_roll_error_deg(R_camera[:, 2], lean_deg))
+        np.testing.assert_allclose(levelled.up_error_deg, stated, rtol=1e-6)
     assert (unsure.error_deg > 1.5 * usual.error_deg).all()
 
 
