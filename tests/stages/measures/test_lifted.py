@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from pcnet3d.examples.walker.walk import walker
+from pcnet3d.models.angle_error.joint_noise import shipped_noise
 from pcnet3d.models.lab.evaluation.testbed import see
 from pcnet3d.models.lab.mocap.clips import read_clips
 from pcnet3d.models.lab.synthetic.cameras import TYPICAL
@@ -12,6 +13,7 @@ from pcnet3d.pipeline import H36M17, Z_UP, Pipeline, PoseSequence, Take
 from pcnet3d.pipeline.core.anthropometry import implied_stature
 from pcnet3d.pipeline.core.camera import Camera
 from pcnet3d.pipeline.core.measures import nested
+from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.reading.mocap.clip import Clip
 from pcnet3d.stages.angles import Angles
 from pcnet3d.stages.measures.stage import Measures
@@ -21,6 +23,7 @@ from pcnet3d.stages.scale import scale
 from pcnet3d.stages.trajectories import Trajectories
 
 STAGES = (Rectify(), Trajectories(), Angles(), Measures())
+JUDGED = MadeBy("estimated", shipped_noise().lifter)  # as the stage `lift` says
 _90 = 1.645  # standard deviations
 _OBLIQUE = (0.4, 0.9)  # cosine between where the person faces and the camera's axis
 
@@ -44,7 +47,7 @@ def test_a_difference_of_step_lengths_is_as_uncertain_as_is_stated_from_oblique_
                 continue
             camera = Camera(seen.image_size, seen.focal_px, 0.02 * seen.focal_px, "told")
             lifted = lift(seen.keypoints, seen.image_size, seen.focal_px)
-            poses = scale(lifted, implied_stature(clip.joints))
+            poses = scale(lifted, implied_stature(clip.joints)).with_(made_by=JUDGED)
             take = Take(clip.name, keypoints=seen.keypoints, camera=camera, poses=poses)
             found = nested(Pipeline((Place(), *STAGES))(take).measures)["walking"]
             key = "step_length_symmetry_index_percent"
@@ -72,7 +75,9 @@ def test_durations_of_lifted_squats_and_raises_are_as_uncertain_as_is_stated():
     for seed in range(8):
         seen = see(clip, seed)
         lifted = lift(seen.keypoints, seen.image_size, seen.focal_px)
-        found = durations(nested(Pipeline(STAGES)(Take("lifted", poses=lifted)).measures))
+        found = durations(
+            nested(Pipeline(STAGES)(Take("lifted", poses=lifted.with_(made_by=JUDGED))).measures)
+        )
         assert all(0.05 < error < 0.6 * mean for mean, error in found)
         off += [(a - b) / error for (a, error), (b, _) in zip(found, true, strict=True)]
     assert np.mean(np.abs(off) <= _90) >= 0.85

@@ -17,7 +17,9 @@ import pytest
 from pcnet3d.adapters.video import read
 from pcnet3d.examples.walker.camera import camera_poses, side_camera
 from pcnet3d.examples.walker.walk import walker
+from pcnet3d.models.angle_error.joint_noise import shipped_noise
 from pcnet3d.pipeline import H36M17, IMAGE, Pipeline, PoseSequence, Take, Video
+from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.stages.angles import Angles
 from pcnet3d.stages.rectify import Rectify
 from pcnet3d.stages.trajectories import Trajectories
@@ -143,10 +145,11 @@ def opened(browser: Browser, tmp_path: Path) -> Callable[..., Browser]:
 
 @pytest.fixture(scope="session")
 def walk_take() -> Take:
-    """The walker before a tilted camera, 2 s, rectified, with paths and angles; seven frames without a right arm."""
+    """The walker before a tilted camera, 2 s, rectified, with paths and angles, as by the built-in
+    lifter; seven frames without a right arm."""
     walk = walker(seconds=2.0)
     camera = side_camera(walk)
-    poses = camera_poses(walk, camera)
+    poses = camera_poses(walk, camera).with_(made_by=MadeBy("estimated", shipped_noise().lifter))
     joints = poses.joints.copy()
     joints[40:47, poses.layout.indices(("r_elbow", "r_wrist"))] = np.nan
     keypoints = PoseSequence(

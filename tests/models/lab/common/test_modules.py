@@ -22,7 +22,7 @@ NAMES = [name for name in HELD if name != "take_start"]
 @pytest.mark.parametrize(
     "command",
     [
-        "fits.joint_noise --val none.npz -o out.json",
+        "fits.joint_noise none.npz --val none.npz -o out.json",
         "fits.gravity_constants none.npz",
         "fits.gait_errors -o out.json",
         "fits.contact none.npz --val none.npz -o out.json",
