@@ -70,6 +70,11 @@ class Outcome:
     host: str = ""
     rows: tuple[dict[str, Any], ...] = ()
 
+    @property
+    def status(self) -> dict[str, Any]:
+        """As batch.json has it."""
+        return {name: value for name, value in vars(self).items() if name != "rows"}
+
 
 class _Kept(BaseModel):
     """What a summary keeps of the batch that did the take."""
