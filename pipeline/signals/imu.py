@@ -13,6 +13,7 @@ import numpy as np
 
 from ..core.errors import InputError
 from ..core.layouts import H36M17
+from ..core.notices import Notice, notice
 from ..core.rotations import angle_deg, is_finite, rotate, transpose
 from .filters import rate
 
@@ -60,7 +61,7 @@ class Imu:
     force_mps2: (T, 3) specific force in the sensor's axes; NaN where missing.
     R_world_from_sensor: (T, 3, 3), into right-handed axes with z up and any heading; sensors that are to be
         subtracted from each other share the world. None where the file does not say, so that only the norm is known.
-    notes: what was done or found while reading, in sentences.
+    notices: what was done or found while reading.
 
     Raises InputError when shapes or order do not fit.
     """
@@ -69,7 +70,7 @@ class Imu:
     time_s: np.ndarray
     force_mps2: np.ndarray
     R_world_from_sensor: np.ndarray | None
-    notes: tuple[str, ...] = ()
+    notices: tuple[Notice, ...] = ()
 
     def __post_init__(self) -> None:
         if self.segment and self.segment not in SEGMENTS:
@@ -168,8 +169,8 @@ def _in_mps2(
     unit: str,
     gravity: float,
 ) -> Imu:
-    said = f"Accelerations were in {unit} (gravity is {gravity:.3g} in them) and are converted to m/s^2."
-    return Imu(segment, time_s, force * _UNITS[unit], R_world_from_sensor, () if unit == "m/s^2" else (said,))
+    said = () if unit == "m/s^2" else (notice("imu-unit", unit=unit, gravity=gravity),)
+    return Imu(segment, time_s, force * _UNITS[unit], R_world_from_sensor, said)
 
 
 def point_on(segment: str, joints: np.ndarray, share: float | None = None) -> np.ndarray:

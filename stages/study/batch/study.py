@@ -163,11 +163,11 @@ def rates_within(rows: Sequence[Mapping[str, Any]]) -> str:
     for row in rows:
         if row.get("subject") and row.get("lifted") and row.get("fps"):
             rates.setdefault(row["subject"], []).append(row["fps"])
-    apart = [subject for subject, of in rates.items() if rates_apart(of)]
-    if not apart:
-        return ""
-    words = rates_apart(rate for subject in apart for rate in rates[subject])
-    return f"The takes of {how_many(len(apart), 'subject')} were {words}"
+    apart = [subject for subject, of in rates.items() if rates_apart("takes", of)]
+    takes = f"takes of {how_many(len(apart), 'subject')}"
+    return "".join(
+        said.text for said in rates_apart(takes, (rate for subject in apart for rate in rates[subject]))
+    )
 
 
 def name_of(row: Mapping[str, Any]) -> str:

@@ -29,7 +29,9 @@ def accelerations(side: Side, reference: Side, times: np.ndarray, factor: float)
     """Of the joints whose acceleration both know in ten frames or more. times: (T,) the side's rows on the reference's
     clock. factor: from the side's unit of length to the reference's."""
     found = Accelerations({}, {}, {}, {})
-    for joint in side.acceleration.keys() & reference.acceleration.keys():
+    for joint in side.acceleration:
+        if joint not in reference.acceleration:
+            continue
         values = factor * side.acceleration[joint]
         other = reference.resampled(reference.acceleration[joint], times)
         both = np.isfinite(values) & np.isfinite(other)

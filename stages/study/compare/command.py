@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 import typer
@@ -14,6 +14,7 @@ from ....models.common.metrics import joint_error, plain
 from ....pipeline.core.device import computing_on
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.messages import how_many, say_all, show
+from ....pipeline.core.notices import Notice, notice
 from ....pipeline.core.pose import package_version
 from ....pipeline.files.atomic import add_to_list, whole_folder
 from ....pipeline.reading.settings import Force, OnDevice
@@ -93,7 +94,7 @@ def compare(
         sides[0] = replace(sides[0], sources=(entry,))
     with computing_on(device) as where:
         found = compared(sides, align, offset, search)
-    words = "\n".join([*as_text(found), *(f"warning: {warning}" for warning in found.warnings)])
+    words = "\n".join([*as_text(found), *(f"warning: {each.text}" for each in found.notices)])
     target = folders[0] / "compare" if output is None else output
     with whole_folder(target, force, (*folders, *([truth] if truth else []))) as partial:
         content = {
@@ -109,7 +110,7 @@ def compare(
     if output is None:
         add_to_list(folders[0], "compare")
     show("\n".join(as_text(found)))
-    say_all("warning", found.warnings)
+    say_all("warning", [each.text for each in found.notices])
     show(f"{target}: {', '.join(sorted(file.name for file in target.iterdir()))}")
     for pair in found.pairs:
         print("\n".join(result(pair, found.reference.name)))
@@ -129,35 +130,30 @@ def compared(
             f"Expected two to {len(COLOURS) + 1} runs, or a run and motion capture (--truth FILE), got {len(sides)}."
         )
     reference, *others = sides
-    warnings = [warning for side in sides for warning in side.warnings]
+    notices = [each for side in sides for each in side.notices]
     cutoffs = {side.cutoff_hz for side in sides}
     if len(cutoffs) > 1:
-        warnings.append(
-            f"The runs were low-passed at different cut-offs ({', '.join(map(str, cutoffs))} Hz)."
-        )
-    if apart := rates_apart(rate(side.time_s) for side in sides if side.run and is_lifted(side.run)):
-        warnings.append(f"The runs were {apart}")
+        notices.append(notice("cutoffs-differ", cutoffs=", ".join(map(str, cutoffs))))
+    notices += rates_apart("runs", (rate(side.time_s) for side in sides if side.run and is_lifted(side.run)))
     pairs = []
     for side in others:
         found = changes(side, reference)
         differ = [*told_apart(side, reference), *["cadences"] * other_cadence(found)]
         how, said = _aligned(side, reference, differ, align, offset_s, search_s)
-        warnings += said
+        notices += said
         pair = _pair(side, reference, how)
         if pair.wrists and side.run and lacks_keypoints(side.run):
-            warnings.append(
-                f"{side.name} is of a version that kept no 2D keypoints: the wrist figure lacks them; run it again."
-            )
+            notices.append(notice("run-lacks-keypoints", run=side.name))
         pair = replace(pair, changes=found, one_recording=one_clock(side, reference))
         pairs.append(pair)
-        warnings += _beyond(pair, reference)
+        notices += _beyond(pair, reference)
     spread, without = _spreads(reference, pairs)
-    return Comparison(reference, tuple(pairs), spread, without, tuple(warnings))
+    return Comparison(reference, tuple(pairs), spread, without, tuple(notices))
 
 
 def _aligned(
     side: Side, reference: Side, differ: list[str], align: Align, offset_s: float, search_s: float
-) -> tuple[Alignment | None, list[str]]:
+) -> tuple[Alignment | None, list[Notice]]:
     """How the side's clock is brought to the reference's, None for takes of different motions, and doubts. differ: what
     the two do not have in common, as of motions that are not one."""
     if align == "cycles":
@@ -166,46 +162,36 @@ def _aligned(
         return None, []
     together = one_clock(side, reference)
     may_differ = align == "auto" and reference.run is not None and not together
-    apart = "taken for different motions, so only their ranges and cycles are compared."
+    both: dict[str, Any] = {"run": side.name, "other": reference.name}
     if may_differ and differ:
-        return None, [
-            f"{side.name} and {reference.name} have different {' and '.join(differ)}: {apart} --align correlate if not."
-        ]
+        return None, [notice("told-apart", **both, what=" and ".join(differ))]
     try:
         if align == "stamps" or (align == "auto" and together):
-            found = stamped(side, reference, offset_s)
+            how = stamped(side, reference, offset_s)
         else:
-            found = correlated(side, reference, offset_s, search_s)
+            how = correlated(side, reference, offset_s, search_s)
     except InputError:
         if not may_differ:
             raise
-        tried = f"within {search_s:g} s (--search) of {offset_s:g} s (--offset)"
-        return None, [f"{side.name} and {reference.name} share no second by their clocks, {tried}: {apart}"]
-    if not found.r >= WEAK:
-        weak = f"The angles of {side.name} and {reference.name} correlate weakly (r {found.r:.2f})"
-        if may_differ:
-            return None, [f"{weak}: {apart}"]
-        return found, [f"{weak}: are they of one motion, and is the shift right?"]
-    if found.runner_up > AMBIGUOUS * found.r:
-        fits = (
-            f"Another shift of {side.name} fits about as well (r {found.runner_up:.2f} against {found.r:.2f}), as it "
-            "does where a motion repeats itself, in two takes of walking too"
-        )
-        narrow = "narrow it with --offset and --search"
-        if may_differ:
-            return None, [
-                f"{fits}: {apart} If they are one, {narrow}, or give --align stamps where both began together."
-            ]
-        return found, [f"{fits}; the one nearest to {offset_s:g} s (--offset) is taken: {narrow}."]
-    if found.r < UNUSUAL and not together:
-        return found, [
-            f"The angles of {side.name} and {reference.name} correlate less (r {found.r:.2f}) than those of one motion "
-            f"mostly do (r {UNUSUAL:g} and more): are they of one, and is the shift right?"
-        ]
-    return found, []
+        return None, [notice("no-common-time", **both, search_s=search_s, offset_s=offset_s)]
+    if not how.r >= WEAK:
+        said = notice("angles-apart" if may_differ else "angles-weak", **both, r=how.r)
+    elif how.runner_up > AMBIGUOUS * how.r:
+        fits: dict[str, Any] = {
+            "run": side.name,
+            "r": how.r,
+            "runner_up": how.runner_up,
+            "offset_s": offset_s,
+        }
+        said = notice("shift-unknown" if may_differ else "shift-ambiguous", **fits)
+    elif how.r < UNUSUAL and not together:
+        return how, [notice("angles-unusual", **both, r=how.r, usual=UNUSUAL)]
+    else:
+        return how, []
+    return None if may_differ else how, [said]
 
 
-def _beyond(pair: Pair, reference: Side) -> list[str]:
+def _beyond(pair: Pair, reference: Side) -> list[Notice]:
     """A doubt about the measures of one motion, of which one take shows more than the other."""
     if pair.alignment is None or not pair.changes:
         return []
@@ -213,11 +199,8 @@ def _beyond(pair: Pair, reference: Side) -> list[str]:
     common_s, longest_s = spans[:, 1].min() - spans[:, 0].max(), np.ptp(spans, axis=1).max()
     if common_s >= _MOSTLY * longest_s:
         return []
-    return [
-        f"{pair.side.name} and {reference.name} have {common_s:.1f} of {longest_s:.1f} s in common: their ranges of "
-        "motion, counts and figures of movements are each of its whole take, and may differ for that alone; run both "
-        "on the common part (--time-range)."
-    ]
+    both: dict[str, Any] = {"run": pair.side.name, "other": reference.name}
+    return [notice("partly-common", **both, common_s=float(common_s), longest_s=float(longest_s))]
 
 
 def _pair(side: Side, reference: Side, how: Alignment | None) -> Pair:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ....pipeline.core.messages import how_many
+from ....pipeline.core.notices import Notice
 from ...drawing.words import spoken
 from .accelerations import Accelerations
 from .align import WEAK, Alignment, turned
@@ -60,7 +61,7 @@ class Comparison:
     pairs: tuple[Pair, ...]
     spread: dict[str, float]
     spread_unrectified: dict[str, float]
-    warnings: tuple[str, ...]
+    notices: tuple[Notice, ...]
 
 
 def as_text(found: Comparison) -> Iterator[str]:
@@ -156,5 +157,5 @@ def figures(found: Comparison) -> dict[str, Any]:
         },
         "view_spread_deg": found.spread,
         "view_spread_unrectified_deg": found.spread_unrectified,
-        "warnings": list(found.warnings),
+        "notices": [each.as_dict() for each in found.notices],
     }

@@ -65,7 +65,7 @@ def as_page(found: Comparison) -> str:
         small(" · ".join(about))
         + answer(said)
         + small(_ERRORS)
-        + box("Warnings", list(found.warnings), "warning")
+        + box("Warnings", [each.text for each in found.notices], "warning")
     )
     return page(names, head, sections)
 

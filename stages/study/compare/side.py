@@ -18,6 +18,7 @@ from ....pipeline.core.frames import LEVEL
 from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.measures import Row
 from ....pipeline.core.messages import how_many
+from ....pipeline.core.notices import Notice, notice
 from ....pipeline.core.pose import PoseSequence
 from ....pipeline.core.rotations import rotate, transpose
 from ....pipeline.core.take import Session, Take
@@ -56,7 +57,7 @@ class Side:
     acceleration_sd: dict[str, np.ndarray] = field(default_factory=dict)
     sources: tuple[dict[str, Any], ...] = ()
     run: Take | None = None
-    warnings: tuple[str, ...] = ()
+    notices: tuple[Notice, ...] = ()
 
     @property
     def measures(self) -> tuple[Row, ...]:
@@ -106,15 +107,13 @@ def load_side(folder: Path) -> Side:
         for name in columns
         if name.endswith("_acceleration") and not cannot_be_told(columns, name)
     ]
-    warnings = []
+    notices = []
     if not rectified.level_ok:
-        warnings.append(f"{folder.name} could not be levelled: angles to gravity are missing.")
+        notices.append(notice("run-not-levelled", run=folder.name))
     if rectified.camera == "moving":
-        warnings.append(f"{folder.name} was seen by a moving camera: its heading is relative to that.")
+        notices.append(notice("run-of-moving-camera", run=folder.name))
     if missing:  # made before this version of pcnet3d had these
-        warnings.append(
-            f"{folder.name} has no {', '.join(missing)}: only the other angles are compared; run it again to have all."
-        )
+        notices.append(notice("run-lacks-angles", run=folder.name, angles=", ".join(missing)))
     return Side(
         name=folder.resolve().name,
         about=_about(run),
@@ -130,7 +129,7 @@ def load_side(folder: Path) -> Side:
         acceleration_sd={joint: columns.get(f"{joint}_acceleration_sd", unknown) for joint in joints},
         sources=run.inputs,
         run=run,
-        warnings=tuple(warnings),
+        notices=tuple(notices),
     )
 
 

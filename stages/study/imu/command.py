@@ -24,6 +24,7 @@ from ....models.common.metrics import plain
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.frames import Z_UP, change_frame
 from ....pipeline.core.messages import how_many, show
+from ....pipeline.core.notices import Notice, notice
 from ....pipeline.core.pose import package_version
 from ....pipeline.core.rotations import is_finite
 from ....pipeline.core.system import quoted
@@ -227,7 +228,7 @@ def compare(
     check_cutoff(cutoff_hz, rate(times))
     if sensor.R_world_from_sensor is None:
         return _compare_norms(run, sensor, search_s, cutoff_hz, along)
-    warnings = list(sensor.notes)
+    notices = list(sensor.notices)
     reference = root
     means = "the path of the root is subtracted from the IMU"
     if pelvis is not None:
@@ -259,10 +260,8 @@ def compare(
     if not poses.frame.metric:
         scale = _size(imus[own], video[own]) / _size(video[own], imus[own])
         video = {name: scale * values for name, values in video.items()}
-        warnings.append(
-            f"The run has no scale; its unit is taken for {scale:.3g} m, which fits the IMU best."
-        )
-    warnings += _doubts(run, found)
+        notices.append(notice("imu-scale-fitted", metres=scale))
+    notices += _doubts(run, found)
     return Comparison(
         segment=sensor.segment,
         means=means,
@@ -274,7 +273,7 @@ def compare(
         video=video,
         imu=imus,
         agreement={name: agreement(values, imus[name], step_s) for name, values in video.items()},
-        warnings=tuple(warnings),
+        notices=tuple(notices),
     )
 
 
@@ -319,7 +318,7 @@ def _compare_norms(
         video={name: video},
         imu={name: felt},
         agreement={name: agreement_of_norms(video, felt, step_s)},
-        warnings=(*sensor.notes, *_doubts(run, found)),
+        notices=(*sensor.notices, *_doubts(run, found)),
     )
 
 
@@ -338,27 +337,17 @@ def _size(values: np.ndarray, other: np.ndarray) -> float:
     return float(np.sqrt(values[both].var(axis=0).sum()))
 
 
-def _doubts(run: Take, found: Alignment) -> list[str]:
+def _doubts(run: Take, found: Alignment) -> list[Notice]:
     doubts, rectified = [], run.need("rectified")
     if not rectified.level_ok:
-        doubts.append("The run could not be levelled, so its axes are not upright.")
+        doubts.append(notice("imu-run-not-levelled"))
     if rectified.camera == "moving":
-        doubts.append(
-            "The camera moves: only the vertical axis can be compared, the others turn with the camera."
-        )
+        doubts.append(notice("imu-moving-camera"))
     if found.score < _WEAK:
-        doubts.append(
-            f"Video and IMU agree weakly (r {found.score:.2f} over all axes); lag and heading may be wrong. Is the "
-            "sensor on that segment and side, of this take, and within the search?"
-        )
+        doubts.append(notice("imu-weak", r=found.score))
     elif found.runner_up > _AMBIGUOUS * found.score:
-        doubts.append(
-            f"Another lag fits nearly as well (r {found.runner_up:.2f} against {found.score:.2f}), as in a periodic "
-            "motion; narrow it with --offset and --search."
-        )
+        doubts.append(notice("imu-lag-ambiguous", r=found.score, runner_up=found.runner_up))
     if abs(found.rate - 1) > _CLOCK:
-        doubts.append(
-            f"The IMU's clock is {'fast' if found.rate > 1 else 'slow'}: {found.rate:.5f} of its seconds pass in one "
-            "of the video's; it is brought to the video's rate."
-        )
+        way = "fast" if found.rate > 1 else "slow"
+        doubts.append(notice("imu-clock-differs", way=way, rate=found.rate))
     return doubts
