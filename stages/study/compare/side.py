@@ -24,7 +24,7 @@ from ....pipeline.core.rotations import rotate, transpose
 from ....pipeline.core.take import Session, Take
 from ....pipeline.files.finished import read_run
 from ....pipeline.signals.angles import ANGLES, near, unwrapped
-from ....pipeline.signals.filters import CUTOFF_HZ, breaks, resample
+from ....pipeline.signals.filters import breaks, resample
 from ...trajectories import cannot_be_told
 from ..methods import methods
 
@@ -124,7 +124,7 @@ def load_side(folder: Path) -> Side:
         angles={name: columns.get(f"{name}_deg", unknown) for name in ANGLES},
         sd={name: columns.get(f"{name}_sd_deg", unknown) for name in ANGLES},
         metric=poses.frame.metric,
-        cutoff_hz=_cutoff(run),
+        cutoff_hz=run.cutoff_hz,
         acceleration={joint: columns[f"{joint}_acceleration"] for joint in joints},
         acceleration_sd={joint: columns.get(f"{joint}_acceleration_sd", unknown) for joint in joints},
         sources=run.inputs,
@@ -203,11 +203,3 @@ def unrectified(run: Take, cutoff_hz: float | None) -> dict[str, np.ndarray]:
     filtered = joints if cutoff_hz is None else smoothed(joints, run.need("poses").times, cutoff_hz)
     series = take_angles(joints, filtered, R_world_from_body(joints), lifted=False)
     return {name: angle.value_deg for name, angle in series.items()}
-
-
-def _cutoff(run: Take) -> float | None:
-    """Of the low-pass that the run's kinematics went through; None when it was off."""
-    for step in reversed((run.filtered or run.need("rectified").level).history):
-        if step.name == "low-pass filter":
-            return step.options.get("cutoff_hz")
-    return CUTOFF_HZ
