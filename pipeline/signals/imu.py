@@ -173,10 +173,9 @@ def _in_mps2(
     return Imu(segment, time_s, force * _UNITS[unit], R_world_from_sensor, said)
 
 
-def point_on(segment: str, joints: np.ndarray, share: float | None = None) -> np.ndarray:
-    """(T, 3) where the segment's sensor is on joints (T, 17, 3); share: another part of the way along the segment."""
-    start, end, usual = SEGMENTS[segment]
-    share = usual if share is None else share
+def point_on(segment: str, joints: np.ndarray) -> np.ndarray:
+    """(T, 3) where the segment's sensor is on joints (T, 17, 3)."""
+    start, end, share = SEGMENTS[segment]
     return (1 - share) * joints[:, H36M17.index(start)] + share * joints[:, H36M17.index(end)]
 
 

@@ -135,8 +135,11 @@ def turned(vectors: np.ndarray, heading: float) -> np.ndarray:
     return rotate(np.array([[cosine, -sine, 0], [sine, cosine, 0], [0, 0, 1]]), vectors)
 
 
-def agreement(video: np.ndarray, imu: np.ndarray, step_s: float) -> dict[str, dict[str, float]]:
-    """By "x", "y", "z" and "norm": r, RMSE, gain and remaining lag of accelerations (T, 3) in the same axes.
+def agreement(
+    video: np.ndarray, imu: np.ndarray, step_s: float, norms: bool = False
+) -> dict[str, dict[str, float]]:
+    """By "x", "y", "z" and "norm": r, RMSE, gain and remaining lag of accelerations (N, 3) in the same axes, step_s
+    apart, NaN where missing. norms: that both third columns hold norms (motion.as_vertical); then of these alone.
 
     Means over the compared rows are taken out first, as any over a take is an error of tilt or bias; `offset_mps2` is
     the IMU's less the video's. gain: the video's amplitude over the IMU's (ratio of standard deviations). lag_s:
@@ -145,20 +148,13 @@ def agreement(video: np.ndarray, imu: np.ndarray, step_s: float) -> dict[str, di
     both = is_finite(video) & is_finite(imu)
     a, b = _centred(video, both), _centred(imu, both)
     offset = imu[both].mean(axis=0) - video[both].mean(axis=0)
+    columns = {"norm": 2} if norms else {"x": 0, "y": 1, "z": 2}
     result = {
         name: {**_agreement(a[:, i], b[:, i], step_s), "offset_mps2": float(offset[i])}
-        for i, name in enumerate("xyz")
+        for name, i in columns.items()
     }
-    return result | {"norm": _agreement(np.linalg.norm(a, axis=-1), np.linalg.norm(b, axis=-1), step_s)}
-
-
-def agreement_of_norms(video: np.ndarray, imu: np.ndarray, step_s: float) -> dict[str, dict[str, float]]:
-    """Of the third column of both alone (motion.as_vertical), by "norm": what `agreement` gives. video, imu: (N, 3)
-    accelerations in m/s2, step_s apart, NaN where missing."""
-    both = is_finite(video) & is_finite(imu)
-    a, b = _centred(video, both)[:, 2], _centred(imu, both)[:, 2]
-    offset = imu[both, 2].mean() - video[both, 2].mean()
-    return {"norm": {**_agreement(a, b, step_s), "offset_mps2": float(offset)}}
+    of_norms = _agreement(np.linalg.norm(a, axis=-1), np.linalg.norm(b, axis=-1), step_s)
+    return result if norms else {**result, "norm": of_norms}
 
 
 def _agreement(a: np.ndarray, b: np.ndarray, step_s: float) -> dict[str, float]:
