@@ -101,10 +101,10 @@ def turn_deg(side: np.ndarray, reference: np.ndarray) -> float:
     return float(np.degrees(np.angle(np.vdot(a, b))))
 
 
-def turned(joints: np.ndarray, angle_deg: float) -> np.ndarray:
-    """joints (T, J, 3) turned about z."""
+def turned(points: np.ndarray, angle_deg: float) -> np.ndarray:
+    """points (T, 3) or (T, J, 3) turned about z."""
     cosine, sine = np.cos(np.radians(angle_deg)), np.sin(np.radians(angle_deg))
-    return rotate(np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]]), joints)
+    return rotate(np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]]), points)
 
 
 def size_ratio(side: np.ndarray, reference: np.ndarray) -> float:

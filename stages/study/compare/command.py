@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -28,8 +29,7 @@ from .align import AMBIGUOUS, UNUSUAL, WEAK, Alignment, correlated, size_ratio, 
 from .changes import changes, other_cadence
 from .comparison import Comparison, Pair, as_text, figures, result
 from .cycles import cycles
-from .figures import agreement, view_spread
-from .joints import joint_agreement
+from .figures import agreement, joint_agreement, view_spread
 from .page import as_page
 from .recording import COLOURS, write_recording
 from .side import Side, load_side, named_apart, one_clock, told_apart, truth_side, unrectified
@@ -254,30 +254,22 @@ def _scale(side: Side, reference: Side) -> float:
 
 def _spreads(reference: Side, pairs: list[Pair]) -> tuple[dict[str, float], dict[str, float]]:
     """View-consistency by angle of all runs that show one motion, as they are and as if their cameras were level."""
-    together = [pair for pair in pairs if pair.alignment is not None]
-    if reference.run is None:
-        clock, shifts = together[0].side, [pair.alignment.shift_s for pair in together if pair.alignment]
-        sides = [pair.side for pair in together]
-        times = clock.time_s + shifts[0]
-    else:
-        sides = [reference, *(pair.side for pair in together)]
-        shifts = [0.0, *(pair.alignment.shift_s for pair in together if pair.alignment)]
-        times = reference.time_s
-    if len(sides) < 2:
+    shifts = [(pair.side, pair.alignment.shift_s) for pair in pairs if pair.alignment]
+    if reference.run:
+        shifts.insert(0, (reference, 0.0))
+    if len(shifts) < 2:
         return {}, {}
-    bare = [
-        replace(side, angles=unrectified(side.run, side.cutoff_hz)) if side.run else side for side in sides
-    ]
-    spread, without = {}, {}
-    for name, angle in ANGLES.items():
-        spread[name] = view_spread(
-            [s.at(name, times - shift) for s, shift in zip(sides, shifts, strict=True)]
-        )
-        if angle.needs_gravity and all(s.angles for s in bare):
-            without[name] = view_spread(
-                [s.at(name, times - shift) for s, shift in zip(bare, shifts, strict=True)]
-            )
-    return (
-        {name: value for name, value in spread.items() if value is not None},
-        {name: value for name, value in without.items() if value is not None},
-    )
+    times = shifts[0][0].time_s + shifts[0][1]
+
+    def spread(sides: list[Side], names: Iterable[str]) -> dict[str, float]:
+        series = {
+            name: [side.at(name, times - shift) for side, (_, shift) in zip(sides, shifts, strict=True)]
+            for name in names
+        }
+        values = {name: view_spread(of) for name, of in series.items()}
+        return {name: value for name, value in values.items() if value is not None}
+
+    sides = [side for side, _ in shifts]
+    bare = [replace(side, angles=unrectified(side.run, side.cutoff_hz)) for side in sides if side.run]
+    to_gravity = [name for name, angle in ANGLES.items() if angle.needs_gravity]
+    return spread(sides, ANGLES), spread(bare, to_gravity) if all(side.angles for side in bare) else {}

@@ -15,7 +15,7 @@ from .accelerations import Accelerations
 from .align import WEAK, Alignment, turned
 from .changes import Change, as_figures, told
 from .cycles import Cycles
-from .joints import JointAgreement
+from .figures import JointAgreement
 from .side import TRUTH, Side
 from .wrists import Wrists
 

@@ -11,6 +11,7 @@ from markupsafe import Markup
 from ....models.common.metrics import SD_90
 from ....pipeline.core.canonical import R_world_from_body
 from ....pipeline.core.layouts import H36M17
+from ....pipeline.core.measures import side_of
 from ....pipeline.core.rotations import is_finite, rotate, transpose
 from ....pipeline.signals.angles import MIDLINE, OF_BOTH, near, sides_of
 from ...drawing.charts import LEFT, MIDDLE, RIGHT, SOFT, Cloud, Curve, over_time, path, scatter
@@ -63,7 +64,7 @@ def differences(name: str, values: np.ndarray, reference: np.ndarray, of: Mappin
     the limits. of: figures.agreement of the two."""
     off = near(values - reference, 0.0)
     levels = (float(of["bias_deg"]), float(of["lower_deg"]), float(of["upper_deg"]))
-    return Cloud(_side(name), reference + off / 2, off, _colour(name), levels)
+    return Cloud(side_of(name), reference + off / 2, off, _colour(name), levels)
 
 
 def cycle_rows(found: Sequence[Cycles], side: Side, reference: Side) -> Markup:
@@ -134,10 +135,6 @@ def _two(
     """The reference and, over it, the side with the band that holds nine of ten references if the errors are right."""
     margin = SD_90 * sd if np.isfinite(sd).any() else None
     return [Curve(reference, other, SOFT, width=_WIDE), Curve(side, values, _colour(name), margin)]
-
-
-def _side(name: str) -> str:
-    return {"r_": "right", "l_": "left"}.get(name[:2], "")
 
 
 def _colour(name: str) -> str:

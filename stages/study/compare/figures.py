@@ -1,4 +1,4 @@
-"""Figures of agreement between two series of one angle, and between the cycles of two takes.
+"""Figures of agreement between two series of one angle, the cycles of two takes, and their joints.
 
 Limits of agreement: Bland & Altman, "Statistical methods for assessing agreement between two methods of clinical
 measurement", Lancet 1986: the mean of the differences and 1.96 of their standard deviations to each side. Frames of
@@ -11,8 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from ....models.common.metrics import SD_90
+from ....models.common.metrics import SD_90, person_size
+from ....pipeline.core.layouts import H36M17
 from ....pipeline.signals.angles import near
+
+JointAgreement = dict[str, dict[str, float | int]]
 
 _LIMIT = 1.96
 _FEWEST = 10  # frames
@@ -102,3 +105,27 @@ def correlation(a: np.ndarray, b: np.ndarray, least: float) -> float:
     if min(a.std(), b.std()) < least:
         return float("nan")
     return float(np.corrcoef(a, b)[0, 1])
+
+
+def joint_agreement(joints: np.ndarray, reference: np.ndarray, metric: bool) -> JointAgreement:
+    """By joint the distance of joints (T, 17, 3) from others (T, 17, 3), both about the pelvis in one LEVEL, of one
+    size: its median, root mean square and 95th percentile in per cent of the reference's size (the root mean square
+    distance of its joints from the pelvis), and, of metres, the root mean square in mm. Joints that fewer than ten
+    frames have are left out, and the pelvis.
+    """
+    size = person_size(reference)
+    apart = np.linalg.norm(joints - reference, axis=-1)
+    result: JointAgreement = {}
+    for row, joint in enumerate(H36M17.joints):
+        off = apart[np.isfinite(apart[:, row]), row]
+        if joint == "pelvis" or len(off) < _FEWEST:
+            continue
+        rms = float(np.sqrt((off**2).mean()))
+        result[joint] = {
+            "frames": len(off),
+            "p50_percent": 100 * float(np.median(off)) / size,
+            "rms_percent": 100 * rms / size,
+            "p95_percent": 100 * float(np.quantile(off, 0.95)) / size,
+            **({"rms_mm": 1000 * rms} if metric else {}),
+        }
+    return result

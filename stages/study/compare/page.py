@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from markupsafe import Markup
@@ -16,7 +16,6 @@ from ...drawing.page import (
     answer,
     box,
     bullets,
-    details,
     heading,
     joined,
     page,
@@ -27,13 +26,17 @@ from ...drawing.words import range_words, spoken
 from .changes import Change, named
 from .comparison import Comparison, Pair, result
 from .curves import acceleration_rows, angle_rows, cycle_rows, thumbnails, wrist_paths
-from .joints import joint_table
+from .figures import JointAgreement
 from .side import Side
 from .wrists import AXES, WRISTS, wrist_charts
 
 _ERRORS = (
     "± is one standard deviation; those of two runs are taken for independent. What is marked 90 %, or said to be "
     "within the errors, is so in nine of ten cases."
+)
+LOWER_BOUND = (
+    "Half of a root mean square difference is a lower bound of the error of one of the two, here as for angles: runs "
+    "that agree may still err alike."
 )
 
 
@@ -47,16 +50,16 @@ def as_page(found: Comparison) -> str:
             (f"Ranges of motion{of}", _ranges(pair, found.reference)),
             (f"Walking and repetitions{of}", _movements(pair, found.reference)),
             (f"Agreement of the angles{of}", _agreement(pair, found.reference)),
-            (f"Agreement of the joints{of}", joint_table(pair.joints, found.reference.run is None)),
+            (f"Agreement of the joints{of}", _joints(pair.joints, found.reference.run is None)),
             (f"Cycles{of}", _cycles(pair, found.reference)),
             (f"Angles over time and differences{of}", _angles(pair, found.reference)),
             (f"Wrists against motion capture{of}", _wrists(pair)),
             (f"Wrist paths and accelerations{of}", _motion(pair, found.reference)),
         ]
-    spread, together = _spread(found), _together(found)
-    if len(found.pairs) == 1:  # of two, it says no more than their agreement
-        spread, together = Markup(""), together + details("Spread of each angle between the runs", spread)
-    sections += [("View-consistency", spread), ("How they were brought together", together)]
+    spread = (
+        _spread(found) if len(found.pairs) > 1 else Markup("")
+    )  # of two, it says no more than their agreement
+    sections += [("View-consistency", spread), ("How they were brought together", _together(found))]
     names = " and ".join([found.reference.name, *(pair.side.name for pair in found.pairs)])
     about = [f"Reference: {found.reference.name} ({found.reference.about})"]
     about += [f"compared: {pair.side.name} ({pair.side.about})" for pair in found.pairs]
@@ -110,48 +113,52 @@ def _together(found: Comparison) -> Markup:
 def _agreement(pair: Pair, reference: Side) -> Markup:
     if not pair.agreement:
         return Markup("")
-    shown = {name: _agreed(pair.agreement.get(name)) for name in ANGLES}
     head = ("difference (°)", "RMSE (°)", "r", "within error")
-    rows: list[list[Cell]] = [
-        [spoken(both), *(cell for name in sides_of(both) for cell in shown[name])]
-        for both in OF_BOTH
-        if both not in MIDLINE and any(name in pair.agreement for name in sides_of(both))
-    ]
-    middle: list[list[Cell]] = [[spoken(name), *shown[name]] for name in MIDLINE if name in pair.agreement]
-    return (
-        small(
-            f"{pair.side.name} less {reference.name}: bias, and in brackets the limits of agreement, 1.96 standard "
-            "deviations of the differences to each side of it (Bland & Altman 1986), of this take's frames. Within "
-            "error: share of frames whose difference is what the stated standard errors allow in nine of ten."
-        )
-        + table(("", *(f"{side}: {word}" for side in ("right", "left") for word in head)), rows)
-        + table(("", *head), middle)
-        + details("All figures of the agreement", _agreement_figures(pair, reference))
-    )
+    return small(
+        f"{pair.side.name} less {reference.name}: bias, and in brackets the limits of agreement, 1.96 standard "
+        "deviations of the differences to each side of it (Bland & Altman 1986), of this take's frames. Within "
+        "error: share of frames whose difference is what the stated standard errors allow in nine of ten. All figures "
+        "are in compare.json."
+    ) + _by_angle({name: _agreed(of) for name, of in pair.agreement.items()}, head)
 
 
-def _agreed(of: Mapping[str, float | int] | None) -> list[Cell]:
-    if of is None:
-        return [None] * 4
+def _agreed(of: Mapping[str, float | int]) -> list[Cell]:
     words = f"{of['bias_deg']:+z.1f} ({of['lower_deg']:z.0f} to {of['upper_deg']:z.0f})"
     r = f"{of['r']:.2f}" if np.isfinite(of["r"]) else None
     inside = f"{100 * of['within_band']:.0f} %" if "within_band" in of else None
     return [words, f"{of['rmse_deg']:.1f}", r, inside]
 
 
-def _agreement_figures(pair: Pair, reference: Side) -> Markup:
-    keys = ("bias_deg", "sd_deg", "lower_deg", "upper_deg", "slope", "rom_deg", "rom_reference_deg", "frames")
+def _by_angle(cells: Mapping[str, list[Cell]], head: Sequence[str]) -> Markup:
+    """Tables of angles: both sides on one row, then those of the midline. cells: by angle, one for each of head."""
+    none: list[Cell] = [None] * len(head)
     rows: list[list[Cell]] = [
-        [spoken(name), *(_cell(of[key]) for key in keys)] for name, of in pair.agreement.items()
+        [spoken(both), *(cell for name in sides_of(both) for cell in cells.get(name, none))]
+        for both in OF_BOTH
+        if both not in MIDLINE and any(name in cells for name in sides_of(both))
     ]
-    head = (
-        "angle", "bias (°)", "SD of differences (°)", "lower limit (°)", "upper limit (°)", "slope",
-        f"range of {pair.side.name} (°)", f"range of {reference.name} (°)", "frames",
-    )  # fmt: skip
+    middle: list[list[Cell]] = [[spoken(name), *cells[name]] for name in MIDLINE if name in cells]
+    names = (f"{side}: {word}" for side in ("right", "left") for word in head)
+    return table(("", *names), rows) + table(("", *head), middle)
+
+
+def _joints(found: JointAgreement, truth: bool) -> Markup:
+    """truth: whether the reference is motion capture."""
+    if not found:
+        return Markup("")
+    named = {
+        "p50_percent": "median (%)", "rms_percent": "root mean square (%)", "p95_percent": "95 % of frames below (%)",
+        "rms_mm": "root mean square (mm)",
+    }  # fmt: skip
+    keys = [key for key in named if all(key in of for of in found.values())]
+    rows: list[list[Cell]] = [[spoken(joint), *(of[key] for key in keys)] for joint, of in found.items()]
     words = (
-        "Slope: of the difference over the mean of both. Range: 5th to 95th percentile of the common frames."
+        "Distance in one LEVEL and at one size, from the pelvis, in per cent of the person's size (root mean square "
+        "distance of the joints from the pelvis)."
     )
-    return table(head, rows) + small(words)
+    return small(words if truth else f"{words} {LOWER_BOUND}") + table(
+        ("joint", *(named[key] for key in keys)), rows
+    )
 
 
 def _ranges(pair: Pair, reference: Side) -> Markup:
@@ -161,23 +168,15 @@ def _ranges(pair: Pair, reference: Side) -> Markup:
         return Markup("")
     by = {change.item: _by(change) for change in pair.changes if change.group == "range_of_motion"}
 
-    def cells(name: str) -> list[Cell]:
-        return [*(range_words(subgroup(of, name)) for of in both), by.get(name)]
-
-    rows: list[list[Cell]] = [
-        [spoken(name), *(cell for part in sides_of(name) for cell in cells(part))]
-        for name in OF_BOTH
-        if name not in MIDLINE
-    ]
-    middle: list[list[Cell]] = [[spoken(name), *cells(name)] for name in MIDLINE]
-    names = (reference.name, pair.side.name, "difference")
-    head = ("", *(f"{side}: {name}" for side in ("right", "left") for name in names))
+    cells: dict[str, list[Cell]] = {
+        name: [*(range_words(subgroup(of, name)) for of in both), by.get(name)] for name in ANGLES
+    }
     words = (
         "From the 5th to the 95th percentile of each whole take, in degrees; ± is the angle's standard deviation. "
         f"Difference: {pair.side.name} less {reference.name}, of how wide the range is. Grey: a difference that lies "
         "within its error (90 %), or a range with values such as no joint reaches."
     )
-    return small(words) + table(head, rows) + table(("", *names), middle)
+    return small(words) + _by_angle(cells, (reference.name, pair.side.name, "difference"))
 
 
 def _movements(pair: Pair, reference: Side) -> Markup:

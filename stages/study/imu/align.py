@@ -13,8 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ....pipeline.core.errors import InputError
-from ....pipeline.core.rotations import is_finite, rotate
+from ....pipeline.core.rotations import is_finite
 from ....pipeline.signals.filters import holes, runs
+from ..compare.figures import correlation
 
 _SEARCH_HZ = 30.0  # of the first search; signals low-passed at 6 Hz lose nothing
 _RATES = 150  # clock rates tried on either side of 1
@@ -23,6 +24,7 @@ _APART_S = 0.04  # by how much neighbouring rates part at the take's ends, again
 _RATE_GAIN = 0.005  # correlation that another rate must add to be believed
 _LEAST_S = 1.0  # of common motion
 _LEAST_MPS2 = 1e-6  # that an IMU's acceleration changes by; any real one's noise is more
+_STILL_MPS2 = 1e-6  # standard deviation along an axis without motion
 _LEAST_SHARE = 0.5  # of the largest common motion at any lag; less makes chance peaks
 _SAME_PEAK_S = 0.25
 _AXIS_S = 0.25  # how far each axis' own lag may lie from the take's
@@ -129,12 +131,6 @@ def heading_deg(video: np.ndarray, imu: np.ndarray) -> float:
     return _score(video, imu)[1]
 
 
-def turned(vectors: np.ndarray, heading: float) -> np.ndarray:
-    """vectors (T, 3) turned about z by degrees."""
-    cosine, sine = np.cos(np.radians(heading)), np.sin(np.radians(heading))
-    return rotate(np.array([[cosine, -sine, 0], [sine, cosine, 0], [0, 0, 1]]), vectors)
-
-
 def agreement(
     video: np.ndarray, imu: np.ndarray, step_s: float, norms: bool = False
 ) -> dict[str, dict[str, float]]:
@@ -160,7 +156,7 @@ def agreement(
 def _agreement(a: np.ndarray, b: np.ndarray, step_s: float) -> dict[str, float]:
     both = np.isfinite(a) & np.isfinite(b)
     return {
-        "r": _correlation(a[both], b[both]),
+        "r": correlation(a[both], b[both], _STILL_MPS2),
         "rmse_mps2": float(np.sqrt(np.mean((a[both] - b[both]) ** 2))),
         "gain": float(a[both].std() / max(b[both].std(), 1e-12)),
         "lag_s": _own_lag(a, b, step_s),
@@ -244,12 +240,6 @@ def _centred(values: np.ndarray, rows: np.ndarray) -> np.ndarray:
     return np.where(rows[:, None], values - values[rows].mean(axis=0), np.nan)
 
 
-def _correlation(a: np.ndarray, b: np.ndarray) -> float:
-    a, b = a - a.mean(), b - b.mean()
-    energy = float(np.sqrt((a**2).sum() * (b**2).sum()))
-    return float((a * b).sum() / energy) if energy > 1e-12 else float("nan")
-
-
 def _own_lag(a: np.ndarray, b: np.ndarray, step_s: float) -> float:
     """Seconds by which b (T,) is late against a (T,), to a fraction of a step by a parabola through the peak."""
     reach = round(_AXIS_S / step_s)
@@ -259,7 +249,7 @@ def _own_lag(a: np.ndarray, b: np.ndarray, step_s: float) -> float:
         second = b[max(0, shift) : len(b) + min(0, shift)]
         both = np.isfinite(first) & np.isfinite(second)
         if both.sum() > 2:
-            r[i] = _correlation(first[both], second[both])
+            r[i] = correlation(first[both], second[both], _STILL_MPS2)
     top = int(np.nanargmax(r))
     if top in (0, 2 * reach):
         return float("nan")

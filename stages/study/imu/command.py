@@ -36,9 +36,10 @@ from ....pipeline.reading.find import find_adapter
 from ....pipeline.reading.take import sha256
 from ....pipeline.signals.filters import CUTOFF_HZ, breaks, check_cutoff, rate
 from ....pipeline.signals.imu import GRAVITY_MPS2, SEGMENTS, Imu, point_on
+from ..compare.align import turned
 from ..compare.truth import people_in_a_world
 from ..methods import method_name, methods
-from .align import Alignment, Signal, agreement, align, heading_deg, turned
+from .align import Alignment, Signal, agreement, align, heading_deg
 from .motion import as_vertical, even_times, imu_norm, imu_signal, path_acceleration, still_pelvis
 from .output import IMU_RECORDING, Comparison, as_markdown, as_page, write_recording
 

@@ -151,7 +151,6 @@ def test_files_and_page(cameras, against_truth, runs):
         "raw 2D, right wrist",
     ):
         assert words in page
-    assert "Spread of each angle between the runs" in (runs / "side/compare/compare.html").read_text()
     assert page.count("<script") == 1  # reads off the charts
     assert len(page) < 10e6
 
