@@ -99,6 +99,17 @@ def cycles_agree(curves: np.ndarray, reference: np.ndarray, paired: bool) -> dic
     }
 
 
+def match(values: np.ndarray, reference: np.ndarray, least: float) -> dict[str, float | int] | None:
+    """Of a series (T,) against a reference (T,): "frames", "rmse" and "r" (`correlation`); None when fewer than ten
+    frames have both."""
+    both = np.isfinite(values) & np.isfinite(reference)
+    if both.sum() < _FEWEST:
+        return None
+    values, reference = values[both], reference[both]
+    rmse = float(np.sqrt(((values - reference) ** 2).mean()))
+    return {"frames": len(values), "rmse": rmse, "r": correlation(values, reference, least)}
+
+
 def correlation(a: np.ndarray, b: np.ndarray, least: float) -> float:
     """Pearson's r of (T,) and (T,); NaN when the standard deviation of one is below `least`: of what hardly changes, r
     compares the errors."""

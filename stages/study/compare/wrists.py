@@ -22,7 +22,7 @@ from ...drawing.page import charts, figure
 from ...drawing.words import spoken
 from ..methods import method_name, methods
 from ..rates import is_lifted
-from .figures import correlation
+from .figures import match
 from .side import TRUTH, Side
 
 WRISTS = ("r_wrist", "l_wrist")
@@ -32,7 +32,6 @@ _LIMBS = tuple(
     f"{side}_{joint}" for side in "rl" for joint in ("hip", "knee", "ankle", "shoulder", "elbow", "wrist")
 )
 _SHOWN_S = 12.0  # of a long take
-_FEWEST = 10  # frames
 _MOVING = 0.02  # of the person's size, about a centimetre: standard deviation of a wrist that moves
 _COLOURS = ("#9aa3ad", "#e69f00", "#56b4e9", "#009e73", "#d55e00", "#cc79a7")
 
@@ -101,17 +100,12 @@ def _size(points: np.ndarray, others: np.ndarray, axes: tuple[int, ...]) -> tupl
 
 
 def _agreement(path: np.ndarray, truth: np.ndarray, size: float) -> dict[str, dict[str, float]]:
-    found = {}
-    for i, axis in enumerate(AXES):
-        both = np.isfinite(path[:, i]) & np.isfinite(truth[:, i])
-        if both.sum() >= _FEWEST:
-            off = float(np.sqrt(((path[both, i] - truth[both, i]) ** 2).mean()))
-            found[axis] = {
-                "r": correlation(path[both, i], truth[both, i], _MOVING),
-                "rmse": off,
-                "rmse_mm": 1000 * size * off,
-            }
-    return found
+    axes = {axis: match(path[:, i], truth[:, i], _MOVING) for i, axis in enumerate(AXES)}
+    return {
+        axis: {"r": of["r"], "rmse": of["rmse"], "rmse_mm": 1000 * size * of["rmse"]}
+        for axis, of in axes.items()
+        if of is not None
+    }
 
 
 def limbs_of(run: Take) -> np.ndarray | None:
