@@ -209,12 +209,12 @@ def study_rows(entries: Sequence[Entry], outcomes: Sequence[Outcome]) -> list[di
     return rows
 
 
-def _write(output: Path, rows: Sequence[dict[str, Any]], found: Sequence[Change]) -> None:
+def _write(output: Path, rows: Sequence[dict[str, Any]], changed: Sequence[Change]) -> None:
     with whole_file(output / TABLE) as partial:
         write_table(rows, partial)
     with whole_file(output / CHANGES) as partial, open(partial, "w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(CHANGE)
-        writer.writerows([getattr(change, name) for name in CHANGE] for change in found)
+        writer.writerows([getattr(change, name) for name in CHANGE] for change in changed)
     with whole_file(output / PAGE) as partial:
-        partial.write_text(as_page(f"Study {output.name}", rows, found), encoding="utf-8")
+        partial.write_text(as_page(f"Study {output.name}", rows, changed), encoding="utf-8")

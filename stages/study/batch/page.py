@@ -58,22 +58,22 @@ _WORDS = {_RANGE.format(name): f"range of {spoken(name)}" for name in ANGLES} | 
 Rows = Sequence[Mapping[str, Any]]
 
 
-def as_page(title: str, rows: Rows, found: Sequence[Change]) -> str:
-    """The page. rows: of the study's table, a failed take's with its `reason`; found: changes within subjects."""
+def as_page(title: str, rows: Rows, changed: Sequence[Change]) -> str:
+    """The page. rows: of the study's table, a failed take's with its `reason`; changed: changes within subjects."""
     done = [row for row in rows if row["state"] == "done"]
     failed = [row for row in rows if row["state"] == "failed"]
     sections = [
         ("Failed takes", _failed(failed)),
         ("Takes", _takes(done)),
-        ("Change within subjects", _changes(found)),
+        ("Change within subjects", _changes(changed)),
         ("Ranges of motion", _ranges(done)),
         ("Walking and repetitions", _others(done)),
         ("Warnings and repairs", _told(done)),
     ]
-    return page(title, _head(rows, done, found), sections)
+    return page(title, _head(rows, done, changed), sections)
 
 
-def _head(rows: Rows, done: Rows, found: Sequence[Change]) -> Markup:
+def _head(rows: Rows, done: Rows, changed: Sequence[Change]) -> Markup:
     named = {label: dict.fromkeys(row[label] for row in rows if row[label]) for label in _LABELS}
     about = [how_many(len(names), label) for label, names in named.items() if names]
     unsure = [
@@ -85,12 +85,12 @@ def _head(rows: Rows, done: Rows, found: Sequence[Change]) -> Markup:
         unsure.append(rates)
     return (
         small(" · ".join([*about, f"pcnet3d {package_version()}"]))
-        + answer(_conclusion(rows, done, found))
+        + answer(_conclusion(rows, done, changed))
         + box("Not to be believed, or with care", unsure, "warning")
     )
 
 
-def _conclusion(rows: Rows, done: Rows, found: Sequence[Change]) -> Iterator[str]:
+def _conclusion(rows: Rows, done: Rows, changed: Sequence[Change]) -> Iterator[str]:
     """How many takes are done and to be trusted, and what changed."""
     names = {row["name"] for row in done}
     failed = len({row["name"] for row in rows} - names)
@@ -98,7 +98,7 @@ def _conclusion(rows: Rows, done: Rows, found: Sequence[Change]) -> Iterator[str
     doubtful = {row["name"] for runs in doubts(done).values() for row in runs}
     trusted = f"{len(doubtful)} of them with doubts" if doubtful else "no doubts about poses or levelling"
     yield f"{how_many(len(names), 'take')}{of}{f'; {trusted}' if done else ''}."
-    for (factor, earlier, later), changes in _by_step(found).items():
+    for (factor, earlier, later), changes in _by_step(changed).items():
         beyond = [change for change in changes if change.of_the_mean]
         beyond.sort(key=lambda change: -abs(change.bias) / change.sd)
         step = (
@@ -111,10 +111,10 @@ def _conclusion(rows: Rows, done: Rows, found: Sequence[Change]) -> Iterator[str
         yield f"{step}: {counts} ({chance}){f': {told}{more}' if told else ''}."
 
 
-def _by_step(found: Sequence[Change]) -> dict[tuple[str, str, str], list[Change]]:
+def _by_step(changed: Sequence[Change]) -> dict[tuple[str, str, str], list[Change]]:
     """Those changes that the page shows, by factor, earlier and later."""
     steps: dict[tuple[str, str, str], list[Change]] = {}
-    for change in found:
+    for change in changed:
         if place(change.of) in _WORDS:
             steps.setdefault((change.factor, change.earlier, change.later), []).append(change)
     return steps
@@ -237,10 +237,10 @@ def _count(row: Mapping[str, Any], weights: tuple[str, ...]) -> int:
     return sum(said["weight"] in weights for said in row.get("notices", ()))
 
 
-def _changes(found: Sequence[Change]) -> Markup:
+def _changes(changed: Sequence[Change]) -> Markup:
     """The ranges of motion with both sides on one row, then what has no side."""
     tables = []
-    for (factor, earlier, later), of in _by_step(found).items():
+    for (factor, earlier, later), of in _by_step(changed).items():
         by = {place(change.of): change for change in of}
         rows: list[list[Cell]] = []
         for both in _PAIRED:

@@ -69,8 +69,8 @@ def correlated(side: Side, reference: Side, offset_s: float, search_s: float) ->
     if not known.any():
         raise InputError(_apart(side, reference, offset_s, search_s))
     own, other = own[:, known], other[:, known]
-    found = [_score(own, other[i : i + len(times)]) for i in range(2 * reach + 1)]
-    scores, common = (np.array(part) for part in zip(*found, strict=True))
+    tried = [_score(own, other[i : i + len(times)]) for i in range(2 * reach + 1)]
+    scores, common = (np.array(part) for part in zip(*tried, strict=True))
     enough = common * step >= max(LEAST_S, _LEAST_SHARE * common.max() * step)
     if not (enough & np.isfinite(scores)).any():
         raise InputError(_apart(side, reference, offset_s, search_s))

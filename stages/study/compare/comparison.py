@@ -64,12 +64,12 @@ class Comparison:
     notices: tuple[Notice, ...]
 
 
-def as_text(found: Comparison) -> Iterator[str]:
+def as_text(comparison: Comparison) -> Iterator[str]:
     """The main figures, a line each."""
-    for pair in found.pairs:
+    for pair in comparison.pairs:
         if pair.alignment:
             yield (
-                f"{pair.side.name} against {found.reference.name}: {pair.alignment.how}, "
+                f"{pair.side.name} against {comparison.reference.name}: {pair.alignment.how}, "
                 f"{pair.alignment.shift_s:+.3f} s added, r {pair.alignment.r:.3f}"
             )
         if pair.agreement:
@@ -132,11 +132,11 @@ def _angles_apart(pair: Pair) -> str:
     )
 
 
-def figures(found: Comparison) -> dict[str, Any]:
+def figures(comparison: Comparison) -> dict[str, Any]:
     """Everything but the curves, for JSON."""
-    sides: Sequence[Side] = (found.reference, *(pair.side for pair in found.pairs))
+    sides: Sequence[Side] = (comparison.reference, *(pair.side for pair in comparison.pairs))
     return {
-        "reference": found.reference.name,
+        "reference": comparison.reference.name,
         "sides": {side.name: {"about": side.about, "inputs": list(side.sources)} for side in sides},
         "pairs": {
             pair.side.name: {
@@ -153,9 +153,9 @@ def figures(found: Comparison) -> dict[str, Any]:
                 if pair.wrists is None
                 else {"size_m": pair.wrists.size_m, "methods": pair.wrists.agreement},
             }
-            for pair in found.pairs
+            for pair in comparison.pairs
         },
-        "view_spread_deg": found.spread,
-        "view_spread_unrectified_deg": found.spread_unrectified,
-        "notices": [each.as_dict() for each in found.notices],
+        "view_spread_deg": comparison.spread,
+        "view_spread_unrectified_deg": comparison.spread_unrectified,
+        "notices": [each.as_dict() for each in comparison.notices],
     }

@@ -30,9 +30,9 @@ _WIDE = 2.6  # the reference's line, so that it is seen where both run together
 def thumbnails(pair: Pair, reference: Side) -> Markup:
     """Both skeletons at the same moments, one over the other, each turned to face the reader."""
     mine, other = (_facing(joints) for joints in (pair.level, reference.joints_at(pair.times)))
-    seen = is_finite(other).mean(axis=1, keepdims=True) > 0.5
+    known = is_finite(other).mean(axis=1, keepdims=True) > 0.5
     shown = []
-    for row in key_rows(np.where(seen[..., None], mine, np.nan)):
+    for row in key_rows(np.where(known[..., None], mine, np.nan)):
         words = f"{pair.side.name} over {reference.name} at {pair.times[row]:.2f} s"
         drawn = skeletons(body_views(mine[row]), H36M17, words, behind=body_views(other[row]))
         shown.append(figure([drawn], f"{pair.times[row]:.2f} s"))
@@ -67,18 +67,20 @@ def differences(name: str, values: np.ndarray, reference: np.ndarray, of: Mappin
     return Cloud(side_of(name), reference + off / 2, off, _colour(name), levels)
 
 
-def cycle_rows(found: Sequence[Cycles], side: Side, reference: Side) -> Markup:
+def cycle_rows(cycles: Sequence[Cycles], side: Side, reference: Side) -> Markup:
     """The mean cycles of both with a band of one standard deviation, each kind of cycle on rows of its own."""
     rows: dict[str, list[Markup]] = {}
-    for one in found:
-        mine, other = ((each.mean(axis=0), each.std(axis=0, ddof=1)) for each in (one.curves, one.reference))
+    for cycle in cycles:
+        mine, other = (
+            (each.mean(axis=0), each.std(axis=0, ddof=1)) for each in (cycle.curves, cycle.reference)
+        )
         curves = [
             Curve(reference.name, other[0], SOFT, other[1], width=_WIDE),
-            Curve(side.name, mine[0], _colour(one.angle), mine[1]),
+            Curve(side.name, mine[0], _colour(cycle.angle), mine[1]),
         ]
-        title = f"{one.kind.capitalize()}: {spoken(one.angle)} (°)"
+        title = f"{cycle.kind.capitalize()}: {spoken(cycle.angle)} (°)"
         chart = over_time(curves, np.linspace(0, 100, len(mine[0])), f"{title} over a cycle", "cycle (%)")
-        rows.setdefault(one.kind, []).append(figure([chart], title))
+        rows.setdefault(cycle.kind, []).append(figure([chart], title))
     return joined(map(charts, rows.values()))
 
 
@@ -111,18 +113,18 @@ def wrist_paths(pair: Pair, reference: Side, unit: str) -> Markup:
 
 def acceleration_rows(pair: Pair, reference: Side, unit: str) -> Markup:
     """Charts of the accelerations of both over time, right beside left."""
-    found = pair.accelerations
-    if found is None:
+    both = pair.accelerations
+    if both is None:
         return Markup("")
     rows = []
     for limb in ("wrist", "ankle"):
         shown = []
         for joint in (f"{side}_{limb}" for side in "rl"):
-            if joint in found.values:
+            if joint in both.values:
                 title = f"{spoken(joint).capitalize()} acceleration ({unit}/s²)"
                 curves = _two(
-                    reference.name, found.reference[joint], pair.side.name, found.values[joint], joint,
-                    found.sd[joint],
+                    reference.name, both.reference[joint], pair.side.name, both.values[joint], joint,
+                    both.sd[joint],
                 )  # fmt: skip
                 shown.append(figure([over_time(curves, pair.times, f"{title} of both over time")], title))
         rows.append(charts(shown))

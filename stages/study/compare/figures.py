@@ -39,7 +39,7 @@ def agreement(
     middle = reference[both] + off / 2
     spread = float(np.std(off, ddof=1))
     roms = [float(np.subtract(*np.percentile(part[both], [95, 5]))) for part in (values, reference)]
-    found: dict[str, float | int] = {
+    result: dict[str, float | int] = {
         "frames": int(both.sum()),
         "bias_deg": float(off.mean()),
         "sd_deg": spread,
@@ -55,9 +55,9 @@ def agreement(
     }
     stated = np.full(1, np.nan) if sd is None else sd[both]
     if np.isfinite(stated).any():
-        found["within_band"] = float((np.abs(off) <= SD_90 * stated)[np.isfinite(stated)].mean())
-        found["stated_sd_deg"] = float(np.nanmedian(stated))
-    return found
+        result["within_band"] = float((np.abs(off) <= SD_90 * stated)[np.isfinite(stated)].mean())
+        result["stated_sd_deg"] = float(np.nanmedian(stated))
+    return result
 
 
 def view_spread(series: list[np.ndarray]) -> float | None:

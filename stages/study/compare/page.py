@@ -40,35 +40,35 @@ LOWER_BOUND = (
 )
 
 
-def as_page(found: Comparison) -> str:
+def as_page(comparison: Comparison) -> str:
     """The comparison as one HTML page that needs no other file."""
     sections = []
-    for pair in found.pairs:
-        of = f": {pair.side.name}" if len(found.pairs) > 1 else ""
+    for pair in comparison.pairs:
+        of = f": {pair.side.name}" if len(comparison.pairs) > 1 else ""
         sections += [
-            (f"At the same moments{of}", _moments(pair, found.reference)),
-            (f"Ranges of motion{of}", _ranges(pair, found.reference)),
-            (f"Walking and repetitions{of}", _movements(pair, found.reference)),
-            (f"Agreement of the angles{of}", _agreement(pair, found.reference)),
-            (f"Agreement of the joints{of}", _joints(pair.joints, found.reference.run is None)),
-            (f"Cycles{of}", _cycles(pair, found.reference)),
-            (f"Angles over time and differences{of}", _angles(pair, found.reference)),
+            (f"At the same moments{of}", _moments(pair, comparison.reference)),
+            (f"Ranges of motion{of}", _ranges(pair, comparison.reference)),
+            (f"Walking and repetitions{of}", _movements(pair, comparison.reference)),
+            (f"Agreement of the angles{of}", _agreement(pair, comparison.reference)),
+            (f"Agreement of the joints{of}", _joints(pair.joints, comparison.reference.run is None)),
+            (f"Cycles{of}", _cycles(pair, comparison.reference)),
+            (f"Angles over time and differences{of}", _angles(pair, comparison.reference)),
             (f"Wrists against motion capture{of}", _wrists(pair)),
-            (f"Wrist paths and accelerations{of}", _motion(pair, found.reference)),
+            (f"Wrist paths and accelerations{of}", _motion(pair, comparison.reference)),
         ]
     spread = (
-        _spread(found) if len(found.pairs) > 1 else Markup("")
+        _spread(comparison) if len(comparison.pairs) > 1 else Markup("")
     )  # of two, it says no more than their agreement
-    sections += [("View-consistency", spread), ("How they were brought together", _together(found))]
-    names = " and ".join([found.reference.name, *(pair.side.name for pair in found.pairs)])
-    about = [f"Reference: {found.reference.name} ({found.reference.about})"]
-    about += [f"compared: {pair.side.name} ({pair.side.about})" for pair in found.pairs]
-    said = [f"{line}." for pair in found.pairs for line in result(pair, found.reference.name)]
+    sections += [("View-consistency", spread), ("How they were brought together", _together(comparison))]
+    names = " and ".join([comparison.reference.name, *(pair.side.name for pair in comparison.pairs)])
+    about = [f"Reference: {comparison.reference.name} ({comparison.reference.about})"]
+    about += [f"compared: {pair.side.name} ({pair.side.about})" for pair in comparison.pairs]
+    said = [f"{line}." for pair in comparison.pairs for line in result(pair, comparison.reference.name)]
     head = (
         small(" · ".join(about))
         + answer(said)
         + small(_ERRORS)
-        + box("Warnings", [each.text for each in found.notices], "warning")
+        + box("Warnings", [each.text for each in comparison.notices], "warning")
     )
     return page(names, head, sections)
 
@@ -83,23 +83,23 @@ def _moments(pair: Pair, reference: Side) -> Markup:
     return small(words) + thumbnails(pair, reference)
 
 
-def _together(found: Comparison) -> Markup:
+def _together(comparison: Comparison) -> Markup:
     lines = []
-    for pair in found.pairs:
+    for pair in comparison.pairs:
         how = pair.alignment
         if how is None:
             lines.append(
-                f"{pair.side.name}: taken for another motion than {found.reference.name}'s, so only ranges and cycles "
-                "are compared."
+                f"{pair.side.name}: taken for another motion than {comparison.reference.name}'s, so only ranges and "
+                "cycles are compared."
             )
             continue
         lines.append(
             f"{pair.side.name}: by {how.how}; {how.shift_s:+.3f} s added to its time (r of eight joint angles "
             f"{how.r:.3f}), LEVEL turned by {pair.turn_deg:.1f}° and scaled by {pair.scale:.3g} to "
-            f"{found.reference.name}'s for the recording."
+            f"{comparison.reference.name}'s for the recording."
             + ("" if pair.joints_mm is None else f" Joints then differ by {pair.joints_mm:.0f} mm.")
         )
-    sides = (found.reference, *(pair.side for pair in found.pairs))
+    sides = (comparison.reference, *(pair.side for pair in comparison.pairs))
     cutoffs = {side.cutoff_hz for side in sides}
     words = " and ".join(
         "unfiltered" if hz is None else f"{hz:g} Hz" for hz in sorted(cutoffs, key=lambda x: x or 0)
@@ -142,16 +142,16 @@ def _by_angle(cells: Mapping[str, list[Cell]], head: Sequence[str]) -> Markup:
     return table(("", *names), rows) + table(("", *head), middle)
 
 
-def _joints(found: JointAgreement, truth: bool) -> Markup:
+def _joints(agreement: JointAgreement, truth: bool) -> Markup:
     """truth: whether the reference is motion capture."""
-    if not found:
+    if not agreement:
         return Markup("")
     named = {
         "p50_percent": "median (%)", "rms_percent": "root mean square (%)", "p95_percent": "95 % of frames below (%)",
         "rms_mm": "root mean square (mm)",
     }  # fmt: skip
-    keys = [key for key in named if all(key in of for of in found.values())]
-    rows: list[list[Cell]] = [[spoken(joint), *(of[key] for key in keys)] for joint, of in found.items()]
+    keys = [key for key in named if all(key in of for of in agreement.values())]
+    rows: list[list[Cell]] = [[spoken(joint), *(of[key] for key in keys)] for joint, of in agreement.items()]
     words = (
         "Distance in one LEVEL and at one size, from the pelvis, in per cent of the person's size (root mean square "
         "distance of the joints from the pelvis)."
@@ -183,12 +183,12 @@ def _movements(pair: Pair, reference: Side) -> Markup:
     """Of two runs: what else both state with an error."""
     rows: list[list[Cell]] = [
         [
-            f"{named(one)} ({one.unit})",
-            *(f"{value:g} ± {error:g}" for value, error in zip(one.values, one.errors, strict=True)),
-            _by(one),
+            f"{named(change)} ({change.unit})",
+            *(f"{value:g} ± {error:g}" for value, error in zip(change.values, change.errors, strict=True)),
+            _by(change),
         ]
-        for one in pair.changes
-        if one.group != "range_of_motion"
+        for change in pair.changes
+        if change.group != "range_of_motion"
     ]
     return table(("", reference.name, pair.side.name, "difference"), rows)
 
@@ -212,15 +212,15 @@ def _cycles(pair: Pair, reference: Side) -> Markup:
     if not pair.cycles:
         return Markup("")
     rows: list[list[Cell]] = []
-    for found in pair.cycles:
-        of = found.agreement
+    for cycle in pair.cycles:
+        of = cycle.agreement
         interval = (
             f"{of['lower_deg']:+.1f} to {of['upper_deg']:+.1f}" if np.isfinite(of["lower_deg"]) else "–"
         )
         counts = f"{of['cycles']} and {of['cycles_reference']}"
         keys = ("difference_deg", "largest_deg", "rom_deg", "rom_reference_deg", "rom_change_deg")
         rows.append(
-            [f"{found.kind}: {spoken(found.angle)}", counts, *(_cell(of[key]) for key in keys), interval]
+            [f"{cycle.kind}: {spoken(cycle.angle)}", counts, *(_cell(of[key]) for key in keys), interval]
         )
     head = (
         "cycles of", "how many", "mean curves differ by (°)", "at most by (°)", f"range of {pair.side.name} (°)",
@@ -265,13 +265,13 @@ def _motion(pair: Pair, reference: Side) -> Markup:
     )
 
 
-def _spread(found: Comparison) -> Markup:
-    if not found.spread:
+def _spread(comparison: Comparison) -> Markup:
+    if not comparison.spread:
         return Markup("")
     rows: list[list[Cell]] = [
-        [spoken(name), found.spread[name], _cell(found.spread_unrectified.get(name))]
+        [spoken(name), comparison.spread[name], _cell(comparison.spread_unrectified.get(name))]
         for name in ANGLES
-        if name in found.spread
+        if name in comparison.spread
     ]
     words = small(
         "Root mean square over frames of the standard deviation between the runs: 0 when all give the same angle. The "

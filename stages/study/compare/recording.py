@@ -17,20 +17,20 @@ _REFERENCE = (200, 200, 200)  # on the viewer's dark ground
 _SHOWN = ("r_knee_flexion", "l_knee_flexion", "r_elbow_flexion", "l_elbow_flexion", "trunk_lean_sagittal")
 
 
-def write_recording(found: Comparison, words: str, path: Path) -> None:
+def write_recording(comparison: Comparison, words: str, path: Path) -> None:
     """Entities: level/<i> (skeletons: bones tell the sides of the comparison apart, joints left and right),
     angles/<angle>/<i>, the reference being 0, and summary. What lies outside the first run's time is left out."""
     import rerun as rr
     import rerun.blueprint as rrb
 
-    reference = found.reference
+    reference = comparison.reference
     sides = [(reference, reference.level, 0.0, _REFERENCE)]
     sides += [
         (pair.side, pair.level, _shift(pair, reference), colour)
-        for pair, colour in zip(found.pairs, COLOURS, strict=False)
+        for pair, colour in zip(comparison.pairs, COLOURS, strict=False)
     ]
     clock, _, clock_shift, _ = sides[0] if reference.run else sides[1]
-    angles = list(dict.fromkeys([*(name for pair in found.pairs for name in pair.agreement), *_SHOWN]))
+    angles = list(dict.fromkeys([*(name for pair in comparison.pairs for name in pair.agreement), *_SHOWN]))
     views = [
         rrb.TimeSeriesView(origin=f"angles/{name}", name=f"{name} (deg)")
         for name in [*_SHOWN, *(name for name in angles if name not in _SHOWN)]

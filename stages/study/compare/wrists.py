@@ -60,11 +60,11 @@ def wrists(side: Side, truth: np.ndarray) -> Wrists:
         hips = [_LIMBS.index("r_hip"), _LIMBS.index("l_hip")]
         flat = keypoints - keypoints[:, hips].mean(axis=1, keepdims=True)
         # A camera taken as level, in front of a person who faces it: the image's left is the person's right.
-        seen = np.stack([np.full(flat.shape[:2], np.nan), -flat[..., 0], -flat[..., 1]], axis=-1)
+        upright = np.stack([np.full(flat.shape[:2], np.nan), -flat[..., 0], -flat[..., 1]], axis=-1)
         tall = _size(
-            seen, body[:, limbs], (2,)
+            upright, body[:, limbs], (2,)
         )  # of the height alone: how wide a person is seen depends on the view
-        paths[FLAT] = {w: seen[:, _LIMBS.index(w)] * (tall[1] / tall[0] / size) for w in WRISTS}
+        paths[FLAT] = {w: upright[:, _LIMBS.index(w)] * (tall[1] / tall[0] / size) for w in WRISTS}
     for name, (of_limbs, joints) in ways.items():
         own, its = _size(of_limbs, body[:, limbs], (0, 1, 2))
         paths[name] = {wrist: joints[:, H36M17.index(wrist)] * (its / own / size) for wrist in WRISTS}

@@ -149,7 +149,7 @@ def read_imus(
     for name in segments:
         if name not in SEGMENTS:
             raise InputError(f"There is no segment '{name}'; {did_you_mean(name, SEGMENTS)}")
-    found: list[Imu] = []
+    every: list[Imu] = []
     for place, file in enumerate(files):
         chosen = find_adapter(file, adapter, "imu")
         try:
@@ -164,9 +164,9 @@ def read_imus(
                         f"got {len(segments)} for {how_many(len(files), 'file')}."
                     )
                 sensor = replace(sensor, segment=segments[place])
-            found.append(sensor)
-    sensors = {sensor.segment: sensor for sensor in found}
-    if len(sensors) < len(found):
+            every.append(sensor)
+    sensors = {sensor.segment: sensor for sensor in every}
+    if len(sensors) < len(every):
         raise InputError("Expected one IMU for each segment, got two for the same.")
     missing = [name for name in segments if name not in sensors]
     if missing:

@@ -71,14 +71,14 @@ class Comparison:
 
     def figures(self) -> dict[str, Any]:
         """Everything but the curves."""
-        found = self.alignment
+        how = self.alignment
         return {
             "pelvis": self.means,
-            "lag_s": found.lag_s,
-            "clock_rate": found.rate,
-            "heading_deg": found.heading_deg,
-            "r_three_axes": found.score,
-            "r_next_best_lag": found.runner_up,
+            "lag_s": how.lag_s,
+            "clock_rate": how.rate,
+            "heading_deg": how.heading_deg,
+            "r_three_axes": how.score,
+            "r_next_best_lag": how.runner_up,
             "imu_hz": self.imu_hz,
             "compared_s": self.compared_s,
             "metres_per_unit": self.metres_per_unit,
