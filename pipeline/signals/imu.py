@@ -44,10 +44,8 @@ _ORDERS = {"x y z w": [3, 0, 1, 2], "w z y x": [0, 3, 2, 1], "z y x w": [3, 2, 1
 _OTHER_SIGNAL = (
     "export the accelerometer's own signal (not linear or free acceleration) and check the quaternions' order"
 )
-_NEAR = (
-    0.8,
-    1.25,
-)  # norm of the mean specific force over g, in the right unit; the mean of motion itself is about 0
+# Norm of the mean specific force over g, in the right unit; the mean of motion itself is about 0.
+_NEAR = (0.8, 1.25)
 _LEAN_DEG = 10.0  # a mean specific force that leans further from up was rotated wrongly
 _BETTER_DEG = 5.0  # inverse orientations under which it leans less by this are the right ones
 

@@ -183,13 +183,9 @@ def write_table(rows: Sequence[Mapping[str, Any]], path: Path) -> None:
     kinds: dict[str, Any] = {name: pa.float64() if name in _NUMBERS else pa.string() for name in _COLUMNS}
     kinds |= {"exit_code": pa.int64(), "frames": pa.int64(), "level_ok": pa.bool_()}
     kinds["notices"] = pa.list_(pa.struct([(name, pa.string()) for name in _SAID]))
-    numbers = dict.fromkeys(key for row in rows for key in row.get("numbers", {}))
-    columns = {name: pa.array([row.get(name) for row in rows], type=kinds[name]) for name in _COLUMNS}
-    columns |= {
-        name: pa.array([row.get("numbers", {}).get(name) for row in rows], type=pa.float64())
-        for name in numbers
-    }
-    parquet.write_table(pa.table(columns), path)
+    kinds |= {key: pa.float64() for row in rows for key in row.get("numbers", {}) if key not in kinds}
+    lines = [{**row.get("numbers", {}), **row} for row in rows]
+    parquet.write_table(pa.Table.from_pylist(lines, schema=pa.schema(kinds)), path)
 
 
 @dataclass(frozen=True)

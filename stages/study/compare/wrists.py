@@ -61,9 +61,8 @@ def wrists(side: Side, truth: np.ndarray) -> Wrists:
         flat = keypoints - keypoints[:, hips].mean(axis=1, keepdims=True)
         # A camera taken as level, in front of a person who faces it: the image's left is the person's right.
         upright = np.stack([np.full(flat.shape[:2], np.nan), -flat[..., 0], -flat[..., 1]], axis=-1)
-        tall = _size(
-            upright, body[:, limbs], (2,)
-        )  # of the height alone: how wide a person is seen depends on the view
+        # Of the height alone: how wide a person is seen depends on the view.
+        tall = _size(upright, body[:, limbs], (2,))
         paths[FLAT] = {w: upright[:, _LIMBS.index(w)] * (tall[1] / tall[0] / size) for w in WRISTS}
     for name, (of_limbs, joints) in ways.items():
         own, its = _size(of_limbs, body[:, limbs], (0, 1, 2))
