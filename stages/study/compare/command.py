@@ -113,7 +113,7 @@ def compare(
     say_all("warning", [each.text for each in found.notices])
     show(f"{target}: {', '.join(sorted(file.name for file in target.iterdir()))}")
     for pair in found.pairs:
-        print("\n".join(result(pair, found.reference.name)))
+        print("\n".join(result(pair)))
     point_to(target)
 
 
@@ -140,13 +140,12 @@ def compared(
         found = changes(side, reference)
         differ = [*told_apart(side, reference), *["cadences"] * other_cadence(found)]
         how, said = _aligned(side, reference, differ, align, offset_s, search_s)
+        pair = replace(_pair(side, reference, how), changes=found)
+        pairs.append(pair)
         notices += said
-        pair = _pair(side, reference, how)
         if pair.wrists and side.run and lacks_keypoints(side.run):
             notices.append(notice("run-lacks-keypoints", run=side.name))
-        pair = replace(pair, changes=found, one_recording=one_clock(side, reference))
-        pairs.append(pair)
-        notices += _beyond(pair, reference)
+        notices += _beyond(pair)
     spread, without = _spreads(reference, pairs)
     return Comparison(reference, tuple(pairs), spread, without, tuple(notices))
 
@@ -191,23 +190,23 @@ def _aligned(
     return None if may_differ else how, [said]
 
 
-def _beyond(pair: Pair, reference: Side) -> list[Notice]:
+def _beyond(pair: Pair) -> list[Notice]:
     """A doubt about the measures of one motion, of which one take shows more than the other."""
     if pair.alignment is None or not pair.changes:
         return []
-    spans = np.array([times[[0, -1]] for times in (pair.times, reference.time_s)])
+    spans = np.array([times[[0, -1]] for times in (pair.times, pair.reference.time_s)])
     common_s, longest_s = spans[:, 1].min() - spans[:, 0].max(), np.ptp(spans, axis=1).max()
     if common_s >= _MOSTLY * longest_s:
         return []
-    both: dict[str, Any] = {"run": pair.side.name, "other": reference.name}
+    both: dict[str, Any] = {"run": pair.side.name, "other": pair.reference.name}
     return [notice("partly-common", **both, common_s=float(common_s), longest_s=float(longest_s))]
 
 
 def _pair(side: Side, reference: Side, how: Alignment | None) -> Pair:
+    clock = one_clock(side, reference)
     if how is None:
-        return Pair(
-            side, None, side.time_s, {}, {}, {}, cycles(side, reference, None), scale=_scale(side, reference)
-        )
+        cut, scale = cycles(side, reference, None), _scale(side, reference)
+        return Pair(side, reference, None, side.time_s, {}, {}, {}, cut, scale=scale, one_recording=clock)
     times = side.time_s + how.shift_s
     at_reference = {name: reference.at(name, times) for name in ANGLES}
     sd = {name: _sd(side, reference, name, times) for name in ANGLES}
@@ -221,6 +220,8 @@ def _pair(side: Side, reference: Side, how: Alignment | None) -> Pair:
     truth = reference.run is None
     return Pair(
         side=side,
+        reference=reference,
+        one_recording=clock,
         alignment=how,
         times=times,
         at_reference=at_reference,

@@ -16,7 +16,7 @@ from .align import WEAK, Alignment, turned
 from .changes import Change, as_figures, told
 from .cycles import Cycles
 from .figures import JointAgreement
-from .side import TRUTH, Side
+from .side import Side
 from .wrists import Wrists
 
 
@@ -31,6 +31,7 @@ class Pair:
     """
 
     side: Side
+    reference: Side
     alignment: Alignment | None
     times: np.ndarray
     at_reference: dict[str, np.ndarray]
@@ -69,7 +70,7 @@ def as_text(comparison: Comparison) -> Iterator[str]:
     for pair in comparison.pairs:
         if pair.alignment:
             yield (
-                f"{pair.side.name} against {comparison.reference.name}: {pair.alignment.how}, "
+                f"{pair.side.name} against {pair.reference.name}: {pair.alignment.how}, "
                 f"{pair.alignment.shift_s:+.3f} s added, r {pair.alignment.r:.3f}"
             )
         if pair.agreement:
@@ -90,10 +91,10 @@ def as_text(comparison: Comparison) -> Iterator[str]:
             )
 
 
-def result(pair: Pair, reference: str) -> Iterator[str]:
+def result(pair: Pair) -> Iterator[str]:
     """What came of a pair: whether they are taken for one motion, by how much their angles differ, also beside the
     errors that are stated, and which measures of two recordings differ by more than their errors."""
-    against = f"{pair.side.name} against {reference}"
+    against = f"{pair.side.name} against {pair.reference.name}"
     if pair.alignment is None or not pair.agreement:
         kinds = len({cycle.kind for cycle in pair.cycles})
         both = ["the ranges of motion"] * bool(pair.changes) + [how_many(kinds, "kind") + " of cycle"] * bool(
@@ -101,20 +102,22 @@ def result(pair: Pair, reference: str) -> Iterator[str]:
         )
         yield f"{against}: taken for two motions; compared: {' and '.join(both) or 'nothing'}"
     else:
-        yield f"{against}: {_of_one_motion(pair, pair.alignment, reference)}"
+        yield f"{against}: {_of_one_motion(pair, pair.alignment)}"
         yield _angles_apart(pair)
     if not pair.one_recording:
-        yield from told(pair.changes, f"{pair.side.name} less {reference}")
+        yield from told(pair.changes, f"{pair.side.name} less {pair.reference.name}")
 
 
-def _of_one_motion(pair: Pair, how: Alignment, reference: str) -> str:
+def _of_one_motion(pair: Pair, how: Alignment) -> str:
     """That both are compared as one motion; only of one recording it is known, for two takes may correlate as well."""
     alike = how.r >= WEAK
     taken = "one motion" if alike and pair.one_recording else "taken for one motion"
     though = "" if alike else " though their angles hardly correlate"
     # Motion capture is asked for as that of the take itself.
     way_out = (
-        "" if pair.one_recording or reference == TRUTH else "; if they are two takes, say --align cycles"
+        ""
+        if pair.one_recording or pair.reference.run is None
+        else "; if they are two takes, say --align cycles"
     )
     return f"{taken}{though}, shifted by {how.shift_s:+z.3f} s (correlation {how.r:.2f}){way_out}"
 

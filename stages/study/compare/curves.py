@@ -3,7 +3,7 @@ colours that the sides have everywhere."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 from markupsafe import Markup
@@ -20,37 +20,35 @@ from ...drawing.page import charts, figure, joined
 from ...drawing.skeletons import body_views, key_rows, skeletons
 from ...drawing.words import spoken
 from .comparison import Pair
-from .cycles import Cycles
-from .side import Side
 
 _LEAST_HEIGHT_DEG = 1.0  # of the axis of differences
 _WIDE = 2.6  # the reference's line, so that it is seen where both run together
 
 
-def thumbnails(pair: Pair, reference: Side) -> Markup:
+def thumbnails(pair: Pair) -> Markup:
     """Both skeletons at the same moments, one over the other, each turned to face the reader."""
-    mine, other = (_facing(joints) for joints in (pair.level, reference.joints_at(pair.times)))
+    mine, other = (_facing(joints) for joints in (pair.level, pair.reference.joints_at(pair.times)))
     known = is_finite(other).mean(axis=1, keepdims=True) > 0.5
     shown = []
     for row in key_rows(np.where(known[..., None], mine, np.nan)):
-        words = f"{pair.side.name} over {reference.name} at {pair.times[row]:.2f} s"
+        words = f"{pair.side.name} over {pair.reference.name} at {pair.times[row]:.2f} s"
         drawn = skeletons(body_views(mine[row]), H36M17, words, behind=body_views(other[row]))
         shown.append(figure([drawn], f"{pair.times[row]:.2f} s"))
     return charts(shown, small=True)
 
 
-def angle_rows(pair: Pair, reference: Side) -> Markup:
+def angle_rows(pair: Pair) -> Markup:
     """A row of charts for every angle: over time, right and left, and the differences over the mean of both."""
-    return joined(charts(_angle_row(pair, reference, name)) for name in OF_BOTH)
+    return joined(charts(_angle_row(pair, name)) for name in OF_BOTH)
 
 
-def _angle_row(pair: Pair, reference: Side, both: str) -> Iterator[Markup]:
+def _angle_row(pair: Pair, both: str) -> Iterator[Markup]:
     names = [name for name in sides_of(both) if name in pair.agreement]
     clouds = []
     for name in names:
         title = f"{spoken(name).capitalize()} (°)"
         values, other = pair.side.angles[name], pair.at_reference[name]
-        curves = _two(reference.name, other, pair.side.name, values, name, pair.sd[name])
+        curves = _two(pair.reference.name, other, pair.side.name, values, name, pair.sd[name])
         yield figure([over_time(curves, pair.times, f"{title} of both over time")], title)
         clouds.append(differences(name, values, other, pair.agreement[name]))
     if clouds:
@@ -67,16 +65,16 @@ def differences(name: str, values: np.ndarray, reference: np.ndarray, of: Mappin
     return Cloud(side_of(name), reference + off / 2, off, _colour(name), levels)
 
 
-def cycle_rows(cycles: Sequence[Cycles], side: Side, reference: Side) -> Markup:
+def cycle_rows(pair: Pair) -> Markup:
     """The mean cycles of both with a band of one standard deviation, each kind of cycle on rows of its own."""
     rows: dict[str, list[Markup]] = {}
-    for cycle in cycles:
+    for cycle in pair.cycles:
         mine, other = (
             (each.mean(axis=0), each.std(axis=0, ddof=1)) for each in (cycle.curves, cycle.reference)
         )
         curves = [
-            Curve(reference.name, other[0], SOFT, other[1], width=_WIDE),
-            Curve(side.name, mine[0], _colour(cycle.angle), mine[1]),
+            Curve(pair.reference.name, other[0], SOFT, other[1], width=_WIDE),
+            Curve(pair.side.name, mine[0], _colour(cycle.angle), mine[1]),
         ]
         title = f"{cycle.kind.capitalize()}: {spoken(cycle.angle)} (°)"
         chart = over_time(curves, np.linspace(0, 100, len(mine[0])), f"{title} over a cycle", "cycle (%)")
@@ -84,10 +82,12 @@ def cycle_rows(cycles: Sequence[Cycles], side: Side, reference: Side) -> Markup:
     return joined(map(charts, rows.values()))
 
 
-def wrist_paths(pair: Pair, reference: Side, unit: str) -> Markup:
+def wrist_paths(pair: Pair, unit: str) -> Markup:
     """Both wrists from two sides and from above, in the reference's LEVEL and at one scale."""
-    mine, other = (_wrists(joints) for joints in (pair.level, reference.joints_at(pair.times)))
-    front, right = ways_of_level(reference.run.need("rectified").level_heading if reference.run else "median")
+    mine, other = (_wrists(joints) for joints in (pair.level, pair.reference.joints_at(pair.times)))
+    front, right = ways_of_level(
+        pair.reference.run.need("rectified").level_heading if pair.reference.run else "median"
+    )
     views = {
         f"From {right}": ((0, 2), (-1, 1), f"{front} is to the right"),
         "From above": ((1, 0), (1, -1), f"{front} is up, {right} to the right"),
@@ -111,7 +111,7 @@ def wrist_paths(pair: Pair, reference: Side, unit: str) -> Markup:
     return charts(shown)
 
 
-def acceleration_rows(pair: Pair, reference: Side, unit: str) -> Markup:
+def acceleration_rows(pair: Pair, unit: str) -> Markup:
     """Charts of the accelerations of both over time, right beside left."""
     both = pair.accelerations
     if both is None:
@@ -123,7 +123,7 @@ def acceleration_rows(pair: Pair, reference: Side, unit: str) -> Markup:
             if joint in both.values:
                 title = f"{spoken(joint).capitalize()} acceleration ({unit}/s²)"
                 curves = _two(
-                    reference.name, both.reference[joint], pair.side.name, both.values[joint], joint,
+                    pair.reference.name, both.reference[joint], pair.side.name, both.values[joint], joint,
                     both.sd[joint],
                 )  # fmt: skip
                 shown.append(figure([over_time(curves, pair.times, f"{title} of both over time")], title))

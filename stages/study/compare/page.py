@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 from markupsafe import Markup
@@ -27,7 +27,6 @@ from .changes import Change, named
 from .comparison import Comparison, Pair, result
 from .curves import acceleration_rows, angle_rows, cycle_rows, thumbnails, wrist_paths
 from .figures import JointAgreement
-from .side import Side
 from .wrists import AXES, WRISTS, wrist_charts
 
 _ERRORS = (
@@ -45,17 +44,7 @@ def as_page(comparison: Comparison) -> str:
     sections = []
     for pair in comparison.pairs:
         of = f": {pair.side.name}" if len(comparison.pairs) > 1 else ""
-        sections += [
-            (f"At the same moments{of}", _moments(pair, comparison.reference)),
-            (f"Ranges of motion{of}", _ranges(pair, comparison.reference)),
-            (f"Walking and repetitions{of}", _movements(pair, comparison.reference)),
-            (f"Agreement of the angles{of}", _agreement(pair, comparison.reference)),
-            (f"Agreement of the joints{of}", _joints(pair.joints, comparison.reference.run is None)),
-            (f"Cycles{of}", _cycles(pair, comparison.reference)),
-            (f"Angles over time and differences{of}", _angles(pair, comparison.reference)),
-            (f"Wrists against motion capture{of}", _wrists(pair)),
-            (f"Wrist paths and accelerations{of}", _motion(pair, comparison.reference)),
-        ]
+        sections += [(f"{name}{of}", section(pair)) for name, section in _SECTIONS.items()]
     spread = (
         _spread(comparison) if len(comparison.pairs) > 1 else Markup("")
     )  # of two, it says no more than their agreement
@@ -63,7 +52,7 @@ def as_page(comparison: Comparison) -> str:
     names = " and ".join([comparison.reference.name, *(pair.side.name for pair in comparison.pairs)])
     about = [f"Reference: {comparison.reference.name} ({comparison.reference.about})"]
     about += [f"compared: {pair.side.name} ({pair.side.about})" for pair in comparison.pairs]
-    said = [f"{line}." for pair in comparison.pairs for line in result(pair, comparison.reference.name)]
+    said = [f"{line}." for pair in comparison.pairs for line in result(pair)]
     head = (
         small(" · ".join(about))
         + answer(said)
@@ -73,14 +62,14 @@ def as_page(comparison: Comparison) -> str:
     return page(names, head, sections)
 
 
-def _moments(pair: Pair, reference: Side) -> Markup:
+def _moments(pair: Pair) -> Markup:
     if pair.alignment is None:
         return Markup("")
     words = (
-        f"Grey: {reference.name}. In colour: {pair.side.name}, orange its right, blue its left, at the same size. "
+        f"Grey: {pair.reference.name}. In colour: {pair.side.name}, orange its right, blue its left, at the same size. "
         "Each is turned to face you."
     )
-    return small(words) + thumbnails(pair, reference)
+    return small(words) + thumbnails(pair)
 
 
 def _together(comparison: Comparison) -> Markup:
@@ -110,12 +99,12 @@ def _together(comparison: Comparison) -> Markup:
     )
 
 
-def _agreement(pair: Pair, reference: Side) -> Markup:
+def _agreement(pair: Pair) -> Markup:
     if not pair.agreement:
         return Markup("")
     head = ("difference (°)", "RMSE (°)", "r", "within error")
     return small(
-        f"{pair.side.name} less {reference.name}: bias, and in brackets the limits of agreement, 1.96 standard "
+        f"{pair.side.name} less {pair.reference.name}: bias, and in brackets the limits of agreement, 1.96 standard "
         "deviations of the differences to each side of it (Bland & Altman 1986), of this take's frames. Within "
         "error: share of frames whose difference is what the stated standard errors allow in nine of ten. All figures "
         "are in compare.json."
@@ -161,9 +150,9 @@ def _joints(agreement: JointAgreement, truth: bool) -> Markup:
     )
 
 
-def _ranges(pair: Pair, reference: Side) -> Markup:
+def _ranges(pair: Pair) -> Markup:
     """Of two runs, as their measures have them."""
-    both = [subgroup(grouped(side.measures), "range_of_motion") for side in (reference, pair.side)]
+    both = [subgroup(grouped(side.measures), "range_of_motion") for side in (pair.reference, pair.side)]
     if not all(both):
         return Markup("")
     by = {change.item: _by(change) for change in pair.changes if change.group == "range_of_motion"}
@@ -173,13 +162,13 @@ def _ranges(pair: Pair, reference: Side) -> Markup:
     }
     words = (
         "From the 5th to the 95th percentile of each whole take, in degrees; ± is the angle's standard deviation. "
-        f"Difference: {pair.side.name} less {reference.name}, of how wide the range is. Grey: a difference that lies "
-        "within its error (90 %), or a range with values such as no joint reaches."
+        f"Difference: {pair.side.name} less {pair.reference.name}, of how wide the range is. Grey: a difference that "
+        "lies within its error (90 %), or a range with values such as no joint reaches."
     )
-    return small(words) + _by_angle(cells, (reference.name, pair.side.name, "difference"))
+    return small(words) + _by_angle(cells, (pair.reference.name, pair.side.name, "difference"))
 
 
-def _movements(pair: Pair, reference: Side) -> Markup:
+def _movements(pair: Pair) -> Markup:
     """Of two runs: what else both state with an error."""
     rows: list[list[Cell]] = [
         [
@@ -190,25 +179,25 @@ def _movements(pair: Pair, reference: Side) -> Markup:
         for change in pair.changes
         if change.group != "range_of_motion"
     ]
-    return table(("", reference.name, pair.side.name, "difference"), rows)
+    return table(("", pair.reference.name, pair.side.name, "difference"), rows)
 
 
 def _by(change: Change) -> Cell:
     return Soft(change.words) if change.within_error else change.words
 
 
-def _angles(pair: Pair, reference: Side) -> Markup:
+def _angles(pair: Pair) -> Markup:
     if not pair.agreement:
         return Markup("")
     words = (
-        f"Grey: {reference.name}. In colour: {pair.side.name}, orange its right, blue its left; its band holds "
+        f"Grey: {pair.reference.name}. In colour: {pair.side.name}, orange its right, blue its left; its band holds "
         "the grey curve in nine of ten frames, if the stated errors of both are right. Each row ends with "
         "the differences over the mean of both; lines: bias, and dashed the limits of agreement."
     )
-    return small(words) + angle_rows(pair, reference)
+    return small(words) + angle_rows(pair)
 
 
-def _cycles(pair: Pair, reference: Side) -> Markup:
+def _cycles(pair: Pair) -> Markup:
     if not pair.cycles:
         return Markup("")
     rows: list[list[Cell]] = []
@@ -224,7 +213,7 @@ def _cycles(pair: Pair, reference: Side) -> Markup:
         )
     head = (
         "cycles of", "how many", "mean curves differ by (°)", "at most by (°)", f"range of {pair.side.name} (°)",
-        f"range of {reference.name} (°)", "change of range (°)", "95 % interval (°)",
+        f"range of {pair.reference.name} (°)", "change of range (°)", "95 % interval (°)",
     )  # fmt: skip
     return (
         table(head, rows)
@@ -233,23 +222,23 @@ def _cycles(pair: Pair, reference: Side) -> Markup:
             "takes cycles for independent cases (Welch's t, or paired where both show the same cycles); it does "
             "not hold errors that all cycles of a take share."
         )
-        + small(f"Mean over the cycles; band: one standard deviation. Grey: {reference.name}.")
-        + cycle_rows(pair.cycles, pair.side, reference)
+        + small(f"Mean over the cycles; band: one standard deviation. Grey: {pair.reference.name}.")
+        + cycle_rows(pair)
     )
 
 
-def _motion(pair: Pair, reference: Side) -> Markup:
+def _motion(pair: Pair) -> Markup:
     """Of two runs of one motion."""
     if pair.accelerations is None:
         return Markup("")
-    unit = "m" if reference.metric else "au"
+    unit = "m" if pair.reference.metric else "au"
     rows: list[list[Cell]] = [
         [spoken(joint), of["rmse"], _cell(of["r"])]
         for joint, of in sorted(pair.accelerations.agreement.items(), key=lambda one: one[0][1:])
     ]
     words = (
-        f"From the pelvis, unfiltered, in {reference.name}'s LEVEL; {pair.side.name} is turned by {pair.turn_deg:.1f}° "
-        f"and scaled by {pair.scale:.3g} to it. The cross is the pelvis."
+        f"From the pelvis, unfiltered, in {pair.reference.name}'s LEVEL; {pair.side.name} is turned by "
+        f"{pair.turn_deg:.1f}° and scaled by {pair.scale:.3g} to it. The cross is the pelvis."
     )
     about = (
         "Accelerations of the smoothed paths, relative to the pelvis; the band holds the grey curve in nine of ten "
@@ -257,11 +246,11 @@ def _motion(pair: Pair, reference: Side) -> Markup:
     )
     return (
         small(words)
-        + wrist_paths(pair, reference, unit)
+        + wrist_paths(pair, unit)
         + heading("Accelerations")
         + small(about)
         + table(("", f"RMSE ({unit}/s²)", "r"), rows)
-        + acceleration_rows(pair, reference, unit)
+        + acceleration_rows(pair, unit)
     )
 
 
@@ -304,3 +293,16 @@ def _wrists(pair: Pair) -> Markup:
 
 def _cell(value: float | int | None) -> Cell:
     return None if value is None or not np.isfinite(value) else value
+
+
+_SECTIONS: dict[str, Callable[[Pair], Markup]] = {
+    "At the same moments": _moments,
+    "Ranges of motion": _ranges,
+    "Walking and repetitions": _movements,
+    "Agreement of the angles": _agreement,
+    "Agreement of the joints": lambda pair: _joints(pair.joints, pair.reference.run is None),
+    "Cycles": _cycles,
+    "Angles over time and differences": _angles,
+    "Wrists against motion capture": _wrists,
+    "Wrist paths and accelerations": _motion,
+}

@@ -9,7 +9,7 @@ import numpy as np
 from ....pipeline.files.atomic import whole_file
 from ...drawing.rerun_log import log_curves, log_skeleton
 from .comparison import Comparison, Pair
-from .side import Side, as_poses
+from .side import as_poses
 
 # Of Okabe and Ito's palette, in the sides' order.
 COLOURS = ((213, 94, 0), (0, 114, 178), (0, 158, 115), (204, 121, 167), (230, 159, 0))
@@ -26,7 +26,7 @@ def write_recording(comparison: Comparison, words: str, path: Path) -> None:
     reference = comparison.reference
     sides = [(reference, reference.level, 0.0, _REFERENCE)]
     sides += [
-        (pair.side, pair.level, _shift(pair, reference), colour)
+        (pair.side, pair.level, _shift(pair), colour)
         for pair, colour in zip(comparison.pairs, COLOURS, strict=False)
     ]
     clock, _, clock_shift, _ = sides[0] if reference.run else sides[1]
@@ -72,10 +72,12 @@ def write_recording(comparison: Comparison, words: str, path: Path) -> None:
         recording.disconnect()
 
 
-def _shift(pair: Pair, reference: Side) -> float:
+def _shift(pair: Pair) -> float:
     """What is added to the side's time: takes of different motions begin together."""
     return (
-        float(reference.time_s[0] - pair.side.time_s[0]) if pair.alignment is None else pair.alignment.shift_s
+        float(pair.reference.time_s[0] - pair.side.time_s[0])
+        if pair.alignment is None
+        else pair.alignment.shift_s
     )
 
 

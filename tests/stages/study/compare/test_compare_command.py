@@ -260,9 +260,9 @@ def test_takes_of_different_motions_have_their_cycles_compared(sides):
     assert [each.code for each in found.notices] == ["angles-apart"]
     still = {name: np.zeros(len(values)) for name, values in other.items()}
     nothing = compared([sides[0], replace(with_run(sides[1], measures=None), angles=still)], align="cycles")
-    assert next(result(nothing.pairs[0], "side")).endswith("compared: nothing")
+    assert next(result(nothing.pairs[0])).endswith("compared: nothing")
     visits = compared(sides, align="cycles").pairs[0]
-    assert re.search(r"compared: the ranges of motion and \d kinds? of cycle$", next(result(visits, "side")))
+    assert re.search(r"compared: the ranges of motion and \d kinds? of cycle$", next(result(visits)))
     assert visits.agreement == {}
     assert max(c.agreement["difference_deg"] for c in visits.cycles if c.kind == "arm raises") < 0.5
 
@@ -282,7 +282,7 @@ def test_what_the_user_says_of_two_visits_makes_them_two_motions(sides, key):
     assert (pair.alignment, pair.agreement, found.spread) == (None, {}, {})
     assert found.notices[0].code == "told-apart"
     assert found.notices[0].values["what"] == {"date": "dates", "person_id": "people"}[key]
-    assert next(result(pair, "side")).startswith("front against side: taken for two motions")
+    assert next(result(pair)).startswith("front against side: taken for two motions")
     assert compared(visits, "correlate", search_s=0.4).pairs[0].alignment is not None
     one_day = [with_run(each, session=visits[0].session) for each in visits]
     assert compared(one_day, search_s=0.4).pairs[0].alignment is not None
@@ -296,7 +296,7 @@ def test_walks_that_fit_at_every_stride_are_compared_moment_by_moment_on_demand_
         assert found.pairs[0].alignment is None
         assert [each.code for each in found.notices] == ["shift-unknown"]
         (pair,) = compared(walks, search_s=0.4).pairs
-        said = next(result(pair, "side"))
+        said = next(result(pair))
         assert said.startswith("front against side: taken for one motion, shifted by")
         assert said.endswith("; if they are two takes, say --align cycles")
         assert compared(walks, "correlate").pairs[0].alignment is not None
@@ -341,8 +341,8 @@ def test_what_hardly_correlates_is_not_said_to_be_one_motion(sides):
     twin = replace(sides[0], angles=other)  # of the same recording
     for pair in (sides[0], replace(sides[1], angles=other)), (sides[0], twin):
         (found,) = compared(list(pair), "stamps").pairs
-        assert "taken for one motion though their angles hardly correlate" in next(result(found, "side"))
-    assert "side: one motion, shifted by +0.000 s" in next(result(compared([sides[0]] * 2).pairs[0], "side"))
+        assert "taken for one motion though their angles hardly correlate" in next(result(found))
+    assert "side: one motion, shifted by +0.000 s" in next(result(compared([sides[0]] * 2).pairs[0]))
 
 
 def test_the_session_of_a_run_is_known_to_its_side(runs, tmp_path):
@@ -407,7 +407,7 @@ def test_a_difference_of_two_visits_stands_with_its_error(sides):
     assert (knee.item, knee.by, knee.error) == ("r_knee_flexion", 20.0, pytest.approx(np.hypot(4, 4)))
     assert not knee.within_error  # 20 of 1.645 * 5.7
     assert speed.within_error  # 0.10 of 1.645 * 0.071
-    said = list(result(found.pairs[0], "side"))[-1]
+    said = list(result(found.pairs[0]))[-1]
     # And nothing of chance: visits that are alike hardly ever differ by that much (docs/compare.md).
     assert said == (
         "1 of 2 ranges of motion and figures of movements differ by more than the error (90 %), front less side: range "
@@ -422,7 +422,7 @@ def test_a_difference_of_two_visits_stands_with_its_error(sides):
 
 def test_visits_that_are_alike_differ_in_nothing(sides):
     visits = [of_visit(side, 5.0, 55.0, 1.0) for side in sides]
-    assert list(result(compared(visits).pairs[0], "side"))[-1].startswith("None of 2 ranges")
+    assert list(result(compared(visits).pairs[0]))[-1].startswith("None of 2 ranges")
     unknown = replace(visits[1], metric=False)  # whose lengths are in a unit of its own
     assert [change.item for change in compared([visits[0], unknown]).pairs[0].changes] == ["r_knee_flexion"]
 
@@ -430,7 +430,7 @@ def test_visits_that_are_alike_differ_in_nothing(sides):
 def test_estimators_of_one_recording_are_no_visits(sides):
     """Their errors are not independent, so nothing is said of changes."""
     visits = [of_visit(sides[0], 5.0, 55.0, 1.0), replace(of_visit(sides[0], 5.0, 75.0, 1.0), name="twin")]
-    assert not any("ranges of motion" in said for said in result(compared(visits).pairs[0], "side"))
+    assert not any("ranges of motion" in said for said in result(compared(visits).pairs[0]))
 
 
 def test_takes_that_have_a_part_in_common_are_said_to_differ_for_that(sides):
