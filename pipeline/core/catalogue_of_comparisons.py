@@ -23,8 +23,6 @@ COMPARING: dict[str, tuple[Weight, About, str]] = {
         "{run} was seen by a moving camera: its heading is relative to that."),
     "run-lacks-angles": ("warning", "files",
         "{run} has no {angles}: only the other angles are compared; run it again to have all."),
-    "run-lacks-keypoints": ("warning", "files",
-        "{run} is of a version that kept no 2D keypoints: the wrist figure lacks them; run it again."),
     "cutoffs-differ": ("warning", "motion",
         "The runs were low-passed at different cut-offs ({cutoffs} Hz)."),
     "rates-differ": ("warning", "clock",

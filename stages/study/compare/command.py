@@ -34,7 +34,7 @@ from .page import as_page
 from .recording import COLOURS, write_recording
 from .side import Side, load_side, named_apart, one_clock, told_apart, truth_side, unrectified
 from .truth import Up, read_truth
-from .wrists import lacks_keypoints, wrists
+from .wrists import wrists
 
 Align = Literal["auto", "stamps", "correlate", "cycles"]
 _MOSTLY = 0.9  # of the longer take: two cameras that were started by hand lack a second or two of each other
@@ -143,8 +143,6 @@ def compared(
         pair = replace(_pair(side, reference, how), changes=found)
         pairs.append(pair)
         notices += said
-        if pair.wrists and side.run and lacks_keypoints(side.run):
-            notices.append(notice("run-lacks-keypoints", run=side.name))
         notices += _beyond(pair)
     spread, without = _spreads(reference, pairs)
     return Comparison(reference, tuple(pairs), spread, without, tuple(notices))

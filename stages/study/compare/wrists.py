@@ -21,7 +21,6 @@ from ...drawing.charts import Curve, over_time
 from ...drawing.page import charts, figure
 from ...drawing.words import spoken
 from ..methods import method_name, methods
-from ..rates import is_lifted
 from .figures import match
 from .side import TRUTH, Side
 
@@ -116,12 +115,6 @@ def limbs_of(run: Take) -> np.ndarray | None:
     rows = np.clip(np.searchsorted(keypoints.frame_index, wanted), 0, len(keypoints) - 1)
     limbs = keypoints.joints[rows][:, keypoints.layout.indices(_LIMBS)].astype(np.float64)
     return np.where((keypoints.frame_index[rows] == wanted)[:, None, None], limbs, np.nan)
-
-
-def lacks_keypoints(run: Take) -> bool:
-    """Whether a run read or detected 2D keypoints that its folder does not hold, as before they were kept there."""
-    read = any(entry.get("role") == "keypoints" for entry in run.inputs)
-    return run.keypoints is None and (read or is_lifted(run))
 
 
 def wrist_charts(found: Wrists, wrist: str, times: np.ndarray) -> Markup:
