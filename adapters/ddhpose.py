@@ -28,8 +28,9 @@ from ..pipeline.core.frames import CAMERA
 from ..pipeline.core.layouts import H36M17
 from ..pipeline.core.messages import how_many
 from ..pipeline.core.pose import MadeBy, PoseSequence
+from ..pipeline.files.arrays import load
 from .kit.metric import FRAMES, check_metric, looks_metric
-from .kit.numpy import load, peek
+from .kit.numpy import peek
 
 name = "ddhpose"
 gives = "poses"

@@ -23,8 +23,9 @@ from ..pipeline.core.layouts import H36M17
 from ..pipeline.core.notices import notice
 from ..pipeline.core.pose import MadeBy, PoseSequence
 from ..pipeline.core.rotations import rotate, transpose
+from ..pipeline.files.arrays import load
 from .kit.metric import FRAMES, check_metric, looks_metric
-from .kit.numpy import load, peek
+from .kit.numpy import peek
 from .kit.quaternions import rotations
 
 name = "display"

@@ -22,8 +22,9 @@ from ..pipeline.core.errors import InputError
 from ..pipeline.core.frames import CAMERA
 from ..pipeline.core.layouts import MHR70
 from ..pipeline.core.pose import MadeBy, PoseSequence
+from ..pipeline.files.arrays import keys, load
 from .kit.json import beginning, each, frame_number, numbers
-from .kit.numpy import arrays_in, keys, load, load_objects, objects_begin, shape_in
+from .kit.numpy import arrays_in, begins, load_objects
 from .kit.people import Bodies
 
 name = "mhr70"
@@ -121,7 +122,7 @@ def _key(held: Iterable[str]) -> str | None:
 def _object_key(path: Path) -> str | None:
     """The array of Python objects in an .npz that begins as SAM 3D Body's dicts do."""
     return next(
-        (key for key in sorted(arrays_in(path)) if b"pred_keypoints_3d" in objects_begin(path, key)), None
+        (key for key in sorted(arrays_in(path)) if b"pred_keypoints_3d" in begins(path, key)[1]), None
     )
 
 
@@ -130,7 +131,7 @@ def _is_archive(path: Path) -> bool:
     key = _key(arrays_in(path))
     if key is None:
         return _object_key(path) is not None
-    return shape_in(path, key)[-2:] == _SHAPE
+    return begins(path, key)[0][-2:] == _SHAPE
 
 
 def _people(path: Path) -> Iterator[tuple[int, Mapping[str, Any], str]]:

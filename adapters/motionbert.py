@@ -17,7 +17,8 @@ from ..pipeline.core.errors import InputError
 from ..pipeline.core.frames import CAMERA
 from ..pipeline.core.layouts import H36M17
 from ..pipeline.core.pose import MadeBy, PoseSequence
-from .kit.numpy import load, peek
+from ..pipeline.files.arrays import load
+from .kit.numpy import peek
 
 name = "motionbert"
 gives = "poses"

@@ -20,8 +20,9 @@ from ..pipeline.core.errors import InputError
 from ..pipeline.core.frames import CAMERA
 from ..pipeline.core.layouts import H36M17
 from ..pipeline.core.pose import MadeBy, PoseSequence
+from ..pipeline.files.arrays import keys, load
 from .kit.metric import FRAMES, check_metric, looks_metric
-from .kit.numpy import keys, load, peek
+from .kit.numpy import peek
 
 name = "videopose3d"
 gives = "poses"

@@ -4,9 +4,6 @@ from __future__ import annotations
 
 from array import array
 from collections import defaultdict
-from collections.abc import Iterator
-from dataclasses import dataclass
-from functools import cached_property
 from itertools import groupby
 
 import numpy as np
@@ -17,19 +14,8 @@ from ...pipeline.core.layouts import Layout
 from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.pose import PoseSequence, Step, package_version
 from ...pipeline.core.rotations import is_finite
-from .tracks import Crowd, Detection, followed, leap, saying_nothing
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class _Seen(Detection):
-    """A body by what it shows in the image plane; row: its place among the bodies."""
-
-    row: int
-
-    @cached_property
-    def found(self) -> np.ndarray:
-        """(J,) whether the point is there: 0, 0 is a place in space, and a box's corner."""
-        return is_finite(self.points)
+from ...pipeline.signals.tracker import Tracker, sighted
+from .tracks import Crowd, leap, saying_nothing
 
 
 class Bodies:
@@ -65,7 +51,7 @@ class Bodies:
 
         plane: the two coordinates that the image shows, by which people without boxes are told apart.
         placed: the joints say where in space the person is, not only the pose.
-        People are joined from frame to frame by `_tracks.followed`; the history says by what. Scores that say nothing
+        People are joined from frame to frame by a `Tracker`; the history says by what. Scores that say nothing
         (`saying_nothing`) become NaN, others outside [0, 1] are clipped; the history tells both. InputError when
         nobody is there.
         """
@@ -117,9 +103,14 @@ class Bodies:
             return [rows], (), leap(frames[rows], points[rows])
         method = "nearest box" if boxed else "nearest position" if placed else "nearest pose"
         doubts = [] if boxed or placed else [notice("people-by-poses-alone")]
-        people: dict[str | None, array] = defaultdict(lambda: array("q"))
-        for one in followed(_seen(frames, points)):
-            people[one.person].append(one.row)
+        people: dict[int, array] = defaultdict(lambda: array("q"))
+        tracker, there = Tracker(), is_finite(points)
+        ordered = np.argsort(frames, kind="stable").tolist()
+        for frame, everybody in groupby(ordered, key=frames.__getitem__):
+            rows = [row for row in everybody if there[row].any()]
+            names = tracker.names([sighted(int(frame), points[row], there[row]) for row in rows])
+            for row, name in zip(rows, names, strict=True):
+                people[name].append(row)
         steps = (Step("link people", package_version(), {"method": method}),)
         return [np.frombuffer(rows, np.int64) for rows in people.values()], steps, doubts
 
@@ -127,15 +118,3 @@ class Bodies:
 def _in_order(frames: np.ndarray) -> np.ndarray | slice:
     """The rows in order of time: a view where they are so already, for an index would copy hours of video."""
     return slice(None) if (np.diff(frames) > 0).all() else np.argsort(frames)
-
-
-def _seen(frames: np.ndarray, points: np.ndarray) -> Iterator[list[_Seen]]:
-    """The bodies of each frame, in order of time; points (bodies, N, 2) are what each shows in the image plane."""
-    ordered = np.argsort(frames, kind="stable").tolist()
-    for frame, rows in groupby(ordered, key=frames.__getitem__):
-        bodies = [
-            _Seen(int(frame), np.column_stack([points[row], np.ones(len(points[row]))]), row=row)
-            for row in rows
-        ]
-        if found := [body for body in bodies if body.found.any()]:
-            yield found
