@@ -101,7 +101,7 @@ def triples(flat: Any, where: str) -> np.ndarray:
 
 
 def sequences(
-    detections: Sequence[Detection], layouts: Iterable[Layout], where: str
+    detections: Iterable[Detection], layouts: Iterable[Layout], where: str
 ) -> tuple[PoseSequence, ...]:
     """One sequence a person in IMAGE, frames in order, people in the order in which they appear.
 
@@ -109,11 +109,11 @@ def sequences(
     People without names are told apart by `linked`; the history says so. Where some detections have a name, those
     without are left out, for trackers name nobody where they are not sure; the history warns with their number. It
     warns of a `leap` too, of somebody who is alone and of each whom a tracker names, for trackers exchange people. A
-    joint that was not found is NaN with confidence NaN. Scores are taken for confidences, except that those outside
-    [0, 1] are clipped, and those that say nothing (`saying_nothing`) are NaN; the history tells both.
-    Raises InputError for nobody at all, another layout, coordinates that are no pixels, and a person who is
-    in a frame twice.
+    joint that was not found is NaN with confidence NaN. Scores are taken for `confidences`.
+    InputError for nobody at all, a `Crowd` too large, which is noticed while detections are read, another layout,
+    coordinates that are no pixels, and a person who is in a frame twice.
     """
+    detections = counted(detections, where)
     named = [detection for detection in detections if detection.person is not None]
     unnamed = len(detections) - len(named) if named else 0
     detections = named or detections
@@ -180,32 +180,42 @@ def likely_layout(points: np.ndarray, layouts: Sequence[Layout]) -> Layout:
     return layouts[int(np.argmin(means))]
 
 
-def _sequence(rows: Sequence[Detection], layout: Layout, unknown: str, where: str) -> PoseSequence:
-    frames = np.array([row.frame for row in rows])
+def once_a_frame(frames: np.ndarray, person: str, where: str, option: str) -> None:
+    """InputError when somebody is in a frame twice. frames: (T,) in order; option: how to have people followed here."""
     twice = frames[1:][np.diff(frames) == 0]
     if len(twice):
         raise InputError(
-            f"{where}: expected each person once a frame, got person {rows[0].person} more than once in frame "
-            f"{twice[0]}, so people are not tracked in this file; track them in the detector, or pass "
-            "track=true (--set keypoints.track=true) to join each one to the nearest of the frames before."
+            f"{where}: expected each person once a frame, got person {person} more than once in frame {twice[0]}, so "
+            "people are not tracked in this file; track them in the program that wrote it, or pass track=true "
+            f"({option}), where its adapter has that, to join each one to the nearest of the frames before."
         )
+
+
+def confidences(scores: np.ndarray, unknown: str) -> tuple[np.ndarray, dict[str, Any]]:
+    """Scores (T, J) as confidences, those outside [0, 1] clipped, NaN where they are `unknown` (`saying_nothing`); and
+    what the history says of that."""
+    if unknown:
+        return np.full_like(scores, np.nan), {"unknown": unknown}
+    outside = (scores < 0) | (scores > 1)
+    said = {"clipped": int(outside.sum()), "highest": float(np.nanmax(scores))} if outside.any() else {}
+    return np.clip(scores, 0, 1), said
+
+
+def _sequence(rows: Sequence[Detection], layout: Layout, unknown: str, where: str) -> PoseSequence:
+    frames, person = np.array([row.frame for row in rows]), str(rows[0].person)
+    once_a_frame(frames, person, where, "--set keypoints.track=true")
     points = np.stack([row.points for row in rows])
     points = np.where(found_in(points)[..., None], points, np.nan)
-    scores = points[..., 2]
-    outside = (scores < 0) | (scores > 1)
+    confidence, said = confidences(points[..., 2], unknown)
     poses = PoseSequence(
         joints=points[..., :2],
         layout=layout,
         frame=IMAGE,
-        confidence=np.full_like(scores, np.nan) if unknown else np.clip(scores, 0, 1),
+        confidence=confidence,
         frame_index=frames,
-        person=str(rows[0].person),
+        person=person,
     )
-    if unknown:
-        return poses.noted("scores", unknown=unknown)
-    if outside.any():
-        return poses.noted("scores", clipped=int(outside.sum()), highest=float(np.nanmax(scores)))
-    return poses
+    return poses.noted("scores", **said) if said else poses
 
 
 def saying_nothing(scores: np.ndarray) -> str:
