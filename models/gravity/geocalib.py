@@ -21,7 +21,7 @@ from ...pipeline.core.device import Placement, placement
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.rotations import unit
 from ...pipeline.plugins.registry import open_model
-from ..common.onnx import OnnxFile, open_onnx
+from ..common.onnx import OnnxFile, open_onnx, reason_of
 from .images import TOLD_SPREAD
 from .lines import UpOfImages, tangent
 
@@ -204,8 +204,9 @@ def fields_of(network: OnnxFile, image: np.ndarray) -> Fields:
     try:
         answers = dict(zip(network.outputs, network.run(value), strict=True))
     except Exception as error:  # onnxruntime's errors have no common class but Exception
-        reason = str(error).strip().splitlines()[0]
-        raise InputError(f"{network.path} fails on an input of shape {value.shape}: {reason}.") from None
+        raise InputError(
+            f"{network.path} fails on an input of shape {value.shape}: {reason_of(error)}."
+        ) from None
     height, width = value.shape[2:]
     found = {}
     for name, channels in _CHANNELS.items():
