@@ -31,7 +31,6 @@ reads = "alphapose-results.json of AlphaPose's SMPL model: 3D joints (pred_xyz_j
 _KEY = "pred_xyz_jts"
 _SMPL = Layout("SMPL24", (*SMPL, "l_hand", "r_hand"))
 _SHAPE = (len(_SMPL), 3)
-_IMAGE_AXES = (0, 1)
 _STATURE_M = (0.9, 2.6)
 
 
@@ -51,7 +50,7 @@ def read(path: Path, track: bool = False, unit_m: float = 2.0) -> tuple[PoseSequ
     bodies = Bodies(_SMPL)
     for frame, person, joints, box in _entries(path):
         bodies.add(frame, unit_m * joints, box=box, person=None if track else person)
-    people = bodies.sequences(CAMERA.with_(origin="body model"), _IMAGE_AXES, str(path))
+    people = bodies.sequences(CAMERA.with_(origin="body model"), str(path))
     return tuple(_of_smpl(poses, path) for poses in people)
 
 

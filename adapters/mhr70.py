@@ -39,7 +39,6 @@ _KEYPOINTS = {  # the keypoints, and the translation that belongs to them
 }
 _NUMBERS = ("frame_indices", "frame_index")  # the rows' video frames
 _SHAPE = (len(MHR70), 3)
-_IMAGE_AXES = (0, 1)
 _PERSON = re.compile(
     r"[_-](subj|subject|person|pid)[_-]?\d+$", re.IGNORECASE
 )  # behind an image's name: one of its people
@@ -81,7 +80,7 @@ def read(path: Path) -> tuple[PoseSequence, ...]:
             f"got {sum(placed)} of {len(placed)}; save them all again."
         )
     frame = CAMERA.with_(origin="camera" if any(placed) else "body model")
-    people = found.sequences(frame, _IMAGE_AXES, str(path), placed=any(placed))
+    people = found.sequences(frame, str(path), placed=any(placed))
     people = tuple(poses.with_(frames_known=_says_frames(path)) for poses in people)
     if np.isfinite(focal_px).any():
         people = tuple(poses.noted("estimator", focal_px=float(np.nanmedian(focal_px))) for poses in people)

@@ -34,7 +34,6 @@ reads = "4D-Humans and PHALP tracks (.pkl): camera axes, metres (GVHMR and GEM-X
 
 _JOINTS = "3d_joints"
 _COUNT = 45
-_IMAGE_AXES = (0, 1)
 _AMASS = (
     "run the model on them and save its joints with a frame rate as .npz for adapter amass (its option up=y)"
 )
@@ -69,7 +68,7 @@ def read(path: Path) -> tuple[PoseSequence, ...]:
         number = int(frame["time"]) if numbered else row
         for person, joints in _visible(frame, f"{path}, frame {image}"):
             tracks.add(number, joints, person=person)
-    people = tracks.sequences(CAMERA.with_(origin="body model"), _IMAGE_AXES, str(path))
+    people = tracks.sequences(CAMERA.with_(origin="body model"), str(path))
     return tuple(poses.with_(frames_known=numbered) for poses in people)
 
 

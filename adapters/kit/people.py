@@ -53,7 +53,7 @@ class Bodies:
         return np.frombuffer(self._joints, np.float32).reshape(-1, len(self.layout), 3)
 
     def sequences(
-        self, frame: Frame, plane: tuple[int, int], where: str, placed: bool = False
+        self, frame: Frame, where: str, plane: tuple[int, int] = (0, 1), placed: bool = False
     ) -> tuple[PoseSequence, ...]:
         """One sequence a person in `frame`, rows in order of time, people in the order in which they appear.
 
