@@ -152,8 +152,8 @@ def _basis(u: np.ndarray, knot_s: float) -> np.ndarray:
 
 def inverse_band(factor: np.ndarray) -> list[np.ndarray]:
     """Of N matrices (K, K) by their Cholesky factors (B + 1, K, N) in lower banded form: the diagonals 0 to 3 of their
-    inverses, (K, N) each, entry p that of row p + diagonal and column p. From the end by blocks of B (Takahashi, Fagan &
-    Chin, Formation of a sparse bus impedance matrix, 1973)."""
+    inverses, (K, N) each, entry p that of row p + diagonal and column p. From the end by blocks of B (Takahashi, Fagan
+    & Chin, Formation of a sparse bus impedance matrix, 1973)."""
     width, n, N = factor.shape
     size = width - 1
     blocks = -(-n // size)
