@@ -21,7 +21,7 @@ from ..pipeline.core.errors import InputError
 from ..pipeline.core.layouts import COCO17, HALPE26, OPENPOSE18
 from ..pipeline.core.pose import PoseSequence
 from .kit.json import Images, beginning, each, entries, field, first_detection, load, numbers
-from .kit.tracks import Detection, counted, sequences, triples
+from .kit.tracks import Detection, sequences, triples
 
 name = "alphapose"
 gives = "keypoints"
@@ -64,7 +64,7 @@ def read(path: Path, track: bool = False) -> tuple[PoseSequence, ...]:
         listed, images = enumerate(each(path, what)), Images()
         found = (_from_entry(entry, images, track, f"{path}, entry {i}") for i, (_, entry) in listed)
         layouts = (COCO17, HALPE26)
-    return sequences(counted(found, str(path)), layouts, str(path))
+    return sequences(found, layouts, str(path))
 
 
 def _from_entry(entry: Any, images: Images, track: bool, where: str) -> Detection:

@@ -31,7 +31,6 @@ reads = "alphapose-results.json of AlphaPose's SMPL model: 3D joints (pred_xyz_j
 _KEY = "pred_xyz_jts"
 _SMPL = Layout("SMPL24", (*SMPL, "l_hand", "r_hand"))
 _SHAPE = (len(_SMPL), 3)
-_IMAGE_AXES = (0, 1)
 _STATURE_M = (0.9, 2.6)
 
 
@@ -48,24 +47,11 @@ def read(path: Path, track: bool = False, unit_m: float = 2.0) -> tuple[PoseSequ
     InputError when the file is not of this form, when a body is no human's in that unit, and when a person is in a
     frame twice because nobody was tracked.
     """
-    people: dict[str, Bodies] = {}
-    seen: set[tuple[str, int]] = set()
-    for frame, named, joints, box in _entries(path):
-        person = "" if track else named
-        if not track and (person, frame) in seen:
-            raise InputError(
-                f"{path}: expected each person once a frame, got person {person} twice in frame {frame}, so people are "
-                "not tracked in this file; run AlphaPose with --pose_track, or pass track=true (-O track=true)."
-            )
-        seen.add((person, frame))
-        people.setdefault(person, Bodies(_SMPL)).add(frame, unit_m * joints, box=box)
-    if not people:
-        raise InputError(f"{path}: no person was found in any frame.")
-    return tuple(
-        _of_smpl(poses if track else poses.with_(person=person), path)
-        for person, bodies in people.items()
-        for poses in bodies.sequences(CAMERA.with_(origin="body model"), _IMAGE_AXES, str(path))
-    )
+    bodies = Bodies(_SMPL)
+    for frame, person, joints, box in _entries(path):
+        bodies.add(frame, unit_m * joints, box=box, person=None if track else person)
+    people = bodies.sequences(CAMERA.with_(origin="body model"), str(path))
+    return tuple(_of_smpl(poses, path) for poses in people)
 
 
 def _of_smpl(poses: PoseSequence, path: Path) -> PoseSequence:

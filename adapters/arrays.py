@@ -12,7 +12,7 @@ from ..pipeline.core.errors import InputError
 from ..pipeline.core.frames import FRAMES, Frame
 from ..pipeline.core.layouts import layout_named
 from ..pipeline.core.pose import PoseSequence
-from .kit.numpy import keys, load
+from ..pipeline.files.arrays import keys, load
 from .kit.world import Maker, maker
 
 name = "arrays"

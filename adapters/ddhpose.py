@@ -24,12 +24,11 @@ from pathlib import Path
 import numpy as np
 
 from ..pipeline.core.errors import InputError
-from ..pipeline.core.frames import CAMERA
-from ..pipeline.core.layouts import H36M17
 from ..pipeline.core.messages import how_many
 from ..pipeline.core.pose import MadeBy, PoseSequence
-from .kit.metric import FRAMES, check_metric, looks_metric
-from .kit.numpy import load, peek
+from ..pipeline.files.arrays import load
+from .kit.metric import FRAMES, check_metric, in_camera, looks_metric
+from .kit.numpy import peek
 
 name = "ddhpose"
 gives = "poses"
@@ -76,12 +75,7 @@ def read(path: Path, frames: int | None = None) -> tuple[PoseSequence]:
         raise InputError(
             f"{path}: expected {how_many(frames, 'frame')}, as option frames says, got {proposals.shape[1]}."
         )
-    poses = PoseSequence(
-        joints=proposals.mean(axis=0, dtype=np.float64),
-        layout=H36M17,
-        frame=CAMERA.with_(origin="camera"),
-        seams=tuple(range(_CLIP, proposals.shape[1], _CLIP)),
-    )
+    poses = in_camera(proposals.mean(axis=0, dtype=np.float64), _CLIP)
     check_metric(path, poses.joints)
     clamped = int(np.isclose(np.abs(proposals), _CLAMP_M, rtol=0, atol=1e-6).sum())
     return (poses.noted("clamped", values=clamped, limit_m=_CLAMP_M) if clamped else poses,)

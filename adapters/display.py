@@ -18,13 +18,13 @@ from pathlib import Path
 import numpy as np
 
 from ..pipeline.core.errors import InputError
-from ..pipeline.core.frames import CAMERA
 from ..pipeline.core.layouts import H36M17
 from ..pipeline.core.notices import notice
 from ..pipeline.core.pose import MadeBy, PoseSequence
 from ..pipeline.core.rotations import rotate, transpose
-from .kit.metric import FRAMES, check_metric, looks_metric
-from .kit.numpy import load, peek
+from ..pipeline.files.arrays import load
+from .kit.metric import FRAMES, check_metric, in_camera, looks_metric
+from .kit.numpy import peek
 from .kit.quaternions import rotations
 
 name = "display"
@@ -65,12 +65,7 @@ def read(path: Path, undo: bool = False) -> tuple[PoseSequence]:
             f"{path}: these poses were turned for display, with the orientation of one Human3.6M camera and the lowest "
             f"joint of {rebase} at height 0; give the raw output, or pass undo=true (--option undo=true) to undo both."
         )
-    poses = PoseSequence(
-        joints=_undone(stored),
-        layout=H36M17,
-        frame=CAMERA.with_(origin="camera"),
-        seams=tuple(range(_CLIP, stored.shape[-3], _CLIP)) if stored.ndim == len(_ALL) else (),
-    )
+    poses = in_camera(_undone(stored), _CLIP if stored.ndim == len(_ALL) else None)
     check_metric(path, poses.joints)
     return (poses.noted("undo display", rebase=rebase).saying(notice("display-undone")),)
 

@@ -25,8 +25,9 @@ from ..pipeline.core.errors import InputError
 from ..pipeline.core.frames import Z_UP
 from ..pipeline.core.layouts import BLAZEPOSE33, COCO23, Layout, remap
 from ..pipeline.core.pose import MadeBy, PoseSequence
+from ..pipeline.files.arrays import load
 from .kit.beginning import first_bytes
-from .kit.numpy import load, peek
+from .kit.numpy import peek
 from .kit.tables import opened_table
 from .kit.world import check_upright
 

@@ -20,6 +20,7 @@ from ..pipeline.core.rotations import transpose
 from ..pipeline.signals.imu import Imu, imu_from_samples
 from .kit.beginning import first_bytes
 from .kit.quaternions import rotations
+from .kit.tables import filled_lines
 
 name = "imu_csv"
 gives = "imu"
@@ -47,10 +48,7 @@ def read(
     Raises InputError for missing columns, cells that are no numbers, a rate that contradicts the time stamps, and
     signals that are no specific force with its orientation (pipeline/signals/imu.py).
     """
-    try:
-        lines = [line for line in path.read_text(encoding="utf-8-sig").splitlines() if _content(line)]
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"Expected an IMU's CSV file at {path}, which cannot be read: {error}.") from None
+    lines = [line for line in filled_lines(path, "an IMU's CSV file") if _content(line)]
     names = _names(lines)
     wanted = (*_FORCE, *(_QUATERNION if set(_QUATERNION) & set(names) else ()))
     if not set(wanted) <= set(names):

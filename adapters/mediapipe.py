@@ -38,7 +38,6 @@ _FRAMES = ("frame", "frame_id", "frame_index", "frame_idx", "frame_number")
 _AXES = ("x", "y", "z", "visibility")
 _ROOT_M = 0.1  # the hips' middle is at the origin but for rounding
 _HIPS = BLAZEPOSE33.indices(["l_hip", "r_hip"])
-_IMAGE_AXES = (0, 1)
 _IMAGE_REASON = (
     "image landmarks, whose x and y are shares of the picture's width and height and whose z is no length; save "
     "pose_world_landmarks instead of pose_landmarks"
@@ -85,7 +84,7 @@ def read(path: Path) -> tuple[PoseSequence, ...]:
             continue
         found.add(frame, joints, body.values[:, 3], body.box)
     _check_world(found.joints, path)
-    people = found.sequences(CAMERA.with_(origin="camera"), _IMAGE_AXES, str(path))
+    people = found.sequences(CAMERA.with_(origin="camera"), str(path))
     numbers = {} if frames_known or len(times) != at + 1 else _numbers(times)
     return tuple(_timed(poses.with_(frames_known=frames_known), times, numbers) for poses in people)
 

@@ -22,8 +22,9 @@ from ..pipeline.core.errors import InputError
 from ..pipeline.core.frames import CAMERA
 from ..pipeline.core.layouts import MHR70
 from ..pipeline.core.pose import MadeBy, PoseSequence
+from ..pipeline.files.arrays import keys, load
 from .kit.json import beginning, each, frame_number, numbers
-from .kit.numpy import arrays_in, keys, load, load_objects, objects_begin, shape_in
+from .kit.numpy import arrays_in, begins, load_objects
 from .kit.people import Bodies
 
 name = "mhr70"
@@ -38,7 +39,6 @@ _KEYPOINTS = {  # the keypoints, and the translation that belongs to them
 }
 _NUMBERS = ("frame_indices", "frame_index")  # the rows' video frames
 _SHAPE = (len(MHR70), 3)
-_IMAGE_AXES = (0, 1)
 _PERSON = re.compile(
     r"[_-](subj|subject|person|pid)[_-]?\d+$", re.IGNORECASE
 )  # behind an image's name: one of its people
@@ -80,7 +80,7 @@ def read(path: Path) -> tuple[PoseSequence, ...]:
             f"got {sum(placed)} of {len(placed)}; save them all again."
         )
     frame = CAMERA.with_(origin="camera" if any(placed) else "body model")
-    people = found.sequences(frame, _IMAGE_AXES, str(path), placed=any(placed))
+    people = found.sequences(frame, str(path), placed=any(placed))
     people = tuple(poses.with_(frames_known=_says_frames(path)) for poses in people)
     if np.isfinite(focal_px).any():
         people = tuple(poses.noted("estimator", focal_px=float(np.nanmedian(focal_px))) for poses in people)
@@ -121,7 +121,7 @@ def _key(held: Iterable[str]) -> str | None:
 def _object_key(path: Path) -> str | None:
     """The array of Python objects in an .npz that begins as SAM 3D Body's dicts do."""
     return next(
-        (key for key in sorted(arrays_in(path)) if b"pred_keypoints_3d" in objects_begin(path, key)), None
+        (key for key in sorted(arrays_in(path)) if b"pred_keypoints_3d" in begins(path, key)[1]), None
     )
 
 
@@ -130,7 +130,7 @@ def _is_archive(path: Path) -> bool:
     key = _key(arrays_in(path))
     if key is None:
         return _object_key(path) is not None
-    return shape_in(path, key)[-2:] == _SHAPE
+    return begins(path, key)[0][-2:] == _SHAPE
 
 
 def _people(path: Path) -> Iterator[tuple[int, Mapping[str, Any], str]]:

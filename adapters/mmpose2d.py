@@ -20,7 +20,7 @@ from ..pipeline.core.layouts import COCO17, HALPE26
 from ..pipeline.core.pose import PoseSequence
 from .kit.json import field, numbers
 from .kit.mmpose import first_keypoints, frames
-from .kit.tracks import Detection, counted, sequences
+from .kit.tracks import Detection, sequences
 
 name = "mmpose2d"
 gives = "keypoints"
@@ -51,7 +51,7 @@ def read(path: Path) -> tuple[PoseSequence, ...]:
         for frame, people, here in frames(path, "MMPose's 2D results", _check_names)
         for person in people
     )
-    return sequences(counted(found, str(path)), (COCO17, HALPE26), str(path))
+    return sequences(found, (COCO17, HALPE26), str(path))
 
 
 def _points(person: Any, where: str) -> np.ndarray:

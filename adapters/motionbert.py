@@ -17,7 +17,9 @@ from ..pipeline.core.errors import InputError
 from ..pipeline.core.frames import CAMERA
 from ..pipeline.core.layouts import H36M17
 from ..pipeline.core.pose import MadeBy, PoseSequence
-from .kit.numpy import load, peek
+from ..pipeline.files.arrays import load
+from .kit.metric import FRAMES, in_camera
+from .kit.numpy import peek
 
 name = "motionbert"
 gives = "poses"
@@ -26,14 +28,13 @@ reads = (
     "X3D.npy of MotionBERT's infer_wild.py, Human3.6M order, no known scale (with option pixel: from --pixel)"
 )
 
-_SHAPE = ("frames", len(H36M17), 3)
 # Normalised coordinates stay within about 1.5 of the crop's centre, or 2 of the pelvis; pixels are tens to
 # thousands.
 _PIXELS_FROM = 10.0
 
 
 def sniff(path: Path) -> bool:
-    joints = peek(path, _SHAPE)
+    joints = peek(path, FRAMES)
     if joints is None:
         return False
     root = joints[:, H36M17.index("pelvis")]
@@ -53,7 +54,7 @@ def read(path: Path, pixel: bool = False, clip: int = 243) -> tuple[PoseSequence
     """
     if clip < 1:
         raise InputError(f"Expected a clip of at least 1 frame, got {clip}.")
-    joints = load(path, _SHAPE)
+    joints = load(path, FRAMES)
     if _looks_like_pixels(joints) and not pixel:
         raise InputError(
             f"{path}: expected MotionBERT's normalised coordinates, got values far beyond 2; "
@@ -69,15 +70,8 @@ def read(path: Path, pixel: bool = False, clip: int = 243) -> tuple[PoseSequence
             f"{path}: expected pixels, as infer_wild.py --pixel writes them, got normalised coordinates of "
             "about -1 to 1; leave out the option pixel."
         )
-    origin = "image corner" if pixel else "crop centre"
-    return (
-        PoseSequence(
-            joints=joints,
-            layout=H36M17,
-            frame=CAMERA.with_(origin=origin, unit="arbitrary"),
-            seams=tuple(range(clip, len(joints), clip)),
-        ),
-    )
+    frame = CAMERA.with_(origin="image corner" if pixel else "crop centre", unit="arbitrary")
+    return (in_camera(joints, clip, frame=frame),)
 
 
 def _looks_like_pixels(joints: np.ndarray) -> bool:

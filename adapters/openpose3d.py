@@ -30,7 +30,6 @@ reads = "folder of *_keypoints.json from OpenPose's --3d --write_json, metres (o
 
 _FIELDS = ("pose_keypoints_3d", "body_keypoints_3d")
 _LAYOUTS = {25: (BODY_25, BODY_25B), 18: (OPENPOSE18,)}  # by the number of joints
-_IMAGE_AXES = (0, 1)
 _PEEKED = 100  # files; nobody may be there in the first ones
 
 
@@ -72,7 +71,7 @@ def read(path: Path, unit: str = "m") -> tuple[PoseSequence, ...]:
     found.layout = likely_layout(
         found.joints, _LAYOUTS[len(found.layout)]
     )  # the first body may be half in view
-    return found.sequences(CAMERA.with_(origin="camera", unit=unit), _IMAGE_AXES, str(path), placed=True)
+    return found.sequences(CAMERA.with_(origin="camera", unit=unit), str(path), placed=True)
 
 
 def _flat(person: dict[str, Any]) -> Any:

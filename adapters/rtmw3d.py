@@ -49,7 +49,7 @@ def read(path: Path, stature_m: float = 1.7) -> tuple[PoseSequence, ...]:
     """
     if not _STATURES_M[0] <= stature_m <= _STATURES_M[1]:
         raise InputError(f"Expected stature_m of {_STATURES_M[0]} to {_STATURES_M[1]} m, got {stature_m:g}.")
-    people = bodies(path, "RTMW3D's results", _COUNT, COCO23).sequences(_AXES, _IMAGE_AXES, str(path))
+    people = bodies(path, "RTMW3D's results", _COUNT, COCO23).sequences(_AXES, str(path), _IMAGE_AXES)
     return tuple(_metric(rebase_said(poses), stature_m, path) for poses in people)
 
 

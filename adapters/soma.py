@@ -14,7 +14,8 @@ from ..pipeline.core.errors import InputError
 from ..pipeline.core.frames import Y_UP
 from ..pipeline.core.layouts import SOMA30, SOMA77
 from ..pipeline.core.pose import PoseSequence
-from .kit.numpy import keys, load, shape_in
+from ..pipeline.files.arrays import keys, load
+from .kit.numpy import begins
 from .kit.world import Maker, check_upright, maker
 
 name = "soma"
@@ -26,7 +27,7 @@ _LAYOUTS = {len(layout): layout for layout in (SOMA77, SOMA30)}
 
 
 def sniff(path: Path) -> bool:
-    shape = shape_in(path, _KEY)
+    shape, _ = begins(path, _KEY)
     return len(shape) == 3 and shape[1] in _LAYOUTS and shape[2] == 3
 
 

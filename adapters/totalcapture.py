@@ -15,6 +15,7 @@ from ..pipeline.core.frames import Y_UP
 from ..pipeline.core.layouts import H36M17
 from ..pipeline.core.pose import MadeBy, PoseSequence
 from .kit.beginning import first_bytes
+from .kit.tables import filled_lines
 
 name = "totalcapture"
 gives = "poses"
@@ -47,11 +48,8 @@ def read(path: Path, rate_hz: float = _RATE_HZ) -> tuple[PoseSequence]:
 
     Raises InputError when the file is not what it should be.
     """
-    try:
-        lines = [line for line in path.read_text(encoding="utf-8").splitlines() if line.strip()]
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"Expected TotalCapture's joint positions at {path}: {error}.") from None
-    names = lines[0].split() if lines else []
+    lines = filled_lines(path, "TotalCapture's joint positions")
+    names = lines[0].split()
     missing = sorted(_needed() - set(names))
     if missing:
         raise InputError(

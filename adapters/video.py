@@ -28,7 +28,7 @@ name = "video"
 gives = "video"
 reads = "video: MP4, MOV, MKV, WebM, AVI, WMV, FLV, MPEG (PS, TS, M2TS)"
 
-_FOCAL_35_MM = "camera.focal_length.35mm_equivalent"  # com.apple.quicktime.camera...
+_FOCAL_35_MM = re.compile(r"camera\.focal_length\.35mm_equivalent$")  # com.apple.quicktime.camera...
 _DURATION = re.compile(r"(\d+):(\d+):(\d+(?:\.\d*)?)")  # of a track, in Matroska
 _SHORT_S = 0.5  # by which images may end before the file does: sound goes on, or stamps are rounded
 _SQUARE = 0.02  # odd sizes of re-encoded videos have pixels that are nearly square
@@ -107,6 +107,8 @@ def _described(container: InputContainer, path: Path) -> Video:
         raise InputError(f"Expected a video in {path}, but it has no frame that can be decoded.")
     time_s = _times(stamps, path) * float(stream.time_base or 0)
     ends_s = max(stamp for stamp in stamps if stamp is not None) * float(stream.time_base or 0)
+    film_mm = _stated(container.metadata, _FOCAL_35_MM, 8, 1000)
+    side = max(stream.codec_context.width, stream.codec_context.height)
     return Video(
         path=path,
         width=stream.codec_context.width,
@@ -115,8 +117,9 @@ def _described(container: InputContainer, path: Path) -> Video:
         codec=stream.codec_context.codec.canonical_name,
         # PyAV gives the display matrix's angle anticlockwise.
         rotation_deg=round(-first.rotation / 90) % 4 * 90,
-        focal_px=_focal_px(container.metadata, max(stream.codec_context.width, stream.codec_context.height)),
-        capture_fps=_capture_fps({**container.metadata, **stream.metadata}),
+        # As that of a camera with 36 mm of film, in pixels of the longer side.
+        focal_px=None if film_mm is None else film_mm / 36.0 * side,
+        capture_fps=_stated({**container.metadata, **stream.metadata}, _CAPTURE_RATE, 1, 100_000),
         doubts=() if indexed >= len(stamps) else _cut_off(time_s, ends_s, _stated_s(container, stream), path),
     )
 
@@ -153,27 +156,15 @@ def _refuse_flat_pixels(stream: VideoStream, path: Path) -> None:
         )
 
 
-def _focal_px(metadata: Mapping[str, str], side: int) -> float | None:
-    """The focal length that phones write, as that of a camera with 36 mm of film, in pixels of a longer side."""
-    for key, value in metadata.items():
-        if key.endswith(_FOCAL_35_MM):
+def _stated(metadata: Mapping[str, str], key: re.Pattern[str], low: float, high: float) -> float | None:
+    """The number from low to high that phones write under a key; None where there is none."""
+    for name, value in metadata.items():
+        if key.search(name):
             try:
-                millimetres = float(value)
+                number = float(value)
             except ValueError:
                 return None
-            return millimetres / 36.0 * side if 8 < millimetres < 1000 else None
-    return None
-
-
-def _capture_fps(metadata: Mapping[str, str]) -> float | None:
-    """The rate at which the camera took the frames, which phones write beside slow motion."""
-    for key, value in metadata.items():
-        if _CAPTURE_RATE.search(key):
-            try:
-                fps = float(value)
-            except ValueError:
-                return None
-            return fps if 1 <= fps <= 100_000 else None
+            return number if low <= number <= high else None
     return None
 
 

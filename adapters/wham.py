@@ -20,8 +20,8 @@ from ..pipeline.core.errors import InputError
 from ..pipeline.core.frames import CAMERA
 from ..pipeline.core.layouts import FEET, H36M17_B, Layout
 from ..pipeline.core.pose import MadeBy, PoseSequence
+from ..pipeline.files.arrays import load as load_array
 from ..pipeline.files.skeletons import SMPL
-from .kit.numpy import load as load_array
 from .kit.pickles import beginning, load
 
 name = "wham"

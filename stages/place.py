@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from ..models.gravity.view import before
+from ..models.gravity.view import known_camera
 from ..models.place.path import FEWEST_FRAMES, SCALE_SD, PelvisPath, pelvis_path
 from ..pipeline.core.camera import Camera
 from ..pipeline.core.errors import InputError
@@ -77,10 +77,7 @@ def _camera(take: Take) -> Camera | None:
     if take.camera is not None:
         return take.camera
     size = image_size(take)
-    if size is None:
-        return None
-    focal, spread, source = before(size, take.told.focal_px, None)
-    return Camera(size, focal, focal * spread, source)
+    return None if size is None else known_camera(size, take.told.focal_px, None)
 
 
 def _why_not(

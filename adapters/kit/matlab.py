@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from ...pipeline.core.errors import InputError
+from ...pipeline.files.arrays import Shape, fits, in_words
 from ...pipeline.files.unpacked import check_size
 from . import mat5 as _mat5
-from .numpy import Shape, fits, in_words
 
 _BEGINS = b"MATLAB 5.0 MAT-file"
 _HDF5 = (b"MATLAB 7.3 MAT-file", b"\x89HDF\r\n")

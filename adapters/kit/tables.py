@@ -11,6 +11,15 @@ from typing import TextIO
 from ...pipeline.core.errors import InputError
 
 
+def filled_lines(path: Path, what: str) -> list[str]:
+    """The lines of a text that hold anything, one at least; InputError, saying that `what` was expected."""
+    with opened_table(path, what) as file:
+        lines = [line for line in file.read().splitlines() if line.strip()]
+    if not lines:
+        raise InputError(f"Expected {what} in {path}, but it is empty; copy it again.")
+    return lines
+
+
 @contextmanager
 def opened_table(path: Path, what: str) -> Iterator[TextIO]:
     """The file, opened for the csv module. what: in words, for InputError when it cannot be read, or is no table."""

@@ -12,6 +12,7 @@ import numpy as np
 
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.messages import how_many
+from ...pipeline.signals.tracker import overlap
 from ..common.onnx import OnnxFile
 from .crops import Crop
 
@@ -87,12 +88,3 @@ def _apart(boxes: np.ndarray, score: np.ndarray) -> np.ndarray:
         if all(overlap(box, other) < _OVERLAP for other in kept):
             kept.append(box)
     return np.array(kept).reshape(-1, 4)
-
-
-def overlap(a: np.ndarray, b: np.ndarray) -> float:
-    """The part that two boxes (4,) share over what they cover together."""
-    (left, top, right, bottom), (left2, top2, right2, bottom2) = a.tolist(), b.tolist()
-    width, height = min(right, right2) - max(left, left2), min(bottom, bottom2) - max(top, top2)
-    shared = max(width, 0.0) * max(height, 0.0)
-    together = (right - left) * (bottom - top) + (right2 - left2) * (bottom2 - top2) - shared
-    return shared / together if together > 0 else 0.0

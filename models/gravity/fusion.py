@@ -16,8 +16,7 @@ from ...pipeline.core.camera import Look, pitch_roll_deg
 from ...pipeline.core.errors import InputError
 from ...pipeline.core.notices import Notice, notice
 from ...pipeline.core.rotations import angle_deg, is_finite, unit
-from .evidence import IMAGE, Evidence, TakeUp, fuse, of_image
-from .held import held
+from .evidence import IMAGE, Evidence, TakeUp, fuse, held, of_image
 
 _CONTRADICTION = 13.8  # chi-square of two degrees of freedom that chance exceeds once in a thousand
 _BODY_FAILURE = (

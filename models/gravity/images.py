@@ -9,7 +9,7 @@ import numpy as np
 
 from ...pipeline.core.camera import PRIOR_FOCAL, PRIOR_FOCAL_SPREAD
 from ...pipeline.core.errors import InputError
-from .lines import Fit, directions, fits, support, tangent
+from .lines import Fit, UpOfImages, directions, fits, support, tangent
 from .segments import Segments, segments_of
 
 TOLD_SPREAD = 0.02  # of a focal length that somebody knows
@@ -28,30 +28,19 @@ _FLAT_FAILURE = 0.15
 
 
 @dataclass(frozen=True, eq=False)
-class ImageUp:
+class ImageUp(UpOfImages):
     """What an image, or several of one camera that stood still, say.
 
-    up: (3,) unit, CAMERA axes. covariance: (2, 2) square radians on the plane across up, along `tangent(up)` (pitch,
-    roll). focal_px and focal_sd_px. gain: evidence over chance, in nats. failure: how often an answer of this gain is
-    quite wrong. segments, runs_along: the lines looked at, and along what each runs (lines.directions).
-    size: width and height in pixels.
+    gain: evidence over chance, in nats. failure: how often an answer of this gain is quite wrong. segments, runs_along:
+    the lines looked at, and along what each runs (lines.directions). size: width and height in pixels.
     """
 
-    up: np.ndarray
-    covariance: np.ndarray
-    focal_px: float
-    focal_sd_px: float
     gain: float
     failure: float
     segments: Segments
     runs_along: np.ndarray
     heading: float
     size: tuple[int, int]
-
-    @property
-    def error_deg(self) -> float:
-        """Expected root mean square angle between up and the truth."""
-        return float(np.degrees(np.sqrt(np.trace(self.covariance))))
 
 
 @dataclass(frozen=True)

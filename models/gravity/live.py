@@ -18,7 +18,7 @@ from ...pipeline.plugins.protocols import Rectifier
 from ..rectifier.load import load_rectifier
 from .evidence import Evidence, TakeUp
 from .levelling import HEADING_S, heading_error_deg, level_left, rotation_error_deg, standing
-from .smoothing import trust
+from .seen import trust
 from .votes import take_up
 
 KEPT = 256  # votes; beyond it every second one is dropped, and from then on only every second frame votes

@@ -11,7 +11,7 @@ from golden.films import film_of
 from golden.rooms import no_lines, street
 from pcnet3d.adapters import video as videos
 from pcnet3d.models.gravity import geocalib
-from pcnet3d.models.gravity.geocalib import FieldsUp
+from pcnet3d.models.gravity.lines import UpOfImages
 from pcnet3d.models.gravity.view import _boxes, camera_of
 from pcnet3d.pipeline import H36M17, InputError, PoseSequence, Take, Told, Video
 from pcnet3d.pipeline.cli import main
@@ -191,7 +191,7 @@ def test_a_network_is_asked_where_lines_do_not_tell(tmp_path, monkeypatch, capsy
     def answer(images, model, focal_px=None, focal_spread=None):
         asked.append((len(images), model, focal_px))
         up = view_rotation(np.array(0.0), np.array(12.0), np.array(3.0))[:, 2]
-        return FieldsUp(up, np.diag(np.radians([1.5, 0.7]) ** 2), 900.0, 70.0)
+        return UpOfImages(up, np.diag(np.radians([1.5, 0.7]) ** 2), 900.0, 70.0)
 
     monkeypatch.setattr(geocalib, "up_from_network", answer)
     cv2.imwrite(str(tmp_path / "grass.png"), no_lines("grass", 0).image[:, :, ::-1])

@@ -5,9 +5,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from pcnet3d.models.gravity import direction, fuse, pool, take_up
-from pcnet3d.models.gravity.evidence import IMAGE, Evidence, of_image
+from pcnet3d.models.gravity.evidence import IMAGE, Evidence, held, of_image
 from pcnet3d.models.gravity.fusion import chi_square, decide, fused_up
-from pcnet3d.models.gravity.held import held
 from pcnet3d.models.gravity.lines import tangent
 from pcnet3d.pipeline import InputError
 from pcnet3d.pipeline.core.camera import Look, pitch_roll_deg, view_rotation
