@@ -2,17 +2,15 @@
 
 Lifted takes of people nobody was trained on, one gravity per take, in metres by the true scale, against the contacts of
 the motion capture (models/lab/mocap/contact.py) and the same figures by them. Lengths and speed are judged with the
-true
-pelvis path, and with the one that models/place finds from the keypoints: of a body of the right stature, with the focal
-length known, and lifted anew, with the usual one assumed. Feet slide by as much as their ankles move over the floor
-while they lie flat in truth.
+true pelvis path, and with the one that models/place finds from the keypoints: of a body of the right stature, with the
+focal length known, and lifted anew, with the usual one assumed. Feet slide by as much as their ankles move over the
+floor while they lie flat in truth.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -22,7 +20,6 @@ from ....pipeline.core.frames import turned_covariance
 from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.rotations import rotate, transpose
 from ....pipeline.plugins.protocols import Rectifier
-from ....pipeline.running.progress import each
 from ....pipeline.signals.filters import lowpass
 from ...common.metrics import SD_90, Figure, relative
 from ...common.spread import stated_spread
@@ -41,12 +38,11 @@ from ...gait.foot_lock import foot_locked
 from ...gait.gait import Gait, Values, facing_deg, find_gait, length_values, time_values
 from ...gait.parameters import flat_span
 from ...gravity import Seen, level_static, why_not
-from ...lifter.builtin import lift
 from ...place.path import SCALE_SD, pelvis_path
 from ..mocap.contact import true_contact
 from .place import ASSUMED, KNOWN, by_stature, camera_of
-from .sets import EvaluationSet, evaluation_sets, heading
-from .tables import Table, page, settings
+from .sets import EvaluationSet, Question
+from .tables import Page, Table
 from .take_answers import joints_of
 from .testbed import LiftedTake
 
@@ -57,6 +53,45 @@ _SAME_S = 0.25  # an event that is found farther off is another one
 _FIGURES = (
     "step_time_s", "stride_time_s", "stance_time_s", "swing_time_s", "stance_percent", "swing_percent",
     "single_support_percent", "double_support_percent", "flight_time_s", *OF_LENGTH,
+)  # fmt: skip
+
+PAGE = Page(
+    "Gait",
+    ", rectifier {rectifier}; one camera a take. Errors are p50 / mean / p95 of their size: events over events, "
+    "figures over takes (of a take's mean, of the steps that both have). Inside: takes whose true mean lies within "
+    "1.645 stated standard deviations. False steps: found in takes without a walk.",
+    [
+        Table("Takes", "sets/*", ["set"], {"false steps": "{false steps}"}),
+        Table(
+            "",
+            "sets/*/*",
+            ["set", "gait"],
+            {
+                "takes": "{takes}", "steps found": "{steps[0]}", "true": "{steps[1]}",
+                "frames on the floor: precision": "{contact[precision]:.3f}", "recall": "{contact[recall]:.3f}",
+            },
+            where=lambda row: "contact" in row,
+        ),
+        Table(
+            "Events",
+            "sets/*/*/events/*",
+            ["set", "gait", "event"],
+            {
+                "precision": "{precision:.2f}", "recall": "{recall:.2f}", "bias, ms": "{bias_ms:.0f}",
+                "error, ms": "{error_ms:.0f}",
+            },
+        ),
+        Table(
+            "Figures",
+            "sets/*/*/figures/*",
+            ["set", "gait", "figure"],
+            {
+                "takes": "{takes}", "true": "{true:.3f}", "bias": "{bias:.3f}", "error": "{error:.3f}",
+                "error, %": "{error_percent:.1f}", "inside": "{inside:.0%}",
+            },
+        ),
+        Table("", "sets/*/*/sliding_cm/*", ["set", "gait", "path"], {"flat feet slide by, cm a stance": "{value:.1f}"}),
+    ],
 )  # fmt: skip
 
 
@@ -124,23 +159,12 @@ class JudgedGait:
     sliding: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
 
 
-def gait_tables(
-    rectifier: Rectifier,
-    lifter: str | Path = "pcnet3d",
-    seed: int = 0,
-    flip: bool = False,
-    sets: Sequence[EvaluationSet] | None = None,
-) -> dict[str, Any]:
-    """Everything the report says: {"sets": {set: {kind: one_kind's}}}."""
-    sets = sets or evaluation_sets()
-    results: dict[str, Any] = {**heading(lifter, seed, flip, sets), "rectifier": rectifier.method, "sets": {}}
-    for one in sets:
-        found = []
-        for take in each(
-            one.takes(seed, lifter, flip, focal_known=True), f"{one.label} takes", len(one.clips())
-        ):
-            judged = judge_both(rectifier, take, lifter, flip)
-            found += [] if judged is None else [judged]
+def tables(question: Question) -> dict[str, Any]:
+    """Everything the report says: {"sets": {set: {kind: one_kind's, "false steps": their number}}}."""
+    (rectifier,) = question.rectifiers
+    results: dict[str, Any] = {**question.heading(), "rectifier": rectifier.method, "sets": {}}
+    for one in question.sets:
+        found = judged_takes(question, one)
         kinds = {kind: [take for take in found if take.kind == kind] for kind in ("walking", "running")}
         results["sets"][one.label] = {
             **{kind: one_kind(takes) for kind, takes in kinds.items() if takes},
@@ -149,20 +173,24 @@ def gait_tables(
     return results
 
 
-def judge_both(
-    rectifier: Rectifier, take: LiftedTake, lifter: str | Path = "pcnet3d", flip: bool = False
-) -> JudgedGait | None:
-    """As judge, of a take whose lift knew the focal length, with the means of a lift with the assumed one beside."""
-    judged = judge(rectifier, take)
-    if judged is None or not judged.means:
-        return judged
-    focal_px = camera_of(take.seen, ASSUMED).focal_px
-    again = lift(take.seen.keypoints, take.seen.image_size, focal_px, flip, lifter)
-    guessed = judge(rectifier, LiftedTake(again, take.seen), ASSUMED)
-    if guessed is None:
-        return judged
-    differences = {**guessed.differences, **judged.differences}
-    return replace(judged, means={**guessed.means, **judged.means}, differences=differences)
+def judged_takes(question: Question, of: EvaluationSet) -> list[JudgedGait]:
+    """The set's takes that can be judged, by the first rectifier; each lifted with its focal length known, and anew
+    with the assumed one, whose means stand beside."""
+    (rectifier,) = question.rectifiers
+    judged = []
+    for take in question.takes(of, focal_known=True):
+        known = judge(rectifier, take)
+        if known is not None and known.means:
+            again = question.lift_seen(take.seen, camera_of(take.seen, ASSUMED).focal_px)
+            guessed = judge(rectifier, LiftedTake(again, take.seen), ASSUMED)
+            if guessed is not None:
+                known = replace(
+                    known,
+                    means={**guessed.means, **known.means},
+                    differences={**guessed.differences, **known.differences},
+                )
+        judged += [] if known is None else [known]
+    return judged
 
 
 def judge(rectifier: Rectifier, take: LiftedTake, path: str = KNOWN) -> JudgedGait | None:
@@ -397,42 +425,3 @@ def _figure(name: str, means: Sequence[Mean | Difference]) -> dict[str, Any]:
         "error_percent": Figure.of(100 * np.abs(error / size)),
         "inside": float(inside.mean()),
     }
-
-
-def as_markdown(results: dict[str, Any]) -> str:
-    """The report as a page of tables."""
-    parts: list[Table | str] = []
-    for label, kinds in results["sets"].items():
-        for kind, table in kinds.items():
-            if not isinstance(table, dict):
-                continue
-            found, true = table["steps"]
-            contact = table["contact"]
-            events = [
-                f"{name} | {row['precision']:.2f} | {row['recall']:.2f} | {row['bias_ms']:.0f} | {row['error_ms']:.0f}"
-                for name, row in table["events"].items()
-            ]
-            figures = [
-                f"{name} | {row['takes']} | {row['true']:.3f} | {row['bias']:.3f} | {row['error']:.3f} | "
-                f"{row['error_percent']:.1f} | {100 * row['inside']:.0f}"
-                for name, row in table["figures"].items()
-            ]
-            note = (
-                f"{table['takes']} takes; {found} steps found, {true} true. Frames on the floor: precision "
-                f"{contact['precision']:.3f}, recall {contact['recall']:.3f}."
-            )
-            head = ["event", "precision", "recall", "bias, ms", "error, ms"]
-            parts.append(Table(f"{label}, {kind}", head, events, note))
-            head = ["figure", "takes", "true", "bias", "error", "error, %", "inside, %"]
-            parts.append(Table("", head, figures))
-            if "sliding_cm" in table:
-                slides = "; ".join(f"{path} {row:.1f}" for path, row in table["sliding_cm"].items())
-                parts.append(f"Flat feet slide by, in cm a stance: {slides}.")
-        parts.append(f"Steps found in takes of {label} without a walk: {kinds['false steps']}.")
-    return page(
-        "Gait",
-        f"{settings(results)}, rectifier {results['rectifier']}; one camera a take. Errors are p50 / mean / p95 of "
-        "their size: events over events, figures over takes (of a take's mean, of the steps that both have). Inside: "
-        "share of takes whose true mean lies within 1.645 stated standard deviations.",
-        parts,
-    )

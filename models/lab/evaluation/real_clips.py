@@ -10,9 +10,9 @@ from ....pipeline.core.frames import CAMERA, IMAGE
 from ....pipeline.core.layouts import BLAZEPOSE33, COCO17, H36M17, HALPE26, Layout, remap
 from ....pipeline.core.pose import PoseSequence
 from ...common.metrics import Figure, procrustes_error, relative
-from ...lifter.builtin import lift
 from ..mocap.clips import data_folder
 from ..synthetic.bodies import STANDARD_SIZE_M, size_m
+from .sets import Question
 
 # file, 2D array, its detector and layout, other lifters' arrays, their names and layouts
 _CLIPS: tuple[tuple[str, str, str, Layout, tuple[tuple[str, str, Layout], ...]], ...] = (
@@ -30,16 +30,14 @@ _LIMBS = H36M17.indices(
 )
 
 
-def agreement(lifter: str = "pcnet3d", flip: bool = False) -> list[dict[str, Any]]:
+def agreement(question: Question) -> list[dict[str, Any]]:
     """PA-MPJPE over the twelve limb joints, mm of a standard body, of every pair of lifters on every clip."""
     rows = []
     for clip, array, detector, layout, others in _CLIPS:
         with np.load(data_folder() / "lifter" / f"{clip}.npz", allow_pickle=False) as file:
             keypoints = image_poses(file[array], layout)
             width, height = (int(side) for side in file["image_size"])
-            poses = {
-                f"pcnet3d on {detector}": lift(keypoints, (width, height), flip=flip, model=lifter).joints
-            }
+            poses = {f"pcnet3d on {detector}": question.lift(keypoints, (width, height)).joints}
             for name, label, other_layout in others:
                 camera = CAMERA.with_(unit="arbitrary")
                 poses[label] = remap(PoseSequence(file[name], other_layout, camera)).joints

@@ -6,7 +6,7 @@ hold their trunk near it.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -15,13 +15,11 @@ from ....pipeline.core.frames import CAMERA
 from ....pipeline.core.layouts import BLAZEPOSE33, COCO17, H36M17, Layout, remap
 from ....pipeline.core.pose import PoseSequence
 from ....pipeline.core.rotations import angle_deg, geodesic_deg, kabsch, rotate, transpose, unit
-from ....pipeline.plugins.protocols import Rectifier
 from ...common.metrics import Figure, relative
-from ...lifter.builtin import lift
 from ..mocap.clips import data_folder
 from .real_clips import agreement, image_poses
-from .sets import heading
-from .tables import Table, page, settings
+from .sets import Question
+from .tables import Page, Table
 from .take_answers import Answer, answers, named
 
 _OURS = "pcnet3d on MoveNet"
@@ -42,28 +40,51 @@ _PAIRS = (
     ("walk_crop", _OURS, "BlazePose"),
     ("demo_man", _OURS, "BlazePose"),
 )
+PAGE = Page(
+    "Real clips",
+    ". Nobody knows the truth of these: how far lifters are apart, and how steady up is.",
+    [
+        Table(
+            "Lifters",
+            "real/*",
+            [],
+            {"clip": "{pair[0]}", "one": "{pair[1]}", "other": "{pair[2]}", "apart": "{apart}"},
+            "PA-MPJPE in mm of a standard body, p50 / mean / p95 over frames.",
+        ),
+        "## Rectified\n\nDegrees over frames, p50 / mean / p95.",
+        Table("", "real, rectified/apart/*/*", ["two lifters of one video", "axes"], {"apart": "{value}"}),
+        Table(
+            "",
+            "real, rectified/up/*/*",
+            ["lifter", "rectifier"],
+            {"up against the take's mean up": "{value}"},
+        ),
+        Table(
+            "",
+            "real, rectified/trunk/*/*",
+            ["lifter", "rectifier"],
+            {"trunk against the take's up": "{lean}", "its stated 90 % bound": "{bound:.1f}"},
+        ),
+    ],
+)
 
 
-def real_poses(lifter: str = "pcnet3d", flip: bool = False) -> Iterator[tuple[str, str, PoseSequence]]:
-    """(clip, lifter, poses): H36M17 in CAMERA axes relative to the pelvis, the lifter's unit.
-
-    lifter, flip: ours, for the clips of which there are 2D keypoints; their focal length is unknown.
-    """
+def real_poses(question: Question) -> Iterator[tuple[str, str, PoseSequence]]:
+    """(clip, lifter, poses): H36M17 in CAMERA axes relative to the pelvis, the lifter's unit; ours for the clips of
+    which there are 2D keypoints, whose focal length is unknown."""
     for clip, array, name, layout in _LIFTED:
         with np.load(data_folder() / "lifter" / f"{clip}.npz", allow_pickle=False) as file:
             found, time_s = file[array], np.arange(len(file[array])) / float(file["fps"])
             if name == _OURS:
                 width, height = (int(side) for side in file["image_size"])
-                poses = lift(image_poses(found, layout), (width, height), flip=flip, model=lifter)
+                poses = question.lift(image_poses(found, layout), (width, height))
             else:
                 poses = remap(PoseSequence(found, layout, CAMERA.with_(unit="arbitrary")))
         joints = relative(poses.joints.astype(np.float64))
         yield clip.removeprefix("mhformer_"), name, poses.with_(joints=joints, time_s=time_s)
 
 
-def consistency(
-    rectifiers: Sequence[Rectifier], lifter: str = "pcnet3d", flip: bool = False
-) -> dict[str, Any]:
+def consistency(question: Question) -> dict[str, Any]:
     """{"apart": {"clip: lifter, lifter": {axes: Figure}}, "up": {"clip, lifter": {method: Figure}}, "trunk": {"clip,
     lifter": {method: {"lean": Figure, "bound"}}}}, degrees over frames.
 
@@ -74,9 +95,9 @@ def consistency(
     """
     joints: dict[tuple[str, str], np.ndarray] = {}
     found: dict[tuple[str, str], dict[str, dict[str, Answer]]] = {}
-    for clip, name, poses in real_poses(lifter, flip):
+    for clip, name, poses in real_poses(question):
         joints[clip, name] = poses.joints
-        found[clip, name] = answers(rectifiers, poses.joints, poses.times)
+        found[clip, name] = answers(question.rectifiers, poses.joints, poses.times)
     apart = {}
     for clip, *pair in _PAIRS:
         both = [(joints[clip, name], named(found[clip, name])) for name in pair]
@@ -106,50 +127,9 @@ def spread_deg(up: np.ndarray) -> np.ndarray:
     return angle_deg(up, np.broadcast_to(unit(np.nanmean(up, axis=0)), up.shape))
 
 
-def real_clip_tables(
-    rectifiers: Sequence[Rectifier], lifter: str = "pcnet3d", flip: bool = False
-) -> dict[str, Any]:
+def tables(question: Question) -> dict[str, Any]:
     """Everything the report says: real_clips.agreement as "real", and consistency as "real, rectified"."""
-    return {
-        **heading(lifter, None, flip),
-        "real": agreement(lifter, flip),
-        "real, rectified": consistency(rectifiers, lifter, flip),
-    }
-
-
-def as_markdown(results: dict[str, Any]) -> str:
-    """The report as a page of tables."""
-    found = results["real, rectified"]
-    trunk = {
-        name: {method: f"{of['lean']}; {of['bound']:.1f}" for method, of in row.items()}
-        for name, row in found["trunk"].items()
-    }
-    tables = {
-        "two lifters of one video apart": found["apart"],
-        "up against the take's mean up": found["up"],
-        "trunk against the take's up; its stated 90 % bound": trunk,
-    }
-    return page(
-        "Real clips",
-        f"{settings(results)}. Nobody knows the truth of these: how far lifters are apart, and how steady up is.",
-        [
-            Table(
-                "Lifters",
-                ["clip", "one", "other", "apart"],
-                [[*row["pair"], row["apart"]] for row in results["real"]],
-                "PA-MPJPE in mm of a standard body, p50 / mean / p95 over frames.",
-            ),
-            "## Rectified\n\nDegrees over frames, p50 / mean / p95.",
-            *(
-                Table(
-                    "",
-                    [title, *next(iter(rows.values()))],
-                    [[name, *row.values()] for name, row in rows.items()],
-                )
-                for title, rows in tables.items()
-            ),
-        ],
-    )
+    return {**question.heading(), "real": agreement(question), "real, rectified": consistency(question)}
 
 
 def _trunk(joints: np.ndarray, take: Answer) -> dict[str, Any]:
