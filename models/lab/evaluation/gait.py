@@ -20,17 +20,13 @@ from ....pipeline.core.frames import turned_covariance
 from ....pipeline.core.layouts import H36M17
 from ....pipeline.core.rotations import rotate, transpose
 from ....pipeline.plugins.protocols import Rectifier
-from ....pipeline.signals.filters import lowpass
-from ...common.metrics import SD_90, Figure, relative
+from ...common.metrics import Figure, relative
 from ...common.spread import stated_spread
 from ...gait.contact import SIDES, contacts, leg_length
 from ...gait.errors import (
-    FEWEST_OF_A_SIDE,
     OF_LENGTH,
     OF_SIDES,
     depth_of_steps,
-    difference_error,
-    mean_error,
     path_error,
 )
 from ...gait.events import ON_FLOOR, Stance, stances
@@ -40,6 +36,8 @@ from ...gait.parameters import flat_span
 from ...gravity import Seen, level_static, why_not
 from ...place.path import SCALE_SD, pelvis_path
 from ..mocap.contact import true_contact
+from .acceleration import filtered
+from .gait_means import FIGURES, Difference, Mean, differences_of, figure_of, means_of
 from .place import ASSUMED, KNOWN, by_stature, camera_of
 from .sets import EvaluationSet, Question
 from .tables import Page, Table
@@ -50,11 +48,6 @@ TRUE = "true path"
 PATHS = (TRUE, KNOWN, ASSUMED)
 _SLIDING = (TRUE, KNOWN, f"{KNOWN}, feet locked")
 _SAME_S = 0.25  # an event that is found farther off is another one
-_FIGURES = (
-    "step_time_s", "stride_time_s", "stance_time_s", "swing_time_s", "stance_percent", "swing_percent",
-    "single_support_percent", "double_support_percent", "flight_time_s", *OF_LENGTH,
-)  # fmt: skip
-
 PAGE = Page(
     "Gait",
     ", rectifier {rectifier}; one camera a take. Errors are p50 / mean / p95 of their size: events over events, "
@@ -93,53 +86,6 @@ PAGE = Page(
         Table("", "sets/*/*/sliding_cm/*", ["set", "gait", "path"], {"flat feet slide by, cm a stance": "{value:.1f}"}),
     ],
 )  # fmt: skip
-
-
-@dataclass(frozen=True)
-class Mean:
-    """A take's mean of one figure, found and true, of `count` values that were found; lengths in metres. gait: what was
-    found, "walking" or "running". leg: length of a leg in metres. root_sd, share: stated of the pelvis path, in metres,
-    and of all strides alike (gait.errors.path_error)."""
-
-    found: float
-    true: float
-    count: int
-    gait: str
-    leg: float
-    root_sd: float = 0.0
-    share: float = 0.0
-
-    @property
-    def size(self) -> float:
-        """What an error is a share of."""
-        return self.true
-
-    def sd(self, name: str) -> float:
-        """The stated standard deviation, in the figure's unit."""
-        if name not in OF_LENGTH:
-            return mean_error(self.gait, name, self.count)
-        own = self.leg * mean_error(self.gait, name, self.count, self.root_sd / self.leg)
-        return float(np.hypot(own, self.share * self.found))
-
-
-@dataclass(frozen=True)
-class Difference:
-    """A take's mean of one figure over the right side's steps less that over the left's, found and true; lengths in
-    metres. size: mean of both sides in truth, so that an error's share of it is that of the symmetry index. counts:
-    values that were found of right and left. gait, leg: as Mean's. depth: gait.errors.depth_of_steps."""
-
-    found: float
-    true: float
-    size: float
-    counts: tuple[int, int]
-    gait: str
-    leg: float
-    depth: float
-
-    def sd(self, name: str) -> float:
-        """The stated standard deviation, in the figure's unit."""
-        own = difference_error(self.gait, name, *self.counts, self.depth)
-        return self.leg * own if name in OF_LENGTH else own
 
 
 @dataclass(frozen=True, eq=False)
@@ -203,7 +149,7 @@ def judge(rectifier: Rectifier, take: LiftedTake, path: str = KNOWN) -> JudgedGa
     level = level_static(Seen(joints, *rectifier.rotation(joints), time_s, spread=stated_spread(take.lifted)))
     if why_not(level):
         return None
-    smooth = _smooth(joints, time_s)
+    smooth = filtered(joints, time_s)
     body = rotate(transpose(level.R_camera_from_body), smooth)
     facing = facing_deg(level.R_camera_from_level.T @ level.R_camera_from_body)
     probability = contacts(body, time_s)
@@ -212,7 +158,7 @@ def judge(rectifier: Rectifier, take: LiftedTake, path: str = KNOWN) -> JudgedGa
     world = rotate(seen.R_camera_from_world.T, seen.joints_camera)
     spells = true_contact(world, time_s)
     feet = {side: [Stance(side, *map(float, spell)) for spell in spells[side]] for side in SIDES}
-    true_smooth = _smooth(seen.truth, time_s)
+    true_smooth = filtered(seen.truth, time_s)
     R_world_from_body = seen.R_camera_from_world.T @ seen.R_camera_from_body
     true = find_gait(
         rotate(transpose(seen.R_camera_from_body), true_smooth),
@@ -241,8 +187,8 @@ def judge(rectifier: Rectifier, take: LiftedTake, path: str = KNOWN) -> JudgedGa
     def keep(path: str, root: np.ndarray, places: np.ndarray, *errors: float) -> None:
         values = {**time_values(same[0]), **_lengths(same[0], root, places, time_s)}
         about = values, true_values, same[0].kind, leg_length(places)
-        judged.means[path] = _means(*about, *errors)
-        judged.differences[path] = _differences(*about, depth)
+        judged.means[path] = means_of(*about, *errors)
+        judged.differences[path] = differences_of(*about, depth)
 
     true_root = rotate(R_level_from_camera, seen.joints_camera[:, H36M17.index("pelvis")][None])[0]
     keep(TRUE, true_root, rotate(R_level_from_camera, smooth))
@@ -285,10 +231,6 @@ def _sliding(root: np.ndarray, ankles: dict[str, np.ndarray], gait: Gait, time_s
                 places = (root + ankles[side])[rows, :2]
                 found.append(np.linalg.norm(places[:, None] - places, axis=-1).max(initial=0.0))
     return np.array(found, dtype=np.float64)
-
-
-def _smooth(joints: np.ndarray, time_s: np.ndarray) -> np.ndarray:
-    return lowpass(joints.reshape(len(joints), -1), time_s).reshape(joints.shape)
 
 
 def _lengths(gait: Gait, root: np.ndarray, level: np.ndarray, time_s: np.ndarray) -> Values:
@@ -348,31 +290,6 @@ def _of_both(found: Gait, true: Gait) -> tuple[Gait, Gait] | None:
     return pair if pair[0].walks and len(pair[0].steps) == len(pair[1].steps) else None
 
 
-def _both(values: Values, name: str) -> np.ndarray:
-    return np.concatenate([values[name][side] for side in SIDES])
-
-
-def _means(found: Values, true: Values, gait: str, leg: float, *path_errors: float) -> dict[str, Mean]:
-    result = {}
-    for name in _FIGURES:
-        a, b = (values[np.isfinite(values)] for values in (_both(found, name), _both(true, name)))
-        if len(a) and len(b):
-            result[name] = Mean(float(a.mean()), float(b.mean()), len(a), gait, leg, *path_errors)
-    return result
-
-
-def _differences(found: Values, true: Values, gait: str, leg: float, depth: float) -> dict[str, Difference]:
-    result = {}
-    for name in OF_SIDES:
-        sides = [values[name][side] for values in (found, true) for side in SIDES]
-        sides = [values[np.isfinite(values)] for values in sides]
-        if min(map(len, sides)) >= FEWEST_OF_A_SIDE:
-            right, left, true_right, true_left = (float(values.mean()) for values in sides)
-            size, counts = (true_right + true_left) / 2, (len(sides[0]), len(sides[1]))
-            result[name] = Difference(right - left, true_right - true_left, size, counts, gait, leg, depth)
-    return result
-
-
 def one_kind(takes: Sequence[JudgedGait]) -> dict[str, Any]:
     """Of takes of one kind: steps, contact frames, events and figures."""
     frames = np.concatenate([take.frames for take in takes])
@@ -397,31 +314,16 @@ def one_kind(takes: Sequence[JudgedGait]) -> dict[str, Any]:
             "error_ms": Figure.of(1000 * np.abs(error)),
         }
     means, differences = [take.means for take in takes], [take.differences for take in takes]
-    for what, names, of_takes in (("", _FIGURES, means), (", right less left", OF_SIDES, differences)):
+    for what, names, of_takes in (("", FIGURES, means), (", right less left", OF_SIDES, differences)):
         for path in PATHS:
             for name in names:
                 found = [of_paths[path][name] for of_paths in of_takes if name in of_paths.get(path, {})]
                 if found and (path == TRUE or name in OF_LENGTH):
                     label = f"{name}{what}, {path}" if name in OF_LENGTH else f"{name}{what}"
-                    result["figures"][label] = _figure(name, found)
+                    result["figures"][label] = figure_of(name, found)
     sliding = np.concatenate([take.sliding for take in takes])
     if len(sliding):
         result["sliding_cm"] = {
             path: Figure.of(100 * of) for path, of in zip(_SLIDING, sliding.T, strict=True)
         }
     return result
-
-
-def _figure(name: str, means: Sequence[Mean | Difference]) -> dict[str, Any]:
-    size = np.array([mean.size for mean in means])
-    error = np.array([mean.found - mean.true for mean in means])
-    true = np.array([mean.true for mean in means])
-    inside = np.array([abs(mean.found - mean.true) <= SD_90 * mean.sd(name) for mean in means])
-    return {
-        "takes": len(means),
-        "true": float(np.median(true)),
-        "bias": float(np.median(error)),
-        "error": Figure.of(np.abs(error)),
-        "error_percent": Figure.of(100 * np.abs(error / size)),
-        "inside": float(inside.mean()),
-    }

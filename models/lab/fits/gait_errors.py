@@ -21,7 +21,8 @@ from ...common.metrics import SD_90
 from ...gait.errors import ERROR_FILE, OF_LENGTH
 from ...rectifier.load import load_rectifier
 from ..common.modules import run_command
-from ..evaluation.gait import TRUE, Difference, JudgedGait, Mean, judged_takes
+from ..evaluation.gait import TRUE, JudgedGait, judged_takes
+from ..evaluation.gait_means import Difference, Mean
 from ..evaluation.sets import Question
 from ..evaluation.testbed import BEDS
 
