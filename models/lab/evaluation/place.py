@@ -7,7 +7,6 @@ its cameras and the keypoints that OpenPose found; his pelvis is taken for the m
 
 from __future__ import annotations
 
-import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -16,7 +15,7 @@ import numpy as np
 
 from ....pipeline.core.anthropometry import implied_stature
 from ....pipeline.core.camera import PRIOR_FOCAL, PRIOR_FOCAL_SPREAD, Camera
-from ....pipeline.core.frames import CAMERA, IMAGE, scaled_covariance
+from ....pipeline.core.frames import scaled_covariance
 from ....pipeline.core.intrinsics import Intrinsics, undistorted
 from ....pipeline.core.layouts import H36M17, remap
 from ....pipeline.core.pose import PoseSequence
@@ -31,12 +30,11 @@ from .tables import Page, Table
 from .testbed import LiftedTake, SeenTake
 
 _SPAN_S = 1.0  # over which walking speed is taken
-_TIMED = 10_000  # frames
 KNOWN, SIZED, ASSUMED = _CASES = ("focal known", "focal known, body of its true size", "focal assumed")
 
 PAGE = Page(
     "Places",
-    "; one camera per take, standing still. {timing[frames]:,} frames are placed in {timing[seconds]:.2f} s.",
+    "; one camera per take, standing still.",
     [
         Table(
             "",
@@ -89,7 +87,6 @@ def tables(question: Question) -> dict[str, Any]:
                 judged[case].append(_judged(question, take, case))
         results["places"][one.label] = {case: figures(takes) for case, takes in judged.items()}
     results["real"] = real_places(question)
-    results["timing"] = {"frames": _TIMED, "seconds": placing_seconds(_TIMED)}
     return results
 
 
@@ -235,19 +232,3 @@ def figures(takes: Sequence[Judged | None]) -> dict[str, Any]:
 
 def _rms(values: np.ndarray) -> float:
     return float(np.sqrt(np.nanmean(values**2)))
-
-
-def placing_seconds(frames: int) -> float:
-    """Seconds that pelvis_path takes on this machine for a take of a body that sways before the camera."""
-    rng = np.random.default_rng(0)
-    body = rng.normal(0, 0.3, (17, 3)) * [1.0, 1.5, 0.5]
-    joints = body - body[0] + rng.normal(0, 0.01, (frames, 17, 3))
-    place = np.array([0.0, 0.0, 4.0]) + 0.5 * np.sin(np.arange(frames) / 40)[:, None]
-    points = joints + place[:, None]
-    pixels = 1000 * points[..., :2] / points[..., 2:] + [960, 540]
-    time_s = np.arange(frames) / 30
-    poses = PoseSequence(joints, H36M17, CAMERA.with_(origin="pelvis"), time_s=time_s)
-    keypoints = PoseSequence(pixels, H36M17, IMAGE, time_s=time_s)
-    start = time.perf_counter()
-    pelvis_path(poses, keypoints, Camera((1920, 1080), 1000.0, 20.0, "told"))
-    return time.perf_counter() - start

@@ -7,7 +7,6 @@ accelerations of wrists and ankles, and one take from eight cameras.
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -18,7 +17,7 @@ from ....pipeline.core.rotations import angle_deg, geodesic_deg, rotate, transpo
 from ....pipeline.reading.mocap.clip import Clip
 from ...common.metrics import Figure, joint_error, sorting
 from ...common.spread import stated_spread
-from ...gravity import Seen, level_static, why_not
+from ...gravity import why_not
 from ..mocap.clips import lying
 from . import take_acceleration, take_cameras
 from .sets import Question
@@ -40,12 +39,10 @@ _LONG_S = 2.0
 LONG, _SHORT, _PARTLY, _LYING = _GROUPS = (
     "upright, 2 s and more", "upright, under 2 s", "lying now and then", "lying",
 )  # fmt: skip
-_POOLED = 10_000  # frames
 _CAMERA_TAKES = 20
 PAGE = Page(
     "Takes",
-    "; one camera a take, standing still. A take of {pooling[frames]:,} frames is pooled in {pooling[seconds]:.2f} s "
-    "beyond the rectifier's own time.",
+    "; one camera a take, standing still.",
     [
         Table(
             "Errors",
@@ -104,7 +101,6 @@ def tables(question: Question) -> dict[str, Any]:
         results["acceleration"] |= signals
     first = some_clips(question.sets[0].clips(), _CAMERA_TAKES)
     results["cameras"] = take_cameras.camera_tables(question, first)
-    results["pooling"] = {"frames": _POOLED, "seconds": pooling_seconds(_POOLED)}
     return results
 
 
@@ -220,19 +216,3 @@ def some_clips(clips: Sequence[Clip], count: int) -> list[Clip]:
     """At most `count` upright clips of 2 s and more, evenly spread over the list."""
     fine = [c for c in clips if len(c) / c.fps >= _LONG_S and not lying(c.joints).any()]
     return [fine[i] for i in np.unique(np.linspace(0, len(fine) - 1, min(count, len(fine))).astype(int))]
-
-
-def pooling_seconds(frames: int) -> float:
-    """Seconds that level_static takes on this machine for a take, beyond the rectifier's own time: votes scattered
-    about an upright person's by a few degrees, correlated in time."""
-    from scipy.ndimage import gaussian_filter1d
-    from scipy.spatial.transform import Rotation
-
-    rng = np.random.default_rng(0)
-    turns = np.radians(12) * gaussian_filter1d(rng.normal(size=(frames, 3)), 3.0, axis=0)
-    R = camera_axes(frames).R_camera_from_body @ Rotation.from_rotvec(turns).as_matrix()
-    joints = rng.normal(0, 0.3, (frames, 17, 3))
-    error_deg, time_s = rng.uniform(4, 12, frames), np.arange(frames) / 30
-    start = time.perf_counter()
-    level_static(Seen(joints, R, error_deg, time_s))
-    return time.perf_counter() - start
