@@ -71,6 +71,7 @@ def _both(values: Values, name: str) -> np.ndarray:
 
 
 def means_of(found: Values, true: Values, gait: str, leg: float, *path_errors: float) -> dict[str, Mean]:
+    """{figure: Mean} of those of FIGURES that were found and are true. path_errors: Mean.root_sd and share."""
     result = {}
     for name in FIGURES:
         a, b = (values[np.isfinite(values)] for values in (_both(found, name), _both(true, name)))
@@ -80,6 +81,7 @@ def means_of(found: Values, true: Values, gait: str, leg: float, *path_errors: f
 
 
 def differences_of(found: Values, true: Values, gait: str, leg: float, depth: float) -> dict[str, Difference]:
+    """{figure: Difference} of those that both sides have enough values of, found and true."""
     result = {}
     for name in OF_SIDES:
         sides = [values[name][side] for values in (found, true) for side in SIDES]
@@ -92,6 +94,7 @@ def differences_of(found: Values, true: Values, gait: str, leg: float, depth: fl
 
 
 def figure_of(name: str, means: Sequence[Mean | Difference]) -> dict[str, Any]:
+    """Of many takes: how many, the median truth and error, the size of errors and the share within the stated ones."""
     size = np.array([mean.size for mean in means])
     error = np.array([mean.found - mean.true for mean in means])
     true = np.array([mean.true for mean in means])
