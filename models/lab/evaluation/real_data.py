@@ -13,7 +13,7 @@ from ....pipeline.core.errors import InputError
 from ....pipeline.core.frames import IMAGE
 from ....pipeline.core.layouts import COCO17
 from ....pipeline.core.pose import PoseSequence
-from ....pipeline.core.rotations import unit
+from ....pipeline.core.rotations import rotate, unit
 from ....pipeline.core.take import Video
 from ....pipeline.files.arrays import load_all
 from ....pipeline.reading.choose import choose_person
@@ -41,6 +41,12 @@ class RealCamera:
     distortion: np.ndarray
     R_camera_from_world: np.ndarray | None = None
     t_m: np.ndarray | None = None
+
+    def to_camera(self, joints_world: np.ndarray) -> np.ndarray:
+        """(..., J, 3) world -> camera, metres, of a take with truth."""
+        assert self.R_camera_from_world is not None
+        assert self.t_m is not None
+        return rotate(self.R_camera_from_world, joints_world) + self.t_m
 
     def project(self, joints_world: np.ndarray) -> np.ndarray:
         """(..., 3) world, metres -> (..., 2) pixels, lens distortion included."""
@@ -106,6 +112,13 @@ def read_truth(folder: Path, cameras: Sequence[str]) -> RealTruth:
         # The first 17 joints of BODY_25B are COCO's, in its order.
         openpose={name: arrays[key][:, : len(COCO17)].astype(np.float64) for name, key in keys.items()},
     )
+
+
+def read_moving() -> tuple[dict[str, RealCamera], RealTruth]:
+    """The cameras and the truth of the take of the man who balances. InputError where the data is not."""
+    folder = data_folder() / "real" / MOVING
+    cameras = read_cameras(folder)
+    return cameras, read_truth(folder, list(cameras))
 
 
 def found_keypoints(video: Video, looks: int | None = None) -> PoseSequence:

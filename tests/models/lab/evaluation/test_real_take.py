@@ -187,7 +187,7 @@ def test_the_whole_report(data, tmp_path, monkeypatch, capsys):
         return openpose_keypoints(truth.openpose["cam01"][: len(video.time_s)], video.time_s)
 
     monkeypatch.setattr(module, "found_keypoints", found)
-    real_take(tmp_path / "out", ["pcnet"])
+    real_take(output=tmp_path / "out", rectifier=["pcnet"])
     results = json.loads((tmp_path / "out" / "evaluation.json").read_text())
     assert list(results["lift"]["OpenPose"]) == ["cam01", "cam02", "cam03", "cam04", "mean"]
     assert 20 < results["lift"]["exact limbs"]["mean"]["pa_mm"] < 100
