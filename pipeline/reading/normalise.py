@@ -12,11 +12,12 @@ from ..core.frames import CAMERA, change_frame
 from ..core.layouts import H36M17, remap
 from ..core.messages import how_many
 from ..core.pose import PoseSequence, Step, package_version
+from ..core.take import Handedness
 from ..files.atomic import printable
 from ..plugins.protocols import Adapter
 from ..signals.checks import empty_rows
 from ..signals.rates import timed
-from .handedness import Handedness, guarded
+from .handedness import guarded
 
 Missing = Literal["refuse", "gap"]
 

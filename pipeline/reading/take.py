@@ -146,7 +146,7 @@ def _read(options: RunOptions) -> _Files:
         width, height = options.image_size
         raise InputError(
             f"Expected the image size of keypoints without a video, or that of {options.video}, which shows "
-            f"{size[0]}x{size[1]}; got {width}x{height}. Leave out --image-size, or the video if the keypoints were "
+            f"{size[0]}x{size[1]}; got {width}x{height}. Leave out read.image_size, or the video if the keypoints were "
             "detected in a copy of another size."
         )
     poses = keypoints = None

@@ -6,7 +6,8 @@ import typer
 
 from ..core.messages import debug
 from ..files.detections import interrupted_at
-from ..reading.settings import Force, Output, Pick, Resume, RunOptions, Strict, offering
+from ..reading.flags import Force, Output, Resume, Strict, offering
+from ..reading.settings import RunOptions
 from .conclusion import conclude, point_to, show_files
 from .pick import pick as write_sheet
 from .plan import planned
@@ -18,7 +19,6 @@ from .run import checkpoints_of, run_files, run_people
 def run(
     options: RunOptions,
     output: Output,
-    pick: Pick = False,
     resume: Resume = False,
     strict: Strict = False,
     force: Force = False,
@@ -29,7 +29,7 @@ def run(
     first detected in the video.
     """
     chosen = planned(options)
-    if pick:
+    if options.person == "pick":
         write_sheet(options, output, chosen)
         return
     kept = [path for stage, path in checkpoints_of(output).items() if chosen.has(stage)]

@@ -231,10 +231,10 @@ def test_the_longest_track_is_taken_unless_another_is_named(walk_film, monkeypat
     assert default.keypoints.person == "0"
     assert "Of 2 people (frames in brackets) 0 (40), 1 (35), person 0 is taken" in default.notices[1].text
     assert interrupted_at(default) is None
-    other = Detect(person="1")(take).keypoints
+    other = Detect()(take.telling(person="1")).keypoints
     assert (other.person, len(other)) == ("1", 35)
     with pytest.raises(InputError, match="no person '7'"):
-        Detect(person="7")(take)
+        Detect()(take.telling(person="7"))
 
 
 def test_of_two_who_are_seen_throughout_the_longest_is_the_larger(walk_film, monkeypatch):
@@ -247,13 +247,13 @@ def test_of_two_who_are_seen_throughout_the_longest_is_the_larger(walk_film, mon
 
     monkeypatch.setattr("pcnet3d.stages.detect.load_detector", lambda *_: Both())
     take = Take("walk", video=walk_film)
-    found = [Detect(person=asked)(take).keypoints for asked in (None, "longest")]
+    found = [Detect()(take.telling(person=asked)).keypoints for asked in (None, "longest")]
     assert [len(one) for one in found] == [40, 40]
     assert all(np.nanmin(one.joints) >= 200 for one in found)
 
 
 def test_another_frame_rate(walk_film, toy):
-    take = Detect(detector=str(toy), fps=120)(Take("walk", video=walk_film))
+    take = Detect(detector=str(toy))(Take("walk", video=walk_film).telling(fps=120.0))
     np.testing.assert_allclose(take.keypoints.times, np.arange(40) / 120)
 
 
