@@ -15,7 +15,8 @@ from ..pipeline.core.messages import how_many
 from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.pose import PoseSequence, package_version
 from ..pipeline.core.take import Take
-from ..pipeline.files.detections import KEYPOINTS, Detections, interrupted_at, load_detections
+from ..pipeline.files.detections import Detections, load_detections
+from ..pipeline.files.names import KEYPOINTS
 from ..pipeline.reading.choose import choose_person
 from ..pipeline.reading.take import sha256
 from ..pipeline.signals.filters import breaks, lowpass
@@ -80,7 +81,7 @@ class Detect:
         keypoints = keypoints if self.smooth_hz is None else smoothed(keypoints, self.smooth_hz)
         take = take.with_(keypoints=keypoints)
         doubts = rate_doubts(told.fps, video)
-        return take.saying(*_notices(take, found, people, chosen), *doubts, *swapped)
+        return take.saying(*_notices(found, people, chosen), *doubts, *swapped)
 
     def _keep(self, found: Detections) -> None:
         if self.checkpoint is not None:
@@ -111,9 +112,7 @@ def _longest(found: Detections, people: tuple[PoseSequence, ...]) -> PoseSequenc
     return max(people, key=rank)
 
 
-def _notices(
-    take: Take, found: Detections, people: tuple[PoseSequence, ...], chosen: PoseSequence
-) -> list[Notice]:
+def _notices(found: Detections, people: tuple[PoseSequence, ...], chosen: PoseSequence) -> list[Notice]:
     """What the user should know about who was found where."""
     notices = [notice("detected", detector=found.method)]
     if len(people) > 1:
@@ -124,7 +123,6 @@ def _notices(
         values: dict[str, Any] = {"people": len(people), "listed": listed + more, "person": chosen.person}
         notices.append(notice("person-chosen", **values, first=first, last=last))
     notices += found.doubts(chosen)
-    interrupted = interrupted_at(take)
-    if interrupted is not None:
-        notices.append(notice("interrupted", frame=interrupted, frames=found.frames))
+    if found.frames_seen < found.frames:
+        notices.append(notice("interrupted", frame=found.frames_seen, frames=found.frames))
     return notices

@@ -97,6 +97,7 @@ class Bodies:
                     person=str(person),
                     history=tuple(steps),
                     notices=tuple(doubts),
+                    linked=bool(how),
                 )
             )
         return tuple(people)

@@ -79,6 +79,8 @@ class PoseSequence:
         NaN where missing, None where nobody says.
     feet: (T, 6, D) float32 heels and toes in the order of layouts.FEET, in the axes, unit and from the origin of the
         joints; NaN where missing, None when the source has none.
+    linked: the source names nobody, and the adapter numbered the people, following each from frame to frame.
+    scene: which scene of the video shows the person, counted from 0; 0 as well where nothing tells of cuts.
 
     Raises InputError when shapes, ranges or order do not fit. Arrays are read-only.
     """
@@ -100,6 +102,8 @@ class PoseSequence:
     feet: np.ndarray | None = None
     made_by: MadeBy = UNSAID
     notices: tuple[Notice, ...] = ()
+    linked: bool = False
+    scene: int = 0
 
     def __post_init__(self) -> None:
         joints = _owned(self.joints, np.float32)

@@ -19,6 +19,8 @@ def guarded(poses: PoseSequence, handedness: Handedness, where: str) -> PoseSequ
     """
     if handedness != "refuse":
         poses = repaired(poses, handedness)
+        if handedness != "ignore":
+            poses = poses.saying(notice("sides-put-right", repair=handedness))
         evidence = chirality(poses)
         if evidence.verdict != "good":
             doubt = notice("sides-wrong-as-asked", verdict=evidence.verdict, evidence=str(evidence))

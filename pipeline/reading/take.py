@@ -31,7 +31,6 @@ from .clock import (
 )
 from .find import exchanged, find_adapter, recognises
 from .load import Source, load
-from .normalise import missing_in_words
 from .settings import RunOptions
 
 
@@ -63,8 +62,7 @@ class _Files:
         if self.poses is None or self.keypoints is None:
             return False
         people = (*self.poses.people, *self.keypoints.people)
-        steps = [step.name for one in people for step in one.history]
-        return len(people) > 2 and "link people" in steps
+        return len(people) > 2 and any(person.linked for person in people)
 
     def same(self, poses: PoseSequence) -> PoseSequence:
         """The track in the file of keypoints that shows the person of these poses (`same_person`)."""
@@ -204,7 +202,6 @@ def _joined(files: _Files, poses: PoseSequence | None, keypoints: PoseSequence |
         notices=without_doubles(
             (
                 *told,
-                *_repairs(lead),
                 *(video.doubts if video else ()),
                 *doubts,
                 *_doubts(lead, keypoints),
@@ -359,18 +356,6 @@ def read_video(path: Path) -> Video:
     return call(adapter.read, path, what="Adapter 'video'", options={})[0]
 
 
-def _repairs(lead: PoseSequence) -> list[Notice]:
-    """What was mended while reading because the user asked for it."""
-    notices = []
-    for step in lead.history:
-        if step.name == "handedness" and step.options.get("repair") not in (None, "ignore"):
-            notices.append(notice("sides-put-right", repair=step.options["repair"]))
-        if step.name == "missing":
-            counts = ", ".join(missing_in_words(*each) for each in step.options.items() if each[1])
-            notices.append(notice("gaps-as-asked", counts=counts))
-    return notices
-
-
 def _coverage(lead: PoseSequence, video: Video | None) -> list[Notice]:
     """A note when the data end well before the video does, or the part of it that was asked for."""
     if video is None:
@@ -392,16 +377,15 @@ def _doubts(lead: PoseSequence, keypoints: PoseSequence | None) -> list[Notice]:
 def _provenance(
     files: _Files, poses: PoseSequence | None, keypoints: PoseSequence | None
 ) -> tuple[dict[str, Any], ...]:
-    read = {"poses": poses, "keypoints": keypoints}
-    return tuple(
-        {**said, **(_reading(sequence) if (sequence := read.get(role)) else {"adapter": "video"})}
-        for role, said in files.inputs.items()
-    )
-
-
-def _reading(sequence: PoseSequence) -> dict[str, Any]:
-    steps = [asdict(step) for step in sequence.history]
-    return {"adapter": sequence.history[0].options["adapter"], "person": sequence.person, "history": steps}
+    read = {"poses": (files.poses, poses), "keypoints": (files.keypoints, keypoints)}
+    entries = []
+    for role, said in files.inputs.items():
+        source, sequence = read.get(role, (None, None))
+        entry = {**said, "adapter": source.adapter.name if source else "video"}
+        if sequence is not None:
+            entry |= {"person": sequence.person, "history": [asdict(step) for step in sequence.history]}
+        entries.append(entry)
+    return tuple(entries)
 
 
 def sha256(path: Path) -> str:

@@ -5,11 +5,9 @@ from __future__ import annotations
 import typer
 
 from ..core.messages import debug
-from ..files.detections import interrupted_at
 from ..reading.flags import Force, Output, Resume, Strict, offering
 from ..reading.settings import RunOptions
 from .conclusion import conclude, point_to, show_files
-from .pick import pick as write_sheet
 from .plan import planned
 from .progress import stages, tell, tell_people, telling_of_kept
 from .run import checkpoints_of, run_files, run_people
@@ -30,7 +28,9 @@ def run(
     """
     chosen = planned(options)
     if options.person == "pick":
-        write_sheet(options, output, chosen)
+        from .pick import pick
+
+        pick(options, output, chosen)
         return
     kept = [path for stage, path in checkpoints_of(output).items() if chosen.has(stage)]
     names = ["read", *(entry.use for entry in chosen.stages)]
@@ -51,7 +51,7 @@ def run(
     show_files(output)
     code = conclude(takes, strict)
     point_to(shown)
-    if not people and interrupted_at(takes[""]) is not None:
+    if not people and any(each.code == "interrupted" for each in takes[""].notices):
         code = 130
     if code:
         raise typer.Exit(code)

@@ -10,7 +10,8 @@ from ..core.device import computing_on
 from ..core.errors import InputError
 from ..core.messages import how_many, say, show
 from ..core.take import Video
-from ..files.detections import KEYPOINTS, load_detections
+from ..files.detections import load_detections
+from ..files.names import KEYPOINTS
 from ..inspect.contact_sheet import MOST, Shown, draw_people
 from ..reading.settings import RunOptions
 from ..reading.take import open_people, open_take

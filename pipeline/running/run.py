@@ -17,7 +17,7 @@ from ..core.messages import how_many
 from ..core.notices import notice
 from ..core.take import Take, Told
 from ..files.atomic import add_to_summary, require_space, sign, whole_folder
-from ..files.detections import KEYPOINTS, scene_of
+from ..files.names import KEYPOINTS
 from ..plugins.options import files_among
 from ..reading.settings import RunOptions
 from ..reading.take import Person, open_people, open_take
@@ -202,7 +202,7 @@ def _by_scene(
     """How each person's pipeline ends, those of one scene of the video together."""
     scenes: dict[int, list[Person]] = {}
     for person, take in takes.items():
-        scenes.setdefault(scene_of(take), []).append(person)
+        scenes.setdefault(take.keypoints.scene if take.keypoints else 0, []).append(person)
     said = (notice("scenes-apart"),) if len(scenes) > 1 else ()
     ended: dict[Person, Take | InputError] = {}
     for people in scenes.values():

@@ -24,7 +24,7 @@ from ....pipeline.core.messages import how_many, say, show
 from ....pipeline.core.system import quoted
 from ....pipeline.core.take import Told
 from ....pipeline.files.atomic import add_to_summary, whole_folder
-from ....pipeline.files.detections import KEYPOINTS
+from ....pipeline.files.names import KEYPOINTS
 from ....pipeline.files.viewer import following
 from ....pipeline.plugins.options import call
 from ....pipeline.reading.flags import Force, Output, offering

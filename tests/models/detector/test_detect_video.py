@@ -17,7 +17,7 @@ from pcnet3d.models.detector.video import detect
 from pcnet3d.pipeline import InputError, Take
 from pcnet3d.pipeline.core.layouts import COCO17
 from pcnet3d.pipeline.files import video_frames
-from pcnet3d.pipeline.files.detections import Detections, interrupted_at, load_detections
+from pcnet3d.pipeline.files.detections import Detections, load_detections
 from pcnet3d.pipeline.reading.settings import RunOptions
 from pcnet3d.pipeline.reading.take import open_take
 from pcnet3d.stages.detect import Detect, smoothed
@@ -230,7 +230,7 @@ def test_the_longest_track_is_taken_unless_another_is_named(walk_film, monkeypat
     default = Detect()(take)
     assert default.keypoints.person == "0"
     assert "Of 2 people (frames in brackets) 0 (40), 1 (35), person 0 is taken" in default.notices[1].text
-    assert interrupted_at(default) is None
+    assert not any(each.code == "interrupted" for each in default.notices)
     other = Detect()(take.telling(person="1")).keypoints
     assert (other.person, len(other)) == ("1", 35)
     with pytest.raises(InputError, match="no person '7'"):
