@@ -16,9 +16,9 @@ from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.pose import PoseSequence, package_version
 from ..pipeline.core.take import Take
 from ..pipeline.files.detections import Detections, load_detections
+from ..pipeline.files.digest import sha256
 from ..pipeline.files.names import KEYPOINTS
 from ..pipeline.reading.choose import choose_person
-from ..pipeline.reading.take import sha256
 from ..pipeline.signals.filters import breaks, lowpass
 from ..pipeline.signals.rates import check_fps, rate_doubts, timed
 from ..pipeline.signals.swap_repair import treated
