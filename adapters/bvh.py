@@ -15,7 +15,6 @@ import numpy as np
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.layouts import H36M17
 from ..pipeline.core.pose import PoseSequence
-from ..pipeline.files.bvh import read_motion
 from ..pipeline.files.markers import Up
 from ..pipeline.files.skeletons import UNITS
 from .kit.beginning import first_bytes
@@ -43,6 +42,8 @@ def read(
     """
     if unit is not None and unit not in UNITS:
         raise InputError(f"Expected a unit of {', '.join(UNITS)}; got '{unit}'.")
+    from ..pipeline.files.bvh import read_motion
+
     try:
         found = read_motion(path.read_text(encoding="utf-8", errors="replace"), unit)
     except OSError as error:

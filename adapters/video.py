@@ -17,7 +17,6 @@ from ..pipeline.core.cores import cores
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.take import Video
-from ..pipeline.reading.describe import in_words
 from .kit.beginning import first_bytes
 
 if TYPE_CHECKING:
@@ -67,6 +66,8 @@ def read(path: Path) -> tuple[Video]:
     stamps of their own.
     """
     if not sniff(path):
+        from ..pipeline.reading.describe import in_words
+
         raise InputError(
             f"Expected a video in {path} ({reads.removeprefix('video: ')}), got something else: {in_words(path)}."
         )

@@ -228,7 +228,7 @@ def inspect(
     as_json: Annotated[bool, typer.Option("--json", help="For programs.")] = False,
 ) -> None:
     """Say what a file holds and what is wrong with it; exit code 0 good, 3 suspicious, 4 unusable, 2 unreadable."""
-    from .inspect.inspect import EXIT_CODES
+    from .core.notices import EXIT_CODES
     from .inspect.inspect import inspect as inspected
     from .plugins.options import pairs
     from .reading.find import adapters

@@ -13,7 +13,6 @@ from ..pipeline.core.errors import InputError
 from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.pose import PoseSequence
 from ..pipeline.core.take import Take, Told, Video
-from ..pipeline.files.camera_file import read_camera
 from ..pipeline.files.video_frames import shown_size
 
 
@@ -61,6 +60,8 @@ class Calibrate:
         self.check_told(told)
         intrinsics = None
         if self.camera_file is not None:
+            from ..pipeline.files.camera_file import read_camera
+
             intrinsics = read_camera(self.camera_file, self.camera_name, shown_size(video))
         camera = "moving" if told.moving else "static"
         return camera_of(video, people, span, told.focal_px, camera, intrinsics, self.gravity_network)

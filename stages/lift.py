@@ -22,7 +22,7 @@ from ..pipeline.core.pose import MadeBy, PoseSequence
 from ..pipeline.core.take import Take, Told
 from ..pipeline.files.video_frames import image_size
 from ..pipeline.plugins.protocols import Lifter
-from ..pipeline.reading.handedness import Handedness, guarded
+from ..pipeline.reading.handedness import guarded
 from ..pipeline.signals.checks import strays_of
 from ..pipeline.signals.findings import findings_of
 from ..pipeline.signals.visibility import seen_only
@@ -34,15 +34,13 @@ class Lift:
     user, and the first lift does not contradict that.
 
     lifter: "pcnet3d", the built-in one, another by name, or an .onnx file; lifter_kind: what that is, where its shapes
-    leave it open (models.load_lifter). flip: average with the lift of the mirrored person. handedness: what to do when
-    left and right of the lift look exchanged. checkpoint: a file in which a lifter may keep what it has answered so
-    far. resume: the file of an interrupted run to go on from.
+    leave it open (models.load_lifter). flip: average with the lift of the mirrored person. checkpoint: a file in which
+    a lifter may keep what it has answered so far. resume: the file of an interrupted run to go on from.
     """
 
     lifter: str = "pcnet3d"
     lifter_kind: str | None = None
     flip: bool = False
-    handedness: Handedness = "refuse"
     checkpoint: Path | None = None
     resume: Path | None = None
     _opened: Lifter = field(init=False, repr=False, compare=False)
@@ -74,7 +72,7 @@ class Lift:
         if "up" in takes and (up := _known_up(take, lifted.poses)) is not None:
             lifted = self._lifted(replace(asked, up=up))
         poses = lifted.noted().with_(made_by=MadeBy("estimated", lifted.model, in_run=True))
-        poses = guarded(poses, self.handedness, f"The lift by {lifted.model}")
+        poses = guarded(poses, take.told.handedness, f"The lift by {lifted.model}")
         if lifted.joints_on_a_line:
             take = take.saying(notice("joints-on-a-line", joints=lifted.joints_on_a_line))
         take = take.with_(poses=poses, findings=findings_of(poses))

@@ -26,7 +26,6 @@ import numpy as np
 
 from ..models.gait.contact import SIDES, contacts
 from ..models.gait.events import stances
-from ..models.gait.foot_lock import foot_locked
 from ..models.gait.of_take import body_joints
 from ..models.smoother import LIFTED, LIFTED_UNSTATED, Motion, known_noise
 from ..pipeline.core.errors import InputError
@@ -298,6 +297,8 @@ def _locked(path: PoseSequence, level: PoseSequence, rectified: Rectified) -> Po
         covariance = {
             side: own + level.covariance[:, index(f"{side}_ankle")] for side, own in covariance.items()
         }
+    from ..models.gait.foot_lock import foot_locked
+
     root = foot_locked(path.root, ankles, covariance, feet, times, seams)
     moved = np.linalg.norm(root - path.root, axis=1)
     most = float(np.nanmax(moved, initial=0.0))

@@ -88,6 +88,7 @@ class Bodies:
                 confidence=confidence,
                 frame_index=frames[rows],
                 person=person,
+                linked=bool(method),
             )
             if method:
                 poses = poses.noted("link people", method=method)

@@ -136,7 +136,8 @@ def sequences(
     tracks = tuple(_sequence(rows, layout, unknown, where) for rows in people.values())
     if not named:
         doubts = leap(tracks[0].frame_index, tracks[0].joints) if len(tracks) == 1 else []
-        return tuple(poses.noted("link people", method="nearest").saying(*doubts) for poses in tracks)
+        tracks = tuple(poses.with_(linked=True).noted("link people", method="nearest") for poses in tracks)
+        return tuple(poses.saying(*doubts) for poses in tracks)
     tracks = tuple(poses.saying(*leap(poses.frame_index, poses.joints)) for poses in tracks)
     if not unnamed:
         return tracks

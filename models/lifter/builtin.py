@@ -22,12 +22,12 @@ from ...pipeline.core.lifted import Lifted, ToLift
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.rotations import is_finite, rotate, unit
 from ..common.onnx import open_onnx
+from . import SHIPPED
 from .clock import averaged, clock_of
 from .features import ASSUMED_FOCAL, features, flipped
 from .input import checked_size, long_gaps, on_grid, rate_of, refuse_two_people
 
 KIND = "pcnet3d"
-SHIPPED = Path(__file__).parent / "lifter.onnx"  # the built-in lifter's weights
 CHUNK = 1024  # frames answered at a time
 _TAKE = 20_000  # of a network that looks at the whole take: a gigabyte of memory
 

@@ -31,7 +31,8 @@ def checked_size(asked: ToLift) -> np.ndarray:
         raise InputError(f"The lifter needs keypoints in pixels, got them in {keypoints.frame}.")
     if image_size is None:
         raise InputError(
-            "The lifter needs the picture's width and height in pixels; give the video or --image-size."
+            "The lifter needs the picture's width and height in pixels; give the video or --set "
+            "read.image_size=WIDTHxHEIGHT."
         )
     size = np.asarray(image_size, dtype=float)
     if size.shape != (2,) or not np.isfinite(size).all() or (size < 2).any():

@@ -79,6 +79,8 @@ class PoseSequence:
         NaN where missing, None where nobody says.
     feet: (T, 6, D) float32 heels and toes in the order of layouts.FEET, in the axes, unit and from the origin of the
         joints; NaN where missing, None when the source has none.
+    linked: the source names nobody, and the adapter numbered the people, following each from frame to frame.
+    scene: which scene of the video shows the person, counted from 0; 0 as well where nothing tells of cuts.
 
     Raises InputError when shapes, ranges or order do not fit. Arrays are read-only.
     """
@@ -100,6 +102,8 @@ class PoseSequence:
     feet: np.ndarray | None = None
     made_by: MadeBy = UNSAID
     notices: tuple[Notice, ...] = ()
+    linked: bool = False
+    scene: int = 0
 
     def __post_init__(self) -> None:
         joints = _owned(self.joints, np.float32)
@@ -134,34 +138,23 @@ class PoseSequence:
         if self.time_s is not None:
             arrays["time_s"] = _owned(self.time_s, np.float64)
             _increasing("time_s", arrays["time_s"], rows)
-        if self.root is not None:
-            arrays["root"] = _owned(self.root, np.float64)
-            if arrays["root"].shape != (rows, self.frame.dims) or np.isinf(arrays["root"]).any():
+        dims = self.frame.dims
+        wanted = {  # type, shape, and whether infinite values are refused
+            "root": (np.float64, (rows, dims), True),
+            "root_covariance": (np.float64, (rows, dims, dims), False),
+            "covariance": (np.float32, (*joints.shape, dims), False),
+            "feet": (np.float32, (rows, len(FEET), dims), True),
+        }
+        for name, (kind, shape, finite) in wanted.items():
+            if getattr(self, name) is None:
+                continue
+            arrays[name] = array = _owned(getattr(self, name), kind)
+            if array.shape != shape or (finite and np.isinf(array).any()):
                 raise InputError(
-                    f"Expected a root of shape {(rows, self.frame.dims)}, finite or NaN, got {arrays['root'].shape}."
+                    f"Expected {name} of shape {shape}{', finite or NaN' if finite else ''}, got {array.shape}."
                 )
-        if self.root_covariance is not None:
-            arrays["root_covariance"] = _owned(self.root_covariance, np.float64)
-            shape = (rows, self.frame.dims, self.frame.dims)
-            if self.root is None or arrays["root_covariance"].shape != shape:
-                raise InputError(
-                    f"Expected a root_covariance of shape {shape} beside a root, got "
-                    f"{arrays['root_covariance'].shape}{' without one' if self.root is None else ''}."
-                )
-        if self.covariance is not None:
-            arrays["covariance"] = _owned(self.covariance, np.float32)
-            if arrays["covariance"].shape != (*joints.shape, self.frame.dims):
-                raise InputError(
-                    f"Expected covariances of shape {(*joints.shape, self.frame.dims)}, got "
-                    f"{arrays['covariance'].shape}."
-                )
-        if self.feet is not None:
-            arrays["feet"] = _owned(self.feet, np.float32)
-            if arrays["feet"].shape != (rows, len(FEET), self.frame.dims) or np.isinf(arrays["feet"]).any():
-                raise InputError(
-                    f"Expected feet of shape {(rows, len(FEET), self.frame.dims)}, finite or NaN, got "
-                    f"{arrays['feet'].shape}."
-                )
+        if self.root_covariance is not None and self.root is None:
+            raise InputError("Expected a root_covariance beside a root, got one without one.")
         if any(not 0 < seam < rows for seam in self.seams):
             raise InputError(f"Expected seams at rows 1 to {rows - 1}, got {self.seams}.")
         for name, array in arrays.items():

@@ -21,8 +21,7 @@ from ..core.take import Session, Take, Told
 from .arrays import load_all
 from .atomic import SUMMARY, read_object
 from .measures import read_measures
-
-POSES, KINEMATICS = "poses.npz", "kinematics.parquet"
+from .names import KINEMATICS, POSES
 
 
 class _Poses(BaseModel):

@@ -20,9 +20,7 @@ from typing import BinaryIO
 from ..core.errors import InputError
 from ..core.system import apart
 from .atomic import REPORT
-
-RECORDING = "take.rrd"
-PAGES = (REPORT, "study.html", "compare.html")
+from .names import PAGES, RECORDING, find_page
 
 _HERE = "127.0.0.1"
 _PORT = 9090
@@ -63,11 +61,6 @@ def find_recording(folder: Path) -> Path:
     if path.suffix != ".rrd" or not path.is_file():
         raise InputError(f"Expected a run's folder with a {RECORDING}, or an .rrd file, got {folder}.")
     return path
-
-
-def find_page(folder: Path) -> Path | None:
-    """The page to read in a folder of results; None where there is none."""
-    return next((folder / name for name in PAGES if (folder / name).is_file()), None)
 
 
 def view_page(folder: Path) -> None:

@@ -10,7 +10,6 @@ from ..core.messages import say
 from ..plugins import registry
 from ..plugins.options import did_you_mean
 from ..plugins.protocols import Adapter
-from .describe import in_words, why_no_joints
 
 _WORDS = {  # what it is, and how a run is given it
     "poses": ("3D poses", "give them with --poses"),
@@ -50,6 +49,8 @@ def find_adapter(path: Path, name: str = "auto", gives: str | None = None) -> Ad
     if len(fits) == 1:
         return fits[0]
     flag = "--set read.keypoints_adapter" if gives == "keypoints" else "--adapter"
+    from .describe import in_words, why_no_joints
+
     if why := why_no_joints(path):
         raise InputError(f"{path} is {in_words(path)}. {why}")
     if fits:

@@ -8,11 +8,11 @@ from typing import Any, Literal, get_args
 
 from ..core.errors import InputError
 from ..core.pose import UNSAID, PoseSequence
+from ..core.take import Handedness
 from ..plugins.options import call
 from ..plugins.protocols import Adapter
 from .choose import choose_person
 from .find import Gives, adapters, exchanged, find_adapter, recognises
-from .handedness import Handedness
 from .normalise import Missing, normalised
 
 

@@ -9,11 +9,10 @@ import numpy as np
 
 from ..core.answer import answer
 from ..core.messages import bound_in_words, how_many, show
-from ..core.notices import verdict, verdict_words
+from ..core.notices import EXIT_CODES, verdict, verdict_words
 from ..core.system import quoted
 from ..core.take import Take
-from ..files.viewer import RECORDING, find_page
-from ..inspect.inspect import EXIT_CODES
+from ..files.names import RECORDING, find_page
 from ..signals.checks import nobody_upright
 
 

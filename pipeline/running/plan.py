@@ -7,11 +7,11 @@ from typing import Any
 from ..core.errors import InputError
 from ..plugins import registry
 from ..plugins.options import checked, option_types
-from ..reading.settings import OFF, TOLD, RunOptions, flag_of
+from ..reading.settings import OFF, SHORT, TOLD, RunOptions, flag_of
 from .recipe import Recipe, load_recipe
 
 # Options of stages that there are not, for they are told of the recording, and how they are told.
-_TOLD = {field: flag_of(name) for name, field in TOLD.items()} | {"frames": flag_of("no_frames")}
+_TOLD = {tells.field: flag_of(name) for name, tells in TOLD.items()} | {"frames": flag_of("no_frames")}
 
 
 def planned(options: RunOptions, recipe: Recipe | None = None) -> Recipe:
@@ -37,12 +37,11 @@ def planned(options: RunOptions, recipe: Recipe | None = None) -> Recipe:
             if recipe is None:
                 _require(chosen, name, f"{name}={OFF}")
             chosen = chosen.without(name) if chosen.has(name) else chosen
-    for name, value, goal in options.goals():
-        if goal.first:
-            _require(chosen, goal.first.partition(".")[0], flag_of(name))
-        for place in (goal.first, *goal.too):
-            stage, _, key = place.partition(".")
-            chosen = chosen.with_options(stage, **{key: value}) if stage else chosen
+    for name, sets in SHORT.items():
+        if value := getattr(options, name):
+            stage, _, key = sets.place.partition(".")
+            _require(chosen, stage, flag_of(name))
+            chosen = chosen.with_options(stage, **{key: value})
     for name, value in options.settings.items():
         stage, dot, key = name.partition(".")
         if dot:
@@ -84,7 +83,8 @@ def _check_not_told(stage: str, key: str) -> None:
 def _check_read(options: RunOptions, recipe: Recipe) -> None:
     """InputError for something told that no stage of the recipe reads."""
     told = options.told  # refuses what cannot be
-    given = {name: field for name, field in TOLD.items() if getattr(told, field) is not None}
+    asked = {name: tells.field for name, tells in TOLD.items() if not tells.by_reading}
+    given = {name: field for name, field in asked.items() if getattr(told, field) is not None}
     read = {field for entry in recipe.stages for field in _reads(entry.use)} if given else set()
     for name, field in given.items():
         if field not in read:

@@ -17,9 +17,7 @@ from ...pipeline.core.measures import nested
 from ...pipeline.core.pose import PoseSequence, Rectified, package_version
 from ...pipeline.core.take import Take, Told
 from ...pipeline.files.atomic import REPORT, SUMMARY, whole_file
-from ...pipeline.files.detections import KEYPOINTS
-from ...pipeline.files.finished import KINEMATICS, POSES
-from ...pipeline.files.viewer import RECORDING
+from ...pipeline.files.names import KEYPOINTS, KINEMATICS, POSES, RECORDING
 from ...pipeline.plugins.protocols import CheckedWriter, ImageWriter, MetricWriter, Writer
 from ...pipeline.plugins.registry import load
 from ..drawing.facts import Source, facts_of

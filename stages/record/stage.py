@@ -14,7 +14,7 @@ from ...pipeline.core.notices import Notice
 from ...pipeline.core.rotations import angle_deg, is_finite
 from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import require_space, whole_file
-from ...pipeline.files.viewer import RECORDING
+from ...pipeline.files.names import RECORDING
 from ..drawing.facts import shared_up, voted
 from ..drawing.rerun_log import log_axes, log_curves, log_notices, log_skeleton, log_video
 from ..drawing.rerun_video import on_clock, viewable

@@ -213,7 +213,7 @@ def test_a_guessed_focal_length_is_not_called_known(tmp_path):
     keypoints = PoseSequence(joints, H36M17, IMAGE, time_s=np.arange(30) / 30, frame_index=np.arange(30))
     for source, known in (("prior", False), ("lines", True)):
         camera = Camera((640, 480), 512.0, 100.0, source)
-        take = Lift(handedness="ignore")(Take("t", video=video, keypoints=keypoints, camera=camera))
+        take = Lift()(Take("t", video=video, keypoints=keypoints, camera=camera).telling(handedness="ignore"))
         said = next(step.options for step in take.poses.history if step.name == "lift")
         assert (said["focal_known"], said["focal_px"]) == (known, 512.0)
         assert any("focal length is unknown" in event.text for event in take.notices) == (not known)

@@ -80,7 +80,7 @@ class _Lift:
 
     @property
     def motion(self) -> Motion:
-        """What a run with --smoother auto writes."""
+        """What a run writes by default."""
         motion = known_noise(self.paths, self.time_s, self.covariance, lifted=True)
         return motion.widened(LIFTED_UNSTATED if self.covariance is None else LIFTED)
 

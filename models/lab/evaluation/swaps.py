@@ -206,7 +206,7 @@ def _profile(
     question: Question, tally: Tally, right: SeenTake, swapped: SeenTake, lifted: PoseSequence
 ) -> dict[str, np.ndarray]:
     """Adds one take with the noise's own swaps. -> errors of the lift in mm, one scale a take, in the frames that they
-    spoil: as if there were none, with them, and as `--swaps repair` leaves them."""
+    spoil: as if there were none, with them, and as read.swaps=repair leaves them."""
     made = own_swaps(right.keypoints, swapped.keypoints)
     found = find_swaps(swapped.keypoints)
     tally.add(len(lifted), made, found)

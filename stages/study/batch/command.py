@@ -21,7 +21,8 @@ from ....pipeline.core.messages import how_many, say
 from ....pipeline.core.pose import package_version
 from ....pipeline.files.atomic import printable, read_object, refuse_unwritable, whole_file
 from ....pipeline.plugins.options import pairs
-from ....pipeline.reading.settings import OnDevice, Output
+from ....pipeline.reading.flags import Output
+from ....pipeline.reading.settings import OnDevice
 from ....pipeline.running.conclusion import point_to
 from ....pipeline.running.progress import counted
 from .manifest import Entry, read_entries

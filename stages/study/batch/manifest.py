@@ -18,7 +18,8 @@ from ....pipeline.files.atomic import printable
 from ....pipeline.plugins import registry
 from ....pipeline.plugins.options import did_you_mean
 from ....pipeline.reading.find import adapters, recognises
-from ....pipeline.reading.settings import MOVED, RunOptions, flag_of, flags, is_repeatable
+from ....pipeline.reading.flags import is_repeatable
+from ....pipeline.reading.settings import MOVED, RunOptions, flag_of
 from ....pipeline.running.plan import checked_setting, planned
 
 LABELS = ("subject", "visit", "condition")
@@ -31,6 +32,7 @@ _NAMED_POSES = re.compile(r"(?<![a-z])(x?3d|poses?|joints?|skeletons?|results?|p
 
 _BESIDE = ("poses", "keypoints")  # a video; a file that may be both is the first
 _ROLES = ("video", *_BESIDE)
+_FIELDS = tuple(name for name in RunOptions.model_fields if name not in ("settings", "keypoints_options"))
 _TOGETHER = ("pitch", "roll")  # of which none is taken without the other
 _DECIDING = (*_ROLES, "recipe", "calibrate", "person")  # which stages a take has
 _LARGEST = 64 << 20  # bytes of a manifest; some 300,000 takes
@@ -57,12 +59,12 @@ class Entry:
         with a dash."""
         words = []
         for name, values in self.options.items():
-            if name not in flags():
+            if name not in _FIELDS:
                 words += [f"--set={name}={value}" for value in values]
             elif name == "no_frames":
                 words.append(flag_of(name))
             elif name != "video":
-                words += [f"{flag_of(name)}={value}" for value in values]
+                words += [f"{flag_of(name)}={value}".replace("--set ", "--set=") for value in values]
         return [*words, "--", *self.options["video"]] if "video" in self.options else words
 
 
@@ -127,12 +129,16 @@ def _column(name: str, where: str) -> str:
     if "." in column or column in registry.registered("stages"):
         return column
     column = column.lower()
-    own = {flag_of(field).lstrip("-").replace("-", "_"): field for field in flags() if field != "settings"}
+    own = {
+        flag_of(field).partition(".")[2] or flag_of(field).lstrip("-").replace("-", "_"): field
+        for field in _FIELDS
+    }
     known = {"name", *LABELS, *own}
     if column not in known:
         moved = (
             MOVED.get("--" + column.replace("_", "-"), "")
             .removeprefix("--set ")
+            .removeprefix("read.")
             .partition("=")[0]
             .lstrip("-")
         )
@@ -162,7 +168,7 @@ def _refusal(name: str, values: tuple[str, ...], others: tuple[tuple[str, tuple[
 
 def _run_options(texts: Mapping[str, tuple[str, ...]]) -> RunOptions:
     """The options of a take as text, as those of a run; InputError for a value of another type."""
-    fields = {name: values for name, values in texts.items() if name in flags()}
+    fields = {name: values for name, values in texts.items() if name in _FIELDS}
     return RunOptions(
         settings={name: values[0] for name, values in texts.items() if name not in fields},
         **{name: values if is_repeatable(name) else values[0] for name, values in fields.items()},
@@ -273,13 +279,13 @@ def _options(
     for name, cell in row.items():
         if name in ("name", *LABELS):
             continue
-        listed = name in flags() and is_repeatable(name)
+        listed = name in _FIELDS and is_repeatable(name)
         values = tuple(part.strip() for part in cell.split(";")) if listed else (cell,)
         try:
             value = _typed(name, values)
         except InputError as error:
             raise InputError(f"{where}: {error}") from None
-        if name in flags() and value is False:
+        if name in _FIELDS and value is False:
             values = _NO
         if isinstance(value, Path) or cell.lower().endswith(".onnx"):
             values = (str(_found(cell, base, inside, f"{where}: {name}")),)
@@ -291,7 +297,7 @@ def _options(
 def _typed(name: str, values: tuple[str, ...]) -> Any:
     """The value of an option or a setting; InputError for one of another type, or that its stage does not know."""
     given = _run_options({name: values})
-    if name in flags():
+    if name in _FIELDS:
         return getattr(given, name)
     return checked_setting(name, values[0]) if "." in name and given.settings else values[0]
 

@@ -22,7 +22,8 @@ from ....pipeline.core.measures import OF_LENGTH, Measure, Row, nested
 from ....pipeline.core.messages import how_many
 from ....pipeline.core.take import Take
 from ....pipeline.files.atomic import REPORT, SUMMARY, printable, read_summary
-from ....pipeline.files.finished import POSES, read_run
+from ....pipeline.files.finished import read_run
+from ....pipeline.files.names import POSES
 from ...drawing.facts import facts_of
 from ...drawing.skeletons import key_rows
 from ..rates import is_lifted, rates_apart

@@ -18,9 +18,9 @@ from pydantic import BaseModel, ValidationError
 from ....pipeline.core.errors import InputError
 from ....pipeline.core.pose import package_version
 from ....pipeline.files.atomic import add_to_summary, printable, read_summary, whole_file
+from ....pipeline.files.digest import sha256
 from ....pipeline.plugins import registry
 from ....pipeline.plugins.options import files_among
-from ....pipeline.reading.take import sha256
 from ....pipeline.running.recipe import load_recipe
 from ....pipeline.running.run import checkpoints_of
 from .manifest import Entry

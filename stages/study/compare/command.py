@@ -18,8 +18,9 @@ from ....pipeline.core.messages import how_many, say_all, show
 from ....pipeline.core.notices import Notice, notice
 from ....pipeline.core.pose import package_version
 from ....pipeline.files.atomic import add_to_list, whole_folder
-from ....pipeline.reading.settings import Force, OnDevice
-from ....pipeline.reading.take import sha256
+from ....pipeline.files.digest import sha256
+from ....pipeline.reading.flags import Force
+from ....pipeline.reading.settings import OnDevice
 from ....pipeline.running.conclusion import point_to
 from ....pipeline.signals.angles import ANGLES
 from ....pipeline.signals.filters import rate

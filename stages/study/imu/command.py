@@ -30,10 +30,10 @@ from ....pipeline.core.rotations import is_finite
 from ....pipeline.core.system import quoted
 from ....pipeline.core.take import Take
 from ....pipeline.files.atomic import add_to_list, whole_folder
+from ....pipeline.files.digest import sha256
 from ....pipeline.files.finished import read_run
 from ....pipeline.plugins.options import call, did_you_mean, pairs
 from ....pipeline.reading.find import find_adapter
-from ....pipeline.reading.take import sha256
 from ....pipeline.signals.filters import CUTOFF_HZ, breaks, check_cutoff, rate
 from ....pipeline.signals.imu import GRAVITY_MPS2, SEGMENTS, Imu, point_on
 from ..compare.align import turned

@@ -117,5 +117,5 @@ def test_other_joints_leave_no_covariance_unless_it_is_given():
     assert stated.with_(person="1").covariance is not None
     assert stated.with_(joints=poses.joints * 2).covariance is None
     assert stated.with_(joints=poses.joints * 2, covariance=4 * covariance).covariance[0, 0, 0, 0] == 4
-    with pytest.raises(InputError, match="covariances of shape"):
+    with pytest.raises(InputError, match="covariance of shape"):
         poses.with_(covariance=covariance[:, :3])

@@ -25,6 +25,7 @@ from pcnet3d.pipeline.running.people import folder_names
 from pcnet3d.pipeline.running.recipe import Recipe, StageEntry
 from pcnet3d.pipeline.running.run import run_files, run_people
 
+SAVGOL = {"trajectories.smoother": "savgol"}
 STAGES = ("clean", "scale", "rectify", "trajectories", "export")
 
 
@@ -157,12 +158,14 @@ def test_the_options_are_those_of_the_command(mmpose, tmp_path, monkeypatch):
     """A stature, a filter, a rectifier, a file more and stages less reach both, and what one person has is refused."""
     (tmp_path / "short.toml").write_text("\n".join(f'[[stages]]\nuse = "{name}"' for name in STAGES))
     options = RunOptions(
-        poses=mmpose(), fps=30, recipe=tmp_path / "short.toml", person="0", stature=1.7, smoother="savgol",
-        also=("csv",), pitch=25, roll=8, settings={"rectify.rectifier": "geometric"},
+        poses=mmpose(), fps=30, recipe=tmp_path / "short.toml", person="0", stature=1.7,
+        also=("csv",), pitch=25, roll=8, settings={"rectify.rectifier": "geometric", **SAVGOL},
     )  # fmt: skip
     run_files(options, str(tmp_path / "python"))
-    words = f"--poses {options.poses} --fps 30 --recipe {options.recipe} --person 0 --stature 1.7 --smoother savgol "
-    words += f"--also csv --pitch 25 --roll 8 --set rectify.rectifier=geometric -o {tmp_path / 'command'}"
+    words = f"--poses {options.poses} --fps 30 --recipe {options.recipe} --person 0 --stature 1.7 "
+    words += "".join(f"--set {place}={value} " for place, value in SAVGOL.items())
+    words += "--also csv --set read.pitch=25 --set read.roll=8 --set rectify.rectifier=geometric "
+    words += f"-o {tmp_path / 'command'}"
     monkeypatch.setattr(sys, "argv", ["pcnet3d", "run", *words.split()])
     with pytest.raises(SystemExit):
         cli.main()
@@ -178,7 +181,7 @@ def test_the_options_are_those_of_the_command(mmpose, tmp_path, monkeypatch):
 
 
 def test_an_id_is_one_persons(mmpose, recipe, tmp_path):
-    with pytest.raises(InputError, match="--person-id"):
+    with pytest.raises(InputError, match=r"read\.person_id"):
         run_people(RunOptions(poses=mmpose(), fps=30, person_id="P-07"), tmp_path / "out", recipe)
 
 

@@ -16,7 +16,9 @@ class Cardboard:
     def lift(self, asked: ToLift) -> Lifted:
         """Each joint where its ray meets the figure; missing joints stay missing."""
         if asked.image_size is None:
-            raise InputError("Expected the picture's width and height; give the video or --image-size.")
+            raise InputError(
+                "Expected the image's size; give the video or --set read.image_size=WIDTHxHEIGHT."
+            )
         size = np.array(asked.image_size)
         focal_px = asked.focal_px or float(size.max())
         keypoints = remap(asked.keypoints, H36M17)

@@ -38,7 +38,8 @@ def test_every_option_of_a_run_is_a_column(study):
     assert one.labels == {"subject": "s1", "visit": "first", "condition": "barefoot"}
     assert set(one.arguments) == {
         f"--poses={study / 'a.npy'}", "--fps=30", "--stature=1.8", "--no-frames", "--also=csv", "--also=trc",
-        "--pitch=-5", "--roll=2", "--set=rectify.window_s=0.5", f"--recipe={study / 'quick.toml'}", "--camera=static",
+        "--set=read.pitch=-5", "--set=read.roll=2", "--set=rectify.window_s=0.5",
+        f"--recipe={study / 'quick.toml'}", "--camera=static",
     }  # fmt: skip
     assert set(one.files) == {"poses", "recipe"}
     assert two.name == "b"
@@ -76,7 +77,7 @@ def test_the_arguments_are_ones_that_run_takes(study, pcnet3d, tmp_path):
         (("poses,poses", "a.npy,b.npy"), ["'poses'", "twice"]),
         (("poses,fps", "a.npy,30,7"), ["line 2", "2 cells", "3"]),
         (("poses,fps", "a.npy,fast"), ["line 2", "fps=fast"]),
-        (("poses,handedness", "a.npy,ignroe"), ["line 2", "--handedness=ignroe"]),
+        (("poses,handedness", "a.npy,ignroe"), ["line 2", "--set read.handedness=ignroe"]),
         (("poses,parity", "a.npy,ignore"), ["'parity'", "it is 'handedness' now"]),
         (("poses,cutoff", "a.npy,5"), ["'cutoff'", "it is 'trajectories.cutoff_hz' now"]),
         (("poses,trajectories.cutof_hz", "a.npy,5"), ["line 2", "did you mean cutoff_hz"]),

@@ -95,7 +95,7 @@ def test_a_gravity_that_is_told_is_believed_from_the_first_frame_on(
 ):
     """It once reached the run at the end only."""
     up = np.array([0.3, -0.95, 0.1])
-    told = {"gravity": tuple(-up), "settings": GEOMETRIC}
+    told = {"settings": [*GEOMETRIC, "read.gravity=" + ",".join(map(str, -up))]}
     live(source=str(numbered_film), output=tmp_path / "out", detector=str(toy_detector), **told)
     bounds = [
         np.concatenate(logged(folder / "live.rrd", "rotation/bound", "Scalars:scalars")[1])
@@ -207,7 +207,7 @@ def test_exchanged_limbs_are_put_right_in_the_run_at_the_end(camera, joints_px, 
     wrong = joints_px.copy()
     for way in kinds(COCO17, depth=False):
         wrong[20:30] = way.applied(wrong[20:30])
-    settings = [*GEOMETRIC, "detect.swaps=repair"]
+    settings = [*GEOMETRIC, "read.swaps=repair"]
     toy = numbered.toy_detector(tmp_path / "toy.onnx", wrong)
     live(source="0", output=tmp_path / "out", detector=str(toy), settings=settings)
     said = json.loads((tmp_path / "out" / "summary.json").read_text())["notices"]
@@ -316,7 +316,7 @@ def test_a_gravity_that_is_none_is_refused_before_anything_is_recorded(numbered_
             source=str(numbered_film),
             output=tmp_path / "out",
             detector=str(toy_detector),
-            gravity=(0.0, 0.0, 0.0),
+            settings=["read.gravity=0,0,0"],
         )
     assert not any(tmp_path.iterdir())
 
