@@ -36,12 +36,12 @@ class Facts:
     """Of one take. Angles in degrees, times in seconds; NaN where unknown.
 
     frames, first_frame, last_frame, fps, duration_s, seams_s: of the poses. axes: of the poses before they are turned
-    upright, not of the file. unit: of length, "m" or "arbitrary". method, camera, level_heading, level_reason: of the
-    rectification. turned: frames that have a rotation. up_bound_deg: least and most of the 90 % bound, None where it is
-    not stated. standing_deg: pitch and roll of a camera that stands still, by the take's up; None for others.
-    error_deg: median of the expected rotation errors. nobody_upright: why up may be quite another, None where it is
-    not. vote_deviation_deg: mean angle between the frames' votes and the take's up. verdict, doubts: of the findings,
-    None and empty without. history: every step, oldest first, to the last that kinematics rest on.
+    upright, not of the file. unit: of length, "m" or "arbitrary". method, in_world, camera, level_heading,
+    level_reason: of the rectification. turned: frames that have a rotation. up_bound_deg: least and most of the 90 %
+    bound, None where it is not stated. standing_deg: pitch and roll of a camera that stands still, by the take's up;
+    None for others. error_deg: median of the expected rotation errors. nobody_upright: why up may be quite another,
+    None where it is not. vote_deviation_deg: mean angle between the frames' votes and the take's up. verdict, doubts:
+    of the findings, None and empty without. history: every step, oldest first, to the last that kinematics rest on.
     """
 
     name: str
@@ -57,7 +57,8 @@ class Facts:
     unit: str
     root_known: bool
     method: str
-    camera: str
+    in_world: bool
+    camera: str | None
     turned: int
     level_ok: bool
     level_reason: str
@@ -83,7 +84,7 @@ class Facts:
     @property
     def up_of_world(self) -> str:
         """How well a world's own up is known, in a sentence; "" for poses in a camera's axes."""
-        if self.camera != "gravity":
+        if not self.in_world:
             return ""
         if self.up_bound_deg is None:
             return "Told by the file; its error is not known."
@@ -146,6 +147,7 @@ def facts_of(take: Take) -> Facts:
         unit=poses.frame.unit,
         root_known=poses.root is not None,
         method=rectified.method,
+        in_world=rectified.in_world,
         camera=rectified.camera,
         turned=int(rectified.turned.sum()),
         level_ok=rectified.level_ok,

@@ -153,6 +153,7 @@ def _about(poses: PoseSequence) -> dict[str, Any]:
         "person": poses.person,
         "frames_known": poses.frames_known,
         "made_by": asdict(poses.made_by),
+        "derived": sorted(poses.derived),
         "seams": list(poses.seams),
     }
 
@@ -188,7 +189,7 @@ def summary(take: Take) -> dict[str, Any]:
         "rectification": {
             "method": facts.method,
             "camera": facts.camera,
-            **_window(rectified),
+            **({} if rectified.window_s is None else {"window_s": rectified.window_s}),
             "frames_rectified": facts.turned,
             "error_deg_mean": _mean(rectified.error_deg),
             **_up("up_error_deg", rectified.up_error_deg, rectified),
@@ -225,12 +226,6 @@ def _camera(take: Take) -> dict[str, Any] | None:
         "looks": len(take.camera.looks),
         "no_up_reason": take.camera.reason,
     }
-
-
-def _window(rectified: Rectified) -> dict[str, float]:
-    """Over how many seconds a moving camera's frames share their up, as the history tells."""
-    told = [step.options["window_s"] for step in rectified.body.history if "window_s" in step.options]
-    return {"window_s": told[-1]} if told else {}
 
 
 def _up(name: str, values: np.ndarray, rectified: Rectified) -> dict[str, float]:

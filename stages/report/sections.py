@@ -43,7 +43,7 @@ def session_words(take: Take, facts: Facts) -> Markup:
         take.session.date,
         take.name if take.name != take.title else "",
         f"{how_many(facts.frames, 'frame')}, {facts.duration_s:.1f} s{rate_in_words(facts.fps, ' at ')}",
-        {"static": "camera stands still", "moving": "camera moves"}.get(facts.camera, ""),
+        {"static": "camera stands still", "moving": "camera moves"}.get(facts.camera or "", ""),
     ]
     return small(" · ".join(words for words in told if words))
 

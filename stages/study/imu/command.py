@@ -291,7 +291,7 @@ def _compare_norms(
             "export the IMU's quaternions."
         )
     time_s = even_times(times, cutoff_hz)
-    joints, root = level.joints.astype(np.float64), level.measured_root
+    joints, root = level.joints.astype(np.float64), level.own_root
     path = point_on(sensor.segment, joints, along)
     rows = np.ones(len(time_s), dtype=bool)
     if root is not None and is_finite(root).any():

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pcnet3d.pipeline import CAMERA, Rectified, Take
+from pcnet3d.pipeline import CAMERA, Z_UP, Rectified, Take
 from pcnet3d.pipeline.core.camera import pitch_roll_deg, view_rotation
 from pcnet3d.pipeline.core.frames import GL_CAMERA, PC_CAMERA
 from pcnet3d.pipeline.core.rotations import angle_deg, rotate, unit
@@ -138,7 +138,7 @@ def test_a_camera_that_looks_straight_down_has_a_sphere_too(make_take, tmp_path)
 
 
 def test_without_votes_there_is_nothing_of_them(recorded):
-    recording = recorded(up_votes=None, up_bound_deg=np.zeros(12), camera="gravity")
+    recording = recorded(up_votes=None, up_bound_deg=np.zeros(12), source=Z_UP, camera=None)
     assert not any(entity.split("/")[0] in ("up", "tilt") for entity in recording.entities)
     assert "rotation/up" not in recording.entities
     assert not {"up", "tilt"} & set(recording.blueprint(ORIGIN))
@@ -200,4 +200,4 @@ def test_the_summary_of_one_frame_has_no_rate(make_take):
 
 
 def test_the_summary_of_a_source_that_knows_its_up(make_take):
-    assert "up: that of the source's own axes" in told(make_take(), camera="gravity", up_votes=None)
+    assert "up: that of the source's own axes" in told(make_take(), source=Z_UP, camera=None, up_votes=None)
