@@ -23,7 +23,7 @@ STAGES = Pipeline((Rectify("geometric"), Trajectories(), Angles(), Measures()))
 
 @pytest.fixture(scope="module")
 def walk():
-    return walker(seconds=4)
+    return walker(seconds=10)
 
 
 @pytest.mark.parametrize("made_by", [MadeBy("estimated", "GEM-X"), MadeBy()])
