@@ -35,7 +35,7 @@ class Clean:
     reads: ClassVar[tuple[str, ...]] = ("image_size",)
 
     def unit_of(self, before: str, told: Told) -> str:
-        """A pipeline.plugins.protocols.ScalingStage."""
+        """The same."""
         return before
 
     def __call__(self, take: Take) -> Take:

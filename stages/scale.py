@@ -24,7 +24,7 @@ class Scale:
     reads: ClassVar[tuple[str, ...]] = ("stature_m",)
 
     def unit_of(self, before: str, told: Told) -> str:
-        """A pipeline.plugins.protocols.ScalingStage."""
+        """Metres where a stature is told."""
         return before if told.stature_m is None else "m"
 
     def __call__(self, take: Take) -> Take:

@@ -20,7 +20,7 @@ from ...pipeline.files.atomic import REPORT, SUMMARY, whole_file
 from ...pipeline.files.detections import KEYPOINTS
 from ...pipeline.files.finished import KINEMATICS, POSES
 from ...pipeline.files.viewer import RECORDING
-from ...pipeline.plugins.protocols import CheckedWriter, ImageWriter, MetricWriter, Writer
+from ...pipeline.plugins.protocols import Writer
 from ...pipeline.plugins.registry import load
 from ..drawing.facts import Source, facts_of
 from .measures import write_cycles, write_measures
@@ -55,23 +55,22 @@ class Export:
                     f"Expected --also {name} to write a file of its own, got {writer.file}, which {other} writes; "
                     f"leave --also {name} out."
                 )
-            if isinstance(writer, CheckedWriter):
-                writer.check()
+            if check := getattr(writer, "check", None):
+                check()
 
     def check_told(self, told: Told) -> None:
-        """A pipeline.plugins.protocols.ToldStage: none of the files may hold images of the person where none are
-        wanted."""
+        """InputError where a file would hold images of the person and none are wanted."""
         for name, writer in self._writers().items():
-            if not told.images and isinstance(writer, ImageWriter) and writer.images:
+            if not told.images and getattr(writer, "images", False):
                 raise InputError(
                     f"Expected no file with images of the person (--no-frames), got --also {name}, which writes "
                     f"{writer.file}; leave one of the two out."
                 )
 
     def check_unit(self, unit: str) -> None:
-        """A pipeline.plugins.protocols.MetricStage."""
+        """InputError where a file would hold metres and there are none."""
         for name, writer in self._writers().items():
-            if unit == "arbitrary" and isinstance(writer, MetricWriter) and writer.metric:
+            if unit == "arbitrary" and getattr(writer, "metric", False):
                 raise InputError(
                     f"Expected a scale for --also {name}, whose {writer.file} holds metres, and the source has none; "
                     "give the person's height (--stature METRES)."
