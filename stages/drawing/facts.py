@@ -7,12 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...models.common.metrics import SD_90
 from ...pipeline.core.camera import pitch_roll_deg
 from ...pipeline.core.messages import bound_in_words
 from ...pipeline.core.notices import Notice, grave, verdict
 from ...pipeline.core.pose import PoseSequence, Rectified, Step
 from ...pipeline.core.rotations import angle_deg, is_finite, rotate
 from ...pipeline.core.take import Take
+from ...pipeline.signals.angles import sides_of
 from ...pipeline.signals.checks import bone_spread, nobody_upright
 
 _KINDS = ("warning", "repair", "note")
@@ -146,6 +148,17 @@ def facts_of(take: Take) -> Facts:
         notes=told["note"],
         history=(*rectified.body.history, *behind),
     )
+
+
+def angle_bands(take: Take, name: str) -> tuple[np.ndarray, np.ndarray] | None:
+    """(T, N) an angle by its name without a side, right before left, and how far its 90 % band reaches to each side of
+    it, NaN where either is not known; None where the take has no value."""
+    columns, nothing = take.kinematics or {}, np.full(len(take.need("poses")), np.nan)
+    values, sds = (
+        np.stack([columns.get(f"{part}_{ending}", nothing) for part in sides_of(name)], axis=1)
+        for ending in ("deg", "sd_deg")
+    )
+    return (values, SD_90 * sds) if np.isfinite(values).any() else None
 
 
 def length_unit(poses: PoseSequence) -> str:

@@ -10,6 +10,7 @@ from ...pipeline.core.messages import spans_in_words
 from ...pipeline.core.pose import PoseSequence
 from ...pipeline.core.take import Take
 from ...pipeline.signals.angles import ANGLES
+from ...pipeline.signals.filters import stretches
 from ..angles import errors_unknown
 from ..drawing.facts import Facts
 from ..drawing.page import Level, gauge
@@ -135,8 +136,7 @@ def _view(take: Take) -> Check:
 
 def _missing(poses: PoseSequence) -> str:
     """When joints are missing, in a sentence."""
-    gone = np.isnan(poses.joints).any(axis=(1, 2))
+    gone = np.asarray(np.isnan(poses.joints).any(axis=(1, 2)))
     if not gone.any():
         return "No joint is missing."
-    edges = np.flatnonzero(np.diff(np.r_[False, gone, False].astype(int))).reshape(-1, 2)
-    return f"Joints are missing from {spans_in_words(poses.times[edges - (0, 1)].tolist(), _MOST)}."
+    return f"Joints are missing from {spans_in_words(poses.times[stretches(gone) - np.array([0, 1])].tolist(), _MOST)}."
