@@ -63,8 +63,8 @@ def _of_smpl(poses: PoseSequence, path: Path) -> PoseSequence:
             "metres with unit_m= (-O unit_m=2.2), the third number of the config's BBOX_3D_SHAPE over 1000."
         )
     made = poses.with_(joints=joints, layout=H36M17, confidence=None)
-    derived = ["nose = before the neck's end, as the shoulders face", "head = along the neck"]
-    return made.noted("smpl", derived=derived)
+    derived = {"nose": "before the neck's end, as the shoulders face", "head": "along the neck"}
+    return made.deriving("smpl", derived)
 
 
 def _entries(path: Path) -> Iterator[tuple[int, str, np.ndarray, np.ndarray | None]]:

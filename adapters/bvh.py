@@ -59,4 +59,4 @@ def read(
     )
     if up is None:
         check_upright(poses, str(path))
-    return (poses.noted("bvh", unit=found.unit, frames_left_out=found.first, derived=list(found.derived)),)
+    return (poses.deriving("bvh", found.derived, unit=found.unit, frames_left_out=found.first),)

@@ -70,7 +70,7 @@ def read(path: Path, rate_hz: float = _RATE_HZ) -> tuple[PoseSequence]:
         frame=Y_UP.with_(unit="inch"),
         time_s=np.arange(len(joints)) / rate_hz,
     )
-    return (poses.noted("totalcapture", derived=["nose = mean(Neck, Head)"]),)
+    return (poses.deriving("totalcapture", {"nose": "mean(Neck, Head)"}),)
 
 
 def _needed() -> set[str]:

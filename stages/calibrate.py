@@ -44,7 +44,7 @@ class Calibrate:
         return [take.with_(camera=found).saying(*_notices(found, told.moving)) for take in takes]
 
     def check_told(self, told: Told) -> None:
-        """A pipeline.plugins.protocols.ToldStage."""
+        """InputError for two focal lengths."""
         if self.camera_file is not None and told.focal_px is not None:
             raise InputError(
                 "Expected a focal length or a camera file, not both; the file has a focal length."

@@ -57,7 +57,7 @@ class Lift:
         object.__setattr__(self, "_opened", load_lifter(self.lifter, self.lifter_kind))
 
     def unit_of(self, before: str, told: Told) -> str:
-        """A pipeline.plugins.protocols.ScalingStage: the lifter's, where that is known before."""
+        """The lifter's, where that is known before."""
         return self._opened.unit
 
     def __call__(self, take: Take) -> Take:

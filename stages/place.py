@@ -29,7 +29,7 @@ class Place:
     reads: ClassVar[tuple[str, ...]] = ("camera", "focal_px", "image_size")
 
     def unit_of(self, before: str, told: Told) -> str:
-        """A pipeline.plugins.protocols.ScalingStage."""
+        """Places are in the unit of the body."""
         return before
 
     def __call__(self, take: Take) -> Take:

@@ -213,7 +213,7 @@ def _seen(source: PoseSequence, rectifier: Rectifier, moving: bool) -> Seen:
     else:
         R, error_deg = take_rotation(rectifier, poses.joints, time_s, source.seams)
     name, spread = f"person {source.person}", stated_spread(poses)
-    return Seen(poses.joints, R, error_deg, time_s, source.seams, poses.measured_root, name, spread)
+    return Seen(poses.joints, R, error_deg, time_s, source.seams, poses.own_root, name, spread)
 
 
 def _rectified(
@@ -229,7 +229,7 @@ def _rectified(
         "window_s": window_s if told.moving else None,
     }  # fmt: skip
     said = {name: value for name, value in said.items() if value is not None}
-    camera = "moving" if told.moving else "static"
+    camera: CameraMotion = "moving" if told.moving else "static"
     noted = source.noted("rectify", method=method, camera=camera, level_heading=levelled.heading, **said)
     unit_ = source.frame.unit
     root = root_covariance = None
@@ -257,7 +257,9 @@ def _rectified(
         level_heading=levelled.heading,
         level_ok=not reason,
         level_reason=reason,
-        camera="gravity" if reference is Z_UP else camera,
+        source=source.frame,
+        camera=None if reference is Z_UP else camera,
+        window_s=window_s if told.moving else None,
         up_error_deg=levelled.up_error_deg,
         up_bound_deg=levelled.up_bound_deg,
         up_votes=rotate(R_source_from_reference, levelled.votes),

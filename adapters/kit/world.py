@@ -96,17 +96,17 @@ def _person(found: Markers, where: str, frame: Frame, up: Up | None, made_by: Ma
     )
     if up is None:
         check_upright(poses, where)
-    return poses.noted("markers", derived=made) if made else poses
+    return poses.deriving("markers", made) if made else poses
 
 
-def _named(found: Markers, metres: float) -> tuple[Layout, np.ndarray, list[str]]:
+def _named(found: Markers, metres: float) -> tuple[Layout, np.ndarray, dict[str, str]]:
     """metres: one unit of the points. A prefix that all names share ("Ann_RHip") does not matter."""
     shared = len(os.path.commonprefix(found.names))  # noqa: RUF071 (characters are meant, these are no paths)
     plain = [name[shared:] for name in found.names]
     chosen = {_ours(name): i for i, name in reversed(list(enumerate(plain)))}
     if set(chosen) >= _NEEDED:
         kept = {name: i for name, i in sorted(chosen.items(), key=lambda item: item[1]) if name in _KNOWN}
-        return Layout("markers", tuple(kept)), found.points[:, list(kept.values())], []
+        return Layout("markers", tuple(kept)), found.points[:, list(kept.values())], {}
     try:
         joints = h36m17_named(found.points * metres, plain) / metres
     except InputError:
@@ -115,7 +115,7 @@ def _named(found: Markers, metres: float) -> tuple[Layout, np.ndarray, list[str]
             f"head, under names in use), got {', '.join(found.names[:30])}; markers on the skin must be turned "
             "into joint centres first."
         ) from None
-    return H36M17, joints, ["nose = before the neck's end, as the shoulders face", "head = along the neck"]
+    return H36M17, joints, {"nose": "before the neck's end, as the shoulders face", "head": "along the neck"}
 
 
 def _ours(name: str) -> str:

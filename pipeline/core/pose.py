@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from copy import copy
 from dataclasses import dataclass, field, replace
 from functools import cache
@@ -13,7 +13,7 @@ from typing import Any, Literal
 import numpy as np
 
 from .errors import InputError
-from .frames import BODY, LEVEL, Frame, require
+from .frames import BODY, CAMERA, LEVEL, Frame, require
 from .layouts import FEET, Layout
 from .notices import Notice
 
@@ -67,6 +67,7 @@ class PoseSequence:
         no derivative may be taken across one.
     person: the source's name of the person.
     made_by: who made the poses, as the adapter, the lifter or the user says.
+    derived: names of joints that were made out of others, and so tell nothing of their own.
     history: what was done so far, oldest first.
     notices: what is to be known of them that makes them doubtful, as the adapter or the lifter says.
     root: (T, D) float64 of joints relative to the pelvis: the pelvis in the same axes and unit, from a point that does
@@ -101,6 +102,7 @@ class PoseSequence:
     covariance: np.ndarray | None = None
     feet: np.ndarray | None = None
     made_by: MadeBy = UNSAID
+    derived: frozenset[str] = frozenset()
     notices: tuple[Notice, ...] = ()
     linked: bool = False
     scene: int = 0
@@ -176,10 +178,15 @@ class PoseSequence:
         return self.frame.family == "camera" and self.made_by.kind != "measured"
 
     @property
-    def measured_root(self) -> np.ndarray | None:
-        """(T, D) the root where the source itself knows the place; None for one that was estimated, which is too
-        uncertain for evidence on up or on the frame rate."""
+    def own_root(self) -> np.ndarray | None:
+        """(T, D) the root where the source itself says the place, measured or by an estimator that states no error;
+        None for one that a run has estimated out of keypoints, which is too uncertain for evidence on up."""
         return self.root if self.root_covariance is None else None
+
+    @property
+    def measured_root(self) -> np.ndarray | None:
+        """(T, D) that root where no estimator made it, as far as is known: its errors are small. None for others."""
+        return None if self.made_by.kind == "estimated" else self.own_root
 
     @property
     def root_sd(self) -> np.ndarray | None:
@@ -229,6 +236,12 @@ class PoseSequence:
         object.__setattr__(noted, "history", (*self.history, Step(step, package_version(), options)))
         return noted
 
+    def deriving(self, step: str, how: Mapping[str, str], **options: Any) -> PoseSequence:
+        """A copy whose joints of these names were made out of others, and whose history says in this step how."""
+        noted = self.noted(step, **options, derived=[f"{joint} = {made}" for joint, made in how.items()])
+        object.__setattr__(noted, "derived", self.derived | how.keys())
+        return noted
+
     def saying(self, *notices: Notice) -> PoseSequence:
         """A copy with these notices added."""
         return replace(self, notices=(*self.notices, *notices))
@@ -274,7 +287,8 @@ class Rectified:
         up_shares: what up rests on, each source's part by name; up_pulls: by how many degrees each moves it; up_own:
         what each says by itself, in the source's axes, and its error in degrees.
     method: "geometric" or "pcnet@<hash>".
-    camera: "static", "moving", or "gravity" for a source that knows its own up.
+    source: the axes that the poses come in. camera: "static" or "moving"; None for a world, which knows its own up.
+    window_s: of a moving camera, over how many seconds frames share their up; None for others.
     level_heading: how LEVEL's heading was chosen: "median", "first second", "camera", "world", or "none"
         where no frame has a heading.
     level_ok, level_reason: whether the take could be levelled, and in words why not.
@@ -289,7 +303,9 @@ class Rectified:
     level_heading: str
     level_ok: bool = True
     level_reason: str = ""
-    camera: str = "static"
+    source: Frame = CAMERA
+    camera: Literal["static", "moving"] | None = "static"
+    window_s: float | None = None
     up_error_deg: np.ndarray = None  # type: ignore[assignment]  # filled with NaN
     up_bound_deg: np.ndarray = None  # type: ignore[assignment]  # filled with NaN
     up_votes: np.ndarray = None  # type: ignore[assignment]  # filled with NaN
@@ -318,6 +334,11 @@ class Rectified:
                 )
             array.setflags(write=False)
             object.__setattr__(self, name, array)
+
+    @property
+    def in_world(self) -> bool:
+        """Whether the poses come in a world's axes, whose up is not estimated."""
+        return self.source.family == "world"
 
     @property
     def turned(self) -> np.ndarray:

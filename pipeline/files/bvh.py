@@ -40,7 +40,7 @@ class Motion(NamedTuple):
     fps: float
     unit: str
     first: int
-    derived: tuple[str, ...]
+    derived: dict[str, str]
 
 
 def read_motion(text: str, unit: str | None = None) -> Motion:

@@ -35,6 +35,7 @@ class _Poses(BaseModel):
     frames_known: bool = True
     seams: tuple[int, ...] = ()
     made_by: MadeBy = UNSAID
+    derived: frozenset[str] = frozenset()
     root_shared: tuple[float, float] | None = None
     steps: int | None = None
 
@@ -45,6 +46,7 @@ class _Keypoints(BaseModel):
     frames_known: bool
     seams: tuple[int, ...]
     made_by: MadeBy
+    derived: frozenset[str] = frozenset()
 
 
 class _Source(BaseModel):
@@ -57,8 +59,11 @@ class _Source(BaseModel):
 
 
 class _Rectification(BaseModel):
+    """camera: older runs say "gravity" of poses in a world's axes."""
+
     method: str
-    camera: Literal["static", "moving", "gravity"]
+    camera: Literal["static", "moving", "gravity"] | None
+    window_s: float | None = None
     level_heading: str
     level_ok: bool
     level_reason: str
@@ -193,6 +198,7 @@ def _poses(summary: _Summary, arrays: dict[str, np.ndarray]) -> PoseSequence:
         person=of.person,
         history=summary.history[: of.steps],
         made_by=of.made_by,
+        derived=of.derived,
         root_shared=of.root_shared,
     )
 
@@ -218,7 +224,9 @@ def _rectified(summary: _Summary, arrays: dict[str, np.ndarray], poses: PoseSequ
         level_heading=of.level_heading,
         level_ok=of.level_ok,
         level_reason=of.level_reason,
-        camera=of.camera,
+        source=poses.frame,
+        camera=None if of.camera == "gravity" else of.camera,
+        window_s=of.window_s,
         up_error_deg=arrays["up_error_deg"],
         up_bound_deg=arrays["up_bound_deg"],
         up_votes=arrays["up_votes"],
@@ -255,6 +263,7 @@ def _keypoints(of: _Keypoints, arrays: dict[str, np.ndarray]) -> PoseSequence:
         seams=of.seams,
         person=of.person,
         made_by=of.made_by,
+        derived=of.derived,
     )
 
 

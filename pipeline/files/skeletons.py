@@ -123,13 +123,13 @@ def _is_soma(names: Sequence[str]) -> bool:
     return {"LeftShin", *_SOMA_FACE} <= set(names)
 
 
-def made_points(names: Sequence[str]) -> tuple[str, ...]:
-    """What `h36m17_of_skeleton` makes of others on the head of a skeleton with joints of these names, in words."""
+def made_points(names: Sequence[str]) -> dict[str, str]:
+    """What `h36m17_of_skeleton` makes of others on the head of a skeleton with joints of these names, and how."""
     if is_ours(names):
-        return ()
+        return {}
     if _is_soma(names):
-        return ("nose = mean(LeftEye, RightEye)",)
-    return ("nose = before the head, as its rest pose faces", "head = above it")
+        return {"nose": "mean(LeftEye, RightEye)"}
+    return {"nose": "before the head, as its rest pose faces", "head": "above it"}
 
 
 def h36m17(

@@ -94,6 +94,11 @@ def _grid(time_s: np.ndarray, numbers: np.ndarray, fps: float) -> tuple[float, f
     return (float(start), float(interval)) if near else None
 
 
+def stretches(mask: np.ndarray) -> np.ndarray:
+    """(N, 2) where each stretch of True rows of mask (T,) begins, and the row behind its end."""
+    return np.flatnonzero(np.diff(mask, prepend=False, append=False)).reshape(-1, 2)
+
+
 def uneven_rows(valid: np.ndarray, time_s: np.ndarray, seams: Sequence[int] = ()) -> int:
     """How many of T rows, valid (T,) bool at time_s (T,), lie in pieces whose time stamps are not evenly
     spaced, so that filters resample them."""

@@ -15,7 +15,7 @@ from ...pipeline.core.rotations import angle_deg, is_finite
 from ...pipeline.core.take import Take
 from ...pipeline.files.atomic import require_space, whole_file
 from ...pipeline.files.names import RECORDING
-from ..drawing.facts import shared_up, voted
+from ..drawing.facts import length_unit, shared_up, voted
 from ..drawing.rerun_log import log_axes, log_curves, log_notices, log_skeleton, log_video
 from ..drawing.rerun_video import on_clock, viewable
 from .angles import log_angles
@@ -141,7 +141,7 @@ def _log_poses(recording: rr.RecordingStream, take: Take, size: float) -> None:
     log_person(recording, rectified, size)
     for entity in ("source", "level"):
         skeleton = skeletons[entity]
-        unit = skeleton.frame.unit if skeleton.frame.metric else "au"
+        unit = length_unit(skeleton)
         for wrist, colours in _WRISTS.items():
             names = [f"{wrist} {axis} ({unit})" for axis in "xyz"]
             log_curves(recording, f"wrists/{entity}/{wrist}", skeleton, skeleton.joint(wrist), names, colours)

@@ -251,8 +251,8 @@ def slow_motion(bench: Bench) -> Answer:
     walk = walker(seconds=8)
     poses = camera_poses(walk, side_camera(walk))
     slow = poses.with_(time_s=poses.times * 8, root=None)
-    said = [*pace_doubts(smooth(rectify(slow).level)), *fall_doubts(jumps.jumping(8))]
-    real = [*pace_doubts(smooth(rectify(poses).level)), *fall_doubts(jumps.jumping(1))]
+    said = [*pace_doubts(smooth(rectify(slow).level)[0]), *fall_doubts(jumps.jumping(8))]
+    real = [*pace_doubts(smooth(rectify(poses).level)[0]), *fall_doubts(jumps.jumping(1))]
     return " | ".join(each.text for each in said), [each.code for each in said] == [
         "moves-slowly",
         "falls-slowly",
@@ -470,7 +470,7 @@ def _keys(group: dict[str, Any]) -> list[str]:
 
 
 def unfiltered(bench: Bench) -> Answer:
-    done = smooth(rectify(read(bench.boxing_file, fps=10)).level).history[-1].options
+    done = smooth(rectify(read(bench.boxing_file, fps=10)).level)[0].history[-1].options
     return str(done), done.get("unfiltered") is True
 
 

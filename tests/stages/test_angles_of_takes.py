@@ -248,7 +248,7 @@ def test_an_arm_along_its_axis_has_a_reason(seen):
 
 def test_walker_through_the_stages_in_its_own_gravity(walk):
     rectified = rectify(walk.poses)
-    columns = joint_angles(walk.poses, rectified, smooth(rectified.level))
+    columns = joint_angles(walk.poses, rectified, smooth(rectified.level)[0])
     inner = slice(10, -10)
     for name in ("r_knee_flexion", "l_elbow_flexion", "r_hip_flexion", "l_shoulder_flexion"):
         true = walk.angles_deg[f"{name}_deg"]
@@ -267,7 +267,7 @@ def test_the_stage_adds_its_columns_and_says_what_is_missing(camera_poses):
     poses = camera_poses.with_(joints=joints)
     rectified = rectify(poses, "geometric", gravity=(0, 1, 0))
     old = {"r_wrist_x": np.zeros(len(poses))}
-    take = Take("t", poses=poses, rectified=rectified, filtered=smooth(rectified.level), kinematics=old)
+    take = Take("t", poses=poses, rectified=rectified, filtered=smooth(rectified.level)[0], kinematics=old)
     done = Angles()(take)
     assert done.kinematics is not None
     assert take.kinematics == old

@@ -151,7 +151,8 @@ def test_a_source_that_knows_its_gravity_is_levelled_by_it(facing_camera):
     rectified = rectify(world, "geometric")
     assert rectified.method == "gravity"
     np.testing.assert_allclose(rectified.R_source_from_body[0, :, 2], [0, 0, 1], atol=1e-12)
-    assert rectified.camera == "gravity"
+    assert rectified.in_world
+    assert rectified.camera is None
     assert (rectified.up_bound_deg == 0).all()
     for told in ({"camera": "moving"}, {"gravity": (0.0, 1.0, 0.0)}, {"pitch_deg": 0.0, "roll_deg": 0.0}):
         with pytest.raises(InputError, match="their own gravity"):

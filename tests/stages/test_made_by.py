@@ -3,12 +3,14 @@
 import numpy as np
 import pytest
 
+from golden.jumps import jumping
 from pcnet3d.examples.walker.camera import side_camera
 from pcnet3d.examples.walker.walk import walker
-from pcnet3d.pipeline import CAMERA, Pipeline, Take, change_frame
+from pcnet3d.pipeline import CAMERA, Pipeline, Take, change_frame, rotate
 from pcnet3d.pipeline.core.measures import nested
 from pcnet3d.pipeline.core.pose import MadeBy
 from pcnet3d.pipeline.running.conclusion import trust
+from pcnet3d.pipeline.signals.rates import fall_doubts
 from pcnet3d.stages.angles import Angles, errors_unknown
 from pcnet3d.stages.drawing.facts import facts_of
 from pcnet3d.stages.measures.stage import Measures
@@ -21,7 +23,7 @@ STAGES = Pipeline((Rectify("geometric"), Trajectories(), Angles(), Measures()))
 
 @pytest.fixture(scope="module")
 def walk():
-    return walker(seconds=4)
+    return walker(seconds=10)
 
 
 @pytest.mark.parametrize("made_by", [MadeBy("estimated", "GEM-X"), MadeBy()])
@@ -54,3 +56,26 @@ def test_measured_poses_in_a_cameras_axes_have_no_lifters_errors(walk):
     assert np.isfinite(
         STAGES(Take("unsaid", poses=seen.with_(made_by=MadeBy()))).kinematics["r_knee_flexion_sd_deg"]
     ).any()
+
+
+def test_a_path_that_an_estimator_made_shows_no_jumps_and_doubts_no_rate(walk):
+    """It may float or be smoothed: how it falls says nothing about gravity."""
+    measured = STAGES(Take("vicon", poses=walk.poses))
+    assert "count" in nested(measured.measures)["jumps"]
+    estimated = STAGES(Take("gem", poses=walk.poses.with_(made_by=MadeBy("estimated", "GEM-X"))))
+    assert "estimate" in nested(estimated.measures)["jumps"]["reason"]
+    flying = jumping(4)
+    assert fall_doubts(flying)
+    assert fall_doubts(flying.with_(made_by=MadeBy("estimated", "GEM-X"))) == []
+
+
+def test_what_rests_on_an_estimators_path_has_no_error(walk):
+    """Nobody knows how far it drifts: not the errors of lifted poses over a path that is known."""
+    R_camera_from_world = side_camera(walk).R_camera_from_world
+    seen = change_frame(walk.poses, CAMERA, R_camera_from_world)
+    root = rotate(R_camera_from_world, walk.root[:, None])[:, 0] + np.array([0.0, 0.0, 5.0])
+    own = nested(STAGES(Take("own", poses=seen.with_(root=root, made_by=MadeBy("estimated", "X")))).measures)
+    assert own["walking"]["walking_speed"] > 0
+    assert not {"walking_speed_error", "mean_step_length_error"} & own["walking"].keys()
+    assert "mean_step_time_error_s" in own["walking"]
+    assert not {"floor_height_error", "slope_error_deg"} & own["floor"].keys()

@@ -21,7 +21,7 @@ def adult(stature: float) -> np.ndarray:
 def test_a_body_of_known_stature_gets_its_metres_back():
     truth = np.repeat(adult(1.8)[None], 5, axis=0)
     poses = PoseSequence(truth * 0.37, H36M17, ARBITRARY)
-    scaled = scale(poses, 1.8)
+    scaled = scale(poses, 1.8)[0]
     assert scaled.frame.unit == "m"
     np.testing.assert_allclose(scaled.joints, truth, rtol=1e-5)
 
@@ -31,7 +31,7 @@ def test_frames_without_limbs_do_not_count():
     joints = truth * 2
     joints[:3, H36M17.index("l_knee")] = np.nan
     np.testing.assert_allclose(
-        scale(PoseSequence(joints, H36M17, ARBITRARY), 1.8).joints[3], truth[3], rtol=1e-5
+        scale(PoseSequence(joints, H36M17, ARBITRARY), 1.8)[0].joints[3], truth[3], rtol=1e-5
     )
 
 

@@ -197,7 +197,7 @@ def as_poses(side: Side, joints: np.ndarray, time_s: np.ndarray, frame_index: np
 
 def unrectified(run: Take, cutoff_hz: float | None) -> dict[str, np.ndarray]:
     """The angles (T,) of a run as if its camera were level: what they would be without finding gravity."""
-    if run.need("rectified").camera == "gravity":
+    if run.need("rectified").in_world:
         return {}
     joints = methods(run)["camera axes"]
     filtered = joints if cutoff_hz is None else smoothed(joints, run.need("poses").times, cutoff_hz)

@@ -285,7 +285,7 @@ def _norms(
             f"Expected a run in metres ({means}), got one without a scale; run it again with --stature METRES, or "
             "export the IMU's quaternions."
         )
-    joints, root = level.joints.astype(np.float64), level.measured_root
+    joints, root = level.joints.astype(np.float64), level.own_root
     path, rows = point_on(sensor.segment, joints), np.ones(len(time_s), dtype=bool)
     if root is not None and is_finite(root).any():
         path = path + root
