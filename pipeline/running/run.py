@@ -146,7 +146,7 @@ def run_into(
         elif everybody:
             if name:
                 shutil.rmtree(folder / name, ignore_errors=True)
-            runs.append(PersonRun(person.name, person.frames, reason=str(end)))
+            runs.append(PersonRun(person.name, person.frames, code=end.code, reason=str(end)))
         else:
             raise end
     if everybody:

@@ -64,7 +64,7 @@ def test_a_whole_run_each_in_one_level(done, scene):
 def test_who_is_hardly_seen_is_named_and_left_out(done):
     output, people = done
     (left_out,) = json.loads((output / SUMMARY).read_text())["left_out"]
-    assert (left_out["person"], left_out["frames"]) == ("2", 4)
+    assert (left_out["person"], left_out["frames"], left_out["code"]) == ("2", 4, "nothing-usable")
     assert "10 are the least" in left_out["reason"] == people[2].reason
 
 
