@@ -41,15 +41,19 @@ def read(
     not say. InputError when the file is damaged or its joints have names that are not in use.
     """
     if unit is not None and unit not in UNITS:
-        raise InputError(f"Expected a unit of {', '.join(UNITS)}; got '{unit}'.")
+        raise InputError("bad-value", f"Expected a unit of {', '.join(UNITS)}; got '{unit}'.")
     from ..pipeline.files.bvh import read_motion
 
     try:
         found = read_motion(path.read_text(encoding="utf-8", errors="replace"), unit)
     except OSError as error:
-        raise InputError(f"Expected a BVH file at {path}: {error.strerror or error}.") from None
+        raise InputError(
+            "cannot-open", f"Expected a BVH file at {path}: {error.strerror or error}."
+        ) from None
     except InputError as error:
-        raise InputError(f"{path}: {str(error).replace('--unit', 'unit= (--option unit=cm)')}") from None
+        raise InputError(
+            error.code, f"{path}: {str(error).replace('--unit', 'unit= (--option unit=cm)')}"
+        ) from None
     poses = PoseSequence(
         joints=found.joints,
         layout=H36M17,

@@ -69,7 +69,9 @@ def joint_angles(
     (PoseSequence.lifted): theirs are derivatives anyway. InputError for another layout or frame.
     """
     if poses.layout != H36M17:
-        raise InputError(f"Angles need joints in layout H36M17, got {poses.layout.name}; use remap first.")
+        raise InputError(
+            "wrong-content", f"Angles need joints in layout H36M17, got {poses.layout.name}; use remap first."
+        )
     require(filtered.frame, LEVEL, "Angles' filtered joints")
     source = change_frame(poses, poses.frame.with_(origin="pelvis"))
     lifted = source.lifted

@@ -47,7 +47,8 @@ class Calibrate:
         """InputError for two focal lengths."""
         if self.camera_file is not None and told.focal_px is not None:
             raise InputError(
-                "Expected a focal length or a camera file, not both; the file has a focal length."
+                "option-conflict",
+                "Expected a focal length or a camera file, not both; the file has a focal length.",
             )
 
     def _found(

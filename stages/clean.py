@@ -110,7 +110,9 @@ def clean(
     would not fit into memory.
     """
     if max_gap_s < 0 or spike < 0:
-        raise InputError(f"clean needs max_gap_s and spike of 0 or more, got {max_gap_s} and {spike}.")
+        raise InputError(
+            "bad-value", f"clean needs max_gap_s and spike of 0 or more, got {max_gap_s} and {spike}."
+        )
     strays = strays_of(poses) if spike > 0 else np.zeros(len(poses), dtype=bool)
     poses = poses.mapped(
         lambda points: np.where(strays[:, None, None], np.nan, points),

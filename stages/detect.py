@@ -65,9 +65,10 @@ class Detect:
                 raise KeyboardInterrupt
             frames = video.span[1] + 1 - video.span[0]
             raise InputError(
+                "nothing-usable",
                 f"Nobody was found in any of the {how_many(frames, 'frame')} of {video.path} "
                 f"by {found.method}; give "
-                "another --detector, or check that the person is upright in the picture and large enough."
+                "another --detector, or check that the person is upright in the picture and large enough.",
             )
         if self.folder is not None:
             self.folder.mkdir(parents=True, exist_ok=True)

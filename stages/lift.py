@@ -110,8 +110,9 @@ class Lift:
         rows = len(lifted.poses) if isinstance(lifted, Lifted) else type(lifted).__name__
         if rows != len(asked.keypoints):
             raise InputError(
+                "plugin-broken",
                 f"Expected from the lifter {self._opened.method} a Lifted of "
-                f"{how_many(len(asked.keypoints), 'row')}, got {rows}: repair its package."
+                f"{how_many(len(asked.keypoints), 'row')}, got {rows}: repair its package.",
             )
         return lifted
 

@@ -36,8 +36,9 @@ class Place:
         poses, keypoints = take.need("poses"), take.keypoints
         if keypoints is None and take.video is None and (take.told.focal_px or take.told.image_size):
             raise InputError(
+                "option-conflict",
                 "A focal length and an image size are for keypoints or a video, and this run has neither; leave "
-                "--focal and read.image_size out."
+                "--focal and read.image_size out.",
             )
         if poses.root is not None:
             return take

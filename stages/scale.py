@@ -45,10 +45,12 @@ def scale(poses: PoseSequence, stature_m: float) -> tuple[PoseSequence, float]:
     pipeline/core/anthropometry.py. Raises InputError for a stature that no person has or when no limb is seen.
     """
     if not 0.4 < stature_m < 2.6:
-        raise InputError(f"Expected a stature in metres, got {stature_m}.")
+        raise InputError("bad-value", f"Expected a stature in metres, got {stature_m}.")
     implied = implied_stature(poses.joints)
     if not implied > 0:
-        raise InputError("No limb bone is ever complete, so the stature cannot set the scale.")
+        raise InputError(
+            "nothing-usable", "No limb bone is ever complete, so the stature cannot set the scale."
+        )
     factor = float(stature_m / implied)
     metric = poses.mapped(
         lambda points: points * factor,

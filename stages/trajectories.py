@@ -233,7 +233,9 @@ def trajectory(path: PoseSequence, joint: str, motion: Motion | None = None) -> 
     NaN. InputError for a unit that is neither metres nor arbitrary.
     """
     if path.frame.unit not in ("m", "arbitrary"):
-        raise InputError(f"Expected poses in metres or in arbitrary units, got {path.frame.unit}.")
+        raise InputError(
+            "wrong-axes", f"Expected poses in metres or in arbitrary units, got {path.frame.unit}."
+        )
     points = path.root if joint == "root" else None
     position = path.joint(joint).astype(np.float64) if points is None else points
     if motion is not None:
@@ -324,7 +326,8 @@ def _chosen(level: PoseSequence, moving: tuple[str, ...]) -> float:
     asked = [residual_cutoff(level.joint(joint), level.times, breaks(level)) for joint in moving]
     if np.isnan(asked).all():
         raise InputError(
-            "The take is too short, or too broken by gaps, to choose a cut-off from; give it as cutoff_hz."
+            "nothing-usable",
+            "The take is too short, or too broken by gaps, to choose a cut-off from; give it as cutoff_hz.",
         )
     return float(np.nanmax(asked))
 

@@ -58,7 +58,8 @@ def lift(
     """
     if keypoints.layout.joints != H36M17.joints:
         raise InputError(
-            f"Expected keypoints in {H36M17.name} to lift, got {keypoints.layout.name}; remap them first."
+            "wrong-content",
+            f"Expected keypoints in {H36M17.name} to lift, got {keypoints.layout.name}; remap them first.",
         )
     return lifted(ToLift(keypoints, image_size, focal_px, flip, up=up), model).noted()
 
@@ -170,7 +171,8 @@ def _open(model: str, where: Placement) -> Network:
     stated = opened.session.get_modelmeta().custom_metadata_map
     if not {"reach", "trained_on"} <= stated.keys():
         raise InputError(
-            f"{opened.path} is not a lifter of pcnet3d: it does not state its reach and training subjects."
+            "wrong-network",
+            f"{opened.path} is not a lifter of pcnet3d: it does not state its reach and training subjects.",
         )
     whole_take = stated.get("whole_take") == "True"
     return Network(opened.session, opened.digest, int(stated["reach"]), stated["trained_on"], whole_take)

@@ -60,7 +60,7 @@ class Layout:
 
     def __post_init__(self) -> None:
         if len(set(self.joints)) != len(self.joints):
-            raise InputError(f"Layout {self.name} names a joint twice.")
+            raise InputError("bad-value", f"Layout {self.name} names a joint twice.")
         object.__setattr__(self, "_index", {joint: i for i, joint in enumerate(self.joints)})
 
     def __len__(self) -> int:
@@ -72,7 +72,9 @@ class Layout:
     def index(self, joint: str) -> int:
         """Position of a joint; InputError listing the layout's joints when there is none of that name."""
         if joint not in self._index:
-            raise InputError(f"Layout {self.name} has no joint '{joint}'; it has {', '.join(self.joints)}.")
+            raise InputError(
+                "name-unknown", f"Layout {self.name} has no joint '{joint}'; it has {', '.join(self.joints)}."
+            )
         return self._index[joint]
 
     def indices(self, joints: Sequence[str]) -> list[int]:
@@ -220,7 +222,7 @@ def layout_named(name: str) -> Layout:
     """The layout of that name, in any case; InputError listing the names when there is none."""
     by_key = {key.lower(): layout for key, layout in LAYOUTS.items()}
     if name.lower() not in by_key:
-        raise InputError(f"Expected a joint layout of {', '.join(LAYOUTS)}; got '{name}'.")
+        raise InputError("name-unknown", f"Expected a joint layout of {', '.join(LAYOUTS)}; got '{name}'.")
     return by_key[name.lower()]
 
 
@@ -240,7 +242,8 @@ def remap(poses: PoseSequence, to: Layout = H36M17) -> PoseSequence:
         parts = _sources(joint, source)
         if not parts:
             raise InputError(
-                f"Layout {source.name} has no joint from which '{joint}' of {to.name} could be made."
+                "wrong-content",
+                f"Layout {source.name} has no joint from which '{joint}' of {to.name} could be made.",
             )
         rows = source.indices(parts)
         one = (

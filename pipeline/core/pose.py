@@ -113,24 +113,28 @@ class PoseSequence:
             f"(frames, {len(self.layout)}, {self.frame.dims}) for {self.layout.name} in {self.frame.name}"
         )
         if joints.ndim != 3 or joints.shape[1:] != (len(self.layout), self.frame.dims):
-            raise InputError(f"Expected joints of shape {expected}, got {joints.shape}.")
+            raise InputError("wrong-content", f"Expected joints of shape {expected}, got {joints.shape}.")
         if len(joints) == 0:
-            raise InputError(f"Expected joints of shape {expected}, got no frames at all.")
+            raise InputError("nothing-usable", f"Expected joints of shape {expected}, got no frames at all.")
         if np.isinf(joints).any():
             row, joint, _ = np.argwhere(np.isinf(joints))[0]
             raise InputError(
+                "file-damaged",
                 f"Expected finite coordinates or NaN, got an infinite one at row {row}, joint "
-                f"{self.layout.joints[joint]}; the file is damaged or was written by a failed run."
+                f"{self.layout.joints[joint]}; the file is damaged or was written by a failed run.",
             )
         rows = len(joints)
         unknown = self.confidence is None
         confidence = np.full(joints.shape[:2], np.nan, np.float32) if unknown else self.confidence
         confidence = _owned(confidence, np.float32)
         if confidence.shape != joints.shape[:2]:
-            raise InputError(f"Expected confidence of shape {joints.shape[:2]}, got {confidence.shape}.")
+            raise InputError(
+                "wrong-content", f"Expected confidence of shape {joints.shape[:2]}, got {confidence.shape}."
+            )
         if np.nanmin(confidence, initial=0) < 0 or np.nanmax(confidence, initial=0) > 1:
             raise InputError(
-                "Expected confidences between 0 and 1 or NaN; map the source's scores into that range."
+                "wrong-content",
+                "Expected confidences between 0 and 1 or NaN; map the source's scores into that range.",
             )
         if self.frame_index is None:
             object.__setattr__(self, "frames_known", False)
@@ -153,12 +157,15 @@ class PoseSequence:
             arrays[name] = array = _owned(getattr(self, name), kind)
             if array.shape != shape or (finite and np.isinf(array).any()):
                 raise InputError(
-                    f"Expected {name} of shape {shape}{', finite or NaN' if finite else ''}, got {array.shape}."
+                    "wrong-content",
+                    f"Expected {name} of shape {shape}{', finite or NaN' if finite else ''}, got {array.shape}.",
                 )
         if self.root_covariance is not None and self.root is None:
-            raise InputError("Expected a root_covariance beside a root, got one without one.")
+            raise InputError(
+                "wrong-content", "Expected a root_covariance beside a root, got one without one."
+            )
         if any(not 0 < seam < rows for seam in self.seams):
-            raise InputError(f"Expected seams at rows 1 to {rows - 1}, got {self.seams}.")
+            raise InputError("wrong-content", f"Expected seams at rows 1 to {rows - 1}, got {self.seams}.")
         for name, array in arrays.items():
             array.setflags(write=False)
             object.__setattr__(self, name, array)
@@ -205,7 +212,9 @@ class PoseSequence:
     def times(self) -> np.ndarray:
         """(T,) seconds. InputError when the source's rate is unknown."""
         if self.time_s is None:
-            raise InputError("The poses carry no time stamps: give the frame rate (--fps F) or the video.")
+            raise InputError(
+                "needs-rate", "The poses carry no time stamps: give the frame rate (--fps F) or the video."
+            )
         return self.time_s
 
     def rows(self, start: int, stop: int) -> PoseSequence:
@@ -263,9 +272,9 @@ def _owned(values: Any, dtype: type) -> np.ndarray:
 
 def _increasing(name: str, values: np.ndarray, rows: int) -> None:
     if values.shape != (rows,):
-        raise InputError(f"Expected {name} of shape ({rows},), got {values.shape}.")
+        raise InputError("wrong-content", f"Expected {name} of shape ({rows},), got {values.shape}.")
     if not (math.isfinite(values[0]) and math.isfinite(values[-1]) and (values[1:] > values[:-1]).all()):
-        raise InputError(f"Expected {name} to increase from row to row; it does not.")
+        raise InputError("times-broken", f"Expected {name} to increase from row to row; it does not.")
 
 
 TOLD_UP = ("gravity vector", "camera pitch and roll")  # sources of up that the user tells, by name
@@ -330,7 +339,8 @@ class Rectified:
             array = np.full(allowed[0], np.nan) if value is None else np.array(value, dtype=np.float64)
             if array.shape not in allowed:
                 raise InputError(
-                    f"Expected {name} of shape {' or '.join(map(str, allowed))}, got {array.shape}."
+                    "wrong-content",
+                    f"Expected {name} of shape {' or '.join(map(str, allowed))}, got {array.shape}.",
                 )
             array.setflags(write=False)
             object.__setattr__(self, name, array)

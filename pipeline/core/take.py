@@ -93,23 +93,29 @@ class Told:
         pitch, roll = self.pitch_deg, self.roll_deg
         angles = [angle for angle in (pitch, roll) if angle is not None]
         if self.camera not in (None, "static", "moving"):
-            raise InputError(f"Expected a camera that is static or moving, got '{self.camera}'.")
+            raise InputError("bad-value", f"Expected a camera that is static or moving, got '{self.camera}'.")
         if self.gravity is not None and angles:
-            raise InputError("Expected the camera's gravity, or its pitch and roll, not both.")
+            raise InputError(
+                "option-conflict", "Expected the camera's gravity, or its pitch and roll, not both."
+            )
         if self.gravity is not None and not 0 < np.linalg.norm(self.gravity) < np.inf:
             raise InputError(
-                f"Expected a direction for gravity, such as 0,1,0 (down the picture), got {self.gravity}."
+                "bad-value",
+                f"Expected a direction for gravity, such as 0,1,0 (down the picture), got {self.gravity}.",
             )
         if not all(abs(angle) <= 180 for angle in angles):
-            raise InputError(f"Expected pitch and roll in degrees, got {pitch} and {roll}.")
+            raise InputError("bad-value", f"Expected pitch and roll in degrees, got {pitch} and {roll}.")
         if len(angles) == 1:
             alone = "roll" if pitch is None else "pitch"
             raise InputError(
+                "needs-input",
                 f"Expected the camera's pitch and roll together, got the {alone} alone; a camera that looks neither "
-                "up nor down has a pitch of 0, one whose pictures show the horizon level a roll of 0."
+                "up nor down has a pitch of 0, one whose pictures show the horizon level a roll of 0.",
             )
         if self.moving and (angles or self.gravity is not None):
-            raise InputError("A moving camera has no one pitch, roll or gravity; leave them out.")
+            raise InputError(
+                "option-conflict", "A moving camera has no one pitch, roll or gravity; leave them out."
+            )
 
     @property
     def moving(self) -> bool:
@@ -192,7 +198,8 @@ class Take:
         value = getattr(self, what)
         if value is None:
             raise InputError(
-                f"Expected a take with {what}, got one without; run the stage that gives {what} first."
+                "needs-stage",
+                f"Expected a take with {what}, got one without; run the stage that gives {what} first.",
             )
         return value
 

@@ -67,14 +67,14 @@ def parse(text: str) -> tuple[Skeleton, list[tuple[int, str]], np.ndarray, float
     degrees and the file's unit, frames per second. InputError for what is no BVH."""
     head, found, motion = text.partition("MOTION")
     if not found or "HIERARCHY" not in head:
-        raise InputError("expected a BVH file with HIERARCHY and MOTION.")
+        raise InputError("format-unknown", "expected a BVH file with HIERARCHY and MOTION.")
     try:
         skeleton, channels = _hierarchy(head)
         numbers, fps = _motion(motion, len(channels))
     except InputError:
         raise
     except (ValueError, IndexError) as error:
-        raise InputError(f"the BVH file is damaged: {error}.") from None
+        raise InputError("file-damaged", f"the BVH file is damaged: {error}.") from None
     _check(skeleton, channels)
     return skeleton, channels, numbers, fps
 
@@ -118,8 +118,9 @@ def _motion(text: str, width: int) -> tuple[np.ndarray, float]:
     timed = frame_s > 0 and 0 < 1 / frame_s < np.inf
     if len(numbers) != count or not (count and timed and np.isfinite(numbers).all()):
         raise InputError(
+            "file-damaged",
             f"expected {how_many(count, 'frame')} of {how_many(width, 'number')}, {frame_s} s each, got "
-            f"{len(numbers)}."
+            f"{len(numbers)}.",
         )
     return numbers, _rate(frame_text)
 
@@ -129,12 +130,15 @@ def _check(skeleton: Skeleton, channels: list[tuple[int, str]]) -> None:
     for joint, joint_name in enumerate(skeleton.names):
         turns = [name for owner, name in channels if owner == joint and name.endswith("rotation")]
         if len(turns) != len(set(turns)):
-            raise InputError(f"expected each rotation of '{joint_name}' once, got {', '.join(turns)}.")
+            raise InputError(
+                "wrong-content", f"expected each rotation of '{joint_name}' once, got {', '.join(turns)}."
+            )
     known = {f"{axis}{kind}" for axis in _AXES for kind in ("position", "rotation")}
     unknown = {name for _, name in channels} - known
     if unknown or skeleton.parents.count(-1) != 1:
         raise InputError(
-            f"expected one root and known channels, got {', '.join(sorted(unknown)) or 'several'}."
+            "wrong-content",
+            f"expected one root and known channels, got {', '.join(sorted(unknown)) or 'several'}.",
         )
 
 

@@ -132,7 +132,9 @@ def load_detections(path: Path) -> Detections:
         if 0 in rows:
             raise ValueError("it holds nobody")
     except ValueError as error:
-        raise InputError(f"Expected 2D keypoints of a run ({KEYPOINTS}) at {path}: {error}.") from None
+        raise InputError(
+            "file-damaged", f"Expected 2D keypoints of a run ({KEYPOINTS}) at {path}: {error}."
+        ) from None
     return Detections(**found)
 
 

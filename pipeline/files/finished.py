@@ -149,7 +149,9 @@ def read_run(folder: str | Path) -> Take:
         reason = str(error).rstrip(".")
     inside = sorted(path.parent for path in folder.glob(f"*/{POSES}"))
     what = f"read one of the runs in it, such as {inside[0]}" if inside else "run it again"
-    raise InputError(f"Expected the folder of a finished `pcnet3d run` at {folder} ({reason}); {what}.")
+    raise InputError(
+        "format-unknown", f"Expected the folder of a finished `pcnet3d run` at {folder} ({reason}); {what}."
+    )
 
 
 def _take(summary: _Summary, arrays: dict[str, np.ndarray], rows: tuple[Row, ...]) -> Take:
@@ -186,7 +188,10 @@ def _poses(summary: _Summary, arrays: dict[str, np.ndarray]) -> PoseSequence:
     of = summary.poses
     older = FRAMES.get(of.source_frame.partition(" (")[0])
     if of.frame is None and older is None:
-        raise InputError(f"{SUMMARY}: expected poses in one of {', '.join(FRAMES)}, got {of.source_frame}.")
+        raise InputError(
+            "wrong-content",
+            f"{SUMMARY}: expected poses in one of {', '.join(FRAMES)}, got {of.source_frame}.",
+        )
     return PoseSequence(
         arrays["source"],
         H36M17,
@@ -284,8 +289,8 @@ def _kinematics(folder: Path, rows: int) -> dict[str, np.ndarray] | None:
     try:
         table = pq.read_table(path)
     except (OSError, ValueError, pyarrow.lib.ArrowException) as error:
-        raise InputError(f"{KINEMATICS} is damaged: {error}") from None
+        raise InputError("file-damaged", f"{KINEMATICS} is damaged: {error}") from None
     if table.num_rows != rows:
-        raise InputError(f"{KINEMATICS} has {table.num_rows} rows, {POSES} {rows}")
+        raise InputError("file-damaged", f"{KINEMATICS} has {table.num_rows} rows, {POSES} {rows}")
     columns = (name for name in table.column_names if name not in ("frame", "time_s"))
     return {name: table[name].to_numpy() for name in columns}

@@ -29,13 +29,15 @@ def guarded(poses: PoseSequence, handedness: Handedness, where: str) -> PoseSequ
     evidence = chirality(poses)
     if evidence.verdict == "legs against arms":
         raise InputError(
+            "sides-swapped",
             f"{where}: left and right of the legs contradict those of the arms: {evidence}; "
-            "pass --set read.handedness=swap-legs if the legs are in SPIN's order, or =ignore."
+            "pass --set read.handedness=swap-legs if the legs are in SPIN's order, or =ignore.",
         )
     if evidence.verdict == "wrong":
         raise InputError(
+            "sides-swapped",
             f"{where}: the body is mirrored or its left and right are exchanged: {evidence}; "
-            "pass --set read.handedness=mirror if the coordinates are mirrored, =swap if the names are, or =ignore."
+            "pass --set read.handedness=mirror if the coordinates are mirrored, =swap if the names are, or =ignore.",
         )
     if evidence.verdict == "doubtful":
         return poses.saying(notice("sides-doubtful", evidence=str(evidence)))

@@ -54,7 +54,9 @@ def _size(value: Any) -> Any:
         return value
     width, times, height = value.lower().partition("x")
     if not (times and width.isdigit() and height.isdigit()):
-        raise InputError(f"Expected --set read.image_size=WIDTHxHEIGHT such as 1920x1080, got '{value}'.")
+        raise InputError(
+            "bad-value", f"Expected --set read.image_size=WIDTHxHEIGHT such as 1920x1080, got '{value}'."
+        )
     return int(width), int(height)
 
 
@@ -64,7 +66,9 @@ def _vector(value: Any) -> Any:
     try:
         x, y, z = map(float, value.split(","))
     except ValueError:
-        raise InputError(f"Expected --set read.gravity=X,Y,Z such as 0,1,0, got '{value}'.") from None
+        raise InputError(
+            "bad-value", f"Expected --set read.gravity=X,Y,Z such as 0,1,0, got '{value}'."
+        ) from None
     return x, y, z
 
 
@@ -72,7 +76,9 @@ def _date(value: Any) -> Any:
     try:
         return value if value is None else date.fromisoformat(str(value)).isoformat()
     except ValueError:
-        raise InputError(f"Expected --set read.date=YYYY-MM-DD such as 2026-03-31, got '{value}'.") from None
+        raise InputError(
+            "bad-value", f"Expected --set read.date=YYYY-MM-DD such as 2026-03-31, got '{value}'."
+        ) from None
 
 
 def _time_range(value: Any) -> Any:
@@ -84,9 +90,11 @@ def _time_range(value: Any) -> Any:
     except ValueError:
         told = ()
     if not (colon and told):
-        raise InputError(f"Expected --time-range START:END in seconds, such as 2.5:8, got '{value}'.")
+        raise InputError(
+            "bad-value", f"Expected --time-range START:END in seconds, such as 2.5:8, got '{value}'."
+        )
     if not told[0] < told[1]:
-        raise InputError(f"Expected a --time-range that ends after it starts, got '{value}'.")
+        raise InputError("bad-value", f"Expected a --time-range that ends after it starts, got '{value}'.")
     return told
 
 
@@ -254,7 +262,7 @@ def _distributed(given: Mapping[str, Any]) -> dict[str, Any]:
         if part == READ:
             if key not in reading_options():
                 hint = f"it is {flag_of(key)}." if key in PLACES else did_you_mean(key, reading_options())
-                raise InputError(f"--set {name}: there is no such option; {hint}")
+                raise InputError("name-unknown", f"--set {name}: there is no such option; {hint}")
             fields[key] = value
         elif part == KEYPOINTS and dot:
             keypoints[key] = value
@@ -265,7 +273,7 @@ def _distributed(given: Mapping[str, Any]) -> dict[str, Any]:
                 if column in RunOptions.model_fields
                 else f"got '{name}={value}'"
             )
-            raise InputError(f"Expected --set STAGE.KEY=VALUE, or STAGE={OFF}; {known}.")
+            raise InputError("bad-value", f"Expected --set STAGE.KEY=VALUE, or STAGE={OFF}; {known}.")
         else:
             stages[name] = value
     if keypoints:
@@ -281,8 +289,8 @@ def _refusal(error: ValidationError) -> InputError:
     if first["type"] == "extra_forbidden":
         moved = MOVED.get("--" + name.replace("_", "-"))
         hint = f"it is {moved} now." if moved else did_you_mean(name, RunOptions.model_fields)
-        return InputError(f"A run has no option '{name}'; {hint}")
-    return InputError(f"{flag_of(name)}={first['input']}: {first['msg']}.")
+        return InputError("name-unknown", f"A run has no option '{name}'; {hint}")
+    return InputError("bad-value", f"{flag_of(name)}={first['input']}: {first['msg']}.")
 
 
 # What has gone from the command line, and how it is given now.

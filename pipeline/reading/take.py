@@ -50,8 +50,9 @@ class _Files:
         lead = self.poses or self.keypoints
         if lead is None:
             raise InputError(
+                "needs-input",
                 "Several people need a file that holds them, --poses or --keypoints; of a video alone a run without "
-                "--person all writes one, keypoints.npz."
+                "--person all writes one, keypoints.npz.",
             )
         return lead
 
@@ -106,14 +107,16 @@ def open_people(options: RunOptions) -> tuple[Person, ...]:
     poses, keypoints = files.poses, files.keypoints
     if options.keypoints_person is not None:
         raise InputError(
-            "--set read.keypoints_person names one person, and everybody is asked for; leave it out."
+            "option-conflict",
+            "--set read.keypoints_person names one person, and everybody is asked for; leave it out.",
         )
     if poses and keypoints and not files.nameless:
         names = [sorted(one.person for one in file.people) for file in (poses, keypoints)]
         if names[0] != names[1]:
             raise InputError(
+                "files-apart",
                 f"{poses.path} holds the people {', '.join(names[0])} and {keypoints.path} {', '.join(names[1])}, so "
-                "nothing says who is who; leave --keypoints out, or run one --person at a time."
+                "nothing says who is who; leave --keypoints out, or run one --person at a time.",
             )
     tracks = {track.person: track for track in keypoints.people} if keypoints else {}
     found = []
@@ -143,9 +146,10 @@ def _read(options: RunOptions) -> _Files:
     if video is not None and options.image_size not in (None, size := shown_size(video)):
         width, height = options.image_size
         raise InputError(
+            "option-conflict",
             f"Expected the image size of keypoints without a video, or that of {options.video}, which shows "
             f"{size[0]}x{size[1]}; got {width}x{height}. Leave out read.image_size, or the video if the keypoints were "
-            "detected in a copy of another size."
+            "detected in a copy of another size.",
         )
     poses = keypoints = None
     if options.poses:
@@ -280,11 +284,13 @@ def _video_alone(files: _Files) -> Take:
     """The take of a video in which the person is still to be found."""
     if files.video is None:
         raise InputError(
-            "Expected a video, 3D poses (--poses FILE) or 2D keypoints (--keypoints FILE), got none."
+            "needs-input",
+            "Expected a video, 3D poses (--poses FILE) or 2D keypoints (--keypoints FILE), got none.",
         )
     if files.options.first_frame is not None:
         raise InputError(
-            "--set read.first_frame numbers the rows of a file, and there is none; leave it out."
+            "option-conflict",
+            "--set read.first_frame numbers the rows of a file, and there is none; leave it out.",
         )
     video, asked = files.video, files.options.time_range
     take = Take(
@@ -307,7 +313,9 @@ def _check_person(person: str | None, *found: PoseSequence | None) -> None:
     """InputError when the person that was asked for is neither of those that were found."""
     names = [poses.person for poses in found if poses is not None]
     if person not in (None, *RANKS, *names):
-        raise InputError(f"There is no person '{person}' in these files; found {' and '.join(names)}.")
+        raise InputError(
+            "name-unknown", f"There is no person '{person}' in these files; found {' and '.join(names)}."
+        )
 
 
 def _poses(files: _Files) -> PoseSequence | None:
@@ -335,9 +343,10 @@ def _keypoints(files: _Files, poses: PoseSequence | None) -> PoseSequence | None
             return file.normalised(fitting[0])
         if sum(map(len, tracks)) == len(poses):
             raise InputError(
+                "people-mixed",
                 f"{options.poses} has {how_many(len(poses), 'row')}, as many as all {len(tracks)} "
                 f"people of {file.path} together: "
-                "the lifter took several people for one (MotionBERT without --focus); lift one person at a time."
+                "the lifter took several people for one (MotionBERT without --focus); lift one person at a time.",
             )
     others = files.poses if files.poses and len(files.poses.people) > 1 and len(tracks) > 1 else None
     if others and poses is not None and files.nameless:
@@ -348,9 +357,10 @@ def _keypoints(files: _Files, poses: PoseSequence | None) -> PoseSequence | None
         person = poses.person if poses is not None else None
         if person not in (names := [track.person for track in tracks]):
             raise InputError(
+                "files-apart",
                 f"Expected the same people in {others.path} and {file.path}, but '{person}', chosen in the first, "
                 f"is not in the second, which has {', '.join(map(str, names))}; choose by a name that both have, or "
-                "leave one file out."
+                "leave one file out.",
             )
     return file.normalised(choose_person(tracks, person, str(file.path)))
 
@@ -359,11 +369,12 @@ def read_video(path: Path) -> Video:
     """The video's description; InputError when it cannot be opened."""
     if not path.is_file():
         raise InputError(
-            f"Expected a video file at {path}, found {'a folder' if path.is_dir() else 'nothing'} there."
+            "cannot-open",
+            f"Expected a video file at {path}, found {'a folder' if path.is_dir() else 'nothing'} there.",
         )
     adapter = find_adapter(path, "video", "video")
     if not recognises(adapter, path) and (others := exchanged(path, "video")):
-        raise InputError(others)
+        raise InputError("format-unknown", others)
     return call(adapter.read, path, what="Adapter 'video'", options={})[0]
 
 

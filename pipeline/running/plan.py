@@ -25,7 +25,9 @@ def planned(options: RunOptions, recipe: Recipe | None = None) -> Recipe:
     alone = options.poses is None and options.keypoints is None and options.video is not None
     _check_readers(options, alone)
     if recipe is not None and options.recipe is not None:
-        raise InputError(f"Expected one recipe, got one beside {options.recipe}; leave either out.")
+        raise InputError(
+            "option-conflict", f"Expected one recipe, got one beside {options.recipe}; leave either out."
+        )
     chosen = load_recipe(options.recipe) if recipe is None else recipe
     for entry in chosen.stages:
         for key in entry.options:
@@ -75,8 +77,9 @@ def _check_not_told(stage: str, key: str) -> None:
     """InputError for an option of a stage that has none of that name, because it is told of the recording."""
     if key in _TOLD and key not in option_types(registry.load("stages", stage)):
         raise InputError(
+            "name-unknown",
             f"{stage}.{key} is no option of a stage, for it is told of the recording, once for all stages; give "
-            f"{_TOLD[key]}."
+            f"{_TOLD[key]}.",
         )
 
 
@@ -90,7 +93,8 @@ def _check_read(options: RunOptions, recipe: Recipe) -> None:
         if field not in read:
             readers = [f"'{stage}'" for stage in registry.registered("stages") if field in _reads(stage)]
             raise InputError(
-                f"{flag_of(name)} is for the stage {' or '.join(readers)}, which this run does not have."
+                "option-conflict",
+                f"{flag_of(name)} is for the stage {' or '.join(readers)}, which this run does not have.",
             )
 
 
@@ -101,7 +105,9 @@ def _reads(stage: str) -> tuple[str, ...]:
 def _require(recipe: Recipe, stage: str, what: str) -> None:
     if not recipe.has(stage):
         registry.load("stages", stage)  # says that there is none at all
-        raise InputError(f"{what} is for the stage '{stage}', which this run does not have.")
+        raise InputError(
+            "option-conflict", f"{what} is for the stage '{stage}', which this run does not have."
+        )
 
 
 def _check_readers(options: RunOptions, alone: bool) -> None:
@@ -117,8 +123,11 @@ def _check_readers(options: RunOptions, alone: bool) -> None:
     for role, told in readers.items():
         unread = [flag for flag, given in told.items() if given]
         if unread and getattr(options, role) is None:
-            raise InputError(f"{', '.join(unread)} is for --{role} FILE, which this run does not have.")
+            raise InputError(
+                "option-conflict", f"{', '.join(unread)} is for --{role} FILE, which this run does not have."
+            )
     if alone and options.first_frame is not None:
         raise InputError(
-            f"{flag_of('first_frame')} numbers the rows of a file, and there is none; leave it out."
+            "option-conflict",
+            f"{flag_of('first_frame')} numbers the rows of a file, and there is none; leave it out.",
         )

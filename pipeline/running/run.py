@@ -80,9 +80,14 @@ def run_people(
     InputError when nobody is left.
     """
     if options.stature is not None:
-        raise InputError("A stature is one person's: leave it out, or run one --person at a time.")
+        raise InputError(
+            "option-conflict", "A stature is one person's: leave it out, or run one --person at a time."
+        )
     if options.person_id is not None:
-        raise InputError("An ID is one person's: leave read.person_id out, or run one --person at a time.")
+        raise InputError(
+            "option-conflict",
+            "An ID is one person's: leave read.person_id out, or run one --person at a time.",
+        )
     return _run(options, Path(output), planned(options, recipe), how, everybody=True)
 
 
@@ -158,7 +163,7 @@ def _list(runs: Sequence[PersonRun], folder: Path) -> None:
     """The index over the people's folders, each of which is a run of its own; InputError where there are none."""
     if all(run.take is None for run in runs):
         reasons = "; ".join(f"{run.person}: {run.reason.rstrip('.')}" for run in runs)
-        raise InputError(f"There is nobody to make a run of: {reasons}.")
+        raise InputError("nothing-usable", f"There is nobody to make a run of: {reasons}.")
     for run in runs:
         if run.take is not None:
             sign(folder / run.folder)
@@ -217,7 +222,7 @@ def _people(options: RunOptions) -> tuple[Person, ...]:
     for person in open_people(options):
         if person.frames < FEWEST_FRAMES:
             few = f"seen in {how_many(person.frames, 'frame')}; {FEWEST_FRAMES} are the least"
-            person = replace(person, take=InputError(few))
+            person = replace(person, take=InputError("nothing-usable", few))
         people.append(person)
     return tuple(people)
 
@@ -226,14 +231,18 @@ def _resumed(recipe: Recipe, output: Path) -> Recipe:
     """The recipe that goes on from what an interrupted run left, beside its folder or in it."""
     places = {stage: [path] for stage, path in checkpoints_of(output).items() if recipe.has(stage)}
     if not places:
-        raise InputError("--resume is for the stages 'detect' and 'lift', which this run does not have.")
+        raise InputError(
+            "option-conflict", "--resume is for the stages 'detect' and 'lift', which this run does not have."
+        )
     if "detect" in places:
         places["detect"].append(output / KEYPOINTS)
     left = {
         stage: path for stage, paths in places.items() if (path := next(filter(Path.is_file, paths), None))
     }
     if not left:
-        raise InputError(f"There is no interrupted run in {output} to go on with; leave --resume out.")
+        raise InputError(
+            "option-conflict", f"There is no interrupted run in {output} to go on with; leave --resume out."
+        )
     for stage, path in left.items():
         recipe = recipe.with_options(stage, resume=path)
     return recipe
@@ -242,7 +251,10 @@ def _resumed(recipe: Recipe, output: Path) -> Recipe:
 def _checked(recipe: Recipe) -> Recipe:
     for entry in recipe.stages:
         if entry.use in (*_WRITERS, *_KEPT) and entry.options.keys() & {"folder", "checkpoint"}:
-            raise InputError(f"Stage '{entry.use}': the folder is the run's own (-o DIR), not the recipe's.")
+            raise InputError(
+                "option-conflict",
+                f"Stage '{entry.use}': the folder is the run's own (-o DIR), not the recipe's.",
+            )
     return recipe
 
 

@@ -37,16 +37,20 @@ class Pipeline:
                 for name in set(earlier.needs).intersection(stage.gives):
                     if set(earlier.gives) != {name}:
                         raise InputError(
+                            "needs-stage",
                             f"Stage '{stage.name}' would change {name} after '{earlier.name}' has used them; "
-                            f"put it before '{earlier.name}'."
+                            f"put it before '{earlier.name}'.",
                         )
             for name in stage.needs:
                 if name not in known:
-                    raise InputError(f"Stage '{stage.name}' needs '{name}', which no take has.")
+                    raise InputError(
+                        "needs-stage", f"Stage '{stage.name}' needs '{name}', which no take has."
+                    )
                 if name not in filled:
                     raise InputError(
+                        "needs-stage",
                         f"Stage '{stage.name}' needs {name}, which neither the input nor an earlier stage gives; "
-                        f"the order is {' > '.join(s.name for s in self.stages)}."
+                        f"the order is {' > '.join(s.name for s in self.stages)}.",
                     )
             filled.update(stage.gives)
             _asked(stage, "check_told", told)
@@ -109,7 +113,8 @@ def _tried(stage: Stage, take: Take) -> Take | InputError:
         return error
     if not isinstance(given, Take):
         return InputError(
+            "plugin-broken",
             f"Expected a take from stage '{stage.name}', got {type(given).__name__}; a stage returns the take that it "
-            "made (docs/plugins.md): repair its package, or leave the stage out."
+            "made (docs/plugins.md): repair its package, or leave the stage out.",
         )
     return given

@@ -214,8 +214,9 @@ def grid_rows(sequence: PoseSequence, step: int = 1) -> int:
     rows = (last - first) // step + 1
     if rows > max(_MOST_ROWS, 2 * len(sequence)):
         raise InputError(
+            "times-broken",
             f"Expected frame numbers of one recording, got {how_many(len(sequence), 'row')} numbered {first} to "
-            f"{last}; check the frame numbers of the 2D file."
+            f"{last}; check the frame numbers of the 2D file.",
         )
     return rows
 

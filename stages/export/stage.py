@@ -50,8 +50,9 @@ class Export:
             other = files.setdefault(writer.file.casefold(), f"writer '{name}'")
             if other != f"writer '{name}'":
                 raise InputError(
+                    "option-conflict",
                     f"Expected --also {name} to write a file of its own, got {writer.file}, which {other} writes; "
-                    f"leave --also {name} out."
+                    f"leave --also {name} out.",
                 )
             if check := getattr(writer, "check", None):
                 check()
@@ -61,8 +62,9 @@ class Export:
         for name, writer in self._writers().items():
             if not told.images and getattr(writer, "images", False):
                 raise InputError(
+                    "option-conflict",
                     f"Expected no file with images of the person (--no-frames), got --also {name}, which writes "
-                    f"{writer.file}; leave one of the two out."
+                    f"{writer.file}; leave one of the two out.",
                 )
 
     def check_unit(self, unit: str) -> None:
@@ -70,8 +72,9 @@ class Export:
         for name, writer in self._writers().items():
             if unit == "arbitrary" and getattr(writer, "metric", False):
                 raise InputError(
+                    "needs-input",
                     f"Expected a scale for --also {name}, whose {writer.file} holds metres, and the source has none; "
-                    "give the person's height (--stature METRES)."
+                    "give the person's height (--stature METRES).",
                 )
 
     def __call__(self, take: Take) -> Take:

@@ -91,10 +91,13 @@ class Measures:
     def __post_init__(self) -> None:
         for name in self.repeated:
             if name not in ALL_ANGLES:
-                raise InputError(f"There is no angle '{name}' to count; {did_you_mean(name, ALL_ANGLES)}")
+                raise InputError(
+                    "name-unknown", f"There is no angle '{name}' to count; {did_you_mean(name, ALL_ANGLES)}"
+                )
         if self.belt_speed is not None and not 0 < self.belt_speed < np.inf:
             raise InputError(
-                f"Expected a positive belt speed, got {self.belt_speed:g}; leave it out for a walk over the floor."
+                "bad-value",
+                f"Expected a positive belt speed, got {self.belt_speed:g}; leave it out for a walk over the floor.",
             )
 
     def __call__(self, take: Take) -> Take:

@@ -80,7 +80,9 @@ def record(take: Take, path: str | Path) -> tuple[Notice, ...]:
 
     poses = take.poses
     if poses is None or take.rectified is None:
-        raise InputError("A recording needs 3D poses and their rectification; run rectify first.")
+        raise InputError(
+            "needs-stage", "A recording needs 3D poses and their rectification; run rectify first."
+        )
     parts, notices = viewable(take.video) if take.told.images and take.video else (None, ())
     take = take.saying(*notices).with_(video=take.video if parts else None)
     distance = np.linalg.norm(poses.joints[is_finite(poses.joints)], axis=-1)
@@ -116,7 +118,7 @@ def record(take: Take, path: str | Path) -> tuple[Notice, ...]:
                 recording.log(entity, document, static=True)
             recording.flush()
         except RuntimeError as error:
-            raise InputError(f"The recording {path} could not be written: {error}.") from None
+            raise InputError("cannot-write", f"The recording {path} could not be written: {error}.") from None
         finally:
             recording.disconnect()
         _require_end(partial, path)
@@ -128,7 +130,9 @@ def _require_end(partial: Path, path: Path) -> None:
     with open(partial, "rb") as file:
         file.seek(max(partial.stat().st_size - len(_END) - 4, 0))
         if not file.read().startswith(_END):
-            raise InputError(f"The recording {path} could not be written to its end; is the disk full?")
+            raise InputError(
+                "cannot-write", f"The recording {path} could not be written to its end; is the disk full?"
+            )
 
 
 def _log_poses(recording: rr.RecordingStream, take: Take, size: float) -> None:

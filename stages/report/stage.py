@@ -61,7 +61,7 @@ def report(take: Take, files: Sequence[str] = ()) -> str:
     InputError without poses, rectified poses or time stamps, or when the video cannot be decoded.
     """
     if take.poses is None or take.rectified is None:
-        raise InputError("A report needs 3D poses and their rectification; run rectify first.")
+        raise InputError("needs-stage", "A report needs 3D poses and their rectification; run rectify first.")
     facts, measures = facts_of(take), grouped(take.measures or ())
     said = [*seen(take), *sides_compared(measures)]
     head = session_words(take, facts) + answer(said) + (small(_ERRORS) if said else Markup(""))

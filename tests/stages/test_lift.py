@@ -80,7 +80,7 @@ def test_the_videos_rotation_flag_turns_the_image_size(take, monkeypatch):
 
     def spy(asked, model):
         sizes.append(asked.image_size)
-        raise InputError("seen")
+        raise InputError("bad-value", "seen")
 
     monkeypatch.setattr("pcnet3d.models.lifter.builtin.lifted", spy)
     for rotation in (0, 90):

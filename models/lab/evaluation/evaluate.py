@@ -133,7 +133,8 @@ def _write(name: str, given: dict[str, Any], file: str, module: str, tables: str
     people, because = given.get("sets"), given.get("because", "")
     if (people not in (None, "val")) != bool(because.strip()):
         raise InputError(
-            "Test subjects are looked at rarely: give --because REASON with --sets test or tennis, with these only."
+            "needs-input",
+            "Test subjects are looked at rarely: give --because REASON with --sets test or tennis, with these only.",
         )
     report = import_module(f".{module}", __package__)
     names = given["rectifier"]

@@ -85,7 +85,10 @@ def materials(seeds: int, only: Sequence[str] = ()) -> list[Material]:
     sets = {one.label: one for one in evaluation_sets("val")}
     labels = (*sets, REAL)
     if unknown := [label for label in only if label not in labels]:
-        raise InputError(f"There is no part '{unknown[0]}' of the validation; expected {', '.join(labels)}.")
+        raise InputError(
+            "name-unknown",
+            f"There is no part '{unknown[0]}' of the validation; expected {', '.join(labels)}.",
+        )
     wanted = [label for label in labels if label in only or not only]
     found = []
     for label in (label for label in wanted if label in sets):

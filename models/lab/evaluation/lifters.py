@@ -119,9 +119,13 @@ def opened(names: Sequence[str]) -> dict[str, Lifter]:
     for name in names:
         lifter = load_lifter(name)
         if "images" in lifter.takes:
-            raise InputError(f"{name} looks at images, which motion capture has none of; leave it out.")
+            raise InputError(
+                "option-conflict", f"{name} looks at images, which motion capture has none of; leave it out."
+            )
         if lifter.method in lifters:
-            raise InputError(f"{name} is given twice, as {lifter.method}; give each network once.")
+            raise InputError(
+                "option-conflict", f"{name} is given twice, as {lifter.method}; give each network once."
+            )
         lifters[lifter.method] = lifter
     return lifters
 

@@ -94,7 +94,8 @@ def read_cameras(folder: Path) -> dict[str, RealCamera]:
         }
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise InputError(
-            f"Expected the cameras of a real take in {path}, got {type(error).__name__}: {error}."
+            "file-damaged",
+            f"Expected the cameras of a real take in {path}, got {type(error).__name__}: {error}.",
         ) from None
 
 
@@ -105,7 +106,8 @@ def read_truth(folder: Path, cameras: Sequence[str]) -> RealTruth:
     names = [str(name) for name in arrays["joint_names"]]
     if missing := [name for name in LIMBS if name not in names]:
         raise InputError(
-            f"Expected the limbs' joints in {folder / 'truth.npz'}; {', '.join(missing)} missing."
+            "wrong-content",
+            f"Expected the limbs' joints in {folder / 'truth.npz'}; {', '.join(missing)} missing.",
         )
     return RealTruth(
         limbs=arrays["joints"][:, [names.index(name) for name in LIMBS]].astype(np.float64),
@@ -126,7 +128,9 @@ def found_keypoints(video: Video, looks: int | None = None) -> PoseSequence:
     InputError when it sees nobody."""
     found = detect(video, load_detector(data_folder() / _DETECTOR, looks=looks))
     if not len(found.person):
-        raise InputError(f"Expected a person in {video.path}, but {found.method} finds nobody.")
+        raise InputError(
+            "nothing-usable", f"Expected a person in {video.path}, but {found.method} finds nobody."
+        )
     return choose_person(found.people(), "longest", str(video.path))
 
 

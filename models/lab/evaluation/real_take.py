@@ -105,8 +105,9 @@ def tables(question: Question) -> dict[str, Any]:
         video = read_video(camera.video)
         if len(video.time_s) != len(truth.limbs):
             raise InputError(
+                "files-apart",
                 f"Expected {how_many(len(truth.limbs), 'frame')} in {camera.video}, as in truth.npz; "
-                f"got {len(video.time_s)}."
+                f"got {len(video.time_s)}.",
             )
         given = openpose_keypoints(truth.openpose[name], video.time_s)
         sources = (found_keypoints(video), given, exact_keypoints(camera, truth.limbs, given))

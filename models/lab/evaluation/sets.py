@@ -35,8 +35,9 @@ class EvaluationSet:
         clips = tuple(clip for clip in read_clips(self.subjects) if self.has(clip))
         if not any(len(clip) >= MIN_FRAMES for clip in clips):
             raise InputError(
+                "nothing-usable",
                 f"Expected a take of {MIN_FRAMES} frames or more for the set {self.label}, but the motion capture has "
-                "none; set PCNET3D_DATA to a folder that has one."
+                "none; set PCNET3D_DATA to a folder that has one.",
             )
         return clips
 

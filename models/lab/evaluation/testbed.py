@@ -135,8 +135,9 @@ def _refuse_known_subjects(subjects: Subjects, model: str | Path) -> None:
     trained_on = network(model).trained_on
     if ("train" in (subjects, trained_on) and subjects.startswith(trained_on[:5])) or subjects == trained_on:
         raise InputError(
+            "files-apart",
             f"Expected a lifter that never saw the subjects '{subjects}', but {model} was trained on '{trained_on}'; "
-            'train one on the other half (subjects = "train-a" or "train-b" in its config).'
+            'train one on the other half (subjects = "train-a" or "train-b" in its config).',
         )
 
 
@@ -228,7 +229,9 @@ def write_takes(
             )
         )
     if not takes:
-        raise InputError(f"There is no take of {MIN_FRAMES} frames or more of the subjects '{subjects}'.")
+        raise InputError(
+            "nothing-usable", f"There is no take of {MIN_FRAMES} frames or more of the subjects '{subjects}'."
+        )
     frames = [len(take.lifted) for take in takes]
     seen = [take.seen for take in takes]
     output.parent.mkdir(parents=True, exist_ok=True)

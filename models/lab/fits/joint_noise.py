@@ -158,7 +158,7 @@ def fit(train: Sequence[Path], val: Sequence[Path], rectifier: Rectifier) -> Joi
             pairs.append(pair)
             levels.append(level)
     if not pairs:
-        raise InputError("Expected validation takes that can be levelled, got none.")
+        raise InputError("nothing-usable", "Expected validation takes that can be levelled, got none.")
     if train:
         return with_factors(with_multiples(noise, pairs, levels), pairs, levels)
     fitted = with_factors(noise, pairs, levels).factors

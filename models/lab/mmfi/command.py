@@ -137,8 +137,9 @@ def split_of(clips: Sequence[Clip], name: str, activities: Activities) -> dict[s
     }
     if empty := [part for part, names in split.items() if not names]:
         raise InputError(
+            "nothing-usable",
             f"Expected recordings for {name} of MM-Fi, two people to train on and one to test, but {', '.join(empty)} "
-            "has none."
+            "has none.",
         )
     return split
 

@@ -61,7 +61,7 @@ def parse_asf(text: str, metres: float | None = None) -> Acclaim:
     sections = {m[1]: m[2] for m in re.finditer(r"^:(\w+)(.*?)(?=^:|\Z)", _no_comments(text), re.M | re.S)}
     missing = {"units", "root", "bonedata", "hierarchy"} - set(sections)
     if missing:
-        raise InputError(f"expected an ASF skeleton with :{', :'.join(sorted(missing))}.")
+        raise InputError("wrong-content", f"expected an ASF skeleton with :{', :'.join(sorted(missing))}.")
     try:
         units, root = _records(sections["units"]), _records(sections["root"])
         metres = metres or _INCH_M / float(units.get("length", ["1"])[0])
@@ -80,7 +80,7 @@ def parse_asf(text: str, metres: float | None = None) -> Acclaim:
         dofs = {"root": root["order"], **{name: bone.get("dof", []) for name, bone in bones.items()}}
         offsets = metres * np.stack([_offset(bones.get(parent_of.get(name, ""))) for name in names])
     except (ValueError, KeyError, IndexError) as error:
-        raise InputError(f"the ASF skeleton is damaged: {error}.") from None
+        raise InputError("file-damaged", f"the ASF skeleton is damaged: {error}.") from None
     return Acclaim(Skeleton(names, parents, offsets), C, _checked(dofs), metres, degrees)
 
 
@@ -114,7 +114,9 @@ def _checked(dofs: Mapping[str, Iterable[str]]) -> dict[str, tuple[str, ...]]:
     lower = {name: tuple(dof.lower() for dof in of) for name, of in dofs.items()}
     strange = sorted({dof for of in lower.values() for dof in of} - {"rx", "ry", "rz", "tx", "ty", "tz"})
     if strange or any(dof[0] == "t" for name, of in lower.items() if name != "root" for dof in of):
-        raise InputError(f"expected bones that turn only, got {', '.join(strange) or 'a sliding one'}.")
+        raise InputError(
+            "wrong-content", f"expected bones that turn only, got {', '.join(strange) or 'a sliding one'}."
+        )
     return lower
 
 
@@ -135,18 +137,20 @@ def parse_amc(text: str, acclaim: Acclaim) -> tuple[dict[str, np.ndarray], bool]
         elif words and not words[0].startswith(":"):
             if len(words) - 1 != len(acclaim.dofs.get(words[0], ())):
                 raise InputError(
-                    f"frame {frames}: '{words[0]}' does not fit its skeleton; another skeleton's file?"
+                    "files-apart",
+                    f"frame {frames}: '{words[0]}' does not fit its skeleton; another skeleton's file?",
                 )
             lines[words[0]].append(words[1:])
     short = [name for name, rows in lines.items() if len(rows) not in (0, frames)]
     if not frames or short or not lines["root"]:
         raise InputError(
-            f"expected whole frames, got {frames}, {', '.join(short) or 'root'} not in all of them."
+            "file-damaged",
+            f"expected whole frames, got {frames}, {', '.join(short) or 'root'} not in all of them.",
         )
     try:
         return {name: np.array(rows, dtype=float) for name, rows in lines.items() if rows}, degrees
     except ValueError as error:
-        raise InputError(f"the AMC file is damaged: {error}.") from None
+        raise InputError("file-damaged", f"the AMC file is damaged: {error}.") from None
 
 
 def pose(acclaim: Acclaim, motion: dict[str, np.ndarray], degrees: bool) -> tuple[np.ndarray, np.ndarray]:
@@ -183,5 +187,5 @@ def _skeleton_of(path: Path) -> Path:
     skeletons = sorted(path.parent.glob("*.[aA][sS][fF]"))
     named = [file for file in skeletons if path.stem.lower().startswith(file.stem.lower())]
     if not named and len(skeletons) != 1:
-        raise InputError("expected its .asf skeleton in the same folder.")
+        raise InputError("needs-input", "expected its .asf skeleton in the same folder.")
     return max(named, key=lambda file: len(file.stem)) if named else skeletons[0]

@@ -103,7 +103,8 @@ def refuse_shared_subjects(train: Iterable[str], other: Iterable[str], what: str
     shared = {subject_of(name) for name in train} & {subject_of(name) for name in other}
     if shared:
         raise InputError(
-            f"Expected other subjects to train on than {what}, but both have {', '.join(sorted(shared))}."
+            "files-apart",
+            f"Expected other subjects to train on than {what}, but both have {', '.join(sorted(shared))}.",
         )
 
 

@@ -76,7 +76,7 @@ def _figures(folder: Path, place: Path) -> dict[str, Any]:
     try:
         take = read_run(folder)
     except InputError as error:
-        raise InputError(f"{str(error).rstrip('.')}: remove that folder first.") from None
+        raise InputError(error.code, f"{str(error).rstrip('.')}: remove that folder first.") from None
     return {**plain(_of_take(take)), "measures": _comparable(take), **row}
 
 

@@ -95,11 +95,13 @@ def run_take(job: Job) -> Outcome:
     try:
         if package_version() != job.version:
             raise InputError(
-                f"{host} has pcnet3d {package_version()}, the batch {job.version}; install one version."
+                "other-version",
+                f"{host} has pcnet3d {package_version()}, the batch {job.version}; install one version.",
             )
         if not job.output.is_dir():
             raise InputError(
-                f"{host} does not see {job.output}; the folder must be on a disk that all workers share."
+                "cannot-open",
+                f"{host} does not see {job.output}; the folder must be on a disk that all workers share.",
             )
         with FileLock(job.lock):
             _tidy(job.folder)

@@ -98,8 +98,9 @@ def load_side(folder: Path) -> Side:
     missing = [name for name in ANGLES if f"{name}_deg" not in columns]
     if len(missing) == len(ANGLES):
         raise InputError(
+            "needs-stage",
             f"Expected a run with joint angles in {folder}, and there are none of {', '.join(missing[:3])}; run it "
-            "again with the stage 'angles'."
+            "again with the stage 'angles'.",
         )
     unknown = np.full(len(poses), np.nan)
     joints = [

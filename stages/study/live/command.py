@@ -84,7 +84,8 @@ def live(
         try:
             if seen.person is None:
                 raise InputError(
-                    f"Nobody was found in {seen.words} of {shown.name} by {networks.detector.method}."
+                    "nothing-usable",
+                    f"Nobody was found in {seen.words} of {shown.name} by {networks.detector.method}.",
                 )
             size = seen.size if video is None else None  # a video has its own; that of ours is even
             recorded = recorded.with_(person=seen.person, image_size=size)
@@ -119,12 +120,15 @@ def _detect(recipe: Recipe) -> Detect:
     whole videos and would go unheard."""
     told = next((entry.options for entry in recipe.stages if entry.use == "detect"), None)
     if told is None:
-        raise InputError("Expected somebody to be looked for by live, got detect=off; leave it out.")
+        raise InputError(
+            "option-conflict", "Expected somebody to be looked for by live, got detect=off; leave it out."
+        )
     detect = call(Detect, what="Stage 'detect'", options=told)
     if unheard := [f"detect.{name}" for name in told if name not in _KNOWN]:
         raise InputError(
+            "option-conflict",
             f"Expected for live no options of detect but {', '.join(_KNOWN)}, got {', '.join(unheard)}; leave it out, "
-            "or give it to a run of the video afterwards."
+            "or give it to a run of the video afterwards.",
         )
     return detect
 
@@ -147,7 +151,9 @@ def _check_end(recorded: RunOptions) -> None:
     try:
         check_plan(_end(recorded), recorded.told, *given)
     except InputError as error:
-        raise InputError(f"live ends with a run of its {' and its '.join(given)}: {error}") from None
+        raise InputError(
+            error.code, f"live ends with a run of its {' and its '.join(given)}: {error}"
+        ) from None
 
 
 @dataclass(frozen=True, eq=False)

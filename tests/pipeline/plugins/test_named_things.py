@@ -263,7 +263,7 @@ def test_another_packages_writer_is_checked_before_the_work(register, tmp_path):
     Export(tmp_path, also=("toy",))
 
     def check():
-        raise InputError("The toy needs batteries.")
+        raise InputError("bad-value", "The toy needs batteries.")
 
     register("writers", SimpleNamespace(file="toy.txt", what="a toy", write=lambda *_: None, check=check))
     with pytest.raises(InputError, match="batteries"):

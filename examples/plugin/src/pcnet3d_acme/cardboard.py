@@ -17,7 +17,8 @@ class Cardboard:
         """Each joint where its ray meets the figure; missing joints stay missing."""
         if asked.image_size is None:
             raise InputError(
-                "Expected the image's size; give the video or --set read.image_size=WIDTHxHEIGHT."
+                "needs-input",
+                "Expected the image's size; give the video or --set read.image_size=WIDTHxHEIGHT.",
             )
         size = np.array(asked.image_size)
         focal_px = asked.focal_px or float(size.max())
@@ -32,7 +33,9 @@ class Cardboard:
                     if all(np.array_equal(kept[name], x, True) for name, x in (("rays", rays), ("up", up))):
                         joints, done = kept["joints"], int(kept["done"])
             except Exception as error:
-                raise InputError(f"Expected a lift to go on with at {asked.resume}: {error}.") from None
+                raise InputError(
+                    "file-damaged", f"Expected a lift to go on with at {asked.resume}: {error}."
+                ) from None
         for row in range(done, len(rays)):
             joints[row] = stand(rays[row], up[row])
             if asked.checkpoint is not None and row % 100 == 99:

@@ -266,7 +266,9 @@ def kept(folder) -> bool:
     return {"live.rrd", "video.ts", "summary.json"} <= names
 
 
-@pytest.mark.parametrize("error", [InputError("No."), RuntimeError("a fault"), KeyboardInterrupt()])
+@pytest.mark.parametrize(
+    "error", [InputError("bad-value", "No."), RuntimeError("a fault"), KeyboardInterrupt()]
+)
 def test_whatever_fails_behind_the_camera_the_recording_is_kept(
     camera, toy_detector, tmp_path, monkeypatch, capsys, error
 ):
@@ -389,7 +391,7 @@ def test_of_a_camera_that_is_too_fast_only_the_newest_image_is_taken():
 
 def test_a_source_that_gives_nothing_reaches_who_waits():
     def camera():
-        raise InputError("The camera is gone.")
+        raise InputError("bad-value", "The camera is gone.")
         yield
 
     with pytest.raises(InputError, match="gone"):
@@ -401,7 +403,7 @@ def test_a_camera_that_is_pulled_out_ends_the_take_and_it_is_processed(
 ):
     def camera():
         yield from open_source(str(numbered_film)).shots
-        raise InputError("The camera is gone.")
+        raise InputError("bad-value", "The camera is gone.")
 
     came = Source("camera", camera(), None, waits=True)
     monkeypatch.setattr("pcnet3d.stages.study.live.command.open_source", lambda source: came)
