@@ -213,7 +213,7 @@ def study_rows(entries: Sequence[Entry], outcomes: Sequence[Outcome]) -> list[di
     for entry, outcome in zip(entries, outcomes, strict=True):
         state = "failed" if outcome.state == "failed" else "done"
         head = {"name": entry.name, **entry.labels, "state": state}
-        head |= {"exit_code": outcome.exit_code, "reason": outcome.reason}
+        head |= {"exit_code": outcome.exit_code, "code": outcome.code, "reason": outcome.reason}
         rows += [{**head, **row} for row in outcome.rows or ({"person": ""},)]
     return rows
 

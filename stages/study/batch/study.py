@@ -45,8 +45,8 @@ _UNKNOWN: dict[str, Any] = {
 }  # fmt: skip
 # Of study.parquet, whose other columns are numbers, each measure's among them.
 _COLUMNS = (
-    "name", "subject", "visit", "condition", "person", "state", "exit_code", "reason", "report", "notices", "verdict",
-    "frames", "fps", "duration_s", "unit", "method", "device", "level_ok", "level_reason", *QUALITY,
+    "name", "subject", "visit", "condition", "person", "state", "exit_code", "code", "reason", "report", "notices",
+    "verdict", "frames", "fps", "duration_s", "unit", "method", "device", "level_ok", "level_reason", *QUALITY,
 )  # fmt: skip
 _NUMBERS = ("fps", "duration_s", *QUALITY)
 
