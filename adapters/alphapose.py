@@ -71,8 +71,9 @@ def _from_entry(entry: Any, images: Images, track: bool, where: str) -> Detectio
     image = field(entry, "image_id", where)
     if "track_id" in entry and "idx" not in entry:
         raise InputError(
+            "format-unknown",
             f"{where}: expected a person's idx, as AlphaPose calls it, got a track_id, which adapter coco reads (--set "
-            "read.keypoints_adapter=coco)."
+            "read.keypoints_adapter=coco).",
         )
     return Detection(
         frame=images.number(image, where),
@@ -88,8 +89,9 @@ def track_named(idx: Any, where: str) -> str:
     ids = numbers(idx, where).ravel()
     if len(ids) == 0 or not (ids == ids[0]).all() or ids[0] % 1 != 0:
         raise InputError(
+            "people-mixed",
             f"{where}: expected one track number as idx, got {reprlib.repr(idx)}; pass track=true "
-            "(--set keypoints.track=true) to ignore idx and join people to the nearest of the frames before."
+            "(--set keypoints.track=true) to ignore idx and join people to the nearest of the frames before.",
         )
     return f"{ids[0]:.0f}"
 
@@ -122,6 +124,7 @@ def _refuse_head_as_neck(points: np.ndarray, where: str) -> None:
     shoulders = points[OPENPOSE18.indices(["l_shoulder", "r_shoulder"]), :2].mean(axis=0)
     if np.abs(points[OPENPOSE18.index("neck"), :2] - shoulders).max() > _PIXEL:
         raise InputError(
+            "wrong-content",
             f"{where}: expected the neck between the shoulders, where AlphaPose puts it with COCO models; with Halpe "
-            "models --format writes the top of the head instead, so run AlphaPose again without --format."
+            "models --format writes the top of the head instead, so run AlphaPose again without --format.",
         )

@@ -59,12 +59,13 @@ def _of_smpl(poses: PoseSequence, path: Path) -> PoseSequence:
     stature = implied_stature(joints)
     if not _STATURE_M[0] < stature < _STATURE_M[1]:
         raise InputError(
+            "wrong-axes",
             f"{path}: expected a body of human size, got limbs of a person of {stature:.2g} m; say the file's unit in "
-            "metres with unit_m= (-O unit_m=2.2), the third number of the config's BBOX_3D_SHAPE over 1000."
+            "metres with unit_m= (-O unit_m=2.2), the third number of the config's BBOX_3D_SHAPE over 1000.",
         )
     made = poses.with_(joints=joints, layout=H36M17, confidence=None)
-    derived = ["nose = before the neck's end, as the shoulders face", "head = along the neck"]
-    return made.noted("smpl", derived=derived)
+    derived = {"nose": "before the neck's end, as the shoulders face", "head": "along the neck"}
+    return made.deriving("smpl", derived)
 
 
 def _entries(path: Path) -> Iterator[tuple[int, str, np.ndarray, np.ndarray | None]]:
@@ -73,7 +74,9 @@ def _entries(path: Path) -> Iterator[tuple[int, str, np.ndarray, np.ndarray | No
         where = f"{path}, entry {i}"
         joints = numbers(field(entry, _KEY, where), f"{where}, {_KEY}")
         if joints.shape != _SHAPE:
-            raise InputError(f"{where}: expected {_KEY} of shape {_SHAPE}, got {joints.shape}.")
+            raise InputError(
+                "wrong-content", f"{where}: expected {_KEY} of shape {_SHAPE}, got {joints.shape}."
+            )
         frame = frame_number(field(entry, "image_id", where), where)
         yield frame, track_named(entry.get("idx", 0), where), joints, _box(entry.get("box"), where)
 
@@ -83,5 +86,8 @@ def _box(box: Any, where: str) -> np.ndarray | None:
         return None
     values = numbers(box, f"{where}, box")
     if values.shape != (4,):
-        raise InputError(f"{where}: expected a box of left, top, width and height, got shape {values.shape}.")
+        raise InputError(
+            "wrong-content",
+            f"{where}: expected a box of left, top, width and height, got shape {values.shape}.",
+        )
     return np.concatenate([values[:2], values[:2] + values[2:]])

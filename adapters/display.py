@@ -57,13 +57,15 @@ def read(path: Path, undo: bool = False) -> tuple[PoseSequence]:
     rebase = _rebase(stored)
     if rebase is None:
         raise InputError(
+            "wrong-axes",
             f"{path}: expected poses turned for display, with the lowest joint at height 0 in the file or in each "
-            "frame, got other heights; adapter videopose3d or ddhpose reads the raw output."
+            "frame, got other heights; adapter videopose3d or ddhpose reads the raw output.",
         )
     if not undo:
         raise InputError(
+            "wrong-axes",
             f"{path}: these poses were turned for display, with the orientation of one Human3.6M camera and the lowest "
-            f"joint of {rebase} at height 0; give the raw output, or pass undo=true (--option undo=true) to undo both."
+            f"joint of {rebase} at height 0; give the raw output, or pass undo=true (--option undo=true) to undo both.",
         )
     poses = in_camera(_undone(stored), _CLIP if stored.ndim == len(_ALL) else None)
     check_metric(path, poses.joints)

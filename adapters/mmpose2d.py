@@ -59,13 +59,15 @@ def _points(person: Any, where: str) -> np.ndarray:
     scores = numbers(field(person, "keypoint_scores", where), where)
     if keypoints.ndim == 2 and keypoints.shape[1] == 3:
         raise InputError(
+            "format-unknown",
             f"{where}: expected 2D keypoints, got three coordinates each; this is MMPose's 3D output, "
-            "which adapter mmpose3d reads."
+            "which adapter mmpose3d reads.",
         )
     if keypoints.shape != (*scores.shape, 2):
         raise InputError(
+            "wrong-content",
             f"{where}: expected x, y and one score of each joint, got keypoints of shape {keypoints.shape} and "
-            f"scores of shape {scores.shape}."
+            f"scores of shape {scores.shape}.",
         )
     return np.column_stack([keypoints, scores])
 
@@ -80,6 +82,7 @@ def _check_names(meta: Any, where: str) -> None:
     ]
     if written != list(COCO17.joints):
         raise InputError(
+            "wrong-content",
             f"{where}: expected joints in COCO's order, got those of dataset {meta.get('dataset_name')!r}: "
-            f"{', '.join(written)}; run MMPose with a COCO-17 or Halpe-26 model."
+            f"{', '.join(written)}; run MMPose with a COCO-17 or Halpe-26 model.",
         )

@@ -53,22 +53,24 @@ def read(path: Path, pixel: bool = False, clip: int = 243) -> tuple[PoseSequence
     Raises InputError when the file is no such array or its values contradict `pixel`.
     """
     if clip < 1:
-        raise InputError(f"Expected a clip of at least 1 frame, got {clip}.")
+        raise InputError("bad-value", f"Expected a clip of at least 1 frame, got {clip}.")
     joints = load(path, FRAMES)
     if _looks_like_pixels(joints) and not pixel:
         raise InputError(
+            "wrong-axes",
             f"{path}: expected MotionBERT's normalised coordinates, got values far beyond 2; "
             + (
                 "if they are millimetres, read it with --adapter arrays -O layout=H36M17 -O frame=CAMERA -O unit=mm."
                 if not joints[:, H36M17.index("pelvis")].any()
                 else "pass pixel=true (--option pixel=true) if the file comes from infer_wild.py --pixel, or read it "
                 "with --adapter arrays -O layout=H36M17 -O frame=CAMERA -O unit=mm if they are millimetres."
-            )
+            ),
         )
     if pixel and not _looks_like_pixels(joints):
         raise InputError(
+            "wrong-axes",
             f"{path}: expected pixels, as infer_wild.py --pixel writes them, got normalised coordinates of "
-            "about -1 to 1; leave out the option pixel."
+            "about -1 to 1; leave out the option pixel.",
         )
     frame = CAMERA.with_(origin="image corner" if pixel else "crop centre", unit="arbitrary")
     return (in_camera(joints, clip, frame=frame),)

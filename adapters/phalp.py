@@ -58,10 +58,15 @@ def read(path: Path) -> tuple[PoseSequence, ...]:
     """
     if parameters := _only_parameters(path):
         program, way_out = parameters
-        raise InputError(f"{path}: expected joints, got {program}'s parameters of a body model; {way_out}.")
+        raise InputError(
+            "wrong-content",
+            f"{path}: expected joints, got {program}'s parameters of a body model; {way_out}.",
+        )
     frames = load(path)
     if not isinstance(frames, dict) or not all(isinstance(frame, dict) for frame in frames.values()):
-        raise InputError(f"{path}: expected a dict of frames, as PHALP writes it, got another pickle.")
+        raise InputError(
+            "format-unknown", f"{path}: expected a dict of frames, as PHALP writes it, got another pickle."
+        )
     tracks = Bodies(BODY_25)
     numbered = all("time" in frame for frame in frames.values())
     for row, (image, frame) in enumerate(frames.items()):
@@ -75,15 +80,19 @@ def read(path: Path) -> tuple[PoseSequence, ...]:
 def _visible(frame: dict[str, Any], where: str) -> list[tuple[str, np.ndarray]]:
     ids, people = frame.get("tid"), frame.get(_JOINTS)
     if not isinstance(ids, list) or not isinstance(people, list) or len(ids) != len(people):
-        raise InputError(f"{where}: expected lists 'tid' and '{_JOINTS}' with an entry a person.")
+        raise InputError(
+            "wrong-content", f"{where}: expected lists 'tid' and '{_JOINTS}' with an entry a person."
+        )
     since = frame.get("tracked_time", [0] * len(ids))
     if len(since) != len(ids):
-        raise InputError(f"{where}: expected 'tracked_time' with an entry a person.")
+        raise InputError("wrong-content", f"{where}: expected 'tracked_time' with an entry a person.")
     visible = []
     for person, joints, age in zip(ids, people, since, strict=True):
         joints = joints if isinstance(joints, np.ndarray) else np.zeros(())
         if joints.shape != (_COUNT, 3) or joints.dtype.kind not in "fiu":
-            raise InputError(f"{where}: expected '{_JOINTS}' of shape ({_COUNT}, 3), got {joints.shape}.")
+            raise InputError(
+                "wrong-content", f"{where}: expected '{_JOINTS}' of shape ({_COUNT}, 3), got {joints.shape}."
+            )
         if age == 0:
             visible.append((str(person), joints[: len(BODY_25)]))
     return visible

@@ -38,7 +38,9 @@ def read(path: Path, made_by: Maker | None = None) -> tuple[PoseSequence]:
     when the person does not stand along y.
     """
     if not keys(path):
-        raise InputError(f"{path}: expected an .npz with the array {_KEY}, got an array without a name.")
+        raise InputError(
+            "wrong-content", f"{path}: expected an .npz with the array {_KEY}, got an array without a name."
+        )
     joints = load(path, *(("frames", count, 3) for count in _LAYOUTS), key=_KEY)
     poses = PoseSequence(
         joints=joints,

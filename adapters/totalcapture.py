@@ -53,15 +53,17 @@ def read(path: Path, rate_hz: float = _RATE_HZ) -> tuple[PoseSequence]:
     missing = sorted(_needed() - set(names))
     if missing:
         raise InputError(
-            f"Expected TotalCapture's joint names in the first line of {path}; it lacks {', '.join(missing)}."
+            "wrong-content",
+            f"Expected TotalCapture's joint names in the first line of {path}; it lacks {', '.join(missing)}.",
         )
     try:
         values = np.array([line.split() for line in lines[1:]], dtype=np.float64)
         joints = values.reshape(-1, len(names), 3)
     except ValueError:
         raise InputError(
+            "file-damaged",
             f"Expected {3 * len(names)} numbers in each later line of {path}; it was cut short or is damaged, "
-            "copy it again."
+            "copy it again.",
         ) from None
     chosen = [[names.index(their) for their in theirs] for theirs in (_JOINTS[j] for j in H36M17.joints)]
     poses = PoseSequence(
@@ -70,7 +72,7 @@ def read(path: Path, rate_hz: float = _RATE_HZ) -> tuple[PoseSequence]:
         frame=Y_UP.with_(unit="inch"),
         time_s=np.arange(len(joints)) / rate_hz,
     )
-    return (poses.noted("totalcapture", derived=["nose = mean(Neck, Head)"]),)
+    return (poses.deriving("totalcapture", {"nose": "mean(Neck, Head)"}),)
 
 
 def _needed() -> set[str]:

@@ -58,7 +58,9 @@ def read(path: Path, reference: Path | None = None, rate_hz: float = _RATE_HZ) -
     names, numbers = _samples(path)
     unknown = [sensor for sensor in names if sensor not in _SEGMENTS]
     if unknown:
-        raise InputError(f"Expected TotalCapture's sensors in {path}, got {', '.join(unknown)}.")
+        raise InputError(
+            "wrong-content", f"Expected TotalCapture's sensors in {path}, got {', '.join(unknown)}."
+        )
     file = reference or _reference(path)
     to_world = _calibration(file, names) if file else {}
     time_s = np.arange(len(numbers)) / rate_hz
@@ -90,8 +92,9 @@ def _samples(path: Path) -> tuple[list[str], np.ndarray]:
             raise ValueError
     except (ValueError, IndexError):
         raise InputError(
+            "file-damaged",
             f"Expected {path} to hold, after the numbers of sensors and frames, a line for each frame and below it "
-            f"{' or '.join(map(str, _NUMBERS))} numbers a sensor; it is cut short or damaged, copy it again."
+            f"{' or '.join(map(str, _NUMBERS))} numbers a sensor; it is cut short or damaged, copy it again.",
         ) from None
     return names, numbers
 
@@ -114,8 +117,9 @@ def _calibration(path: Path, sensors: list[str]) -> dict[str, np.ndarray]:
             raise ValueError
     except (ValueError, LookupError):
         raise InputError(
+            "format-unknown",
             f"Expected in {path} the number of sensors, then a line with name and quaternion x y z w for each of "
-            f"{', '.join(sensors)}; it holds something else."
+            f"{', '.join(sensors)}; it holds something else.",
         ) from None
     R_z_from_y = Z_UP.basis @ Y_UP.basis.T
     return dict(zip(sensors, R_z_from_y @ rotations(np.roll(xyzw, 1, axis=-1)), strict=True))

@@ -17,7 +17,6 @@ from ..pipeline.core.cores import cores
 from ..pipeline.core.errors import InputError
 from ..pipeline.core.notices import Notice, notice
 from ..pipeline.core.take import Video
-from ..pipeline.reading.describe import in_words
 from .kit.beginning import first_bytes
 
 if TYPE_CHECKING:
@@ -67,8 +66,11 @@ def read(path: Path) -> tuple[Video]:
     stamps of their own.
     """
     if not sniff(path):
+        from ..pipeline.reading.describe import in_words
+
         raise InputError(
-            f"Expected a video in {path} ({reads.removeprefix('video: ')}), got something else: {in_words(path)}."
+            "format-unknown",
+            f"Expected a video in {path} ({reads.removeprefix('video: ')}), got something else: {in_words(path)}.",
         )
     import av
     from av.error import FFmpegError
@@ -78,14 +80,15 @@ def read(path: Path) -> tuple[Video]:
             return (_described(container, path),)
     except FFmpegError as error:
         raise InputError(
+            "file-damaged",
             f"Expected a video in {path}, but it cannot be read ({error.strerror}); it may be cut off or damaged: "
-            "copy it again."
+            "copy it again.",
         ) from None
 
 
 def _described(container: InputContainer, path: Path) -> Video:
     if not container.streams.video:
-        raise InputError(f"Expected a video in {path}, but it has no video stream.")
+        raise InputError("format-unknown", f"Expected a video in {path}, but it has no video stream.")
     stream = container.streams.video[0]
     stream.codec_context.thread_count = cores()
     # Counted before packets are read, which lengthens the index of some containers.
@@ -93,8 +96,9 @@ def _described(container: InputContainer, path: Path) -> Video:
     # Entries that lie behind the file's end; containers without a full index have none to check.
     if any(entry.pos + entry.size > container.size for entry in stream.index_entries):
         raise InputError(
+            "file-damaged",
             f"Expected a whole video in {path}, but the file ends before frames that its index lists: it is cut off; "
-            "copy it again, or rewrite what is left of it with ffmpeg."
+            "copy it again, or rewrite what is left of it with ffmpeg.",
         )
     _refuse_flat_pixels(stream, path)
     stamps, first = [], None
@@ -104,7 +108,9 @@ def _described(container: InputContainer, path: Path) -> Video:
         if packet.size and not packet.is_discard:
             stamps.append(packet.pts)
     if first is None:
-        raise InputError(f"Expected a video in {path}, but it has no frame that can be decoded.")
+        raise InputError(
+            "file-damaged", f"Expected a video in {path}, but it has no frame that can be decoded."
+        )
     time_s = _times(stamps, path) * float(stream.time_base or 0)
     ends_s = max(stamp for stamp in stamps if stamp is not None) * float(stream.time_base or 0)
     film_mm = _stated(container.metadata, _FOCAL_35_MM, 8, 1000)
@@ -151,8 +157,9 @@ def _refuse_flat_pixels(stream: VideoStream, path: Path) -> None:
     ratio = float(stream.codec_context.sample_aspect_ratio or stream.sample_aspect_ratio or 1)
     if abs(ratio - 1) > _SQUARE:
         raise InputError(
+            "wrong-axes",
             f"Expected square pixels in {path}, but players show them {ratio:.3g} times as wide as high; convert the "
-            "video, ffmpeg -i IN -vf scale=iw*sar:ih,setsar=1 OUT, and detect in the new one."
+            "video, ffmpeg -i IN -vf scale=iw*sar:ih,setsar=1 OUT, and detect in the new one.",
         )
 
 
@@ -173,7 +180,8 @@ def _times(stamps: list[int | None], path: Path) -> np.ndarray:
     ticks = np.array(sorted(stamp for stamp in stamps if stamp is not None), dtype=np.float64)
     if len(ticks) < len(stamps) or (np.diff(ticks) <= 0).any():
         raise InputError(
+            "times-broken",
             f"Expected a time stamp of its own for every frame of {path}, but {len(stamps) - len(np.unique(ticks))} of "
-            f"{len(stamps)} have none; rewrite the video with ffmpeg, for example as H.264 in an .mp4."
+            f"{len(stamps)} have none; rewrite the video with ffmpeg, for example as H.264 in an .mp4.",
         )
     return ticks - ticks[0]

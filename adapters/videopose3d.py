@@ -47,7 +47,7 @@ def read(path: Path, clip: int | None = None) -> tuple[PoseSequence]:
     .npy are not. Raises InputError when the file is no such array, not in metres, or made for display.
     """
     if clip is not None and clip < 1:
-        raise InputError(f"Expected a clip of at least 1 frame, got {clip}.")
+        raise InputError("bad-value", f"Expected a clip of at least 1 frame, got {clip}.")
     file = _file(path)
     key = _KEY if keys(file) else None
     joints = load(file, FRAMES, key=key)

@@ -90,8 +90,9 @@ def table(path: Path) -> Iterator[Body]:
         columns = _columns(cells)
         if columns is None:
             raise InputError(
+                "wrong-content",
                 f"{path}: expected MediaPipe's 33 landmarks, with columns x, y, z (and visibility) of each in one "
-                "row, or a row a landmark with frame, landmark, x, y, z."
+                "row, or a row a landmark with frame, landmark, x, y, z.",
             )
         if _numeric(cells):
             file.seek(0)
@@ -176,13 +177,17 @@ def _number(row: list[str], column: int, where: str) -> float:
         return float(row[column]) if row[column].strip() else float("nan")
     except (IndexError, ValueError):
         found = repr(row[column]) if column < len(row) else "the end of the line"
-        raise InputError(f"{where}, column {column + 1}: expected a number, got {found}.") from None
+        raise InputError(
+            "wrong-content", f"{where}, column {column + 1}: expected a number, got {found}."
+        ) from None
 
 
 def _when(row: list[str], columns: _Columns, where: str) -> tuple[int | None, float | None]:
     frame = None if columns.frame is None else _number(row, columns.frame, where)
     if frame is not None and (not 0 <= frame < 1 << 53 or frame != int(frame)):
-        raise InputError(f"{where}: expected a frame's number, got {row[columns.frame or 0]!r}.")
+        raise InputError(
+            "wrong-content", f"{where}: expected a frame's number, got {row[columns.frame or 0]!r}."
+        )
     time = None if columns.time is None else _number(row, columns.time[0], where) * columns.time[1]
     return (None if frame is None else int(frame)), time
 
@@ -209,7 +214,8 @@ def _long(rows: Iterator[tuple[int, list[str]]], columns: _Columns, path: Path) 
         )
         if not 0 <= landmark < COUNT:
             raise InputError(
-                f"{where}: expected one of MediaPipe's 33 landmarks by name or number, got {said!r}."
+                "wrong-content",
+                f"{where}: expected one of MediaPipe's 33 landmarks by name or number, got {said!r}.",
             )
         now = _when(row, columns, where)
         if taken and (now != when or landmark in taken):

@@ -45,16 +45,18 @@ def check_metric(path: Path, joints: np.ndarray, trajectory: bool = False) -> No
     stature = _stature(joints)
     if not _human_size(stature):
         raise InputError(
+            "wrong-axes",
             f"{path}: expected a body in metres, got one of {stature:.4g} from ankle to head; "
-            "name the adapter that fits, or describe the array's unit with --adapter arrays."
+            "name the adapter that fits, or describe the array's unit with --adapter arrays.",
         )
     offset = _root_offset(joints)
     in_front = trajectory and not (joints[..., 2] <= 0).any()
     if offset >= _ROOT_M and not in_front:
         raise InputError(
+            "wrong-axes",
             f"{path}: expected camera axes with the pelvis at the origin{' or in front of the camera' * trajectory}, "
             f"got a pelvis {offset:.2g} off; files made for display (D3DP's *_postprocess.npy, heights "
-            "rebased to 0) cannot be used: give the raw output, or name the adapter that fits."
+            "rebased to 0) cannot be used: give the raw output, or name the adapter that fits.",
         )
 
 

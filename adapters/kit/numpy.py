@@ -26,7 +26,10 @@ def load_objects(path: Path, key: str) -> Any:
     with damage_reported(path), opened(path, key) as (stream, _):
         shape, _, dtype = header(stream, where)
         if not dtype.hasobject:
-            raise InputError(f"{where}: expected Python objects, got an array of shape {shape} of {dtype}.")
+            raise InputError(
+                "wrong-content",
+                f"{where}: expected Python objects, got an array of shape {shape} of {dtype}.",
+            )
         content = stream.read()
     return loads(content, where)
 

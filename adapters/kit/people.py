@@ -63,7 +63,7 @@ class Bodies:
         for `confidences`. InputError when nobody is there, and when somebody is in a frame twice.
         """
         if not self._frames:
-            raise InputError(f"{where}: no person was found in any frame.")
+            raise InputError("nothing-usable", f"{where}: no person was found in any frame.")
         frames = np.frombuffer(self._frames, np.int64)
         scores = np.frombuffer(self._scores, np.float32).reshape(len(frames), -1)
         unknown = saying_nothing(scores)
@@ -88,6 +88,7 @@ class Bodies:
                 confidence=confidence,
                 frame_index=frames[rows],
                 person=person,
+                linked=bool(method),
             )
             if method:
                 poses = poses.noted("link people", method=method)

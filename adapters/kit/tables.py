@@ -16,7 +16,7 @@ def filled_lines(path: Path, what: str) -> list[str]:
     with opened_table(path, what) as file:
         lines = [line for line in file.read().splitlines() if line.strip()]
     if not lines:
-        raise InputError(f"Expected {what} in {path}, but it is empty; copy it again.")
+        raise InputError("file-damaged", f"Expected {what} in {path}, but it is empty; copy it again.")
     return lines
 
 
@@ -27,6 +27,8 @@ def opened_table(path: Path, what: str) -> Iterator[TextIO]:
         with path.open(encoding="utf-8-sig", newline="") as file:
             yield file
     except OSError as error:
-        raise InputError(f"Expected {what} at {path}: {error.strerror}.") from None
+        raise InputError("cannot-open", f"Expected {what} at {path}: {error.strerror}.") from None
     except (UnicodeDecodeError, csv.Error):
-        raise InputError(f"Expected {what} in {path}, got a file that is no table of text.") from None
+        raise InputError(
+            "format-unknown", f"Expected {what} in {path}, got a file that is no table of text."
+        ) from None

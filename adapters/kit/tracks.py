@@ -76,8 +76,9 @@ class Crowd:
                 else f"{_MOST_NAMES} people"
             )
             raise InputError(
+                "unsafe",
                 f"{self._where}: expected at most {many}, got more by frame {frame}, where reading was stopped; keep "
-                "the people who are meant in the file, or raise the detector's threshold."
+                "the people who are meant in the file, or raise the detector's threshold.",
             )
 
 
@@ -95,7 +96,8 @@ def triples(flat: Any, where: str) -> np.ndarray:
     values = numbers(flat, where)
     if values.ndim != 1 or len(values) % 3 or len(values) == 0:
         raise InputError(
-            f"{where}: expected x, y and score of each joint in one list, got shape {values.shape}."
+            "wrong-content",
+            f"{where}: expected x, y and score of each joint in one list, got shape {values.shape}.",
         )
     return values.reshape(-1, 3)
 
@@ -118,7 +120,7 @@ def sequences(
     unnamed = len(detections) - len(named) if named else 0
     detections = named or detections
     if not any(detection.found.any() for detection in detections):
-        raise InputError(f"{where}: no person was found in any frame.")
+        raise InputError("nothing-usable", f"{where}: no person was found in any frame.")
     likely = _layouts_of(detections, layouts, where)
     points = np.stack([detection.points for detection in detections])
     there = found_in(points)
@@ -126,8 +128,9 @@ def sequences(
     points = points[there]
     if np.abs(points[:, :2]).max() <= 1:
         raise InputError(
+            "wrong-axes",
             f"{where}: expected pixels, got coordinates between -1 and 1; write them in pixels of the video "
-            "(OpenPose: --keypoint_scale 0)."
+            "(OpenPose: --keypoint_scale 0).",
         )
     unknown = saying_nothing(points[:, 2])
     people: dict[str | None, list[Detection]] = defaultdict(list)
@@ -136,7 +139,8 @@ def sequences(
     tracks = tuple(_sequence(rows, layout, unknown, where) for rows in people.values())
     if not named:
         doubts = leap(tracks[0].frame_index, tracks[0].joints) if len(tracks) == 1 else []
-        return tuple(poses.noted("link people", method="nearest").saying(*doubts) for poses in tracks)
+        tracks = tuple(poses.with_(linked=True).noted("link people", method="nearest") for poses in tracks)
+        return tuple(poses.saying(*doubts) for poses in tracks)
     tracks = tuple(poses.saying(*leap(poses.frame_index, poses.joints)) for poses in tracks)
     if not unnamed:
         return tracks
@@ -156,7 +160,7 @@ def _layouts_of(detections: Sequence[Detection], layouts: Iterable[Layout], wher
         )
         *fewer, most = sorted(counts)
         got = ", ".join([*map(str, fewer), how_many(most, "joint")])
-        raise InputError(f"{where}: expected people of {expected}, got {got}.")
+        raise InputError("wrong-content", f"{where}: expected people of {expected}, got {got}.")
     return known[counts.pop()]
 
 
@@ -185,9 +189,10 @@ def once_a_frame(frames: np.ndarray, person: str, where: str, option: str) -> No
     twice = frames[1:][np.diff(frames) == 0]
     if len(twice):
         raise InputError(
+            "people-mixed",
             f"{where}: expected each person once a frame, got person {person} more than once in frame {twice[0]}, so "
             "people are not tracked in this file; track them in the program that wrote it, or pass track=true "
-            f"({option}), where its adapter has that, to join each one to the nearest of the frames before."
+            f"({option}), where its adapter has that, to join each one to the nearest of the frames before.",
         )
 
 

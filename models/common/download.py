@@ -81,9 +81,10 @@ class Network(_Listed):
         except (RequestException, OSError, ValueError, zipfile.BadZipFile) as error:
             reason = "it is another file" if isinstance(error, ValueError) else type(error).__name__
             raise InputError(
+                "not-reached",
                 f"The network '{self.name}' could not be downloaded from {self.url} ({reason}); get it elsewhere and "
                 f"put it at {self.path} (.onnx file, SHA-256 {self.sha256}), or give a file of your own with "
-                f"--{self.kind} FILE.onnx."
+                f"--{self.kind} FILE.onnx.",
             ) from None
 
 
@@ -106,8 +107,9 @@ class ByHand(_Listed):
         """The file. InputError that says where to get it when it is not there."""
         if not self.is_there:
             raise InputError(
+                "needs-input",
                 f"The network '{self.name}' is never downloaded, for its licence is yours to accept ({self.licence}): "
-                f"get {self.file} from {self.page} and put it at {self.path}, or give it with --{self.kind} FILE.onnx."
+                f"get {self.file} from {self.page} and put it at {self.path}, or give it with --{self.kind} FILE.onnx.",
             )
         return self.path
 

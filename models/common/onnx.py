@@ -46,7 +46,7 @@ class OnnxFile:
         """Of the first input; InputError for one that holds no numbers."""
         name = self.session.get_inputs()[0].type.removeprefix("tensor(").removesuffix(")")
         if name not in _DTYPES:
-            raise InputError(f"{self.path}: expected an input of numbers, got {name}.")
+            raise InputError("wrong-network", f"{self.path}: expected an input of numbers, got {name}.")
         return np.dtype(_DTYPES[name])
 
     @property
@@ -74,9 +74,13 @@ def open_onnx(path: str | Path, what: str = "a network", threads: int = 0) -> On
         content = Path(path).read_bytes()
         session = session_of(content, threads)
     except OSError as error:
-        raise InputError(f"Expected {what} in an .onnx file at {path}: {error.strerror}.") from None
+        raise InputError(
+            "cannot-open", f"Expected {what} in an .onnx file at {path}: {error.strerror}."
+        ) from None
     except Exception as error:  # onnxruntime's errors have no common class but Exception
-        raise InputError(f"Expected {what} in an .onnx file at {path}: {reason_of(error)}.") from None
+        raise InputError(
+            "cannot-open", f"Expected {what} in an .onnx file at {path}: {reason_of(error)}."
+        ) from None
     session = _placed(session, content, threads, Path(path).name)
     return OnnxFile(Path(path), session, hashlib.sha256(content).hexdigest()[:12])
 
@@ -143,7 +147,8 @@ def _placed(on_cpu: Any, content: bytes, threads: int, network: str) -> Any:
         except Exception as error:
             if where.asked != AUTO:
                 raise InputError(
-                    f"Expected {network} to open on --device {device}, got: {reason_of(error)}; give --device auto."
+                    "no-device",
+                    f"Expected {network} to open on --device {device}, got: {reason_of(error)}; give --device auto.",
                 ) from None
             where.fails(device, network, reason_of(error))
             continue

@@ -38,15 +38,18 @@ def load_detector(
     InputError when there is no such name or file, or it is of another kind.
     """
     if looks is not None and not 1 <= looks <= MOST_LOOKS:
-        raise InputError(f"Expected 1 to {MOST_LOOKS} looks at a person, got --set detect.looks={looks}.")
+        raise InputError(
+            "bad-value", f"Expected 1 to {MOST_LOOKS} looks at a person, got --set detect.looks={looks}."
+        )
     opened, name = open_model("detectors", detector), f"The detector '{detector}'"
     if isinstance(opened, Path):
         network = open_onnx(opened, "a network that finds joints in pictures")
         opened, name = _joints(network), str(network.path)
         if opened is None:
             raise InputError(
+                "wrong-network",
                 f"{name} is no network that finds joints in pictures: expected MoveNet, SimCC outputs or BlazePose, "
-                f"got {network.looks}."
+                f"got {network.looks}.",
             )
         if not isinstance(opened, MultiMoveNet):
             count = _USUAL_LOOKS if looks is None else looks
@@ -54,9 +57,13 @@ def load_detector(
                 return Follower(opened, count)
             return TopDown(opened, _persons(person_detector, person_kind), count)
     if person_detector is not None:
-        raise InputError(f"{name} finds people by itself; leave --set detect.person_detector out.")
+        raise InputError(
+            "option-conflict", f"{name} finds people by itself; leave --set detect.person_detector out."
+        )
     if looks is not None and looks > 1:
-        raise InputError(f"{name} looks at everybody at once; leave --set detect.looks={looks} out.")
+        raise InputError(
+            "option-conflict", f"{name} looks at everybody at once; leave --set detect.looks={looks} out."
+        )
     return opened
 
 
@@ -82,5 +89,5 @@ def _persons(name: str | Path, kind: PersonKind) -> PersonNetwork:
         return opened
     network = open_onnx(opened, "a network that finds people")
     if len(network.inputs) != 1:
-        raise InputError(f"{network.path} is no network that finds people: {network.looks}.")
+        raise InputError("wrong-network", f"{network.path} is no network that finds people: {network.looks}.")
     return PersonBoxes(network, normalised=kind == "rtmdet")

@@ -152,9 +152,10 @@ def detect(
     if resume is not None:
         if (resume.source, resume.method, resume.frames) != (source, detector.method, total):
             raise InputError(
+                "files-apart",
                 f"What was detected before is of another video, detector or version ({resume.method} on "
                 f"{how_many(resume.frames, 'frame')}, now {detector.method} on {total}); leave "
-                "--resume out to begin anew."
+                "--resume out to begin anew.",
             )
         search.take_up(resume)
     seen = total
@@ -174,8 +175,9 @@ def detect(
             kept()
     if search.seen == first:
         raise InputError(
+            "file-damaged",
             f"Expected images in {video.path}, but not one of its {how_many(total - first, 'frame')} can be decoded; "
-            "rewrite the video with ffmpeg, for example as H.264 in an .mp4."
+            "rewrite the video with ffmpeg, for example as H.264 in an .mp4.",
         )
     found = search.detections(total, seen, source)
     if search.people:

@@ -34,7 +34,9 @@ class PersonBoxes:
         boxes = [i for i, shape in enumerate(shapes) if len(shape) == 3 and (shape[2] or 5) >= 5]
         labels = [i for i, shape in enumerate(shapes) if len(shape) == 2]
         if len(image) != 4 or image[1] != 3 or len(boxes) != 1 or len(boxes) + len(labels) != len(shapes):
-            raise InputError(f"{network.path} is no network that finds people: {network.looks}.")
+            raise InputError(
+                "wrong-network", f"{network.path} is no network that finds people: {network.looks}."
+            )
         self._network, self._normalised = network, normalised
         self._size = (image[3] or _SIDE, image[2] or _SIDE)
         self._boxes, self._labels = boxes[0], labels[0] if labels else None
@@ -63,8 +65,9 @@ class PersonBoxes:
         corner, stride = _grid(self._size)
         if len(rows) != len(corner):
             raise InputError(
+                "wrong-network",
                 f"{self._network.path}: expected {how_many(len(corner), 'cell')} of 8, 16 and 32 pixels, "
-                f"got {len(rows)}."
+                f"got {len(rows)}.",
             )
         centre = (rows[:, :2] + corner) * stride[:, None]
         half = np.exp(rows[:, 2:4]) * stride[:, None] / 2

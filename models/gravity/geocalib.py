@@ -73,7 +73,9 @@ def up_from_network(
         image.ndim != 3 or image.shape[2] != 3 or image.dtype != np.uint8 for image in images
     ):
         said = ", ".join(sorted({f"{image.shape} {image.dtype}" for image in images})) or "none"
-        raise InputError(f"Expected RGB images (height, width, 3) of uint8 of one size, got {said}.")
+        raise InputError(
+            "wrong-content", f"Expected RGB images (height, width, 3) of uint8 of one size, got {said}."
+        )
     network = _open(open_model("gravity_networks", model), placement())
     found = [up_from_fields(fields_of(network, image), focal_px, focal_spread) for image in images]
     return UpOfImages(
@@ -99,7 +101,8 @@ def up_from_fields(
     side = max(fields.image_size)
     if focal_px is not None and not _FOCALS[0] * side < focal_px < _FOCALS[1] * side:
         raise InputError(
-            f"Expected a focal length in pixels, near the image's longer side of {side}; got {focal_px:g}."
+            "bad-value",
+            f"Expected a focal length in pixels, near the image's longer side of {side}; got {focal_px:g}.",
         )
     prior, spread = (focal_px, focal_spread) if focal_px else (PRIOR_FOCAL * side, PRIOR_FOCAL_SPREAD)
     fit = _Fit(fields, prior, spread)
@@ -205,7 +208,7 @@ def fields_of(network: OnnxFile, image: np.ndarray) -> Fields:
         answers = dict(zip(network.outputs, network.run(value), strict=True))
     except Exception as error:  # onnxruntime's errors have no common class but Exception
         raise InputError(
-            f"{network.path} fails on an input of shape {value.shape}: {reason_of(error)}."
+            "wrong-network", f"{network.path} fails on an input of shape {value.shape}: {reason_of(error)}."
         ) from None
     height, width = value.shape[2:]
     found = {}
@@ -214,8 +217,9 @@ def fields_of(network: OnnxFile, image: np.ndarray) -> Fields:
         shapes = [(1, channels, height, width)] + [(1, height, width)] * (channels == 1)
         if answer.shape not in shapes or not np.isfinite(answer).all():
             raise InputError(
+                "wrong-network",
                 f"{network.path}: expected finite numbers of shape {shapes[0]} from '{name}', got "
-                + (f"shape {answer.shape}." if answer.shape not in shapes else "others.")
+                + (f"shape {answer.shape}." if answer.shape not in shapes else "others."),
             )
         found[name] = np.moveaxis(answer.reshape(channels, height, width), 0, -1)
     return Fields(
@@ -264,11 +268,13 @@ def _open(path: Path, where: Placement) -> OnnxFile:
     )
     if not fits:
         raise InputError(
+            "wrong-network",
             f"{network.path} is not GeoCalib's network: expected one image (1, 3, height, width) of float32 and the "
-            f"outputs {', '.join(_CHANNELS)}, got {network.looks}."
+            f"outputs {', '.join(_CHANNELS)}, got {network.looks}.",
         )
     if image[2:] != (None, None):
         raise InputError(
-            f"{network.path}: expected an input of any height and width, got {network.looks}; export it that way."
+            "wrong-network",
+            f"{network.path}: expected an input of any height and width, got {network.looks}; export it that way.",
         )
     return network

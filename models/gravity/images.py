@@ -112,16 +112,19 @@ def _covariance(best: Fit, others: Sequence[Fit]) -> np.ndarray:
 
 def _refuse(images: Sequence[np.ndarray], focal_px: float | None) -> None:
     if not images:
-        raise InputError("Expected one image or more to read up from, got none.")
+        raise InputError("needs-input", "Expected one image or more to read up from, got none.")
     for image in images:
         if image.dtype != np.uint8 or image.ndim not in (2, 3) or (image.ndim == 3 and image.shape[2] != 3):
             raise InputError(
+                "wrong-content",
                 f"Expected images of (height, width, 3) RGB or (height, width) grey, uint8; got {image.shape} "
-                f"{image.dtype}."
+                f"{image.dtype}.",
             )
     if len({image.shape[:2] for image in images}) > 1:
-        raise InputError("Expected images of one size; give those of each camera on their own.")
+        raise InputError(
+            "wrong-content", "Expected images of one size; give those of each camera on their own."
+        )
     if focal_px is not None and not 0.1 < focal_px / max(images[0].shape[:2]) < 20:
         raise InputError(
-            f"Expected a focal length in pixels, near the image's longer side; got {focal_px:g}."
+            "bad-value", f"Expected a focal length in pixels, near the image's longer side; got {focal_px:g}."
         )

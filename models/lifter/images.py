@@ -132,7 +132,9 @@ class ImageLifter:
         keypoints that cannot be lifted, and when the network fails.
         """
         if asked.video is None:
-            raise InputError(f"The lifter {self.method} looks at the pictures; give the video.")
+            raise InputError(
+                "needs-input", f"The lifter {self.method} looks at the pictures; give the video."
+            )
         before = None if asked.resume is None else load_answers(asked.resume)
         keypoints, intrinsics = asked.keypoints, asked.intrinsics
         size = checked_size(asked)
@@ -204,8 +206,9 @@ class ImageLifter:
                         looked = row
                         keep(now())
                         raise InputError(
+                            "wrong-network",
                             f"The lifter {self.method} failed at video frame {frames[row]}: {reason_of(error)}; give "
-                            "another --lifter, or another --device."
+                            "another --lifter, or another --device.",
                         ) from None
                     sure[row] = seen.sure
                     if seen.sure >= self.network.enough:

@@ -72,7 +72,9 @@ class Imu:
 
     def __post_init__(self) -> None:
         if self.segment and self.segment not in SEGMENTS:
-            raise InputError(f"Expected a segment of {', '.join(SEGMENTS)}; got '{self.segment}'.")
+            raise InputError(
+                "bad-value", f"Expected a segment of {', '.join(SEGMENTS)}; got '{self.segment}'."
+            )
         rows = len(self.time_s)
         for name, shape in (
             ("time_s", (rows,)),
@@ -81,11 +83,13 @@ class Imu:
         ):
             array = np.array(getattr(self, name), dtype=np.float64)
             if array.shape != shape:
-                raise InputError(f"Expected {name} of shape {shape}, got {array.shape}.")
+                raise InputError("wrong-content", f"Expected {name} of shape {shape}, got {array.shape}.")
             array.setflags(write=False)
             object.__setattr__(self, name, array)
         if rows < 2 or not np.isfinite(self.time_s).all() or (np.diff(self.time_s) <= 0).any():
-            raise InputError("Expected at least two samples of an IMU whose time increases; it does not.")
+            raise InputError(
+                "times-broken", "Expected at least two samples of an IMU whose time increases; it does not."
+            )
 
     @property
     def rate_hz(self) -> float:
@@ -96,8 +100,9 @@ class Imu:
         """(T, 3) in the world, without gravity. InputError without an orientation."""
         if self.R_world_from_sensor is None:
             raise InputError(
+                "wrong-content",
                 f"Expected the orientation of the IMU on {self.segment or 'an unknown segment'}, its file has none; "
-                "export the quaternions too."
+                "export the quaternions too.",
             )
         return _in_world(self.R_world_from_sensor, self.force_mps2) - [0.0, 0.0, GRAVITY_MPS2]
 
@@ -121,23 +126,28 @@ def imu_from_samples(
         unit, _ = _gravity_in(np.array([0.0, 0.0, norm]))
         if not unit:
             raise InputError(
+                "wrong-axes",
                 f"Expected accelerations that include gravity, about 9.8 m/s^2 or 1 g at rest, got {norm:.3g} in the "
-                "middle; export the accelerometer's own signal (not linear or free acceleration)."
+                "middle; export the accelerometer's own signal (not linear or free acceleration).",
             )
         return _in_mps2(segment, time_s, force, None, unit, norm)
     rows = is_finite(force) & is_finite(R_world_from_sensor.reshape(-1, 9))
     if not rows.any():
-        raise InputError("Expected accelerations and orientations of an IMU, got no sample that has both.")
+        raise InputError(
+            "nothing-usable",
+            "Expected accelerations and orientations of an IMU, got no sample that has both.",
+        )
     mean = _in_world(R_world_from_sensor, force)[rows].mean(axis=0)
     inverse = _in_world(transpose(R_world_from_sensor), force)[rows].mean(axis=0)
     unit, lean = _gravity_in(mean)
     if min(lean, _gravity_in(inverse)[1]) == np.inf:
         raise InputError(
+            "wrong-axes",
             "Expected accelerations that include gravity, about 9.8 m/s^2 or 1 g at rest, and the orientations that "
             f"belong to them; the mean norm is {np.linalg.norm(force[rows], axis=-1).mean():.3g}, and the norm of the "
             f"mean in the world {np.linalg.norm(mean):.3g}: "
             + (_order_that_fits(R_world_from_sensor, force) or _OTHER_SIGNAL)
-            + "."
+            + ".",
         )
     inverted = _gravity_in(inverse)[1] < lean - _BETTER_DEG
     if inverted or lean > _LEAN_DEG:
@@ -153,8 +163,9 @@ def imu_from_samples(
         else:
             hint = "check the quaternions' order"
         raise InputError(
+            "wrong-axes",
             "Expected orientations that map the sensor's axes into a world whose z points up; but with these, the mean "
-            f"acceleration, which is gravity's, does not: {hint}."
+            f"acceleration, which is gravity's, does not: {hint}.",
         )
     return _in_mps2(segment, time_s, force, R_world_from_sensor, unit, float(np.linalg.norm(mean)))
 

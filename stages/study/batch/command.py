@@ -21,7 +21,8 @@ from ....pipeline.core.messages import how_many, say
 from ....pipeline.core.pose import package_version
 from ....pipeline.files.atomic import printable, read_object, refuse_unwritable, whole_file
 from ....pipeline.plugins.options import pairs
-from ....pipeline.reading.settings import OnDevice, Output
+from ....pipeline.reading.flags import Output
+from ....pipeline.reading.settings import OnDevice
 from ....pipeline.running.conclusion import point_to
 from ....pipeline.running.progress import counted
 from .manifest import Entry, read_entries
@@ -69,11 +70,15 @@ def batch(
     failed; the others are done nevertheless.
     """
     if dask and workers:
-        raise InputError("--workers is of this machine, --dask of a cluster; give one of them.")
+        raise InputError(
+            "option-conflict", "--workers is of this machine, --dask of a cluster; give one of them."
+        )
     shared = pairs(common, "--set")
     if device != AUTO:
         if "device" in shared:
-            raise InputError("--device and --set device are the same option; give one of them.")
+            raise InputError(
+                "option-conflict", "--device and --set device are the same option; give one of them."
+            )
         shared = {**shared, "device": device}
     if not dask:
         with computing_on(device):  # refused now rather than by every take
@@ -131,7 +136,8 @@ def _ours_alone(output: Path) -> Iterator[None]:
     except Timeout:
         owner = read_object(output / STATUS).get("owner", "its owner has not said who it is")
         raise InputError(
-            f"Another batch is at work in {output}: {printable(str(owner))}; wait for it, or choose another -o."
+            "already-there",
+            f"Another batch is at work in {output}: {printable(str(owner))}; wait for it, or choose another -o.",
         ) from None
 
 
@@ -143,11 +149,14 @@ def _check(output: Path) -> None:
     ours = {"takes", "logs", "locks", _LOCK}
     names = {path.name for path in output.iterdir() if not path.name.startswith(".partial-")}
     if of is None and (not names <= ours or any((output / "takes").glob("[!.]*"))):
-        raise InputError(f"{output} holds files that no `pcnet3d batch` made; choose another -o DIR.")
+        raise InputError(
+            "already-there", f"{output} holds files that no `pcnet3d batch` made; choose another -o DIR."
+        )
     if of not in (None, package_version()):
         raise InputError(
+            "other-version",
             f"{output} was made by pcnet3d {printable(str(of))}, this is {package_version()}, and one study is not "
-            f"to mix them; choose another -o DIR, or install {of} to go on with this one."
+            f"to mix them; choose another -o DIR, or install {of} to go on with this one.",
         )
 
 
@@ -204,7 +213,7 @@ def study_rows(entries: Sequence[Entry], outcomes: Sequence[Outcome]) -> list[di
     for entry, outcome in zip(entries, outcomes, strict=True):
         state = "failed" if outcome.state == "failed" else "done"
         head = {"name": entry.name, **entry.labels, "state": state}
-        head |= {"exit_code": outcome.exit_code, "reason": outcome.reason}
+        head |= {"exit_code": outcome.exit_code, "code": outcome.code, "reason": outcome.reason}
         rows += [{**head, **row} for row in outcome.rows or ({"person": ""},)]
     return rows
 

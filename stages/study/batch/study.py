@@ -22,7 +22,8 @@ from ....pipeline.core.measures import OF_LENGTH, Measure, Row, nested
 from ....pipeline.core.messages import how_many
 from ....pipeline.core.take import Take
 from ....pipeline.files.atomic import REPORT, SUMMARY, printable, read_summary
-from ....pipeline.files.finished import POSES, read_run
+from ....pipeline.files.finished import read_run
+from ....pipeline.files.names import POSES
 from ...drawing.facts import facts_of
 from ...drawing.skeletons import key_rows
 from ..rates import is_lifted, rates_apart
@@ -44,8 +45,8 @@ _UNKNOWN: dict[str, Any] = {
 }  # fmt: skip
 # Of study.parquet, whose other columns are numbers, each measure's among them.
 _COLUMNS = (
-    "name", "subject", "visit", "condition", "person", "state", "exit_code", "reason", "report", "notices", "verdict",
-    "frames", "fps", "duration_s", "unit", "method", "device", "level_ok", "level_reason", *QUALITY,
+    "name", "subject", "visit", "condition", "person", "state", "exit_code", "code", "reason", "report", "notices",
+    "verdict", "frames", "fps", "duration_s", "unit", "method", "device", "level_ok", "level_reason", *QUALITY,
 )  # fmt: skip
 _NUMBERS = ("fps", "duration_s", *QUALITY)
 
@@ -75,7 +76,7 @@ def _figures(folder: Path, place: Path) -> dict[str, Any]:
     try:
         take = read_run(folder)
     except InputError as error:
-        raise InputError(f"{str(error).rstrip('.')}: remove that folder first.") from None
+        raise InputError(error.code, f"{str(error).rstrip('.')}: remove that folder first.") from None
     return {**plain(_of_take(take)), "measures": _comparable(take), **row}
 
 
@@ -85,13 +86,13 @@ def _of_take(take: Take) -> dict[str, Any]:
     return {
         "notices": [{part: printable(getattr(each, part)) for part in _SAID} for each in take.said],
         "verdict": facts.verdict or "",
-        "frames": facts.frames,
-        "fps": facts.fps,
+        "frames": len(facts.poses),
+        "fps": facts.poses.fps,
         "duration_s": facts.duration_s,
-        "unit": facts.unit,
-        "method": printable(facts.method),
-        "level_ok": facts.level_ok,
-        "level_reason": printable(facts.level_reason),
+        "unit": facts.poses.frame.unit,
+        "method": printable(facts.rectified.method),
+        "level_ok": facts.rectified.level_ok,
+        "level_reason": printable(facts.rectified.level_reason),
         "up_error_deg": _mean(rectified.up_error_deg[rows]),
         "up_bound_deg": _mean(rectified.up_bound_deg[rows]),
         "error_deg_mean": _mean(rectified.error_deg),

@@ -18,8 +18,9 @@ from ....pipeline.core.messages import how_many, say_all, show
 from ....pipeline.core.notices import Notice, notice
 from ....pipeline.core.pose import package_version
 from ....pipeline.files.atomic import add_to_list, whole_folder
-from ....pipeline.reading.settings import Force, OnDevice
-from ....pipeline.reading.take import sha256
+from ....pipeline.files.digest import sha256
+from ....pipeline.reading.flags import Force
+from ....pipeline.reading.settings import OnDevice
 from ....pipeline.running.conclusion import point_to
 from ....pipeline.signals.angles import ANGLES
 from ....pipeline.signals.filters import rate
@@ -75,14 +76,18 @@ def compare(
 ) -> None:
     """Compare runs with each other or with motion capture: angles, limits of agreement, cycles, wrist paths."""
     if truth is None and any(given is not None for given in (clip, up, unit, rate)):
-        raise InputError("--clip, --up, --unit and --rate are of motion capture; give it with --truth FILE.")
+        raise InputError(
+            "option-conflict",
+            "--clip, --up, --unit and --rate are of motion capture; give it with --truth FILE.",
+        )
     sides = named_apart([load_side(folder) for folder in folders])
     if truth is not None:
         cutoffs = {side.cutoff_hz for side in sides}
         if len(cutoffs) > 1:
             raise InputError(
+                "files-apart",
                 f"Expected runs with one cut-off to compare with motion capture, got "
-                f"{', '.join(map(str, cutoffs))} Hz; compare them one by one."
+                f"{', '.join(map(str, cutoffs))} Hz; compare them one by one.",
             )
         poses = read_truth(truth, clip, up, unit, rate)
         about = (
@@ -127,7 +132,8 @@ def compared(
     for takes that do not overlap."""
     if not 2 <= len(sides) <= len(COLOURS) + 1:
         raise InputError(
-            f"Expected two to {len(COLOURS) + 1} runs, or a run and motion capture (--truth FILE), got {len(sides)}."
+            "needs-input",
+            f"Expected two to {len(COLOURS) + 1} runs, or a run and motion capture (--truth FILE), got {len(sides)}.",
         )
     reference, *others = sides
     notices = [each for side in sides for each in side.notices]
@@ -155,7 +161,9 @@ def _aligned(
     the two do not have in common, as of motions that are not one."""
     if align == "cycles":
         if reference.run is None:
-            raise InputError("Motion capture of another motion tells nothing; give that of the take itself.")
+            raise InputError(
+                "files-apart", "Motion capture of another motion tells nothing; give that of the take itself."
+            )
         return None, []
     together = one_clock(side, reference)
     may_differ = align == "auto" and reference.run is not None and not together

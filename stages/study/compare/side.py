@@ -98,8 +98,9 @@ def load_side(folder: Path) -> Side:
     missing = [name for name in ANGLES if f"{name}_deg" not in columns]
     if len(missing) == len(ANGLES):
         raise InputError(
+            "needs-stage",
             f"Expected a run with joint angles in {folder}, and there are none of {', '.join(missing[:3])}; run it "
-            "again with the stage 'angles'."
+            "again with the stage 'angles'.",
         )
     unknown = np.full(len(poses), np.nan)
     joints = [
@@ -197,7 +198,7 @@ def as_poses(side: Side, joints: np.ndarray, time_s: np.ndarray, frame_index: np
 
 def unrectified(run: Take, cutoff_hz: float | None) -> dict[str, np.ndarray]:
     """The angles (T,) of a run as if its camera were level: what they would be without finding gravity."""
-    if run.need("rectified").camera == "gravity":
+    if run.need("rectified").in_world:
         return {}
     joints = methods(run)["camera axes"]
     filtered = joints if cutoff_hz is None else smoothed(joints, run.need("poses").times, cutoff_hz)

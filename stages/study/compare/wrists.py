@@ -78,7 +78,7 @@ def _ways(run: Take) -> dict[str, np.ndarray]:
     """Joints (T, 17, 3) in BODY by method: the lifter's own axes, each rectifier per frame, and the take's one up."""
     poses, rectified = run.need("poses"), run.need("rectified")
     body = rectified.body.joints.astype(np.float64)
-    if rectified.camera == "gravity":
+    if rectified.in_world:
         return {"the source's own up": body}
     source, own = poses.joints.astype(np.float64), method_name(rectified)
     result = {"camera axes": methods(run)["camera axes"]}

@@ -83,8 +83,9 @@ def align(time_s: np.ndarray, video: np.ndarray, imu: Signal, search_s: float) -
     felt = imu.values[is_finite(imu.values)]
     if len(felt) and float(np.ptp(felt, axis=0).max()) < _LEAST_MPS2:
         raise InputError(
+            "nothing-usable",
             "Expected an IMU whose acceleration changes, got one that stays the same throughout: it did not move, or "
-            "its file was given for two segments, of which one is subtracted from the other."
+            "its file was given for two segments, of which one is subtracted from the other.",
         )
     step = float(time_s[1] - time_s[0])
     stride = max(1, round(1 / (_SEARCH_HZ * step)))
@@ -95,7 +96,7 @@ def align(time_s: np.ndarray, video: np.ndarray, imu: Signal, search_s: float) -
     coarse = [_scores(time_s[::stride], video[::stride], imu, search_s, rate) for rate in rates]
     lags, scores = coarse[count]
     if not np.isfinite(scores).any():
-        raise InputError(_no_overlap(time_s[is_finite(video)], imu, search_s))
+        raise InputError("files-apart", _no_overlap(time_s[is_finite(video)], imu, search_s))
 
     def fit(rate: float, lags: np.ndarray, scores: np.ndarray, free_rate: bool) -> tuple[float, float, float]:
         """Score, lag and rate at the top near a coarse peak."""

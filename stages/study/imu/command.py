@@ -30,10 +30,10 @@ from ....pipeline.core.rotations import is_finite
 from ....pipeline.core.system import quoted
 from ....pipeline.core.take import Take
 from ....pipeline.files.atomic import add_to_list, whole_folder
+from ....pipeline.files.digest import sha256
 from ....pipeline.files.finished import read_run
 from ....pipeline.plugins.options import call, did_you_mean, pairs
 from ....pipeline.reading.find import find_adapter
-from ....pipeline.reading.take import sha256
 from ....pipeline.signals.filters import CUTOFF_HZ, breaks, check_cutoff, rate
 from ....pipeline.signals.imu import GRAVITY_MPS2, SEGMENTS, Imu, point_on
 from ..compare.align import turned
@@ -148,34 +148,39 @@ def read_imus(
     """
     for name in segments:
         if name not in SEGMENTS:
-            raise InputError(f"There is no segment '{name}'; {did_you_mean(name, SEGMENTS)}")
+            raise InputError("name-unknown", f"There is no segment '{name}'; {did_you_mean(name, SEGMENTS)}")
     every: list[Imu] = []
     for place, file in enumerate(files):
         chosen = find_adapter(file, adapter, "imu")
         try:
             read = call(chosen.read, file, what=f"Adapter '{chosen.name}'", options=options or {})
         except InputError as error:
-            raise error if str(file) in str(error) else InputError(f"{file}: {error}") from None
+            raise error if str(file) in str(error) else InputError(error.code, f"{file}: {error}") from None
         for sensor in read:
             if not sensor.segment:
                 if len(segments) != len(files):
                     raise InputError(
+                        "needs-input",
                         f"{file} does not say where its sensor was: give one --segment for each --imu, in their order; "
-                        f"got {len(segments)} for {how_many(len(files), 'file')}."
+                        f"got {len(segments)} for {how_many(len(files), 'file')}.",
                     )
                 sensor = replace(sensor, segment=segments[place])
             every.append(sensor)
     sensors = {sensor.segment: sensor for sensor in every}
     if len(sensors) < len(every):
-        raise InputError("Expected one IMU for each segment, got two for the same.")
+        raise InputError("option-conflict", "Expected one IMU for each segment, got two for the same.")
     missing = [name for name in segments if name not in sensors]
     if missing:
-        raise InputError(f"The files have no sensor on {', '.join(missing)}; they have {', '.join(sensors)}.")
+        raise InputError(
+            "name-unknown",
+            f"The files have no sensor on {', '.join(missing)}; they have {', '.join(sensors)}.",
+        )
     compared = [name for name in (segments or sensors) if name != "pelvis"]
     if not compared:
         raise InputError(
+            "needs-input",
             "A video shows motion relative to the pelvis, so a pelvis IMU alone has nothing to be compared with; add "
-            "one on another segment."
+            "one on another segment.",
         )
     return sensors, compared
 
@@ -184,12 +189,13 @@ def root_acceleration(file: Path, cutoff_hz: float, offset_s: float = 0.0) -> Si
     """The pelvis' acceleration in a world with z up, from motion capture that kept where the pelvis was.
     InputError for any that did not."""
     if not file.is_file():
-        raise InputError(f"Expected motion capture for --root at {file}, found no file there.")
+        raise InputError("cannot-open", f"Expected motion capture for --root at {file}, found no file there.")
     people = [poses for poses in people_in_a_world(file) if poses.frame.origin == "world"]
     if len(people) != 1:
         raise InputError(
+            "format-unknown",
             f"Expected one person's motion capture with the path of the root in a world for --root; {file} is no such "
-            "file that an adapter knows (TotalCapture's gt_skel_gbl_pos.txt is)."
+            "file that an adapter knows (TotalCapture's gt_skel_gbl_pos.txt is).",
         )
     (poses,) = people
     path = change_frame(poses, Z_UP).joint("pelvis").astype(np.float64)
@@ -224,8 +230,9 @@ def compare(
     known_s = is_finite(video[own]).sum() * step_s
     if known_s < _LEAST_S:
         raise InputError(
+            "nothing-usable",
             f"Expected at least {_LEAST_S:g} s of video to compare with the IMU on {sensor.segment}, got "
-            f"{known_s:.1f} of {np.ptp(poses.times):.1f} s ({means}); give a longer take, or an IMU on the pelvis."
+            f"{known_s:.1f} of {np.ptp(poses.times):.1f} s ({means}); give a longer take, or an IMU on the pelvis.",
         )
     how = align(time_s, video[own], signal, search_s)
     felt = signal(how.imu_time(time_s))
@@ -282,10 +289,11 @@ def _norms(
     times, seams, level = poses.times, breaks(poses), rectified.level
     if not poses.frame.metric:
         raise InputError(
+            "needs-input",
             f"Expected a run in metres ({means}), got one without a scale; run it again with --stature METRES, or "
-            "export the IMU's quaternions."
+            "export the IMU's quaternions.",
         )
-    joints, root = level.joints.astype(np.float64), level.measured_root
+    joints, root = level.joints.astype(np.float64), level.own_root
     path, rows = point_on(sensor.segment, joints), np.ones(len(time_s), dtype=bool)
     if root is not None and is_finite(root).any():
         path = path + root

@@ -13,7 +13,7 @@ from ....pipeline.core.notices import Notice
 from ....pipeline.core.rotations import is_finite
 from ....pipeline.core.take import Take
 from ....pipeline.files.atomic import whole_file
-from ....pipeline.files.viewer import RECORDING
+from ....pipeline.files.names import RECORDING
 from ...drawing.charts import Curve, over_time
 from ...drawing.page import answer, box, charts, figure, page
 from ...drawing.palette import as_hex
